@@ -1,0 +1,15 @@
+# Every target of this project links tribo_warnings privately; nothing of it reaches a user's build.
+add_library(tribo_warnings INTERFACE)
+target_compile_options(
+  tribo_warnings
+  INTERFACE -Wall
+            -Wextra
+            -Wpedantic
+            -Wconversion
+            -Wsign-conversion
+            -Wshadow
+            -Wdouble-promotion
+            -Wstrict-prototypes
+            -Wmissing-prototypes
+            -Wundef
+            -Werror)
