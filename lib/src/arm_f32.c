@@ -1,0 +1,136 @@
+#include "tribo/arm_f32.h"
+
+#include "exact_f32.h"
+
+#include <stddef.h>
+
+#define DRIVE_MAX_N 1.0e7f // above any sum of the forces that the other modules take
+
+tribo_arm_f32_config_t tribo_arm_f32_paper(void)
+{
+    const tribo_arm_f32_config_t paper = {.inertia = 1.2e-4f, .damping = 0.0288f, .stiffness = 3.84f};
+    return paper;
+}
+
+static tribo_status_t check(const tribo_arm_f32_config_t *config, float sample_time_s)
+{
+    if (!within(sample_time_s, 1.0e-6f, 0.1f))
+    {
+        return TRIBO_ERR_SAMPLE_TIME;
+    }
+    if (!within(config->inertia, FLT_MIN, FLT_MAX))
+    {
+        return TRIBO_ERR_INERTIA;
+    }
+    if (!within(config->damping, 0.0f, FLT_MAX))
+    {
+        return TRIBO_ERR_DAMPING;
+    }
+    if (!within(config->stiffness, FLT_MIN, FLT_MAX))
+    {
+        return TRIBO_ERR_STIFFNESS;
+    }
+    return TRIBO_OK;
+}
+
+typedef struct
+{
+    float a11, a12, a21, a22;
+} matrix_t;
+
+static matrix_t multiply(matrix_t a, matrix_t b)
+{
+    return (matrix_t){a.a11 * b.a11 + a.a12 * b.a21,
+                      a.a11 * b.a12 + a.a12 * b.a22,
+                      a.a21 * b.a11 + a.a22 * b.a21,
+                      a.a21 * b.a12 + a.a22 * b.a22};
+}
+
+static matrix_t scale(matrix_t a, float by)
+{
+    return (matrix_t){a.a11 * by, a.a12 * by, a.a21 * by, a.a22 * by};
+}
+
+static matrix_t add(matrix_t a, matrix_t b)
+{
+    return (matrix_t){a.a11 + b.a11, a.a12 + b.a12, a.a21 + b.a21, a.a22 + b.a22};
+}
+
+/// e^A - 1. Taylor series of A / 2^m, then m doublings e^2A - 1 = (e^A - 1)^2 + 2 (e^A - 1): working on the
+/// difference from 1 keeps what a short sample time makes small.
+static matrix_t exponential_minus_one(matrix_t a)
+{
+    const float norm     = magnitude(a.a11) + magnitude(a.a12) + magnitude(a.a21) + magnitude(a.a22);
+    uint32_t    doubling = 0;
+    float       shrink   = 1.0f;
+    while (norm * shrink > 0.5f)
+    {
+        shrink *= 0.5f;
+        doubling++;
+    }
+
+    const matrix_t x    = scale(a, shrink);
+    matrix_t       term = x;
+    matrix_t       sum  = x;
+    for (uint32_t i = 2; i <= 9u; i++)
+    {
+        term = scale(multiply(term, x), 1.0f / (float)i);
+        sum  = add(sum, term);
+    }
+    for (; doubling > 0u; doubling--)
+    {
+        sum = add(multiply(sum, sum), scale(sum, 2.0f));
+    }
+    return sum;
+}
+
+tribo_status_t tribo_arm_f32_init(tribo_arm_f32_params_t       *params,
+                                  const tribo_arm_f32_config_t *config,
+                                  float                         sample_time_s)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    const tribo_status_t status = check(config, sample_time_s);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    // Per tick: F changes by G, G by -stiffness (F - F_rest) - damping G.
+    const float stiffness = config->stiffness / config->inertia * sample_time_s * sample_time_s;
+    const float damping   = config->damping / config->inertia * sample_time_s;
+    if (!within(stiffness, 1.0e-9f, 1.0e4f) || !within(damping, 0.0f, 1.0e4f))
+    {
+        return TRIBO_ERR_ARM_TOO_FAST;
+    }
+
+    const matrix_t change = exponential_minus_one((matrix_t){0.0f, 1.0f, -stiffness, -damping});
+    // F_rest = F + d, so the distance from rest that decays is -d.
+    params->phi_d   = -change.a11;
+    params->phi_g   = change.a12;
+    params->gamma_d = -change.a21;
+    params->gamma_g = 1.0f + change.a22;
+    return TRIBO_OK;
+}
+
+void tribo_arm_f32_reset(tribo_arm_f32_state_t *state)
+{
+    state->force_n        = 0.0f;
+    state->force_change_n = 0.0f;
+    state->bad_inputs     = 0;
+}
+
+float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n)
+{
+    float d = drive_n;
+    if (exceeds(drive_n, DRIVE_MAX_N))
+    {
+        d = 0.0f;
+        count(&state->bad_inputs);
+    }
+    const float G         = state->force_change_n;
+    state->force_n        = state->force_n + (params->phi_d * d + params->phi_g * G);
+    state->force_change_n = params->gamma_d * d + params->gamma_g * G;
+    return state->force_n;
+}

@@ -1,0 +1,52 @@
+// Included by every f32 source: makes the arithmetic exact as written, so that all targets give the same bits.
+
+#ifndef TRIBO_EXACT_F32_H
+#define TRIBO_EXACT_F32_H
+
+#include <float.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __FAST_MATH__
+#error "tribo needs IEEE arithmetic: build it without -ffast-math"
+#endif
+
+#if FLT_EVAL_METHOD != 0
+#error "tribo needs float evaluated as float: on 32-bit x86 build it with -msse2 -mfpmath=sse"
+#endif
+
+// No fused multiply-add, whatever the command line says. GCC knows no STDC FP_CONTRACT.
+#if defined(__clang__) || !defined(__GNUC__)
+#pragma STDC FP_CONTRACT OFF
+#else
+#pragma GCC optimize("fp-contract=off")
+#endif
+
+/// True for a NaN and for |x| > max, in integers: one compare serves both.
+static inline bool exceeds(float x, float max)
+{
+    const union
+    {
+        float    value;
+        uint32_t bits;
+    } a = {x}, b = {max};
+    return (a.bits & 0x7fffffffu) > b.bits;
+}
+
+static inline void count(uint32_t *counter)
+{
+    *counter += *counter != UINT32_MAX;
+}
+
+/// True when min <= x <= max; false for a NaN.
+static inline bool within(float x, float min, float max)
+{
+    return x >= min && x <= max;
+}
+
+static inline float magnitude(float x)
+{
+    return x < 0.0f ? -x : x;
+}
+
+#endif

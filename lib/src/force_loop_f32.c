@@ -1,0 +1,133 @@
+#include "tribo/force_loop_f32.h"
+
+#include "exact_f32.h"
+#include "tribo/paper_controller.h"
+
+#include <stddef.h>
+
+tribo_force_loop_f32_config_t tribo_force_loop_f32_paper(void)
+{
+    static const tribo_biquad_f32_section_t sections[] = TRIBO_PAPER_CONTROLLER_F32;
+
+    const tribo_force_loop_f32_config_t paper = {
+        .sample_time_s = TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S,
+        .input_max_n   = 2.0f,
+        .gain          = 0.85f,
+        .controller    = {.sections      = sections,
+                          .section_count = TRIBO_PAPER_CONTROLLER_SECTION_COUNT,
+                          .u_min_n       = -2.0f,
+                          .u_max_n       = 2.0f},
+        .compensator   = tribo_compensator_f32_paper(),
+    };
+    return paper;
+}
+
+static tribo_status_t check(const tribo_force_loop_f32_config_t *config)
+{
+    if (!within(config->sample_time_s, 1.0e-6f, 0.1f))
+    {
+        return TRIBO_ERR_SAMPLE_TIME;
+    }
+    if (!within(config->input_max_n, FLT_MIN, TRIBO_F32_FORCE_MAX_N))
+    {
+        return TRIBO_ERR_INPUT_MAX;
+    }
+    if (!within(config->gain, 0.0f, 2.0f))
+    {
+        return TRIBO_ERR_GAIN;
+    }
+    return TRIBO_OK;
+}
+
+tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
+                                         const tribo_force_loop_f32_config_t *config)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_force_loop_f32_params_t made   = {.input_max_n = config->input_max_n, .gain = config->gain};
+    tribo_status_t                status = check(config);
+    if (status == TRIBO_OK)
+    {
+        status = tribo_controller_f32_init(&made.controller, &config->controller);
+    }
+    if (status == TRIBO_OK)
+    {
+        status = tribo_compensator_f32_init(&made.compensator, &config->compensator, config->sample_time_s);
+    }
+    if (status == TRIBO_OK)
+    {
+        *params = made;
+    }
+    return status;
+}
+
+void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state)
+{
+    state->active     = NULL;
+    state->friction_n = 0.0f;
+    state->bad_inputs = 0;
+    tribo_controller_f32_reset(&state->controller);
+    tribo_compensator_f32_reset(&state->compensator);
+}
+
+/// What f^ of this tick is under params `p`, the state left alone.
+static float friction_under(const tribo_force_loop_f32_params_t *p, const tribo_force_loop_f32_state_t *state, float u)
+{
+    tribo_compensator_f32_state_t   copy = state->compensator;
+    tribo_compensator_f32_signals_t unused;
+    return tribo_compensator_f32_step(&p->compensator, &copy, u, &unused);
+}
+
+/// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
+/// friction model would add to u in one jump.
+static float changing_tick(const tribo_force_loop_f32_params_t *params,
+                           tribo_force_loop_f32_state_t        *state,
+                           tribo_force_loop_f32_signals_t      *signals)
+{
+    const tribo_force_loop_f32_params_t *from = state->active;
+    const float                          e    = signals->e_n;
+
+    const float gain_jump_n = (params->gain - from->gain) * state->friction_n;
+    tribo_controller_f32_change(&from->controller, &params->controller, &state->controller, e, -gain_jump_n);
+    const float u =
+        tribo_controller_f32_step(&params->controller, &state->controller, e, signals->feedforward_n, &signals->controller);
+
+    const float old_friction_n = friction_under(from, state, u);
+    state->friction_n = tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
+
+    const float model_jump_n = params->gain * (state->friction_n - old_friction_n);
+    tribo_controller_f32_change(&params->controller, &params->controller, &state->controller, e, -model_jump_n);
+    return u;
+}
+
+float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
+                                tribo_force_loop_f32_state_t        *state,
+                                float                                r_n,
+                                float                                y_n,
+                                tribo_force_loop_f32_signals_t      *signals)
+{
+    const bool bad = exceeds(r_n, params->input_max_n) || exceeds(y_n, params->input_max_n);
+    if (bad)
+    {
+        count(&state->bad_inputs);
+    }
+    signals->e_n           = bad ? 0.0f : r_n - y_n;
+    signals->feedforward_n = params->gain * state->friction_n;
+
+    float u;
+    if (state->active == params || state->active == NULL)
+    {
+        u = tribo_controller_f32_step(
+            &params->controller, &state->controller, signals->e_n, signals->feedforward_n, &signals->controller);
+        state->friction_n =
+            tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
+    }
+    else
+    {
+        u = changing_tick(params, state, signals);
+    }
+    state->active = params;
+    return u;
+}

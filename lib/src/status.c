@@ -1,0 +1,41 @@
+#include "tribo/status.h"
+
+#include <stddef.h>
+
+const char *tribo_status_text(tribo_status_t status)
+{
+    static const char *const text[] = {
+        [TRIBO_OK]                      = "no error",
+        [TRIBO_ERR_NULL]                = "pointer argument: not null",
+        [TRIBO_ERR_SAMPLE_TIME]         = "sample_time_s: 1e-6 to 0.1 s",
+        [TRIBO_ERR_K_MIN]               = "friction k_min: 1.01 to k_max",
+        [TRIBO_ERR_K_MAX]               = "friction k_max: 1.01 to 1000",
+        [TRIBO_ERR_M]                   = "friction m: 0 to 100",
+        [TRIBO_ERR_V0]                  = "friction v0_n_per_s: 1e-6 to 1e6 N/s",
+        [TRIBO_ERR_BREAKAWAY_OFFSET]    = "friction breakaway offset_n: 1e-6 to 1e6 N",
+        [TRIBO_ERR_BREAKAWAY_SLOPE]     = "friction breakaway slope: 0 to 10",
+        [TRIBO_ERR_TABLE_LENGTH]        = "friction table_length: 1 to 32 points",
+        [TRIBO_ERR_TABLE_FORCE]         = "friction table force_n: 0 to 1e6 N, strictly rising",
+        [TRIBO_ERR_TABLE_BREAKAWAY]     = "friction table positive_n and negative_n: 1e-6 to 1e6 N",
+        [TRIBO_ERR_SET_LEVEL]           = "friction set_level: over 0 to 1",
+        [TRIBO_ERR_RESET_LEVEL]         = "friction reset_level: over 0 to 1",
+        [TRIBO_ERR_PULSE_WIDTH]         = "friction pulse_width_s: 1 to 63 sample times",
+        [TRIBO_ERR_GRAVITY]             = "friction gravity_n: -1e6 to 1e6 N",
+        [TRIBO_ERR_INERTIA]             = "arm inertia: over 0",
+        [TRIBO_ERR_DAMPING]             = "arm damping: 0 or more",
+        [TRIBO_ERR_STIFFNESS]           = "arm stiffness: over 0",
+        [TRIBO_ERR_ARM_TOO_FAST]        = "arm: stiffness h^2/inertia 1e-9 to 1e4 and damping h/inertia at most 1e4",
+        [TRIBO_ERR_SECTION_COUNT]       = "controller section_count: 1 to 4",
+        [TRIBO_ERR_SECTION_COEFFICIENT] = "controller section coefficient: -1e6 to 1e6",
+        [TRIBO_ERR_SECTION_FEEDTHROUGH] = "controller section b0: magnitude 1e-6 to 1e6, so that the cascade is biproper",
+        [TRIBO_ERR_SECTION_UNSTABLE]    = "controller section poles: inside the unit circle, or one of them at z = 1",
+        [TRIBO_ERR_ANTI_WINDUP]         = "controller cascade: not more than one pole at z = 1",
+        [TRIBO_ERR_U_MIN]               = "controller u_min_n: -1e6 to 0 N",
+        [TRIBO_ERR_U_MAX]               = "controller u_max_n: 0 to 1e6 N and over u_min_n",
+        [TRIBO_ERR_GAIN]                = "force loop gain: 0 to 2",
+        [TRIBO_ERR_INPUT_MAX]           = "force loop input_max_n: over 0 to 1e6 N",
+    };
+    // Compared as unsigned: a status outside the list may be of either sign.
+    const size_t index = (size_t)status;
+    return index < sizeof text / sizeof text[0] ? text[index] : "unknown status";
+}
