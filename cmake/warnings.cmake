@@ -1,4 +1,5 @@
 # Every target of this project links tribo_warnings privately; nothing of it reaches a user's build.
+# The presets make errors of them (CMAKE_COMPILE_WARNING_AS_ERROR).
 add_library(tribo_warnings INTERFACE)
 target_compile_options(
   tribo_warnings
@@ -11,5 +12,4 @@ target_compile_options(
             -Wdouble-promotion
             -Wstrict-prototypes
             -Wmissing-prototypes
-            -Wundef
-            -Werror)
+            -Wundef)

@@ -1,0 +1,32 @@
+# Lint as tests, all with the versions that tools/setup installs: clang-tidy a test a file, cppcheck and
+# clang-format one each. Everything is read from compile_commands.json; nothing needs to be compiled.
+find_program(TRIBO_CLANG_TIDY clang-tidy-19 REQUIRED)
+find_program(TRIBO_CLANG_FORMAT clang-format-19 REQUIRED)
+find_program(TRIBO_CPPCHECK cppcheck REQUIRED)
+
+file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} lib/*.[ch] host_sim/*.[ch] tests/*.[ch])
+
+foreach(source ${sources})
+  # A source that no target of this tree compiles (e.g. tests/consumer) has no flags to be checked with.
+  if(source MATCHES "[.]c$" AND NOT source MATCHES "^tests/package/")
+    add_test(NAME ${TRIBO_TEST_PREFIX}tidy/${source}
+             COMMAND ${TRIBO_CLANG_TIDY} --quiet --warnings-as-errors=* -p ${PROJECT_BINARY_DIR} ${source}
+             WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  endif()
+endforeach()
+
+add_test(
+  NAME ${TRIBO_TEST_PREFIX}cppcheck
+  COMMAND
+    ${TRIBO_CPPCHECK} --quiet --project=${PROJECT_BINARY_DIR}/compile_commands.json
+    --file-filter=${PROJECT_SOURCE_DIR}/* --enable=warning,performance,portability --inline-suppr --error-exitcode=1)
+
+add_test(
+  NAME ${TRIBO_TEST_PREFIX}format
+  COMMAND ${TRIBO_CLANG_FORMAT} --dry-run --Werror ${sources}
+  WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+add_custom_target(
+  format
+  COMMAND ${TRIBO_CLANG_FORMAT} -i ${sources}
+  WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+  VERBATIM)
