@@ -12,7 +12,7 @@
 /// After the net force has been deep on the other side (Q), f falls short of n on its way back:
 /// the hysteresis inside stiction. Symmetric parameters give f(-u, -F) = -f(u, F) exactly.
 ///
-/// tanh is a rational approximation, within 4e-7 of tanh relative to it up to |x| = 6 and within
+/// tanh is a rational approximation, within 5e-7 of tanh relative to it up to |x| = 6 and within
 /// 1.3e-5 beyond (tests/unit/test_friction_f32.c measures both). |f| <= L always.
 /// Three divisions, no loop but the one over a breakaway table's points, always all of them.
 /// Not synchronized: one state, one tick.

@@ -1,0 +1,214 @@
+#include "tribo/arm_f32.h"
+
+#include "random.h"
+#include "unity.h"
+
+#include <complex.h>
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define H 1.0e-3f
+
+static tribo_arm_f32_config_t config;
+static tribo_arm_f32_params_t params;
+static tribo_arm_f32_state_t  state;
+
+void setUp(void)
+{
+    config = tribo_arm_f32_paper();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&params, &config, H));
+    tribo_arm_f32_reset(&state);
+}
+
+void tearDown(void)
+{
+}
+
+typedef struct
+{
+    double phi_d, phi_g, gamma_d, gamma_g;
+} exact_t;
+
+/// The zero-order-hold solution from the roots of s^2 + b h/I s + K h^2/I, s in 1/tick, in double.
+static exact_t exact(double stiffness, double damping)
+{
+    const double complex root = csqrt(damping * damping / 4.0 - stiffness);
+    const double complex s1   = -damping / 2.0 + root;
+    const double complex s2   = -damping / 2.0 - root;
+    const double complex e1   = cexp(s1);
+    const double complex e2   = cexp(s2);
+    exact_t              x;
+    x.phi_g   = creal((e1 - e2) / (s1 - s2));
+    x.phi_d   = 1.0 - creal((s1 * e2 - s2 * e1) / (s1 - s2));
+    x.gamma_d = stiffness * x.phi_g;
+    x.gamma_g = creal((s1 * e1 - s2 * e2) / (s1 - s2));
+    return x;
+}
+
+static void test_arm_discretisation_is_exact_for_the_papers_arm(void)
+{
+    const exact_t x = exact(3.84 / 1.2e-4 * 1e-6, 0.0288 / 1.2e-4 * 1e-3);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-7 * x.phi_d, x.phi_d, (double)params.phi_d);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-7, x.phi_g, (double)params.phi_g);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-7 * x.gamma_d, x.gamma_d, (double)params.gamma_d);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-7, x.gamma_g, (double)params.gamma_g);
+}
+
+static void test_arm_discretisation_holds_from_slow_to_stiff_and_overdamped(void)
+{
+    const uint64_t seed = 20110701;
+    random_t       r    = {seed};
+    printf("seed %llu\n", (unsigned long long)seed);
+    for (int i = 0; i < 2000; i++)
+    {
+        const double stiffness = pow(10.0, random_between(&r, -8.5, 3.5));
+        const double damping   = i % 10 == 0 ? 0.0 : pow(10.0, random_between(&r, -4.0, 2.5));
+        config.inertia         = 1.0f;
+        config.stiffness       = (float)(stiffness / ((double)H * (double)H));
+        config.damping         = (float)(damping / (double)H);
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&params, &config, H));
+        const exact_t x = exact((double)config.stiffness * (double)H * (double)H, (double)config.damping * (double)H);
+        // Phase is lost in proportion to the number of radians or time constants a tick; an arm that is slow against
+        // the tick keeps its relative precision.
+        const double tolerance = 1e-6 * (1.0 + sqrt(stiffness) + damping);
+        const double scale     = 1.0 + sqrt(stiffness);
+        const double small     = stiffness < 1.0 && damping < 1.0 ? stiffness : 1.0;
+        TEST_ASSERT_DOUBLE_WITHIN(tolerance * small, x.phi_d, (double)params.phi_d);
+        TEST_ASSERT_DOUBLE_WITHIN(tolerance, x.phi_g, (double)params.phi_g);
+        TEST_ASSERT_DOUBLE_WITHIN(tolerance * scale * small, x.gamma_d, (double)params.gamma_d);
+        TEST_ASSERT_DOUBLE_WITHIN(tolerance * scale, x.gamma_g, (double)params.gamma_g);
+    }
+}
+
+static void test_arm_comes_to_rest_where_the_force_balances(void)
+{
+    float F = 0.0f;
+    for (int k = 0; k < 1000; k++)
+    {
+        F = tribo_arm_f32_step(&params, &state, 0.5f - F); // u = 0.5 N, no friction
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.5f, F);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.0f, state.force_change_n);
+}
+
+static void test_arm_follows_the_continuous_step_response(void)
+{
+    float F = 0.0f;
+    for (int k = 1; k <= 60; k++)
+    {
+        F = tribo_arm_f32_step(&params, &state, 1.0f - F);
+        // Eq. (2) with I 1.2e-4, b 0.0288, K 3.84: sigma 120, omega_d sqrt(32000 - 14400)
+        const double t     = k * 1e-3;
+        const double w     = sqrt(32000.0 - 14400.0);
+        const double exact = 1.0 - exp(-120.0 * t) * (cos(w * t) + 120.0 / w * sin(w * t));
+        TEST_ASSERT_DOUBLE_WITHIN(2e-6, exact, (double)F);
+    }
+}
+
+static void test_arm_that_sticks_does_not_move(void)
+{
+    state.force_n = 0.5f;
+    for (int k = 0; k < 100; k++)
+    {
+        TEST_ASSERT_EQUAL_FLOAT(0.5f, tribo_arm_f32_step(&params, &state, 0.0f));
+    }
+}
+
+static void test_arm_takes_a_bad_drive_for_none_and_counts_it(void)
+{
+    const float bad[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -1.01e7f};
+    state.force_n     = 0.5f;
+    for (uint32_t i = 0; i < 5u; i++)
+    {
+        TEST_ASSERT_EQUAL_FLOAT(0.5f, tribo_arm_f32_step(&params, &state, bad[i]));
+        TEST_ASSERT_EQUAL_UINT32(i + 1u, state.bad_inputs);
+    }
+    state.bad_inputs = UINT32_MAX;
+    (void)tribo_arm_f32_step(&params, &state, NAN);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, state.bad_inputs);
+}
+
+static void test_arm_stays_finite_when_its_resonance_is_driven_with_all_there_is(void)
+{
+    config.damping = 0.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&params, &config, H));
+    for (int k = 0; k < 100000; k++)
+    {
+        const float push = state.force_change_n >= 0.0f ? 5.0e6f : -5.0e6f;
+        const float F    = tribo_arm_f32_step(&params, &state, fmaxf(-1.0e7f, fminf(1.0e7f, push - state.force_n)));
+        TEST_ASSERT_TRUE(isfinite(F));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
+}
+
+static void check_refused(tribo_status_t status, float h)
+{
+    tribo_arm_f32_params_t out;
+    tribo_arm_f32_params_t untouched;
+    memset(&out, 0xa5, sizeof out);
+    memset(&untouched, 0xa5, sizeof untouched);
+    TEST_ASSERT_EQUAL_INT(status, tribo_arm_f32_init(&out, &config, h));
+    TEST_ASSERT_EQUAL_MEMORY(&untouched, &out, sizeof out);
+}
+
+static void test_arm_init_checks_every_field(void)
+{
+    const tribo_arm_f32_config_t good  = config;
+    const float                  bad[] = {-1.0f, NAN, INFINITY, 0.0f};
+    for (size_t i = 0; i < 4; i++)
+    {
+        config.inertia = bad[i];
+        check_refused(TRIBO_ERR_INERTIA, H);
+        config           = good;
+        config.stiffness = bad[i];
+        check_refused(TRIBO_ERR_STIFFNESS, H);
+        config = good;
+    }
+    for (size_t i = 0; i < 3; i++)
+    {
+        config.damping = bad[i];
+        check_refused(TRIBO_ERR_DAMPING, H);
+        config = good;
+    }
+    const float bad_h[] = {0.0f, 0.9e-6f, 0.101f, NAN};
+    for (size_t i = 0; i < 4; i++)
+    {
+        check_refused(TRIBO_ERR_SAMPLE_TIME, bad_h[i]);
+    }
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_arm_f32_init(NULL, &config, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_arm_f32_init(&params, NULL, H));
+}
+
+static void test_arm_init_refuses_an_arm_too_fast_or_too_slow_for_the_sample_time(void)
+{
+    config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 1.0f, .stiffness = 0.99e10f};
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&params, &config, H));
+    config.stiffness = 1.01e10f;
+    check_refused(TRIBO_ERR_ARM_TOO_FAST, H);
+    config.stiffness = 0.99e-3f;
+    check_refused(TRIBO_ERR_ARM_TOO_FAST, H);
+    config.stiffness = 1.0f;
+    config.damping   = 0.99e7f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&params, &config, H));
+    config.damping = 1.01e7f;
+    check_refused(TRIBO_ERR_ARM_TOO_FAST, H);
+    config.inertia = 1e-30f; // quotients overflow
+    check_refused(TRIBO_ERR_ARM_TOO_FAST, H);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_arm_discretisation_is_exact_for_the_papers_arm);
+    RUN_TEST(test_arm_discretisation_holds_from_slow_to_stiff_and_overdamped);
+    RUN_TEST(test_arm_comes_to_rest_where_the_force_balances);
+    RUN_TEST(test_arm_follows_the_continuous_step_response);
+    RUN_TEST(test_arm_that_sticks_does_not_move);
+    RUN_TEST(test_arm_takes_a_bad_drive_for_none_and_counts_it);
+    RUN_TEST(test_arm_stays_finite_when_its_resonance_is_driven_with_all_there_is);
+    RUN_TEST(test_arm_init_checks_every_field);
+    RUN_TEST(test_arm_init_refuses_an_arm_too_fast_or_too_slow_for_the_sample_time);
+    return UNITY_END();
+}

@@ -1,0 +1,426 @@
+#include "tribo/friction_f32.h"
+
+#include "unity.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define H 1.0e-3f
+
+static tribo_friction_f32_config_t  config;
+static tribo_friction_f32_params_t  params;
+static tribo_friction_f32_state_t   state;
+static tribo_friction_f32_signals_t seen;
+
+void setUp(void)
+{
+    config = tribo_friction_f32_paper();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+    tribo_friction_f32_reset(&state);
+}
+
+void tearDown(void)
+{
+}
+
+static float step(float u, float F)
+{
+    return tribo_friction_f32_step(&params, &state, u, F, &seen);
+}
+
+/// Q2 armed: deep on the negative side, then back.
+static void arm_q2(float F, float breakaway)
+{
+    for (int k = 0; k < 5; k++)
+    {
+        (void)step(F - 0.9f * breakaway, F);
+    }
+    for (int k = 0; k < 5; k++)
+    {
+        (void)step(F - 0.1f * breakaway, F);
+    }
+}
+
+// --- the equations -----------------------------------------------------------------------------------------------
+
+static void test_friction_holds_against_the_net_force_up_to_breakaway(void)
+{
+    TEST_ASSERT_EQUAL_FLOAT(0.05f, step(0.55f, 0.5f));
+    TEST_ASSERT_EQUAL_FLOAT(0.157f, seen.L_n); // 0.007 + 0.3 * 0.5
+    TEST_ASSERT_EQUAL_FLOAT(0.157f, step(0.75f, 0.5f));
+    TEST_ASSERT_EQUAL_FLOAT(-0.157f, step(0.25f, 0.5f));
+    TEST_ASSERT_EQUAL_FLOAT(-0.157f, step(-1.0f, -0.5f)); // L grows with |F|
+}
+
+static void test_friction_reports_net_force_and_its_rate_with_gravity(void)
+{
+    config.gravity_n = 0.01f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+    (void)step(0.5f, 0.5f);
+    TEST_ASSERT_EQUAL_FLOAT(0.01f, seen.n_n);
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, seen.v_n_per_s);
+    (void)step(0.45f, 0.5f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, -0.04f, seen.n_n);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 30.0f, seen.v_n_per_s); // of |n|
+}
+
+static void test_friction_falls_short_of_the_net_force_after_it_was_deep_on_the_other_side(void)
+{
+    arm_q2(0.5f, 0.157f);
+    TEST_ASSERT_TRUE(seen.q2);
+    TEST_ASSERT_FALSE(seen.q); // n < 0
+    const double n = 0.1;
+    const double v = 1000.0 * (0.1 - 0.0157);
+    const double f = (double)step(0.6f, 0.5f);
+    TEST_ASSERT_TRUE(seen.q);
+
+    const double k = 13.0 - 7.0 * tanh(3.0 * (v / 0.007 - 1.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, k * 0.157 * tanh(n / (k * 0.157)), f);
+    TEST_ASSERT_TRUE(f < n - 1e-5);
+}
+
+static void test_friction_follows_k_of_v_through_its_whole_range(void)
+{
+    for (int i = 0; i <= 400; i++)
+    {
+        const double v = 0.0001 * pow(10.0, i / 100.0); // 1e-4 to 1 N/s
+        tribo_friction_f32_reset(&state);
+        arm_q2(0.5f, 0.157f);
+        (void)step(0.6f, 0.5f);
+        const float  before = seen.n_n;
+        const double f      = (double)step(0.6f + (float)(v * 1e-3), 0.5f);
+        const double n      = (double)seen.n_n;
+        const double rate   = (double)((seen.n_n - before)) * 1000.0; // of what single precision left of v
+        if (!(rate > 0.0))
+        {
+            TEST_ASSERT_FALSE(seen.q);
+            continue;
+        }
+        TEST_ASSERT_TRUE(seen.q);
+        const double k = 13.0 - 7.0 * tanh(3.0 * (rate / 0.007 - 1.0));
+        TEST_ASSERT_DOUBLE_WITHIN(3e-7, k * 0.157 * tanh(n / (k * 0.157)), f);
+    }
+}
+
+static void test_friction_tanh_is_as_close_as_its_header_says(void)
+{
+    // With k_max = k_min = k a step with Q gives k L tanh(n/(k L)), for x = n/(k L) up to atanh(1/k).
+    config.k_min           = 1.01f;
+    config.k_max           = 1.01f;
+    config.positive.slope  = 0.0f;
+    config.positive.offset_n = 1.0f;
+    config.negative        = config.positive;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+    double worst = 0.0;
+    for (int i = 1; i < 20000; i++)
+    {
+        const float n = 2.6f * 1.01f * (float)i / 20000.0f;
+        tribo_friction_f32_reset(&state);
+        state.relay.latch.outputs = TRIBO_RELAY_Q2;
+        const double f     = (double)step(n, 0.0f);
+        const double exact = fmin(1.0, 1.01 * tanh((double)n / 1.01));
+        TEST_ASSERT_TRUE(seen.q);
+        worst = fmax(worst, fabs(f - exact) / exact);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(5e-7, 0.0, worst);
+
+    // k(v) uses it from -m up; with m = 100 far beyond |x| = 6 too. k is read back from f at a small n.
+    config.k_min = 2.0f;
+    config.k_max = 20.0f;
+    for (int i = 0; i <= 1000; i++)
+    {
+        const double x = -9.0 + 0.018 * i; // m (v/v0 - 1)
+        config.m          = 10.0f;
+        config.v0_n_per_s = 1.0f;
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+        tribo_friction_f32_reset(&state);
+        state.relay.latch.outputs = TRIBO_RELAY_Q2;
+        state.n_n                 = 0.9f;
+        const float n             = 0.9f + (float)(1e-3 * (x / 10.0 + 1.0));
+        const double f            = (double)step(n, 0.0f);
+        const double v            = (double)(n - 0.9f) * 1e3;
+        const double k            = 11.0 - 9.0 * tanh(10.0 * (v - 1.0));
+        TEST_ASSERT_DOUBLE_WITHIN(2e-6, fmin(1.0, k * tanh((double)n / k)), f);
+    }
+}
+
+static void test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis(void)
+{
+    arm_q2(0.5f, 0.157f);
+    TEST_ASSERT_EQUAL_FLOAT(seen.n_n, step(0.45f, 0.5f)); // n < 0, Q1 low
+    TEST_ASSERT_FALSE(seen.q);
+    (void)step(0.6f, 0.5f);
+    TEST_ASSERT_TRUE(seen.q);
+    TEST_ASSERT_EQUAL_FLOAT(seen.n_n, step(0.6f, 0.5f)); // v = 0
+    TEST_ASSERT_FALSE(seen.q);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, step(0.5f, 0.5f)); // n = 0
+    TEST_ASSERT_FALSE(seen.q);
+}
+
+static void test_friction_disarms_when_n_falls_from_beyond_the_reset_level_in_one_step(void)
+{
+    arm_q2(0.5f, 0.157f);
+    (void)step(0.5f + 0.81f * 0.157f, 0.5f); // above L2
+    TEST_ASSERT_TRUE(seen.q2);
+    (void)step(0.5f, 0.5f);
+    TEST_ASSERT_FALSE(seen.q2);
+
+    tribo_friction_f32_reset(&state);
+    arm_q2(0.5f, 0.157f);
+    (void)step(0.5f + 0.79f * 0.157f, 0.5f); // not quite
+    (void)step(0.5f, 0.5f);
+    TEST_ASSERT_TRUE(seen.q2);
+}
+
+static void test_friction_arms_at_the_set_level_only(void)
+{
+    for (int k = 0; k < 5; k++)
+    {
+        (void)step(0.5f - 0.74f * 0.157f, 0.5f);
+    }
+    (void)step(0.5f, 0.5f);
+    TEST_ASSERT_FALSE(seen.q2);
+    for (int k = 0; k < 5; k++)
+    {
+        (void)step(0.5f - 0.76f * 0.157f, 0.5f);
+    }
+    (void)step(0.5f, 0.5f);
+    TEST_ASSERT_TRUE(seen.q2);
+}
+
+static void test_friction_takes_each_direction_from_its_own_law(void)
+{
+    config.positive = (tribo_breakaway_f32_t){.offset_n = 0.01f, .slope = 0.25f};
+    config.negative = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.5f};
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+    TEST_ASSERT_EQUAL_FLOAT(0.11f, step(2.0f, 0.4f));
+    TEST_ASSERT_EQUAL_FLOAT(0.11f, seen.L_n);
+    TEST_ASSERT_EQUAL_FLOAT(-0.22f, step(-2.0f, 0.4f));
+    TEST_ASSERT_EQUAL_FLOAT(0.22f, seen.L_n);
+}
+
+// --- the breakpoint table ----------------------------------------------------------------------------------------
+
+static const tribo_breakaway_point_f32_t table[] = {{0.1f, 0.01f, 0.02f}, {0.3f, 0.05f, 0.08f}, {0.4f, 0.04f, 0.2f}};
+
+static void test_friction_table_is_linear_between_its_points_and_clamped_at_its_ends(void)
+{
+    config.table        = table;
+    config.table_length = 3;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+    const float expected[][3] = {
+        // |F|, L+, L-
+        {0.0f, 0.01f, 0.02f},
+        {0.1f, 0.01f, 0.02f},
+        {0.15f, 0.02f, 0.035f},
+        {0.3f, 0.05f, 0.08f},
+        {0.375f, 0.0425f, 0.17f},
+        {0.4f, 0.04f, 0.2f},
+        {9.0f, 0.04f, 0.2f},
+    };
+    for (size_t i = 0; i < sizeof expected / sizeof expected[0]; i++)
+    {
+        for (int sign = -1; sign <= 1; sign += 2)
+        {
+            const float F = (float)sign * expected[i][0];
+            TEST_ASSERT_FLOAT_WITHIN(1e-7f, expected[i][1], step(F + 5.0f, F));
+            TEST_ASSERT_FLOAT_WITHIN(1e-7f, -expected[i][2], step(F - 5.0f, F));
+        }
+    }
+}
+
+static void test_friction_table_of_one_point_is_a_constant(void)
+{
+    config.table        = table;
+    config.table_length = 1;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+    TEST_ASSERT_EQUAL_FLOAT(0.01f, step(9.0f, 0.0f));
+    TEST_ASSERT_EQUAL_FLOAT(-0.02f, step(-9.0f, 0.7f));
+}
+
+// --- bad inputs --------------------------------------------------------------------------------------------------
+
+static void test_friction_holds_n_over_a_bad_input_counts_it_and_goes_on(void)
+{
+    const float bad[] = {NAN, -NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 1.001e6f, -1.001e6f};
+    (void)step(0.6f, 0.5f);
+    const float held = seen.n_n;
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+    {
+        TEST_ASSERT_EQUAL_FLOAT(held, step(bad[i], 0.5f));
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, seen.v_n_per_s);
+        TEST_ASSERT_EQUAL_FLOAT(0.157f, seen.L_n);
+        TEST_ASSERT_EQUAL_FLOAT(0.007f, step(0.6f, bad[i])); // a bad F counts as 0 in L
+        TEST_ASSERT_EQUAL_FLOAT(held, seen.n_n);
+        TEST_ASSERT_EQUAL_UINT32(2u * (i + 1u), state.bad_inputs);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(held, step(0.6f, 0.5f));
+}
+
+static void test_friction_takes_denormals_and_the_largest_forces(void)
+{
+    TEST_ASSERT_EQUAL_FLOAT(FLT_TRUE_MIN, step(FLT_TRUE_MIN, 0.0f));
+    TEST_ASSERT_EQUAL_FLOAT(300000.007f, step(1.0e6f, -1.0e6f));
+    TEST_ASSERT_EQUAL_FLOAT(-300000.007f, step(-1.0e6f, 1.0e6f));
+    TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
+}
+
+static void test_friction_counter_stops_at_its_end(void)
+{
+    state.bad_inputs = UINT32_MAX - 1u;
+    (void)step(NAN, 0.0f);
+    (void)step(NAN, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, state.bad_inputs);
+}
+
+// --- set-up ------------------------------------------------------------------------------------------------------
+
+typedef struct
+{
+    tribo_status_t status;
+    size_t         field;
+    float          lowest, highest; // the ends of the allowed range, both allowed
+} range_t;
+
+#define FIELD(name) offsetof(tribo_friction_f32_config_t, name)
+
+static float *field(size_t offset)
+{
+    return (float *)(void *)((char *)&config + offset);
+}
+
+static void check_refused(tribo_status_t status, float h)
+{
+    tribo_friction_f32_params_t out;
+    tribo_friction_f32_params_t untouched;
+    memset(&out, 0xa5, sizeof out);
+    memset(&untouched, 0xa5, sizeof untouched);
+    TEST_ASSERT_EQUAL_INT(status, tribo_friction_f32_init(&out, &config, h));
+    TEST_ASSERT_EQUAL_MEMORY(&untouched, &out, sizeof out);
+}
+
+static void test_friction_init_takes_each_field_to_the_ends_of_its_range_and_no_further(void)
+{
+    const range_t ranges[] = {
+        {TRIBO_ERR_K_MAX, FIELD(k_max), 6.0f, 1000.0f},
+        {TRIBO_ERR_K_MIN, FIELD(k_min), 1.01f, 20.0f},
+        {TRIBO_ERR_M, FIELD(m), 0.0f, 100.0f},
+        {TRIBO_ERR_V0, FIELD(v0_n_per_s), 1.0e-6f, 1.0e6f},
+        {TRIBO_ERR_BREAKAWAY_OFFSET, FIELD(positive.offset_n), 1.0e-6f, 1.0e6f},
+        {TRIBO_ERR_BREAKAWAY_SLOPE, FIELD(positive.slope), 0.0f, 10.0f},
+        {TRIBO_ERR_BREAKAWAY_OFFSET, FIELD(negative.offset_n), 1.0e-6f, 1.0e6f},
+        {TRIBO_ERR_BREAKAWAY_SLOPE, FIELD(negative.slope), 0.0f, 10.0f},
+        {TRIBO_ERR_SET_LEVEL, FIELD(set_level), FLT_MIN, 1.0f},
+        {TRIBO_ERR_RESET_LEVEL, FIELD(reset_level), FLT_MIN, 1.0f},
+        {TRIBO_ERR_PULSE_WIDTH, FIELD(pulse_width_s), 0.0005f, 0.06349f},
+        {TRIBO_ERR_GRAVITY, FIELD(gravity_n), -1.0e6f, 1.0e6f},
+    };
+    for (size_t i = 0; i < sizeof ranges / sizeof ranges[0]; i++)
+    {
+        const float good = *field(ranges[i].field);
+        const float in[] = {ranges[i].lowest, ranges[i].highest};
+        // Half a per mille outside: the pulse width is a quotient, whose last digit rounds.
+        const float below = ranges[i].lowest - fmaxf(fabsf(ranges[i].lowest) * 5e-4f, FLT_TRUE_MIN);
+        const float out[] = {below, ranges[i].highest * 1.0005f, NAN, INFINITY, -INFINITY};
+        for (size_t j = 0; j < 2; j++)
+        {
+            *field(ranges[i].field) = in[j];
+            TEST_ASSERT_EQUAL_INT_MESSAGE(TRIBO_OK, tribo_friction_f32_init(&params, &config, H), tribo_status_text(ranges[i].status));
+        }
+        for (size_t j = 0; j < sizeof out / sizeof out[0]; j++)
+        {
+            *field(ranges[i].field) = out[j];
+            // k_max below k_min is told as k_min's range.
+            const bool k_crossed = ranges[i].status == TRIBO_ERR_K_MAX && out[j] > 1.01f && out[j] < 1000.0f;
+            check_refused(k_crossed ? TRIBO_ERR_K_MIN : ranges[i].status, H);
+        }
+        *field(ranges[i].field) = good;
+    }
+}
+
+static void test_friction_init_checks_sample_time_and_pointers(void)
+{
+    const float bad[] = {0.0f, 0.9e-6f, 0.11f, -H, NAN, INFINITY};
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+    {
+        check_refused(TRIBO_ERR_SAMPLE_TIME, bad[i]);
+    }
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_friction_f32_init(NULL, &config, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_friction_f32_init(&params, NULL, H));
+}
+
+static void test_friction_init_checks_the_table(void)
+{
+    tribo_breakaway_point_f32_t points[TRIBO_BREAKAWAY_POINTS_MAX + 1u];
+    for (size_t i = 0; i <= TRIBO_BREAKAWAY_POINTS_MAX; i++)
+    {
+        points[i] = (tribo_breakaway_point_f32_t){0.1f * (float)i, 0.1f, 0.1f};
+    }
+    config.table = points;
+    check_refused(TRIBO_ERR_TABLE_LENGTH, H);
+    config.table_length = TRIBO_BREAKAWAY_POINTS_MAX + 1u;
+    check_refused(TRIBO_ERR_TABLE_LENGTH, H);
+    config.table_length = TRIBO_BREAKAWAY_POINTS_MAX;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+
+    const float bad_force[] = {0.1f, 0.05f, NAN, INFINITY}; // of point 2; point 1 is at 0.1
+    for (size_t i = 0; i < sizeof bad_force / sizeof bad_force[0]; i++)
+    {
+        points[2].force_n = bad_force[i];
+        check_refused(TRIBO_ERR_TABLE_FORCE, H);
+    }
+    points[2].force_n = 0.2f;
+    points[0].force_n = -0.1f;
+    check_refused(TRIBO_ERR_TABLE_FORCE, H);
+    points[0].force_n = 0.0f;
+
+    const float bad_breakaway[] = {0.0f, -0.1f, 0.9e-6f, 1.1e6f, NAN};
+    for (size_t i = 0; i < sizeof bad_breakaway / sizeof bad_breakaway[0]; i++)
+    {
+        points[3].positive_n = bad_breakaway[i];
+        check_refused(TRIBO_ERR_TABLE_BREAKAWAY, H);
+        points[3].positive_n = 0.1f;
+        points[3].negative_n = bad_breakaway[i];
+        check_refused(TRIBO_ERR_TABLE_BREAKAWAY, H);
+        points[3].negative_n = 0.1f;
+    }
+    // With a table the affine laws are not read.
+    config.positive.offset_n = NAN;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+}
+
+static void test_friction_init_rounds_the_pulse_width_to_samples(void)
+{
+    const float sample_times[] = {1.0e-3f, 1.0e-4f, 5.0e-5f, 0.7e-3f, 4.0e-3f};
+    const int   samples[]      = {3, 30, 60, 4, 1};
+    for (size_t i = 0; i < sizeof samples / sizeof samples[0]; i++)
+    {
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, sample_times[i]));
+        TEST_ASSERT_EQUAL_INT(samples[i], params.pulse_width);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_friction_holds_against_the_net_force_up_to_breakaway);
+    RUN_TEST(test_friction_reports_net_force_and_its_rate_with_gravity);
+    RUN_TEST(test_friction_falls_short_of_the_net_force_after_it_was_deep_on_the_other_side);
+    RUN_TEST(test_friction_follows_k_of_v_through_its_whole_range);
+    RUN_TEST(test_friction_tanh_is_as_close_as_its_header_says);
+    RUN_TEST(test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis);
+    RUN_TEST(test_friction_disarms_when_n_falls_from_beyond_the_reset_level_in_one_step);
+    RUN_TEST(test_friction_arms_at_the_set_level_only);
+    RUN_TEST(test_friction_takes_each_direction_from_its_own_law);
+    RUN_TEST(test_friction_table_is_linear_between_its_points_and_clamped_at_its_ends);
+    RUN_TEST(test_friction_table_of_one_point_is_a_constant);
+    RUN_TEST(test_friction_holds_n_over_a_bad_input_counts_it_and_goes_on);
+    RUN_TEST(test_friction_takes_denormals_and_the_largest_forces);
+    RUN_TEST(test_friction_counter_stops_at_its_end);
+    RUN_TEST(test_friction_init_takes_each_field_to_the_ends_of_its_range_and_no_further);
+    RUN_TEST(test_friction_init_checks_sample_time_and_pointers);
+    RUN_TEST(test_friction_init_checks_the_table);
+    RUN_TEST(test_friction_init_rounds_the_pulse_width_to_samples);
+    return UNITY_END();
+}
