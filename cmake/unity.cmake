@@ -7,9 +7,8 @@
 
 set(TRIBO_UNITY_DIR "" CACHE PATH "Directory of Unity's unity.c and unity.h; empty: look for it")
 
-if(DEFINED ENV{XDG_CACHE_HOME})
-  set(user_cache "$ENV{XDG_CACHE_HOME}")
-else()
+set(user_cache "$ENV{XDG_CACHE_HOME}")
+if(user_cache STREQUAL "")
   set(user_cache "$ENV{HOME}/.cache")
 endif()
 
