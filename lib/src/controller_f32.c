@@ -6,103 +6,119 @@
 
 #define INPUT_MAX_N 4.0e6f // above gain * f^ and r - y of an accepted loop
 #define U_MAX_N     1.0e6f
-#define DEGREE_MAX  (2u * TRIBO_BIQUAD_SECTIONS_MAX)
+#define STATES_MAX  (2u * TRIBO_BIQUAD_SECTIONS_MAX)
 
-/// Coefficients by rising power.
+/// A square matrix of a cascade's states w1, w2, w1, w2 ...
 typedef struct
 {
-    float    c[DEGREE_MAX + 1u];
-    uint32_t degree;
-} polynomial_t;
+    float    at[STATES_MAX][STATES_MAX];
+    uint32_t size;
+} matrix_t;
 
-/// p times (x^2 + c1 x + c0).
-static void multiply_quadratic(polynomial_t *p, float c1, float c0)
+/// What one tick changes in the states while u is held at its limit, as a matrix: each column is made by the cascade's
+/// own code from a unit state.
+static matrix_t conditioned_change(const tribo_biquad_f32_params_t *cascade, float anti_windup)
 {
-    p->c[p->degree + 1u] = 0.0f;
-    p->c[p->degree + 2u] = 0.0f;
-    for (uint32_t i = p->degree + 3u; i-- > 0u;)
+    matrix_t change = {.size = 2u * cascade->count};
+    for (uint32_t column = 0; column < change.size; column++)
     {
-        const float once  = i >= 1u ? p->c[i - 1u] : 0.0f;
-        const float twice = i >= 2u ? p->c[i - 2u] : 0.0f;
-        p->c[i]           = twice + c1 * once + c0 * p->c[i];
+        tribo_biquad_f32_state_t state;
+        tribo_biquad_f32_reset(&state);
+        float *const unit = column % 2u == 0u ? &state.section[column / 2u].w1 : &state.section[column / 2u].w2;
+        *unit             = 1.0f;
+        const float v     = tribo_biquad_f32_output(cascade, &state, 0.0f);
+        tribo_biquad_f32_advance(cascade, &state, 0.0f, -v * anti_windup);
+        *unit -= 1.0f;
+        for (uint32_t i = 0; i < cascade->count; i++)
+        {
+            change.at[2u * i][column]      = state.section[i].w1;
+            change.at[2u * i + 1u][column] = state.section[i].w2 + state.section[i].w2_carry;
+        }
     }
-    p->degree += 2u;
+    return change;
 }
 
-/// Routh's array: true when every root of p lies in the open left half plane.
-static bool is_hurwitz(const polynomial_t *p)
+/// (1 + E)^2 - 1, which keeps a slow pole's distance from 1.
+static matrix_t twice(const matrix_t *E)
 {
-    float row[2][DEGREE_MAX + 3u] = {{0.0f}}; // the last two rows of the array
-    for (uint32_t i = 0; i <= p->degree; i++)
+    matrix_t result = {.size = E->size};
+    for (uint32_t i = 0; i < E->size; i++)
     {
-        row[i % 2u][i / 2u] = p->c[p->degree - i];
+        for (uint32_t j = 0; j < E->size; j++)
+        {
+            float sum = 2.0f * E->at[i][j];
+            for (uint32_t k = 0; k < E->size; k++)
+            {
+                sum += E->at[i][k] * E->at[k][j];
+            }
+            result.at[i][j] = sum;
+        }
     }
-    const float sign = row[0][0] < 0.0f ? -1.0f : 1.0f;
-    for (uint32_t i = 1; i <= p->degree; i++)
+    return result;
+}
+
+/// Largest element of 1 + E, by magnitude; not finite if one is not.
+static float largest(const matrix_t *E)
+{
+    float max = 0.0f;
+    for (uint32_t i = 0; i < E->size; i++)
     {
-        float       *upper = row[(i + 1u) % 2u];
-        const float *lower = row[i % 2u];
-        if (!within(sign * lower[0], FLT_MIN, FLT_MAX))
+        for (uint32_t j = 0; j < E->size; j++)
+        {
+            const float element = magnitude((i == j ? 1.0f : 0.0f) + E->at[i][j]);
+            max                 = element <= max ? max : element;
+        }
+    }
+    return max;
+}
+
+/// True when the states die away within 2^24 ticks while u is held at its limit.
+static bool dies_away(const tribo_biquad_f32_params_t *cascade, float anti_windup)
+{
+    matrix_t E = conditioned_change(cascade, anti_windup);
+    for (uint32_t doubling = 0; doubling < 24u; doubling++)
+    {
+        E               = twice(&E);
+        const float max = largest(&E);
+        if (!(max < 1.0e12f))
         {
             return false;
         }
-        const float ratio = upper[0] / lower[0];
-        for (uint32_t j = 0; j <= DEGREE_MAX / 2u; j++)
+        if (max < 0.01f)
         {
-            upper[j] = upper[j + 1u] - ratio * lower[j + 1u];
+            return true;
         }
     }
-    return true;
+    return false;
 }
 
-/// True when every root of p, in d = z - 1, lies inside the unit circle of z: with d = 2w/(1 - w) that circle is the
-/// left half plane of w, and roots near z = 1 keep their relative precision.
-static bool is_schur(const polynomial_t *p)
+static bool zeros_inside(const tribo_biquad_f32_params_t *cascade)
 {
-    const uint32_t n     = p->degree;
-    polynomial_t   q     = {{p->c[n]}, n};
-    polynomial_t   power = {{1.0f}, n}; // (1 - w)^(n-k)
-    for (uint32_t k = n; k-- > 0u;)
+    bool inside = true;
+    for (uint32_t i = 0; i < cascade->count; i++)
     {
-        for (uint32_t i = n; i > 0u; i--)
-        {
-            power.c[i] -= power.c[i - 1u];
-        }
-        for (uint32_t i = n; i > 0u; i--)
-        {
-            q.c[i] = 2.0f * q.c[i - 1u] + p->c[k] * power.c[i];
-        }
-        q.c[0] = p->c[k] * power.c[0];
+        const tribo_biquad_f32_section_t *s  = &cascade->section[i];
+        const float                       c1 = s->b1 / s->b0;
+        const float                       c2 = s->b2 / s->b0;
+        inside = inside && c2 > 0.0f && c2 < c1 && (4.0f - 2.0f * c1) + c2 > 0.0f; // as for poles, in biquad_f32.c
     }
-    return is_hurwitz(&q);
+    return inside;
 }
 
 /// The largest c of 1, -1, 1/2, -1/2 ... for which the conditioned cascade is stable, 0 if there is none.
-/// Its poles are the roots of (1 - c) A + c B/D, with A and B the cascade's denominator and numerator.
-static float conditioning(const tribo_biquad_f32_params_t *cascade)
+static float conditioning(const tribo_biquad_f32_params_t *cascade, float D)
 {
-    polynomial_t A = {{1.0f}, 0};
-    polynomial_t B = {{1.0f}, 0};
-    for (uint32_t i = 0; i < cascade->count; i++)
+    if (zeros_inside(cascade))
     {
-        const tribo_biquad_f32_section_t *s = &cascade->section[i];
-        multiply_quadratic(&A, s->a1, s->a2);
-        multiply_quadratic(&B, s->b1 / s->b0, s->b2 / s->b0);
+        return 1.0f; // its poles are the zeros
     }
     for (float c = 1.0f; c > 1.0e-6f; c *= 0.5f)
     {
-        polynomial_t plus  = A;
-        polynomial_t minus = A;
-        for (uint32_t i = 0; i <= A.degree; i++)
-        {
-            plus.c[i]  = (1.0f - c) * A.c[i] + c * B.c[i];
-            minus.c[i] = (1.0f + c) * A.c[i] - c * B.c[i];
-        }
-        if (is_schur(&plus))
+        if (dies_away(cascade, c / D))
         {
             return c;
         }
-        if (is_schur(&minus))
+        if (dies_away(cascade, -c / D))
         {
             return -c;
         }
@@ -152,7 +168,7 @@ tribo_status_t tribo_controller_f32_init(tribo_controller_f32_params_t       *pa
     {
         return TRIBO_ERR_U_MAX;
     }
-    const float c = conditioning(&made.cascade);
+    const float c = conditioning(&made.cascade, D);
     if (c == 0.0f)
     {
         return TRIBO_ERR_ANTI_WINDUP;

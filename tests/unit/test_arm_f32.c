@@ -1,6 +1,7 @@
 #include "tribo/arm_f32.h"
 
 #include "random.h"
+#include "same.h"
 #include "unity.h"
 
 #include <complex.h>
@@ -112,7 +113,7 @@ static void test_arm_that_sticks_does_not_move(void)
     state.force_n = 0.5f;
     for (int k = 0; k < 100; k++)
     {
-        TEST_ASSERT_EQUAL_FLOAT(0.5f, tribo_arm_f32_step(&params, &state, 0.0f));
+        TEST_ASSERT_SAME_FLOAT(0.5f, tribo_arm_f32_step(&params, &state, 0.0f));
     }
 }
 
@@ -122,7 +123,7 @@ static void test_arm_takes_a_bad_drive_for_none_and_counts_it(void)
     state.force_n     = 0.5f;
     for (uint32_t i = 0; i < 5u; i++)
     {
-        TEST_ASSERT_EQUAL_FLOAT(0.5f, tribo_arm_f32_step(&params, &state, bad[i]));
+        TEST_ASSERT_SAME_FLOAT(0.5f, tribo_arm_f32_step(&params, &state, bad[i]));
         TEST_ASSERT_EQUAL_UINT32(i + 1u, state.bad_inputs);
     }
     state.bad_inputs = UINT32_MAX;

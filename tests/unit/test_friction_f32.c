@@ -1,5 +1,6 @@
 #include "tribo/friction_f32.h"
 
+#include "same.h"
 #include "unity.h"
 
 #include <float.h>
@@ -46,11 +47,11 @@ static void arm_q2(float F, float breakaway)
 
 static void test_friction_holds_against_the_net_force_up_to_breakaway(void)
 {
-    TEST_ASSERT_EQUAL_FLOAT(0.05f, step(0.55f, 0.5f));
-    TEST_ASSERT_EQUAL_FLOAT(0.157f, seen.L_n); // 0.007 + 0.3 * 0.5
-    TEST_ASSERT_EQUAL_FLOAT(0.157f, step(0.75f, 0.5f));
-    TEST_ASSERT_EQUAL_FLOAT(-0.157f, step(0.25f, 0.5f));
-    TEST_ASSERT_EQUAL_FLOAT(-0.157f, step(-1.0f, -0.5f)); // L grows with |F|
+    TEST_ASSERT_SAME_FLOAT(0.0625f, step(0.5625f, 0.5f));
+    TEST_ASSERT_SAME_FLOAT(0.157f, seen.L_n); // 0.007 + 0.3 * 0.5
+    TEST_ASSERT_SAME_FLOAT(0.157f, step(0.75f, 0.5f));
+    TEST_ASSERT_SAME_FLOAT(-0.157f, step(0.25f, 0.5f));
+    TEST_ASSERT_SAME_FLOAT(-0.157f, step(-1.0f, -0.5f)); // L grows with |F|
 }
 
 static void test_friction_reports_net_force_and_its_rate_with_gravity(void)
@@ -58,8 +59,8 @@ static void test_friction_reports_net_force_and_its_rate_with_gravity(void)
     config.gravity_n = 0.01f;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
     (void)step(0.5f, 0.5f);
-    TEST_ASSERT_EQUAL_FLOAT(0.01f, seen.n_n);
-    TEST_ASSERT_EQUAL_FLOAT(10.0f, seen.v_n_per_s);
+    TEST_ASSERT_SAME_FLOAT(0.01f, seen.n_n);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f, seen.v_n_per_s);
     (void)step(0.45f, 0.5f);
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, -0.04f, seen.n_n);
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 30.0f, seen.v_n_per_s); // of |n|
@@ -141,20 +142,22 @@ static void test_friction_tanh_is_as_close_as_its_header_says(void)
         const double f            = (double)step(n, 0.0f);
         const double v            = (double)(n - 0.9f) * 1e3;
         const double k            = 11.0 - 9.0 * tanh(10.0 * (v - 1.0));
-        TEST_ASSERT_DOUBLE_WITHIN(2e-6, fmin(1.0, k * tanh((double)n / k)), f);
+        // 9 times the header's 1.3e-5 in k, and df/dk = tanh(n/k) - n/k sech^2(n/k).
+        const double slope = tanh((double)n / k) - (double)n / k / pow(cosh((double)n / k), 2.0);
+        TEST_ASSERT_DOUBLE_WITHIN(9.0 * 1.3e-5 * slope + 5e-7, fmin(1.0, k * tanh((double)n / k)), f);
     }
 }
 
 static void test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis(void)
 {
     arm_q2(0.5f, 0.157f);
-    TEST_ASSERT_EQUAL_FLOAT(seen.n_n, step(0.45f, 0.5f)); // n < 0, Q1 low
+    TEST_ASSERT_SAME_FLOAT(seen.n_n, step(0.45f, 0.5f)); // n < 0, Q1 low
     TEST_ASSERT_FALSE(seen.q);
     (void)step(0.6f, 0.5f);
     TEST_ASSERT_TRUE(seen.q);
-    TEST_ASSERT_EQUAL_FLOAT(seen.n_n, step(0.6f, 0.5f)); // v = 0
+    TEST_ASSERT_SAME_FLOAT(seen.n_n, step(0.6f, 0.5f)); // v = 0
     TEST_ASSERT_FALSE(seen.q);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, step(0.5f, 0.5f)); // n = 0
+    TEST_ASSERT_SAME_FLOAT(0.0f, step(0.5f, 0.5f)); // n = 0
     TEST_ASSERT_FALSE(seen.q);
 }
 
@@ -194,10 +197,10 @@ static void test_friction_takes_each_direction_from_its_own_law(void)
     config.positive = (tribo_breakaway_f32_t){.offset_n = 0.01f, .slope = 0.25f};
     config.negative = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.5f};
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
-    TEST_ASSERT_EQUAL_FLOAT(0.11f, step(2.0f, 0.4f));
-    TEST_ASSERT_EQUAL_FLOAT(0.11f, seen.L_n);
-    TEST_ASSERT_EQUAL_FLOAT(-0.22f, step(-2.0f, 0.4f));
-    TEST_ASSERT_EQUAL_FLOAT(0.22f, seen.L_n);
+    TEST_ASSERT_SAME_FLOAT(0.11f, step(2.0f, 0.4f));
+    TEST_ASSERT_SAME_FLOAT(0.11f, seen.L_n);
+    TEST_ASSERT_SAME_FLOAT(-0.22f, step(-2.0f, 0.4f));
+    TEST_ASSERT_SAME_FLOAT(0.22f, seen.L_n);
 }
 
 // --- the breakpoint table ----------------------------------------------------------------------------------------
@@ -235,8 +238,8 @@ static void test_friction_table_of_one_point_is_a_constant(void)
     config.table        = table;
     config.table_length = 1;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
-    TEST_ASSERT_EQUAL_FLOAT(0.01f, step(9.0f, 0.0f));
-    TEST_ASSERT_EQUAL_FLOAT(-0.02f, step(-9.0f, 0.7f));
+    TEST_ASSERT_SAME_FLOAT(0.01f, step(9.0f, 0.0f));
+    TEST_ASSERT_SAME_FLOAT(-0.02f, step(-9.0f, 0.7f));
 }
 
 // --- bad inputs --------------------------------------------------------------------------------------------------
@@ -248,21 +251,21 @@ static void test_friction_holds_n_over_a_bad_input_counts_it_and_goes_on(void)
     const float held = seen.n_n;
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
     {
-        TEST_ASSERT_EQUAL_FLOAT(held, step(bad[i], 0.5f));
-        TEST_ASSERT_EQUAL_FLOAT(0.0f, seen.v_n_per_s);
-        TEST_ASSERT_EQUAL_FLOAT(0.157f, seen.L_n);
-        TEST_ASSERT_EQUAL_FLOAT(0.007f, step(0.6f, bad[i])); // a bad F counts as 0 in L
-        TEST_ASSERT_EQUAL_FLOAT(held, seen.n_n);
+        TEST_ASSERT_SAME_FLOAT(held, step(bad[i], 0.5f));
+        TEST_ASSERT_SAME_FLOAT(0.0f, seen.v_n_per_s);
+        TEST_ASSERT_SAME_FLOAT(0.157f, seen.L_n);
+        TEST_ASSERT_SAME_FLOAT(0.007f, step(0.6f, bad[i])); // a bad F counts as 0 in L
+        TEST_ASSERT_SAME_FLOAT(held, seen.n_n);
         TEST_ASSERT_EQUAL_UINT32(2u * (i + 1u), state.bad_inputs);
     }
-    TEST_ASSERT_EQUAL_FLOAT(held, step(0.6f, 0.5f));
+    TEST_ASSERT_SAME_FLOAT(held, step(0.6f, 0.5f));
 }
 
 static void test_friction_takes_denormals_and_the_largest_forces(void)
 {
-    TEST_ASSERT_EQUAL_FLOAT(FLT_TRUE_MIN, step(FLT_TRUE_MIN, 0.0f));
-    TEST_ASSERT_EQUAL_FLOAT(300000.007f, step(1.0e6f, -1.0e6f));
-    TEST_ASSERT_EQUAL_FLOAT(-300000.007f, step(-1.0e6f, 1.0e6f));
+    TEST_ASSERT_SAME_FLOAT(FLT_TRUE_MIN, step(FLT_TRUE_MIN, 0.0f));
+    TEST_ASSERT_SAME_FLOAT(300000.007f, step(1.0e6f, -1.0e6f));
+    TEST_ASSERT_SAME_FLOAT(-300000.007f, step(-1.0e6f, 1.0e6f));
     TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
 }
 

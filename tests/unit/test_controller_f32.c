@@ -1,0 +1,359 @@
+#include "tribo/controller_f32.h"
+
+#include "random.h"
+#include "same.h"
+#include "tribo/paper_controller.h"
+#include "unity.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const tribo_biquad_f32_section_t paper[]    = TRIBO_PAPER_CONTROLLER_F32;
+static const tribo_biquad_f32_section_t pi[]       = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0)};
+static const tribo_biquad_f32_section_t pi_first[] = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0),
+                                                      TRIBO_BIQUAD_F32(1.0, -0.2, 0.0, -0.6, 0.0)};
+// A zero outside the unit circle: D > 0, K(1) < 0 ...
+static const tribo_biquad_f32_section_t zero_outside[] = {TRIBO_BIQUAD_F32(1.0, -1.2, 0.0, -0.99, 0.0)};
+// ... and the same with an integrator in front.
+static const tribo_biquad_f32_section_t pi_zero_outside[] = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0),
+                                                             TRIBO_BIQUAD_F32(1.0, -1.2, 0.0, -0.6, 0.0)};
+static const tribo_biquad_f32_section_t complex_outside[] = {TRIBO_BIQUAD_F32(1.0, -1.8, 1.3, -1.5, 0.6),
+                                                             TRIBO_BIQUAD_F32(0.7, -0.6, 0.0, -0.9999, 0.0)};
+
+static tribo_controller_f32_config_t  config;
+static tribo_controller_f32_params_t  params;
+static tribo_controller_f32_state_t   state;
+static tribo_controller_f32_signals_t seen;
+
+static void init(const tribo_biquad_f32_section_t *sections, uint32_t count)
+{
+    config = (tribo_controller_f32_config_t){.sections = sections, .section_count = count, .u_min_n = -0.5f, .u_max_n = 1.0f};
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_f32_init(&params, &config));
+    tribo_controller_f32_reset(&state);
+}
+
+void setUp(void)
+{
+    init(paper, 2);
+}
+
+void tearDown(void)
+{
+}
+
+static float step(float e, float feedforward)
+{
+    return tribo_controller_f32_step(&params, &state, e, feedforward, &seen);
+}
+
+static void test_controller_is_its_cascade_plus_the_feedforward(void)
+{
+    tribo_biquad_f32_state_t cascade;
+    tribo_biquad_f32_reset(&cascade);
+    for (int k = 0; k < 1000; k++)
+    {
+        const float e = 0.01f * (float)sin(k * 0.05);
+        const float f = 0.1f * (float)cos(k * 0.01);
+        const float v = tribo_biquad_f32_step(&params.cascade, &cascade, e);
+        const float u = step(e, f);
+        TEST_ASSERT_SAME_FLOAT(v, seen.v_n);
+        TEST_ASSERT_SAME_FLOAT(v + f, u);
+        TEST_ASSERT_SAME_FLOAT(u, seen.u_n);
+        TEST_ASSERT_FALSE(seen.limited);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, state.limited_ticks);
+}
+
+static void test_controller_keeps_u_within_its_limits(void)
+{
+    TEST_ASSERT_SAME_FLOAT(1.0f, step(5.0f, 0.0f));
+    TEST_ASSERT_TRUE(seen.limited);
+    TEST_ASSERT_SAME_FLOAT(-0.5f, step(-5.0f, 0.0f));
+    TEST_ASSERT_SAME_FLOAT(1.0f, step(0.0f, 5.0f));
+    TEST_ASSERT_EQUAL_UINT32(3, state.limited_ticks);
+    state.limited_ticks = UINT32_MAX;
+    (void)step(5.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, state.limited_ticks);
+}
+
+// Hanus: the states go on as if the input had come that gives the limited u.
+static void test_controller_conditions_its_states_on_the_limited_output(void)
+{
+    const float              feedforward = 0.2f;
+    tribo_biquad_f32_state_t cascade     = state.cascade;
+    const float              v           = tribo_biquad_f32_output(&params.cascade, &cascade, 3.0f);
+    const float              D           = paper[0].b0 * paper[1].b0;
+    const float              realisable  = 3.0f + (1.0f - feedforward - v) / D;
+    tribo_biquad_f32_reset(&cascade);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 1.0f - feedforward, tribo_biquad_f32_step(&params.cascade, &cascade, realisable));
+
+    TEST_ASSERT_SAME_FLOAT(1.0f, step(3.0f, feedforward));
+    for (int i = 0; i < 2; i++)
+    {
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cascade.section[i].w1, state.cascade.section[i].w1);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cascade.section[i].w2, state.cascade.section[i].w2);
+    }
+}
+
+static void check_no_windup(const tribo_biquad_f32_section_t *sections, uint32_t count, float e)
+{
+    init(sections, count);
+    float w1[TRIBO_BIQUAD_SECTIONS_MAX] = {0.0f};
+    for (int k = 0; k < 200000; k++)
+    {
+        (void)step(e, 0.0f);
+        for (uint32_t i = 0; i < count && k == 100000; i++)
+        {
+            w1[i] = state.cascade.section[i].w1;
+        }
+    }
+    for (uint32_t i = 0; i < count; i++)
+    {
+        TEST_ASSERT_FLOAT_WITHIN(1e-3f * (1.0f + fabsf(w1[i])), w1[i], state.cascade.section[i].w1);
+        TEST_ASSERT_TRUE(fabsf(w1[i]) < 1.0e3f);
+    }
+    TEST_ASSERT_TRUE(state.limited_ticks > 100u);
+}
+
+static void test_controller_does_not_wind_up_whatever_its_zeros(void)
+{
+    for (float e = -3.0f; e <= 3.0f; e += 6.0f)
+    {
+        check_no_windup(paper, 2, e);
+        check_no_windup(pi, 1, e);
+        check_no_windup(pi_first, 2, e);
+        check_no_windup(zero_outside, 1, e);
+        check_no_windup(pi_zero_outside, 2, e);
+        check_no_windup(complex_outside, 2, e);
+    }
+}
+
+static void test_controller_leaves_its_limit_as_soon_as_the_error_turns(void)
+{
+    for (int k = 0; k < 60000; k++)
+    {
+        (void)step(2.0f, 0.0f);
+    }
+    TEST_ASSERT_SAME_FLOAT(1.0f, step(2.0f, 0.0f));
+    TEST_ASSERT_TRUE(step(-0.01f, 0.0f) < 1.0f); // in the first tick
+    TEST_ASSERT_FALSE(seen.limited);
+}
+
+static void test_controller_takes_the_largest_stable_conditioning(void)
+{
+    init(paper, 2);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / (paper[0].b0 * paper[1].b0), params.anti_windup);
+    init(pi, 1);
+    TEST_ASSERT_SAME_FLOAT(0.5f, params.anti_windup);
+    // (1 - c)(z - 0.99) + c (z - 1.2): its root 0.99 + 0.21 c is inside for c < 0.0476, and for c > -9.5
+    init(zero_outside, 1);
+    TEST_ASSERT_SAME_FLOAT(-1.0f, params.anti_windup);
+}
+
+/// Largest root magnitude of (1 - c) A + c B/D, by the conditioned cascade's own decay in double.
+static double conditioned_radius(const tribo_biquad_f32_section_t *s, uint32_t count, double anti_windup)
+{
+    double w1[TRIBO_BIQUAD_SECTIONS_MAX], w2[TRIBO_BIQUAD_SECTIONS_MAX];
+    for (uint32_t i = 0; i < count; i++)
+    {
+        w1[i] = 1.0 / (i + 1.0);
+        w2[i] = 0.3;
+    }
+    double log_norm = 0.0;
+    for (int k = 0; k < 4000; k++)
+    {
+        double v = 0.0;
+        for (uint32_t i = 0; i < count; i++)
+        {
+            v = (double)s[i].b0 * v + w1[i];
+        }
+        double in   = -anti_windup * v;
+        double norm = 0.0;
+        for (uint32_t i = 0; i < count; i++)
+        {
+            const double out = (double)s[i].b0 * in + w1[i];
+            w1[i] += (double)s[i].b1 * in - (double)s[i].a1 * out + w2[i];
+            w2[i] += (double)s[i].b2 * in - (double)s[i].a2 * out;
+            in = out;
+            norm += fabs(w1[i]) + fabs(w2[i]);
+        }
+        for (uint32_t i = 0; i < count; i++)
+        {
+            w1[i] /= norm;
+            w2[i] /= norm;
+        }
+        log_norm += k >= 2000 ? log(norm) : 0.0;
+    }
+    return exp(log_norm / 2000.0);
+}
+
+static tribo_biquad_f32_section_t random_section(random_t *r)
+{
+    // Poles inside the unit circle; zeros anywhere within 1.5.
+    const double p     = random_between(r, 0.0, 0.98);
+    const double angle = random_between(r, 0.0, 3.1);
+    const double q     = random_between(r, 0.0, 1.5);
+    const double turn  = random_between(r, 0.0, 3.1);
+    const double b0    = random_between(r, 0.1, 3.0);
+    return (tribo_biquad_f32_section_t)TRIBO_BIQUAD_F32(
+        b0, b0 * -2.0 * q * cos(turn), b0 * q * q, -2.0 * p * cos(angle), p * p);
+}
+
+static void test_controller_finds_an_anti_windup_for_any_stable_cascade(void)
+{
+    const uint64_t seed   = 23;
+    random_t       r      = {seed};
+    int            full   = 0;
+    int            partly = 0;
+    printf("seed %llu\n", (unsigned long long)seed);
+    for (int i = 0; i < 500; i++)
+    {
+        tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_SECTIONS_MAX];
+        const uint32_t             count = 1u + (uint32_t)(random_bits(&r) % TRIBO_BIQUAD_SECTIONS_MAX);
+        double                     D     = 1.0;
+        for (uint32_t j = 0; j < count; j++)
+        {
+            sections[j] = random_section(&r);
+            D *= (double)sections[j].b0;
+        }
+        init(sections, count);
+        TEST_ASSERT_TRUE(conditioned_radius(sections, count, (double)params.anti_windup) < 1.0);
+        const bool is_full = fabs((double)params.anti_windup * D - 1.0) < 1e-3;
+        full += is_full;
+        partly += !is_full;
+    }
+    TEST_ASSERT_TRUE(full > 50);
+    TEST_ASSERT_TRUE(partly > 50);
+}
+
+// --- change of params --------------------------------------------------------------------------------------------
+
+static void test_controller_changes_params_without_a_bump(void)
+{
+    tribo_controller_f32_params_t other;
+    tribo_controller_f32_config_t other_config = config;
+    other_config.sections                      = pi_first;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_f32_init(&other, &other_config));
+    for (int k = 0; k < 2000; k++)
+    {
+        (void)step(0.002f, 0.1f);
+    }
+    const float before = seen.u_n;
+    tribo_controller_f32_change(&params, &other, &state, 0.002f, 0.0f);
+    const float after = tribo_controller_f32_step(&other, &state, 0.002f, 0.1f, &seen);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, before, after); // it had been rising by 1e-5 a tick
+    tribo_controller_f32_change(&other, &other, &state, 0.002f, -0.05f);
+    TEST_ASSERT_FLOAT_WITHIN(5e-3f, after - 0.05f, tribo_controller_f32_step(&other, &state, 0.002f, 0.1f, &seen));
+}
+
+static void test_controller_change_takes_bad_numbers_for_zero(void)
+{
+    (void)step(0.1f, 0.0f);
+    tribo_controller_f32_state_t zeros = state;
+    tribo_controller_f32_change(&params, &params, &zeros, 0.0f, 0.0f);
+    tribo_controller_f32_change(&params, &params, &state, NAN, INFINITY);
+    TEST_ASSERT_EQUAL_MEMORY(&zeros, &state, sizeof state);
+}
+
+// --- what must never happen --------------------------------------------------------------------------------------
+
+static void test_controller_takes_bad_inputs_for_zero_and_counts_them(void)
+{
+    const float bad[] = {NAN, -NAN, INFINITY, -INFINITY, FLT_MAX, 4.1e6f};
+    for (uint32_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+    {
+        (void)step(0.01f, 0.1f);
+        tribo_controller_f32_state_t   zeros = state;
+        tribo_controller_f32_signals_t other;
+        const float with_zero_e = tribo_controller_f32_step(&params, &zeros, 0.0f, 0.1f, &other);
+        TEST_ASSERT_SAME_FLOAT(with_zero_e, step(bad[i], 0.1f));
+        TEST_ASSERT_EQUAL_UINT32(2u * i + 1u, state.bad_inputs);
+        const float with_zero_feedforward = tribo_controller_f32_step(&params, &zeros, 0.01f, 0.0f, &other);
+        TEST_ASSERT_SAME_FLOAT(with_zero_feedforward, step(0.01f, bad[i]));
+        TEST_ASSERT_EQUAL_UINT32(2u * i + 2u, state.bad_inputs);
+    }
+}
+
+// --- set-up ------------------------------------------------------------------------------------------------------
+
+static void check_refused(tribo_status_t status)
+{
+    tribo_controller_f32_params_t out;
+    tribo_controller_f32_params_t untouched;
+    memset(&out, 0xa5, sizeof out);
+    memset(&untouched, 0xa5, sizeof untouched);
+    TEST_ASSERT_EQUAL_INT(status, tribo_controller_f32_init(&out, &config));
+    TEST_ASSERT_EQUAL_MEMORY(&untouched, &out, sizeof out);
+}
+
+static void test_controller_init_checks_every_field(void)
+{
+    const tribo_controller_f32_config_t good = config;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_controller_f32_init(NULL, &config));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_controller_f32_init(&params, NULL));
+    config.sections = NULL;
+    check_refused(TRIBO_ERR_NULL);
+    config               = good;
+    config.section_count = 0;
+    check_refused(TRIBO_ERR_SECTION_COUNT);
+    config = good;
+
+    const float bad_min[] = {0.01f, -1.01e6f, NAN, -INFINITY};
+    const float bad_max[] = {-0.01f, 1.01e6f, NAN, INFINITY};
+    for (size_t i = 0; i < 4; i++)
+    {
+        config.u_min_n = bad_min[i];
+        check_refused(TRIBO_ERR_U_MIN);
+        config         = good;
+        config.u_max_n = bad_max[i];
+        check_refused(TRIBO_ERR_U_MAX);
+        config = good;
+    }
+    config.u_min_n = 0.0f;
+    config.u_max_n = 0.0f;
+    check_refused(TRIBO_ERR_U_MAX);
+    config.u_max_n = 1.0e6f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_f32_init(&params, &config));
+    config.u_min_n = -1.0e6f;
+    config.u_max_n = 0.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_f32_init(&params, &config));
+}
+
+static void test_controller_init_refuses_cascades_that_it_cannot_run(void)
+{
+    const float small[] = {0.0f, 0.9e-6f, -0.9e-6f};
+    for (size_t i = 0; i < 3; i++)
+    {
+        const tribo_biquad_f32_section_t strictly_proper[] = {{small[i], 0.1f, 0.1f, 0.5f, 0.1f}};
+        config.sections                                    = strictly_proper;
+        config.section_count                               = 1;
+        check_refused(TRIBO_ERR_SECTION_FEEDTHROUGH);
+    }
+    const tribo_biquad_f32_section_t unstable[] = {TRIBO_BIQUAD_F32(1.0, 0.0, 0.0, -1.01, 0.0)};
+    config.sections                             = unstable;
+    check_refused(TRIBO_ERR_SECTION_UNSTABLE);
+
+    const tribo_biquad_f32_section_t two_integrators_cancelled[] = {TRIBO_BIQUAD_F32(1.0, -1.0, 0.0, -1.0, 0.0)};
+    config.sections                                              = two_integrators_cancelled;
+    check_refused(TRIBO_ERR_ANTI_WINDUP); // an integrator that its own zero hides from the output
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_controller_is_its_cascade_plus_the_feedforward);
+    RUN_TEST(test_controller_keeps_u_within_its_limits);
+    RUN_TEST(test_controller_conditions_its_states_on_the_limited_output);
+    RUN_TEST(test_controller_does_not_wind_up_whatever_its_zeros);
+    RUN_TEST(test_controller_leaves_its_limit_as_soon_as_the_error_turns);
+    RUN_TEST(test_controller_takes_the_largest_stable_conditioning);
+    RUN_TEST(test_controller_finds_an_anti_windup_for_any_stable_cascade);
+    RUN_TEST(test_controller_changes_params_without_a_bump);
+    RUN_TEST(test_controller_change_takes_bad_numbers_for_zero);
+    RUN_TEST(test_controller_takes_bad_inputs_for_zero_and_counts_them);
+    RUN_TEST(test_controller_init_checks_every_field);
+    RUN_TEST(test_controller_init_refuses_cascades_that_it_cannot_run);
+    return UNITY_END();
+}
