@@ -1,0 +1,36 @@
+/// Named columns of numbers from a CSV file, read strictly.
+///
+/// The first line names the columns; every other line has as many fields. Read without a word: CRLF, a byte order
+/// mark, quoted fields, spaces around a field, empty lines at the end, a missing last newline, columns that were not
+/// asked for. Everything else is an error with file, line and column (the position in the line, in bytes, from 1).
+
+#ifndef SIM_CSV_H
+#define SIM_CSV_H
+
+#include "support/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#define SIM_CSV_COLUMNS_MAX 8u ///< most columns that can be asked for at once
+
+typedef struct
+{
+    const char *name;
+    bool        optional;
+} sim_csv_column_t;
+
+typedef struct
+{
+    size_t  rows;
+    double *values[SIM_CSV_COLUMNS_MAX]; ///< by wanted column; null: optional and not there
+    size_t *lines;                       ///< by row: its line in the file
+    size_t *positions;                   ///< by row: where in the line the first wanted column is
+} sim_csv_t;
+
+/// Reads the `count` columns `wanted`. On failure nothing is left to free.
+bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error);
+
+void sim_csv_free(sim_csv_t *csv);
+
+#endif

@@ -1,0 +1,19 @@
+/// One message for the user: what is wrong, and where (FILE:LINE:COLUMN or --set key=value).
+///
+/// Functions of host_sim that can fail return false (or null) with the error filled in; the program prints it and
+/// ends. The first error is the one that is kept.
+
+#ifndef SIM_ERROR_H
+#define SIM_ERROR_H
+
+#include <stdbool.h>
+
+typedef struct
+{
+    char text[1024]; ///< empty: no error
+} sim_error_t;
+
+/// Writes the message unless there is one already. Always returns false.
+bool sim_error_set(sim_error_t *error, const char *format, ...);
+
+#endif

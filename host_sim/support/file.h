@@ -1,0 +1,14 @@
+/// A whole text file in memory.
+
+#ifndef SIM_FILE_H
+#define SIM_FILE_H
+
+#include "support/error.h"
+
+#include <stddef.h>
+
+/// The file's bytes and a 0 after them, to be freed by the caller; null with the error filled in if it cannot be
+/// read. A UTF-8 byte order mark at the start is left out. A zero byte in the file is an error.
+char *sim_file_read(const char *path, size_t *length, sim_error_t *error);
+
+#endif

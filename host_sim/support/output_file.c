@@ -1,0 +1,149 @@
+#include "support/output_file.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static void forget(sim_output_file_t *file)
+{
+    free(file->path);
+    free(file->temporary);
+    *file = (sim_output_file_t){0};
+}
+
+/// mkstemp makes files for their owner only; a result gets the mode that any new file would.
+static int open_temporary(char *name)
+{
+    const int descriptor = mkstemp(name);
+    if (descriptor >= 0)
+    {
+        const mode_t mask = umask(0);
+        (void)umask(mask);
+        (void)fchmod(descriptor, 0666u & ~mask);
+    }
+    return descriptor;
+}
+
+bool sim_output_file_open(sim_output_file_t *file, const char *path, sim_error_t *error)
+{
+    *file = (sim_output_file_t){0};
+    if (path == NULL)
+    {
+        file->stream = stdout;
+        return true;
+    }
+    const size_t size = strlen(path) + sizeof ".XXXXXX";
+    file->path        = strdup(path);
+    file->temporary   = malloc(size);
+    if (file->path == NULL || file->temporary == NULL)
+    {
+        forget(file);
+        return sim_error_set(error, "out of memory");
+    }
+    (void)snprintf(file->temporary, size, "%s.XXXXXX", path);
+    const int descriptor = open_temporary(file->temporary);
+    file->stream         = (descriptor >= 0) ? fdopen(descriptor, "wb") : NULL;
+    if (file->stream == NULL)
+    {
+        (void)sim_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
+        forget(file);
+        return false;
+    }
+    return true;
+}
+
+static bool flush_standard_output(sim_error_t *error)
+{
+    if (fflush(stdout) != 0 || ferror(stdout))
+    {
+        return sim_error_set(error, "standard output: cannot be written: %s", strerror(errno));
+    }
+    return true;
+}
+
+bool sim_output_file_commit(sim_output_file_t *file, sim_error_t *error)
+{
+    if (file->temporary == NULL)
+    {
+        *file = (sim_output_file_t){0};
+        return flush_standard_output(error);
+    }
+    errno         = 0;
+    bool      ok  = fflush(file->stream) == 0 && !ferror(file->stream);
+    int       why = errno;
+    const int end = fclose(file->stream);
+    if (ok && end != 0)
+    {
+        ok  = false;
+        why = errno;
+    }
+    if (ok && rename(file->temporary, file->path) != 0)
+    {
+        ok  = false;
+        why = errno;
+    }
+    if (!ok)
+    {
+        (void)unlink(file->temporary);
+        (void)sim_error_set(error, "%s: cannot be written: %s", file->path, strerror(why != 0 ? why : EIO));
+    }
+    forget(file);
+    return ok;
+}
+
+void sim_output_file_discard(sim_output_file_t *file)
+{
+    if (file->temporary != NULL)
+    {
+        (void)fclose(file->stream);
+        (void)unlink(file->temporary);
+    }
+    forget(file);
+}
+
+/// One folder; one that is there already is fine.
+static bool create_one(const char *path)
+{
+    if (mkdir(path, 0777) == 0)
+    {
+        return true;
+    }
+    const int   cause = errno;
+    struct stat info;
+    if (stat(path, &info) == 0)
+    {
+        errno = ENOTDIR;
+        return S_ISDIR(info.st_mode);
+    }
+    errno = cause;
+    return false;
+}
+
+bool sim_output_folder_create(const char *path, sim_error_t *error)
+{
+    char *partial = strdup(path);
+    if (partial == NULL)
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    bool ok = partial[0] != '\0';
+    errno   = ENOENT;
+    for (char *p = partial + 1; ok && *p != '\0'; p++)
+    {
+        if (*p == '/')
+        {
+            *p = '\0';
+            ok = create_one(partial);
+            *p = '/';
+        }
+    }
+    ok = ok && create_one(partial);
+    if (!ok)
+    {
+        (void)sim_error_set(error, "%s: the folder cannot be made: %s", path, strerror(errno));
+    }
+    free(partial);
+    return ok;
+}

@@ -1,0 +1,30 @@
+/// A file that appears whole or not at all: written beside its place under a temporary name, then renamed.
+
+#ifndef SIM_OUTPUT_FILE_H
+#define SIM_OUTPUT_FILE_H
+
+#include "support/error.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+
+typedef struct
+{
+    FILE *stream;
+    char *path;
+    char *temporary; ///< null for standard output
+} sim_output_file_t;
+
+/// Opens a temporary file beside `path`, or standard output if `path` is null.
+bool sim_output_file_open(sim_output_file_t *file, const char *path, sim_error_t *error);
+
+/// Flushes, checks everything written since the file was opened, and puts the file in its place. On failure nothing is left.
+bool sim_output_file_commit(sim_output_file_t *file, sim_error_t *error);
+
+/// Removes the temporary file. Does nothing to a file that is closed already or was never opened (all zero).
+void sim_output_file_discard(sim_output_file_t *file);
+
+/// Creates the folder `path` and those above it that are missing.
+bool sim_output_folder_create(const char *path, sim_error_t *error);
+
+#endif
