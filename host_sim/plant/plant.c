@@ -1,0 +1,67 @@
+#include "plant/plant.h"
+
+#include "plant/zoh.h"
+
+#include <stdlib.h>
+
+struct sim_plant
+{
+    const sim_truth_ops_t *ops;
+    void                  *truth;
+    double                 actuator_part, sensor_part;
+    double                 u_a_n, force_n, filtered_n;
+};
+
+sim_plant_t *sim_plant_create(const sim_plant_config_t *config, const sim_truth_ops_t *truth)
+{
+    sim_plant_t *plant = calloc(1, sizeof *plant);
+    if (plant == NULL)
+    {
+        return NULL;
+    }
+    plant->ops           = truth;
+    plant->truth         = truth->create(&config->truth, config->step_s);
+    plant->actuator_part = sim_zoh_first_order(config->actuator_pole_rad_per_s, config->step_s);
+    plant->sensor_part   = sim_zoh_first_order(config->sensor_pole_rad_per_s, config->step_s);
+    if (plant->truth == NULL)
+    {
+        free(plant);
+        return NULL;
+    }
+    return plant;
+}
+
+void sim_plant_reset(sim_plant_t *plant)
+{
+    plant->ops->reset(plant->truth);
+    plant->u_a_n      = 0.0;
+    plant->force_n    = 0.0;
+    plant->filtered_n = 0.0;
+}
+
+void sim_plant_destroy(sim_plant_t *plant)
+{
+    if (plant != NULL)
+    {
+        plant->ops->destroy(plant->truth);
+        free(plant);
+    }
+}
+
+void sim_plant_step(sim_plant_t *plant, double u_n, sim_plant_signals_t *signals)
+{
+    plant->u_a_n += plant->actuator_part * (u_n - plant->u_a_n);
+    signals->u_a_n = plant->u_a_n;
+    plant->force_n = plant->ops->step(plant->truth, plant->u_a_n, &signals->truth);
+    plant->filtered_n += plant->sensor_part * (plant->force_n - plant->filtered_n);
+}
+
+double sim_plant_force(const sim_plant_t *plant)
+{
+    return plant->force_n;
+}
+
+double sim_plant_filtered_force(const sim_plant_t *plant)
+{
+    return plant->filtered_n;
+}

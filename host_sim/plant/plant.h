@@ -1,0 +1,44 @@
+/// The plant that the loop controls (design: spec section 7), in double precision:
+///
+///     u --> actuator --u_a--> truth model --F--> sensor filter --> what the sensor then samples
+///           u_a' = p (u - u_a)  truth.h         y' = p (F - y)
+///
+/// A plant step lets the signal through once, left to right: each part goes on by its exact zero-order-hold solution,
+/// its input held at what the part before it has just reached. While the arm sticks, a drive that does not change within the
+/// step keeps it from creeping.
+
+#ifndef SIM_PLANT_H
+#define SIM_PLANT_H
+
+#include "plant/truth.h"
+
+typedef struct
+{
+    double             step_s;
+    double             actuator_pole_rad_per_s;
+    double             sensor_pole_rad_per_s;
+    sim_truth_config_t truth;
+} sim_plant_config_t;
+
+typedef struct sim_plant sim_plant_t;
+
+/// What one step saw.
+typedef struct
+{
+    double              u_a_n; ///< the actuator's force, which the arm felt
+    sim_truth_signals_t truth;
+} sim_plant_signals_t;
+
+/// A plant at rest, null if there is no memory. `config` must outlive it (its breakaway table is not copied).
+sim_plant_t *sim_plant_create(const sim_plant_config_t *config, const sim_truth_ops_t *truth);
+void         sim_plant_reset(sim_plant_t *plant);
+void         sim_plant_destroy(sim_plant_t *plant);
+
+/// Advances one step of step_s with `u_n` held.
+void sim_plant_step(sim_plant_t *plant, double u_n, sim_plant_signals_t *signals);
+
+/// The end-point force F, and F behind the sensor's pole, in N, now.
+double sim_plant_force(const sim_plant_t *plant);
+double sim_plant_filtered_force(const sim_plant_t *plant);
+
+#endif
