@@ -1,0 +1,143 @@
+/// A scenario as the program holds it: every key of a scenario file as a field, in physical units.
+///
+/// Values come from three places, the later over the earlier: the defaults below, a file, --set. Each is checked for
+/// its key, its type and its range, and every complaint names the place it came from. Keys, units, ranges and
+/// defaults: scenarios/README.md.
+
+#ifndef SIM_CONFIG_H
+#define SIM_CONFIG_H
+
+#include "plant/plant.h"
+#include "plant/sensor.h"
+#include "support/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef enum
+{
+    SIM_REFERENCE_TRIANGLE,
+    SIM_REFERENCE_SINE,
+    SIM_REFERENCE_STEP,
+    SIM_REFERENCE_RAMP,
+    SIM_REFERENCE_SAWTOOTH,
+    SIM_REFERENCE_CHIRP,
+    SIM_REFERENCE_CSV
+} sim_reference_kind_t;
+
+typedef struct
+{
+    sim_reference_kind_t kind;
+    double               low_n, high_n;
+    double               start_s;
+    double               period_s;
+    double               ramp_s;
+    double               from_hz, to_hz, sweep_s;
+    char                *file;
+} sim_reference_config_t;
+
+typedef enum
+{
+    SIM_MODEL_PAPER
+} sim_model_t;
+
+typedef struct
+{
+    sim_model_t           model;
+    double                step_s;
+    double                actuator_pole_rad_per_s;
+    sim_friction_config_t friction;
+    sim_arm_config_t      arm;
+} sim_plant_keys_t;
+
+typedef struct
+{
+    double   pole_rad_per_s;
+    double   noise_n;
+    uint64_t noise_seed;
+    double   quantisation_n;
+    double   delay_s;
+} sim_sensor_keys_t;
+
+typedef struct
+{
+    double b0, b1, b2, a1, a2;
+} sim_section_t;
+
+typedef enum
+{
+    SIM_CONTROLLER_PAPER, ///< tribo/paper_controller.h
+    SIM_CONTROLLER_Z,     ///< sections in z^-1
+    SIM_CONTROLLER_DELTA  ///< sections in d = z - 1, as tribo/biquad_f32.h has them
+} sim_controller_kind_t;
+
+typedef struct
+{
+    sim_controller_kind_t kind;
+    sim_section_t        *sections;
+    unsigned              sections_count;
+} sim_controller_config_t;
+
+typedef struct
+{
+    double                gain;
+    sim_friction_config_t friction;
+    sim_arm_config_t      arm;
+} sim_compensator_config_t;
+
+typedef struct
+{
+    double u_min_n, u_max_n;
+    double input_max_n;
+} sim_limits_config_t;
+
+typedef struct
+{
+    double  start_s;
+    double *end_s; ///< null: the end of the run
+} sim_metrics_config_t;
+
+typedef struct
+{
+    char                    *description;
+    double                   duration_s;
+    double                   sample_time_s;
+    sim_reference_config_t   reference;
+    sim_plant_keys_t         plant;
+    sim_sensor_keys_t        sensor;
+    sim_controller_config_t  controller;
+    sim_compensator_config_t compensator;
+    sim_limits_config_t      limits;
+    sim_metrics_config_t     metrics;
+} sim_config_t;
+
+/// A scenario under construction: the values and where each of them was written.
+typedef struct sim_scenario sim_scenario_t;
+
+/// All defaults: the paper's loop and plant. `duration_s` has none and is 0. Null if there is no memory.
+sim_scenario_t *sim_scenario_create(void);
+void            sim_scenario_destroy(sim_scenario_t *scenario);
+
+/// The values, to read or, in a program of one's own, to write.
+sim_config_t *sim_scenario_config(sim_scenario_t *scenario);
+
+/// Takes the keys of a scenario file, or of a file with the keys of `compensator` alone.
+bool sim_scenario_load(sim_scenario_t *scenario, const char *path, sim_error_t *error);
+bool sim_scenario_load_compensator(sim_scenario_t *scenario, const char *path, sim_error_t *error);
+
+/// Takes one "key=value", e.g. "plant.friction.breakaway.slope=0.36" or "controller.sections[0].b0=1.5".
+bool sim_scenario_set(sim_scenario_t *scenario, const char *assignment, sim_error_t *error);
+
+/// Checks what a file or --set gave: ranges, what belongs together, what is missing.
+bool sim_scenario_check(const sim_scenario_t *scenario, sim_error_t *error);
+
+/// Where `key` was written ("FILE:LINE" or "--set key=value"), or else its parent, or else the file as a whole.
+const char *sim_scenario_source(const sim_scenario_t *scenario, const char *key);
+
+/// The scenario file's folder with a '/' after it, "" if the key `reference.file` came from --set. To be freed.
+char *sim_scenario_reference_path(const sim_scenario_t *scenario);
+
+/// Every key, with what scenarios/README.md says of it: "key | type | range | default" a line. False: no memory.
+bool sim_scenario_print_keys(void);
+
+#endif

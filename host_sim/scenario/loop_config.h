@@ -1,0 +1,19 @@
+/// A scenario's values as the library's configuration, in single precision.
+
+#ifndef SIM_LOOP_CONFIG_H
+#define SIM_LOOP_CONFIG_H
+
+#include "scenario/config.h"
+#include "tribo/force_loop_f32.h"
+
+/// The configuration and the arrays it points to: not to be moved, and to outlive the params made of it.
+typedef struct
+{
+    tribo_force_loop_f32_config_t config;
+    tribo_biquad_f32_section_t    sections[TRIBO_BIQUAD_SECTIONS_MAX];
+    tribo_breakaway_point_f32_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
+} sim_loop_config_t;
+
+void sim_loop_config_fill(sim_loop_config_t *loop, const sim_config_t *config);
+
+#endif

@@ -1,0 +1,160 @@
+#include "scenario/runner.h"
+
+#include "scenario/check.h"
+#include "scenario/loop_config.h"
+#include "scenario/reference.h"
+#include "scenario/scenario_data.h"
+
+#include <math.h>
+#include <time.h>
+
+/// All that lives while a scenario runs.
+typedef struct
+{
+    const sim_config_t *config;
+    sim_reference_t     reference;
+    sim_plant_config_t  plant_config;
+    sim_plant_t        *plant;
+    sim_sensor_t        sensor;
+
+    sim_loop_config_t             loop_config;
+    tribo_force_loop_f32_params_t params;
+    tribo_force_loop_f32_state_t  state;
+
+    uint64_t ticks;
+    unsigned steps; ///< of the plant, a tick
+} run_t;
+
+typedef struct
+{
+    double   error_squares, measured_squares, max_error_n;
+    uint64_t count;
+} metrics_t;
+
+static double now_s(void)
+{
+    struct timespec now;
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void tear_down(run_t *run)
+{
+    sim_reference_free(&run->reference);
+    sim_plant_destroy(run->plant);
+    sim_sensor_free(&run->sensor);
+}
+
+static bool set_up_plant(run_t *run, sim_error_t *error)
+{
+    static const sim_truth_ops_t *const models[] = {[SIM_MODEL_PAPER] = &sim_paper_truth};
+
+    const sim_config_t *config = run->config;
+    run->plant_config          = (sim_plant_config_t){.step_s                  = config->sample_time_s / run->steps,
+                                                      .actuator_pole_rad_per_s = config->plant.actuator_pole_rad_per_s,
+                                                      .sensor_pole_rad_per_s   = config->sensor.pole_rad_per_s,
+                                                      .truth                   = {config->plant.friction, config->plant.arm}};
+
+    const sim_sensor_config_t sensor = {.noise_n        = config->sensor.noise_n,
+                                        .noise_seed     = config->sensor.noise_seed,
+                                        .quantisation_n = config->sensor.quantisation_n,
+                                        .delay_s        = config->sensor.delay_s};
+    if (!sim_sensor_init(&run->sensor, &sensor, run->plant_config.step_s))
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    run->plant = sim_plant_create(&run->plant_config, models[config->plant.model]);
+    return run->plant != NULL || sim_error_set(error, "out of memory");
+}
+
+static bool set_up(run_t *run, const sim_scenario_t *scenario, sim_error_t *error)
+{
+    const sim_config_t *config = scenario->config;
+    *run                       = (run_t){.config = config,
+                                         .ticks  = (uint64_t)round(config->duration_s / config->sample_time_s),
+                                         .steps  = (unsigned)round(config->sample_time_s / config->plant.step_s)};
+    sim_loop_config_fill(&run->loop_config, config);
+    const tribo_status_t status = tribo_force_loop_f32_init(&run->params, &run->loop_config.config);
+    tribo_force_loop_f32_reset(&run->state);
+    const bool ok = sim_check_status(scenario, status, error) && sim_reference_init(&run->reference, scenario, error) &&
+                    set_up_plant(run, error);
+    if (!ok)
+    {
+        tear_down(run);
+    }
+    return ok;
+}
+
+/// One tick and the plant steps after it.
+static void advance(run_t *run, uint64_t tick, sim_row_t *row)
+{
+    row->t_s      = (double)tick * run->config->sample_time_s;
+    row->r_n      = sim_reference_at(&run->reference, row->t_s);
+    row->force_n  = sim_plant_force(run->plant);
+    row->y_n      = sim_sensor_read(&run->sensor, sim_plant_filtered_force(run->plant));
+    const float u = tribo_force_loop_f32_step(&run->params, &run->state, (float)row->r_n, (float)row->y_n, &row->loop);
+
+    sim_plant_signals_t later;
+    for (unsigned step = 0; step < run->steps; step++)
+    {
+        sim_sensor_push(&run->sensor, sim_plant_filtered_force(run->plant));
+        sim_plant_step(run->plant, (double)u, step == 0 ? &row->plant : &later);
+    }
+}
+
+static void measure(metrics_t *metrics, const sim_config_t *config, const sim_row_t *row)
+{
+    const double end_s = (config->metrics.end_s != NULL) ? *config->metrics.end_s : config->duration_s;
+    // A tick at the window's edge counts as in at the start and as out at the end, rounding or not.
+    const double t_s = row->t_s + 0.5 * config->sample_time_s;
+    if (t_s < config->metrics.start_s || t_s > end_s)
+    {
+        return;
+    }
+    const double error          = row->r_n - row->force_n;
+    const double measured_error = row->r_n - row->y_n;
+    metrics->error_squares += error * error;
+    metrics->measured_squares += measured_error * measured_error;
+    metrics->max_error_n = fmax(metrics->max_error_n, fabs(error));
+    metrics->count++;
+}
+
+static void summarise(sim_summary_t *summary, const run_t *run, const metrics_t *metrics, double wall_s)
+{
+    const double count        = (metrics->count > 0) ? (double)metrics->count : 1.0;
+    *summary                  = (sim_summary_t){.rms_error_n          = sqrt(metrics->error_squares / count),
+                                                .max_error_n          = metrics->max_error_n,
+                                                .rms_measured_error_n = sqrt(metrics->measured_squares / count),
+                                                .ticks                = run->ticks,
+                                                .limited_ticks        = run->state.controller.limited_ticks,
+                                                .bad_inputs           = run->state.bad_inputs,
+                                                .simulated_s          = (double)run->ticks * run->config->sample_time_s,
+                                                .wall_s               = wall_s};
+    summary->real_time_factor = (wall_s > 0.0) ? summary->simulated_s / wall_s : 0.0;
+}
+
+bool sim_run(const sim_scenario_t *scenario,
+             sim_row_handler_t     handler,
+             void                 *context,
+             sim_summary_t        *summary,
+             sim_error_t          *error)
+{
+    const double start_s = now_s();
+    run_t        run;
+    if (!set_up(&run, scenario, error))
+    {
+        return false;
+    }
+    metrics_t metrics = {0};
+    bool      ok      = true;
+    for (uint64_t tick = 0; ok && tick < run.ticks; tick++)
+    {
+        sim_row_t row;
+        advance(&run, tick, &row);
+        measure(&metrics, run.config, &row);
+        ok = handler == NULL || handler(context, &row, (double)tick / (double)run.ticks, error);
+    }
+    summarise(summary, &run, &metrics, now_s() - start_s);
+    tear_down(&run);
+    return ok;
+}

@@ -1,0 +1,35 @@
+/// Plays a scenario: the library's force loop at every sample, the plant between samples.
+///
+///     at t = k h:   read y  ->  tribo_force_loop_f32_step(r, y)  ->  u, held until (k + 1) h
+///                   sample_time_s / step_s plant steps
+
+#ifndef SIM_RUNNER_H
+#define SIM_RUNNER_H
+
+#include "plant/plant.h"
+#include "scenario/config.h"
+#include "scenario/summary.h"
+#include "tribo/force_loop_f32.h"
+
+/// One tick, everything as it is at its time t.
+typedef struct
+{
+    double                         t_s;
+    double                         r_n;
+    double                         y_n;     ///< as the sensor gave it
+    double                         force_n; ///< F, the plant's
+    tribo_force_loop_f32_signals_t loop;
+    sim_plant_signals_t            plant;
+} sim_row_t;
+
+/// What to do at each tick; null is nothing. Returning false ends the run with the error filled in.
+typedef bool (*sim_row_handler_t)(void *context, const sim_row_t *row, double part_done, sim_error_t *error);
+
+/// Runs a checked scenario (sim_scenario_check) to its end.
+bool sim_run(const sim_scenario_t *scenario,
+             sim_row_handler_t     handler,
+             void                 *context,
+             sim_summary_t        *summary,
+             sim_error_t          *error);
+
+#endif

@@ -1,0 +1,26 @@
+/// What a run amounts to. The errors are over the metrics window, the counters over the whole run.
+
+#ifndef SIM_SUMMARY_H
+#define SIM_SUMMARY_H
+
+#include <stdint.h>
+
+typedef struct
+{
+    double   rms_error_n;          ///< of r - F
+    double   max_error_n;          ///< largest |r - F|
+    double   rms_measured_error_n; ///< of r - y
+    uint64_t ticks;
+    uint64_t limited_ticks;
+    uint64_t bad_inputs;
+    double   simulated_s;
+    double   wall_s; ///< of the loop, with what is written meanwhile
+    double   real_time_factor;
+} sim_summary_t;
+
+/// The summary as a JSON object, to be freed with free(); null if there is no memory. Keys carry their units:
+/// rms_error_N, max_error_N, rms_measured_error_N, ticks, limited_ticks, bad_inputs, simulated_s, wall_s,
+/// real_time_factor.
+char *sim_summary_to_json(const sim_summary_t *summary);
+
+#endif
