@@ -1,0 +1,232 @@
+#include "cli/commands.h"
+#include "cli/progress.h"
+#include "cli/scenario_folder.h"
+#include "cli/trace.h"
+#include "scenario/runner.h"
+#include "support/output_file.h"
+
+#include <getopt.h>
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct
+{
+    const char *scenario;
+    char      **sets; ///< the values of --set, in order
+    int         set_count;
+    const char *folder; ///< null: write nothing
+    bool        json;
+} options_t;
+
+/// Takes the command line; 0, or the status to exit with.
+static int take_options(options_t *options, int count, char **arguments)
+{
+    static const struct option known[] = {{"set", required_argument, NULL, 's'},
+                                          {"out", required_argument, NULL, 'o'},
+                                          {"json", no_argument, NULL, 'j'},
+                                          {NULL, 0, NULL, 0}};
+
+    opterr = 0;
+    int letter;
+    while ((letter = getopt_long(count, arguments, ":", known, NULL)) != -1)
+    {
+        switch (letter)
+        {
+        case 's':
+            if (strchr(optarg, '=') == NULL || optarg[0] == '=')
+            {
+                return sim_usage("--set %s: key=value is wanted", optarg);
+            }
+            options->sets[options->set_count++] = optarg;
+            break;
+        case 'o':
+            options->folder = optarg;
+            break;
+        case 'j':
+            options->json = true;
+            break;
+        case ':':
+            return sim_usage("run: %s wants a value", arguments[optind - 1]);
+        default:
+            return sim_usage("run: unknown option %s", arguments[optind - 1]);
+        }
+    }
+    if (optind + 1 != count)
+    {
+        return sim_usage("run: one scenario is wanted, not %d", count - optind);
+    }
+    options->scenario = arguments[optind];
+    return 0;
+}
+
+static bool load(sim_scenario_t *scenario, const options_t *options, sim_error_t *error)
+{
+    char *path = sim_scenario_path(options->scenario);
+    if (path == NULL)
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    bool ok = sim_scenario_load(scenario, path, error);
+    for (int i = 0; ok && i < options->set_count; i++)
+    {
+        ok = sim_scenario_set(scenario, options->sets[i], error);
+    }
+    free(path);
+    return ok && sim_scenario_check(scenario, error);
+}
+
+typedef struct
+{
+    sim_progress_t    progress;
+    sim_output_file_t trace;
+} recorder_t;
+
+static bool record(void *context, const sim_row_t *row, double part_done, sim_error_t *error)
+{
+    recorder_t *recorder = context;
+    sim_progress_update(&recorder->progress, part_done);
+    if (recorder->trace.stream != NULL)
+    {
+        sim_trace_write_row(recorder->trace.stream, row);
+        if (ferror(recorder->trace.stream))
+        {
+            return sim_output_file_commit(&recorder->trace, error); // which says why, and fails
+        }
+    }
+    return true;
+}
+
+static char *join(const char *folder, const char *name)
+{
+    const size_t size = strlen(folder) + strlen(name) + 2;
+    char        *path = malloc(size);
+    if (path != NULL)
+    {
+        (void)snprintf(path, size, "%s/%s", folder, name);
+    }
+    return path;
+}
+
+static bool open_in_folder(sim_output_file_t *file, const char *folder, const char *name, sim_error_t *error)
+{
+    char *path = join(folder, name);
+    if (path == NULL)
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    const bool ok = sim_output_file_open(file, path, error);
+    free(path);
+    return ok;
+}
+
+static bool simulate(const sim_scenario_t *scenario,
+                     const options_t      *options,
+                     sim_summary_t        *summary,
+                     sim_error_t          *error)
+{
+    recorder_t recorder = {.trace = {0}};
+    if (options->folder != NULL)
+    {
+        if (!sim_output_folder_create(options->folder, error) ||
+            !open_in_folder(&recorder.trace, options->folder, "trace.csv", error))
+        {
+            return false;
+        }
+        sim_trace_write_header(recorder.trace.stream);
+    }
+    sim_progress_start(&recorder.progress);
+    bool ok = sim_run(scenario, record, &recorder, summary, error);
+    sim_progress_end(&recorder.progress);
+    if (ok && options->folder != NULL)
+    {
+        ok = sim_output_file_commit(&recorder.trace, error);
+    }
+    sim_output_file_discard(&recorder.trace);
+    return ok;
+}
+
+static bool write_summary(const char *folder, const char *json, sim_error_t *error)
+{
+    sim_output_file_t file;
+    if (!open_in_folder(&file, folder, "summary.json", error))
+    {
+        return false;
+    }
+    (void)fprintf(file.stream, "%s\n", json);
+    return sim_output_file_commit(&file, error);
+}
+
+static void print_table(const sim_summary_t *summary, const options_t *options)
+{
+    (void)printf("%-26s%.6f N\n", "RMS error, r - F", summary->rms_error_n);
+    (void)printf("%-26s%.6f N\n", "largest error, r - F", summary->max_error_n);
+    (void)printf("%-26s%.6f N\n", "RMS measured error, r - y", summary->rms_measured_error_n);
+    (void)printf("%-26s%" PRIu64 " (limited %" PRIu64 ", bad inputs %" PRIu64 ")\n",
+                 "ticks",
+                 summary->ticks,
+                 summary->limited_ticks,
+                 summary->bad_inputs);
+    (void)printf("%-26s%g s in %.3f s, %.0f times real time\n",
+                 "simulated",
+                 summary->simulated_s,
+                 summary->wall_s,
+                 summary->real_time_factor);
+    if (options->folder != NULL)
+    {
+        (void)printf("%-26s%s/trace.csv, %s/summary.json\n", "written", options->folder, options->folder);
+    }
+}
+
+/// Shows and writes the results.
+static bool report(const sim_summary_t *summary, const options_t *options, sim_error_t *error)
+{
+    char *json = sim_summary_to_json(summary);
+    if (json == NULL)
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    bool ok = options->folder == NULL || write_summary(options->folder, json, error);
+    if (ok && options->json)
+    {
+        (void)puts(json);
+    }
+    else if (ok)
+    {
+        print_table(summary, options);
+    }
+    free(json);
+    sim_output_file_t standard_output;
+    return ok && sim_output_file_open(&standard_output, NULL, error) && sim_output_file_commit(&standard_output, error);
+}
+
+static bool run(const options_t *options, sim_error_t *error)
+{
+    sim_scenario_t *scenario = sim_scenario_create();
+    sim_summary_t   summary;
+    if (scenario == NULL)
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    const bool ok = load(scenario, options, error) && simulate(scenario, options, &summary, error) &&
+                    report(&summary, options, error);
+    sim_scenario_destroy(scenario);
+    return ok;
+}
+
+int sim_command_run(int count, char **arguments)
+{
+    options_t options = {.sets = calloc((size_t)count, sizeof *options.sets)};
+    if (options.sets == NULL)
+    {
+        return sim_failure("out of memory");
+    }
+    int status = take_options(&options, count, arguments);
+    if (status == 0)
+    {
+        sim_error_t error = {""};
+        status            = run(&options, &error) ? SIM_EXIT_OK : sim_failure(error.text);
+    }
+    free(options.sets);
+    return status;
+}

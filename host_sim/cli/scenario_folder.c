@@ -1,0 +1,48 @@
+#include "cli/scenario_folder.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+const char *sim_scenario_folder(void)
+{
+    const char *chosen = getenv("TRIBO_SCENARIOS");
+    if (chosen != NULL && chosen[0] != '\0')
+    {
+        return chosen;
+    }
+    return access(TRIBO_SCENARIOS_SOURCE, R_OK) == 0 ? TRIBO_SCENARIOS_SOURCE : TRIBO_SCENARIOS_INSTALLED;
+}
+
+static bool exists(const char *path)
+{
+    return access(path, F_OK) == 0;
+}
+
+char *sim_scenario_path(const char *name)
+{
+    if (exists(name) || strchr(name, '/') != NULL)
+    {
+        return strdup(name);
+    }
+    const char  *folder = sim_scenario_folder();
+    const size_t size   = strlen(folder) + strlen(name) + sizeof "/.yaml";
+    char        *path   = malloc(size);
+    if (path == NULL)
+    {
+        return NULL;
+    }
+    static const char *const endings[] = {"", ".yaml"};
+    for (size_t i = 0; i < 2; i++)
+    {
+        (void)snprintf(path, size, "%s/%s%s", folder, name, endings[i]);
+        if (exists(path))
+        {
+            return path;
+        }
+    }
+    free(path);
+    return strdup(name);
+}
