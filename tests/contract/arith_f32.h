@@ -1,0 +1,102 @@
+// The f32 loop as the contract suite sees it: physical units in double.
+
+#ifndef TESTS_CONTRACT_ARITH_F32_H
+#define TESTS_CONTRACT_ARITH_F32_H
+
+#include "seen.h"
+#include "tribo/force_loop_f32.h"
+
+#define GOLDEN_FRICTION_TOLERANCE_N    2e-7 // asked: 2e-5
+#define GOLDEN_COMPENSATOR_TOLERANCE_N 5e-6 // asked: 5e-5
+#define ROUNDING                       1e-7 // of a force of 1 N
+
+typedef struct
+{
+    tribo_friction_f32_params_t params;
+    tribo_friction_f32_state_t  state;
+} friction_t;
+
+typedef struct
+{
+    tribo_compensator_f32_params_t params;
+    tribo_compensator_f32_state_t  state;
+} compensator_t;
+
+typedef struct
+{
+    tribo_force_loop_f32_params_t params;
+    tribo_force_loop_f32_state_t  state;
+} loop_t;
+
+static inline friction_seen_t friction_seen(const tribo_friction_f32_signals_t *s)
+{
+    return (friction_seen_t){.n  = (double)s->n_n,
+                             .L  = (double)s->L_n,
+                             .v  = (double)s->v_n_per_s,
+                             .f  = (double)s->f_n,
+                             .q1 = s->q1,
+                             .q2 = s->q2,
+                             .q  = s->q};
+}
+
+static inline compensator_seen_t compensator_seen(const tribo_compensator_f32_signals_t *s)
+{
+    return (compensator_seen_t){.F = (double)s->force_n, .friction = friction_seen(&s->friction)};
+}
+
+static inline void friction_reset(friction_t *x)
+{
+    tribo_friction_f32_reset(&x->state);
+}
+
+static inline tribo_status_t friction_init(friction_t *x, const tribo_friction_f32_config_t *config, double sample_time_s)
+{
+    friction_reset(x);
+    return tribo_friction_f32_init(&x->params, config, (float)sample_time_s);
+}
+
+static inline friction_seen_t friction_step(friction_t *x, double u, double F)
+{
+    tribo_friction_f32_signals_t signals;
+    (void)tribo_friction_f32_step(&x->params, &x->state, (float)u, (float)F, &signals);
+    return friction_seen(&signals);
+}
+
+static inline tribo_status_t
+compensator_init(compensator_t *x, const tribo_compensator_f32_config_t *config, double sample_time_s)
+{
+    tribo_compensator_f32_reset(&x->state);
+    return tribo_compensator_f32_init(&x->params, config, (float)sample_time_s);
+}
+
+static inline compensator_seen_t compensator_step(compensator_t *x, double u)
+{
+    tribo_compensator_f32_signals_t signals;
+    (void)tribo_compensator_f32_step(&x->params, &x->state, (float)u, &signals);
+    return compensator_seen(&signals);
+}
+
+static inline void loop_reset(loop_t *x)
+{
+    tribo_force_loop_f32_reset(&x->state);
+}
+
+static inline tribo_status_t loop_init(loop_t *x, const tribo_force_loop_f32_config_t *config)
+{
+    loop_reset(x);
+    return tribo_force_loop_f32_init(&x->params, config);
+}
+
+static inline loop_seen_t loop_step(loop_t *x, double r, double y)
+{
+    tribo_force_loop_f32_signals_t signals;
+    const float                    u = tribo_force_loop_f32_step(&x->params, &x->state, (float)r, (float)y, &signals);
+    return (loop_seen_t){.e           = (double)signals.e_n,
+                         .feedforward = (double)signals.feedforward_n,
+                         .v           = (double)signals.controller.v_n,
+                         .u           = (double)u,
+                         .limited     = signals.controller.limited,
+                         .compensator = compensator_seen(&signals.compensator)};
+}
+
+#endif
