@@ -1,0 +1,276 @@
+"""The table and the pictures of tools/demo.
+
+    demo_report.py WITHOUT_DIR WITH_DIR REPLAY_CSV OUT_DIR
+
+Reads what two runs of tribo-sim wrote, without and with friction compensation, and the output of tribo-sim replay for
+the friction law with k = 1.1. Prints the table, writes PNG and SVG. The same data give the same files: no date, no
+random ids.
+"""
+
+import bisect
+import csv
+import json
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.ticker import MultipleLocator
+
+# Okabe and Ito's colours, which remain apart for colour-blind readers.
+REFERENCE = "#000000"
+WITHOUT = "#D55E00"
+WITH = "#0072B2"
+THIRD = "#009E73"
+GUIDE = "#767676"
+
+PERIOD_S = 20.0  # of the triangle
+SETTLED_S = 20.0  # the first period starts from rest and counts in no figure
+PAPER_RMS_N = 0.0038, 0.0010  # without and with compensation
+TURNS_DOWN_S = 30.0
+TURNS_UP_S = 40.0
+
+matplotlib.rcParams.update(
+    {
+        "axes.axisbelow": True,
+        "axes.grid": True,
+        "axes.spines.right": False,
+        "axes.spines.top": False,
+        "axes.titlelocation": "left",
+        "axes.titlesize": 11,
+        "figure.constrained_layout.h_pad": 0.08,
+        "figure.constrained_layout.use": True,
+        "figure.dpi": 100,
+        "font.family": "DejaVu Sans",
+        "font.size": 10,
+        "grid.color": "#E4E4E4",
+        "legend.frameon": False,
+        "lines.linewidth": 1.4,
+        "lines.solid_joinstyle": "round",
+        "savefig.dpi": 160,
+        "svg.fonttype": "path",
+        "svg.hashsalt": "tribo",
+    }
+)
+
+
+class Trace:
+    """The columns of a CSV file of tribo-sim by name, as lists of numbers."""
+
+    def __init__(self, columns):
+        self._columns = columns
+
+    @classmethod
+    def read(cls, path):
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = csv.reader(file)
+            names = next(rows)
+            columns = zip(*([float(text) for text in row] for row in rows))
+        return cls(dict(zip(names, map(list, columns))))
+
+    def __getitem__(self, name):
+        return self._columns[name]
+
+    def between(self, start_s, end_s):
+        """The same columns from start_s to end_s."""
+        times = self["t_s"]
+        kept = slice(bisect.bisect_left(times, start_s), bisect.bisect_right(times, end_s))
+        return Trace({name: values[kept] for name, values in self._columns.items()})
+
+    def around(self, time_s, half_s):
+        return self.between(time_s - half_s, time_s + half_s)
+
+    def error_mn(self):
+        """r - F, in mN."""
+        return [1e3 * (r - force) for r, force in zip(self["r_N"], self["F_N"])]
+
+
+def rms(values):
+    return (sum(value * value for value in values) / len(values)) ** 0.5
+
+
+def title(figure, text):
+    """In a line above all axes; a legend on the right shares it."""
+    figure.suptitle(text, x=0.012, ha="left", fontsize=13, fontweight="bold")
+
+
+def legend(figure, axes):
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="upper right", ncols=len(labels), handlelength=1.6, columnspacing=1.4, borderaxespad=0.1
+    )
+
+
+def label_time(axes, trace):
+    start_s, end_s = round(trace["t_s"][0], 1), round(trace["t_s"][-1], 1)
+    axes.set_xlabel("time (s)")
+    axes.set_xlim(start_s, end_s)
+    axes.xaxis.set_major_locator(MultipleLocator(10.0 if end_s - start_s > 10.0 else 1.0 if end_s - start_s > 2.5 else 0.5))
+
+
+def corners(times, values):
+    """The points of a two-valued signal that a step plot needs."""
+    last = len(values) - 1
+    kept = [i for i, value in enumerate(values) if i in (0, last) or value != values[i - 1]]
+    return [times[i] for i in kept], [values[i] for i in kept]
+
+
+def by_direction(trace, values):
+    """`values` where the net force rises and where it falls, each with gaps for the other."""
+    n = trace["n_N"]
+    rises = [after > before for before, after in zip(n, n[1:])]
+    rises.append(rises[-1])
+    gap = float("nan")
+    return (
+        [value if up else gap for value, up in zip(values, rises)],
+        [gap if up else value for value, up in zip(values, rises)],
+    )
+
+
+def draw_force(axes, without, with_):
+    axes.plot(without["t_s"], without["F_N"], color=WITHOUT, label="without compensation")
+    axes.plot(with_["t_s"], with_["F_N"], color=WITH, label="with compensation")
+    axes.plot(with_["t_s"], with_["r_N"], color=REFERENCE, linestyle=(0, (4, 2)), linewidth=1.1, label="reference")
+    axes.set_ylabel("force (N)")
+    label_time(axes, with_)
+
+
+def draw_errors(rows, without, with_):
+    """Below each other at one scale: `rows` share their axes."""
+    for axes, trace, colour, name in zip(rows, (without, with_), (WITHOUT, WITH), ("Without", "With")):
+        axes.axhline(0.0, color=GUIDE, linewidth=0.8)
+        axes.plot(trace["t_s"], trace.error_mn(), color=colour)
+        axes.set_ylabel("r − F (mN)")
+        axes.set_title(f"{name} compensation: {rms(trace.error_mn()):.2f} mN RMS")
+    label_time(rows[-1], with_)
+
+
+def force_figure(without, with_):
+    figure, (whole, up, down) = plt.subplots(1, 3, figsize=(12, 4.2), width_ratios=(2, 1, 1))
+    title(figure, "Force, triangle benchmark")
+    draw_force(whole, without, with_)
+    whole.set_title("Two periods")
+    for axes, time_s, way in ((up, TURNS_UP_S, "up"), (down, TURNS_DOWN_S, "down")):
+        draw_force(axes, without.around(time_s, 1.5), with_.around(time_s, 1.5))
+        axes.set_title(f"Where it turns {way}")
+    legend(figure, whole)
+    return figure
+
+
+def error_figure(without, with_):
+    figure, rows = plt.subplots(2, 1, figsize=(10, 5.2), sharex=True, sharey=True)
+    title(figure, "Error, triangle benchmark")
+    draw_errors(rows, without, with_)
+    return figure
+
+
+def hysteresis_figure(replay, with_):
+    figure, (law, rest) = plt.subplots(1, 2, figsize=(12, 5))
+    title(figure, "Friction against net force")
+    for part, colour, name in zip(by_direction(replay, replay["f_hat_N"]), (WITH, WITHOUT), ("rises", "falls")):
+        law.plot(replay["n_N"], part, color=colour, label=f"net force {name}", linewidth=1.8)
+    breakaway = replay["L_N"][0]
+    for level in (-breakaway, breakaway):
+        law.axhline(level, color=GUIDE, linestyle=":", linewidth=1.2)
+    law.text(-breakaway, breakaway - 0.004, "breakaway L", color=GUIDE, va="top")
+    law.set_title("The law drawn with k = 1.1, at F = 0.5 N")
+    law.set_ylabel("friction f (N)")
+    for time_s, colour in ((TURNS_UP_S, WITH), (TURNS_DOWN_S, WITHOUT)):
+        turn = with_.between(time_s + 0.01, time_s + 0.5)
+        rest.plot(turn["n_N"], [1e3 * (n - f) for n, f in zip(turn["n_N"], turn["f_hat_N"])], color=colour, linewidth=1.8)
+    rest.set_title("Two turns of the benchmark, k = 6 to 20: the force that is left")
+    rest.set_ylabel("n − f (mN)")
+    for axes in (law, rest):
+        axes.set_xlabel("net force n (N)")
+    legend(figure, law)
+    return figure
+
+
+def relay_figure(with_):
+    figure, rows = plt.subplots(4, 2, figsize=(12, 6.5), sharex="col", sharey="row", height_ratios=(4, 1, 1, 1))
+    title(figure, "Relay signals of the compensator, triangle benchmark")
+    turns = (
+        ("up", TURNS_UP_S, -0.75, "Q2 sets above −0.75", 0.8, "Q2 resets when n falls from beyond 0.8"),
+        ("down", TURNS_DOWN_S, 0.75, "Q1 sets below 0.75", -0.8, "Q1 resets when n rises from beyond −0.8"),
+    )
+    for column, (way, time_s, set_level, set_text, reset_level, reset_text) in enumerate(turns):
+        trace = with_.around(time_s, 1.0)
+        times = trace["t_s"]
+        net = rows[0][column]
+        for level in (set_level, reset_level):
+            net.axhline(level, color=GUIDE, linestyle=":", linewidth=1.2)
+        net.plot(times, [n / L for n, L in zip(trace["n_N"], trace["L_N"])], color=REFERENCE)
+        # Each text stands over its line, on the side that the curve leaves free.
+        net.text(times[-1], set_level + 0.05, set_text, color=GUIDE, ha="right", va="bottom")
+        net.text(times[0] + 0.02, reset_level + 0.05, reset_text, color=GUIDE, va="bottom")
+        net.set_ylim(-1.15, 1.15)
+        net.set_title(f"Where the reference turns {way}")
+        for axes, name, colour in zip((row[column] for row in rows[1:]), ("Q1", "Q2", "Q"), (WITHOUT, WITH, THIRD)):
+            points = corners(times, trace[name])
+            axes.fill_between(*points, step="post", color=colour, alpha=0.25, linewidth=0)
+            axes.step(*points, where="post", color=colour)
+            axes.set_ylim(-0.15, 1.25)
+            axes.set_yticks((0, 1))
+            axes.grid(axis="y", visible=False)
+            if column == 0:
+                axes.set_ylabel(name, rotation=0, ha="right", va="center", color=colour, fontweight="bold")
+        label_time(rows[-1][column], trace)
+    rows[0][0].set_ylabel("net force n / breakaway L")
+    return figure
+
+
+def hero_figure(without, with_):
+    figure = plt.figure(figsize=(12, 5))
+    title(figure, "Friction-compensated force control")
+    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.25))
+    force = figure.add_subplot(grid[:, 0])
+    draw_force(force, without.around(TURNS_DOWN_S, 1.8), with_.around(TURNS_DOWN_S, 1.8))
+    force.set_title("The force where its reference turns")
+    upper = figure.add_subplot(grid[0, 1])
+    lower = figure.add_subplot(grid[1, 1], sharex=upper, sharey=upper)
+    draw_errors((upper, lower), without, with_)
+    upper.tick_params(labelbottom=False)
+    legend(figure, force)
+    return figure
+
+
+def print_table(folders):
+    """The benchmark's figure beside the paper's."""
+    measured = [json.loads((folder / "summary.json").read_text(encoding="utf-8"))["rms_error_N"] for folder in folders]
+    rows = [
+        ("without compensation (gain 0)", *(1e3 * values[0] for values in (PAPER_RMS_N, measured)), " mN"),
+        ("with compensation (gain 0.85)", *(1e3 * values[1] for values in (PAPER_RMS_N, measured)), " mN"),
+        ("without / with", *(values[0] / values[1] for values in (PAPER_RMS_N, measured)), "   "),
+    ]
+    print(f"{'RMS of r - F, triangle':<32}{'paper':>10}{'this run':>12}{'ratio':>8}")
+    for name, paper, run, unit in rows:
+        print(f"{name:<32}{paper:7.2f}{unit}{run:9.3f}{unit}{run / paper:8.2f}")
+
+
+def main():
+    if len(sys.argv) != 5:
+        sys.exit(__doc__)
+    folders = [pathlib.Path(folder) for folder in sys.argv[1:3]]
+    print_table(folders)
+    without, with_ = (
+        Trace.read(folder / "trace.csv").between(SETTLED_S, SETTLED_S + 2 * PERIOD_S) for folder in folders
+    )
+    replay = Trace.read(sys.argv[3]).between(4.0, 8.0)
+    out = pathlib.Path(sys.argv[4])
+    out.mkdir(parents=True, exist_ok=True)
+    figures = {
+        "hero": hero_figure(without, with_),
+        "force": force_figure(without, with_),
+        "error": error_figure(without, with_),
+        "hysteresis": hysteresis_figure(replay, with_),
+        "relays": relay_figure(with_),
+    }
+    for name, figure in figures.items():
+        figure.savefig(out / f"{name}.png", metadata={"Software": None})
+        figure.savefig(out / f"{name}.svg", metadata={"Date": None, "Creator": None})
+
+
+if __name__ == "__main__":
+    main()
