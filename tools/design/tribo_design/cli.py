@@ -1,0 +1,82 @@
+"""tribo-design: the command line."""
+
+import argparse
+import os
+import sys
+
+from . import __version__
+from .errors import DesignError, LimitError
+
+
+def main(argv=None):
+    try:
+        return _run(argv)
+    except LimitError as error:
+        if error.table:
+            print(error.table)
+        print(f"tribo-design: {error}", file=sys.stderr)
+        print("tribo-design: nothing was written", file=sys.stderr)
+        return error.exit_code
+    except DesignError as error:
+        for line in str(error).splitlines():
+            print(f"tribo-design: {line}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("tribo-design: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except Exception as error:  # noqa: BLE001 - never a traceback; TRIBO_DESIGN_DEBUG=1 shows it to a developer
+        if os.environ.get("TRIBO_DESIGN_DEBUG"):
+            raise
+        print(f"tribo-design: internal error ({type(error).__name__}: {error}); please report it with the input file. "
+              "TRIBO_DESIGN_DEBUG=1 shows where", file=sys.stderr)
+        return 70
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="tribo-design", description="From a plant and weights to checked C coefficients.")
+    parser.add_argument("--version", action="version", version=f"tribo-design {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True)
+
+    command = commands.add_parser("synthesize", help="weights + plant -> K(s) -> reduced -> discrete -> sections -> f32 -> Q31")
+    command.add_argument("design", metavar="DESIGN.yaml")
+    command.add_argument("--out", required=True, metavar="DIR", help="directory for the C, JSON and reports; replaced when it is an earlier output")
+    command.add_argument("--no-plots", action="store_true", help="reports without plots (faster)")
+    command.add_argument("--time-limit", type=float, metavar="SECONDS", help="instead of synthesis.time_limit_s")
+
+    command = commands.add_parser("import", help="a controller made elsewhere, checked and converted")
+    command.add_argument("controller", metavar="K.json|K.csv|K.mat")
+    command.add_argument("--design", required=True, metavar="DESIGN.yaml", help="plant, sample time and limits; weights may be left out")
+    command.add_argument("--out", required=True, metavar="DIR")
+    command.add_argument("--no-plots", action="store_true")
+
+    command = commands.add_parser("identify-plant", help="gain and poles from an open-loop step response")
+    command.add_argument("step", metavar="STEP.csv", help="columns t_s, y and u (or no u and --step-size)")
+    command.add_argument("--step-size", type=float, metavar="U", help="height of the input step at the first sample, when there is no column u")
+    command.add_argument("--order", type=int, metavar="N", help="number of poles, 1 to 6 (default: the order the data supports)")
+    command.add_argument("--out", metavar="DIR", help="writes plant.yaml, identification.json and a report with a plot")
+
+    command = commands.add_parser("check", help="reads generated files back from the C header and verifies the loop again")
+    command.add_argument("dir", metavar="DIR")
+    return parser
+
+
+def _run(argv):
+    options = _parser().parse_args(argv)
+    if options.command == "synthesize":
+        from . import commands
+
+        return commands.synthesize(options)
+    if options.command == "import":
+        from . import commands
+
+        return commands.import_controller(options)
+    if options.command == "identify-plant":
+        from . import identify
+
+        return identify.command(options)
+    from . import check
+
+    return check.command(options)

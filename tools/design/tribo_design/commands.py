@@ -1,0 +1,58 @@
+"""synthesize and import: run the steps, then write everything or nothing."""
+
+from pathlib import Path
+
+from . import emit, pipeline
+from .config import load_design, read_text
+from .errors import InputError
+from .output import check_replaceable, write_directory
+
+
+def synthesize(options):
+    design, digest = load_design(options.design)
+    if options.time_limit is not None:
+        if not 0.001 <= options.time_limit <= 3600:
+            raise InputError(f"--time-limit: value {options.time_limit:g}: must be at least 0.001 and at most 3600")
+        design = design.model_copy(update={"synthesis": design.synthesis.model_copy(update={"time_limit_s": options.time_limit})})
+    check_replaceable(options.out)
+    result = pipeline.synthesize(design, digest, Path(options.design).name)
+    return _finish(result, options)
+
+
+def import_controller(options):
+    from .importer import load_controller
+
+    design, _ = load_design(options.design)
+    controller, digest = load_controller(options.controller, design)
+    check_replaceable(options.out)
+    result = pipeline.from_import(design, digest, Path(options.controller).name, controller)
+    return _finish(result, options)
+
+
+def files_of(result, design_text, plots):
+    """Every file of the output directory: name -> bytes."""
+    from . import report
+
+    name = result.design.name
+    files = {f"{name}_controller.h": emit.header(result).encode(), f"{name}_controller.c": emit.source(result).encode(),
+             f"{name}_design.json": emit.as_json(result).encode(), "DESIGN.yaml": design_text.encode()}
+    images = {}
+    if plots:
+        from . import plots as drawing
+
+        images = drawing.draw_all(result)
+        files.update({f"plots/{n}.png": data for n, data in images.items()})
+    files["report.md"] = report.markdown(result, images).encode()
+    files["report.html"] = report.html(result, images).encode()
+    return files
+
+
+def _finish(result, options):
+    print(pipeline.table_text(result))
+    for remark in result.warnings:
+        print(f"note: {remark}")
+    text, _ = read_text(options.design)
+    files = files_of(result, text, not options.no_plots)
+    write_directory(options.out, files)
+    print(f"wrote {options.out}: {', '.join(sorted(files))}")
+    return 0

@@ -1,0 +1,404 @@
+"""DESIGN.yaml: what is allowed in it, and errors that name file, line, field, value and range."""
+
+import hashlib
+import math
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal, Optional
+
+import numpy as np
+import yaml
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from .errors import InputError
+from .systems import Zpk
+
+ROOT_MAX = 1e12  # rad/s
+GAIN_MAX = 1e12
+ORDER_MAX = 20
+
+
+def _number(value):
+    """YAML 1.1 reads 20e-4 as text: take it as the number it is."""
+    if isinstance(value, bool):
+        raise ValueError("must be a number")
+    if isinstance(value, str):
+        try:
+            value = float(value)
+        except ValueError:
+            raise ValueError("must be a number") from None
+    if isinstance(value, (int, float)):
+        if not math.isfinite(value):
+            raise ValueError("must be finite")
+        return float(value)
+    raise ValueError("must be a number")
+
+
+def _root(value):
+    if isinstance(value, str):
+        text = re.sub(r"\s+", "", value).replace("i", "j")
+        try:
+            value = complex(text)
+        except ValueError:
+            raise ValueError("must be a number or a complex number like -139+203j") from None
+    if isinstance(value, bool) or not isinstance(value, (int, float, complex)):
+        raise ValueError("must be a number or a complex number like -139+203j")
+    value = complex(value)
+    if not (math.isfinite(value.real) and math.isfinite(value.imag)):
+        raise ValueError("must be finite")
+    if not abs(value) <= ROOT_MAX:
+        raise ValueError(f"must be within {ROOT_MAX:g} rad/s of 0")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+Root = Annotated[complex, BeforeValidator(_root)]
+Positive = Annotated[Number, Field(gt=0, le=GAIN_MAX)]
+
+
+class Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", arbitrary_types_allowed=True, frozen=True)
+
+
+def check_conjugates(roots, what):
+    left = [r for r in roots if r.imag != 0]
+    while left:
+        root = left.pop()
+        twin = next((r for r in left if abs(r - root.conjugate()) <= 1e-9 * abs(root)), None)
+        if twin is None:
+            raise ValueError(f"{what} {format_root(root)} has no complex conjugate: complex roots come in pairs")
+        left.remove(twin)
+
+
+def format_root(root):
+    root = complex(root)
+    return f"{root.real:g}" if root.imag == 0 else f"{root.real:g}{root.imag:+g}j"
+
+
+class System(Strict):
+    """A system in one of the forms: {gain|k, zeros, poles}, {num, den}, {a, b, c, d}, or a plain number."""
+
+    gain: Optional[Number] = None  # steady-state gain
+    k: Optional[Number] = None  # gain of the zpk form, the ratio of the leading coefficients
+    zeros: Annotated[list[Root], Field(max_length=ORDER_MAX)] = []
+    poles: Annotated[list[Root], Field(max_length=ORDER_MAX)] = []
+    num: Optional[Annotated[list[Number], Field(min_length=1, max_length=ORDER_MAX + 1)]] = None
+    den: Optional[Annotated[list[Number], Field(min_length=1, max_length=ORDER_MAX + 1)]] = None
+    a: Optional[list[list[Number]]] = None
+    b: Optional[list[list[Number]]] = None
+    c: Optional[list[list[Number]]] = None
+    d: Optional[list[list[Number]]] = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_number(cls, value):
+        if isinstance(value, (int, float, str)) and not isinstance(value, bool):
+            return {"k": value}
+        if not isinstance(value, dict):
+            raise ValueError("must be a number, or one of the forms {gain, zeros, poles}, {num, den}, {a, b, c, d}")
+        value = dict(value)
+        for name in ("b", "c", "d", "a"):  # plain lists and numbers for single-input, single-output matrices
+            entry = value.get(name)
+            if isinstance(entry, (int, float, str)) and not isinstance(entry, bool):
+                value[name] = [[entry]]
+            elif isinstance(entry, list) and entry and not any(isinstance(e, list) for e in entry):
+                value[name] = [[e] for e in entry] if name == "b" else [entry]
+        return value
+
+    @model_validator(mode="after")
+    def _one_form(self):
+        forms = []
+        if self.gain is not None or self.k is not None or self.zeros or self.poles:
+            forms.append("zpk")
+        if self.num is not None or self.den is not None:
+            forms.append("tf")
+        if any(m is not None for m in (self.a, self.b, self.c, self.d)):
+            forms.append("ss")
+        if len(forms) != 1:
+            raise ValueError("give exactly one of the forms {gain, zeros, poles}, {num, den}, {a, b, c, d}"
+                             + (f"; found {' and '.join(forms)}" if forms else ""))
+        getattr(self, f"_check_{forms[0]}")()
+        return self
+
+    def _check_zpk(self):
+        if (self.gain is None) == (self.k is None):
+            raise ValueError("give either gain (steady state) or k (leading coefficients), not both")
+        value = self.gain if self.gain is not None else self.k
+        if value == 0 or abs(value) > 1e60:
+            raise ValueError("gain must not be 0, and at most 1e60")
+        check_conjugates(self.zeros, "zeros:")
+        check_conjugates(self.poles, "poles:")
+        if self.gain is not None and any(r == 0 for r in [*self.zeros, *self.poles]):
+            raise ValueError("gain is the steady-state gain; with a root at 0 give k instead")
+
+    def _check_tf(self):
+        if self.num is None or self.den is None:
+            raise ValueError("a transfer function needs num and den")
+        if not any(self.num):
+            raise ValueError("num must not be all 0")
+        if not any(self.den):
+            raise ValueError("den must not be all 0")
+
+    def _check_ss(self):
+        if self.a is None or self.b is None or self.c is None:
+            raise ValueError("a state-space form needs a, b and c (d is 0 when left out)")
+        n = len(self.a)
+        if not 1 <= n <= ORDER_MAX:
+            raise ValueError(f"a: 1 to {ORDER_MAX} rows, found {n}")
+        for name, rows, columns in (("a", n, n), ("b", n, 1), ("c", 1, n), ("d", 1, 1)):
+            matrix = getattr(self, name)
+            if matrix is None:
+                continue
+            shape = f"{len(matrix)} x {'/'.join(sorted({str(len(row)) for row in matrix}))}"
+            if len(matrix) != rows or any(len(row) != columns for row in matrix):
+                raise ValueError(f"{name}: must be {rows} x {columns} (single input, single output), found {shape}")
+
+    @property
+    def form(self):
+        return "tf" if self.num is not None else "ss" if self.a is not None else "zpk"
+
+    def matrices(self):
+        d = self.d if self.d is not None else [[0.0]]
+        return tuple(np.array(m, float) for m in (self.a, self.b, self.c, d))
+
+    def zpk(self):
+        """Zeros, poles and gain; the caller has to see to hidden modes of a state-space form first."""
+        if self.form == "zpk":
+            system = Zpk(self.zeros, self.poles, 1.0)
+            return system.with_value_at(0.0, self.gain) if self.gain is not None else Zpk(self.zeros, self.poles, self.k)
+        if self.form == "tf":
+            num, den = np.trim_zeros(np.array(self.num), "f"), np.trim_zeros(np.array(self.den), "f")
+            return Zpk(np.roots(num), np.roots(den), num[0] / den[0])
+        import control as ct
+
+        from .systems import zpk_of
+
+        return zpk_of(ct.ss(*self.matrices(), remove_useless_states=False))
+
+
+class Weights(Strict):
+    wp: System
+    wu: System
+    wT: Optional[System] = None
+
+
+class Synthesis(Strict):
+    time_limit_s: Annotated[Number, Field(ge=1, le=3600)] = 60.0
+    gamma_max: Annotated[Number, Field(gt=0, le=1e6)] = 5.0
+
+
+class Reduction(Strict):
+    method: Literal["modal", "balanced", "auto"] = "modal"
+    fast_mode_multiple: Annotated[Number, Field(ge=0.1, le=1e6)] = 1.0  # of the Nyquist frequency
+    cancellation_percent: Annotated[Number, Field(ge=0, le=50)] = 1.0  # distance of a pole and a zero, of the pole
+    order_max: Annotated[int, Field(ge=1, le=8)] = 8
+    digits: Annotated[int, Field(ge=3, le=12)] = 5  # significant digits that the reduced design keeps
+
+
+class Discretisation(Strict):
+    method: Literal["tustin", "tustin-prewarped", "zoh", "matched"] = "tustin"
+    prewarp_rad_s: Optional[Positive] = None
+
+    @model_validator(mode="after")
+    def _prewarp(self):
+        if (self.method == "tustin-prewarped") != (self.prewarp_rad_s is not None):
+            raise ValueError("prewarp_rad_s goes with method tustin-prewarped, and only with it")
+        return self
+
+
+class FixedPoint(Strict):
+    full_scale_n: Annotated[Number, Field(ge=1e-6, le=1e6)] = 2.0
+
+
+class Ramp(Strict):
+    rate_n_per_s: Annotated[Number, Field(gt=0, le=1e9)] = 1.0
+    duration_s: Annotated[Number, Field(gt=0, le=1e9)] = 10.0
+
+
+Percent = Annotated[Number, Field(ge=0, le=1e6)]
+
+
+class Limits(Strict):
+    """How much worse one step may make the loop; None is no limit."""
+
+    gamma_percent: Optional[Percent] = None
+    max_s_percent: Optional[Percent] = None
+    max_t_percent: Optional[Percent] = None
+    max_ks_percent: Optional[Percent] = None
+    gain_margin_percent: Optional[Percent] = None
+    phase_margin_deg: Optional[Annotated[Number, Field(ge=0, le=360)]] = None
+    delay_margin_percent: Optional[Percent] = None
+    bandwidth_percent: Optional[Percent] = None
+    ramp_error_percent: Optional[Percent] = None
+    slowest_pole_percent: Optional[Percent] = None
+
+
+class Floor(Strict):
+    """What the loop must keep at every step, whatever it was before."""
+
+    gain_margin_min: Annotated[Number, Field(ge=1, le=1e6)] = 2.0
+    phase_margin_min_deg: Annotated[Number, Field(ge=0, le=180)] = 30.0
+
+
+class AllLimits(Strict):
+    """A step's limits, against the step before; `total` is the last step against the first."""
+
+    reduced: Limits = Limits(gamma_percent=1, max_s_percent=1, phase_margin_deg=1, ramp_error_percent=1,
+                             bandwidth_percent=2, slowest_pole_percent=1)
+    discrete: Limits = Limits(gamma_percent=10, max_s_percent=10, phase_margin_deg=10, ramp_error_percent=1,
+                              bandwidth_percent=25, slowest_pole_percent=1)
+    f32: Limits = Limits(gamma_percent=0.1, max_s_percent=0.1, max_t_percent=0.1, max_ks_percent=0.1,
+                         phase_margin_deg=0.1, gain_margin_percent=0.1, ramp_error_percent=0.1, slowest_pole_percent=0.1)
+    q31: Limits = Limits(gamma_percent=0.1, max_s_percent=0.1, max_t_percent=0.1, max_ks_percent=0.1,
+                         phase_margin_deg=0.1, gain_margin_percent=0.1, ramp_error_percent=0.1, slowest_pole_percent=0.1)
+    total: Limits = Limits(gamma_percent=15, phase_margin_deg=15)
+    floor: Floor = Floor()
+
+
+class Design(Strict):
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
+    description: Annotated[str, Field(max_length=2000)] = ""
+    sample_time_s: Annotated[Number, Field(ge=1e-6, le=10)]
+    computation_delay_s: Annotated[Number, Field(ge=0, le=10)] = 0.0
+    plant: System
+    weights: Optional[Weights] = None
+    synthesis: Synthesis = Synthesis()
+    reduction: Reduction = Reduction()
+    discretisation: Discretisation = Discretisation()
+    fixed_point: FixedPoint = FixedPoint()
+    ramp: Ramp = Ramp()
+    limits: AllLimits = AllLimits()
+
+    @field_validator("computation_delay_s")
+    @classmethod
+    def _delay(cls, value, info):
+        h = info.data.get("sample_time_s")
+        if h is not None and value > 2 * h:
+            raise ValueError(f"must be within two sample times, {2 * h:g} s")
+        return value
+
+    @model_validator(mode="after")
+    def _prewarp_below_nyquist(self):
+        w = self.discretisation.prewarp_rad_s
+        if w is not None and not w < math.pi / self.sample_time_s:
+            raise ValueError(f"discretisation.prewarp_rad_s: must be below the Nyquist frequency, "
+                             f"{math.pi / self.sample_time_s:.6g} rad/s")
+        return self
+
+
+def read_text(path):
+    path = Path(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if len(data) > 50_000_000:
+        raise InputError(f"{path}: too large: {len(data)} bytes, at most 50 MB")
+    try:
+        return data.decode("utf-8"), hashlib.sha256(data).hexdigest()
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not UTF-8 text (byte {error.start})") from None
+
+
+def load_design(path):
+    """The validated design of a YAML file and the file's SHA-256."""
+    text, digest = read_text(path)
+    return parse_design(text, path), digest
+
+
+def parse_design(text, path="DESIGN.yaml"):
+    data, lines = _load_yaml(text, path)
+    if not isinstance(data, dict):
+        raise InputError(f"{path}:1: must be a mapping with name, sample_time_s, plant and weights")
+    return validate(Design, data, path, lines)
+
+
+def validate(model, data, path, lines=None):
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise InputError("\n".join(_explain(e, data, path, lines or {}) for e in error.errors())) from None
+
+
+def _explain(error, data, path, lines):
+    where = tuple(p for p in error["loc"])
+    while where and where not in lines and lines:
+        where = where[:-1]
+    line = lines.get(where, 1)
+    name = ""
+    for part in error["loc"]:
+        name += f"[{part}]" if isinstance(part, int) else f".{part}" if name else str(part)
+    text = error["msg"].removeprefix("Value error, ")
+    kind = error["type"]
+    place = f"{path}:{line}: " if lines else f"{path}: "
+    if kind == "missing":
+        return f"{place}{name}: is missing"
+    if kind == "extra_forbidden":
+        parent = ".".join(str(p) for p in error["loc"][:-1])
+        return f"{place}{name}: there is no such field" + (f" in {parent}" if parent else "")
+    context = error.get("ctx", {})
+    bounds = [f"{word} {context[key]:g}" for key, word in
+              (("gt", "more than"), ("ge", "at least"), ("lt", "less than"), ("le", "at most")) if key in context]
+    if bounds:
+        text = "must be " + " and ".join(bounds)
+    elif kind == "literal_error":
+        text = f"must be one of {context['expected']}"
+    elif kind == "string_pattern_mismatch":
+        text = "must start with a lower-case letter and have only lower-case letters, digits and _, at most 31"
+    elif text.startswith("Input should be"):
+        text = "must be" + text.removeprefix("Input should be")
+    value = repr(error.get("input"))
+    value = value if len(value) <= 60 else value[:57] + "..."
+    return f"{place}{name or 'file'}: value {value}: {text}" if name else f"{place}{text}"
+
+
+class _Loader(yaml.SafeLoader):
+    pass
+
+
+def _load_yaml(text, path):
+    """The data, and the line of every field by its path. Refuses duplicate keys, aliases and deep nesting."""
+    try:
+        node = yaml.compose(text, Loader=_Loader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+        raise InputError(f"{path}:{mark.line + 1 if mark else 1}: not YAML: {problem}") from None
+    except RecursionError:
+        raise InputError(f"{path}:1: not a design file: nested too deeply") from None
+    except ValueError as error:
+        raise InputError(f"{path}:1: not YAML: {error}") from None
+    if node is None:
+        raise InputError(f"{path}:1: is empty")
+    lines = {}
+    loader = _Loader("")
+    seen = set()
+
+    def walk(node, where):
+        lines[where] = node.start_mark.line + 1
+        line = node.start_mark.line + 1
+        if id(node) in seen or len(where) > 12:
+            raise InputError(f"{path}:{line}: anchors and deep nesting are not supported")
+        if isinstance(node, yaml.MappingNode):
+            seen.add(id(node))
+            out = {}
+            for key_node, value_node in node.value:
+                key = key_node.value if isinstance(key_node, yaml.ScalarNode) else None
+                if key is None:
+                    raise InputError(f"{path}:{key_node.start_mark.line + 1}: a field's name must be plain text")
+                if key in out:
+                    raise InputError(f"{path}:{key_node.start_mark.line + 1}: {key}: is given twice")
+                out[key] = walk(value_node, (*where, key))
+                lines[(*where, key)] = key_node.start_mark.line + 1
+            return out
+        if isinstance(node, yaml.SequenceNode):
+            seen.add(id(node))
+            return [walk(item, (*where, i)) for i, item in enumerate(node.value)]
+        try:
+            return loader.construct_object(node)
+        except (yaml.YAMLError, ValueError) as error:
+            problem = getattr(error, "problem", None) or str(error)
+            raise InputError(f"{path}:{line}: {'.'.join(map(str, where))}: value {node.value!r}: {problem}") from None
+
+    data: Any = walk(node, ())
+    return data, lines

@@ -1,0 +1,214 @@
+"""The C header and source, and the JSON. Constants only; the same input gives the same bytes."""
+
+import json
+import re
+from importlib.metadata import version
+
+import numpy as np
+
+from . import __version__
+from .config import format_root
+from .quantise import q31_value
+
+WIDTH = 118
+
+
+def versions():
+    return f"python-control {version('control')}, slycot {version('slycot')}"
+
+
+def _roots(roots):
+    parts, i = [], 0
+    while i < len(roots):
+        r = roots[i]
+        if r.imag:
+            parts.append(f"{r.real:.6g} +- {abs(r.imag):.6g}j")
+            i += 2
+        else:
+            parts.append(f"{r.real:.6g}")
+            i += 1
+    return ", ".join(parts) if parts else "none"
+
+
+def _system(system):
+    if system.form == "tf":
+        return f"[{' '.join(f'{c:.9g}' for c in system.num)}] / [{' '.join(f'{c:.9g}' for c in system.den)}]"
+    if system.form == "ss":
+        return f"state space of order {len(system.a)}"
+    if not system.poles and not system.zeros:
+        return f"{system.gain if system.gain is not None else system.k:.9g}"
+    gain = f"gain {system.gain:.9g}" if system.gain is not None else f"k {system.k:.9g}"
+    return f"{gain}, zeros {_group(system.zeros)}, poles {_group(system.poles)}"
+
+
+def _group(roots):
+    return ", ".join(format_root(r) for r in roots) if roots else "none"
+
+
+def provenance(result):
+    design = result.design
+    lines = [f"input     {result.source}, SHA-256 {result.digest}",
+             f"tool      tribo-design {__version__} ({versions()})",
+             f"plant     {_system(design.plant)}"]
+    if design.weights is not None:
+        parts = [f"{n} = {_system(getattr(design.weights, n))}" for n in ("wp", "wu", "wT") if getattr(design.weights, n) is not None]
+        lines.append("weights   " + "; ".join(parts))
+    if result.solution is not None:
+        full = result.stage("full")
+        lines.append(f"gamma     {full.metrics.gamma:.4f}, K(s) of order {result.solution.controller.space.nstates} by mixsyn")
+    else:
+        gamma = result.gamma
+        lines.append(f"K         imported: {result.imported}" + ("" if gamma is None else f"; gamma {gamma:.4f}"))
+    if result.reduced is not None:
+        zpk = result.reduced.zpk
+        at_rest = zpk.at_zero()
+        lines.append(f"reduced   {result.reduced.how}: order {zpk.order}, " + (f"K(0) = {at_rest:.7g}" if np.isfinite(at_rest) else f"k = {zpk.gain:.7g}"))
+        lines.append(f"          poles {_roots(zpk.poles)}; zeros {_roots(zpk.zeros)} rad/s")
+        lines.append(f"K(z)      {design.discretisation.method}" + (f" at {design.discretisation.prewarp_rad_s:g} rad/s" if design.discretisation.prewarp_rad_s else "")
+                     + f", sample time {design.sample_time_s:g} s")
+    else:
+        lines.append(f"K(z)      sample time {design.sample_time_s:g} s")
+    final = result.stages[-1].metrics
+    lines.append(f"loop      with hold and {design.computation_delay_s:g} s delay, Q31: " + (f"gamma {final.gamma:.4f}, " if final.gamma is not None else "")
+                 + f"gain margin {final.gain_margin:.2f}, phase margin {final.phase_margin_deg:.2f} deg")
+    return lines
+
+
+def _wrapped(lines):
+    out = []
+    for line in lines:
+        indent = " " * 10
+        while len(line) > WIDTH - 8:
+            cut = line.rfind(" ", 20, WIDTH - 8)
+            if cut < 0:
+                break
+            out.append(line[:cut])
+            line = indent + line[cut + 1 :]
+        out.append(line)
+    return out
+
+
+def header(result):
+    name = result.design.name
+    upper = name.upper()
+    macro = f"TRIBO_{upper}_CONTROLLER"
+    lines = [f"/// Coefficients of the controller \"{name}\", made by tribo-design: change its input, not this file.", "///"]
+    lines += [f"///     {line}" for line in _wrapped(provenance(result))]
+    lines += ["///",
+              "/// Each section as b0, b1, b2, a1, a2 of tribo/biquad_f32.h, the first nearest to the input; the slowest pole is in the last. The Q31",
+              "/// coefficients are {mantissa, shift}, value = mantissa * 2^(shift - 31). Constants only, no code; the arrays are in",
+              f"/// {name}_controller.c and are declared here for whoever has included the section's type before.",
+              "", f"#ifndef {macro}_H", f"#define {macro}_H", "",
+              f"#define {macro}_SAMPLE_TIME_S {_float_literal(result.design.sample_time_s)}",
+              f"#define {macro}_SECTION_COUNT {len(result.f32)}u",
+              f"#define {macro}_FULL_SCALE_N {_float_literal(result.design.fixed_point.full_scale_n)} ///< 2^31 in Q31", "",
+              "// clang-format off"]
+    rows = ["{" + ", ".join(_float_literal(c, 8) for c in row) + "}, \\" for row in result.f32]
+    lines += _initialiser(f"{macro}_F32", rows)
+    lines.append("")
+    coded = ["{" + ", ".join(f"{{{m}, {s}}}" for m, s in row) + "}, \\" for row in result.q31]
+    lines += _initialiser(f"{macro}_Q31", coded)
+    lines += ["// clang-format on", "", "#ifdef TRIBO_BIQUAD_F32_H",
+              f"extern const tribo_biquad_f32_section_t tribo_{name}_controller_f32[{macro}_SECTION_COUNT];", "#endif",
+              "#ifdef TRIBO_BIQUAD_Q31_H",
+              f"extern const tribo_biquad_q31_section_t tribo_{name}_controller_q31[{macro}_SECTION_COUNT];", "#endif",
+              "", "#endif", ""]
+    return "\n".join(lines)
+
+
+def _initialiser(name, rows):
+    width = max(len(r) for r in rows) + 6
+    lines = [f"#define {name}".ljust(width) + "\\", "    {".ljust(width) + "\\"]
+    lines += ["        " + r[:-2].ljust(width - 8) + "\\" for r in rows]
+    return lines + ["    }"]
+
+
+def source(result):
+    name = result.design.name
+    macro = f"TRIBO_{name.upper()}_CONTROLLER"
+    return "\n".join([
+        f"// Made by tribo-design from {result.source}, SHA-256 {result.digest}; see {name}_controller.h.",
+        "", '#include "tribo/biquad_f32.h"', '#include "tribo/biquad_q31.h"', "", f'#include "{name}_controller.h"', "",
+        f"const tribo_biquad_f32_section_t tribo_{name}_controller_f32[{macro}_SECTION_COUNT] = {macro}_F32;",
+        f"const tribo_biquad_q31_section_t tribo_{name}_controller_q31[{macro}_SECTION_COUNT] = {macro}_Q31;", ""])
+
+
+def _float_literal(value, digits=None):
+    if digits is not None:
+        return f"{value:.{digits}e}f"
+    text = repr(float(np.float32(value))) if float(np.float32(value)) == value else f"{value:.9g}"
+    if "e" in text:
+        mantissa, exponent = text.split("e")
+        return f"{mantissa if '.' in mantissa else mantissa + '.0'}e{int(exponent)}f"
+    return (text if "." in text else text + ".0") + "f"
+
+
+def as_json(result):
+    """Everything, with full precision."""
+    design = result.design
+    data = {
+        "tool": "tribo-design", "tool_version": __version__, "versions": versions(),
+        "name": design.name, "input": {"file": result.source, "sha256": result.digest},
+        "sample_time_s": design.sample_time_s, "computation_delay_s": design.computation_delay_s,
+        "full_scale_n": design.fixed_point.full_scale_n,
+        "imported": result.imported or None,
+        "full": None, "reduced": None,
+        "discrete": {"operator": "d = z - 1", **_zpk(result.sampled)},
+        "sections": {"columns": ["b0", "b1", "b2", "a1", "a2"], "design": result.cascade.sections.tolist(), "f32": result.f32.tolist(),
+                     "q31": [[{"mantissa": m, "shift": s} for m, s in row] for row in result.q31],
+                     "q31_values": [[q31_value(m, s) for m, s in row] for row in result.q31]},
+        "noise_lsb_rms": result.cascade.noise_lsb, "section_peaks": [p if np.isfinite(p) else None for p in result.cascade.peaks],
+        "anti_windup": result.cascade.anti_windup,
+        "metrics": {s.step: s.metrics.as_dict() for s in result.stages},
+        "notes": {s.step: s.note for s in result.stages}, "remarks": result.warnings,
+    }
+    full = result.stage("full")
+    if full is not None:
+        controller = full.loop.controller
+        data["full"] = _zpk(controller.zpk) if controller.zpk is not None else {}
+        space = controller.space
+        data["full"].update({k: np.asarray(m).tolist() for k, m in zip("abcd", (space.A, space.B, space.C, space.D))})
+        if result.solution is not None:
+            data["full"]["gamma_stated"] = result.solution.gamma
+    if result.reduced is not None:
+        data["reduced"] = {"how": result.reduced.how, **_zpk(result.reduced.zpk)}
+    return json.dumps(data, indent=1, allow_nan=False) + "\n"
+
+
+def _zpk(system):
+    return {"zeros": [[r.real, r.imag] for r in system.zeros], "poles": [[r.real, r.imag] for r in system.poles], "gain": system.gain}
+
+
+# Reading it back, for `check`: nothing of the above is used, only the shape of the text.
+
+def parse_header(text, name):
+    """What a generated header says: a dict, or ValueError naming what is not there."""
+    macro = f"TRIBO_{name.upper()}_CONTROLLER"
+    flat = re.sub(r"[ \t]*\\\n", " ", text)
+
+    def constant(suffix):
+        found = re.search(rf"#define {macro}_{suffix} ([-+0-9.eE]+)[fu]?\b", flat)
+        if not found:
+            raise ValueError(f"{macro}_{suffix} is missing")
+        return float(found.group(1))
+
+    def rows(suffix):
+        found = re.search(rf"#define {macro}_{suffix} +(\{{.*)", flat)
+        if not found:
+            raise ValueError(f"{macro}_{suffix} is missing")
+        return found.group(1)
+
+    number = r"[-+]?[0-9]+\.[0-9]+e[-+][0-9]+"
+    f32 = [[float(x) for x in re.findall(rf"({number})f", row)] for row in re.findall(r"\{([^{}]*)\}", rows("F32"))]
+    pair = re.findall(r"\{(-?[0-9]+), (-?[0-9]+)\}", rows("Q31"))
+    q31 = [[(int(m), int(s)) for m, s in pair[i : i + 5]] for i in range(0, len(pair), 5)]
+    count = int(constant("SECTION_COUNT"))
+    for suffix, found in (("F32", f32), ("Q31", q31)):
+        if len(found) != count or any(len(row) != 5 for row in found):
+            raise ValueError(f"{macro}_{suffix} does not have {count} rows of 5 coefficients")
+    digest = re.search(r"SHA-256\s+(?:///\s+)?([0-9a-f]{64})", text)
+    gamma = re.search(r"gamma +([0-9.]+)", text)
+    if not digest:
+        raise ValueError("the input's SHA-256 is missing")
+    return {"sample_time_s": constant("SAMPLE_TIME_S"), "full_scale_n": constant("FULL_SCALE_N"), "f32": f32, "q31": q31,
+            "sha256": digest.group(1), "gamma": float(gamma.group(1)) if gamma else None}

@@ -1,0 +1,274 @@
+"""The steps in order, the loop checked after each."""
+
+from dataclasses import dataclass, field
+from typing import Optional
+
+import numpy as np
+
+from . import discretise, quantise, reduction, sections, synthesis
+from .errors import DesignError, LimitError
+from .loop import Continuous, Loop, Metrics, SampledPlant, SampledSections, SampledZpk
+
+STEPS = ("full", "reduced", "discrete", "f32", "q31")
+TITLES = {"full": "full K(s)", "reduced": "reduced K(s)", "discrete": "K(z)", "f32": "K(z), f32", "q31": "K(z), Q31"}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    name: str  # field of Metrics
+    title: str
+    unit: str
+    limit: str  # field of Limits, with the unit of the degradation
+    format: str
+    worse: str  # how a degradation is measured: rise, fall (percent), fall_abs, change (percent)
+
+
+QUANTITIES = (
+    Quantity("gamma", "gamma", "", "gamma_percent", ".4f", "rise"),
+    Quantity("max_s", "max abs S", "", "max_s_percent", ".4f", "rise"),
+    Quantity("max_t", "max abs T", "", "max_t_percent", ".4f", "rise"),
+    Quantity("max_ks", "max abs KS", "", "max_ks_percent", ".4g", "rise"),
+    Quantity("gain_margin", "gain margin", "", "gain_margin_percent", ".4g", "fall"),
+    Quantity("phase_margin_deg", "phase margin", "deg", "phase_margin_deg", ".3f", "fall_abs"),
+    Quantity("delay_margin_s", "delay margin", "s", "delay_margin_percent", ".4g", "fall"),
+    Quantity("bandwidth_rad_s", "bandwidth", "rad/s", "bandwidth_percent", ".4g", "fall"),
+    Quantity("ramp_error_n", "ramp error", "N", "ramp_error_percent", ".5g", "rise"),
+    Quantity("slowest_pole_rad_s", "slowest pole", "rad/s", "slowest_pole_percent", ".7g", "change"),
+)
+
+
+@dataclass
+class Stage:
+    step: str
+    loop: Loop
+    metrics: Metrics
+    note: str
+
+
+@dataclass
+class Result:
+    design: object
+    digest: str
+    source: str  # name of the input file
+    plant: object = None
+    solution: Optional[object] = None
+    reduced: Optional[object] = None  # reduction.Candidate
+    sampled: Optional[object] = None  # Zpk in d
+    cascade: Optional[object] = None
+    f32: Optional[np.ndarray] = None
+    q31: Optional[list] = None
+    stages: list = field(default_factory=list)
+    imported: str = ""
+    warnings: list = field(default_factory=list)
+
+    def stage(self, step):
+        return next((s for s in self.stages if s.step == step), None)
+
+    @property
+    def gamma(self):
+        return self.stages[0].metrics.gamma if self.stages else None
+
+
+class Checker:
+    """Closes controllers into the design's loop, continuous or sampled."""
+
+    def __init__(self, design, plant, space, weights):
+        self.design, self.weights = design, weights
+        self.plant = Continuous(plant, space)
+        self.roots = np.r_[plant.poles, plant.zeros]
+        self.h = design.sample_time_s
+        self._sampled = None
+
+    @property
+    def sampled(self):
+        if self._sampled is None:
+            self._sampled = SampledPlant(self.plant.space, self.h, self.design.computation_delay_s)
+        return self._sampled
+
+    def close(self, controller):
+        continuous = isinstance(controller, Continuous)
+        loop = Loop(self.plant if continuous else self.sampled, controller, self.weights, None if continuous else self.h, self.design.ramp, self.roots)
+        with np.errstate(all="ignore"):
+            return loop, loop.metrics()
+
+
+def synthesize(design, digest, source):
+    if design.weights is None:
+        raise DesignError(f"{source}: weights: is missing (synthesize needs them; import does not)")
+    problem = synthesis.make_problem(design)
+    result = Result(design, digest, source, plant=problem.plant)
+    checker = Checker(design, problem.plant, problem.plant_space, problem.weights)
+    result.solution = synthesis.solve(problem, design.synthesis)
+    controller = result.solution.controller
+    loop, metrics = checker.close(controller)
+    result.stages.append(Stage("full", loop, metrics, f"order {controller.space.nstates}, {result.solution.how}"))
+    if not metrics.stable:
+        raise LimitError("full: the loop is not stable", table_text(result))
+    reduce_and_go_on(result, checker, controller)
+    return result
+
+
+def from_import(design, digest, source, imported):
+    """A controller from elsewhere: from where it enters (continuous, or discrete in d) to the end."""
+    plant, space = synthesis.make_plant(design.plant)
+    weights = {} if design.weights is None else synthesis.make_problem(design).weights
+    result = Result(design, digest, source, plant=plant, imported=imported.describe())
+    checker = Checker(design, plant, space, weights)
+    if imported.continuous:
+        controller = Continuous(imported.zpk)
+        loop, metrics = checker.close(controller)
+        result.stages.append(Stage("full", loop, metrics, f"imported, order {imported.zpk.order}"))
+        if not metrics.stable:
+            raise LimitError(f"full: the loop with the imported controller is not stable (negative feedback, u = K (r - y)): its slowest closed-loop "
+                             "pole is in the right half plane", table_text(result))
+        reduce_and_go_on(result, checker, controller)
+    else:
+        result.sampled = imported.zpk
+        _sampled_steps(result, checker)
+    return result
+
+
+def reduce_and_go_on(result, checker, controller):
+    design, limits = result.design, result.design.limits
+    before = result.stages[-1].metrics
+    tried = []
+    for candidate in reduction.candidates(controller, design.reduction, design.sample_time_s):
+        loop, metrics = checker.close(Continuous(candidate.zpk))
+        broken = breaches(before, metrics, limits.reduced, limits.floor)
+        tried.append((candidate, metrics, broken))
+        if not broken:
+            result.reduced = candidate
+            result.stages.append(Stage("reduced", loop, metrics, f"order {candidate.zpk.order}, {candidate.how}"))
+            break
+    else:
+        if not tried:
+            raise LimitError(f"reduced: method {design.reduction.method} leaves no controller of order {design.reduction.order_max} or less (K(s) has order "
+                             f"{controller.space.nstates}); try reduction.method auto, or a larger cancellation_percent", table_text(result))
+        candidate, _, broken = min(tried, key=lambda t: len(t[2]))
+        raise LimitError(f"reduced: no order up to {design.reduction.order_max} keeps the loop within its limits; the nearest, order {candidate.zpk.order} "
+                         f"({candidate.how}): {'; '.join(broken)}", table_text(result))
+    result.sampled = discretise.discretise(result.reduced.zpk, design.discretisation, design.sample_time_s)
+    _sampled_steps(result, checker)
+
+
+def _sampled_steps(result, checker):
+    design, limits, h = result.design, result.design.limits, result.design.sample_time_s
+    method = design.discretisation.method if result.reduced else "as imported"
+    _accept(result, checker, "discrete", SampledZpk(result.sampled, h), limits.discrete, f"{method}, h {h:g} s, delay {design.computation_delay_s:g} s + hold")
+    result.cascade = sections.make_cascade(result.sampled, h)
+    result.f32 = quantise.to_f32(result.cascade.sections)
+    sections.check_sections(result.f32)
+    _accept(result, checker, "f32", SampledSections(result.f32, h), limits.f32, f"{len(result.f32)} sections, float32 coefficients")
+    result.q31 = quantise.to_q31(result.cascade.sections)
+    values = quantise.from_q31(result.q31)
+    sections.check_sections(values)
+    _accept(result, checker, "q31", SampledSections(values, h), limits.q31, f"{len(values)} sections, 31-bit mantissas, full scale {design.fixed_point.full_scale_n:g} N")
+    broken = breaches(result.stages[0].metrics, result.stages[-1].metrics, limits.total, None)
+    if broken:
+        raise LimitError(f"total, {result.stages[-1].step} against {result.stages[0].step}: {'; '.join(broken)}", table_text(result))
+    result.warnings = remarks(result)
+
+
+def _accept(result, checker, step, controller, limits, note):
+    before = result.stages[-1].metrics if result.stages else None
+    loop, metrics = checker.close(controller)
+    result.stages.append(Stage(step, loop, metrics, note))
+    broken = breaches(before, metrics, limits, result.design.limits.floor)
+    if broken:
+        hint = ""
+        crossover = metrics.crossover_rad_s
+        if step == "discrete" and np.isfinite(crossover) and crossover * result.design.sample_time_s > 0.15:
+            hint = (f" (the loop crosses over at {crossover:.4g} rad/s, {crossover * result.design.sample_time_s / np.pi:.0%} of the Nyquist frequency: "
+                    "sample faster, or ask for less bandwidth)")
+        raise LimitError(f"{step}: {'; '.join(broken)}{hint}", table_text(result))
+
+
+def degradation(quantity, before, after):
+    """How much worse `after` is, in the limit's unit; None where it cannot be said."""
+    old, new = getattr(before, quantity.name), getattr(after, quantity.name)
+    if old is None or new is None or np.isnan(old) or np.isnan(new):
+        return None
+    if np.isinf(old) or np.isinf(new):
+        if old == new:
+            return 0.0
+        return np.inf if np.isinf(new) == (quantity.worse == "rise") else -np.inf
+    if quantity.worse == "fall_abs":
+        return old - new
+    if old == 0:
+        return 0.0 if new == 0 else np.inf if quantity.worse != "fall" else -np.inf
+    percent = 100 * (new / old - 1)
+    return {"rise": percent, "fall": -percent, "change": abs(percent)}[quantity.worse]
+
+
+def breaches(before, after, limits, floor):
+    """The limits that a step breaks, each as one phrase. Written so that NaN is a breach."""
+    if not after.stable:
+        return ["the loop is not stable"]
+    broken = []
+    if before is not None:
+        for quantity in QUANTITIES:
+            limit = getattr(limits, quantity.limit)
+            worse = degradation(quantity, before, after)
+            if limit is None or worse is None:
+                continue
+            if not worse <= limit + 1e-9:
+                unit = "deg" if quantity.worse == "fall_abs" else "%"
+                broken.append(f"{quantity.title} {getattr(before, quantity.name):{quantity.format}} -> {getattr(after, quantity.name):{quantity.format}} is "
+                              f"{worse:.3g} {unit} worse, limit {limit:g} {unit} ({quantity.limit})")
+    if floor is not None:
+        if not after.gain_margin >= floor.gain_margin_min:
+            broken.append(f"gain margin {after.gain_margin:.4g} is under {floor.gain_margin_min:g} (limits.floor.gain_margin_min)")
+        if not after.phase_margin_deg >= floor.phase_margin_min_deg:
+            broken.append(f"phase margin {after.phase_margin_deg:.4g} deg is under {floor.phase_margin_min_deg:g} deg (limits.floor.phase_margin_min_deg)")
+    return broken
+
+
+def remarks(result):
+    said = []
+    if result.cascade.anti_windup != 1.0:
+        said.append(f"K(z) has a zero on or outside the unit circle: the library's anti-windup conditions with c = {result.cascade.anti_windup:g} instead of 1")
+    return said
+
+
+def cells(metrics):
+    out = []
+    for quantity in QUANTITIES:
+        value = getattr(metrics, quantity.name)
+        out.append("-" if value is None or np.isnan(value) else "inf" if np.isinf(value) else f"{value:{quantity.format}}")
+    return out
+
+
+def table_rows(result):
+    """Header and rows as text cells: the figures, then each step's degradation against its limit."""
+    header = ["step"] + [q.title + (f" [{q.unit}]" if q.unit else "") for q in QUANTITIES]
+    figures = [[TITLES[s.step], *cells(s.metrics)] for s in result.stages]
+    limits = result.design.limits
+    pairs = [(result.stages[i - 1], result.stages[i], getattr(limits, result.stages[i].step), f"{TITLES[result.stages[i].step]} against the step before")
+             for i in range(1, len(result.stages))]
+    if len(result.stages) > 1 and result.stages[-1].step == "q31":
+        pairs.append((result.stages[0], result.stages[-1], limits.total, "total"))
+    worse = []
+    for before, after, limit, title in pairs:
+        row = [title]
+        for quantity in QUANTITIES:
+            value, bound = degradation(quantity, before.metrics, after.metrics), getattr(limit, quantity.limit)
+            unit = " deg" if quantity.worse == "fall_abs" else " %"
+            text = "-" if value is None else f"{value + 0.0:+.2g}" if abs(value) >= 5e-4 else "0"
+            row.append(text + ("" if bound is None else f" / {bound:g}") + ("" if value is None else unit))
+        worse.append(row)
+    return header, figures, worse
+
+
+def aligned(rows):
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return "\n".join("  ".join(cell.ljust(w) if i == 0 else cell.rjust(w) for i, (cell, w) in enumerate(zip(row, widths))) for row in rows)
+
+
+def table_text(result):
+    if not result.stages:
+        return ""
+    header, figures, worse = table_rows(result)
+    text = aligned([header, *figures])
+    if worse:
+        text += "\n\nworse than before (+) / limit\n" + aligned([header, *worse])
+    return text

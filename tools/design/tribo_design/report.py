@@ -1,0 +1,2 @@
+def markdown(r, i): return ""
+def html(r, i): return ""

@@ -1,0 +1,343 @@
+"""Mixed-sensitivity synthesis, Eqs. (13), (14): why a problem has no solution, and python-control's solution.
+
+The solver (python-control's mixsyn, SLICOT's SB10AD) can fail, return a wrong answer for a badly scaled problem, or never
+return. So the problem is looked at first, the solver runs in a process of its own with a time limit, and its
+answer is believed only when the loop that it makes has the norm it claims.
+"""
+
+import multiprocessing
+import time
+import warnings
+from dataclasses import dataclass
+
+import control as ct
+import numpy as np
+
+from .config import format_root
+from .errors import IllPosedError
+from .loop import Continuous, Loop
+from .systems import Zpk, balanced_scaling, state_space, zpk_of
+
+AXIS = 1e-9  # a root whose real part is within this of its size counts as on the imaginary axis
+
+
+@dataclass(frozen=True)
+class Problem:
+    plant: Zpk
+    plant_space: object
+    weights: dict  # name -> Zpk; wp, wu and perhaps wT
+
+
+@dataclass(frozen=True)
+class Solution:
+    gamma: float  # as the solver states it
+    gamma_measured: float
+    controller: Continuous
+    how: str
+
+
+def make_problem(design):
+    """The problem of a validated design, or IllPosedError with the cause."""
+    plant, space = make_plant(design.plant)
+    weights = {}
+    for name in ("wp", "wu", "wT"):
+        system = getattr(design.weights, name)
+        if system is not None:
+            weights[name] = _weight(name, system)
+    return Problem(plant, space, weights)
+
+
+def make_plant(system):
+    if system.form == "ss":
+        _refuse_hidden_modes("plant", "plant", system.matrices(), only_unstable=True)
+        a, b, c, d = system.matrices()
+        given = balanced_scaling(ct.ss(a, b, c, d, remove_useless_states=False))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            minimal = ct.minreal(given, 1e-9, verbose=False)
+        plant = zpk_of(minimal)
+    else:
+        plant = system.zpk()
+        hidden = _hidden_roots(plant)
+        if any(p.real >= -AXIS * abs(p) for p in hidden):
+            raise IllPosedError("plant", f"plant: its mode at {_list(hidden)} rad/s is cancelled by a zero and is not stable: no "
+                                         "controller can reach it")
+    if plant.gain == 0:
+        raise IllPosedError("plant", "plant: its gain is 0")
+    if plant.relative_degree < 0:
+        raise IllPosedError("plant", f"plant: improper ({len(plant.zeros)} zeros, {len(plant.poles)} poles): it cannot be built")
+    on_axis = [p for p in plant.poles if abs(p.real) <= AXIS * abs(p)]
+    if on_axis:
+        raise IllPosedError("plant pole on the imaginary axis",
+                            f"plant: pole {_list(on_axis)} rad/s is on the imaginary axis. The synthesis needs every plant pole off "
+                            "it: move it by a small real part, e.g. an integrator to -1e-3 times the wanted bandwidth")
+    space = state_space(plant)
+    if np.all(plant.poles.real < 0) and plant.order:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                space = ct.balred(space, plant.order)
+            space = ct.ss(space.A, space.B, space.C, space.D, remove_useless_states=False)
+        except Exception:  # noqa: BLE001 - any failure of the balancing leaves the cascade, which is right as well
+            space = state_space(plant)
+        if not _same_response(space, plant):
+            space = state_space(plant)
+    return plant, space
+
+
+def _same_response(space, plant):
+    size = np.abs(np.r_[plant.poles, plant.zeros])
+    size = size[size > 0]
+    omega = np.geomspace(size.min() / 10, size.max() * 3, 60)
+    exact = plant(1j * omega)
+    return np.all(np.abs(Continuous(space=space).response(omega) - exact) <= 1e-5 * np.abs(exact) + 1e-9 * np.abs(exact).max())
+
+
+def _weight(name, system):
+    field = f"weights.{name}"
+    if system.form == "ss":
+        _refuse_unstable(field, np.linalg.eigvals(system.matrices()[0]))
+        _refuse_hidden_modes(field, "uncontrollable weight", system.matrices(), only_unstable=False)
+    weight = system.zpk()
+    if weight.gain == 0:
+        if name == "wp":
+            raise IllPosedError("rank condition", "weights.wp is 0: nothing asks for control, the best controller is 0")
+        raise IllPosedError("rank condition", f"weights.{name} is 0 at every frequency"
+                            + (": the controller's output costs nothing, so D12 has not full column rank; give wu a small constant, e.g. 1e-3"
+                               if name == "wu" else "; leave it out instead"))
+    if weight.relative_degree < 0:
+        raise IllPosedError("improper weight", f"{field}: improper ({len(weight.zeros)} zeros, {len(weight.poles)} poles): its gain grows without "
+                                               "end. Add fast poles, e.g. far above the wanted bandwidth")
+    _refuse_unstable(field, weight.poles)
+    hidden = _hidden_roots(weight)
+    if len(hidden):
+        raise IllPosedError("uncontrollable weight", f"{field}: its mode at {_list(hidden)} rad/s is cancelled by a zero, so it cannot be "
+                                                     "controlled or seen: cancel the factor in the file")
+    return weight
+
+
+def _refuse_unstable(field, poles):
+    bad = [p for p in poles if p.real > -AXIS * abs(p) or p == 0]
+    if bad:
+        on_axis = all(abs(p.real) <= AXIS * abs(p) for p in bad)
+        what = "is on the imaginary axis" if on_axis else "is unstable"
+        raise IllPosedError("unstable weight", f"{field}: pole {_list(bad)} rad/s {what}. No controller acts on a weight's own states, so every pole "
+                                               "of it must be in the left half plane; for integral action use a slow one, e.g. -1e-4 times the bandwidth")
+
+
+def _hidden_roots(system):
+    zeros = list(system.zeros)
+    hidden = []
+    for pole in system.poles:
+        match = next((z for z in zeros if abs(z - pole) <= 1e-9 * abs(pole)), None)
+        if match is not None:
+            zeros.remove(match)
+            hidden.append(pole)
+    return hidden
+
+
+def _refuse_hidden_modes(field, cause, matrices, only_unstable):
+    """Hautus' test mode by mode."""
+    system = balanced_scaling(ct.ss(*matrices, remove_useless_states=False))
+    a, b, c = system.A, system.B, system.C
+    n = len(a)
+    scale = max(np.linalg.norm(a), 1e-300)
+    for pole in np.linalg.eigvals(a):
+        if only_unstable and pole.real < -AXIS * abs(pole):
+            continue
+        shifted = (a - pole * np.eye(n)) / scale
+        for matrix, word in ((np.hstack([shifted, b / max(np.linalg.norm(b), 1e-300)]), "controlled from its input"),
+                             (np.vstack([shifted, c / max(np.linalg.norm(c), 1e-300)]), "seen at its output")):
+            if np.linalg.svd(matrix, compute_uv=False)[-1] < 1e-10:
+                raise IllPosedError(cause, f"{field}: the mode at {format_root(pole)} rad/s cannot be {word}; remove it from a, b and c")
+
+
+def diagnose(problem, gamma_max):
+    """Refuses problems that no solver can solve. Returns the lower bound of gamma and its frequency."""
+    plant, weights = problem.plant, problem.weights
+    wp, wu, wt = weights["wp"], weights["wu"], weights.get("wT")
+    if wu.relative_degree > 0 and (plant.relative_degree > 0 or (wp.relative_degree > 0 and (wt is None or wt.relative_degree > 0))):
+        raise IllPosedError("rank condition", "weights.wu vanishes at high frequency, where the plant does too: an infinite controller gain would cost "
+                                              "nothing (D12 has not full column rank). Give wu as many zeros as poles")
+    for zero in wu.zeros:
+        if abs(zero.real) <= AXIS * abs(zero) or zero == 0:
+            vanish = any(abs(z - zero) <= 1e-9 * max(abs(zero), 1e-9) for z in plant.zeros)
+            if vanish:
+                raise IllPosedError("rank condition", f"weights.wu and the plant both vanish at {abs(zero.imag):g} rad/s: the controller's output costs nothing there "
+                                                      "and changes nothing (rank condition on the imaginary axis). Move wu's zero off the axis")
+    bound, omega, against = lower_bound(problem)
+    if bound > gamma_max:
+        raise IllPosedError("contradicting weights", f"weights contradict each other at {omega:.4g} rad/s: {against}. Whatever the controller, gamma is at least "
+                                                     f"{bound:.4g}, over gamma_max {gamma_max:g}. Lower one of the two there")
+    return bound, omega
+
+
+def lower_bound(problem):
+    """The largest of the pointwise bounds that no controller beats, its frequency, and which weights meet there.
+
+    At a frequency, with T = a/(a + b) the best choice of S + T = 1:  |wp S|^2 + |wu K S|^2 + |wT T|^2 >= a b / (a + b),
+    a = |wp|^2, b = |wT|^2 + |wu/G|^2. At a right-half-plane zero of the plant S = 1, at a right-half-plane pole T = 1.
+    """
+    plant, weights = problem.plant, problem.weights
+    corners = np.abs(np.concatenate([np.r_[x.poles, x.zeros] for x in (plant, *weights.values())]))
+    corners = corners[corners > 1e-9]
+    omega = np.geomspace(corners.min() / 100, corners.max() * 100, 4000) if len(corners) else np.ones(1)
+    points = 1j * omega
+    a = np.abs(weights["wp"](points)) ** 2
+    by_u = np.abs(weights["wu"](points)) ** 2 / np.maximum(np.abs(plant(points)) ** 2, 1e-300)
+    by_t = np.abs(weights["wT"](points)) ** 2 if "wT" in weights else np.zeros(len(omega))
+    b = by_t + by_u
+    value = np.sqrt(a * b / (a + b))
+    i = int(np.argmax(value))
+    other = "wu |1/G|" if by_u[i] > by_t[i] else "wT"
+    size = np.sqrt(max(by_u[i], by_t[i]))
+    best = (float(value[i]), float(omega[i]),
+            f"|wp| is {np.sqrt(a[i]):.4g} (the error must stay below {1 / np.sqrt(a[i]):.3g}) and |{other}| is {size:.4g} "
+            + ("(the plant passes too little of the allowed controller output)" if other != "wT" else "(T must stay below "
+               f"{1 / size:.3g}), but S + T = 1"))
+    for zero in plant.zeros[plant.zeros.real > AXIS * np.abs(plant.zeros)]:
+        bound = float(np.abs(weights["wp"](zero)[0]))
+        if bound > best[0]:
+            best = (bound, float(abs(zero)), f"the plant's right-half-plane zero {format_root(zero)} fixes S = 1 there, and wp wants it below {1 / bound:.3g}")
+    for pole in plant.poles[plant.poles.real > 0]:
+        if "wT" in weights:
+            bound = float(np.abs(weights["wT"](pole)[0]))
+            if bound > best[0]:
+                best = (bound, float(abs(pole)), f"the plant's unstable pole {format_root(pole)} fixes T = 1 there, and wT wants it below {1 / bound:.3g}")
+    return best
+
+
+# What SB10AD's INFO says, in the user's terms.
+SOLVER_CAUSES = {
+    1: ("rank condition", "the controller's output costs nothing at some frequency of the imaginary axis (rank condition on A - jw, B2; C1, D12)"),
+    2: ("rank condition", "the reference cannot reach a state at some frequency of the imaginary axis (rank condition on A - jw, B1; C2, D21): "
+                          "a plant or weight pole is too close to the axis"),
+    3: ("rank condition", "D12 has not full column rank: wu is too small at high frequency"),
+    4: ("rank condition", "D21 has not full row rank"),
+}
+
+
+def solve(problem, synthesis):
+    """The controller, verified, or IllPosedError. Takes at most the time limit."""
+    bound, bound_omega = diagnose(problem, synthesis.gamma_max)
+    deadline = time.monotonic() + synthesis.time_limit_s
+    corners = np.abs(np.concatenate([np.r_[x.poles, x.zeros] for x in (problem.plant, *problem.weights.values())]))
+    corners = corners[corners > 0]
+    middle = float(np.exp(np.mean(np.log(corners)))) if len(corners) else 1.0
+    best, infos, timed_out = None, [], False
+    attempts = [("balanced realisation", problem.plant_space, 1.0),
+                ("balanced realisation, time scaled", problem.plant_space, middle),
+                ("cascade realisation, time scaled", state_space(problem.plant), middle)]
+    for i, (how, space, scale) in enumerate(attempts):
+        left = deadline - time.monotonic()
+        if left <= 0:
+            timed_out = True
+            break
+        answer = _run(space, problem.weights, scale, left if i == len(attempts) - 1 else max(left / 2, min(left, 1.0)))
+        if answer is None:
+            timed_out = True
+            continue
+        if isinstance(answer, tuple) and answer[0] == "failed":
+            infos.append(answer[1:])
+            continue
+        gamma, a, b, c, d = answer
+        solution = _verify(problem, gamma, ct.ss(a, b, c, d, remove_useless_states=False), how)
+        if solution is None:
+            infos.append((None, "the loop that it makes is not stable"))
+            continue
+        if best is None or solution.gamma_measured < best.gamma_measured:
+            best = solution
+        if abs(solution.gamma_measured / solution.gamma - 1) < 5e-3:
+            break
+    if best is None:
+        known = next((SOLVER_CAUSES[info] for info, _ in infos if info in SOLVER_CAUSES), None)
+        if known:
+            raise IllPosedError(known[0], f"the solver finds no controller: {known[1]}")
+        if timed_out:
+            raise IllPosedError("time limit", f"no controller within {synthesis.time_limit_s:g} s (synthesis.time_limit_s). Problems that are this hard are almost "
+                                              f"always badly scaled; the weights come closest to a contradiction at {bound_omega:.4g} rad/s")
+        raise IllPosedError("numerical", "the solver finds no controller that stands a check "
+                                         f"({'; '.join(sorted({text for _, text in infos}))}): the problem's frequencies are too far apart or a weight is too close to singular; "
+                                         f"the weights come closest to a contradiction at {bound_omega:.4g} rad/s")
+    if not abs(best.gamma_measured / best.gamma - 1) < 0.05 and best.gamma_measured > best.gamma:
+        raise IllPosedError("numerical", f"the solver states gamma {best.gamma:.4g}, but its loop has {best.gamma_measured:.4g}: the problem is too badly scaled to be solved "
+                                         "in double precision; bring the slowest and fastest poles of plant and weights closer together")
+    if best.gamma_measured > synthesis.gamma_max:
+        raise IllPosedError("contradicting weights", f"the best controller reaches gamma {best.gamma_measured:.4g} only, over gamma_max {synthesis.gamma_max:g}: the weights "
+                                                     f"contradict each other most at {_worst(problem, best):.4g} rad/s")
+    unstable = [p for p in best.controller.poles() if p.real > 0]
+    if unstable:
+        raise IllPosedError("unstable controller", f"the best controller is unstable itself (pole {_list(unstable)} rad/s); the library runs stable controllers only. "
+                                                   "Ask for less bandwidth, or limit wT less")
+    return best
+
+
+def _worst(problem, solution):
+    """Where |wp S| and the other weighted terms are both large: the frequency that the weights fight over."""
+    loop = Loop(Continuous(problem.plant, problem.plant_space), solution.controller, problem.weights, roots=np.r_[problem.plant.poles, problem.plant.zeros])
+    s, t, ks, _ = loop.closed_loop(loop.omega)
+    points = 1j * loop.omega
+    first = np.abs(problem.weights["wp"](points) * s)
+    rest = np.hypot(np.abs(problem.weights["wu"](points) * ks), np.abs(problem.weights["wT"](points) * t) if "wT" in problem.weights else 0)
+    return float(loop.omega[int(np.argmax(np.minimum(first, rest)))])
+
+
+def _verify(problem, gamma, controller, how):
+    with np.errstate(all="ignore"):
+        try:
+            zpk = zpk_of(controller)
+        except (ValueError, np.linalg.LinAlgError):
+            zpk = None
+        if not all(np.all(np.isfinite(m)) for m in ct.ssdata(controller)):
+            return None
+        wrapped = Continuous(zpk, controller)
+        loop = Loop(Continuous(problem.plant, problem.plant_space), wrapped, problem.weights, roots=np.r_[problem.plant.poles, problem.plant.zeros])
+        if not loop.is_stable():
+            return None
+        total = loop.closed_loop(loop.omega)[3]
+        measured = loop._peak(total, lambda w: loop.closed_loop(w)[3])
+    return Solution(float(gamma), float(measured), wrapped, how)
+
+
+def _run(space, weights, scale, seconds):
+    """mixsyn in a process of its own. None when the time is over, ("failed", info, text), or gamma and K's matrices."""
+    methods = multiprocessing.get_all_start_methods()
+    context = multiprocessing.get_context("fork" if "fork" in methods else "spawn")
+    receiver, sender = context.Pipe(duplex=False)
+    systems = [_matrices(s) for s in (space, *(state_space(weights[n]) if n in weights else None for n in ("wp", "wu", "wT")))]
+    child = context.Process(target=_child, args=(sender, systems, scale), daemon=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # forking beside numpy's idle threads
+        child.start()
+    sender.close()
+    try:
+        if not receiver.poll(seconds):
+            return None
+        return receiver.recv()
+    except EOFError:
+        return ("failed", None, "the solver broke down")
+    finally:
+        child.kill()
+        child.join()
+        receiver.close()
+
+
+def _matrices(space):
+    return None if space is None else tuple(np.asarray(m) for m in ct.ssdata(space))
+
+
+def _child(sender, systems, scale):
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            scaled = [None if s is None else ct.ss(s[0] / scale, s[1] / scale, s[2], s[3], remove_useless_states=False) for s in systems]
+            k, _, (gamma, _) = ct.mixsyn(*scaled)
+        sender.send((float(gamma), k.A * scale, k.B * scale, k.C, k.D))
+    except Exception as error:  # noqa: BLE001 - whatever the solver does, the parent says it in the user's terms
+        sender.send(("failed", getattr(error, "info", None), f"{type(error).__name__}: {str(error).strip().splitlines()[0] if str(error).strip() else ''}"))
+    finally:
+        sender.close()
+
+
+def _list(roots):
+    return ", ".join(format_root(r) for r in roots)
