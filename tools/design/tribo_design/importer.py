@@ -1,0 +1,317 @@
+"""A controller made elsewhere: JSON, CSV or MATLAB file; state space, zpk, transfer function or sections.
+
+JSON   one object with the fields of one form, and sample_time_s when it is discrete:
+       {"zeros": [..], "poles": [..], "k": 1.5}   complex roots as "-1+2j" or [re, im];  {"num": [..], "den": [..]};
+       {"a": [[..]], "b": .., "c": .., "d": ..};  {"sos": [[b0, b1, b2, a0, a1, a2], ..], "g": 1, "sample_time_s": 0.001}
+CSV    kind,re,im with a row each "zero", "pole", one "gain", and "sample_time_s" when discrete;
+       or b0,b1,b2,a0,a1,a2 with a row a section (then the design's sample time is meant)
+MAT    (up to version 7) the same fields: a b c d, or z p k, or num den, or sos and g; Ts when discrete
+"""
+
+import csv
+import io
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import control as ct
+import numpy as np
+
+from .config import check_conjugates, format_root, read_text
+from .errors import InputError
+from .systems import Zpk, balanced_scaling, zpk_of
+
+ORDER_MAX = 40
+FORMS = {"state space": ("a", "b", "c", "d"), "zpk": ("zeros", "poles", "k"), "transfer function": ("num", "den"), "sections": ("sos", "g")}
+ALIASES = {"z": "zeros", "p": "poles", "gain": "k", "A": "a", "B": "b", "C": "c", "D": "d", "SOS": "sos", "G": "g", "Ts": "sample_time_s",
+           "ts": "sample_time_s", "dt": "sample_time_s", "T": "sample_time_s", "numerator": "num", "denominator": "den"}
+
+
+@dataclass(frozen=True)
+class Imported:
+    zpk: Zpk  # in s, or in d = z - 1
+    form: str
+    continuous: bool
+    source: str
+
+    def describe(self):
+        return f"{self.source}, {self.form}, {'continuous' if self.continuous else 'discrete'}, order {self.zpk.order}"
+
+
+def load_controller(path, design):
+    """The controller and the SHA-256 of its file."""
+    import hashlib
+
+    path = Path(path)
+    suffix = path.suffix.lower()
+    readers = {".json": _from_json, ".csv": _from_csv, ".mat": _from_mat}
+    if suffix not in readers:
+        raise InputError(f"{path}: ends in {suffix or 'nothing'}; must be one of .json, .csv, .mat")
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    fields = readers[suffix](path, design)
+    return _build(path, fields, design), hashlib.sha256(raw).hexdigest()
+
+
+def _from_json(path, design):
+    text, _ = read_text(path)
+    try:
+        data = json.loads(text, parse_constant=float)
+    except RecursionError:
+        raise InputError(f"{path}: not a controller: nested too deeply") from None
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}:{error.lineno}: not JSON: {error.msg}") from None
+    if not isinstance(data, dict):
+        raise InputError(f"{path}: must be an object with the fields of one form")
+    return data
+
+
+def _from_csv(path, design):
+    text, _ = read_text(path)
+    rows = [(i, [c.strip() for c in row]) for i, row in enumerate(csv.reader(io.StringIO(text)), 1) if row and not row[0].lstrip().startswith("#")]
+    if not rows:
+        raise InputError(f"{path}: is empty")
+    head = [c.lower() for c in rows[0][1]]
+    if head == ["b0", "b1", "b2", "a0", "a1", "a2"]:
+        sos = []
+        for line, row in rows[1:]:
+            if len(row) != 6:
+                raise InputError(f"{path}:{line}: must have 6 columns, found {len(row)}")
+            sos.append([_cell(path, line, name, c) for name, c in zip(head, row)])
+        return {"sos": sos, "sample_time_s": design.sample_time_s}
+    if head != ["kind", "re", "im"]:
+        raise InputError(f"{path}:{rows[0][0]}: the first row must be kind,re,im or b0,b1,b2,a0,a1,a2; found {','.join(head)[:60]}")
+    fields = {"zeros": [], "poles": []}
+    for line, row in rows[1:]:
+        if len(row) not in (2, 3):
+            raise InputError(f"{path}:{line}: must have 3 columns, found {len(row)}")
+        kind, re = row[0].lower(), _cell(path, line, "re", row[1])
+        im = _cell(path, line, "im", row[2]) if len(row) == 3 and row[2] else 0.0
+        if kind in ("zero", "pole"):
+            fields[kind + "s"].append(complex(re, im))
+        elif kind in ("gain", "k", "sample_time_s"):
+            key = "sample_time_s" if kind == "sample_time_s" else "k"
+            if key in fields:
+                raise InputError(f"{path}:{line}: {kind}: is given twice")
+            if im:
+                raise InputError(f"{path}:{line}: {kind}: value {row[2]!r}: must be real")
+            fields[key] = re
+        else:
+            raise InputError(f"{path}:{line}: kind: value {row[0]!r}: must be one of zero, pole, gain, sample_time_s")
+    return fields
+
+
+def _cell(path, line, name, text):
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{path}:{line}: {name}: value {text!r}: must be a number") from None
+
+
+def _from_mat(path, design):
+    import scipy.io
+
+    try:
+        data = scipy.io.loadmat(path)
+    except NotImplementedError:
+        raise InputError(f"{path}: a MATLAB 7.3 file; save it with -v7") from None
+    except Exception as error:  # noqa: BLE001 - scipy raises whatever a broken file leads it to
+        raise InputError(f"{path}: not a MATLAB file: {str(error).splitlines()[0] if str(error) else type(error).__name__}") from None
+    fields = {}
+    for key, value in data.items():
+        if key.startswith("__"):
+            continue
+        if not isinstance(value, np.ndarray) or value.dtype.kind not in "biufc":
+            raise InputError(f"{path}: {key}: must be numbers (save a, b, c, d or z, p, k, not a system object)")
+        name = ALIASES.get(key, key)
+        if name in ("zeros", "poles", "num", "den"):
+            if value.ndim != 2 or min(value.shape, default=0) > 1:
+                raise InputError(f"{path}: {key}: must be a vector (single input, single output), found {' x '.join(map(str, value.shape))}")
+            value = value.ravel()
+        if name in ("k", "g", "sample_time_s"):
+            if value.size != 1:
+                raise InputError(f"{path}: {key}: must be one number, found {' x '.join(map(str, value.shape))}")
+            value = value.ravel()[0]
+        fields[name] = value.tolist()
+    return fields
+
+
+def _build(path, data, design):
+    fields = {}
+    for key, value in data.items():
+        name = ALIASES.get(key, key)
+        if name in fields:
+            raise InputError(f"{path}: {key}: is given twice")
+        fields[name] = value
+    known = {n for names in FORMS.values() for n in names} | {"sample_time_s", "name", "description"}
+    for name in fields:
+        if name not in known:
+            raise InputError(f"{path}: {name}: there is no such field; the forms are " + "; ".join(f"{f}: {', '.join(n)}" for f, n in FORMS.items()))
+    present = [f for f, names in FORMS.items() if any(n in fields for n in names)]
+    if len(present) != 1:
+        raise InputError(f"{path}: give exactly one form ({', '.join(FORMS)}); found {', '.join(present) or 'none'}")
+    form = present[0]
+    h = None
+    if fields.get("sample_time_s") is not None:
+        h = _real(path, "sample_time_s", fields["sample_time_s"])
+        if h < 0 or (h == 0 and form == "sections"):
+            raise InputError(f"{path}: sample_time_s: value {h:g}: must be more than 0 (leave it out, or 0, for continuous time)")
+        h = h or None
+    if form == "sections" and h is None:
+        raise InputError(f"{path}: sample_time_s: is missing (sections are discrete)")
+    if h is not None and abs(h - design.sample_time_s) > 1e-9 * design.sample_time_s:
+        raise InputError(f"{path}: sample_time_s: value {h:g}: must be the design's, {design.sample_time_s:g}")
+    builder = {"state space": _state_space, "zpk": _zpk, "transfer function": _transfer_function, "sections": _sections}[form]
+    system = builder(path, fields, h is not None)
+    _check(path, system, h)
+    return Imported(system, form, h is None, path.name)
+
+
+def _real(path, name, value):
+    if isinstance(value, str):
+        try:
+            value = float(value)
+        except ValueError:
+            pass
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(f"{path}: {name}: value {str(value)[:40]!r}: must be a real number")
+    if not np.isfinite(value):
+        raise InputError(f"{path}: {name}: value {value}: must be finite")
+    return float(value)
+
+
+def _vector(path, name, fields, allow_empty=False):
+    value = fields.get(name)
+    if value is None:
+        raise InputError(f"{path}: {name}: is missing")
+    if not isinstance(value, list):
+        value = [value]
+    if not value and not allow_empty:
+        raise InputError(f"{path}: {name}: is empty")
+    if len(value) > ORDER_MAX + 1:
+        raise InputError(f"{path}: {name}: has {len(value)} entries, at most {ORDER_MAX + 1}")
+    return value
+
+
+def _roots(path, name, fields):
+    roots = []
+    for i, value in enumerate(_vector(path, name, fields, allow_empty=True) if name in fields else []):
+        where = f"{name}[{i}]"
+        if isinstance(value, list) and len(value) == 2:
+            value = complex(_real(path, where, value[0]), _real(path, where, value[1]))
+        elif isinstance(value, str):
+            try:
+                value = complex(value.replace(" ", "").replace("i", "j"))
+            except ValueError:
+                raise InputError(f"{path}: {where}: value {value!r}: must be a number, \"re+imj\" or [re, im]") from None
+        elif not isinstance(value, complex):
+            value = complex(_real(path, where, value))
+        if not np.isfinite(value):
+            raise InputError(f"{path}: {where}: value {value}: must be finite")
+        roots.append(complex(value))
+    try:
+        check_conjugates(roots, f"{name}:")
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from None
+    return np.array(roots, complex)
+
+
+def _zpk(path, fields, discrete):
+    if "k" not in fields:
+        raise InputError(f"{path}: k: is missing")
+    gain = _real(path, "k", fields["k"])
+    zeros, poles = _roots(path, "zeros", fields), _roots(path, "poles", fields)
+    if len(zeros) > len(poles):
+        raise InputError(f"{path}: zeros: {len(zeros)} zeros and {len(poles)} poles: K is not proper")
+    return Zpk(zeros - 1, poles - 1, gain) if discrete else Zpk(zeros, poles, gain)
+
+
+def _transfer_function(path, fields, discrete):
+    parts = {}
+    for name in ("num", "den"):
+        values = _vector(path, name, fields)
+        if any(isinstance(v, list) for v in values):
+            if len(values) != 1:
+                raise InputError(f"{path}: {name}: must be a vector (single input, single output)")
+            values = values[0]
+        parts[name] = np.trim_zeros(np.array([_real(path, f"{name}[{i}]", v) for i, v in enumerate(values)]), "f")
+        if not len(parts[name]):
+            raise InputError(f"{path}: {name}: must not be all 0")
+    num, den = parts["num"], parts["den"]
+    if len(num) > len(den):
+        raise InputError(f"{path}: num: degree {len(num) - 1} over den's {len(den) - 1}: K is not proper")
+    zeros, poles = np.roots(num), np.roots(den)
+    return Zpk(zeros - 1, poles - 1, num[0] / den[0]) if discrete else Zpk(zeros, poles, num[0] / den[0])
+
+
+def _matrix(path, name, fields):
+    value = fields.get(name)
+    if value is None:
+        raise InputError(f"{path}: {name}: is missing")
+    if not isinstance(value, list):
+        value = [[value]]
+    elif not any(isinstance(row, list) for row in value):
+        value = [[v] for v in value] if name == "b" else [value]
+    if any(not isinstance(row, list) or len(row) != len(value[0]) for row in value) or not value or not value[0]:
+        raise InputError(f"{path}: {name}: must be a matrix with rows of the same length")
+    return np.array([[_real(path, f"{name}[{i}][{j}]", v) for j, v in enumerate(row)] for i, row in enumerate(value)])
+
+
+def _state_space(path, fields, discrete):
+    a, b, c = (_matrix(path, n, fields) for n in "abc")
+    d = _matrix(path, "d", fields) if "d" in fields else np.zeros((1, 1))
+    n = len(a)
+    if n > ORDER_MAX:
+        raise InputError(f"{path}: a: {n} states, at most {ORDER_MAX}")
+    for name, matrix, shape in (("a", a, (n, n)), ("b", b, (n, 1)), ("c", c, (1, n)), ("d", d, (1, 1))):
+        if matrix.shape != shape:
+            raise InputError(f"{path}: {name}: must be {shape[0]} x {shape[1]} (single input, single output), found {' x '.join(map(str, matrix.shape))}")
+    if discrete:
+        a = a - np.eye(n)
+    return zpk_of(ct.minreal(balanced_scaling(ct.ss(a, b, c, d, remove_useless_states=False)), 1e-10, verbose=False))
+
+
+def _sections(path, fields, discrete):
+    rows = fields["sos"] if "sos" in fields else None
+    if not isinstance(rows, list) or not rows:
+        raise InputError(f"{path}: sos: must be rows of b0, b1, b2, a0, a1, a2")
+    if not isinstance(rows[0], list):
+        rows = [rows]
+    zeros, poles, gain = [], [], _real(path, "g", fields["g"]) if "g" in fields else 1.0
+    for i, row in enumerate(rows):
+        if not isinstance(row, list) or len(row) != 6:
+            raise InputError(f"{path}: sos[{i}]: must have 6 entries b0, b1, b2, a0, a1, a2, found {len(row) if isinstance(row, list) else 1}")
+        b0, b1, b2, a0, a1, a2 = (_real(path, f"sos[{i}][{j}]", v) for j, v in enumerate(row))
+        if a0 == 0:
+            raise InputError(f"{path}: sos[{i}][3]: value 0: a0 must not be 0")
+        if b0 == 0:
+            raise InputError(f"{path}: sos[{i}][0]: value 0: the library's sections need direct feedthrough, b0 not 0")
+        # (z^2 .. ) with z = 1 + d; a root at z = 0 in both stands for a section of first order.
+        section_zeros, section_poles = np.roots([b0, 2 * b0 + b1, b0 + b1 + b2]), np.roots([a0, 2 * a0 + a1, a0 + a1 + a2])
+        if a2 == 0 and b2 == 0:
+            section_zeros, section_poles = np.array([-1 - b1 / b0]), np.array([-1 - a1 / a0])
+            if a1 == 0 and b1 == 0:
+                section_zeros = section_poles = np.zeros(0)
+        zeros += list(section_zeros)
+        poles += list(section_poles)
+        gain *= b0 / a0
+    return Zpk(zeros, poles, gain)
+
+
+def _check(path, system, h):
+    if system.gain == 0 or not np.isfinite(system.gain):
+        raise InputError(f"{path}: K is 0 at every frequency" if system.gain == 0 else f"{path}: K's gain is not finite")
+    if h is None:
+        bad = [p for p in system.poles if p.real > 1e-9 * abs(p)]
+        on_axis = [p for p in system.poles if abs(p.real) <= 1e-9 * abs(p)]
+        if bad:
+            raise InputError(f"{path}: poles: {format_root(bad[0])} rad/s is in the right half plane: K is unstable, the library runs stable controllers only")
+    else:
+        bad = [1 + p for p in system.poles if not abs(1 + p) < 1 and abs(p) > 1e-12]
+        on_axis = [p for p in system.poles if abs(p) <= 1e-12]
+        if bad:
+            raise InputError(f"{path}: poles: z = {bad[0]:.9g} is not inside the unit circle: K is unstable, the library runs stable controllers only")
+    if len(on_axis) > 1 or any(p.imag for p in on_axis):
+        raise InputError(f"{path}: poles: {', '.join(format_root(p) for p in on_axis)} on the stability boundary; the library accepts one integrator and no more")
