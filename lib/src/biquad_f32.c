@@ -140,7 +140,7 @@ void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
         if (i < from->count)
         {
             const tribo_biquad_f32_section_t *was = &from->section[i];
-            out    = state->section[i].y;
+            out                                   = state->section[i].y;
             change = (was->b1 * in - was->a1 * out) + (state->section[i].w2 + state->section[i].w2_carry);
         }
         if (i == to->count - 1u)

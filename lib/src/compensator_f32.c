@@ -43,8 +43,8 @@ float tribo_compensator_f32_step(const tribo_compensator_f32_params_t *params,
                                  tribo_compensator_f32_signals_t      *signals)
 {
     const float force_n = state->arm.force_n;
-    const float f       = tribo_friction_f32_step(&params->friction, &state->friction, u_n, force_n, &signals->friction);
-    signals->force_n    = force_n;
+    const float f    = tribo_friction_f32_step(&params->friction, &state->friction, u_n, force_n, &signals->friction);
+    signals->force_n = force_n;
 
     // n - f is u + g - F^ - f^, and exactly 0 while the arm sticks.
     (void)tribo_arm_f32_step(&params->arm, &state->arm, signals->friction.n_n - f);

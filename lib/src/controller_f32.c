@@ -148,8 +148,8 @@ tribo_status_t tribo_controller_f32_init(tribo_controller_f32_params_t       *pa
     {
         return TRIBO_ERR_NULL;
     }
-    tribo_controller_f32_params_t made   = {.u_min_n = config->u_min_n, .u_max_n = config->u_max_n};
-    tribo_status_t                status = tribo_biquad_f32_init(&made.cascade, config->sections, config->section_count);
+    tribo_controller_f32_params_t made = {.u_min_n = config->u_min_n, .u_max_n = config->u_max_n};
+    tribo_status_t status              = tribo_biquad_f32_init(&made.cascade, config->sections, config->section_count);
     if (status != TRIBO_OK)
     {
         return status;

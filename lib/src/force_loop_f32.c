@@ -91,8 +91,11 @@ static float changing_tick(const tribo_force_loop_f32_params_t *params,
 
     const float gain_jump_n = (params->gain - from->gain) * state->friction_n;
     tribo_controller_f32_change(&from->controller, &params->controller, &state->controller, e, -gain_jump_n);
-    const float u =
-        tribo_controller_f32_step(&params->controller, &state->controller, e, signals->feedforward_n, &signals->controller);
+    const float u = tribo_controller_f32_step(&params->controller,
+                                              &state->controller,
+                                              e,
+                                              signals->feedforward_n,
+                                              &signals->controller);
 
     const float old_friction_n = friction_under(from, state, u);
     state->friction_n = tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
@@ -119,8 +122,11 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
     float u;
     if (state->active == params || state->active == NULL)
     {
-        u = tribo_controller_f32_step(
-            &params->controller, &state->controller, signals->e_n, signals->feedforward_n, &signals->controller);
+        u = tribo_controller_f32_step(&params->controller,
+                                      &state->controller,
+                                      signals->e_n,
+                                      signals->feedforward_n,
+                                      &signals->controller);
         state->friction_n =
             tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
     }

@@ -239,15 +239,16 @@ float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
         count(&state->bad_inputs);
     }
 
-    const float       n      = bad ? n_before : u_n - force_n + params->gravity_n;
-    const breakaway_t both   = breakaway(params, bad_force ? 0.0f : force_n);
-    const float       L      = n >= 0.0f ? both.positive_n : both.negative_n;
-    const float       rise   = magnitude(n) - magnitude(n_before);
-    const float       v      = rise * params->rate_hz;
-    const uint8_t     relays = tribo_relay_step(&state->relay, params->pulse_width, relay_events(params, both, n, n_before));
-    const bool        q1     = (relays & TRIBO_RELAY_Q1) != 0u;
-    const bool        q2     = (relays & TRIBO_RELAY_Q2) != 0u;
-    const bool        q      = v > 0.0f && ((n > 0.0f && q2) || (n < 0.0f && q1));
+    const float       n    = bad ? n_before : u_n - force_n + params->gravity_n;
+    const breakaway_t both = breakaway(params, bad_force ? 0.0f : force_n);
+    const float       L    = n >= 0.0f ? both.positive_n : both.negative_n;
+    const float       rise = magnitude(n) - magnitude(n_before);
+    const float       v    = rise * params->rate_hz;
+    const uint8_t     relays =
+        tribo_relay_step(&state->relay, params->pulse_width, relay_events(params, both, n, n_before));
+    const bool q1 = (relays & TRIBO_RELAY_Q1) != 0u;
+    const bool q2 = (relays & TRIBO_RELAY_Q2) != 0u;
+    const bool q  = v > 0.0f && ((n > 0.0f && q2) || (n < 0.0f && q1));
 
     // Both branches are computed, so that a tick costs the same on either.
     const float curved = hysteresis(params, n, L, v);

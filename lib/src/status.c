@@ -27,13 +27,14 @@ const char *tribo_status_text(tribo_status_t status)
         [TRIBO_ERR_ARM_TOO_FAST]        = "arm: stiffness h^2/inertia 1e-9 to 1e4 and damping h/inertia at most 1e4",
         [TRIBO_ERR_SECTION_COUNT]       = "controller section_count: 1 to 4",
         [TRIBO_ERR_SECTION_COEFFICIENT] = "controller section coefficient: -1e6 to 1e6",
-        [TRIBO_ERR_SECTION_FEEDTHROUGH] = "controller section b0: magnitude 1e-6 to 1e6, so that the cascade is biproper",
-        [TRIBO_ERR_SECTION_UNSTABLE]    = "controller section poles: inside the unit circle, or one of them at z = 1",
-        [TRIBO_ERR_ANTI_WINDUP]         = "controller cascade: not more than one pole at z = 1",
-        [TRIBO_ERR_U_MIN]               = "controller u_min_n: -1e6 to 0 N",
-        [TRIBO_ERR_U_MAX]               = "controller u_max_n: 0 to 1e6 N and over u_min_n",
-        [TRIBO_ERR_GAIN]                = "force loop gain: 0 to 2",
-        [TRIBO_ERR_INPUT_MAX]           = "force loop input_max_n: over 0 to 1e6 N",
+        [TRIBO_ERR_SECTION_FEEDTHROUGH] =
+            "controller section b0: magnitude 1e-6 to 1e6, so that the cascade is biproper",
+        [TRIBO_ERR_SECTION_UNSTABLE] = "controller section poles: inside the unit circle, or one of them at z = 1",
+        [TRIBO_ERR_ANTI_WINDUP]      = "controller cascade: not more than one pole at z = 1",
+        [TRIBO_ERR_U_MIN]            = "controller u_min_n: -1e6 to 0 N",
+        [TRIBO_ERR_U_MAX]            = "controller u_max_n: 0 to 1e6 N and over u_min_n",
+        [TRIBO_ERR_GAIN]             = "force loop gain: 0 to 2",
+        [TRIBO_ERR_INPUT_MAX]        = "force loop input_max_n: over 0 to 1e6 N",
     };
     // Compared as unsigned: a status outside the list may be of either sign.
     const size_t index = (size_t)status;

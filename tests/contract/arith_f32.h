@@ -49,7 +49,9 @@ static inline void friction_reset(friction_t *x)
     tribo_friction_f32_reset(&x->state);
 }
 
-static inline tribo_status_t friction_init(friction_t *x, const tribo_friction_f32_config_t *config, double sample_time_s)
+static inline tribo_status_t friction_init(friction_t                        *x,
+                                           const tribo_friction_f32_config_t *config,
+                                           double                             sample_time_s)
 {
     friction_reset(x);
     return tribo_friction_f32_init(&x->params, config, (float)sample_time_s);
@@ -62,8 +64,9 @@ static inline friction_seen_t friction_step(friction_t *x, double u, double F)
     return friction_seen(&signals);
 }
 
-static inline tribo_status_t
-compensator_init(compensator_t *x, const tribo_compensator_f32_config_t *config, double sample_time_s)
+static inline tribo_status_t compensator_init(compensator_t                        *x,
+                                              const tribo_compensator_f32_config_t *config,
+                                              double                                sample_time_s)
 {
     tribo_compensator_f32_reset(&x->state);
     return tribo_compensator_f32_init(&x->params, config, (float)sample_time_s);

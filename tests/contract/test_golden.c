@@ -48,7 +48,8 @@ static int check_switches(int rows)
         differ += asked[i] != found[i];
         for (unsigned bit = 1; bit <= 4u; bit *= 2u)
         {
-            TEST_ASSERT_TRUE_MESSAGE(has_near(asked, found, i, rows, bit), "a switch came more than 2 ticks early or late");
+            TEST_ASSERT_TRUE_MESSAGE(has_near(asked, found, i, rows, bit),
+                                     "a switch came more than 2 ticks early or late");
             TEST_ASSERT_TRUE_MESSAGE(has_near(found, asked, i, rows, bit), "a switch too many");
         }
     }
@@ -117,7 +118,12 @@ static void check_compensator(const char *name, const tribo_compensator_f32_conf
     }
     TEST_ASSERT_EQUAL_INT(20000, csv.rows);
     const int differ = check_switches(csv.rows);
-    printf("%s: F^ within %.1e N, f^ within %.1e N, %d of %d rows differ in logic\n", name, worst_F, worst_f, differ, csv.rows);
+    printf("%s: F^ within %.1e N, f^ within %.1e N, %d of %d rows differ in logic\n",
+           name,
+           worst_F,
+           worst_f,
+           differ,
+           csv.rows);
     TEST_ASSERT_DOUBLE_WITHIN(GOLDEN_COMPENSATOR_TOLERANCE_N, 0.0, worst_F);
     TEST_ASSERT_DOUBLE_WITHIN(GOLDEN_COMPENSATOR_TOLERANCE_N, 0.0, worst_f);
     TEST_ASSERT_LESS_OR_EQUAL_INT(csv.rows / 100, differ);

@@ -36,8 +36,8 @@ static double wander(wanderer_t *w)
     {
         const double kind = random_between(&r, 0.0, 1.0);
         w->left           = 1 + (int)random_between(&r, 0.0, 300.0);
-        w->slope          = kind < 0.2 ? 0.0 : random_between(&r, -1.0, 1.0) * pow(10.0, random_between(&r, -6.0, -2.0));
-        w->at             = kind > 0.9 ? random_between(&r, -1.0, 1.0) : w->at;
+        w->slope = kind < 0.2 ? 0.0 : random_between(&r, -1.0, 1.0) * pow(10.0, random_between(&r, -6.0, -2.0));
+        w->at    = kind > 0.9 ? random_between(&r, -1.0, 1.0) : w->at;
     }
     w->left--;
     w->at = fmin(1.0, fmax(-1.0, w->at + w->slope));
@@ -100,8 +100,8 @@ static void test_friction_never_exceeds_breakaway_and_q_needs_a_rising_net_force
             const double          u_k = wander(&u);
             const double          F_k = u_k + 0.3 * wander(&F);
             const friction_seen_t s   = friction_step(&friction, u_k, F_k);
-            const double          L   = s.n >= 0.0 ? (double)config.positive.offset_n + (double)config.positive.slope * fabs(F_k)
-                                                   : (double)config.negative.offset_n + (double)config.negative.slope * fabs(F_k);
+            const double L = s.n >= 0.0 ? (double)config.positive.offset_n + (double)config.positive.slope * fabs(F_k)
+                                        : (double)config.negative.offset_n + (double)config.negative.slope * fabs(F_k);
             TEST_ASSERT_DOUBLE_WITHIN(4.0 * ROUNDING, L, s.L);
             TEST_ASSERT_TRUE(fabs(s.f) <= s.L);
             TEST_ASSERT_TRUE(!s.q || (s.v > 0.0 && fabs(s.n) > fabs(n_before)));

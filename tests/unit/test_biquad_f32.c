@@ -52,7 +52,9 @@ static void test_biquad_is_the_section_of_its_usual_coefficients(void)
     for (int k = 0; k < 1000; k++)
     {
         const float x = (float)random_between(&r, -1.0, 1.0);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-6, direct_step(&direct, (double)x), (double)tribo_biquad_f32_step(&params, &state, x));
+        TEST_ASSERT_DOUBLE_WITHIN(2e-6,
+                                  direct_step(&direct, (double)x),
+                                  (double)tribo_biquad_f32_step(&params, &state, x));
     }
 }
 
@@ -62,10 +64,10 @@ static void test_biquad_cascade_runs_its_sections_in_order(void)
                                                   TRIBO_BIQUAD_F32(2.0, -1.0, 0.0, 0.0, 0.0),
                                                   TRIBO_BIQUAD_F32(0.5, 0.5, 0.25, 0.0, 0.5),
                                                   TRIBO_BIQUAD_F32(-1.0, 0.0, 0.1, 0.2, 0.0)};
-    direct_t direct[] = {{.b0 = 1.0, .a1 = -0.5},
-                         {.b0 = 2.0, .b1 = -1.0},
-                         {.b0 = 0.5, .b1 = 0.5, .b2 = 0.25, .a2 = 0.5},
-                         {.b0 = -1.0, .b2 = 0.1, .a1 = 0.2}};
+    direct_t                         direct[]  = {{.b0 = 1.0, .a1 = -0.5},
+                                                  {.b0 = 2.0, .b1 = -1.0},
+                                                  {.b0 = 0.5, .b1 = 0.5, .b2 = 0.25, .a2 = 0.5},
+                                                  {.b0 = -1.0, .b2 = 0.1, .a1 = 0.2}};
     init(section, 4);
     random_t r = {2};
     for (int k = 0; k < 1000; k++)
@@ -83,7 +85,7 @@ static void test_biquad_cascade_runs_its_sections_in_order(void)
 // 0.002 rad/s at 1 kHz, beside a pole at 340 rad/s. In direct form the two float coefficients would move it by percents.
 static void test_biquad_keeps_a_slow_pole_to_1e_6_of_its_time_constant(void)
 {
-    const double slow = 2e-6, fast = 0.29; // 1 - p
+    const double                     slow = 2e-6, fast = 0.29; // 1 - p
     const tribo_biquad_f32_section_t section[] = {
         {1.0f, 0.0f, 0.0f, (float)(slow + fast), (float)(slow * fast)},
     };
@@ -179,8 +181,9 @@ static void test_biquad_change_keeps_the_output_and_its_slope(void)
         const float offset = i == 1 ? 0.25f : 0.0f;
         TEST_ASSERT_FLOAT_WITHIN(1e-6f, old.section[i].y + offset, state.section[i].y);
         // With its input standing, an output changes as its w1 does.
-        TEST_ASSERT_FLOAT_WITHIN(
-            1e-6f, old.section[i].w1 - old_before.section[i].w1, state.section[i].w1 - new_before.section[i].w1);
+        TEST_ASSERT_FLOAT_WITHIN(1e-6f,
+                                 old.section[i].w1 - old_before.section[i].w1,
+                                 state.section[i].w1 - new_before.section[i].w1);
     }
 }
 
@@ -198,7 +201,9 @@ static void test_biquad_change_to_the_same_params_changes_nothing(void)
     for (int k = 0; k < 200; k++)
     {
         const float x = (float)cos(k * 0.1);
-        TEST_ASSERT_FLOAT_WITHIN(2e-6f, tribo_biquad_f32_step(&params, &plain, x), tribo_biquad_f32_step(&params, &state, x));
+        TEST_ASSERT_FLOAT_WITHIN(2e-6f,
+                                 tribo_biquad_f32_step(&params, &plain, x),
+                                 tribo_biquad_f32_step(&params, &state, x));
     }
 }
 
@@ -227,7 +232,10 @@ static void test_biquad_change_takes_another_number_of_sections(void)
             if (to_count > from_count)
             {
                 // The last section is new: it stands still for one more sample.
-                TEST_ASSERT_FLOAT_WITHIN(1e-6f, after, state.section[to_count - 1u].w1 + to.section[to_count - 1u].b0 * state.section[to_count - 2u].y);
+                TEST_ASSERT_FLOAT_WITHIN(1e-6f,
+                                         after,
+                                         state.section[to_count - 1u].w1 +
+                                             to.section[to_count - 1u].b0 * state.section[to_count - 2u].y);
             }
         }
     }
@@ -246,7 +254,8 @@ static void test_biquad_takes_a_bad_input_for_zero_and_counts_it(void)
     {
         (void)tribo_biquad_f32_step(&params, &state, 1.0f);
         (void)tribo_biquad_f32_step(&params, &zeros, 1.0f);
-        TEST_ASSERT_SAME_FLOAT(tribo_biquad_f32_step(&params, &zeros, 0.0f), tribo_biquad_f32_step(&params, &state, bad[i]));
+        TEST_ASSERT_SAME_FLOAT(tribo_biquad_f32_step(&params, &zeros, 0.0f),
+                               tribo_biquad_f32_step(&params, &state, bad[i]));
         TEST_ASSERT_EQUAL_UINT32(i + 1u, state.bad_inputs);
     }
 }
@@ -301,8 +310,9 @@ static void test_biquad_init_accepts_exactly_the_stable_sections(void)
         const float  a2   = (float)random_between(&r, -0.5, 4.5);
         const double disc = (double)a1 * (double)a1 / 4.0 - (double)a2;
         // Roots of d^2 + a1 d + a2, then z = 1 + d.
-        const double radius = disc >= 0.0 ? fmax(fabs(1.0 - (double)a1 / 2.0 + sqrt(disc)), fabs(1.0 - (double)a1 / 2.0 - sqrt(disc)))
-                                          : hypot(1.0 - (double)a1 / 2.0, sqrt(-disc));
+        const double radius =
+            disc >= 0.0 ? fmax(fabs(1.0 - (double)a1 / 2.0 + sqrt(disc)), fabs(1.0 - (double)a1 / 2.0 - sqrt(disc)))
+                        : hypot(1.0 - (double)a1 / 2.0, sqrt(-disc));
         if (fabs(radius - 1.0) < 1e-6)
         {
             continue;

@@ -29,7 +29,10 @@ static tribo_controller_f32_signals_t seen;
 
 static void init(const tribo_biquad_f32_section_t *sections, uint32_t count)
 {
-    config = (tribo_controller_f32_config_t){.sections = sections, .section_count = count, .u_min_n = -0.5f, .u_max_n = 1.0f};
+    config = (tribo_controller_f32_config_t){.sections      = sections,
+                                             .section_count = count,
+                                             .u_min_n       = -0.5f,
+                                             .u_max_n       = 1.0f};
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_f32_init(&params, &config));
     tribo_controller_f32_reset(&state);
 }
@@ -197,8 +200,8 @@ static tribo_biquad_f32_section_t random_section(random_t *r)
     const double q     = random_between(r, 0.0, 1.5);
     const double turn  = random_between(r, 0.0, 3.1);
     const double b0    = random_between(r, 0.1, 3.0);
-    return (tribo_biquad_f32_section_t)TRIBO_BIQUAD_F32(
-        b0, b0 * -2.0 * q * cos(turn), b0 * q * q, -2.0 * p * cos(angle), p * p);
+    return (tribo_biquad_f32_section_t)
+        TRIBO_BIQUAD_F32(b0, b0 * -2.0 * q * cos(turn), b0 * q * q, -2.0 * p * cos(angle), p * p);
 }
 
 static void test_controller_finds_an_anti_windup_for_any_stable_cascade(void)
@@ -267,7 +270,7 @@ static void test_controller_takes_bad_inputs_for_zero_and_counts_them(void)
         (void)step(0.01f, 0.1f);
         tribo_controller_f32_state_t   zeros = state;
         tribo_controller_f32_signals_t other;
-        const float with_zero_e = tribo_controller_f32_step(&params, &zeros, 0.0f, 0.1f, &other);
+        const float                    with_zero_e = tribo_controller_f32_step(&params, &zeros, 0.0f, 0.1f, &other);
         TEST_ASSERT_SAME_FLOAT(with_zero_e, step(bad[i], 0.1f));
         TEST_ASSERT_EQUAL_UINT32(2u * i + 1u, state.bad_inputs);
         const float with_zero_feedforward = tribo_controller_f32_step(&params, &zeros, 0.01f, 0.0f, &other);

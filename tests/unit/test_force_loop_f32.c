@@ -58,7 +58,7 @@ static void test_loop_is_controller_and_compensator_joined_as_in_fig_9(void)
         const float y = 0.5f + 0.19f * (float)sin(k * 0.004 - 0.1);
         const float u = tribo_controller_f32_step(&params.controller, &controller, r - y, 0.85f * f, &controller_seen);
         const float feedforward = 0.85f * f; // of the tick before
-        f = tribo_compensator_f32_step(&params.compensator, &compensator, u, &compensator_seen);
+        f                       = tribo_compensator_f32_step(&params.compensator, &compensator, u, &compensator_seen);
 
         TEST_ASSERT_EQUAL_HEX32(same_bits(u), same_bits(tribo_force_loop_f32_step(&params, &state, r, y, &seen)));
         TEST_ASSERT_SAME_FLOAT(r - y, seen.e_n);
@@ -202,7 +202,11 @@ static void test_loop_coasts_over_a_bad_input_counts_it_and_recovers(void)
             tribo_force_loop_f32_state_t   twin = state;
             tribo_force_loop_f32_signals_t twin_seen;
             const float                    coasting = tribo_force_loop_f32_step(&params, &twin, 0.5f, 0.5f, &twin_seen);
-            const float u = tribo_force_loop_f32_step(&params, &state, which != 1 ? bad[i] : 0.5f, which != 0 ? bad[i] : 0.5f, &seen);
+            const float                    u        = tribo_force_loop_f32_step(&params,
+                                                      &state,
+                                                      which != 1 ? bad[i] : 0.5f,
+                                                      which != 0 ? bad[i] : 0.5f,
+                                                      &seen);
             TEST_ASSERT_SAME_FLOAT(coasting, u); // e = 0
             TEST_ASSERT_SAME_FLOAT(0.0f, seen.e_n);
             counted++;
@@ -257,7 +261,7 @@ static void test_loop_init_checks_every_field_and_passes_on_what_its_parts_refus
     }
     config.controller.u_min_n = 1.0f;
     check_refused(TRIBO_ERR_U_MIN);
-    config                             = good;
+    config                            = good;
     config.compensator.friction.k_min = 1.0f;
     check_refused(TRIBO_ERR_K_MIN);
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_f32_init(NULL, &config));

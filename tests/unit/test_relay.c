@@ -73,7 +73,8 @@ static void test_relay_samples_the_set_pulse_only_when_its_trigger_rises(void)
                 const bool expected       = trigger_now && !trigger_before ? set_now : held != 0u;
 
                 tribo_relay_latch_t latch = {0, 0};
-                (void)tribo_relay_latch_step(&latch, (uint8_t)((before & 1u) | (uint8_t)((before >> 1) * TRIBO_RELAY_RESET1)));
+                (void)tribo_relay_latch_step(&latch,
+                                             (uint8_t)((before & 1u) | (uint8_t)((before >> 1) * TRIBO_RELAY_RESET1)));
                 latch.outputs = held;
                 TEST_ASSERT_EQUAL_UINT8(
                     expected,

@@ -37,10 +37,11 @@ typedef struct
 /// e.g. a row of MATLAB's sos matrix without its fourth column. Write constants with all their digits: the
 /// conversion is done in double by the compiler, and nothing in double remains in the program.
 #define TRIBO_BIQUAD_F32(b0_, b1_, b2_, a1_, a2_)                                                                      \
-    {                                                                                                                  \
-        (float)(b0_), (float)(2.0 * (b0_) + (b1_)), (float)((double)(b0_) + (b1_) + (b2_)), (float)(2.0 + (a1_)),      \
-            (float)(1.0 + (double)(a1_) + (a2_))                                                                       \
-    }
+    {(float)(b0_),                                                                                                     \
+     (float)(2.0 * (b0_) + (b1_)),                                                                                     \
+     (float)((double)(b0_) + (b1_) + (b2_)),                                                                           \
+     (float)(2.0 + (a1_)),                                                                                             \
+     (float)(1.0 + (double)(a1_) + (a2_))}
 
 typedef struct
 {

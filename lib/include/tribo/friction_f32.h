@@ -52,33 +52,33 @@ typedef struct
 
 typedef struct
 {
-    float                 k_min;           ///< 1.01 to k_max; hysteresis is widest here
-    float                 k_max;           ///< k_min to 1000
-    float                 m;               ///< 0 to 100; steepness of k(v)
-    float                 v0_n_per_s;      ///< 1e-6 to 1e6 N/s; centre of k(v)
-    tribo_breakaway_f32_t positive;        ///< L+; not read when there is a table
-    tribo_breakaway_f32_t negative;        ///< L-; not read when there is a table
-    const tribo_breakaway_point_f32_t *table; ///< null, or points that live as long as the params;
-                                              ///< linear between them, clamped at both ends
-    uint32_t table_length;                 ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX
-    float    set_level;                    ///< c1, over 0 to 1, in parts of L
-    float    reset_level;                  ///< c2, over 0 to 1, in parts of L
-    float    pulse_width_s;                ///< of the edge detectors, 1 to 63 samples once rounded
-    float    gravity_n;                    ///< g, -1e6 to 1e6 N
+    float                              k_min;      ///< 1.01 to k_max; hysteresis is widest here
+    float                              k_max;      ///< k_min to 1000
+    float                              m;          ///< 0 to 100; steepness of k(v)
+    float                              v0_n_per_s; ///< 1e-6 to 1e6 N/s; centre of k(v)
+    tribo_breakaway_f32_t              positive;   ///< L+; not read when there is a table
+    tribo_breakaway_f32_t              negative;   ///< L-; not read when there is a table
+    const tribo_breakaway_point_f32_t *table;      ///< null, or points that live as long as the params;
+                                                   ///< linear between them, clamped at both ends
+    uint32_t table_length;                         ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX
+    float    set_level;                            ///< c1, over 0 to 1, in parts of L
+    float    reset_level;                          ///< c2, over 0 to 1, in parts of L
+    float    pulse_width_s;                        ///< of the edge detectors, 1 to 63 samples once rounded
+    float    gravity_n;                            ///< g, -1e6 to 1e6 N
 } tribo_friction_f32_config_t;
 
 /// What a step reads, made by tribo_friction_f32_init. Const from then on; may be shared.
 typedef struct
 {
-    float    rate_hz;                       ///< 1/h
-    float    k_mean, k_half;                ///< Eq. (5): (k_max + k_min)/2, (k_max - k_min)/2
-    float    m, m_over_v0;                  ///< Eq. (5)
-    tribo_breakaway_f32_t positive, negative;
+    float                              rate_hz;        ///< 1/h
+    float                              k_mean, k_half; ///< Eq. (5): (k_max + k_min)/2, (k_max - k_min)/2
+    float                              m, m_over_v0;   ///< Eq. (5)
+    tribo_breakaway_f32_t              positive, negative;
     const tribo_breakaway_point_f32_t *table; ///< null: the affine laws
-    float    set_level, reset_level;
-    float    gravity_n;
-    uint8_t  table_length;
-    uint8_t  pulse_width;                   ///< samples
+    float                              set_level, reset_level;
+    float                              gravity_n;
+    uint8_t                            table_length;
+    uint8_t                            pulse_width; ///< samples
 } tribo_friction_f32_params_t;
 
 typedef struct

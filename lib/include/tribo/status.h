@@ -14,34 +14,34 @@ extern "C" {
 typedef enum
 {
     TRIBO_OK = 0,
-    TRIBO_ERR_NULL,                 ///< a pointer argument is null
-    TRIBO_ERR_SAMPLE_TIME,          ///< sample_time_s
-    TRIBO_ERR_K_MIN,                ///< friction k_min
-    TRIBO_ERR_K_MAX,                ///< friction k_max
-    TRIBO_ERR_M,                    ///< friction m
-    TRIBO_ERR_V0,                   ///< friction v0_n_per_s
-    TRIBO_ERR_BREAKAWAY_OFFSET,     ///< a breakaway law's offset_n
-    TRIBO_ERR_BREAKAWAY_SLOPE,      ///< a breakaway law's slope
-    TRIBO_ERR_TABLE_LENGTH,         ///< breakaway table: number of points
-    TRIBO_ERR_TABLE_FORCE,          ///< breakaway table: |F| not finite, negative or not strictly rising
-    TRIBO_ERR_TABLE_BREAKAWAY,      ///< breakaway table: L not positive or too large
-    TRIBO_ERR_SET_LEVEL,            ///< friction set_level, c1 of Eq. (9)
-    TRIBO_ERR_RESET_LEVEL,          ///< friction reset_level, c2 of Eq. (9)
-    TRIBO_ERR_PULSE_WIDTH,          ///< friction pulse_width_s
-    TRIBO_ERR_GRAVITY,              ///< friction gravity_n
-    TRIBO_ERR_INERTIA,              ///< arm inertia
-    TRIBO_ERR_DAMPING,              ///< arm damping
-    TRIBO_ERR_STIFFNESS,            ///< arm stiffness
-    TRIBO_ERR_ARM_TOO_FAST,         ///< arm: sample_time_s too long for its stiffness or damping
-    TRIBO_ERR_SECTION_COUNT,        ///< biquad cascade: number of sections
-    TRIBO_ERR_SECTION_COEFFICIENT,  ///< biquad cascade: a coefficient is not finite or too large
-    TRIBO_ERR_SECTION_FEEDTHROUGH,  ///< biquad cascade: b0 of a section is zero or too small (not biproper)
-    TRIBO_ERR_SECTION_UNSTABLE,     ///< biquad cascade: a pole outside the unit circle, or two at z = 1
-    TRIBO_ERR_ANTI_WINDUP,          ///< controller: no stable anti-windup exists (two integrators)
-    TRIBO_ERR_U_MIN,                ///< controller u_min_n
-    TRIBO_ERR_U_MAX,                ///< controller u_max_n
-    TRIBO_ERR_GAIN,                 ///< force loop gain
-    TRIBO_ERR_INPUT_MAX             ///< force loop input_max_n
+    TRIBO_ERR_NULL,                ///< a pointer argument is null
+    TRIBO_ERR_SAMPLE_TIME,         ///< sample_time_s
+    TRIBO_ERR_K_MIN,               ///< friction k_min
+    TRIBO_ERR_K_MAX,               ///< friction k_max
+    TRIBO_ERR_M,                   ///< friction m
+    TRIBO_ERR_V0,                  ///< friction v0_n_per_s
+    TRIBO_ERR_BREAKAWAY_OFFSET,    ///< a breakaway law's offset_n
+    TRIBO_ERR_BREAKAWAY_SLOPE,     ///< a breakaway law's slope
+    TRIBO_ERR_TABLE_LENGTH,        ///< breakaway table: number of points
+    TRIBO_ERR_TABLE_FORCE,         ///< breakaway table: |F| not finite, negative or not strictly rising
+    TRIBO_ERR_TABLE_BREAKAWAY,     ///< breakaway table: L not positive or too large
+    TRIBO_ERR_SET_LEVEL,           ///< friction set_level, c1 of Eq. (9)
+    TRIBO_ERR_RESET_LEVEL,         ///< friction reset_level, c2 of Eq. (9)
+    TRIBO_ERR_PULSE_WIDTH,         ///< friction pulse_width_s
+    TRIBO_ERR_GRAVITY,             ///< friction gravity_n
+    TRIBO_ERR_INERTIA,             ///< arm inertia
+    TRIBO_ERR_DAMPING,             ///< arm damping
+    TRIBO_ERR_STIFFNESS,           ///< arm stiffness
+    TRIBO_ERR_ARM_TOO_FAST,        ///< arm: sample_time_s too long for its stiffness or damping
+    TRIBO_ERR_SECTION_COUNT,       ///< biquad cascade: number of sections
+    TRIBO_ERR_SECTION_COEFFICIENT, ///< biquad cascade: a coefficient is not finite or too large
+    TRIBO_ERR_SECTION_FEEDTHROUGH, ///< biquad cascade: b0 of a section is zero or too small (not biproper)
+    TRIBO_ERR_SECTION_UNSTABLE,    ///< biquad cascade: a pole outside the unit circle, or two at z = 1
+    TRIBO_ERR_ANTI_WINDUP,         ///< controller: no stable anti-windup exists (two integrators)
+    TRIBO_ERR_U_MIN,               ///< controller u_min_n
+    TRIBO_ERR_U_MAX,               ///< controller u_max_n
+    TRIBO_ERR_GAIN,                ///< force loop gain
+    TRIBO_ERR_INPUT_MAX            ///< force loop input_max_n
 } tribo_status_t;
 
 /// The field that a status names and its allowed range, as one line of English, e.g.
