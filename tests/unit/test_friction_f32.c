@@ -107,11 +107,11 @@ static void test_friction_follows_k_of_v_through_its_whole_range(void)
 static void test_friction_tanh_is_as_close_as_its_header_says(void)
 {
     // With k_max = k_min = k a step with Q gives k L tanh(n/(k L)), for x = n/(k L) up to atanh(1/k).
-    config.k_min           = 1.01f;
-    config.k_max           = 1.01f;
-    config.positive.slope  = 0.0f;
+    config.k_min             = 1.01f;
+    config.k_max             = 1.01f;
+    config.positive.slope    = 0.0f;
     config.positive.offset_n = 1.0f;
-    config.negative        = config.positive;
+    config.negative          = config.positive;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
     double worst = 0.0;
     for (int i = 1; i < 20000; i++)
@@ -119,8 +119,8 @@ static void test_friction_tanh_is_as_close_as_its_header_says(void)
         const float n = 2.6f * 1.01f * (float)i / 20000.0f;
         tribo_friction_f32_reset(&state);
         state.relay.latch.outputs = TRIBO_RELAY_Q2;
-        const double f     = (double)step(n, 0.0f);
-        const double exact = fmin(1.0, 1.01 * tanh((double)n / 1.01));
+        const double f            = (double)step(n, 0.0f);
+        const double exact        = fmin(1.0, 1.01 * tanh((double)n / 1.01));
         TEST_ASSERT_TRUE(seen.q);
         worst = fmax(worst, fabs(f - exact) / exact);
     }
@@ -131,14 +131,14 @@ static void test_friction_tanh_is_as_close_as_its_header_says(void)
     config.k_max = 20.0f;
     for (int i = 0; i <= 1000; i++)
     {
-        const double x = -9.0 + 0.018 * i; // m (v/v0 - 1)
+        const double x    = -9.0 + 0.018 * i; // m (v/v0 - 1)
         config.m          = 10.0f;
         config.v0_n_per_s = 1.0f;
         TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
         tribo_friction_f32_reset(&state);
         state.relay.latch.outputs = TRIBO_RELAY_Q2;
         state.n_n                 = 0.9f;
-        const float n             = 0.9f + (float)(1e-3 * (x / 10.0 + 1.0));
+        const float  n            = 0.9f + (float)(1e-3 * (x / 10.0 + 1.0));
         const double f            = (double)step(n, 0.0f);
         const double v            = (double)(n - 0.9f) * 1e3;
         const double k            = 11.0 - 9.0 * tanh(10.0 * (v - 1.0));
@@ -151,11 +151,13 @@ static void test_friction_tanh_is_as_close_as_its_header_says(void)
 static void test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis(void)
 {
     arm_q2(0.5f, 0.157f);
-    TEST_ASSERT_SAME_FLOAT(seen.n_n, step(0.45f, 0.5f)); // n < 0, Q1 low
+    const float negative = step(0.45f, 0.5f); // Q1 low
+    TEST_ASSERT_SAME_FLOAT(seen.n_n, negative);
     TEST_ASSERT_FALSE(seen.q);
     (void)step(0.6f, 0.5f);
     TEST_ASSERT_TRUE(seen.q);
-    TEST_ASSERT_SAME_FLOAT(seen.n_n, step(0.6f, 0.5f)); // v = 0
+    const float standing = step(0.6f, 0.5f); // v = 0
+    TEST_ASSERT_SAME_FLOAT(seen.n_n, standing);
     TEST_ASSERT_FALSE(seen.q);
     TEST_ASSERT_SAME_FLOAT(0.0f, step(0.5f, 0.5f)); // n = 0
     TEST_ASSERT_FALSE(seen.q);
@@ -329,7 +331,9 @@ static void test_friction_init_takes_each_field_to_the_ends_of_its_range_and_no_
         for (size_t j = 0; j < 2; j++)
         {
             *field(ranges[i].field) = in[j];
-            TEST_ASSERT_EQUAL_INT_MESSAGE(TRIBO_OK, tribo_friction_f32_init(&params, &config, H), tribo_status_text(ranges[i].status));
+            TEST_ASSERT_EQUAL_INT_MESSAGE(TRIBO_OK,
+                                          tribo_friction_f32_init(&params, &config, H),
+                                          tribo_status_text(ranges[i].status));
         }
         for (size_t j = 0; j < sizeof out / sizeof out[0]; j++)
         {
