@@ -113,7 +113,8 @@ static bool open_in_folder(sim_output_file_t *file, const char *folder, const ch
     char *path = join(folder, name);
     if (path == NULL)
     {
-        return sim_error_set(error, "out of memory");
+        (void)sim_error_set(error, "out of memory");
+        return false;
     }
     const bool ok = sim_output_file_open(file, path, error);
     free(path);

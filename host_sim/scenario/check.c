@@ -16,7 +16,11 @@ static bool complain(const sim_scenario_t *scenario, const char *key, const char
 static bool check_number(const sim_scenario_t *scenario, const char *key, double value, sim_error_t *error)
 {
     const sim_range_t *range = sim_range_find(key);
-    if (range != NULL && value >= range->min && value <= range->max)
+    if (range == NULL)
+    {
+        return complain(scenario, key, "has no range", error); // a gap in schema.c
+    }
+    if (value >= range->min && value <= range->max)
     {
         return true;
     }
