@@ -1,0 +1,134 @@
+// The paper's benchmark in closed loop, and what the numbers of the specification ask of it.
+
+#include "rig.h"
+#include "tribo/paper_controller.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static rig_t rig;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+    rig_close(&rig);
+}
+
+typedef struct
+{
+    double error, measured;
+} rms_t;
+
+/// RMS of r - F and r - y over the last two of three periods.
+static rms_t triangle(float gain)
+{
+    tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
+    config.gain                          = gain;
+    rig_open(&rig, &config);
+    double squares  = 0.0;
+    double measured = 0.0;
+    for (int k = 0; k < 60000; k++)
+    {
+        const double r = rig_triangle(k);
+        const double y = rig_sensor(&rig);
+        squares += k >= 20000 ? pow(r - rig_force(&rig), 2.0) : 0.0;
+        measured += k >= 20000 ? pow(r - y, 2.0) : 0.0;
+        (void)rig_tick(&rig, &rig.params, r, y);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, rig.state.bad_inputs);
+    TEST_ASSERT_EQUAL_UINT32(0, rig.state.controller.limited_ticks);
+    const rms_t rms = {sqrt(squares / 40000.0), sqrt(measured / 40000.0)};
+    printf("gain %.2f: RMS of r - F %.6f N, of r - y %.6f N\n", (double)gain, rms.error, rms.measured);
+    return rms;
+}
+
+static void check_within_2_percent(double expected, double actual)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * expected, expected, actual);
+}
+
+static void test_triangle_without_compensation_has_the_known_error(void)
+{
+    const rms_t rms = triangle(0.0f);
+    check_within_2_percent(0.003858, rms.error);
+    check_within_2_percent(0.004012, rms.measured);
+}
+
+static void test_triangle_with_compensation_has_the_known_error(void)
+{
+    const rms_t rms = triangle(0.85f);
+    check_within_2_percent(0.001068, rms.error);
+    check_within_2_percent(0.001294, rms.measured);
+}
+
+static void test_triangle_at_gain_1_overcompensates(void)
+{
+    check_within_2_percent(0.003216, triangle(1.0f).error);
+}
+
+/// The cascade of section 6 in double, from its poles and zeros, not from the header's rounded numbers.
+typedef struct
+{
+    double b0, b1, b2, a1, a2, w1, w2;
+} section_t;
+
+static void set_section(section_t *s, double gain, const double zeros[2], const double poles[2])
+{
+    // Sum and product of a pair's roots in d = z - 1 under Tustin at 1 ms; each pair is given as (sum, product) in s.
+    const double  c    = 2000.0;
+    const double  z    = c * c + c * zeros[0] + zeros[1];
+    const double  p    = c * c + c * poles[0] + poles[1];
+    const double  z1   = (2.0 * c * zeros[0] + 4.0 * zeros[1]) / z;
+    const double  z2   = 4.0 * zeros[1] / z;
+    *s                 = (section_t){.a1 = (2.0 * c * poles[0] + 4.0 * poles[1]) / p, .a2 = 4.0 * poles[1] / p};
+    s->b0              = gain * s->a2 / z2;
+    s->b1              = s->b0 * z1;
+    s->b2              = s->b0 * z2;
+}
+
+static double section_step(section_t *s, double x)
+{
+    const double y = s->b0 * x + s->w1;
+    s->w1 += s->b1 * x - s->a1 * y + s->w2;
+    s->w2 += s->b2 * x - s->a2 * y;
+    return y;
+}
+
+static void test_controller_stays_within_5e_5_of_its_cascade_in_double_over_the_triangle(void)
+{
+    const tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
+    section_t                           fast;
+    section_t                           slow;
+    double                              worst = 0.0;
+    set_section(&fast,
+                1.0,
+                (const double[]){2.0 * 139.0, 139.0 * 139.0 + 203.0 * 203.0},
+                (const double[]){2.0 * 167.14185969, 167.14185969 * 167.14185969 + 293.4268467055 * 293.4268467055});
+    set_section(&slow,
+                12701.722161,
+                (const double[]){255.0, 55.0 * 200.0},
+                (const double[]){0.002 + 340.23242585, 0.002 * 340.23242585});
+    rig_open(&rig, &config);
+    for (int k = 0; k < 60000; k++)
+    {
+        (void)rig_tick(&rig, &rig.params, rig_triangle(k), rig_sensor(&rig));
+        const double v = section_step(&slow, section_step(&fast, (double)rig.seen.e_n));
+        worst          = fmax(worst, fabs(v - (double)rig.seen.controller.v_n));
+    }
+    printf("controller within %.1e N of double over 60 s\n", worst);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-5, 0.0, worst);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_triangle_without_compensation_has_the_known_error);
+    RUN_TEST(test_triangle_with_compensation_has_the_known_error);
+    RUN_TEST(test_triangle_at_gain_1_overcompensates);
+    RUN_TEST(test_controller_stays_within_5e_5_of_its_cascade_in_double_over_the_triangle);
+    return UNITY_END();
+}
