@@ -58,14 +58,8 @@ static bool list_folder(const char *folder, sim_error_t *error)
         ok = ok && print_scenario(folder, entries[i]->d_name, error);
         free(entries[i]);
     }
-    free(entries);
+    free((void *)entries);
     return ok;
-}
-
-static bool flush(sim_error_t *error)
-{
-    sim_output_file_t standard_output;
-    return sim_output_file_open(&standard_output, NULL, error) && sim_output_file_commit(&standard_output, error);
 }
 
 int sim_command_list(int count, char **arguments)
@@ -84,5 +78,5 @@ int sim_command_list(int count, char **arguments)
     {
         return sim_usage("list: unknown argument %s", arguments[1]);
     }
-    return (ok && flush(&error)) ? SIM_EXIT_OK : sim_failure(error.text);
+    return (ok && sim_output_flush(&error)) ? SIM_EXIT_OK : sim_failure(error.text);
 }

@@ -149,13 +149,14 @@ static bool simulate(const sim_scenario_t *scenario,
 
 static bool write_summary(const char *folder, const char *json, sim_error_t *error)
 {
-    sim_output_file_t file;
-    if (!open_in_folder(&file, folder, "summary.json", error))
+    char *path = join(folder, "summary.json");
+    if (path == NULL)
     {
-        return false;
+        return sim_error_set(error, "out of memory");
     }
-    (void)fprintf(file.stream, "%s\n", json);
-    return sim_output_file_commit(&file, error);
+    const bool ok = sim_output_file_write_line(path, json, error);
+    free(path);
+    return ok;
 }
 
 static void print_table(const sim_summary_t *summary, const options_t *options)
@@ -197,8 +198,7 @@ static bool report(const sim_summary_t *summary, const options_t *options, sim_e
         print_table(summary, options);
     }
     free(json);
-    sim_output_file_t standard_output;
-    return ok && sim_output_file_open(&standard_output, NULL, error) && sim_output_file_commit(&standard_output, error);
+    return ok && sim_output_flush(error);
 }
 
 static bool run(const options_t *options, sim_error_t *error)
@@ -217,7 +217,7 @@ static bool run(const options_t *options, sim_error_t *error)
 
 int sim_command_run(int count, char **arguments)
 {
-    options_t options = {.sets = calloc((size_t)count, sizeof *options.sets)};
+    options_t options = {.sets = (char **)calloc((size_t)count, sizeof *options.sets)};
     if (options.sets == NULL)
     {
         return sim_failure("out of memory");
@@ -228,6 +228,6 @@ int sim_command_run(int count, char **arguments)
         sim_error_t error = {""};
         status            = run(&options, &error) ? SIM_EXIT_OK : sim_failure(error.text);
     }
-    free(options.sets);
+    free((void *)options.sets);
     return status;
 }

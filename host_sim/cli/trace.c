@@ -36,7 +36,8 @@ void sim_trace_write_row(FILE *file, const sim_row_t *row)
     const tribo_friction_f32_signals_t   *friction = &row->loop.compensator.friction;
     const sim_truth_signals_t            *truth    = &row->plant.truth;
 
-    char   text[1024]; // 25 values of at most 16 characters and a comma
+    char text[1024]; // 25 values of at most 16 characters and a comma
+    text[0]     = '\0';
     line_t line = {.next = text, .room = sizeof text};
     put(&line, row->t_s);
     put(&line, row->r_n);

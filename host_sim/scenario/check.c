@@ -18,7 +18,7 @@ static bool check_number(const sim_scenario_t *scenario, const char *key, double
     const sim_range_t *range = sim_range_find(key);
     if (range == NULL)
     {
-        return complain(scenario, key, "has no range", error); // a gap in schema.c
+        return complain(scenario, key, "has no range in schema.c", error);
     }
     if (value >= range->min && value <= range->max)
     {
@@ -35,6 +35,7 @@ static bool check_mapping(const sim_scenario_t       *scenario,
                           const char                 *data,
                           sim_error_t                *error);
 
+// NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which ends
 static bool check_list(const sim_scenario_t       *scenario,
                        const cyaml_schema_field_t *field,
                        const char                 *key,
@@ -44,14 +45,14 @@ static bool check_list(const sim_scenario_t       *scenario,
     const cyaml_schema_value_t *entry = field->value.sequence.entry;
     const char                 *elements;
     unsigned                    count;
-    memcpy(&elements, data + field->data_offset, sizeof elements);
+    memcpy((void *)&elements, data + field->data_offset, sizeof elements);
     memcpy(&count, data + field->count_offset, sizeof count);
     bool ok = true;
     for (unsigned i = 0; ok && i < count; i++)
     {
         char path[SIM_KEY_MAX];
         (void)snprintf(path, sizeof path, "%.100s[%u]", key, i);
-        ok = check_mapping(scenario, entry, path, elements + i * entry->data_size, error);
+        ok = check_mapping(scenario, entry, path, elements + (size_t)i * entry->data_size, error);
     }
     return ok;
 }
@@ -65,7 +66,7 @@ static bool check_float(const sim_scenario_t       *scenario,
     const char *at = data + field->data_offset;
     if ((field->value.flags & CYAML_FLAG_POINTER) != 0)
     {
-        memcpy(&at, data + field->data_offset, sizeof at);
+        memcpy((void *)&at, data + field->data_offset, sizeof at);
     }
     double value;
     if (at == NULL)
@@ -78,6 +79,7 @@ static bool check_float(const sim_scenario_t       *scenario,
            check_number(scenario, key, value, error);
 }
 
+// NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which ends
 static bool check_mapping(const sim_scenario_t       *scenario,
                           const cyaml_schema_value_t *mapping,
                           const char                 *path,

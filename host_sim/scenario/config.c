@@ -125,7 +125,7 @@ static char *find_parent(const sim_scenario_t *scenario,
     char    *holder = base + place->list_offset;
     char    *elements;
     unsigned count;
-    memcpy(&elements, holder + place->list->data_offset, sizeof elements);
+    memcpy((void *)&elements, holder + place->list->data_offset, sizeof elements);
     memcpy(&count, holder + place->list->count_offset, sizeof count);
     if (place->index >= count)
     {

@@ -44,12 +44,19 @@ static bool complain_unknown(const loader_t *loader, const sim_yaml_entry_t *ent
 {
     char place[512];
     describe_place(loader->from, entry->line, place, sizeof place);
-    char suggestion[SIM_KEY_MAX];
+    const char *prefix = loader->target->prefix;
+    char        suggestion[SIM_KEY_MAX];
     if (sim_suggest(loader->target->schema, entry->path, suggestion, sizeof suggestion))
     {
-        return sim_error_set(loader->error, "%s: unknown key %s, did you mean %s?", place, entry->path, suggestion);
+        return sim_error_set(loader->error,
+                             "%s: unknown key %s%s, did you mean %s%s?",
+                             place,
+                             prefix,
+                             entry->path,
+                             prefix,
+                             suggestion);
     }
-    return sim_error_set(loader->error, "%s: unknown key %s", place, entry->path);
+    return sim_error_set(loader->error, "%s: unknown key %s%s", place, prefix, entry->path);
 }
 
 static bool is_choice(const cyaml_schema_value_t *value, const char *text)
@@ -115,7 +122,7 @@ static bool check_entry(const loader_t *loader, const sim_yaml_entry_t *entry)
     }
     if (entry->kind != kind_of(value))
     {
-        static const char *const found[] = {"a single value", "keys", "a list"};
+        static const char *const found[] = {"a single value", "a mapping", "a list"};
 
         char text[128];
         (void)snprintf(text, sizeof text, "%s is wanted here, not %s", sim_schema_type_name(value), found[entry->kind]);
@@ -209,10 +216,10 @@ static void move_value(const cyaml_schema_field_t *field, char *to, char *from)
     }
     void *old, *fresh;
     void *none = NULL;
-    memcpy(&old, to + field->data_offset, sizeof old);
-    memcpy(&fresh, from + field->data_offset, sizeof fresh);
-    memcpy(to + field->data_offset, &fresh, sizeof fresh);
-    memcpy(from + field->data_offset, &none, sizeof none);
+    memcpy((void *)&old, to + field->data_offset, sizeof old);
+    memcpy((void *)&fresh, from + field->data_offset, sizeof fresh);
+    memcpy(to + field->data_offset, (const void *)&fresh, sizeof fresh);
+    memcpy(from + field->data_offset, (const void *)&none, sizeof none);
     free(old); // nothing of ours points further than this
     if (field->value.type == CYAML_SEQUENCE)
     {
@@ -222,6 +229,7 @@ static void move_value(const cyaml_schema_field_t *field, char *to, char *from)
 }
 
 /// Moves what the index has of the mapping at `path` from one struct to another.
+// NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which ends
 static void move_given(const loader_t             *loader,
                        const cyaml_schema_field_t *field,
                        const char                 *path,

@@ -293,13 +293,13 @@ bool sim_schema_find(const cyaml_schema_value_t *root, const char *path, sim_pla
     return false;
 }
 
+// NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which ends
 static void visit_fields(const cyaml_schema_value_t *mapping,
                          char                       *path,
                          size_t                      length,
                          sim_key_visitor_t           visit,
                          void                       *context)
 {
-    // The schema is three mappings deep; this ends.
     for (const cyaml_schema_field_t *field = mapping->mapping.fields; field->key != NULL; field++)
     {
         const size_t room = SIM_KEY_MAX - length;
@@ -335,7 +335,7 @@ const char *sim_schema_type_name(const cyaml_schema_value_t *value)
     case CYAML_STRING:
         return "text";
     case CYAML_MAPPING:
-        return "keys of its own";
+        return "a mapping";
     case CYAML_SEQUENCE:
         return "a list";
     default:

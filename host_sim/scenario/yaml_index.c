@@ -115,7 +115,7 @@ static bool begin_value(builder_t *builder, sim_yaml_kind_t kind, const yaml_eve
     const size_t line = event->start_mark.line + 1;
     if (builder->depth == 0)
     {
-        return kind == SIM_YAML_MAPPING || complain(builder, line, "keys with values are wanted here", "");
+        return kind == SIM_YAML_MAPPING || complain(builder, line, "a mapping is wanted here", "");
     }
     level_t *level = &builder->level[builder->depth - 1];
     if (level->kind == SIM_YAML_LIST)

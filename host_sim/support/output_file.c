@@ -54,7 +54,7 @@ bool sim_output_file_open(sim_output_file_t *file, const char *path, sim_error_t
     return true;
 }
 
-static bool flush_standard_output(sim_error_t *error)
+bool sim_output_flush(sim_error_t *error)
 {
     if (fflush(stdout) != 0 || ferror(stdout))
     {
@@ -68,7 +68,7 @@ bool sim_output_file_commit(sim_output_file_t *file, sim_error_t *error)
     if (file->temporary == NULL)
     {
         *file = (sim_output_file_t){0};
-        return flush_standard_output(error);
+        return sim_output_flush(error);
     }
     errno         = 0;
     bool      ok  = fflush(file->stream) == 0 && !ferror(file->stream);
@@ -101,6 +101,18 @@ void sim_output_file_discard(sim_output_file_t *file)
         (void)unlink(file->temporary);
     }
     forget(file);
+}
+
+bool sim_output_file_write_line(const char *path, const char *line, sim_error_t *error)
+{
+    sim_output_file_t file;
+    if (!sim_output_file_open(&file, path, error))
+    {
+        return false;
+    }
+    // NOLINTNEXTLINE(clang-analyzer-unix.Stream): an open file has a stream
+    (void)fprintf(file.stream, "%s\n", line);
+    return sim_output_file_commit(&file, error);
 }
 
 /// One folder; one that is there already is fine.

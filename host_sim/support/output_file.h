@@ -24,6 +24,12 @@ bool sim_output_file_commit(sim_output_file_t *file, sim_error_t *error);
 /// Removes the temporary file. Does nothing to a file that is closed already or was never opened (all zero).
 void sim_output_file_discard(sim_output_file_t *file);
 
+/// A whole file of one line, in its place or not at all.
+bool sim_output_file_write_line(const char *path, const char *line, sim_error_t *error);
+
+/// Flushes standard output and checks everything written to it.
+bool sim_output_flush(sim_error_t *error);
+
 /// Creates the folder `path` and those above it that are missing.
 bool sim_output_folder_create(const char *path, sim_error_t *error);
 
