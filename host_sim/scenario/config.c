@@ -130,9 +130,10 @@ static char *find_parent(const sim_scenario_t *scenario,
     if (place->index >= count)
     {
         (void)sim_error_set(error,
-                            "--set %s: the list %s has %u elements, counted from 0",
+                            "--set %s: the list %.*s has %u elements, counted from 0",
                             assignment,
-                            place->list->key,
+                            (int)strcspn(assignment, "["),
+                            assignment,
                             count);
         return NULL;
     }

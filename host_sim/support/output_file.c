@@ -70,8 +70,8 @@ bool sim_output_file_commit(sim_output_file_t *file, sim_error_t *error)
         *file = (sim_output_file_t){0};
         return sim_output_flush(error);
     }
-    errno         = 0;
-    bool      ok  = fflush(file->stream) == 0 && !ferror(file->stream);
+    // If a write has failed before, it is the caller's last act, and errno still says why.
+    bool      ok  = !ferror(file->stream) && fflush(file->stream) == 0;
     int       why = errno;
     const int end = fclose(file->stream);
     if (ok && end != 0)

@@ -1,0 +1,70 @@
+"""Runs tribo-sim (its path is in TRIBO_SIM) and reads what it leaves."""
+
+import csv
+import json
+import os
+import pathlib
+import subprocess
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+GOLDEN = ROOT / "tests" / "golden"
+SCENARIOS = ROOT / "host_sim" / "scenarios"
+
+# The shortest scenario there is; a test appends what it is about.
+SHORT = "duration_s: 0.01\nreference: {kind: step}\n"
+
+
+class Sim:
+    """tribo-sim in a folder of its own."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.program = os.environ["TRIBO_SIM"]
+
+    def write(self, name, content):
+        path = self.folder / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    def __call__(self, *arguments, **options):
+        options.setdefault("cwd", self.folder)
+        options.setdefault("stdout", subprocess.PIPE)
+        return subprocess.run([self.program, *map(str, arguments)], stderr=subprocess.PIPE, text=True, timeout=120,
+                              check=False, **options)
+
+    def ok(self, *arguments, **options):
+        """A run that must succeed and say nothing on stderr."""
+        result = self(*arguments, **options)
+        assert result.stderr == ""
+        assert result.returncode == 0
+        return result.stdout
+
+    def fails(self, message, *arguments, status=1, **options):
+        """A run that must fail with exactly this message."""
+        result = self(*arguments, **options)
+        assert result.stderr == f"tribo-sim: {message}\n"
+        assert result.returncode == status
+        return result
+
+    def summary(self, *arguments):
+        return json.loads(self.ok("run", *arguments, "--json"))
+
+    def trace(self, *arguments):
+        self.ok("run", *arguments, "--out", "trace_of_run")
+        return read_csv(self.folder / "trace_of_run" / "trace.csv")
+
+
+def read_csv(path):
+    """Columns of numbers by name."""
+    with open(path, newline="", encoding="ascii") as file:
+        rows = csv.reader(file)
+        names = next(rows)
+        columns = list(zip(*[[float(value) for value in row] for row in rows]))
+    return dict(zip(names, columns))
+
+
+@pytest.fixture
+def sim(tmp_path):
+    return Sim(tmp_path)

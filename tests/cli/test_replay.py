@@ -1,0 +1,240 @@
+"""`replay`: against the golden vectors, and every way in which a log can be wrong."""
+
+import os
+import pathlib
+
+import pytest
+
+from conftest import GOLDEN, read_csv
+
+HEADER = "t_s,u_N,F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N"
+
+ASYMMETRIC = """friction:
+  breakaway: {offset_N: 0.01, slope: 0.25, negative_offset_N: 0.005, negative_slope: 0.35}
+  gravity_N: 0.004
+"""
+PARAMS = {"paper": "{}\n", "asymmetric_gravity": ASYMMETRIC, "k1p1": "friction: {k_min: 1.1, k_max: 1.1}\n"}
+
+
+def log_of(sim, golden, columns):
+    """The golden vector's input as a log, with time stamps at 1 ms."""
+    rows = read_csv(golden)
+    lines = ["t_s," + ",".join(columns)]
+    for k in range(len(rows["u_N"])):
+        lines.append(f"{k * 0.001:.3f}," + ",".join(f"{rows[name][k]:.12g}" for name in columns))
+    sim.write("log.csv", "\n".join(lines) + "\n")
+    return rows
+
+
+def compare(golden, result, pairs, tolerance):
+    """Where the logic agrees the numbers do too; where it does not, it is for two ticks at most."""
+    agree = [all(golden[name][k] == result[name][k] for name in ("Q1", "Q2", "Q")) for k in range(len(golden["u_N"]))]
+    longest = run = 0
+    for same in agree:
+        run = 0 if same else run + 1
+        longest = max(longest, run)
+    assert longest <= 2
+    for golden_name, name in pairs:
+        worst = max(abs(a - b) for a, b, same in zip(golden[golden_name], result[name], agree) if same)
+        assert worst <= tolerance, name
+
+
+@pytest.mark.parametrize("params", ["paper", "asymmetric_gravity"])
+def test_own_force_reproduces_the_golden_compensator(sim, params):
+    golden = log_of(sim, GOLDEN / f"compensator_{params}.csv", ["u_N"])
+    sim.write("p.yaml", PARAMS[params])
+    sim.ok("replay", "log.csv", "--params", "p.yaml", "--out", "out.csv")
+    result = read_csv(sim.folder / "out.csv")
+    compare(golden, result, [("F_hat_N", "F_hat_N"), ("f_N", "f_hat_N")], 5e-5)
+    assert result["t_s"] == tuple(round(k * 0.001, 3) for k in range(len(golden["u_N"])))
+    assert result["u_N"] == pytest.approx(golden["u_N"], rel=1e-8)
+
+
+@pytest.mark.parametrize("params", ["paper", "asymmetric_gravity", "k1p1"])
+def test_measured_force_reproduces_the_golden_friction(sim, params):
+    golden = log_of(sim, GOLDEN / f"friction_{params}.csv", ["F_N", "u_N"])
+    sim.write("p.yaml", PARAMS[params])
+    sim.ok("replay", "log.csv", "--params", "p.yaml", "--force", "measured", "--out", "out.csv")
+    result = read_csv(sim.folder / "out.csv")
+    compare(golden, result, [("F_N", "F_hat_N"), ("n_N", "n_N"), ("f_N", "f_hat_N")], 2e-5)
+    compare(golden, result, [("L_N", "L_N")], 1e-6)
+    compare(golden, result, [("v_N_per_s", "v_N_per_s")], 1e-3)
+
+
+def test_replay_of_a_simulated_run_gives_what_the_loop_saw(sim):
+    trace = sim.trace("triangle", "--set", "duration_s=5", "--set", "metrics.start_s=0")
+    sim.ok("replay", "trace_of_run/trace.csv", "--out", "out.csv")
+    result = read_csv(sim.folder / "out.csv")
+    for name in ("F_hat_N", "n_N", "L_N", "Q1", "Q2", "Q", "f_hat_N"):
+        assert result[name] == pytest.approx(trace[name], abs=1e-6), name
+
+
+def test_the_paper_is_the_default(sim):
+    log_of(sim, GOLDEN / "compensator_paper.csv", ["u_N"])
+    sim.write("p.yaml", "{}\n")
+    assert sim.ok("replay", "log.csv") == sim.ok("replay", "log.csv", "--params", "p.yaml", "--force", "own")
+
+
+def test_the_sample_time_is_the_logs(sim):
+    sim.write("slow.csv", "t_s,u_N\n0,0\n0.002,0.002\n0.004,0.006\n")
+    lines = sim.ok("replay", "slow.csv").splitlines()
+    assert lines[0] == HEADER
+    assert [float(line.split(",")[5]) for line in lines[1:]] == pytest.approx([0, 1, 2], rel=1e-6)
+
+
+GOOD = "t_s,u_N\n0,0.1\n0.001,0.2\n0.002,0.3\n"
+
+HARMLESS = {
+    "CRLF": GOOD.replace("\n", "\r\n"),
+    "byte order mark": b"\xef\xbb\xbf" + GOOD.encode(),
+    "byte order mark and quotes": b'\xef\xbb\xbf"t_s","u_N"\n0,0.1\n0.001,0.2\n0.002,0.3\n',
+    "quoted fields": '"t_s","u_N"\n"0",0.1\n0.001,"0.2"\n0.002 , "0.3" \n',
+    "quoted comma elsewhere": 't_s,"a, b ""c""",u_N\n0,"1, ""2""",0.1\n0.001,,0.2\n0.002,,0.3\n',
+    "spaces": " t_s , u_N\n 0,\t0.1 \n0.001,0.2\n0.002,0.3\n",
+    "empty lines at the end": GOOD + "\n \n\r\n",
+    "no last newline": GOOD.rstrip("\n"),
+    "other columns": "x,u_N,t_s,note\na,0.1,0,\nb,0.2,0.001,nan\n,0.3,0.002,?\n",
+    "other columns twice": "x,t_s,x,u_N\n,0,,0.1\n,0.001,,0.2\n,0.002,,0.3\n",
+    "numbers in other ways": "t_s,u_N\n0e0,+.1\n1E-3,2.e-1\n+0.002,30e-2\n",
+    "jitter": "t_s,u_N\n0,0.1\n0.00100001,0.2\n0.002,0.3\n",
+    "later origin": GOOD.replace("0,0.1", "1000,0.1").replace("0.001", "1000.001").replace("0.002", "1000.002"),
+}
+
+
+@pytest.mark.parametrize("case", HARMLESS)
+def test_a_harmless_log_is_read(sim, case):
+    sim.write("good.csv", GOOD)
+    sim.write("log.csv", HARMLESS[case])
+    expected = [line.split(",")[1:5] for line in sim.ok("replay", "good.csv").splitlines()]
+    assert [line.split(",")[1:5] for line in sim.ok("replay", "log.csv").splitlines()] == expected
+
+
+MISTAKES = {
+    "empty file": ("", ":1:1: the file is empty"),
+    "nothing but lines": ("\n\r\n \n", ":1:1: the file is empty"),
+    "header only": ("t_s,u_N\n", ":2:1: no rows after the header"),
+    "one row": ("t_s,u_N\n0,0.1\n", ":2:1: t_s: one row has no sample time, two at least are wanted"),
+    "no time": ("t,u_N\n0,0.1\n", ":1:1: no column is named t_s"),
+    "no input": ("t_s,u\n0,0.1\n", ":1:1: no column is named u_N"),
+    "no header": ("0,0.1\n0.001,0.2\n", ":1:1: no column is named t_s"),
+    "other separator": ("t_s;u_N\n0;0.1\n", ":1:1: no column is named t_s"),
+    "column twice": ("t_s,u_N,x,u_N\n0,0.1,0,0.1\n", ":1:11: column u_N is there twice"),
+    "text": ("t_s,u_N\n0,0.1\n0.001,abc\n", ":3:7: u_N: 'abc' is not a number"),
+    "text in a number": ("t_s,u_N\n0,0.1\n0.001,0.2N\n", ":3:7: u_N: '0.2N' is not a number"),
+    "text in a quoted number": ('t_s,u_N\n0,0.1\n0.001, "0.2 N"\n', ":3:8: u_N: '0.2 N' is not a number"),
+    "nothing in a field": ("t_s,u_N\n0,0.1\n,0.2\n", ":3:1: t_s: '' is not a number"),
+    "NaN": ("t_s,u_N\n0,0.1\n0.001,nan\n", ":3:7: u_N: 'nan' is not a finite number"),
+    "minus infinity": ("t_s,u_N\n0,0.1\n0.001,-Inf\n", ":3:7: u_N: '-Inf' is not a finite number"),
+    "overflow": ("t_s,u_N\n0,0.1\n0.001,1e400\n", ":3:7: u_N: '1e400' is too large for a number"),
+    "hexadecimal": ("t_s,u_N\n0,0.1\n0.001,0x1p-3\n", ":3:7: u_N: '0x1p-3' is not a number"),
+    "too few fields": ("t_s,x,u_N\n0,0,0.1\n0.001,0\n", ":3:7: 2 fields, the header has 3"),
+    "too many fields": ("t_s,u_N\n0,0.1\n0.001,0.2,\n", ":3:11: more fields than the header's 2"),
+    "empty line": ("t_s,u_N\n0,0.1\n\n0.001,0.2\n", ":3:1: an empty line between rows"),
+    "open quote": ('t_s,u_N\n0,0.1\n0.001,"0.2\n0.002,0.3"\n', ":3:7: a quote is opened and not closed in its line"),
+    "text after a quote": ('t_s,u_N\n0,0.1\n"0.001"5,0.2\n', ":3:8: text after a quoted field"),
+    "zero byte": (b"t_s,u_N\n0,0.1\n0.001\0,0.2\n", ":3: a zero byte: this is not a text file"),
+    "time stands still": ("t_s,u_N\n0,0.1\n0.001,0.2\n0.001,0.3\n", ":4:1: t_s: 0.001 does not come after 0.001"),
+    "time goes back": ("u_N,t_s\n0.1,0\n0.2,0.001\n0.3,0\n", ":4:5: t_s: 0 does not come after 0.001"),
+    "gap": (
+        "t_s,u_N\n0,0\n0.001,0\n0.002,0\n0.004,0\n0.005,0\n",
+        ":5:1: t_s: 0.002 s after the row before, where the log's interval is 0.001 s",
+    ),
+    "large gap at the start": (
+        "t_s,u_N\n0,0\n100,0\n100.001,0\n100.002,0\n",
+        ":3:1: t_s: 100 s after the row before, where the log's interval is 0.001 s",
+    ),
+    "too much jitter": (
+        "t_s,u_N\n0,0\n0.001,0\n0.002,0\n0.00298,0\n0.004,0\n0.005,0\n",
+        ":5:1: t_s: 0.00098 s after the row before, where the log's interval is 0.001 s",
+    ),
+    "sample time too long": (
+        "t_s,u_N\n0,0\n1,0\n2,0\n",
+        ": its sample time is 1 s; sample_time_s: 1e-6 to 0.1 s",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_in_a_log_is_named_with_line_and_column(sim, mistake):
+    content, message = MISTAKES[mistake]
+    sim.write("log.csv", content)
+    sim.fails("log.csv" + message, "replay", "log.csv", "--out", "out.csv")
+    assert not (sim.folder / "out.csv").exists()
+
+
+@pytest.mark.parametrize("last, good", [("0.0029901", True), ("0.0029899", False)])
+def test_jitter_of_one_percent_is_the_limit(sim, last, good):
+    sim.write("log.csv", f"t_s,u_N\n0,0\n0.001,0\n0.002,0\n{last},0\n")
+    assert (sim("replay", "log.csv").returncode == 0) == good
+
+
+def test_measured_force_wants_its_column(sim):
+    sim.write("log.csv", GOOD)
+    sim.fails("log.csv:1:1: no column is named F_N", "replay", "log.csv", "--force", "measured")
+
+
+def test_a_broken_force_is_an_error_even_if_it_is_not_used(sim):
+    sim.write("log.csv", "t_s,u_N,F_N\n0,0,0\n0.001,0,x\n")
+    sim.fails("log.csv:3:9: F_N: 'x' is not a number", "replay", "log.csv")
+
+
+def test_a_missing_log(sim):
+    sim.fails("no.csv: cannot be opened: No such file or directory", "replay", "no.csv")
+
+
+PARAM_MISTAKES = {
+    "missing": (None, ": cannot be opened: No such file or directory"),
+    "empty": ("", ":1: the file is empty"),
+    "a scenario": ("compensator: {gain: 1}\n", ":1: unknown key compensator.compensator"),
+    "unknown key": (
+        "friction:\n  k_mim: 1\n",
+        ":2: unknown key compensator.friction.k_mim, did you mean compensator.friction.k_min?",
+    ),
+    "text": ("friction:\n  k_min: x\n", ":2: compensator.friction.k_min: 'x' is not a number"),
+    "range": ("friction:\n  k_min: 1\n", ":2: compensator.friction.k_min: 1 is outside 1.01 to 1000"),
+    "together": ("friction:\n  k_min: 30\n", ":2: compensator.friction.k_min: is larger than k_max"),
+    "the log's sample time": (
+        "friction:\n  pulse_width_s: 0.1\n",
+        ":2: compensator.friction.pulse_width_s: friction pulse_width_s: 1 to 63 sample times",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", PARAM_MISTAKES)
+def test_a_mistake_in_the_params_is_named(sim, mistake):
+    content, message = PARAM_MISTAKES[mistake]
+    sim.write("log.csv", GOOD)
+    if content is not None:
+        sim.write("p.yaml", content)
+    sim.fails("p.yaml" + message, "replay", "log.csv", "--params", "p.yaml")
+
+
+def test_forces_too_large_for_the_compensator_are_said(sim):
+    sim.write("log.csv", GOOD + "0.003,1e7\n")
+    result = sim("replay", "log.csv")
+    assert result.returncode == 0
+    assert result.stderr == "tribo-sim: log.csv: warning: 1 rows hold forces too large for the compensator\n"
+    assert len(result.stdout.splitlines()) == 5
+
+
+def test_results_replace_a_file_whole(sim):
+    sim.write("log.csv", GOOD)
+    sim.write("out.csv", "old")
+    sim.ok("replay", "log.csv", "--out", "out.csv")
+    assert (sim.folder / "out.csv").read_text(encoding="ascii") == sim.ok("replay", "log.csv")
+    assert sorted(os.listdir(sim.folder)) == ["log.csv", "out.csv"]
+
+
+@pytest.mark.parametrize("out", ["no/out.csv", "."])
+def test_a_result_that_cannot_be_written(sim, out):
+    sim.write("log.csv", GOOD)
+    result = sim("replay", "log.csv", "--out", out)
+    assert result.returncode == 1
+    assert result.stderr.startswith(f"tribo-sim: {out}: cannot be written: ")
+    assert pathlib.Path(sim.folder / "log.csv").exists() and len(os.listdir(sim.folder)) == 1
+
+
+def test_a_full_standard_output_is_an_error(sim):
+    sim.write("log.csv", GOOD)
+    with open("/dev/full", "w", encoding="ascii") as full:
+        sim.fails("standard output: cannot be written: No space left on device", "replay", "log.csv", stdout=full)

@@ -1,0 +1,426 @@
+"""`run`: the benchmark's numbers, what is written, and the plant against an independent model of it."""
+
+import cmath
+import json
+import math
+import os
+import resource
+import statistics
+import subprocess
+
+import pytest
+
+from conftest import ROOT, SHORT, read_csv
+
+# Spec section 8; the issue allows 2 %.
+BENCHMARK = {0: (0.003858, 0.004012), 0.85: (0.001068, 0.001294)}
+
+COLUMNS = ("t_s,r_N,y_N,F_N,e_N,controller_N,friction_term_N,u_N,limited,F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N,"
+           "u_a_N,plant_n_N,plant_L_N,plant_v_N_per_s,plant_Q1,plant_Q2,plant_Q,f_N").split(",")
+SUMMARY = ("rms_error_N max_error_N rms_measured_error_N ticks limited_ticks bad_inputs simulated_s wall_s "
+           "real_time_factor").split()
+
+
+@pytest.mark.parametrize("gain", BENCHMARK)
+def test_triangle_reproduces_the_benchmark(sim, gain):
+    summary = sim.summary("triangle", "--set", f"compensator.gain={gain}")
+    assert summary["rms_error_N"] == pytest.approx(BENCHMARK[gain][0], rel=0.02)
+    assert summary["rms_measured_error_N"] == pytest.approx(BENCHMARK[gain][1], rel=0.02)
+    assert (summary["ticks"], summary["limited_ticks"], summary["bad_inputs"]) == (60000, 0, 0)
+    assert summary["simulated_s"] == 60
+
+
+def test_gain_1_overcompensates(sim):
+    assert sim.summary("triangle", "--set", "compensator.gain=1")["rms_error_N"] == pytest.approx(0.003216, rel=0.05)
+
+
+@pytest.mark.parametrize("step_s", ["0.00005", "0.00001"])
+def test_triangle_hardly_depends_on_the_plant_step(sim, step_s):
+    summary = sim.summary("triangle", "--set", f"plant.step_s={step_s}")
+    assert summary["rms_error_N"] == pytest.approx(BENCHMARK[0.85][0], rel=0.02)
+
+
+@pytest.mark.skipif("TRIBO_SIM_SPEED" not in os.environ, reason="an optimised build's promise")
+def test_triangle_runs_a_thousand_times_faster_than_real_time(sim):
+    assert max(sim.summary("triangle")["real_time_factor"] for _ in range(5)) >= 1000
+
+
+def test_summary_and_trace_are_written_and_agree(sim):
+    printed = sim.summary("triangle", "--out", "a/b/c")
+    folder = sim.folder / "a/b/c"
+    assert sorted(path.name for path in folder.iterdir()) == ["summary.json", "trace.csv"]
+    assert list(printed) == SUMMARY
+    assert json.loads((folder / "summary.json").read_text(encoding="ascii")) == printed
+
+    trace = read_csv(folder / "trace.csv")
+    assert list(trace) == COLUMNS
+    assert len(trace["t_s"]) == printed["ticks"]
+    window = slice(20000, 60000)
+    errors = [r - force for r, force in zip(trace["r_N"][window], trace["F_N"][window])]
+    measured = [r - y for r, y in zip(trace["r_N"][window], trace["y_N"][window])]
+    assert printed["rms_error_N"] == pytest.approx(math.sqrt(statistics.fmean(e * e for e in errors)), rel=1e-6)
+    assert printed["max_error_N"] == pytest.approx(max(map(abs, errors)), rel=1e-6)
+    assert printed["rms_measured_error_N"] == pytest.approx(math.sqrt(statistics.fmean(e * e for e in measured)), rel=1e-6)
+
+
+def test_trace_columns_are_what_the_loop_says_they_are(sim):
+    trace = sim.trace("triangle", "--set", "duration_s=12", "--set", "metrics.start_s=0")
+    f_before = 0.0
+    for k, t in enumerate(trace["t_s"]):
+        row = {name: values[k] for name, values in trace.items()}
+        assert t == pytest.approx(k * 1e-3, abs=1e-9)
+        assert row["e_N"] == pytest.approx(row["r_N"] - row["y_N"], abs=1e-7)
+        assert row["friction_term_N"] == pytest.approx(0.85 * f_before, abs=1e-7)
+        assert row["u_N"] == pytest.approx(row["controller_N"] + row["friction_term_N"], abs=2e-7)
+        assert row["n_N"] == pytest.approx(row["u_N"] - row["F_hat_N"], abs=2e-7)
+        assert row["plant_n_N"] == pytest.approx(row["u_a_N"] - row["F_N"], abs=1e-8)
+        assert abs(row["f_hat_N"]) <= row["L_N"] and abs(row["f_N"]) <= row["plant_L_N"]
+        assert row["plant_L_N"] == pytest.approx(0.007 + 0.3 * row["F_N"], abs=1e-8)
+        if row["Q"]:
+            assert row["v_N_per_s"] > 0 and (row["Q2"] if row["n_N"] > 0 else row["Q1"])
+        f_before = row["f_hat_N"]
+    assert {1.0, 0.0} == set(trace["Q"]) == set(trace["plant_Q"])
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_does_not(sim):
+    def trace(*options):
+        sim.ok("run", "noisy", "--set", "duration_s=2", "--set", "metrics.start_s=0", "--out", "x", *options)
+        return (sim.folder / "x/trace.csv").read_bytes()
+
+    assert trace() == trace()
+    assert trace() != trace("--set", "sensor.noise_seed=2")
+
+
+def test_the_table_has_what_the_json_has(sim):
+    summary = sim.summary("triangle", "--set", "limits.u_max_N=0.5")
+    table = sim.ok("run", "triangle", "--set", "limits.u_max_N=0.5")
+    assert summary["limited_ticks"] > 0
+    for text in (f"{summary['rms_error_N']:.6f} N", f"{summary['max_error_N']:.6f} N",
+                 f"{summary['rms_measured_error_N']:.6f} N", f"60000 (limited {summary['limited_ticks']}, bad inputs 0)"):
+        assert text in table
+
+
+def test_inputs_beyond_the_credible_are_counted(sim):
+    assert sim.summary("step", "--set", "limits.input_max_N=0.5")["bad_inputs"] == 8000
+
+
+def test_metrics_window(sim):
+    sim.write("x.yaml", "duration_s: 1\nreference: {kind: step, low_N: 0, high_N: 0.5, start_s: 0.5}\n")
+    assert sim.summary("x.yaml", "--set", "metrics.end_s=0.5")["max_error_N"] == 0
+    assert sim.summary("x.yaml", "--set", "metrics.start_s=0.5")["max_error_N"] == 0.5
+    assert sim.summary("x.yaml", "--set", "metrics.start_s=0.501")["max_error_N"] < 0.5
+    assert sim.summary("x.yaml", "--set", "metrics.end_s=0.501")["max_error_N"] == 0.5
+
+
+# References
+
+
+def shape(kind, t):
+    """r(t) of scenarios/README.md for the parameters of test_reference_shapes."""
+    low, high, start, period, ramp = 0.1, 0.4, 0.25, 0.8, 0.5
+    since = t - start
+    turn = (since / period) % 1.0 if since > 0 else 0.0
+    if kind == "triangle":
+        return low + (high - low) * (2 * turn if turn < 0.5 else 2 - 2 * turn)
+    if kind == "sine":
+        return 0.25 + 0.15 * math.sin(2 * math.pi * turn)
+    if kind == "step":
+        return high if since >= 0 else low
+    if kind == "ramp":
+        return low + (high - low) * min(max(since / ramp, 0.0), 1.0)
+    if kind == "sawtooth":
+        return low + (high - low) * turn
+    swept = min(max(since, 0.0), 1.0)
+    turns = 1.0 * swept + 0.5 * (4.0 - 1.0) * swept**2 + 4.0 * max(since - 1.0, 0.0)
+    return 0.25 + 0.15 * math.sin(2 * math.pi * turns)
+
+
+@pytest.mark.parametrize("kind", ["triangle", "sine", "step", "ramp", "sawtooth", "chirp"])
+def test_reference_shapes(sim, kind):
+    sim.write("x.yaml", f"duration_s: 2\nreference: {{kind: {kind}, low_N: 0.1, high_N: 0.4, start_s: 0.25,"
+                        " period_s: 0.8, ramp_s: 0.5, from_Hz: 1, to_Hz: 4, sweep_s: 1}\n")
+    trace = sim.trace("x.yaml")
+    for t, r in zip(trace["t_s"], trace["r_N"]):
+        if kind != "sawtooth" or abs((t - 0.25) % 0.8) > 1e-6:  # either side of the jump will do
+            assert r == pytest.approx(shape(kind, t), abs=1e-8), t
+
+
+def test_a_reference_from_a_file_is_linear_between_rows(sim):
+    sim.write("r.csv", "r_N,note,t_s\n0.4,1,0\n0.6,2,10\n0.4,3,20\n0.6,4,30\n0.4,5,40\n0.6,6,50\n0.4,7,60\n")
+    csv = sim.summary("triangle", "--set", "reference.kind=csv", "--set", "reference.file=r.csv")
+    assert csv["rms_error_N"] == pytest.approx(sim.summary("triangle")["rms_error_N"], rel=1e-3)
+    sim.write("r.csv", "t_s,r_N\n0.5,0.1\n0.6,0.2\n")
+    trace = sim.trace("triangle", "--set", "reference.kind=csv", "--set", "reference.file=r.csv", "--set", "duration_s=1",
+                      "--set", "metrics.start_s=0")
+    for t, r in zip(trace["t_s"], trace["r_N"]):
+        assert r == pytest.approx(min(max(t - 0.4, 0.1), 0.2), abs=1e-9)
+
+
+@pytest.mark.parametrize("time", ["0", "-1"])
+def test_a_reference_from_a_file_must_rise_in_time(sim, time):
+    sim.write("r.csv", f"r_N,t_s\n0,0\n1,{time}\n")
+    sim.fails(f"r.csv:3:3: t_s: {time} does not come after 0", "run", "triangle", "--set", "reference.kind=csv", "--set",
+              "reference.file=r.csv")
+
+
+def test_a_broken_reference_file_is_named(sim):
+    sim.write("r.csv", "t_s,r_N\n0,0\n1,x\n")
+    sim.fails("r.csv:3:3: r_N: 'x' is not a number", "run", "triangle", "--set", "reference.kind=csv", "--set",
+              "reference.file=r.csv")
+
+
+# The plant and the sensor, against a model of their own
+
+
+class Plant:
+    """Spec sections 2, 3 and 7 once more, with the arm's transition from its eigenvalues."""
+
+    def __init__(self, step_s, breakaway, gravity=0.0):
+        self.step_s, self.breakaway, self.gravity = step_s, breakaway, gravity
+        inertia, damping, stiffness = 1.2e-4, 0.0288, 3.84
+        root = cmath.sqrt(damping**2 - 4 * inertia * stiffness)
+        s1, s2 = (-damping + root) / (2 * inertia), (-damping - root) / (2 * inertia)
+        e1, e2 = cmath.exp(s1 * step_s), cmath.exp(s2 * step_s)
+        self.phi = [((s1 * e2 - s2 * e1) / (s1 - s2)).real, ((e1 - e2) / (s1 - s2)).real,
+                    (s1 * s2 * (e2 - e1) / (s1 - s2)).real, ((s1 * e1 - s2 * e2) / (s1 - s2)).real]
+        self.actuator, self.sensor = (1 - math.exp(-pole * step_s) for pole in (200, 55))
+        self.u_a = self.force = self.speed = self.y = self.n = 0.0
+        self.width = round(0.003 / step_s)
+        self.line = [(True, True, False, False)] * self.width
+        self.trigger, self.q = [False, False], [False, False]
+
+    def relays(self, n, positive, negative):
+        now = (n < 0.75 * positive, n > -0.75 * negative, n > self.n and self.n < -0.8 * negative,
+               n < self.n and self.n > 0.8 * positive)
+        pulse = [x and not past for x, past in zip(now, self.line.pop(0))]
+        self.line.append(now)
+        for i in (0, 1):
+            trigger = pulse[i] or pulse[i + 2]
+            if trigger and not self.trigger[i]:
+                self.q[i] = pulse[i]
+            self.trigger[i] = trigger
+
+    def step(self, u):
+        self.u_a += self.actuator * (u - self.u_a)
+        n = self.u_a - self.force + self.gravity
+        positive, negative = self.breakaway(abs(self.force))
+        self.relays(n, positive, negative)
+        v = (abs(n) - abs(self.n)) / self.step_s
+        f = n
+        if v > 0 and ((n > 0 and self.q[1]) or (n < 0 and self.q[0])):
+            k_l = (13 - 7 * math.tanh(3 * (v / 0.007 - 1))) * (positive if n >= 0 else negative)
+            f = k_l * math.tanh(n / k_l)
+        f = min(positive, max(-negative, f))
+        self.n = n
+        target = self.u_a + self.gravity - f
+        gap, rate = self.force - target, self.speed
+        self.force = target + self.phi[0] * gap + self.phi[1] * rate
+        self.speed = self.phi[2] * gap + self.phi[3] * rate
+        self.y += self.sensor * (self.force - self.y)
+
+
+def table_law(force):
+    points = [(0.1, 0.02, 0.01), (0.3, 0.09, 0.11), (0.5, 0.17, 0.15)]
+    force = min(max(force, 0.1), 0.5)
+    for (x0, p0, n0), (x1, p1, n1) in zip(points, points[1:]):
+        if force <= x1:
+            part = (force - x0) / (x1 - x0)
+            return p0 + part * (p1 - p0), n0 + part * (n1 - n0)
+    raise AssertionError
+
+
+B = "plant.friction.breakaway."
+LAWS = {
+    "paper": (lambda force: (0.007 + 0.3 * force,) * 2, 0.0, []),
+    "asymmetric, gravity": (lambda force: (0.01 + 0.25 * force, 0.005 + 0.35 * force), 0.004, [
+        B + "offset_N=0.01", B + "slope=0.25", B + "negative_offset_N=0.005", B + "negative_slope=0.35",
+        "plant.friction.gravity_N=0.004"]),
+    "table": (table_law, 0.0, [B + "table=[{force_N: 0.1, positive_N: 0.02, negative_N: 0.01}, {force_N: 0.3, positive_N:"
+                               " 0.09, negative_N: 0.11}, {force_N: 0.5, positive_N: 0.17, negative_N: 0.15}]"]),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_plant_agrees_with_an_independent_model(sim, law):
+    breakaway, gravity, sets = LAWS[law]
+    sim.write("x.yaml", "duration_s: 4\nreference: {kind: triangle, low_N: -0.3, high_N: 0.6, period_s: 2}\n")
+    trace = sim.trace("x.yaml", *[word for one in sets for word in ("--set", one)])
+    plant = Plant(1e-4, breakaway, gravity)
+    for k, u in enumerate(trace["u_N"]):
+        assert trace["F_N"][k] == pytest.approx(plant.force, abs=2e-9), k
+        assert trace["y_N"][k] == pytest.approx(plant.y, abs=2e-9), k
+        for _ in range(10):
+            plant.step(u)
+
+
+# With u at its upper limit all along, the plant does not see what the sensor does.
+STILL = "duration_s: 4\nreference: {kind: step, high_N: 1.9}\nlimits: {u_max_N: 0.1}\n"
+
+
+def test_noise_is_gaussian_with_the_given_deviation(sim):
+    sim.write("x.yaml", STILL)
+    clean = sim.trace("x.yaml")["y_N"]
+    noise = [a - b for a, b in zip(sim.trace("x.yaml", "--set", "sensor.noise_N=0.01")["y_N"], clean)]
+    count = len(noise)
+    assert abs(statistics.fmean(noise)) < 4 * 0.01 / math.sqrt(count)
+    assert statistics.pstdev(noise) == pytest.approx(0.01, rel=4 / math.sqrt(2 * count))
+    for sigmas, part in ((1, 0.6827), (2, 0.9545)):
+        inside = sum(abs(x) < sigmas * 0.01 for x in noise) / count
+        assert inside == pytest.approx(part, abs=4 * math.sqrt(part * (1 - part) / count))
+    neighbours = sum(a * b for a, b in zip(noise, noise[1:])) / sum(x * x for x in noise)
+    assert abs(neighbours) < 4 / math.sqrt(count)
+
+
+def test_noise_is_the_same_on_every_machine(sim):
+    sim.write("x.yaml", STILL)
+    clean = sim.trace("x.yaml")["y_N"]
+    noise = [a - b for a, b in zip(sim.trace("x.yaml", "--set", "sensor.noise_N=0.1")["y_N"], clean)]
+    # The first deviates of xoshiro256**, seeded by splitmix64(1), through the polar method.
+    assert noise == pytest.approx([0.1 * x for x in polar(1, len(noise))], abs=2e-9)
+
+
+def polar(seed, count):
+    mask = 2**64 - 1
+
+    def splitmix():
+        nonlocal seed
+        seed = (seed + 0x9E3779B97F4A7C15) & mask
+        z = ((seed ^ (seed >> 30)) * 0xBF58476D1CE4E5B9) & mask
+        z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & mask
+        return z ^ (z >> 31)
+
+    s = [splitmix() for _ in range(4)]
+
+    def rotate(x, k):
+        return ((x << k) | (x >> (64 - k))) & mask
+
+    def even():
+        result = rotate(s[1] * 5 & mask, 7) * 9 & mask
+        t = s[1] << 17 & mask
+        s[2] ^= s[0]
+        s[3] ^= s[1]
+        s[1] ^= s[2]
+        s[0] ^= s[3]
+        s[2] ^= t
+        s[3] = rotate(s[3], 45)
+        return (result >> 11) * 2.0**-52 - 1.0
+
+    deviates = []
+    while len(deviates) < count:
+        x, y = even(), even()
+        square = x * x + y * y
+        if 0 < square < 1:
+            scale = math.sqrt(-2 * math.log(square) / square)
+            deviates += [x * scale, y * scale]
+    return deviates[:count]
+
+
+def test_quantisation_rounds_to_the_nearest_step(sim):
+    sim.write("x.yaml", STILL)
+    clean = sim.trace("x.yaml")["y_N"]
+    for y, rounded in zip(clean, sim.trace("x.yaml", "--set", "sensor.quantisation_N=0.01")["y_N"]):
+        assert rounded == pytest.approx(0.01 * math.floor(y / 0.01 + 0.5), abs=1e-9)
+
+
+def test_delay_shifts_the_readings(sim):
+    sim.write("x.yaml", STILL)
+    clean = sim.trace("x.yaml")["y_N"]
+    late = sim.trace("x.yaml", "--set", "sensor.delay_s=0.003")["y_N"]
+    assert late == (0.0, 0.0, 0.0) + clean[:-3]
+
+
+# Controllers
+
+
+def test_the_papers_sections_in_z_and_in_delta_give_the_papers_run(sim):
+    header = (ROOT / "lib/include/tribo/paper_controller.h").read_text(encoding="ascii")
+    sections = [[float(x.strip(" f")) for x in line.strip(" \\{},").split(",")]
+                for line in header.splitlines() if line.strip().startswith("{") and "e" in line]
+    assert len(sections) == 2
+    delta = ", ".join("{b0: %r, b1: %r, b2: %r, a1: %r, a2: %r}" % tuple(s) for s in sections)
+    in_z = [(b0, b1 - 2 * b0, b0 - b1 + b2, a1 - 2, 1 - a1 + a2) for b0, b1, b2, a1, a2 in sections]
+    z = ", ".join("{b0: %r, b1: %r, b2: %r, a1: %r, a2: %r}" % s for s in in_z)
+    paper = sim.summary("triangle")["rms_error_N"]
+    exact = sim.summary("triangle", "--set", "controller.kind=delta", "--set", f"controller.sections=[{delta}]")
+    assert exact["rms_error_N"] == paper
+    close = sim.summary("triangle", "--set", "controller.kind=z", "--set", f"controller.sections=[{z}]")
+    assert close["rms_error_N"] == pytest.approx(paper, rel=1e-3)
+
+
+# Where the results go
+
+
+def left_in(folder):
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+
+def test_other_files_in_the_folder_stay(sim):
+    (sim.folder / "d").mkdir()
+    sim.write("d/notes.txt", "mine")
+    sim.write("d/trace.csv", "old")
+    sim.write("x.yaml", SHORT)
+    sim.ok("run", "x.yaml", "--out", "d")
+    assert left_in(sim.folder / "d") == ["notes.txt", "summary.json", "trace.csv"]
+    assert (sim.folder / "d/notes.txt").read_text(encoding="ascii") == "mine"
+    assert len(read_csv(sim.folder / "d/trace.csv")["t_s"]) == 10
+
+
+def test_results_have_the_mode_of_any_new_file(sim):
+    sim.write("x.yaml", SHORT)
+    sim.ok("run", "x.yaml", "--out", "d", preexec_fn=lambda: os.umask(0o027))
+    assert (sim.folder / "d/trace.csv").stat().st_mode & 0o777 == 0o640
+
+
+def test_a_file_where_the_folder_should_be(sim):
+    sim.write("x.yaml", SHORT)
+    sim.write("d", "mine")
+    sim.fails("d: the folder cannot be made: Not a directory", "run", "x.yaml", "--out", "d")
+    sim.fails("d/e: the folder cannot be made: Not a directory", "run", "x.yaml", "--out", "d/e")
+    sim.fails(": the folder cannot be made: No such file or directory", "run", "x.yaml", "--out", "")
+    assert (sim.folder / "d").read_text(encoding="ascii") == "mine"
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_without_permission(sim):
+    sim.write("x.yaml", SHORT)
+    (sim.folder / "d").mkdir(mode=0o500)
+    sim.fails("d/trace.csv: cannot be written: Permission denied", "run", "x.yaml", "--out", "d")
+
+
+def test_a_folder_that_takes_no_files(sim):
+    sim.write("x.yaml", SHORT)
+    sim.fails("/proc/trace.csv: cannot be written: No such file or directory", "run", "x.yaml", "--out", "/proc")
+
+
+def test_a_folder_where_the_trace_should_be(sim):
+    sim.write("x.yaml", SHORT)
+    (sim.folder / "d/trace.csv").mkdir(parents=True)
+    sim.fails("d/trace.csv: cannot be written: Is a directory", "run", "x.yaml", "--out", "d")
+    assert left_in(sim.folder / "d") == ["trace.csv"]
+
+
+@pytest.mark.parametrize("part", [0.3, 1.0])
+def test_a_full_disk_leaves_nothing_half_written(sim, part):
+    sim.write("x.yaml", SHORT)
+    command = ("run", "x.yaml", "--set", "duration_s=1", "--out")
+    sim.ok(*command, "whole")
+    (sim.folder / "d").mkdir()
+    sim.write("d/trace.csv", "old")
+
+    # In the middle of the run, or only when the last few bytes are flushed.
+    limit = int(part * (sim.folder / "whole/trace.csv").stat().st_size) - 10
+    sim.fails("d/trace.csv: cannot be written: File too large", *command, "d",
+              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+    assert left_in(sim.folder / "d") == ["trace.csv"]
+    assert (sim.folder / "d/trace.csv").read_text(encoding="ascii") == "old"
+
+
+def test_progress_is_shown_on_a_terminal(sim):
+    ours, its = os.openpty()
+    with subprocess.Popen([sim.program, "run", "triangle", "--set", "duration_s=80000"], stderr=its,
+                          stdout=subprocess.DEVNULL) as process:
+        os.close(its)
+        shown = os.read(ours, 100)
+        process.kill()
+    os.close(ours)
+    assert shown.startswith(b"\r") and shown.endswith(b" %")

@@ -1,0 +1,227 @@
+"""--set: reaches every key, checks it like a file's, and what it sets has an effect on the run."""
+
+import pytest
+
+from conftest import SHORT
+from test_list import keys
+
+SECTIONS = "controller.sections=[{b0: 1, b1: 0, b2: 0, a1: -0.5, a2: 0}, {b0: 1, b1: 0, b2: 0, a1: -0.9, a2: 0}]"
+# Stable in z^-1 and in z - 1 alike.
+BOTH_FORMS = "controller.sections=[{b0: 1, b1: 0, b2: 0, a1: 0.5, a2: 0.1}]"
+TABLE = ".friction.breakaway.table=[{force_N: 0, positive_N: 0.01, negative_N: 0.01}," \
+        " {force_N: 1, positive_N: 0.3, negative_N: 0.3}]"
+
+
+def companions(key):
+    """What has to be set first for this key to exist or to have an effect."""
+    if key.startswith("controller.sections"):
+        return ["controller.kind=z", SECTIONS]
+    if ".table[" in key:
+        return [key.split(".", maxsplit=1)[0] + TABLE]
+    if key.endswith((".k_max", ".m")):
+        return [key.rsplit(".", maxsplit=1)[0] + ".v0_N_per_s=10"]  # some rates below v0
+    if key.endswith(".reset_level"):
+        return ["sensor.noise_N=0.01"]  # so that n turns round between the levels
+    return {
+        "reference.file": ["reference.kind=csv"],
+        "reference.ramp_s": ["reference.kind=ramp"],
+        "reference.from_Hz": ["reference.kind=chirp"],
+        "reference.to_Hz": ["reference.kind=chirp"],
+        "reference.sweep_s": ["reference.kind=chirp"],
+        "sensor.noise_seed": ["sensor.noise_N=0.01"],
+        "sample_time_s": ["controller.kind=z", SECTIONS],
+        "controller.kind": [SECTIONS],
+    }.get(key, [])
+
+
+# A value that changes what the run of MOVING does.
+VALUES = {
+    "duration_s": "2.1",
+    "sample_time_s": "0.002",
+    "reference.kind": "sine",
+    "reference.low_N": "0.2",
+    "reference.high_N": "0.5",
+    "reference.start_s": "0.1",
+    "reference.period_s": "0.6",
+    "reference.ramp_s": "1",
+    "reference.from_Hz": "0.5",
+    "reference.to_Hz": "3",
+    "reference.sweep_s": "2",
+    "reference.file": "r.csv",
+    "plant.step_s": "0.0002",
+    "plant.actuator_pole_rad_per_s": "100",
+    "sensor.pole_rad_per_s": "70",
+    "sensor.noise_N": "0.001",
+    "sensor.noise_seed": "2",
+    "sensor.quantisation_N": "0.01",
+    "sensor.delay_s": "0.0003",
+    "controller.kind": "delta",
+    "controller.sections": "[{b0: 2, b1: 0, b2: 0, a1: -0.5, a2: 0}]",
+    "sections[].b0": "1.1",
+    "sections[].b1": "0.1",
+    "sections[].b2": "0.1",
+    "sections[].a1": "-0.6",
+    "sections[].a2": "0.01",
+    "gain": "0.5",
+    "k_min": "2",
+    "k_max": "30",
+    "m": "0.1",
+    "v0_N_per_s": "10",
+    "offset_N": "0.02",
+    "slope": "0.2",
+    "negative_offset_N": "0.02",
+    "negative_slope": "0.2",
+    "breakaway.table": "[{force_N: 0, positive_N: 0.01, negative_N: 0.2}]",
+    "table[].force_N": "0.2",
+    "table[].positive_N": "0.02",
+    "table[].negative_N": "0.02",
+    "set_level": "0.1",
+    "reset_level": "0.1",
+    "pulse_width_s": "0.05",
+    "gravity_N": "0.05",
+    "inertia_N_s2_per_deg": "0.001",
+    "damping_N_s_per_deg": "0.05",
+    "stiffness_N_per_deg": "5",
+    "limits.u_min_N": "-0.01",
+    "limits.u_max_N": "0.3",
+    "limits.input_max_N": "0.3",
+    "metrics.start_s": "1",
+    "metrics.end_s": "1",
+}
+
+# Fast and wide enough for every part of the model to matter within two seconds.
+MOVING = """duration_s: 2
+reference: {kind: triangle, low_N: -0.2, high_N: 0.6, period_s: 0.5}
+"""
+
+
+def value_for(key):
+    known = [suffix for suffix in VALUES if key == suffix or key.endswith("." + suffix)]
+    return VALUES[max(known, key=len)]
+
+
+def set_options(assignments):
+    return [word for assignment in assignments for word in ("--set", assignment)]
+
+
+def outcome(sim, assignments):
+    """What a run leaves, without its times on the wall."""
+    sim.ok("run", "moving.yaml", *set_options(assignments), "--out", "out")
+    summary = (sim.folder / "out/summary.json").read_text(encoding="ascii").splitlines()
+    summary = [line for line in summary if "wall_s" not in line and "real_time" not in line]
+    return summary, (sim.folder / "out/trace.csv").read_bytes()
+
+
+def test_set_reaches_every_key_and_every_key_has_an_effect(sim):
+    sim.write("moving.yaml", MOVING)
+    sim.write("r.csv", "t_s,r_N\n0,0\n1,0.5\n")
+    baselines = {}
+    without = []
+    for key in keys(sim):
+        if key in ("description", "plant.model"):
+            continue
+        first = companions(key)
+        if key == "reference.file":
+            first, extra = [], ["reference.kind=csv"]
+        elif key == "controller.kind":
+            first, extra = ["controller.kind=z", BOTH_FORMS], []
+        else:
+            extra = []
+        if tuple(first) not in baselines:
+            baselines[tuple(first)] = outcome(sim, first)
+        assignment = key.replace("[]", "[1]") + "=" + value_for(key)
+        if outcome(sim, first + extra + [assignment]) == baselines[tuple(first)]:
+            without.append(assignment)
+    assert without == []
+
+
+def test_set_checks_the_range_of_every_number(sim):
+    sim.write("x.yaml", SHORT)
+    for key, (kind, allowed, _) in keys(sim).items():
+        if kind != "a number":
+            continue
+        low, high = allowed.split(" to ")
+        path = key.replace("[]", "[1]")
+        for value in (float(low) - 1.0, float(high) * 2 + 1.0):
+            assignment = f"{path}={value:.10g}"
+            sim.fails(f"--set {assignment}: {path}: {value:.10g} is outside {allowed}", "run", "x.yaml",
+                      *set_options(companions(key)), "--set", assignment)
+
+
+def test_both_ends_of_a_range_are_allowed(sim):
+    sim.write("x.yaml", SHORT)
+    for value in ("0", "2"):
+        sim.ok("run", "x.yaml", "--set", "compensator.gain=" + value)
+
+
+def test_set_gives_what_the_file_left_out(sim):
+    sim.write("x.yaml", "{}\n")
+    sim.ok("run", "x.yaml", "--set", "duration_s=0.01", "--set", "reference.kind=step")
+
+
+def test_set_goes_over_the_file_and_the_last_one_wins(sim):
+    sim.write("x.yaml", SHORT)
+    assert sim.summary("x.yaml", "--set", "duration_s=0.02", "--set", "duration_s=0.03")["ticks"] == 30
+
+
+def test_set_of_a_mapping_changes_only_what_it_names(sim):
+    sim.write("moving.yaml", MOVING)
+    whole = outcome(sim, ["sensor={noise_N: 0.01, quantisation_N: 0.001}", "sensor={noise_seed: 7}"])
+    single = outcome(sim, ["sensor.noise_N=0.01", "sensor.noise_seed=7", "sensor.quantisation_N=0.001"])
+    assert whole == single
+
+
+def test_both_directions_follow_the_slope_unless_the_negative_one_has_its_own(sim):
+    sim.write("moving.yaml", MOVING)
+    name = "plant.friction.breakaway."
+    assert outcome(sim, [name + "slope=0.36"]) == outcome(sim, [name + "slope=0.36", name + "negative_slope=0.36"])
+    assert outcome(sim, [name + "slope=0.36"]) != outcome(sim, [name + "slope=0.36", name + "negative_slope=0.3"])
+
+
+MISTAKES = {
+    "gain=1": "unknown key gain, did you mean compensator.gain?",
+    "compensator.gian=1": "unknown key compensator.gian, did you mean compensator.gain?",
+    "plant.friction.breakaway.slop=1": "unknown key plant.friction.breakaway.slop,"
+                                       " did you mean plant.friction.breakaway.slope?",
+    "something.else.entirely=1": "unknown key something.else.entirely",
+    "x" * 300 + "=1": "unknown key " + "x" * 300,
+    "compensator.friction={k_mim: 1}": "unknown key compensator.friction.k_mim,"
+                                       " did you mean compensator.friction.k_min?",
+    "compensator.gain=": "compensator.gain: '' is not a number",
+    "compensator.gain=abc": "compensator.gain: 'abc' is not a number",
+    "compensator.gain=nan": "compensator.gain: 'nan' is not a finite number",
+    "compensator.gain=3": "compensator.gain: 3 is outside 0 to 2",
+    "compensator.gain=[1]": "compensator.gain: a number is wanted here, not a list",
+    "compensator.gain=1\nb: 2": "unknown key compensator.b",
+    "compensator.gain={": "not valid YAML: did not find expected node content",
+    "compensator=1": "compensator: a mapping is wanted here, not a single value",
+    "controller.kind=pid": "controller.kind: 'pid' is not paper, z or delta",
+    "controller.sections=[{b0: 1}]": "controller.sections: Missing required mapping field: b1",
+    "controller.sections[0].b0=1": "the list controller.sections has 0 elements, counted from 0",
+    "controller.sections[0]=1": "unknown key controller.sections[0], did you mean controller.sections?",
+    "controller.sections[x].b0=1": "unknown key controller.sections[x].b0, did you mean controller.sections[].b0?",
+    "compensator[0].gain=1": "unknown key compensator[0].gain, did you mean compensator.gain?",
+    "compensator.friction.pulse_width_s=0.1":
+        "compensator.friction.pulse_width_s: friction pulse_width_s: 1 to 63 sample times",
+    "reference.kind=csv": None,
+}
+
+
+@pytest.mark.parametrize("assignment", MISTAKES)
+def test_a_wrong_set_is_named(sim, assignment):
+    sim.write("x.yaml", SHORT)
+    message = MISTAKES[assignment]
+    if message is None:
+        message = "x.yaml:2: reference.file: is missing, reference.kind is csv"
+    else:
+        message = f"--set {assignment}: {message}"
+    sim.fails(message, "run", "x.yaml", "--set", assignment)
+
+
+def test_a_file_named_by_set_is_in_the_current_folder(sim):
+    (sim.folder / "below").mkdir()
+    sim.write("below/x.yaml", "duration_s: 0.01\nreference: {kind: csv, file: r.csv}\n")
+    sim.write("below/r.csv", "t_s,r_N\n0,0.1\n")
+    sim.write("own.csv", "t_s,r_N\n0,0.2\n")
+    assert set(sim.trace("below/x.yaml")["r_N"]) == {0.1}
+    assert set(sim.trace("below/x.yaml", "--set", "reference.file=own.csv")["r_N"]) == {0.2}
