@@ -65,6 +65,5 @@ void sim_trace_write_row(FILE *file, const sim_row_t *row)
     put_bit(&line, truth->q);
     put(&line, truth->f_n);
     line.next[-1] = '\n';
-    // cppcheck-suppress uninitvar ; written above through line.next
     (void)fwrite(text, 1, (size_t)(line.next - text), file);
 }

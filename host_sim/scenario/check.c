@@ -35,7 +35,6 @@ static bool check_mapping(const sim_scenario_t       *scenario,
                           const char                 *data,
                           sim_error_t                *error);
 
-// NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which ends
 static bool check_list(const sim_scenario_t       *scenario,
                        const cyaml_schema_field_t *field,
                        const char                 *key,
@@ -79,7 +78,6 @@ static bool check_float(const sim_scenario_t       *scenario,
            check_number(scenario, key, value, error);
 }
 
-// NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which ends
 static bool check_mapping(const sim_scenario_t       *scenario,
                           const cyaml_schema_value_t *mapping,
                           const char                 *path,

@@ -229,7 +229,6 @@ static void move_value(const cyaml_schema_field_t *field, char *to, char *from)
 }
 
 /// Moves what the index has of the mapping at `path` from one struct to another.
-// NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which ends
 static void move_given(const loader_t             *loader,
                        const cyaml_schema_field_t *field,
                        const char                 *path,

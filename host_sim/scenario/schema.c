@@ -293,7 +293,6 @@ bool sim_schema_find(const cyaml_schema_value_t *root, const char *path, sim_pla
     return false;
 }
 
-// NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which ends
 static void visit_fields(const cyaml_schema_value_t *mapping,
                          char                       *path,
                          size_t                      length,
