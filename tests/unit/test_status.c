@@ -13,7 +13,7 @@ void tearDown(void)
 
 static void test_every_status_names_its_field_and_range_once(void)
 {
-    for (int i = TRIBO_OK; i <= TRIBO_ERR_INPUT_MAX; i++)
+    for (int i = TRIBO_OK; i <= TRIBO_ERR_HEADROOM; i++)
     {
         const char *text = tribo_status_text((tribo_status_t)i);
         TEST_ASSERT_NOT_NULL(text);
@@ -26,12 +26,12 @@ static void test_every_status_names_its_field_and_range_once(void)
     TEST_ASSERT_EQUAL_STRING("no error", tribo_status_text(TRIBO_OK));
     TEST_ASSERT_EQUAL_STRING("sample_time_s: 1e-6 to 0.1 s", tribo_status_text(TRIBO_ERR_SAMPLE_TIME));
     TEST_ASSERT_EQUAL_STRING("friction k_min: 1.01 to k_max", tribo_status_text(TRIBO_ERR_K_MIN));
-    TEST_ASSERT_EQUAL_STRING("force loop input_max_n: over 0 to 1e6 N", tribo_status_text(TRIBO_ERR_INPUT_MAX));
+    TEST_ASSERT_EQUAL_STRING("full_scale_n: 1e-3 to 1e6 N", tribo_status_text(TRIBO_ERR_FULL_SCALE));
 }
 
 static void test_an_unknown_status_has_a_text_too(void)
 {
-    TEST_ASSERT_EQUAL_STRING("unknown status", tribo_status_text((tribo_status_t)(TRIBO_ERR_INPUT_MAX + 1)));
+    TEST_ASSERT_EQUAL_STRING("unknown status", tribo_status_text((tribo_status_t)(TRIBO_ERR_HEADROOM + 1)));
 }
 
 int main(void)

@@ -1,0 +1,84 @@
+/// Cascade of second-order sections in Q31, in the delta operator d = z - 1: the twin of biquad_f32.h.
+///
+///     y   = b0 x + w1                        b0, b1, a1: Q28, within +-4
+///     w1 += b1 x - a1 y + w2 2^-s            b2, a2: Q(28 + s), within +-4 2^-s
+///     w2 += b2 x - a2 y
+///
+/// w1 is held in 64 bits, Q59, w2 in Q(59 + s): whatever is rounded off y stays in w1 and comes out with the next sample,
+/// so a constant input is integrated without an end and the noise at the output is one rounding, whatever the poles.
+/// s is as large as w2's peak allows, which is what keeps a slow pole: 0.002 rad/s at 1 kHz to 3e-6 of its time constant.
+///
+/// Headroom: section i gives y 2^-scale[i], the scale being derived from the worst-case peak gain (L1 norm) so that no
+/// node can overflow for any input in range; see quantize_q31.h. Sums below stay under 2^63 for accepted params.
+///
+/// No loop but the one over the sections. Not synchronized: one state, one tick.
+/// Source: Middleton & Goodwin, "Digital Control and Estimation: A Unified Approach", ch. 13.
+
+#ifndef TRIBO_BIQUAD_Q31_H
+#define TRIBO_BIQUAD_Q31_H
+
+#include "tribo/q31.h"
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TRIBO_BIQUAD_Q31_SECTIONS_MAX 4u
+
+typedef struct
+{
+    int32_t b0, b1, a1; ///< Q28, with the scales of both nodes in b0 and b1
+    int32_t b2, a2;     ///< Q(28 + shift), with the scales of both nodes in b2
+    uint8_t shift;      ///< s, 0 to 31
+    uint8_t scale;      ///< of this section's output node: y is held times 2^-scale
+} tribo_biquad_q31_section_t;
+
+/// What a step reads, made by the functions of quantize_q31.h. Const from then on; may be shared.
+typedef struct
+{
+    tribo_biquad_q31_section_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    uint8_t                    count;
+    uint8_t                    input_scale; ///< of the input node: x is held times 2^-input_scale
+} tribo_biquad_q31_params_t;
+
+typedef struct
+{
+    struct
+    {
+        int64_t w1, w2;
+    } section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    int32_t  y[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< last output of each section, at its node's scale
+    int32_t  x;                                ///< last input, at the input node's scale
+    uint32_t carry;                            ///< bits of the input dropped for its scale so far
+    uint32_t saturated;                        ///< values clamped since reset; stops at UINT32_MAX
+} tribo_biquad_q31_state_t;
+
+/// All states 0, counter 0.
+void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state);
+
+/// Filters one sample, Q31 in and out; an output beyond full scale is saturated and counted. Cannot fail.
+int32_t tribo_biquad_q31_step(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x);
+
+/// The first half of a step: the output for `x`, Q31, unsaturated (up to 2^scale of full scale), with no w advanced.
+int64_t tribo_biquad_q31_output(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x);
+
+/// The second half: advances the states as if the input had been `correction` larger, at the input node's scale.
+void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t *params,
+                              tribo_biquad_q31_state_t        *state,
+                              int32_t                          correction);
+
+/// Changes a running cascade over from params `from` to `to`, as tribo_biquad_f32_change does: same outputs, section by
+/// section, for input `x`, the last one plus `offset` (Q31), and the same first change of each. Not for every tick.
+void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
+                             const tribo_biquad_q31_params_t *to,
+                             tribo_biquad_q31_state_t        *state,
+                             int32_t                          x,
+                             int32_t                          offset);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,67 @@
+/// The friction-compensated force loop of Fig. 9 in Q31: the twin of force_loop_f32.h, one call a tick.
+///
+/// Forces are Q31 of the full scale FS that the params were made for (quantize_q31.h); take FS at least twice the largest
+/// force, so that differences fit. Whatever r and y are, u is within u_min to u_max. A reference or a sensor beyond
+/// input_max is a bad input: the tick runs with e = 0, so u coasts on the controller's state, and is counted.
+/// Saturations are counted where they happen, in the states of the parts.
+///
+/// Retuning, as in f32: hand in a pointer to other params at any tick; u does not bump. It needs the old params once more.
+///
+/// No float, no heap, no division of more than 32 bits; the same bits on every target. Not synchronized.
+
+#ifndef TRIBO_FORCE_LOOP_Q31_H
+#define TRIBO_FORCE_LOOP_Q31_H
+
+#include "tribo/compensator_q31.h"
+#include "tribo/controller_q31.h"
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// What a tick reads, made by tribo_force_loop_q31_init. Const from then on; may be shared by loops.
+typedef struct
+{
+    int32_t                        input_max; ///< Q31
+    int32_t                        gain;      ///< eta, Q29, 0 to 2
+    tribo_controller_q31_params_t  controller;
+    tribo_compensator_q31_params_t compensator;
+} tribo_force_loop_q31_params_t;
+
+typedef struct
+{
+    const tribo_force_loop_q31_params_t *active;     ///< params of the last tick; null after a reset
+    int32_t                              friction;   ///< f^ of the last tick, Q31
+    uint32_t                             bad_inputs; ///< ticks with a bad r or y since reset; stops at UINT32_MAX
+    uint32_t                             saturated;  ///< errors and feedforwards clamped; stops at UINT32_MAX
+    tribo_controller_q31_state_t         controller; ///< with limited_ticks
+    tribo_compensator_q31_state_t        compensator;
+} tribo_force_loop_q31_state_t;
+
+/// What one tick saw, for logging.
+typedef struct
+{
+    int32_t                         e;           ///< error r - y, Q31
+    int32_t                         feedforward; ///< friction term of u, gain f^[k-1], Q31
+    tribo_controller_q31_signals_t  controller;  ///< controller term v, u, limited
+    tribo_compensator_q31_signals_t compensator; ///< F^, n, L, rise, f^, Q1, Q2, Q
+} tribo_force_loop_q31_signals_t;
+
+/// Everything at rest at F = 0, counters 0.
+void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state);
+
+/// One tick: reference `r` and measured end-point force `y` give the manipulated input u, all Q31. Cannot fail.
+/// `signals` is written whole and must not be null.
+int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
+                                  tribo_force_loop_q31_state_t        *state,
+                                  int32_t                              r,
+                                  int32_t                              y,
+                                  tribo_force_loop_q31_signals_t      *signals);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

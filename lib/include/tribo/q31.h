@@ -1,0 +1,95 @@
+/// Fixed point as the _q31 modules use it.
+///
+/// A force is a fraction of a full scale that the caller fixes in newton: 2^31 is full scale. Values are kept symmetric,
+/// -(2^31 - 1) to 2^31 - 1, so that a magnitude always fits; a result beyond is saturated and counted. Where a result
+/// has a sign that must not matter (mirror symmetry), magnitudes are multiplied and the sign is put back. Products are
+/// 64 bits wide, divisions 32. Right shifts of negative numbers are arithmetic; a compiler where they are not is refused.
+
+#ifndef TRIBO_Q31_H
+#define TRIBO_Q31_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TRIBO_Q31_MAX INT32_MAX
+
+/// Constant of `value` in units of `full_scale`, e.g. TRIBO_Q31(0.5, 2.0) for 0.5 N at a full scale of 2 N. For
+/// constants with |value| < full_scale: anything else does not fit.
+#define TRIBO_Q31(value, full_scale) ((int32_t)((double)(value) / (double)(full_scale)*2147483647.0))
+
+typedef char tribo_q31_needs_arithmetic_shifts[((-3) >> 1) == -2 ? 1 : -1];
+
+static inline void tribo_q31_count(uint32_t *counter)
+{
+    *counter += *counter != UINT32_MAX;
+}
+
+/// x within the symmetric range; a saturation is counted.
+static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
+{
+    if (x > TRIBO_Q31_MAX || x < -TRIBO_Q31_MAX)
+    {
+        tribo_q31_count(saturated);
+        return x < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
+    }
+    return (int32_t)x;
+}
+
+/// |x|, with the one value that has none, INT32_MIN, as the largest.
+static inline uint32_t tribo_q31_magnitude(int32_t x)
+{
+    return x < 0 ? (uint32_t)(-(x + (x == INT32_MIN))) : (uint32_t)x;
+}
+
+/// a b / 2^31, rounded down.
+static inline uint32_t tribo_q31_part(uint32_t a, uint32_t b)
+{
+    return (uint32_t)((uint64_t)a * b >> 31);
+}
+
+/// x / 2^shift towards zero, so that what decays reaches zero from both sides. `shift` 0 to 62.
+static inline int64_t tribo_q31_shift_to_zero(int64_t x, uint32_t shift)
+{
+    return (x + ((x >> 63) & ((INT64_C(1) << shift) - 1))) >> shift;
+}
+
+/// Leading zeros of x, 32 for 0.
+static inline uint32_t tribo_q31_leading_zeros(uint32_t x)
+{
+#if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
+    return x == 0u ? 32u : (uint32_t)__builtin_clz(x);
+#else
+    uint32_t zeros = x == 0u;
+    uint32_t rest  = x;
+    for (uint32_t half = 16; half > 0u; half /= 2u)
+    {
+        const uint32_t empty = rest >> (32u - half) == 0u ? half : 0u;
+        rest <<= empty;
+        zeros += empty;
+    }
+    return zeros;
+#endif
+}
+
+/// a / b / 2^shift in Q31, at most 2^31 - 1; b = 0 counts as 1. Within 2 in the last place of 2^-29 relative.
+/// One division of 32 bits for 16 bits of 1/b, and one of Newton's steps for the rest. `shift` 0 to 31.
+static inline uint32_t tribo_q31_ratio(uint32_t a, uint32_t b, uint32_t shift)
+{
+    const uint32_t divisor = b | (b == 0u);
+    const uint32_t zeros   = tribo_q31_leading_zeros(divisor);
+    const uint32_t m       = divisor << zeros;                                // 2^31 to 2^32
+    const uint32_t coarse  = UINT32_MAX / (m >> 16);                          // 2^48 / m
+    const int64_t  left    = (INT64_C(1) << 48) - (int64_t)((uint64_t)m * coarse);
+    const uint32_t inverse = (coarse << 15) + (uint32_t)((coarse * left) >> 33); // 2^63 / m
+    const uint64_t ratio   = ((uint64_t)a * inverse) >> (32u - zeros + shift);
+    return ratio > (uint64_t)TRIBO_Q31_MAX ? (uint32_t)TRIBO_Q31_MAX : (uint32_t)ratio;
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

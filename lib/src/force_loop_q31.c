@@ -1,0 +1,89 @@
+#include "tribo/force_loop_q31.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
+{
+    state->active     = NULL;
+    state->friction   = 0;
+    state->bad_inputs = 0;
+    state->saturated  = 0;
+    tribo_controller_q31_reset(&state->controller);
+    tribo_compensator_q31_reset(&state->compensator);
+}
+
+/// gain x, Q31.
+static inline int64_t amplified(int32_t gain_q29, int32_t x)
+{
+    return (int64_t)gain_q29 * x >> 29;
+}
+
+/// What f^ of this tick is under params `p`, the state left alone.
+static int32_t friction_under(const tribo_force_loop_q31_params_t *p, const tribo_force_loop_q31_state_t *state, int32_t u)
+{
+    tribo_compensator_q31_state_t   copy = state->compensator;
+    tribo_compensator_q31_signals_t unused;
+    return tribo_compensator_q31_step(&p->compensator, &copy, u, &unused);
+}
+
+/// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
+/// friction model would add to u in one jump.
+static int32_t changing_tick(const tribo_force_loop_q31_params_t *params,
+                             tribo_force_loop_q31_state_t        *state,
+                             tribo_force_loop_q31_signals_t      *signals)
+{
+    const tribo_force_loop_q31_params_t *from = state->active;
+    const int32_t                        e    = signals->e;
+
+    const int64_t gain_jump = amplified(params->gain, state->friction) - amplified(from->gain, state->friction);
+    tribo_controller_q31_change(&from->controller,
+                                &params->controller,
+                                &state->controller,
+                                e,
+                                tribo_q31_saturate(-gain_jump, &state->saturated));
+    const int32_t u =
+        tribo_controller_q31_step(&params->controller, &state->controller, e, signals->feedforward, &signals->controller);
+
+    const int32_t old_friction = friction_under(from, state, u);
+    state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
+
+    const int64_t model_jump = amplified(params->gain, state->friction) - amplified(params->gain, old_friction);
+    tribo_controller_q31_change(&params->controller,
+                                &params->controller,
+                                &state->controller,
+                                e,
+                                tribo_q31_saturate(-model_jump, &state->saturated));
+    return u;
+}
+
+int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
+                                  tribo_force_loop_q31_state_t        *state,
+                                  int32_t                              r,
+                                  int32_t                              y,
+                                  tribo_force_loop_q31_signals_t      *signals)
+{
+    const uint32_t max = (uint32_t)params->input_max;
+    const bool     bad = tribo_q31_magnitude(r) > max || tribo_q31_magnitude(y) > max;
+    if (bad)
+    {
+        tribo_q31_count(&state->bad_inputs);
+    }
+    signals->e           = bad ? 0 : tribo_q31_saturate((int64_t)r - y, &state->saturated);
+    signals->feedforward = tribo_q31_saturate(amplified(params->gain, state->friction), &state->saturated);
+
+    int32_t u;
+    if (state->active == params || state->active == NULL)
+    {
+        u = tribo_controller_q31_step(
+            &params->controller, &state->controller, signals->e, signals->feedforward, &signals->controller);
+        state->friction =
+            tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
+    }
+    else
+    {
+        u = changing_tick(params, state, signals);
+    }
+    state->active = params;
+    return u;
+}

@@ -1,0 +1,141 @@
+#include "tribo/friction_q31.h"
+
+#include <stddef.h>
+
+void tribo_friction_q31_reset(tribo_friction_q31_state_t *state)
+{
+    state->n         = 0;
+    state->saturated = 0;
+    tribo_relay_reset(&state->relay);
+}
+
+/// tanh(x)/x in Q31 for s = (x/6)^2 in Q31: the rational of friction_f32.c with 6^2i folded into its coefficients, Q26.
+static inline uint32_t tanh_over_x(uint32_t s)
+{
+    const uint32_t p = tribo_q31_part(tribo_q31_part(tribo_q31_part(14305276u, s) + 209100061u, s) + 300569564u, s) + 67108844u;
+    const uint32_t q =
+        tribo_q31_part(tribo_q31_part(tribo_q31_part(490126771u, s) + 1883439570u, s) + 1105869764u, s) + 67108864u;
+    return tribo_q31_ratio(p, q, 0);
+}
+
+/// tanh(6 x) in Q31.
+static inline int32_t tanh_of_6(int32_t x)
+{
+    const uint32_t size   = tribo_q31_magnitude(x);
+    const uint32_t sixth  = tribo_q31_part(size, tanh_over_x(tribo_q31_part(size, size)));
+    const uint32_t result = sixth < (uint32_t)TRIBO_Q31_MAX / 6u ? 6u * sixth : (uint32_t)TRIBO_Q31_MAX;
+    return x < 0 ? -(int32_t)result : (int32_t)result;
+}
+
+typedef struct
+{
+    int32_t positive;
+    int32_t negative;
+} breakaway_t;
+
+static inline int32_t at_part(int32_t lower, int32_t upper, uint32_t part)
+{
+    return (int32_t)(lower + (((int64_t)upper - lower) * part >> 31));
+}
+
+/// Linear between the points, clamped at both ends. Visits every point, whatever the force.
+static breakaway_t look_up(const tribo_breakaway_point_q31_t *table, uint32_t length, uint32_t load)
+{
+    uint32_t below = 0; // points at or below the force
+    for (uint32_t i = 0; i < length; i++)
+    {
+        below += load >= (uint32_t)table[i].force;
+    }
+    const tribo_breakaway_point_q31_t *lower = &table[below > 0u ? below - 1u : 0u];
+    const tribo_breakaway_point_q31_t *upper = &table[below < length ? below : length - 1u];
+
+    // At the ends lower and upper are the same point, and any part of their distance is none.
+    const uint32_t part = tribo_q31_ratio(load - (uint32_t)lower->force, (uint32_t)(upper->force - lower->force), 0);
+    return (breakaway_t){.positive = at_part(lower->positive, upper->positive, part),
+                         .negative = at_part(lower->negative, upper->negative, part)};
+}
+
+static inline int32_t affine(const tribo_breakaway_q31_t *law, uint32_t load)
+{
+    const int64_t L = law->offset + ((int64_t)law->slope * load >> 27);
+    return L < TRIBO_Q31_MAX ? (int32_t)L : TRIBO_Q31_MAX;
+}
+
+static inline breakaway_t breakaway(const tribo_friction_q31_params_t *params, int32_t force)
+{
+    const uint32_t load = tribo_q31_magnitude(force);
+    if (params->table != NULL)
+    {
+        return look_up(params->table, params->table_length, load);
+    }
+    return (breakaway_t){.positive = affine(&params->positive, load), .negative = affine(&params->negative, load)};
+}
+
+static inline int32_t level(int32_t level_q30, int32_t L)
+{
+    return (int32_t)((int64_t)level_q30 * L >> 30);
+}
+
+/// Comparators in front of the relays, Fig. 12. Reset looks at n[k-1], so that one large step from above L2 to
+/// below it still counts as a crossing while decreasing (Fig. 5).
+static inline uint8_t
+relay_events(const tribo_friction_q31_params_t *params, breakaway_t L, int32_t n, int32_t n_before)
+{
+    const bool set1   = n < level(params->set_level, L.positive);
+    const bool set2   = n > -level(params->set_level, L.negative);
+    const bool reset1 = n > n_before && n_before < -level(params->reset_level, L.negative);
+    const bool reset2 = n < n_before && n_before > level(params->reset_level, L.positive);
+    return (uint8_t)((set1 ? TRIBO_RELAY_SET1 : 0u) | (set2 ? TRIBO_RELAY_SET2 : 0u) |
+                     (reset1 ? TRIBO_RELAY_RESET1 : 0u) | (reset2 ? TRIBO_RELAY_RESET2 : 0u));
+}
+
+/// Eq. (5): 6 k 2^-S in Q31.
+static inline uint32_t k_of_rise(const tribo_friction_q31_params_t *params, int32_t rise)
+{
+    int64_t x = ((int64_t)rise * params->rate >> params->rate_shift) - ((int64_t)params->m * 32);
+    x         = x < -TRIBO_Q31_MAX ? -TRIBO_Q31_MAX : (x > TRIBO_Q31_MAX ? TRIBO_Q31_MAX : x);
+    return (uint32_t)(params->k_mean - (int32_t)((int64_t)params->k_half * tanh_of_6((int32_t)x) >> 31));
+}
+
+/// Magnitude of Eq. (3) before the saturation, on the branch of Q = 1.
+static inline uint32_t hysteresis(const tribo_friction_q31_params_t *params, uint32_t n, int32_t L, int32_t rise)
+{
+    const uint32_t k_L = tribo_q31_part(k_of_rise(params, rise), (uint32_t)L);
+    const uint32_t x   = tribo_q31_ratio(n, k_L, params->k_shift);
+    return tribo_q31_part(n, tanh_over_x(tribo_q31_part(x, x)));
+}
+
+int32_t tribo_friction_q31_step(const tribo_friction_q31_params_t *params,
+                                tribo_friction_q31_state_t        *state,
+                                int32_t                            u,
+                                int32_t                            force,
+                                tribo_friction_q31_signals_t      *signals)
+{
+    const int32_t n_before = state->n;
+
+    const int32_t     n      = tribo_q31_saturate((int64_t)u - force + params->gravity, &state->saturated);
+    const uint32_t    size   = tribo_q31_magnitude(n);
+    const breakaway_t both   = breakaway(params, force);
+    const int32_t     L      = n >= 0 ? both.positive : both.negative;
+    const int32_t     rise   = (int32_t)size - (int32_t)tribo_q31_magnitude(n_before);
+    const uint8_t     relays = tribo_relay_step(&state->relay, params->pulse_width, relay_events(params, both, n, n_before));
+    const bool        q1     = (relays & TRIBO_RELAY_Q1) != 0u;
+    const bool        q2     = (relays & TRIBO_RELAY_Q2) != 0u;
+    const bool        q      = rise > 0 && ((n > 0 && q2) || (n < 0 && q1));
+
+    // Both branches are computed, so that a tick costs the same on either.
+    const uint32_t curved = hysteresis(params, size, L, rise);
+    const uint32_t wanted = q ? curved : size;
+    const int32_t  held   = wanted < (uint32_t)L ? (int32_t)wanted : L;
+    const int32_t  f      = n < 0 ? -held : held;
+
+    state->n      = n;
+    signals->n    = n;
+    signals->L    = L;
+    signals->rise = rise;
+    signals->f    = f;
+    signals->q1   = q1;
+    signals->q2   = q2;
+    signals->q    = q;
+    return f;
+}

@@ -1,0 +1,640 @@
+#include "tribo/quantize_q31.h"
+
+#include "exact_f32.h"
+
+#include <stddef.h>
+
+/// x 2^bits, exact but for overflow and underflow.
+static float scaled(float x, int32_t bits)
+{
+    float y = x;
+    for (int32_t i = 0; i < bits; i++)
+    {
+        y *= 2.0f;
+    }
+    for (int32_t i = bits; i < 0; i++)
+    {
+        y *= 0.5f;
+    }
+    return y;
+}
+
+/// x 2^bits rounded to nearest, for |x 2^bits| < 2^31.
+static int32_t fixed(float x, int32_t bits)
+{
+    const float y = scaled(x, bits);
+    if (magnitude(y) >= 8388608.0f)
+    {
+        return (int32_t)y; // an integer already, and 0.5 more could round it up
+    }
+    return (int32_t)(y < 0.0f ? y - 0.5f : y + 0.5f);
+}
+
+/// A force within full scale in Q31; full scale itself does not fit and becomes the largest number.
+static int32_t fixed_force(float force_n, float full_scale_n)
+{
+    const float part = force_n / full_scale_n;
+    return magnitude(part) < 1.0f ? fixed(part, 31) : (part < 0.0f ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX);
+}
+
+/// x as mantissa 2^-shift with 31 significant bits; false when x is 2^31 or more. What is far below 2^-32 becomes 0.
+static bool normalised(float x, int32_t *mantissa, uint8_t *shift)
+{
+    int32_t bits = 0;
+    while (bits < 62 && magnitude(scaled(x, bits)) < 1073741824.0f)
+    {
+        bits++;
+    }
+    if (!(magnitude(scaled(x, bits)) < 2147483648.0f))
+    {
+        return false;
+    }
+    *mantissa = fixed(x, bits);
+    *shift    = (uint8_t)bits;
+    return true;
+}
+
+static bool full_scale_ok(float full_scale_n)
+{
+    return within(full_scale_n, 1.0e-3f, TRIBO_F32_FORCE_MAX_N);
+}
+
+// --- friction ------------------------------------------------------------------------------------------------------
+
+#define BREAKAWAY_MIN 1.0e-6f // of full scale
+
+static tribo_status_t quantize_law(tribo_breakaway_q31_t *out, const tribo_breakaway_f32_t *law, float full_scale_n)
+{
+    if (!within(law->offset_n / full_scale_n, BREAKAWAY_MIN, 0.999999f))
+    {
+        return TRIBO_ERR_BREAKAWAY_OFFSET;
+    }
+    out->offset = fixed_force(law->offset_n, full_scale_n);
+    out->slope  = fixed(law->slope, 27);
+    return TRIBO_OK;
+}
+
+static tribo_status_t check_table(const tribo_friction_f32_config_t *config, float full_scale_n)
+{
+    int32_t last = -1;
+    for (uint32_t i = 0; i < config->table_length; i++)
+    {
+        const tribo_breakaway_point_f32_t *point = &config->table[i];
+        const int32_t                      force = fixed_force(point->force_n, full_scale_n);
+        if (!(point->force_n < full_scale_n) || force <= last)
+        {
+            return TRIBO_ERR_TABLE_FORCE;
+        }
+        if (!within(point->positive_n / full_scale_n, BREAKAWAY_MIN, 0.999999f) ||
+            !within(point->negative_n / full_scale_n, BREAKAWAY_MIN, 0.999999f))
+        {
+            return TRIBO_ERR_TABLE_BREAKAWAY;
+        }
+        last = force;
+    }
+    return TRIBO_OK;
+}
+
+static tribo_status_t
+quantize_breakaway(tribo_friction_q31_params_t *out, const tribo_friction_f32_config_t *config, float full_scale_n)
+{
+    if (config->table != NULL)
+    {
+        return check_table(config, full_scale_n);
+    }
+    const tribo_status_t status = quantize_law(&out->positive, &config->positive, full_scale_n);
+    return status != TRIBO_OK ? status : quantize_law(&out->negative, &config->negative, full_scale_n);
+}
+
+static tribo_status_t quantize_k(tribo_friction_q31_params_t *out, const tribo_friction_f32_params_t *f32, float full_scale_n)
+{
+    out->k_shift = 0;
+    while (scaled(6.0f * (f32->k_mean + f32->k_half), -(int32_t)out->k_shift) >= 0.999f)
+    {
+        out->k_shift++;
+    }
+    out->k_mean = fixed(6.0f * f32->k_mean, 31 - (int32_t)out->k_shift);
+    out->k_half = fixed(6.0f * f32->k_half, 31 - (int32_t)out->k_shift);
+    out->m      = fixed(f32->m / 6.0f, 26);
+
+    const float rate = f32->m_over_v0 * f32->rate_hz / 6.0f * full_scale_n;
+    return normalised(rate, &out->rate, &out->rate_shift) ? TRIBO_OK : TRIBO_ERR_V0;
+}
+
+static void
+copy_table(tribo_breakaway_point_q31_t *table, const tribo_friction_f32_config_t *config, float full_scale_n)
+{
+    for (uint32_t i = 0; i < config->table_length; i++)
+    {
+        table[i].force    = fixed_force(config->table[i].force_n, full_scale_n);
+        table[i].positive = fixed_force(config->table[i].positive_n, full_scale_n);
+        table[i].negative = fixed_force(config->table[i].negative_n, full_scale_n);
+    }
+}
+
+static tribo_status_t quantize_friction(tribo_friction_q31_params_t       *out,
+                                        const tribo_friction_f32_config_t *config,
+                                        float                              sample_time_s,
+                                        float                              full_scale_n)
+{
+    tribo_friction_f32_params_t f32;
+    tribo_status_t              status = tribo_friction_f32_init(&f32, config, sample_time_s);
+    status                             = status != TRIBO_OK ? status : quantize_k(out, &f32, full_scale_n);
+    status                             = status != TRIBO_OK ? status : quantize_breakaway(out, config, full_scale_n);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    if (!(magnitude(config->gravity_n) < full_scale_n))
+    {
+        return TRIBO_ERR_GRAVITY;
+    }
+    out->set_level    = fixed(config->set_level, 30);
+    out->reset_level  = fixed(config->reset_level, 30);
+    out->gravity      = fixed_force(config->gravity_n, full_scale_n);
+    out->table_length = f32.table_length;
+    out->pulse_width  = f32.pulse_width;
+    return TRIBO_OK;
+}
+
+tribo_status_t tribo_friction_q31_init(tribo_friction_q31_params_t       *params,
+                                       tribo_breakaway_point_q31_t       *table,
+                                       const tribo_friction_f32_config_t *config,
+                                       float                              sample_time_s,
+                                       float                              full_scale_n)
+{
+    if (params == NULL || config == NULL || (config->table != NULL && table == NULL))
+    {
+        return TRIBO_ERR_NULL;
+    }
+    if (!full_scale_ok(full_scale_n))
+    {
+        return TRIBO_ERR_FULL_SCALE;
+    }
+    tribo_friction_q31_params_t made   = {.table = config->table != NULL ? table : NULL};
+    const tribo_status_t        status = quantize_friction(&made, config, sample_time_s, full_scale_n);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    if (config->table != NULL)
+    {
+        copy_table(table, config, full_scale_n);
+    }
+    *params = made;
+    return TRIBO_OK;
+}
+
+// --- arm -----------------------------------------------------------------------------------------------------------
+
+/// Jury's conditions, on the quantised numbers: of the arm that moves under a constant force, and of G alone when it sticks.
+static bool arm_is_stable(const tribo_arm_q31_params_t *p)
+{
+    const int64_t one         = INT64_C(1) << 28;
+    const int64_t phi_d       = tribo_q31_shift_to_zero(p->phi_d, p->shift);
+    const int64_t coupling    = tribo_q31_shift_to_zero((int64_t)p->phi_g * p->gamma_d, 28u + p->shift);
+    const int64_t trace       = one - phi_d + p->gamma_g;
+    const int64_t determinant = tribo_q31_shift_to_zero((one - phi_d) * p->gamma_g, 28) + coupling;
+    return determinant < one && determinant > -one && trace < one + determinant && -trace < one + determinant &&
+           p->gamma_g < one && p->gamma_g > -one;
+}
+
+tribo_status_t
+tribo_arm_q31_init(tribo_arm_q31_params_t *params, const tribo_arm_f32_config_t *config, float sample_time_s)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_arm_f32_params_t f32;
+    const tribo_status_t   status = tribo_arm_f32_init(&f32, config, sample_time_s);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    // gamma_d is about (omega h)^2: with G times 1/(omega h), drive and speed get coefficients of like size.
+    int32_t shift = 0;
+    while (shift < 15 && scaled(f32.gamma_d, 2 * (shift + 1)) <= 1.0f)
+    {
+        shift++;
+    }
+    const float phi_d   = scaled(f32.phi_d, shift);
+    const float gamma_d = scaled(f32.gamma_d, shift);
+    if (!(magnitude(phi_d) < 4.0f && magnitude(gamma_d) < 4.0f))
+    {
+        return TRIBO_ERR_ARM_TOO_FAST;
+    }
+    const tribo_arm_q31_params_t made = {.phi_d   = fixed(phi_d, 28),
+                                         .phi_g   = fixed(f32.phi_g, 28),
+                                         .gamma_d = fixed(gamma_d, 28),
+                                         .gamma_g = fixed(f32.gamma_g, 28),
+                                         .shift   = (uint8_t)shift};
+    if (!arm_is_stable(&made))
+    {
+        return TRIBO_ERR_DAMPING;
+    }
+    *params = made;
+    return TRIBO_OK;
+}
+
+tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *params,
+                                          tribo_breakaway_point_q31_t          *table,
+                                          const tribo_compensator_f32_config_t *config,
+                                          float                                 sample_time_s,
+                                          float                                 full_scale_n)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    // The arm first: the friction, when it is accepted, writes the table.
+    tribo_compensator_q31_params_t made;
+    tribo_compensator_f32_params_t f32;
+    tribo_status_t                 status = tribo_compensator_f32_init(&f32, config, sample_time_s);
+    status = status != TRIBO_OK ? status : tribo_arm_q31_init(&made.arm, &config->arm, sample_time_s);
+    status = status != TRIBO_OK
+                 ? status
+                 : tribo_friction_q31_init(&made.friction, table, &config->friction, sample_time_s, full_scale_n);
+    if (status == TRIBO_OK)
+    {
+        *params = made;
+    }
+    return status;
+}
+
+// --- cascade -------------------------------------------------------------------------------------------------------
+
+#define MARGIN      1.02f // over a measured peak, for the float sums and the tail
+#define SCALE_MAX   24
+#define BLOCK_TICKS 512u
+#define BLOCKS      256u
+
+/// Sums of magnitudes of all that a cascade computes, i.e. L1 norms in the making.
+typedef struct
+{
+    float input; // with the correction
+    float correction;
+    struct
+    {
+        float y, corrected, correction, w1, w2;
+    } section[TRIBO_BIQUAD_SECTIONS_MAX];
+} sums_t;
+
+#define SUMS (sizeof(sums_t) / sizeof(float))
+
+typedef union
+{
+    sums_t named;
+    float  at[SUMS];
+} peaks_t;
+
+/// One tick of a controller whose applied u - feedforward is `s`; `anti_windup` 0 for a plain cascade.
+static void add_tick(peaks_t                         *block,
+                     const tribo_biquad_f32_params_t *cascade,
+                     tribo_biquad_f32_state_t        *state,
+                     float                            anti_windup,
+                     float                            e,
+                     float                            s)
+{
+    const float v          = tribo_biquad_f32_output(cascade, state, e);
+    const float correction = (s - v) * anti_windup;
+    block->named.input += magnitude(e + correction);
+    block->named.correction += magnitude(correction);
+    float c = correction;
+    for (uint32_t i = 0; i < cascade->count; i++)
+    {
+        c *= cascade->section[i].b0;
+        block->named.section[i].y += magnitude(state->section[i].y);
+        block->named.section[i].corrected += magnitude(state->section[i].y + c);
+        block->named.section[i].correction += magnitude(c);
+    }
+    tribo_biquad_f32_advance(cascade, state, e, correction);
+    for (uint32_t i = 0; i < cascade->count; i++)
+    {
+        block->named.section[i].w1 += magnitude(state->section[i].w1);
+        block->named.section[i].w2 += magnitude(state->section[i].w2);
+    }
+}
+
+/// Adds `weight` times the L1 norms of the responses to an impulse of e or of s. False when one does not die away.
+static bool add_response(peaks_t                         *peaks,
+                         const tribo_biquad_f32_params_t *cascade,
+                         float                            anti_windup,
+                         bool                             of_s,
+                         float                            weight)
+{
+    tribo_biquad_f32_state_t state;
+    peaks_t                  sum   = {.at = {0.0f}};
+    peaks_t                  block = {.at = {0.0f}};
+    peaks_t                  before;
+    bool                     done = false;
+    tribo_biquad_f32_reset(&state);
+    for (uint32_t i = 0; i < BLOCKS && !done; i++)
+    {
+        before = block;
+        block  = (peaks_t){.at = {0.0f}};
+        for (uint32_t k = 0; k < BLOCK_TICKS; k++)
+        {
+            const float impulse = i == 0u && k == 0u ? 1.0f : 0.0f;
+            add_tick(&block, cascade, &state, anti_windup, of_s ? 0.0f : impulse, of_s ? impulse : 0.0f);
+        }
+        done = true;
+        for (uint32_t j = 0; j < SUMS; j++)
+        {
+            sum.at[j] += block.at[j];
+            done = done && block.at[j] <= 1.0e-6f * sum.at[j];
+        }
+    }
+    for (uint32_t j = 0; j < SUMS; j++)
+    {
+        // What is left by then is one slow pole: a geometric tail.
+        const float ratio = block.at[j] > 1.0e-6f * sum.at[j] ? block.at[j] / before.at[j] : 0.0f;
+        if (!(ratio < 0.9999f))
+        {
+            return false;
+        }
+        peaks->at[j] += weight * MARGIN * (sum.at[j] + block.at[j] * ratio / (1.0f - ratio));
+    }
+    return true;
+}
+
+static float larger(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+static float node_peak(const peaks_t *peaks, uint32_t i)
+{
+    return larger(peaks->named.section[i].y, larger(peaks->named.section[i].corrected, peaks->named.section[i].correction));
+}
+
+/// The least scale from `at_least` on that takes `peak` below full scale.
+static int32_t scale_for(float peak, int32_t at_least)
+{
+    int32_t scale = at_least;
+    while (scale <= SCALE_MAX && !(scaled(peak, -scale) < 1.0f))
+    {
+        scale++;
+    }
+    return scale;
+}
+
+/// The largest s that keeps b2, a2 and w2 below 4 2^-s.
+static int32_t shift_for(float b2, float a2, float w2)
+{
+    const float most  = larger(magnitude(b2), larger(a2, w2));
+    int32_t     shift = 31;
+    while (shift > 0 && !(scaled(most, shift) < 3.999f))
+    {
+        shift--;
+    }
+    return shift;
+}
+
+static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
+                                        const tribo_biquad_f32_params_t *cascade,
+                                        const peaks_t                   *peaks,
+                                        float                            input_peak)
+{
+    int32_t before     = scale_for(larger(input_peak, larger(peaks->named.input, peaks->named.correction)), 0);
+    out->input_scale   = (uint8_t)before;
+    out->count         = (uint8_t)cascade->count;
+    bool fits          = before <= SCALE_MAX;
+    for (uint32_t i = 0; i < cascade->count; i++)
+    {
+        const tribo_biquad_f32_section_t *s     = &cascade->section[i];
+        const float                       gain  = larger(magnitude(s->b0), larger(magnitude(s->b1), magnitude(s->b2)));
+        const float                       most  = larger(scaled(gain, before), peaks->named.section[i].w1);
+        const int32_t                     scale = scale_for(most / 3.999f, scale_for(node_peak(peaks, i), 0));
+        const int32_t                     by    = before - scale;
+        const float                       b2    = scaled(s->b2, by);
+        const int32_t                     shift = shift_for(b2, s->a2, scaled(peaks->named.section[i].w2, -scale));
+        if (scale > SCALE_MAX)
+        {
+            fits = false;
+            break;
+        }
+        out->section[i] = (tribo_biquad_q31_section_t){.b0    = fixed(scaled(s->b0, by), 28),
+                                                       .b1    = fixed(scaled(s->b1, by), 28),
+                                                       .a1    = fixed(s->a1, 28),
+                                                       .b2    = fixed(b2, 28 + shift),
+                                                       .a2    = fixed(s->a2, 28 + shift),
+                                                       .shift = (uint8_t)shift,
+                                                       .scale = (uint8_t)scale};
+        before          = scale;
+    }
+    return fits ? TRIBO_OK : TRIBO_ERR_HEADROOM;
+}
+
+/// The sections that `q` really is, in float: exact, as each was rounded from 24 bits.
+static void dequantize(tribo_biquad_f32_section_t *sections, const tribo_biquad_q31_params_t *q)
+{
+    int32_t before = q->input_scale;
+    for (uint32_t i = 0; i < q->count; i++)
+    {
+        const tribo_biquad_q31_section_t *s  = &q->section[i];
+        const int32_t                     by = s->scale - before;
+        sections[i] = (tribo_biquad_f32_section_t){.b0 = scaled((float)s->b0, by - 28),
+                                                   .b1 = scaled((float)s->b1, by - 28),
+                                                   .b2 = scaled((float)s->b2, by - 28 - (int32_t)s->shift),
+                                                   .a1 = scaled((float)s->a1, -28),
+                                                   .a2 = scaled((float)s->a2, -28 - (int32_t)s->shift)};
+        before      = s->scale;
+    }
+}
+
+static void report(tribo_headroom_q31_t *headroom, const peaks_t *peaks, uint32_t count, float input_peak)
+{
+    if (headroom == NULL)
+    {
+        return;
+    }
+    headroom->input = larger(input_peak, peaks->named.input);
+    for (uint32_t i = 0; i < TRIBO_BIQUAD_Q31_SECTIONS_MAX; i++)
+    {
+        headroom->output[i] = i < count ? node_peak(peaks, i) : 0.0f;
+    }
+}
+
+/// Peaks for inputs within `e_peak` and `s_peak`, in parts of full scale.
+static bool find_peaks(peaks_t                         *peaks,
+                       const tribo_biquad_f32_params_t *cascade,
+                       float                            anti_windup,
+                       float                            e_peak,
+                       float                            s_peak)
+{
+    *peaks = (peaks_t){.at = {0.0f}};
+    return add_response(peaks, cascade, anti_windup, false, e_peak) &&
+           (s_peak == 0.0f || add_response(peaks, cascade, anti_windup, true, s_peak));
+}
+
+/// Whether `q` holds what was measured on its own numbers; the margin is for the measurement, not to be used up twice.
+static bool holds(const tribo_biquad_q31_params_t *q, const peaks_t *peaks)
+{
+    bool ok = scaled(peaks->named.input, -(int32_t)q->input_scale) < MARGIN;
+    for (uint32_t i = 0; i < q->count; i++)
+    {
+        const int32_t scale = q->section[i].scale;
+        ok                  = ok && scaled(node_peak(peaks, i), -scale) < MARGIN;
+        ok                  = ok && scaled(peaks->named.section[i].w1, -scale) < 4.0f * MARGIN;
+        ok = ok && scaled(peaks->named.section[i].w2, (int32_t)q->section[i].shift - scale) < 4.0f * MARGIN;
+    }
+    return ok;
+}
+
+/// Quantises f32's cascade for inputs within `e_peak` and `s_peak`, then makes f32 anew from the quantised numbers (by
+/// `config`, or as a plain cascade without one) and checks that it is still stable and within its headroom.
+static tribo_status_t quantize_cascade(tribo_biquad_q31_params_t           *out,
+                                       tribo_controller_f32_params_t       *f32,
+                                       const tribo_controller_f32_config_t *config,
+                                       float                                e_peak,
+                                       float                                s_peak,
+                                       tribo_headroom_q31_t                *headroom)
+{
+    peaks_t                    peaks;
+    tribo_biquad_f32_section_t really[TRIBO_BIQUAD_SECTIONS_MAX];
+    const uint32_t             count = f32->cascade.count;
+    if (!find_peaks(&peaks, &f32->cascade, f32->anti_windup, e_peak, s_peak) ||
+        quantize_sections(out, &f32->cascade, &peaks, e_peak) != TRIBO_OK)
+    {
+        return TRIBO_ERR_HEADROOM;
+    }
+
+    dequantize(really, out);
+    tribo_status_t status;
+    if (config != NULL)
+    {
+        tribo_controller_f32_config_t again = *config;
+        again.sections                      = really;
+        status                              = tribo_controller_f32_init(f32, &again);
+    }
+    else
+    {
+        status = tribo_biquad_f32_init(&f32->cascade, really, count);
+    }
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    if (!find_peaks(&peaks, &f32->cascade, f32->anti_windup, e_peak, s_peak) || !holds(out, &peaks))
+    {
+        return TRIBO_ERR_HEADROOM;
+    }
+    report(headroom, &peaks, count, e_peak);
+    return TRIBO_OK;
+}
+
+#define FULL 0.99999994f // full scale, which itself does not fit
+
+tribo_status_t tribo_biquad_q31_init(tribo_biquad_q31_params_t        *params,
+                                     const tribo_biquad_f32_section_t *sections,
+                                     uint32_t                          count,
+                                     tribo_headroom_q31_t             *headroom)
+{
+    if (params == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_biquad_q31_params_t     made = {.count = 0};
+    tribo_controller_f32_params_t f32  = {.anti_windup = 0.0f};
+
+    tribo_status_t status = tribo_biquad_f32_init(&f32.cascade, sections, count);
+    status                = status != TRIBO_OK ? status : quantize_cascade(&made, &f32, NULL, FULL, 0.0f, headroom);
+    if (status == TRIBO_OK)
+    {
+        *params = made;
+    }
+    return status;
+}
+
+// --- controller and loop -------------------------------------------------------------------------------------------
+
+static tribo_status_t check_limits(const tribo_controller_f32_params_t *f32, float full_scale_n)
+{
+    if (!(f32->u_min_n >= -full_scale_n))
+    {
+        return TRIBO_ERR_U_MIN;
+    }
+    return f32->u_max_n <= full_scale_n ? TRIBO_OK : TRIBO_ERR_U_MAX;
+}
+
+tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *params,
+                                         const tribo_controller_f32_config_t *config,
+                                         float                                full_scale_n,
+                                         tribo_headroom_q31_t                *headroom)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    if (!full_scale_ok(full_scale_n))
+    {
+        return TRIBO_ERR_FULL_SCALE;
+    }
+    tribo_controller_q31_params_t made = {.u_min = 0};
+    tribo_controller_f32_params_t f32;
+    tribo_status_t                status = tribo_controller_f32_init(&f32, config);
+    status                               = status != TRIBO_OK ? status : check_limits(&f32, full_scale_n);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    const float u_peak = larger(-f32.u_min_n, f32.u_max_n) / full_scale_n;
+    status             = quantize_cascade(&made.cascade, &f32, config, FULL, u_peak + 1.0f, headroom);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    const int32_t by = (int32_t)made.cascade.section[made.cascade.count - 1u].scale - (int32_t)made.cascade.input_scale;
+    if (!normalised(scaled(f32.anti_windup, by), &made.anti_windup, &made.anti_windup_shift))
+    {
+        return TRIBO_ERR_ANTI_WINDUP;
+    }
+    made.u_min = fixed_force(f32.u_min_n, full_scale_n);
+    made.u_max = fixed_force(f32.u_max_n, full_scale_n);
+    *params    = made;
+    return TRIBO_OK;
+}
+
+tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
+                                         tribo_breakaway_point_q31_t         *table,
+                                         const tribo_force_loop_f32_config_t *config,
+                                         float                                full_scale_n,
+                                         tribo_headroom_q31_t                *headroom)
+{
+    tribo_force_loop_f32_params_t f32;
+    if (params == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_status_t status = tribo_force_loop_f32_init(&f32, config);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    if (!full_scale_ok(full_scale_n))
+    {
+        return TRIBO_ERR_FULL_SCALE;
+    }
+    if (!(f32.input_max_n <= full_scale_n))
+    {
+        return TRIBO_ERR_INPUT_MAX;
+    }
+    tribo_headroom_q31_t          measured;
+    tribo_force_loop_q31_params_t made = {.input_max = fixed_force(f32.input_max_n, full_scale_n), .gain = fixed(f32.gain, 29)};
+
+    status = tribo_controller_q31_init(&made.controller, &config->controller, full_scale_n, &measured);
+    status = status != TRIBO_OK ? status
+                                : tribo_compensator_q31_init(
+                                      &made.compensator, table, &config->compensator, config->sample_time_s, full_scale_n);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    if (headroom != NULL)
+    {
+        *headroom = measured;
+    }
+    *params = made;
+    return TRIBO_OK;
+}

@@ -1,0 +1,127 @@
+// The Q31 loop as the contract suite sees it: physical units in double, at a full scale of 2 N.
+
+#ifndef TESTS_CONTRACT_ARITH_Q31_H
+#define TESTS_CONTRACT_ARITH_Q31_H
+
+#include "seen.h"
+#include "tribo/quantize_q31.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#define FULL_SCALE_N                   2.0
+#define GOLDEN_FRICTION_TOLERANCE_N    5e-7
+#define GOLDEN_COMPENSATOR_TOLERANCE_N 2e-6
+#define ROUNDING                       1e-7 // of a force of 1 N: params come from single precision
+
+typedef struct
+{
+    tribo_friction_q31_params_t params;
+    tribo_friction_q31_state_t  state;
+    tribo_breakaway_point_q31_t table[TRIBO_BREAKAWAY_POINTS_MAX];
+    double                      sample_time_s;
+} friction_t;
+
+typedef struct
+{
+    tribo_compensator_q31_params_t params;
+    tribo_compensator_q31_state_t  state;
+    tribo_breakaway_point_q31_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
+    double                         sample_time_s;
+} compensator_t;
+
+typedef struct
+{
+    tribo_force_loop_q31_params_t params;
+    tribo_force_loop_q31_state_t  state;
+    tribo_breakaway_point_q31_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
+    double                        sample_time_s;
+} loop_t;
+
+/// To Q31 as a drive would do it: a force beyond full scale shows as full scale.
+static inline int32_t to_q31(double force_n)
+{
+    const double x = round(force_n / FULL_SCALE_N * 2147483648.0);
+    return (int32_t)fmin(2147483647.0, fmax(-2147483647.0, x));
+}
+
+static inline double from_q31(int32_t x)
+{
+    return x / 2147483648.0 * FULL_SCALE_N;
+}
+
+static inline friction_seen_t friction_seen(const tribo_friction_q31_signals_t *s, double sample_time_s)
+{
+    return (friction_seen_t){.n  = from_q31(s->n),
+                             .L  = from_q31(s->L),
+                             .v  = from_q31(s->rise) / sample_time_s,
+                             .f  = from_q31(s->f),
+                             .q1 = s->q1,
+                             .q2 = s->q2,
+                             .q  = s->q};
+}
+
+static inline compensator_seen_t compensator_seen(const tribo_compensator_q31_signals_t *s, double sample_time_s)
+{
+    return (compensator_seen_t){.F = from_q31(s->force), .friction = friction_seen(&s->friction, sample_time_s)};
+}
+
+static inline void friction_reset(friction_t *x)
+{
+    tribo_friction_q31_reset(&x->state);
+}
+
+static inline tribo_status_t friction_init(friction_t *x, const tribo_friction_f32_config_t *config, double sample_time_s)
+{
+    friction_reset(x);
+    x->sample_time_s = sample_time_s;
+    return tribo_friction_q31_init(&x->params, x->table, config, (float)sample_time_s, (float)FULL_SCALE_N);
+}
+
+static inline friction_seen_t friction_step(friction_t *x, double u, double F)
+{
+    tribo_friction_q31_signals_t signals;
+    (void)tribo_friction_q31_step(&x->params, &x->state, to_q31(u), to_q31(F), &signals);
+    return friction_seen(&signals, x->sample_time_s);
+}
+
+static inline tribo_status_t
+compensator_init(compensator_t *x, const tribo_compensator_f32_config_t *config, double sample_time_s)
+{
+    tribo_compensator_q31_reset(&x->state);
+    x->sample_time_s = sample_time_s;
+    return tribo_compensator_q31_init(&x->params, x->table, config, (float)sample_time_s, (float)FULL_SCALE_N);
+}
+
+static inline compensator_seen_t compensator_step(compensator_t *x, double u)
+{
+    tribo_compensator_q31_signals_t signals;
+    (void)tribo_compensator_q31_step(&x->params, &x->state, to_q31(u), &signals);
+    return compensator_seen(&signals, x->sample_time_s);
+}
+
+static inline void loop_reset(loop_t *x)
+{
+    tribo_force_loop_q31_reset(&x->state);
+}
+
+static inline tribo_status_t loop_init(loop_t *x, const tribo_force_loop_f32_config_t *config)
+{
+    loop_reset(x);
+    x->sample_time_s = (double)config->sample_time_s;
+    return tribo_force_loop_q31_init(&x->params, x->table, config, (float)FULL_SCALE_N, NULL);
+}
+
+static inline loop_seen_t loop_step(loop_t *x, double r, double y)
+{
+    tribo_force_loop_q31_signals_t signals;
+    const int32_t                  u = tribo_force_loop_q31_step(&x->params, &x->state, to_q31(r), to_q31(y), &signals);
+    return (loop_seen_t){.e           = from_q31(signals.e),
+                         .feedforward = from_q31(signals.feedforward),
+                         .v           = from_q31(signals.controller.v),
+                         .u           = from_q31(u),
+                         .limited     = signals.controller.limited,
+                         .compensator = compensator_seen(&signals.compensator, x->sample_time_s)};
+}
+
+#endif
