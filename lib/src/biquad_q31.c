@@ -61,7 +61,7 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t *params,
 
         const int64_t w1     = state->section[i].w1 + ((int64_t)s->b1 * in - (int64_t)s->a1 * out);
         state->section[i].w1 = keep(w1 + (w2 >> s->shift), &state->saturated);
-        state->section[i].w2 = keep(w2 + ((int64_t)s->b2 * in - (int64_t)s->a2 * out), &state->saturated);
+        state->section[i].w2 = keep(w2 + ((int64_t)s->b2 * in - ((int64_t)s->a2 * out >> s->a2_shift)), &state->saturated);
         in                   = out;
     }
 }

@@ -379,10 +379,10 @@ static int32_t scale_for(float peak, int32_t at_least)
     return scale;
 }
 
-/// The largest s that keeps b2, a2 and w2 below 4 2^-s.
-static int32_t shift_for(float b2, float a2, float w2)
+/// The largest s up to 31 that keeps x below 4 2^-s.
+static int32_t shift_for(float x)
 {
-    const float most  = larger(magnitude(b2), larger(a2, w2));
+    const float most  = magnitude(x);
     int32_t     shift = 31;
     while (shift > 0 && !(scaled(most, shift) < 3.999f))
     {
@@ -408,19 +408,22 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
         const int32_t                     scale = scale_for(most / 3.999f, scale_for(node_peak(peaks, i), 0));
         const int32_t                     by    = before - scale;
         const float                       b2    = scaled(s->b2, by);
-        const int32_t                     shift = shift_for(b2, s->a2, scaled(peaks->named.section[i].w2, -scale));
+        const float                       w2    = scaled(peaks->named.section[i].w2, -scale);
+        const int32_t                     shift = shift_for(larger(magnitude(b2), larger(s->a2, w2)));
+        const int32_t                     r     = shift_for(scaled(s->a2, shift));
         if (scale > SCALE_MAX)
         {
             fits = false;
             break;
         }
-        out->section[i] = (tribo_biquad_q31_section_t){.b0    = fixed(scaled(s->b0, by), 28),
-                                                       .b1    = fixed(scaled(s->b1, by), 28),
-                                                       .a1    = fixed(s->a1, 28),
-                                                       .b2    = fixed(b2, 28 + shift),
-                                                       .a2    = fixed(s->a2, 28 + shift),
-                                                       .shift = (uint8_t)shift,
-                                                       .scale = (uint8_t)scale};
+        out->section[i] = (tribo_biquad_q31_section_t){.b0       = fixed(scaled(s->b0, by), 28),
+                                                       .b1       = fixed(scaled(s->b1, by), 28),
+                                                       .a1       = fixed(s->a1, 28),
+                                                       .b2       = fixed(b2, 28 + shift),
+                                                       .a2       = fixed(s->a2, 28 + shift + r),
+                                                       .shift    = (uint8_t)shift,
+                                                       .a2_shift = (uint8_t)r,
+                                                       .scale    = (uint8_t)scale};
         before          = scale;
     }
     return fits ? TRIBO_OK : TRIBO_ERR_HEADROOM;
@@ -438,7 +441,7 @@ static void dequantize(tribo_biquad_f32_section_t *sections, const tribo_biquad_
                                                    .b1 = scaled((float)s->b1, by - 28),
                                                    .b2 = scaled((float)s->b2, by - 28 - (int32_t)s->shift),
                                                    .a1 = scaled((float)s->a1, -28),
-                                                   .a2 = scaled((float)s->a2, -28 - (int32_t)s->shift)};
+                                                   .a2 = scaled((float)s->a2, -28 - (int32_t)s->shift - (int32_t)s->a2_shift)};
         before      = s->scale;
     }
 }

@@ -1,12 +1,13 @@
 /// Cascade of second-order sections in Q31, in the delta operator d = z - 1: the twin of biquad_f32.h.
 ///
 ///     y   = b0 x + w1                        b0, b1, a1: Q28, within +-4
-///     w1 += b1 x - a1 y + w2 2^-s            b2, a2: Q(28 + s), within +-4 2^-s
-///     w2 += b2 x - a2 y
+///     w1 += b1 x - a1 y + w2 2^-s            b2: Q(28 + s), within +-4 2^-s
+///     w2 += b2 x - a2 y                      a2: Q(28 + s + r), 30 bits however small it is
 ///
 /// w1 is held in 64 bits, Q59, w2 in Q(59 + s): whatever is rounded off y stays in w1 and comes out with the next sample,
 /// so a constant input is integrated without an end and the noise at the output is one rounding, whatever the poles.
-/// s is as large as w2's peak allows, which is what keeps a slow pole: 0.002 rad/s at 1 kHz to 3e-6 of its time constant.
+/// a2, the product of the poles' distances from z = 1, has an exponent of its own, so a pole keeps its time constant to
+/// 1e-7 however slow it is; of a2 y only what is below the last bit of w2 (2^-59 of full scale) is dropped.
 ///
 /// Headroom: section i gives y 2^-scale[i], the scale being derived from the worst-case peak gain (L1 norm) so that no
 /// node can overflow for any input in range; see quantize_q31.h. Sums below stay under 2^63 for accepted params.
@@ -30,8 +31,10 @@ extern "C" {
 typedef struct
 {
     int32_t b0, b1, a1; ///< Q28, with the scales of both nodes in b0 and b1
-    int32_t b2, a2;     ///< Q(28 + shift), with the scales of both nodes in b2
+    int32_t b2;         ///< Q(28 + shift), with the scales of both nodes in it
+    int32_t a2;         ///< Q(28 + shift + a2_shift)
     uint8_t shift;      ///< s, 0 to 31
+    uint8_t a2_shift;   ///< r, 0 to 31
     uint8_t scale;      ///< of this section's output node: y is held times 2^-scale
 } tribo_biquad_q31_section_t;
 
