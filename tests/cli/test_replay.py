@@ -82,6 +82,12 @@ def test_the_sample_time_is_the_logs(sim):
     assert [float(line.split(",")[5]) for line in lines[1:]] == pytest.approx([0, 1, 2], rel=1e-6)
 
 
+def test_time_stamps_come_out_as_they_went_in(sim):
+    stamps = ["1700000000.001", "1700000000.002", "1700000000.003", "1700000000.004"]
+    sim.write("log.csv", "t_s,u_N\n" + "".join(f"{stamp},0\n" for stamp in stamps))
+    assert [line.split(",")[0] for line in sim.ok("replay", "log.csv").splitlines()[1:]] == stamps
+
+
 GOOD = "t_s,u_N\n0,0.1\n0.001,0.2\n0.002,0.3\n"
 
 HARMLESS = {

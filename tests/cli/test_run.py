@@ -7,6 +7,7 @@ import os
 import resource
 import statistics
 import subprocess
+import time
 
 import pytest
 
@@ -175,7 +176,7 @@ def test_a_broken_reference_file_is_named(sim):
 class Plant:
     """Spec sections 2, 3 and 7 once more, with the arm's transition from its eigenvalues."""
 
-    def __init__(self, step_s, breakaway, gravity=0.0):
+    def __init__(self, breakaway, gravity=0.0, step_s=1e-4, actuator_pole=200.0):
         self.step_s, self.breakaway, self.gravity = step_s, breakaway, gravity
         inertia, damping, stiffness = 1.2e-4, 0.0288, 3.84
         root = cmath.sqrt(damping**2 - 4 * inertia * stiffness)
@@ -183,7 +184,7 @@ class Plant:
         e1, e2 = cmath.exp(s1 * step_s), cmath.exp(s2 * step_s)
         self.phi = [((s1 * e2 - s2 * e1) / (s1 - s2)).real, ((e1 - e2) / (s1 - s2)).real,
                     (s1 * s2 * (e2 - e1) / (s1 - s2)).real, ((s1 * e1 - s2 * e2) / (s1 - s2)).real]
-        self.actuator, self.sensor = (1 - math.exp(-pole * step_s) for pole in (200, 55))
+        self.actuator, self.sensor = (1 - math.exp(-pole * step_s) for pole in (actuator_pole, 55))
         self.u_a = self.force = self.speed = self.y = self.n = 0.0
         self.width = round(0.003 / step_s)
         self.line = [(True, True, False, False)] * self.width
@@ -201,22 +202,27 @@ class Plant:
             self.trigger[i] = trigger
 
     def step(self, u):
+        """Advances one step; returns what the trace has of it."""
         self.u_a += self.actuator * (u - self.u_a)
         n = self.u_a - self.force + self.gravity
         positive, negative = self.breakaway(abs(self.force))
         self.relays(n, positive, negative)
         v = (abs(n) - abs(self.n)) / self.step_s
         f = n
-        if v > 0 and ((n > 0 and self.q[1]) or (n < 0 and self.q[0])):
+        q = v > 0 and ((n > 0 and self.q[1]) or (n < 0 and self.q[0]))
+        if q:
             k_l = (13 - 7 * math.tanh(3 * (v / 0.007 - 1))) * (positive if n >= 0 else negative)
             f = k_l * math.tanh(n / k_l)
         f = min(positive, max(-negative, f))
+        seen = {"u_a_N": self.u_a, "plant_n_N": n, "plant_L_N": positive if n >= 0 else negative, "f_N": f,
+                "plant_v_N_per_s": v, "plant_Q1": self.q[0], "plant_Q2": self.q[1], "plant_Q": q}
         self.n = n
         target = self.u_a + self.gravity - f
         gap, rate = self.force - target, self.speed
         self.force = target + self.phi[0] * gap + self.phi[1] * rate
         self.speed = self.phi[2] * gap + self.phi[3] * rate
         self.y += self.sensor * (self.force - self.y)
+        return seen
 
 
 def table_law(force):
@@ -229,28 +235,50 @@ def table_law(force):
     raise AssertionError
 
 
+def paper_law(force):
+    return 0.007 + 0.3 * force, 0.007 + 0.3 * force
+
+
+def asymmetric_law(force):
+    return 0.01 + 0.25 * force, 0.005 + 0.35 * force
+
+
 B = "plant.friction.breakaway."
-LAWS = {
-    "paper": (lambda force: (0.007 + 0.3 * force,) * 2, 0.0, []),
-    "asymmetric, gravity": (lambda force: (0.01 + 0.25 * force, 0.005 + 0.35 * force), 0.004, [
-        B + "offset_N=0.01", B + "slope=0.25", B + "negative_offset_N=0.005", B + "negative_slope=0.35",
-        "plant.friction.gravity_N=0.004"]),
-    "table": (table_law, 0.0, [B + "table=[{force_N: 0.1, positive_N: 0.02, negative_N: 0.01}, {force_N: 0.3, positive_N:"
-                               " 0.09, negative_N: 0.11}, {force_N: 0.5, positive_N: 0.17, negative_N: 0.15}]"]),
+ASYMMETRIC = [B + "offset_N=0.01", B + "slope=0.25", B + "negative_offset_N=0.005", B + "negative_slope=0.35"]
+TABLE = [B + "table=[{force_N: 0.1, positive_N: 0.02, negative_N: 0.01}, {force_N: 0.3, positive_N: 0.09, negative_N: 0.11},"
+             " {force_N: 0.5, positive_N: 0.17, negative_N: 0.15}]"]
+
+# The model, and what makes the scenario the same.
+PLANTS = {
+    "paper": (Plant(paper_law), []),
+    "asymmetric, gravity": (Plant(asymmetric_law, 0.004), ASYMMETRIC + ["plant.friction.gravity_N=0.004"]),
+    "table": (Plant(table_law), TABLE),
+    # Noise through an actuator without delay throws n across both relay levels from step to step.
+    "jumps": (Plant(asymmetric_law, step_s=1e-3, actuator_pole=1e6), ASYMMETRIC
+              + ["plant.step_s=0.001", "plant.actuator_pole_rad_per_s=1e6", "sensor.noise_N=0.03"]),
 }
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_the_plant_agrees_with_an_independent_model(sim, law):
-    breakaway, gravity, sets = LAWS[law]
+@pytest.mark.parametrize("name", PLANTS)
+def test_the_plant_agrees_with_an_independent_model(sim, name):
+    plant, sets = PLANTS[name]
     sim.write("x.yaml", "duration_s: 4\nreference: {kind: triangle, low_N: -0.3, high_N: 0.6, period_s: 2}\n")
     trace = sim.trace("x.yaml", *[word for one in sets for word in ("--set", one)])
-    plant = Plant(1e-4, breakaway, gravity)
     for k, u in enumerate(trace["u_N"]):
         assert trace["F_N"][k] == pytest.approx(plant.force, abs=2e-9), k
-        assert trace["y_N"][k] == pytest.approx(plant.y, abs=2e-9), k
-        for _ in range(10):
+        if name != "jumps":
+            assert trace["y_N"][k] == pytest.approx(plant.y, abs=2e-9), k
+        for column, value in plant.step(u).items():
+            assert trace[column][k] == pytest.approx(value, rel=1e-8, abs=1e-4 if "_v_" in column else 2e-9), (k, column)
+        for _ in range(round(1e-3 / plant.step_s) - 1):
             plant.step(u)
+    assert all(len(set(trace[q])) == 2 for q in ("plant_Q1", "plant_Q2", "plant_Q"))
+
+
+def test_breakaway_at_rest_is_the_positive_one(sim):
+    sim.write("x.yaml", "duration_s: 0.01\nreference: {kind: step, high_N: 0}\n")
+    trace = sim.trace("x.yaml", *[word for one in ASYMMETRIC for word in ("--set", one)])
+    assert set(trace["plant_L_N"]) == {0.01}
 
 
 # With u at its upper limit all along, the plant does not see what the sensor does.
@@ -327,6 +355,7 @@ def test_delay_shifts_the_readings(sim):
     clean = sim.trace("x.yaml")["y_N"]
     late = sim.trace("x.yaml", "--set", "sensor.delay_s=0.003")["y_N"]
     assert late == (0.0, 0.0, 0.0) + clean[:-3]
+    assert late == sim.trace("x.yaml", "--set", "sensor.delay_s=0.00296")["y_N"]  # to whole plant steps
 
 
 # Controllers
@@ -424,3 +453,11 @@ def test_progress_is_shown_on_a_terminal(sim):
         process.kill()
     os.close(ours)
     assert shown.startswith(b"\r") and shown.endswith(b" %")
+
+
+def test_no_progress_is_shown_elsewhere(sim):
+    with subprocess.Popen([sim.program, "run", "triangle", "--set", "duration_s=80000"], stderr=subprocess.PIPE,
+                          stdout=subprocess.DEVNULL) as process:
+        time.sleep(2)
+        process.kill()
+        assert process.stderr.read() == b""
