@@ -1,6 +1,7 @@
 // tribo-sim: the force loop of lib/ on the host, with a simulated plant or with a recorded log.
 
 #include "cli/commands.h"
+#include "support/output_file.h"
 
 #include <signal.h>
 #include <stdarg.h>
@@ -62,6 +63,7 @@ int main(int count, char **arguments)
     // A file size limit and a closed pipe are then write errors, reported like any other.
     (void)signal(SIGXFSZ, SIG_IGN);
     (void)signal(SIGPIPE, SIG_IGN);
+    sim_output_file_clean_on_signal();
 
     if (count < 2)
     {

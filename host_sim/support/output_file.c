@@ -1,13 +1,43 @@
 #include "support/output_file.h"
 
 #include <errno.h>
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+// The one thing here that is not in a struct: what a signal handler has to know. Files are written one at a time.
+static char                  pending[4096];
+static volatile sig_atomic_t is_pending;
+
+static void remove_pending(int number)
+{
+    if (is_pending)
+    {
+        (void)unlink(pending);
+    }
+    (void)signal(number, SIG_DFL);
+    (void)raise(number);
+}
+
+void sim_output_file_clean_on_signal(void)
+{
+    static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
+
+    for (size_t i = 0; i < sizeof ending / sizeof ending[0]; i++)
+    {
+        // A signal that is ignored (nohup) stays so.
+        if (signal(ending[i], remove_pending) == SIG_IGN)
+        {
+            (void)signal(ending[i], SIG_IGN);
+        }
+    }
+}
+
 static void forget(sim_output_file_t *file)
 {
+    is_pending = 0;
     free(file->path);
     free(file->temporary);
     *file = (sim_output_file_t){0};
@@ -48,8 +78,18 @@ bool sim_output_file_open(sim_output_file_t *file, const char *path, sim_error_t
     if (file->stream == NULL)
     {
         (void)sim_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
+        if (descriptor >= 0)
+        {
+            (void)close(descriptor);
+            (void)unlink(file->temporary);
+        }
         forget(file);
         return false;
+    }
+    if (size <= sizeof pending)
+    {
+        (void)snprintf(pending, sizeof pending, "%s", file->temporary);
+        is_pending = 1;
     }
     return true;
 }

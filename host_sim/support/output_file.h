@@ -21,6 +21,10 @@ bool sim_output_file_open(sim_output_file_t *file, const char *path, sim_error_t
 /// Flushes, checks everything written since the file was opened, and puts the file in its place. On failure nothing is left.
 bool sim_output_file_commit(sim_output_file_t *file, sim_error_t *error);
 
+/// From now on a signal that ends the program (SIGINT, SIGTERM, SIGHUP) takes the temporary file with it. For a program's
+/// main, as signals are the program's.
+void sim_output_file_clean_on_signal(void);
+
 /// Removes the temporary file. Does nothing to a file that is closed already or was never opened (all zero).
 void sim_output_file_discard(sim_output_file_t *file);
 

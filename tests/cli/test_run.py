@@ -5,6 +5,7 @@ import json
 import math
 import os
 import resource
+import signal
 import statistics
 import subprocess
 import time
@@ -442,6 +443,20 @@ def test_a_full_disk_leaves_nothing_half_written(sim, part):
               preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
     assert left_in(sim.folder / "d") == ["trace.csv"]
     assert (sim.folder / "d/trace.csv").read_text(encoding="ascii") == "old"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interrupted_run_leaves_nothing(sim, number):
+    (sim.folder / "d").mkdir()
+    command = [sim.program, "run", "triangle", "--set", "duration_s=80000", "--out", sim.folder / "d"]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+        until = time.monotonic() + 20
+        while not left_in(sim.folder / "d") and time.monotonic() < until:
+            time.sleep(0.01)
+        assert len(left_in(sim.folder / "d")) == 1
+        process.send_signal(number)
+        assert process.wait(20) == -number
+    assert left_in(sim.folder / "d") == []
 
 
 def test_progress_is_shown_on_a_terminal(sim):
