@@ -134,7 +134,8 @@ bool sim_scenario_check(const sim_scenario_t *scenario, sim_error_t *error);
 /// Where `key` was written ("FILE:LINE" or "--set key=value"), or else its parent, or else the file as a whole.
 const char *sim_scenario_source(const sim_scenario_t *scenario, const char *key);
 
-/// The scenario file's folder with a '/' after it, "" if the key `reference.file` came from --set. To be freed.
+/// The path of the file that `reference.file` names: from the scenario file's folder, or from the current one if the
+/// key came from --set. To be freed; null if there is no memory.
 char *sim_scenario_reference_path(const sim_scenario_t *scenario);
 
 /// Every key, with what scenarios/README.md says of it: "key | type | range | default" a line. False: no memory.

@@ -217,6 +217,20 @@ static bool read_header(reader_t *reader, layout_t *layout, const sim_csv_column
     return true;
 }
 
+/// Takes the number of a wanted column.
+static bool take_number(const reader_t *reader, const field_t *field, size_t line, const char *name, double *value)
+{
+    const char *complaint = sim_number_parse(field->text, value);
+    return complaint == NULL || sim_error_set(reader->error,
+                                              "%s:%zu:%zu: %s: '%.40s' %s",
+                                              reader->path,
+                                              line,
+                                              field->position,
+                                              name,
+                                              field->text,
+                                              complaint);
+}
+
 static bool read_row(reader_t *reader, const layout_t *layout, const sim_csv_column_t *wanted, sim_csv_t *csv)
 {
     const size_t line   = reader->line;
@@ -238,25 +252,14 @@ static bool read_row(reader_t *reader, const layout_t *layout, const sim_csv_col
                                  layout->fields);
         }
         const size_t column = layout->column[fields++];
-        if (column == NOT_WANTED)
-        {
-            continue;
-        }
         if (column == 0)
         {
             csv->positions[csv->rows] = field.position;
         }
-        const char *complaint = sim_number_parse(field.text, &csv->values[column][csv->rows]);
-        if (complaint != NULL)
+        if (column != NOT_WANTED &&
+            !take_number(reader, &field, line, wanted[column].name, &csv->values[column][csv->rows]))
         {
-            return sim_error_set(reader->error,
-                                 "%s:%zu:%zu: %s: '%.40s' %s",
-                                 reader->path,
-                                 line,
-                                 field.position,
-                                 wanted[column].name,
-                                 field.text,
-                                 complaint);
+            return false;
         }
     }
     if (fields < layout->fields)
