@@ -72,7 +72,7 @@ static matrix_t exponential_minus_one(matrix_t a)
     const matrix_t x    = scale(a, shrink);
     matrix_t       term = x;
     matrix_t       sum  = x;
-    for (uint32_t i = 2; i <= 9u; i++)
+    for (uint32_t i = 2; i <= 8u; i++)
     {
         term = scale(multiply(term, x), 1.0f / (float)i);
         sum  = add(sum, term);

@@ -61,8 +61,9 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t *params,
 
         const int64_t w1     = state->section[i].w1 + ((int64_t)s->b1 * in - (int64_t)s->a1 * out);
         state->section[i].w1 = keep(w1 + (w2 >> s->shift), &state->saturated);
-        state->section[i].w2 = keep(w2 + ((int64_t)s->b2 * in - ((int64_t)s->a2 * out >> s->a2_shift)), &state->saturated);
-        in                   = out;
+        state->section[i].w2 =
+            keep(w2 + ((int64_t)s->b2 * in - ((int64_t)s->a2 * out >> s->a2_shift)), &state->saturated);
+        in = out;
     }
 }
 
@@ -105,9 +106,9 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
         if (i < from->count)
         {
             const tribo_biquad_q31_section_t *was = &from->section[i];
-            from_out   = state->y[i];
-            from_scale = was->scale;
-            change     = (int64_t)was->b1 * from_in - (int64_t)was->a1 * from_out + (state->section[i].w2 >> was->shift);
+            from_out                              = state->y[i];
+            from_scale                            = was->scale;
+            change = (int64_t)was->b1 * from_in - (int64_t)was->a1 * from_out + (state->section[i].w2 >> was->shift);
         }
         const int32_t by  = now->scale - from_scale;
         int64_t       out = rescale(from_out, by);

@@ -20,7 +20,9 @@ static inline int64_t amplified(int32_t gain_q29, int32_t x)
 }
 
 /// What f^ of this tick is under params `p`, the state left alone.
-static int32_t friction_under(const tribo_force_loop_q31_params_t *p, const tribo_force_loop_q31_state_t *state, int32_t u)
+static int32_t friction_under(const tribo_force_loop_q31_params_t *p,
+                              const tribo_force_loop_q31_state_t  *state,
+                              int32_t                              u)
 {
     tribo_compensator_q31_state_t   copy = state->compensator;
     tribo_compensator_q31_signals_t unused;
@@ -42,8 +44,11 @@ static int32_t changing_tick(const tribo_force_loop_q31_params_t *params,
                                 &state->controller,
                                 e,
                                 tribo_q31_saturate(-gain_jump, &state->saturated));
-    const int32_t u =
-        tribo_controller_q31_step(&params->controller, &state->controller, e, signals->feedforward, &signals->controller);
+    const int32_t u = tribo_controller_q31_step(&params->controller,
+                                                &state->controller,
+                                                e,
+                                                signals->feedforward,
+                                                &signals->controller);
 
     const int32_t old_friction = friction_under(from, state, u);
     state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
@@ -75,8 +80,11 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
     int32_t u;
     if (state->active == params || state->active == NULL)
     {
-        u = tribo_controller_q31_step(
-            &params->controller, &state->controller, signals->e, signals->feedforward, &signals->controller);
+        u = tribo_controller_q31_step(&params->controller,
+                                      &state->controller,
+                                      signals->e,
+                                      signals->feedforward,
+                                      &signals->controller);
         state->friction =
             tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
     }

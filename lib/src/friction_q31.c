@@ -12,7 +12,8 @@ void tribo_friction_q31_reset(tribo_friction_q31_state_t *state)
 /// tanh(x)/x in Q31 for s = (x/6)^2 in Q31: the rational of friction_f32.c with 6^2i folded into its coefficients, Q26.
 static inline uint32_t tanh_over_x(uint32_t s)
 {
-    const uint32_t p = tribo_q31_part(tribo_q31_part(tribo_q31_part(14305276u, s) + 209100061u, s) + 300569564u, s) + 67108844u;
+    const uint32_t p =
+        tribo_q31_part(tribo_q31_part(tribo_q31_part(14305276u, s) + 209100061u, s) + 300569564u, s) + 67108844u;
     const uint32_t q =
         tribo_q31_part(tribo_q31_part(tribo_q31_part(490126771u, s) + 1883439570u, s) + 1105869764u, s) + 67108864u;
     return tribo_q31_ratio(p, q, 0);
@@ -78,8 +79,10 @@ static inline int32_t level(int32_t level_q30, int32_t L)
 
 /// Comparators in front of the relays, Fig. 12. Reset looks at n[k-1], so that one large step from above L2 to
 /// below it still counts as a crossing while decreasing (Fig. 5).
-static inline uint8_t
-relay_events(const tribo_friction_q31_params_t *params, breakaway_t L, int32_t n, int32_t n_before)
+static inline uint8_t relay_events(const tribo_friction_q31_params_t *params,
+                                   breakaway_t                        L,
+                                   int32_t                            n,
+                                   int32_t                            n_before)
 {
     const bool set1   = n < level(params->set_level, L.positive);
     const bool set2   = n > -level(params->set_level, L.negative);
@@ -113,15 +116,16 @@ int32_t tribo_friction_q31_step(const tribo_friction_q31_params_t *params,
 {
     const int32_t n_before = state->n;
 
-    const int32_t     n      = tribo_q31_saturate((int64_t)u - force + params->gravity, &state->saturated);
-    const uint32_t    size   = tribo_q31_magnitude(n);
-    const breakaway_t both   = breakaway(params, force);
-    const int32_t     L      = n >= 0 ? both.positive : both.negative;
-    const int32_t     rise   = (int32_t)size - (int32_t)tribo_q31_magnitude(n_before);
-    const uint8_t     relays = tribo_relay_step(&state->relay, params->pulse_width, relay_events(params, both, n, n_before));
-    const bool        q1     = (relays & TRIBO_RELAY_Q1) != 0u;
-    const bool        q2     = (relays & TRIBO_RELAY_Q2) != 0u;
-    const bool        q      = rise > 0 && ((n > 0 && q2) || (n < 0 && q1));
+    const int32_t     n    = tribo_q31_saturate((int64_t)u - force + params->gravity, &state->saturated);
+    const uint32_t    size = tribo_q31_magnitude(n);
+    const breakaway_t both = breakaway(params, force);
+    const int32_t     L    = n >= 0 ? both.positive : both.negative;
+    const int32_t     rise = (int32_t)size - (int32_t)tribo_q31_magnitude(n_before);
+    const uint8_t     relays =
+        tribo_relay_step(&state->relay, params->pulse_width, relay_events(params, both, n, n_before));
+    const bool q1 = (relays & TRIBO_RELAY_Q1) != 0u;
+    const bool q2 = (relays & TRIBO_RELAY_Q2) != 0u;
+    const bool q  = rise > 0 && ((n > 0 && q2) || (n < 0 && q1));
 
     // Both branches are computed, so that a tick costs the same on either.
     const uint32_t curved = hysteresis(params, size, L, rise);

@@ -95,8 +95,9 @@ static tribo_status_t check_table(const tribo_friction_f32_config_t *config, flo
     return TRIBO_OK;
 }
 
-static tribo_status_t
-quantize_breakaway(tribo_friction_q31_params_t *out, const tribo_friction_f32_config_t *config, float full_scale_n)
+static tribo_status_t quantize_breakaway(tribo_friction_q31_params_t       *out,
+                                         const tribo_friction_f32_config_t *config,
+                                         float                              full_scale_n)
 {
     if (config->table != NULL)
     {
@@ -106,7 +107,9 @@ quantize_breakaway(tribo_friction_q31_params_t *out, const tribo_friction_f32_co
     return status != TRIBO_OK ? status : quantize_law(&out->negative, &config->negative, full_scale_n);
 }
 
-static tribo_status_t quantize_k(tribo_friction_q31_params_t *out, const tribo_friction_f32_params_t *f32, float full_scale_n)
+static tribo_status_t quantize_k(tribo_friction_q31_params_t       *out,
+                                 const tribo_friction_f32_params_t *f32,
+                                 float                              full_scale_n)
 {
     out->k_shift = 0;
     while (scaled(6.0f * (f32->k_mean + f32->k_half), -(int32_t)out->k_shift) >= 0.999f)
@@ -121,8 +124,9 @@ static tribo_status_t quantize_k(tribo_friction_q31_params_t *out, const tribo_f
     return normalised(rate, &out->rate, &out->rate_shift) ? TRIBO_OK : TRIBO_ERR_V0;
 }
 
-static void
-copy_table(tribo_breakaway_point_q31_t *table, const tribo_friction_f32_config_t *config, float full_scale_n)
+static void copy_table(tribo_breakaway_point_q31_t       *table,
+                       const tribo_friction_f32_config_t *config,
+                       float                              full_scale_n)
 {
     for (uint32_t i = 0; i < config->table_length; i++)
     {
@@ -199,8 +203,9 @@ static bool arm_is_stable(const tribo_arm_q31_params_t *p)
            p->gamma_g < one && p->gamma_g > -one;
 }
 
-tribo_status_t
-tribo_arm_q31_init(tribo_arm_q31_params_t *params, const tribo_arm_f32_config_t *config, float sample_time_s)
+tribo_status_t tribo_arm_q31_init(tribo_arm_q31_params_t       *params,
+                                  const tribo_arm_f32_config_t *config,
+                                  float                         sample_time_s)
 {
     if (params == NULL || config == NULL)
     {
@@ -365,7 +370,8 @@ static float larger(float a, float b)
 
 static float node_peak(const peaks_t *peaks, uint32_t i)
 {
-    return larger(peaks->named.section[i].y, larger(peaks->named.section[i].corrected, peaks->named.section[i].correction));
+    return larger(peaks->named.section[i].y,
+                  larger(peaks->named.section[i].corrected, peaks->named.section[i].correction));
 }
 
 /// The least scale from `at_least` on that takes `peak` below full scale.
@@ -396,10 +402,10 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
                                         const peaks_t                   *peaks,
                                         float                            input_peak)
 {
-    int32_t before     = scale_for(larger(input_peak, larger(peaks->named.input, peaks->named.correction)), 0);
-    out->input_scale   = (uint8_t)before;
-    out->count         = (uint8_t)cascade->count;
-    bool fits          = before <= SCALE_MAX;
+    int32_t before   = scale_for(larger(input_peak, larger(peaks->named.input, peaks->named.correction)), 0);
+    out->input_scale = (uint8_t)before;
+    out->count       = (uint8_t)cascade->count;
+    bool fits        = before <= SCALE_MAX;
     for (uint32_t i = 0; i < cascade->count; i++)
     {
         const tribo_biquad_f32_section_t *s     = &cascade->section[i];
@@ -437,12 +443,13 @@ static void dequantize(tribo_biquad_f32_section_t *sections, const tribo_biquad_
     {
         const tribo_biquad_q31_section_t *s  = &q->section[i];
         const int32_t                     by = s->scale - before;
-        sections[i] = (tribo_biquad_f32_section_t){.b0 = scaled((float)s->b0, by - 28),
-                                                   .b1 = scaled((float)s->b1, by - 28),
-                                                   .b2 = scaled((float)s->b2, by - 28 - (int32_t)s->shift),
-                                                   .a1 = scaled((float)s->a1, -28),
-                                                   .a2 = scaled((float)s->a2, -28 - (int32_t)s->shift - (int32_t)s->a2_shift)};
-        before      = s->scale;
+        sections[i] =
+            (tribo_biquad_f32_section_t){.b0 = scaled((float)s->b0, by - 28),
+                                         .b1 = scaled((float)s->b1, by - 28),
+                                         .b2 = scaled((float)s->b2, by - 28 - (int32_t)s->shift),
+                                         .a1 = scaled((float)s->a1, -28),
+                                         .a2 = scaled((float)s->a2, -28 - (int32_t)s->shift - (int32_t)s->a2_shift)};
+        before = s->scale;
     }
 }
 
@@ -624,12 +631,16 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
         return TRIBO_ERR_INPUT_MAX;
     }
     tribo_headroom_q31_t          measured;
-    tribo_force_loop_q31_params_t made = {.input_max = fixed_force(f32.input_max_n, full_scale_n), .gain = fixed(f32.gain, 29)};
+    tribo_force_loop_q31_params_t made = {.input_max = fixed_force(f32.input_max_n, full_scale_n),
+                                          .gain      = fixed(f32.gain, 29)};
 
     status = tribo_controller_q31_init(&made.controller, &config->controller, full_scale_n, &measured);
     status = status != TRIBO_OK ? status
-                                : tribo_compensator_q31_init(
-                                      &made.compensator, table, &config->compensator, config->sample_time_s, full_scale_n);
+                                : tribo_compensator_q31_init(&made.compensator,
+                                                             table,
+                                                             &config->compensator,
+                                                             config->sample_time_s,
+                                                             full_scale_n);
     if (status != TRIBO_OK)
     {
         return status;

@@ -73,7 +73,7 @@ static void test_a_bad_sample_does_not_kick_the_output(void)
 static void test_the_loop_leaves_a_long_limit_without_overshoot(void)
 {
     tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
-    config.controller.u_max_n            = 0.5f; // F cannot slide beyond (0.5 - 0.007)/1.3 = 0.379 N, but a step overshoots
+    config.controller.u_max_n = 0.5f; // F cannot slide beyond (0.5 - 0.007)/1.3 = 0.379 N, but a step overshoots
     tearDown();
     rig_open(&rig, &config);
     for (int k = 0; k < 20000; k++)
@@ -111,10 +111,10 @@ static void test_retuning_on_the_plant_does_not_show_in_the_force(void)
     {
         const bool   other_turn = (k / 1000) % 2 == 1; // every second
         const double last       = u;
-        u = rig_tick(&rig, other_turn ? &other : &rig.params, rig_triangle(k), rig_sensor(&rig));
-        worst_step   = k > 3000 && k % 1000 > 20 ? fmax(worst_step, fabs(u - last)) : worst_step;
-        worst_change = k > 3000 && k % 1000 <= 1 ? fmax(worst_change, fabs(u - last)) : worst_change;
-        worst_error  = k > 3000 ? fmax(worst_error, fabs(rig_triangle(k) - rig_force(&rig))) : worst_error;
+        u                       = rig_tick(&rig, other_turn ? &other : &rig.params, rig_triangle(k), rig_sensor(&rig));
+        worst_step              = k > 3000 && k % 1000 > 20 ? fmax(worst_step, fabs(u - last)) : worst_step;
+        worst_change            = k > 3000 && k % 1000 <= 1 ? fmax(worst_change, fabs(u - last)) : worst_change;
+        worst_error             = k > 3000 ? fmax(worst_error, fabs(rig_triangle(k) - rig_force(&rig))) : worst_error;
     }
     // In one jump it would be 0.45 f^ and more, about 0.1 N.
     TEST_ASSERT_TRUE(worst_change <= worst_step);

@@ -48,7 +48,7 @@ static void ramp(double to, double seconds)
     const int    steps = (int)round(seconds / STEP_S);
     for (int i = 1; i <= steps; i++)
     {
-        u = from + (to - from) * i / steps;
+        u      = from + (to - from) * i / steps;
         F      = sim_paper_truth.step(truth, u, &seen);
         lowest = fmin(lowest, F);
     }
@@ -64,7 +64,11 @@ static double lift(double seconds)
     const double before = F;
     ramp(0.195, seconds);
     TEST_ASSERT_TRUE(fabs(seen.n_n) < seen.L_n);
-    printf("k %g to %g, rise in %g s: F lifted by %.4f N\n", config.friction.k_min, config.friction.k_max, seconds, F - before);
+    printf("k %g to %g, rise in %g s: F lifted by %.4f N\n",
+           config.friction.k_min,
+           config.friction.k_max,
+           seconds,
+           F - before);
     return F - before;
 }
 

@@ -79,15 +79,15 @@ typedef struct
 static void set_section(section_t *s, double gain, const double zeros[2], const double poles[2])
 {
     // Sum and product of a pair's roots in d = z - 1 under Tustin at 1 ms; each pair is given as (sum, product) in s.
-    const double  c    = 2000.0;
-    const double  z    = c * c + c * zeros[0] + zeros[1];
-    const double  p    = c * c + c * poles[0] + poles[1];
-    const double  z1   = (2.0 * c * zeros[0] + 4.0 * zeros[1]) / z;
-    const double  z2   = 4.0 * zeros[1] / z;
-    *s                 = (section_t){.a1 = (2.0 * c * poles[0] + 4.0 * poles[1]) / p, .a2 = 4.0 * poles[1] / p};
-    s->b0              = gain * s->a2 / z2;
-    s->b1              = s->b0 * z1;
-    s->b2              = s->b0 * z2;
+    const double c  = 2000.0;
+    const double z  = c * c + c * zeros[0] + zeros[1];
+    const double p  = c * c + c * poles[0] + poles[1];
+    const double z1 = (2.0 * c * zeros[0] + 4.0 * zeros[1]) / z;
+    const double z2 = 4.0 * zeros[1] / z;
+    *s              = (section_t){.a1 = (2.0 * c * poles[0] + 4.0 * poles[1]) / p, .a2 = 4.0 * poles[1] / p};
+    s->b0           = gain * s->a2 / z2;
+    s->b1           = s->b0 * z1;
+    s->b2           = s->b0 * z2;
 }
 
 static double section_step(section_t *s, double x)

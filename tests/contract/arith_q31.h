@@ -71,7 +71,9 @@ static inline void friction_reset(friction_t *x)
     tribo_friction_q31_reset(&x->state);
 }
 
-static inline tribo_status_t friction_init(friction_t *x, const tribo_friction_f32_config_t *config, double sample_time_s)
+static inline tribo_status_t friction_init(friction_t                        *x,
+                                           const tribo_friction_f32_config_t *config,
+                                           double                             sample_time_s)
 {
     friction_reset(x);
     x->sample_time_s = sample_time_s;
@@ -85,8 +87,9 @@ static inline friction_seen_t friction_step(friction_t *x, double u, double F)
     return friction_seen(&signals, x->sample_time_s);
 }
 
-static inline tribo_status_t
-compensator_init(compensator_t *x, const tribo_compensator_f32_config_t *config, double sample_time_s)
+static inline tribo_status_t compensator_init(compensator_t                        *x,
+                                              const tribo_compensator_f32_config_t *config,
+                                              double                                sample_time_s)
 {
     tribo_compensator_q31_reset(&x->state);
     x->sample_time_s = sample_time_s;

@@ -333,6 +333,8 @@ static void test_biquad_init_accepts_exactly_the_stable_sections(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, &integrator, 1));
     const tribo_biquad_f32_section_t twice = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     check_refused(TRIBO_ERR_SECTION_UNSTABLE, &twice, 1);
+    const tribo_biquad_f32_section_t alternating = {1.0f, 0.0f, 0.0f, 2.0f, 0.0f}; // a pole at z = -1
+    check_refused(TRIBO_ERR_SECTION_UNSTABLE, &alternating, 1);
 }
 
 static void test_biquad_init_checks_count_pointers_and_coefficients(void)

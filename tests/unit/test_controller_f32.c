@@ -22,6 +22,9 @@ static const tribo_biquad_f32_section_t pi_zero_outside[] = {TRIBO_BIQUAD_F32(2.
 static const tribo_biquad_f32_section_t complex_outside[] = {TRIBO_BIQUAD_F32(1.0, -1.8, 1.3, -1.5, 0.6),
                                                              TRIBO_BIQUAD_F32(0.7, -0.6, 0.0, -0.9999, 0.0)};
 
+// A zero beyond z = -1.
+static const tribo_biquad_f32_section_t zero_behind[] = {TRIBO_BIQUAD_F32(1.0, 1.5, 0.0, -0.9, 0.0)};
+
 static tribo_controller_f32_config_t  config;
 static tribo_controller_f32_params_t  params;
 static tribo_controller_f32_state_t   state;
@@ -128,6 +131,7 @@ static void test_controller_does_not_wind_up_whatever_its_zeros(void)
         check_no_windup(pi, 1, e);
         check_no_windup(pi_first, 2, e);
         check_no_windup(zero_outside, 1, e);
+        check_no_windup(zero_behind, 1, e);
         check_no_windup(pi_zero_outside, 2, e);
         check_no_windup(complex_outside, 2, e);
     }
@@ -153,6 +157,9 @@ static void test_controller_takes_the_largest_stable_conditioning(void)
     // (1 - c)(z - 0.99) + c (z - 1.2): its root 0.99 + 0.21 c is inside for c < 0.0476, and for c > -9.5
     init(zero_outside, 1);
     TEST_ASSERT_SAME_FLOAT(-1.0f, params.anti_windup);
+    // 0.9 - 2.4 c: inside for -0.04 < c < 0.79
+    init(zero_behind, 1);
+    TEST_ASSERT_SAME_FLOAT(0.5f, params.anti_windup);
 }
 
 /// Largest root magnitude of (1 - c) A + c B/D, by the conditioned cascade's own decay in double.

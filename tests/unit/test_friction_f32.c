@@ -194,6 +194,40 @@ static void test_friction_arms_at_the_set_level_only(void)
     TEST_ASSERT_TRUE(seen.q2);
 }
 
+// At a level itself nothing switches yet: all four comparisons are strict. L = 1 N makes the levels exact.
+static void test_friction_levels_are_exclusive(void)
+{
+    config.positive    = (tribo_breakaway_f32_t){.offset_n = 1.0f, .slope = 0.0f};
+    config.negative    = config.positive;
+    config.reset_level = 0.5f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        const float side = (float)sign;
+        tribo_friction_f32_reset(&state);
+        for (int k = 0; k < 5; k++)
+        {
+            (void)step(0.75f * side, 0.0f); // not inside the set level, so the set line goes low ...
+        }
+        (void)step(0.0f, 0.0f); // ... and rises here
+        TEST_ASSERT_TRUE(sign < 0 ? seen.q2 : seen.q1);
+        for (int k = 0; k < 5; k++)
+        {
+            (void)step(-0.5f * side, 0.0f); // at the reset level, not beyond
+        }
+        (void)step(0.0f, 0.0f);
+        TEST_ASSERT_TRUE(sign < 0 ? seen.q2 : seen.q1);
+    }
+}
+
+static void test_friction_counts_no_net_force_as_positive(void)
+{
+    config.negative.offset_n = 0.02f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+    (void)step(0.0f, 0.0f);
+    TEST_ASSERT_SAME_FLOAT(0.007f, seen.L_n);
+}
+
 static void test_friction_takes_each_direction_from_its_own_law(void)
 {
     config.positive = (tribo_breakaway_f32_t){.offset_n = 0.01f, .slope = 0.25f};
@@ -399,8 +433,8 @@ static void test_friction_init_checks_the_table(void)
 
 static void test_friction_init_rounds_the_pulse_width_to_samples(void)
 {
-    const float sample_times[] = {1.0e-3f, 1.0e-4f, 5.0e-5f, 0.7e-3f, 4.0e-3f};
-    const int   samples[]      = {3, 30, 60, 4, 1};
+    const float sample_times[] = {1.0e-3f, 1.0e-4f, 5.0e-5f, 0.7e-3f, 0.833e-3f, 4.0e-3f};
+    const int   samples[]      = {3, 30, 60, 4, 4, 1};
     for (size_t i = 0; i < sizeof samples / sizeof samples[0]; i++)
     {
         TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, sample_times[i]));
@@ -419,6 +453,8 @@ int main(void)
     RUN_TEST(test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis);
     RUN_TEST(test_friction_disarms_when_n_falls_from_beyond_the_reset_level_in_one_step);
     RUN_TEST(test_friction_arms_at_the_set_level_only);
+    RUN_TEST(test_friction_levels_are_exclusive);
+    RUN_TEST(test_friction_counts_no_net_force_as_positive);
     RUN_TEST(test_friction_takes_each_direction_from_its_own_law);
     RUN_TEST(test_friction_table_is_linear_between_its_points_and_clamped_at_its_ends);
     RUN_TEST(test_friction_table_of_one_point_is_a_constant);

@@ -43,17 +43,17 @@ typedef struct
 /// What a step reads, made by tribo_force_loop_q31_init or its kin (quantize_q31.h).
 typedef struct
 {
-    int32_t                            rate;       ///< m h^-1 / (6 v0) per FS: mantissa ...
-    int32_t                            m;          ///< m / 6, Q26
-    int32_t                            k_mean;     ///< 6 (k_max + k_min)/2 2^-S, Q31
-    int32_t                            k_half;     ///< 6 (k_max - k_min)/2 2^-S, Q31
+    int32_t                            rate;   ///< m h^-1 / (6 v0) per FS: mantissa ...
+    int32_t                            m;      ///< m / 6, Q26
+    int32_t                            k_mean; ///< 6 (k_max + k_min)/2 2^-S, Q31
+    int32_t                            k_half; ///< 6 (k_max - k_min)/2 2^-S, Q31
     tribo_breakaway_q31_t              positive, negative;
-    const tribo_breakaway_point_q31_t *table;      ///< null: the affine laws
-    int32_t                            set_level;  ///< c1, Q30
+    const tribo_breakaway_point_q31_t *table;       ///< null: the affine laws
+    int32_t                            set_level;   ///< c1, Q30
     int32_t                            reset_level; ///< c2, Q30
-    int32_t                            gravity;    ///< Q31
-    uint8_t                            rate_shift; ///< ... and its exponent: rate 2^-rate_shift, 0 to 62
-    uint8_t                            k_shift;    ///< S
+    int32_t                            gravity;     ///< Q31
+    uint8_t                            rate_shift;  ///< ... and its exponent: rate 2^-rate_shift, 0 to 62
+    uint8_t                            k_shift;     ///< S
     uint8_t                            table_length;
     uint8_t                            pulse_width; ///< samples
 } tribo_friction_q31_params_t;

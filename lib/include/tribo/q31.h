@@ -18,7 +18,7 @@ extern "C" {
 
 /// Constant of `value` in units of `full_scale`, e.g. TRIBO_Q31(0.5, 2.0) for 0.5 N at a full scale of 2 N. For
 /// constants with |value| < full_scale: anything else does not fit.
-#define TRIBO_Q31(value, full_scale) ((int32_t)((double)(value) / (double)(full_scale)*2147483647.0))
+#define TRIBO_Q31(value, full_scale) ((int32_t)((double)(value) / (double)(full_scale) * 2147483647.0))
 
 typedef char tribo_q31_needs_arithmetic_shifts[((-3) >> 1) == -2 ? 1 : -1];
 
@@ -80,8 +80,8 @@ static inline uint32_t tribo_q31_ratio(uint32_t a, uint32_t b, uint32_t shift)
 {
     const uint32_t divisor = b | (b == 0u);
     const uint32_t zeros   = tribo_q31_leading_zeros(divisor);
-    const uint32_t m       = divisor << zeros;                                // 2^31 to 2^32
-    const uint32_t coarse  = UINT32_MAX / (m >> 16);                          // 2^48 / m
+    const uint32_t m       = divisor << zeros;       // 2^31 to 2^32
+    const uint32_t coarse  = UINT32_MAX / (m >> 16); // 2^48 / m
     const int64_t  left    = (INT64_C(1) << 48) - (int64_t)((uint64_t)m * coarse);
     const uint32_t inverse = (coarse << 15) + (uint32_t)((coarse * left) >> 33); // 2^63 / m
     const uint64_t ratio   = ((uint64_t)a * inverse) >> (32u - zeros + shift);

@@ -25,8 +25,8 @@ extern "C" {
 /// Worst-case peaks in parts of full scale, as bounded by L1 norms on the quantised numbers.
 typedef struct
 {
-    float input;                                  ///< of the input node
-    float output[TRIBO_BIQUAD_Q31_SECTIONS_MAX];  ///< of each section's output node; 2^scale is above it
+    float input;                                 ///< of the input node
+    float output[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< of each section's output node; 2^scale is above it
 } tribo_headroom_q31_t;
 
 /// `table` takes the config's table in Q31, config->table_length points that live as long as the params; null if the

@@ -43,7 +43,7 @@ typedef enum
     TRIBO_ERR_GAIN,                ///< force loop gain
     TRIBO_ERR_INPUT_MAX,           ///< force loop input_max_n
     TRIBO_ERR_FULL_SCALE,          ///< q31 full_scale_n
-    TRIBO_ERR_HEADROOM             ///< q31 cascade: a node's worst-case peak has no bound or is 2^24 full scales or more
+    TRIBO_ERR_HEADROOM ///< q31 cascade: a node's worst-case peak has no bound or is 2^24 full scales or more
 } tribo_status_t;
 
 /// The field that a status names and its allowed range, as one line of English, e.g.
