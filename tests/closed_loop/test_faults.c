@@ -41,7 +41,8 @@ static double run_with_fault(double fault, int at, int length)
 
 static void test_a_sensor_fault_at_any_tick_is_survived_and_counted(void)
 {
-    const double faults[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 2.5, 1e-45};
+    const double faults[] =
+        {(double)NAN, (double)INFINITY, -(double)INFINITY, (double)FLT_MAX, -(double)FLT_MAX, 2.5, 1e-45};
     for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
     {
         for (int at = 100; at <= 3500; at += 425)
@@ -64,7 +65,7 @@ static void test_a_bad_sample_does_not_kick_the_output(void)
     }
     for (int k = 3000; k < 3005; k++)
     {
-        const double coasting = rig_tick(&rig, &rig.params, rig_triangle(k), NAN);
+        const double coasting = rig_tick(&rig, &rig.params, rig_triangle(k), (double)NAN);
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, u, coasting);
         u = coasting;
     }
