@@ -22,7 +22,7 @@ extern=$(comm -23 <(echo "$undefined") <(echo "$defined"))
 echo "left to others: ${extern//$'\n'/ }"
 
 arm='mem(cpy|set|clr)[48]?|f(add|sub|rsub|mul|div|2u?iz|cmp[a-z]+)|cf[a-z]*cmp[a-z]+|u?i2f|u?idiv(mod)?|u?ldivmod|l(mul|lsl|lsr|asr)'
-if unexpected=$(grep -vxE "|memcpy|memset|__aeabi_($arm)" <<<"$extern"); then
+if unexpected=$(grep -vxE "|memcpy|memset|__clz[sd]i2|__aeabi_($arm)" <<<"$extern"); then
     echo "freestanding.sh: not allowed in the library: ${unexpected//$'\n'/ }" >&2
     exit 1
 fi

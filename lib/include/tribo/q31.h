@@ -53,6 +53,7 @@ static inline uint32_t tribo_q31_part(uint32_t a, uint32_t b)
 /// x / 2^shift towards zero, so that what decays reaches zero from both sides. `shift` 0 to 62.
 static inline int64_t tribo_q31_shift_to_zero(int64_t x, uint32_t shift)
 {
+    // cppcheck-suppress shiftTooManyBitsSigned ; an arithmetic shift is what is meant
     return (x + ((x >> 63) & ((INT64_C(1) << shift) - 1))) >> shift;
 }
 
