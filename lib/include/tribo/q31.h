@@ -54,7 +54,7 @@ static inline uint32_t tribo_q31_part(uint32_t a, uint32_t b)
 static inline int64_t tribo_q31_shift_to_zero(int64_t x, uint32_t shift)
 {
     // cppcheck-suppress shiftTooManyBitsSigned ; an arithmetic shift is what is meant
-    return (x + ((x >> 63) & ((INT64_C(1) << shift) - 1))) >> shift;
+    return (x + (x < 0 ? (INT64_C(1) << shift) - 1 : 0)) >> shift;
 }
 
 /// Leading zeros of x, 32 for 0.
