@@ -82,12 +82,12 @@ def _compare(directory, name, design, digest, header, source_text, data, report,
         if recorded not in re.sub(r"\s", "", text):
             problems.append(f"{where}: does not name the input's SHA-256 {recorded}")
     for what, found, expected in (("the input's SHA-256", header["sha256"], recorded), ("sample time", header["sample_time_s"], float(f"{np.float32(design.sample_time_s):.9g}")),
-                                  ("full scale", header["full_scale_n"], float(f"{np.float32(design.fixed_point.full_scale_n):.9g}"))):
+                                  ("output limit", header["u_max_n"], design.fixed_point.limit_n), ("full scale", header["full_scale_n"], float(f"{np.float32(design.fixed_point.full_scale_n):.9g}"))):
         same = found == expected if isinstance(found, str) else np.float32(found) == np.float32(expected)
         if not same:
             differ(header_name, what, found, expected)
     macro = f"TRIBO_{name.upper()}_CONTROLLER"
-    for line in (f"tribo_{name}_controller_f32[{macro}_SECTION_COUNT] = {macro}_F32;", f"tribo_{name}_controller_q31[{macro}_SECTION_COUNT] = {macro}_Q31;"):
+    for line in (f"tribo_{name}_controller_f32[{macro}_SECTION_COUNT] = {macro}_F32;", f"tribo_{name}_controller_q31 = {macro}_Q31;"):
         if line not in source_text:
             problems.append(f"{name}_controller.c: has not the line ...{line}")
 
@@ -106,13 +106,16 @@ def _compare(directory, name, design, digest, header, source_text, data, report,
                 differ(header_name, f"f32 {place}", f"{f32[i, j]:.9g}", f"{stored['f32'][i][j]:.9g} ({json_name})")
             elif f32[i, j] != float(np.float32(wanted[i, j])):
                 differ(json_name, f"f32 {place}", f"{f32[i, j]:.9g}", f"{np.float32(wanted[i, j]):.9g}, the design rounded")
-            m, s = coded[i][j]
-            kept = stored["q31"][i][j]
-            if (m, s) != (kept["mantissa"], kept["shift"]):
-                differ(header_name, f"Q31 {place}", f"{{{m}, {s}}}", f"{{{kept['mantissa']}, {kept['shift']}}} ({json_name})")
-            elif (m, s) != quantise.q31(float(wanted[i, j])):
-                differ(json_name, f"Q31 {place}", f"{{{m}, {s}}}", f"{quantise.q31(float(wanted[i, j]))}, the design rounded")
-    values = quantise.from_q31(coded)
+    kept = stored["q31"]
+    for key, value in coded.as_dict().items():
+        for where, found, wanted_value in ([(f"section {i + 1} {k}", v, kept["sections"][i][k]) for i, section in enumerate(value) for k, v in section.items()]
+                                           if key == "sections" else [(key, value, kept[key])]):
+            if found != wanted_value:
+                differ(header_name, f"Q31 {where}", found, f"{wanted_value} ({json_name})")
+    values = coded.values()
+    again = quantise.to_q31(f32, design.fixed_point.full_scale_n, -design.fixed_point.limit_n, design.fixed_point.limit_n).q31
+    if not problems and again != coded:
+        problems.append(f"{header_name}: the Q31 params are not what the library makes of the f32 sections (or the library has changed: synthesize again)")
     for title, numbers in (("f32", f32), ("Q31", values)):
         try:
             sections.check_sections(numbers)

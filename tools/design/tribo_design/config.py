@@ -124,8 +124,8 @@ class System(Strict):
         if (self.gain is None) == (self.k is None):
             raise ValueError("give either gain (steady state) or k (leading coefficients), not both")
         value = self.gain if self.gain is not None else self.k
-        if value == 0 or abs(value) > 1e60:
-            raise ValueError("gain must not be 0, and at most 1e60")
+        if abs(value) > 1e60:
+            raise ValueError("gain must be at most 1e60")
         check_conjugates(self.zeros, "zeros:")
         check_conjugates(self.poles, "poles:")
         if self.gain is not None and any(r == 0 for r in [*self.zeros, *self.poles]):
@@ -134,8 +134,6 @@ class System(Strict):
     def _check_tf(self):
         if self.num is None or self.den is None:
             raise ValueError("a transfer function needs num and den")
-        if not any(self.num):
-            raise ValueError("num must not be all 0")
         if not any(self.den):
             raise ValueError("den must not be all 0")
 
@@ -165,10 +163,12 @@ class System(Strict):
         """Zeros, poles and gain; the caller has to see to hidden modes of a state-space form first."""
         if self.form == "zpk":
             system = Zpk(self.zeros, self.poles, 1.0)
+            if not (self.gain if self.gain is not None else self.k):
+                return Zpk(self.zeros, self.poles, 0.0)
             return system.with_value_at(0.0, self.gain) if self.gain is not None else Zpk(self.zeros, self.poles, self.k)
         if self.form == "tf":
             num, den = np.trim_zeros(np.array(self.num), "f"), np.trim_zeros(np.array(self.den), "f")
-            return Zpk(np.roots(num), np.roots(den), num[0] / den[0])
+            return Zpk(np.roots(num), np.roots(den), num[0] / den[0]) if len(num) else Zpk([], np.roots(den), 0.0)
         import control as ct
 
         from .systems import zpk_of
@@ -207,7 +207,18 @@ class Discretisation(Strict):
 
 
 class FixedPoint(Strict):
-    full_scale_n: Annotated[Number, Field(ge=1e-6, le=1e6)] = 2.0
+    full_scale_n: Annotated[Number, Field(ge=1e-3, le=1e6)] = 2.0  # the force that is 2^31
+    u_max_n: Optional[Annotated[Number, Field(gt=0, le=1e6)]] = None  # of the controller's output, either sign; full scale if left out
+
+    @model_validator(mode="after")
+    def _within(self):
+        if self.u_max_n is not None and self.u_max_n > self.full_scale_n:
+            raise ValueError(f"u_max_n: value {self.u_max_n:g}: must be at most full_scale_n, {self.full_scale_n:g}")
+        return self
+
+    @property
+    def limit_n(self):
+        return self.full_scale_n if self.u_max_n is None else self.u_max_n
 
 
 class Ramp(Strict):

@@ -8,7 +8,7 @@ import numpy as np
 
 from . import __version__
 from .config import format_root
-from .quantise import q31_value
+from .quantise import FIELDS, Q31
 
 WIDTH = 118
 
@@ -95,42 +95,54 @@ def header(result):
     lines = [f"/// Coefficients of the controller \"{name}\", made by tribo-design: change its input, not this file.", "///"]
     lines += [f"///     {line}" for line in _wrapped(provenance(result))]
     lines += ["///",
-              "/// Each section as b0, b1, b2, a1, a2 of tribo/biquad_f32.h, the first nearest to the input; the slowest pole is in the last. The Q31",
-              "/// coefficients are {mantissa, shift}, value = mantissa * 2^(shift - 31). Constants only, no code; the arrays are in",
-              f"/// {name}_controller.c and are declared here for whoever has included the section's type before.",
-              "", f"#ifndef {macro}_H", f"#define {macro}_H", "",
+              "/// F32: sections as b0, b1, b2, a1, a2 of tribo/biquad_f32.h, the first nearest to the input, the slowest pole in the last.",
+              "/// Q31: params of tribo/controller_q31.h, as tribo_controller_q31_init makes them of these sections and limits.",
+              f"/// Constants only, no code; {name}_controller.c holds both, declared here for whoever has included their types before.",
+              "", f"#ifndef {macro}_H", f"#define {macro}_H", "", "// clang-format off",
               f"#define {macro}_SAMPLE_TIME_S {_float_literal(result.design.sample_time_s)}",
               f"#define {macro}_SECTION_COUNT {len(result.f32)}u",
-              f"#define {macro}_FULL_SCALE_N {_float_literal(result.design.fixed_point.full_scale_n)} ///< 2^31 in Q31", "",
-              "// clang-format off"]
+              f"#define {macro}_FULL_SCALE_N {_float_literal(result.design.fixed_point.full_scale_n)} ///< 2^31 in Q31",
+              f"#define {macro}_U_MAX_N {_float_literal(result.design.fixed_point.limit_n)} ///< in Q31, of either sign", ""]
     rows = ["{" + ", ".join(_float_literal(c, 8) for c in row) + "}, \\" for row in result.f32]
     lines += _initialiser(f"{macro}_F32", rows)
     lines.append("")
-    coded = ["{" + ", ".join(f"{{{m}, {s}}}" for m, s in row) + "}, \\" for row in result.q31]
-    lines += _initialiser(f"{macro}_Q31", coded)
+    lines += _q31_initialiser(f"{macro}_Q31", result.q31)
     lines += ["// clang-format on", "", "#ifdef TRIBO_BIQUAD_F32_H",
               f"extern const tribo_biquad_f32_section_t tribo_{name}_controller_f32[{macro}_SECTION_COUNT];", "#endif",
-              "#ifdef TRIBO_BIQUAD_Q31_H",
-              f"extern const tribo_biquad_q31_section_t tribo_{name}_controller_q31[{macro}_SECTION_COUNT];", "#endif",
+              "#ifdef TRIBO_CONTROLLER_Q31_H",
+              f"extern const tribo_controller_q31_params_t tribo_{name}_controller_q31;", "#endif",
               "", "#endif", ""]
     return "\n".join(lines)
 
 
 def _initialiser(name, rows):
-    width = max(len(r) for r in rows) + 6
-    lines = [f"#define {name}".ljust(width) + "\\", "    {".ljust(width) + "\\"]
-    lines += ["        " + r[:-2].ljust(width - 8) + "\\" for r in rows]
-    return lines + ["    }"]
+    return _macro(name, ["{", *("    " + r[:-2] for r in rows), "}"])
+
+
+def _q31_initialiser(name, q31):
+    rows = []
+    for s in q31.sections:
+        parts = [f".{k} = {s[k]}" for k in FIELDS]
+        rows += ["        {" + ", ".join(parts[:4]) + ",", "         " + ", ".join(parts[4:]) + "},"]
+    return _macro(name, ["{", "    .cascade = {.section = {", *rows, f"    }}, .count = {len(q31.sections)}, .input_scale = {q31.input_scale}}},",
+                         f"    .anti_windup = {q31.anti_windup}, .anti_windup_shift = {q31.anti_windup_shift},", f"    .u_min = {q31.u_min}, .u_max = {q31.u_max},", "}"])
+
+
+def _macro(name, rows):
+    lines = [f"#define {name}", *("    " + r for r in rows)]
+    width = max(len(line) for line in lines) + 1
+    return [line.ljust(width) + "\\" for line in lines[:-1]] + [lines[-1]]
 
 
 def source(result):
     name = result.design.name
     macro = f"TRIBO_{name.upper()}_CONTROLLER"
     return "\n".join([
-        f"// Made by tribo-design from {result.source}, SHA-256 {result.digest}; see {name}_controller.h.",
-        "", '#include "tribo/biquad_f32.h"', '#include "tribo/biquad_q31.h"', "", f'#include "{name}_controller.h"', "",
+        f"// Made by tribo-design; see {name}_controller.h. Input: {result.source}, SHA-256",
+        f"// {result.digest}.",
+        "", '#include "tribo/biquad_f32.h"', '#include "tribo/controller_q31.h"', "", f'#include "{name}_controller.h"', "", "// clang-format off",
         f"const tribo_biquad_f32_section_t tribo_{name}_controller_f32[{macro}_SECTION_COUNT] = {macro}_F32;",
-        f"const tribo_biquad_q31_section_t tribo_{name}_controller_q31[{macro}_SECTION_COUNT] = {macro}_Q31;", ""])
+        f"const tribo_controller_q31_params_t tribo_{name}_controller_q31 = {macro}_Q31;", "// clang-format on", ""])
 
 
 def _float_literal(value, digits=None):
@@ -155,10 +167,10 @@ def as_json(result):
         "full": None, "reduced": None,
         "discrete": {"operator": "d = z - 1", **_zpk(result.sampled)},
         "sections": {"columns": ["b0", "b1", "b2", "a1", "a2"], "design": result.cascade.sections.tolist(), "f32": result.f32.tolist(),
-                     "q31": [[{"mantissa": m, "shift": s} for m, s in row] for row in result.q31],
-                     "q31_values": [[q31_value(m, s) for m, s in row] for row in result.q31]},
-        "noise_lsb_rms": result.cascade.noise_lsb, "section_peaks": [p if np.isfinite(p) else None for p in result.cascade.peaks],
-        "anti_windup": result.cascade.anti_windup,
+                     "q31": result.q31.as_dict(), "q31_values": result.q31.values().tolist()},
+        "q31_peaks": result.quantised.peaks,
+        "q31_noise_lsb_rms": result.noise_lsb,
+        "anti_windup": result.quantised.conditioning,
         "metrics": {s.step: s.metrics.as_dict() for s in result.stages},
         "notes": {s.step: s.note for s in result.stages}, "remarks": result.warnings,
     }
@@ -200,15 +212,24 @@ def parse_header(text, name):
 
     number = r"[-+]?[0-9]+\.[0-9]+e[-+][0-9]+"
     f32 = [[float(x) for x in re.findall(rf"({number})f", row)] for row in re.findall(r"\{([^{}]*)\}", rows("F32"))]
-    pair = re.findall(r"\{(-?[0-9]+), (-?[0-9]+)\}", rows("Q31"))
-    q31 = [[(int(m), int(s)) for m, s in pair[i : i + 5]] for i in range(0, len(pair), 5)]
+    text_q31 = rows("Q31")
+
+    def field(key, where=text_q31):
+        found = re.findall(rf"\.{key} = (-?[0-9]+)[,}}]", where)
+        if len(found) != 1:
+            raise ValueError(f"{macro}_Q31: {key} is missing")
+        return int(found[0])
+
+    sections = [{k: field(k, row) for k in FIELDS} for row in re.findall(r"\{(\.b0[^{}]*\})", text_q31)]
+    q31 = Q31(sections, *(field(k) for k in ("input_scale", "anti_windup", "anti_windup_shift", "u_min", "u_max")))
     count = int(constant("SECTION_COUNT"))
-    for suffix, found in (("F32", f32), ("Q31", q31)):
-        if len(found) != count or any(len(row) != 5 for row in found):
-            raise ValueError(f"{macro}_{suffix} does not have {count} rows of 5 coefficients")
+    if len(f32) != count or any(len(row) != 5 for row in f32):
+        raise ValueError(f"{macro}_F32 does not have {count} rows of 5 coefficients")
+    if len(sections) != count or field("count") != count:
+        raise ValueError(f"{macro}_Q31 does not have {count} sections")
     digest = re.search(r"SHA-256\s+(?:///\s+)?([0-9a-f]{64})", text)
     gamma = re.search(r"gamma +([0-9.]+)", text)
     if not digest:
         raise ValueError("the input's SHA-256 is missing")
-    return {"sample_time_s": constant("SAMPLE_TIME_S"), "full_scale_n": constant("FULL_SCALE_N"), "f32": f32, "q31": q31,
+    return {"sample_time_s": constant("SAMPLE_TIME_S"), "full_scale_n": constant("FULL_SCALE_N"), "u_max_n": constant("U_MAX_N"), "f32": f32, "q31": q31,
             "sha256": digest.group(1), "gamma": float(gamma.group(1)) if gamma else None}

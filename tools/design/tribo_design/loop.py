@@ -13,7 +13,7 @@ import numpy as np
 import scipy.optimize
 import scipy.signal
 
-from .systems import Zpk, state_space
+from .systems import Zpk, balanced_scaling, state_space
 
 
 class Continuous:
@@ -270,7 +270,15 @@ class Loop:
         return s, t, ks, total
 
     def is_stable(self):
-        return stability_slack(self.plant.space, self.controller.space, self.h) > 0
+        slack, certain = stability_slack(self.plant.space, self.controller.space, self.h)
+        if slack > 0 or certain or self.h is not None:
+            return slack > 0
+        # A pole many decades beyond the others spoils the small eigenvalues: count the encirclements of -1 instead.
+        for space in (self.plant.space, self.controller.space):
+            if space.nstates and np.any(np.linalg.eigvals(space.A).real >= 0):
+                return False
+        around = np.unwrap(np.angle(1 + self.open_loop(self.omega)))
+        return bool(abs(around[-1] - around[0]) < np.pi / 2)
 
     def _peak(self, values, which):
         """The largest of a magnitude on the grid, refined between the neighbours of the three highest points."""
@@ -368,17 +376,21 @@ class Loop:
 
 
 def stability_slack(plant, controller, h):
-    """How far the slowest closed-loop pole is inside the stable region, of its own size; not over 0 is unstable."""
+    """How far the slowest closed-loop pole is inside the stable region, of its own size; not over 0 is unstable. And
+    whether the eigenvalues can be trusted to say so."""
     through = plant.D[0, 0] * controller.D[0, 0]
     if abs(1 + through) < 1e-12:
-        return -1.0
-    closed = ct.feedback(ct.series(controller, plant), 1)
+        return -1.0, True
+    closed = balanced_scaling(ct.feedback(ct.series(controller, plant), 1))
     poles = np.linalg.eigvals(closed.A) if closed.nstates else np.array([-1.0])
+    size = np.maximum(np.abs(poles), 1e-300)
     if h is None:
-        slack = -poles.real / np.maximum(np.abs(poles), 1e-300)
+        slack = -poles.real / size
     else:  # d = z - 1: 1 - |1 + d|^2 = -(2 Re d + |d|^2)
-        slack = -(2 * poles.real + np.abs(poles) ** 2) / np.maximum(2 * np.abs(poles), 1e-300)
-    return float(slack.min())
+        slack = -(2 * poles.real + np.abs(poles) ** 2) / (2 * size)
+    bad = poles[slack <= 0]
+    certain = not np.any(np.abs(bad) < 1e-6 * size.max())
+    return float(slack.min()), certain
 
 
 def _crossings(function, x, values):

@@ -56,7 +56,9 @@ class Result:
     sampled: Optional[object] = None  # Zpk in d
     cascade: Optional[object] = None
     f32: Optional[np.ndarray] = None
-    q31: Optional[list] = None
+    q31: Optional[object] = None  # quantise.Q31
+    quantised: Optional[object] = None
+    noise_lsb: float = 0.0  # rounding noise of the Q31 cascade at its output, in open loop, rms
     stages: list = field(default_factory=list)
     imported: str = ""
     warnings: list = field(default_factory=list)
@@ -159,10 +161,14 @@ def _sampled_steps(result, checker):
     result.f32 = quantise.to_f32(result.cascade.sections)
     sections.check_sections(result.f32)
     _accept(result, checker, "f32", SampledSections(result.f32, h), limits.f32, f"{len(result.f32)} sections, float32 coefficients")
-    result.q31 = quantise.to_q31(result.cascade.sections)
-    values = quantise.from_q31(result.q31)
+    fixed = design.fixed_point
+    result.quantised = quantise.to_q31(result.f32, fixed.full_scale_n, -fixed.limit_n, fixed.limit_n)
+    result.q31 = result.quantised.q31
+    values = result.q31.values()
     sections.check_sections(values)
-    _accept(result, checker, "q31", SampledSections(values, h), limits.q31, f"{len(values)} sections, 31-bit mantissas, full scale {design.fixed_point.full_scale_n:g} N")
+    scales = ", ".join(str(s["scale"]) for s in result.q31.sections)
+    result.noise_lsb = sections.rounding_noise(values, [s["scale"] for s in result.q31.sections])
+    _accept(result, checker, "q31", SampledSections(values, h), limits.q31, f"{len(values)} sections, full scale {fixed.full_scale_n:g} N, outputs held times 2^-scale, scale {scales}")
     broken = breaches(result.stages[0].metrics, result.stages[-1].metrics, limits.total, None)
     if broken:
         raise LimitError(f"total, {result.stages[-1].step} against {result.stages[0].step}: {'; '.join(broken)}", table_text(result))
@@ -175,12 +181,31 @@ def _accept(result, checker, step, controller, limits, note):
     result.stages.append(Stage(step, loop, metrics, note))
     broken = breaches(before, metrics, limits, result.design.limits.floor)
     if broken:
-        hint = ""
-        crossover = metrics.crossover_rad_s
-        if step == "discrete" and np.isfinite(crossover) and crossover * result.design.sample_time_s > 0.15:
-            hint = (f" (the loop crosses over at {crossover:.4g} rad/s, {crossover * result.design.sample_time_s / np.pi:.0%} of the Nyquist frequency: "
-                    "sample faster, or ask for less bandwidth)")
+        hint = _faster(result, checker) if step == "discrete" and result.reduced is not None else ""
         raise LimitError(f"{step}: {'; '.join(broken)}{hint}", table_text(result))
+
+
+def _faster(result, checker):
+    """What sample time would do, if one does: half, a quarter ... of the design's."""
+    design, full = result.design, result.stage("full")
+    for i in range(1, 7):
+        h = design.sample_time_s / 2**i
+        trial = design.model_copy(update={"sample_time_s": h, "computation_delay_s": min(design.computation_delay_s, 2 * h)})
+        faster = Checker(trial, checker.plant.zpk, checker.plant.space, checker.weights)
+        try:
+            for candidate in reduction.candidates(full.loop.controller, trial.reduction, h):
+                _, reduced = faster.close(Continuous(candidate.zpk))
+                if not breaches(full.metrics, reduced, trial.limits.reduced, trial.limits.floor):
+                    break
+            else:
+                continue
+            sampled = discretise.discretise(candidate.zpk, trial.discretisation, h)
+            _, metrics = faster.close(SampledZpk(sampled, h))
+        except (DesignError, ValueError, np.linalg.LinAlgError):
+            continue
+        if not breaches(reduced, metrics, trial.limits.discrete, trial.limits.floor):
+            return f". Sampling costs too much here: a sample time of {h:.3g} s would keep the limits"
+    return ". No shorter sample time tried (down to 1/64) keeps the limits either: ask for less bandwidth, or raise the limits"
 
 
 def degradation(quantity, before, after):
@@ -225,8 +250,9 @@ def breaches(before, after, limits, floor):
 
 def remarks(result):
     said = []
-    if result.cascade.anti_windup != 1.0:
-        said.append(f"K(z) has a zero on or outside the unit circle: the library's anti-windup conditions with c = {result.cascade.anti_windup:g} instead of 1")
+    c = result.quantised.conditioning
+    if abs(c - 1) > 1e-4:
+        said.append(f"K(z) has a zero on or outside the unit circle: the library's anti-windup conditions with c = {c:.4g} instead of 1")
     return said
 
 

@@ -183,14 +183,13 @@ def _ramp(result):
 
 def _sections(result):
     from .loop import SampledSections
-    from .quantise import from_q31
 
     h = result.design.sample_time_s
     count = len(result.f32)
     figure, axes = _figure(2, count + 1, (4.2 * (count + 1), 6.4))
     omega = np.geomspace(max(_span(result)[0], 1e-6 / h), np.pi / h, 1200)
     design = SampledSections(result.cascade.sections, h).section_responses(omega)
-    coded = {"f32": SampledSections(result.f32, h).section_responses(omega), "q31": SampledSections(from_q31(result.q31), h).section_responses(omega)}
+    coded = {"f32": SampledSections(result.f32, h).section_responses(omega), "q31": SampledSections(result.q31.values(), h).section_responses(omega)}
     for i in range(count + 1):
         top, bottom = axes[0, i], axes[1, i]
         pick = (lambda r: np.prod(r, axis=0)) if i == count else (lambda r, i=i: r[i])

@@ -1,7 +1,7 @@
 """From the synthesised order to one that a microcontroller runs.
 
-modal     removes modes beyond a multiple of the Nyquist frequency (their steady value stays), then cancels poles with the
-          zeros next to them, the closest first
+modal     removes modes beyond a multiple of the Nyquist frequency (their steady value stays), all or only the fastest of
+          them, then cancels poles with the zeros next to them, the closest first
 balanced  balanced truncation (python-control's balred), every order from 1 on
 auto      both
 
@@ -41,17 +41,22 @@ def _modal(controller, settings, h):
     full = controller.zpk
     if full is None:
         return []
-    found = [Candidate(full, "nothing removed")]
-    slow = _without_fast(full, settings.fast_mode_multiple * np.pi / h)
-    if slow.order < full.order:
-        found.append(Candidate(slow, f"modes beyond {settings.fast_mode_multiple:g} x Nyquist removed"))
-    current = slow
-    while True:
-        pair = _closest_pair(current)
-        if pair is None or pair[0] > settings.cancellation_percent / 100:
-            return found
-        current = _without(current, pair[1], pair[2])
-        found.append(Candidate(current, f"{found[-1].how}, {len(slow.poles) - current.order} poles cancelled with zeros within {100 * pair[0]:.2g} %"))
+    bound = settings.fast_mode_multiple * np.pi / h
+    fast = sorted({round(float(abs(p)), 9) for p in full.poles if abs(p) > bound})
+    found = []
+    for keep_below in [bound, *(f * (1 + 1e-6) for f in fast)]:
+        slow = _without_fast(full, keep_below)
+        removed = full.order - slow.order
+        how = "nothing removed" if not removed else f"{removed} modes beyond {max(keep_below * h / np.pi, settings.fast_mode_multiple):.3g} x Nyquist removed"
+        found.append(Candidate(slow, how))
+        current = slow
+        while (pair := _closest_pair(current)) is not None and pair[0] <= settings.cancellation_percent / 100:
+            current = _without(current, pair[1], pair[2])
+            found.append(Candidate(current, f"{how}, {slow.order - current.order} poles cancelled with zeros within {100 * pair[0]:.2g} %"))
+    unique = {}
+    for candidate in found:  # the same order twice from two bounds: the first keeps less
+        unique.setdefault((candidate.zpk.order, tuple(candidate.zpk.poles)), candidate)
+    return list(unique.values())
 
 
 def _anchor(system):

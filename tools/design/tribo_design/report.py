@@ -3,17 +3,13 @@
 import base64
 import html as escaping
 
-import numpy as np
-
 from . import emit, pipeline
 
 
 def _sections_rows(result):
-    rows = [["section", "b0", "b1", "b2", "a1", "a2", "output, largest for inputs within 1"]]
+    rows = [["section", "b0", "b1", "b2", "a1", "a2", "largest output in e's and u's whole range, full scales", "held in Q31 times"]]
     for i, row in enumerate(result.cascade.sections):
-        peak = result.cascade.peaks[i]
-        last = i == len(result.f32) - 1
-        rows.append([str(i + 1), *(f"{c:.9g}" for c in row), ("limited by the actuator's limit" if last else f"{peak:.3g}") if np.isfinite(peak) else "limited"])
+        rows.append([str(i + 1), *(f"{c:.9g}" for c in row), f"{result.quantised.peaks[i]:.4g}", f"2^-{result.q31.sections[i]['scale']}"])
     return rows
 
 
@@ -46,8 +42,8 @@ def _content(result, images):
     yield "h2", "Sections"
     yield "p", "b0 d^2 + b1 d + b2 over d^2 + a1 d + a2, d = z - 1; before rounding. The first is nearest to the input."
     yield "table", _sections_rows(result)
-    yield "p", (f"Rounding every section's output to Q31 makes {result.cascade.noise_lsb:.3g} LSB rms at the output of the cascade in open loop ({result.cascade.noise_lsb * design.fixed_point.full_scale_n / 2**31:.3g} N), "
-                f"the least of the {result.cascade.tried} groupings and orders tried. Anti-windup: the library will condition with c = {result.cascade.anti_windup:g}.")
+    yield "p", (f"Rounding every section's output to Q31 makes {result.noise_lsb:.3g} LSB rms at the output of the cascade in open loop ({result.noise_lsb * design.fixed_point.full_scale_n / 2**31:.3g} N), "
+                f"the least of the {result.cascade.tried} groupings and orders tried. Anti-windup: the library will condition with c = {result.quantised.conditioning:.4g}.")
     if "sections" in images:
         yield "image", ("sections", CAPTIONS["sections"])
 

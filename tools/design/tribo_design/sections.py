@@ -6,8 +6,9 @@ Rules, and why:
 * All other freedom (which poles and zeros share a section, the order of the earlier sections) goes to the least
   rounding noise at the output: each section's output is rounded to Q31, and that noise passes d^2/(d^2 + a1 d + a2) of its own
   section and all sections after it. All groupings are tried (up to 2,000; beyond, real roots are grouped by size only).
-* An earlier section's gain at rest is a power of two, the largest at which its output stays within full scale for every input
-  within full scale (the l1 norm from the cascade's input is at most 1). A power of two leaves the bits of the float cascade as they are.
+* An earlier section has gain 1 at rest, so that a change of controller finds like signals between like sections. In float no more
+  scaling is needed; in Q31 the library holds each section's output times a power of two, 2^-scale, by the worst case of its
+  l1 norm (lib/src/quantize_q31.c), and the noise is judged with such scales.
 """
 
 import itertools
@@ -17,7 +18,6 @@ import numpy as np
 import scipy.signal
 
 from .errors import DesignError
-from .systems import Zpk
 
 SECTIONS_MAX = 4  # TRIBO_BIQUAD_SECTIONS_MAX
 COEFFICIENT_MAX = 1e6
@@ -28,9 +28,7 @@ TRIES_MAX = 2000
 @dataclass(frozen=True)
 class Cascade:
     sections: np.ndarray  # rows b0, b1, b2, a1, a2 in d
-    noise_lsb: float  # rounding noise at the output, in LSB of Q31, rms
     peaks: list  # l1 norm from the input to each section's output; the last one is limited by the actuator's limit
-    anti_windup: float  # the conditioning's c that the library will find
     tried: int
 
 
@@ -46,16 +44,15 @@ def make_cascade(system, h):
     for poles, zeros in _groupings(system):
         for order in _orders(poles):
             tried += 1
-            sections, _ = _scaled(np.array([_section(zeros[i], poles[i]) for i in order]), system, samples=2048)
-            noise = _noise(sections)
+            sections, peaks = _unit_gains(np.array([_section(zeros[i], poles[i]) for i in order]), system, samples=2048)
+            noise = rounding_noise(sections, [*map(node_scale, peaks[:-1]), 0])
             if best is None or noise < best[0] * (1 - 1e-6):
                 best = (noise, sections)
         if tried >= TRIES_MAX:
             break
-    sections, peaks = _scaled(best[1] / np.array([[b0, b0, b0, 1, 1] for b0 in best[1][:, 0]]), system)
-    noise = _noise(sections)
+    sections, peaks = _unit_gains(best[1] / np.array([[b0, b0, b0, 1, 1] for b0 in best[1][:, 0]]), system)
     check_sections(sections)
-    return Cascade(sections, float(noise), peaks, anti_windup(sections), tried)
+    return Cascade(sections, peaks, tried)
 
 
 def _check_stable(system):
@@ -144,8 +141,8 @@ _D = np.expm1(1j * np.pi * np.geomspace(1e-5, 1, 400))
 _WIDTH = np.gradient(np.geomspace(1e-5, 1, 400))
 
 
-def _noise(sections):
-    """Output noise in LSB rms, each section's output rounded (1/12 LSB^2, white). The last output's own rounding included."""
+def rounding_noise(sections, scales):
+    """Output noise in LSB rms, in open loop: each section's output rounded to 2^scale LSB (of variance 1/12, white)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         b0, b1, b2, a1, a2 = (c[:, None] for c in np.asarray(sections).T)
         denominator = _D**2 + a1 * _D + a2
@@ -153,26 +150,29 @@ def _noise(sections):
         shape = _D**2 / denominator
     total, after = 0.0, np.ones(len(_D))
     for i in reversed(range(len(sections))):
-        total += np.sum(np.abs(shape[i] * after) ** 2 * _WIDTH) / 12
+        total += 4.0 ** scales[i] * np.sum(np.abs(shape[i] * after) ** 2 * _WIDTH) / 12
         after = after * response[i]
     return float(np.sqrt(total))
 
 
-def _scaled(sections, system, samples=1 << 17):
+def node_scale(peak):
+    """The least power of two that takes a peak within full scale."""
+    return max(int(np.ceil(np.log2(peak))), 0) if 0 < peak < np.inf else 0
+
+
+def _unit_gains(sections, system, samples=1 << 17):
+    """Gain 1 at rest for all but the last (or 1 at the peak, where there is none at rest), and the l1 norms up to each."""
     sections = np.array(sections)
     gain_left = system.gain
     peaks = []
     for i in range(len(sections) - 1):
         b0, b1, b2, a1, a2 = sections[i]
         if b2 != 0 and a2 != 0:
-            unit = a2 / b2  # gain 1 at rest
+            unit = abs(a2 / b2)
         else:
             unit = 1.0 / max(np.abs((_D**2 + b1 * _D + b2) / (_D**2 + a1 * _D + a2)).max(), 1e-12)
-        sections[i, :3] *= abs(unit)
-        l1 = _l1(sections[: i + 1], samples)
-        step = 2.0 ** np.floor(-np.log2(l1)) if l1 > 1 else 2.0 ** min(np.floor(-np.log2(l1)), 0.0)
-        sections[i, :3] *= step
-        peaks.append(l1 * step)
+        sections[i, :3] *= unit
+        peaks.append(_l1(sections[: i + 1], samples))
         gain_left /= sections[i, 0]
     sections[-1, :3] *= gain_left
     peaks.append(_l1(sections, samples))
@@ -214,22 +214,3 @@ def check_sections(sections):
             raise DesignError(f"sections: section {i + 1} has a direct feedthrough of {b0:.4g}; the library needs at least {FEEDTHROUGH_MIN:g}")
         if not (0 <= a2 < a1 and 4 - 2 * a1 + a2 > 0):
             raise DesignError(f"sections: section {i + 1} is not stable in the library's terms (a1 {a1:.9g}, a2 {a2:.9g})")
-
-
-def anti_windup(sections):
-    """The largest |c| of 1, 1/2, 1/4 ... for which the conditioned cascade, (1 - c) A + c B / b0, is stable; 0 if none.
-    1 when every zero is inside the unit circle."""
-    num, den = np.array([1.0]), np.array([1.0])
-    for b0, b1, b2, a1, a2 in sections:
-        num, den = np.polymul(num, [1, b1 / b0, b2 / b0]), np.polymul(den, [1, a1, a2])
-    for i in range(24):
-        for c in (2.0**-i, -(2.0**-i)):
-            if np.all(np.abs(1 + np.roots((1 - c) * den + c * num)) < 1 - 1e-12):
-                return c
-    return 0.0
-
-
-def section_system(row):
-    """One section as Zpk in d (for plots and tests)."""
-    b0, b1, b2, a1, a2 = row
-    return Zpk(np.roots([b0, b1, b2]), np.roots([1, a1, a2]), b0)

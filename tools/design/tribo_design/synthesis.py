@@ -165,15 +165,15 @@ def diagnose(problem, gamma_max):
             if vanish:
                 raise IllPosedError("rank condition", f"weights.wu and the plant both vanish at {abs(zero.imag):g} rad/s: the controller's output costs nothing there "
                                                       "and changes nothing (rank condition on the imaginary axis). Move wu's zero off the axis")
-    bound, omega, against = lower_bound(problem)
+    bound, omega, against, band = lower_bound(problem, gamma_max)
     if bound > gamma_max:
-        raise IllPosedError("contradicting weights", f"weights contradict each other at {omega:.4g} rad/s: {against}. Whatever the controller, gamma is at least "
+        raise IllPosedError("contradicting weights", f"weights contradict each other at {omega:.4g} rad/s{band}: {against}. Whatever the controller, gamma is at least "
                                                      f"{bound:.4g}, over gamma_max {gamma_max:g}. Lower one of the two there")
     return bound, omega
 
 
-def lower_bound(problem):
-    """The largest of the pointwise bounds that no controller beats, its frequency, and which weights meet there.
+def lower_bound(problem, gamma_max):
+    """The largest of the pointwise bounds that no controller beats, its frequency, which weights meet there, and the band.
 
     At a frequency, with T = a/(a + b) the best choice of S + T = 1:  |wp S|^2 + |wu K S|^2 + |wT T|^2 >= a b / (a + b),
     a = |wp|^2, b = |wT|^2 + |wu/G|^2. At a right-half-plane zero of the plant S = 1, at a right-half-plane pole T = 1.
@@ -188,22 +188,24 @@ def lower_bound(problem):
     by_t = np.abs(weights["wT"](points)) ** 2 if "wT" in weights else np.zeros(len(omega))
     b = by_t + by_u
     value = np.sqrt(a * b / (a + b))
-    i = int(np.argmax(value))
+    i = int(np.flatnonzero(value >= 0.99 * value.max())[0])  # of a plateau, its lower end
+    over = omega[value > gamma_max]
+    band = f" (the contradiction reaches from {over[0]:.3g} to {over[-1]:.3g} rad/s)" if len(over) else ""
     other = "wu |1/G|" if by_u[i] > by_t[i] else "wT"
     size = np.sqrt(max(by_u[i], by_t[i]))
     best = (float(value[i]), float(omega[i]),
             f"|wp| is {np.sqrt(a[i]):.4g} (the error must stay below {1 / np.sqrt(a[i]):.3g}) and |{other}| is {size:.4g} "
             + ("(the plant passes too little of the allowed controller output)" if other != "wT" else "(T must stay below "
-               f"{1 / size:.3g}), but S + T = 1"))
+               f"{1 / size:.3g}), but S + T = 1"), band)
     for zero in plant.zeros[plant.zeros.real > AXIS * np.abs(plant.zeros)]:
         bound = float(np.abs(weights["wp"](zero)[0]))
         if bound > best[0]:
-            best = (bound, float(abs(zero)), f"the plant's right-half-plane zero {format_root(zero)} fixes S = 1 there, and wp wants it below {1 / bound:.3g}")
+            best = (bound, float(abs(zero)), f"the plant's right-half-plane zero {format_root(zero)} fixes S = 1 there, and wp wants it below {1 / bound:.3g}", "")
     for pole in plant.poles[plant.poles.real > 0]:
         if "wT" in weights:
             bound = float(np.abs(weights["wT"](pole)[0]))
             if bound > best[0]:
-                best = (bound, float(abs(pole)), f"the plant's unstable pole {format_root(pole)} fixes T = 1 there, and wT wants it below {1 / bound:.3g}")
+                best = (bound, float(abs(pole)), f"the plant's unstable pole {format_root(pole)} fixes T = 1 there, and wT wants it below {1 / bound:.3g}", "")
     return best
 
 
