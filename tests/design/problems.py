@@ -1,0 +1,107 @@
+"""Seeded random problems, well-posed and ill-posed, for test_synthesis_many.py."""
+
+import numpy as np
+
+
+def root_text(root):
+    root = complex(root)
+    return f"{root.real:.9g}" if root.imag == 0 else f"{root.real:.9g}{root.imag:+.9g}j"
+
+
+def random_plant(rng, bandwidth):
+    """A stable plant of order 1 to 8: a dominant corner at `bandwidth`, the rest up to two decades faster, at times zeros."""
+    order = int(rng.integers(1, 9))
+    poles = []
+    if order >= 2 and rng.random() < 0.3:
+        damping = rng.uniform(0.1, 0.9)
+        poles += [bandwidth * complex(-damping, s * np.sqrt(1 - damping**2)) for s in (1, -1)]
+    else:
+        poles.append(-bandwidth)
+    while len(poles) < order:
+        size = bandwidth * 10 ** rng.uniform(0.2, 2)
+        if order - len(poles) >= 2 and rng.random() < 0.4:
+            damping = rng.uniform(0.1, 0.95)
+            poles += [size * complex(-damping, s * np.sqrt(1 - damping**2)) for s in (1, -1)]
+        else:
+            poles.append(-size)
+    zeros = [-bandwidth * 10 ** rng.uniform(0.5, 2) for _ in range(int(rng.integers(0, 3)) if order >= 4 else 0)]
+    gain = 10 ** rng.uniform(-1, 1) * rng.choice([1, 1, 1, -1])
+    return gain, zeros, poles
+
+
+def well_posed(seed):
+    """A design as a dict: weights that ask for a bandwidth near the plant's own."""
+    rng = np.random.default_rng(seed)
+    bandwidth = 10 ** rng.uniform(0, 3)
+    gain, zeros, poles = random_plant(rng, bandwidth)
+    wanted = bandwidth * 10 ** rng.uniform(-1, 0.2)
+    peak, steady = rng.uniform(1.5, 2.5), 10 ** rng.uniform(-4, -2)
+    return {
+        "name": f"random{seed}", "sample_time_s": float(f"{2 * np.pi / (bandwidth * 10 ** rng.uniform(1.7, 2.7)):.3g}"),
+        "computation_delay_s": 0.0,
+        "plant": {"gain": float(f"{gain:.6g}"), "zeros": [root_text(z) for z in zeros], "poles": [root_text(p) for p in poles]},
+        "weights": {"wp": {"num": [1 / peak, wanted], "den": [1, wanted * steady]}, "wu": float(f"{10 ** rng.uniform(-1, 0) / abs(gain) ** 0 * min(1, abs(gain)):.3g}"),
+                    "wT": {"num": [1, wanted * 2], "den": [1e-3, wanted * 4]}},
+    }
+
+
+CAUSES = ("unstable weight", "uncontrollable weight", "improper weight", "plant pole on the imaginary axis", "rank condition", "contradicting weights")
+
+
+def ill_posed(seed):
+    """(design, the cause it must be refused with). Each cause in turn, spoiling a well-posed problem."""
+    rng = np.random.default_rng(10_000 + seed)
+    design = well_posed(500 + seed)
+    cause = CAUSES[seed % len(CAUSES)]
+    weights = design["weights"]
+    wanted = weights["wp"]["num"][1]
+    name = rng.choice(["wp", "wT"])
+    frequency = wanted * 10 ** rng.uniform(-1, 1)
+    if cause == "unstable weight":
+        kind = rng.integers(3)
+        if kind == 0:
+            weights[name] = {"k": 1.0, "zeros": [root_text(-frequency)], "poles": [root_text(frequency)]}
+        elif kind == 1:
+            weights["wp"] = {"num": [0.5, wanted], "den": [1, 0]}
+        else:
+            weights[name] = {"a": [[frequency]], "b": [1.0], "c": [frequency], "d": 0.5}
+    elif cause == "uncontrollable weight":
+        kind = rng.integers(3)
+        if kind == 0:
+            weights[name] = {"a": [[-frequency, 0], [0, -2 * frequency]], "b": [1, 0], "c": [frequency, 1], "d": 0.5}
+        elif kind == 1:
+            weights[name] = {"a": [[-frequency, 0], [0, -2 * frequency]], "b": [1, 1], "c": [frequency, 0], "d": 0.5}
+        else:
+            weights[name] = {"k": 1.0, "zeros": [root_text(-frequency), root_text(-3 * frequency)], "poles": [root_text(-frequency), root_text(-frequency / 50)]}
+    elif cause == "improper weight":
+        weights[rng.choice(["wp", "wu", "wT"])] = {"num": [1, frequency, frequency**2], "den": [1, wanted]}
+    elif cause == "plant pole on the imaginary axis":
+        poles = design["plant"]["poles"]
+        if rng.random() < 0.5:
+            design["plant"] = {"k": 1.0 * wanted, "zeros": [], "poles": [*poles, 0]}
+        else:
+            design["plant"]["poles"] = [*poles, f"{frequency:.9g}j", f"-{frequency:.9g}j"]
+    elif cause == "rank condition":
+        kind = rng.integers(3)
+        design["plant"]["zeros"] = []
+        if kind == 0:
+            weights["wu"] = 0
+        elif kind == 1:
+            weights["wu"] = {"num": [frequency], "den": [1, frequency]}
+        else:
+            poles = [-frequency, -2 * frequency, -3 * frequency]
+            pair = [f"{frequency:.9g}j", f"-{frequency:.9g}j"]
+            design["plant"] = {"gain": 1.0, "zeros": pair, "poles": [root_text(p) for p in poles]}
+            weights["wu"] = {"k": 0.1, "zeros": pair, "poles": [root_text(-frequency), root_text(-frequency)]}
+    else:  # a resonance in wp where wT already forbids it: a contradiction in a narrow band at `frequency`
+        frequency = contradiction_frequency(design)
+        base = rng.uniform(0.4, 0.6)
+        weights["wp"] = {"k": base, "zeros": [root_text(-frequency), root_text(-frequency)],
+                         "poles": [root_text(complex(-0.004 * frequency, s * frequency)) for s in (1, -1)]}
+        weights["wT"] = {"num": [30.0, 0.3 * frequency], "den": [1, frequency]}
+        weights["wu"] = 1e-6
+    return design, cause
+
+
+def contradiction_frequency(design):
+    return 0.1 / design["sample_time_s"]

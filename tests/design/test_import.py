@@ -1,0 +1,117 @@
+"""Controllers made elsewhere, in every form: the same loop as the original's."""
+
+import json
+
+import control as ct
+import numpy as np
+import pytest
+import scipy.io
+import scipy.signal
+from conftest import PAPER
+
+H = 1e-3
+ZEROS, POLES, GAIN = [-55, -200, -139 + 203j, -139 - 203j], [-0.002, -340.23, -167.14 + 293.43j, -167.14 - 293.43j], 1.48032448
+POLES_FAST = [-0.5, *POLES[1:]]  # where a form through polynomials has to keep the slow pole
+
+
+def ss_of(poles=POLES):
+    a, b, c, d = scipy.signal.zpk2ss(np.array(ZEROS) / 100, np.array(poles) / 100, GAIN)
+    return a * 100, b * 100, c, d
+
+
+def text(root):
+    return str(complex(root)).strip("()")
+
+
+def sos_of(poles=POLES):
+    z, p, k = scipy.signal.bilinear_zpk(ZEROS, poles, GAIN, 1 / H)
+    return scipy.signal.zpk2sos(z, p, k)
+
+
+def files(tmp_path):
+    a, b, c, d = ss_of()
+    z, p, k = scipy.signal.bilinear_zpk(ZEROS, POLES, GAIN, 1 / H)
+    num, den = scipy.signal.zpk2tf(ZEROS, POLES, GAIN)
+    made = {
+        "zpk.json": {"zeros": [text(r) for r in ZEROS], "poles": [[complex(r).real, complex(r).imag] for r in POLES], "k": GAIN},
+        "tf.json": {"num": num.tolist(), "den": den.tolist()},
+        "ss.json": {"a": a.tolist(), "b": b.ravel().tolist(), "c": c.tolist(), "d": float(d[0, 0])},
+        "zpk_discrete.json": {"zeros": [text(r) for r in z], "poles": [text(r) for r in p], "k": float(k), "sample_time_s": H},
+        "sos.json": {"sos": sos_of().tolist(), "sample_time_s": H},
+    }
+    paths = []
+    for name, data in made.items():
+        (tmp_path / name).write_text(json.dumps(data))
+        paths.append(tmp_path / name)
+    rows = [f"zero,{complex(r).real!r},{complex(r).imag!r}" for r in ZEROS] + [f"pole,{complex(r).real!r},{complex(r).imag!r}" for r in POLES] + [f"gain,{GAIN!r},0"]
+    (tmp_path / "zpk.csv").write_text("# from elsewhere\nkind,re,im\n" + "\n".join(rows) + "\n")
+    (tmp_path / "sos.csv").write_text("b0,b1,b2,a0,a1,a2\n" + "\n".join(",".join(repr(float(x)) for x in row) for row in sos_of()) + "\n")
+    scipy.io.savemat(tmp_path / "ss.mat", {"A": a, "B": b, "C": c, "D": d})
+    scipy.io.savemat(tmp_path / "zpk.mat", {"z": np.array(ZEROS)[:, None], "p": np.array(POLES)[:, None], "k": GAIN})
+    scipy.io.savemat(tmp_path / "sos.mat", {"sos": sos_of(), "Ts": H})
+    scipy.io.savemat(tmp_path / "tf.mat", {"num": num, "den": den})
+    return paths + [tmp_path / n for n in ("zpk.csv", "sos.csv", "ss.mat", "zpk.mat", "sos.mat", "tf.mat")]
+
+
+def test_every_form_gives_the_papers_loop(run, tmp_path, paper_result):
+    wanted = paper_result.stage("q31").metrics
+    for path in files(tmp_path):
+        out = tmp_path / f"out_{path.name}"
+        code, text, err = run("import", path, "--design", PAPER, "--out", out, "--no-plots")
+        assert code == 0, (path.name, err)
+        data = json.loads((out / "paper_design.json").read_text())
+        m = data["metrics"]["q31"]
+        assert m["gamma"] == pytest.approx(wanted.gamma, rel=1e-3), path.name
+        assert m["phase_margin_deg"] == pytest.approx(wanted.phase_margin_deg, abs=0.02), path.name
+        assert m["slowest_pole_rad_s"] == pytest.approx(0.002, rel=1e-4), path.name
+        discrete = "sos" in path.name or "discrete" in path.name
+        assert ("full" in data["metrics"]) == (not discrete)
+        assert path.name in (out / "paper_controller.h").read_text()
+        assert run("check", out)[0] == 0, path.name
+
+
+def test_a_design_without_weights_will_do_for_import(run, tmp_path):
+    design = tmp_path / "plant.yaml"
+    design.write_text("name: mine\nsample_time_s: 0.001\nplant: {gain: 0.86, poles: [-55, -200, -139+203j, -139-203j]}\n")
+    (tmp_path / "k.json").write_text(json.dumps({"zeros": [-30], "poles": [0], "k": 0.7}))
+    code, out, err = run("import", tmp_path / "k.json", "--design", design, "--out", tmp_path / "out", "--no-plots")
+    assert code == 0, err
+    assert run("check", tmp_path / "out")[0] == 0
+    data = json.loads((tmp_path / "out" / "mine_design.json").read_text())
+    assert data["metrics"]["q31"]["gamma"] is None
+    # PI with integral gain 21/s: the ramp error is rate/(21 0.86), rate 1 N/s
+    assert data["metrics"]["q31"]["ramp_error_n"] == pytest.approx(1 / (21 * 0.86), rel=1e-4)
+    assert "weights: is missing" in run("synthesize", design, "--out", tmp_path / "out2")[2]
+
+
+def test_a_controller_that_does_not_stabilise_is_refused(run, tmp_path):
+    (tmp_path / "k.json").write_text(json.dumps({"zeros": [-5], "poles": [-0.1], "k": 500}))
+    code, out, err = run("import", tmp_path / "k.json", "--design", PAPER, "--out", tmp_path / "out")
+    assert code == 4 and "not stable" in err
+    (tmp_path / "k.json").write_text(json.dumps({"sos": [[-1.0, 0.5, 0, 1, -0.999, 0]], "sample_time_s": H}))
+    code, out, err = run("import", tmp_path / "k.json", "--design", PAPER, "--out", tmp_path / "out")
+    assert code == 4 and "not stable" in err
+    assert not (tmp_path / "out").exists()
+
+
+def test_sections_of_first_order_and_of_both(run, tmp_path):
+    from tribo_design.config import load_design
+    from tribo_design.importer import load_controller
+
+    sos = [[0.7, -0.65, 0, 1, -0.99, 0], [1.0, -0.5, 0.1, 1, -0.3, 0.2]]
+    (tmp_path / "k.json").write_text(json.dumps({"sos": sos, "sample_time_s": H}))
+    imported, _ = load_controller(tmp_path / "k.json", load_design(PAPER)[0])
+    assert imported.zpk.order == 3
+    w, wanted = scipy.signal.sosfreqz(sos, np.array([0.01, 0.3, 2.0]))
+    assert np.allclose(imported.zpk(np.expm1(1j * w)), wanted, rtol=1e-9)
+
+
+def test_state_space_with_a_hidden_mode_loses_it(tmp_path):
+    from tribo_design.config import load_design
+    from tribo_design.importer import load_controller
+
+    (tmp_path / "k.json").write_text(json.dumps({"a": [[-2, 0], [0, -7]], "b": [1, 0], "c": [3, 5], "d": 1}))
+    imported, _ = load_controller(tmp_path / "k.json", load_design(PAPER)[0])
+    assert imported.zpk.order == 1
+    k = ct.ss([[-2]], [[1]], [[3]], [[1]])
+    assert np.allclose(imported.zpk([1j, 10j]), k(np.array([1j, 10j])))

@@ -1,0 +1,253 @@
+"""The generated files: byte-identical, compilable, whole or absent, and `check` sees every change."""
+
+import json
+import re
+import shutil
+import subprocess
+
+import pytest
+from conftest import PAPER, ROOT
+
+from tribo_design.cli import main
+
+
+def test_the_same_input_gives_the_same_bytes(paper_dir, tmp_path):
+    again = tmp_path / "again"
+    assert main(["synthesize", str(PAPER), "--out", str(again), "--no-plots"]) == 0
+    names = sorted(p.name for p in paper_dir.iterdir())
+    assert names == ["DESIGN.yaml", "paper_controller.c", "paper_controller.h", "paper_design.json", "report.html", "report.md"]
+    for name in names:
+        assert (again / name).read_bytes() == (paper_dir / name).read_bytes(), name
+
+
+def test_the_librarys_header_is_this_tools_output(paper_dir):
+    made, kept = ((d / "paper_controller.h").read_text() for d in (paper_dir, ROOT / "lib" / "include" / "tribo"))
+    assert made == kept, "make lib/include/tribo/paper_controller.h again, as tools/design/README.md says"
+
+
+def test_header_names_input_version_and_gamma(paper_dir):
+    import hashlib
+
+    text = (paper_dir / "paper_controller.h").read_text()
+    assert hashlib.sha256(PAPER.read_bytes()).hexdigest() in text
+    assert re.search(r"tribo-design \d+\.\d+\.\d+ \(python-control", text)
+    assert "gamma     1.737" in text
+
+
+COMPILERS = [c for c in ("gcc", "clang") if shutil.which(c)]
+
+
+@pytest.mark.skipif(not COMPILERS, reason="no C compiler")
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_c_compiles_without_warnings_and_holds_the_json_numbers(paper_dir, tmp_path, compiler):
+    probe = tmp_path / "probe.c"
+    probe.write_text("""#include "tribo/biquad_f32.h"
+#include "tribo/controller_q31.h"
+#include "tribo/quantize_q31.h"
+#include "paper_controller.h"
+#include <stddef.h>
+#include <stdio.h>
+int main(void)
+{
+    const tribo_biquad_f32_section_t macro[] = TRIBO_PAPER_CONTROLLER_F32;
+    for (unsigned i = 0; i < TRIBO_PAPER_CONTROLLER_SECTION_COUNT; ++i)
+    {
+        const tribo_biquad_f32_section_t *s = &tribo_paper_controller_f32[i];
+        if (macro[i].a2 != s->a2) { return 1; }
+        printf("%.17g %.17g %.17g %.17g %.17g\\n", (double)s->b0, (double)s->b1, (double)s->b2, (double)s->a1, (double)s->a2);
+    }
+    // What is in flash is, bit by bit, what the library makes at run time of the f32 sections.
+    const tribo_controller_f32_config_t config = {.sections = tribo_paper_controller_f32, .section_count = TRIBO_PAPER_CONTROLLER_SECTION_COUNT,
+                                                  .u_min_n = -TRIBO_PAPER_CONTROLLER_U_MAX_N, .u_max_n = TRIBO_PAPER_CONTROLLER_U_MAX_N};
+    tribo_controller_q31_params_t made;
+    if (tribo_controller_q31_init(&made, &config, TRIBO_PAPER_CONTROLLER_FULL_SCALE_N, NULL) != TRIBO_OK) { return 2; }
+    for (unsigned i = 0; i < TRIBO_PAPER_CONTROLLER_SECTION_COUNT; ++i)
+    {
+        const tribo_biquad_q31_section_t *a = &made.cascade.section[i], *b = &tribo_paper_controller_q31.cascade.section[i];
+        if (a->b0 != b->b0 || a->b1 != b->b1 || a->b2 != b->b2 || a->a1 != b->a1 || a->a2 != b->a2 || a->shift != b->shift ||
+            a->a2_shift != b->a2_shift || a->scale != b->scale) { return 3; }
+    }
+    if (made.cascade.count != tribo_paper_controller_q31.cascade.count || made.cascade.input_scale != tribo_paper_controller_q31.cascade.input_scale ||
+        made.anti_windup != tribo_paper_controller_q31.anti_windup || made.anti_windup_shift != tribo_paper_controller_q31.anti_windup_shift ||
+        made.u_min != tribo_paper_controller_q31.u_min || made.u_max != tribo_paper_controller_q31.u_max) { return 4; }
+    return 0;
+}
+""")
+    program = tmp_path / "probe"
+    subprocess.run([compiler, "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-ffp-contract=off", "-I", ROOT / "lib" / "include", "-I", paper_dir,
+                    probe, paper_dir / "paper_controller.c", *sorted((ROOT / "lib" / "src").glob("*.c")), "-o", program], check=True)
+    lines = subprocess.run([program], check=True, capture_output=True, text=True).stdout.splitlines()
+    stored = json.loads((paper_dir / "paper_design.json").read_text())["sections"]
+    assert [[float(x) for x in line.split()] for line in lines] == stored["f32"]
+
+
+@pytest.fixture
+def copy(paper_dir, tmp_path):
+    shutil.copytree(paper_dir, tmp_path / "copy")
+    return tmp_path / "copy"
+
+
+def test_check_agrees_with_what_was_generated(run, paper_dir):
+    code, out, err = run("check", paper_dir)
+    assert code == 0, err
+    assert "agree" in out
+
+
+def spoil(path, pattern, replacement, count=1):
+    text = path.read_text()
+    changed = re.sub(pattern, replacement, text, count=count)
+    assert changed != text, pattern
+    path.write_text(changed)
+
+
+HEADER, JSON = "paper_controller.h", "paper_design.json"
+
+
+@pytest.mark.parametrize("name, pattern, replacement, said", [
+    (HEADER, r"(F32 .*\n.*\n +\{)1\.818", r"\g<1>1.819", "f32 section 1 b0"),
+    (HEADER, r"(\d)(\de-07f)", lambda m: f"{(int(m.group(1)) + 1) % 10}{m.group(2)}", "f32 section 2 a2"),
+    (HEADER, r"\.a2 = 65474681\d", ".a2 = 654746899", "Q31 section 2 a2"),
+    (HEADER, r"a2_shift = 16", "a2_shift = 15", "Q31 section 2 a2_shift"),
+    (HEADER, r"\.scale = 4\},(.*\n)*?.*\.count", lambda m: m.group(0).replace(".scale = 4},", ".scale = 5},", 1), "Q31 section 1 scale"),
+    (HEADER, r"input_scale = 3", "input_scale = 2", "Q31 input_scale"),
+    (HEADER, r"anti_windup = 1", "anti_windup = 2", "Q31 anti_windup"),
+    (HEADER, r"u_max = 2147483647", "u_max = 2147483646", "Q31 u_max"),
+    (HEADER, r"U_MAX_N 2.0f", "U_MAX_N 1.0f", "output limit"),
+    (HEADER, r"SAMPLE_TIME_S 0.001f", "SAMPLE_TIME_S 0.002f", "sample time"),
+    (HEADER, r"FULL_SCALE_N 2.0f", "FULL_SCALE_N 4.0f", "full scale"),
+    (HEADER, r"SECTION_COUNT 2u", "SECTION_COUNT 3u", "rows of 5"),
+    (HEADER, r"gamma     1\.73", "gamma     1.63", "gamma"),
+    (HEADER, r"SHA-256 (\w)", lambda m: "SHA-256 " + ("0" if m.group(1) != "0" else "1"), "SHA-256"),
+    (HEADER, r"CONTROLLER_Q31", "CONTROLLER_Q30", "Q31 is missing"),
+    ("paper_controller.c", r"= TRIBO_PAPER_CONTROLLER_Q31", "= TRIBO_OTHER_CONTROLLER_Q31", "paper_controller.c"),
+    ("DESIGN.yaml", r"gain: 0\.86", "gain: 0.87", "SHA-256"),
+    ("report.md", r"\| 1\.7616 \|", "| 1.7516 |", "report.md: .*gamma"),
+    ("report.md", r"SHA-256 \w", "SHA-256 x", "report.md"),
+    ("report.html", r"<td>1\.7616</td>", "<td>1.7516</td>", "report.html: .*gamma"),
+    (JSON, r'"gamma": 1\.76', '"gamma": 1.75', "gamma"),
+    (JSON, r'"stable": true', '"stable": false', "stable"),
+    (JSON, r'"f32": \[', '"f33": [', "paper_design.json"),
+    (JSON, r"^\{", "[", "not JSON"),
+])
+def test_check_sees(run, copy, name, pattern, replacement, said):
+    spoil(copy / name, pattern, replacement)
+    code, _, err = run("check", copy)
+    assert code == 5
+    assert re.search(said, err), err
+
+
+def test_check_closes_the_loop_with_the_headers_numbers(run, copy):
+    """Header and JSON changed alike, consistently to the last bit: the loop still tells."""
+    data = json.loads((copy / JSON).read_text())
+    from tribo_design.quantise import to_f32
+
+    rows = data["sections"]["design"]
+    rows[1][0] *= 1.5
+    f32 = to_f32(rows)
+    old = data["sections"]["f32"][1][0]
+    data["sections"]["f32"] = f32.tolist()
+    (copy / JSON).write_text(json.dumps(data))
+    spoil(copy / HEADER, re.escape(f"{old:.8e}f"), f"{f32[1][0]:.8e}f")
+    code, _, err = run("check", copy)
+    assert code == 5
+    assert "Q31 params are not what the library makes" in err
+
+
+def test_check_sees_a_loop_that_is_not_the_tables(run, copy):
+    """Another plant in the design, its hash put right everywhere: only the loop can tell."""
+    import hashlib
+
+    old = hashlib.sha256((copy / "DESIGN.yaml").read_bytes()).hexdigest()
+    spoil(copy / "DESIGN.yaml", r"gain: 0\.86", "gain: 0.87")
+    new = hashlib.sha256((copy / "DESIGN.yaml").read_bytes()).hexdigest()
+    for path in copy.iterdir():
+        path.write_text(path.read_text().replace(old, new))
+    code, _, err = run("check", copy)
+    assert code == 5
+    assert re.search(r"K\(z\), Q31, gain_margin", err) and re.search(r"report.md: .*gain margin", err)
+
+
+@pytest.mark.parametrize("missing", ["paper_controller.h", "paper_controller.c", "paper_design.json", "DESIGN.yaml", "report.md"])
+def test_check_misses_a_file(run, copy, missing):
+    (copy / missing).unlink()
+    code, _, err = run("check", copy)
+    assert code == 2 and ("cannot be read" in err or "found 0" in err)
+
+
+def test_a_step_past_its_limit_writes_nothing_and_prints_the_table(run, tmp_path):
+    design = tmp_path / "tight.yaml"
+    design.write_text(PAPER.read_text().replace("phase_margin_deg: 2,", "phase_margin_deg: 0.1,"))
+    code, out, err = run("synthesize", design, "--out", tmp_path / "out")
+    assert code == 4
+    assert "discrete: phase margin" in err and "limit 0.1 deg (phase_margin_deg)" in err and "nothing was written" in err
+    assert "gamma" in out and "K(z)" in out
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["tight.yaml"]
+
+
+LIMITS = [("reduced", "gamma_percent"), ("discrete", "gamma_percent"), ("discrete", "max_s_percent"), ("discrete", "gain_margin_percent"), ("discrete", "delay_margin_percent"),
+          ("total", "gamma_percent"), ("total", "phase_margin_deg")]
+
+
+@pytest.mark.parametrize("step, limit", LIMITS)
+def test_each_limit_is_enforced(paper_data, step, limit):
+    from tribo_design.config import Design, validate
+    from tribo_design.errors import LimitError
+    from tribo_design.pipeline import synthesize
+
+    paper_data["limits"][step][limit] = 0
+    with pytest.raises(LimitError, match=f"^{step}.*{limit}"):
+        synthesize(validate(Design, paper_data, "x"), "0" * 64, "x")
+
+
+@pytest.mark.parametrize("floor, value", [("gain_margin_min", 11), ("phase_margin_min_deg", 82)])
+def test_floors_are_enforced(paper_data, floor, value):
+    from tribo_design.config import Design, validate
+    from tribo_design.errors import LimitError
+    from tribo_design.pipeline import synthesize
+
+    paper_data["limits"]["floor"][floor] = value
+    with pytest.raises(LimitError, match=floor):
+        synthesize(validate(Design, paper_data, "x"), "0" * 64, "x")
+
+
+def test_an_earlier_output_is_replaced_and_other_files_are_not(run, copy, tmp_path):
+    (copy / "stale").write_text("x")
+    assert run("synthesize", PAPER, "--out", copy, "--no-plots")[0] == 0
+    assert not (copy / "stale").exists()
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "thesis.txt").write_text("precious")
+    code, _, err = run("synthesize", PAPER, "--out", mine, "--no-plots")
+    assert code == 2 and "other files" in err
+    assert (mine / "thesis.txt").read_text() == "precious"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["copy", "mine"]
+
+
+def test_a_failing_disk_leaves_nothing(run, tmp_path, monkeypatch):
+    from pathlib import Path
+
+    original = Path.write_bytes
+
+    def full(self, data):
+        if self.name == "report.html":
+            raise OSError(28, "No space left on device")
+        return original(self, data)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    code, _, err = run("synthesize", PAPER, "--out", tmp_path / "out", "--no-plots")
+    assert code == 2 and "No space left" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_worked_example_is_what_the_readme_says(run, tmp_path):
+    code, out, err = run("identify-plant", ROOT / "designs" / "example_step.csv", "--out", tmp_path / "plant")
+    assert code == 0, err
+    readme = (ROOT / "tools" / "design" / "README.md").read_text()
+    for line in out.splitlines()[1:5]:
+        assert line in readme
+    code, out, err = run("synthesize", ROOT / "designs" / "example.yaml", "--out", tmp_path / "out", "--no-plots")
+    assert code == 0, err
+    data = json.loads((tmp_path / "out" / "example_design.json").read_text())
+    assert data["metrics"]["full"]["gamma"] == pytest.approx(0.94, abs=0.006)
+    assert data["metrics"]["q31"]["gamma"] == pytest.approx(1.00, abs=0.006)
+    assert run("check", tmp_path / "out")[0] == 0
