@@ -1,27 +1,52 @@
-/// Coefficients of the paper's H-infinity controller, Eqs. (13), (14), at a sample time of 1 ms.
+/// Coefficients of the controller "paper", made by tribo-design: change its input, not this file.
 ///
-///     plant     gain 0.86, poles -55, -200, -139 +- 203j, -56778 rad/s
-///     weights   wp = (s/1.1 + 20)/(s + 20e-4), wu = 1, wT = (s + 18.2)/(1e-4 s + 20)
-///     K(s)      python-control 0.10.2 mixsyn (slycot 0.7.1) on a balanced realisation: gamma 1.7372, order 7
-///     reduced   poles beyond pi/h (-3.6e8, -2e5, -56778) and their zeros dropped, order 4, K(0) = 12701.7:
-///               poles -340.232, -167.142 +- 293.427j, -0.002; zeros -55, -200, -139 +- 203j rad/s
-///     K(z)      Tustin, root by root: (s + p) -> d + 2p/(2/h + p), d = z - 1
-///     sections  fast complex pair first with gain 1 at rest, then the slow pole, which holds the output
+///     input     paper.yaml, SHA-256 7223770ee1710e05b921224b63bffcc3f6e32dc5d93b34d1b4d343d354742df6
+///     tool      tribo-design 0.1.0 (python-control 0.10.2, slycot 0.7.1)
+///     plant     gain 0.86, zeros none, poles -55, -200, -139+203j, -139-203j, -56778
+///     weights   wp = [0.909090909 20] / [1 0.002]; wu = 1; wT = [1 18.2] / [0.0001 20]
+///     gamma     1.7372, K(s) of order 7 by mixsyn
+///     reduced   3 modes beyond 1 x Nyquist removed: order 4, K(0) = 12702
+///               poles -0.002, -340.23, -167.14 +- 293.43j; zeros -55, -200, -139 +- 203j rad/s
+///     K(z)      tustin, sample time 0.001 s
+///     loop      with hold and 0.0001 s delay, Q31: gamma 1.7616, gain margin 10.49, phase margin 81.88 deg
 ///
-/// Each section as b0, b1, b2, a1, a2 of tribo/biquad_f32.h. Constants only, no code.
+/// F32: sections as b0, b1, b2, a1, a2 of tribo/biquad_f32.h, the first nearest to the input, the slowest pole in the last.
+/// Q31: params of tribo/controller_q31.h, as tribo_controller_q31_init makes them of these sections and limits.
+/// Constants only, no code; paper_controller.c holds both, declared here for whoever has included their types before.
 
 #ifndef TRIBO_PAPER_CONTROLLER_H
 #define TRIBO_PAPER_CONTROLLER_H
 
-#define TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S 1.0e-3f
-#define TRIBO_PAPER_CONTROLLER_SECTION_COUNT 2u
-
 // clang-format off
-#define TRIBO_PAPER_CONTROLLER_F32                                                       \
-    {                                                                                    \
-        {1.81853446e+00f, 5.33412299e-01f, 9.53754363e-02f, 3.74958507e-01f, 9.53754363e-02f}, \
-        {7.58963177e-01f, 1.78619071e-01f, 7.38650294e-03f, 2.90770064e-01f, 5.81535546e-07f}, \
+#define TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S 0.001f
+#define TRIBO_PAPER_CONTROLLER_SECTION_COUNT 2u
+#define TRIBO_PAPER_CONTROLLER_FULL_SCALE_N 2.0f ///< 2^31 in Q31
+#define TRIBO_PAPER_CONTROLLER_U_MAX_N 2.0f ///< in Q31, of either sign
+
+#define TRIBO_PAPER_CONTROLLER_F32                                                             \
+    {                                                                                          \
+        {1.81855643e+00f, 5.33418715e-01f, 9.53765884e-02f, 3.74956906e-01f, 9.53765884e-02f}, \
+        {7.58975148e-01f, 1.78621888e-01f, 7.38661969e-03f, 2.90768296e-01f, 5.81531992e-07f}, \
+    }
+
+#define TRIBO_PAPER_CONTROLLER_Q31                                              \
+    {                                                                           \
+        .cascade = {.section = {                                                \
+            {.b0 = 244082512, .b1 = 71594248, .a1 = 100651728, .b2 = 409639328, \
+             .a2 = 819278656, .shift = 5, .a2_shift = 0, .scale = 4},           \
+            {.b0 = 203735840, .b1 = 47948448, .a1 = 78052520, .b2 = 126901160,  \
+             .a2 = 654746816, .shift = 6, .a2_shift = 16, .scale = 4},          \
+        }, .count = 2, .input_scale = 3},                                       \
+        .anti_windup = 1555878016, .anti_windup_shift = 30,                     \
+        .u_min = -2147483647, .u_max = 2147483647,                              \
     }
 // clang-format on
+
+#ifdef TRIBO_BIQUAD_F32_H
+extern const tribo_biquad_f32_section_t tribo_paper_controller_f32[TRIBO_PAPER_CONTROLLER_SECTION_COUNT];
+#endif
+#ifdef TRIBO_CONTROLLER_Q31_H
+extern const tribo_controller_q31_params_t tribo_paper_controller_q31;
+#endif
 
 #endif
