@@ -162,7 +162,12 @@ def _sampled_steps(result, checker):
     sections.check_sections(result.f32)
     _accept(result, checker, "f32", SampledSections(result.f32, h), limits.f32, f"{len(result.f32)} sections, float32 coefficients")
     fixed = design.fixed_point
-    result.quantised = quantise.to_q31(result.f32, fixed.full_scale_n, -fixed.limit_n, fixed.limit_n)
+    try:
+        result.quantised = quantise.to_q31(result.f32, fixed.full_scale_n, -fixed.limit_n, fixed.limit_n)
+    except DesignError as error:
+        outside = [f"{1 + z:.6g}" for z in result.sampled.zeros if abs(1 + z) > 1 - 1e-6]
+        hint = f". K(z) has zeros on or outside the unit circle (z = {', '.join(outside)}), which its anti-windup suffers from: try another limit, sample time or discretisation method" if outside else ""
+        raise DesignError(f"{error}{hint}") from None
     result.q31 = result.quantised.q31
     values = result.q31.values()
     sections.check_sections(values)
