@@ -270,7 +270,7 @@ def test_the_plant_agrees_with_an_independent_model(sim, name):
         if name != "jumps":
             assert trace["y_N"][k] == pytest.approx(plant.y, abs=2e-9), k
         for column, value in plant.step(u).items():
-            assert trace[column][k] == pytest.approx(value, rel=1e-8, abs=1e-4 if "_v_" in column else 2e-9), (k, column)
+            assert trace[column][k] == pytest.approx(float(value), rel=1e-8, abs=1e-4 if "_v_" in column else 2e-9), (k, column)
         for _ in range(round(1e-3 / plant.step_s) - 1):
             plant.step(u)
     assert all(len(set(trace[q])) == 2 for q in ("plant_Q1", "plant_Q2", "plant_Q"))
