@@ -1,0 +1,83 @@
+"""budget.py PROCESSOR|host BUILD_DIR: measures what a tick costs on a target and compares it with budget.txt.
+
+Fails when a figure has grown by more than 2 %, or when a hash of the results has changed; on the host there are only
+hashes. Smaller figures are named; `tools/bench-target --update` writes them into the budget.
+"""
+
+import pathlib
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).parent
+BUDGET = HERE / "budget.txt"
+GROWTH = 1.02
+
+
+def size_tool(processor):
+    return "riscv64-unknown-elf-size" if processor.startswith("rv32") else "arm-none-eabi-size"
+
+
+def run(processor, program):
+    """Runs a program that prints "name value" lines, with instructions counted."""
+    command = [program] if processor == "host" else [HERE / "emulate", processor, program, "-icount", "shift=8"]
+    out = subprocess.run(command, check=True, capture_output=True, text=True, timeout=100).stdout
+    return dict(line.split() for line in out.splitlines())
+
+
+def flash(processor, image):
+    """Bytes of code and constants, and of initialised data."""
+    out = subprocess.run([size_tool(processor), image], check=True, capture_output=True, text=True).stdout
+    text, data = out.splitlines()[1].split()[:2]
+    return int(text) + int(data)
+
+
+def measure(processor, build):
+    figures = {}
+    for arithmetic in ("f32", "q31"):
+        figures |= run(processor, build / f"cost_{arithmetic}")
+        for part in () if processor == "host" else ("step", "all"):
+            figures[f"{arithmetic}.flash.{part}"] = flash(processor, build / f"image_{arithmetic}_{part}")
+    return {name: int(value) for name, value in figures.items()}
+
+
+def read_budget():
+    """Figures by name, then by processor, in the file's order."""
+    lines = [line.split() for line in BUDGET.read_text().splitlines() if line and not line.startswith("#")]
+    processors = lines[0][1:]
+    return {line[0]: dict(zip(processors, map(int, line[1:]))) for line in lines[1:]}
+
+
+def compare(budget, measured):
+    """Complaints and remarks."""
+    failures, remarks = [], []
+    for name, asked in budget.items():
+        found = measured[name]
+        text = f"{name}: {found}, budget {asked}"
+        if ".hash." in name:
+            if found != asked:
+                failures.append(f"{text}: the results have changed")
+        elif name.endswith(".min"):
+            continue  # what counts is the spread, and .max is there
+        elif found > asked * GROWTH:
+            failures.append(f"{text}: {100 * (found / asked - 1):+.1f} %")
+        elif found < asked:
+            remarks.append(f"{text}: less")
+    return failures, remarks
+
+
+def main():
+    processor, build = sys.argv[1], pathlib.Path(sys.argv[2])
+    budget = read_budget()
+    if processor == "host":
+        budget = {name: next(iter(row.values())) for name, row in budget.items() if ".hash." in name}
+    else:
+        budget = {name: row[processor] for name, row in budget.items()}
+    failures, remarks = compare(budget, measure(processor, build))
+    print("\n".join(remarks + failures))
+    if failures:
+        print("budget.py: over the budget; if that is meant: tools/bench-target --update")
+    return bool(failures)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,343 @@
+// What a tick costs on this target, in instructions and bytes: prints one figure a line, "name value", for the budget test
+// and tools/bench-target. The hashes are of all u of a run; they are the same on every target and on the host.
+
+#include COST_HEADER
+#include "counter.h"
+
+#include <stdio.h>
+
+typedef TRIBO(force_loop, params_t) loop_params_t;
+typedef TRIBO(force_loop, state_t) loop_state_t;
+typedef TRIBO(force_loop, signals_t) loop_signals_t;
+
+#define TICKS        60000 // 60 s
+#define SEARCH_TICKS 20000
+#define SPLIT_EVERY  20 // ticks: then the modules are counted, too
+#define AXES_MAX     16
+#define STACK_WORDS  384
+
+static loop_params_t  paper;
+static loop_params_t  other; // to retune to and fro
+static loop_state_t   axis[AXES_MAX];
+static loop_signals_t signals;
+
+// --- the plant: actuator, arm with friction, sensor ----------------------------------------------------------------
+
+static struct
+{
+    number_t actuator, sensor;
+    TRIBO(compensator, state_t) arm;
+} plant;
+
+static void plant_reset(void)
+{
+    plant.actuator = number(0);
+    plant.sensor   = number(0);
+    TRIBO(compensator, reset)(&plant.arm);
+}
+
+/// Poles -200 and -55 rad/s at 1 ms.
+static void plant_step(number_t u)
+{
+    TRIBO(compensator, signals_t) seen;
+    plant.actuator = approach(plant.actuator, u, 11880);
+    (void)TRIBO(compensator, step)(&paper.compensator, &plant.arm, plant.actuator, &seen);
+    plant.sensor = approach(plant.sensor, seen.N(force), 3507);
+}
+
+// --- inputs --------------------------------------------------------------------------------------------------------
+
+/// 0.4 to 0.6 N, period 20 s.
+static number_t triangle(int32_t tick)
+{
+    const int32_t phase = tick % 20000;
+    return number(400) + part(number(200), (phase < 10000 ? phase : 20000 - phase) * 4096 / 625);
+}
+
+static uint32_t random_state;
+
+static uint32_t random_bits(void) // xorshift
+{
+    random_state ^= random_state << 13;
+    random_state ^= random_state >> 17;
+    random_state ^= random_state << 5;
+    return random_state;
+}
+
+static number_t random_force(int32_t largest_millinewton)
+{
+    return part(number(largest_millinewton), (int32_t)(random_bits() >> 15) - 65536);
+}
+
+typedef struct
+{
+    uint32_t kind;
+    number_t r, y, slope, error;
+} search_t;
+
+/// What a search for the dearest tick tries: creeping near balance, jumps, limits, bad inputs, any bits at all.
+static void search_step(search_t *s, int32_t tick)
+{
+    if (tick % 32 == 0)
+    {
+        s->kind  = random_bits() % 6u;
+        s->r     = random_force(900);
+        s->slope = random_force(s->kind == 0u ? 1 : 3);
+        s->error = random_force(5);
+    }
+    switch (s->kind)
+    {
+    case 0:
+    case 1: // the plant answers
+        s->r += s->slope;
+        s->y = plant.sensor;
+        break;
+    case 2: // a standing error
+        s->r += s->slope;
+        s->y = s->r - s->error;
+        break;
+    case 3: // from limit to limit
+        s->r = number(tick % 16 < 8 ? 900 : -900);
+        s->y = random_force(900);
+        break;
+    case 4:
+        s->r = random_force(1900);
+        s->y = random_force(1900);
+        break;
+    default:
+        s->r = number_of_bits(random_bits());
+        s->y = number_of_bits(random_bits());
+        break;
+    }
+}
+
+// --- figures -------------------------------------------------------------------------------------------------------
+
+static void print(const char *name, const char *of, uint32_t value)
+{
+    printf("%s.%s%s %lu\n", ARITH, name, of, (unsigned long)value);
+}
+
+static void print_counts(const char *name, const counts_t *c)
+{
+    print(name, ".min", c->min);
+    print(name, ".mean", (uint32_t)((c->sum + c->calls / 2u) / c->calls));
+    print(name, ".max", c->max);
+}
+
+static struct
+{
+    counts_t controller, output, advance, compensator, friction, relay, edge, arm;
+} modules;
+
+/// Each module alone, from the state before the tick and with the inputs it had in the tick.
+static void count_modules(const loop_state_t *before)
+{
+    loop_state_t                              s  = *before;
+    const TRIBO(force_loop, signals_t) *const in = &signals;
+    loop_signals_t                            out;
+    const number_t                            u     = in->controller.N(u);
+    const number_t                            force = in->compensator.N(force);
+    const number_t                            drive = in->compensator.friction.N(n) - in->compensator.friction.N(f);
+
+    COUNT(&modules.controller,
+          TRIBO(controller, step)(&paper.controller, &s.controller, in->N(e), in->N(feedforward), &out.controller));
+    COUNT(&modules.compensator, TRIBO(compensator, step)(&paper.compensator, &s.compensator, u, &out.compensator));
+
+    s = *before;
+    COUNT(&modules.output, TRIBO(biquad, output)(&paper.controller.cascade, &s.controller.cascade, in->N(e)));
+    COUNT(&modules.advance, ADVANCE(&paper.controller.cascade, &s.controller.cascade, in->N(e)));
+    COUNT(&modules.friction,
+          TRIBO(friction,
+                step)(&paper.compensator.friction, &s.compensator.friction, u, force, &out.compensator.friction));
+    COUNT(&modules.arm, TRIBO(arm, step)(&paper.compensator.arm, &s.compensator.arm, drive));
+
+    tribo_relay_state_t *const relay  = &s.compensator.friction.relay;
+    const uint8_t              width  = paper.compensator.friction.pulse_width;
+    const uint8_t              events = relay->edge.line[(relay->edge.head - 1u) & TRIBO_EDGE_WIDTH_MAX];
+    COUNT(&modules.relay, tribo_relay_step(relay, width, events));
+    COUNT(&modules.edge, tribo_edge_step(&relay->edge, width, events));
+}
+
+static uint32_t hash(uint32_t so_far, number_t u)
+{
+    return (so_far ^ bits_of(u)) * 16777619u; // FNV-1a, by words
+}
+
+static void run_triangle(void)
+{
+    counts_t     tick   = {0};
+    uint32_t     hashed = 2166136261u;
+    loop_state_t before;
+    plant_reset();
+    TRIBO(force_loop, reset)(&axis[0]);
+    for (int32_t k = 0; k < TICKS; k++)
+    {
+        const number_t r = triangle(k);
+        const number_t y = plant.sensor;
+        number_t       u;
+        before = axis[0];
+        COUNT(&tick, u = TRIBO(force_loop, step)(&paper, &axis[0], r, y, &signals));
+        hashed = hash(hashed, u);
+        if (k % SPLIT_EVERY == 0)
+        {
+            count_modules(&before);
+        }
+        plant_step(u);
+    }
+    print_counts("tick", &tick);
+    print_counts("tick.controller", &modules.controller);
+    print_counts("tick.controller.output", &modules.output);
+    print_counts("tick.controller.advance", &modules.advance);
+    print_counts("tick.compensator", &modules.compensator);
+    print_counts("tick.compensator.friction", &modules.friction);
+    print_counts("tick.compensator.friction.relay", &modules.relay);
+    print_counts("tick.compensator.friction.relay.edge", &modules.edge);
+    print_counts("tick.compensator.arm", &modules.arm);
+    print("hash", ".triangle", hashed);
+}
+
+static void run_search(void)
+{
+    counts_t tick   = {0};
+    uint32_t hashed = 2166136261u;
+    search_t s      = {.kind = 0};
+    random_state    = 0x7ab5u;
+    plant_reset();
+    TRIBO(force_loop, reset)(&axis[0]);
+    for (int32_t k = 0; k < SEARCH_TICKS; k++)
+    {
+        number_t u;
+        search_step(&s, k);
+        COUNT(&tick, u = TRIBO(force_loop, step)(&paper, &axis[0], s.r, s.y, &signals));
+        hashed = hash(hashed, u);
+        plant_step(u);
+    }
+    print_counts("search", &tick);
+    print("hash", ".search", hashed);
+}
+
+/// Params swapped at every tick.
+static void run_retuning(void)
+{
+    counts_t tick = {0};
+    plant_reset();
+    TRIBO(force_loop, reset)(&axis[0]);
+    for (int32_t k = 0; k < 500; k++)
+    {
+        const number_t r = triangle(k);
+        number_t       u;
+        if (k == 0)
+        {
+            u = TRIBO(force_loop, step)(&other, &axis[0], r, plant.sensor, &signals);
+        }
+        else
+        {
+            COUNT(&tick, u = TRIBO(force_loop, step)(k % 2 ? &paper : &other, &axis[0], r, plant.sensor, &signals));
+        }
+        plant_step(u);
+    }
+    print_counts("retuning", &tick);
+}
+
+static void run_axes(void)
+{
+    for (uint32_t axes = 1; axes <= AXES_MAX; axes *= 2u)
+    {
+        counts_t all = {0};
+        char     name[16];
+        for (uint32_t i = 0; i < AXES_MAX; i++)
+        {
+            TRIBO(force_loop, reset)(&axis[i]);
+        }
+        for (int32_t k = 0; k < 200; k++)
+        {
+            const number_t r = triangle(k);
+            COUNT(
+                &all,
+                for (uint32_t i = 0; i < axes;
+                     i++) { (void)TRIBO(force_loop, step)(&paper, &axis[i], r, number(0), &signals); });
+        }
+        all.sum = (all.sum + all.calls / 2u) / all.calls;
+        (void)snprintf(name, sizeof name, "axes.%lu", (unsigned long)axes);
+        print(name, ".each", (uint32_t)(all.sum + axes / 2u) / axes);
+    }
+}
+
+// --- stack ---------------------------------------------------------------------------------------------------------
+
+#define PAINT 0x5a5a5a5au
+
+#if defined(__arm__) || defined(__riscv)
+
+static inline uint32_t *stack_pointer(void)
+{
+    uint32_t *sp;
+#if defined(__arm__)
+    __asm volatile("mov %0, sp" : "=r"(sp));
+#else
+    __asm volatile("mv %0, sp" : "=r"(sp));
+#endif
+    return sp;
+}
+
+/// Bytes of stack below the caller that a tick has used; `swap` is its other params, the same for a plain tick.
+static __attribute__((noinline)) uint32_t stack_of_ticks(const loop_params_t *swap)
+{
+    search_t s   = {.kind = 0};
+    random_state = 0x7ab5u;
+    TRIBO(force_loop, reset)(&axis[0]);
+    plant_reset();
+    volatile uint32_t *const top     = stack_pointer();
+    uint32_t                 deepest = 0;
+    for (int32_t k = 0; k < 400; k++)
+    {
+        search_step(&s, k * 5); // a kind lasts 7 ticks
+        for (uint32_t i = 1; i <= STACK_WORDS; i++)
+        {
+            *(top - i) = PAINT;
+        }
+        (void)TRIBO(force_loop, step)(k % 2 ? swap : &paper, &axis[0], s.r, s.y, &signals);
+        uint32_t words = STACK_WORDS;
+        while (words > 0u && *(top - words) == PAINT)
+        {
+            words--;
+        }
+        deepest = words > deepest ? words : deepest;
+    }
+    return deepest * (uint32_t)sizeof(uint32_t);
+}
+
+#else
+
+static uint32_t stack_of_ticks(const loop_params_t *swap)
+{
+    (void)swap;
+    return PAINT & 0u;
+}
+
+#endif
+
+int main(void)
+{
+    tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
+    if (INIT(&paper, &config) != TRIBO_OK)
+    {
+        return 1;
+    }
+    config.gain = 0.5f;
+    if (INIT(&other, &config) != TRIBO_OK)
+    {
+        return 1;
+    }
+    counter_init();
+    run_triangle();
+    run_search();
+    run_retuning();
+    run_axes();
+    print("stack.tick", "", stack_of_ticks(&paper));
+    print("stack.retuning", "", stack_of_ticks(&other));
+    print("ram.axis", "", (uint32_t)sizeof(loop_state_t));
+    print("flash.params", "", (uint32_t)sizeof(loop_params_t));
+    return 0;
+}

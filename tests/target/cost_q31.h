@@ -1,0 +1,46 @@
+// What cost.c has to know of the q31 loop.
+
+#ifndef TESTS_TARGET_COST_Q31_H
+#define TESTS_TARGET_COST_Q31_H
+
+#include "tribo/quantize_q31.h"
+
+#include <stddef.h>
+
+#define ARITH                     "q31"
+#define TRIBO(noun, verb)         tribo_##noun##_q31_##verb
+#define N(field)                  field // of params and signals
+#define ADVANCE(params, state, e) tribo_biquad_q31_advance(params, state, 0)
+#define INIT(params, config)      tribo_force_loop_q31_init(params, NULL, config, FULL_SCALE_N, NULL)
+#define FULL_SCALE_N              2.0f
+
+typedef int32_t number_t;
+
+static inline number_t number(int32_t millinewton)
+{
+    return (int32_t)((int64_t)millinewton * 2147483647 / 2000);
+}
+
+static inline number_t number_of_bits(uint32_t bits)
+{
+    return (int32_t)bits;
+}
+
+static inline uint32_t bits_of(number_t x)
+{
+    return (uint32_t)x;
+}
+
+/// `of_65536` parts of x, of 65536.
+static inline number_t part(number_t x, int32_t of_65536)
+{
+    return (int32_t)((int64_t)x * of_65536 / 65536);
+}
+
+/// From x towards `target` by `of_65536` parts of the distance.
+static inline number_t approach(number_t x, number_t target, int32_t of_65536)
+{
+    return (int32_t)(x + ((int64_t)target - x) * of_65536 / 65536);
+}
+
+#endif

@@ -1,0 +1,33 @@
+// The least program with a loop in it, linked without a C library's start-up: its size is what the loop costs in flash,
+// the compiler's helpers included. With IMAGE_INIT the set-up is in it, too.
+
+#include COST_HEADER
+
+static TRIBO(force_loop, state_t) state;
+static TRIBO(force_loop, signals_t) signals;
+
+#ifdef IMAGE_INIT
+static TRIBO(force_loop, params_t) params;
+#else
+extern const TRIBO(force_loop, params_t) params; // made on the host; a symbol without a size here
+#endif
+
+volatile number_t image_r, image_y, image_u;
+
+int main(void);
+
+int main(void)
+{
+#ifdef IMAGE_INIT
+    const tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
+    if (INIT(&params, &config) != TRIBO_OK)
+    {
+        return 1;
+    }
+#endif
+    TRIBO(force_loop, reset)(&state);
+    for (;;)
+    {
+        image_u = TRIBO(force_loop, step)(&params, &state, image_r, image_y, &signals);
+    }
+}
