@@ -4,11 +4,12 @@ find_program(TRIBO_CLANG_TIDY clang-tidy-19 REQUIRED)
 find_program(TRIBO_CLANG_FORMAT clang-format-19 REQUIRED)
 find_program(TRIBO_CPPCHECK cppcheck REQUIRED)
 
-file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} lib/*.[ch] host_sim/*.[ch] tests/*.[ch])
+file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} lib/*.[ch] firmware/*.[ch] host_sim/*.[ch] tests/*.[ch]
+     wire/*.h)
 
 foreach(source ${sources})
   # A source that no target of this tree compiles (tests/package, for microcontrollers only) has no flags to be checked with.
-  if(source MATCHES "[.]c$" AND NOT source MATCHES "^tests/(package/|target/(image|peers))")
+  if(source MATCHES "[.]c$" AND NOT source MATCHES "^(tests/(package/|target/(image|peers))|firmware/(app/seal|port/))")
     add_test(NAME ${TRIBO_TEST_PREFIX}tidy/${source}
              COMMAND ${TRIBO_CLANG_TIDY} --quiet --warnings-as-errors=* -p ${PROJECT_BINARY_DIR} ${source}
              WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})

@@ -1,0 +1,89 @@
+/// The force loop in the arithmetic that the image is built for: single precision, or Q31 with DRIVE_ARITH_Q31 defined.
+///
+/// The rest of the drive handles a force as loop_force_t and looks at it only through the functions here.
+
+#ifndef DRIVE_LOOP_H
+#define DRIVE_LOOP_H
+
+#include "tribo/force_loop_f32.h"
+#include "tribo/quantize_q31.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef DRIVE_ARITH_Q31
+typedef int32_t                        loop_force_t; ///< Q31 of the full scale
+typedef tribo_force_loop_q31_state_t   loop_state_t;
+typedef tribo_force_loop_q31_signals_t loop_signals_t;
+#else
+typedef float                          loop_force_t; ///< N
+typedef tribo_force_loop_f32_state_t   loop_state_t;
+typedef tribo_force_loop_f32_signals_t loop_signals_t;
+#endif
+
+/// What a tick reads, and the breakaway table it may point to. Not to be moved once it is set up.
+typedef struct
+{
+#ifdef DRIVE_ARITH_Q31
+    tribo_force_loop_q31_params_t loop;
+    tribo_breakaway_point_q31_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
+#else
+    tribo_force_loop_f32_params_t loop;
+#endif
+    loop_force_t input_max; ///< largest credible |r| and |y|
+} loop_params_t;
+
+/// One tick as 32-bit words, the same places in both arithmetics: forces as their bits.
+typedef enum
+{
+    LOOP_WORD_BITS, ///< 1 limited, 2 Q1, 4 Q2, 8 Q
+    LOOP_WORD_E,
+    LOOP_WORD_CONTROLLER,
+    LOOP_WORD_FEEDFORWARD,
+    LOOP_WORD_U,
+    LOOP_WORD_F_HAT,
+    LOOP_WORD_N,
+    LOOP_WORD_L,
+    LOOP_WORD_RATE, ///< v in f32; v h, the rise in a tick, in q31
+    LOOP_WORD_FRICTION,
+    LOOP_WORDS
+} loop_word_t;
+
+/// "f32" or "q31".
+const char *loop_arithmetic(void);
+
+/// Checks `config` and computes `params`; for `full_scale_n` see tribo/quantize_q31.h, f32 does not read it. An f32 breakaway
+/// table must live as long as the params. All or nothing. Not for the tick.
+tribo_status_t loop_init(loop_params_t *params, const tribo_force_loop_f32_config_t *config, float full_scale_n);
+
+void loop_reset(loop_state_t *state);
+
+/// One tick. Cannot fail.
+loop_force_t loop_step(const loop_params_t *params,
+                       loop_state_t        *state,
+                       loop_force_t         r,
+                       loop_force_t         y,
+                       loop_signals_t      *signals);
+
+/// `count` times full scale / 2^31, or N in f32: what makes a force of an integer fraction without any float in q31.
+/// `part` is Q31 of `full_scale_n`.
+loop_force_t loop_force(int32_t part, float full_scale_n);
+
+bool loop_is_nan(loop_force_t x);
+
+/// |x| is input_max or less; false for NaN.
+bool loop_is_credible(const loop_params_t *params, loop_force_t x);
+
+/// The bits of a force, for telemetry and checksums, and back.
+uint32_t     loop_word(loop_force_t x);
+loop_force_t loop_from_word(uint32_t word);
+
+/// Whether the last tick's u stood at a limit.
+bool loop_is_limited(const loop_signals_t *signals);
+
+void loop_words(const loop_signals_t *signals, uint32_t words[LOOP_WORDS]);
+
+uint32_t loop_limited_ticks(const loop_state_t *state);
+uint32_t loop_bad_inputs(const loop_state_t *state);
+
+#endif

@@ -1,0 +1,121 @@
+#include "app/selftest.h"
+
+#include "app/crc32.h"
+
+// --- image ---------------------------------------------------------------------------------------------------------
+
+drive_fault_t selftest_image(const volatile selftest_seal_t *seal, const uint8_t *memory)
+{
+    uint32_t crc   = 0;
+    uint32_t total = 0;
+    for (size_t i = 0; seal->magic == SELFTEST_MAGIC && i < SELFTEST_REGIONS; i++)
+    {
+        // NOLINTNEXTLINE(performance-no-int-to-ptr): the linker's numbers are where the image is
+        const void *part = (const void *)((uintptr_t)memory + seal->regions[i].address);
+        crc              = crc32_update(crc, part, seal->regions[i].size);
+        total += seal->regions[i].size;
+    }
+    return total > 0u && crc == seal->crc ? DRIVE_FAULT_NONE : DRIVE_FAULT_IMAGE;
+}
+
+// --- RAM -----------------------------------------------------------------------------------------------------------
+
+static uint32_t real_read(const volatile uint32_t *word)
+{
+    return *word;
+}
+
+static void real_write(volatile uint32_t *word, uint32_t value)
+{
+    *word = value;
+}
+
+const selftest_ram_t selftest_ram_real = {.read = real_read, .write = real_write};
+
+static bool holds(const selftest_ram_t *ram, volatile uint32_t *word, uint32_t pattern)
+{
+    ram->write(word, pattern);
+    return ram->read(word) == pattern;
+}
+
+static bool check_word(const selftest_ram_t *ram, volatile uint32_t *word)
+{
+    const uint32_t kept = ram->read(word);
+    const bool ok = holds(ram, word, 0x55555555u) && holds(ram, word, 0xaaaaaaaau) && holds(ram, word, 0x33333333u) &&
+                    holds(ram, word, 0xccccccccu);
+    ram->write(word, kept);
+    return ok;
+}
+
+/// Words that answer to one another's address show when each holds a value of its own: word i against i + 2^k.
+static bool check_addresses(const selftest_ram_t *ram, volatile uint32_t *words, size_t count)
+{
+    const uint32_t kept_first = ram->read(words);
+    bool           ok         = true;
+    ram->write(words, 0x12345678u);
+    for (size_t i = 1; i < count; i *= 2u)
+    {
+        const uint32_t kept = ram->read(words + i);
+        ram->write(words + i, 0x87654321u);
+        ok = ram->read(words) == 0x12345678u && ok;
+        ram->write(words + i, kept);
+        ram->write(words, 0x12345678u); // in case it was the same word
+    }
+    ram->write(words, kept_first);
+    return ok;
+}
+
+drive_fault_t selftest_ram(const selftest_ram_t *ram, volatile uint32_t *words, size_t count)
+{
+    bool ok = count > 0u && check_addresses(ram, words, count);
+    for (size_t i = 0; ok && i < count; i++)
+    {
+        ok = check_word(ram, words + i);
+    }
+    return ok ? DRIVE_FAULT_NONE : DRIVE_FAULT_RAM;
+}
+
+// --- golden vector -------------------------------------------------------------------------------------------------
+
+#define GOLDEN_TICKS        200
+#define GOLDEN_FULL_SCALE_N 4.0f
+
+/// A controller of its own with round numbers, so that a new design changes nothing here.
+static const tribo_biquad_f32_section_t sections[] = {{1.8125f, 0.53125f, 0.09375f, 0.375f, 0.09375f},
+                                                      {0.75f, 0.1875f, 0.0078125f, 0.28125f, 0.00000059604645f}};
+
+/// Reference up, down and beyond the limits, the sensor lagging behind it: relays, limit and anti-windup all work.
+static uint32_t run_golden(const loop_params_t *params)
+{
+    loop_state_t state;
+    uint32_t     crc = 0;
+    int32_t      y   = 0;
+    loop_reset(&state);
+    for (int32_t k = 0; k < GOLDEN_TICKS; k++)
+    {
+        const int32_t  phase = k % 80;
+        const int32_t  r     = (phase < 40 ? phase : 80 - phase) * (1 << 23) - (k / 100) * (1 << 28);
+        loop_signals_t signals;
+        uint32_t       words[LOOP_WORDS];
+        y += (r - y) / 8;
+        (void)
+            loop_step(params, &state, loop_force(r, GOLDEN_FULL_SCALE_N), loop_force(y, GOLDEN_FULL_SCALE_N), &signals);
+        loop_words(&signals, words);
+        crc = crc32_update(crc, words, sizeof words);
+    }
+    return crc;
+}
+
+uint32_t selftest_golden_crc(void)
+{
+    static loop_params_t          params; // too large for a small stack
+    tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
+    config.controller.sections           = sections;
+    config.controller.section_count      = sizeof sections / sizeof sections[0];
+    return loop_init(&params, &config, GOLDEN_FULL_SCALE_N) == TRIBO_OK ? run_golden(&params) : 0u;
+}
+
+drive_fault_t selftest_golden(void)
+{
+    return selftest_golden_crc() == SELFTEST_GOLDEN_CRC ? DRIVE_FAULT_NONE : DRIVE_FAULT_GOLDEN;
+}

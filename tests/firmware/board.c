@@ -1,0 +1,68 @@
+#include "board.h"
+
+static bool read_force(void *context, loop_force_t *y)
+{
+    const board_t *board = context;
+    *y                   = board->y;
+    return !board->silent;
+}
+
+static void command(void *context, loop_force_t u)
+{
+    board_t *board         = context;
+    board->moved_while_off = board->moved_while_off || (!board->enabled && u != 0);
+    board->command         = u;
+    board->commands++;
+}
+
+static void enable(void *context, bool on)
+{
+    board_t *board         = context;
+    board->moved_while_off = board->moved_while_off || (!on && board->command != 0);
+    board->enabled         = on;
+}
+
+static uint32_t inputs(void *context)
+{
+    const board_t *board = context;
+    return board->inputs;
+}
+
+static uint32_t time_us(void *context)
+{
+    board_t *board = context;
+    return board->now_us + (board->clock_reads++ == 0u ? 0u : board->tick_us);
+}
+
+static void log_byte(void *context, uint8_t byte)
+{
+    board_t *board = context;
+    if (board->log_length + 1u < BOARD_LOG_SIZE)
+    {
+        board->log[board->log_length++] = (char)byte;
+        board->log[board->log_length]   = '\0';
+    }
+}
+
+void board_init(board_t *board, uint32_t now_us)
+{
+    *board      = (board_t){.now_us = now_us, .tick_us = 20, .command = board_force(1.0), .enabled = true};
+    board->port = (port_t){.context    = board,
+                           .read_force = read_force,
+                           .command    = command,
+                           .enable     = enable,
+                           .inputs     = inputs,
+                           .time_us    = time_us,
+                           .log_byte   = log_byte};
+}
+
+loop_force_t board_force(double force_n)
+{
+    return loop_force((int32_t)(force_n / (double)BOARD_FULL_SCALE_N * 2147483647.0), BOARD_FULL_SCALE_N);
+}
+
+void board_new_tick(board_t *board)
+{
+    board->clock_reads = 0;
+    board->commands    = 0;
+}

@@ -1,0 +1,619 @@
+// The drive's state machine through the port seam: every fault at 50 different ticks, and what must never follow.
+
+#include "app/drive.h"
+#include "board.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PERIOD_US   1000u
+#define LATE_US     100u
+#define BUDGET_US   500u
+#define STUCK_TICKS 5u
+
+static const drive_config_t config = {.period_us   = PERIOD_US,
+                                      .late_us     = LATE_US,
+                                      .budget_us   = BUDGET_US,
+                                      .stuck_ticks = STUCK_TICKS};
+
+static board_t       board;
+static drive_t       drive;
+static loop_params_t params;
+static loop_force_t  reference;
+static unsigned      ticks;
+
+/// Near the clock's wrap, so that every run crosses it.
+static void power_up(void)
+{
+    board_init(&board, UINT32_MAX - 20u * PERIOD_US);
+    drive_init(&drive, &board.port, &params, &config, DRIVE_FAULT_NONE);
+    reference = board_force(0.5);
+    ticks     = 0;
+}
+
+void setUp(void)
+{
+    power_up();
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_FALSE_MESSAGE(board.moved_while_off, "a command while the power stage was off");
+}
+
+/// A tick a period after the last one, with a sensor that is never quite still.
+static void tick(void)
+{
+    board_new_tick(&board);
+    board.y = board_force(0.3 + 0.001 * (double)(ticks % 7u));
+    drive_tick(&drive, reference);
+    ticks++;
+    board.now_us += PERIOD_US;
+}
+
+static void run_until(unsigned count)
+{
+    while (ticks < count)
+    {
+        tick();
+    }
+}
+
+static void check_off(void)
+{
+    TEST_ASSERT_EQUAL_HEX32(0, loop_word(board.command));
+    TEST_ASSERT_FALSE(board.enabled);
+}
+
+static void check_running(void)
+{
+    TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
+    TEST_ASSERT_TRUE(board.enabled);
+    TEST_ASSERT_NOT_EQUAL(0, loop_word(board.command));
+    TEST_ASSERT_EQUAL_UINT(1, board.commands);
+}
+
+static void start(void)
+{
+    drive_start(&drive);
+    tick();
+    check_running();
+}
+
+// --- the faults ----------------------------------------------------------------------------------------------------
+
+static void emergency_stop(void)
+{
+    board.inputs = PORT_INPUT_EMERGENCY_STOP;
+}
+
+static void power_fault(void)
+{
+    board.inputs = PORT_INPUT_POWER_FAULT;
+}
+
+static void miss_a_tick(void)
+{
+    board.now_us += PERIOD_US;
+}
+
+static void miss_many_ticks(void)
+{
+    board.now_us += 2000000000u;
+}
+
+static void be_late(void)
+{
+    board.now_us += LATE_US + 1u;
+}
+
+static void be_almost_a_tick_late(void)
+{
+    board.now_us += PERIOD_US - 1u;
+}
+
+static void be_early(void)
+{
+    board.now_us -= LATE_US + 1u;
+}
+
+static void stop_the_clock(void)
+{
+    board.now_us -= PERIOD_US;
+}
+
+static void silence_the_sensor(void)
+{
+    board.silent = true;
+}
+
+static void take_too_long(void)
+{
+    board.tick_us = BUDGET_US + 1u;
+}
+
+/// What a tick with this fault reads; it must not be plausible but for the cause.
+typedef struct
+{
+    const char   *name;
+    drive_fault_t cause;
+    void (*inject)(void); ///< null: only y or r differ
+    double y_n, r_n;      ///< 0: as without the fault
+} injection_t;
+
+static const injection_t injections[] = {
+    {"emergency stop", DRIVE_FAULT_EMERGENCY_STOP, emergency_stop, 0.0, 0.0},
+    {"power stage", DRIVE_FAULT_POWER, power_fault, 0.0, 0.0},
+    {"a tick missed", DRIVE_FAULT_TICK_MISSED, miss_a_tick, 0.0, 0.0},
+    {"many ticks missed", DRIVE_FAULT_TICK_MISSED, miss_many_ticks, 0.0, 0.0},
+    {"late", DRIVE_FAULT_TICK_LATE, be_late, 0.0, 0.0},
+    {"almost a tick late", DRIVE_FAULT_TICK_LATE, be_almost_a_tick_late, 0.0, 0.0},
+    {"early", DRIVE_FAULT_TICK_EARLY, be_early, 0.0, 0.0},
+    {"clock stopped", DRIVE_FAULT_TICK_EARLY, stop_the_clock, 0.0, 0.0},
+    {"sensor silent", DRIVE_FAULT_SENSOR_SILENT, silence_the_sensor, 0.0, 0.0},
+    {"sensor above its range", DRIVE_FAULT_SENSOR_RANGE, NULL, 2.001, 0.0},
+    {"sensor below its range", DRIVE_FAULT_SENSOR_RANGE, NULL, -2.001, 0.0},
+    {"overrun", DRIVE_FAULT_TICK_OVERRUN, take_too_long, 0.0, 0.0},
+#ifndef DRIVE_ARITH_Q31
+    {"sensor NaN", DRIVE_FAULT_NAN, NULL, (double)NAN, 0.0},
+    {"reference NaN", DRIVE_FAULT_NAN, NULL, 0.0, (double)NAN},
+    {"sensor infinite", DRIVE_FAULT_SENSOR_RANGE, NULL, (double)INFINITY, 0.0},
+#endif
+};
+
+#define INJECTIONS (sizeof injections / sizeof injections[0])
+
+static void set_force(loop_force_t *force, double force_n)
+{
+#ifdef DRIVE_ARITH_Q31
+    *force = board_force(force_n);
+#else
+    *force = (float)force_n;
+#endif
+}
+
+/// The tick that sees the fault.
+static void tick_with(const injection_t *injection)
+{
+    loop_force_t r = reference;
+    board_new_tick(&board);
+    board.y = board_force(0.35);
+    if (injection->inject != NULL)
+    {
+        injection->inject();
+    }
+    if (injection->y_n != 0.0)
+    {
+        set_force(&board.y, injection->y_n);
+    }
+    if (injection->r_n != 0.0)
+    {
+        set_force(&r, injection->r_n);
+    }
+    drive_tick(&drive, r);
+    ticks++;
+    board.now_us += PERIOD_US;
+}
+
+static void repair(void)
+{
+    board.inputs  = 0;
+    board.silent  = false;
+    board.tick_us = 20;
+}
+
+static void check_latched(const injection_t *injection)
+{
+    check_off();
+    TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_FAULT, drive.state, injection->name);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(injection->cause, drive.fault, injection->name);
+}
+
+static void check_fault(const injection_t *injection, unsigned at)
+{
+    power_up();
+    start();
+    run_until(at);
+    check_running();
+    tick_with(injection);
+    check_latched(injection); // within the same tick
+    TEST_ASSERT_EQUAL_UINT32(at + 1u, drive.fault_tick);
+
+    // It stays, while the cause does and when it has gone, and whatever is asked for but an acknowledgement.
+    tick();
+    check_latched(injection);
+    repair();
+    drive_start(&drive);
+    for (unsigned i = 0; i < 20u; i++)
+    {
+        tick();
+        check_latched(injection);
+    }
+
+    // Acknowledged it is idle, and the start from before is forgotten.
+    drive_acknowledge(&drive);
+    for (unsigned i = 0; i < 20u; i++)
+    {
+        tick();
+        check_off();
+        TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_IDLE, drive.state, injection->name);
+        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_NONE, drive.fault);
+    }
+    start();
+    run_until(ticks + 20u);
+    check_running();
+    TEST_ASSERT_FALSE(board.moved_while_off);
+}
+
+static void test_every_fault_at_50_ticks_stops_in_that_tick_and_stays_until_acknowledged(void)
+{
+    for (unsigned i = 0; i < INJECTIONS; i++)
+    {
+        for (unsigned at = 1; at <= 50u; at++)
+        {
+            check_fault(&injections[i], at);
+        }
+    }
+    printf("%u faults at 50 ticks each\n", (unsigned)INJECTIONS);
+}
+
+static void test_faults_of_an_idle_drive_are_latched_too(void)
+{
+    for (unsigned i = 0; i < INJECTIONS; i++)
+    {
+        if (injections[i].cause == DRIVE_FAULT_TICK_OVERRUN)
+        {
+            continue; // an idle tick does nothing that could take long
+        }
+        power_up();
+        run_until(10);
+        TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+        tick_with(&injections[i]);
+        check_latched(&injections[i]);
+        repair();
+        drive_start(&drive);
+        run_until(ticks + 5u);
+        check_latched(&injections[i]);
+    }
+}
+
+static void test_a_start_in_the_tick_of_a_fault_is_forgotten(void)
+{
+    for (unsigned i = 0; i < INJECTIONS; i++)
+    {
+        if (injections[i].cause == DRIVE_FAULT_TICK_OVERRUN)
+        {
+            continue; // seen only once the loop has run
+        }
+        power_up();
+        run_until(10);
+        drive_start(&drive);
+        tick_with(&injections[i]);
+        check_latched(&injections[i]);
+        repair();
+        drive_acknowledge(&drive);
+        run_until(ticks + 5u);
+        TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+        check_off();
+    }
+}
+
+static void test_an_acknowledgement_does_nothing_while_the_cause_is_there(void)
+{
+    start();
+    emergency_stop();
+    tick();
+    for (unsigned i = 0; i < 10u; i++)
+    {
+        drive_acknowledge(&drive);
+        tick();
+        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
+        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_EMERGENCY_STOP, drive.fault);
+    }
+    repair();
+    tick(); // those acknowledgements are spent
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
+    drive_acknowledge(&drive);
+    tick();
+    TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+}
+
+static void test_an_acknowledgement_before_the_fault_is_forgotten(void)
+{
+    start();
+    for (unsigned i = 0; i < 3u; i++)
+    {
+        drive_acknowledge(&drive);
+        drive_acknowledge(&drive);
+        tick();
+        check_running();
+    }
+    drive_acknowledge(&drive);
+    emergency_stop();
+    tick();
+    repair();
+    run_until(ticks + 10u);
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_EMERGENCY_STOP, drive.fault);
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
+}
+
+static void test_the_first_cause_stays_the_one_that_is_latched(void)
+{
+    start();
+    power_fault();
+    tick();
+    board.inputs = PORT_INPUT_EMERGENCY_STOP | PORT_INPUT_POWER_FAULT;
+    board.silent = true;
+    tick();
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_POWER, drive.fault);
+}
+
+static void test_of_causes_in_one_tick_the_first_of_the_list_is_latched(void)
+{
+    start();
+    board.inputs = PORT_INPUT_EMERGENCY_STOP | PORT_INPUT_POWER_FAULT;
+    board.silent = true;
+    be_late();
+    tick();
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_EMERGENCY_STOP, drive.fault);
+}
+
+// --- the stuck sensor ----------------------------------------------------------------------------------------------
+
+static void tick_stuck(void)
+{
+    board_new_tick(&board);
+    drive_tick(&drive, reference);
+    ticks++;
+    board.now_us += PERIOD_US;
+}
+
+static void test_a_stuck_sensor_stops_at_50_ticks_once_it_has_not_changed_for_as_long_as_allowed(void)
+{
+    for (unsigned at = 1; at <= 50u; at++)
+    {
+        power_up();
+        start();
+        run_until(at);
+        for (unsigned i = 1; i < STUCK_TICKS; i++)
+        {
+            tick_stuck();
+            check_running();
+        }
+        tick_stuck();
+        check_off();
+        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_SENSOR_STUCK, drive.fault);
+        drive_acknowledge(&drive);
+        tick_stuck();
+        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
+        drive_start(&drive);
+        tick();
+        drive_acknowledge(&drive);
+        tick();
+        TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+        check_off();
+    }
+}
+
+static void test_a_change_in_the_last_moment_is_not_stuck(void)
+{
+    start();
+    for (unsigned i = 0; i < 200u; i++)
+    {
+        board.y = board_force(i % STUCK_TICKS == 0u ? 0.30001 + 0.0001 * i
+                                                    : 0.0001 * (double)(i - i % STUCK_TICKS) + 0.30001);
+        tick_stuck();
+        check_running();
+    }
+}
+
+static void test_a_still_sensor_may_be_allowed(void)
+{
+    drive.config.stuck_ticks = 0;
+    start();
+    for (unsigned i = 0; i < 1000u; i++)
+    {
+        tick_stuck();
+        check_running();
+    }
+}
+
+// --- what does not stop --------------------------------------------------------------------------------------------
+
+static void test_jitter_within_its_bound_runs_on_and_is_measured(void)
+{
+    start();
+    for (unsigned i = 0; i < 100u; i++)
+    {
+        const uint32_t shift = i % 2u == 0u ? LATE_US : (uint32_t)0u - LATE_US;
+        board.now_us += shift;
+        tick();
+        board.now_us -= shift;
+        check_running();
+    }
+    TEST_ASSERT_EQUAL_UINT32(LATE_US, drive.max_late_us);
+}
+
+static void test_a_tick_as_long_as_its_budget_runs_on_and_is_measured(void)
+{
+    start();
+    board.tick_us = BUDGET_US;
+    tick();
+    check_running();
+    TEST_ASSERT_EQUAL_UINT32(BUDGET_US, drive.max_tick_us);
+    TEST_ASSERT_EQUAL_UINT32(0, drive.overruns);
+    board.tick_us = BUDGET_US + 250u;
+    tick();
+    check_off();
+    TEST_ASSERT_EQUAL_UINT(1, board.commands); // the loop's command never reached the board
+    TEST_ASSERT_EQUAL_UINT32(BUDGET_US + 250u, drive.max_tick_us);
+    TEST_ASSERT_EQUAL_UINT32(1, drive.overruns);
+}
+
+static void test_limits_act_and_do_not_stop(void)
+{
+    start();
+    TEST_ASSERT_EQUAL_UINT32(0, drive.limits);
+    reference = board_force(1.9);
+    run_until(ticks + 200u);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_LIMIT_COMMAND, drive.limits);
+    reference = board_force(2.1);
+    tick();
+    check_running();
+    TEST_ASSERT_TRUE((drive.limits & DRIVE_LIMIT_REFERENCE) != 0u);
+    TEST_ASSERT_EQUAL_UINT32(1, loop_bad_inputs(&drive.loop));
+    emergency_stop();
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(0, drive.limits);
+}
+
+// --- states --------------------------------------------------------------------------------------------------------
+
+static void test_power_up_turns_everything_off_and_waits(void)
+{
+    check_off();
+    for (unsigned i = 0; i < 50u; i++)
+    {
+        tick();
+        check_off();
+        TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+    }
+}
+
+static void test_stop_is_obeyed_in_the_next_tick_and_wins_over_start(void)
+{
+    start();
+    drive_stop(&drive);
+    tick();
+    check_off();
+    TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+    drive_start(&drive);
+    drive_stop(&drive);
+    tick();
+    check_off();
+    TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+}
+
+static void test_a_start_of_a_running_drive_changes_nothing(void)
+{
+    start();
+    run_until(30);
+    loop_state_t   again = drive.loop;
+    loop_signals_t signals;
+    drive_start(&drive);
+    tick();
+    check_running();
+    (void)loop_step(&params, &again, reference, board.y, &signals);
+    TEST_ASSERT_EQUAL_MEMORY(&again, &drive.loop, sizeof again);
+}
+
+static void test_every_start_begins_with_the_loop_at_rest(void)
+{
+    start();
+    const uint32_t first = loop_word(board.command);
+    run_until(50);
+    drive_stop(&drive);
+    tick();
+    ticks = 0; // the sensor as in the first run
+    start();
+    TEST_ASSERT_EQUAL_HEX32(first, loop_word(board.command));
+}
+
+static void test_the_loop_that_runs_is_the_librarys(void)
+{
+    loop_state_t   state;
+    loop_signals_t signals;
+    loop_reset(&state);
+    drive_start(&drive);
+    for (unsigned i = 0; i < 100u; i++)
+    {
+        tick();
+        const loop_force_t u = loop_step(&params, &state, reference, board.y, &signals);
+        TEST_ASSERT_EQUAL_HEX32(loop_word(u), loop_word(board.command));
+    }
+}
+
+static void test_what_the_self_test_finds_lasts_whatever_is_asked_for(void)
+{
+    const drive_fault_t found[] = {DRIVE_FAULT_IMAGE, DRIVE_FAULT_RAM, DRIVE_FAULT_GOLDEN, DRIVE_FAULT_PARAMS};
+    for (unsigned i = 0; i < sizeof found / sizeof found[0]; i++)
+    {
+        board_init(&board, 0);
+        drive_init(&drive, &board.port, NULL, &config, found[i]); // no params: none may be read
+        check_off();
+        for (unsigned k = 0; k < 50u; k++)
+        {
+            drive_acknowledge(&drive);
+            drive_start(&drive);
+            board.enabled = true; // should anything else have turned it on
+            board.command = board_force(1.0);
+            tick();
+            check_off();
+            TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
+            TEST_ASSERT_EQUAL_INT(found[i], drive.fault);
+        }
+    }
+}
+
+static void test_the_log_tells_each_change_once(void)
+{
+    drive_log(&drive);
+    drive_log(&drive);
+    start();
+    drive_log(&drive);
+    emergency_stop();
+    tick();
+    drive_log(&drive);
+    drive_log(&drive);
+    TEST_ASSERT_EQUAL_STRING("idle at tick 0, longest tick 0 us, latest 0 us\n"
+                             "run at tick 1, longest tick 20 us, latest 0 us\n"
+                             "fault: emergency stop at tick 2, longest tick 20 us, latest 0 us\n",
+                             board.log);
+}
+
+static void test_every_fault_has_a_text_of_its_own(void)
+{
+    for (int i = 0; i < DRIVE_FAULTS; i++)
+    {
+        TEST_ASSERT_NOT_NULL(drive_fault_text((drive_fault_t)i));
+        for (int k = 0; k < i; k++)
+        {
+            TEST_ASSERT_TRUE(strcmp(drive_fault_text((drive_fault_t)i), drive_fault_text((drive_fault_t)k)) != 0);
+        }
+    }
+    TEST_ASSERT_EQUAL_STRING("unknown", drive_fault_text(DRIVE_FAULTS));
+}
+
+int main(void)
+{
+    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
+    if (loop_init(&params, &paper, BOARD_FULL_SCALE_N) != TRIBO_OK)
+    {
+        return 1;
+    }
+    UNITY_BEGIN();
+    RUN_TEST(test_every_fault_at_50_ticks_stops_in_that_tick_and_stays_until_acknowledged);
+    RUN_TEST(test_faults_of_an_idle_drive_are_latched_too);
+    RUN_TEST(test_a_start_in_the_tick_of_a_fault_is_forgotten);
+    RUN_TEST(test_an_acknowledgement_does_nothing_while_the_cause_is_there);
+    RUN_TEST(test_an_acknowledgement_before_the_fault_is_forgotten);
+    RUN_TEST(test_the_first_cause_stays_the_one_that_is_latched);
+    RUN_TEST(test_of_causes_in_one_tick_the_first_of_the_list_is_latched);
+    RUN_TEST(test_a_stuck_sensor_stops_at_50_ticks_once_it_has_not_changed_for_as_long_as_allowed);
+    RUN_TEST(test_a_change_in_the_last_moment_is_not_stuck);
+    RUN_TEST(test_a_still_sensor_may_be_allowed);
+    RUN_TEST(test_jitter_within_its_bound_runs_on_and_is_measured);
+    RUN_TEST(test_a_tick_as_long_as_its_budget_runs_on_and_is_measured);
+    RUN_TEST(test_limits_act_and_do_not_stop);
+    RUN_TEST(test_power_up_turns_everything_off_and_waits);
+    RUN_TEST(test_stop_is_obeyed_in_the_next_tick_and_wins_over_start);
+    RUN_TEST(test_a_start_of_a_running_drive_changes_nothing);
+    RUN_TEST(test_every_start_begins_with_the_loop_at_rest);
+    RUN_TEST(test_the_loop_that_runs_is_the_librarys);
+    RUN_TEST(test_what_the_self_test_finds_lasts_whatever_is_asked_for);
+    RUN_TEST(test_the_log_tells_each_change_once);
+    RUN_TEST(test_every_fault_has_a_text_of_its_own);
+    return UNITY_END();
+}
