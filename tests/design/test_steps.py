@@ -116,11 +116,19 @@ def test_an_unstable_loop_is_called_unstable_in_both_times():
         assert Loop(sampled, SampledZpk(Zpk([], [], gain), 0.2), h=0.2).is_stable() == (radius < 1), gain
 
 
+def test_the_gain_margin_at_the_nyquist_frequency_counts():
+    """First order, sampled: z = a - K b reaches -1 at K = (1 + a)/b, a crossing that no sign change of Im L shows."""
+    h = 0.5
+    a, b = np.exp(-2 * h), 1 - np.exp(-2 * h)
+    loop = Loop(SampledPlant(state_space(Zpk([], [-2.0], 2.0)), h), SampledZpk(Zpk([], [], 0.7), h), h=h)
+    assert loop.metrics().gain_margin == pytest.approx((1 + a) / b / 0.7, rel=1e-9)
+
+
 @pytest.mark.parametrize("h", [None, 0.01])
-@pytest.mark.parametrize("slow", [0.0, 0.01])
-def test_ramp_error_is_what_a_simulation_shows(h, slow):
-    plant, k = Zpk([], [-30.0], 60.0), Zpk([-5.0], [-slow], 4.0)
-    ramp = Ramp(rate_n_per_s=0.5, duration_s=12)
+@pytest.mark.parametrize("k, duration", [(Zpk([-5.0], [0.0], 4.0), 12), (Zpk([-5.0], [-0.01], 4.0), 12), (Zpk([], [], 0.8), 1)])
+def test_ramp_error_is_what_a_simulation_shows(h, k, duration):
+    plant = Zpk([], [-30.0], 60.0)
+    ramp = Ramp(rate_n_per_s=0.5, duration_s=duration)
     if h is None:
         loop = Loop(Continuous(plant), Continuous(k), ramp=ramp)
     else:

@@ -197,7 +197,7 @@ def _sections(result):
         for step in ("f32", "q31"):
             top.loglog(omega, np.abs(pick(coded[step])), label=TITLES[step], **LOOKS[step])
             difference = np.abs(pick(coded[step]) / pick(design) - 1)
-            bottom.loglog(omega, np.maximum(difference, 1e-17), label=TITLES[step], **{**LOOKS[step], "ls": "-"})
+            bottom.loglog(omega, np.maximum(difference, 1e-17), label=TITLES[step], **(dict(color="#bbbbbb", lw=4) if step == "f32" else dict(color="#009E73", lw=1.4)))
         top.set_title("whole cascade" if i == count else f"section {i + 1}" + (" (input)" if i == 0 else " (output)" if i == count - 1 else ""))
         bottom.set_ylim(1e-13, 1e-4)
         bottom.set_xlabel("frequency [rad/s]")
