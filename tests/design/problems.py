@@ -105,3 +105,31 @@ def ill_posed(seed):
 
 def contradiction_frequency(design):
     return 0.1 / design["sample_time_s"]
+
+
+def wild(seed):
+    """Nothing promised: up to order 20, up to 21 decades, unstable, repeated and barely damped roots, any method."""
+    rng = np.random.default_rng(seed)
+    low, high = (-3, 6) if rng.random() < 0.5 else (-9, 12)
+
+    def roots(count, unstable):
+        out = []
+        while len(out) < count:
+            size, sign = 10 ** rng.uniform(low, high), -1 if rng.random() < unstable else 1
+            if count - len(out) >= 2 and rng.random() < 0.4:
+                damping = rng.uniform(0.001, 1)
+                out += [size * complex(-damping * sign, s * np.sqrt(1 - damping**2)) for s in (1, -1)]
+            elif out and out[-1].imag == 0 and rng.random() < 0.1:
+                out.append(out[-1])
+            else:
+                out.append(complex(-size * sign))
+        return [root_text(r) for r in out]
+
+    order = int(rng.integers(0, 21))
+    design = {"name": "wild", "sample_time_s": float(10 ** rng.uniform(-6, 1)), "weights": {}, "synthesis": {"gamma_max": 1e6, "time_limit_s": 1},
+              "plant": {"gain": 1.0, "poles": roots(order, 0.1), "zeros": roots(int(rng.integers(0, order + 1)), 0.1)},
+              "reduction": {"method": str(rng.choice(["modal", "balanced", "auto"]))}, "discretisation": {"method": str(rng.choice(["tustin", "zoh", "matched"]))}}
+    for name in ("wp", "wu", "wT"):
+        order = int(rng.integers(0, 4))
+        design["weights"][name] = {"k": float(10 ** rng.uniform(-3, 1)), "poles": roots(order, 0.02), "zeros": roots(order, 0.1)}
+    return design

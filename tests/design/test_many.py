@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 import pytest
 import scipy.signal
-from problems import CAUSES, contradiction_frequency, ill_posed, well_posed
+from problems import CAUSES, contradiction_frequency, ill_posed, well_posed, wild
 
 from tribo_design import pipeline
 from tribo_design.config import Design, validate
@@ -104,3 +104,22 @@ def test_ill_posed_problem_is_refused_with_the_right_cause(seed):
 
 def test_every_cause_is_among_the_50():
     assert {ill_posed(seed)[1] for seed in range(50)} == set(CAUSES)
+
+
+def one_wild(seed):
+    began = time.monotonic()
+    try:
+        pipeline.synthesize(validate(Design, wild(seed), "wild"), "0" * 64, "wild")
+        outcome = "ok"
+    except DesignError as error:
+        outcome = "ok" if len(str(error)) > 20 else f"WRONG: says only {error}"
+    except Exception as error:  # noqa: BLE001
+        outcome = f"CRASHED: {type(error).__name__}: {error}"
+    return seed, outcome, time.monotonic() - began
+
+
+def test_wild_problems_end_in_time_and_in_words():
+    with pool() as workers:
+        outcomes = list(workers.map(one_wild, range(40), chunksize=5))
+    assert all(o == "ok" for _, o, _ in outcomes), [o for o in outcomes if o[1] != "ok"]
+    assert max(seconds for _, _, seconds in outcomes) < 15  # the solver's limit is 1 s

@@ -209,6 +209,13 @@ def test_sections_multiply_up_to_the_controller(order):
         assert np.argmin(slowest) == len(slowest) - 1
 
 
+def test_a_plain_gain_is_one_section():
+    cascade = sections.make_cascade(Zpk([], [], 3.0), H)
+    assert len(cascade.sections) == 1
+    assert np.allclose(SampledSections(cascade.sections, H).response(OMEGA), 3.0, rtol=1e-12)
+    quantise.to_q31(quantise.to_f32(cascade.sections), 2.0, -2.0, 2.0)
+
+
 @pytest.mark.parametrize("order", [3, 4, 6, 8])
 def test_earlier_sections_have_gain_1_at_rest_and_known_peaks(order):
     """The worst input within 1 for a section is the sign of its impulse response, reversed."""

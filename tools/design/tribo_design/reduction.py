@@ -118,7 +118,7 @@ def _balanced(controller, settings):
             zpk = zpk_of(reduced)
         except Exception:  # noqa: BLE001 - an order that the truncation cannot give is no candidate
             continue
-        if np.all(np.isfinite(zpk.poles)) and np.all(zpk.poles.real < 0) and np.isfinite(zpk.gain):
+        if zpk.order and np.all(np.isfinite(zpk.poles)) and np.all(zpk.poles.real < 0) and np.isfinite(zpk.gain):
             zeros = zpk.zeros[np.abs(zpk.zeros) < 1e9 * np.abs(zpk.poles).max()]
             if len(zeros) < len(zpk.zeros):
                 zpk = Zpk(zeros, zpk.poles, 1.0).with_value_at(0.0, zpk.at_zero())

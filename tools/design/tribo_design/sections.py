@@ -39,6 +39,8 @@ def make_cascade(system, h):
     if system.order > 2 * SECTIONS_MAX:
         raise DesignError(f"sections: K(z) is of order {system.order}; the library runs at most {2 * SECTIONS_MAX}")
     _check_stable(system)
+    if system.order == 0:  # a gain: both roots of its section at z = 0
+        return Cascade(system.gain * np.array([[1.0, 2.0, 1.0, 0, 0]]) + np.array([[0, 0, 0, 2.0, 1.0]]), [abs(system.gain)], 1)
     best = None
     tried = 0
     for poles, zeros in _groupings(system):
