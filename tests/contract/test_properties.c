@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define SEED  0x7ab5u
-#define TICKS 200000
+#define TICKS 50000
 #define H     1e-3
 
 static random_t r;

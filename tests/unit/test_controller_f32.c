@@ -107,10 +107,10 @@ static void check_no_windup(const tribo_biquad_f32_section_t *sections, uint32_t
 {
     init(sections, count);
     float w1[TRIBO_BIQUAD_SECTIONS_MAX] = {0.0f};
-    for (int k = 0; k < 200000; k++)
+    for (int k = 0; k < 20000; k++)
     {
         (void)step(e, 0.0f);
-        for (uint32_t i = 0; i < count && k == 100000; i++)
+        for (uint32_t i = 0; i < count && k == 10000; i++)
         {
             w1[i] = state.cascade.section[i].w1;
         }
@@ -172,7 +172,7 @@ static double conditioned_radius(const tribo_biquad_f32_section_t *s, uint32_t c
         w2[i] = 0.3;
     }
     double log_norm = 0.0;
-    for (int k = 0; k < 4000; k++)
+    for (int k = 0; k < 2000; k++)
     {
         double v = 0.0;
         for (uint32_t i = 0; i < count; i++)
@@ -194,9 +194,9 @@ static double conditioned_radius(const tribo_biquad_f32_section_t *s, uint32_t c
             w1[i] /= norm;
             w2[i] /= norm;
         }
-        log_norm += k >= 2000 ? log(norm) : 0.0;
+        log_norm += k >= 1000 ? log(norm) : 0.0;
     }
-    return exp(log_norm / 2000.0);
+    return exp(log_norm / 1000.0);
 }
 
 static tribo_biquad_f32_section_t random_section(random_t *r)
@@ -218,7 +218,7 @@ static void test_controller_finds_an_anti_windup_for_any_stable_cascade(void)
     int            full   = 0;
     int            partly = 0;
     printf("seed %llu\n", (unsigned long long)seed);
-    for (int i = 0; i < 500; i++)
+    for (int i = 0; i < 200; i++)
     {
         tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_SECTIONS_MAX];
         const uint32_t             count = 1u + (uint32_t)(random_bits(&r) % TRIBO_BIQUAD_SECTIONS_MAX);
@@ -234,8 +234,8 @@ static void test_controller_finds_an_anti_windup_for_any_stable_cascade(void)
         full += is_full;
         partly += !is_full;
     }
-    TEST_ASSERT_TRUE(full > 50);
-    TEST_ASSERT_TRUE(partly > 50);
+    TEST_ASSERT_TRUE(full > 20);
+    TEST_ASSERT_TRUE(partly > 20);
 }
 
 // --- change of params --------------------------------------------------------------------------------------------
