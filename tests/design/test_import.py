@@ -99,7 +99,8 @@ def test_sections_of_first_order_and_of_both(run, tmp_path):
     from tribo_design.importer import load_controller
 
     sos = [[0.7, -0.65, 0, 1, -0.99, 0], [1.0, -0.5, 0.1, 1, -0.3, 0.2]]
-    (tmp_path / "k.json").write_text(json.dumps({"sos": sos, "sample_time_s": H}))
+    doubled = [sos[0], [2 * c for c in sos[1][:3]] + [2 * c for c in sos[1][3:]]]  # a0 = 2
+    (tmp_path / "k.json").write_text(json.dumps({"sos": doubled, "sample_time_s": H}))
     imported, _ = load_controller(tmp_path / "k.json", load_design(PAPER)[0])
     assert imported.zpk.order == 3
     w, wanted = scipy.signal.sosfreqz(sos, np.array([0.01, 0.3, 2.0]))

@@ -61,6 +61,13 @@ def test_an_integrator_keeps_its_velocity_gain(method):
     assert np.abs(SampledZpk(mine, H).response(omega)) == pytest.approx(40 / omega, rel=1e-5)
 
 
+@pytest.mark.parametrize("method", ["tustin", "matched", "zoh"])
+def test_a_zero_at_rest_keeps_its_slope(method):
+    k = Zpk([0.0], [-20.0], 3.0)  # 3 s/(s + 20): 0.15 s at rest
+    mine = discretise.discretise(k, Discretisation(method=method), H)
+    assert np.abs(SampledZpk(mine, H).response([1e-3])) == pytest.approx([0.15e-3], rel=1e-5)
+
+
 def test_zero_order_hold_without_feedthrough_is_refused():
     with pytest.raises(DesignError, match="feedthrough"):
         discretise.discretise(Zpk([], [-1.0], 1.0), Discretisation(method="zoh"), H)

@@ -48,7 +48,10 @@ def zero_order_hold(system, h):
     a, b, c, d = ct.ssdata(state_space(system))
     phi, gamma, c, d, _ = scipy.signal.cont2discrete((a, b, c, d), h, "zoh")
     shifted = zpk_of(ct.ss(phi - np.eye(len(phi)), gamma, c, d, remove_useless_states=False))
-    return _gain(Zpk(shifted.zeros, np.expm1(system.poles * h), float(d[0, 0])), system, h)
+    zeros = shifted.zeros.copy()
+    at_rest = np.argsort(np.abs(zeros))[: int(np.sum(system.zeros == 0))]
+    zeros[at_rest] = 0.0  # a zero at rest stays there exactly
+    return _gain(Zpk(zeros, np.expm1(system.poles * h), float(d[0, 0])), system, h)
 
 
 def _gain(sampled, system, h):
