@@ -19,13 +19,12 @@ static inline uint32_t tanh_over_x(uint32_t s)
     return tribo_q31_ratio(p, q, 0);
 }
 
-/// tanh(6 x) in Q31.
+/// tanh(6 x) in Q31. Six times the largest sixth is below 1, see the header.
 static inline int32_t tanh_of_6(int32_t x)
 {
-    const uint32_t size   = tribo_q31_magnitude(x);
-    const uint32_t sixth  = tribo_q31_part(size, tanh_over_x(tribo_q31_part(size, size)));
-    const uint32_t result = sixth < (uint32_t)TRIBO_Q31_MAX / 6u ? 6u * sixth : (uint32_t)TRIBO_Q31_MAX;
-    return x < 0 ? -(int32_t)result : (int32_t)result;
+    const uint32_t size  = tribo_q31_magnitude(x);
+    const uint32_t sixth = tribo_q31_part(size, tanh_over_x(tribo_q31_part(size, size)));
+    return x < 0 ? -(int32_t)(6u * sixth) : (int32_t)(6u * sixth);
 }
 
 typedef struct

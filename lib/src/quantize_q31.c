@@ -4,6 +4,11 @@
 
 #include <stddef.h>
 
+static float larger(float a, float b)
+{
+    return a > b ? a : b;
+}
+
 /// x 2^bits, exact but for overflow and underflow.
 static float scaled(float x, int32_t bits)
 {
@@ -191,16 +196,24 @@ tribo_status_t tribo_friction_q31_init(tribo_friction_q31_params_t       *params
 
 // --- arm -----------------------------------------------------------------------------------------------------------
 
-/// Jury's conditions, on the quantised numbers: of the arm that moves under a constant force, and of G alone when it sticks.
+static int64_t lesser(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+/// Jury's conditions, on the quantised numbers: of the arm that moves under a constant force, and of G alone when it
+/// sticks. A slow arm's are small differences, so nothing is rounded before they are taken.
 static bool arm_is_stable(const tribo_arm_q31_params_t *p)
 {
-    const int64_t one         = INT64_C(1) << 28;
-    const int64_t phi_d       = tribo_q31_shift_to_zero(p->phi_d, p->shift);
-    const int64_t coupling    = tribo_q31_shift_to_zero((int64_t)p->phi_g * p->gamma_d, 28u + p->shift);
-    const int64_t trace       = one - phi_d + p->gamma_g;
-    const int64_t determinant = tribo_q31_shift_to_zero((one - phi_d) * p->gamma_g, 28) + coupling;
-    return determinant < one && determinant > -one && trace < one + determinant && -trace < one + determinant &&
-           p->gamma_g < one && p->gamma_g > -one;
+    const int64_t one      = INT64_C(1) << 28;
+    const int64_t coupling = (int64_t)p->phi_g * p->gamma_d; // Q(56 + s)
+    const int64_t at_one   = p->phi_d * (one - p->gamma_g) + coupling;
+    const int64_t radius   = (one - p->gamma_g) * (INT64_C(1) << p->shift) +
+                           tribo_q31_shift_to_zero((int64_t)p->phi_d * p->gamma_g - coupling, 28);
+    const int64_t phi_d        = tribo_q31_shift_to_zero(p->phi_d, p->shift);
+    const int64_t at_minus_one = (2 * one - phi_d) * (one + p->gamma_g) + tribo_q31_shift_to_zero(coupling, p->shift);
+    const int64_t sticking     = one - (int64_t)tribo_q31_magnitude(p->gamma_g);
+    return lesser(lesser(at_one, at_minus_one), lesser(radius, sticking)) > 0;
 }
 
 tribo_status_t tribo_arm_q31_init(tribo_arm_q31_params_t       *params,
@@ -225,7 +238,7 @@ tribo_status_t tribo_arm_q31_init(tribo_arm_q31_params_t       *params,
     }
     const float phi_d   = scaled(f32.phi_d, shift);
     const float gamma_d = scaled(f32.gamma_d, shift);
-    if (!(magnitude(phi_d) < 4.0f && magnitude(gamma_d) < 4.0f))
+    if (!(larger(magnitude(phi_d), magnitude(gamma_d)) < 4.0f))
     {
         return TRIBO_ERR_ARM_TOO_FAST;
     }
@@ -363,11 +376,6 @@ static bool add_response(peaks_t                         *peaks,
     return true;
 }
 
-static float larger(float a, float b)
-{
-    return a > b ? a : b;
-}
-
 static float node_peak(const peaks_t *peaks, uint32_t i)
 {
     return larger(peaks->named.section[i].y,
@@ -405,12 +413,16 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
     int32_t before   = scale_for(larger(input_peak, larger(peaks->named.input, peaks->named.correction)), 0);
     out->input_scale = (uint8_t)before;
     out->count       = (uint8_t)cascade->count;
-    bool fits        = before <= SCALE_MAX;
+    if (before > SCALE_MAX)
+    {
+        return TRIBO_ERR_HEADROOM;
+    }
     for (uint32_t i = 0; i < cascade->count; i++)
     {
         const tribo_biquad_f32_section_t *s     = &cascade->section[i];
         const float                       gain  = larger(magnitude(s->b0), larger(magnitude(s->b1), magnitude(s->b2)));
-        const float                       most  = larger(scaled(gain, before), peaks->named.section[i].w1);
+        const float                       w     = larger(peaks->named.section[i].w1, peaks->named.section[i].w2);
+        const float                       most  = larger(scaled(gain, before), w);
         const int32_t                     scale = scale_for(most / 3.999f, scale_for(node_peak(peaks, i), 0));
         const int32_t                     by    = before - scale;
         const float                       b2    = scaled(s->b2, by);
@@ -419,8 +431,7 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
         const int32_t                     r     = shift_for(scaled(s->a2, shift));
         if (scale > SCALE_MAX)
         {
-            fits = false;
-            break;
+            return TRIBO_ERR_HEADROOM;
         }
         out->section[i] = (tribo_biquad_q31_section_t){.b0       = fixed(scaled(s->b0, by), 28),
                                                        .b1       = fixed(scaled(s->b1, by), 28),
@@ -432,7 +443,7 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
                                                        .scale    = (uint8_t)scale};
         before          = scale;
     }
-    return fits ? TRIBO_OK : TRIBO_ERR_HEADROOM;
+    return TRIBO_OK;
 }
 
 /// The sections that `q` really is, in float: exact, as each was rounded from 24 bits.
@@ -466,34 +477,26 @@ static void report(tribo_headroom_q31_t *headroom, const peaks_t *peaks, uint32_
     }
 }
 
-/// Peaks for inputs within `e_peak` and `s_peak`, in parts of full scale.
+/// Peaks for inputs within `e_peak` and `s_peak`, in parts of full scale; false when one has no bound.
 static bool find_peaks(peaks_t                         *peaks,
                        const tribo_biquad_f32_params_t *cascade,
                        float                            anti_windup,
                        float                            e_peak,
                        float                            s_peak)
 {
-    *peaks = (peaks_t){.at = {0.0f}};
-    return add_response(peaks, cascade, anti_windup, false, e_peak) &&
-           (s_peak == 0.0f || add_response(peaks, cascade, anti_windup, true, s_peak));
-}
-
-/// Whether `q` holds what was measured on its own numbers; the margin is for the measurement, not to be used up twice.
-static bool holds(const tribo_biquad_q31_params_t *q, const peaks_t *peaks)
-{
-    bool ok = scaled(peaks->named.input, -(int32_t)q->input_scale) < MARGIN;
-    for (uint32_t i = 0; i < q->count; i++)
+    const float weight[] = {e_peak, s_peak};
+    *peaks               = (peaks_t){.at = {0.0f}};
+    bool bounded         = true;
+    for (uint32_t i = 0; i < 2u; i++)
     {
-        const int32_t scale = q->section[i].scale;
-        ok                  = ok && scaled(node_peak(peaks, i), -scale) < MARGIN;
-        ok                  = ok && scaled(peaks->named.section[i].w1, -scale) < 4.0f * MARGIN;
-        ok = ok && scaled(peaks->named.section[i].w2, (int32_t)q->section[i].shift - scale) < 4.0f * MARGIN;
+        bounded = add_response(peaks, cascade, anti_windup, i == 1u, weight[i]) && bounded;
     }
-    return ok;
+    return bounded;
 }
 
 /// Quantises f32's cascade for inputs within `e_peak` and `s_peak`, then makes f32 anew from the quantised numbers (by
-/// `config`, or as a plain cascade without one) and checks that it is still stable and within its headroom.
+/// `config`, or as a plain cascade without one), which checks that they are stable. All of it twice: the scales and
+/// the report are then those of the numbers that run.
 static tribo_status_t quantize_cascade(tribo_biquad_q31_params_t           *out,
                                        tribo_controller_f32_params_t       *f32,
                                        const tribo_controller_f32_config_t *config,
@@ -501,37 +504,34 @@ static tribo_status_t quantize_cascade(tribo_biquad_q31_params_t           *out,
                                        float                                s_peak,
                                        tribo_headroom_q31_t                *headroom)
 {
-    peaks_t                    peaks;
-    tribo_biquad_f32_section_t really[TRIBO_BIQUAD_SECTIONS_MAX];
-    const uint32_t             count = f32->cascade.count;
-    if (!find_peaks(&peaks, &f32->cascade, f32->anti_windup, e_peak, s_peak) ||
-        quantize_sections(out, &f32->cascade, &peaks, e_peak) != TRIBO_OK)
+    peaks_t        peaks;
+    const uint32_t count  = f32->cascade.count;
+    tribo_status_t status = TRIBO_OK;
+    for (uint32_t i = 0; i < 2u && status == TRIBO_OK; i++)
     {
-        return TRIBO_ERR_HEADROOM;
+        if (!find_peaks(&peaks, &f32->cascade, f32->anti_windup, e_peak, s_peak) ||
+            quantize_sections(out, &f32->cascade, &peaks, e_peak) != TRIBO_OK)
+        {
+            return TRIBO_ERR_HEADROOM;
+        }
+        tribo_biquad_f32_section_t really[TRIBO_BIQUAD_SECTIONS_MAX];
+        dequantize(really, out);
+        if (config != NULL)
+        {
+            tribo_controller_f32_config_t again = *config;
+            again.sections                      = really;
+            status                              = tribo_controller_f32_init(f32, &again);
+        }
+        else
+        {
+            status = tribo_biquad_f32_init(&f32->cascade, really, count);
+        }
     }
-
-    dequantize(really, out);
-    tribo_status_t status;
-    if (config != NULL)
+    if (status == TRIBO_OK)
     {
-        tribo_controller_f32_config_t again = *config;
-        again.sections                      = really;
-        status                              = tribo_controller_f32_init(f32, &again);
+        report(headroom, &peaks, count, e_peak);
     }
-    else
-    {
-        status = tribo_biquad_f32_init(&f32->cascade, really, count);
-    }
-    if (status != TRIBO_OK)
-    {
-        return status;
-    }
-    if (!find_peaks(&peaks, &f32->cascade, f32->anti_windup, e_peak, s_peak) || !holds(out, &peaks))
-    {
-        return TRIBO_ERR_HEADROOM;
-    }
-    report(headroom, &peaks, count, e_peak);
-    return TRIBO_OK;
+    return status;
 }
 
 #define FULL 0.99999994f // full scale, which itself does not fit
@@ -596,10 +596,8 @@ tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *pa
         return status;
     }
     const int32_t by = (int32_t)made.cascade.section[made.cascade.count - 1u].scale - (int32_t)made.cascade.input_scale;
-    if (!normalised(scaled(f32.anti_windup, by), &made.anti_windup, &made.anti_windup_shift))
-    {
-        return TRIBO_ERR_ANTI_WINDUP;
-    }
+    // It always fits: what the anti-windup makes of s is below full scale at the input node.
+    (void)normalised(scaled(f32.anti_windup, by), &made.anti_windup, &made.anti_windup_shift);
     made.u_min = fixed_force(f32.u_min_n, full_scale_n);
     made.u_max = fixed_force(f32.u_max_n, full_scale_n);
     *params    = made;

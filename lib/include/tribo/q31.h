@@ -57,13 +57,13 @@ static inline int64_t tribo_q31_shift_to_zero(int64_t x, uint32_t shift)
     return (x + (x < 0 ? (INT64_C(1) << shift) - 1 : 0)) >> shift;
 }
 
-/// Leading zeros of x, 32 for 0.
+/// Leading zeros of x, which is not 0.
 static inline uint32_t tribo_q31_leading_zeros(uint32_t x)
 {
 #if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
-    return x == 0u ? 32u : (uint32_t)__builtin_clz(x);
+    return (uint32_t)__builtin_clz(x);
 #else
-    uint32_t zeros = x == 0u;
+    uint32_t zeros = 0;
     uint32_t rest  = x;
     for (uint32_t half = 16; half > 0u; half /= 2u)
     {

@@ -3,10 +3,11 @@
 /// These functions take the same config structs as their f32 twins and the full scale FS, the force in N that is 2^31. They
 /// check every field, quantise, check again on the quantised numbers (stability, range, headroom), and write all or
 /// nothing. They use float, so they live in a file of their own: a program whose params were made on the host links none
-/// of it. Not for the tick; a cascade takes some 10^5 float operations to measure.
+/// of it. Not for the tick; a cascade takes some 10^5 float operations to measure, a slow one up to 10^8.
 ///
 /// Besides what the f32 init functions ask, in q31: every force of a config is below FS; a breakaway is at least 1e-6 FS; an
-/// arm's K h^2/I and damping keep its coefficients below 4 and its quantised poles inside the unit circle.
+/// arm's K h^2/I and damping keep its coefficients below 4 and its quantised poles inside the unit circle; m FS/(6 v0 h)
+/// is below 2^31 (or TRIBO_ERR_V0), as v0 would be less than a bit a tick otherwise.
 ///
 /// Headroom: the worst-case peak of each node is its L1 norm from the inputs in their full range. For a plain cascade
 /// the input is x within FS. For a controller they are e within FS and, as the anti-windup makes the states follow what

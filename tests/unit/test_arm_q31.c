@@ -1,0 +1,223 @@
+#include "tribo/arm_q31.h"
+
+#include "random.h"
+#include "tribo/quantize_q31.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+#define H    1.0e-3f
+#define FULL 2147483648.0
+
+static tribo_arm_f32_config_t config;
+static tribo_arm_q31_params_t params;
+static tribo_arm_q31_state_t  state;
+
+static void init(float h)
+{
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_q31_init(&params, &config, h));
+    tribo_arm_q31_reset(&state);
+}
+
+void setUp(void)
+{
+    config = tribo_arm_f32_paper();
+    init(H);
+}
+
+void tearDown(void)
+{
+}
+
+/// The end of the range on the side of `sign`.
+static int32_t end_of(int sign)
+{
+    return sign < 0 ? -INT32_MAX : INT32_MAX;
+}
+
+/// The same arm in double, from the quantised numbers.
+typedef struct
+{
+    double F, G;
+} exact_t;
+
+static void exact_step(exact_t *x, double d)
+{
+    const double unit = 1.0 / 268435456.0;
+    const double G    = x->G;
+    x->F += ldexp((params.phi_d * d + params.phi_g * G) * unit, -params.shift);
+    x->G = (params.gamma_d * d + params.gamma_g * G) * unit;
+}
+
+static void test_arm_has_the_coefficients_of_its_twin(void)
+{
+    tribo_arm_f32_params_t twin;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&twin, &config, H));
+    const double unit = ldexp(1.0, -28);
+    TEST_ASSERT_DOUBLE_WITHIN(unit, (double)twin.phi_d, ldexp(params.phi_d * unit, -params.shift));
+    TEST_ASSERT_DOUBLE_WITHIN(unit, (double)twin.phi_g, params.phi_g * unit);
+    TEST_ASSERT_DOUBLE_WITHIN(unit, (double)twin.gamma_d, ldexp(params.gamma_d * unit, -params.shift));
+    TEST_ASSERT_DOUBLE_WITHIN(unit, (double)twin.gamma_g, params.gamma_g * unit);
+}
+
+static void test_arm_follows_its_equation_to_a_few_bits(void)
+{
+    exact_t  x = {0.0, 0.0};
+    random_t r = {5};
+    int32_t  u = 0;
+    for (int k = 0; k < 20000; k++)
+    {
+        u               = k % 50 == 0 ? (int32_t)random_between(&r, -5e8, 5e8) : u;
+        const int32_t d = u - tribo_arm_q31_force(&state);
+        exact_step(&x, (double)d);
+        const int32_t F = tribo_arm_q31_step(&params, &state, d);
+        TEST_ASSERT_DOUBLE_WITHIN(64.0, x.F, (double)F);
+        TEST_ASSERT_EQUAL_INT32(F, tribo_arm_q31_force(&state));
+        x.F = ldexp((double)state.force, -28);
+        x.G = (double)state.force_change;
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
+}
+
+static void test_arm_that_sticks_comes_to_rest_from_both_sides_alike(void)
+{
+    tribo_arm_q31_state_t mirror;
+    tribo_arm_q31_reset(&mirror);
+    (void)tribo_arm_q31_step(&params, &state, 400000000);
+    (void)tribo_arm_q31_step(&params, &mirror, -400000000);
+    TEST_ASSERT_TRUE(state.force_change > 0);
+    for (int k = 0; k < 2000; k++)
+    {
+        TEST_ASSERT_EQUAL_INT32(-tribo_arm_q31_step(&params, &mirror, 0), tribo_arm_q31_step(&params, &state, 0));
+    }
+    TEST_ASSERT_EQUAL_INT32(0, state.force_change);
+    TEST_ASSERT_EQUAL_INT32(0, mirror.force_change);
+}
+
+// 2^-33 of full scale a tick, for a million ticks.
+static void test_arm_loses_nothing_of_a_slow_push(void)
+{
+    state.force_change = 0;
+    const int32_t d    = 1;
+    int64_t       sum  = 0;
+    for (int k = 0; k < 100000; k++)
+    {
+        sum += tribo_q31_shift_to_zero(params.phi_d * (int64_t)d + params.phi_g * (int64_t)state.force_change,
+                                       params.shift);
+        (void)tribo_arm_q31_step(&params, &state, d);
+    }
+    TEST_ASSERT_EQUAL_INT64(sum, state.force);
+    TEST_ASSERT_TRUE(state.force > 0);
+}
+
+static void test_arm_saturates_at_full_scale_and_counts(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        tribo_arm_q31_reset(&state);
+        for (int k = 0; k < 1000; k++)
+        {
+            (void)tribo_arm_q31_step(&params, &state, end_of(sign));
+        }
+        TEST_ASSERT_EQUAL_INT32(end_of(sign), tribo_arm_q31_force(&state));
+        TEST_ASSERT_TRUE(state.saturated > 100u);
+        for (int k = 0; k < 1000; k++)
+        {
+            (void)tribo_arm_q31_step(&params, &state, -tribo_arm_q31_force(&state));
+        }
+        TEST_ASSERT_INT32_WITHIN(64, 0, tribo_arm_q31_force(&state));
+    }
+    state.saturated = UINT32_MAX;
+    state.force     = INT64_C(1) << 59;
+    (void)tribo_arm_q31_step(&params, &state, INT32_MAX);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, state.saturated);
+}
+
+// --- set-up ------------------------------------------------------------------------------------------------------
+
+static void check_refused(tribo_status_t status, float h)
+{
+    tribo_arm_q31_params_t out;
+    tribo_arm_q31_params_t untouched;
+    memset(&out, 0xa5, sizeof out);
+    memset(&untouched, 0xa5, sizeof untouched);
+    TEST_ASSERT_EQUAL_INT(status, tribo_arm_q31_init(&out, &config, h));
+    TEST_ASSERT_EQUAL_MEMORY(&untouched, &out, sizeof out);
+}
+
+static void test_arm_init_says_what_its_twin_says(void)
+{
+    const tribo_arm_f32_config_t good = config;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_arm_q31_init(NULL, &config, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_arm_q31_init(&params, NULL, H));
+    check_refused(TRIBO_ERR_SAMPLE_TIME, 0.2f);
+    config.inertia = NAN;
+    check_refused(TRIBO_ERR_INERTIA, H);
+    config           = good;
+    config.stiffness = 0.0f;
+    check_refused(TRIBO_ERR_STIFFNESS, H);
+}
+
+static void test_arm_init_refuses_what_it_cannot_hold_or_what_never_rests(void)
+{
+    config.stiffness = 120.0f; // K h^2/I = 1, fast: allowed
+    init(H);
+    config.damping = 0.0f;
+    check_refused(TRIBO_ERR_DAMPING, H);
+    // G changes by up to K h^2/I a tick; beyond 4 of it does not fit.
+    config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 2.0e2f, .stiffness = 2.0e7f};
+    check_refused(TRIBO_ERR_ARM_TOO_FAST, H);
+}
+
+// A drive pushes such an arm by 1e-9 a tick; its conditions for stability differ by as little.
+static void test_arm_init_takes_an_arm_as_slow_as_its_twin_does(void)
+{
+    for (float stiffness = 1.1e-3f; stiffness < 1.0f; stiffness *= 1.7f)
+    {
+        config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 1.0f, .stiffness = stiffness};
+        init(H);
+        config.damping = 1.0e-2f;
+        init(H);
+    }
+}
+
+static void test_arm_init_accepts_exactly_what_is_stable(void)
+{
+    random_t r        = {11};
+    int      accepted = 0;
+    for (int i = 0; i < 2000; i++)
+    {
+        config = (tribo_arm_f32_config_t){.inertia   = 1.0f,
+                                          .damping   = (float)pow(10.0, random_between(&r, -1.0, 4.0)),
+                                          .stiffness = (float)pow(10.0, random_between(&r, -2.0, 7.0))};
+        if (tribo_arm_q31_init(&params, &config, H) != TRIBO_OK)
+        {
+            continue;
+        }
+        accepted++;
+        const double one    = ldexp(1.0, 28);
+        const double phi_d  = ldexp(params.phi_d / one, -params.shift);
+        const double gg     = params.gamma_g / one;
+        const double trace  = 1.0 - phi_d + gg;
+        const double det    = (1.0 - phi_d) * gg + params.phi_g / one * ldexp(params.gamma_d / one, -params.shift);
+        const double inside = fmin(1.0 - det, fmin(1.0 + det - trace, 1.0 + det + trace));
+        TEST_ASSERT_TRUE(inside > 0.0);
+    }
+    TEST_ASSERT_TRUE(accepted > 1000);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_arm_has_the_coefficients_of_its_twin);
+    RUN_TEST(test_arm_follows_its_equation_to_a_few_bits);
+    RUN_TEST(test_arm_that_sticks_comes_to_rest_from_both_sides_alike);
+    RUN_TEST(test_arm_loses_nothing_of_a_slow_push);
+    RUN_TEST(test_arm_saturates_at_full_scale_and_counts);
+    RUN_TEST(test_arm_init_says_what_its_twin_says);
+    RUN_TEST(test_arm_init_refuses_what_it_cannot_hold_or_what_never_rests);
+    RUN_TEST(test_arm_init_takes_an_arm_as_slow_as_its_twin_does);
+    RUN_TEST(test_arm_init_accepts_exactly_what_is_stable);
+    return UNITY_END();
+}

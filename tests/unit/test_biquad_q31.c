@@ -1,0 +1,556 @@
+#include "tribo/biquad_q31.h"
+
+#include "random.h"
+#include "tribo/paper_controller.h"
+#include "tribo/quantize_q31.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+// The long runs are for the host; an emulated microcontroller takes part of them.
+#if defined(__linux__)
+#define LONG_RUN 10000000
+#else
+#define LONG_RUN 20000
+#endif
+
+#define W_MAX ((INT64_C(1) << 61) - 1)
+
+static tribo_biquad_q31_params_t params;
+static tribo_biquad_q31_state_t  state;
+static tribo_headroom_q31_t      headroom;
+
+void setUp(void)
+{
+    tribo_biquad_q31_reset(&state);
+}
+
+void tearDown(void)
+{
+}
+
+/// The end of the range on the side of `sign`.
+static int32_t end_of(int sign)
+{
+    return sign < 0 ? -INT32_MAX : INT32_MAX;
+}
+
+static void init(const tribo_biquad_f32_section_t *sections, uint32_t count)
+{
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_q31_init(&params, sections, count, &headroom));
+    tribo_biquad_q31_reset(&state);
+}
+
+/// The cascade in double, with the numbers that `params` really has.
+typedef struct
+{
+    struct
+    {
+        double b0, b1, b2, a1, a2, w1, w2, y;
+    } section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    uint32_t count;
+} exact_t;
+
+static exact_t exact_of(const tribo_biquad_q31_params_t *p)
+{
+    exact_t x      = {.count = p->count};
+    int     before = p->input_scale;
+    for (uint32_t i = 0; i < p->count; i++)
+    {
+        const tribo_biquad_q31_section_t *s  = &p->section[i];
+        const int                         by = s->scale - before;
+        x.section[i].b0                      = ldexp(s->b0, by - 28);
+        x.section[i].b1                      = ldexp(s->b1, by - 28);
+        x.section[i].b2                      = ldexp(s->b2, by - 28 - s->shift);
+        x.section[i].a1                      = ldexp(s->a1, -28);
+        x.section[i].a2                      = ldexp(s->a2, -28 - s->shift - s->a2_shift);
+        before                               = s->scale;
+    }
+    return x;
+}
+
+static double exact_step(exact_t *x, double in)
+{
+    for (uint32_t i = 0; i < x->count; i++)
+    {
+        const double out = x->section[i].b0 * in + x->section[i].w1;
+        x->section[i].w1 += x->section[i].b1 * in - x->section[i].a1 * out + x->section[i].w2;
+        x->section[i].w2 += x->section[i].b2 * in - x->section[i].a2 * out;
+        x->section[i].y = out;
+        in              = out;
+    }
+    return in;
+}
+
+/// One step without the narrowing at its end.
+static double wide_step(int32_t x)
+{
+    const int64_t y = tribo_biquad_q31_output(&params, &state, x);
+    tribo_biquad_q31_advance(&params, &state, 0);
+    return (double)y;
+}
+
+static tribo_biquad_f32_section_t section_from_roots(double gain, double q, double turn, double p, double angle)
+{
+    // In d = z - 1 a pair r e^+-ja gives d^2 + 2 (1 - r cos a) d + (1 - 2 r cos a + r^2).
+    const double b1 = 2.0 * (1.0 - q * cos(turn));
+    const double b2 = 1.0 - 2.0 * q * cos(turn) + q * q;
+    return (tribo_biquad_f32_section_t){(float)gain,
+                                        (float)(gain * b1),
+                                        (float)(gain * b2),
+                                        (float)(2.0 * (1.0 - p * cos(angle))),
+                                        (float)(1.0 - 2.0 * p * cos(angle) + p * p)};
+}
+
+static tribo_biquad_f32_section_t random_section(random_t *r)
+{
+    return section_from_roots(random_between(r, 0.1, 3.0),
+                              random_between(r, 0.0, 1.5),
+                              random_between(r, 0.0, 3.1),
+                              random_between(r, 0.0, 0.97),
+                              random_between(r, 0.0, 3.1));
+}
+
+// --- the equation ------------------------------------------------------------------------------------------------
+
+static void test_biquad_is_its_equation_to_a_few_bits_of_its_node(void)
+{
+    random_t r = {7};
+    for (int i = 0; i < 30; i++)
+    {
+        tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+        const uint32_t             count = 1u + (uint32_t)i % TRIBO_BIQUAD_Q31_SECTIONS_MAX;
+        for (uint32_t j = 0; j < count; j++)
+        {
+            sections[j] = random_section(&r);
+        }
+        init(sections, count);
+        exact_t      exact = exact_of(&params);
+        const double unit  = ldexp(1.0, params.section[count - 1u].scale);
+        for (int k = 0; k < 500; k++)
+        {
+            const int32_t x        = (int32_t)random_between(&r, -2147483647.0, 2147483647.0);
+            const double  expected = exact_step(&exact, (double)x);
+            // Each node rounds once; later sections amplify what earlier ones rounded.
+            TEST_ASSERT_DOUBLE_WITHIN(3000.0 * unit, expected, wide_step(x));
+        }
+        TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
+    }
+}
+
+static void test_biquad_one_section_is_exact_to_its_rounding(void)
+{
+    const tribo_biquad_f32_section_t fir[] = {{0.25f, 0.25f, 0.125f, 2.0f, 1.0f}}; // both poles at z = 0
+    init(fir, 1);
+    // 0.25 d^2 + 0.25 d + 0.125 is 0.25 - 0.25 z^-1 + 0.125 z^-2.
+    TEST_ASSERT_EQUAL_INT32(250, tribo_biquad_q31_step(&params, &state, 1000));
+    TEST_ASSERT_EQUAL_INT32(0, tribo_biquad_q31_step(&params, &state, 1000));
+    TEST_ASSERT_EQUAL_INT32(125, tribo_biquad_q31_step(&params, &state, 1000));
+    TEST_ASSERT_EQUAL_INT32(125, tribo_biquad_q31_step(&params, &state, 1000));
+}
+
+/// Signal to noise in dB of a Butterworth low pass at `fc` of the sample rate, for a sine of half full scale at fc/2.
+static double signal_to_noise_db(double fc)
+{
+    const double k = tan(acos(-1.0) * fc);
+    const double a = 1.0 + sqrt(2.0) * k + k * k;
+    // Tustin in d = z - 1: (k^2 (d + 2)^2) / (d^2 a + d (2 sqrt(2) k + 4 k^2) + 4 k^2)
+    const tribo_biquad_f32_section_t section[] = {{(float)(k * k / a),
+                                                   (float)(4.0 * k * k / a),
+                                                   (float)(4.0 * k * k / a),
+                                                   (float)((2.0 * sqrt(2.0) * k + 4.0 * k * k) / a),
+                                                   (float)(4.0 * k * k / a)}};
+    init(section, 1);
+    exact_t   exact   = exact_of(&params);
+    double    signal  = 0.0;
+    double    noise   = 0.0;
+    const int settle  = (int)(3.0 / fc);
+    const int measure = LONG_RUN > 1000000 ? 300000 : 2000;
+    for (int i = 0; i < settle + measure; i++)
+    {
+        const int32_t x     = (int32_t)round(1073741824.0 * sin(acos(-1.0) * fc * i));
+        const double  ideal = exact_step(&exact, (double)x);
+        const double  error = (double)tribo_biquad_q31_step(&params, &state, x) - ideal;
+        signal += i >= settle ? ideal * ideal : 0.0;
+        noise += i >= settle ? error * error : 0.0;
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
+    const double snr = 10.0 * log10(signal / noise);
+    printf("fc/fs %g: %.1f dB\n", fc, snr);
+    return snr;
+}
+
+static void test_biquad_signal_to_noise_at_low_corner_frequencies(void)
+{
+    TEST_ASSERT_TRUE(signal_to_noise_db(0.1) >= 175.0);
+    TEST_ASSERT_TRUE(signal_to_noise_db(0.01) >= 160.0);
+    TEST_ASSERT_TRUE(signal_to_noise_db(0.001) >= 140.0);
+    TEST_ASSERT_TRUE(LONG_RUN < 1000000 || signal_to_noise_db(0.0001) >= 140.0);
+}
+
+// 1/3 of full scale and less than a bit a tick into a slow low pass: nothing may be lost.
+static void test_biquad_gain_at_rest_is_exact_for_as_long_as_it_runs(void)
+{
+    const tribo_biquad_f32_section_t slow[]   = {{0.0f, 0.0f, 3.0e-6f, 0.3f, 3.0e-6f}}; // gain 1, pole 1e-5
+    const int32_t                    inputs[] = {715827883, 3, -1, -1234567};
+    init(slow, 1);
+    const exact_t exact = exact_of(&params);
+    const double  gain  = exact.section[0].b2 / exact.section[0].a2;
+    for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++)
+    {
+        tribo_biquad_q31_reset(&state);
+        double sum = 0.0;
+        for (int k = 0; k < LONG_RUN / 4; k++)
+        {
+            const int32_t y = tribo_biquad_q31_step(&params, &state, inputs[i]);
+            sum += k >= LONG_RUN / 4 - 100000 ? y : 0;
+        }
+        // The mean, as the output's last bits may toggle.
+        TEST_ASSERT_TRUE(LONG_RUN < 1000000 ||
+                         fabs(sum / 100000.0 - gain * inputs[i]) <= ldexp(1.0, params.section[0].scale));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
+}
+
+// Bits of the input below its node's last are not lost either.
+static void test_biquad_carries_what_the_input_scale_drops(void)
+{
+    params      = (tribo_biquad_q31_params_t){.section     = {{.b0 = INT32_C(1) << 28, .a1 = INT32_C(1) << 28}},
+                                              .count       = 1,
+                                              .input_scale = 4};
+    int64_t sum = 0;
+    for (int k = 0; k < LONG_RUN; k++)
+    {
+        tribo_biquad_q31_state_t *s = &state;
+        (void)tribo_biquad_q31_output(&params, s, 7);
+        sum += s->x;
+        tribo_biquad_q31_advance(&params, s, 0);
+    }
+    TEST_ASSERT_EQUAL_INT64((int64_t)LONG_RUN * 7, sum * 16 + state.carry);
+}
+
+static void test_biquad_integrates_as_a_counter_does(void)
+{
+    // y = x + w1, w1 += 2^-28 x: an integrator by hand, a tick's change far below the last bit.
+    params = (tribo_biquad_q31_params_t){.section = {{.b0 = 0, .b1 = 1}}, .count = 1};
+    for (int k = 0; k < LONG_RUN; k++)
+    {
+        (void)tribo_biquad_q31_step(&params, &state, 12345);
+    }
+    TEST_ASSERT_EQUAL_INT64((int64_t)LONG_RUN * 12345, state.section[0].w1);
+}
+
+// --- limit cycles ------------------------------------------------------------------------------------------------
+
+/// Largest held output after the input has been 0 for long.
+static int32_t left_over(int decay, int watched)
+{
+    for (int k = 0; k < decay; k++)
+    {
+        (void)wide_step(0);
+    }
+    int32_t worst = 0;
+    for (int k = 0; k < watched; k++)
+    {
+        (void)wide_step(0);
+        const int32_t y = state.y[params.count - 1u];
+        worst           = y > worst ? y : (-y > worst ? -y : worst);
+    }
+    return worst;
+}
+
+static void test_biquad_comes_to_rest_at_zero_input(void)
+{
+    random_t r     = {2024};
+    int32_t  worst = 0;
+    for (int i = 0; i < 20; i++)
+    {
+        const double                     p         = 1.0 - pow(10.0, random_between(&r, -2.0, 0.0));
+        const tribo_biquad_f32_section_t section[] = {
+            section_from_roots(random_between(&r, 0.01, 2.0), 0.9, 1.0, p, random_between(&r, 0.0, 3.1))};
+        init(section, 1);
+        for (int k = 0; k < 100; k++)
+        {
+            (void)wide_step((int32_t)random_between(&r, -2147483647.0, 2147483647.0));
+        }
+        const int32_t left = left_over(60000, 3000);
+        worst              = left > worst ? left : worst;
+    }
+    printf("largest zero-input limit cycle of 20 sections: %d LSB\n", (int)worst);
+    TEST_ASSERT_LESS_OR_EQUAL_INT32(64, worst);
+}
+
+static void test_biquad_of_the_papers_controller_comes_to_rest_within_a_bit(void)
+{
+    const tribo_biquad_f32_section_t paper[] = TRIBO_PAPER_CONTROLLER_F32;
+    init(paper, 2);
+    for (int k = 0; k < 50; k++)
+    {
+        (void)wide_step(k % 3 == 0 ? 20000 : -7000);
+    }
+    // Its slow pole takes 5e5 ticks for each factor of e.
+    const int32_t left = left_over(LONG_RUN, 10000);
+    printf("zero-input limit cycle of the paper's controller: %d LSB\n", (int)left);
+    TEST_ASSERT_TRUE(LONG_RUN < 1000000 || left <= 1);
+}
+
+// --- headroom ----------------------------------------------------------------------------------------------------
+
+#define HISTORY 1500
+
+/// Plays the worst input for node `node`: the signs of its impulse response backwards. Returns its peak in full scales.
+static double play_worst_case(uint32_t node)
+{
+    static double response[HISTORY];
+    exact_t       exact = exact_of(&params);
+    for (int k = 0; k < HISTORY; k++)
+    {
+        (void)exact_step(&exact, k == 0 ? 1.0 : 0.0);
+        response[k] = exact.section[node].y;
+    }
+    tribo_biquad_q31_reset(&state);
+    double peak = 0.0;
+    for (int k = HISTORY; k-- > 0;)
+    {
+        (void)wide_step(response[k] < 0.0 ? -INT32_MAX : INT32_MAX);
+        peak = fmax(peak, fabs((double)state.y[node]));
+    }
+    return ldexp(peak, params.section[node].scale - 31);
+}
+
+static void test_biquad_headroom_holds_the_worst_input_and_no_more_than_that(void)
+{
+    random_t     r     = {99};
+    const double slack = 1.06; // two margins of 2 %, and the tail
+    for (int i = 0; i < 40; i++)
+    {
+        tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+        const uint32_t             count = 1u + (uint32_t)i % TRIBO_BIQUAD_Q31_SECTIONS_MAX;
+        for (uint32_t j = 0; j < count; j++)
+        {
+            sections[j] = random_section(&r);
+        }
+        init(sections, count);
+        for (uint32_t node = 0; node < count; node++)
+        {
+            const double peak = play_worst_case(node);
+            TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
+            TEST_ASSERT_TRUE(peak <= (double)headroom.output[node]);
+            TEST_ASSERT_TRUE(peak * slack >= (double)headroom.output[node]);
+            TEST_ASSERT_TRUE((double)headroom.output[node] < ldexp(1.0, params.section[node].scale));
+        }
+        tribo_biquad_q31_reset(&state);
+        for (int k = 0; k < 5000; k++)
+        {
+            (void)wide_step((random_bits(&r) & 1u) != 0u ? INT32_MAX : -INT32_MAX);
+        }
+        TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
+    }
+}
+
+// --- what must never happen --------------------------------------------------------------------------------------
+
+static void test_biquad_step_saturates_its_output_and_counts(void)
+{
+    const tribo_biquad_f32_section_t twice[] = {{2.0f, 4.0f, 2.0f, 2.0f, 1.0f}};
+    init(twice, 1);
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_biquad_q31_step(&params, &state, 1200000000));
+    TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_biquad_q31_step(&params, &state, INT32_MIN));
+    TEST_ASSERT_EQUAL_UINT32(2, state.saturated);
+    const int32_t y = tribo_biquad_q31_step(&params, &state, 100);
+    TEST_ASSERT_INT32_WITHIN(8, 200, y); // nothing of it stays
+}
+
+static void test_biquad_saturates_at_each_node_that_was_given_too_little_room(void)
+{
+    const int32_t full = (INT32_C(1) << 30) - 1; // a gain of almost 4 ...
+    for (uint32_t node = 0; node < 3u; node++)
+    {
+        for (int sign = -1; sign <= 1; sign += 2)
+        {
+            params = (tribo_biquad_q31_params_t){.count = 3};
+            for (uint32_t i = 0; i < 3u; i++)
+            {
+                params.section[i].b0 = i == node ? full : INT32_C(1) << 26; // ... where the others have 1/4
+                params.section[i].a1 = INT32_C(1) << 28;
+            }
+            tribo_biquad_q31_reset(&state);
+            if (node > 0u)
+            {
+                state.section[node - 1u].w1 = (int64_t)end_of(sign) * (INT64_C(1) << 27);
+            }
+            const int32_t limit = end_of(sign);
+            (void)tribo_biquad_q31_output(&params, &state, limit);
+            TEST_ASSERT_EQUAL_INT32(limit, state.y[node]);
+            TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
+        }
+    }
+}
+
+static void test_biquad_keeps_a_lost_state_in_range_and_recovers(void)
+{
+    const tribo_biquad_f32_section_t section[] = {{0.5f, 0.1f, 0.05f, 0.5f, 0.1f}};
+    init(section, 1);
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        tribo_biquad_q31_reset(&state);
+        state.section[0].w1 = (sign < 0 ? -W_MAX : W_MAX);
+        state.section[0].w2 = (sign < 0 ? -W_MAX : W_MAX);
+        (void)tribo_biquad_q31_step(&params, &state, end_of(sign));
+        TEST_ASSERT_TRUE(state.saturated > 0u);
+        const uint32_t counted = state.saturated;
+        state.section[0].w1    = (sign < 0 ? -W_MAX : W_MAX);
+        state.section[0].w2    = (sign < 0 ? -W_MAX : W_MAX);
+        state.y[0]             = end_of(-sign);
+        state.x                = end_of(sign);
+        tribo_biquad_q31_advance(&params, &state, 0);
+        TEST_ASSERT_EQUAL_INT64((sign < 0 ? -W_MAX : W_MAX), state.section[0].w1);
+        TEST_ASSERT_TRUE(state.saturated > counted);
+        for (int k = 0; k < 5000; k++)
+        {
+            (void)tribo_biquad_q31_step(&params, &state, 0);
+        }
+        TEST_ASSERT_INT32_WITHIN(64, 0, state.y[0]);
+    }
+}
+
+static void test_biquad_advances_as_if_the_corrected_input_had_come(void)
+{
+    random_t                   r          = {3};
+    tribo_biquad_f32_section_t sections[] = {random_section(&r), random_section(&r)};
+    init(sections, 2);
+    tribo_biquad_q31_state_t corrected = state;
+    for (int k = 0; k < 200; k++)
+    {
+        const int32_t x = (int32_t)random_between(&r, -1e8, 1e8);
+        const int32_t c = (int32_t)random_between(&r, -1e8, 1e8) >> params.input_scale;
+        (void)tribo_biquad_q31_output(&params, &corrected, x);
+        tribo_biquad_q31_advance(&params, &corrected, c);
+        (void)wide_step((int32_t)((int64_t)x + (int64_t)c * (1 << params.input_scale)));
+        for (uint32_t i = 0; i < 2u; i++)
+        {
+            TEST_ASSERT_DOUBLE_WITHIN(0x1p36, (double)state.section[i].w1, (double)corrected.section[i].w1);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, corrected.saturated);
+    tribo_biquad_q31_advance(&params, &corrected, INT32_MAX);
+    (void)tribo_biquad_q31_output(&params, &corrected, INT32_MAX);
+    tribo_biquad_q31_advance(&params, &corrected, INT32_MAX);
+    TEST_ASSERT_TRUE(corrected.saturated > 0u);
+}
+
+// --- change of params --------------------------------------------------------------------------------------------
+
+static void test_biquad_change_keeps_the_output_and_its_slope(void)
+{
+    random_t r           = {17};
+    int      unsaturated = 0;
+    for (int i = 0; i < 200; i++)
+    {
+        tribo_biquad_f32_section_t from_sections[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+        tribo_biquad_f32_section_t to_sections[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+        tribo_biquad_q31_params_t  to;
+        const uint32_t             from_count = 1u + (uint32_t)(random_bits(&r) % 4u);
+        const uint32_t             to_count   = 1u + (uint32_t)(random_bits(&r) % 4u);
+        for (uint32_t j = 0; j < TRIBO_BIQUAD_Q31_SECTIONS_MAX; j++)
+        {
+            from_sections[j] = random_section(&r);
+            to_sections[j]   = random_section(&r);
+        }
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_q31_init(&to, to_sections, to_count, NULL));
+        init(from_sections, from_count);
+        for (int k = 0; k < 50; k++)
+        {
+            (void)wide_step((int32_t)(1e8 * sin(k * 0.1)));
+        }
+        tribo_biquad_q31_state_t       old    = state;
+        const int32_t                  offset = i % 2 == 0 ? 0 : 100000;
+        const tribo_biquad_q31_state_t before = old;
+        tribo_biquad_q31_change(&params, &to, &state, 70000000, offset);
+        if (state.saturated != before.saturated)
+        {
+            continue; // a node of `to` has not the room for what stood in one of `from`, and has said so
+        }
+        unsaturated++;
+        const int64_t wanted = tribo_biquad_q31_output(&params, &old, 70000000) + offset;
+        const int64_t found  = tribo_biquad_q31_output(&to, &state, 70000000);
+        // To the last bits of the coarser node, which a section's gain of b0 may follow.
+        const double unit = ldexp(1.0, to.section[to_count - 1u].scale) * (double)(8 << to.input_scale) +
+                            ldexp(1.0, params.section[from_count - 1u].scale);
+        TEST_ASSERT_DOUBLE_WITHIN(64.0 * unit, (double)wanted, (double)found);
+
+        if (from_count == to_count && offset == 0)
+        {
+            // Its input standing, each output moves as its w1 does.
+            const double was = (double)old.section[0].w1;
+            const double is  = (double)state.section[0].w1;
+            tribo_biquad_q31_advance(&params, &old, 0);
+            tribo_biquad_q31_advance(&to, &state, 0);
+            const double slope = ldexp((double)old.section[0].w1 - was, params.section[0].scale - 28);
+            const double now   = ldexp((double)state.section[0].w1 - is, to.section[0].scale - 28);
+            TEST_ASSERT_DOUBLE_WITHIN(ldexp(1.0, 10 + to.section[0].scale + params.section[0].scale + to.input_scale),
+                                      slope,
+                                      now);
+        }
+    }
+    TEST_ASSERT_TRUE(unsaturated > 150);
+}
+
+static void test_biquad_change_to_the_same_params_changes_nothing_to_see(void)
+{
+    const tribo_biquad_f32_section_t paper[] = TRIBO_PAPER_CONTROLLER_F32;
+    init(paper, 2);
+    for (int k = 0; k < 100; k++)
+    {
+        (void)wide_step(k * 1000);
+    }
+    tribo_biquad_q31_state_t twin = state;
+    tribo_biquad_q31_change(&params, &params, &state, 100000, 0);
+    for (int k = 0; k < 100; k++)
+    {
+        const int64_t plain = tribo_biquad_q31_output(&params, &twin, 100000);
+        tribo_biquad_q31_advance(&params, &twin, 0);
+        TEST_ASSERT_DOUBLE_WITHIN(ldexp(1.0, 4 + params.section[1].scale), (double)plain, wide_step(100000));
+    }
+}
+
+static void test_biquad_change_clamps_what_the_new_params_cannot_hold(void)
+{
+    params                             = (tribo_biquad_q31_params_t){.section = {{.b0 = 1, .scale = 4}}, .count = 1};
+    const tribo_biquad_q31_params_t to = {.section = {{.b0 = 1, .shift = 31}}, .count = 1};
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        tribo_biquad_q31_reset(&state);
+        state.section[0].w1 = sign * (INT64_C(1) << 59);
+        state.section[0].w2 = sign * (INT64_C(1) << 60);
+        tribo_biquad_q31_change(&params, &to, &state, 0, 0);
+        TEST_ASSERT_EQUAL_UINT32(2, state.saturated); // y of the old node, then in the new one
+        TEST_ASSERT_EQUAL_INT32(end_of(sign), (int32_t)(state.section[0].w1 >> 28));
+        TEST_ASSERT_TRUE(sign * state.section[0].w2 > (INT64_C(1) << 60));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_biquad_is_its_equation_to_a_few_bits_of_its_node);
+    RUN_TEST(test_biquad_one_section_is_exact_to_its_rounding);
+    RUN_TEST(test_biquad_signal_to_noise_at_low_corner_frequencies);
+    RUN_TEST(test_biquad_gain_at_rest_is_exact_for_as_long_as_it_runs);
+    RUN_TEST(test_biquad_carries_what_the_input_scale_drops);
+    RUN_TEST(test_biquad_integrates_as_a_counter_does);
+    RUN_TEST(test_biquad_comes_to_rest_at_zero_input);
+    RUN_TEST(test_biquad_of_the_papers_controller_comes_to_rest_within_a_bit);
+    RUN_TEST(test_biquad_headroom_holds_the_worst_input_and_no_more_than_that);
+    RUN_TEST(test_biquad_step_saturates_its_output_and_counts);
+    RUN_TEST(test_biquad_saturates_at_each_node_that_was_given_too_little_room);
+    RUN_TEST(test_biquad_keeps_a_lost_state_in_range_and_recovers);
+    RUN_TEST(test_biquad_advances_as_if_the_corrected_input_had_come);
+    RUN_TEST(test_biquad_change_keeps_the_output_and_its_slope);
+    RUN_TEST(test_biquad_change_to_the_same_params_changes_nothing_to_see);
+    RUN_TEST(test_biquad_change_clamps_what_the_new_params_cannot_hold);
+    return UNITY_END();
+}

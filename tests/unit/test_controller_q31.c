@@ -1,0 +1,247 @@
+#include "tribo/controller_q31.h"
+
+#include "random.h"
+#include "tribo/paper_controller.h"
+#include "tribo/quantize_q31.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#define FULL_SCALE 2.0f
+
+static const tribo_biquad_f32_section_t paper[]    = TRIBO_PAPER_CONTROLLER_F32;
+static const tribo_biquad_f32_section_t pi[]       = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0)};
+static const tribo_biquad_f32_section_t pi_first[] = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0),
+                                                      TRIBO_BIQUAD_F32(1.0, -0.2, 0.0, -0.6, 0.0)};
+// Zeros outside the unit circle, alone and behind an integrator.
+static const tribo_biquad_f32_section_t zero_outside[]    = {TRIBO_BIQUAD_F32(1.0, -1.2, 0.0, -0.99, 0.0)};
+static const tribo_biquad_f32_section_t pi_zero_outside[] = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0),
+                                                             TRIBO_BIQUAD_F32(1.0, -1.2, 0.0, -0.6, 0.0)};
+
+static tribo_controller_f32_config_t  config;
+static tribo_controller_q31_params_t  params;
+static tribo_controller_q31_state_t   state;
+static tribo_controller_q31_signals_t seen;
+static tribo_headroom_q31_t           headroom;
+
+static void init(const tribo_biquad_f32_section_t *sections, uint32_t count)
+{
+    config = (tribo_controller_f32_config_t){.sections      = sections,
+                                             .section_count = count,
+                                             .u_min_n       = -0.5f,
+                                             .u_max_n       = 1.0f};
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&params, &config, FULL_SCALE, &headroom));
+    tribo_controller_q31_reset(&state);
+}
+
+void setUp(void)
+{
+    init(paper, 2);
+}
+
+void tearDown(void)
+{
+}
+
+static int32_t q31(double force_n)
+{
+    return (int32_t)round(force_n / (double)FULL_SCALE * 2147483648.0);
+}
+
+static int32_t step(double e, double feedforward)
+{
+    return tribo_controller_q31_step(&params, &state, q31(e), q31(feedforward), &seen);
+}
+
+static void test_controller_is_its_cascade_plus_the_feedforward(void)
+{
+    tribo_biquad_q31_state_t cascade;
+    tribo_biquad_q31_reset(&cascade);
+    for (int k = 0; k < 1000; k++)
+    {
+        const int32_t e = q31(0.01 * sin(k * 0.05));
+        const int32_t f = q31(0.1 * cos(k * 0.01));
+        const int64_t v = tribo_biquad_q31_output(&params.cascade, &cascade, e);
+        tribo_biquad_q31_advance(&params.cascade, &cascade, 0);
+        const int32_t u = tribo_controller_q31_step(&params, &state, e, f, &seen);
+        TEST_ASSERT_EQUAL_INT64(v, seen.v);
+        TEST_ASSERT_EQUAL_INT64(v + f, u);
+        TEST_ASSERT_EQUAL_INT32(u, seen.u);
+        TEST_ASSERT_FALSE(seen.limited);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, state.limited_ticks);
+    TEST_ASSERT_EQUAL_UINT32(0, state.cascade.saturated);
+}
+
+static void test_controller_keeps_u_within_its_limits(void)
+{
+    TEST_ASSERT_EQUAL_INT32(q31(1.0), step(1.9, 0.0));
+    TEST_ASSERT_TRUE(seen.limited);
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, seen.v); // 1.9 D is beyond full scale: the log has it saturated
+    TEST_ASSERT_EQUAL_INT32(q31(-0.5), step(-1.9, 0.0));
+    TEST_ASSERT_EQUAL_INT32(q31(1.0), step(0.0, 1.9));
+    TEST_ASSERT_EQUAL_UINT32(3, state.limited_ticks);
+    TEST_ASSERT_EQUAL_UINT32(0, state.cascade.saturated);
+    state.limited_ticks = UINT32_MAX;
+    (void)step(1.9, 0.0);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, state.limited_ticks);
+}
+
+// Hanus: the states go on as if the input had come that gives the limited u.
+static void test_controller_conditions_its_states_on_the_limited_output(void)
+{
+    const double                 D          = (double)paper[0].b0 * (double)paper[1].b0;
+    const double                 realisable = (1.0 - 0.2) / D; // from rest
+    tribo_controller_q31_state_t other      = state;
+    (void)tribo_biquad_q31_output(&params.cascade, &other.cascade, q31(realisable));
+    tribo_biquad_q31_advance(&params.cascade, &other.cascade, 0);
+    TEST_ASSERT_EQUAL_INT32(q31(1.0), step(1.8, 0.2));
+    for (int i = 0; i < 2; i++)
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(0x1p35, (double)other.cascade.section[i].w1, (double)state.cascade.section[i].w1);
+        TEST_ASSERT_DOUBLE_WITHIN(0x1p38, (double)other.cascade.section[i].w2, (double)state.cascade.section[i].w2);
+    }
+}
+
+static void check_no_windup(const tribo_biquad_f32_section_t *sections, uint32_t count, double e)
+{
+    init(sections, count);
+    double w1[TRIBO_BIQUAD_Q31_SECTIONS_MAX] = {0.0};
+    for (int k = 0; k < 60000; k++)
+    {
+        (void)step(e, 0.0);
+        for (uint32_t i = 0; i < count && k == 30000; i++)
+        {
+            w1[i] = (double)state.cascade.section[i].w1;
+        }
+    }
+    for (uint32_t i = 0; i < count; i++)
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(0x1p51, w1[i], (double)state.cascade.section[i].w1); // 1/256 of full scale
+    }
+    TEST_ASSERT_TRUE(state.limited_ticks > 100u);
+    TEST_ASSERT_EQUAL_UINT32(0, state.cascade.saturated);
+}
+
+static void test_controller_does_not_wind_up_whatever_its_zeros(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        check_no_windup(paper, 2, sign * 1.9);
+        check_no_windup(pi, 1, sign * 1.9);
+        check_no_windup(pi_first, 2, sign * 1.9);
+        check_no_windup(zero_outside, 1, sign * 1.9);
+        check_no_windup(pi_zero_outside, 2, sign * 1.9);
+    }
+}
+
+static void test_controller_leaves_its_limit_as_soon_as_the_error_turns(void)
+{
+    for (int k = 0; k < 60000; k++)
+    {
+        (void)step(1.9, 0.0);
+    }
+    TEST_ASSERT_EQUAL_INT32(q31(1.0), step(1.9, 0.0));
+    TEST_ASSERT_TRUE(step(-0.01, 0.0) < q31(1.0));
+    TEST_ASSERT_FALSE(seen.limited);
+}
+
+static tribo_biquad_f32_section_t random_section(random_t *r)
+{
+    const double p     = random_between(r, 0.0, 0.98);
+    const double angle = random_between(r, 0.0, 3.1);
+    const double q     = random_between(r, 0.0, 1.3);
+    const double turn  = random_between(r, 0.0, 3.1);
+    const double b0    = random_between(r, 0.1, 3.0);
+    return (tribo_biquad_f32_section_t)
+        TRIBO_BIQUAD_F32(b0, b0 * -2.0 * q * cos(turn), b0 * q * q, -2.0 * p * cos(angle), p * p);
+}
+
+// Whatever the limits take away and the feedforward adds, no node of the cascade saturates.
+static void test_controller_headroom_holds_for_full_scale_inputs_at_its_limits(void)
+{
+    random_t r    = {77};
+    int      runs = 0;
+    for (int i = 0; i < 100; i++)
+    {
+        tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_SECTIONS_MAX];
+        const uint32_t             count = 1u + (uint32_t)i % TRIBO_BIQUAD_SECTIONS_MAX;
+        for (uint32_t j = 0; j < count; j++)
+        {
+            sections[j] = random_section(&r);
+        }
+        sections[0]                 = i % 3 == 0 ? pi[0] : sections[0];
+        config                      = (tribo_controller_f32_config_t){sections, count, -0.5f, 1.0f};
+        const tribo_status_t status = tribo_controller_q31_init(&params, &config, FULL_SCALE, &headroom);
+        if (status != TRIBO_OK)
+        {
+            continue;
+        }
+        runs++;
+        tribo_controller_q31_reset(&state);
+        int32_t e = INT32_MAX;
+        int32_t f = INT32_MAX;
+        for (int k = 0; k < 3000; k++)
+        {
+            const uint64_t bits = random_bits(&r);
+            e                   = bits % 8u == 0u ? -e : e;
+            f                   = bits / 8u % 64u == 0u ? -f : f;
+            const int32_t u     = tribo_controller_q31_step(&params, &state, e, f, &seen);
+            TEST_ASSERT_TRUE(u >= params.u_min && u <= params.u_max);
+        }
+        TEST_ASSERT_EQUAL_UINT32(0, state.cascade.saturated);
+        TEST_ASSERT_TRUE((double)headroom.input < ldexp(1.0, params.cascade.input_scale));
+    }
+    TEST_ASSERT_TRUE(runs > 60);
+}
+
+// --- change of params --------------------------------------------------------------------------------------------
+
+static void test_controller_changes_params_without_a_bump(void)
+{
+    tribo_controller_q31_params_t other;
+    tribo_controller_f32_config_t other_config = config;
+    other_config.sections                      = pi_first;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&other, &other_config, FULL_SCALE, NULL));
+    for (int k = 0; k < 2000; k++)
+    {
+        (void)step(0.002, 0.1);
+    }
+    const int32_t before = seen.u;
+    tribo_controller_q31_change(&params, &other, &state, q31(0.002), 0);
+    const int32_t after = tribo_controller_q31_step(&other, &state, q31(0.002), q31(0.1), &seen);
+    TEST_ASSERT_INT32_WITHIN(q31(1e-4), before, after);
+    tribo_controller_q31_change(&other, &other, &state, q31(0.002), q31(-0.05));
+    const int32_t moved = tribo_controller_q31_step(&other, &state, q31(0.002), q31(0.1), &seen);
+    TEST_ASSERT_INT32_WITHIN(q31(5e-3), after - q31(0.05), moved);
+}
+
+// --- what must never happen --------------------------------------------------------------------------------------
+
+static void test_controller_takes_whatever_an_input_can_be(void)
+{
+    const int32_t inputs[] = {INT32_MIN, -INT32_MAX, -1, 0, 1, INT32_MAX};
+    random_t      r        = {1};
+    for (int k = 0; k < 20000; k++)
+    {
+        const int32_t e = inputs[random_bits(&r) % 6u];
+        const int32_t f = inputs[random_bits(&r) % 6u];
+        const int32_t u = tribo_controller_q31_step(&params, &state, e, f, &seen);
+        TEST_ASSERT_TRUE(u >= params.u_min && u <= params.u_max);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_controller_is_its_cascade_plus_the_feedforward);
+    RUN_TEST(test_controller_keeps_u_within_its_limits);
+    RUN_TEST(test_controller_conditions_its_states_on_the_limited_output);
+    RUN_TEST(test_controller_does_not_wind_up_whatever_its_zeros);
+    RUN_TEST(test_controller_leaves_its_limit_as_soon_as_the_error_turns);
+    RUN_TEST(test_controller_headroom_holds_for_full_scale_inputs_at_its_limits);
+    RUN_TEST(test_controller_changes_params_without_a_bump);
+    RUN_TEST(test_controller_takes_whatever_an_input_can_be);
+    return UNITY_END();
+}

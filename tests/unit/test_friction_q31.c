@@ -1,0 +1,367 @@
+#include "tribo/friction_q31.h"
+
+#include "tribo/quantize_q31.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define H          1.0e-3f
+#define FULL_SCALE 2.0f
+
+static tribo_friction_f32_config_t  config;
+static tribo_friction_q31_params_t  params;
+static tribo_friction_q31_state_t   state;
+static tribo_friction_q31_signals_t seen;
+static tribo_breakaway_point_q31_t  points[TRIBO_BREAKAWAY_POINTS_MAX];
+
+static void init(void)
+{
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_q31_init(&params, points, &config, H, FULL_SCALE));
+    tribo_friction_q31_reset(&state);
+}
+
+void setUp(void)
+{
+    config = tribo_friction_f32_paper();
+    init();
+}
+
+void tearDown(void)
+{
+}
+
+static int32_t q31(double force_n)
+{
+    return (int32_t)round(force_n / (double)FULL_SCALE * 2147483648.0);
+}
+
+static double newton(int32_t x)
+{
+    return x / 2147483648.0 * (double)FULL_SCALE;
+}
+
+static double step(double u, double F)
+{
+    return newton(tribo_friction_q31_step(&params, &state, q31(u), q31(F), &seen));
+}
+
+static void arm_q2(double F, double breakaway)
+{
+    for (int k = 0; k < 5; k++)
+    {
+        (void)step(F - 0.9 * breakaway, F);
+    }
+    for (int k = 0; k < 5; k++)
+    {
+        (void)step(F - 0.1 * breakaway, F);
+    }
+}
+
+// --- the equations -----------------------------------------------------------------------------------------------
+
+static void test_friction_holds_against_the_net_force_up_to_breakaway(void)
+{
+    TEST_ASSERT_EQUAL_INT32(q31(0.0625), (int32_t)round(step(0.5625, 0.5) / 2.0 * 2147483648.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.157, newton(seen.L)); // 0.007 + 0.3 * 0.5
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.157, step(0.75, 0.5));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, -0.157, step(0.25, 0.5));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, -0.157, step(-1.0, -0.5));
+    TEST_ASSERT_EQUAL_INT32(0, q31(step(0.5, 0.5)));
+}
+
+static void test_friction_reports_net_force_and_its_rise_with_gravity(void)
+{
+    config.gravity_n = 0.01f;
+    init();
+    (void)step(0.5, 0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-9, 0.01, newton(seen.n));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-9, 0.01, newton(seen.rise));
+    (void)step(0.45, 0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(4e-9, -0.04, newton(seen.n));
+    TEST_ASSERT_DOUBLE_WITHIN(4e-9, 0.03, newton(seen.rise)); // of |n|
+}
+
+static void test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis(void)
+{
+    arm_q2(0.5, 0.157);
+    TEST_ASSERT_TRUE(seen.q2);
+    TEST_ASSERT_FALSE(seen.q);               // n < 0
+    const double negative = step(0.45, 0.5); // Q1 low
+    TEST_ASSERT_EQUAL_INT32(seen.n, q31(negative));
+    TEST_ASSERT_FALSE(seen.q);
+    TEST_ASSERT_TRUE(step(0.6, 0.5) < 0.1 - 1e-5);
+    TEST_ASSERT_TRUE(seen.q);
+    TEST_ASSERT_EQUAL_INT32(seen.n, q31(step(0.6, 0.5))); // it stands
+    TEST_ASSERT_FALSE(seen.q);
+}
+
+static void test_friction_arms_and_disarms_at_its_levels_only(void)
+{
+    for (int deep = 0; deep < 2; deep++)
+    {
+        tribo_friction_q31_reset(&state);
+        for (int k = 0; k < 5; k++)
+        {
+            (void)step(0.5 - (deep != 0 ? 0.76 : 0.74) * 0.157, 0.5);
+        }
+        (void)step(0.5, 0.5);
+        TEST_ASSERT_EQUAL_INT(deep != 0, seen.q2);
+    }
+    for (int high = 0; high < 2; high++)
+    {
+        tribo_friction_q31_reset(&state);
+        arm_q2(0.5, 0.157);
+        (void)step(0.5 + (high != 0 ? 0.81 : 0.79) * 0.157, 0.5);
+        (void)step(0.5, 0.5);
+        TEST_ASSERT_EQUAL_INT(high == 0, seen.q2);
+    }
+    // And in the mirror.
+    for (int high = 0; high < 2; high++)
+    {
+        tribo_friction_q31_reset(&state);
+        for (int k = 0; k < 5; k++)
+        {
+            (void)step(0.5 + 0.76 * 0.157, 0.5);
+        }
+        for (int k = 0; k < 5; k++)
+        {
+            (void)step(0.5, 0.5);
+        }
+        TEST_ASSERT_TRUE(seen.q1);
+        (void)step(0.5 - (high != 0 ? 0.81 : 0.79) * 0.157, 0.5);
+        (void)step(0.5, 0.5);
+        TEST_ASSERT_EQUAL_INT(high == 0, seen.q1);
+    }
+}
+
+static void test_friction_takes_each_direction_from_its_own_law(void)
+{
+    config.positive = (tribo_breakaway_f32_t){.offset_n = 0.01f, .slope = 0.25f};
+    config.negative = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.5f};
+    init();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.11, step(1.9, 0.4));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, -0.22, step(-1.5, 0.4));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.22, newton(seen.L));
+}
+
+static void test_friction_follows_k_of_v_through_its_whole_range(void)
+{
+    double worst = 0.0;
+    for (int i = 0; i <= 4000; i++)
+    {
+        const double v = 0.0001 * pow(10.0, i / 1000.0); // 1e-4 to 1 N/s
+        tribo_friction_q31_reset(&state);
+        arm_q2(0.5, 0.157);
+        (void)step(0.6, 0.5);
+        const int32_t before = seen.n;
+        const double  f      = step(0.6 + v * 1e-3, 0.5);
+        const double  n      = newton(seen.n);
+        const double  rate   = newton(seen.n - before) * 1000.0;
+        const double  L      = newton(seen.L);
+        TEST_ASSERT_TRUE(seen.q);
+        TEST_ASSERT_EQUAL_INT32(seen.n - before, seen.rise);
+        const double k = 13.0 - 7.0 * tanh(3.0 * (rate / (double)config.v0_n_per_s - 1.0));
+        worst          = fmax(worst, fabs(k * L * tanh(n / (k * L)) - f));
+    }
+    printf("k(v), f at 0.1 N: within %.1e N of libm's tanh\n", worst);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-8, 0.0, worst);
+}
+
+/// f of k L tanh(n/(k L)) with L = 1 N, in N, for a constant k.
+static double curve(double n)
+{
+    tribo_friction_q31_reset(&state);
+    state.relay.latch.outputs = TRIBO_RELAY_Q2;
+    return step(n, 0.0);
+}
+
+static void test_friction_tanh_is_as_close_as_its_header_says(void)
+{
+    const float ks[]  = {1.01f, 1.1f, 2.0f, 6.0f, 20.0f, 1000.0f};
+    double      worst = 0.0;
+    for (size_t i = 0; i < sizeof ks / sizeof ks[0]; i++)
+    {
+        config.k_min             = ks[i];
+        config.k_max             = ks[i];
+        config.positive.slope    = 0.0f;
+        config.positive.offset_n = 1.0f;
+        init();
+        const double k    = (double)ks[i];
+        double       here = 0.0;
+        for (int j = 1; j < 40000; j++)
+        {
+            const double n     = 1.9999 * j / 40000.0;
+            const double f     = curve(n);
+            const double exact = fmin(1.0, k * tanh(newton(seen.n) / k));
+            TEST_ASSERT_TRUE(seen.q);
+            TEST_ASSERT_TRUE(f <= newton(seen.n));
+            here = fmax(here, (fabs(f - exact) - 4.0 * newton(1)) / exact); // beyond the last bits
+        }
+        printf("k = %g: k L tanh(n/(k L)) within %.2e of itself, and 4 LSB\n", k, here);
+        worst = fmax(worst, here);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(3.3e-7, 0.0, worst);
+}
+
+// k(v) from f at n = 0.9 N, with dk/df of the curve; its argument is bounded by 6 and tanh there is 1 - 1.2e-5.
+static void test_friction_k_of_v_is_as_close_as_its_header_says(void)
+{
+    config.k_min             = 2.0f;
+    config.k_max             = 20.0f;
+    config.m                 = 10.0f;
+    config.v0_n_per_s        = 1.0f;
+    config.positive.slope    = 0.0f;
+    config.positive.offset_n = 1.0f;
+    init();
+    double worst = 0.0;
+    for (int i = 0; i <= 20000; i++)
+    {
+        const double x = -9.9 + 0.00095 * i; // m (v/v0 - 1)
+        tribo_friction_q31_reset(&state);
+        state.relay.latch.outputs = TRIBO_RELAY_Q2;
+        state.n                   = q31(0.9);
+        const double n            = 0.9 + 1e-3 * (x / 10.0 + 1.0);
+        const double f            = step(n, 0.0);
+        const double exact_n      = newton(seen.n);
+        const double v            = newton(seen.rise) * 1e3;
+        const double k            = 11.0 - 9.0 * tanh(10.0 * (v - 1.0));
+        // One step of Newton's from the exact k: the curve's own error counts as k's.
+        const double s     = exact_n / k;
+        const double slope = tanh(s) - s / pow(cosh(s), 2.0);
+        const double error = (f - fmin(1.0, k * tanh(s))) / slope;
+        worst              = fmax(worst, k < 3.0 ? fabs(error) : 0.0); // where the slope shows it
+        TEST_ASSERT_DOUBLE_WITHIN(9.0 * 1.3e-5 * slope + 5e-7, fmin(1.0, k * tanh(s)), f);
+    }
+    printf("k(v) of 2 to 20: within %.1e, %.1e of its half range\n", worst, worst / 9.0);
+    TEST_ASSERT_DOUBLE_WITHIN(9.0 * 1.25e-5, 0.0, worst);
+}
+
+static void test_friction_takes_k_of_v_to_the_ends_of_its_params(void)
+{
+    config.k_min      = 1.01f;
+    config.k_max      = 1000.0f;
+    config.m          = 100.0f;
+    config.v0_n_per_s = 1.0e-4f;
+    init();
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        for (int i = 0; i < 2000; i++)
+        {
+            tribo_friction_q31_reset(&state);
+            state.relay.latch.outputs = TRIBO_RELAY_Q2 | TRIBO_RELAY_Q1;
+            const double f            = step(sign * 0.001 * i, 0.0);
+            TEST_ASSERT_TRUE(sign * f >= 0.0 && fabs(f) <= newton(seen.L) && fabs(f) <= fabs(newton(seen.n)));
+        }
+    }
+}
+
+static void test_friction_of_symmetric_params_is_a_mirror_image_to_the_last_bit(void)
+{
+    tribo_friction_q31_state_t   mirror = state;
+    tribo_friction_q31_signals_t image;
+    uint32_t                     word = 1;
+    int32_t                      u    = 0;
+    int                          q    = 0;
+    for (int k = 0; k < 50000; k++)
+    {
+        word            = word * 1664525u + 1013904223u;
+        const int32_t F = k / 100 % 2 == 0 ? 400000000 : -300000000;
+        u               = k % 20 == 0 ? F + (int32_t)word / 16 : u + (int32_t)(word >> 20) - 2048;
+        const int32_t f = tribo_friction_q31_step(&params, &state, u, F, &seen);
+        TEST_ASSERT_EQUAL_INT32(-f, tribo_friction_q31_step(&params, &mirror, -u, -F, &image));
+        TEST_ASSERT_TRUE(image.q == seen.q && image.q1 == seen.q2 && image.q2 == seen.q1 && image.L == seen.L);
+        q += seen.q;
+    }
+    TEST_ASSERT_TRUE(q > 1000);
+}
+
+// --- the breakpoint table ----------------------------------------------------------------------------------------
+
+static const tribo_breakaway_point_f32_t table[] = {{0.1f, 0.01f, 0.02f}, {0.3f, 0.05f, 0.08f}, {0.4f, 0.04f, 0.2f}};
+
+static void test_friction_table_is_linear_between_its_points_and_clamped_at_its_ends(void)
+{
+    config.table        = table;
+    config.table_length = 3;
+    init();
+    const double expected[][3] = {
+        // |F|, L+, L-
+        {0.0, 0.01, 0.02},
+        {0.1, 0.01, 0.02},
+        {0.15, 0.02, 0.035},
+        {0.3, 0.05, 0.08},
+        {0.375, 0.0425, 0.17},
+        {0.4, 0.04, 0.2},
+        {0.9, 0.04, 0.2},
+    };
+    for (size_t i = 0; i < sizeof expected / sizeof expected[0]; i++)
+    {
+        for (int sign = -1; sign <= 1; sign += 2)
+        {
+            const double F = sign * expected[i][0];
+            TEST_ASSERT_DOUBLE_WITHIN(1e-8, expected[i][1], step(F + 1.0, F));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-8, -expected[i][2], step(F - 1.0, F));
+        }
+    }
+}
+
+static void test_friction_table_of_one_point_is_a_constant(void)
+{
+    config.table        = table;
+    config.table_length = 1;
+    init();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.01, step(1.9, 0.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, -0.02, step(-0.9, 0.7));
+}
+
+// --- what must never happen --------------------------------------------------------------------------------------
+
+static void test_friction_saturates_net_force_and_breakaway_at_full_scale(void)
+{
+    config.positive.slope = 10.0f;
+    config.negative.slope = 10.0f;
+    init();
+    const int32_t inputs[] = {INT32_MIN, -INT32_MAX, -1, 0, 1, INT32_MAX};
+    uint32_t      counted  = 0;
+    for (size_t i = 0; i < 6; i++)
+    {
+        for (size_t j = 0; j < 6; j++)
+        {
+            const int64_t n = (int64_t)inputs[i] - inputs[j];
+            const int32_t f = tribo_friction_q31_step(&params, &state, inputs[i], inputs[j], &seen);
+            counted += n > INT32_MAX || n < -INT32_MAX;
+            TEST_ASSERT_EQUAL_UINT32(counted, state.saturated);
+            TEST_ASSERT_TRUE((int64_t)f * seen.n >= 0);
+            TEST_ASSERT_TRUE(f <= seen.L && f >= -seen.L);
+        }
+    }
+    TEST_ASSERT_TRUE(counted > 4u);
+    (void)tribo_friction_q31_step(&params, &state, INT32_MAX, -INT32_MAX, &seen);
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, seen.n);
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, seen.L);
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, seen.f);
+    (void)tribo_friction_q31_step(&params, &state, INT32_MIN, INT32_MAX, &seen);
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, seen.f);
+    TEST_ASSERT_EQUAL_INT32(0, seen.rise);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_friction_holds_against_the_net_force_up_to_breakaway);
+    RUN_TEST(test_friction_reports_net_force_and_its_rise_with_gravity);
+    RUN_TEST(test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis);
+    RUN_TEST(test_friction_arms_and_disarms_at_its_levels_only);
+    RUN_TEST(test_friction_takes_each_direction_from_its_own_law);
+    RUN_TEST(test_friction_follows_k_of_v_through_its_whole_range);
+    RUN_TEST(test_friction_tanh_is_as_close_as_its_header_says);
+    RUN_TEST(test_friction_k_of_v_is_as_close_as_its_header_says);
+    RUN_TEST(test_friction_takes_k_of_v_to_the_ends_of_its_params);
+    RUN_TEST(test_friction_of_symmetric_params_is_a_mirror_image_to_the_last_bit);
+    RUN_TEST(test_friction_table_is_linear_between_its_points_and_clamped_at_its_ends);
+    RUN_TEST(test_friction_table_of_one_point_is_a_constant);
+    RUN_TEST(test_friction_saturates_net_force_and_breakaway_at_full_scale);
+    return UNITY_END();
+}

@@ -1,0 +1,148 @@
+#include "tribo/q31.h"
+
+#include "random.h"
+#include "unity.h"
+
+#include <stdio.h>
+
+static uint32_t saturated;
+
+void setUp(void)
+{
+    saturated = 0;
+}
+
+void tearDown(void)
+{
+}
+
+static void test_q31_saturates_to_a_symmetric_range_and_counts(void)
+{
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_q31_saturate(INT32_MAX, &saturated));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_q31_saturate(-(int64_t)INT32_MAX, &saturated));
+    TEST_ASSERT_EQUAL_INT32(0, tribo_q31_saturate(0, &saturated));
+    TEST_ASSERT_EQUAL_UINT32(0, saturated);
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_q31_saturate(INT64_C(1) << 31, &saturated));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_q31_saturate(INT32_MIN, &saturated));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_q31_saturate(INT64_MAX, &saturated));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_q31_saturate(INT64_MIN, &saturated));
+    TEST_ASSERT_EQUAL_UINT32(4, saturated);
+    saturated = UINT32_MAX;
+    (void)tribo_q31_saturate(INT64_MAX, &saturated);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, saturated);
+}
+
+static void test_q31_magnitude_fits_whatever_the_number(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0, tribo_q31_magnitude(0));
+    TEST_ASSERT_EQUAL_UINT32(1, tribo_q31_magnitude(-1));
+    TEST_ASSERT_EQUAL_UINT32(INT32_MAX, tribo_q31_magnitude(INT32_MAX));
+    TEST_ASSERT_EQUAL_UINT32(INT32_MAX, tribo_q31_magnitude(-INT32_MAX));
+    TEST_ASSERT_EQUAL_UINT32(INT32_MAX, tribo_q31_magnitude(INT32_MIN));
+}
+
+static void test_q31_part_rounds_down(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(1u << 29, tribo_q31_part(1u << 30, 1u << 30));
+    TEST_ASSERT_EQUAL_UINT32(0, tribo_q31_part(UINT32_C(0x7fffffff), 1));
+    TEST_ASSERT_EQUAL_UINT32(UINT32_C(0x7ffffffe), tribo_q31_part(UINT32_C(0x7fffffff), UINT32_C(0x7fffffff)));
+    TEST_ASSERT_EQUAL_UINT32(UINT32_C(0xfffffffd), tribo_q31_part(UINT32_C(0xffffffff), UINT32_C(0x7fffffff)));
+}
+
+static void test_q31_shift_to_zero_treats_both_signs_alike(void)
+{
+    for (uint32_t shift = 0; shift <= 62u; shift++)
+    {
+        const int64_t one = INT64_C(1) << shift;
+        TEST_ASSERT_EQUAL_INT64(0, tribo_q31_shift_to_zero(1 - one, shift));
+        TEST_ASSERT_EQUAL_INT64(0, tribo_q31_shift_to_zero(one - 1, shift));
+        TEST_ASSERT_EQUAL_INT64(1, tribo_q31_shift_to_zero(one, shift));
+        TEST_ASSERT_EQUAL_INT64(-1, tribo_q31_shift_to_zero(-one, shift));
+        TEST_ASSERT_EQUAL_INT64(-(INT64_MAX / one), tribo_q31_shift_to_zero(-INT64_MAX, shift));
+    }
+}
+
+static void test_q31_leading_zeros_of_every_length(void)
+{
+    for (uint32_t zeros = 0; zeros < 32u; zeros++)
+    {
+        TEST_ASSERT_EQUAL_UINT32(zeros, tribo_q31_leading_zeros(UINT32_C(0x80000000) >> zeros));
+        TEST_ASSERT_EQUAL_UINT32(zeros, tribo_q31_leading_zeros(UINT32_MAX >> zeros));
+    }
+}
+
+/// What the header promises: 2 in the last place, or 2^-29 of the result.
+static void check_ratio(uint32_t a, uint32_t b, uint32_t shift)
+{
+    const double exact  = (double)a / (double)b * 2147483648.0 / (double)(UINT64_C(1) << shift);
+    const double wanted = exact < 2147483647.0 ? exact : 2147483647.0;
+    const double found  = (double)tribo_q31_ratio(a, b, shift);
+    TEST_ASSERT_TRUE(found <= 2147483647.0);
+    TEST_ASSERT_DOUBLE_WITHIN(2.0 + wanted * 0x1p-29, wanted, found);
+}
+
+static void test_q31_ratio_is_as_close_as_its_header_says(void)
+{
+    const uint32_t ends[] = {1,
+                             2,
+                             3,
+                             0x7fff,
+                             0x8000,
+                             0xffff,
+                             0x10000,
+                             0x10001,
+                             0x7fffffff,
+                             0x80000000,
+                             0x80000001,
+                             0x8000ffff,
+                             0x80010000,
+                             0xfffeffff,
+                             0xffff0000,
+                             0xffffffff};
+    for (size_t i = 0; i < sizeof ends / sizeof ends[0]; i++)
+    {
+        for (size_t j = 0; j < sizeof ends / sizeof ends[0]; j++)
+        {
+            for (uint32_t shift = 0; shift < 32u; shift++)
+            {
+                check_ratio(ends[i], ends[j], shift);
+            }
+        }
+    }
+    random_t r = {31};
+    for (int i = 0; i < 100000; i++)
+    {
+        const uint32_t a = (uint32_t)(random_bits(&r) >> 32) >> (random_bits(&r) % 32u);
+        const uint32_t b = (uint32_t)(random_bits(&r) >> 32) >> (random_bits(&r) % 32u);
+        check_ratio(a, b | (b == 0u), (uint32_t)(random_bits(&r) % 32u));
+    }
+}
+
+static void test_q31_ratio_takes_0_for_1_below_and_anything_above(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(tribo_q31_ratio(3, 1, 31), tribo_q31_ratio(3, 0, 31));
+    TEST_ASSERT_EQUAL_UINT32(INT32_MAX, tribo_q31_ratio(1, 0, 0));
+    TEST_ASSERT_EQUAL_UINT32(INT32_MAX, tribo_q31_ratio(UINT32_MAX, 1, 0));
+    TEST_ASSERT_EQUAL_UINT32(0, tribo_q31_ratio(0, 5, 0));
+}
+
+static void test_q31_constants_are_in_parts_of_full_scale(void)
+{
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX / 4, TRIBO_Q31(0.5, 2.0));
+    TEST_ASSERT_EQUAL_INT32(-(INT32_MAX / 4), TRIBO_Q31(-0.5f, 2));
+    TEST_ASSERT_EQUAL_INT32(0, TRIBO_Q31(0, 2.0));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_q31_saturates_to_a_symmetric_range_and_counts);
+    RUN_TEST(test_q31_magnitude_fits_whatever_the_number);
+    RUN_TEST(test_q31_part_rounds_down);
+    RUN_TEST(test_q31_shift_to_zero_treats_both_signs_alike);
+    RUN_TEST(test_q31_leading_zeros_of_every_length);
+    RUN_TEST(test_q31_ratio_is_as_close_as_its_header_says);
+    RUN_TEST(test_q31_ratio_takes_0_for_1_below_and_anything_above);
+    RUN_TEST(test_q31_constants_are_in_parts_of_full_scale);
+    return UNITY_END();
+}

@@ -1,0 +1,359 @@
+// What the set-up functions take and refuse; what they make of it is tested with the modules that run it.
+
+#include "tribo/quantize_q31.h"
+
+#include "random.h"
+#include "unity.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static tribo_force_loop_f32_config_t config;
+static tribo_breakaway_point_f32_t   points[TRIBO_BREAKAWAY_POINTS_MAX];
+static float                         full_scale;
+
+void setUp(void)
+{
+    config     = tribo_force_loop_f32_paper();
+    full_scale = 2.0f;
+    for (size_t i = 0; i < TRIBO_BREAKAWAY_POINTS_MAX; i++)
+    {
+        points[i] = (tribo_breakaway_point_f32_t){0.05f * (float)i, 0.1f, 0.1f};
+    }
+}
+
+void tearDown(void)
+{
+}
+
+/// Everything that the set-up of a loop may write.
+typedef struct
+{
+    tribo_force_loop_q31_params_t params;
+    tribo_breakaway_point_q31_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
+    tribo_headroom_q31_t          headroom;
+} written_t;
+
+static tribo_status_t init(written_t *out)
+{
+    return tribo_force_loop_q31_init(&out->params, out->table, &config, full_scale, &out->headroom);
+}
+
+static void check_refused(tribo_status_t status)
+{
+    static written_t out;
+    static written_t untouched;
+    memset(&out, 0xa5, sizeof out);
+    memset(&untouched, 0xa5, sizeof untouched);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(status, init(&out), tribo_status_text(status));
+    TEST_ASSERT_EQUAL_MEMORY(&untouched, &out, sizeof out);
+}
+
+static void check_taken(void)
+{
+    static written_t out;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&out));
+}
+
+// --- every field -------------------------------------------------------------------------------------------------
+
+static void test_quantize_takes_a_full_scale_from_1e_3_to_1e6(void)
+{
+    const float bad[] = {0.0f, -2.0f, 0.999e-3f, 1.001e6f, NAN, INFINITY, -INFINITY};
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+    {
+        full_scale = bad[i];
+        check_refused(TRIBO_ERR_FULL_SCALE);
+        tribo_controller_q31_params_t controller;
+        tribo_friction_q31_params_t   friction;
+        TEST_ASSERT_EQUAL_INT(TRIBO_ERR_FULL_SCALE,
+                              tribo_controller_q31_init(&controller, &config.controller, bad[i], NULL));
+        TEST_ASSERT_EQUAL_INT(TRIBO_ERR_FULL_SCALE,
+                              tribo_friction_q31_init(&friction, NULL, &config.compensator.friction, 1e-3f, bad[i]));
+    }
+    // Everything scaled along with it, the loop is the same to the last bits.
+    static written_t small;
+    static written_t large;
+    for (int i = 0; i < 2; i++)
+    {
+        config                                        = tribo_force_loop_f32_paper();
+        const float scale                             = i == 0 ? 1.0f / 1024.0f : 262144.0f;
+        full_scale                                    = 2.0f * scale;
+        config.input_max_n                            = scale;
+        config.controller.u_min_n                     = -scale;
+        config.controller.u_max_n                     = scale;
+        config.compensator.friction.positive.offset_n = 0.007f * scale;
+        config.compensator.friction.negative.offset_n = 0.007f * scale;
+        config.compensator.friction.v0_n_per_s        = 0.007f * scale;
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(i == 0 ? &small : &large));
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&small.params.controller, &large.params.controller, sizeof small.params.controller);
+    TEST_ASSERT_EQUAL_INT32(small.params.compensator.friction.positive.offset,
+                            large.params.compensator.friction.positive.offset);
+    TEST_ASSERT_INT32_WITHIN(512, small.params.compensator.friction.rate, large.params.compensator.friction.rate);
+}
+
+static void test_quantize_checks_pointers(void)
+{
+    written_t                     out;
+    tribo_friction_f32_config_t  *friction   = &config.compensator.friction;
+    tribo_controller_f32_config_t controller = config.controller;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_q31_init(NULL, NULL, &config, 2.0f, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_q31_init(&out.params, NULL, NULL, 2.0f, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&out.params, NULL, &config, 2.0f, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_friction_q31_init(NULL, NULL, friction, 1e-3f, 2.0f));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
+                          tribo_friction_q31_init(&out.params.compensator.friction, NULL, NULL, 1e-3f, 2.0f));
+    friction->table        = points;
+    friction->table_length = 3;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
+                          tribo_friction_q31_init(&out.params.compensator.friction, NULL, friction, 1e-3f, 2.0f));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_controller_q31_init(NULL, &controller, 2.0f, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_controller_q31_init(&out.params.controller, NULL, 2.0f, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_biquad_q31_init(NULL, controller.sections, 2, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_biquad_q31_init(&out.params.controller.cascade, NULL, 2, NULL));
+}
+
+static void test_quantize_says_what_the_f32_functions_say(void)
+{
+    config.sample_time_s = 0.0f;
+    check_refused(TRIBO_ERR_SAMPLE_TIME);
+    setUp();
+    config.gain = 2.1f;
+    check_refused(TRIBO_ERR_GAIN);
+    setUp();
+    config.controller.u_min_n = 0.1f;
+    check_refused(TRIBO_ERR_U_MIN);
+    setUp();
+    config.compensator.friction.k_max = 1001.0f;
+    check_refused(TRIBO_ERR_K_MAX);
+    setUp();
+    config.compensator.arm.inertia = 0.0f;
+    check_refused(TRIBO_ERR_INERTIA);
+    setUp();
+    tribo_friction_q31_params_t friction;
+    config.compensator.friction.k_min = 0.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_K_MIN,
+                          tribo_friction_q31_init(&friction, NULL, &config.compensator.friction, 1e-3f, 2.0f));
+    tribo_controller_q31_params_t controller;
+    config.controller.section_count = 0;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_SECTION_COUNT,
+                          tribo_controller_q31_init(&controller, &config.controller, 2.0f, NULL));
+    tribo_biquad_q31_params_t        cascade;
+    const tribo_biquad_f32_section_t unstable[] = {TRIBO_BIQUAD_F32(1.0, 0.0, 0.0, -1.01, 0.0)};
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_SECTION_UNSTABLE, tribo_biquad_q31_init(&cascade, unstable, 1, NULL));
+}
+
+static void test_quantize_takes_forces_up_to_full_scale(void)
+{
+    config.input_max_n        = 2.0f;
+    config.controller.u_min_n = -2.0f;
+    config.controller.u_max_n = 2.0f;
+    written_t out;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&out));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, out.params.input_max);
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, out.params.controller.u_min);
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, out.params.controller.u_max);
+    config.input_max_n = 2.0001f;
+    check_refused(TRIBO_ERR_INPUT_MAX);
+    setUp();
+    config.controller.u_min_n = -2.0001f;
+    check_refused(TRIBO_ERR_U_MIN);
+    setUp();
+    config.controller.u_max_n = 2.0001f;
+    check_refused(TRIBO_ERR_U_MAX);
+    setUp();
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        config.compensator.friction.gravity_n = (float)sign * 1.999f;
+        check_taken();
+        config.compensator.friction.gravity_n = (float)sign * 2.0f;
+        check_refused(TRIBO_ERR_GRAVITY);
+    }
+}
+
+static void test_quantize_takes_a_breakaway_from_1e_6_of_full_scale_to_almost_all_of_it(void)
+{
+    tribo_breakaway_f32_t *const laws[] = {&config.compensator.friction.positive,
+                                           &config.compensator.friction.negative};
+    for (size_t i = 0; i < 2; i++)
+    {
+        laws[i]->offset_n = 1.99f;
+        check_taken();
+        laws[i]->offset_n = 2.0f;
+        check_refused(TRIBO_ERR_BREAKAWAY_OFFSET);
+        laws[i]->offset_n = 2.01e-6f;
+        check_taken();
+        laws[i]->offset_n = 1.99e-6f;
+        check_refused(TRIBO_ERR_BREAKAWAY_OFFSET);
+        laws[i]->offset_n = 0.007f;
+        laws[i]->slope    = 10.0f;
+        check_taken();
+        laws[i]->slope = 0.0f;
+        check_taken();
+    }
+}
+
+static void test_quantize_checks_the_table_and_copies_it(void)
+{
+    tribo_friction_f32_config_t *friction = &config.compensator.friction;
+    friction->table                       = points;
+    friction->table_length                = TRIBO_BREAKAWAY_POINTS_MAX;
+    static written_t out;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&out));
+    TEST_ASSERT_EQUAL_PTR(out.table, out.params.compensator.friction.table);
+    TEST_ASSERT_EQUAL_INT(TRIBO_BREAKAWAY_POINTS_MAX, out.params.compensator.friction.table_length);
+    for (size_t i = 0; i < TRIBO_BREAKAWAY_POINTS_MAX; i++)
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(1.0, (double)points[i].force_n / 2.0 * 2147483648.0, (double)out.table[i].force);
+        TEST_ASSERT_DOUBLE_WITHIN(1.0, (double)points[i].positive_n / 2.0 * 2147483648.0, out.table[i].positive);
+        TEST_ASSERT_DOUBLE_WITHIN(1.0, (double)points[i].negative_n / 2.0 * 2147483648.0, out.table[i].negative);
+    }
+    friction->positive.offset_n = NAN; // not read
+    check_taken();
+
+    points[31].force_n = 2.0f; // not below full scale
+    check_refused(TRIBO_ERR_TABLE_FORCE);
+    friction->table_length = 31;
+    check_taken();
+    points[1].force_n = FLT_MIN; // strictly rising in float, not in Q31
+    check_refused(TRIBO_ERR_TABLE_FORCE);
+    points[1].force_n    = 0.05f;
+    points[7].positive_n = 2.0f;
+    check_refused(TRIBO_ERR_TABLE_BREAKAWAY);
+    points[7].positive_n = 1.5e-6f;
+    check_refused(TRIBO_ERR_TABLE_BREAKAWAY);
+    points[7].positive_n = 0.1f;
+    points[7].negative_n = 2.0f;
+    check_refused(TRIBO_ERR_TABLE_BREAKAWAY);
+}
+
+static void test_quantize_refuses_a_rate_law_finer_than_a_bit_a_tick(void)
+{
+    full_scale                             = 1.0e6f;
+    config.compensator.friction.positive   = (tribo_breakaway_f32_t){.offset_n = 100.0f, .slope = 0.3f};
+    config.compensator.friction.negative   = config.compensator.friction.positive;
+    config.compensator.friction.v0_n_per_s = 0.007f;
+    check_refused(TRIBO_ERR_V0);
+    config.compensator.friction.v0_n_per_s = 1.0f;
+    check_taken();
+    config.compensator.friction.m = 0.0f;
+    check_taken();
+    config.compensator.friction.v0_n_per_s    = 1.0e-6f;
+    config.sample_time_s                      = 1.0e-6f;
+    config.compensator.friction.m             = 100.0f;
+    config.compensator.friction.pulse_width_s = 3.0e-6f;
+    full_scale                                = 1.0e6f;
+    config.compensator.arm                    = (tribo_arm_f32_config_t){1.0f, 1.0e3f, 1.0e6f};
+    check_refused(TRIBO_ERR_V0);
+}
+
+// --- cascades ----------------------------------------------------------------------------------------------------
+
+static tribo_status_t plain(const tribo_biquad_f32_section_t *sections, uint32_t count)
+{
+    static tribo_biquad_q31_params_t out;
+    static tribo_biquad_q31_params_t untouched;
+    tribo_headroom_q31_t             headroom;
+    memset(&out, 0xa5, sizeof out);
+    memset(&untouched, 0xa5, sizeof untouched);
+    memset(&headroom, 0xa5, sizeof headroom);
+    const tribo_headroom_q31_t before = headroom;
+    const tribo_status_t       status = tribo_biquad_q31_init(&out, sections, count, &headroom);
+    if (status != TRIBO_OK)
+    {
+        TEST_ASSERT_EQUAL_MEMORY(&untouched, &out, sizeof out);
+        TEST_ASSERT_EQUAL_MEMORY(&before, &headroom, sizeof headroom);
+    }
+    return status;
+}
+
+static void test_quantize_refuses_peaks_without_a_bound_or_beyond_2_to_the_24(void)
+{
+    const tribo_biquad_f32_section_t integrator[] = {{1.0f, 0.5f, 0.1f, 1.0f, 0.0f}};
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_HEADROOM, plain(integrator, 1));
+    const tribo_biquad_f32_section_t too_slow[] = {{1.0f, 0.5f, 0.1f, 0.5f, 1.0e-8f}};
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_HEADROOM, plain(too_slow, 1));
+    tribo_biquad_f32_section_t gain[] = {{1.0e6f, 2.0e6f, 1.0e6f, 2.0f, 1.0f}, {16.0f, 32.0f, 16.0f, 2.0f, 1.0f}};
+    gain[0].b1                        = 1.0e6f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, plain(gain, 1));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_HEADROOM, plain(gain, 2));
+    const tribo_biquad_f32_section_t lost[] = {{1.0e6f, 0.0f, 0.0f, 0.3f, 0.01f},
+                                               {1.0e6f, 0.0f, 0.0f, 0.3f, 0.01f},
+                                               {1.0e6f, 0.0f, 0.0f, 0.3f, 0.01f}};
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_HEADROOM, plain(lost, 3));
+
+    // A controller whose anti-windup has to divide by next to nothing.
+    static const tribo_biquad_f32_section_t faint[] = {{1.0e-6f, 1.0e-6f, 0.5e-6f, 1.0f, 0.5f},
+                                                       {1.0e-6f, 1.0e-6f, 0.5e-6f, 1.0f, 0.5f}};
+    config.controller.sections                      = faint;
+    config.controller.section_count                 = 2;
+    check_refused(TRIBO_ERR_HEADROOM);
+}
+
+static void test_quantize_takes_integrators_in_a_controller(void)
+{
+    static const tribo_biquad_f32_section_t pid[] = {{12.0f, 4.0f, 0.5f, 0.8f, 0.0f}};
+    config.controller.sections                    = pid;
+    config.controller.section_count               = 1;
+    static written_t out;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&out));
+    TEST_ASSERT_EQUAL_INT32(0, out.params.controller.cascade.section[0].a2);
+    for (uint32_t i = 1; i < TRIBO_BIQUAD_Q31_SECTIONS_MAX; i++)
+    {
+        TEST_ASSERT_TRUE(out.headroom.output[i] == 0.0f);
+    }
+    TEST_ASSERT_TRUE(out.headroom.output[0] > 1.0f);
+}
+
+// Stable in float; the nearest Q31 numbers are not.
+static void test_quantize_checks_the_numbers_that_will_run(void)
+{
+    config.controller.section_count                 = 1;
+    static const tribo_biquad_f32_section_t close[] = {{1.0f, 0.9f, 0.5f, 1.6e-9f, 1.0e-9f}};
+    config.controller.sections                      = close;
+    check_refused(TRIBO_ERR_SECTION_UNSTABLE);
+}
+
+static void test_quantize_takes_poles_near_z_minus_1(void)
+{
+    // d^2 + a1 d + a2 with both poles at -0.9
+    const tribo_biquad_f32_section_t section[] = {{1.0f, 1.9f, 0.9f, 3.8f, 3.61f}};
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, plain(section, 1));
+}
+
+static void test_quantize_takes_the_papers_loop_at_many_sample_times_and_full_scales(void)
+{
+    const float                             sample_times[] = {20e-6f, 50e-6f, 100e-6f, 1e-3f, 2e-3f, 5e-3f, 10e-3f};
+    static const tribo_biquad_f32_section_t pi[]           = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0)};
+    config.controller.sections                             = pi;
+    config.controller.section_count                        = 1;
+    for (size_t i = 0; i < sizeof sample_times / sizeof sample_times[0]; i++)
+    {
+        for (full_scale = 2.0f; full_scale < 300.0f; full_scale *= 3.7f)
+        {
+            config.sample_time_s                      = sample_times[i];
+            config.compensator.friction.pulse_width_s = 3.0f * sample_times[i];
+            check_taken();
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_quantize_takes_a_full_scale_from_1e_3_to_1e6);
+    RUN_TEST(test_quantize_checks_pointers);
+    RUN_TEST(test_quantize_says_what_the_f32_functions_say);
+    RUN_TEST(test_quantize_takes_forces_up_to_full_scale);
+    RUN_TEST(test_quantize_takes_a_breakaway_from_1e_6_of_full_scale_to_almost_all_of_it);
+    RUN_TEST(test_quantize_checks_the_table_and_copies_it);
+    RUN_TEST(test_quantize_refuses_a_rate_law_finer_than_a_bit_a_tick);
+    RUN_TEST(test_quantize_refuses_peaks_without_a_bound_or_beyond_2_to_the_24);
+    RUN_TEST(test_quantize_takes_integrators_in_a_controller);
+    RUN_TEST(test_quantize_checks_the_numbers_that_will_run);
+    RUN_TEST(test_quantize_takes_poles_near_z_minus_1);
+    RUN_TEST(test_quantize_takes_the_papers_loop_at_many_sample_times_and_full_scales);
+    return UNITY_END();
+}
