@@ -7,13 +7,11 @@
 
 tribo_force_loop_f32_config_t tribo_force_loop_f32_paper(void)
 {
-    static const tribo_biquad_f32_section_t sections[] = TRIBO_PAPER_CONTROLLER_F32;
-
     const tribo_force_loop_f32_config_t paper = {
         .sample_time_s = TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S,
         .input_max_n   = 2.0f,
         .gain          = 0.85f,
-        .controller    = {.sections      = sections,
+        .controller    = {.sections      = tribo_paper_controller_f32,
                           .section_count = TRIBO_PAPER_CONTROLLER_SECTION_COUNT,
                           .u_min_n       = -2.0f,
                           .u_max_n       = 2.0f},

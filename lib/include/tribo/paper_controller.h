@@ -1,6 +1,6 @@
 /// Coefficients of the controller "paper", made by tribo-design: change its input, not this file.
 ///
-///     input     paper.yaml, SHA-256 7223770ee1710e05b921224b63bffcc3f6e32dc5d93b34d1b4d343d354742df6
+///     input     paper.yaml, SHA-256 e296fafb681c2c259aa3f884bc98d63099046c99f2955777a305ba4f044cea26
 ///     tool      tribo-design 0.1.0 (python-control 0.10.2, slycot 0.7.1)
 ///     plant     gain 0.86, zeros none, poles -55, -200, -139+203j, -139-203j, -56778
 ///     weights   wp = [0.909090909 20] / [1 0.002]; wu = 1; wT = [1 18.2] / [0.0001 20]

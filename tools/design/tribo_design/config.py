@@ -269,6 +269,7 @@ class AllLimits(Strict):
 class Design(Strict):
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
     description: Annotated[str, Field(max_length=2000)] = ""
+    include_folder: Annotated[str, Field(pattern=r"^([A-Za-z0-9_]+/)*$")] = ""  # how the C source includes the header, e.g. "tribo/"
     sample_time_s: Annotated[Number, Field(ge=1e-6, le=10)]
     computation_delay_s: Annotated[Number, Field(ge=0, le=10)] = 0.0
     plant: System

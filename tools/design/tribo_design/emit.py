@@ -140,7 +140,7 @@ def source(result):
     return "\n".join([
         f"// Made by tribo-design; see {name}_controller.h. Input: {result.source}, SHA-256",
         f"// {result.digest}.",
-        "", '#include "tribo/biquad_f32.h"', '#include "tribo/controller_q31.h"', "", f'#include "{name}_controller.h"', "", "// clang-format off",
+        "", '#include "tribo/biquad_f32.h"', '#include "tribo/controller_q31.h"', "", f'#include "{result.design.include_folder}{name}_controller.h"', "", "// clang-format off",
         f"const tribo_biquad_f32_section_t tribo_{name}_controller_f32[{macro}_SECTION_COUNT] = {macro}_F32;",
         f"const tribo_controller_q31_params_t tribo_{name}_controller_q31 = {macro}_Q31;", "// clang-format on", ""])
 
