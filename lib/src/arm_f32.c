@@ -119,6 +119,18 @@ void tribo_arm_f32_reset(tribo_arm_f32_state_t *state)
     state->force_n        = 0.0f;
     state->force_change_n = 0.0f;
     state->bad_inputs     = 0;
+    state->clamped        = 0;
+}
+
+/// x within +-TRIBO_F32_FORCE_MAX_N.
+static inline float clamp(float x, uint32_t *clamped)
+{
+    if (exceeds(x, TRIBO_F32_FORCE_MAX_N))
+    {
+        count(clamped);
+        return x < 0.0f ? -TRIBO_F32_FORCE_MAX_N : TRIBO_F32_FORCE_MAX_N;
+    }
+    return x;
 }
 
 float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n)
@@ -129,8 +141,9 @@ float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_sta
         d = 0.0f;
         count(&state->bad_inputs);
     }
-    const float G         = state->force_change_n;
-    state->force_n        = state->force_n + (params->phi_d * d + params->phi_g * G);
-    state->force_change_n = params->gamma_d * d + params->gamma_g * G;
+    const float G = state->force_change_n;
+
+    state->force_n        = clamp(state->force_n + (params->phi_d * d + params->phi_g * G), &state->clamped);
+    state->force_change_n = clamp(params->gamma_d * d + params->gamma_g * G, &state->clamped);
     return state->force_n;
 }

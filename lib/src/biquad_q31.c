@@ -7,7 +7,7 @@
 /// w within +-W_MAX. Only a state that was never reached from rest can need it. One compare, of the upper words.
 static inline int64_t keep(int64_t w, uint32_t *saturated)
 {
-    if ((uint32_t)((int32_t)(w >> 32) + (INT32_C(1) << 29)) >= UINT32_C(1) << 30)
+    if ((uint32_t)(w >> 32) + (UINT32_C(1) << 29) >= UINT32_C(1) << 30)
     {
         tribo_q31_count(saturated);
         return w < 0 ? -W_MAX : W_MAX;
@@ -92,9 +92,10 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
 {
     const uint32_t carry = state->carry;
     const int64_t  last  = tribo_biquad_q31_output(from, state, x) + offset;
+    state->carry         = carry & ((UINT32_C(1) << to->input_scale) - 1u);
 
     int32_t from_in    = state->x;
-    int32_t in         = (int32_t)rescale(from_in, to->input_scale - from->input_scale);
+    int32_t in         = (int32_t)(((int64_t)x + state->carry) >> to->input_scale); // what the next tick will make of x
     int32_t from_scale = from->input_scale;
     for (uint32_t i = 0; i < to->count; i++)
     {
@@ -123,5 +124,4 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
         from_in = from_out;
         in      = y;
     }
-    state->carry = carry & ((UINT32_C(1) << to->input_scale) - 1u);
 }

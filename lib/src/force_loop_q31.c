@@ -13,10 +13,10 @@ void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
     tribo_compensator_q31_reset(&state->compensator);
 }
 
-/// gain x, Q31.
-static inline int64_t amplified(int32_t gain_q29, int32_t x)
+/// What friction f adds to u, Q31.
+static inline int32_t feedforward(const tribo_force_loop_q31_params_t *params, int32_t f, uint32_t *saturated)
 {
-    return (int64_t)gain_q29 * x >> 29;
+    return tribo_q31_saturate((int64_t)params->gain * f >> 29, saturated);
 }
 
 /// What f^ of this tick is under params `p`, the state left alone.
@@ -38,12 +38,13 @@ static int32_t changing_tick(const tribo_force_loop_q31_params_t *params,
     const tribo_force_loop_q31_params_t *from = state->active;
     const int32_t                        e    = signals->e;
 
-    const int64_t gain_jump = amplified(params->gain, state->friction) - amplified(from->gain, state->friction);
+    uint32_t *const saturated = &state->saturated;
+    const int64_t   gain_jump = (int64_t)signals->feedforward - feedforward(from, state->friction, saturated);
     tribo_controller_q31_change(&from->controller,
                                 &params->controller,
                                 &state->controller,
                                 e,
-                                tribo_q31_saturate(-gain_jump, &state->saturated));
+                                tribo_q31_saturate(-gain_jump, saturated));
     const int32_t u = tribo_controller_q31_step(&params->controller,
                                                 &state->controller,
                                                 e,
@@ -53,12 +54,13 @@ static int32_t changing_tick(const tribo_force_loop_q31_params_t *params,
     const int32_t old_friction = friction_under(from, state, u);
     state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
 
-    const int64_t model_jump = amplified(params->gain, state->friction) - amplified(params->gain, old_friction);
+    const int64_t model_jump =
+        (int64_t)feedforward(params, state->friction, saturated) - feedforward(params, old_friction, saturated);
     tribo_controller_q31_change(&params->controller,
                                 &params->controller,
                                 &state->controller,
                                 e,
-                                tribo_q31_saturate(-model_jump, &state->saturated));
+                                tribo_q31_saturate(-model_jump, saturated));
     return u;
 }
 
@@ -75,7 +77,7 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
         tribo_q31_count(&state->bad_inputs);
     }
     signals->e           = bad ? 0 : tribo_q31_saturate((int64_t)r - y, &state->saturated);
-    signals->feedforward = tribo_q31_saturate(amplified(params->gain, state->friction), &state->saturated);
+    signals->feedforward = feedforward(params, state->friction, &state->saturated);
 
     int32_t u;
     if (state->active == params || state->active == NULL)

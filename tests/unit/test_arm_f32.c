@@ -144,6 +144,28 @@ static void test_arm_stays_finite_when_its_resonance_is_driven_with_all_there_is
     TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
 }
 
+// Driven beyond what the other modules take, it stays where they can still bring it back from.
+static void test_arm_is_held_at_the_largest_force_and_comes_back(void)
+{
+    for (float drive = -1.0e7f; drive <= 1.0e7f; drive += 2.0e7f)
+    {
+        tribo_arm_f32_reset(&state);
+        for (int k = 0; k < 1000; k++)
+        {
+            TEST_ASSERT_TRUE(fabsf(tribo_arm_f32_step(&params, &state, drive)) <= 1.0e6f);
+            TEST_ASSERT_TRUE(fabsf(state.force_change_n) <= 1.0e6f);
+        }
+        TEST_ASSERT_SAME_FLOAT(drive < 0.0f ? -1.0e6f : 1.0e6f, state.force_n);
+        TEST_ASSERT_TRUE(state.clamped > 900u);
+        TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
+        for (int k = 0; k < 1000; k++)
+        {
+            (void)tribo_arm_f32_step(&params, &state, -state.force_n);
+        }
+        TEST_ASSERT_FLOAT_WITHIN(1.0f, 0.0f, state.force_n);
+    }
+}
+
 static void check_refused(tribo_status_t status, float h)
 {
     tribo_arm_f32_params_t out;
@@ -209,6 +231,7 @@ int main(void)
     RUN_TEST(test_arm_that_sticks_does_not_move);
     RUN_TEST(test_arm_takes_a_bad_drive_for_none_and_counts_it);
     RUN_TEST(test_arm_stays_finite_when_its_resonance_is_driven_with_all_there_is);
+    RUN_TEST(test_arm_is_held_at_the_largest_force_and_comes_back);
     RUN_TEST(test_arm_init_checks_every_field);
     RUN_TEST(test_arm_init_refuses_an_arm_too_fast_or_too_slow_for_the_sample_time);
     return UNITY_END();

@@ -272,6 +272,8 @@ static void test_controller_change_takes_bad_numbers_for_zero(void)
 static void test_controller_takes_bad_inputs_for_zero_and_counts_them(void)
 {
     const float bad[] = {NAN, -NAN, INFINITY, -INFINITY, FLT_MAX, 4.1e6f};
+    (void)step(3.9e6f, -3.9e6f);
+    TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
     for (uint32_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
     {
         (void)step(0.01f, 0.1f);

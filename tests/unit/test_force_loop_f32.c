@@ -220,6 +220,36 @@ static void test_loop_coasts_over_a_bad_input_counts_it_and_recovers(void)
     TEST_ASSERT_EQUAL_UINT32(counted, state.bad_inputs);
 }
 
+// u and gravity, each accepted, add up to more than the model takes.
+static void test_loop_recovers_from_forces_beyond_its_model(void)
+{
+    config.input_max_n                    = 1.0e6f;
+    config.controller.u_min_n             = -5.0e5f;
+    config.controller.u_max_n             = 5.0e5f;
+    config.compensator.friction.gravity_n = 6.0e5f;
+    config.compensator.friction.positive  = (tribo_breakaway_f32_t){.offset_n = 1.0f, .slope = 0.0f};
+    config.compensator.friction.negative  = config.compensator.friction.positive;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&params, &config));
+    for (int k = 0; k < 20000; k++)
+    {
+        (void)tribo_force_loop_f32_step(&params, &state, 1.0e6f, 0.0f, &seen);
+        TEST_ASSERT_TRUE(fabsf(seen.compensator.force_n) <= 1.0e6f);
+    }
+    TEST_ASSERT_TRUE(state.compensator.arm.clamped > 0u);
+    for (int k = 0; k < 20000; k++)
+    {
+        (void)tribo_force_loop_f32_step(&params, &state, 0.0f, 0.0f, &seen);
+    }
+    const uint32_t clamped = state.compensator.arm.clamped;
+    (void)tribo_force_loop_f32_step(&params, &state, 0.0f, 0.0f, &seen);
+    TEST_ASSERT_EQUAL_UINT32(clamped, state.compensator.arm.clamped);
+    TEST_ASSERT_EQUAL_UINT32(0, state.compensator.friction.bad_inputs);
+    // At rest again: the arm carries u and gravity less what friction takes.
+    TEST_ASSERT_FLOAT_WITHIN(seen.compensator.friction.L_n + 1.0f,
+                             seen.controller.u_n + 6.0e5f,
+                             seen.compensator.force_n);
+}
+
 static void test_loop_takes_inputs_to_the_end_of_their_range_and_denormals(void)
 {
     (void)tribo_force_loop_f32_step(&params, &state, 2.0f, -2.0f, &seen);
@@ -288,6 +318,7 @@ int main(void)
     RUN_TEST(test_loop_change_to_equal_params_goes_on_as_before);
     RUN_TEST(test_loop_new_limits_hold_in_the_tick_of_the_change);
     RUN_TEST(test_loop_coasts_over_a_bad_input_counts_it_and_recovers);
+    RUN_TEST(test_loop_recovers_from_forces_beyond_its_model);
     RUN_TEST(test_loop_takes_inputs_to_the_end_of_their_range_and_denormals);
     RUN_TEST(test_loop_init_checks_every_field_and_passes_on_what_its_parts_refuse);
     RUN_TEST(test_loop_state_and_params_of_one_axis_take_at_most_400_bytes);

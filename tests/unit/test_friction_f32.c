@@ -163,19 +163,32 @@ static void test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_h
     TEST_ASSERT_FALSE(seen.q);
 }
 
-static void test_friction_disarms_when_n_falls_from_beyond_the_reset_level_in_one_step(void)
+/// What the mirror of a step must show.
+static void check_one_large_step(float side, float level, bool disarms)
 {
-    arm_q2(0.5f, 0.157f);
-    (void)step(0.5f + 0.81f * 0.157f, 0.5f); // above L2
-    TEST_ASSERT_TRUE(seen.q2);
-    (void)step(0.5f, 0.5f);
-    TEST_ASSERT_FALSE(seen.q2);
-
     tribo_friction_f32_reset(&state);
-    arm_q2(0.5f, 0.157f);
-    (void)step(0.5f + 0.79f * 0.157f, 0.5f); // not quite
+    for (int k = 0; k < 5; k++)
+    {
+        (void)step(0.5f - side * 0.9f * 0.157f, 0.5f);
+    }
+    for (int k = 0; k < 5; k++)
+    {
+        (void)step(0.5f - side * 0.1f * 0.157f, 0.5f);
+    }
+    TEST_ASSERT_TRUE(side > 0.0f ? seen.q2 : seen.q1);
+    (void)step(0.5f + side * level * 0.157f, 0.5f);
+    TEST_ASSERT_TRUE(side > 0.0f ? seen.q2 : seen.q1);
     (void)step(0.5f, 0.5f);
-    TEST_ASSERT_TRUE(seen.q2);
+    TEST_ASSERT_EQUAL(!disarms, side > 0.0f ? seen.q2 : seen.q1);
+}
+
+static void test_friction_disarms_when_n_comes_back_from_beyond_the_reset_level_in_one_step(void)
+{
+    for (float side = -1.0f; side <= 1.0f; side += 2.0f)
+    {
+        check_one_large_step(side, 0.81f, true);
+        check_one_large_step(side, 0.79f, false);
+    }
 }
 
 static void test_friction_arms_at_the_set_level_only(void)
@@ -451,7 +464,7 @@ int main(void)
     RUN_TEST(test_friction_follows_k_of_v_through_its_whole_range);
     RUN_TEST(test_friction_tanh_is_as_close_as_its_header_says);
     RUN_TEST(test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis);
-    RUN_TEST(test_friction_disarms_when_n_falls_from_beyond_the_reset_level_in_one_step);
+    RUN_TEST(test_friction_disarms_when_n_comes_back_from_beyond_the_reset_level_in_one_step);
     RUN_TEST(test_friction_arms_at_the_set_level_only);
     RUN_TEST(test_friction_levels_are_exclusive);
     RUN_TEST(test_friction_counts_no_net_force_as_positive);

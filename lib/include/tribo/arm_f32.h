@@ -9,11 +9,13 @@
 ///     F += phi_d d + phi_g G
 ///     G  = gamma_d d + gamma_g G
 ///
-/// No loops, no divisions; 12 instructions on Cortex-M4F. Not synchronized: one state, one tick.
+/// F and G stay within +-TRIBO_F32_FORCE_MAX_N, so that an arm that was driven beyond comes back.
+/// No loops, no divisions. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_ARM_F32_H
 #define TRIBO_ARM_F32_H
 
+#include "tribo/force_f32.h"
 #include "tribo/status.h"
 
 #include <stdint.h>
@@ -42,6 +44,7 @@ typedef struct
     float    force_n;        ///< F = K theta
     float    force_change_n; ///< G = K theta' h
     uint32_t bad_inputs;     ///< since reset; stops at UINT32_MAX
+    uint32_t clamped;        ///< F or G held at its end since reset; stops at UINT32_MAX
 } tribo_arm_f32_state_t;
 
 /// The paper's arm, Eq. (10), in degrees.
@@ -54,7 +57,7 @@ tribo_status_t tribo_arm_f32_init(tribo_arm_f32_params_t       *params,
                                   const tribo_arm_f32_config_t *config,
                                   float                         sample_time_s);
 
-/// At rest at F = 0, counter 0.
+/// At rest at F = 0, counters 0.
 void tribo_arm_f32_reset(tribo_arm_f32_state_t *state);
 
 /// Advances one sample with the drive `drive_n` = n - f, in N, held, and returns the new F in N. Cannot

@@ -9,7 +9,9 @@
 /// by 1e-7. What is rounded off when w2 accumulates is carried into the next sample, so nothing stalls.
 /// A first-order section has its second pole and zero at z = 0: TRIBO_BIQUAD_F32(b0, b1, 0, a1, 0).
 ///
-/// No loop but the one over the sections; 24 instructions a section on Cortex-M4F. Not synchronized.
+/// An output beyond 1e15, which no sane cascade reaches, means a lost state: the cascade starts again from rest, gives 0
+/// and counts it with the bad inputs.
+/// No loop but the one over the sections. Not synchronized: one state, one tick.
 /// Source: Middleton & Goodwin, "Digital Control and Estimation: A Unified Approach", ch. 13.
 
 #ifndef TRIBO_BIQUAD_F32_H
@@ -72,7 +74,7 @@ void tribo_biquad_f32_reset(tribo_biquad_f32_state_t *state);
 /// Filters one sample. Cannot fail: a bad input (NaN, or beyond 1e7) counts as 0 and is counted.
 float tribo_biquad_f32_step(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x);
 
-/// The first half of a step: the output for `x`, bounded as above, with no state advanced but y.
+/// The first half of a step: the output for `x` (which must be finite), with no state advanced but y.
 float tribo_biquad_f32_output(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x);
 
 /// The second half: advances the states as if the input had been x + `correction`. With correction 0 and the

@@ -6,8 +6,9 @@
 /// While u is limited the cascade's states advance as if the input had been e + (u - feedforward - v) c / D, D being
 /// the cascade's direct feedthrough. c = 1 (Hanus' conditioning: the input that would have given just u) needs
 /// zeros inside the unit circle; tribo_controller_f32_init finds the largest |c| = 1, 1/2, 1/4 ... of either sign
-/// for which the conditioned cascade is stable, and for a stable cascade there always is one. So the anti-windup
-/// works for any biproper cascade, with integrators or without.
+/// for which the conditioned cascade dies away within 2^24 ticks. A stable biproper cascade has such a c, and one with a
+/// pole at z = 1 has one of a sign; refused is what has none of 1e-6 or more: two integrators, an integrator that a zero
+/// hides, poles slower than some 10^-7 a tick that a zero hides beside a zero outside the unit circle.
 ///
 /// tribo_controller_f32_change takes a running controller over to other params without a bump in u.
 ///

@@ -4,7 +4,7 @@
 ///
 /// A rising edge gives a pulse of W samples. An input that toggles faster than W gives what the
 /// circuit gives: each high sample is compared with the one W samples ago, not with the last one.
-/// No loops in a step; 9 instructions on Cortex-M4. Not synchronized: one state, one tick.
+/// No loops in a step. Not synchronized: one state, one tick. Reset a state before its first step: zeroing is not enough.
 
 #ifndef TRIBO_EDGE_H
 #define TRIBO_EDGE_H

@@ -13,8 +13,8 @@
 ///
 /// Retuning: hand in a pointer to other validated params at any tick. The tick that first sees it takes the state
 /// over without a bump in u, whatever has changed: cascade, gain, friction, arm (new limits hold at once). It needs
-/// the old params once more and costs about two ticks. Params in use must not be written to, and all params of a
-/// loop are for one sample time.
+/// the old params once more and costs about two ticks: they may go when state.active is the new pointer. Params in use
+/// must not be written to, nor a breakaway table that they point to, and all params of a loop are for one sample time.
 ///
 /// No heap, no libm, no double, no globals; the same bits on every target. Not synchronized: one state, one tick.
 
@@ -78,6 +78,7 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
                                          const tribo_force_loop_f32_config_t *config);
 
 /// Everything at rest at F = 0, counters 0.
+/// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
 void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state);
 
 /// One tick: reference `r_n` and measured end-point force `y_n` in N give the manipulated input u in N. Cannot fail.

@@ -1,11 +1,13 @@
 /// The friction-compensated force loop of Fig. 9 in Q31: the twin of force_loop_f32.h, one call a tick.
 ///
-/// Forces are Q31 of the full scale FS that the params were made for (quantize_q31.h); take FS at least twice the largest
-/// force, so that differences fit. Whatever r and y are, u is within u_min to u_max. A reference or a sensor beyond
+/// Forces are Q31 of the full scale FS that the params were made for (quantize_q31.h); take FS at least the largest
+/// force and limit. A difference r - y or a net force beyond FS saturates, which the loop is no worse for: friction is at its
+/// breakaway there and u at its limit. Whatever r and y are, u is within u_min to u_max. A reference or a sensor beyond
 /// input_max is a bad input: the tick runs with e = 0, so u coasts on the controller's state, and is counted.
 /// Saturations are counted where they happen, in the states of the parts.
 ///
-/// Retuning, as in f32: hand in a pointer to other params at any tick; u does not bump. It needs the old params once more.
+/// Retuning, as in f32: hand in a pointer to other params at any tick; u does not bump. It needs the old params
+/// once more, with their table: both may go when state.active is the new pointer.
 ///
 /// No float, no heap, no division of more than 32 bits; the same bits on every target. Not synchronized.
 
@@ -50,6 +52,7 @@ typedef struct
 } tribo_force_loop_q31_signals_t;
 
 /// Everything at rest at F = 0, counters 0.
+/// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
 void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state);
 
 /// One tick: reference `r` and measured end-point force `y` give the manipulated input u, all Q31. Cannot fail.

@@ -20,6 +20,7 @@
 #ifndef TRIBO_FRICTION_F32_H
 #define TRIBO_FRICTION_F32_H
 
+#include "tribo/force_f32.h"
 #include "tribo/relay.h"
 #include "tribo/status.h"
 
@@ -31,9 +32,6 @@ extern "C" {
 #endif
 
 #define TRIBO_BREAKAWAY_POINTS_MAX 32u ///< longest breakaway table
-
-/// Largest force in N that any f32 module takes; a larger one, an infinity or a NaN is a bad input.
-#define TRIBO_F32_FORCE_MAX_N 1.0e6f
 
 /// Breakaway in one direction as an affine law, L(F) = offset + slope |F|.
 typedef struct
@@ -53,7 +51,7 @@ typedef struct
 typedef struct
 {
     float                              k_min;      ///< 1.01 to k_max; hysteresis is widest here
-    float                              k_max;      ///< k_min to 1000
+    float                              k_max;      ///< 1.01 to 1000
     float                              m;          ///< 0 to 100; steepness of k(v)
     float                              v0_n_per_s; ///< 1e-6 to 1e6 N/s; centre of k(v)
     tribo_breakaway_f32_t              positive;   ///< L+; not read when there is a table

@@ -8,7 +8,7 @@
 /// Each output is a sample-and-hold of its set pulse, triggered by the rising edge of
 /// (set pulse or reset pulse); the pulses come from the edge detectors of Fig. 13. The caller
 /// compares numbers and hands in events, so this logic is one for f32, Q31 and the plant.
-/// No loops; 25 instructions on Cortex-M4. Not synchronized: one state, one tick.
+/// No loops. Not synchronized: one state, one tick. Reset a state before its first step: zeroing is not enough.
 
 #ifndef TRIBO_RELAY_H
 #define TRIBO_RELAY_H

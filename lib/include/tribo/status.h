@@ -1,7 +1,6 @@
 /// What a set-up function found: TRIBO_OK or the field that is wrong.
 ///
-/// Set-up functions check every field in the order of their config struct, return the first
-/// status that applies and write nothing unless it is TRIBO_OK. Ranges are written so that
+/// Set-up functions check every field, return the first status that applies and write nothing unless it is TRIBO_OK. Ranges are written so that
 /// NaN is outside each of them. Steps return values, never a status.
 
 #ifndef TRIBO_STATUS_H
@@ -37,7 +36,7 @@ typedef enum
     TRIBO_ERR_SECTION_COEFFICIENT, ///< biquad cascade: a coefficient is not finite or too large
     TRIBO_ERR_SECTION_FEEDTHROUGH, ///< biquad cascade: b0 of a section is zero or too small (not biproper)
     TRIBO_ERR_SECTION_UNSTABLE,    ///< biquad cascade: a pole outside the unit circle, or two at z = 1
-    TRIBO_ERR_ANTI_WINDUP,         ///< controller: no stable anti-windup exists (two integrators)
+    TRIBO_ERR_ANTI_WINDUP,         ///< controller: no stable anti-windup (two integrators, a hidden slow pole)
     TRIBO_ERR_U_MIN,               ///< controller u_min_n
     TRIBO_ERR_U_MAX,               ///< controller u_max_n
     TRIBO_ERR_GAIN,                ///< force loop gain
