@@ -238,10 +238,10 @@ static void test_loop_recovers_from_forces_beyond_its_model(void)
     TEST_ASSERT_TRUE(state.compensator.arm.clamped > 0u);
     for (int k = 0; k < 20000; k++)
     {
-        (void)tribo_force_loop_f32_step(&params, &state, 0.0f, 0.0f, &seen);
+        (void)tribo_force_loop_f32_step(&params, &state, 0.0f, 1.0e6f, &seen);
     }
     const uint32_t clamped = state.compensator.arm.clamped;
-    (void)tribo_force_loop_f32_step(&params, &state, 0.0f, 0.0f, &seen);
+    (void)tribo_force_loop_f32_step(&params, &state, 0.0f, 1.0e6f, &seen);
     TEST_ASSERT_EQUAL_UINT32(clamped, state.compensator.arm.clamped);
     TEST_ASSERT_EQUAL_UINT32(0, state.compensator.friction.bad_inputs);
     // At rest again: the arm carries u and gravity less what friction takes.
