@@ -1,0 +1,278 @@
+// Runs five scenarios through the f32 and the Q31 loop and prints a hash of all that each tick saw. The numbers are the
+// library's alone: references are integers, the plant is the library's own friction, arm and filter. So the same
+// hashes must come out of every compiler, optimisation and machine (expected.txt).
+
+#include "tribo/quantize_q31.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define TICKS 6000
+#define GRID  4194304 // references are multiples of 2^-22 N
+#define N(x)  ((int32_t)((x) * GRID))
+
+static uint64_t hash;
+
+static void hash_word(uint32_t word)
+{
+    for (int i = 0; i < 4; i++)
+    {
+        hash = (hash ^ (word >> (8 * i) & 0xffu)) * UINT64_C(0x100000001b3); // FNV-1a
+    }
+}
+
+static void hash_float(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    hash_word(bits);
+}
+
+static void hash_bits(bool a, bool b, bool c, bool d)
+{
+    hash_word((a ? 1u : 0u) | (b ? 2u : 0u) | (c ? 4u : 0u) | (d ? 8u : 0u));
+}
+
+// --- scenarios ---------------------------------------------------------------------------------------------------
+
+static uint32_t random_word; // a linear congruence, of which the upper bits serve
+
+static uint32_t random_bits(uint32_t count)
+{
+    random_word = random_word * 1664525u + 1013904223u;
+    return random_word >> (32u - count);
+}
+
+static int32_t wandering;
+
+static int32_t triangle(int k)
+{
+    const int32_t phase = k % 4000;
+    return N(0.4) + (phase < 2000 ? phase : 4000 - phase) * (N(0.2) / 2000);
+}
+
+static int32_t steps(int k)
+{
+    static const int32_t levels[] = {N(0.9), N(0.1), N(-0.9), 0, N(0.6), N(-0.2)};
+    return levels[k / 1000];
+}
+
+static int32_t wander(int k)
+{
+    wandering += (int32_t)random_bits(12) - 2048;
+    wandering = k % 700 == 0 ? (int32_t)random_bits(22) - GRID / 2 : wandering;
+    return wandering;
+}
+
+typedef struct
+{
+    const char *name;
+    int32_t (*reference)(int k);
+    float u_max_n;
+    bool  faults;
+    bool  retuning;
+} scenario_t;
+
+static const scenario_t scenarios[] = {{"triangle", triangle, 2.0f, false, false},
+                                       {"limits", steps, 0.5f, false, false},
+                                       {"wander", wander, 2.0f, false, false},
+                                       {"faults", wander, 1.0f, true, false},
+                                       {"retuning", triangle, 1.5f, true, true}};
+
+#define SCENARIOS (sizeof scenarios / sizeof scenarios[0])
+
+// --- params ------------------------------------------------------------------------------------------------------
+
+static const tribo_breakaway_point_f32_t table[]  = {{0.1f, 0.02f, 0.03f}, {0.3f, 0.09f, 0.11f}, {0.5f, 0.17f, 0.15f}};
+static const tribo_biquad_f32_section_t  softer[] = {{1.0f, 1.5f, 0.5f, 1.4f, 0.4f},
+                                                     {0.4f, 0.41f, 0.01f, 1.00001f, 1e-5f}};
+static const tribo_biquad_f32_section_t  sensor[] = {{0.0f, 0.05f, 0.053f, 1.053f, 0.053f}};
+
+/// The loops that a scenario may change between: the paper's, one with a table, one asymmetric with gravity.
+static tribo_force_loop_f32_config_t config_of(const scenario_t *scenario, int which)
+{
+    tribo_force_loop_f32_config_t config   = tribo_force_loop_f32_paper();
+    tribo_friction_f32_config_t  *friction = &config.compensator.friction;
+    config.controller.u_max_n              = scenario->u_max_n;
+    if (which == 1)
+    {
+        friction->table                = table;
+        friction->table_length         = 3;
+        config.gain                    = 0.4f;
+        config.compensator.arm.damping = 0.05f;
+    }
+    if (which == 2)
+    {
+        friction->positive              = (tribo_breakaway_f32_t){.offset_n = 0.01f, .slope = 0.25f};
+        friction->negative              = (tribo_breakaway_f32_t){.offset_n = 0.005f, .slope = 0.35f};
+        friction->gravity_n             = 0.004f;
+        config.controller.sections      = softer;
+        config.controller.section_count = 2;
+    }
+    return config;
+}
+
+static int params_at(const scenario_t *scenario, int k)
+{
+    return scenario->retuning ? k / 500 % 3 : 0;
+}
+
+static bool faulty(const scenario_t *scenario, int k)
+{
+    return scenario->faults && k % 97 < 3;
+}
+
+static void start(void)
+{
+    hash        = UINT64_C(0xcbf29ce484222325);
+    random_word = 20110701;
+    wandering   = 0;
+}
+
+// --- f32 ---------------------------------------------------------------------------------------------------------
+
+static float bad_float(int k)
+{
+    static const uint32_t bits[] = {0x7fc00000u, 0xffc00001u, 0x7f800000u, 0xff800000u, 0x7f7fffffu, 0x40200000u};
+    float                 x;
+    memcpy(&x, &bits[k % 6], sizeof x);
+    return x;
+}
+
+static bool run_f32(const scenario_t *scenario)
+{
+    tribo_force_loop_f32_params_t  params[3];
+    tribo_force_loop_f32_state_t   state;
+    tribo_compensator_f32_params_t plant;
+    tribo_compensator_f32_state_t  plant_state;
+    tribo_biquad_f32_params_t      filter;
+    tribo_biquad_f32_state_t       filter_state;
+
+    const tribo_compensator_f32_config_t truth = tribo_compensator_f32_paper();
+    bool                                 ok    = tribo_compensator_f32_init(&plant, &truth, 1.0e-3f) == TRIBO_OK &&
+              tribo_biquad_f32_init(&filter, sensor, 1) == TRIBO_OK;
+    for (int i = 0; i < 3; i++)
+    {
+        const tribo_force_loop_f32_config_t config = config_of(scenario, i);
+        ok                                         = ok && tribo_force_loop_f32_init(&params[i], &config) == TRIBO_OK;
+    }
+    tribo_force_loop_f32_reset(&state);
+    tribo_compensator_f32_reset(&plant_state);
+    tribo_biquad_f32_reset(&filter_state);
+    start();
+    for (int k = 0; ok && k < TICKS; k++)
+    {
+        tribo_force_loop_f32_signals_t  s;
+        tribo_compensator_f32_signals_t p;
+        const float                     r = (float)scenario->reference(k) * (1.0f / GRID);
+        const float                     F = plant_state.arm.force_n;
+        const float y = faulty(scenario, k) ? bad_float(k) : tribo_biquad_f32_step(&filter, &filter_state, F);
+        const float u = tribo_force_loop_f32_step(&params[params_at(scenario, k)], &state, r, y, &s);
+        (void)tribo_compensator_f32_step(&plant, &plant_state, u, &p);
+        const float seen[] = {F,
+                              u,
+                              s.e_n,
+                              s.feedforward_n,
+                              s.controller.v_n,
+                              s.compensator.force_n,
+                              s.compensator.friction.n_n,
+                              s.compensator.friction.L_n,
+                              s.compensator.friction.v_n_per_s,
+                              s.compensator.friction.f_n,
+                              p.friction.f_n};
+        for (size_t i = 0; i < sizeof seen / sizeof seen[0]; i++)
+        {
+            hash_float(seen[i]);
+        }
+        hash_bits(s.compensator.friction.q1, s.compensator.friction.q2, s.compensator.friction.q, s.controller.limited);
+    }
+    hash_word(state.bad_inputs);
+    hash_word(state.controller.limited_ticks);
+    return ok;
+}
+
+// --- Q31, at a full scale of 2 N ---------------------------------------------------------------------------------
+
+static bool run_q31(const scenario_t *scenario)
+{
+    static const int32_t           bad[] = {INT32_MIN, INT32_MAX, -INT32_MAX};
+    tribo_force_loop_q31_params_t  params[3];
+    tribo_force_loop_q31_state_t   state;
+    tribo_breakaway_point_q31_t    points[3][3];
+    tribo_compensator_q31_params_t plant;
+    tribo_compensator_q31_state_t  plant_state;
+    tribo_biquad_q31_params_t      filter;
+    tribo_biquad_q31_state_t       filter_state;
+    tribo_headroom_q31_t           headroom;
+
+    const tribo_compensator_f32_config_t truth = tribo_compensator_f32_paper();
+    bool ok = tribo_compensator_q31_init(&plant, NULL, &truth, 1.0e-3f, 2.0f) == TRIBO_OK &&
+              tribo_biquad_q31_init(&filter, sensor, 1, &headroom) == TRIBO_OK;
+    start();
+    for (int i = 0; i < 3; i++)
+    {
+        tribo_force_loop_f32_config_t config = config_of(scenario, i);
+        config.input_max_n                   = 1.9f;
+        ok = ok && tribo_force_loop_q31_init(&params[i], points[i], &config, 2.0f, &headroom) == TRIBO_OK;
+        for (int j = 0; ok && j < 4; j++)
+        {
+            hash_float(headroom.output[j]);
+        }
+    }
+    tribo_force_loop_q31_reset(&state);
+    tribo_compensator_q31_reset(&plant_state);
+    tribo_biquad_q31_reset(&filter_state);
+    for (int k = 0; ok && k < TICKS; k++)
+    {
+        tribo_force_loop_q31_signals_t  s;
+        tribo_compensator_q31_signals_t p;
+        const int32_t                   r = scenario->reference(k) * 256;
+        const int32_t                   F = tribo_arm_q31_force(&plant_state.arm);
+        const int32_t y = faulty(scenario, k) ? bad[k % 3] : tribo_biquad_q31_step(&filter, &filter_state, F);
+        const int32_t u = tribo_force_loop_q31_step(&params[params_at(scenario, k)], &state, r, y, &s);
+        (void)tribo_compensator_q31_step(&plant, &plant_state, u, &p);
+        const int32_t seen[] = {F,
+                                u,
+                                s.e,
+                                s.feedforward,
+                                s.controller.v,
+                                s.compensator.force,
+                                s.compensator.friction.n,
+                                s.compensator.friction.L,
+                                s.compensator.friction.rise,
+                                s.compensator.friction.f,
+                                p.friction.f};
+        for (size_t i = 0; i < sizeof seen / sizeof seen[0]; i++)
+        {
+            hash_word((uint32_t)seen[i]);
+        }
+        hash_bits(s.compensator.friction.q1, s.compensator.friction.q2, s.compensator.friction.q, s.controller.limited);
+    }
+    hash_word(state.bad_inputs);
+    hash_word(state.saturated);
+    hash_word(state.controller.limited_ticks);
+    hash_word(state.controller.cascade.saturated);
+    return ok;
+}
+
+static void print(const char *arithmetic, const scenario_t *scenario)
+{
+    (void)printf("%s %-8s %08lx%08lx\n",
+                 arithmetic,
+                 scenario->name,
+                 (unsigned long)(hash >> 32),
+                 (unsigned long)(hash & UINT32_MAX));
+}
+
+int main(void)
+{
+    bool ok = true;
+    for (size_t i = 0; i < SCENARIOS; i++)
+    {
+        ok = run_f32(&scenarios[i]) && ok;
+        print("f32", &scenarios[i]);
+        ok = run_q31(&scenarios[i]) && ok;
+        print("q31", &scenarios[i]);
+    }
+    return ok ? 0 : 1;
+}
