@@ -17,6 +17,8 @@ typedef struct
     int         set_count;
     const char *folder; ///< null: write nothing
     bool        json;
+
+    sim_run_options_t run;
 } options_t;
 
 /// Takes the command line; 0, or the status to exit with.
@@ -25,6 +27,8 @@ static int take_options(options_t *options, int count, char **arguments)
     static const struct option known[] = {{"set", required_argument, NULL, 's'},
                                           {"out", required_argument, NULL, 'o'},
                                           {"json", no_argument, NULL, 'j'},
+                                          {"target", required_argument, NULL, 't'},
+                                          {"arith", required_argument, NULL, 'a'},
                                           {NULL, 0, NULL, 0}};
 
     opterr = 0;
@@ -46,6 +50,20 @@ static int take_options(options_t *options, int count, char **arguments)
         case 'j':
             options->json = true;
             break;
+        case 't':
+            if (!sim_target_exists(optarg))
+            {
+                return sim_usage("--target %s: there are %s", optarg, sim_target_names());
+            }
+            options->run.target = optarg;
+            break;
+        case 'a':
+            if (strcmp(optarg, "f32") != 0 && strcmp(optarg, "q31") != 0)
+            {
+                return sim_usage("--arith %s: there are f32, q31", optarg);
+            }
+            options->run.q31 = strcmp(optarg, "q31") == 0;
+            break;
         case ':':
             return sim_usage("run: %s wants a value", arguments[optind - 1]);
         default:
@@ -55,6 +73,10 @@ static int take_options(options_t *options, int count, char **arguments)
     if (optind + 1 != count)
     {
         return sim_usage("run: one scenario is wanted, not %d", count - optind);
+    }
+    if (options->run.q31 && options->run.target == NULL)
+    {
+        return sim_usage("--arith q31 goes with --target");
     }
     options->scenario = arguments[optind];
     return 0;
@@ -137,7 +159,7 @@ static bool simulate(const sim_scenario_t *scenario,
         sim_trace_write_header(recorder.trace.stream);
     }
     sim_progress_start(&recorder.progress);
-    bool ok = sim_run(scenario, record, &recorder, summary, error);
+    bool ok = sim_run(scenario, &options->run, record, &recorder, summary, error);
     sim_progress_end(&recorder.progress);
     if (ok && options->folder != NULL)
     {
@@ -174,6 +196,15 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
                  summary->simulated_s,
                  summary->wall_s,
                  summary->real_time_factor);
+    if (summary->target != NULL)
+    {
+        (void)printf("%-26s%s, %s: %s, %.0f ticks a second in lock-step\n",
+                     "target",
+                     summary->target,
+                     summary->q31 ? "q31" : "f32",
+                     summary->lock_step.different_ticks == 0 ? "the same bits as the host" : "differs from the host",
+                     summary->lock_step.ticks_per_s);
+    }
     if (options->folder != NULL)
     {
         (void)printf("%-26s%s/trace.csv, %s/summary.json\n", "written", options->folder, options->folder);
@@ -201,6 +232,13 @@ static bool report(const sim_summary_t *summary, const options_t *options, sim_e
     return ok && sim_output_flush(error);
 }
 
+/// Last, so that what differs can be looked at in the files.
+static bool is_identical(const sim_summary_t *summary, sim_error_t *error)
+{
+    return summary->target == NULL || summary->lock_step.different_ticks == 0 ||
+           sim_error_set(error, "%s", summary->lock_step.difference);
+}
+
 static bool run(const options_t *options, sim_error_t *error)
 {
     sim_scenario_t *scenario = sim_scenario_create();
@@ -210,7 +248,7 @@ static bool run(const options_t *options, sim_error_t *error)
         return sim_error_set(error, "out of memory");
     }
     const bool ok = load(scenario, options, error) && simulate(scenario, options, &summary, error) &&
-                    report(&summary, options, error);
+                    report(&summary, options, error) && is_identical(&summary, error);
     sim_scenario_destroy(scenario);
     return ok;
 }

@@ -12,10 +12,15 @@ static const char help[] =
     "tribo-sim: friction-compensated force control, simulated\n"
     "\n"
     "  tribo-sim run SCENARIO.yaml [--set key=value]... [--out DIR] [--json]\n"
+    "                [--target NAME [--arith f32|q31]]\n"
     "      Plays a scenario: a path, or the name of one in the scenarios folder.\n"
     "      --set key=value   changes any key, e.g. compensator.gain=0\n"
     "      --out DIR         writes DIR/trace.csv (one row a tick) and DIR/summary.json\n"
     "      --json            prints the summary as JSON instead of a table\n"
+    "      --target NAME     runs the drive's firmware on an emulated microcontroller against the plant here, and "
+    "compares\n"
+    "                        it with the host, bit by bit: m0, m3, m4f, m7, m33, rv32imc or rv32imafc\n"
+    "      --arith f32|q31   the target's arithmetic, f32 if left out\n"
     "\n"
     "  tribo-sim replay LOG.csv [--params FILE.yaml] [--force own|measured] [--out OUT.csv]\n"
     "      Runs a recorded log (columns t_s, u_N and maybe F_N) through the friction compensator.\n"
@@ -27,7 +32,8 @@ static const char help[] =
     "  tribo-sim list [--keys]\n"
     "      Lists the scenarios of the scenarios folder, or every key that a scenario can have.\n"
     "\n"
-    "The scenarios folder is the one named by TRIBO_SCENARIOS, or else the one tribo-sim came with.\n"
+    "The scenarios folder is the one named by TRIBO_SCENARIOS, or else the one tribo-sim came with; the\n"
+    "images for --target are in the one named by TRIBO_FIRMWARE, or else where the presets build them.\n"
     "Exit status: 0 done, 1 something is wrong with a file, a value or the run, 2 with the command line.\n";
 
 int sim_usage(const char *format, ...)

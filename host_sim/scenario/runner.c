@@ -4,6 +4,7 @@
 #include "scenario/loop_config.h"
 #include "scenario/reference.h"
 #include "scenario/scenario_data.h"
+#include "target/target.h"
 
 #include <math.h>
 #include <time.h>
@@ -12,6 +13,7 @@
 typedef struct
 {
     const sim_config_t *config;
+    sim_run_options_t   options;
     sim_reference_t     reference;
     sim_plant_config_t  plant_config;
     sim_plant_t        *plant;
@@ -20,6 +22,7 @@ typedef struct
     sim_loop_config_t             loop_config;
     tribo_force_loop_f32_params_t params;
     tribo_force_loop_f32_state_t  state;
+    sim_target_t                 *target; ///< null: the loop runs here
 
     uint64_t ticks;
     unsigned steps; ///< of the plant, a tick
@@ -43,6 +46,7 @@ static void tear_down(run_t *run)
     sim_reference_free(&run->reference);
     sim_plant_destroy(run->plant);
     sim_sensor_free(&run->sensor);
+    sim_target_destroy(run->target);
 }
 
 static bool set_up_plant(run_t *run, sim_error_t *error)
@@ -67,17 +71,28 @@ static bool set_up_plant(run_t *run, sim_error_t *error)
     return run->plant != NULL || sim_error_set(error, "out of memory");
 }
 
-static bool set_up(run_t *run, const sim_scenario_t *scenario, sim_error_t *error)
+static bool set_up_target(run_t *run, sim_error_t *error)
+{
+    if (run->options.target == NULL)
+    {
+        return true;
+    }
+    run->target = sim_target_start(run->options.target, run->options.q31, &run->loop_config.config, error);
+    return run->target != NULL;
+}
+
+static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_options_t *options, sim_error_t *error)
 {
     const sim_config_t *config = scenario->config;
-    *run                       = (run_t){.config = config,
-                                         .ticks  = (uint64_t)round(config->duration_s / config->sample_time_s),
-                                         .steps  = (unsigned)round(config->sample_time_s / config->plant.step_s)};
+    *run                       = (run_t){.config  = config,
+                                         .options = options != NULL ? *options : (sim_run_options_t){0},
+                                         .ticks   = (uint64_t)round(config->duration_s / config->sample_time_s),
+                                         .steps   = (unsigned)round(config->sample_time_s / config->plant.step_s)};
     sim_loop_config_fill(&run->loop_config, config);
     const tribo_status_t status = tribo_force_loop_f32_init(&run->params, &run->loop_config.config);
     tribo_force_loop_f32_reset(&run->state);
     const bool ok = sim_check_status(scenario, status, error) && sim_reference_init(&run->reference, scenario, error) &&
-                    set_up_plant(run, error);
+                    set_up_plant(run, error) && set_up_target(run, error);
     if (!ok)
     {
         tear_down(run);
@@ -86,20 +101,29 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, sim_error_t *erro
 }
 
 /// One tick and the plant steps after it.
-static void advance(run_t *run, uint64_t tick, sim_row_t *row)
+static bool advance(run_t *run, uint64_t tick, sim_row_t *row, sim_error_t *error)
 {
-    row->t_s      = (double)tick * run->config->sample_time_s;
-    row->r_n      = sim_reference_at(&run->reference, row->t_s);
-    row->force_n  = sim_plant_force(run->plant);
-    row->y_n      = sim_sensor_read(&run->sensor, sim_plant_filtered_force(run->plant));
-    const float u = tribo_force_loop_f32_step(&run->params, &run->state, (float)row->r_n, (float)row->y_n, &row->loop);
+    row->t_s     = (double)tick * run->config->sample_time_s;
+    row->r_n     = sim_reference_at(&run->reference, row->t_s);
+    row->force_n = sim_plant_force(run->plant);
+    row->y_n     = sim_sensor_read(&run->sensor, sim_plant_filtered_force(run->plant));
+    if (run->target == NULL)
+    {
+        (void)tribo_force_loop_f32_step(&run->params, &run->state, (float)row->r_n, (float)row->y_n, &row->loop);
+    }
+    else if (!sim_target_step(run->target, row->r_n, row->y_n, &row->loop, error))
+    {
+        return false;
+    }
+    const double u = (double)row->loop.controller.u_n;
 
     sim_plant_signals_t later;
     for (unsigned step = 0; step < run->steps; step++)
     {
         sim_sensor_push(&run->sensor, sim_plant_filtered_force(run->plant));
-        sim_plant_step(run->plant, (double)u, step == 0 ? &row->plant : &later);
+        sim_plant_step(run->plant, u, step == 0 ? &row->plant : &later);
     }
+    return true;
 }
 
 static void measure(metrics_t *metrics, const sim_config_t *config, const sim_row_t *row)
@@ -133,15 +157,34 @@ static void summarise(sim_summary_t *summary, const run_t *run, const metrics_t 
     summary->real_time_factor = (wall_s > 0.0) ? summary->simulated_s / wall_s : 0.0;
 }
 
-bool sim_run(const sim_scenario_t *scenario,
-             sim_row_handler_t     handler,
-             void                 *context,
-             sim_summary_t        *summary,
-             sim_error_t          *error)
+/// What the target counted and how it compares; nothing without one.
+static bool finish_target(const run_t *run, sim_summary_t *summary, sim_error_t *error)
+{
+    if (run->target == NULL)
+    {
+        return true;
+    }
+    if (!sim_target_finish(run->target, &summary->lock_step, error))
+    {
+        return false;
+    }
+    summary->target        = run->options.target;
+    summary->q31           = run->options.q31;
+    summary->limited_ticks = summary->lock_step.limited_ticks;
+    summary->bad_inputs    = summary->lock_step.bad_inputs;
+    return true;
+}
+
+bool sim_run(const sim_scenario_t    *scenario,
+             const sim_run_options_t *options,
+             sim_row_handler_t        handler,
+             void                    *context,
+             sim_summary_t           *summary,
+             sim_error_t             *error)
 {
     const double start_s = now_s();
     run_t        run;
-    if (!set_up(&run, scenario, error))
+    if (!set_up(&run, scenario, options, error))
     {
         return false;
     }
@@ -150,11 +193,16 @@ bool sim_run(const sim_scenario_t *scenario,
     for (uint64_t tick = 0; ok && tick < run.ticks; tick++)
     {
         sim_row_t row;
-        advance(&run, tick, &row);
+        ok = advance(&run, tick, &row, error);
+        if (!ok)
+        {
+            break;
+        }
         measure(&metrics, run.config, &row);
         ok = handler == NULL || handler(context, &row, (double)tick / (double)run.ticks, error);
     }
     summarise(summary, &run, &metrics, now_s() - start_s);
+    ok = ok && finish_target(&run, summary, error);
     tear_down(&run);
     return ok;
 }

@@ -2,6 +2,8 @@
 ///
 ///     at t = k h:   read y  ->  tribo_force_loop_f32_step(r, y)  ->  u, held until (k + 1) h
 ///                   sample_time_s / step_s plant steps
+///
+/// On a target the step is the drive's firmware in an emulator, in lock-step.
 
 #ifndef SIM_RUNNER_H
 #define SIM_RUNNER_H
@@ -25,11 +27,19 @@ typedef struct
 /// What to do at each tick; null is nothing. Returning false ends the run with the error filled in.
 typedef bool (*sim_row_handler_t)(void *context, const sim_row_t *row, double part_done, sim_error_t *error);
 
-/// Runs a checked scenario (sim_scenario_check) to its end.
-bool sim_run(const sim_scenario_t *scenario,
-             sim_row_handler_t     handler,
-             void                 *context,
-             sim_summary_t        *summary,
-             sim_error_t          *error);
+/// Where the loop runs.
+typedef struct
+{
+    const char *target; ///< an emulated microcontroller (target/target.h); null: here
+    bool        q31;    ///< its arithmetic
+} sim_run_options_t;
+
+/// Runs a checked scenario (sim_scenario_check) to its end; `options` may be null. A target that differs from the host is in the summary.
+bool sim_run(const sim_scenario_t    *scenario,
+             const sim_run_options_t *options,
+             sim_row_handler_t        handler,
+             void                    *context,
+             sim_summary_t           *summary,
+             sim_error_t             *error);
 
 #endif

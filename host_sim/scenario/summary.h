@@ -3,6 +3,9 @@
 #ifndef SIM_SUMMARY_H
 #define SIM_SUMMARY_H
 
+#include "target/target.h"
+
+#include <stdbool.h>
 #include <stdint.h>
 
 typedef struct
@@ -16,11 +19,15 @@ typedef struct
     double   simulated_s;
     double   wall_s; ///< of the loop, with what is written meanwhile
     double   real_time_factor;
+
+    const char         *target; ///< null: the loop ran on this host alone
+    bool                q31;    ///< on the target
+    sim_target_result_t lock_step;
 } sim_summary_t;
 
 /// The summary as a JSON object, to be freed with free(); null if there is no memory. Keys carry their units:
 /// rms_error_N, max_error_N, rms_measured_error_N, ticks, limited_ticks, bad_inputs, simulated_s, wall_s,
-/// real_time_factor.
+/// real_time_factor; with a target also target, arithmetic, different_ticks and lock_step_ticks_per_s.
 char *sim_summary_to_json(const sim_summary_t *summary);
 
 #endif

@@ -67,7 +67,7 @@ static sim_summary_t run_triangle(const char *gain, double_controller_t *control
 
     if (scenario == NULL || !sim_scenario_load(scenario, TRIBO_SCENARIO_DIR "/triangle.yaml", &error) ||
         !sim_scenario_set(scenario, gain, &error) || !sim_scenario_check(scenario, &error) ||
-        !sim_run(scenario, controller != NULL ? compare_controller : NULL, controller, &summary, &error))
+        !sim_run(scenario, NULL, controller != NULL ? compare_controller : NULL, controller, &summary, &error))
     {
         give_up(error.text);
     }

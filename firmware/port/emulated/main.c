@@ -211,8 +211,8 @@ static int serve(drive_fault_t found)
             return 4;
         }
         tick(&drive, words);
+        drive_log(&drive); // before the answer, after which the host may end this
         ok = answer(&drive);
-        drive_log(&drive);
     }
     return 5;
 }

@@ -1,0 +1,386 @@
+#include "target/target.h"
+
+#include "target/emulator.h"
+#include "target/twin.h"
+#include "tribo_wire.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#define FAULT_NONE 0u // of the drive's causes; the others come with a line in its log
+
+/// What a command line for QEMU can have before its common part.
+#define MACHINE_MAX 6
+
+typedef struct
+{
+    const char *name;
+    const char *tree; ///< the preset that builds its image
+    const char *machine[MACHINE_MAX];
+} model_t;
+
+static const model_t models[] = {{"m0", "cortex-m0", {"qemu-system-arm", "-M", "microbit"}},
+                                 {"m3", "cortex-m3", {"qemu-system-arm", "-M", "mps2-an385"}},
+                                 {"m4f", "cortex-m4f", {"qemu-system-arm", "-M", "mps2-an386"}},
+                                 {"m7", "cortex-m7", {"qemu-system-arm", "-M", "mps2-an500"}},
+                                 {"m33", "cortex-m33", {"qemu-system-arm", "-M", "mps2-an505"}},
+                                 {"rv32imc", "rv32imc", {"qemu-system-riscv32", "-M", "virt", "-bios", "none"}},
+                                 {"rv32imafc", "rv32imafc", {"qemu-system-riscv32", "-M", "virt", "-bios", "none"}}};
+
+#define MODELS (sizeof models / sizeof models[0])
+
+struct sim_target
+{
+    const model_t  *model;
+    sim_emulator_t *emulator;
+    sim_twin_t      twin;
+    uint32_t        period_us;
+    uint64_t        ticks, different_ticks;
+    double          busy_s;
+    uint32_t        tock[TRIBO_TOCK_WORDS]; ///< of the last tick
+    char            difference[256];        ///< the first one
+};
+
+static const model_t *model_of(const char *name)
+{
+    for (size_t i = 0; i < MODELS; i++)
+    {
+        if (strcmp(models[i].name, name) == 0)
+        {
+            return &models[i];
+        }
+    }
+    return NULL;
+}
+
+bool sim_target_exists(const char *name)
+{
+    return model_of(name) != NULL;
+}
+
+const char *sim_target_names(void)
+{
+    return "m0, m3, m4f, m7, m33, rv32imc, rv32imafc";
+}
+
+static double now_s(void)
+{
+    struct timespec now;
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/// Puts the target's name before what went wrong.
+static bool blame(const sim_target_t *target, const sim_error_t *inner, sim_error_t *error)
+{
+    return sim_error_set(error, "%s: %s", target->model->name, inner->text);
+}
+
+// --- start ---------------------------------------------------------------------------------------------------------
+
+/// The absolute path of the image, as the emulator runs in another folder; false if there is none.
+static bool find_image(char *path, size_t size, const sim_target_t *target, sim_error_t *error)
+{
+    const char *folder    = getenv("TRIBO_FIRMWARE");
+    char        here[512] = "";
+    folder                = folder != NULL ? folder : TRIBO_FIRMWARE_BUILT;
+    if (folder[0] != '/' && getcwd(here, sizeof here) == NULL)
+    {
+        return sim_error_set(error, "%s: %s", folder, strerror(errno));
+    }
+    const int length = snprintf(path,
+                                size,
+                                "%s%s%s/%s/firmware/tribo-drive-%s.elf",
+                                here,
+                                here[0] != '\0' ? "/" : "",
+                                folder,
+                                target->model->tree,
+                                target->twin.q31 ? "q31" : "f32");
+    return ((size_t)length < size && access(path, R_OK) == 0) ||
+           sim_error_set(error,
+                         "%s: no image %s; to build it: cmake --preset %s && cmake --build --preset %s",
+                         target->model->name,
+                         path,
+                         target->model->tree,
+                         target->model->tree);
+}
+
+static bool start_emulator(sim_target_t *target, sim_error_t *error)
+{
+    char image[1024];
+    if (!find_image(image, sizeof image, target, error))
+    {
+        return false;
+    }
+    const char *const common[]                                                    = {"-accel",
+                                                                                     "tcg",
+                                                                                     "-display",
+                                                                                     "none",
+                                                                                     "-monitor",
+                                                                                     "none",
+                                                                                     "-serial",
+                                                                                     "none",
+                                                                                     "-semihosting-config",
+                                                                                     "enable=on,target=native",
+                                                                                     "-kernel"};
+    const char       *command[MACHINE_MAX + sizeof common / sizeof common[0] + 2] = {NULL};
+    size_t            count                                                       = 0;
+    while (count < MACHINE_MAX && target->model->machine[count] != NULL)
+    {
+        command[count] = target->model->machine[count];
+        count++;
+    }
+    memcpy(command + count, common, sizeof common);
+    command[count + sizeof common / sizeof common[0]] = image;
+
+    sim_error_t inner = {""};
+    target->emulator  = sim_emulator_start((char *const *)command, &inner);
+    return target->emulator != NULL || blame(target, &inner, error);
+}
+
+static void put_float(uint32_t *words, uint32_t place, float x)
+{
+    memcpy(words + place, &x, sizeof x);
+}
+
+static void fill_friction(uint32_t *words, const tribo_friction_f32_config_t *friction)
+{
+    put_float(words, TRIBO_SETUP_K_MIN, friction->k_min);
+    put_float(words, TRIBO_SETUP_K_MAX, friction->k_max);
+    put_float(words, TRIBO_SETUP_M, friction->m);
+    put_float(words, TRIBO_SETUP_V0, friction->v0_n_per_s);
+    put_float(words, TRIBO_SETUP_POSITIVE_OFFSET, friction->positive.offset_n);
+    put_float(words, TRIBO_SETUP_POSITIVE_SLOPE, friction->positive.slope);
+    put_float(words, TRIBO_SETUP_NEGATIVE_OFFSET, friction->negative.offset_n);
+    put_float(words, TRIBO_SETUP_NEGATIVE_SLOPE, friction->negative.slope);
+    put_float(words, TRIBO_SETUP_SET_LEVEL, friction->set_level);
+    put_float(words, TRIBO_SETUP_RESET_LEVEL, friction->reset_level);
+    put_float(words, TRIBO_SETUP_PULSE_WIDTH, friction->pulse_width_s);
+    put_float(words, TRIBO_SETUP_GRAVITY, friction->gravity_n);
+    words[TRIBO_SETUP_POINT_COUNT] = friction->table != NULL ? friction->table_length : 0u;
+    for (uint32_t i = 0; i < words[TRIBO_SETUP_POINT_COUNT] && i < TRIBO_SETUP_POINTS_MAX; i++)
+    {
+        put_float(words, TRIBO_SETUP_POINTS + 3u * i, friction->table[i].force_n);
+        put_float(words, TRIBO_SETUP_POINTS + 3u * i + 1u, friction->table[i].positive_n);
+        put_float(words, TRIBO_SETUP_POINTS + 3u * i + 2u, friction->table[i].negative_n);
+    }
+}
+
+static void fill_controller(uint32_t *words, const tribo_controller_f32_config_t *controller)
+{
+    put_float(words, TRIBO_SETUP_U_MIN, controller->u_min_n);
+    put_float(words, TRIBO_SETUP_U_MAX, controller->u_max_n);
+    words[TRIBO_SETUP_SECTION_COUNT] = controller->section_count;
+    for (uint32_t i = 0; i < controller->section_count && i < TRIBO_SETUP_SECTIONS_MAX; i++)
+    {
+        const tribo_biquad_f32_section_t *section = &controller->sections[i];
+        const float                       of[]    = {section->b0, section->b1, section->b2, section->a1, section->a2};
+        memcpy(words + TRIBO_SETUP_SECTIONS + 5u * i, of, sizeof of);
+    }
+}
+
+/// The sensor here has no noise unless a scenario wants it, so that a still reading is no fault; time is exact.
+static void fill_setup(uint32_t                             words[TRIBO_SETUP_WORDS],
+                       const sim_target_t                  *target,
+                       const tribo_force_loop_f32_config_t *config)
+{
+    memset(words, 0, sizeof(uint32_t) * TRIBO_SETUP_WORDS);
+    put_float(words, TRIBO_SETUP_FULL_SCALE, (float)target->twin.full_scale_n);
+    words[TRIBO_SETUP_PERIOD_US]   = target->period_us;
+    words[TRIBO_SETUP_LATE_US]     = target->period_us / 10u;
+    words[TRIBO_SETUP_BUDGET_US]   = target->period_us / 2u;
+    words[TRIBO_SETUP_STUCK_TICKS] = 0;
+    put_float(words, TRIBO_SETUP_SAMPLE_TIME, config->sample_time_s);
+    put_float(words, TRIBO_SETUP_INPUT_MAX, config->input_max_n);
+    put_float(words, TRIBO_SETUP_GAIN, config->gain);
+    put_float(words, TRIBO_SETUP_INERTIA, config->compensator.arm.inertia);
+    put_float(words, TRIBO_SETUP_DAMPING, config->compensator.arm.damping);
+    put_float(words, TRIBO_SETUP_STIFFNESS, config->compensator.arm.stiffness);
+    fill_friction(words, &config->compensator.friction);
+    fill_controller(words, &config->controller);
+}
+
+static bool say_hello(sim_target_t *target, const tribo_force_loop_f32_config_t *config, sim_error_t *error)
+{
+    uint32_t hello[TRIBO_HELLO_WORDS];
+    uint32_t setup[TRIBO_SETUP_WORDS];
+    uint32_t ready[TRIBO_READY_WORDS];
+    if (!sim_emulator_receive(target->emulator, TRIBO_WIRE_HELLO, hello, TRIBO_HELLO_WORDS, error))
+    {
+        return false;
+    }
+    if (hello[TRIBO_HELLO_VERSION] != TRIBO_WIRE_VERSION || hello[TRIBO_HELLO_ARITHMETIC] != (uint32_t)target->twin.q31)
+    {
+        return sim_error_set(error, "the image is of another version or arithmetic; build it again");
+    }
+    if (hello[TRIBO_HELLO_FAULT] != FAULT_NONE)
+    {
+        return sim_error_set(error, "the drive's self-test failed with fault %" PRIu32, hello[TRIBO_HELLO_FAULT]);
+    }
+    fill_setup(setup, target, config);
+    if (!sim_emulator_send(target->emulator, TRIBO_WIRE_SETUP, setup, TRIBO_SETUP_WORDS, error) ||
+        !sim_emulator_receive(target->emulator, TRIBO_WIRE_READY, ready, TRIBO_READY_WORDS, error))
+    {
+        return false;
+    }
+    return ready[TRIBO_READY_STATUS] == (uint32_t)TRIBO_OK ||
+           sim_error_set(error,
+                         "the target refuses what the host took: %s",
+                         tribo_status_text((tribo_status_t)ready[TRIBO_READY_STATUS]));
+}
+
+sim_target_t *sim_target_start(const char                          *name,
+                               bool                                 q31,
+                               const tribo_force_loop_f32_config_t *config,
+                               sim_error_t                         *error)
+{
+    sim_target_t *target = calloc(1, sizeof *target);
+    if (target == NULL)
+    {
+        (void)sim_error_set(error, "out of memory");
+        return NULL;
+    }
+    target->model               = model_of(name);
+    target->period_us           = (uint32_t)fmax(1.0, round(1e6 * (double)config->sample_time_s));
+    const tribo_status_t status = sim_twin_init(&target->twin, config, q31);
+    if (status != TRIBO_OK)
+    {
+        (void)sim_error_set(error, "%s", tribo_status_text(status));
+        sim_target_destroy(target);
+        return NULL;
+    }
+    sim_error_t inner = {""};
+    if (!start_emulator(target, error) || (!say_hello(target, config, &inner) && !blame(target, &inner, error)))
+    {
+        sim_target_destroy(target);
+        return NULL;
+    }
+    return target;
+}
+
+// --- ticks ---------------------------------------------------------------------------------------------------------
+
+static void compare(sim_target_t *target, const uint32_t words[SIM_TWIN_WORDS])
+{
+    static const char *const names[SIM_TWIN_WORDS] =
+        {"limited, Q1, Q2, Q", "e", "controller", "feedforward", "u", "F_hat", "n", "L", "v", "f_hat"};
+
+    const uint32_t *seen = target->tock + TRIBO_TOCK_LOOP;
+    if (memcmp(seen, words, sizeof(uint32_t) * SIM_TWIN_WORDS) == 0 && target->tock[TRIBO_TOCK_COMMAND] == words[4])
+    {
+        return;
+    }
+    if (target->different_ticks++ > 0)
+    {
+        return;
+    }
+    for (unsigned i = 0; i < SIM_TWIN_WORDS; i++)
+    {
+        if (seen[i] != words[i])
+        {
+            (void)snprintf(target->difference,
+                           sizeof target->difference,
+                           "%s of tick %" PRIu64 " is %08" PRIx32 ", %08" PRIx32 " on the host",
+                           names[i],
+                           target->ticks,
+                           seen[i],
+                           words[i]);
+            return;
+        }
+    }
+    (void)snprintf(target->difference,
+                   sizeof target->difference,
+                   "the command of tick %" PRIu64 " is %08" PRIx32 ", not u, %08" PRIx32,
+                   target->ticks,
+                   target->tock[TRIBO_TOCK_COMMAND],
+                   words[4]);
+}
+
+static bool exchange(sim_target_t *target, uint32_t r, uint32_t y, sim_error_t *error)
+{
+    uint32_t       tick[TRIBO_TICK_WORDS];
+    const uint32_t start_us   = (uint32_t)target->ticks * target->period_us;
+    tick[TRIBO_TICK_REQUESTS] = target->ticks == 0 ? TRIBO_REQUEST_START : 0u;
+    tick[TRIBO_TICK_START_US] = start_us;
+    tick[TRIBO_TICK_END_US]   = start_us;
+    tick[TRIBO_TICK_INPUTS]   = 0;
+    tick[TRIBO_TICK_SILENT]   = 0;
+    tick[TRIBO_TICK_R]        = r;
+    tick[TRIBO_TICK_Y]        = y;
+    if (!sim_emulator_send(target->emulator, TRIBO_WIRE_TICK, tick, TRIBO_TICK_WORDS, error) ||
+        !sim_emulator_receive(target->emulator, TRIBO_WIRE_TOCK, target->tock, TRIBO_TOCK_WORDS, error))
+    {
+        return false;
+    }
+    return target->tock[TRIBO_TOCK_FAULT] == FAULT_NONE ||
+           sim_error_set(error,
+                         "the drive stopped at t = %g s: %s",
+                         (double)target->ticks * target->twin.sample_time_s,
+                         sim_emulator_last_line(target->emulator));
+}
+
+bool sim_target_step(sim_target_t                   *target,
+                     double                          r_n,
+                     double                          y_n,
+                     tribo_force_loop_f32_signals_t *signals,
+                     sim_error_t                    *error)
+{
+    const uint32_t r       = sim_twin_word(&target->twin, r_n);
+    const uint32_t y       = sim_twin_word(&target->twin, y_n);
+    const double   start_s = now_s();
+    sim_error_t    inner   = {""};
+    if (!exchange(target, r, y, &inner))
+    {
+        return blame(target, &inner, error);
+    }
+    target->busy_s += now_s() - start_s;
+
+    uint32_t words[SIM_TWIN_WORDS];
+    sim_twin_step(&target->twin, r, y, words);
+    compare(target, words);
+    sim_twin_signals(&target->twin, target->tock + TRIBO_TOCK_LOOP, signals);
+    signals->controller.u_n = (float)sim_twin_force(&target->twin, target->tock[TRIBO_TOCK_COMMAND]);
+    target->ticks++;
+    return true;
+}
+
+bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, sim_error_t *error)
+{
+    sim_error_t inner = {""};
+    if (!sim_emulator_send(target->emulator, TRIBO_WIRE_END, NULL, 0, &inner) ||
+        !sim_emulator_wait(target->emulator, &inner))
+    {
+        return blame(target, &inner, error);
+    }
+    *result = (sim_target_result_t){.ticks           = target->ticks,
+                                    .different_ticks = target->different_ticks,
+                                    .limited_ticks   = target->tock[TRIBO_TOCK_LIMITED_TICKS],
+                                    .bad_inputs      = target->tock[TRIBO_TOCK_BAD_INPUTS],
+                                    .ticks_per_s = target->busy_s > 0.0 ? (double)target->ticks / target->busy_s : 0.0};
+    if (target->different_ticks > 0)
+    {
+        (void)snprintf(result->difference,
+                       sizeof result->difference,
+                       "%s: %" PRIu64 " of %" PRIu64 " ticks differ from the host's; the first: %s",
+                       target->model->name,
+                       target->different_ticks,
+                       target->ticks,
+                       target->difference);
+    }
+    return true;
+}
+
+void sim_target_destroy(sim_target_t *target)
+{
+    if (target != NULL)
+    {
+        sim_emulator_stop(target->emulator);
+        free(target);
+    }
+}

@@ -1,0 +1,49 @@
+/// The drive's firmware on an emulated microcontroller, in lock-step with the plant here, and the same loop on the host
+/// beside it: every word that the target computes is compared with the host's, bit by bit.
+
+#ifndef SIM_TARGET_H
+#define SIM_TARGET_H
+
+#include "support/error.h"
+#include "tribo/force_loop_f32.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct sim_target sim_target_t;
+
+/// What the run came to.
+typedef struct
+{
+    uint64_t ticks;
+    uint64_t different_ticks; ///< with a word that is not the host's
+    uint64_t limited_ticks;   ///< as the target counts them
+    uint64_t bad_inputs;      ///< as the target counts them
+    double   ticks_per_s;     ///< of wall time in lock-step, without the plant
+    char     difference[512]; ///< the first one, in words; "" if there is none
+} sim_target_result_t;
+
+/// Starts the image for target `name` in its emulator and sets its loop up with `config`, which must outlive it. Null on
+/// failure. Images are looked for in the folder named by TRIBO_FIRMWARE, or else where they are built.
+sim_target_t *sim_target_start(const char                          *name,
+                               bool                                 q31,
+                               const tribo_force_loop_f32_config_t *config,
+                               sim_error_t                         *error);
+
+/// One tick of the drive. The command, as the power stage has it, is controller.u_n of `signals`.
+bool sim_target_step(sim_target_t                   *target,
+                     double                          r_n,
+                     double                          y_n,
+                     tribo_force_loop_f32_signals_t *signals,
+                     sim_error_t                    *error);
+
+/// Ends the firmware, which must agree. A difference from the host is a result, not a failure.
+bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, sim_error_t *error);
+
+void sim_target_destroy(sim_target_t *target);
+
+/// Whether there is such a target; all of them, separated by ", ".
+bool        sim_target_exists(const char *name);
+const char *sim_target_names(void);
+
+#endif

@@ -1,0 +1,197 @@
+"""What goes wrong with an emulator is told within seconds, and nothing is left behind."""
+
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from conftest import TREE
+
+IMAGE = TREE / "firmware" / "tribo-drive-f32.elf"
+LONG = ["triangle", "--set", "duration_s=3600", "--target", "m4f"]
+SHORT = ["triangle", "--set", "duration_s=0.1", "--set", "metrics.start_s=0", "--target", "m4f"]
+
+
+def put_emulator(sim, script):
+    """A qemu-system-arm of our own, before the real one."""
+    folder = sim.folder / "bin"
+    folder.mkdir()
+    program = folder / "qemu-system-arm"
+    program.write_text(f"#!{sys.executable}\n{script}")
+    program.chmod(0o755)
+    sim.environment["PATH"] = f"{folder}:{sim.environment['PATH']}"
+
+
+def put_image(sim, content):
+    (sim.images / TREE.name).unlink()
+    folder = sim.images / TREE.name / "firmware"
+    folder.mkdir(parents=True)
+    (folder / IMAGE.name).write_bytes(content)
+
+
+def start_long_run(sim):
+    """A run in the middle of its ticks: the process and the emulator's number."""
+    process = subprocess.Popen(sim.command(*LONG, "--out", "long"), cwd=sim.folder, env=sim.environment,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    deadline = time.monotonic() + 20
+    while not (rows := list((sim.folder / "long").glob("trace.csv*"))) or rows[0].stat().st_size < 10000:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.02)
+    return process, int(children.read_text())
+
+
+def is_running(number):
+    try:
+        return pathlib.Path(f"/proc/{number}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def check_failure(sim, process, message, seconds):
+    started = time.monotonic()
+    _, said = process.communicate(timeout=30)
+    assert time.monotonic() - started < seconds
+    assert process.returncode == 1
+    assert message in said
+    assert list(sim.temporary.iterdir()) == []
+    assert not (sim.folder / "long" / "trace.csv").exists()
+
+
+def test_killed_emulator_is_an_error_at_once(sim):
+    process, emulator = start_long_run(sim)
+    os.kill(emulator, signal.SIGKILL)
+    check_failure(sim, process, "m4f: the emulator was ended by signal 9", 2)
+
+
+def test_hanging_emulator_is_an_error_in_seconds_and_is_ended(sim):
+    process, emulator = start_long_run(sim)
+    os.kill(emulator, signal.SIGSTOP)
+    check_failure(sim, process, "m4f: the emulator has not answered for 5 s", 8)
+    assert not is_running(emulator)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_emulator_does_not_outlive_tribo_sim(sim, number):
+    process, emulator = start_long_run(sim)
+    process.send_signal(number)
+    process.communicate(timeout=10)
+    deadline = time.monotonic() + 5
+    while is_running(emulator):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert list(sim.temporary.iterdir()) == []
+
+
+def test_missing_emulator_is_an_error(sim):
+    sim.environment["PATH"] = str(sim.folder)
+    sim.fails("m4f: qemu-system-arm cannot be started: No such file or directory", *SHORT)
+
+
+def test_missing_image_is_an_error_that_says_how_to_build_it(sim):
+    (sim.images / TREE.name).unlink()
+    sim.fails("cmake --build --preset cortex-m4f", *SHORT)
+
+
+def test_emulator_that_ends_at_once_is_an_error_with_its_words(sim):
+    put_emulator(sim, "import sys; sys.exit('no such machine')")
+    sim.fails("m4f: the emulator ended with status 1: no such machine", *SHORT)
+
+
+def test_emulator_that_never_speaks_is_an_error_in_seconds(sim):
+    put_emulator(sim, "import time; time.sleep(60)")
+    started = time.monotonic()
+    sim.fails("m4f: the emulator has not answered for 5 s", *SHORT)
+    assert time.monotonic() - started < 8
+
+
+def test_nonsense_is_an_error(sim):
+    put_emulator(sim, "open('from_target', 'wb').write(b'x' * 1000)")
+    sim.fails("m4f: the emulator's program does not speak", *SHORT)
+
+
+# The real emulator in a folder of its own, and one bit of what its target answers turned over on the way.
+PROXY = """
+import os, struct, subprocess, sys
+os.mkdir("inner")
+pipes = {}
+for name in ("to_target", "from_target"):
+    os.mkfifo("inner/" + name)
+child = subprocess.Popen(["QEMU", *sys.argv[1:]], cwd="inner")
+from_host = open("to_target", "rb", buffering=0)
+to_host = open("from_target", "wb", buffering=0)
+to_target = open("inner/to_target", "wb", buffering=0)
+from_target = open("inner/from_target", "rb", buffering=0)
+for name in ("to_target", "from_target"):
+    os.unlink("inner/" + name)
+os.rmdir("inner")
+def message(pipe):
+    data = b""
+    while len(data) < 8 or len(data) < 8 + 4 * struct.unpack_from("<I", data, 4)[0]:
+        more = pipe.read(65536)
+        if not more:
+            sys.exit(child.wait())
+        data += more
+    return bytearray(data)
+count = 0
+while True:
+    answer = message(from_target)
+    if count == TICK + 2:
+        answer[8 + 4 * WORD] ^= 1
+    count += 1
+    to_host.write(answer)
+    to_target.write(message(from_host))
+"""
+
+
+@pytest.mark.parametrize("word, name", [(0, "the command"), (7, "limited, Q1, Q2, Q"), (8, "e"), (11, "u"), (16, "f_hat")])
+def test_one_other_bit_is_found_and_the_files_are_written(sim, word, name):
+    script = PROXY.replace("QEMU", shutil.which("qemu-system-arm")).replace("TICK", "17").replace("WORD", str(word))
+    put_emulator(sim, script)
+    sim.fails(f"m4f: 1 of 100 ticks differ from the host's; the first: {name} of tick 17 is ", *SHORT, "--out", "out")
+    assert (sim.folder / "out" / "trace.csv").read_text().count("\n") == 101
+    assert '"different_ticks":\t1' in (sim.folder / "out" / "summary.json").read_text()
+
+
+def test_sensor_beyond_its_range_stops_the_drive_and_the_run(sim):
+    sim.fails("m4f: the drive stopped at t = ", *SHORT, "--set", "sensor.noise_N=1")
+    sim.fails("fault: sensor out of range at tick ", *SHORT, "--set", "sensor.noise_N=1")
+
+
+def test_self_test_finds_a_changed_image(sim):
+    content = bytearray(IMAGE.read_bytes())
+    at = content.index(b"self-test: golden vector")
+    content[at] ^= 0x20
+    put_image(sim, content)
+    sim.fails("m4f: the drive's self-test failed with fault 1", *SHORT)
+
+
+def test_self_test_finds_an_image_without_its_seal(sim):
+    content = bytearray(IMAGE.read_bytes())
+    at = content.index(b"SEAL")
+    content[at] ^= 1
+    put_image(sim, content)
+    sim.fails("m4f: the drive's self-test failed with fault 1", *SHORT)
+
+
+def test_unknown_target_and_arithmetic_are_usage_errors(sim):
+    for arguments in (["--target", "m5"], ["--target", "m4f", "--arith", "f64"]):
+        result = sim("triangle", *arguments)
+        assert result.returncode == 2
+        assert "there are" in result.stderr
+
+
+def test_lock_step_is_fast_enough(sim):
+    """At least 5,000 ticks a second; a busy machine may need a second try."""
+    for _ in range(3):
+        sim.ok("triangle", "--set", "duration_s=20", "--set", "metrics.start_s=0", "--target", "m4f", "--out", "fast")
+        line = [line for line in (sim.folder / "fast" / "summary.json").read_text().splitlines() if "per_s" in line][0]
+        rate = float(line.split(":")[1])
+        print(f"{rate:.0f} ticks a second")
+        if rate >= 5000:
+            return
+    assert rate >= 5000

@@ -1,0 +1,46 @@
+"""The firmware's loop on the emulated target against the host's, to the last bit."""
+
+import json
+
+import pytest
+
+# The first is the paper's, from rest and with both turns; in the second everything differs by direction, there is noise,
+# and the command reaches its limits.
+SCENARIOS = {
+    "triangle": ["triangle", "--set", "duration_s=5", "--set", "reference.period_s=2", "--set", "metrics.start_s=0"],
+    "asymmetric": ["asymmetric", "--set", "duration_s=5", "--set", "reference.period_s=2", "--set", "metrics.start_s=0",
+                   "--set", "sensor.noise_N=0.001", "--set", "limits.u_max_N=0.7"],
+}
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_target_computes_the_bits_of_the_host(sim, target, scenario, arithmetic):
+    out = sim.ok(*SCENARIOS[scenario], "--target", target, "--arith", arithmetic, "--json", "--out", "on_target")
+    summary = json.loads(out)
+    print(f"{target} {arithmetic} {scenario}: {summary['lock_step_ticks_per_s']:.0f} ticks a second")
+    assert (summary["target"], summary["arithmetic"]) == (target, arithmetic)
+    assert summary["ticks"] == 5000
+    assert summary["different_ticks"] == 0
+    assert summary["bad_inputs"] == 0
+    assert (summary["limited_ticks"] > 0) == (scenario == "asymmetric")
+    assert json.loads((sim.folder / "on_target" / "summary.json").read_text()) == summary
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_trace_is_that_of_a_run_on_the_host(sim, target, scenario):
+    sim.ok(*SCENARIOS[scenario], "--out", "on_host")
+    sim.ok(*SCENARIOS[scenario], "--target", target, "--out", "on_target")
+    assert (sim.folder / "on_target" / "trace.csv").read_bytes() == (sim.folder / "on_host" / "trace.csv").read_bytes()
+
+
+def test_a_breakaway_table_and_other_sections_reach_the_target(sim, target):
+    scenario = sim.folder / "table.yaml"
+    scenario.write_text("duration_s: 1\n"
+                        "reference: {kind: sine, low_N: 0.2, high_N: 0.6, period_s: 0.5}\n"
+                        "controller: {kind: delta, sections: [{b0: 2.0, b1: 1.5, b2: 0.3, a1: 0.9, a2: 0.05}]}\n"
+                        "compensator: {gain: 0.7, friction: {breakaway: {table: ["
+                        "{force_N: 0.1, positive_N: 0.03, negative_N: 0.05}, {force_N: 0.3, positive_N: 0.1, negative_N: 0.08},"
+                        "{force_N: 0.5, positive_N: 0.2, negative_N: 0.12}]}}}\n")
+    for arithmetic in ["f32", "q31"]:
+        assert "the same bits as the host" in sim.ok(scenario, "--target", target, "--arith", arithmetic)
