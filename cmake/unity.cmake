@@ -50,4 +50,4 @@ message(STATUS "Unity: ${unity_dir}")
 
 add_library(unity STATIC "${unity_dir}/unity.c")
 target_include_directories(unity SYSTEM PUBLIC "${unity_dir}")
-target_compile_definitions(unity PUBLIC UNITY_INCLUDE_DOUBLE)
+target_compile_definitions(unity PUBLIC UNITY_INCLUDE_DOUBLE UNITY_SUPPORT_64)
