@@ -1,6 +1,7 @@
 // Runs five scenarios through the f32 and the Q31 loop and prints a hash of all that each tick saw. The numbers are the
 // library's alone: references are integers, the plant is the library's own friction, arm and filter. So the same
 // hashes must come out of every compiler, optimisation and machine (expected.txt).
+// A change that is meant to change a bit puts the new ones there: identity_trace >tests/identity/expected.txt
 
 #include "tribo/quantize_q31.h"
 
