@@ -31,14 +31,14 @@ void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state)
 int64_t tribo_biquad_q31_output(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
 {
     const int64_t whole = (int64_t)x + state->carry;
-    const int32_t input = (int32_t)(whole >> params->input_scale);
-    state->carry        = (uint32_t)(whole - (int64_t)input * (INT64_C(1) << params->input_scale));
+    const int32_t input = (int32_t)tribo_q31_shift(whole, params->input_scale);
+    state->carry        = (uint32_t)whole & ((UINT32_C(1) << params->input_scale) - 1u);
     state->x            = input;
 
     int32_t y = input;
     for (uint32_t i = 0; i < params->count; i++)
     {
-        const int64_t sum = state->section[i].w1 + (int64_t)params->section[i].b0 * y + HALF;
+        const int64_t sum = state->section[i].w1 + tribo_q31_multiply(params->section[i].b0, y) + HALF;
         y                 = tribo_q31_saturate(sum >> FRACTION, &state->saturated);
         state->y[i]       = y;
     }
@@ -55,14 +55,15 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t *params,
     {
         const tribo_biquad_q31_section_t *s = &params->section[i];
 
-        c                 = tribo_q31_saturate((int64_t)s->b0 * c >> FRACTION, &state->saturated);
+        c                 = tribo_q31_saturate(tribo_q31_multiply(s->b0, c) >> FRACTION, &state->saturated);
         const int32_t out = tribo_q31_saturate((int64_t)state->y[i] + c, &state->saturated);
         const int64_t w2  = state->section[i].w2;
 
-        const int64_t w1     = state->section[i].w1 + ((int64_t)s->b1 * in - (int64_t)s->a1 * out);
-        state->section[i].w1 = keep(w1 + (w2 >> s->shift), &state->saturated);
+        const int64_t w1     = state->section[i].w1 + (tribo_q31_multiply(s->b1, in) - tribo_q31_multiply(s->a1, out));
+        state->section[i].w1 = keep(w1 + tribo_q31_shift(w2, s->shift), &state->saturated);
         state->section[i].w2 =
-            keep(w2 + ((int64_t)s->b2 * in - ((int64_t)s->a2 * out >> s->a2_shift)), &state->saturated);
+            keep(w2 + (tribo_q31_multiply(s->b2, in) - tribo_q31_shift(tribo_q31_multiply(s->a2, out), s->a2_shift)),
+                 &state->saturated);
         in = out;
     }
 }

@@ -24,7 +24,7 @@ int32_t tribo_controller_q31_step(const tribo_controller_q31_params_t *params,
     }
     const uint32_t scale = params->cascade.section[params->cascade.count - 1u].scale;
     const int32_t  taken = tribo_q31_saturate((u - wanted) >> scale, &state->cascade.saturated);
-    const int64_t  back  = (int64_t)taken * params->anti_windup >> params->anti_windup_shift;
+    const int64_t  back  = tribo_q31_multiply(taken, params->anti_windup) >> params->anti_windup_shift;
     tribo_biquad_q31_advance(&params->cascade, &state->cascade, tribo_q31_saturate(back, &state->cascade.saturated));
 
     uint32_t only_for_the_log = 0;

@@ -47,7 +47,11 @@ static inline bool within(float x, float min, float max)
 
 static inline float magnitude(float x)
 {
+#ifdef __GNUC__
+    return __builtin_fabsf(x); // one instruction, with an FPU or without
+#else
     return x < 0.0f ? -x : x;
+#endif
 }
 
 #endif

@@ -78,11 +78,18 @@ static float friction_under(const tribo_force_loop_f32_params_t *p, const tribo_
     return tribo_compensator_f32_step(&p->compensator, &copy, u, &unused);
 }
 
+// Out of line: its copy of the compensator's state shall not be on the stack of every tick.
+#ifdef __GNUC__
+#define TRIBO_OUT_OF_LINE __attribute__((noinline))
+#else
+#define TRIBO_OUT_OF_LINE
+#endif
+
 /// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
 /// friction model would add to u in one jump.
-static float changing_tick(const tribo_force_loop_f32_params_t *params,
-                           tribo_force_loop_f32_state_t        *state,
-                           tribo_force_loop_f32_signals_t      *signals)
+static TRIBO_OUT_OF_LINE float changing_tick(const tribo_force_loop_f32_params_t *params,
+                                             tribo_force_loop_f32_state_t        *state,
+                                             tribo_force_loop_f32_signals_t      *signals)
 {
     const tribo_force_loop_f32_params_t *from = state->active;
     const float                          e    = signals->e_n;

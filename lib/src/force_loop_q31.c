@@ -16,7 +16,7 @@ void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
 /// What friction f adds to u, Q31.
 static inline int32_t feedforward(const tribo_force_loop_q31_params_t *params, int32_t f, uint32_t *saturated)
 {
-    return tribo_q31_saturate((int64_t)params->gain * f >> 29, saturated);
+    return tribo_q31_saturate(tribo_q31_multiply(params->gain, f) >> 29, saturated);
 }
 
 /// What f^ of this tick is under params `p`, the state left alone.
@@ -29,11 +29,18 @@ static int32_t friction_under(const tribo_force_loop_q31_params_t *p,
     return tribo_compensator_q31_step(&p->compensator, &copy, u, &unused);
 }
 
+// Out of line: its copy of the compensator's state shall not be on the stack of every tick.
+#ifdef __GNUC__
+#define TRIBO_OUT_OF_LINE __attribute__((noinline))
+#else
+#define TRIBO_OUT_OF_LINE
+#endif
+
 /// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
 /// friction model would add to u in one jump.
-static int32_t changing_tick(const tribo_force_loop_q31_params_t *params,
-                             tribo_force_loop_q31_state_t        *state,
-                             tribo_force_loop_q31_signals_t      *signals)
+static TRIBO_OUT_OF_LINE int32_t changing_tick(const tribo_force_loop_q31_params_t *params,
+                                               tribo_force_loop_q31_state_t        *state,
+                                               tribo_force_loop_q31_signals_t      *signals)
 {
     const tribo_force_loop_q31_params_t *from = state->active;
     const int32_t                        e    = signals->e;

@@ -155,20 +155,21 @@ void tribo_friction_f32_reset(tribo_friction_f32_state_t *state)
     tribo_relay_reset(&state->relay);
 }
 
-/// tanh(x)/x for x^2 = s, a minimax rational over |x| <= 6 (tools/fit_tanh.py), held beyond.
+/// tanh(x)/x for x^2 = s, a minimax rational over |x| <= 6 (tools/fit_tanh.py).
 static inline float tanh_over_x(float s)
 {
-    const float t = s < 36.0f ? s : 36.0f;
-    const float p = ((4.56887064e-06f * t + 2.40419268e-03f) * t + 1.24412098e-01f) * t + 9.99999697e-01f;
-    const float q = ((1.56538452e-04f * t + 2.16554295e-02f) * t + 4.57742878e-01f) * t + 1.0f;
+    const float p = ((4.56887064e-06f * s + 2.40419268e-03f) * s + 1.24412098e-01f) * s + 9.99999697e-01f;
+    const float q = ((1.56538452e-04f * s + 2.16554295e-02f) * s + 4.57742878e-01f) * s + 1.0f;
     return p / q;
 }
 
 /// tanh(x) within +-1 for every finite x.
 static inline float bounded_tanh(float x)
 {
-    const float t = x < -6.0f ? -6.0f : (x > 6.0f ? 6.0f : x);
-    return t * tanh_over_x(t * t);
+    const float          above = x > -6.0f ? x : -6.0f;
+    const volatile float t     = above < 6.0f ? above : 6.0f; // volatile: no shortcut for the bounds
+    const float          read  = t;
+    return read * tanh_over_x(read * read);
 }
 
 typedef struct
@@ -209,12 +210,12 @@ static inline breakaway_t breakaway(const tribo_friction_f32_params_t *params, f
 /// below it still counts as a crossing while decreasing (Fig. 5).
 static inline uint8_t relay_events(const tribo_friction_f32_params_t *params, breakaway_t L, float n, float n_before)
 {
-    const bool set1   = n < params->set_level * L.positive_n;
-    const bool set2   = n > -params->set_level * L.negative_n;
-    const bool reset1 = n > n_before && n_before < -params->reset_level * L.negative_n;
-    const bool reset2 = n < n_before && n_before > params->reset_level * L.positive_n;
-    return (uint8_t)((set1 ? TRIBO_RELAY_SET1 : 0u) | (set2 ? TRIBO_RELAY_SET2 : 0u) |
-                     (reset1 ? TRIBO_RELAY_RESET1 : 0u) | (reset2 ? TRIBO_RELAY_RESET2 : 0u));
+    const uint32_t set1   = n < params->set_level * L.positive_n;
+    const uint32_t set2   = n > -params->set_level * L.negative_n;
+    const uint32_t reset1 = (uint32_t)(n > n_before) & (uint32_t)(n_before < -params->reset_level * L.negative_n);
+    const uint32_t reset2 = (uint32_t)(n < n_before) & (uint32_t)(n_before > params->reset_level * L.positive_n);
+    return (uint8_t)(set1 * TRIBO_RELAY_SET1 | set2 * TRIBO_RELAY_SET2 | reset1 * TRIBO_RELAY_RESET1 |
+                     reset2 * TRIBO_RELAY_RESET2);
 }
 
 /// Eq. (3) before the saturation, on the branch of Q = 1.
@@ -222,7 +223,8 @@ static inline float hysteresis(const tribo_friction_f32_params_t *params, float 
 {
     const float k = params->k_mean - params->k_half * bounded_tanh(params->m_over_v0 * v - params->m);
     const float x = n / (k * L);
-    return n * tanh_over_x(x * x);
+    const float s = x * x;
+    return n * tanh_over_x(s < 36.0f ? s : 36.0f);
 }
 
 float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
@@ -248,13 +250,13 @@ float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
         tribo_relay_step(&state->relay, params->pulse_width, relay_events(params, both, n, n_before));
     const bool q1 = (relays & TRIBO_RELAY_Q1) != 0u;
     const bool q2 = (relays & TRIBO_RELAY_Q2) != 0u;
-    const bool q  = v > 0.0f && ((n > 0.0f && q2) || (n < 0.0f && q1));
+    const bool q  = v > 0.0f && (n > 0.0f ? q2 : q1); // |n| has risen, so n is not 0
 
-    // Both branches are computed, so that a tick costs the same on either.
-    const float curved = hysteresis(params, n, L, v);
-    const float wanted = q ? curved : n;
-    const float above  = wanted > -both.negative_n ? wanted : -both.negative_n;
-    const float f      = above < both.positive_n ? above : both.positive_n;
+    // Both branches are computed, always: volatile, so that a tick costs the same on either.
+    const volatile float curved = hysteresis(params, n, L, v);
+    const float          wanted = q ? curved : n;
+    const float          above  = wanted > -both.negative_n ? wanted : -both.negative_n;
+    const float          f      = above < both.positive_n ? above : both.positive_n;
 
     state->n_n         = n;
     signals->n_n       = n;

@@ -3,7 +3,8 @@
 /// A force is a fraction of a full scale that the caller fixes in newton: 2^31 is full scale. Values are kept symmetric,
 /// -(2^31 - 1) to 2^31 - 1, so that a magnitude always fits; a result beyond is saturated and counted. Where a result
 /// has a sign that must not matter (mirror symmetry), magnitudes are multiplied and the sign is put back. Products are
-/// 64 bits wide, divisions 32. Right shifts of negative numbers are arithmetic; a compiler where they are not is refused.
+/// 64 bits wide, divisions 32. Right shifts of negative numbers are arithmetic and casts to a narrower type keep
+/// the low bits; a compiler where they do not is refused.
 
 #ifndef TRIBO_Q31_H
 #define TRIBO_Q31_H
@@ -21,40 +22,97 @@ extern "C" {
 #define TRIBO_Q31(value, full_scale) ((int32_t)((double)(value) / (double)(full_scale) * 2147483647.0))
 
 typedef char tribo_q31_needs_arithmetic_shifts[((-3) >> 1) == -2 ? 1 : -1];
+typedef char tribo_q31_needs_wrapping_casts[(int32_t)UINT32_MAX == -1 ? 1 : -1];
 
 static inline void tribo_q31_count(uint32_t *counter)
 {
     *counter += *counter != UINT32_MAX;
 }
 
-/// x within the symmetric range; a saturation is counted.
+/// x within the symmetric range; a saturation is counted. One compare of the two words says that x fits.
 static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
 {
-    if (x > TRIBO_Q31_MAX || x < -TRIBO_Q31_MAX)
+    const int32_t low = (int32_t)(uint32_t)x;
+    if ((int32_t)(x >> 32) != (low < 0 ? -1 : 0) || low == INT32_MIN)
     {
         tribo_q31_count(saturated);
         return x < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
     }
-    return (int32_t)x;
+    return low;
 }
 
 /// |x|, with the one value that has none, INT32_MIN, as the largest.
 static inline uint32_t tribo_q31_magnitude(int32_t x)
 {
-    return x < 0 ? (uint32_t)(-(x + (x == INT32_MIN))) : (uint32_t)x;
+    const uint32_t sign = 0u - (uint32_t)(x < 0);
+    const uint32_t size = ((uint32_t)x ^ sign) - sign;
+    return size - (size >> 31);
 }
+
+#if !defined(__ARM_ARCH_6M__) && !defined(TRIBO_Q31_PORTABLE)
+
+/// a b, unsigned.
+static inline uint64_t tribo_q31_product(uint32_t a, uint32_t b)
+{
+    return (uint64_t)a * b;
+}
+
+/// a b, signed.
+static inline int64_t tribo_q31_multiply(int32_t a, int32_t b)
+{
+    return (int64_t)a * b;
+}
+
+#else // no long multiplication: made of short ones, in half the time of the compiler's helper
+
+#ifdef __ARM_ARCH_6M__ // out of line: what is saved inline is lost on the stack
+__attribute__((noinline, unused)) static uint64_t tribo_q31_product(uint32_t a, uint32_t b)
+#else
+static inline uint64_t tribo_q31_product(uint32_t a, uint32_t b)
+#endif
+{
+    const uint32_t low    = (a & 0xffffu) * (b & 0xffffu);
+    const uint32_t first  = (a >> 16) * (b & 0xffffu) + (low >> 16); // below 2^32
+    const uint32_t second = (a & 0xffffu) * (b >> 16) + (first & 0xffffu);
+    const uint32_t high   = (a >> 16) * (b >> 16) + (first >> 16) + (second >> 16);
+    return (uint64_t)high << 32 | (second << 16 | (low & 0xffffu));
+}
+
+/// As unsigned, a negative factor is 2^32 larger.
+static inline int64_t tribo_q31_multiply(int32_t a, int32_t b)
+{
+    const uint64_t product = tribo_q31_product((uint32_t)a, (uint32_t)b);
+    const uint32_t excess  = (a < 0 ? (uint32_t)b : 0u) + (b < 0 ? (uint32_t)a : 0u);
+    return (int64_t)(product - ((uint64_t)excess << 32));
+}
+
+#endif
 
 /// a b / 2^31, rounded down.
 static inline uint32_t tribo_q31_part(uint32_t a, uint32_t b)
 {
-    return (uint32_t)((uint64_t)a * b >> 31);
+    return (uint32_t)(tribo_q31_product(a, b) >> 31);
+}
+
+/// The upper word of a b.
+static inline uint32_t tribo_q31_high(uint32_t a, uint32_t b)
+{
+    return (uint32_t)(tribo_q31_product(a, b) >> 32);
+}
+
+/// x / 2^shift, rounded down, `shift` 0 to 31: half of what a shift of 64 bits by up to 63 costs on 32-bit targets.
+static inline int64_t tribo_q31_shift(int64_t x, uint32_t shift)
+{
+    const int32_t  high  = (int32_t)(x >> 32);
+    const uint32_t moved = ((uint32_t)high * 2u) << (31u - shift);
+    return (int64_t)((uint64_t)(uint32_t)(high >> shift) << 32 | (moved | (uint32_t)x >> shift));
 }
 
 /// x / 2^shift towards zero, so that what decays reaches zero from both sides. `shift` 0 to 62.
 static inline int64_t tribo_q31_shift_to_zero(int64_t x, uint32_t shift)
 {
-    // cppcheck-suppress shiftTooManyBitsSigned ; an arithmetic shift is what is meant
-    return (x + (x < 0 ? (INT64_C(1) << shift) - 1 : 0)) >> shift;
+    const uint64_t up = (0u - (uint64_t)(x < 0)) & ((UINT64_C(1) << shift) - 1u);
+    return (x + (int64_t)up) >> shift;
 }
 
 /// Leading zeros of x, which is not 0.
@@ -83,10 +141,15 @@ static inline uint32_t tribo_q31_ratio(uint32_t a, uint32_t b, uint32_t shift)
     const uint32_t zeros   = tribo_q31_leading_zeros(divisor);
     const uint32_t m       = divisor << zeros;       // 2^31 to 2^32
     const uint32_t coarse  = UINT32_MAX / (m >> 16); // 2^48 / m
-    const int64_t  left    = (INT64_C(1) << 48) - (int64_t)((uint64_t)m * coarse);
+    const int64_t  left    = (INT64_C(1) << 48) - (int64_t)tribo_q31_product(m, coarse);
     const uint32_t inverse = (coarse << 15) + (uint32_t)((coarse * left) >> 33); // 2^63 / m
-    const uint64_t ratio   = ((uint64_t)a * inverse) >> (32u - zeros + shift);
-    return ratio > (uint64_t)TRIBO_Q31_MAX ? (uint32_t)TRIBO_Q31_MAX : (uint32_t)ratio;
+    // The product over 2^(32 - zeros), by words; then over 2^shift.
+    const uint64_t product = tribo_q31_product(a, inverse);
+    const uint32_t upper   = (uint32_t)(product >> 32);
+    const uint32_t high    = upper >> 1 >> (31u - zeros);
+    const uint32_t low     = upper << zeros | (uint32_t)product >> 1 >> (31u - zeros);
+    const uint64_t ratio   = ((uint64_t)high << 32 | low) >> shift;
+    return (ratio >> 31) != 0u ? (uint32_t)TRIBO_Q31_MAX : (uint32_t)ratio;
 }
 
 #ifdef __cplusplus
