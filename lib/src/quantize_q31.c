@@ -59,6 +59,8 @@ static bool normalised(float x, int32_t *mantissa, uint8_t *shift)
     return true;
 }
 
+#define SMALLEST 1.0e-6f // of full scale, or of 1: what is smaller has too few bits, or none
+
 static bool full_scale_ok(float full_scale_n)
 {
     return within(full_scale_n, 1.0e-3f, TRIBO_F32_FORCE_MAX_N);
@@ -66,11 +68,9 @@ static bool full_scale_ok(float full_scale_n)
 
 // --- friction ------------------------------------------------------------------------------------------------------
 
-#define BREAKAWAY_MIN 1.0e-6f // of full scale
-
 static tribo_status_t quantize_law(tribo_breakaway_q31_t *out, const tribo_breakaway_f32_t *law, float full_scale_n)
 {
-    if (!within(law->offset_n / full_scale_n, BREAKAWAY_MIN, 0.999999f))
+    if (!within(law->offset_n / full_scale_n, SMALLEST, 0.999999f))
     {
         return TRIBO_ERR_BREAKAWAY_OFFSET;
     }
@@ -90,8 +90,8 @@ static tribo_status_t check_table(const tribo_friction_f32_config_t *config, flo
         {
             return TRIBO_ERR_TABLE_FORCE;
         }
-        if (!within(point->positive_n / full_scale_n, BREAKAWAY_MIN, 0.999999f) ||
-            !within(point->negative_n / full_scale_n, BREAKAWAY_MIN, 0.999999f))
+        if (!within(point->positive_n / full_scale_n, SMALLEST, 0.999999f) ||
+            !within(point->negative_n / full_scale_n, SMALLEST, 0.999999f))
         {
             return TRIBO_ERR_TABLE_BREAKAWAY;
         }
@@ -157,6 +157,14 @@ static tribo_status_t quantize_friction(tribo_friction_q31_params_t       *out,
     if (!(magnitude(config->gravity_n) < full_scale_n))
     {
         return TRIBO_ERR_GRAVITY;
+    }
+    if (!(config->set_level >= SMALLEST))
+    {
+        return TRIBO_ERR_SET_LEVEL;
+    }
+    if (!(config->reset_level >= SMALLEST))
+    {
+        return TRIBO_ERR_RESET_LEVEL;
     }
     out->set_level    = fixed(config->set_level, 30);
     out->reset_level  = fixed(config->reset_level, 30);
@@ -334,7 +342,15 @@ static void add_tick(peaks_t                         *block,
     }
 }
 
-/// Adds `weight` times the L1 norms of the responses to an impulse of e or of s. False when one does not die away.
+/// True when the blocks of the last half, a quarter apart, shrink by one and the same factor: a single slow pole is left.
+static bool is_geometric(float half, float three_quarters, float last)
+{
+    const float middle = three_quarters * three_quarters;
+    return magnitude(half * last - middle) <= 1.0e-4f * middle;
+}
+
+/// Adds `weight` times the L1 norms of the responses to an impulse of e or of s. False when one does not die away in
+/// BLOCKS, unless all that is left of it is a single slow pole, whose tail is known.
 static bool add_response(peaks_t                         *peaks,
                          const tribo_biquad_f32_params_t *cascade,
                          float                            anti_windup,
@@ -342,15 +358,17 @@ static bool add_response(peaks_t                         *peaks,
                          float                            weight)
 {
     tribo_biquad_f32_state_t state;
-    peaks_t                  sum   = {.at = {0.0f}};
-    peaks_t                  block = {.at = {0.0f}};
-    peaks_t                  before;
-    bool                     done = false;
+    peaks_t                  sum            = {.at = {0.0f}};
+    peaks_t                  half           = {.at = {0.0f}};
+    peaks_t                  three_quarters = {.at = {0.0f}};
+    peaks_t                  block          = {.at = {0.0f}};
+    bool                     done           = false;
     tribo_biquad_f32_reset(&state);
     for (uint32_t i = 0; i < BLOCKS && !done; i++)
     {
-        before = block;
-        block  = (peaks_t){.at = {0.0f}};
+        half           = i == BLOCKS / 2u ? block : half;
+        three_quarters = i == 3u * (BLOCKS / 4u) ? block : three_quarters;
+        block          = (peaks_t){.at = {0.0f}};
         for (uint32_t k = 0; k < BLOCK_TICKS; k++)
         {
             const float impulse = i == 0u && k == 0u ? 1.0f : 0.0f;
@@ -365,13 +383,18 @@ static bool add_response(peaks_t                         *peaks,
     }
     for (uint32_t j = 0; j < SUMS; j++)
     {
-        // What is left by then is one slow pole: a geometric tail.
-        const float ratio = block.at[j] > 1.0e-6f * sum.at[j] ? block.at[j] / before.at[j] : 0.0f;
-        if (!(ratio < 0.9999f))
+        float tail = 0.0f;
+        if (block.at[j] > 1.0e-6f * sum.at[j])
         {
-            return false;
+            // By r in a quarter of the blocks, so 1/(1 - r^(1/64)) blocks are left, which is at most 64/(1 - r).
+            const float r = block.at[j] / three_quarters.at[j];
+            if (!(r < 0.99f) || !is_geometric(half.at[j], three_quarters.at[j], block.at[j]))
+            {
+                return false;
+            }
+            tail = block.at[j] * (float)(BLOCKS / 4u) / (1.0f - r);
         }
-        peaks->at[j] += weight * MARGIN * (sum.at[j] + block.at[j] * ratio / (1.0f - ratio));
+        peaks->at[j] += weight * MARGIN * (sum.at[j] + tail);
     }
     return true;
 }
@@ -565,7 +588,8 @@ static tribo_status_t check_limits(const tribo_controller_f32_params_t *f32, flo
     {
         return TRIBO_ERR_U_MIN;
     }
-    return f32->u_max_n <= full_scale_n ? TRIBO_OK : TRIBO_ERR_U_MAX;
+    const bool wide = (f32->u_max_n - f32->u_min_n) / full_scale_n >= SMALLEST; // else nothing would be left of it
+    return f32->u_max_n <= full_scale_n && wide ? TRIBO_OK : TRIBO_ERR_U_MAX;
 }
 
 tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *params,
@@ -624,7 +648,7 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     {
         return TRIBO_ERR_FULL_SCALE;
     }
-    if (!(f32.input_max_n <= full_scale_n))
+    if (!within(f32.input_max_n / full_scale_n, SMALLEST, 1.0f))
     {
         return TRIBO_ERR_INPUT_MAX;
     }

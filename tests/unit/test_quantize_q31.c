@@ -7,6 +7,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static tribo_force_loop_f32_config_t config;
@@ -157,6 +158,24 @@ static void test_quantize_takes_forces_up_to_full_scale(void)
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, out.params.controller.u_max);
     config.input_max_n = 2.0001f;
     check_refused(TRIBO_ERR_INPUT_MAX);
+    config.input_max_n = 1.9e-6f; // 1e-6 of full scale is 2e-6 N
+    check_refused(TRIBO_ERR_INPUT_MAX);
+    config.input_max_n = 2.1e-6f;
+    check_taken();
+    setUp();
+    config.controller.u_min_n = -0.9e-6f;
+    config.controller.u_max_n = 0.9e-6f;
+    check_refused(TRIBO_ERR_U_MAX);
+    config.controller.u_max_n = 1.2e-6f;
+    check_taken();
+    setUp();
+    config.compensator.friction.set_level = 0.9e-6f;
+    check_refused(TRIBO_ERR_SET_LEVEL);
+    config.compensator.friction.set_level   = 1.1e-6f;
+    config.compensator.friction.reset_level = 0.9e-6f;
+    check_refused(TRIBO_ERR_RESET_LEVEL);
+    config.compensator.friction.reset_level = 1.1e-6f;
+    check_taken();
     setUp();
     config.controller.u_min_n = -2.0001f;
     check_refused(TRIBO_ERR_U_MIN);
@@ -284,12 +303,41 @@ static void test_quantize_refuses_peaks_without_a_bound_or_beyond_2_to_the_24(vo
                                                {1.0e6f, 0.0f, 0.0f, 0.3f, 0.01f}};
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_HEADROOM, plain(lost, 3));
 
+    // Two slow poles, the slower still gaining on the other when the measurement ends: its tail is not known.
+    const tribo_biquad_f32_section_t two_slow[] = {
+        {1.0f, 1.0e-2f, 1.0e-8f, 2.025e-5f, 5.0e-12f}, // distances 2e-5 and 2.5e-7 from z = 1
+    };
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_HEADROOM, plain(two_slow, 1));
+
     // A controller whose anti-windup has to divide by next to nothing.
     static const tribo_biquad_f32_section_t faint[] = {{1.0e-6f, 1.0e-6f, 0.5e-6f, 1.0f, 0.5f},
                                                        {1.0e-6f, 1.0e-6f, 0.5e-6f, 1.0f, 0.5f}};
     config.controller.sections                      = faint;
     config.controller.section_count                 = 2;
     check_refused(TRIBO_ERR_HEADROOM);
+}
+
+// A tail beyond the measured ticks is that of one pole: an upper bound, and not a loose one.
+static void test_quantize_bounds_the_tail_of_a_slow_pole(void)
+{
+    const float distances[] = {1.0e-4f, 2.0e-5f, 5.0e-6f, 2.0e-6f, 5.0e-7f};
+    for (size_t i = 0; i < sizeof distances / sizeof distances[0]; i++)
+    {
+        const double                     slow      = (double)distances[i];
+        const tribo_biquad_f32_section_t section[] = {
+            {1.0f, 0.0f, distances[i], (float)(0.5 + slow), (float)(0.5 * slow)},
+        };
+        tribo_biquad_q31_params_t out;
+        tribo_headroom_q31_t      headroom;
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_q31_init(&out, section, 1, &headroom));
+        // H(d) = 1 + ((-a1) d + b2 - a2)/(d^2 + a1 d + a2): residues at -slow and -0.5, summed as geometric series.
+        const double at_slow = ((0.5 + slow) * slow + 0.5 * slow) / (0.5 - slow);
+        const double at_fast = ((0.5 + slow) * 0.5 + 0.5 * slow) / (slow - 0.5);
+        const double exact   = 1.0 + fabs(at_slow) / slow + fabs(at_fast) / 0.5;
+        TEST_ASSERT_TRUE((double)headroom.output[0] > 0.6 * exact);
+        TEST_ASSERT_TRUE((double)headroom.output[0] < 1.1 * exact);
+        printf("pole %g from 1: bound %g, sum of the modes %g\n", slow, (double)headroom.output[0], exact);
+    }
 }
 
 static void test_quantize_takes_integrators_in_a_controller(void)
@@ -351,6 +399,7 @@ int main(void)
     RUN_TEST(test_quantize_checks_the_table_and_copies_it);
     RUN_TEST(test_quantize_refuses_a_rate_law_finer_than_a_bit_a_tick);
     RUN_TEST(test_quantize_refuses_peaks_without_a_bound_or_beyond_2_to_the_24);
+    RUN_TEST(test_quantize_bounds_the_tail_of_a_slow_pole);
     RUN_TEST(test_quantize_takes_integrators_in_a_controller);
     RUN_TEST(test_quantize_checks_the_numbers_that_will_run);
     RUN_TEST(test_quantize_takes_poles_near_z_minus_1);

@@ -5,13 +5,15 @@
 /// nothing. They use float, so they live in a file of their own: a program whose params were made on the host links none
 /// of it. Not for the tick; a cascade takes some 10^5 float operations to measure, a slow one up to 10^8.
 ///
-/// Besides what the f32 init functions ask, in q31: every force of a config is below FS; a breakaway is at least 1e-6 FS; an
-/// arm's K h^2/I and damping keep its coefficients below 4 and its quantised poles inside the unit circle; m FS/(6 v0 h)
-/// is below 2^31 (or TRIBO_ERR_V0), as v0 would be less than a bit a tick otherwise.
+/// Besides what the f32 init functions ask, in q31: every force of a config is below FS, limits and input_max_n up to FS;
+/// a breakaway, input_max_n and u_max_n - u_min_n are at least 1e-6 FS and the relays' levels 1e-6, so that bits are left
+/// of them; an arm's K h^2/I and damping keep its coefficients below 4 and its quantised poles inside the unit circle;
+/// m FS/(6 v0 h) is below 2^31 (or TRIBO_ERR_V0), as v0 would be less than a bit a tick otherwise.
 ///
 /// Headroom: the worst-case peak of each node is its L1 norm from the inputs in their full range. For a plain cascade
 /// the input is x within FS. For a controller they are e within FS and, as the anti-windup makes the states follow what
 /// was really put out, u - feedforward within u_max + FS; so a slow pole or an integrator costs no headroom.
+/// A response is followed for 131,072 ticks; what it has left by then must be a single slow pole, whose tail is added.
 
 #ifndef TRIBO_QUANTIZE_Q31_H
 #define TRIBO_QUANTIZE_Q31_H
@@ -52,7 +54,7 @@ tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *
                                           float                                 full_scale_n);
 
 /// A plain cascade. Returns TRIBO_OK or what tribo_biquad_f32_init says; TRIBO_ERR_HEADROOM when a peak has no bound (an
-/// integrator) or is 2^24 full scales or more. `headroom` may be null.
+/// integrator), none that can be told (two poles of some 10^-6 a tick or slower) or is 2^24 full scales or more. `headroom` may be null.
 tribo_status_t tribo_biquad_q31_init(tribo_biquad_q31_params_t        *params,
                                      const tribo_biquad_f32_section_t *sections,
                                      uint32_t                          count,
