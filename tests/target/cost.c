@@ -330,6 +330,14 @@ int main(void)
     {
         return 1;
     }
+#ifdef COST_TRACE // some ticks on the way up, for tools/bench-target to look at the last one
+    plant_reset();
+    TRIBO(force_loop, reset)(&axis[0]);
+    for (int32_t k = 0; k < 200; k++)
+    {
+        plant_step(TRIBO(force_loop, step)(&paper, &axis[0], triangle(k), plant.sensor, &signals));
+    }
+#else
     counter_init();
     run_triangle();
     run_search();
@@ -339,5 +347,6 @@ int main(void)
     print("stack.retuning", "", stack_of_ticks(&other));
     print("ram.axis", "", (uint32_t)sizeof(loop_state_t));
     print("flash.params", "", (uint32_t)sizeof(loop_params_t));
+#endif
     return 0;
 }

@@ -33,7 +33,7 @@ static inline void tribo_q31_count(uint32_t *counter)
 static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
 {
     const int32_t low = (int32_t)(uint32_t)x;
-    if ((int32_t)(x >> 32) != (low < 0 ? -1 : 0) || low == INT32_MIN)
+    if ((uint32_t)((uint64_t)x >> 32) != (low < 0 ? UINT32_MAX : 0u) || low == INT32_MIN)
     {
         tribo_q31_count(saturated);
         return x < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
