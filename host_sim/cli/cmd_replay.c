@@ -3,10 +3,11 @@
 #include "cli/commands.h"
 #include "cli/progress.h"
 #include "scenario/check.h"
+#include "scenario/loop.h"
 #include "scenario/loop_config.h"
 #include "support/csv.h"
+#include "support/number.h"
 #include "support/output_file.h"
-#include "tribo/compensator_f32.h"
 
 #include <getopt.h>
 #include <math.h>
@@ -21,7 +22,23 @@ typedef struct
     const char *params; ///< null: the paper's
     const char *out;    ///< null: standard output
     bool        measured;
+    bool        f32, q31; ///< what to run, one or both
+    double      full_scale_n;
 } options_t;
+
+/// The compensator in both arithmetics; of Q31 the params are made only if it is wanted.
+typedef struct
+{
+    const options_t               *options;
+    double                         sample_time_s;
+    tribo_compensator_f32_params_t f32;
+    tribo_compensator_f32_state_t  state_f32;
+    tribo_compensator_q31_params_t q31;
+    tribo_compensator_q31_state_t  state_q31;
+    tribo_breakaway_point_q31_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
+    uint64_t                       beyond_full_scale;    ///< rows
+    double                         max_force_n, max_f_n; ///< largest differences
+} replay_t;
 
 enum
 {
@@ -36,6 +53,8 @@ static int take_options(options_t *options, int count, char **arguments)
     static const struct option known[] = {{"params", required_argument, NULL, 'p'},
                                           {"force", required_argument, NULL, 'f'},
                                           {"out", required_argument, NULL, 'o'},
+                                          {"arith", required_argument, NULL, 'a'},
+                                          {"full-scale", required_argument, NULL, 's'},
                                           {NULL, 0, NULL, 0}};
 
     opterr = 0;
@@ -56,6 +75,20 @@ static int take_options(options_t *options, int count, char **arguments)
             break;
         case 'o':
             options->out = optarg;
+            break;
+        case 'a':
+            options->f32 = strcmp(optarg, "f32") == 0 || strcmp(optarg, "both") == 0;
+            options->q31 = strcmp(optarg, "q31") == 0 || strcmp(optarg, "both") == 0;
+            if (!options->f32 && !options->q31)
+            {
+                return sim_usage("--arith %s: there are f32, q31, both", optarg);
+            }
+            break;
+        case 's':
+            if (sim_number_parse(optarg, &options->full_scale_n) != NULL)
+            {
+                return sim_usage("--full-scale %s: a number of N is wanted", optarg);
+            }
             break;
         case ':':
             return sim_usage("replay: %s wants a value", arguments[optind - 1]);
@@ -146,19 +179,23 @@ static bool find_sample_time(const sim_csv_t *log, const char *path, double *sam
     return true;
 }
 
-static void write_header(FILE *file)
+static const char header[] = "t_s,u_N,F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N";
+
+static void write_header(FILE *file, bool both)
 {
-    (void)fputs("t_s,u_N,F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N\n", file);
+    (void)fputs(header, file);
+    if (both)
+    {
+        (void)fputs(",F_hat_q31_N,n_q31_N,L_q31_N,v_q31_N_per_s,Q1_q31,Q2_q31,Q_q31,f_hat_q31_N", file);
+    }
+    (void)fputs("\n", file);
 }
 
-static void write_row(FILE *file, double t, double u, const tribo_compensator_f32_signals_t *signals)
+static void write_signals(FILE *file, const tribo_compensator_f32_signals_t *signals)
 {
     const tribo_friction_f32_signals_t *friction = &signals->friction;
-    // 15 digits give a time stamp back as it was written, whatever its origin.
     (void)fprintf(file,
-                  "%.15g,%.9g,%.9g,%.9g,%.9g,%.9g,%d,%d,%d,%.9g\n",
-                  t,
-                  u,
+                  ",%.9g,%.9g,%.9g,%.9g,%d,%d,%d,%.9g",
                   (double)signals->force_n,
                   (double)friction->n_n,
                   (double)friction->L_n,
@@ -169,70 +206,124 @@ static void write_row(FILE *file, double t, double u, const tribo_compensator_f3
                   (double)friction->f_n);
 }
 
-/// Steps through the log; returns how many rows the compensator found bad.
-static uint32_t step_through(const sim_csv_t                      *log,
-                             const tribo_compensator_f32_params_t *params,
-                             bool                                  measured,
-                             FILE                                 *file)
+static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, double measured_n)
 {
-    tribo_compensator_f32_state_t state;
-    tribo_compensator_f32_reset(&state);
+    tribo_compensator_f32_signals_t signals;
+    if (replay->options->measured)
+    {
+        signals.force_n = (float)measured_n;
+        (void)tribo_friction_f32_step(&replay->f32.friction,
+                                      &replay->state_f32.friction,
+                                      (float)u_n,
+                                      signals.force_n,
+                                      &signals.friction);
+    }
+    else
+    {
+        (void)tribo_compensator_f32_step(&replay->f32, &replay->state_f32, (float)u_n, &signals);
+    }
+    return signals;
+}
+
+static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, double measured_n)
+{
+    const double                    full_scale_n = replay->options->full_scale_n;
+    const int32_t                   u            = sim_q31_from_n(u_n, full_scale_n);
+    tribo_compensator_q31_signals_t signals;
+    replay->beyond_full_scale += fabs(u_n) > full_scale_n || fabs(measured_n) > full_scale_n;
+    if (replay->options->measured)
+    {
+        signals.force = sim_q31_from_n(measured_n, full_scale_n);
+        (void)tribo_friction_q31_step(&replay->q31.friction,
+                                      &replay->state_q31.friction,
+                                      u,
+                                      signals.force,
+                                      &signals.friction);
+    }
+    else
+    {
+        (void)tribo_compensator_q31_step(&replay->q31, &replay->state_q31, u, &signals);
+    }
+    return sim_signals_from_q31(&signals, full_scale_n, replay->sample_time_s);
+}
+
+static void replay_row(replay_t *replay, const sim_csv_t *log, size_t row, FILE *file)
+{
+    const double                    u = log->values[COLUMN_U][row];
+    const double                    F = replay->options->measured ? log->values[COLUMN_F][row] : 0.0;
+    tribo_compensator_f32_signals_t f32;
+    tribo_compensator_f32_signals_t q31;
+    // 15 digits give a time stamp back as it was written, whatever its origin.
+    (void)fprintf(file, "%.15g,%.9g", log->values[COLUMN_T][row], u);
+    if (replay->options->f32)
+    {
+        f32 = step_f32(replay, u, F);
+        write_signals(file, &f32);
+    }
+    if (replay->options->q31)
+    {
+        q31 = step_q31(replay, u, F);
+        write_signals(file, &q31);
+    }
+    if (replay->options->f32 && replay->options->q31)
+    {
+        replay->max_force_n = fmax(replay->max_force_n, fabs((double)q31.force_n - (double)f32.force_n));
+        replay->max_f_n     = fmax(replay->max_f_n, fabs((double)q31.friction.f_n - (double)f32.friction.f_n));
+    }
+    (void)fputs("\n", file);
+}
+
+static void step_through(replay_t *replay, const sim_csv_t *log, FILE *file)
+{
+    tribo_compensator_f32_reset(&replay->state_f32);
+    tribo_compensator_q31_reset(&replay->state_q31);
     sim_progress_t progress;
     sim_progress_start(&progress);
-    write_header(file);
+    write_header(file, replay->options->f32 && replay->options->q31);
     for (size_t i = 0; i < log->rows && !ferror(file); i++)
     {
-        tribo_compensator_f32_signals_t signals;
-        const float                     u = (float)log->values[COLUMN_U][i];
-        if (measured)
-        {
-            signals.force_n = (float)log->values[COLUMN_F][i];
-            (void)tribo_friction_f32_step(&params->friction, &state.friction, u, signals.force_n, &signals.friction);
-        }
-        else
-        {
-            (void)tribo_compensator_f32_step(params, &state, u, &signals);
-        }
-        write_row(file, log->values[COLUMN_T][i], log->values[COLUMN_U][i], &signals);
+        replay_row(replay, log, i, file);
         sim_progress_update(&progress, (double)i / (double)log->rows);
     }
     sim_progress_end(&progress);
-    return state.friction.bad_inputs;
 }
 
-static bool replay_log(const options_t                      *options,
-                       const sim_csv_t                      *log,
-                       const tribo_compensator_f32_params_t *params,
-                       sim_error_t                          *error)
+static void warn(const options_t *options, uint64_t rows, const char *of_what)
 {
+    if (rows > 0)
+    {
+        (void)
+            fprintf(stderr, "tribo-sim: %s: warning: %u rows hold forces %s\n", options->log, (unsigned)rows, of_what);
+    }
+}
+
+static bool replay_log(replay_t *replay, const sim_csv_t *log, sim_error_t *error)
+{
+    const options_t  *options = replay->options;
     sim_output_file_t file;
     if (!sim_output_file_open(&file, options->out, error))
     {
         return false;
     }
-    const uint32_t bad = step_through(log, params, options->measured, file.stream);
+    step_through(replay, log, file.stream);
     if (!sim_output_file_commit(&file, error))
     {
         return false;
     }
-    if (bad > 0)
+    warn(options, replay->state_f32.friction.bad_inputs, "too large for the compensator");
+    warn(options, replay->beyond_full_scale, "beyond full scale");
+    if (options->f32 && options->q31)
     {
-        (void)fprintf(stderr,
-                      "tribo-sim: %s: warning: %u rows hold forces too large for the compensator\n",
-                      options->log,
-                      (unsigned)bad);
+        (void)fprintf(stderr, "largest Q31 - f32: F_hat %.3g N, f_hat %.3g N\n", replay->max_force_n, replay->max_f_n);
     }
     return true;
 }
 
 /// The compensator's params for the log's sample time.
-static bool make_params(const options_t                *options,
-                        sim_scenario_t                 *scenario,
-                        sim_loop_config_t              *loop,
-                        double                          sample_time_s,
-                        tribo_compensator_f32_params_t *params,
-                        sim_error_t                    *error)
+static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t *error)
 {
+    const options_t  *options = replay->options;
+    sim_loop_config_t loop;
     if (options->params != NULL && !sim_scenario_load_compensator(scenario, options->params, error))
     {
         return false;
@@ -241,27 +332,37 @@ static bool make_params(const options_t                *options,
     {
         return false;
     }
-    sim_loop_config_fill(loop, sim_scenario_config(scenario));
-    const tribo_status_t status = tribo_compensator_f32_init(params, &loop->config.compensator, (float)sample_time_s);
+    sim_loop_config_fill(&loop, sim_scenario_config(scenario));
+    const float    h      = (float)replay->sample_time_s;
+    tribo_status_t status = tribo_compensator_f32_init(&replay->f32, &loop.config.compensator, h);
+    if (status == TRIBO_OK && options->q31)
+    {
+        status = tribo_compensator_q31_init(&replay->q31,
+                                            replay->table,
+                                            &loop.config.compensator,
+                                            h,
+                                            (float)options->full_scale_n);
+    }
     if (status == TRIBO_ERR_SAMPLE_TIME)
     {
         return sim_error_set(error,
                              "%s: its sample time is %.6g s; %s",
                              options->log,
-                             sample_time_s,
+                             replay->sample_time_s,
                              tribo_status_text(status));
+    }
+    if (status == TRIBO_ERR_FULL_SCALE)
+    {
+        return sim_error_set(error, "--full-scale %g: %s", options->full_scale_n, tribo_status_text(status));
     }
     return sim_check_status(scenario, status, error);
 }
 
 static bool replay_with(const options_t *options, sim_scenario_t *scenario, const sim_csv_t *log, sim_error_t *error)
 {
-    double                         sample_time_s = 0.0;
-    sim_loop_config_t              loop;
-    tribo_compensator_f32_params_t params;
-    return find_sample_time(log, options->log, &sample_time_s, error) &&
-           make_params(options, scenario, &loop, sample_time_s, &params, error) &&
-           replay_log(options, log, &params, error);
+    replay_t replay = {.options = options};
+    return find_sample_time(log, options->log, &replay.sample_time_s, error) && make_params(&replay, scenario, error) &&
+           replay_log(&replay, log, error);
 }
 
 static bool replay(const options_t *options, sim_error_t *error)
@@ -284,7 +385,7 @@ static bool replay(const options_t *options, sim_error_t *error)
 
 int sim_command_replay(int count, char **arguments)
 {
-    options_t options = {0};
+    options_t options = {.f32 = true, .full_scale_n = 2.0};
     const int status  = take_options(&options, count, arguments);
     if (status != 0)
     {

@@ -58,11 +58,12 @@ static int take_options(options_t *options, int count, char **arguments)
             options->run.target = optarg;
             break;
         case 'a':
-            if (strcmp(optarg, "f32") != 0 && strcmp(optarg, "q31") != 0)
+            options->run.q31  = strcmp(optarg, "q31") == 0;
+            options->run.both = strcmp(optarg, "both") == 0;
+            if (!options->run.q31 && !options->run.both && strcmp(optarg, "f32") != 0)
             {
-                return sim_usage("--arith %s: there are f32, q31", optarg);
+                return sim_usage("--arith %s: there are f32, q31, both", optarg);
             }
-            options->run.q31 = strcmp(optarg, "q31") == 0;
             break;
         case ':':
             return sim_usage("run: %s wants a value", arguments[optind - 1]);
@@ -74,9 +75,9 @@ static int take_options(options_t *options, int count, char **arguments)
     {
         return sim_usage("run: one scenario is wanted, not %d", count - optind);
     }
-    if (options->run.q31 && options->run.target == NULL)
+    if (options->run.both && options->run.target != NULL)
     {
-        return sim_usage("--arith q31 goes with --target");
+        return sim_usage("--arith both does not go with --target");
     }
     options->scenario = arguments[optind];
     return 0;
@@ -102,19 +103,26 @@ typedef struct
 {
     sim_progress_t    progress;
     sim_output_file_t trace;
+    sim_output_file_t beside; ///< Q31's, when both run
 } recorder_t;
+
+static bool write_row(sim_output_file_t *file, const sim_row_t *row, sim_error_t *error)
+{
+    sim_trace_write_row(file->stream, row);
+    return !ferror(file->stream) || sim_output_file_commit(file, error); // which says why, and fails
+}
 
 static bool record(void *context, const sim_row_t *row, double part_done, sim_error_t *error)
 {
     recorder_t *recorder = context;
     sim_progress_update(&recorder->progress, part_done);
-    if (recorder->trace.stream != NULL)
+    if (recorder->trace.stream != NULL && !write_row(&recorder->trace, row, error))
     {
-        sim_trace_write_row(recorder->trace.stream, row);
-        if (ferror(recorder->trace.stream))
-        {
-            return sim_output_file_commit(&recorder->trace, error); // which says why, and fails
-        }
+        return false;
+    }
+    if (recorder->beside.stream != NULL && !write_row(&recorder->beside, row->q31, error))
+    {
+        return false;
     }
     return true;
 }
@@ -143,29 +151,39 @@ static bool open_in_folder(sim_output_file_t *file, const char *folder, const ch
     return ok;
 }
 
+static bool open_trace(sim_output_file_t *file, const char *folder, const char *name, sim_error_t *error)
+{
+    if (!open_in_folder(file, folder, name, error))
+    {
+        return false;
+    }
+    sim_trace_write_header(file->stream);
+    return true;
+}
+
 static bool simulate(const sim_scenario_t *scenario,
                      const options_t      *options,
                      sim_summary_t        *summary,
                      sim_error_t          *error)
 {
-    recorder_t recorder = {.trace = {0}};
+    recorder_t recorder = {.trace = {0}, .beside = {0}};
+    bool       ok       = true;
     if (options->folder != NULL)
     {
-        if (!sim_output_folder_create(options->folder, error) ||
-            !open_in_folder(&recorder.trace, options->folder, "trace.csv", error))
-        {
-            return false;
-        }
-        sim_trace_write_header(recorder.trace.stream);
+        ok = sim_output_folder_create(options->folder, error) &&
+             open_trace(&recorder.trace, options->folder, "trace.csv", error) &&
+             (!options->run.both || open_trace(&recorder.beside, options->folder, "trace_q31.csv", error));
     }
     sim_progress_start(&recorder.progress);
-    bool ok = sim_run(scenario, &options->run, record, &recorder, summary, error);
+    ok = ok && sim_run(scenario, &options->run, record, &recorder, summary, error);
     sim_progress_end(&recorder.progress);
     if (ok && options->folder != NULL)
     {
-        ok = sim_output_file_commit(&recorder.trace, error);
+        ok = sim_output_file_commit(&recorder.trace, error) &&
+             (!options->run.both || sim_output_file_commit(&recorder.beside, error));
     }
     sim_output_file_discard(&recorder.trace);
+    sim_output_file_discard(&recorder.beside);
     return ok;
 }
 
@@ -204,6 +222,16 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
                      summary->q31 ? "q31" : "f32",
                      summary->lock_step.different_ticks == 0 ? "the same bits as the host" : "differs from the host",
                      summary->lock_step.ticks_per_s);
+    }
+    if (summary->beside.exists)
+    {
+        (void)printf("%-26s%.6f N\n", "RMS error in Q31", summary->beside.rms_error_n);
+        (void)printf("%-26su %.3g N, F %.3g N (RMS %.3g, %.3g)\n",
+                     "largest Q31 - f32",
+                     summary->beside.max_u_n,
+                     summary->beside.max_force_n,
+                     summary->beside.rms_u_n,
+                     summary->beside.rms_force_n);
     }
     if (options->folder != NULL)
     {

@@ -232,6 +232,8 @@ static const char *status_key(tribo_status_t status)
         {TRIBO_ERR_U_MAX, "limits.u_max_N"},
         {TRIBO_ERR_GAIN, "compensator.gain"},
         {TRIBO_ERR_INPUT_MAX, "limits.input_max_N"},
+        {TRIBO_ERR_FULL_SCALE, "limits.full_scale_N"},
+        {TRIBO_ERR_HEADROOM, "controller.sections"},
     };
 
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++)

@@ -44,7 +44,7 @@ static void set_defaults(sim_config_t *config)
         .sensor        = {.pole_rad_per_s = 55.0, .noise_seed = 1},
         .controller    = {.kind = SIM_CONTROLLER_PAPER},
         .compensator   = {.gain = 0.85, .friction = default_friction, .arm = default_arm},
-        .limits        = {.u_min_n = -2.0, .u_max_n = 2.0, .input_max_n = 2.0},
+        .limits        = {.u_min_n = -2.0, .u_max_n = 2.0, .input_max_n = 2.0, .full_scale_n = 2.0},
     };
 }
 

@@ -89,6 +89,7 @@ typedef struct
 {
     double u_min_n, u_max_n;
     double input_max_n;
+    double full_scale_n; ///< of Q31
 } sim_limits_config_t;
 
 typedef struct

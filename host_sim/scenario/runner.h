@@ -1,6 +1,6 @@
 /// Plays a scenario: the library's force loop at every sample, the plant between samples.
 ///
-///     at t = k h:   read y  ->  tribo_force_loop_f32_step(r, y)  ->  u, held until (k + 1) h
+///     at t = k h:   read y  ->  force loop(r, y)  ->  u, held until (k + 1) h
 ///                   sample_time_s / step_s plant steps
 ///
 /// On a target the step is the drive's firmware in an emulator, in lock-step.
@@ -10,18 +10,20 @@
 
 #include "plant/plant.h"
 #include "scenario/config.h"
+#include "scenario/loop.h"
 #include "scenario/summary.h"
-#include "tribo/force_loop_f32.h"
 
 /// One tick, everything as it is at its time t.
-typedef struct
+typedef struct sim_row
 {
     double                         t_s;
     double                         r_n;
     double                         y_n;     ///< as the sensor gave it
     double                         force_n; ///< F, the plant's
+    double                         u_n;     ///< the loop's, exact
     tribo_force_loop_f32_signals_t loop;
     sim_plant_signals_t            plant;
+    const struct sim_row          *q31; ///< with sim_run_options_t.both: the same tick of the other loop; else null
 } sim_row_t;
 
 /// What to do at each tick; null is nothing. Returning false ends the run with the error filled in.
@@ -31,7 +33,8 @@ typedef bool (*sim_row_handler_t)(void *context, const sim_row_t *row, double pa
 typedef struct
 {
     const char *target; ///< an emulated microcontroller (target/target.h); null: here
-    bool        q31;    ///< its arithmetic
+    bool        q31;    ///< the loop's arithmetic
+    bool        both;   ///< here only: f32, and Q31 beside it on a plant of its own
 } sim_run_options_t;
 
 /// Runs a checked scenario (sim_scenario_check) to its end; `options` may be null. A target that differs from the host is in the summary.

@@ -114,6 +114,7 @@ static const cyaml_schema_field_t limits_fields[] = {
     CYAML_FIELD_FLOAT("u_min_N", OPTIONAL, sim_limits_config_t, u_min_n),
     CYAML_FIELD_FLOAT("u_max_N", OPTIONAL, sim_limits_config_t, u_max_n),
     CYAML_FIELD_FLOAT("input_max_N", OPTIONAL, sim_limits_config_t, input_max_n),
+    CYAML_FIELD_FLOAT("full_scale_N", OPTIONAL, sim_limits_config_t, full_scale_n),
     CYAML_FIELD_END};
 
 static const cyaml_schema_field_t metrics_fields[] = {
@@ -185,6 +186,7 @@ static const sim_range_t ranges[] = {
     {"limits.u_min_N", -1e6, 0.0},
     {"limits.u_max_N", 0.0, 1e6},
     {"limits.input_max_N", 1e-6, 1e6},
+    {"limits.full_scale_N", 1e-3, 1e6},
     {"metrics.start_s", 0.0, 86400.0},
     {"metrics.end_s", 0.0, 86400.0},
 };

@@ -244,3 +244,46 @@ def test_a_full_standard_output_is_an_error(sim):
     sim.write("log.csv", GOOD)
     with open("/dev/full", "w", encoding="ascii") as full:
         sim.fails("standard output: cannot be written: No space left on device", "replay", "log.csv", stdout=full)
+
+
+@pytest.mark.parametrize("params", ["paper", "asymmetric_gravity"])
+def test_q31_reproduces_the_golden_vectors(sim, params):
+    sim.write("p.yaml", PARAMS[params])
+    golden = log_of(sim, GOLDEN / f"compensator_{params}.csv", ["u_N"])
+    sim.ok("replay", "log.csv", "--params", "p.yaml", "--arith", "q31", "--out", "out.csv")
+    compare(golden, read_csv(sim.folder / "out.csv"), [("F_hat_N", "F_hat_N"), ("f_N", "f_hat_N")], 2e-6)
+    golden = log_of(sim, GOLDEN / f"friction_{params}.csv", ["F_N", "u_N"])
+    sim.ok("replay", "log.csv", "--params", "p.yaml", "--arith", "q31", "--force", "measured", "--out", "out.csv")
+    compare(golden, read_csv(sim.folder / "out.csv"), [("n_N", "n_N"), ("f_N", "f_hat_N")], 5e-7)
+
+
+def test_both_has_the_columns_of_each_and_says_how_they_differ(sim):
+    log_of(sim, GOLDEN / "compensator_paper.csv", ["u_N"])
+    results = {}
+    for arith in ("f32", "q31"):
+        sim.ok("replay", "log.csv", "--arith", arith, "--out", "out.csv")
+        results[arith] = read_csv(sim.folder / "out.csv")
+        assert ",".join(results[arith]) == HEADER
+    told = sim("replay", "log.csv", "--arith", "both", "--out", "out.csv")
+    assert told.returncode == 0
+    both = read_csv(sim.folder / "out.csv")
+    assert len(both) == 18
+    largest = []
+    for name in ("F_hat_N", "f_hat_N", "n_N", "L_N", "Q"):
+        other = name.replace("_N", "_q31_N") if "_N" in name else name + "_q31"
+        assert both[name] == results["f32"][name] and both[other] == results["q31"][name]
+        largest.append(max(abs(a - b) for a, b in zip(both[name], both[other])))
+    shown = [float(word) for word in told.stderr.split() if word[0].isdigit()]
+    assert shown == pytest.approx(largest[:2], rel=6e-3)
+    assert 0 < largest[0] < 2e-6
+
+
+def test_full_scale_of_a_replay(sim):
+    sim.write("log.csv", "t_s,u_N\n0,0.1\n0.001,-1.5\n0.002,0.2\n")
+    sim.ok("replay", "log.csv", "--arith", "q31")
+    result = sim("replay", "log.csv", "--arith", "q31", "--full-scale", "1")
+    assert result.returncode == 0
+    assert result.stderr == "tribo-sim: log.csv: warning: 1 rows hold forces beyond full scale\n"
+    assert sim("replay", "log.csv", "--arith", "q31", "--full-scale", "0").stderr.startswith("tribo-sim: --full-scale 0: ")
+    assert sim("replay", "log.csv", "--full-scale", "x").returncode == 2
+    assert sim("replay", "log.csv", "--arith", "x").returncode == 2

@@ -476,3 +476,67 @@ def test_no_progress_is_shown_elsewhere(sim):
         time.sleep(2)
         process.kill()
         assert process.stderr.read() == b""
+
+
+# Arithmetic
+
+
+def test_q31_gives_the_benchmark_within_1_percent_of_f32(sim):
+    f32 = sim.summary("triangle", "--arith", "f32")
+    assert {**f32, "wall_s": 0, "real_time_factor": 0} == {**sim.summary("triangle"), "wall_s": 0, "real_time_factor": 0}
+    q31 = sim.summary("triangle", "--arith", "q31")
+    assert list(q31) == SUMMARY
+    assert q31["rms_error_N"] == pytest.approx(f32["rms_error_N"], rel=0.01)
+    assert q31["rms_error_N"] != f32["rms_error_N"]
+    assert (q31["ticks"], q31["limited_ticks"], q31["bad_inputs"]) == (60000, 0, 0)
+
+
+def test_both_is_the_two_runs_and_their_difference(sim):
+    options = ("noisy", "--set", "duration_s=3", "--set", "metrics.start_s=1")
+    both = sim.summary(*options, "--arith", "both", "--out", "d")
+    assert list(both) == SUMMARY + ["q31", "difference"]
+    assert left_in(sim.folder / "d") == ["summary.json", "trace.csv", "trace_q31.csv"]
+    f32, q31 = (sim.summary(*options, "--arith", arith, "--out", arith) for arith in ("f32", "q31"))
+    for key in SUMMARY[:6]:
+        assert both[key] == f32[key]
+        assert key == "ticks" or both["q31"][key] == q31[key]
+    for ours, its in (("trace.csv", "f32"), ("trace_q31.csv", "q31")):
+        assert (sim.folder / "d" / ours).read_bytes() == (sim.folder / its / "trace.csv").read_bytes()
+
+    traces = [read_csv(sim.folder / "d" / name) for name in ("trace.csv", "trace_q31.csv")]
+    for column, name in (("u_N", "u"), ("F_N", "F")):
+        apart = [b - a for a, b in zip(*(trace[column][1000:] for trace in traces))]
+        assert both["difference"][f"max_{name}_N"] == pytest.approx(max(map(abs, apart)), abs=2e-7)
+        assert both["difference"][f"rms_{name}_N"] == pytest.approx(math.sqrt(statistics.fmean(a * a for a in apart)),
+                                                                    abs=2e-7)
+    assert 0 < both["difference"]["max_u_N"]
+    table = sim.ok("run", *options, "--arith", "both")
+    assert f"{both['q31']['rms_error_N']:.6f} N" in table and f"u {both['difference']['max_u_N']:.3g} N" in table
+
+
+def test_full_scale_must_hold_the_loops_forces_and_shows_in_the_resolution(sim):
+    sim.write("x.yaml", SHORT)
+    sim.fails("--set limits.full_scale_N=0: limits.full_scale_N: 0 is outside 0.001 to 1e+06", "run", "x.yaml", "--set",
+              "limits.full_scale_N=0")
+    for arith in ("q31", "both"):
+        result = sim("run", "x.yaml", "--arith", arith, "--set", "limits.full_scale_N=1")
+        assert result.returncode == 1 and "limits.input_max_N" in result.stderr
+    sim.ok("run", "x.yaml", "--set", "limits.full_scale_N=1")  # not used in f32
+    coarse = sim.trace("x.yaml", "--arith", "q31", "--set", "limits.full_scale_N=1e5", "--set",
+                       "compensator.friction.breakaway.offset_N=1", "--set", "compensator.friction.v0_N_per_s=1")
+    assert all(abs(u / 1e5 * 2**31 - round(u / 1e5 * 2**31)) < 1e-2 for u in coarse["u_N"])
+
+
+def test_a_cascade_without_headroom_is_told_as_its_sections(sim):
+    sim.write("x.yaml", SHORT + "controller: {kind: delta, sections: [{b0: 1e-6, b1: 1e-6, b2: 5e-7, a1: 1, a2: 0.5},"
+                                " {b0: 1e-6, b1: 1e-6, b2: 5e-7, a1: 1, a2: 0.5}]}\n")
+    sim.ok("run", "x.yaml")
+    result = sim("run", "x.yaml", "--arith", "q31")
+    assert result.returncode == 1
+    assert result.stderr.startswith("tribo-sim: x.yaml:3: controller.sections: ")
+
+
+def test_arith_wants_a_word_it_knows(sim):
+    result = sim("run", "triangle", "--arith", "q15")
+    assert result.returncode == 2
+    assert result.stderr.startswith("tribo-sim: --arith q15: there are f32, q31, both")

@@ -1,0 +1,43 @@
+/// The library's force loop in f32 or in Q31, behind one face in newton.
+
+#ifndef SIM_LOOP_H
+#define SIM_LOOP_H
+
+#include "tribo/quantize_q31.h"
+
+#include <stdbool.h>
+
+/// A force as a drive in Q31 has it: to the nearest bit, one beyond full scale as full scale.
+int32_t sim_q31_from_n(double force_n, double full_scale_n);
+double  sim_n_from_q31(int32_t x, double full_scale_n);
+
+/// What a step in Q31 saw, in newton and to float's seven digits.
+tribo_compensator_f32_signals_t sim_signals_from_q31(const tribo_compensator_q31_signals_t *signals,
+                                                     double                                 full_scale_n,
+                                                     double                                 sample_time_s);
+
+/// Not to be moved once it is initialised: params point into it.
+typedef struct
+{
+    bool   q31;
+    double full_scale_n, sample_time_s;
+
+    tribo_force_loop_f32_params_t params_f32;
+    tribo_force_loop_f32_state_t  state_f32;
+    tribo_force_loop_q31_params_t params_q31;
+    tribo_force_loop_q31_state_t  state_q31;
+    tribo_breakaway_point_q31_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
+} sim_loop_t;
+
+/// A loop at rest. Returns what tribo_force_loop_f32_init or tribo_force_loop_q31_init says.
+tribo_status_t sim_loop_init(sim_loop_t                          *loop,
+                             bool                                 q31,
+                             const tribo_force_loop_f32_config_t *config,
+                             double                               full_scale_n);
+
+/// One tick; returns u in N, exact.
+double   sim_loop_step(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_f32_signals_t *seen);
+uint32_t sim_loop_limited_ticks(const sim_loop_t *loop);
+uint32_t sim_loop_bad_inputs(const sim_loop_t *loop);
+
+#endif
