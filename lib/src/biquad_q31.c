@@ -57,14 +57,17 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t *params,
 
         c                 = tribo_q31_saturate(tribo_q31_multiply(s->b0, c) >> FRACTION, &state->saturated);
         const int32_t out = tribo_q31_saturate((int64_t)state->y[i] + c, &state->saturated);
-        const int64_t w2  = state->section[i].w2;
 
-        const int64_t w1     = state->section[i].w1 + (tribo_q31_multiply(s->b1, in) - tribo_q31_multiply(s->a1, out));
-        state->section[i].w1 = keep(w1 + tribo_q31_shift(w2, s->shift), &state->saturated);
-        state->section[i].w2 =
-            keep(w2 + (tribo_q31_multiply(s->b2, in) - tribo_q31_shift(tribo_q31_multiply(s->a2, out), s->a2_shift)),
-                 &state->saturated);
-        in = out;
+        // In this order: w1 takes the old w2.
+        int64_t w = state->section[i].w1 + tribo_q31_shift(state->section[i].w2, s->shift);
+        w += tribo_q31_multiply(s->b1, in);
+        w -= tribo_q31_multiply(s->a1, out);
+        state->section[i].w1 = keep(w, &state->saturated);
+
+        w = state->section[i].w2 - tribo_q31_shift(tribo_q31_multiply(s->a2, out), s->a2_shift);
+        w += tribo_q31_multiply(s->b2, in);
+        state->section[i].w2 = keep(w, &state->saturated);
+        in                   = out;
     }
 }
 
