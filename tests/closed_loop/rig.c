@@ -16,8 +16,7 @@ void rig_open(rig_t *rig, const tribo_force_loop_f32_config_t *config)
                                                         .truth = {defaults->plant.friction, defaults->plant.arm}};
     rig->plant                   = sim_plant_create(&rig->plant_config, &sim_paper_truth);
     TEST_ASSERT_NOT_NULL(rig->plant);
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&rig->params, config));
-    tribo_force_loop_f32_reset(&rig->state);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&rig->loop, config));
 }
 
 void rig_close(rig_t *rig)
@@ -36,15 +35,15 @@ double rig_force(const rig_t *rig)
     return sim_plant_force(rig->plant);
 }
 
-double rig_tick(rig_t *rig, const tribo_force_loop_f32_params_t *params, double r, double y)
+double rig_tick(rig_t *rig, const loop_t *params, double r, double y)
 {
     sim_plant_signals_t unused;
-    const float         u = tribo_force_loop_f32_step(params, &rig->state, (float)r, (float)y, &rig->seen);
+    rig->seen = loop_step_by(&rig->loop, params, r, y);
     for (int i = 0; i < RIG_STEPS_A_TICK; i++)
     {
-        sim_plant_step(rig->plant, (double)u, &unused);
+        sim_plant_step(rig->plant, rig->seen.u, &unused);
     }
-    return (double)u;
+    return rig->seen.u;
 }
 
 double rig_triangle(int tick)

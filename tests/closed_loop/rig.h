@@ -5,18 +5,17 @@
 
 #include "plant/plant.h"
 #include "scenario/config.h"
-#include "tribo/force_loop_f32.h"
+#include ARITH_HEADER
 
 #define RIG_STEPS_A_TICK 10 // of 0.1 ms
 
 typedef struct
 {
-    sim_scenario_t                *scenario; // for the plant's defaults
-    sim_plant_config_t             plant_config;
-    sim_plant_t                   *plant;
-    tribo_force_loop_f32_params_t  params;
-    tribo_force_loop_f32_state_t   state;
-    tribo_force_loop_f32_signals_t seen;
+    sim_scenario_t    *scenario; // for the plant's defaults
+    sim_plant_config_t plant_config;
+    sim_plant_t       *plant;
+    loop_t             loop;
+    loop_seen_t        seen;
 } rig_t;
 
 /// Plant and loop at rest; the loop with `config`.
@@ -29,8 +28,8 @@ double rig_sensor(const rig_t *rig);
 /// End-point force F now, in N.
 double rig_force(const rig_t *rig);
 
-/// One tick of 1 ms: the loop gets `y`, the plant its u. Returns u.
-double rig_tick(rig_t *rig, const tribo_force_loop_f32_params_t *params, double r, double y);
+/// One tick of 1 ms: the loop gets `y`, the plant its u. `params` are rig->loop's or another loop's. Returns u.
+double rig_tick(rig_t *rig, const loop_t *params, double r, double y);
 
 /// The benchmark's reference: 0.4 to 0.6 N, period 20 s, from its low end.
 double rig_triangle(int tick);

@@ -32,7 +32,7 @@ static double run_with_fault(double fault, int at, int length)
     {
         const double r = rig_triangle(k);
         const double y = k >= at && k < at + length ? fault : rig_sensor(&rig);
-        const double u = rig_tick(&rig, &rig.params, r, y);
+        const double u = rig_tick(&rig, &rig.loop, r, y);
         TEST_ASSERT_TRUE(isfinite(u) && fabs(u) <= limit);
         worst = k >= at + length + 2000 ? fmax(worst, fabs(r - rig_force(&rig))) : worst;
     }
@@ -50,7 +50,7 @@ static void test_a_sensor_fault_at_any_tick_is_survived_and_counted(void)
             tearDown();
             setUp();
             TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.0, run_with_fault(faults[i], at, 5));
-            TEST_ASSERT_EQUAL_UINT32(i < 6 ? 5u : 0u, rig.state.bad_inputs);
+            TEST_ASSERT_EQUAL_UINT32(i < 6 ? 5u : 0u, loop_bad_inputs(&rig.loop));
         }
     }
 }
@@ -61,11 +61,11 @@ static void test_a_bad_sample_does_not_kick_the_output(void)
     double u = 0.0;
     for (int k = 0; k < 3000; k++)
     {
-        u = rig_tick(&rig, &rig.params, rig_triangle(k), rig_sensor(&rig));
+        u = rig_tick(&rig, &rig.loop, rig_triangle(k), rig_sensor(&rig));
     }
     for (int k = 3000; k < 3005; k++)
     {
-        const double coasting = rig_tick(&rig, &rig.params, rig_triangle(k), (double)NAN);
+        const double coasting = rig_tick(&rig, &rig.loop, rig_triangle(k), (double)NAN);
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, u, coasting);
         u = coasting;
     }
@@ -79,17 +79,17 @@ static void test_the_loop_leaves_a_long_limit_without_overshoot(void)
     rig_open(&rig, &config);
     for (int k = 0; k < 20000; k++)
     {
-        (void)rig_tick(&rig, &rig.params, 0.6, rig_sensor(&rig));
+        (void)rig_tick(&rig, &rig.loop, 0.6, rig_sensor(&rig));
     }
-    TEST_ASSERT_TRUE(rig.state.controller.limited_ticks > 19000u);
+    TEST_ASSERT_TRUE(loop_limited_ticks(&rig.loop) > 19000u);
     const double held = rig_force(&rig);
     TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.379, held);
     // The reference comes back below what is held: the loop is out of its limit within 50 ms and follows.
     double lowest = held;
     for (int k = 0; k < 3000; k++)
     {
-        (void)rig_tick(&rig, &rig.params, 0.3, rig_sensor(&rig));
-        TEST_ASSERT_TRUE(k < 50 || !rig.seen.controller.limited);
+        (void)rig_tick(&rig, &rig.loop, 0.3, rig_sensor(&rig));
+        TEST_ASSERT_TRUE(k < 50 || !rig.seen.limited);
         lowest = fmin(lowest, rig_force(&rig));
     }
     TEST_ASSERT_DOUBLE_WITHIN(0.005, 0.3, rig_force(&rig));
@@ -99,11 +99,11 @@ static void test_the_loop_leaves_a_long_limit_without_overshoot(void)
 static void test_retuning_on_the_plant_does_not_show_in_the_force(void)
 {
     tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
-    tribo_force_loop_f32_params_t other;
+    loop_t                        other;
     config.gain                                = 0.4f;
     config.compensator.friction.positive.slope = 0.25f;
     config.compensator.friction.negative.slope = 0.25f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&other, &config));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&other, &config));
     double worst_step   = 0.0; // of u, without a change
     double worst_change = 0.0; // in the tick of a change and the next
     double worst_error  = 0.0;
@@ -112,7 +112,7 @@ static void test_retuning_on_the_plant_does_not_show_in_the_force(void)
     {
         const bool   other_turn = (k / 1000) % 2 == 1; // every second
         const double last       = u;
-        u                       = rig_tick(&rig, other_turn ? &other : &rig.params, rig_triangle(k), rig_sensor(&rig));
+        u                       = rig_tick(&rig, other_turn ? &other : &rig.loop, rig_triangle(k), rig_sensor(&rig));
         worst_step              = k > 3000 && k % 1000 > 20 ? fmax(worst_step, fabs(u - last)) : worst_step;
         worst_change            = k > 3000 && k % 1000 <= 1 ? fmax(worst_change, fabs(u - last)) : worst_change;
         worst_error             = k > 3000 ? fmax(worst_error, fabs(rig_triangle(k) - rig_force(&rig))) : worst_error;

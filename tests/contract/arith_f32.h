@@ -8,6 +8,7 @@
 
 #define GOLDEN_FRICTION_TOLERANCE_N    2e-7 // asked: 2e-5
 #define GOLDEN_COMPENSATOR_TOLERANCE_N 5e-6 // asked: 5e-5
+#define CONTROLLER_TOLERANCE_N         5e-5
 #define ROUNDING                       1e-7 // of a force of 1 N
 
 typedef struct
@@ -90,16 +91,32 @@ static inline tribo_status_t loop_init(loop_t *x, const tribo_force_loop_f32_con
     return tribo_force_loop_f32_init(&x->params, config);
 }
 
-static inline loop_seen_t loop_step(loop_t *x, double r, double y)
+/// A tick of loop `x` under the params of loop `by`, which may be another.
+static inline loop_seen_t loop_step_by(loop_t *x, const loop_t *by, double r, double y)
 {
     tribo_force_loop_f32_signals_t signals;
-    const float                    u = tribo_force_loop_f32_step(&x->params, &x->state, (float)r, (float)y, &signals);
+    const float                    u = tribo_force_loop_f32_step(&by->params, &x->state, (float)r, (float)y, &signals);
     return (loop_seen_t){.e           = (double)signals.e_n,
                          .feedforward = (double)signals.feedforward_n,
                          .v           = (double)signals.controller.v_n,
                          .u           = (double)u,
                          .limited     = signals.controller.limited,
                          .compensator = compensator_seen(&signals.compensator)};
+}
+
+static inline loop_seen_t loop_step(loop_t *x, double r, double y)
+{
+    return loop_step_by(x, x, r, y);
+}
+
+static inline uint32_t loop_bad_inputs(const loop_t *x)
+{
+    return x->state.bad_inputs;
+}
+
+static inline uint32_t loop_limited_ticks(const loop_t *x)
+{
+    return x->state.controller.limited_ticks;
 }
 
 #endif

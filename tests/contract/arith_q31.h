@@ -1,4 +1,4 @@
-// The Q31 loop as the contract suite sees it: physical units in double, at a full scale of 2 N.
+// The Q31 loop as the contract suite sees it: physical units in double, at a full scale of 2 N or what the build says.
 
 #ifndef TESTS_CONTRACT_ARITH_Q31_H
 #define TESTS_CONTRACT_ARITH_Q31_H
@@ -9,9 +9,12 @@
 #include <math.h>
 #include <stddef.h>
 
-#define FULL_SCALE_N                   2.0
+#ifndef FULL_SCALE_N
+#define FULL_SCALE_N 2.0
+#endif
 #define GOLDEN_FRICTION_TOLERANCE_N    5e-7
 #define GOLDEN_COMPENSATOR_TOLERANCE_N 2e-6
+#define CONTROLLER_TOLERANCE_N         2e-6
 #define ROUNDING                       1e-7 // of a force of 1 N: params come from single precision
 
 typedef struct
@@ -115,16 +118,32 @@ static inline tribo_status_t loop_init(loop_t *x, const tribo_force_loop_f32_con
     return tribo_force_loop_q31_init(&x->params, x->table, config, (float)FULL_SCALE_N, NULL);
 }
 
-static inline loop_seen_t loop_step(loop_t *x, double r, double y)
+/// A tick of loop `x` under the params of loop `by`, which may be another.
+static inline loop_seen_t loop_step_by(loop_t *x, const loop_t *by, double r, double y)
 {
     tribo_force_loop_q31_signals_t signals;
-    const int32_t                  u = tribo_force_loop_q31_step(&x->params, &x->state, to_q31(r), to_q31(y), &signals);
+    const int32_t u = tribo_force_loop_q31_step(&by->params, &x->state, to_q31(r), to_q31(y), &signals);
     return (loop_seen_t){.e           = from_q31(signals.e),
                          .feedforward = from_q31(signals.feedforward),
                          .v           = from_q31(signals.controller.v),
                          .u           = from_q31(u),
                          .limited     = signals.controller.limited,
                          .compensator = compensator_seen(&signals.compensator, x->sample_time_s)};
+}
+
+static inline loop_seen_t loop_step(loop_t *x, double r, double y)
+{
+    return loop_step_by(x, x, r, y);
+}
+
+static inline uint32_t loop_bad_inputs(const loop_t *x)
+{
+    return x->state.bad_inputs;
+}
+
+static inline uint32_t loop_limited_ticks(const loop_t *x)
+{
+    return x->state.controller.limited_ticks;
 }
 
 #endif
