@@ -388,6 +388,31 @@ static void test_quantize_takes_the_papers_loop_at_many_sample_times_and_full_sc
     }
 }
 
+static void test_quantize_rounds_both_signs_alike(void)
+{
+    random_t r = {8};
+    for (int i = 0; i < 200; i++)
+    {
+        // Poles at z = 0: the gain at rest is b2, the peak the sum of three samples.
+        const tribo_biquad_f32_section_t plus[]  = {{(float)random_between(&r, 1e-4, 1.0),
+                                                     (float)random_between(&r, 1e-4, 1.0),
+                                                     (float)random_between(&r, 1e-4, 1.0),
+                                                     2.0f,
+                                                     1.0f}};
+        const tribo_biquad_f32_section_t minus[] = {{-plus[0].b0, -plus[0].b1, -plus[0].b2, 2.0f, 1.0f}};
+        tribo_biquad_q31_params_t        a;
+        tribo_biquad_q31_params_t        b;
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_q31_init(&a, plus, 1, NULL));
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_q31_init(&b, minus, 1, NULL));
+        TEST_ASSERT_EQUAL_INT32(a.section[0].b0, -b.section[0].b0);
+        TEST_ASSERT_EQUAL_INT32(a.section[0].b1, -b.section[0].b1);
+        TEST_ASSERT_EQUAL_INT32(a.section[0].b2, -b.section[0].b2);
+        TEST_ASSERT_DOUBLE_WITHIN(0.5,
+                                  ldexp((double)plus[0].b0, 28 - a.section[0].scale + a.input_scale),
+                                  (double)a.section[0].b0);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -404,5 +429,6 @@ int main(void)
     RUN_TEST(test_quantize_checks_the_numbers_that_will_run);
     RUN_TEST(test_quantize_takes_poles_near_z_minus_1);
     RUN_TEST(test_quantize_takes_the_papers_loop_at_many_sample_times_and_full_scales);
+    RUN_TEST(test_quantize_rounds_both_signs_alike);
     return UNITY_END();
 }
