@@ -249,26 +249,32 @@ static void write_number(const drive_t *drive, uint32_t number)
     write_text(drive, digit);
 }
 
-void drive_log(drive_t *drive)
+void drive_report(drive_t *drive)
 {
     static const char *const names[] = {[DRIVE_IDLE] = "idle", [DRIVE_RUN] = "run", [DRIVE_FAULT] = "fault: "};
 
     const drive_state_t state = drive->state;
-    if (state == drive->logged_state)
-    {
-        return;
-    }
-    drive->logged_state = state;
+    drive->logged_state       = state;
     write_text(drive, names[state]);
     if (state == DRIVE_FAULT)
     {
         write_text(drive, drive_fault_text(drive->fault));
+        write_text(drive, " since tick ");
+        write_number(drive, drive->fault_tick);
     }
     write_text(drive, " at tick ");
-    write_number(drive, state == DRIVE_FAULT ? drive->fault_tick : drive->ticks);
+    write_number(drive, drive->ticks);
     write_text(drive, ", longest tick ");
     write_number(drive, drive->max_tick_us);
     write_text(drive, " us, latest ");
     write_number(drive, drive->max_late_us);
     write_text(drive, " us\n");
+}
+
+void drive_log(drive_t *drive)
+{
+    if (drive->state != drive->logged_state)
+    {
+        drive_report(drive);
+    }
 }

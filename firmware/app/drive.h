@@ -118,6 +118,9 @@ void drive_acknowledge(drive_t *drive);
 /// Writes a line to the log when the state has changed: the state, and for a fault its cause and tick.
 void drive_log(drive_t *drive);
 
+/// Writes that line in any case.
+void drive_report(drive_t *drive);
+
 /// A few words for a log. Never null.
 const char *drive_fault_text(drive_fault_t fault);
 

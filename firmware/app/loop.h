@@ -65,9 +65,11 @@ loop_force_t loop_step(const loop_params_t *params,
                        loop_force_t         y,
                        loop_signals_t      *signals);
 
-/// `count` times full scale / 2^31, or N in f32: what makes a force of an integer fraction without any float in q31.
-/// `part` is Q31 of `full_scale_n`.
+/// A force of a part of `full_scale_n`, which is Q31. Without any float in q31, where it is the force itself.
 loop_force_t loop_force(int32_t part, float full_scale_n);
+
+/// And back: the force as a part of full scale, for |x| below it.
+int32_t loop_part(loop_force_t x, float full_scale_n);
 
 bool loop_is_nan(loop_force_t x);
 

@@ -37,6 +37,11 @@ loop_force_t loop_force(int32_t part, float full_scale_n)
     return (float)part * (full_scale_n * (1.0f / 2147483648.0f));
 }
 
+int32_t loop_part(loop_force_t x, float full_scale_n)
+{
+    return (int32_t)(x / full_scale_n * 2147483648.0f);
+}
+
 bool loop_is_nan(loop_force_t x)
 {
     return (loop_word(x) & 0x7fffffffu) > 0x7f800000u;

@@ -37,6 +37,12 @@ loop_force_t loop_force(int32_t part, float full_scale_n)
     return part;
 }
 
+int32_t loop_part(loop_force_t x, float full_scale_n)
+{
+    (void)full_scale_n;
+    return x;
+}
+
 bool loop_is_nan(loop_force_t x)
 {
     (void)x;

@@ -567,9 +567,13 @@ static void test_the_log_tells_each_change_once(void)
     tick();
     drive_log(&drive);
     drive_log(&drive);
+    tick();
+    drive_log(&drive);
+    drive_report(&drive);
     TEST_ASSERT_EQUAL_STRING("idle at tick 0, longest tick 0 us, latest 0 us\n"
                              "run at tick 1, longest tick 20 us, latest 0 us\n"
-                             "fault: emergency stop at tick 2, longest tick 20 us, latest 0 us\n",
+                             "fault: emergency stop since tick 2 at tick 2, longest tick 20 us, latest 0 us\n"
+                             "fault: emergency stop since tick 2 at tick 3, longest tick 20 us, latest 0 us\n",
                              board.log);
 }
 

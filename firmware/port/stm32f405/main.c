@@ -1,0 +1,112 @@
+// The drive on the STM32F405: self-test, then ticks in TIM2's interrupt, and a byte at a time over USART1:
+//
+//     s start    x stop    a acknowledge a fault    ? say the state    + and - reference up and down by 10 mN
+
+#include "app/drive.h"
+#include "app/selftest.h"
+#include "board.h"
+
+static drive_t          drive;
+static loop_params_t    params;
+static volatile int32_t reference; ///< parts of full scale
+
+#define REFERENCE_STEP 5368709                // 10 mN
+#define REFERENCE_MAX  (100 * REFERENCE_STEP) // 1 N
+
+static const drive_config_t config = {.period_us = BOARD_TICK_US, .late_us = 50, .budget_us = 250, .stuck_ticks = 200};
+
+void board_tick(void)
+{
+    drive_tick(&drive, loop_force(reference, BOARD_FULL_SCALE_N));
+}
+
+extern uint32_t data_start[], bss_end[];
+
+#define STACK_IN_USE 512u // bytes below this frame that the test itself may take
+
+static drive_fault_t self_test(void)
+{
+    const uintptr_t     end   = (uintptr_t)__builtin_frame_address(0) - STACK_IN_USE;
+    const drive_fault_t image = selftest_image(&selftest_seal, 0);
+    if (image != DRIVE_FAULT_NONE)
+    {
+        return image;
+    }
+    const size_t        words = (end - (uintptr_t)data_start) / sizeof(uint32_t);
+    const drive_fault_t ram   = selftest_ram(&selftest_ram_real, data_start, words);
+    return ram != DRIVE_FAULT_NONE ? ram : selftest_golden();
+}
+
+static drive_fault_t set_up(void)
+{
+    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper(); // of this rig: change what differs
+    return loop_init(&params, &paper, BOARD_FULL_SCALE_N) == TRIBO_OK ? DRIVE_FAULT_NONE : DRIVE_FAULT_PARAMS;
+}
+
+static void write_text(const char *text)
+{
+    for (; *text != '\0'; text++)
+    {
+        board_port.log_byte(board_port.context, (uint8_t)*text);
+    }
+}
+
+static void obey(int byte)
+{
+    switch (byte)
+    {
+    case 's':
+        drive_start(&drive);
+        break;
+    case 'x':
+        drive_stop(&drive);
+        break;
+    case 'a':
+        drive_acknowledge(&drive);
+        break;
+    case '?':
+        drive_report(&drive);
+        break;
+    case '+':
+        reference = reference < REFERENCE_MAX ? reference + REFERENCE_STEP : REFERENCE_MAX;
+        break;
+    case '-':
+        reference = reference > -REFERENCE_MAX ? reference - REFERENCE_STEP : -REFERENCE_MAX;
+        break;
+    default:
+        break;
+    }
+}
+
+int main(void)
+{
+    static const char *const clocks[] = {[BOARD_CLOCK_HSE]  = "168 MHz from HSE\n",
+                                         [BOARD_CLOCK_HSI]  = "168 MHz from HSI, no HSE\n",
+                                         [BOARD_CLOCK_SLOW] = "16 MHz from HSI, no PLL\n"};
+
+    const board_clock_t clock  = board_init();
+    const drive_fault_t tested = self_test(); // no interrupt is on yet
+    const drive_fault_t found  = tested != DRIVE_FAULT_NONE ? tested : set_up();
+    drive_init(&drive, &board_port, &params, &config, found);
+    write_text("tribo ");
+    write_text(loop_arithmetic());
+    write_text(", self-test ");
+    write_text(tested == DRIVE_FAULT_NONE ? "passed, " : "failed, ");
+    write_text(clocks[clock]);
+    board_start();
+
+    // The watchdog is kicked only when there are ticks as well: it watches both sides.
+    uint32_t kicked_at = 0;
+    for (;;)
+    {
+        const uint32_t ticks = *(volatile uint32_t *)&drive.ticks;
+        if (ticks != kicked_at)
+        {
+            kicked_at = ticks;
+            board_kick();
+        }
+        drive_log(&drive);
+        obey(board_read_byte());
+        __asm__ volatile("wfi" ::: "memory"); // until the next tick or conversion
+    }
+}

@@ -1,0 +1,152 @@
+/// The registers of the STM32F405 that this port uses, by the names of its reference manual (RM0090), and the few of the
+/// Cortex-M4 (ARMv7-M Architecture Reference Manual). Nothing else of the chip is touched.
+
+#ifndef STM32F405_REGISTERS_H
+#define STM32F405_REGISTERS_H
+
+#include <stdint.h>
+
+typedef volatile uint32_t reg_t;
+
+// --- RCC, reset and clock control ----------------------------------------------------------------------------------
+
+typedef struct
+{
+    reg_t CR, PLLCFGR, CFGR, CIR;
+    reg_t AHB1RSTR, AHB2RSTR, AHB3RSTR, reserved_1c, APB1RSTR, APB2RSTR, reserved_28, reserved_2c;
+    reg_t AHB1ENR, AHB2ENR, AHB3ENR, reserved_3c, APB1ENR, APB2ENR;
+} rcc_t;
+
+#define RCC ((rcc_t *)0x40023800u)
+
+#define RCC_CR_HSION           (1u << 0)
+#define RCC_CR_HSIRDY          (1u << 1)
+#define RCC_CR_HSEON           (1u << 16)
+#define RCC_CR_HSERDY          (1u << 17)
+#define RCC_CR_PLLON           (1u << 24)
+#define RCC_CR_PLLRDY          (1u << 25)
+#define RCC_PLLCFGR_PLLN_Pos   6
+#define RCC_PLLCFGR_PLLSRC_HSE (1u << 22)
+#define RCC_PLLCFGR_PLLQ_Pos   24
+#define RCC_CFGR_SW            (3u << 0)
+#define RCC_CFGR_SW_PLL        (2u << 0)
+#define RCC_CFGR_SWS           (3u << 2)
+#define RCC_CFGR_SWS_PLL       (2u << 2)
+#define RCC_CFGR_PPRE1_DIV4    (5u << 10)
+#define RCC_CFGR_PPRE2_DIV2    (4u << 13)
+#define RCC_AHB1ENR_GPIOAEN    (1u << 0)
+#define RCC_AHB1ENR_GPIOBEN    (1u << 1)
+#define RCC_APB1ENR_TIM2EN     (1u << 0)
+#define RCC_APB1ENR_TIM5EN     (1u << 3)
+#define RCC_APB1ENR_PWREN      (1u << 28)
+#define RCC_APB1ENR_DACEN      (1u << 29)
+#define RCC_APB2ENR_USART1EN   (1u << 4)
+#define RCC_APB2ENR_ADC1EN     (1u << 8)
+
+// --- FLASH and PWR -------------------------------------------------------------------------------------------------
+
+#define FLASH_ACR (*(reg_t *)0x40023c00u)
+
+#define FLASH_ACR_LATENCY     (7u << 0)
+#define FLASH_ACR_LATENCY_5WS (5u << 0)
+#define FLASH_ACR_PRFTEN      (1u << 8)
+#define FLASH_ACR_ICEN        (1u << 9)
+#define FLASH_ACR_DCEN        (1u << 10)
+
+#define PWR_CR (*(reg_t *)0x40007000u)
+
+#define PWR_CR_VOS (1u << 14)
+
+// --- GPIO ----------------------------------------------------------------------------------------------------------
+
+typedef struct
+{
+    reg_t MODER, OTYPER, OSPEEDR, PUPDR, IDR, ODR, BSRR, LCKR, AFRL, AFRH;
+} gpio_t;
+
+#define GPIOA ((gpio_t *)0x40020000u)
+#define GPIOB ((gpio_t *)0x40020400u)
+
+// --- timers TIM2 and TIM5 ------------------------------------------------------------------------------------------
+
+typedef struct
+{
+    reg_t CR1, CR2, SMCR, DIER, SR, EGR, CCMR1, CCMR2, CCER, CNT, PSC, ARR;
+} tim_t;
+
+#define TIM2 ((tim_t *)0x40000000u)
+#define TIM5 ((tim_t *)0x40000c00u)
+
+#define TIM_CR1_CEN  (1u << 0)
+#define TIM_DIER_UIE (1u << 0)
+#define TIM_SR_UIF   (1u << 0)
+#define TIM_EGR_UG   (1u << 0)
+
+// --- ADC1 and DAC --------------------------------------------------------------------------------------------------
+
+typedef struct
+{
+    reg_t SR, CR1, CR2, SMPR1, SMPR2, JOFR1, JOFR2, JOFR3, JOFR4, HTR, LTR, SQR1, SQR2, SQR3, JSQR;
+    reg_t JDR1, JDR2, JDR3, JDR4, DR;
+} adc_t;
+
+#define ADC1    ((adc_t *)0x40012000u)
+#define ADC_CCR (*(reg_t *)0x40012304u)
+
+#define ADC_SR_EOC          (1u << 1)
+#define ADC_CR1_EOCIE       (1u << 5)
+#define ADC_CR2_ADON        (1u << 0)
+#define ADC_CR2_CONT        (1u << 1)
+#define ADC_CR2_SWSTART     (1u << 30)
+#define ADC_SMPR2_SMP0_480  (7u << 0)
+#define ADC_CCR_ADCPRE_DIV4 (1u << 16)
+
+typedef struct
+{
+    reg_t CR, SWTRIGR, DHR12R1;
+} dac_t;
+
+#define DAC ((dac_t *)0x40007400u)
+
+#define DAC_CR_EN1 (1u << 0)
+
+// --- USART1 --------------------------------------------------------------------------------------------------------
+
+typedef struct
+{
+    reg_t SR, DR, BRR, CR1, CR2, CR3, GTPR;
+} usart_t;
+
+#define USART1 ((usart_t *)0x40011000u)
+
+#define USART_SR_RXNE (1u << 5)
+#define USART_SR_TXE  (1u << 7)
+#define USART_CR1_RE  (1u << 2)
+#define USART_CR1_TE  (1u << 3)
+#define USART_CR1_UE  (1u << 13)
+
+// --- IWDG, the independent watchdog --------------------------------------------------------------------------------
+
+typedef struct
+{
+    reg_t KR, PR, RLR, SR;
+} iwdg_t;
+
+#define IWDG ((iwdg_t *)0x40003000u)
+
+#define IWDG_KR_START  0xccccu
+#define IWDG_KR_ACCESS 0x5555u
+#define IWDG_KR_RELOAD 0xaaaau
+#define IWDG_SR_PVU    (1u << 0)
+#define IWDG_SR_RVU    (1u << 1)
+
+// --- the core ------------------------------------------------------------------------------------------------------
+
+#define SCB_CPACR ((reg_t *)0xe000ed88u)
+#define NVIC_ISER ((reg_t *)0xe000e100u)
+#define NVIC_IPR  ((volatile uint8_t *)0xe000e400u)
+
+#define ADC_IRQn  18
+#define TIM2_IRQn 28
+
+#endif

@@ -1,0 +1,97 @@
+// From reset to main: the vector table, memory as C wants it, the FPU on.
+
+#include "board.h"
+#include "registers.h"
+
+#include <stddef.h>
+
+extern uint32_t       data_start[], data_end[], bss_start[], bss_end[], stack_top[];
+extern const uint32_t data_source[];
+
+int main(void);
+
+void Reset_Handler(void);
+void Default_Handler(void);
+void TIM2_IRQHandler(void);
+void ADC_IRQHandler(void);
+
+/// What nobody expects: the outputs go off and stay off, the watchdog restarts the chip, and the drive waits in IDLE.
+void Default_Handler(void)
+{
+    board_off();
+    for (;;)
+    {
+    }
+}
+
+void Reset_Handler(void)
+{
+    *SCB_CPACR |= 0xfu << 20; // CP10 and CP11: the FPU, before any float
+    __asm__ volatile("dsb\n\tisb" ::: "memory");
+    const uint32_t *source = data_source;
+    for (uint32_t *word = data_start; word < data_end; word++)
+    {
+        *word = *source++;
+    }
+    for (uint32_t *word = bss_start; word < bss_end; word++)
+    {
+        *word = 0;
+    }
+    (void)main();
+    Default_Handler();
+}
+
+typedef void (*handler_t)(void);
+
+#define CORE_VECTORS 16
+
+/// Exceptions 1 to 15, then the chip's interrupts. Those without a name here lead to Default_Handler as well.
+typedef struct
+{
+    const void *stack;
+    handler_t   exceptions[CORE_VECTORS - 1];
+    handler_t   interrupts[82];
+} vectors_t;
+
+#define UP_TO_17                                                                                                       \
+    Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler,              \
+        Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler,          \
+        Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler
+#define NINE                                                                                                           \
+    Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler,              \
+        Default_Handler, Default_Handler, Default_Handler
+
+__attribute__((section(".vectors"), used)) const vectors_t vectors = {.stack      = stack_top,
+                                                                      .exceptions = {Reset_Handler,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler,
+                                                                                     NULL,
+                                                                                     NULL,
+                                                                                     NULL,
+                                                                                     NULL,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler,
+                                                                                     NULL,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler},
+                                                                      // 0 to 17, ADC, 19 to 27, TIM2, 29 to 81
+                                                                      .interrupts = {UP_TO_17,
+                                                                                     ADC_IRQHandler,
+                                                                                     NINE,
+                                                                                     TIM2_IRQHandler,
+                                                                                     NINE,
+                                                                                     NINE,
+                                                                                     NINE,
+                                                                                     NINE,
+                                                                                     NINE,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler,
+                                                                                     Default_Handler}};

@@ -1,0 +1,100 @@
+"""The STM32F405's image in QEMU's netduinoplus2, which has the chip's timers and USART but neither its clocks nor its
+converters: the boot must come through every wait for a flag that never comes, and the drive must find the sensor silent."""
+
+import os
+import pathlib
+import re
+import select
+import subprocess
+import time
+
+import pytest
+
+TREE = pathlib.Path(os.environ["TRIBO_TREE"])
+QEMU = ["qemu-system-arm", "-M", "netduinoplus2", "-accel", "tcg", "-icount", "shift=0,sleep=off", "-nographic", "-monitor",
+        "none", "-serial", "stdio", "-kernel"]
+
+
+class Board:
+    """A running image and its serial line."""
+
+    def __init__(self, image):
+        self.process = subprocess.Popen([*QEMU, str(image)], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self.text = b""
+
+    def send(self, command):
+        self.process.stdin.write(command)
+        self.process.stdin.flush()
+
+    def line(self):
+        """The next line of the log."""
+        deadline = time.monotonic() + 30
+        while b"\n" not in self.text:
+            ready, _, _ = select.select([self.process.stdout], [], [], 0.1)
+            assert time.monotonic() < deadline, f"silent after {self.text}"
+            if ready:
+                more = os.read(self.process.stdout.fileno(), 4096)
+                assert more, "the emulator has ended"
+                self.text += more
+        line, self.text = self.text.split(b"\n", 1)
+        return line.decode()
+
+    def ticks(self):
+        """Asks for the state; the ticks so far, of a drive that is in fault."""
+        self.send(b"?")
+        found = re.fullmatch(r"fault: sensor silent since tick 1 at tick (\d+), longest tick 0 us, latest \d+ us", self.line())
+        assert found
+        return int(found[1])
+
+    def stop(self):
+        self.process.kill()
+        self.process.communicate()
+
+
+@pytest.fixture
+def start():
+    boards = []
+
+    def start_image(image):
+        boards.append(Board(image))
+        return boards[-1]
+
+    yield start_image
+    for board in boards:
+        board.stop()
+
+
+def image_of(arithmetic):
+    return TREE / "firmware" / f"tribo-stm32f405-{arithmetic}.elf"
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_boot_passes_the_self_test_ticks_and_finds_the_sensor_silent(start, arithmetic):
+    board = start(image_of(arithmetic))
+    assert board.line() == f"tribo {arithmetic}, self-test passed, 16 MHz from HSI, no PLL"
+    assert board.line().startswith("idle at tick 0, ")
+    assert board.line().startswith("fault: sensor silent since tick 1 at tick ")
+
+    first = board.ticks()
+    for command in (b"s", b"a", b"s"):  # no start and, while the sensor is silent, no acknowledgement leaves the fault
+        board.send(command)
+        time.sleep(0.1)
+        assert board.ticks() > first + 100
+        first = board.ticks()
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_changed_image_does_not_get_past_the_self_test(start, tmp_path, arithmetic):
+    content = bytearray(image_of(arithmetic).read_bytes())
+    at = content.index(b"params refused")
+    content[at] ^= 0x20
+    changed = tmp_path / "changed.elf"
+    changed.write_bytes(content)
+    board = start(changed)
+    assert board.line() == f"tribo {arithmetic}, self-test failed, 16 MHz from HSI, no PLL"
+    assert board.line().startswith("fault: self-test: image since tick 0 at tick ")
+    for command in (b"s", b"a", b"s"):
+        board.send(command)
+        time.sleep(0.1)
+    board.send(b"?")
+    assert board.line().startswith("fault: self-test: image since tick 0 at tick ")
