@@ -82,7 +82,11 @@ static bool set_up_target(run_t *run, sim_error_t *error)
     {
         return true;
     }
-    run->target = sim_target_start(run->options.target, run->options.q31, &run->loop_config.config, error);
+    run->target = sim_target_start(run->options.target,
+                                   run->options.q31,
+                                   &run->loop_config.config,
+                                   run->config->limits.full_scale_n,
+                                   error);
     return run->target != NULL;
 }
 
@@ -94,8 +98,8 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_opt
                                          .ticks   = (uint64_t)round(config->duration_s / config->sample_time_s),
                                          .steps   = (unsigned)round(config->sample_time_s / config->plant.step_s)};
     sim_loop_config_fill(&run->loop_config, config);
-    // A target has a loop and a full scale of its own; this one then only checks the config.
-    const bool           q31    = run->options.q31 && run->options.target == NULL;
+    // A target has a loop of its own; this one then only checks the config.
+    const bool           q31    = run->options.q31;
     const tribo_status_t status = sim_loop_init(&run->loop, q31, &run->loop_config.config, config->limits.full_scale_n);
     const bool ok = sim_check_status(scenario, status, error) && sim_reference_init(&run->reference, scenario, error) &&
                     set_up_plant(run, error) && set_up_target(run, error);
@@ -117,11 +121,7 @@ static bool advance(run_t *run, uint64_t tick, sim_row_t *row, sim_error_t *erro
     {
         row->u_n = sim_loop_step(&run->loop, row->r_n, row->y_n, &row->loop);
     }
-    else if (sim_target_step(run->target, row->r_n, row->y_n, &row->loop, error))
-    {
-        row->u_n = (double)row->loop.controller.u_n;
-    }
-    else
+    else if (!sim_target_step(run->target, row->r_n, row->y_n, &row->u_n, &row->loop, error))
     {
         return false;
     }

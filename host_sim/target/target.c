@@ -39,7 +39,7 @@ struct sim_target
 {
     const model_t  *model;
     sim_emulator_t *emulator;
-    sim_twin_t      twin;
+    sim_loop_t      twin; ///< the same loop on the host
     uint32_t        period_us;
     uint64_t        ticks, different_ticks;
     double          busy_s;
@@ -238,6 +238,7 @@ static bool say_hello(sim_target_t *target, const tribo_force_loop_f32_config_t 
 sim_target_t *sim_target_start(const char                          *name,
                                bool                                 q31,
                                const tribo_force_loop_f32_config_t *config,
+                               double                               full_scale_n,
                                sim_error_t                         *error)
 {
     sim_target_t *target = calloc(1, sizeof *target);
@@ -248,7 +249,7 @@ sim_target_t *sim_target_start(const char                          *name,
     }
     target->model               = model_of(name);
     target->period_us           = (uint32_t)fmax(1.0, round(1e6 * (double)config->sample_time_s));
-    const tribo_status_t status = sim_twin_init(&target->twin, config, q31);
+    const tribo_status_t status = sim_loop_init(&target->twin, q31, config, full_scale_n);
     if (status != TRIBO_OK)
     {
         (void)sim_error_set(error, "%s", tribo_status_text(status));
@@ -328,6 +329,7 @@ static bool exchange(sim_target_t *target, uint32_t r, uint32_t y, sim_error_t *
 bool sim_target_step(sim_target_t                   *target,
                      double                          r_n,
                      double                          y_n,
+                     double                         *u_n,
                      tribo_force_loop_f32_signals_t *signals,
                      sim_error_t                    *error)
 {
@@ -345,7 +347,7 @@ bool sim_target_step(sim_target_t                   *target,
     sim_twin_step(&target->twin, r, y, words);
     compare(target, words);
     sim_twin_signals(&target->twin, target->tock + TRIBO_TOCK_LOOP, signals);
-    signals->controller.u_n = (float)sim_twin_force(&target->twin, target->tock[TRIBO_TOCK_COMMAND]);
+    *u_n = sim_twin_force(&target->twin, target->tock[TRIBO_TOCK_COMMAND]);
     target->ticks++;
     return true;
 }

@@ -23,17 +23,19 @@ typedef struct
     char     difference[512]; ///< the first one, in words; "" if there is none
 } sim_target_result_t;
 
-/// Starts the image for target `name` in its emulator and sets its loop up with `config`, which must outlive it. Null on
+/// Starts the image for target `name` in its emulator and sets its loop up with `config`, which must outlive it, and in q31 `full_scale_n`. Null on
 /// failure. Images are looked for in the folder named by TRIBO_FIRMWARE, or else where they are built.
 sim_target_t *sim_target_start(const char                          *name,
                                bool                                 q31,
                                const tribo_force_loop_f32_config_t *config,
+                               double                               full_scale_n,
                                sim_error_t                         *error);
 
-/// One tick of the drive. The command, as the power stage has it, is controller.u_n of `signals`.
+/// One tick of the drive. `u_n` is the command, exactly as the power stage has it.
 bool sim_target_step(sim_target_t                   *target,
                      double                          r_n,
                      double                          y_n,
+                     double                         *u_n,
                      tribo_force_loop_f32_signals_t *signals,
                      sim_error_t                    *error);
 

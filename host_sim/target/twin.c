@@ -1,25 +1,6 @@
 #include "target/twin.h"
 
-#include <math.h>
 #include <string.h>
-
-/// Q31's full scale for a config: a power of two, at least twice the largest force.
-static double full_scale(const tribo_force_loop_f32_config_t *config)
-{
-    const double u_max   = fmax((double)config->controller.u_max_n, -(double)config->controller.u_min_n);
-    const double largest = fmax((double)config->input_max_n, u_max);
-    return exp2(ceil(log2(2.0 * largest)));
-}
-
-tribo_status_t sim_twin_init(sim_twin_t *twin, const tribo_force_loop_f32_config_t *config, bool q31)
-{
-    *twin =
-        (sim_twin_t){.q31 = q31, .full_scale_n = full_scale(config), .sample_time_s = (double)config->sample_time_s};
-    tribo_force_loop_f32_reset(&twin->state_f32);
-    tribo_force_loop_q31_reset(&twin->state_q31);
-    return q31 ? tribo_force_loop_q31_init(&twin->params_q31, twin->table, config, (float)twin->full_scale_n, NULL)
-               : tribo_force_loop_f32_init(&twin->params_f32, config);
-}
 
 static uint32_t float_word(float x)
 {
@@ -35,19 +16,18 @@ static float word_float(uint32_t word)
     return x;
 }
 
-uint32_t sim_twin_word(const sim_twin_t *twin, double force_n)
+uint32_t sim_twin_word(const sim_loop_t *loop, double force_n)
 {
-    if (!twin->q31)
+    if (!loop->q31)
     {
         return float_word((float)force_n);
     }
-    const double x = round(force_n / twin->full_scale_n * 2147483648.0);
-    return (uint32_t)(int32_t)fmin(2147483647.0, fmax(-2147483647.0, x));
+    return (uint32_t)sim_q31_from_n(force_n, loop->full_scale_n);
 }
 
-double sim_twin_force(const sim_twin_t *twin, uint32_t word)
+double sim_twin_force(const sim_loop_t *loop, uint32_t word)
 {
-    return twin->q31 ? (double)(int32_t)word * twin->full_scale_n / 2147483648.0 : (double)word_float(word);
+    return loop->q31 ? sim_n_from_q31((int32_t)word, loop->full_scale_n) : (double)word_float(word);
 }
 
 static uint32_t bits(bool limited, bool q1, bool q2, bool q)
@@ -55,10 +35,10 @@ static uint32_t bits(bool limited, bool q1, bool q2, bool q)
     return (limited ? 1u : 0u) | (q1 ? 2u : 0u) | (q2 ? 4u : 0u) | (q ? 8u : 0u);
 }
 
-static void step_f32(sim_twin_t *twin, uint32_t r, uint32_t y, uint32_t words[SIM_TWIN_WORDS])
+static void step_f32(sim_loop_t *loop, uint32_t r, uint32_t y, uint32_t words[SIM_TWIN_WORDS])
 {
     tribo_force_loop_f32_signals_t seen;
-    (void)tribo_force_loop_f32_step(&twin->params_f32, &twin->state_f32, word_float(r), word_float(y), &seen);
+    (void)tribo_force_loop_f32_step(&loop->params_f32, &loop->state_f32, word_float(r), word_float(y), &seen);
     const tribo_friction_f32_signals_t *friction = &seen.compensator.friction;
 
     const float forces[] = {seen.e_n,
@@ -74,10 +54,10 @@ static void step_f32(sim_twin_t *twin, uint32_t r, uint32_t y, uint32_t words[SI
     memcpy(words + 1, forces, sizeof forces);
 }
 
-static void step_q31(sim_twin_t *twin, uint32_t r, uint32_t y, uint32_t words[SIM_TWIN_WORDS])
+static void step_q31(sim_loop_t *loop, uint32_t r, uint32_t y, uint32_t words[SIM_TWIN_WORDS])
 {
     tribo_force_loop_q31_signals_t seen;
-    (void)tribo_force_loop_q31_step(&twin->params_q31, &twin->state_q31, (int32_t)r, (int32_t)y, &seen);
+    (void)tribo_force_loop_q31_step(&loop->params_q31, &loop->state_q31, (int32_t)r, (int32_t)y, &seen);
     const tribo_friction_q31_signals_t *friction = &seen.compensator.friction;
 
     const int32_t forces[] = {seen.e,
@@ -93,21 +73,21 @@ static void step_q31(sim_twin_t *twin, uint32_t r, uint32_t y, uint32_t words[SI
     memcpy(words + 1, forces, sizeof forces);
 }
 
-void sim_twin_step(sim_twin_t *twin, uint32_t r, uint32_t y, uint32_t words[SIM_TWIN_WORDS])
+void sim_twin_step(sim_loop_t *loop, uint32_t r, uint32_t y, uint32_t words[SIM_TWIN_WORDS])
 {
-    (twin->q31 ? step_q31 : step_f32)(twin, r, y, words);
+    (loop->q31 ? step_q31 : step_f32)(loop, r, y, words);
 }
 
-void sim_twin_signals(const sim_twin_t               *twin,
+void sim_twin_signals(const sim_loop_t               *loop,
                       const uint32_t                  words[SIM_TWIN_WORDS],
                       tribo_force_loop_f32_signals_t *signals)
 {
     float forces[SIM_TWIN_WORDS];
     for (unsigned i = 1; i < SIM_TWIN_WORDS; i++)
     {
-        forces[i] = (float)sim_twin_force(twin, words[i]);
+        forces[i] = (float)sim_twin_force(loop, words[i]);
     }
-    const float rate = twin->q31 ? (float)(sim_twin_force(twin, words[8]) / twin->sample_time_s) : forces[8];
+    const float rate = loop->q31 ? (float)(sim_twin_force(loop, words[8]) / loop->sample_time_s) : forces[8];
     *signals         = (tribo_force_loop_f32_signals_t){
                 .e_n           = forces[1],
                 .feedforward_n = forces[3],

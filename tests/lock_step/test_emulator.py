@@ -159,7 +159,7 @@ def test_one_other_bit_is_found_and_the_files_are_written(sim, word, name):
 
 def test_sensor_beyond_its_range_stops_the_drive_and_the_run(sim):
     sim.fails("m4f: the drive stopped at t = ", *SHORT, "--set", "sensor.noise_N=1")
-    sim.fails("fault: sensor out of range at tick ", *SHORT, "--set", "sensor.noise_N=1")
+    sim.fails("fault: sensor out of range since tick ", *SHORT, "--set", "sensor.noise_N=1")
 
 
 def test_self_test_finds_a_changed_image(sim):

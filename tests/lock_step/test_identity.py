@@ -27,10 +27,11 @@ def test_target_computes_the_bits_of_the_host(sim, target, scenario, arithmetic)
     assert json.loads((sim.folder / "on_target" / "summary.json").read_text()) == summary
 
 
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 @pytest.mark.parametrize("scenario", SCENARIOS)
-def test_trace_is_that_of_a_run_on_the_host(sim, target, scenario):
-    sim.ok(*SCENARIOS[scenario], "--out", "on_host")
-    sim.ok(*SCENARIOS[scenario], "--target", target, "--out", "on_target")
+def test_trace_is_that_of_a_run_on_the_host(sim, target, scenario, arithmetic):
+    sim.ok(*SCENARIOS[scenario], "--arith", arithmetic, "--out", "on_host")
+    sim.ok(*SCENARIOS[scenario], "--arith", arithmetic, "--target", target, "--out", "on_target")
     assert (sim.folder / "on_target" / "trace.csv").read_bytes() == (sim.folder / "on_host" / "trace.csv").read_bytes()
 
 
