@@ -293,7 +293,8 @@ tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *
 #define MARGIN      1.02f // over a measured peak, for the float sums and the tail
 #define SCALE_MAX   24
 #define BLOCK_TICKS 512u
-#define BLOCKS      256u
+#define QUARTER     64u // blocks
+#define BLOCKS      (4u * QUARTER)
 
 /// Sums of magnitudes of all that a cascade computes, i.e. L1 norms in the making.
 typedef struct
@@ -366,8 +367,8 @@ static bool add_response(peaks_t                         *peaks,
     tribo_biquad_f32_reset(&state);
     for (uint32_t i = 0; i < BLOCKS && !done; i++)
     {
-        half           = i == BLOCKS / 2u ? block : half;
-        three_quarters = i == 3u * (BLOCKS / 4u) ? block : three_quarters;
+        half           = i == 2u * QUARTER ? block : half;
+        three_quarters = i == 3u * QUARTER ? block : three_quarters;
         block          = (peaks_t){.at = {0.0f}};
         for (uint32_t k = 0; k < BLOCK_TICKS; k++)
         {
@@ -392,7 +393,7 @@ static bool add_response(peaks_t                         *peaks,
             {
                 return false;
             }
-            tail = block.at[j] * (float)(BLOCKS / 4u) / (1.0f - r);
+            tail = block.at[j] * (float)QUARTER / (1.0f - r);
         }
         peaks->at[j] += weight * MARGIN * (sum.at[j] + tail);
     }

@@ -11,13 +11,13 @@ PLANT = "  gain: 0.86\n  zeros: []\n  poles: [-55, -200, -139+203j, -139-203j, -
 
 # (what to replace, with what, what the error must say)
 DESIGNS = [
-    ("sample_time_s: 1.0e-3", "sample_time_s: -1", ["sample_time_s", "-1", "at least 1e-06", ":6"]),
+    ("sample_time_s: 1.0e-3", "sample_time_s: -1", ["sample_time_s", "-1", "at least 1e-06", ":7"]),
     ("sample_time_s: 1.0e-3", "sample_time_s: .nan", ["sample_time_s", "finite"]),
     ("sample_time_s: 1.0e-3", "sample_time_s: fast", ["sample_time_s", "'fast'", "must be a number"]),
     ("sample_time_s: 1.0e-3", "sample_time_s: [1]", ["sample_time_s", "must be a number"]),
     ("sample_time_s: 1.0e-3", "sample_time_s: true", ["sample_time_s", "must be a number"]),
     ("sample_time_s: 1.0e-3\n", "", ["sample_time_s: is missing"]),
-    ("sample_time_s: 1.0e-3", "sample_time_s: 1.0e-3\nsample_time_s: 2.0e-3", ["sample_time_s: is given twice", ":7"]),
+    ("sample_time_s: 1.0e-3", "sample_time_s: 1.0e-3\nsample_time_s: 2.0e-3", ["sample_time_s: is given twice", ":8"]),
     ("computation_delay_s: 1.0e-4", "computation_delay_s: 1", ["computation_delay_s", "two sample times"]),
     ("name: paper", "name: Paper Case", ["name", "lower-case"]),
     ("name: paper", "name: ../../etc", ["name", "lower-case"]),
