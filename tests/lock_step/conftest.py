@@ -19,7 +19,7 @@ class LockStep:
     def __init__(self, folder):
         self.folder = folder
         self.program = os.environ["TRIBO_SIM"]
-        assert os.access(self.program, os.X_OK), f"no {self.program}: build the preset host-release first"
+        assert os.access(self.program, os.X_OK), f"no {self.program}: see the test lock_step.host"
         self.images = folder / "images"
         self.images.mkdir()
         (self.images / TREE.name).symlink_to(TREE)
