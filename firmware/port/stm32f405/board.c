@@ -1,5 +1,6 @@
 #include "board.h"
 
+#include "device.h"
 #include "registers.h"
 
 // Every wait is bounded, in turns of its loop: at 16 MHz some 10 cycles each. What follows when the flag does not come is
@@ -129,12 +130,15 @@ board_clock_t board_init(void)
     return clock;
 }
 
+#define PRIORITY 8u // of 0 to 15
+
 void board_start(void)
 {
     // One priority for both, so that neither sees the other's data half-way.
-    NVIC_IPR[TIM2_IRQn] = 0x80;
-    NVIC_IPR[ADC_IRQn]  = 0x80;
-    NVIC_ISER[0]        = 1u << TIM2_IRQn | 1u << ADC_IRQn;
+    NVIC_SetPriority(TIM2_IRQn, PRIORITY);
+    NVIC_SetPriority(ADC_IRQn, PRIORITY);
+    NVIC_EnableIRQ(TIM2_IRQn);
+    NVIC_EnableIRQ(ADC_IRQn);
 
     IWDG->KR  = IWDG_KR_START;
     IWDG->KR  = IWDG_KR_ACCESS;

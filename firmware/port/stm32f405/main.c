@@ -5,6 +5,7 @@
 #include "app/drive.h"
 #include "app/selftest.h"
 #include "board.h"
+#include "device.h"
 
 static drive_t          drive;
 static loop_params_t    params;
@@ -107,6 +108,6 @@ int main(void)
         }
         drive_log(&drive);
         obey(board_read_byte());
-        __asm__ volatile("wfi" ::: "memory"); // until the next tick or conversion
+        __WFI(); // until the next tick or conversion
     }
 }

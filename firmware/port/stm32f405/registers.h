@@ -1,5 +1,5 @@
-/// The registers of the STM32F405 that this port uses, by the names of its reference manual (RM0090), and the few of the
-/// Cortex-M4 (ARMv7-M Architecture Reference Manual). Nothing else of the chip is touched.
+/// The registers of the STM32F405 that this port uses, by the names of its reference manual (RM0090). Nothing else
+/// of the chip is touched; the core's own registers are CMSIS-Core's (device.h).
 
 #ifndef STM32F405_REGISTERS_H
 #define STM32F405_REGISTERS_H
@@ -139,14 +139,5 @@ typedef struct
 #define IWDG_KR_RELOAD 0xaaaau
 #define IWDG_SR_PVU    (1u << 0)
 #define IWDG_SR_RVU    (1u << 1)
-
-// --- the core ------------------------------------------------------------------------------------------------------
-
-#define SCB_CPACR ((reg_t *)0xe000ed88u)
-#define NVIC_ISER ((reg_t *)0xe000e100u)
-#define NVIC_IPR  ((volatile uint8_t *)0xe000e400u)
-
-#define ADC_IRQn  18
-#define TIM2_IRQn 28
 
 #endif

@@ -1,7 +1,7 @@
 // From reset to main: the vector table, memory as C wants it, the FPU on.
 
 #include "board.h"
-#include "registers.h"
+#include "device.h"
 
 #include <stddef.h>
 
@@ -26,8 +26,9 @@ void Default_Handler(void)
 
 void Reset_Handler(void)
 {
-    *SCB_CPACR |= 0xfu << 20; // CP10 and CP11: the FPU, before any float
-    __asm__ volatile("dsb\n\tisb" ::: "memory");
+    SCB->CPACR |= 0xfu << 20; // CP10 and CP11: the FPU, before any float
+    __DSB();
+    __ISB();
     const uint32_t *source = data_source;
     for (uint32_t *word = data_start; word < data_end; word++)
     {

@@ -1,0 +1,30 @@
+/// What CMSIS-Core has to know of the STM32F405 (RM0090, PM0214), and the core's own registers through it.
+
+#ifndef STM32F405_DEVICE_H
+#define STM32F405_DEVICE_H
+
+/// Exceptions of the Cortex-M4, and the interrupts that this port uses.
+typedef enum
+{
+    NonMaskableInt_IRQn   = -14,
+    HardFault_IRQn        = -13,
+    MemoryManagement_IRQn = -12,
+    BusFault_IRQn         = -11,
+    UsageFault_IRQn       = -10,
+    SVCall_IRQn           = -5,
+    DebugMonitor_IRQn     = -4,
+    PendSV_IRQn           = -2,
+    SysTick_IRQn          = -1,
+    ADC_IRQn              = 18,
+    TIM2_IRQn             = 28
+} IRQn_Type;
+
+#define __CM4_REV              0x0001U // r0p1
+#define __MPU_PRESENT          1U
+#define __NVIC_PRIO_BITS       4U
+#define __Vendor_SysTickConfig 0U
+#define __FPU_PRESENT          1U
+
+#include "core_cm4.h"
+
+#endif
