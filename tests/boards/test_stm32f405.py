@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import select
+import shutil
 import subprocess
 import time
 
@@ -98,3 +99,41 @@ def test_changed_image_does_not_get_past_the_self_test(start, tmp_path, arithmet
         time.sleep(0.1)
     board.send(b"?")
     assert board.line().startswith("fault: self-test: image since tick 0 at tick ")
+
+
+@pytest.fixture
+def flash(tmp_path):
+    """Builds the target `flash` where openocd is the shell script that is given, or where there is none."""
+
+    def run(openocd=None):
+        path = tmp_path / "bin"
+        path.mkdir()
+        (path / "dirname").symlink_to(shutil.which("dirname"))
+        if openocd:
+            (path / "openocd").write_text(f"#!/bin/sh\n{openocd}\n")
+            (path / "openocd").chmod(0o755)
+        return subprocess.run([shutil.which("cmake"), "--build", TREE, "--target", "flash"], env={**os.environ, "PATH": str(path)},
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60, check=False)
+
+    return run
+
+
+def test_flash_hands_the_image_to_openocd(flash, tmp_path):
+    done = flash(f'printf "%s\\n" "$@" > {tmp_path}/arguments')
+    assert done.returncode == 0, done.stdout
+    option, config, command, program = (tmp_path / "arguments").read_text().splitlines()
+    assert (option, command) == ("-f", "-c")
+    assert "interface/stlink.cfg" in pathlib.Path(config).read_text()
+    assert program in [f"program {{{image_of(arithmetic)}}} verify reset exit" for arithmetic in ("f32", "q31")]
+
+
+def test_flash_without_openocd_says_so(flash):
+    done = flash()
+    assert done.returncode != 0
+    assert "flash: there is no openocd here" in done.stdout
+
+
+def test_flash_that_openocd_cannot_write_is_an_error(flash):
+    done = flash("exit 1")
+    assert done.returncode != 0
+    assert "flash: openocd has not written" in done.stdout
