@@ -20,7 +20,7 @@ int main(void)
 {
 #ifdef IMAGE_INIT
     const tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
-    if (INIT(&params, &config) != TRIBO_OK)
+    if (INIT(&params, &config, NULL) != TRIBO_OK)
     {
         return 1;
     }
