@@ -30,11 +30,11 @@ function(fetch_cmsis_core)
   file(REMOVE_RECURSE "${work}")
   file(MAKE_DIRECTORY "${work}")
   execute_process(
-    COMMAND "${TRIBO_NPM}" pack --silent --fetch-retries=1 --fetch-retry-mintimeout=1000
+    COMMAND "${TRIBO_NPM}" pack --loglevel=error --fetch-retries=1 --fetch-retry-mintimeout=1000
             "@xpack-3rd-party/arm-cmsis-core@${cmsis_version}"
     WORKING_DIRECTORY "${work}"
     TIMEOUT 120
-    OUTPUT_QUIET ERROR_QUIET
+    OUTPUT_QUIET # its reasons go to standard error
     RESULT_VARIABLE result)
   file(GLOB archive "${work}/*.tgz")
   if(NOT result EQUAL 0 OR NOT archive)
