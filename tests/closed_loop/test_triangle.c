@@ -65,9 +65,28 @@ static void test_triangle_with_compensation_has_the_known_error(void)
     check_within_2_percent(0.001294, rms.measured);
 }
 
+#define MIDDLE 4 // of twice as many runs and one
+
+/// Gain 1 is the border of hunting: a last bit in a run decides how long it hunts, and one run in seven or so hunts less. So the
+/// median of runs a bit apart.
 static void test_triangle_at_gain_1_overcompensates(void)
 {
-    check_within_2_percent(0.003216, triangle(1.0f).error);
+    double error[2 * MIDDLE + 1] = {0.0};
+    for (int i = 0; i <= 2 * MIDDLE; i++)
+    {
+        if (i > 0)
+        {
+            rig_close(&rig); // the last one is closed with the test
+        }
+        const double found = triangle(1.0f + 1e-6f * (float)(i - MIDDLE)).error;
+        int          place = i;
+        for (; place > 0 && error[place - 1] > found; place--)
+        {
+            error[place] = error[place - 1];
+        }
+        error[place] = found;
+    }
+    check_within_2_percent(0.003216, error[MIDDLE]);
 }
 
 /// The cascade of tribo/paper_controller.h in double, from the poles, zeros and gain that its header names.
