@@ -1,6 +1,6 @@
 #include "tribo/arm_f32.h"
 
-#include "exact_f32.h"
+#include "arm_f32_kernel.h"
 
 #include <stddef.h>
 
@@ -123,7 +123,7 @@ void tribo_arm_f32_reset(tribo_arm_f32_state_t *state)
 }
 
 /// x within +-TRIBO_F32_FORCE_MAX_N.
-static inline float clamp(float x, uint32_t *clamped)
+static float clamp(float x, uint32_t *clamped)
 {
     if (exceeds(x, TRIBO_F32_FORCE_MAX_N))
     {
@@ -131,6 +131,12 @@ static inline float clamp(float x, uint32_t *clamped)
         return x < 0.0f ? -TRIBO_F32_FORCE_MAX_N : TRIBO_F32_FORCE_MAX_N;
     }
     return x;
+}
+
+void tribo_arm_f32_clamp(tribo_arm_f32_state_t *state)
+{
+    state->force_n        = clamp(state->force_n, &state->clamped);
+    state->force_change_n = clamp(state->force_change_n, &state->clamped);
 }
 
 float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n)
@@ -141,9 +147,5 @@ float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_sta
         d = 0.0f;
         count(&state->bad_inputs);
     }
-    const float G = state->force_change_n;
-
-    state->force_n        = clamp(state->force_n + (params->phi_d * d + params->phi_g * G), &state->clamped);
-    state->force_change_n = clamp(params->gamma_d * d + params->gamma_g * G, &state->clamped);
-    return state->force_n;
+    return arm_f32_kernel(params, state, d);
 }

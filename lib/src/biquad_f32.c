@@ -1,11 +1,10 @@
 #include "tribo/biquad_f32.h"
 
-#include "exact_f32.h"
+#include "biquad_f32_kernel.h"
 
 #include <stddef.h>
 
 #define INPUT_MAX       1.0e7f
-#define OUTPUT_MAX      1.0e15f // far beyond any sane gain: past it a state is lost, and starts again
 #define COEFFICIENT_MAX 1.0e6f
 
 static tribo_status_t check(const tribo_biquad_f32_section_t *s)
@@ -52,10 +51,7 @@ static void rest(tribo_biquad_f32_state_t *state)
 {
     for (uint32_t i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {
-        state->section[i].w1       = 0.0f;
-        state->section[i].w2       = 0.0f;
-        state->section[i].w2_carry = 0.0f;
-        state->section[i].y        = 0.0f;
+        state->section[i] = (tribo_biquad_f32_section_state_t){0.0f, 0.0f, 0.0f};
     }
 }
 
@@ -65,59 +61,74 @@ void tribo_biquad_f32_reset(tribo_biquad_f32_state_t *state)
     state->bad_inputs = 0;
 }
 
-float tribo_biquad_f32_output(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
+void tribo_biquad_f32_start_again(tribo_biquad_f32_state_t *state)
+{
+    rest(state);
+    count(&state->bad_inputs);
+}
+
+float tribo_biquad_f32_output(const tribo_biquad_f32_params_t *params,
+                              const tribo_biquad_f32_state_t  *state,
+                              float                            x,
+                              tribo_biquad_f32_outputs_t      *outputs)
 {
     float y = x;
     for (uint32_t i = 0; i < params->count; i++)
     {
-        y                   = params->section[i].b0 * y + state->section[i].w1;
-        state->section[i].y = y;
-    }
-    if (exceeds(y, OUTPUT_MAX))
-    {
-        rest(state);
-        count(&state->bad_inputs);
-        return 0.0f;
+        y             = params->section[i].b0 * y + state->section[i].w1;
+        outputs->y[i] = y;
     }
     return y;
 }
 
-void tribo_biquad_f32_advance(const tribo_biquad_f32_params_t *params,
-                              tribo_biquad_f32_state_t        *state,
-                              float                            x,
-                              float                            correction)
+void tribo_biquad_f32_advance(const tribo_biquad_f32_params_t  *params,
+                              tribo_biquad_f32_state_t         *state,
+                              float                             x,
+                              const tribo_biquad_f32_outputs_t *outputs,
+                              float                             correction)
 {
     float in = x + correction;
     float c  = correction;
     for (uint32_t i = 0; i < params->count; i++)
     {
-        const tribo_biquad_f32_section_t *s = &params->section[i];
-
-        c *= s->b0;
-        const float out = state->section[i].y + c;
-        const float w2  = state->section[i].w2;
-
-        state->section[i].w1 += (s->b1 * in - s->a1 * out) + w2;
-
-        const float change         = (s->b2 * in - s->a2 * out) + state->section[i].w2_carry;
-        const float sum            = w2 + change;
-        state->section[i].w2       = sum;
-        state->section[i].w2_carry = change - (sum - w2);
-
-        in = out;
+        c *= params->section[i].b0;
+        const float out   = outputs->y[i] + c;
+        state->section[i] = biquad_f32_section_advance(&params->section[i], state->section[i], in, out);
+        in                = out;
     }
+}
+
+static float step_of_two(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
+{
+    float       y0;
+    const float y = biquad_f32_pair_output(params, state, x, &y0);
+    biquad_f32_pair_advance(params, state, x, y0, y, 0.0f);
+    return y;
+}
+
+static float step_of_any(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
+{
+    tribo_biquad_f32_outputs_t outputs;
+    const float                y = tribo_biquad_f32_output(params, state, x, &outputs);
+    tribo_biquad_f32_advance(params, state, x, &outputs, 0.0f);
+    return y;
 }
 
 float tribo_biquad_f32_step(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
 {
     float bounded = x;
-    if (exceeds(x, INPUT_MAX))
+    if (TRIBO_RARE(exceeds(x, INPUT_MAX)))
     {
         bounded = 0.0f;
         count(&state->bad_inputs);
     }
-    const float y = tribo_biquad_f32_output(params, state, bounded);
-    tribo_biquad_f32_advance(params, state, bounded, 0.0f);
+    const float y =
+        TRIBO_FAST_WAY(params->count == 2u) ? step_of_two(params, state, bounded) : step_of_any(params, state, bounded);
+    if (TRIBO_RARE(exceeds(y, BIQUAD_F32_OUTPUT_MAX)))
+    {
+        tribo_biquad_f32_start_again(state);
+        return 0.0f;
+    }
     return y;
 }
 
@@ -127,7 +138,8 @@ void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
                              float                            x,
                              float                            offset)
 {
-    const float last = tribo_biquad_f32_output(from, state, x) + offset;
+    tribo_biquad_f32_outputs_t were;
+    const float                last = tribo_biquad_f32_output(from, state, x, &were) + offset;
 
     float in = x;
     for (uint32_t i = 0; i < to->count; i++)
@@ -140,7 +152,7 @@ void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
         if (i < from->count)
         {
             const tribo_biquad_f32_section_t *was = &from->section[i];
-            out                                   = state->section[i].y;
+            out                                   = were.y[i];
             change = (was->b1 * in - was->a1 * out) + (state->section[i].w2 + state->section[i].w2_carry);
         }
         if (i == to->count - 1u)

@@ -1,89 +1,110 @@
 #include "tribo/biquad_q31.h"
 
-#define FRACTION 28u
-#define HALF     (INT64_C(1) << (FRACTION - 1u))
-#define W_MAX    ((INT64_C(1) << 61) - 1)
-
-/// w within +-W_MAX. Only a state that was never reached from rest can need it. One compare, of the upper words.
-static inline int64_t keep(int64_t w, uint32_t *saturated)
-{
-    if ((uint32_t)(w >> 32) + (UINT32_C(1) << 29) >= UINT32_C(1) << 30)
-    {
-        tribo_q31_count(saturated);
-        return w < 0 ? -W_MAX : W_MAX;
-    }
-    return w;
-}
+#include "biquad_q31_kernel.h"
+#include "usual.h"
 
 void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state)
 {
     for (uint32_t i = 0; i < TRIBO_BIQUAD_Q31_SECTIONS_MAX; i++)
     {
-        state->section[i].w1 = 0;
+        state->section[i].w1 = BIQUAD_Q31_HALF;
         state->section[i].w2 = 0;
-        state->y[i]          = 0;
     }
-    state->x         = 0;
     state->carry     = 0;
     state->saturated = 0;
 }
 
-int64_t tribo_biquad_q31_output(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
+static int64_t clamp(int64_t w, uint32_t *saturated)
 {
-    const int64_t whole = (int64_t)x + state->carry;
-    const int32_t input = (int32_t)tribo_q31_shift(whole, params->input_scale);
-    state->carry        = (uint32_t)whole & ((UINT32_C(1) << params->input_scale) - 1u);
-    state->x            = input;
-
-    int32_t y = input;
-    for (uint32_t i = 0; i < params->count; i++)
+    if (biquad_q31_excess(w) >= UINT32_C(1) << 30)
     {
-        const int64_t sum = state->section[i].w1 + tribo_q31_multiply(params->section[i].b0, y) + HALF;
-        y                 = tribo_q31_saturate(sum >> FRACTION, &state->saturated);
-        state->y[i]       = y;
+        tribo_q31_count(saturated);
+        return w < 0 ? -BIQUAD_Q31_W_MAX : BIQUAD_Q31_W_MAX;
     }
-    return (int64_t)y * (INT64_C(1) << params->section[params->count - 1u].scale);
+    return w;
 }
 
-void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t *params,
-                              tribo_biquad_q31_state_t        *state,
-                              int32_t                          correction)
+void tribo_biquad_q31_clamp(tribo_biquad_q31_state_t *state)
 {
-    int32_t in = tribo_q31_saturate((int64_t)state->x + correction, &state->saturated);
-    int32_t c  = correction;
+    for (uint32_t i = 0; i < TRIBO_BIQUAD_Q31_SECTIONS_MAX; i++)
+    {
+        state->section[i].w1 = clamp(state->section[i].w1, &state->saturated);
+        state->section[i].w2 = clamp(state->section[i].w2, &state->saturated);
+    }
+}
+
+static int64_t unscaled(int32_t y, uint32_t scale)
+{
+    return (int64_t)y * (INT32_C(1) << scale);
+}
+
+int64_t tribo_biquad_q31_output(const tribo_biquad_q31_params_t *params,
+                                tribo_biquad_q31_state_t        *state,
+                                int32_t                          x,
+                                tribo_biquad_q31_outputs_t      *outputs)
+{
+    int32_t y  = biquad_q31_input(params, state, x);
+    outputs->x = y;
     for (uint32_t i = 0; i < params->count; i++)
     {
-        const tribo_biquad_q31_section_t *s = &params->section[i];
-
-        c                 = tribo_q31_saturate(tribo_q31_multiply(s->b0, c) >> FRACTION, &state->saturated);
-        const int32_t out = tribo_q31_saturate((int64_t)state->y[i] + c, &state->saturated);
-
-        // In this order: w1 takes the old w2.
-        int64_t w = state->section[i].w1 + tribo_q31_shift(state->section[i].w2, s->shift);
-        w += tribo_q31_multiply(s->b1, in);
-        w -= tribo_q31_multiply(s->a1, out);
-        state->section[i].w1 = keep(w, &state->saturated);
-
-        w = state->section[i].w2 - tribo_q31_shift(tribo_q31_multiply(s->a2, out), s->a2_shift);
-        w += tribo_q31_multiply(s->b2, in);
-        state->section[i].w2 = keep(w, &state->saturated);
-        in                   = out;
+        y             = biquad_q31_section_output(&params->section[i], state->section[i].w1, y, &state->saturated);
+        outputs->y[i] = y;
     }
+    return unscaled(y, params->section[params->count - 1u].scale);
+}
+
+void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
+                              tribo_biquad_q31_state_t         *state,
+                              const tribo_biquad_q31_outputs_t *outputs,
+                              int32_t                           correction)
+{
+    int32_t  in     = tribo_q31_add(outputs->x, correction, &state->saturated);
+    int32_t  c      = correction;
+    uint32_t excess = 0;
+    for (uint32_t i = 0; i < params->count; i++)
+    {
+        c                 = biquad_q31_section_correction(&params->section[i], c);
+        const int32_t out = tribo_q31_add(outputs->y[i], c, &state->saturated);
+        state->section[i] = biquad_q31_section_advance(&params->section[i], state->section[i], in, out);
+        excess |= biquad_q31_section_excess(state->section[i]);
+        in = out;
+    }
+    if (excess >= UINT32_C(1) << 30)
+    {
+        tribo_biquad_q31_clamp(state);
+    }
+}
+
+static int64_t step_of_two(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
+{
+    int32_t       y0;
+    const int32_t in = biquad_q31_input(params, state, x);
+    const int32_t y1 = biquad_q31_pair_output(params, state, in, &y0);
+    biquad_q31_pair_advance(params, state, in, y0, y1, 0);
+    return unscaled(y1, params->section[1].scale);
+}
+
+static int64_t step_of_any(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
+{
+    tribo_biquad_q31_outputs_t outputs;
+    const int64_t              y = tribo_biquad_q31_output(params, state, x, &outputs);
+    tribo_biquad_q31_advance(params, state, &outputs, 0);
+    return y;
 }
 
 int32_t tribo_biquad_q31_step(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
 {
-    const int64_t y = tribo_biquad_q31_output(params, state, x);
-    tribo_biquad_q31_advance(params, state, 0);
+    const int64_t y =
+        TRIBO_FAST_WAY(params->count == 2u) ? step_of_two(params, state, x) : step_of_any(params, state, x);
     return tribo_q31_saturate(y, &state->saturated);
 }
 
-/// x 2^-by, `by` of either sign, clamped to +-W_MAX.
+/// x 2^-by, `by` of either sign, clamped to +-BIQUAD_Q31_W_MAX.
 static int64_t rescale(int64_t x, int32_t by)
 {
     const uint32_t left  = by < 0 ? (uint32_t)-by : 0u;
     const uint32_t right = by > 0 ? (uint32_t)by : 0u;
-    const int64_t  max   = W_MAX >> left;
+    const int64_t  max   = BIQUAD_Q31_W_MAX >> left;
     const int64_t  kept  = x >> right;
     return (kept > max ? max : (kept < -max ? -max : kept)) * (INT64_C(1) << left);
 }
@@ -94,11 +115,12 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
                              int32_t                          x,
                              int32_t                          offset)
 {
-    const uint32_t carry = state->carry;
-    const int64_t  last  = tribo_biquad_q31_output(from, state, x) + offset;
-    state->carry         = carry & ((UINT32_C(1) << to->input_scale) - 1u);
+    const uint32_t             carry = state->carry;
+    tribo_biquad_q31_outputs_t were;
+    const int64_t              last = tribo_biquad_q31_output(from, state, x, &were) + offset;
+    state->carry                    = carry & ((UINT32_C(1) << to->input_scale) - 1u);
 
-    int32_t from_in    = state->x;
+    int32_t from_in    = were.x;
     int32_t in         = (int32_t)(((int64_t)x + state->carry) >> to->input_scale); // what the next tick will make of x
     int32_t from_scale = from->input_scale;
     for (uint32_t i = 0; i < to->count; i++)
@@ -111,7 +133,7 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
         if (i < from->count)
         {
             const tribo_biquad_q31_section_t *was = &from->section[i];
-            from_out                              = state->y[i];
+            from_out                              = were.y[i];
             from_scale                            = was->scale;
             change = (int64_t)was->b1 * from_in - (int64_t)was->a1 * from_out + (state->section[i].w2 >> was->shift);
         }
@@ -121,8 +143,9 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
         {
             out = rescale(last, now->scale);
         }
-        const int32_t y      = tribo_q31_saturate(out, &state->saturated);
-        state->section[i].w1 = rescale((int64_t)y * (INT64_C(1) << FRACTION) - (int64_t)now->b0 * in, 0);
+        const int32_t y = tribo_q31_saturate(out, &state->saturated);
+        state->section[i].w1 =
+            rescale((int64_t)y * (INT64_C(1) << BIQUAD_Q31_FRACTION) - (int64_t)now->b0 * in + BIQUAD_Q31_HALF, 0);
         state->section[i].w2 =
             rescale(rescale(change, by) - ((int64_t)now->b1 * in - (int64_t)now->a1 * y), -(int32_t)now->shift);
         from_in = from_out;

@@ -1,6 +1,6 @@
 #include "tribo/compensator_f32.h"
 
-#include "exact_f32.h"
+#include "compensator_f32_kernel.h"
 
 #include <stddef.h>
 
@@ -42,11 +42,10 @@ float tribo_compensator_f32_step(const tribo_compensator_f32_params_t *params,
                                  float                                 u_n,
                                  tribo_compensator_f32_signals_t      *signals)
 {
-    const float force_n = state->arm.force_n;
-    const float f    = tribo_friction_f32_step(&params->friction, &state->friction, u_n, force_n, &signals->friction);
-    signals->force_n = force_n;
-
-    // n - f is u + g - F^ - f^, and exactly 0 while the arm sticks.
-    (void)tribo_arm_f32_step(&params->arm, &state->arm, signals->friction.n_n - f);
-    return f;
+    if (exceeds(u_n, TRIBO_F32_FORCE_MAX_N))
+    {
+        count(&state->friction.bad_inputs);
+        return compensator_f32_kernel_at(params, state, state->friction.n_n, signals, true);
+    }
+    return compensator_f32_kernel(params, state, u_n, signals, true);
 }

@@ -1,6 +1,6 @@
 #include "tribo/controller_f32.h"
 
-#include "exact_f32.h"
+#include "controller_f32_kernel.h"
 
 #include <stddef.h>
 
@@ -26,8 +26,9 @@ static matrix_t conditioned_change(const tribo_biquad_f32_params_t *cascade, flo
         tribo_biquad_f32_reset(&state);
         float *const unit = column % 2u == 0u ? &state.section[column / 2u].w1 : &state.section[column / 2u].w2;
         *unit             = 1.0f;
-        const float v     = tribo_biquad_f32_output(cascade, &state, 0.0f);
-        tribo_biquad_f32_advance(cascade, &state, 0.0f, -v * anti_windup);
+        tribo_biquad_f32_outputs_t outputs;
+        const float                v = tribo_biquad_f32_output(cascade, &state, 0.0f, &outputs);
+        tribo_biquad_f32_advance(cascade, &state, 0.0f, &outputs, -v * anti_windup);
         *unit -= 1.0f;
         for (uint32_t i = 0; i < cascade->count; i++)
         {
@@ -185,6 +186,35 @@ void tribo_controller_f32_reset(tribo_controller_f32_state_t *state)
     state->limited_ticks = 0;
 }
 
+float tribo_controller_f32_start_again(const tribo_controller_f32_params_t *params,
+                                       tribo_controller_f32_state_t        *state,
+                                       float                                feedforward_n,
+                                       tribo_controller_f32_signals_t      *signals)
+{
+    const float u = controller_f32_within(params, feedforward_n);
+    tribo_biquad_f32_start_again(&state->cascade);
+    *signals = (tribo_controller_f32_signals_t){.v_n = 0.0f, .u_n = u, .limited = u != feedforward_n};
+    return u;
+}
+
+static float step_of_any(const tribo_controller_f32_params_t *params,
+                         tribo_controller_f32_state_t        *state,
+                         float                                e_n,
+                         float                                feedforward_n,
+                         tribo_controller_f32_signals_t      *signals)
+{
+    tribo_biquad_f32_outputs_t     outputs;
+    const float                    v = tribo_biquad_f32_output(&params->cascade, &state->cascade, e_n, &outputs);
+    const controller_f32_limited_t l = controller_f32_limit(params, state, v, feedforward_n);
+    if (l.lost)
+    {
+        return tribo_controller_f32_start_again(params, state, feedforward_n, signals);
+    }
+    tribo_biquad_f32_advance(&params->cascade, &state->cascade, e_n, &outputs, l.correction_n);
+    *signals = (tribo_controller_f32_signals_t){.v_n = v, .u_n = l.u_n, .limited = l.limited};
+    return l.u_n;
+}
+
 float tribo_controller_f32_step(const tribo_controller_f32_params_t *params,
                                 tribo_controller_f32_state_t        *state,
                                 float                                e_n,
@@ -197,23 +227,10 @@ float tribo_controller_f32_step(const tribo_controller_f32_params_t *params,
     {
         count(&state->bad_inputs);
     }
-    const float e = bad_e ? 0.0f : e_n;
-    const float v = tribo_biquad_f32_output(&params->cascade, &state->cascade, e);
-
-    const float wanted  = v + (bad_feedforward ? 0.0f : feedforward_n);
-    const float above   = wanted > params->u_min_n ? wanted : params->u_min_n;
-    const float u       = above < params->u_max_n ? above : params->u_max_n;
-    const bool  limited = u != wanted;
-    if (limited)
-    {
-        count(&state->limited_ticks);
-    }
-    tribo_biquad_f32_advance(&params->cascade, &state->cascade, e, (u - wanted) * params->anti_windup);
-
-    signals->v_n     = v;
-    signals->u_n     = u;
-    signals->limited = limited;
-    return u;
+    const float e           = bad_e ? 0.0f : e_n;
+    const float feedforward = bad_feedforward ? 0.0f : feedforward_n;
+    return TRIBO_FAST_WAY(params->cascade.count == 2u) ? controller_f32_kernel(params, state, e, feedforward, signals)
+                                                       : step_of_any(params, state, e, feedforward, signals);
 }
 
 void tribo_controller_f32_change(const tribo_controller_f32_params_t *from,

@@ -3,6 +3,8 @@
 #ifndef TRIBO_EXACT_F32_H
 #define TRIBO_EXACT_F32_H
 
+#include "usual.h"
+
 #include <float.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -23,15 +25,30 @@
 #pragma GCC optimize("fp-contract=off")
 #endif
 
-/// True for a NaN and for |x| > max, in integers: one compare serves both.
-static inline bool exceeds(float x, float max)
+static inline uint32_t bits_f32(float x)
 {
     const union
     {
         float    value;
         uint32_t bits;
-    } a = {x}, b = {max};
-    return (a.bits & 0x7fffffffu) > b.bits;
+    } same = {.value = x};
+    return same.bits;
+}
+
+static inline float from_bits_f32(uint32_t bits)
+{
+    const union
+    {
+        uint32_t bits;
+        float    value;
+    } same = {.bits = bits};
+    return same.value;
+}
+
+/// True for a NaN and for |x| > max, in integers: one compare serves both.
+static inline bool exceeds(float x, float max)
+{
+    return (bits_f32(x) & 0x7fffffffu) > bits_f32(max);
 }
 
 static inline void count(uint32_t *counter)

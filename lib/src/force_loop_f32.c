@@ -1,5 +1,7 @@
 #include "tribo/force_loop_f32.h"
 
+#include "compensator_f32_kernel.h"
+#include "controller_f32_kernel.h"
 #include "exact_f32.h"
 #include "tribo/paper_controller.h"
 
@@ -56,7 +58,8 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     }
     if (status == TRIBO_OK)
     {
-        *params = made;
+        made.usual = made.controller.cascade.count == 2u && config->compensator.friction.table == NULL;
+        *params    = made;
     }
     return status;
 }
@@ -70,37 +73,37 @@ void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state)
     tribo_compensator_f32_reset(&state->compensator);
 }
 
-/// What f^ of this tick is under params `p`, the state left alone.
-static float friction_under(const tribo_force_loop_f32_params_t *p, const tribo_force_loop_f32_state_t *state, float u)
-{
-    tribo_compensator_f32_state_t   copy = state->compensator;
-    tribo_compensator_f32_signals_t unused;
-    return tribo_compensator_f32_step(&p->compensator, &copy, u, &unused);
-}
-
-// Out of line: its copy of the compensator's state shall not be on the stack of every tick.
+// Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
 #ifdef __GNUC__
 #define TRIBO_OUT_OF_LINE __attribute__((noinline))
 #else
 #define TRIBO_OUT_OF_LINE
 #endif
 
+/// What f^ of this tick is under params `p`, the state left alone.
+static TRIBO_OUT_OF_LINE float friction_under(const tribo_force_loop_f32_params_t *p,
+                                              const tribo_force_loop_f32_state_t  *state,
+                                              float                                u)
+{
+    tribo_compensator_f32_state_t   copy = state->compensator;
+    tribo_compensator_f32_signals_t unused;
+    return tribo_compensator_f32_step(&p->compensator, &copy, u, &unused);
+}
+
 /// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
 /// friction model would add to u in one jump.
 static TRIBO_OUT_OF_LINE float changing_tick(const tribo_force_loop_f32_params_t *params,
                                              tribo_force_loop_f32_state_t        *state,
+                                             float                                e,
+                                             float                                feedforward,
                                              tribo_force_loop_f32_signals_t      *signals)
 {
     const tribo_force_loop_f32_params_t *from = state->active;
-    const float                          e    = signals->e_n;
 
     const float gain_jump_n = (params->gain - from->gain) * state->friction_n;
     tribo_controller_f32_change(&from->controller, &params->controller, &state->controller, e, -gain_jump_n);
-    const float u = tribo_controller_f32_step(&params->controller,
-                                              &state->controller,
-                                              e,
-                                              signals->feedforward_n,
-                                              &signals->controller);
+    const float u =
+        tribo_controller_f32_step(&params->controller, &state->controller, e, feedforward, &signals->controller);
 
     const float old_friction_n = friction_under(from, state, u);
     state->friction_n = tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
@@ -110,35 +113,64 @@ static TRIBO_OUT_OF_LINE float changing_tick(const tribo_force_loop_f32_params_t
     return u;
 }
 
+/// The tick of any params.
+static float tick_of_any(const tribo_force_loop_f32_params_t *params,
+                         tribo_force_loop_f32_state_t        *state,
+                         float                                e,
+                         float                                feedforward,
+                         tribo_force_loop_f32_signals_t      *signals)
+{
+    const float u =
+        tribo_controller_f32_step(&params->controller, &state->controller, e, feedforward, &signals->controller);
+    state->friction_n = tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
+    return u;
+}
+
+/// All but the usual tick.
+static TRIBO_OUT_OF_LINE float other_tick(const tribo_force_loop_f32_params_t *params,
+                                          tribo_force_loop_f32_state_t        *state,
+                                          float                                e,
+                                          float                                feedforward,
+                                          tribo_force_loop_f32_signals_t      *signals)
+{
+    const bool  changes    = state->active != NULL && state->active != params;
+    const float u          = changes ? changing_tick(params, state, e, feedforward, signals)
+                                     : tick_of_any(params, state, e, feedforward, signals);
+    state->active          = params;
+    signals->e_n           = e;
+    signals->feedforward_n = feedforward;
+    return u;
+}
+
 float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
                                 tribo_force_loop_f32_state_t        *state,
                                 float                                r_n,
                                 float                                y_n,
                                 tribo_force_loop_f32_signals_t      *signals)
 {
-    const bool bad = exceeds(r_n, params->input_max_n) || exceeds(y_n, params->input_max_n);
-    if (bad)
+    float e = 0.0f;
+    if (TRIBO_USUAL(!exceeds(r_n, params->input_max_n) && !exceeds(y_n, params->input_max_n)))
     {
-        count(&state->bad_inputs);
-    }
-    signals->e_n           = bad ? 0.0f : r_n - y_n;
-    signals->feedforward_n = params->gain * state->friction_n;
-
-    float u;
-    if (state->active == params || state->active == NULL)
-    {
-        u = tribo_controller_f32_step(&params->controller,
-                                      &state->controller,
-                                      signals->e_n,
-                                      signals->feedforward_n,
-                                      &signals->controller);
-        state->friction_n =
-            tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
+        e = r_n - y_n;
     }
     else
     {
-        u = changing_tick(params, state, signals);
+        count(&state->bad_inputs);
     }
-    state->active = params;
+    const float feedforward = params->gain * state->friction_n;
+    if (!TRIBO_FAST_WAY(params->usual && state->active == params))
+    {
+        if (!TRIBO_FAST_WAY(params->usual && state->active == NULL))
+        {
+            return other_tick(params, state, e, feedforward, signals);
+        }
+        state->active = params; // the first tick
+    }
+    const float u =
+        controller_f32_kernel(&params->controller, &state->controller, e, feedforward, &signals->controller);
+    state->friction_n =
+        compensator_f32_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
+    signals->e_n           = e;
+    signals->feedforward_n = feedforward;
     return u;
 }

@@ -1,5 +1,8 @@
 #include "tribo/force_loop_q31.h"
 
+#include "compensator_q31_kernel.h"
+#include "controller_q31_kernel.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -16,47 +19,45 @@ void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
 /// What friction f adds to u, Q31.
 static inline int32_t feedforward(const tribo_force_loop_q31_params_t *params, int32_t f, uint32_t *saturated)
 {
-    return tribo_q31_saturate(tribo_q31_multiply(params->gain, f) >> 29, saturated);
+    return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), 29, saturated);
 }
 
-/// What f^ of this tick is under params `p`, the state left alone.
-static int32_t friction_under(const tribo_force_loop_q31_params_t *p,
-                              const tribo_force_loop_q31_state_t  *state,
-                              int32_t                              u)
-{
-    tribo_compensator_q31_state_t   copy = state->compensator;
-    tribo_compensator_q31_signals_t unused;
-    return tribo_compensator_q31_step(&p->compensator, &copy, u, &unused);
-}
-
-// Out of line: its copy of the compensator's state shall not be on the stack of every tick.
+// Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
 #ifdef __GNUC__
 #define TRIBO_OUT_OF_LINE __attribute__((noinline))
 #else
 #define TRIBO_OUT_OF_LINE
 #endif
 
+/// What f^ of this tick is under params `p`, the state left alone.
+static TRIBO_OUT_OF_LINE int32_t friction_under(const tribo_force_loop_q31_params_t *p,
+                                                const tribo_force_loop_q31_state_t  *state,
+                                                int32_t                              u)
+{
+    tribo_compensator_q31_state_t   copy = state->compensator;
+    tribo_compensator_q31_signals_t unused;
+    return tribo_compensator_q31_step(&p->compensator, &copy, u, &unused);
+}
+
 /// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
 /// friction model would add to u in one jump.
 static TRIBO_OUT_OF_LINE int32_t changing_tick(const tribo_force_loop_q31_params_t *params,
                                                tribo_force_loop_q31_state_t        *state,
+                                               int32_t                              e,
+                                               int32_t                              added,
                                                tribo_force_loop_q31_signals_t      *signals)
 {
     const tribo_force_loop_q31_params_t *from = state->active;
-    const int32_t                        e    = signals->e;
 
     uint32_t *const saturated = &state->saturated;
-    const int64_t   gain_jump = (int64_t)signals->feedforward - feedforward(from, state->friction, saturated);
+    const int64_t   gain_jump = (int64_t)added - feedforward(from, state->friction, saturated);
     tribo_controller_q31_change(&from->controller,
                                 &params->controller,
                                 &state->controller,
                                 e,
                                 tribo_q31_saturate(-gain_jump, saturated));
-    const int32_t u = tribo_controller_q31_step(&params->controller,
-                                                &state->controller,
-                                                e,
-                                                signals->feedforward,
-                                                &signals->controller);
+    const int32_t u =
+        tribo_controller_q31_step(&params->controller, &state->controller, e, added, &signals->controller);
 
     const int32_t old_friction = friction_under(from, state, u);
     state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
@@ -71,36 +72,65 @@ static TRIBO_OUT_OF_LINE int32_t changing_tick(const tribo_force_loop_q31_params
     return u;
 }
 
+/// The tick of any params.
+static int32_t tick_of_any(const tribo_force_loop_q31_params_t *params,
+                           tribo_force_loop_q31_state_t        *state,
+                           int32_t                              e,
+                           int32_t                              added,
+                           tribo_force_loop_q31_signals_t      *signals)
+{
+    const int32_t u =
+        tribo_controller_q31_step(&params->controller, &state->controller, e, added, &signals->controller);
+    state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
+    return u;
+}
+
+/// All but the usual tick.
+static TRIBO_OUT_OF_LINE int32_t other_tick(const tribo_force_loop_q31_params_t *params,
+                                            tribo_force_loop_q31_state_t        *state,
+                                            int32_t                              e,
+                                            int32_t                              added,
+                                            tribo_force_loop_q31_signals_t      *signals)
+{
+    const bool    changes = state->active != NULL && state->active != params;
+    const int32_t u =
+        changes ? changing_tick(params, state, e, added, signals) : tick_of_any(params, state, e, added, signals);
+    state->active        = params;
+    signals->e           = e;
+    signals->feedforward = added;
+    return u;
+}
+
 int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
                                   tribo_force_loop_q31_state_t        *state,
                                   int32_t                              r,
                                   int32_t                              y,
                                   tribo_force_loop_q31_signals_t      *signals)
 {
+    // One compare an input: x within +-max is x + max within 0 to 2 max.
     const uint32_t max = (uint32_t)params->input_max;
-    const bool     bad = tribo_q31_magnitude(r) > max || tribo_q31_magnitude(y) > max;
-    if (bad)
+    int32_t        e   = 0;
+    if (TRIBO_USUAL((uint32_t)r + max <= params->input_span && (uint32_t)y + max <= params->input_span))
     {
-        tribo_q31_count(&state->bad_inputs);
-    }
-    signals->e           = bad ? 0 : tribo_q31_saturate((int64_t)r - y, &state->saturated);
-    signals->feedforward = feedforward(params, state->friction, &state->saturated);
-
-    int32_t u;
-    if (state->active == params || state->active == NULL)
-    {
-        u = tribo_controller_q31_step(&params->controller,
-                                      &state->controller,
-                                      signals->e,
-                                      signals->feedforward,
-                                      &signals->controller);
-        state->friction =
-            tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
+        e = tribo_q31_subtract(r, y, &state->saturated);
     }
     else
     {
-        u = changing_tick(params, state, signals);
+        tribo_q31_count(&state->bad_inputs);
     }
-    state->active = params;
+    const int32_t added = feedforward(params, state->friction, &state->saturated);
+    if (!TRIBO_FAST_WAY(params->usual && state->active == params))
+    {
+        if (!TRIBO_FAST_WAY(params->usual && state->active == NULL))
+        {
+            return other_tick(params, state, e, added, signals);
+        }
+        state->active = params; // the first tick
+    }
+    const int32_t u = controller_q31_kernel(&params->controller, &state->controller, e, added, &signals->controller);
+    state->friction =
+        compensator_q31_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
+    signals->e           = e;
+    signals->feedforward = added;
     return u;
 }

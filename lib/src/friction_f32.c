@@ -1,6 +1,6 @@
 #include "tribo/friction_f32.h"
 
-#include "exact_f32.h"
+#include "friction_f32_kernel.h"
 
 #include <stddef.h>
 
@@ -107,6 +107,11 @@ static tribo_status_t check_relays(const tribo_friction_f32_config_t *config, fl
     return TRIBO_OK;
 }
 
+static tribo_breakaway_f32_t times(float factor, const tribo_breakaway_f32_t *law)
+{
+    return (tribo_breakaway_f32_t){.offset_n = factor * law->offset_n, .slope = factor * law->slope};
+}
+
 tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params,
                                        const tribo_friction_f32_config_t *config,
                                        float                              sample_time_s)
@@ -132,18 +137,28 @@ tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params
         return TRIBO_ERR_GRAVITY;
     }
 
+    const float to_y   = 2.0f * 1.44269504f * config->m; // e^x = 2^(x/ln 2)
+    const float square = 1.0f / (config->k_max * config->k_max);
+
     params->rate_hz      = 1.0f / sample_time_s;
-    params->k_mean       = 0.5f * (config->k_max + config->k_min);
-    params->k_half       = 0.5f * (config->k_max - config->k_min);
-    params->m            = config->m;
-    params->m_over_v0    = config->m / config->v0_n_per_s;
-    params->positive     = config->positive;
-    params->negative     = config->negative;
+    params->y_per_v      = to_y / config->v0_n_per_s;
+    params->y_at_0       = to_y;
+    params->k[0]         = config->k_min / config->k_max;
+    params->k[1]         = 1.0f;
+    params->k[2]         = config->k_min / config->k_max;
+    params->r1           = 3.33327107e-01f * square; // tools/fit_friction.py
+    params->r2           = 1.39627437e-02f * square * square;
+    params->q1           = 4.41844645e-01f * square;
+    params->q2           = 1.48712402e-02f * square * square;
+    params->law[0]       = config->positive;
+    params->law[1]       = config->negative;
+    params->reset[0]     = times(config->reset_level, &config->positive);
+    params->reset[1]     = times(config->reset_level, &config->negative);
     params->table        = config->table;
     params->table_length = (uint8_t)(config->table != NULL ? config->table_length : 0u);
     params->set_level    = config->set_level;
     params->reset_level  = config->reset_level;
-    params->gravity_n    = config->gravity_n;
+    params->gravity_n    = config->gravity_n + 0.0f; // -0 would make n = -0
     params->pulse_width  = (uint8_t)(pulse_samples + 0.5f);
     return TRIBO_OK;
 }
@@ -155,76 +170,22 @@ void tribo_friction_f32_reset(tribo_friction_f32_state_t *state)
     tribo_relay_reset(&state->relay);
 }
 
-/// tanh(x)/x for x^2 = s, a minimax rational over |x| <= 6 (tools/fit_tanh.py).
-static inline float tanh_over_x(float s)
-{
-    const float p = ((4.56887064e-06f * s + 2.40419268e-03f) * s + 1.24412098e-01f) * s + 9.99999697e-01f;
-    const float q = ((1.56538452e-04f * s + 2.16554295e-02f) * s + 4.57742878e-01f) * s + 1.0f;
-    return p / q;
-}
-
-/// tanh(x) within +-1 for every finite x.
-static inline float bounded_tanh(float x)
-{
-    const float          above = x > -6.0f ? x : -6.0f;
-    const volatile float t     = above < 6.0f ? above : 6.0f; // volatile: no shortcut for the bounds
-    const float          read  = t;
-    return read * tanh_over_x(read * read);
-}
-
-typedef struct
-{
-    float positive_n;
-    float negative_n;
-} breakaway_t;
-
 /// Linear between the points, clamped at both ends. Visits every point, whatever the force.
-static breakaway_t look_up(const tribo_breakaway_point_f32_t *table, uint32_t length, float force_n)
+void tribo_friction_f32_look_up(const tribo_friction_f32_params_t *params, float load_n, float L_n[2])
 {
-    uint32_t below = 0; // points at or below the force
+    const uint32_t length = params->table_length;
+    uint32_t       below  = 0; // points at or below the force
     for (uint32_t i = 0; i < length; i++)
     {
-        below += force_n >= table[i].force_n;
+        below += load_n >= params->table[i].force_n;
     }
-    const tribo_breakaway_point_f32_t *lower = &table[below > 0u ? below - 1u : 0u];
-    const tribo_breakaway_point_f32_t *upper = &table[below < length ? below : length - 1u];
+    const tribo_breakaway_point_f32_t *lower = &params->table[below > 0u ? below - 1u : 0u];
+    const tribo_breakaway_point_f32_t *upper = &params->table[below < length ? below : length - 1u];
 
     const float span = upper->force_n - lower->force_n;
-    const float part = span > 0.0f ? (force_n - lower->force_n) / span : 0.0f;
-    return (breakaway_t){.positive_n = lower->positive_n + part * (upper->positive_n - lower->positive_n),
-                         .negative_n = lower->negative_n + part * (upper->negative_n - lower->negative_n)};
-}
-
-static inline breakaway_t breakaway(const tribo_friction_f32_params_t *params, float force_n)
-{
-    const float load_n = magnitude(force_n);
-    if (params->table != NULL)
-    {
-        return look_up(params->table, params->table_length, load_n);
-    }
-    return (breakaway_t){.positive_n = params->positive.offset_n + params->positive.slope * load_n,
-                         .negative_n = params->negative.offset_n + params->negative.slope * load_n};
-}
-
-/// Comparators in front of the relays, Fig. 12. Reset looks at n[k-1], so that one large step from above L2 to
-/// below it still counts as a crossing while decreasing (Fig. 5).
-static inline uint8_t relay_events(const tribo_friction_f32_params_t *params, breakaway_t L, float n, float n_before)
-{
-    const uint32_t set1   = n < params->set_level * L.positive_n;
-    const uint32_t set2   = n > -params->set_level * L.negative_n;
-    const uint32_t reset1 = (uint32_t)(n > n_before) & (uint32_t)(n_before < -params->reset_level * L.negative_n);
-    const uint32_t reset2 = (uint32_t)(n < n_before) & (uint32_t)(n_before > params->reset_level * L.positive_n);
-    return (uint8_t)(set1 * TRIBO_RELAY_SET1 | set2 * TRIBO_RELAY_SET2 | reset1 * TRIBO_RELAY_RESET1 |
-                     reset2 * TRIBO_RELAY_RESET2);
-}
-
-/// Eq. (3) before the saturation, on the branch of Q = 1.
-static inline float hysteresis(const tribo_friction_f32_params_t *params, float n, float L, float v)
-{
-    const float k = params->k_mean - params->k_half * bounded_tanh(params->m_over_v0 * v - params->m);
-    const float x = n / (k * L);
-    const float s = x * x;
-    return n * tanh_over_x(s < 36.0f ? s : 36.0f);
+    const float part = span > 0.0f ? (load_n - lower->force_n) / span : 0.0f;
+    L_n[0]           = lower->positive_n + part * (upper->positive_n - lower->positive_n);
+    L_n[1]           = lower->negative_n + part * (upper->negative_n - lower->negative_n);
 }
 
 float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
@@ -233,38 +194,12 @@ float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
                               float                              force_n,
                               tribo_friction_f32_signals_t      *signals)
 {
-    const float n_before  = state->n_n;
-    const bool  bad_force = exceeds(force_n, TRIBO_F32_FORCE_MAX_N);
-    const bool  bad       = bad_force || exceeds(u_n, TRIBO_F32_FORCE_MAX_N);
+    const bool bad_force = exceeds(force_n, TRIBO_F32_FORCE_MAX_N);
+    const bool bad       = bad_force || exceeds(u_n, TRIBO_F32_FORCE_MAX_N);
     if (bad)
     {
         count(&state->bad_inputs);
     }
-
-    const float       n    = bad ? n_before : u_n - force_n + params->gravity_n;
-    const breakaway_t both = breakaway(params, bad_force ? 0.0f : force_n);
-    const float       L    = n >= 0.0f ? both.positive_n : both.negative_n;
-    const float       rise = magnitude(n) - magnitude(n_before);
-    const float       v    = rise * params->rate_hz;
-    const uint8_t     relays =
-        tribo_relay_step(&state->relay, params->pulse_width, relay_events(params, both, n, n_before));
-    const bool q1 = (relays & TRIBO_RELAY_Q1) != 0u;
-    const bool q2 = (relays & TRIBO_RELAY_Q2) != 0u;
-    const bool q  = v > 0.0f && (n > 0.0f ? q2 : q1); // |n| has risen, so n is not 0
-
-    // Both branches are computed, always: volatile, so that a tick costs the same on either.
-    const volatile float curved = hysteresis(params, n, L, v);
-    const float          wanted = q ? curved : n;
-    const float          above  = wanted > -both.negative_n ? wanted : -both.negative_n;
-    const float          f      = above < both.positive_n ? above : both.positive_n;
-
-    state->n_n         = n;
-    signals->n_n       = n;
-    signals->L_n       = L;
-    signals->v_n_per_s = v;
-    signals->f_n       = f;
-    signals->q1        = q1;
-    signals->q2        = q2;
-    signals->q         = q;
-    return f;
+    const float n = bad ? state->n_n : u_n - force_n + params->gravity_n;
+    return friction_f32_kernel(params, state, n, bad_force ? 0.0f : force_n, signals, true);
 }

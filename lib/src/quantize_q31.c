@@ -35,6 +35,17 @@ static int32_t fixed(float x, int32_t bits)
     return (int32_t)(y < 0.0f ? y - 0.5f : y + 0.5f);
 }
 
+/// x 2^bits rounded to nearest, for x from 0; what is 2^32 or more becomes the largest number.
+static uint32_t fixed_unsigned(float x, int32_t bits)
+{
+    const float y = scaled(x, bits);
+    if (y >= 8388608.0f)
+    {
+        return y < 4294967296.0f ? (uint32_t)y : UINT32_MAX;
+    }
+    return (uint32_t)(y + 0.5f);
+}
+
 /// A force within full scale in Q31; full scale itself does not fit and becomes the largest number.
 static int32_t fixed_force(float force_n, float full_scale_n)
 {
@@ -42,21 +53,16 @@ static int32_t fixed_force(float force_n, float full_scale_n)
     return magnitude(part) < 1.0f ? fixed(part, 31) : (part < 0.0f ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX);
 }
 
-/// x as mantissa 2^-shift with 31 significant bits; false when x is 2^31 or more. What is far below 2^-32 becomes 0.
-static bool normalised(float x, int32_t *mantissa, uint8_t *shift)
+/// x below 2^30 as mantissa 2^-shift, `shift` 1 to 31, with 31 significant bits where that gives them.
+static void normalise(float x, int32_t *mantissa, uint8_t *shift)
 {
-    int32_t bits = 0;
-    while (bits < 62 && magnitude(scaled(x, bits)) < 1073741824.0f)
+    int32_t bits = 1;
+    while (bits < 31 && magnitude(scaled(x, bits)) < 1073741824.0f)
     {
         bits++;
     }
-    if (!(magnitude(scaled(x, bits)) < 2147483648.0f))
-    {
-        return false;
-    }
     *mantissa = fixed(x, bits);
     *shift    = (uint8_t)bits;
-    return true;
 }
 
 #define SMALLEST 1.0e-6f // of full scale, or of 1: what is smaller has too few bits, or none
@@ -74,8 +80,8 @@ static tribo_status_t quantize_law(tribo_breakaway_q31_t *out, const tribo_break
     {
         return TRIBO_ERR_BREAKAWAY_OFFSET;
     }
-    out->offset = fixed_force(law->offset_n, full_scale_n);
-    out->slope  = fixed(law->slope, 27);
+    out->offset = (uint64_t)fixed_force(law->offset_n, full_scale_n) << 28;
+    out->slope  = fixed_unsigned(law->slope, 28);
     return TRIBO_OK;
 }
 
@@ -108,25 +114,66 @@ static tribo_status_t quantize_breakaway(tribo_friction_q31_params_t       *out,
     {
         return check_table(config, full_scale_n);
     }
-    const tribo_status_t status = quantize_law(&out->positive, &config->positive, full_scale_n);
-    return status != TRIBO_OK ? status : quantize_law(&out->negative, &config->negative, full_scale_n);
+    tribo_status_t status = quantize_law(&out->law[0], &config->positive, full_scale_n);
+    status                = status != TRIBO_OK ? status : quantize_law(&out->law[1], &config->negative, full_scale_n);
+    for (uint32_t side = 0; side < 2u; side++)
+    {
+        const uint32_t offset   = (uint32_t)(out->law[side].offset >> 28);
+        out->reset[side].offset = (uint64_t)tribo_q31_high(out->reset_level, offset) << 28;
+        out->reset[side].slope  = tribo_q31_high(out->reset_level, out->law[side].slope);
+    }
+    return status;
 }
 
-static tribo_status_t quantize_k(tribo_friction_q31_params_t       *out,
-                                 const tribo_friction_f32_params_t *f32,
-                                 float                              full_scale_n)
+static void quantize_k(tribo_friction_q31_params_t *out, const tribo_friction_f32_config_t *config)
 {
-    out->k_shift = 0;
-    while (scaled(6.0f * (f32->k_mean + f32->k_half), -(int32_t)out->k_shift) >= 0.999f)
+    int32_t shift = 0;
+    while (scaled(config->k_min + config->k_max, -shift) >= 0.99999f)
     {
-        out->k_shift++;
+        shift++;
     }
-    out->k_mean = fixed(6.0f * f32->k_mean, 31 - (int32_t)out->k_shift);
-    out->k_half = fixed(6.0f * f32->k_half, 31 - (int32_t)out->k_shift);
-    out->m      = fixed(f32->m / 6.0f, 26);
+    out->k[0]    = fixed_unsigned(config->k_min, 32 - shift);
+    out->k[1]    = fixed_unsigned(config->k_max, 32 - shift);
+    out->k[2]    = out->k[0];
+    out->k_shift = (uint8_t)shift;
+}
 
-    const float rate = f32->m_over_v0 * f32->rate_hz / 6.0f * full_scale_n;
-    return normalised(rate, &out->rate, &out->rate_shift) ? TRIBO_OK : TRIBO_ERR_V0;
+/// y = (2/ln 2) m (v/v0 - 1) as a product of the rise of |n|, up to where y is 32.
+static tribo_status_t quantize_rate(tribo_friction_q31_params_t       *out,
+                                    const tribo_friction_f32_params_t *f32,
+                                    float                              full_scale_n)
+{
+    const float y_per_bit = scaled(f32->y_per_v * f32->rate_hz * full_scale_n, -31);
+    if (!(y_per_bit < 17.0f))
+    {
+        return TRIBO_ERR_V0;
+    }
+    const float most = (f32->y_at_0 + 32.0f) / y_per_bit; // not finite for m = 0
+    out->rise_max    = most < 2147483520.0f ? (uint32_t)most + 1u : (uint32_t)TRIBO_Q31_MAX;
+    out->rise_shift  = (uint8_t)tribo_q31_leading_zeros(out->rise_max);
+    out->rate        = fixed_unsigned(y_per_bit, 54 - (int32_t)out->rise_shift);
+    out->y_at_0      = fixed(f32->y_at_0, 22);
+    return TRIBO_OK;
+}
+
+/// The largest L that there can be.
+static uint32_t largest_breakaway(const tribo_friction_q31_params_t *out,
+                                  const tribo_friction_f32_config_t *config,
+                                  float                              full_scale_n)
+{
+    uint64_t largest = 1;
+    for (uint32_t side = 0; side < 2u; side++) // 0 with a table
+    {
+        const uint64_t L = (out->law[side].offset >> 28) + ((uint64_t)out->law[side].slope << 3); // at full scale
+        largest          = L > largest ? L : largest;
+    }
+    for (uint32_t i = 0; i < out->table_length; i++)
+    {
+        const float    most = larger(config->table[i].positive_n, config->table[i].negative_n);
+        const uint64_t L    = (uint64_t)(uint32_t)fixed_force(most, full_scale_n);
+        largest             = L > largest ? L : largest;
+    }
+    return largest < TRIBO_Q31_MAX ? (uint32_t)largest : (uint32_t)TRIBO_Q31_MAX;
 }
 
 static void copy_table(tribo_breakaway_point_q31_t       *table,
@@ -148,8 +195,14 @@ static tribo_status_t quantize_friction(tribo_friction_q31_params_t       *out,
 {
     tribo_friction_f32_params_t f32;
     tribo_status_t              status = tribo_friction_f32_init(&f32, config, sample_time_s);
-    status                             = status != TRIBO_OK ? status : quantize_k(out, &f32, full_scale_n);
-    status                             = status != TRIBO_OK ? status : quantize_breakaway(out, config, full_scale_n);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    out->set_level   = fixed_unsigned(config->set_level, 32);
+    out->reset_level = fixed_unsigned(config->reset_level, 32);
+    status           = quantize_rate(out, &f32, full_scale_n);
+    status           = status != TRIBO_OK ? status : quantize_breakaway(out, config, full_scale_n);
     if (status != TRIBO_OK)
     {
         return status;
@@ -166,10 +219,10 @@ static tribo_status_t quantize_friction(tribo_friction_q31_params_t       *out,
     {
         return TRIBO_ERR_RESET_LEVEL;
     }
-    out->set_level    = fixed(config->set_level, 30);
-    out->reset_level  = fixed(config->reset_level, 30);
+    quantize_k(out, config);
     out->gravity      = fixed_force(config->gravity_n, full_scale_n);
     out->table_length = f32.table_length;
+    out->L_shift      = (uint8_t)tribo_q31_leading_zeros(largest_breakaway(out, config, full_scale_n));
     out->pulse_width  = f32.pulse_width;
     return TRIBO_OK;
 }
@@ -323,19 +376,20 @@ static void add_tick(peaks_t                         *block,
                      float                            e,
                      float                            s)
 {
-    const float v          = tribo_biquad_f32_output(cascade, state, e);
-    const float correction = (s - v) * anti_windup;
+    tribo_biquad_f32_outputs_t outputs;
+    const float                v          = tribo_biquad_f32_output(cascade, state, e, &outputs);
+    const float                correction = (s - v) * anti_windup;
     block->named.input += magnitude(e + correction);
     block->named.correction += magnitude(correction);
     float c = correction;
     for (uint32_t i = 0; i < cascade->count; i++)
     {
         c *= cascade->section[i].b0;
-        block->named.section[i].y += magnitude(state->section[i].y);
-        block->named.section[i].corrected += magnitude(state->section[i].y + c);
+        block->named.section[i].y += magnitude(outputs.y[i]);
+        block->named.section[i].corrected += magnitude(outputs.y[i] + c);
         block->named.section[i].correction += magnitude(c);
     }
-    tribo_biquad_f32_advance(cascade, state, e, correction);
+    tribo_biquad_f32_advance(cascade, state, e, &outputs, correction);
     for (uint32_t i = 0; i < cascade->count; i++)
     {
         block->named.section[i].w1 += magnitude(state->section[i].w1);
@@ -621,8 +675,8 @@ tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *pa
         return status;
     }
     const int32_t by = (int32_t)made.cascade.section[made.cascade.count - 1u].scale - (int32_t)made.cascade.input_scale;
-    // It always fits: what the anti-windup makes of s is below full scale at the input node.
-    (void)normalised(scaled(f32.anti_windup, by), &made.anti_windup, &made.anti_windup_shift);
+    // It is below 2^24: what the anti-windup makes of s is below full scale at the input node.
+    normalise(scaled(f32.anti_windup, by), &made.anti_windup, &made.anti_windup_shift);
     made.u_min = fixed_force(f32.u_min_n, full_scale_n);
     made.u_max = fixed_force(f32.u_max_n, full_scale_n);
     *params    = made;
@@ -654,8 +708,11 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
         return TRIBO_ERR_INPUT_MAX;
     }
     tribo_headroom_q31_t          measured;
-    tribo_force_loop_q31_params_t made = {.input_max = fixed_force(f32.input_max_n, full_scale_n),
-                                          .gain      = fixed(f32.gain, 29)};
+    const int32_t                 input_max = fixed_force(f32.input_max_n, full_scale_n);
+    tribo_force_loop_q31_params_t made      = {.input_max = input_max,
+                                               .input_span =
+                                              input_max < TRIBO_Q31_MAX ? 2u * (uint32_t)input_max : UINT32_MAX,
+                                               .gain = fixed(f32.gain, 29)};
 
     status = tribo_controller_q31_init(&made.controller, &config->controller, full_scale_n, &measured);
     status = status != TRIBO_OK ? status
@@ -672,6 +729,7 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     {
         *headroom = measured;
     }
-    *params = made;
+    made.usual = f32.usual;
+    *params    = made;
     return TRIBO_OK;
 }

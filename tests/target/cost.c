@@ -145,7 +145,8 @@ static void count_modules(const loop_state_t *before)
     COUNT(&modules.compensator, TRIBO(compensator, step)(&paper.compensator, &s.compensator, u, &out.compensator));
 
     s = *before;
-    COUNT(&modules.output, TRIBO(biquad, output)(&paper.controller.cascade, &s.controller.cascade, in->N(e)));
+    TRIBO(biquad, outputs_t) nodes;
+    COUNT(&modules.output, TRIBO(biquad, output)(&paper.controller.cascade, &s.controller.cascade, in->N(e), &nodes));
     COUNT(&modules.advance, ADVANCE(&paper.controller.cascade, &s.controller.cascade, in->N(e)));
     COUNT(&modules.friction,
           TRIBO(friction,

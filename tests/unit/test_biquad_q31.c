@@ -18,9 +18,10 @@
 
 #define W_MAX ((INT64_C(1) << 61) - 1)
 
-static tribo_biquad_q31_params_t params;
-static tribo_biquad_q31_state_t  state;
-static tribo_headroom_q31_t      headroom;
+static tribo_biquad_q31_params_t  params;
+static tribo_biquad_q31_state_t   state;
+static tribo_biquad_q31_outputs_t nodes;
+static tribo_headroom_q31_t       headroom;
 
 void setUp(void)
 {
@@ -87,8 +88,8 @@ static double exact_step(exact_t *x, double in)
 /// One step without the narrowing at its end.
 static double wide_step(int32_t x)
 {
-    const int64_t y = tribo_biquad_q31_output(&params, &state, x);
-    tribo_biquad_q31_advance(&params, &state, 0);
+    const int64_t y = tribo_biquad_q31_output(&params, &state, x, &nodes);
+    tribo_biquad_q31_advance(&params, &state, &nodes, 0);
     return (double)y;
 }
 
@@ -223,10 +224,9 @@ static void test_biquad_carries_what_the_input_scale_drops(void)
     int64_t sum = 0;
     for (int k = 0; k < LONG_RUN; k++)
     {
-        tribo_biquad_q31_state_t *s = &state;
-        (void)tribo_biquad_q31_output(&params, s, 7);
-        sum += s->x;
-        tribo_biquad_q31_advance(&params, s, 0);
+        (void)tribo_biquad_q31_output(&params, &state, 7, &nodes);
+        sum += nodes.x;
+        tribo_biquad_q31_advance(&params, &state, &nodes, 0);
     }
     TEST_ASSERT_EQUAL_INT64((int64_t)LONG_RUN * 7, sum * 16 + state.carry);
 }
@@ -239,7 +239,33 @@ static void test_biquad_integrates_as_a_counter_does(void)
     {
         (void)tribo_biquad_q31_step(&params, &state, 12345);
     }
-    TEST_ASSERT_EQUAL_INT64((int64_t)LONG_RUN * 12345, state.section[0].w1);
+    const int64_t half = INT64_C(1) << 27; // with which w1 starts
+    TEST_ASSERT_EQUAL_INT64((int64_t)LONG_RUN * 12345 + half, state.section[0].w1);
+}
+
+// Two sections have a step of their own.
+static void test_biquad_step_is_its_two_halves(void)
+{
+    random_t r = {5};
+    for (uint32_t count = 1; count <= TRIBO_BIQUAD_Q31_SECTIONS_MAX; count++)
+    {
+        tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+        for (uint32_t i = 0; i < count; i++)
+        {
+            sections[i] = random_section(&r);
+        }
+        init(sections, count);
+        tribo_biquad_q31_state_t apart       = state;
+        uint32_t                 not_counted = 0;
+        for (int k = 0; k < 2000; k++)
+        {
+            const int32_t x = (int32_t)random_between(&r, -2147483647.0, 2147483647.0);
+            const int64_t y = tribo_biquad_q31_output(&params, &apart, x, &nodes);
+            tribo_biquad_q31_advance(&params, &apart, &nodes, 0);
+            TEST_ASSERT_EQUAL_INT32(tribo_q31_saturate(y, &not_counted), tribo_biquad_q31_step(&params, &state, x));
+        }
+        TEST_ASSERT_EQUAL_MEMORY(apart.section, state.section, sizeof state.section);
+    }
 }
 
 // --- limit cycles ------------------------------------------------------------------------------------------------
@@ -255,7 +281,7 @@ static int32_t left_over(int decay, int watched)
     for (int k = 0; k < watched; k++)
     {
         (void)wide_step(0);
-        const int32_t y = state.y[params.count - 1u];
+        const int32_t y = nodes.y[params.count - 1u];
         worst           = y > worst ? y : (-y > worst ? -y : worst);
     }
     return worst;
@@ -315,7 +341,7 @@ static double play_worst_case(uint32_t node)
     for (int k = HISTORY; k-- > 0;)
     {
         (void)wide_step(response[k] < 0.0 ? -INT32_MAX : INT32_MAX);
-        peak = fmax(peak, fabs((double)state.y[node]));
+        peak = fmax(peak, fabs((double)nodes.y[node]));
     }
     return ldexp(peak, params.section[node].scale - 31);
 }
@@ -383,37 +409,53 @@ static void test_biquad_saturates_at_each_node_that_was_given_too_little_room(vo
                 state.section[node - 1u].w1 = (int64_t)end_of(sign) * (INT64_C(1) << 27);
             }
             const int32_t limit = end_of(sign);
-            (void)tribo_biquad_q31_output(&params, &state, limit);
-            TEST_ASSERT_EQUAL_INT32(limit, state.y[node]);
+            (void)tribo_biquad_q31_output(&params, &state, limit, &nodes);
+            TEST_ASSERT_EQUAL_INT32(limit, nodes.y[node]);
             TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
         }
     }
 }
 
+static void lose(int sign)
+{
+    for (uint32_t i = 0; i < params.count; i++)
+    {
+        state.section[i].w1 = sign < 0 ? INT64_MIN : INT64_MAX;
+        state.section[i].w2 = sign < 0 ? INT64_MIN : INT64_MAX;
+    }
+}
+
 static void test_biquad_keeps_a_lost_state_in_range_and_recovers(void)
 {
-    const tribo_biquad_f32_section_t section[] = {{0.5f, 0.1f, 0.05f, 0.5f, 0.1f}};
-    init(section, 1);
-    for (int sign = -1; sign <= 1; sign += 2)
+    const tribo_biquad_f32_section_t section[] = {{0.5f, 0.1f, 0.05f, 0.5f, 0.1f}, {1.0f, 0.2f, 0.05f, 0.9f, 0.3f}};
+    for (uint32_t count = 1; count <= 2u; count++)
     {
-        tribo_biquad_q31_reset(&state);
-        state.section[0].w1 = (sign < 0 ? -W_MAX : W_MAX);
-        state.section[0].w2 = (sign < 0 ? -W_MAX : W_MAX);
-        (void)tribo_biquad_q31_step(&params, &state, end_of(sign));
-        TEST_ASSERT_TRUE(state.saturated > 0u);
-        const uint32_t counted = state.saturated;
-        state.section[0].w1    = (sign < 0 ? -W_MAX : W_MAX);
-        state.section[0].w2    = (sign < 0 ? -W_MAX : W_MAX);
-        state.y[0]             = end_of(-sign);
-        state.x                = end_of(sign);
-        tribo_biquad_q31_advance(&params, &state, 0);
-        TEST_ASSERT_EQUAL_INT64((sign < 0 ? -W_MAX : W_MAX), state.section[0].w1);
-        TEST_ASSERT_TRUE(state.saturated > counted);
-        for (int k = 0; k < 5000; k++)
+        init(section, count);
+        for (int sign = -1; sign <= 1; sign += 2)
         {
-            (void)tribo_biquad_q31_step(&params, &state, 0);
+            tribo_biquad_q31_reset(&state);
+            lose(sign);
+            (void)tribo_biquad_q31_step(&params, &state, end_of(sign));
+            TEST_ASSERT_TRUE(state.saturated > 0u);
+            for (uint32_t i = 0; i < count; i++)
+            {
+                TEST_ASSERT_TRUE(state.section[i].w1 >= -W_MAX && state.section[i].w1 <= W_MAX);
+                TEST_ASSERT_TRUE(state.section[i].w2 >= -W_MAX && state.section[i].w2 <= W_MAX);
+            }
+            state.section[0].w1    = sign < 0 ? -W_MAX : W_MAX;
+            state.section[0].w2    = sign < 0 ? -W_MAX : W_MAX;
+            nodes.y[0]             = end_of(-sign);
+            nodes.x                = end_of(sign);
+            const uint32_t counted = state.saturated;
+            tribo_biquad_q31_advance(&params, &state, &nodes, 0);
+            TEST_ASSERT_EQUAL_INT64((sign < 0 ? -W_MAX : W_MAX), state.section[0].w1);
+            TEST_ASSERT_TRUE(state.saturated > counted);
+            for (int k = 0; k < 5000; k++)
+            {
+                (void)wide_step(0);
+            }
+            TEST_ASSERT_INT32_WITHIN(64, 0, nodes.y[count - 1u]);
         }
-        TEST_ASSERT_INT32_WITHIN(64, 0, state.y[0]);
     }
 }
 
@@ -427,8 +469,8 @@ static void test_biquad_advances_as_if_the_corrected_input_had_come(void)
     {
         const int32_t x = (int32_t)random_between(&r, -1e8, 1e8);
         const int32_t c = (int32_t)random_between(&r, -1e8, 1e8) >> params.input_scale;
-        (void)tribo_biquad_q31_output(&params, &corrected, x);
-        tribo_biquad_q31_advance(&params, &corrected, c);
+        (void)tribo_biquad_q31_output(&params, &corrected, x, &nodes);
+        tribo_biquad_q31_advance(&params, &corrected, &nodes, c);
         (void)wide_step((int32_t)((int64_t)x + (int64_t)c * (1 << params.input_scale)));
         for (uint32_t i = 0; i < 2u; i++)
         {
@@ -436,10 +478,13 @@ static void test_biquad_advances_as_if_the_corrected_input_had_come(void)
         }
     }
     TEST_ASSERT_EQUAL_UINT32(0, corrected.saturated);
-    tribo_biquad_q31_advance(&params, &corrected, INT32_MAX);
-    (void)tribo_biquad_q31_output(&params, &corrected, INT32_MAX);
-    tribo_biquad_q31_advance(&params, &corrected, INT32_MAX);
-    TEST_ASSERT_TRUE(corrected.saturated > 0u);
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        corrected.saturated = 0;
+        (void)tribo_biquad_q31_output(&params, &corrected, end_of(sign), &nodes);
+        tribo_biquad_q31_advance(&params, &corrected, &nodes, end_of(sign));
+        TEST_ASSERT_TRUE(corrected.saturated > 0u);
+    }
 }
 
 // --- change of params --------------------------------------------------------------------------------------------
@@ -475,8 +520,9 @@ static void test_biquad_change_keeps_the_output_and_its_slope(void)
             continue; // a node of `to` has not the room for what stood in one of `from`, and has said so
         }
         unsaturated++;
-        const int64_t wanted = tribo_biquad_q31_output(&params, &old, 70000000) + offset;
-        const int64_t found  = tribo_biquad_q31_output(&to, &state, 70000000);
+        tribo_biquad_q31_outputs_t old_nodes;
+        const int64_t              wanted = tribo_biquad_q31_output(&params, &old, 70000000, &old_nodes) + offset;
+        const int64_t              found  = tribo_biquad_q31_output(&to, &state, 70000000, &nodes);
         // To the last bits of the coarser node, which a section's gain of b0 may follow.
         const double unit = ldexp(1.0, to.section[to_count - 1u].scale) * (double)(8 << to.input_scale) +
                             ldexp(1.0, params.section[from_count - 1u].scale);
@@ -487,8 +533,8 @@ static void test_biquad_change_keeps_the_output_and_its_slope(void)
             // Its input standing, each output moves as its w1 does.
             const double was = (double)old.section[0].w1;
             const double is  = (double)state.section[0].w1;
-            tribo_biquad_q31_advance(&params, &old, 0);
-            tribo_biquad_q31_advance(&to, &state, 0);
+            tribo_biquad_q31_advance(&params, &old, &old_nodes, 0);
+            tribo_biquad_q31_advance(&to, &state, &nodes, 0);
             const double slope = ldexp((double)old.section[0].w1 - was, params.section[0].scale - 28);
             const double now   = ldexp((double)state.section[0].w1 - is, to.section[0].scale - 28);
             TEST_ASSERT_DOUBLE_WITHIN(ldexp(1.0, 10 + to.section[0].scale + params.section[0].scale + to.input_scale),
@@ -511,8 +557,8 @@ static void test_biquad_change_to_the_same_params_changes_nothing_to_see(void)
     tribo_biquad_q31_change(&params, &params, &state, 100000, 0);
     for (int k = 0; k < 100; k++)
     {
-        const int64_t plain = tribo_biquad_q31_output(&params, &twin, 100000);
-        tribo_biquad_q31_advance(&params, &twin, 0);
+        const int64_t plain = tribo_biquad_q31_output(&params, &twin, 100000, &nodes);
+        tribo_biquad_q31_advance(&params, &twin, &nodes, 0);
         TEST_ASSERT_DOUBLE_WITHIN(ldexp(1.0, 4 + params.section[1].scale), (double)plain, wide_step(100000));
     }
 }
@@ -524,7 +570,7 @@ static void test_biquad_change_clamps_what_the_new_params_cannot_hold(void)
     for (int sign = -1; sign <= 1; sign += 2)
     {
         tribo_biquad_q31_reset(&state);
-        state.section[0].w1 = sign * (INT64_C(1) << 59);
+        state.section[0].w1 = sign * ((INT64_C(1) << 59) + 1);
         state.section[0].w2 = sign * (INT64_C(1) << 60);
         tribo_biquad_q31_change(&params, &to, &state, 0, 0);
         TEST_ASSERT_EQUAL_UINT32(2, state.saturated); // y of the old node, then in the new one
@@ -542,6 +588,7 @@ int main(void)
     RUN_TEST(test_biquad_gain_at_rest_is_exact_for_as_long_as_it_runs);
     RUN_TEST(test_biquad_carries_what_the_input_scale_drops);
     RUN_TEST(test_biquad_integrates_as_a_counter_does);
+    RUN_TEST(test_biquad_step_is_its_two_halves);
     RUN_TEST(test_biquad_comes_to_rest_at_zero_input);
     RUN_TEST(test_biquad_of_the_papers_controller_comes_to_rest_within_a_bit);
     RUN_TEST(test_biquad_headroom_holds_the_worst_input_and_no_more_than_that);

@@ -87,11 +87,12 @@ static void test_controller_keeps_u_within_its_limits(void)
 // Hanus: the states go on as if the input had come that gives the limited u.
 static void test_controller_conditions_its_states_on_the_limited_output(void)
 {
-    const float              feedforward = 0.2f;
-    tribo_biquad_f32_state_t cascade     = state.cascade;
-    const float              v           = tribo_biquad_f32_output(&params.cascade, &cascade, 3.0f);
-    const float              D           = paper[0].b0 * paper[1].b0;
-    const float              realisable  = 3.0f + (1.0f - feedforward - v) / D;
+    const float                feedforward = 0.2f;
+    tribo_biquad_f32_outputs_t nodes;
+    tribo_biquad_f32_state_t   cascade    = state.cascade;
+    const float                v          = tribo_biquad_f32_output(&params.cascade, &cascade, 3.0f, &nodes);
+    const float                D          = paper[0].b0 * paper[1].b0;
+    const float                realisable = 3.0f + (1.0f - feedforward - v) / D;
     tribo_biquad_f32_reset(&cascade);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 1.0f - feedforward, tribo_biquad_f32_step(&params.cascade, &cascade, realisable));
 
@@ -288,6 +289,53 @@ static void test_controller_takes_bad_inputs_for_zero_and_counts_them(void)
     }
 }
 
+static void test_controller_starts_again_when_its_state_is_lost(void)
+{
+    const tribo_biquad_f32_section_t first[] = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0)};
+    const float                      lost[]  = {NAN, INFINITY, -INFINITY, 3.0e15f, -3.0e15f};
+    for (uint32_t count = 1; count <= 2u; count++)
+    {
+        init(count == 1u ? first : paper, count);
+        for (uint32_t i = 0; i < sizeof lost / sizeof lost[0]; i++)
+        {
+            tribo_controller_f32_reset(&state);
+            state.cascade.section[0].w1 = lost[i];
+            TEST_ASSERT_SAME_FLOAT(0.3f, step(0.1f, 0.3f));
+            TEST_ASSERT_FALSE(seen.limited);
+            TEST_ASSERT_SAME_FLOAT(0.0f, seen.v_n);
+            TEST_ASSERT_EQUAL_UINT32(1, state.cascade.bad_inputs);
+            const float u = step(0.01f, 0.3f); // from rest
+            tribo_controller_f32_reset(&state);
+            TEST_ASSERT_SAME_FLOAT(step(0.01f, 0.3f), u);
+        }
+        state.cascade.section[0].w1 = NAN;
+        TEST_ASSERT_SAME_FLOAT(1.0f, step(0.1f, 2.0f));
+        TEST_ASSERT_TRUE(seen.limited);
+        TEST_ASSERT_SAME_FLOAT(1.0f, seen.u_n);
+    }
+}
+
+// A third section that passes its input on: the same bits by the way of any number of sections.
+static void test_controller_of_two_sections_is_that_of_any_number(void)
+{
+    const tribo_biquad_f32_section_t three[] = {paper[0], paper[1], {1.0f, 0.5f, 0.25f, 0.5f, 0.25f}};
+    tribo_controller_f32_params_t    two     = params;
+    tribo_controller_f32_state_t     other   = state;
+    random_t                         r       = {9};
+    init(three, 3);
+    for (int k = 0; k < 5000; k++)
+    {
+        const float                    e = (float)random_between(&r, -0.6, 0.6);
+        tribo_controller_f32_signals_t as_two;
+        const float                    u = tribo_controller_f32_step(&two, &other, e, 0.1f, &as_two);
+        TEST_ASSERT_SAME_FLOAT(u, step(e, 0.1f));
+        TEST_ASSERT_SAME_FLOAT(as_two.v_n, seen.v_n);
+        TEST_ASSERT_EQUAL_INT(as_two.limited, seen.limited);
+    }
+    TEST_ASSERT_TRUE(state.limited_ticks > 100u && state.limited_ticks < 4900u);
+    TEST_ASSERT_EQUAL_UINT32(other.limited_ticks, state.limited_ticks);
+}
+
 // --- set-up ------------------------------------------------------------------------------------------------------
 
 static void check_refused(tribo_status_t status)
@@ -365,6 +413,8 @@ int main(void)
     RUN_TEST(test_controller_changes_params_without_a_bump);
     RUN_TEST(test_controller_change_takes_bad_numbers_for_zero);
     RUN_TEST(test_controller_takes_bad_inputs_for_zero_and_counts_them);
+    RUN_TEST(test_controller_starts_again_when_its_state_is_lost);
+    RUN_TEST(test_controller_of_two_sections_is_that_of_any_number);
     RUN_TEST(test_controller_init_checks_every_field);
     RUN_TEST(test_controller_init_refuses_cascades_that_it_cannot_run);
     return UNITY_END();

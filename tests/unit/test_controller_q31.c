@@ -56,14 +56,15 @@ static int32_t step(double e, double feedforward)
 
 static void test_controller_is_its_cascade_plus_the_feedforward(void)
 {
-    tribo_biquad_q31_state_t cascade;
+    tribo_biquad_q31_state_t   cascade;
+    tribo_biquad_q31_outputs_t nodes;
     tribo_biquad_q31_reset(&cascade);
     for (int k = 0; k < 1000; k++)
     {
         const int32_t e = q31(0.01 * sin(k * 0.05));
         const int32_t f = q31(0.1 * cos(k * 0.01));
-        const int64_t v = tribo_biquad_q31_output(&params.cascade, &cascade, e);
-        tribo_biquad_q31_advance(&params.cascade, &cascade, 0);
+        const int64_t v = tribo_biquad_q31_output(&params.cascade, &cascade, e, &nodes);
+        tribo_biquad_q31_advance(&params.cascade, &cascade, &nodes, 0);
         const int32_t u = tribo_controller_q31_step(&params, &state, e, f, &seen);
         TEST_ASSERT_EQUAL_INT64(v, seen.v);
         TEST_ASSERT_EQUAL_INT64(v + f, u);
@@ -94,8 +95,9 @@ static void test_controller_conditions_its_states_on_the_limited_output(void)
     const double                 D          = (double)paper[0].b0 * (double)paper[1].b0;
     const double                 realisable = (1.0 - 0.2) / D; // from rest
     tribo_controller_q31_state_t other      = state;
-    (void)tribo_biquad_q31_output(&params.cascade, &other.cascade, q31(realisable));
-    tribo_biquad_q31_advance(&params.cascade, &other.cascade, 0);
+    tribo_biquad_q31_outputs_t   nodes;
+    (void)tribo_biquad_q31_output(&params.cascade, &other.cascade, q31(realisable), &nodes);
+    tribo_biquad_q31_advance(&params.cascade, &other.cascade, &nodes, 0);
     TEST_ASSERT_EQUAL_INT32(q31(1.0), step(1.8, 0.2));
     for (int i = 0; i < 2; i++)
     {
@@ -232,6 +234,49 @@ static void test_controller_takes_whatever_an_input_can_be(void)
     }
 }
 
+// A third section that passes its input on: the same bits by the way of any number of sections.
+static void test_controller_of_two_sections_is_that_of_any_number(void)
+{
+    random_t                       r     = {9};
+    tribo_controller_q31_params_t  three = params;
+    tribo_controller_q31_state_t   other = state;
+    tribo_controller_q31_signals_t as_three;
+    three.cascade.count = 3;
+    three.cascade.section[2] =
+        (tribo_biquad_q31_section_t){.b0 = INT32_C(1) << 28, .scale = params.cascade.section[1].scale};
+    for (int k = 0; k < 5000; k++)
+    {
+        const int32_t e = q31(random_between(&r, -0.6, 0.6));
+        const int32_t u = tribo_controller_q31_step(&three, &other, e, q31(0.1), &as_three);
+        TEST_ASSERT_EQUAL_INT32(u, tribo_controller_q31_step(&params, &state, e, q31(0.1), &seen));
+        TEST_ASSERT_EQUAL_INT32(as_three.v, seen.v);
+        TEST_ASSERT_EQUAL_INT(as_three.limited, seen.limited);
+    }
+    TEST_ASSERT_TRUE(state.limited_ticks > 100u && state.limited_ticks < 4900u);
+    TEST_ASSERT_EQUAL_UINT32(other.limited_ticks, state.limited_ticks);
+    TEST_ASSERT_EQUAL_MEMORY(other.cascade.section, state.cascade.section, 2u * sizeof state.cascade.section[0]);
+}
+
+static void test_controller_limits_what_a_lost_state_gives(void)
+{
+    config.u_min_n = -FULL_SCALE;
+    config.u_max_n = FULL_SCALE;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&params, &config, FULL_SCALE, NULL));
+    TEST_ASSERT_TRUE(params.anti_windup >> (params.anti_windup_shift - 1) > 1); // a correction larger than its cause
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        tribo_controller_q31_reset(&state);
+        for (int i = 0; i < 2; i++)
+        {
+            state.cascade.section[i].w1 = sign * (INT64_C(1) << 60);
+        }
+        TEST_ASSERT_EQUAL_INT32(sign < 0 ? params.u_min : params.u_max, step(0.0, 0.0));
+        TEST_ASSERT_TRUE(seen.limited);
+        TEST_ASSERT_EQUAL_UINT32(1, state.limited_ticks);
+        TEST_ASSERT_TRUE(state.cascade.saturated > 1u);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -243,5 +288,7 @@ int main(void)
     RUN_TEST(test_controller_headroom_holds_for_full_scale_inputs_at_its_limits);
     RUN_TEST(test_controller_changes_params_without_a_bump);
     RUN_TEST(test_controller_takes_whatever_an_input_can_be);
+    RUN_TEST(test_controller_of_two_sections_is_that_of_any_number);
+    RUN_TEST(test_controller_limits_what_a_lost_state_gives);
     return UNITY_END();
 }

@@ -70,6 +70,35 @@ static void test_loop_is_controller_and_compensator_joined_as_in_fig_9(void)
     }
 }
 
+// Two sections and no table have a tick of their own; the same bits by the way of any params.
+static void test_loop_of_usual_params_is_that_of_any(void)
+{
+    tribo_force_loop_f32_params_t  any   = params;
+    tribo_force_loop_f32_state_t   other = state;
+    tribo_force_loop_f32_signals_t as_any;
+    TEST_ASSERT_TRUE(params.usual);
+    any.usual = false;
+    for (int k = 0; k < 6000; k++)
+    {
+        const double jump = k % 1000 > 980 ? 1.4 : 0.0;
+        const float  r    = k % 700 == 699 ? NAN : (float)(0.5 + 0.1 * sin(k * 0.002) - jump);
+        const float  y    = (float)(0.5 + 0.0999 * sin(k * 0.002 - 0.001));
+        const float  u    = tribo_force_loop_f32_step(&params, &state, r, y, &seen);
+        TEST_ASSERT_SAME_FLOAT(u, tribo_force_loop_f32_step(&any, &other, r, y, &as_any));
+        TEST_ASSERT_SAME_FLOAT(seen.e_n, as_any.e_n);
+        TEST_ASSERT_SAME_FLOAT(seen.feedforward_n, as_any.feedforward_n);
+        TEST_ASSERT_SAME_FLOAT(seen.controller.v_n, as_any.controller.v_n);
+        TEST_ASSERT_SAME_FLOAT(seen.compensator.force_n, as_any.compensator.force_n);
+        TEST_ASSERT_SAME_FLOAT(seen.compensator.friction.f_n, as_any.compensator.friction.f_n);
+        TEST_ASSERT_EQUAL_INT(seen.compensator.friction.q, as_any.compensator.friction.q);
+    }
+    TEST_ASSERT_TRUE(state.controller.limited_ticks > 10u);
+    TEST_ASSERT_EQUAL_UINT32(8, state.bad_inputs);
+    TEST_ASSERT_EQUAL_UINT32(state.controller.limited_ticks, other.controller.limited_ticks);
+    TEST_ASSERT_EQUAL_UINT32(state.bad_inputs, other.bad_inputs);
+    TEST_ASSERT_EQUAL_PTR(&any, other.active);
+}
+
 static void test_loop_with_gain_0_does_without_compensation(void)
 {
     config.gain = 0.0f;
@@ -310,6 +339,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_loop_is_controller_and_compensator_joined_as_in_fig_9);
+    RUN_TEST(test_loop_of_usual_params_is_that_of_any);
     RUN_TEST(test_loop_with_gain_0_does_without_compensation);
     RUN_TEST(test_loop_compensator_sees_the_limited_u);
     RUN_TEST(test_loop_changes_gain_without_a_bump);

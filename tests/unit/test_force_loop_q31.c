@@ -89,6 +89,35 @@ static void test_loop_is_controller_and_compensator_joined_as_in_fig_9(void)
     TEST_ASSERT_TRUE(f > q31(0.01));
 }
 
+// Two sections and no table have a tick of their own; the same bits by the way of any params.
+static void test_loop_of_usual_params_is_that_of_any(void)
+{
+    tribo_force_loop_q31_params_t  any   = params;
+    tribo_force_loop_q31_state_t   other = state;
+    tribo_force_loop_q31_signals_t as_any;
+    TEST_ASSERT_TRUE(params.usual);
+    any.usual = false;
+    for (int k = 0; k < 6000; k++)
+    {
+        const double  jump = k % 1000 > 980 ? 1.4 : 0.0;
+        const int32_t r    = k % 700 == 699 ? INT32_MIN : q31(0.5 + 0.1 * sin(k * 0.002) - jump);
+        const int32_t y    = q31(0.5 + 0.0999 * sin(k * 0.002 - 0.001));
+        const int32_t u    = tribo_force_loop_q31_step(&params, &state, r, y, &seen);
+        TEST_ASSERT_EQUAL_INT32(u, tribo_force_loop_q31_step(&any, &other, r, y, &as_any));
+        TEST_ASSERT_EQUAL_INT32(seen.e, as_any.e);
+        TEST_ASSERT_EQUAL_INT32(seen.feedforward, as_any.feedforward);
+        TEST_ASSERT_EQUAL_INT32(seen.controller.v, as_any.controller.v);
+        TEST_ASSERT_EQUAL_INT32(seen.compensator.force, as_any.compensator.force);
+        TEST_ASSERT_EQUAL_INT32(seen.compensator.friction.f, as_any.compensator.friction.f);
+        TEST_ASSERT_EQUAL_INT(seen.compensator.friction.q, as_any.compensator.friction.q);
+    }
+    TEST_ASSERT_TRUE(state.controller.limited_ticks > 10u);
+    TEST_ASSERT_EQUAL_UINT32(8, state.bad_inputs);
+    TEST_ASSERT_EQUAL_UINT32(state.controller.limited_ticks, other.controller.limited_ticks);
+    TEST_ASSERT_EQUAL_UINT32(state.bad_inputs, other.bad_inputs);
+    TEST_ASSERT_EQUAL_PTR(&any, other.active);
+}
+
 static void test_loop_with_gain_0_does_without_compensation(void)
 {
     config.gain = 0.0f;
@@ -290,6 +319,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_loop_is_controller_and_compensator_joined_as_in_fig_9);
+    RUN_TEST(test_loop_of_usual_params_is_that_of_any);
     RUN_TEST(test_loop_with_gain_0_does_without_compensation);
     RUN_TEST(test_loop_compensator_sees_the_limited_u);
     RUN_TEST(test_loop_changes_gain_without_a_bump);

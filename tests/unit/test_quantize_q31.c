@@ -90,9 +90,9 @@ static void test_quantize_takes_a_full_scale_from_1e_3_to_1e6(void)
         TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(i == 0 ? &small : &large));
     }
     TEST_ASSERT_EQUAL_MEMORY(&small.params.controller, &large.params.controller, sizeof small.params.controller);
-    TEST_ASSERT_EQUAL_INT32(small.params.compensator.friction.positive.offset,
-                            large.params.compensator.friction.positive.offset);
-    TEST_ASSERT_INT32_WITHIN(512, small.params.compensator.friction.rate, large.params.compensator.friction.rate);
+    TEST_ASSERT_EQUAL_UINT64(small.params.compensator.friction.law[0].offset,
+                             large.params.compensator.friction.law[0].offset);
+    TEST_ASSERT_UINT32_WITHIN(512, small.params.compensator.friction.rate, large.params.compensator.friction.rate);
 }
 
 static void test_quantize_checks_pointers(void)
@@ -175,6 +175,9 @@ static void test_quantize_takes_forces_up_to_full_scale(void)
     config.compensator.friction.reset_level = 0.9e-6f;
     check_refused(TRIBO_ERR_RESET_LEVEL);
     config.compensator.friction.reset_level = 1.1e-6f;
+    check_taken();
+    config.compensator.friction.set_level   = 1.0f;
+    config.compensator.friction.reset_level = 1.0f;
     check_taken();
     setUp();
     config.controller.u_min_n = -2.0001f;

@@ -53,14 +53,21 @@ typedef struct
 
 typedef struct
 {
-    struct
-    {
-        float w1, w2;
-        float w2_carry; ///< rounded off w2 so far
-        float y;        ///< last output
-    } section[TRIBO_BIQUAD_SECTIONS_MAX];
-    uint32_t bad_inputs; ///< since reset; stops at UINT32_MAX
+    float w1, w2;
+    float w2_carry; ///< rounded off w2 so far
+} tribo_biquad_f32_section_state_t;
+
+typedef struct
+{
+    tribo_biquad_f32_section_state_t section[TRIBO_BIQUAD_SECTIONS_MAX];
+    uint32_t                         bad_inputs; ///< since reset; stops at UINT32_MAX
 } tribo_biquad_f32_state_t;
+
+/// The outputs of the sections in one tick, on their way from the first half of a step to the second.
+typedef struct
+{
+    float y[TRIBO_BIQUAD_SECTIONS_MAX];
+} tribo_biquad_f32_outputs_t;
 
 /// Checks `count` sections and copies them. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SECTION_COUNT,
 /// TRIBO_ERR_SECTION_COEFFICIENT or TRIBO_ERR_SECTION_UNSTABLE. Writes nothing unless TRIBO_OK.
@@ -74,15 +81,20 @@ void tribo_biquad_f32_reset(tribo_biquad_f32_state_t *state);
 /// Filters one sample. Cannot fail: a bad input (NaN, or beyond 1e7) counts as 0 and is counted.
 float tribo_biquad_f32_step(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x);
 
-/// The first half of a step: the output for `x` (which must be finite), with no state advanced but y.
-float tribo_biquad_f32_output(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x);
+/// The first half of a step: the output for `x` (which must be finite), with no state advanced. Writes `outputs` as far as
+/// there are sections.
+float tribo_biquad_f32_output(const tribo_biquad_f32_params_t *params,
+                              const tribo_biquad_f32_state_t  *state,
+                              float                            x,
+                              tribo_biquad_f32_outputs_t      *outputs);
 
 /// The second half: advances the states as if the input had been x + `correction`. With correction 0 and the
 /// same `x`, output and advance are one step; the controller's anti-windup is what needs them apart.
-void tribo_biquad_f32_advance(const tribo_biquad_f32_params_t *params,
-                              tribo_biquad_f32_state_t        *state,
-                              float                            x,
-                              float                            correction);
+void tribo_biquad_f32_advance(const tribo_biquad_f32_params_t  *params,
+                              tribo_biquad_f32_state_t         *state,
+                              float                             x,
+                              const tribo_biquad_f32_outputs_t *outputs,
+                              float                             correction);
 
 /// Changes a running cascade over from params `from` to `to` (of the same number of sections or another): after
 /// it, `to` gives for input `x` the outputs, section by section, and the first change of each output that

@@ -4,7 +4,7 @@
 ///     w1 += b1 x - a1 y + w2 2^-s            b2: Q(28 + s), within +-4 2^-s
 ///     w2 += b2 x - a2 y                      a2: Q(28 + s + r), 30 bits however small it is
 ///
-/// w1 is held in 64 bits, Q59, w2 in Q(59 + s): whatever is rounded off y stays in w1 and comes out with the next sample,
+/// w1 is held in 64 bits, Q59, half a unit of y more than above so that y is rounded; w2 in Q(59 + s): whatever is rounded off y stays in w1 and comes out with the next sample,
 /// so a constant input is integrated without an end and the noise at the output is one rounding, whatever the poles.
 /// a2, the product of the poles' distances from z = 1, has an exponent of its own, so a pole keeps its time constant to
 /// 1e-7 however slow it is; of a2 y only what is below the last bit of w2 (2^-59 of full scale) is dropped.
@@ -52,29 +52,41 @@ typedef struct
 
 typedef struct
 {
-    struct
-    {
-        int64_t w1, w2;
-    } section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
-    int32_t  y[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< last output of each section, at its node's scale
-    int32_t  x;                                ///< last input, at the input node's scale
-    uint32_t carry;                            ///< bits of the input dropped for its scale so far
-    uint32_t saturated;                        ///< values clamped since reset; stops at UINT32_MAX
+    int64_t w1, w2;
+} tribo_biquad_q31_section_state_t;
+
+typedef struct
+{
+    tribo_biquad_q31_section_state_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    uint32_t                         carry;     ///< bits of the input dropped for its scale so far
+    uint32_t                         saturated; ///< values clamped since reset; stops at UINT32_MAX
 } tribo_biquad_q31_state_t;
 
-/// All states 0, counter 0.
+/// The nodes of a cascade in one tick, on their way from the first half of a step to the second.
+typedef struct
+{
+    int32_t x;                                ///< the input, at the input node's scale
+    int32_t y[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< the output of each section, at its node's scale
+} tribo_biquad_q31_outputs_t;
+
+/// At rest, counter 0. A zeroed state is half a unit of its outputs away from rest.
 void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state);
 
 /// Filters one sample, Q31 in and out; an output beyond full scale is saturated and counted. Cannot fail.
 int32_t tribo_biquad_q31_step(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x);
 
 /// The first half of a step: the output for `x`, Q31, unsaturated (up to 2^scale of full scale), with no w advanced.
-int64_t tribo_biquad_q31_output(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x);
+/// Writes `outputs` as far as there are sections.
+int64_t tribo_biquad_q31_output(const tribo_biquad_q31_params_t *params,
+                                tribo_biquad_q31_state_t        *state,
+                                int32_t                          x,
+                                tribo_biquad_q31_outputs_t      *outputs);
 
 /// The second half: advances the states as if the input had been `correction` larger, at the input node's scale.
-void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t *params,
-                              tribo_biquad_q31_state_t        *state,
-                              int32_t                          correction);
+void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
+                              tribo_biquad_q31_state_t         *state,
+                              const tribo_biquad_q31_outputs_t *outputs,
+                              int32_t                           correction);
 
 /// Changes a running cascade over from params `from` to `to`, as tribo_biquad_f32_change does: same outputs, section by
 /// section, for input `x`, the last one plus `offset` (Q31), and the same first change of each. Not for every tick.

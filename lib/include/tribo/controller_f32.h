@@ -79,7 +79,7 @@ float tribo_controller_f32_step(const tribo_controller_f32_params_t *params,
 
 /// Between two ticks: takes the state over from params `from` to `to`, so that for error `e_n` v is and moves as it would
 /// have under `from`, plus `offset_n` (what v has to make up for in the sum, 0 if nothing). Cannot fail; a bad `e_n` or
-/// `offset_n` counts as 0. Costs about two ticks.
+/// `offset_n` counts as 0. Costs up to two usual ticks of the loop.
 void tribo_controller_f32_change(const tribo_controller_f32_params_t *from,
                                  const tribo_controller_f32_params_t *to,
                                  tribo_controller_f32_state_t        *state,

@@ -18,7 +18,7 @@ typedef struct
 {
     tribo_biquad_q31_params_t cascade;
     int32_t                   anti_windup;       ///< c/D between the last and the input node: mantissa ...
-    uint8_t                   anti_windup_shift; ///< ... and its exponent: anti_windup 2^-anti_windup_shift
+    uint8_t                   anti_windup_shift; ///< ... and its exponent, 1 to 31: anti_windup 2^-anti_windup_shift
     int32_t                   u_min, u_max;      ///< Q31
 } tribo_controller_q31_params_t;
 
@@ -48,7 +48,7 @@ int32_t tribo_controller_q31_step(const tribo_controller_q31_params_t *params,
                                   tribo_controller_q31_signals_t      *signals);
 
 /// Between two ticks: takes the state over from params `from` to `to`, so that for error `e` v is and moves as it would
-/// have under `from`, plus `offset` (Q31). Cannot fail. Costs about two ticks.
+/// have under `from`, plus `offset` (Q31). Cannot fail. Costs up to two usual ticks of the loop.
 void tribo_controller_q31_change(const tribo_controller_q31_params_t *from,
                                  const tribo_controller_q31_params_t *to,
                                  tribo_controller_q31_state_t        *state,

@@ -13,9 +13,10 @@
 ///
 /// Retuning: hand in a pointer to other validated params at any tick. The tick that first sees it takes the state
 /// over without a bump in u, whatever has changed: cascade, gain, friction, arm (new limits hold at once). It needs
-/// the old params once more and costs about two ticks: they may go when state.active is the new pointer. Params in use
+/// the old params once more and costs about five ticks: they may go when state.active is the new pointer. Params in use
 /// must not be written to, nor a breakaway table that they point to, and all params of a loop are for one sample time.
 ///
+/// Params of two sections and no breakaway table are the usual ones: built for speed, their ticks have the parts inline.
 /// No heap, no libm, no double, no globals; the same bits on every target. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FORCE_LOOP_F32_H
@@ -25,6 +26,7 @@
 #include "tribo/controller_f32.h"
 #include "tribo/status.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -47,6 +49,7 @@ typedef struct
     float                          gain;
     tribo_controller_f32_params_t  controller;
     tribo_compensator_f32_params_t compensator;
+    bool                           usual; ///< two sections, no table: a tick of its own
 } tribo_force_loop_f32_params_t;
 
 typedef struct

@@ -17,6 +17,7 @@
 #include "tribo/compensator_q31.h"
 #include "tribo/controller_q31.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -26,10 +27,12 @@ extern "C" {
 /// What a tick reads, made by tribo_force_loop_q31_init. Const from then on; may be shared by loops.
 typedef struct
 {
-    int32_t                        input_max; ///< Q31
-    int32_t                        gain;      ///< eta, Q29, 0 to 2
+    int32_t                        input_max;  ///< Q31
+    uint32_t                       input_span; ///< twice that; all 32 bits for full scale, to which INT32_MIN belongs
+    int32_t                        gain;       ///< eta, Q29, 0 to 2
     tribo_controller_q31_params_t  controller;
     tribo_compensator_q31_params_t compensator;
+    bool                           usual; ///< two sections, no table: a tick of its own
 } tribo_force_loop_q31_params_t;
 
 typedef struct

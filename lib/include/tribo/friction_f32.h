@@ -12,9 +12,10 @@
 /// After the net force has been deep on the other side (Q), f falls short of n on its way back:
 /// the hysteresis inside stiction. Symmetric parameters give f(-u, -F) = -f(u, F) exactly.
 ///
-/// tanh is a rational approximation, within 5e-7 of tanh relative to it up to |x| = 6 and within
-/// 1.3e-5 beyond (tests/unit/test_friction_f32.c measures both). |f| <= L always.
-/// Three divisions, no loop but the one over a breakaway table's points, always all of them.
+/// Eq. (5) is computed as the same curve in the form k = (k_max + k_min E)/(1 + E), E = e^(2 m (v/v0 - 1)), and Eq. (3) as
+/// n less a rational function of (n/(k L))^2. k is within 2e-6 of k_max - k_min, f within 1.2e-6 of itself
+/// (tests/unit/test_friction_f32.c measures both). |f| <= L and |f| <= |n| always.
+/// One division, no loop but the one over a breakaway table's points, always all of them.
 /// Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FRICTION_F32_H
@@ -68,11 +69,13 @@ typedef struct
 /// What a step reads, made by tribo_friction_f32_init. Const from then on; may be shared.
 typedef struct
 {
-    float                              rate_hz;        ///< 1/h
-    float                              k_mean, k_half; ///< Eq. (5): (k_max + k_min)/2, (k_max - k_min)/2
-    float                              m, m_over_v0;   ///< Eq. (5)
-    tribo_breakaway_f32_t              positive, negative;
-    const tribo_breakaway_point_f32_t *table; ///< null: the affine laws
+    float                              rate_hz;         ///< 1/h
+    float                              y_per_v, y_at_0; ///< E = 2^y, y = y_per_v v - y_at_0
+    float                              k[3];            ///< k_min, k_max, k_min, over k_max
+    float                              r1, r2, q1, q2;  ///< of the rational function, with powers of k_max in them
+    tribo_breakaway_f32_t              law[2];          ///< L+, L-
+    tribo_breakaway_f32_t              reset[2];        ///< c2 L+, c2 L-
+    const tribo_breakaway_point_f32_t *table;           ///< null: the affine laws
     float                              set_level, reset_level;
     float                              gravity_n;
     uint8_t                            table_length;

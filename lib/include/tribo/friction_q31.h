@@ -3,16 +3,17 @@
 /// Forces are Q31 of one full scale FS. The net force saturates at FS (counted), where friction has long reached its
 /// breakaway. The rate v enters as the change of |n| a tick, exact to the last bit.
 ///
-///     k(v)        6 k 2^-S in Q31, S the smallest that fits k_max; tanh(m (v/v0 - 1)) from its argument over 6, in Q31
-///     n / (6 k L) in Q31, bounded by 1: beyond, f is at its breakaway for every k over 1
-///     tanh(x)/x   the minimax rational of friction_f32.c in (x/6)^2, coefficients Q26
+///     k(v)       y = (2/ln 2) m (v/v0 - 1) in Q22; 2^-|y| in Q32 by the polynomial of friction_f32.h; k 2^-S in Q32, S the
+///                smallest that fits k_max + k_min
+///     n/(k L)    as a fraction of two numbers, the lower one normalised; n is bounded by 2.75 L there: f is at its
+///                breakaway for every k over 1
+///     f          n less the rational function of friction_f32.h, coefficients Q32
 ///
 /// Against the model in double: f within 5e-7 N at a full scale of 2 N for the paper's parameters (tests/contract).
-/// Over all 2^31 arguments up to |x| = 6, against libm: tanh(x)/x within 3.3e-7 of itself, tanh(x) within 3.2e-7 and
-/// below 1; beyond, tanh is held 1.2e-5 below 1. Hence k L tanh(n/(k L)) is within 3.3e-7 of itself and 4 LSB, k(v) within
-/// 1.2e-5 (k_max - k_min)/2 (tests/unit/test_friction_q31.c searches both densely).
+/// By dense search: k L tanh(n/(k L)) is within 9e-7 of itself and 4 LSB (23 at k_max/k_min = 900), k(v) within 2e-6 of
+/// k_max - k_min (tests/unit/test_friction_q31.c).
 /// Symmetric parameters give f(-u, -F) = -f(u, F) exactly, and |f| <= |n|, |f| <= L always.
-/// Three 32-bit divisions, no loop but the one over a table's points. Not synchronized: one state, one tick.
+/// One 32-bit division, no loop but the one over a table's points. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FRICTION_Q31_H
 #define TRIBO_FRICTION_Q31_H
@@ -30,8 +31,8 @@ extern "C" {
 /// Breakaway in one direction, L(F) = offset + slope |F|, at most FS.
 typedef struct
 {
-    int32_t offset; ///< Q31, over 0
-    int32_t slope;  ///< Q27, 0 to 10
+    uint64_t offset; ///< Q59, over 0
+    uint32_t slope;  ///< Q28, 0 to 10
 } tribo_breakaway_q31_t;
 
 /// One point of a breakaway table, all Q31.
@@ -45,17 +46,19 @@ typedef struct
 /// What a step reads, made by tribo_force_loop_q31_init or its kin (quantize_q31.h).
 typedef struct
 {
-    int32_t                            rate;   ///< m h^-1 / (6 v0) per FS: mantissa ...
-    int32_t                            m;      ///< m / 6, Q26
-    int32_t                            k_mean; ///< 6 (k_max + k_min)/2 2^-S, Q31
-    int32_t                            k_half; ///< 6 (k_max - k_min)/2 2^-S, Q31
-    tribo_breakaway_q31_t              positive, negative;
+    uint32_t                           rise_max;    ///< rises of |n| beyond it are taken for it: y is 32 or more there
+    uint32_t                           rate;        ///< y per rise 2^rise_shift, Q54
+    int32_t                            y_at_0;      ///< y of no rise is minus that, Q22
+    uint32_t                           k[3];        ///< k_min, k_max, k_min, 2^-S, Q32
+    tribo_breakaway_q31_t              law[2];      ///< L+, L-
+    tribo_breakaway_q31_t              reset[2];    ///< c2 L+, c2 L-
     const tribo_breakaway_point_q31_t *table;       ///< null: the affine laws
-    int32_t                            set_level;   ///< c1, Q30
-    int32_t                            reset_level; ///< c2, Q30
+    uint32_t                           set_level;   ///< c1, Q32; 1 is a bit less
+    uint32_t                           reset_level; ///< c2, Q32
     int32_t                            gravity;     ///< Q31
-    uint8_t                            rate_shift;  ///< ... and its exponent: rate 2^-rate_shift, 0 to 62
+    uint8_t                            rise_shift;  ///< 1 to 31
     uint8_t                            k_shift;     ///< S
+    uint8_t                            L_shift;     ///< takes the largest L up to bit 31, 1 to 31
     uint8_t                            table_length;
     uint8_t                            pulse_width; ///< samples
 } tribo_friction_q31_params_t;

@@ -9,6 +9,7 @@
 #ifndef TRIBO_Q31_H
 #define TRIBO_Q31_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -29,24 +30,96 @@ static inline void tribo_q31_count(uint32_t *counter)
     *counter += *counter != UINT32_MAX;
 }
 
+/// x, its origin hidden from the compiler. For a factor that is either computed or a bound: gcc widens both to 64 bits
+/// before it joins them, and then multiplies 64 by 64 bits instead of 32 by 32.
+static inline int32_t tribo_q31_opaque(int32_t x)
+{
+#if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
+    __asm__("" : "+r"(x));
+#endif
+    return x;
+}
+
 /// x within the symmetric range; a saturation is counted. One compare of the two words says that x fits.
 static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
 {
-    const int32_t low = (int32_t)(uint32_t)x;
-    if ((uint32_t)((uint64_t)x >> 32) != (low < 0 ? UINT32_MAX : 0u) || low == INT32_MIN)
+    int32_t result = (int32_t)(uint32_t)x;
+    if ((uint32_t)((uint64_t)x >> 32) != (result < 0 ? UINT32_MAX : 0u) || result == INT32_MIN)
     {
         tribo_q31_count(saturated);
-        return x < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
+        result = x < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
     }
-    return low;
+    return result;
 }
 
-/// |x|, with the one value that has none, INT32_MIN, as the largest.
+/// a + b, saturated and counted. A sum of just INT32_MIN is let through: it is for values whose magnitude nobody takes.
+static inline int32_t tribo_q31_add(int32_t a, int32_t b, uint32_t *saturated)
+{
+#if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
+    int32_t    sum;
+    const bool over = __builtin_add_overflow(a, b, &sum); // the processor's own flag
+#else
+    int32_t    sum  = (int32_t)((uint32_t)a + (uint32_t)b);
+    const bool over = sum != (int64_t)a + b;
+#endif
+    if (over)
+    {
+        tribo_q31_count(saturated);
+        sum = a < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
+    }
+    return tribo_q31_opaque(sum);
+}
+
+/// a - b likewise.
+static inline int32_t tribo_q31_subtract(int32_t a, int32_t b, uint32_t *saturated)
+{
+#if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
+    int32_t    difference;
+    const bool over = __builtin_sub_overflow(a, b, &difference);
+#else
+    int32_t    difference = (int32_t)((uint32_t)a - (uint32_t)b);
+    const bool over       = difference != (int64_t)a - b;
+#endif
+    if (over)
+    {
+        tribo_q31_count(saturated);
+        difference = a < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
+    }
+    return difference;
+}
+
+/// x / 2^shift, rounded down, saturated and counted as tribo_q31_add. `shift` 1 to 31, a constant: one compare.
+static inline int32_t tribo_q31_narrow(int64_t x, uint32_t shift, uint32_t *saturated)
+{
+    const uint32_t high   = (uint32_t)((uint64_t)x >> 32);
+    const uint32_t half   = UINT32_C(1) << (shift - 1u);
+    int32_t        result = (int32_t)(high << (32u - shift) | (uint32_t)x >> shift);
+    if (high + half >= 2u * half)
+    {
+        tribo_q31_count(saturated);
+        result = x < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
+    }
+    return tribo_q31_opaque(result);
+}
+
+/// The same for any `shift` from 1 to 31.
+static inline int32_t tribo_q31_narrow_by(int64_t x, uint32_t shift, uint32_t *saturated)
+{
+    const int32_t high   = (int32_t)(x >> 32);
+    int32_t       result = (int32_t)((uint32_t)high << (32u - shift) | (uint32_t)x >> shift);
+    if (high >> (shift - 1u) != (result < 0 ? -1 : 0))
+    {
+        tribo_q31_count(saturated);
+        result = high < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
+    }
+    return tribo_q31_opaque(result);
+}
+
+/// |x|; INT32_MIN gives 2^31.
 static inline uint32_t tribo_q31_magnitude(int32_t x)
 {
     const uint32_t sign = 0u - (uint32_t)(x < 0);
-    const uint32_t size = ((uint32_t)x ^ sign) - sign;
-    return size - (size >> 31);
+    return ((uint32_t)x ^ sign) - sign;
 }
 
 #if !defined(__ARM_ARCH_6M__) && !defined(TRIBO_Q31_PORTABLE)
@@ -133,23 +206,17 @@ static inline uint32_t tribo_q31_leading_zeros(uint32_t x)
 #endif
 }
 
-/// a / b / 2^shift in Q31, at most 2^31 - 1; b = 0 counts as 1. Within 2 in the last place of 2^-29 relative.
-/// One division of 32 bits for 16 bits of 1/b, and one of Newton's steps for the rest. `shift` 0 to 31.
-static inline uint32_t tribo_q31_ratio(uint32_t a, uint32_t b, uint32_t shift)
+/// a / b in Q31, for a below b, within 2 in the last place of 2^-29 relative.
+/// One division of 32 bits for 16 bits of 1/b, and one of Newton's steps for the rest.
+static inline uint32_t tribo_q31_ratio(uint32_t a, uint32_t b)
 {
-    const uint32_t divisor = b | (b == 0u);
-    const uint32_t zeros   = tribo_q31_leading_zeros(divisor);
-    const uint32_t m       = divisor << zeros;       // 2^31 to 2^32
-    const uint32_t coarse  = UINT32_MAX / (m >> 16); // 2^48 / m
-    const int64_t  left    = (INT64_C(1) << 48) - (int64_t)tribo_q31_product(m, coarse);
-    const uint32_t inverse = (coarse << 15) + (uint32_t)((coarse * left) >> 33); // 2^63 / m
-    // The product over 2^(32 - zeros), by words; then over 2^shift.
-    const uint64_t product = tribo_q31_product(a, inverse);
-    const uint32_t upper   = (uint32_t)(product >> 32);
-    const uint32_t high    = upper >> 1 >> (31u - zeros);
-    const uint32_t low     = upper << zeros | (uint32_t)product >> 1 >> (31u - zeros);
-    const uint64_t ratio   = ((uint64_t)high << 32 | low) >> shift;
-    return (ratio >> 31) != 0u ? (uint32_t)TRIBO_Q31_MAX : (uint32_t)ratio;
+    const uint32_t zeros   = tribo_q31_leading_zeros(b);
+    const uint32_t m       = b << zeros;                                             // 2^31 to 2^32
+    const uint32_t coarse  = UINT32_MAX / (m >> 16);                                 // 2^48 / m
+    const int32_t  error   = (int32_t)(uint32_t)(tribo_q31_product(m, coarse) >> 4); // (m coarse - 2^48) / 16
+    const int32_t  step    = (int32_t)(tribo_q31_multiply((int32_t)(coarse << 14), error) >> 32) >> 11;
+    const uint32_t inverse = (coarse << 15) - (uint32_t)step - 1u; // 2^63 / m or a little less: it fits
+    return tribo_q31_high(a << zeros, inverse);
 }
 
 #ifdef __cplusplus

@@ -1,0 +1,55 @@
+// What a tick of a cascade is made of, inline, for a caller that has checked its input.
+
+#ifndef TRIBO_BIQUAD_F32_KERNEL_H
+#define TRIBO_BIQUAD_F32_KERNEL_H
+
+#include "tribo/biquad_f32.h"
+
+#include "exact_f32.h"
+
+#define BIQUAD_F32_OUTPUT_MAX 1.0e15f // far beyond any sane gain: past it a state is lost
+
+/// The state at rest again, counted with the bad inputs.
+void tribo_biquad_f32_start_again(tribo_biquad_f32_state_t *state);
+
+/// The section's state after a tick. By value: what is written late need not be read twice.
+static inline tribo_biquad_f32_section_state_t biquad_f32_section_advance(const tribo_biquad_f32_section_t *section,
+                                                                          tribo_biquad_f32_section_state_t  state,
+                                                                          float                             in,
+                                                                          float                             out)
+{
+    const float change = (section->b2 * in - section->a2 * out) + state.w2_carry;
+    const float w2     = state.w2 + change;
+    return (tribo_biquad_f32_section_state_t){.w1 = state.w1 + ((section->b1 * in - section->a1 * out) + state.w2),
+                                              .w2 = w2,
+                                              .w2_carry = change - (w2 - state.w2)};
+}
+
+/// The outputs of two sections, the usual case.
+static inline float biquad_f32_pair_output(const tribo_biquad_f32_params_t *params,
+                                           const tribo_biquad_f32_state_t  *state,
+                                           float                            x,
+                                           float                           *y0)
+{
+    *y0 = params->section[0].b0 * x + state->section[0].w1;
+    return params->section[1].b0 * *y0 + state->section[1].w1;
+}
+
+static inline void biquad_f32_pair_advance(const tribo_biquad_f32_params_t *params,
+                                           tribo_biquad_f32_state_t        *state,
+                                           float                            x,
+                                           float                            y0,
+                                           float                            y1,
+                                           float                            correction)
+{
+    const float c0   = correction * params->section[0].b0;
+    const float out0 = y0 + c0;
+    const float out1 = y1 + c0 * params->section[1].b0;
+
+    const tribo_biquad_f32_section_state_t first =
+        biquad_f32_section_advance(&params->section[0], state->section[0], x + correction, out0);
+    state->section[1] = biquad_f32_section_advance(&params->section[1], state->section[1], out0, out1);
+    state->section[0] = first;
+}
+
+#endif

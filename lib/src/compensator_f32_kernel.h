@@ -1,0 +1,40 @@
+// One tick of the compensator, inline, for an input that is known to be good. F^ always is: the arm sees to it.
+
+#ifndef TRIBO_COMPENSATOR_F32_KERNEL_H
+#define TRIBO_COMPENSATOR_F32_KERNEL_H
+
+#include "tribo/compensator_f32.h"
+
+#include "arm_f32_kernel.h"
+#include "friction_f32_kernel.h"
+
+/// At net force `n`.
+static inline float compensator_f32_kernel_at(const tribo_compensator_f32_params_t *params,
+                                              tribo_compensator_f32_state_t        *state,
+                                              float                                 n,
+                                              tribo_compensator_f32_signals_t      *signals,
+                                              bool                                  any)
+{
+    const float force_n = state->arm.force_n;
+    const float f       = friction_f32_kernel(&params->friction, &state->friction, n, force_n, &signals->friction, any);
+
+    // n - f is u + g - F^ - f^, and exactly 0 while the arm sticks.
+    (void)arm_f32_kernel(&params->arm, &state->arm, n - f);
+    signals->force_n = force_n;
+    return f;
+}
+
+static inline float compensator_f32_kernel(const tribo_compensator_f32_params_t *params,
+                                           tribo_compensator_f32_state_t        *state,
+                                           float                                 u_n,
+                                           tribo_compensator_f32_signals_t      *signals,
+                                           bool                                  any)
+{
+    return compensator_f32_kernel_at(params,
+                                     state,
+                                     u_n - state->arm.force_n + params->friction.gravity_n,
+                                     signals,
+                                     any);
+}
+
+#endif

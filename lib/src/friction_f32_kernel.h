@@ -1,0 +1,110 @@
+// One sample of the friction model, inline, for a net force and an end-point force that are known to be good.
+
+#ifndef TRIBO_FRICTION_F32_KERNEL_H
+#define TRIBO_FRICTION_F32_KERNEL_H
+
+#include "tribo/friction_f32.h"
+
+#include "exact_f32.h"
+#include "relay_kernel.h"
+#include "usual.h"
+
+#include <stddef.h>
+
+/// L+ and L- at load |F| from the table.
+void tribo_friction_f32_look_up(const tribo_friction_f32_params_t *params, float load_n, float L_n[2]);
+
+/// L at load |F| by an affine law.
+static inline float friction_f32_affine(const tribo_breakaway_f32_t *law, float load_n)
+{
+    return law->offset_n + law->slope * load_n;
+}
+
+/// 2^-y of a magnitude given in bits; 2^-31 stands for what is below it.
+static inline float friction_f32_power(uint32_t y_bits)
+{
+    const uint32_t thirty_one = 0x41f80000u;
+    const float    y          = from_bits_f32(y_bits < thirty_one ? y_bits : thirty_one);
+    const int32_t  whole      = (int32_t)y;
+    const float    f          = y - (float)whole;
+    // A minimax polynomial (tools/fit_friction.py).
+    const float p =
+        (((6.76704805e-03f * f - 5.30739958e-02f) * f + 2.39341029e-01f) * f - 6.93030191e-01f) * f + 9.99997406e-01f;
+    return from_bits_f32(bits_f32(p) - ((uint32_t)whole << 23));
+}
+
+/// Eq. (3) before the saturation, by magnitudes: n (1 - R), tanh(x)/x = 1 - R(x^2), x = n/(k L), k = B/A. Without Q, R is 0.
+static inline float friction_f32_curve(const tribo_friction_f32_params_t *params, float n, float L, float v, uint32_t q)
+{
+    const float    y      = params->y_per_v * v - params->y_at_0;
+    const uint32_t y_bits = bits_f32(y);
+    const float   *k      = &params->k[y_bits >> 31];
+    const float    w      = friction_f32_power(y_bits & 0x7fffffffu);
+    const float    A      = 1.0f + w;
+    const float    B      = k[0] + k[1] * w;
+    const float N = from_bits_f32(bits_f32(n * A) & (0u - q)); // a mask, so that a tick costs the same on either branch
+    const float D = B * L;
+    const float N2      = N * N;
+    const float D2      = D * D;
+    const float R_above = N2 * (params->r1 * D2 + params->r2 * N2);
+    const float R_below = D2 * D2 + N2 * (params->q1 * D2 + params->q2 * N2);
+    return n - n * (R_above / R_below);
+}
+
+/// `any` is false, a constant, where there is no table.
+static inline float friction_f32_kernel(const tribo_friction_f32_params_t *params,
+                                        tribo_friction_f32_state_t        *state,
+                                        float                              n,
+                                        float                              force_n,
+                                        tribo_friction_f32_signals_t      *signals,
+                                        bool                               any)
+{
+    const float    n_before    = state->n_n;
+    const uint32_t n_bits      = bits_f32(n);
+    const uint32_t before_bits = bits_f32(n_before);
+    const uint32_t side        = n_bits >> 31;
+    const uint32_t side_before = before_bits >> 31;
+    const float    load_n      = magnitude(force_n);
+    const float    size        = magnitude(n);
+    const float    size_before = magnitude(n_before);
+
+    float L;
+    float reset;
+    if (any && params->table != NULL)
+    {
+        float both[2];
+        tribo_friction_f32_look_up(params, load_n, both);
+        L     = both[side];
+        reset = params->reset_level * both[side_before];
+    }
+    else
+    {
+        L     = friction_f32_affine(&params->law[side], load_n);
+        reset = friction_f32_affine(&params->reset[side_before], load_n);
+    }
+    const float    rise   = size - size_before;
+    const float    v      = rise * params->rate_hz;
+    const uint32_t inside = bits_f32(size - params->set_level * L);
+    const uint32_t deep   = bits_f32(reset - size_before);
+    const uint32_t back   = bits_f32(rise) | (n_bits ^ before_bits);
+    const uint32_t relays =
+        relay_kernel(&state->relay, params->pulse_width, friction_relay_events(side, side_before, inside, deep, back));
+    const uint32_t rising = (0u - bits_f32(rise)) >> 31; // rise is never -0
+    const uint32_t q      = (relays >> (side ^ 1u)) & rising;
+
+    const float curved = friction_f32_curve(params, size, L, v, q);
+    const float held   = curved < L ? curved : L;
+    const float f      = side != 0u ? -held : held;
+
+    state->n_n         = n;
+    signals->n_n       = n;
+    signals->L_n       = L;
+    signals->v_n_per_s = v;
+    signals->f_n       = f;
+    signals->q1        = (relays & TRIBO_RELAY_Q1) != 0u;
+    signals->q2        = (relays & TRIBO_RELAY_Q2) != 0u;
+    signals->q         = q != 0u;
+    return f;
+}
+
+#endif

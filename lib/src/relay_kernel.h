@@ -1,0 +1,50 @@
+// One sample of the relays with their edge detectors, inline.
+
+#ifndef TRIBO_RELAY_KERNEL_H
+#define TRIBO_RELAY_KERNEL_H
+
+#include "tribo/relay.h"
+
+/// Comparators in front of the relays, Fig. 12, from signs: bits 31 of `inside` (|n| < c1 L), of `deep` (|n[k-1]| > c2 L on
+/// its side) and of `back` (n has moved towards the other side). On the side where n is not, its set line rests. Reset
+/// looks at n[k-1], so that one large step from above L2 to below it still counts as a crossing while decreasing (Fig. 5).
+static inline uint32_t friction_relay_events(uint32_t side,
+                                             uint32_t side_before,
+                                             uint32_t inside,
+                                             uint32_t deep,
+                                             uint32_t back)
+{
+    const uint32_t outside = ~inside >> 31;
+    const uint32_t reset   = (deep & back) >> 31;
+    return (3u ^ (outside << side)) | (reset << (3u - side_before));
+}
+
+static inline uint32_t edge_kernel(tribo_edge_state_t *state, uint32_t width, uint32_t inputs)
+{
+    // Masked indices stay inside the line even if the state has been overwritten.
+    const uint32_t head = state->head & TRIBO_EDGE_WIDTH_MAX;
+    state->line[head]   = (uint8_t)inputs;
+    const uint32_t past = state->line[(head - width) & TRIBO_EDGE_WIDTH_MAX];
+    state->head         = (uint8_t)(head + 1u);
+    return inputs & ~past;
+}
+
+static inline uint32_t relay_latch_kernel(tribo_relay_latch_t *latch, uint32_t pulses)
+{
+    // Relay 1 lives in bit 0 and relay 2 in bit 1 of every word here.
+    const uint32_t set     = pulses & (TRIBO_RELAY_SET1 | TRIBO_RELAY_SET2);
+    const uint32_t trigger = set | (pulses / TRIBO_RELAY_RESET1);
+    const uint32_t rising  = trigger & ~(uint32_t)latch->trigger;
+    const uint32_t outputs = (latch->outputs & ~rising) | (set & rising);
+
+    latch->trigger = (uint8_t)trigger;
+    latch->outputs = (uint8_t)outputs;
+    return outputs;
+}
+
+static inline uint32_t relay_kernel(tribo_relay_state_t *state, uint32_t width, uint32_t events)
+{
+    return relay_latch_kernel(&state->latch, edge_kernel(&state->edge, width, events));
+}
+
+#endif

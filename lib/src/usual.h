@@ -1,0 +1,23 @@
+// Which way a condition mostly goes, for the layout of the code.
+
+#ifndef TRIBO_USUAL_H
+#define TRIBO_USUAL_H
+
+#include <stdbool.h>
+
+#ifdef __GNUC__
+#define TRIBO_USUAL(condition) __builtin_expect((condition), 1)
+#define TRIBO_RARE(condition)  __builtin_expect((condition), 0)
+#else
+#define TRIBO_USUAL(condition) (condition)
+#define TRIBO_RARE(condition)  (condition)
+#endif
+
+/// `condition`, usually true, for a way that is there for speed alone: not when the compiler is asked for small code.
+#ifdef __OPTIMIZE_SIZE__
+#define TRIBO_FAST_WAY(condition) false
+#else
+#define TRIBO_FAST_WAY(condition) TRIBO_USUAL(condition)
+#endif
+
+#endif
