@@ -84,7 +84,23 @@ drive_fault_t selftest_ram(const selftest_ram_t *ram, volatile uint32_t *words, 
 static const tribo_biquad_f32_section_t sections[] = {{1.8125f, 0.53125f, 0.09375f, 0.375f, 0.09375f},
                                                       {0.75f, 0.1875f, 0.0078125f, 0.28125f, 0.00000059604645f}};
 
-/// Reference up, down and beyond the limits, the sensor lagging behind it: relays, limit and anti-windup all work.
+/// Up and down, a jump beyond the limits, then creeping to and fro within breakaway, where friction is on its curve.
+static int32_t golden_reference(int32_t tick)
+{
+    const int32_t phase = tick % 40;
+    const int32_t wave  = phase < 20 ? phase : 40 - phase;
+    if (tick < 80)
+    {
+        return wave * (1 << 23) - (tick / 40) * (1 << 27);
+    }
+    if (tick < 120)
+    {
+        return tick < 84 ? 15 * (1 << 26) : 0;
+    }
+    return wave * (1 << 17) - (1 << 20);
+}
+
+/// The sensor lags behind the reference, and stands still at the end.
 static uint32_t run_golden(const loop_params_t *params)
 {
     loop_state_t state;
@@ -93,11 +109,10 @@ static uint32_t run_golden(const loop_params_t *params)
     loop_reset(&state);
     for (int32_t k = 0; k < GOLDEN_TICKS; k++)
     {
-        const int32_t  phase = k % 80;
-        const int32_t  r     = (phase < 40 ? phase : 80 - phase) * (1 << 23) - (k / 100) * (1 << 28);
+        const int32_t  r = golden_reference(k);
         loop_signals_t signals;
         uint32_t       words[LOOP_WORDS];
-        y += (r - y) / 8;
+        y = k < 120 ? y + (r - y) / 8 : 0;
         (void)
             loop_step(params, &state, loop_force(r, GOLDEN_FULL_SCALE_N), loop_force(y, GOLDEN_FULL_SCALE_N), &signals);
         loop_words(&signals, words);
