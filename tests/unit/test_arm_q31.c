@@ -207,6 +207,34 @@ static void test_arm_init_accepts_exactly_what_is_stable(void)
     TEST_ASSERT_TRUE(accepted > 1000);
 }
 
+static void test_arm_of_mirrored_drives_is_a_mirror_image_to_the_last_bit(void)
+{
+    tribo_arm_q31_state_t mirror;
+    tribo_arm_q31_reset(&mirror);
+    tribo_arm_q31_reset(&state);
+    uint32_t drive = 1;
+    for (int k = 0; k < 5000; k++)
+    {
+        drive           = drive * 1664525u + 1013904223u;
+        const int32_t d = (int32_t)(drive >> 4) - (1 << 27);
+        (void)tribo_arm_q31_step(&params, &state, d);
+        (void)tribo_arm_q31_step(&params, &mirror, -d);
+        TEST_ASSERT_EQUAL_INT64(-mirror.force, state.force);
+        TEST_ASSERT_EQUAL_INT32(-mirror.force_change, state.force_change);
+    }
+}
+
+static void test_arm_does_not_pass_full_scale_by_a_bit(void)
+{
+    const int64_t most = (int64_t)INT32_MAX * (INT64_C(1) << 28);
+    tribo_arm_q31_reset(&state);
+    state.force        = most;
+    state.force_change = 2 << params.shift; // the first bits beyond
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_arm_q31_step(&params, &state, 0));
+    TEST_ASSERT_EQUAL_INT64(most, state.force);
+    TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -219,5 +247,7 @@ int main(void)
     RUN_TEST(test_arm_init_refuses_what_it_cannot_hold_or_what_never_rests);
     RUN_TEST(test_arm_init_takes_an_arm_as_slow_as_its_twin_does);
     RUN_TEST(test_arm_init_accepts_exactly_what_is_stable);
+    RUN_TEST(test_arm_of_mirrored_drives_is_a_mirror_image_to_the_last_bit);
+    RUN_TEST(test_arm_does_not_pass_full_scale_by_a_bit);
     return UNITY_END();
 }

@@ -459,6 +459,20 @@ static void test_biquad_keeps_a_lost_state_in_range_and_recovers(void)
     }
 }
 
+static void test_biquad_sees_any_one_state_that_is_lost(void)
+{
+    const tribo_biquad_f32_section_t section[] = {{0.5f, 0.1f, 0.05f, 0.5f, 0.1f}, {1.0f, 0.2f, 0.05f, 0.9f, 0.3f}};
+    init(section, 2);
+    for (uint32_t i = 0; i < 4u; i++)
+    {
+        tribo_biquad_q31_reset(&state);
+        int64_t *const w = i % 2u == 0u ? &state.section[i / 2u].w1 : &state.section[i / 2u].w2;
+        *w               = INT64_C(1) << 62;
+        (void)tribo_biquad_q31_step(&params, &state, 0);
+        TEST_ASSERT_EQUAL_INT64(W_MAX, *w);
+    }
+}
+
 static void test_biquad_advances_as_if_the_corrected_input_had_come(void)
 {
     random_t                   r          = {3};
@@ -595,6 +609,7 @@ int main(void)
     RUN_TEST(test_biquad_step_saturates_its_output_and_counts);
     RUN_TEST(test_biquad_saturates_at_each_node_that_was_given_too_little_room);
     RUN_TEST(test_biquad_keeps_a_lost_state_in_range_and_recovers);
+    RUN_TEST(test_biquad_sees_any_one_state_that_is_lost);
     RUN_TEST(test_biquad_advances_as_if_the_corrected_input_had_come);
     RUN_TEST(test_biquad_change_keeps_the_output_and_its_slope);
     RUN_TEST(test_biquad_change_to_the_same_params_changes_nothing_to_see);

@@ -277,6 +277,26 @@ static void test_controller_limits_what_a_lost_state_gives(void)
     }
 }
 
+static void test_controller_sums_what_is_beyond_full_scale_alone(void)
+{
+    const double D = (double)paper[0].b0 * (double)paper[1].b0;
+    const double u = step(1.9, -1.9) / 2147483648.0 * (double)FULL_SCALE;
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, seen.v); // 1.9 D
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 1.9 * D - 1.9, u);
+    TEST_ASSERT_FALSE(seen.limited);
+}
+
+static void test_controller_is_not_limited_at_its_very_limit(void)
+{
+    TEST_ASSERT_EQUAL_INT32(params.u_max, tribo_controller_q31_step(&params, &state, 0, params.u_max, &seen));
+    TEST_ASSERT_FALSE(seen.limited);
+    TEST_ASSERT_EQUAL_INT32(params.u_min, tribo_controller_q31_step(&params, &state, 0, params.u_min, &seen));
+    TEST_ASSERT_FALSE(seen.limited);
+    (void)tribo_controller_q31_step(&params, &state, 0, params.u_max + 1, &seen);
+    TEST_ASSERT_TRUE(seen.limited);
+    TEST_ASSERT_EQUAL_UINT32(1, state.limited_ticks);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -290,5 +310,7 @@ int main(void)
     RUN_TEST(test_controller_takes_whatever_an_input_can_be);
     RUN_TEST(test_controller_of_two_sections_is_that_of_any_number);
     RUN_TEST(test_controller_limits_what_a_lost_state_gives);
+    RUN_TEST(test_controller_sums_what_is_beyond_full_scale_alone);
+    RUN_TEST(test_controller_is_not_limited_at_its_very_limit);
     return UNITY_END();
 }

@@ -457,6 +457,39 @@ static void test_friction_init_rounds_the_pulse_width_to_samples(void)
     }
 }
 
+static void start(uint8_t armed, float n_before)
+{
+    tribo_friction_f32_reset(&state);
+    state.relay.latch.outputs = armed;
+    state.n_n                 = n_before;
+}
+
+// By law and by table: L+ = 0.1 N, L- = 0.02 N, disarmed at 0.08 and 0.016.
+static void test_friction_disarms_by_the_breakaway_of_the_side_where_n_was(void)
+{
+    static const tribo_breakaway_point_f32_t both[] = {{0.0f, 0.1f, 0.02f}, {1.0f, 0.1f, 0.02f}};
+    config.positive                                 = (tribo_breakaway_f32_t){.offset_n = 0.1f, .slope = 0.0f};
+    config.negative                                 = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.0f};
+    for (int table = 0; table < 2; table++)
+    {
+        config.table        = table != 0 ? both : NULL;
+        config.table_length = 2;
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+        start(TRIBO_RELAY_Q2, 0.05f); // within 0.08, though beyond 0.016
+        (void)step(-0.01f, 0.0f);
+        TEST_ASSERT_TRUE(seen.q2);
+        start(TRIBO_RELAY_Q2, 0.09f);
+        (void)step(-0.01f, 0.0f);
+        TEST_ASSERT_FALSE(seen.q2);
+        start(TRIBO_RELAY_Q1, -0.018f); // beyond 0.016, though within 0.08
+        (void)step(0.01f, 0.0f);
+        TEST_ASSERT_FALSE(seen.q1);
+        start(TRIBO_RELAY_Q1, -0.015f);
+        (void)step(0.01f, 0.0f);
+        TEST_ASSERT_TRUE(seen.q1);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -480,5 +513,6 @@ int main(void)
     RUN_TEST(test_friction_init_checks_sample_time_and_pointers);
     RUN_TEST(test_friction_init_checks_the_table);
     RUN_TEST(test_friction_init_rounds_the_pulse_width_to_samples);
+    RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);
     return UNITY_END();
 }

@@ -179,22 +179,23 @@ static double curve(double n)
 
 static void test_friction_curve_is_as_close_as_its_header_says(void)
 {
-    const float ks[]  = {1.01f, 1.1f, 2.0f, 6.0f, 20.0f, 1000.0f};
+    const float ks[]  = {1.01f, 1.1f, 2.0f, 6.0f, 20.0f, 1000.0f, 1.01f}; // the last one far beyond its breakaway
     double      worst = 0.0;
     for (size_t i = 0; i < sizeof ks / sizeof ks[0]; i++)
     {
         config.k_min             = ks[i];
         config.k_max             = ks[i];
         config.positive.slope    = 0.0f;
-        config.positive.offset_n = 1.0f;
+        config.positive.offset_n = i < 6u ? 1.0f : 0.4f;
         init();
+        const double L    = (double)config.positive.offset_n;
         const double k    = (double)ks[i];
         double       here = 0.0;
         for (int j = 1; j < 40000; j++)
         {
             const double n     = 1.9999 * j / 40000.0;
             const double f     = curve(n);
-            const double exact = fmin(1.0, k * tanh(newton(seen.n) / k));
+            const double exact = fmin(L, k * L * tanh(newton(seen.n) / (k * L)));
             TEST_ASSERT_TRUE(seen.q);
             TEST_ASSERT_TRUE(f <= newton(seen.n));
             here = fmax(here, (fabs(f - exact) - 4.0 * newton(1)) / exact); // beyond the last bits
@@ -375,6 +376,39 @@ static void test_friction_saturates_net_force_and_breakaway_at_full_scale(void)
     TEST_ASSERT_EQUAL_INT32(0, seen.rise);
 }
 
+static void start(uint8_t armed, int32_t n_before)
+{
+    tribo_friction_q31_reset(&state);
+    state.relay.latch.outputs = armed;
+    state.n                   = n_before;
+}
+
+// By law and by table: L+ = 0.1 N, L- = 0.02 N, disarmed at 0.08 and 0.016.
+static void test_friction_disarms_by_the_breakaway_of_the_side_where_n_was(void)
+{
+    static const tribo_breakaway_point_f32_t both[] = {{0.0f, 0.1f, 0.02f}, {1.0f, 0.1f, 0.02f}};
+    config.positive                                 = (tribo_breakaway_f32_t){.offset_n = 0.1f, .slope = 0.0f};
+    config.negative                                 = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.0f};
+    for (int table = 0; table < 2; table++)
+    {
+        config.table        = table != 0 ? both : NULL;
+        config.table_length = 2;
+        init();
+        start(TRIBO_RELAY_Q2, q31(0.05)); // within 0.08, though beyond 0.016
+        (void)step(-0.01, 0.0);
+        TEST_ASSERT_TRUE(seen.q2);
+        start(TRIBO_RELAY_Q2, q31(0.09));
+        (void)step(-0.01, 0.0);
+        TEST_ASSERT_FALSE(seen.q2);
+        start(TRIBO_RELAY_Q1, q31(-0.018)); // beyond 0.016, though within 0.08
+        (void)step(0.01, 0.0);
+        TEST_ASSERT_FALSE(seen.q1);
+        start(TRIBO_RELAY_Q1, q31(-0.015));
+        (void)step(0.01, 0.0);
+        TEST_ASSERT_TRUE(seen.q1);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -392,5 +426,6 @@ int main(void)
     RUN_TEST(test_friction_table_is_linear_between_its_points_and_clamped_at_its_ends);
     RUN_TEST(test_friction_table_of_one_point_is_a_constant);
     RUN_TEST(test_friction_saturates_net_force_and_breakaway_at_full_scale);
+    RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);
     return UNITY_END();
 }
