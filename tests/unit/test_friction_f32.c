@@ -470,9 +470,9 @@ static void test_friction_disarms_by_the_breakaway_of_the_side_where_n_was(void)
     static const tribo_breakaway_point_f32_t both[] = {{0.0f, 0.1f, 0.02f}, {1.0f, 0.1f, 0.02f}};
     config.positive                                 = (tribo_breakaway_f32_t){.offset_n = 0.1f, .slope = 0.0f};
     config.negative                                 = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.0f};
-    for (int table = 0; table < 2; table++)
+    for (int by_table = 0; by_table < 2; by_table++)
     {
-        config.table        = table != 0 ? both : NULL;
+        config.table        = by_table != 0 ? both : NULL;
         config.table_length = 2;
         TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
         start(TRIBO_RELAY_Q2, 0.05f); // within 0.08, though beyond 0.016
