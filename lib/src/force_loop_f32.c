@@ -73,12 +73,7 @@ void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state)
     tribo_compensator_f32_reset(&state->compensator);
 }
 
-// Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
-#ifdef __GNUC__
-#define TRIBO_OUT_OF_LINE __attribute__((noinline))
-#else
-#define TRIBO_OUT_OF_LINE
-#endif
+// Out of line, these three: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
 
 /// What f^ of this tick is under params `p`, the state left alone.
 static TRIBO_OUT_OF_LINE float friction_under(const tribo_force_loop_f32_params_t *p,

@@ -22,12 +22,7 @@ static inline int32_t feedforward(const tribo_force_loop_q31_params_t *params, i
     return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), 29, saturated);
 }
 
-// Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
-#ifdef __GNUC__
-#define TRIBO_OUT_OF_LINE __attribute__((noinline))
-#else
-#define TRIBO_OUT_OF_LINE
-#endif
+// Out of line, these three: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
 
 /// What f^ of this tick is under params `p`, the state left alone.
 static TRIBO_OUT_OF_LINE int32_t friction_under(const tribo_force_loop_q31_params_t *p,

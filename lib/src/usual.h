@@ -1,4 +1,4 @@
-// Which way a condition mostly goes, for the layout of the code.
+// Which way a condition mostly goes and what stays out of line, for the layout of the code.
 
 #ifndef TRIBO_USUAL_H
 #define TRIBO_USUAL_H
@@ -6,9 +6,11 @@
 #include <stdbool.h>
 
 #ifdef __GNUC__
+#define TRIBO_OUT_OF_LINE      __attribute__((noinline))
 #define TRIBO_USUAL(condition) __builtin_expect((condition), 1)
 #define TRIBO_RARE(condition)  __builtin_expect((condition), 0)
 #else
+#define TRIBO_OUT_OF_LINE
 #define TRIBO_USUAL(condition) (condition)
 #define TRIBO_RARE(condition)  (condition)
 #endif
