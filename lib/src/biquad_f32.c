@@ -14,9 +14,7 @@ static tribo_status_t check(const tribo_biquad_f32_section_t *s)
     {
         return TRIBO_ERR_SECTION_COEFFICIENT;
     }
-    // Jury's conditions in the delta operator.
-    const bool stable = s->a2 >= 0.0f && s->a2 < s->a1 && (4.0f - 2.0f * s->a1) + s->a2 > 0.0f;
-    return stable ? TRIBO_OK : TRIBO_ERR_SECTION_UNSTABLE;
+    return biquad_f32_inside_or_at_1(s->a1, s->a2) ? TRIBO_OK : TRIBO_ERR_SECTION_UNSTABLE;
 }
 
 tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,

@@ -7,10 +7,18 @@
 
 #include "exact_f32.h"
 
+#include <stdbool.h>
+
 #define BIQUAD_F32_OUTPUT_MAX 1.0e15f // far beyond any sane gain: past it a state is lost
 
 /// The state at rest again, counted with the bad inputs.
 void tribo_biquad_f32_start_again(tribo_biquad_f32_state_t *state);
+
+/// Jury's conditions in the delta operator: the roots of d^2 + c1 d + c2 are inside the unit circle, or one is at z = 1.
+static inline bool biquad_f32_inside_or_at_1(float c1, float c2)
+{
+    return c2 >= 0.0f && c2 < c1 && (4.0f - 2.0f * c1) + c2 > 0.0f;
+}
 
 /// The section's state after a tick. By value: what is written late need not be read twice.
 static inline tribo_biquad_f32_section_state_t biquad_f32_section_advance(const tribo_biquad_f32_section_t *section,

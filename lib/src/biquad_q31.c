@@ -135,7 +135,9 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
             const tribo_biquad_q31_section_t *was = &from->section[i];
             from_out                              = were.y[i];
             from_scale                            = was->scale;
-            change = (int64_t)was->b1 * from_in - (int64_t)was->a1 * from_out + (state->section[i].w2 >> was->shift);
+            // Unsigned, as a lost state may wrap.
+            const int64_t moved = (int64_t)was->b1 * from_in - (int64_t)was->a1 * from_out;
+            change              = (int64_t)((uint64_t)moved + (uint64_t)(state->section[i].w2 >> was->shift));
         }
         const int32_t by  = now->scale - from_scale;
         int64_t       out = rescale(from_out, by);

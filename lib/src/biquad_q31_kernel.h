@@ -64,7 +64,7 @@ static inline int32_t biquad_q31_input(const tribo_biquad_q31_params_t *params,
     const uint32_t mask = (UINT32_C(1) << params->input_scale) - 1u;
     const uint32_t rest = ((uint32_t)x & mask) + state->carry;
     state->carry        = rest & mask;
-    return (x >> params->input_scale) + (int32_t)(rest >> params->input_scale);
+    return (int32_t)((uint32_t)(x >> params->input_scale) + (rest >> params->input_scale)); // a lost carry may wrap
 }
 
 /// Two sections, the usual case: y1 at its node's scale for an input at its own.

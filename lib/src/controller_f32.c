@@ -101,7 +101,7 @@ static bool zeros_inside(const tribo_biquad_f32_params_t *cascade)
         const tribo_biquad_f32_section_t *s  = &cascade->section[i];
         const float                       c1 = s->b1 / s->b0;
         const float                       c2 = s->b2 / s->b0;
-        inside = inside && c2 > 0.0f && c2 < c1 && (4.0f - 2.0f * c1) + c2 > 0.0f; // as for poles, in biquad_f32.c
+        inside                               = inside && c2 > 0.0f && biquad_f32_inside_or_at_1(c1, c2);
     }
     return inside;
 }

@@ -1,6 +1,7 @@
 #include "tribo/quantize_q31.h"
 
 #include "exact_f32.h"
+#include "friction_q31_kernel.h"
 
 #include <stddef.h>
 
@@ -156,24 +157,34 @@ static tribo_status_t quantize_rate(tribo_friction_q31_params_t       *out,
     return TRIBO_OK;
 }
 
-/// The largest L that there can be.
-static uint32_t largest_breakaway(const tribo_friction_q31_params_t *out,
-                                  const tribo_friction_f32_config_t *config,
-                                  float                              full_scale_n)
+typedef struct
 {
-    uint64_t largest = 1;
-    for (uint32_t side = 0; side < 2u; side++) // 0 with a table
+    uint32_t least, largest;
+} breakaways_t;
+
+static void include(breakaways_t *all, uint32_t L)
+{
+    all->least   = L < all->least ? L : all->least;
+    all->largest = L > all->largest ? L : all->largest;
+}
+
+/// All L that there can be.
+static breakaways_t breakaways(const tribo_friction_q31_params_t *out,
+                               const tribo_friction_f32_config_t *config,
+                               float                              full_scale_n)
+{
+    breakaways_t all = {.least = UINT32_MAX, .largest = 0};
+    for (uint32_t side = 0; side < 2u && config->table == NULL; side++)
     {
-        const uint64_t L = (out->law[side].offset >> 28) + ((uint64_t)out->law[side].slope << 3); // at full scale
-        largest          = L > largest ? L : largest;
+        include(&all, friction_q31_affine(&out->law[side], 0));
+        include(&all, friction_q31_affine(&out->law[side], UINT32_C(1) << 31));
     }
     for (uint32_t i = 0; i < out->table_length; i++)
     {
-        const float    most = larger(config->table[i].positive_n, config->table[i].negative_n);
-        const uint64_t L    = (uint64_t)(uint32_t)fixed_force(most, full_scale_n);
-        largest             = L > largest ? L : largest;
+        include(&all, (uint32_t)fixed_force(config->table[i].positive_n, full_scale_n));
+        include(&all, (uint32_t)fixed_force(config->table[i].negative_n, full_scale_n));
     }
-    return largest < TRIBO_Q31_MAX ? (uint32_t)largest : (uint32_t)TRIBO_Q31_MAX;
+    return all;
 }
 
 static void copy_table(tribo_breakaway_point_q31_t       *table,
@@ -199,10 +210,11 @@ static tribo_status_t quantize_friction(tribo_friction_q31_params_t       *out,
     {
         return status;
     }
-    out->set_level   = fixed_unsigned(config->set_level, 32);
-    out->reset_level = fixed_unsigned(config->reset_level, 32);
-    status           = quantize_rate(out, &f32, full_scale_n);
-    status           = status != TRIBO_OK ? status : quantize_breakaway(out, config, full_scale_n);
+    out->table_length = f32.table_length;
+    out->set_level    = fixed_unsigned(config->set_level, 32);
+    out->reset_level  = fixed_unsigned(config->reset_level, 32);
+    status            = quantize_rate(out, &f32, full_scale_n);
+    status            = status != TRIBO_OK ? status : quantize_breakaway(out, config, full_scale_n);
     if (status != TRIBO_OK)
     {
         return status;
@@ -211,7 +223,8 @@ static tribo_status_t quantize_friction(tribo_friction_q31_params_t       *out,
     {
         return TRIBO_ERR_GRAVITY;
     }
-    if (!(config->set_level >= SMALLEST))
+    const breakaways_t L = breakaways(out, config, full_scale_n);
+    if (!(config->set_level >= SMALLEST) || tribo_q31_high(out->set_level, L.least) == 0u)
     {
         return TRIBO_ERR_SET_LEVEL;
     }
@@ -220,10 +233,9 @@ static tribo_status_t quantize_friction(tribo_friction_q31_params_t       *out,
         return TRIBO_ERR_RESET_LEVEL;
     }
     quantize_k(out, config);
-    out->gravity      = fixed_force(config->gravity_n, full_scale_n);
-    out->table_length = f32.table_length;
-    out->L_shift      = (uint8_t)tribo_q31_leading_zeros(largest_breakaway(out, config, full_scale_n));
-    out->pulse_width  = f32.pulse_width;
+    out->gravity     = fixed_force(config->gravity_n, full_scale_n);
+    out->L_shift     = (uint8_t)tribo_q31_leading_zeros(L.largest);
+    out->pulse_width = f32.pulse_width;
     return TRIBO_OK;
 }
 

@@ -207,23 +207,6 @@ static void test_arm_init_accepts_exactly_what_is_stable(void)
     TEST_ASSERT_TRUE(accepted > 1000);
 }
 
-static void test_arm_of_mirrored_drives_is_a_mirror_image_to_the_last_bit(void)
-{
-    tribo_arm_q31_state_t mirror;
-    tribo_arm_q31_reset(&mirror);
-    tribo_arm_q31_reset(&state);
-    uint32_t drive = 1;
-    for (int k = 0; k < 5000; k++)
-    {
-        drive           = drive * 1664525u + 1013904223u;
-        const int32_t d = (int32_t)(drive >> 4) - (1 << 27);
-        (void)tribo_arm_q31_step(&params, &state, d);
-        (void)tribo_arm_q31_step(&params, &mirror, -d);
-        TEST_ASSERT_EQUAL_INT64(-mirror.force, state.force);
-        TEST_ASSERT_EQUAL_INT32(-mirror.force_change, state.force_change);
-    }
-}
-
 static void test_arm_does_not_pass_full_scale_by_a_bit(void)
 {
     const int64_t most = (int64_t)INT32_MAX * (INT64_C(1) << 28);
@@ -233,6 +216,40 @@ static void test_arm_does_not_pass_full_scale_by_a_bit(void)
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_arm_q31_step(&params, &state, 0));
     TEST_ASSERT_EQUAL_INT64(most, state.force);
     TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
+}
+
+static void test_arm_moves_in_mirror_image_to_the_last_bit(void)
+{
+    for (uint32_t shift = 0; shift <= 15u; shift++)
+    {
+        tribo_arm_q31_params_t p = params;
+        tribo_arm_q31_state_t  mirror;
+        uint32_t               word = 1;
+        p.shift                     = (uint8_t)shift;
+        tribo_arm_q31_reset(&state);
+        tribo_arm_q31_reset(&mirror);
+        for (int k = 0; k < 1000; k++)
+        {
+            word            = word * 1664525u + 1013904223u;
+            const int32_t d = (int32_t)word / 256;
+            (void)tribo_arm_q31_step(&p, &state, d);
+            (void)tribo_arm_q31_step(&p, &mirror, -d);
+            TEST_ASSERT_EQUAL_INT64(-state.force, mirror.force);
+            TEST_ASSERT_EQUAL_INT32(-state.force_change, mirror.force_change);
+        }
+    }
+}
+
+static void test_arm_clamps_from_full_scale_on(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        tribo_arm_q31_reset(&state);
+        state.force = sign < 0 ? -(INT64_C(1) << 59) - 1 : INT64_C(1) << 59;
+        (void)tribo_arm_q31_step(&params, &state, 0);
+        TEST_ASSERT_EQUAL_INT64(sign * INT64_C(2147483647) * (INT64_C(1) << 28), state.force);
+        TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
+    }
 }
 
 int main(void)
@@ -247,7 +264,8 @@ int main(void)
     RUN_TEST(test_arm_init_refuses_what_it_cannot_hold_or_what_never_rests);
     RUN_TEST(test_arm_init_takes_an_arm_as_slow_as_its_twin_does);
     RUN_TEST(test_arm_init_accepts_exactly_what_is_stable);
-    RUN_TEST(test_arm_of_mirrored_drives_is_a_mirror_image_to_the_last_bit);
     RUN_TEST(test_arm_does_not_pass_full_scale_by_a_bit);
+    RUN_TEST(test_arm_moves_in_mirror_image_to_the_last_bit);
+    RUN_TEST(test_arm_clamps_from_full_scale_on);
     return UNITY_END();
 }

@@ -593,6 +593,31 @@ static void test_biquad_change_clamps_what_the_new_params_cannot_hold(void)
     }
 }
 
+// One state at a time: the compare that serves them all must miss none, nor take what is in range for lost.
+static void test_biquad_finds_each_state_that_is_lost(void)
+{
+    const int64_t values[] = {W_MAX, W_MAX + 1, INT64_C(1) << 62, -W_MAX, -W_MAX - 2, -(INT64_C(1) << 62)};
+    for (uint32_t count = 2; count <= 3u; count++)
+    {
+        params = (tribo_biquad_q31_params_t){.count = (uint8_t)count};
+        for (uint32_t which = 0; which < 2u * count; which++)
+        {
+            tribo_biquad_q31_section_state_t *const section = &state.section[which / 2u];
+            int64_t *const                          w       = which % 2u == 0u ? &section->w1 : &section->w2;
+            params.section[which / 2u].shift                = 31;
+            for (size_t i = 0; i < sizeof values / sizeof values[0]; i++)
+            {
+                const int64_t x      = values[i];
+                const int64_t within = x > W_MAX ? W_MAX : (x < -W_MAX ? -W_MAX : x);
+                tribo_biquad_q31_reset(&state);
+                *w = x;
+                (void)tribo_biquad_q31_step(&params, &state, 0);
+                TEST_ASSERT_EQUAL_INT64(within, *w);
+            }
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -614,5 +639,6 @@ int main(void)
     RUN_TEST(test_biquad_change_keeps_the_output_and_its_slope);
     RUN_TEST(test_biquad_change_to_the_same_params_changes_nothing_to_see);
     RUN_TEST(test_biquad_change_clamps_what_the_new_params_cannot_hold);
+    RUN_TEST(test_biquad_finds_each_state_that_is_lost);
     return UNITY_END();
 }

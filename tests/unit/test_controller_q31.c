@@ -297,6 +297,42 @@ static void test_controller_is_not_limited_at_its_very_limit(void)
     TEST_ASSERT_EQUAL_UINT32(1, state.limited_ticks);
 }
 
+// Against 64 bits: v = e 2^scale, at the limits to the bit and where only v, not v + feedforward, is beyond full scale.
+static void test_controller_limits_exactly_the_sum(void)
+{
+    const int32_t ends[] = {INT32_MIN, -INT32_MAX, -1, 0, 1, INT32_MAX};
+    random_t      r      = {4};
+    for (uint32_t scale = 0; scale <= 24u; scale++)
+    {
+        params               = (tribo_controller_q31_params_t){.anti_windup_shift = 1};
+        params.cascade.count = 2;
+        for (uint32_t i = 0; i < 2u; i++)
+        {
+            params.cascade.section[i].b0 = INT32_C(1) << 28;
+        }
+        params.cascade.section[1].scale = (uint8_t)scale;
+        for (int k = 0; k < 2000; k++)
+        {
+            const bool widest     = random_bits(&r) % 4u == 0u;
+            params.u_min          = widest ? -INT32_MAX : -(int32_t)(random_bits(&r) % 2147483647u);
+            params.u_max          = widest ? INT32_MAX : (int32_t)(random_bits(&r) % 2147483647u);
+            const int32_t limit   = random_bits(&r) % 2u == 0u ? params.u_min : params.u_max;
+            const int32_t e       = (int32_t)(uint32_t)random_bits(&r) >> (random_bits(&r) % 2u == 0u ? scale : 0u);
+            const int64_t v       = (int64_t)e * (INT32_C(1) << scale);
+            const int64_t to_meet = limit - v + (int64_t)(random_bits(&r) % 3u) - 1;
+            const bool    meets   = to_meet >= INT32_MIN && to_meet <= INT32_MAX;
+            const int32_t added   = meets ? (int32_t)to_meet : ends[random_bits(&r) % 6u];
+            const int64_t sum     = v + added;
+            const int64_t u       = sum < params.u_min ? params.u_min : (sum > params.u_max ? params.u_max : sum);
+            tribo_controller_q31_reset(&state);
+            TEST_ASSERT_EQUAL_INT64(u, tribo_controller_q31_step(&params, &state, e, added, &seen));
+            TEST_ASSERT_EQUAL_INT(u != sum, seen.limited);
+            TEST_ASSERT_EQUAL_UINT32(u != sum, state.limited_ticks);
+            TEST_ASSERT_EQUAL_INT64(v > INT32_MAX ? INT32_MAX : (v < INT32_MIN ? -INT32_MAX : v), seen.v);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -312,5 +348,6 @@ int main(void)
     RUN_TEST(test_controller_limits_what_a_lost_state_gives);
     RUN_TEST(test_controller_sums_what_is_beyond_full_scale_alone);
     RUN_TEST(test_controller_is_not_limited_at_its_very_limit);
+    RUN_TEST(test_controller_limits_exactly_the_sum);
     return UNITY_END();
 }

@@ -6,6 +6,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #define FULL_SCALE 4.0f
 
@@ -372,6 +373,18 @@ static void test_loop_takes_inputs_up_to_their_very_maximum(void)
     TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
 }
 
+static void test_loop_reset_leaves_nothing_of_what_was(void)
+{
+    memset(&state, 0x5a, sizeof state);
+    tribo_force_loop_q31_reset(&state);
+    TEST_ASSERT_NULL(state.active);
+    TEST_ASSERT_EQUAL_INT32(0, state.friction);
+    TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
+    TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
+    TEST_ASSERT_EQUAL_INT32(0, tribo_force_loop_q31_step(&params, &state, 0, 0, &seen));
+    TEST_ASSERT_EQUAL_INT32(0, seen.feedforward);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -390,5 +403,6 @@ int main(void)
     RUN_TEST(test_loop_state_and_params_of_one_axis_take_at_most_480_bytes);
     RUN_TEST(test_loop_of_unusual_params_is_its_parts_joined);
     RUN_TEST(test_loop_takes_inputs_up_to_their_very_maximum);
+    RUN_TEST(test_loop_reset_leaves_nothing_of_what_was);
     return UNITY_END();
 }

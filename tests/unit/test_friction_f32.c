@@ -1,10 +1,13 @@
 #include "tribo/friction_f32.h"
 
+#include "plain_relays.h"
+#include "random.h"
 #include "same.h"
 #include "unity.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -490,6 +493,55 @@ static void test_friction_disarms_by_the_breakaway_of_the_side_where_n_was(void)
     }
 }
 
+// --- the relays against their comparators, one by one --------------------------------------------------------------
+
+// Numbers of few bits, so that levels are exact and met: L+ = 1/2 + |F|, L- = 1/4 + |F|/2; c1 = 3/4, c2 = 1/2.
+static void check_relays(random_t *r)
+{
+    plain_relays_t plain = plain_relays_at_rest();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+    tribo_friction_f32_reset(&state);
+    float before   = 0.0f;
+    int   switches = 0;
+    for (int k = 0; k < 20000; k++)
+    {
+        const float F       = (float)(random_bits(r) % 5u) / 8.0f * (random_bits(r) % 2u == 0u ? 1.0f : -1.0f);
+        const float level[] = {0.5f + fabsf(F), 0.25f + fabsf(F) / 2.0f};
+        const float n       = random_bits(r) % 4u == 0u ? before : (float)((int)(random_bits(r) % 49u) - 24) / 32.0f;
+        const bool  line[]  = {n<0.75f * level[0], n> - 0.75f * level[1],
+                               n > before && before < -0.5f * level[1],
+                               n < before && before > 0.5f * level[0]};
+        const bool  q1      = plain.output[0];
+        plain_relays_step(&plain, params.pulse_width, line);
+        (void)step(F + n, F);
+        TEST_ASSERT_SAME_FLOAT(n, seen.n_n);
+        TEST_ASSERT_EQUAL_INT(plain.output[0], seen.q1);
+        TEST_ASSERT_EQUAL_INT(plain.output[1], seen.q2);
+        TEST_ASSERT_EQUAL_INT(fabsf(n) > fabsf(before) && (n > 0.0f ? seen.q2 : seen.q1), seen.q);
+        switches += q1 != plain.output[0];
+        before = n;
+    }
+    TEST_ASSERT_TRUE(switches > 200);
+}
+
+static void test_friction_relays_are_those_of_its_comparators(void)
+{
+    static const tribo_breakaway_point_f32_t points[] = {{0.0f, 0.5f, 0.25f}, {0.5f, 1.0f, 0.5f}};
+    random_t                                 r        = {1};
+    config.positive                                   = (tribo_breakaway_f32_t){.offset_n = 0.5f, .slope = 1.0f};
+    config.negative                                   = (tribo_breakaway_f32_t){.offset_n = 0.25f, .slope = 0.5f};
+    config.reset_level                                = 0.5f;
+    for (uint32_t width = 1; width <= 3u; width++)
+    {
+        config.pulse_width_s = (float)width * H;
+        config.table         = NULL;
+        check_relays(&r);
+        config.table        = points;
+        config.table_length = 2;
+        check_relays(&r);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -514,5 +566,6 @@ int main(void)
     RUN_TEST(test_friction_init_checks_the_table);
     RUN_TEST(test_friction_init_rounds_the_pulse_width_to_samples);
     RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);
+    RUN_TEST(test_friction_relays_are_those_of_its_comparators);
     return UNITY_END();
 }

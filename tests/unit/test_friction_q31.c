@@ -1,11 +1,14 @@
 #include "tribo/friction_q31.h"
 
+#include "plain_relays.h"
+#include "random.h"
 #include "tribo/quantize_q31.h"
 #include "unity.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
-#include <string.h>
+#include <stdlib.h>
 
 #define H          1.0e-3f
 #define FULL_SCALE 2.0f
@@ -409,6 +412,115 @@ static void test_friction_disarms_by_the_breakaway_of_the_side_where_n_was(void)
     }
 }
 
+// --- the relays against their comparators, one by one --------------------------------------------------------------
+
+// Levels as the header has them, rounded down; met to the bit, and missed by one.
+static void check_relays(random_t *r)
+{
+    plain_relays_t plain = plain_relays_at_rest();
+    init();
+    int32_t before   = 0;
+    int     switches = 0;
+    for (int k = 0; k < 20000; k++)
+    {
+        const int32_t eighth = INT32_C(1) << 28; // of full scale; L+ = 1/4 + |F|, L- = 1/8 + |F|/2, c1 = 3/4, c2 = 1/2
+        const int32_t size   = (int32_t)(random_bits(r) % 5u) * (eighth / 2);
+        const int32_t F      = random_bits(r) % 2u == 0u ? size : -size;
+        const int32_t p      = 2 * eighth + size;
+        const int32_t m      = eighth + size / 2;
+        const int32_t any[]  = {before, 0, p / 4 * 3, -(m / 4 * 3), p / 2, -(m / 2), -(p / 2), m / 4 * 3};
+        const int32_t n      = any[random_bits(r) % 8u] + (int32_t)(random_bits(r) % 3u) - 1;
+        const bool    line[] = {n<p / 4 * 3, n> - (m / 4 * 3),
+                                n > before && before < -(m / 2),
+                                n < before && before > p / 2};
+        const bool    q1     = plain.output[0];
+        plain_relays_step(&plain, params.pulse_width, line);
+        (void)tribo_friction_q31_step(&params, &state, F + n, F, &seen);
+        TEST_ASSERT_EQUAL_INT32(n, seen.n);
+        TEST_ASSERT_EQUAL_INT32(n < 0 ? m : p, seen.L);
+        TEST_ASSERT_EQUAL_INT(plain.output[0], seen.q1);
+        TEST_ASSERT_EQUAL_INT(plain.output[1], seen.q2);
+        TEST_ASSERT_EQUAL_INT(abs(n) > abs(before) && (n > 0 ? seen.q2 : seen.q1), seen.q);
+        switches += q1 != plain.output[0];
+        before = n;
+    }
+    TEST_ASSERT_TRUE(switches > 200);
+}
+
+static void test_friction_relays_are_those_of_its_comparators(void)
+{
+    // The law and the same as a table, in newton at a full scale of 2 N.
+    static const tribo_breakaway_point_f32_t line[] = {{0.0f, 0.5f, 0.25f},
+                                                       {0.125f, 0.625f, 0.3125f},
+                                                       {0.25f, 0.75f, 0.375f},
+                                                       {0.375f, 0.875f, 0.4375f},
+                                                       {0.5f, 1.0f, 0.5f}};
+    random_t                                 r      = {1};
+    config.positive                                 = (tribo_breakaway_f32_t){.offset_n = 0.5f, .slope = 1.0f};
+    config.negative                                 = (tribo_breakaway_f32_t){.offset_n = 0.25f, .slope = 0.5f};
+    config.reset_level                              = 0.5f;
+    for (uint32_t width = 1; width <= 3u; width++)
+    {
+        config.pulse_width_s = (float)width * H;
+        config.table         = NULL;
+        check_relays(&r);
+        config.table        = line;
+        config.table_length = 5;
+        check_relays(&r);
+    }
+}
+
+static void test_friction_takes_a_rise_of_a_bit_for_a_rise(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        for (int rise = -1; rise <= 1; rise++)
+        {
+            tribo_friction_q31_reset(&state);
+            state.n                   = sign * 1000000;
+            state.relay.latch.outputs = TRIBO_RELAY_Q2 | TRIBO_RELAY_Q1;
+            (void)tribo_friction_q31_step(&params, &state, sign * (1000000 + rise), 0, &seen);
+            TEST_ASSERT_EQUAL_INT32(rise, seen.rise);
+            TEST_ASSERT_EQUAL_INT(rise > 0, seen.q);
+        }
+    }
+}
+
+// k L tanh(n/(k L)) for n far beyond 2 L: L = 0.1 N of 2 N.
+static void test_friction_is_at_its_breakaway_however_far_beyond_n_is(void)
+{
+    const float ks[] = {1.01f, 1.1f, 2.0f, 20.0f, 1000.0f};
+    for (size_t i = 0; i < sizeof ks / sizeof ks[0]; i++)
+    {
+        config.k_min    = ks[i];
+        config.k_max    = ks[i];
+        config.positive = (tribo_breakaway_f32_t){.offset_n = 0.1f, .slope = 0.0f};
+        init();
+        for (int j = 1; j < 4000; j++)
+        {
+            const double k = (double)ks[i];
+            const double n = j < 2000 ? 0.0002 * j : 0.001 * (j - 2000);
+            const double f = curve(n);
+            TEST_ASSERT_TRUE(seen.q || n == 0.0);
+            const double L = newton(seen.L);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6 * L, fmin(L, k * L * tanh(n / (k * L))), f);
+        }
+    }
+}
+
+static void test_friction_breakaway_ends_at_full_scale(void)
+{
+    config.positive = (tribo_breakaway_f32_t){.offset_n = 1.0f, .slope = 1.0f};
+    init();
+    const double forces[] = {0.999, 1.0, 1.5, 1.999};
+    for (size_t i = 0; i < sizeof forces / sizeof forces[0]; i++)
+    {
+        const double f = step(1.99999, forces[i]);
+        TEST_ASSERT_DOUBLE_WITHIN(4e-9, fmin(2.0, 1.0 + forces[i]), newton(seen.L));
+        TEST_ASSERT_DOUBLE_WITHIN(4e-9, 1.99999 - forces[i], f);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -427,5 +539,9 @@ int main(void)
     RUN_TEST(test_friction_table_of_one_point_is_a_constant);
     RUN_TEST(test_friction_saturates_net_force_and_breakaway_at_full_scale);
     RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);
+    RUN_TEST(test_friction_relays_are_those_of_its_comparators);
+    RUN_TEST(test_friction_takes_a_rise_of_a_bit_for_a_rise);
+    RUN_TEST(test_friction_is_at_its_breakaway_however_far_beyond_n_is);
+    RUN_TEST(test_friction_breakaway_ends_at_full_scale);
     return UNITY_END();
 }

@@ -179,6 +179,15 @@ static void test_quantize_takes_forces_up_to_full_scale(void)
     config.compensator.friction.set_level   = 1.0f;
     config.compensator.friction.reset_level = 1.0f;
     check_taken();
+    // Of c1 L there must be a bit, or a relay rests unset.
+    config.compensator.friction.positive.offset_n = 4.1e-6f; // of 2 N: 4402 bits
+    config.compensator.friction.set_level         = 1.0f / 4096.0f;
+    check_taken();
+    config.compensator.friction.set_level = 1.0f / 8192.0f;
+    check_refused(TRIBO_ERR_SET_LEVEL);
+    config.compensator.friction.negative.offset_n = 4.1e-6f;
+    config.compensator.friction.positive.offset_n = 0.01f;
+    check_refused(TRIBO_ERR_SET_LEVEL);
     setUp();
     config.controller.u_min_n = -2.0001f;
     check_refused(TRIBO_ERR_U_MIN);
@@ -249,6 +258,13 @@ static void test_quantize_checks_the_table_and_copies_it(void)
     points[7].positive_n = 0.1f;
     points[7].negative_n = 2.0f;
     check_refused(TRIBO_ERR_TABLE_BREAKAWAY);
+    points[7].negative_n = 4.1e-6f; // 4402 bits
+    friction->set_level  = 1.0f / 8192.0f;
+    check_refused(TRIBO_ERR_SET_LEVEL);
+    friction->set_level = 1.0f / 4096.0f;
+    check_taken();
+    points[7].positive_n = 4.1e-6f / 2.0f;
+    check_refused(TRIBO_ERR_SET_LEVEL);
 }
 
 static void test_quantize_refuses_a_rate_law_finer_than_a_bit_a_tick(void)

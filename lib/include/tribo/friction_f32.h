@@ -15,7 +15,7 @@
 /// Eq. (5) is computed as the same curve in the form k = (k_max + k_min E)/(1 + E), E = e^(2 m (v/v0 - 1)), and Eq. (3) as
 /// n less a rational function of (n/(k L))^2. k is within 2e-6 of k_max - k_min, f within 1.2e-6 of itself
 /// (tests/unit/test_friction_f32.c measures both). |f| <= L and |f| <= |n| always.
-/// One division, no loop but the one over a breakaway table's points, always all of them.
+/// One division (two with a table), no loop but the one over a breakaway table's points, always all of them.
 /// Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FRICTION_F32_H

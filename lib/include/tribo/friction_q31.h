@@ -13,7 +13,9 @@
 /// By dense search: k L tanh(n/(k L)) is within 9e-7 of itself and 4 LSB (23 at k_max/k_min = 900), k(v) within 2e-6 of
 /// k_max - k_min (tests/unit/test_friction_q31.c).
 /// Symmetric parameters give f(-u, -F) = -f(u, F) exactly, and |f| <= |n|, |f| <= L always.
-/// One 32-bit division, no loop but the one over a table's points. Not synchronized: one state, one tick.
+/// Where offset + slope |F| is beyond FS, L is FS; the relays then disarm at c2 (offset + slope |F|), at most FS.
+/// One 32-bit division (two with a table), no loop but the one over a table's points. Not synchronized: one state, one
+/// tick.
 
 #ifndef TRIBO_FRICTION_Q31_H
 #define TRIBO_FRICTION_Q31_H
