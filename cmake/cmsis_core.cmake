@@ -13,11 +13,8 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
   set(TRIBO_CMSIS_CORE_DIR "" CACHE PATH "Directory of CMSIS-Core's core_cm4.h; empty: look for it")
 endif()
 
-set(cmsis_cache "$ENV{XDG_CACHE_HOME}")
-if(cmsis_cache STREQUAL "")
-  set(cmsis_cache "$ENV{HOME}/.cache")
-endif()
-set(cmsis_cache "${cmsis_cache}/tribo/cmsis-core-${cmsis_version}")
+include("${CMAKE_CURRENT_LIST_DIR}/user_cache.cmake")
+set(cmsis_cache "${user_cache}/cmsis-core-${cmsis_version}")
 
 function(fetch_cmsis_core)
   set(work "${cmsis_cache}.new")

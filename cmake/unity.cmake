@@ -7,10 +7,7 @@
 
 set(TRIBO_UNITY_DIR "" CACHE PATH "Directory of Unity's unity.c and unity.h; empty: look for it")
 
-set(user_cache "$ENV{XDG_CACHE_HOME}")
-if(user_cache STREQUAL "")
-  set(user_cache "$ENV{HOME}/.cache")
-endif()
+include("${CMAKE_CURRENT_LIST_DIR}/user_cache.cmake")
 
 if(TRIBO_UNITY_DIR)
   if(NOT EXISTS "${TRIBO_UNITY_DIR}/unity.c")
@@ -20,7 +17,7 @@ if(TRIBO_UNITY_DIR)
 else()
   set(archive_dir "${CMAKE_BINARY_DIR}/Unity-2.6.1/src")
   unset(unity_dir)
-  foreach(dir /usr/share/cmock/vendor/unity/src /usr/share/cmock/vendor/unity "${user_cache}/tribo/unity"
+  foreach(dir /usr/share/cmock/vendor/unity/src /usr/share/cmock/vendor/unity "${user_cache}/unity"
               "${archive_dir}")
     if(EXISTS "${dir}/unity.c")
       set(unity_dir "${dir}")

@@ -50,6 +50,19 @@ static inline void friction_reset(friction_t *x)
     tribo_friction_f32_reset(&x->state);
 }
 
+/// At rest but for the relays' outputs `armed` and net force n of the tick before.
+static inline void friction_start(friction_t *x, uint8_t armed, double n)
+{
+    friction_reset(x);
+    x->state.relay.latch.outputs = armed;
+    x->state.n_n                 = (float)n;
+}
+
+static inline uint32_t friction_pulse_width(const friction_t *x)
+{
+    return x->params.pulse_width;
+}
+
 static inline tribo_status_t friction_init(friction_t                        *x,
                                            const tribo_friction_f32_config_t *config,
                                            double                             sample_time_s)
@@ -117,6 +130,45 @@ static inline uint32_t loop_bad_inputs(const loop_t *x)
 static inline uint32_t loop_limited_ticks(const loop_t *x)
 {
     return x->state.controller.limited_ticks;
+}
+
+/// Makes the loop take the way of any params from now on.
+static inline void loop_go_the_way_of_any(loop_t *x)
+{
+    x->params.usual = false;
+}
+
+static inline bool loop_is_usual(const loop_t *x)
+{
+    return x->params.usual;
+}
+
+typedef struct
+{
+    tribo_controller_f32_state_t  controller;
+    tribo_compensator_f32_state_t compensator;
+} parts_t;
+
+static inline void parts_reset(parts_t *x)
+{
+    tribo_controller_f32_reset(&x->controller);
+    tribo_compensator_f32_reset(&x->compensator);
+}
+
+/// Controller and compensator, each on its own, under the params of loop `by`.
+static inline loop_seen_t parts_step(parts_t *x, const loop_t *by, double e, double feedforward)
+{
+    tribo_controller_f32_signals_t  signals;
+    tribo_compensator_f32_signals_t estimate;
+    const float                     u =
+        tribo_controller_f32_step(&by->params.controller, &x->controller, (float)e, (float)feedforward, &signals);
+    (void)tribo_compensator_f32_step(&by->params.compensator, &x->compensator, u, &estimate);
+    return (loop_seen_t){.e           = e,
+                         .feedforward = feedforward,
+                         .v           = (double)signals.v_n,
+                         .u           = (double)u,
+                         .limited     = signals.limited,
+                         .compensator = compensator_seen(&estimate)};
 }
 
 #endif

@@ -90,35 +90,6 @@ static void test_loop_is_controller_and_compensator_joined_as_in_fig_9(void)
     TEST_ASSERT_TRUE(f > q31(0.01));
 }
 
-// Two sections and no table have a tick of their own; the same bits by the way of any params.
-static void test_loop_of_usual_params_is_that_of_any(void)
-{
-    tribo_force_loop_q31_params_t  any   = params;
-    tribo_force_loop_q31_state_t   other = state;
-    tribo_force_loop_q31_signals_t as_any;
-    TEST_ASSERT_TRUE(params.usual);
-    any.usual = false;
-    for (int k = 0; k < 6000; k++)
-    {
-        const double  jump = k % 1000 > 980 ? 1.4 : 0.0;
-        const int32_t r    = k % 700 == 699 ? INT32_MIN : q31(0.5 + 0.1 * sin(k * 0.002) - jump);
-        const int32_t y    = q31(0.5 + 0.0999 * sin(k * 0.002 - 0.001));
-        const int32_t u    = tribo_force_loop_q31_step(&params, &state, r, y, &seen);
-        TEST_ASSERT_EQUAL_INT32(u, tribo_force_loop_q31_step(&any, &other, r, y, &as_any));
-        TEST_ASSERT_EQUAL_INT32(seen.e, as_any.e);
-        TEST_ASSERT_EQUAL_INT32(seen.feedforward, as_any.feedforward);
-        TEST_ASSERT_EQUAL_INT32(seen.controller.v, as_any.controller.v);
-        TEST_ASSERT_EQUAL_INT32(seen.compensator.force, as_any.compensator.force);
-        TEST_ASSERT_EQUAL_INT32(seen.compensator.friction.f, as_any.compensator.friction.f);
-        TEST_ASSERT_EQUAL_INT(seen.compensator.friction.q, as_any.compensator.friction.q);
-    }
-    TEST_ASSERT_TRUE(state.controller.limited_ticks > 10u);
-    TEST_ASSERT_EQUAL_UINT32(8, state.bad_inputs);
-    TEST_ASSERT_EQUAL_UINT32(state.controller.limited_ticks, other.controller.limited_ticks);
-    TEST_ASSERT_EQUAL_UINT32(state.bad_inputs, other.bad_inputs);
-    TEST_ASSERT_EQUAL_PTR(&any, other.active);
-}
-
 static void test_loop_with_gain_0_does_without_compensation(void)
 {
     config.gain = 0.0f;
@@ -316,63 +287,6 @@ static void test_loop_state_and_params_of_one_axis_take_at_most_480_bytes(void)
     TEST_ASSERT_TRUE(bytes <= 480u);
 }
 
-// Three sections, or a table: not the usual params, and no less right.
-static void check_is_its_parts_joined(void)
-{
-    tribo_breakaway_point_q31_t     points[2];
-    tribo_force_loop_q31_params_t   other;
-    tribo_controller_q31_state_t    controller;
-    tribo_controller_q31_signals_t  controller_seen;
-    tribo_compensator_q31_state_t   compensator;
-    tribo_compensator_q31_signals_t compensator_seen;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&other, points, &config, FULL_SCALE, NULL));
-    TEST_ASSERT_FALSE(other.usual);
-    tribo_force_loop_q31_reset(&state);
-    tribo_controller_q31_reset(&controller);
-    tribo_compensator_q31_reset(&compensator);
-    for (int k = 0; k < 3000; k++)
-    {
-        const int32_t r = q31(0.5 + 0.1 * sin(k * 0.004));
-        const int32_t y = q31(0.5 + 0.0999 * sin(k * 0.004 - 0.01));
-        const int32_t u = tribo_force_loop_q31_step(&other, &state, r, y, &seen);
-        TEST_ASSERT_EQUAL_INT32(
-            tribo_controller_q31_step(&other.controller, &controller, r - y, seen.feedforward, &controller_seen),
-            u);
-        TEST_ASSERT_EQUAL_INT32(tribo_compensator_q31_step(&other.compensator, &compensator, u, &compensator_seen),
-                                seen.compensator.friction.f);
-        TEST_ASSERT_EQUAL_INT32(compensator_seen.friction.L, seen.compensator.friction.L);
-    }
-    TEST_ASSERT_TRUE(seen.compensator.friction.L > q31(0.29)); // of the table, not 0.16 of the law
-}
-
-static void test_loop_of_unusual_params_is_its_parts_joined(void)
-{
-    static const tribo_biquad_f32_section_t  three[] = {TRIBO_BIQUAD_F32(1.0, -0.5, 0.0, -0.6, 0.0),
-                                                        TRIBO_BIQUAD_F32(1.0, -0.2, 0.0, -0.5, 0.0),
-                                                        TRIBO_BIQUAD_F32(0.4, -0.39, 0.0, -0.99999, 0.0)};
-    static const tribo_breakaway_point_f32_t table[] = {{0.0f, 0.3f, 0.31f}, {1.0f, 0.32f, 0.33f}};
-
-    const tribo_controller_f32_config_t usual = config.controller;
-    config.controller.sections                = three;
-    config.controller.section_count           = 3;
-    config.compensator.friction.positive      = (tribo_breakaway_f32_t){.offset_n = 0.3f, .slope = 0.01f};
-    config.compensator.friction.negative      = config.compensator.friction.positive;
-    check_is_its_parts_joined();
-    config.controller                        = usual;
-    config.compensator.friction              = tribo_friction_f32_paper();
-    config.compensator.friction.table        = table;
-    config.compensator.friction.table_length = 2;
-    check_is_its_parts_joined();
-}
-
-static void test_loop_takes_inputs_up_to_their_very_maximum(void)
-{
-    const int32_t most = params.input_max;
-    (void)tribo_force_loop_q31_step(&params, &state, most, most, &seen);
-    (void)tribo_force_loop_q31_step(&params, &state, -most, -most, &seen);
-    TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
-}
-
 static void test_loop_reset_leaves_nothing_of_what_was(void)
 {
     memset(&state, 0x5a, sizeof state);
@@ -389,7 +303,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_loop_is_controller_and_compensator_joined_as_in_fig_9);
-    RUN_TEST(test_loop_of_usual_params_is_that_of_any);
     RUN_TEST(test_loop_with_gain_0_does_without_compensation);
     RUN_TEST(test_loop_compensator_sees_the_limited_u);
     RUN_TEST(test_loop_changes_gain_without_a_bump);
@@ -401,8 +314,6 @@ int main(void)
     RUN_TEST(test_loop_saturates_an_error_and_a_feedforward_beyond_full_scale);
     RUN_TEST(test_loop_stays_within_its_limits_whatever_comes);
     RUN_TEST(test_loop_state_and_params_of_one_axis_take_at_most_480_bytes);
-    RUN_TEST(test_loop_of_unusual_params_is_its_parts_joined);
-    RUN_TEST(test_loop_takes_inputs_up_to_their_very_maximum);
     RUN_TEST(test_loop_reset_leaves_nothing_of_what_was);
     return UNITY_END();
 }

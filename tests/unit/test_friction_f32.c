@@ -1,13 +1,10 @@
 #include "tribo/friction_f32.h"
 
-#include "plain_relays.h"
-#include "random.h"
 #include "same.h"
 #include "unity.h"
 
 #include <float.h>
 #include <math.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -460,88 +457,6 @@ static void test_friction_init_rounds_the_pulse_width_to_samples(void)
     }
 }
 
-static void start(uint8_t armed, float n_before)
-{
-    tribo_friction_f32_reset(&state);
-    state.relay.latch.outputs = armed;
-    state.n_n                 = n_before;
-}
-
-// By law and by table: L+ = 0.1 N, L- = 0.02 N, disarmed at 0.08 and 0.016.
-static void test_friction_disarms_by_the_breakaway_of_the_side_where_n_was(void)
-{
-    static const tribo_breakaway_point_f32_t both[] = {{0.0f, 0.1f, 0.02f}, {1.0f, 0.1f, 0.02f}};
-    config.positive                                 = (tribo_breakaway_f32_t){.offset_n = 0.1f, .slope = 0.0f};
-    config.negative                                 = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.0f};
-    for (int by_table = 0; by_table < 2; by_table++)
-    {
-        config.table        = by_table != 0 ? both : NULL;
-        config.table_length = 2;
-        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
-        start(TRIBO_RELAY_Q2, 0.05f); // within 0.08, though beyond 0.016
-        (void)step(-0.01f, 0.0f);
-        TEST_ASSERT_TRUE(seen.q2);
-        start(TRIBO_RELAY_Q2, 0.09f);
-        (void)step(-0.01f, 0.0f);
-        TEST_ASSERT_FALSE(seen.q2);
-        start(TRIBO_RELAY_Q1, -0.018f); // beyond 0.016, though within 0.08
-        (void)step(0.01f, 0.0f);
-        TEST_ASSERT_FALSE(seen.q1);
-        start(TRIBO_RELAY_Q1, -0.015f);
-        (void)step(0.01f, 0.0f);
-        TEST_ASSERT_TRUE(seen.q1);
-    }
-}
-
-// --- the relays against their comparators, one by one --------------------------------------------------------------
-
-// Numbers of few bits, so that levels are exact and met: L+ = 1/2 + |F|, L- = 1/4 + |F|/2; c1 = 3/4, c2 = 1/2.
-static void check_relays(random_t *r)
-{
-    plain_relays_t plain = plain_relays_at_rest();
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
-    tribo_friction_f32_reset(&state);
-    float before   = 0.0f;
-    int   switches = 0;
-    for (int k = 0; k < 20000; k++)
-    {
-        const float F       = (float)(random_bits(r) % 5u) / 8.0f * (random_bits(r) % 2u == 0u ? 1.0f : -1.0f);
-        const float level[] = {0.5f + fabsf(F), 0.25f + fabsf(F) / 2.0f};
-        const float n       = random_bits(r) % 4u == 0u ? before : (float)((int)(random_bits(r) % 49u) - 24) / 32.0f;
-        const bool  line[]  = {n<0.75f * level[0], n> - 0.75f * level[1],
-                               n > before && before < -0.5f * level[1],
-                               n < before && before > 0.5f * level[0]};
-        const bool  q1      = plain.output[0];
-        plain_relays_step(&plain, params.pulse_width, line);
-        (void)step(F + n, F);
-        TEST_ASSERT_SAME_FLOAT(n, seen.n_n);
-        TEST_ASSERT_EQUAL_INT(plain.output[0], seen.q1);
-        TEST_ASSERT_EQUAL_INT(plain.output[1], seen.q2);
-        TEST_ASSERT_EQUAL_INT(fabsf(n) > fabsf(before) && (n > 0.0f ? seen.q2 : seen.q1), seen.q);
-        switches += q1 != plain.output[0];
-        before = n;
-    }
-    TEST_ASSERT_TRUE(switches > 200);
-}
-
-static void test_friction_relays_are_those_of_its_comparators(void)
-{
-    static const tribo_breakaway_point_f32_t points[] = {{0.0f, 0.5f, 0.25f}, {0.5f, 1.0f, 0.5f}};
-    random_t                                 r        = {1};
-    config.positive                                   = (tribo_breakaway_f32_t){.offset_n = 0.5f, .slope = 1.0f};
-    config.negative                                   = (tribo_breakaway_f32_t){.offset_n = 0.25f, .slope = 0.5f};
-    config.reset_level                                = 0.5f;
-    for (uint32_t width = 1; width <= 3u; width++)
-    {
-        config.pulse_width_s = (float)width * H;
-        config.table         = NULL;
-        check_relays(&r);
-        config.table        = points;
-        config.table_length = 2;
-        check_relays(&r);
-    }
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -565,7 +480,5 @@ int main(void)
     RUN_TEST(test_friction_init_checks_sample_time_and_pointers);
     RUN_TEST(test_friction_init_checks_the_table);
     RUN_TEST(test_friction_init_rounds_the_pulse_width_to_samples);
-    RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);
-    RUN_TEST(test_friction_relays_are_those_of_its_comparators);
     return UNITY_END();
 }

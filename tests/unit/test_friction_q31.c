@@ -379,39 +379,6 @@ static void test_friction_saturates_net_force_and_breakaway_at_full_scale(void)
     TEST_ASSERT_EQUAL_INT32(0, seen.rise);
 }
 
-static void start(uint8_t armed, int32_t n_before)
-{
-    tribo_friction_q31_reset(&state);
-    state.relay.latch.outputs = armed;
-    state.n                   = n_before;
-}
-
-// By law and by table: L+ = 0.1 N, L- = 0.02 N, disarmed at 0.08 and 0.016.
-static void test_friction_disarms_by_the_breakaway_of_the_side_where_n_was(void)
-{
-    static const tribo_breakaway_point_f32_t both[] = {{0.0f, 0.1f, 0.02f}, {1.0f, 0.1f, 0.02f}};
-    config.positive                                 = (tribo_breakaway_f32_t){.offset_n = 0.1f, .slope = 0.0f};
-    config.negative                                 = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.0f};
-    for (int by_table = 0; by_table < 2; by_table++)
-    {
-        config.table        = by_table != 0 ? both : NULL;
-        config.table_length = 2;
-        init();
-        start(TRIBO_RELAY_Q2, q31(0.05)); // within 0.08, though beyond 0.016
-        (void)step(-0.01, 0.0);
-        TEST_ASSERT_TRUE(seen.q2);
-        start(TRIBO_RELAY_Q2, q31(0.09));
-        (void)step(-0.01, 0.0);
-        TEST_ASSERT_FALSE(seen.q2);
-        start(TRIBO_RELAY_Q1, q31(-0.018)); // beyond 0.016, though within 0.08
-        (void)step(0.01, 0.0);
-        TEST_ASSERT_FALSE(seen.q1);
-        start(TRIBO_RELAY_Q1, q31(-0.015));
-        (void)step(0.01, 0.0);
-        TEST_ASSERT_TRUE(seen.q1);
-    }
-}
-
 // --- the relays against their comparators, one by one --------------------------------------------------------------
 
 // Levels as the header has them, rounded down; met to the bit, and missed by one.
@@ -538,7 +505,6 @@ int main(void)
     RUN_TEST(test_friction_table_is_linear_between_its_points_and_clamped_at_its_ends);
     RUN_TEST(test_friction_table_of_one_point_is_a_constant);
     RUN_TEST(test_friction_saturates_net_force_and_breakaway_at_full_scale);
-    RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);
     RUN_TEST(test_friction_relays_are_those_of_its_comparators);
     RUN_TEST(test_friction_takes_a_rise_of_a_bit_for_a_rise);
     RUN_TEST(test_friction_is_at_its_breakaway_however_far_beyond_n_is);
