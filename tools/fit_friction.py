@@ -61,7 +61,8 @@ def main():
     print("2^-f, from f^0:", ", ".join(f"{value:.9g}" for value in c), f"(relative error {error:.2e})")
     print("    in Q32:", ", ".join(f"{round(abs(value) * 2**32)}" for value in c))
     print("r1, r2, q1, q2:", ", ".join(f"{value:.9g}" for value in shortfall), f"(relative error {shortfall_error:.2e})")
-    print("    r1, 16 r2, q1, 16 q2 in Q32:", ", ".join(f"{round(v * m * 2**32)}" for v, m in zip(shortfall, (1, 16, 1, 16))))
+    halves = zip(shortfall, (0.5, 2.0, 0.5, 2.0))
+    print("    r1/2, 2 r2, q1/2, 2 q2 in Q32:", ", ".join(f"{round(v * m * 2**32)}" for v, m in halves))
 
 
 if __name__ == "__main__":

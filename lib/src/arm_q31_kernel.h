@@ -18,8 +18,8 @@ static inline void arm_q31_kernel(const tribo_arm_q31_params_t *params, tribo_ar
     const int32_t G      = state->force_change;
     const int64_t change = tribo_q31_multiply(params->phi_d, drive) + tribo_q31_multiply(params->phi_g, G);
     const int64_t next   = tribo_q31_multiply(params->gamma_d, drive) + tribo_q31_multiply(params->gamma_g, G);
-    const int64_t moved  = tribo_q31_shift(change + arm_q31_up(change, params->shift), params->shift);
-    int64_t       F      = (int64_t)((uint64_t)state->force + (uint64_t)moved);
+    const int64_t away   = change + arm_q31_up(change, params->shift);
+    int64_t       F      = (int64_t)tribo_q31_add_shifted((uint64_t)state->force, away, params->shift, params->power);
     if (TRIBO_RARE((uint32_t)((uint64_t)F >> 32) + (UINT32_C(1) << 27) >= UINT32_C(1) << 28)) // beyond full scale
     {
         tribo_q31_count(&state->saturated);

@@ -96,12 +96,11 @@ void tribo_biquad_f32_advance(const tribo_biquad_f32_params_t  *params,
     }
 }
 
-static float step_of_two(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
+static float step_of_pair(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
 {
-    float       y0;
-    const float y = biquad_f32_pair_output(params, state, x, &y0);
-    biquad_f32_pair_advance(params, state, x, y0, y, 0.0f);
-    return y;
+    const biquad_f32_pair_t pair = biquad_f32_pair_output(params, state, x);
+    biquad_f32_pair_advance(params, state, &pair);
+    return pair.y1;
 }
 
 static float step_of_any(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
@@ -120,8 +119,8 @@ float tribo_biquad_f32_step(const tribo_biquad_f32_params_t *params, tribo_biqua
         bounded = 0.0f;
         count(&state->bad_inputs);
     }
-    const float y =
-        TRIBO_FAST_WAY(params->count == 2u) ? step_of_two(params, state, bounded) : step_of_any(params, state, bounded);
+    const float y = TRIBO_FAST_WAY(params->count == 2u) ? step_of_pair(params, state, bounded)
+                                                        : step_of_any(params, state, bounded);
     if (TRIBO_RARE(exceeds(y, BIQUAD_F32_OUTPUT_MAX)))
     {
         tribo_biquad_f32_start_again(state);

@@ -33,30 +33,38 @@ static inline tribo_biquad_f32_section_state_t biquad_f32_section_advance(const 
                                               .w2_carry = change - (w2 - state.w2)};
 }
 
-/// The outputs of two sections, the usual case.
-static inline float biquad_f32_pair_output(const tribo_biquad_f32_params_t *params,
-                                           const tribo_biquad_f32_state_t  *state,
-                                           float                            x,
-                                           float                           *y0)
+/// Two sections, the usual case: their input and outputs.
+typedef struct
 {
-    *y0 = params->section[0].b0 * x + state->section[0].w1;
-    return params->section[1].b0 * *y0 + state->section[1].w1;
+    float x, y0, y1;
+} biquad_f32_pair_t;
+
+static inline biquad_f32_pair_t biquad_f32_pair_output(const tribo_biquad_f32_params_t *params,
+                                                       const tribo_biquad_f32_state_t  *state,
+                                                       float                            x)
+{
+    const float y0 = params->section[0].b0 * x + state->section[0].w1;
+    return (biquad_f32_pair_t){.x = x, .y0 = y0, .y1 = params->section[1].b0 * y0 + state->section[1].w1};
+}
+
+/// `pair` as if its input had been `correction` larger.
+static inline void biquad_f32_pair_correct(const tribo_biquad_f32_params_t *params,
+                                           biquad_f32_pair_t               *pair,
+                                           float                            correction)
+{
+    const float c0 = correction * params->section[0].b0;
+    pair->x += correction;
+    pair->y0 += c0;
+    pair->y1 += c0 * params->section[1].b0;
 }
 
 static inline void biquad_f32_pair_advance(const tribo_biquad_f32_params_t *params,
                                            tribo_biquad_f32_state_t        *state,
-                                           float                            x,
-                                           float                            y0,
-                                           float                            y1,
-                                           float                            correction)
+                                           const biquad_f32_pair_t         *pair)
 {
-    const float c0   = correction * params->section[0].b0;
-    const float out0 = y0 + c0;
-    const float out1 = y1 + c0 * params->section[1].b0;
-
     const tribo_biquad_f32_section_state_t first =
-        biquad_f32_section_advance(&params->section[0], state->section[0], x + correction, out0);
-    state->section[1] = biquad_f32_section_advance(&params->section[1], state->section[1], out0, out1);
+        biquad_f32_section_advance(&params->section[0], state->section[0], pair->x, pair->y0);
+    state->section[1] = biquad_f32_section_advance(&params->section[1], state->section[1], pair->y0, pair->y1);
     state->section[0] = first;
 }
 

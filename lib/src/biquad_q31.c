@@ -28,7 +28,6 @@ void tribo_biquad_q31_clamp(tribo_biquad_q31_state_t *state)
 {
     for (uint32_t i = 0; i < TRIBO_BIQUAD_Q31_SECTIONS_MAX; i++)
     {
-        state->section[i].w1 = clamp(state->section[i].w1, &state->saturated);
         state->section[i].w2 = clamp(state->section[i].w2, &state->saturated);
     }
 }
@@ -47,8 +46,11 @@ int64_t tribo_biquad_q31_output(const tribo_biquad_q31_params_t *params,
     outputs->x = y;
     for (uint32_t i = 0; i < params->count; i++)
     {
-        y             = biquad_q31_section_output(&params->section[i], state->section[i].w1, y, &state->saturated);
-        outputs->y[i] = y;
+        const biquad_q31_node_t out =
+            biquad_q31_section_output(&params->section[i], state->section[i].w1, y, &state->saturated);
+        y                = out.y;
+        outputs->y[i]    = y;
+        outputs->rest[i] = out.rest;
     }
     return unscaled(y, params->section[params->count - 1u].scale);
 }
@@ -63,11 +65,12 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
     uint32_t excess = 0;
     for (uint32_t i = 0; i < params->count; i++)
     {
-        c                 = biquad_q31_section_correction(&params->section[i], c);
-        const int32_t out = tribo_q31_add(outputs->y[i], c, &state->saturated);
-        state->section[i] = biquad_q31_section_advance(&params->section[i], state->section[i], in, out);
-        excess |= biquad_q31_section_excess(state->section[i]);
-        in = out;
+        c                           = biquad_q31_section_correction(&params->section[i], c);
+        const biquad_q31_node_t out = {.y    = tribo_q31_add(outputs->y[i], c, &state->saturated),
+                                       .rest = outputs->rest[i]};
+        state->section[i]           = biquad_q31_section_advance(&params->section[i], state->section[i].w2, in, out);
+        excess |= biquad_q31_excess(state->section[i].w2);
+        in = out.y;
     }
     if (excess >= UINT32_C(1) << 30)
     {
@@ -75,13 +78,11 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
     }
 }
 
-static int64_t step_of_two(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
+static int64_t step_of_pair(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
 {
-    int32_t       y0;
-    const int32_t in = biquad_q31_input(params, state, x);
-    const int32_t y1 = biquad_q31_pair_output(params, state, in, &y0);
-    biquad_q31_pair_advance(params, state, in, y0, y1, 0);
-    return unscaled(y1, params->section[1].scale);
+    const biquad_q31_pair_t pair = biquad_q31_pair_output(params, state, x);
+    biquad_q31_pair_advance(params, state, &pair);
+    return unscaled(pair.out[1].y, params->section[1].scale);
 }
 
 static int64_t step_of_any(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
@@ -95,7 +96,7 @@ static int64_t step_of_any(const tribo_biquad_q31_params_t *params, tribo_biquad
 int32_t tribo_biquad_q31_step(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
 {
     const int64_t y =
-        TRIBO_FAST_WAY(params->count == 2u) ? step_of_two(params, state, x) : step_of_any(params, state, x);
+        TRIBO_FAST_WAY(params->count == 2u) ? step_of_pair(params, state, x) : step_of_any(params, state, x);
     return tribo_q31_saturate(y, &state->saturated);
 }
 
@@ -109,6 +110,14 @@ static int64_t rescale(int64_t x, int32_t by)
     return (kept > max ? max : (kept < -max ? -max : kept)) * (INT64_C(1) << left);
 }
 
+/// What a tick adds to w1 but for w2, b1 x - a1 y.
+static int64_t moved(const tribo_biquad_q31_section_t *section, int32_t x, int32_t y)
+{
+    const int32_t b1 = section->c1 + section->b0;
+    const int32_t a1 = (INT32_C(1) << BIQUAD_Q31_FRACTION) - section->d1;
+    return (int64_t)b1 * x - (int64_t)a1 * y;
+}
+
 void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
                              const tribo_biquad_q31_params_t *to,
                              tribo_biquad_q31_state_t        *state,
@@ -118,10 +127,11 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
     const uint32_t             carry = state->carry;
     tribo_biquad_q31_outputs_t were;
     const int64_t              last = tribo_biquad_q31_output(from, state, x, &were) + offset;
-    state->carry                    = carry & ((UINT32_C(1) << to->input_scale) - 1u);
 
+    state->carry       = carry;
+    int32_t in         = biquad_q31_input(to, state, x); // what the next tick will make of x
+    state->carry       = carry;
     int32_t from_in    = were.x;
-    int32_t in         = (int32_t)(((int64_t)x + state->carry) >> to->input_scale); // what the next tick will make of x
     int32_t from_scale = from->input_scale;
     for (uint32_t i = 0; i < to->count; i++)
     {
@@ -136,8 +146,8 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
             from_out                              = were.y[i];
             from_scale                            = was->scale;
             // Unsigned, as a lost state may wrap.
-            const int64_t moved = (int64_t)was->b1 * from_in - (int64_t)was->a1 * from_out;
-            change              = (int64_t)((uint64_t)moved + (uint64_t)(state->section[i].w2 >> was->shift));
+            const int64_t w2 = state->section[i].w2 >> was->shift;
+            change           = (int64_t)((uint64_t)moved(was, from_in, from_out) + (uint64_t)w2);
         }
         const int32_t by  = now->scale - from_scale;
         int64_t       out = rescale(from_out, by);
@@ -148,9 +158,8 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
         const int32_t y = tribo_q31_saturate(out, &state->saturated);
         state->section[i].w1 =
             rescale((int64_t)y * (INT64_C(1) << BIQUAD_Q31_FRACTION) - (int64_t)now->b0 * in + BIQUAD_Q31_HALF, 0);
-        state->section[i].w2 =
-            rescale(rescale(change, by) - ((int64_t)now->b1 * in - (int64_t)now->a1 * y), -(int32_t)now->shift);
-        from_in = from_out;
-        in      = y;
+        state->section[i].w2 = rescale(rescale(change, by) - moved(now, in, y), -(int32_t)now->shift);
+        from_in              = from_out;
+        in                   = y;
     }
 }

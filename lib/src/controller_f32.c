@@ -191,7 +191,8 @@ float tribo_controller_f32_start_again(const tribo_controller_f32_params_t *para
                                        float                                feedforward_n,
                                        tribo_controller_f32_signals_t      *signals)
 {
-    const float u = controller_f32_within(params, feedforward_n);
+    const float above = feedforward_n > params->u_min_n ? feedforward_n : params->u_min_n;
+    const float u     = above < params->u_max_n ? above : params->u_max_n;
     tribo_biquad_f32_start_again(&state->cascade);
     *signals = (tribo_controller_f32_signals_t){.v_n = 0.0f, .u_n = u, .limited = u != feedforward_n};
     return u;

@@ -21,29 +21,23 @@ typedef struct
     bool  lost; ///< v is beyond reason
 } controller_f32_limited_t;
 
-/// Within the limits, whatever `wanted` is.
-static inline float controller_f32_within(const tribo_controller_f32_params_t *params, float wanted)
-{
-    const float above = wanted > params->u_min_n ? wanted : params->u_min_n;
-    return above < params->u_max_n ? above : params->u_max_n;
-}
-
 static inline controller_f32_limited_t controller_f32_limit(const tribo_controller_f32_params_t *params,
                                                             tribo_controller_f32_state_t        *state,
                                                             float                                v,
                                                             float                                feedforward_n)
 {
-    const float              wanted = v + feedforward_n;
-    const float              u      = controller_f32_within(params, wanted);
-    const float              taken  = u - wanted;
-    controller_f32_limited_t result = {.u_n = u, .correction_n = taken * params->anti_windup};
-    if (TRIBO_RARE(bits_f32(taken) != 0u)) // NaN too; no v beyond reason is within any limits
+    const float wanted = v + feedforward_n;
+    if (TRIBO_USUAL(wanted >= params->u_min_n && wanted <= params->u_max_n))
     {
-        count(&state->limited_ticks);
-        result.limited = true;
-        result.lost    = exceeds(v, BIQUAD_F32_OUTPUT_MAX);
+        return (controller_f32_limited_t){.u_n = wanted};
     }
-    return result;
+    // NaN too, for which u is u_min; no v beyond reason is within any limits.
+    const float u = wanted > params->u_max_n ? params->u_max_n : params->u_min_n;
+    count(&state->limited_ticks);
+    return (controller_f32_limited_t){.u_n          = u,
+                                      .correction_n = (u - wanted) * params->anti_windup,
+                                      .limited      = true,
+                                      .lost         = exceeds(v, BIQUAD_F32_OUTPUT_MAX)};
 }
 
 /// Of a cascade of two sections, the usual case.
@@ -53,14 +47,18 @@ static inline float controller_f32_kernel(const tribo_controller_f32_params_t *p
                                           float                                feedforward_n,
                                           tribo_controller_f32_signals_t      *signals)
 {
-    float                          y0;
-    const float                    v = biquad_f32_pair_output(&params->cascade, &state->cascade, e_n, &y0);
-    const controller_f32_limited_t l = controller_f32_limit(params, state, v, feedforward_n);
+    biquad_f32_pair_t              pair = biquad_f32_pair_output(&params->cascade, &state->cascade, e_n);
+    const float                    v    = pair.y1;
+    const controller_f32_limited_t l    = controller_f32_limit(params, state, v, feedforward_n);
     if (TRIBO_RARE(l.lost))
     {
         return tribo_controller_f32_start_again(params, state, feedforward_n, signals);
     }
-    biquad_f32_pair_advance(&params->cascade, &state->cascade, e_n, y0, v, l.correction_n);
+    if (TRIBO_RARE(l.limited))
+    {
+        biquad_f32_pair_correct(&params->cascade, &pair, l.correction_n);
+    }
+    biquad_f32_pair_advance(&params->cascade, &state->cascade, &pair);
     *signals = (tribo_controller_f32_signals_t){.v_n = v, .u_n = l.u_n, .limited = l.limited};
     return l.u_n;
 }

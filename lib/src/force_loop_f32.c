@@ -58,31 +58,50 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     }
     if (status == TRIBO_OK)
     {
-        made.usual = made.controller.cascade.count == 2u && config->compensator.friction.table == NULL;
-        *params    = made;
+        *params = made;
     }
     return status;
+}
+
+/// Two sections and no table: a tick of its own.
+static bool is_usual(const tribo_force_loop_f32_params_t *params)
+{
+    return params->controller.cascade.count == 2u && params->compensator.friction.table == NULL;
 }
 
 void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state)
 {
     state->active     = NULL;
+    state->usual      = NULL;
     state->friction_n = 0.0f;
     state->bad_inputs = 0;
     tribo_controller_f32_reset(&state->controller);
     tribo_compensator_f32_reset(&state->compensator);
 }
 
-// Out of line, these three: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
+// Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
 
-/// What f^ of this tick is under params `p`, the state left alone.
+/// What f^ of this tick is under params `p`, the state left alone. `scratch` is what the stack need not hold.
 static TRIBO_OUT_OF_LINE float friction_under(const tribo_force_loop_f32_params_t *p,
                                               const tribo_force_loop_f32_state_t  *state,
-                                              float                                u)
+                                              float                                u_n,
+                                              tribo_compensator_f32_signals_t     *scratch)
 {
-    tribo_compensator_f32_state_t   copy = state->compensator;
-    tribo_compensator_f32_signals_t unused;
-    return tribo_compensator_f32_step(&p->compensator, &copy, u, &unused);
+    tribo_compensator_f32_state_t copy = state->compensator;
+    return tribo_compensator_f32_step(&p->compensator, &copy, u_n, scratch);
+}
+
+/// The end of a tick that was not a usual one.
+static void note(const tribo_force_loop_f32_params_t *params,
+                 tribo_force_loop_f32_state_t        *state,
+                 float                                e,
+                 float                                feedforward,
+                 tribo_force_loop_f32_signals_t      *signals)
+{
+    state->active          = params;
+    state->usual           = is_usual(params) ? params : NULL;
+    signals->e_n           = e;
+    signals->feedforward_n = feedforward;
 }
 
 /// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
@@ -100,40 +119,26 @@ static TRIBO_OUT_OF_LINE float changing_tick(const tribo_force_loop_f32_params_t
     const float u =
         tribo_controller_f32_step(&params->controller, &state->controller, e, feedforward, &signals->controller);
 
-    const float old_friction_n = friction_under(from, state, u);
+    const float old_friction_n = friction_under(from, state, u, &signals->compensator);
     state->friction_n = tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
 
     const float model_jump_n = params->gain * (state->friction_n - old_friction_n);
     tribo_controller_f32_change(&params->controller, &params->controller, &state->controller, e, -model_jump_n);
+    note(params, state, e, feedforward, signals);
     return u;
 }
 
 /// The tick of any params.
-static float tick_of_any(const tribo_force_loop_f32_params_t *params,
-                         tribo_force_loop_f32_state_t        *state,
-                         float                                e,
-                         float                                feedforward,
-                         tribo_force_loop_f32_signals_t      *signals)
+static TRIBO_OUT_OF_LINE float tick_of_any(const tribo_force_loop_f32_params_t *params,
+                                           tribo_force_loop_f32_state_t        *state,
+                                           float                                e,
+                                           float                                feedforward,
+                                           tribo_force_loop_f32_signals_t      *signals)
 {
     const float u =
         tribo_controller_f32_step(&params->controller, &state->controller, e, feedforward, &signals->controller);
     state->friction_n = tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
-    return u;
-}
-
-/// All but the usual tick.
-static TRIBO_OUT_OF_LINE float other_tick(const tribo_force_loop_f32_params_t *params,
-                                          tribo_force_loop_f32_state_t        *state,
-                                          float                                e,
-                                          float                                feedforward,
-                                          tribo_force_loop_f32_signals_t      *signals)
-{
-    const bool  changes    = state->active != NULL && state->active != params;
-    const float u          = changes ? changing_tick(params, state, e, feedforward, signals)
-                                     : tick_of_any(params, state, e, feedforward, signals);
-    state->active          = params;
-    signals->e_n           = e;
-    signals->feedforward_n = feedforward;
+    note(params, state, e, feedforward, signals);
     return u;
 }
 
@@ -153,13 +158,18 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
         count(&state->bad_inputs);
     }
     const float feedforward = params->gain * state->friction_n;
-    if (!TRIBO_FAST_WAY(params->usual && state->active == params))
+    if (!TRIBO_FAST_WAY(state->usual == params))
     {
-        if (!TRIBO_FAST_WAY(params->usual && state->active == NULL))
+        if (state->active != NULL && state->active != params)
         {
-            return other_tick(params, state, e, feedforward, signals);
+            return changing_tick(params, state, e, feedforward, signals);
+        }
+        if (!TRIBO_FAST_WAY(is_usual(params) && state->active == NULL))
+        {
+            return tick_of_any(params, state, e, feedforward, signals);
         }
         state->active = params; // the first tick
+        state->usual  = params;
     }
     const float u =
         controller_f32_kernel(&params->controller, &state->controller, e, feedforward, &signals->controller);

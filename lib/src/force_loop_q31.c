@@ -6,9 +6,16 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+/// Two sections and plain friction: a tick of its own.
+static bool is_usual(const tribo_force_loop_q31_params_t *params)
+{
+    return params->controller.cascade.count == 2u && params->compensator.friction.plain;
+}
+
 void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
 {
     state->active     = NULL;
+    state->usual      = NULL;
     state->friction   = 0;
     state->bad_inputs = 0;
     state->saturated  = 0;
@@ -22,16 +29,29 @@ static inline int32_t feedforward(const tribo_force_loop_q31_params_t *params, i
     return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), 29, saturated);
 }
 
-// Out of line, these three: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
+// Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
 
-/// What f^ of this tick is under params `p`, the state left alone.
+/// What f^ of this tick is under params `p`, the state left alone. `scratch` is what the stack need not hold.
 static TRIBO_OUT_OF_LINE int32_t friction_under(const tribo_force_loop_q31_params_t *p,
                                                 const tribo_force_loop_q31_state_t  *state,
-                                                int32_t                              u)
+                                                int32_t                              u,
+                                                tribo_compensator_q31_signals_t     *scratch)
 {
-    tribo_compensator_q31_state_t   copy = state->compensator;
-    tribo_compensator_q31_signals_t unused;
-    return tribo_compensator_q31_step(&p->compensator, &copy, u, &unused);
+    tribo_compensator_q31_state_t copy = state->compensator;
+    return tribo_compensator_q31_step(&p->compensator, &copy, u, scratch);
+}
+
+/// The end of a tick that was not a usual one.
+static void note(const tribo_force_loop_q31_params_t *params,
+                 tribo_force_loop_q31_state_t        *state,
+                 int32_t                              e,
+                 int32_t                              added,
+                 tribo_force_loop_q31_signals_t      *signals)
+{
+    state->active        = params;
+    state->usual         = is_usual(params) ? params : NULL;
+    signals->e           = e;
+    signals->feedforward = added;
 }
 
 /// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
@@ -54,7 +74,7 @@ static TRIBO_OUT_OF_LINE int32_t changing_tick(const tribo_force_loop_q31_params
     const int32_t u =
         tribo_controller_q31_step(&params->controller, &state->controller, e, added, &signals->controller);
 
-    const int32_t old_friction = friction_under(from, state, u);
+    const int32_t old_friction = friction_under(from, state, u, &signals->compensator);
     state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
 
     const int64_t model_jump =
@@ -64,35 +84,21 @@ static TRIBO_OUT_OF_LINE int32_t changing_tick(const tribo_force_loop_q31_params
                                 &state->controller,
                                 e,
                                 tribo_q31_saturate(-model_jump, saturated));
+    note(params, state, e, added, signals);
     return u;
 }
 
 /// The tick of any params.
-static int32_t tick_of_any(const tribo_force_loop_q31_params_t *params,
-                           tribo_force_loop_q31_state_t        *state,
-                           int32_t                              e,
-                           int32_t                              added,
-                           tribo_force_loop_q31_signals_t      *signals)
+static TRIBO_OUT_OF_LINE int32_t tick_of_any(const tribo_force_loop_q31_params_t *params,
+                                             tribo_force_loop_q31_state_t        *state,
+                                             int32_t                              e,
+                                             int32_t                              added,
+                                             tribo_force_loop_q31_signals_t      *signals)
 {
     const int32_t u =
         tribo_controller_q31_step(&params->controller, &state->controller, e, added, &signals->controller);
     state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
-    return u;
-}
-
-/// All but the usual tick.
-static TRIBO_OUT_OF_LINE int32_t other_tick(const tribo_force_loop_q31_params_t *params,
-                                            tribo_force_loop_q31_state_t        *state,
-                                            int32_t                              e,
-                                            int32_t                              added,
-                                            tribo_force_loop_q31_signals_t      *signals)
-{
-    const bool    changes = state->active != NULL && state->active != params;
-    const int32_t u =
-        changes ? changing_tick(params, state, e, added, signals) : tick_of_any(params, state, e, added, signals);
-    state->active        = params;
-    signals->e           = e;
-    signals->feedforward = added;
+    note(params, state, e, added, signals);
     return u;
 }
 
@@ -114,13 +120,18 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
         tribo_q31_count(&state->bad_inputs);
     }
     const int32_t added = feedforward(params, state->friction, &state->saturated);
-    if (!TRIBO_FAST_WAY(params->usual && state->active == params))
+    if (!TRIBO_FAST_WAY(state->usual == params))
     {
-        if (!TRIBO_FAST_WAY(params->usual && state->active == NULL))
+        if (state->active != NULL && state->active != params)
         {
-            return other_tick(params, state, e, added, signals);
+            return changing_tick(params, state, e, added, signals);
+        }
+        if (!TRIBO_FAST_WAY(is_usual(params) && state->active == NULL))
+        {
+            return tick_of_any(params, state, e, added, signals);
         }
         state->active = params; // the first tick
+        state->usual  = params;
     }
     const int32_t u = controller_q31_kernel(&params->controller, &state->controller, e, added, &signals->controller);
     state->friction =

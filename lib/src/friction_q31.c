@@ -14,8 +14,8 @@ static uint32_t at_part(int32_t lower, int32_t upper, uint32_t part)
     return (uint32_t)(lower + ((int64_t)(upper - lower) * part >> 31));
 }
 
-/// Linear between the points, clamped at both ends. Visits every point, whatever the force.
-void tribo_friction_q31_look_up(const tribo_friction_q31_params_t *params, uint32_t load, uint32_t L[2])
+/// L+ and L-: linear between the points, clamped at both ends. Visits every point, whatever the force.
+static void look_up(const tribo_friction_q31_params_t *params, uint32_t load, uint32_t L[2])
 {
     const uint32_t length = params->table_length;
     uint32_t       below  = 0; // points at or below the force
@@ -30,6 +30,31 @@ void tribo_friction_q31_look_up(const tribo_friction_q31_params_t *params, uint3
     const uint32_t part = span > 0u ? tribo_q31_ratio(load - (uint32_t)lower->force, span) : 0u;
     L[0]                = at_part(lower->positive, upper->positive, part);
     L[1]                = at_part(lower->negative, upper->negative, part);
+}
+
+/// L by an affine law, whatever its slope.
+static uint32_t steep(const tribo_friction_q31_params_t *params, uint32_t side, uint32_t load)
+{
+    const uint64_t L = friction_q31_affine(&params->law[side], load) + tribo_q31_product(params->law_whole[side], load);
+    return L < TRIBO_Q31_MAX ? (uint32_t)L : (uint32_t)TRIBO_Q31_MAX;
+}
+
+friction_q31_levels_t tribo_friction_q31_levels(const tribo_friction_q31_params_t *params,
+                                                uint32_t                           load,
+                                                uint32_t                           side,
+                                                uint32_t                           side_before)
+{
+    uint32_t L[2];
+    if (params->table != NULL)
+    {
+        look_up(params, load, L);
+    }
+    else
+    {
+        L[0] = steep(params, 0, load);
+        L[1] = steep(params, 1, load);
+    }
+    return (friction_q31_levels_t){.L = L[side], .reset = tribo_q31_high(params->reset_level, L[side_before])};
 }
 
 int32_t tribo_friction_q31_step(const tribo_friction_q31_params_t *params,

@@ -10,14 +10,22 @@
 
 #include <stddef.h>
 
-/// L+ and L- at load |F| from the table.
-void tribo_friction_q31_look_up(const tribo_friction_q31_params_t *params, uint32_t load, uint32_t L[2]);
+typedef struct
+{
+    uint32_t L;     ///< breakaway on the side of n
+    uint32_t reset; ///< c2 times the one on the side of n[k-1]
+} friction_q31_levels_t;
 
-/// L at load |F| by an affine law, at most full scale.
+/// Those of any params at load |F|: from a table, or where a slope is 1 or more or L ends at full scale.
+friction_q31_levels_t tribo_friction_q31_levels(const tribo_friction_q31_params_t *params,
+                                                uint32_t                           load,
+                                                uint32_t                           side,
+                                                uint32_t                           side_before);
+
+/// L at load |F| by a plain law.
 static inline uint32_t friction_q31_affine(const tribo_breakaway_q31_t *law, uint32_t load)
 {
-    const uint64_t L = law->offset + tribo_q31_product(law->slope, load);
-    return (uint32_t)tribo_q31_opaque(TRIBO_USUAL(L >> 59 == 0u) ? (int32_t)(L >> 28) : TRIBO_Q31_MAX);
+    return law->offset + tribo_q31_high(law->slope, load);
 }
 
 /// 2^-y in Q32, of y in Q22; 2^-31 stands for what is below it.
@@ -33,15 +41,15 @@ static inline uint32_t friction_q31_power(uint32_t y)
     return p >> (whole < 31u ? whole : 31u);
 }
 
-/// a / b in Q32 for a below 0.95 b, b from 2^24 to 2^31, within 2e-7 of itself: a division for 12 bits of 1/b or more,
-/// and one of Newton's steps with what they leave over, which fits 32 bits.
+/// a / b in Q32 for a below 0.95 b, b from 2^22 to 2^30.7, within 2e-7 of itself where b is over 2^25: a division for 11
+/// bits of 1/b or more, and one of Newton's steps with what they leave over, which fits 32 bits.
 static inline uint32_t friction_q31_quotient(uint32_t a, uint32_t b)
 {
-    const uint32_t coarse = UINT32_MAX / (b >> 11);               // 2^43 / b
-    const int32_t  left   = (int32_t)(uint32_t)(0u - b * coarse); // of 2^43
-    const uint32_t first  = (uint32_t)(tribo_q31_product(a, coarse) >> 11);
-    const int32_t  step   = (int32_t)(tribo_q31_multiply((int32_t)(first >> 1), left) >> 32);
-    return first + (uint32_t)(step >> 10);
+    const uint32_t coarse = UINT32_MAX / (b >> 10);               // 2^42 / b
+    const int32_t  left   = (int32_t)(uint32_t)(0u - b * coarse); // of 2^42
+    const uint32_t first  = (uint32_t)(tribo_q31_product(a, coarse) >> 10);
+    const int32_t  step   = (int32_t)(tribo_q31_multiply(tribo_q31_opaque((int32_t)(first >> 1)), left) >> 32);
+    return first + (uint32_t)(step >> 9);
 }
 
 /// Magnitude of Eq. (3) before the saturation, as in friction_f32_kernel.h: n (1 - R), k = B/A. Without q, R is 0.
@@ -59,26 +67,24 @@ static inline uint32_t friction_q31_curve(const tribo_friction_q31_params_t *par
     const uint32_t A        = (UINT32_C(1) << 31) + (w >> 1); // Q31
     const uint32_t B        = params->k[negative] + tribo_q31_high(params->k[negative + 1u], w);
 
-    // x = n/(k L) = 4 N/D, D from 2^31.
-    const uint32_t most  = L + (L >> 2) + (L >> 3);
-    const uint32_t half  = n >> 1 < most ? n >> 1 : most;
-    const uint32_t above = tribo_q31_high(half << (params->L_shift - 1u), A);
-    const uint32_t below = tribo_q31_high(L << params->L_shift, B);
-    const uint32_t up    = tribo_q31_leading_zeros(below);
-    const int32_t  left  = (int32_t)up + 1 - params->k_shift;
+    // x = n/(k L) = 2 N/D, the larger of N and D from 2^31.
+    const uint32_t zeros = tribo_q31_leading_zeros(n | L);
+    const uint32_t above = (tribo_q31_high(n << zeros, A) >> params->k_shift) & (0u - q);
+    const uint32_t below = tribo_q31_high(L << zeros, B);
+    const uint32_t up    = tribo_q31_leading_zeros(above | below);
+    const uint32_t N     = above << up;
     const uint32_t D     = below << up;
-    const uint32_t N     = (left >= 0 ? above << left : above >> -left) & (0u - q);
 
-    // R = s (r1 + r2 s)/(1 + q1 s + q2 s^2), s = 16 N2/D2; above and below the line over 16 D2^2.
+    // R = s (r1 + r2 s)/(1 + q1 s + q2 s^2), s = 4 N2/D2; above and below the line over 8 D2^2.
     const uint32_t N2      = tribo_q31_high(N, N);
     const uint32_t D2      = tribo_q31_high(D, D);
-    const uint32_t R_above = tribo_q31_high(N2, tribo_q31_high(1431629024u, D2) + tribo_q31_high(959512440u, N2));
-    const uint32_t R_below = (tribo_q31_high(D2, D2) >> 4) +
-                             tribo_q31_high(N2, tribo_q31_high(1897708300u, D2) + tribo_q31_high(1021943842u, N2));
+    const uint32_t R_above = tribo_q31_high(N2, tribo_q31_high(715814512u, D2) + tribo_q31_high(119939055u, N2));
+    const uint32_t R_below = (tribo_q31_high(D2, D2) >> 3) +
+                             tribo_q31_high(N2, tribo_q31_high(948854150u, D2) + tribo_q31_high(127742980u, N2));
     return n - tribo_q31_high(n, friction_q31_quotient(R_above, R_below));
 }
 
-/// `any` is false, a constant, where there is no table.
+/// `any` is false, a constant, where the params are plain.
 static inline int32_t friction_q31_kernel(const tribo_friction_q31_params_t *params,
                                           tribo_friction_q31_state_t        *state,
                                           int32_t                            n,
@@ -93,23 +99,20 @@ static inline int32_t friction_q31_kernel(const tribo_friction_q31_params_t *par
     const uint32_t size        = tribo_q31_magnitude(n);
     const uint32_t size_before = tribo_q31_magnitude(n_before);
 
-    uint32_t L;
-    uint32_t reset;
-    if (any && params->table != NULL)
+    friction_q31_levels_t level;
+    if (any && !params->plain)
     {
-        uint32_t both[2];
-        tribo_friction_q31_look_up(params, load, both);
-        L     = both[side];
-        reset = tribo_q31_high(params->reset_level, both[side_before]);
+        level = tribo_friction_q31_levels(params, load, side, side_before);
     }
     else
     {
-        L     = friction_q31_affine(&params->law[side], load);
-        reset = friction_q31_affine(&params->reset[side_before], load);
+        level.L     = friction_q31_affine(&params->law[side], load);
+        level.reset = friction_q31_affine(&params->reset[side_before], load);
     }
+    const uint32_t L      = level.L;
     const uint32_t rise   = size - size_before;
     const uint32_t inside = size - tribo_q31_high(params->set_level, L);
-    const uint32_t deep   = reset - size_before;
+    const uint32_t deep   = level.reset - size_before;
     const uint32_t back   = rise | (uint32_t)(n ^ n_before);
     const uint32_t relays =
         relay_kernel(&state->relay, params->pulse_width, friction_relay_events(side, side_before, inside, deep, back));

@@ -1,7 +1,6 @@
 #include "tribo/quantize_q31.h"
 
 #include "exact_f32.h"
-#include "friction_q31_kernel.h"
 
 #include <stddef.h>
 
@@ -75,14 +74,23 @@ static bool full_scale_ok(float full_scale_n)
 
 // --- friction ------------------------------------------------------------------------------------------------------
 
-static tribo_status_t quantize_law(tribo_breakaway_q31_t *out, const tribo_breakaway_f32_t *law, float full_scale_n)
+static tribo_status_t quantize_law(tribo_friction_q31_params_t *out,
+                                   uint32_t                     side,
+                                   const tribo_breakaway_f32_t *law,
+                                   float                        full_scale_n)
 {
     if (!within(law->offset_n / full_scale_n, SMALLEST, 0.999999f))
     {
         return TRIBO_ERR_BREAKAWAY_OFFSET;
     }
-    out->offset = (uint64_t)fixed_force(law->offset_n, full_scale_n) << 28;
-    out->slope  = fixed_unsigned(law->slope, 28);
+    const uint32_t whole = (uint32_t)law->slope;
+    const uint32_t part  = fixed_unsigned(law->slope - (float)whole, 32);
+
+    out->law[side].offset   = (uint32_t)fixed_force(law->offset_n, full_scale_n);
+    out->law[side].slope    = part;
+    out->law_whole[side]    = (uint8_t)whole;
+    out->reset[side].offset = tribo_q31_high(out->reset_level, out->law[side].offset);
+    out->reset[side].slope  = tribo_q31_high(out->reset_level, part);
     return TRIBO_OK;
 }
 
@@ -115,15 +123,8 @@ static tribo_status_t quantize_breakaway(tribo_friction_q31_params_t       *out,
     {
         return check_table(config, full_scale_n);
     }
-    tribo_status_t status = quantize_law(&out->law[0], &config->positive, full_scale_n);
-    status                = status != TRIBO_OK ? status : quantize_law(&out->law[1], &config->negative, full_scale_n);
-    for (uint32_t side = 0; side < 2u; side++)
-    {
-        const uint32_t offset   = (uint32_t)(out->law[side].offset >> 28);
-        out->reset[side].offset = (uint64_t)tribo_q31_high(out->reset_level, offset) << 28;
-        out->reset[side].slope  = tribo_q31_high(out->reset_level, out->law[side].slope);
-    }
-    return status;
+    const tribo_status_t status = quantize_law(out, 0, &config->positive, full_scale_n);
+    return status != TRIBO_OK ? status : quantize_law(out, 1, &config->negative, full_scale_n);
 }
 
 static void quantize_k(tribo_friction_q31_params_t *out, const tribo_friction_f32_config_t *config)
@@ -159,30 +160,31 @@ static tribo_status_t quantize_rate(tribo_friction_q31_params_t       *out,
 
 typedef struct
 {
-    uint32_t least, largest;
+    uint64_t least, largest;
 } breakaways_t;
 
-static void include(breakaways_t *all, uint32_t L)
+static void include(breakaways_t *all, uint64_t L)
 {
     all->least   = L < all->least ? L : all->least;
     all->largest = L > all->largest ? L : all->largest;
 }
 
-/// All L that there can be.
+/// All L that there can be, before they end at full scale.
 static breakaways_t breakaways(const tribo_friction_q31_params_t *out,
                                const tribo_friction_f32_config_t *config,
                                float                              full_scale_n)
 {
-    breakaways_t all = {.least = UINT32_MAX, .largest = 0};
+    breakaways_t all = {.least = UINT64_MAX, .largest = 0};
     for (uint32_t side = 0; side < 2u && config->table == NULL; side++)
     {
-        include(&all, friction_q31_affine(&out->law[side], 0));
-        include(&all, friction_q31_affine(&out->law[side], UINT32_C(1) << 31));
+        const uint64_t rise = ((uint64_t)out->law_whole[side] << 31) + (out->law[side].slope >> 1);
+        include(&all, out->law[side].offset);
+        include(&all, out->law[side].offset + rise);
     }
     for (uint32_t i = 0; i < out->table_length; i++)
     {
-        include(&all, (uint32_t)fixed_force(config->table[i].positive_n, full_scale_n));
-        include(&all, (uint32_t)fixed_force(config->table[i].negative_n, full_scale_n));
+        include(&all, (uint64_t)fixed_force(config->table[i].positive_n, full_scale_n));
+        include(&all, (uint64_t)fixed_force(config->table[i].negative_n, full_scale_n));
     }
     return all;
 }
@@ -224,7 +226,7 @@ static tribo_status_t quantize_friction(tribo_friction_q31_params_t       *out,
         return TRIBO_ERR_GRAVITY;
     }
     const breakaways_t L = breakaways(out, config, full_scale_n);
-    if (!(config->set_level >= SMALLEST) || tribo_q31_high(out->set_level, L.least) == 0u)
+    if (!(config->set_level >= SMALLEST) || tribo_q31_high(out->set_level, (uint32_t)L.least) == 0u)
     {
         return TRIBO_ERR_SET_LEVEL;
     }
@@ -234,7 +236,7 @@ static tribo_status_t quantize_friction(tribo_friction_q31_params_t       *out,
     }
     quantize_k(out, config);
     out->gravity     = fixed_force(config->gravity_n, full_scale_n);
-    out->L_shift     = (uint8_t)tribo_q31_leading_zeros(L.largest);
+    out->plain       = config->table == NULL && L.largest <= TRIBO_Q31_MAX;
     out->pulse_width = f32.pulse_width;
     return TRIBO_OK;
 }
@@ -268,6 +270,8 @@ tribo_status_t tribo_friction_q31_init(tribo_friction_q31_params_t       *params
 }
 
 // --- arm -----------------------------------------------------------------------------------------------------------
+
+#define ARM_MAX 3.999f
 
 static int64_t lesser(int64_t a, int64_t b)
 {
@@ -303,22 +307,25 @@ tribo_status_t tribo_arm_q31_init(tribo_arm_q31_params_t       *params,
     {
         return status;
     }
-    // gamma_d is about (omega h)^2: with G times 1/(omega h), drive and speed get coefficients of like size.
-    int32_t shift = 0;
-    while (shift < 15 && scaled(f32.gamma_d, 2 * (shift + 1)) <= 1.0f)
+    // gamma_d is about (omega h)^2: with G times 1/(omega h), drive and speed get coefficients of like size. As phi_d is 2
+    // at the most and phi_g 1, those of F stay below 4 together, so that their products' sum is below 2^61.
+    const float push  = magnitude(f32.gamma_d);
+    const float move  = magnitude(f32.phi_d);
+    const float coast = magnitude(f32.phi_g);
+    int32_t     shift = 0;
+    while (shift < 15 && scaled(push, 2 * (shift + 1)) <= 1.0f && scaled(move, shift + 1) + coast < ARM_MAX)
     {
         shift++;
     }
-    const float phi_d   = scaled(f32.phi_d, shift);
-    const float gamma_d = scaled(f32.gamma_d, shift);
-    if (!(larger(magnitude(phi_d), magnitude(gamma_d)) < 4.0f))
+    if (!(scaled(push, shift) < ARM_MAX))
     {
         return TRIBO_ERR_ARM_TOO_FAST;
     }
-    const tribo_arm_q31_params_t made = {.phi_d   = fixed(phi_d, 28),
+    const tribo_arm_q31_params_t made = {.phi_d   = fixed(scaled(f32.phi_d, shift), 28),
                                          .phi_g   = fixed(f32.phi_g, 28),
-                                         .gamma_d = fixed(gamma_d, 28),
+                                         .gamma_d = fixed(scaled(f32.gamma_d, shift), 28),
                                          .gamma_g = fixed(f32.gamma_g, 28),
+                                         .power   = INT32_C(1) << (30 - shift),
                                          .shift   = (uint8_t)shift};
     if (!arm_is_stable(&made))
     {
@@ -483,11 +490,11 @@ static int32_t scale_for(float peak, int32_t at_least)
     return scale;
 }
 
-/// The largest s up to 31 that keeps x below 4 2^-s.
+/// The largest s up to 30 that keeps x below 4 2^-s.
 static int32_t shift_for(float x)
 {
     const float most  = magnitude(x);
-    int32_t     shift = 31;
+    int32_t     shift = 30;
     while (shift > 0 && !(scaled(most, shift) < 3.999f))
     {
         shift--;
@@ -523,15 +530,18 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
         {
             return TRIBO_ERR_HEADROOM;
         }
-        out->section[i] = (tribo_biquad_q31_section_t){.b0       = fixed(scaled(s->b0, by), 28),
-                                                       .b1       = fixed(scaled(s->b1, by), 28),
-                                                       .a1       = fixed(s->a1, 28),
-                                                       .b2       = fixed(b2, 28 + shift),
-                                                       .a2       = fixed(s->a2, 28 + shift + r),
-                                                       .shift    = (uint8_t)shift,
-                                                       .a2_shift = (uint8_t)r,
-                                                       .scale    = (uint8_t)scale};
-        before          = scale;
+        const int32_t b0 = fixed(scaled(s->b0, by), 28);
+        out->section[i]  = (tribo_biquad_q31_section_t){.b0          = b0,
+                                                        .c1          = fixed(scaled(s->b1, by), 28) - b0,
+                                                        .d1          = (INT32_C(1) << 28) - fixed(s->a1, 28),
+                                                        .c2          = fixed(b2, 28 + shift),
+                                                        .d2          = -fixed(s->a2, 28 + shift + r),
+                                                        .shift_power = INT32_C(1) << (30 - shift),
+                                                        .d2_power    = INT32_C(1) << (30 - r),
+                                                        .shift       = (uint8_t)shift,
+                                                        .d2_shift    = (uint8_t)r,
+                                                        .scale       = (uint8_t)scale};
+        before           = scale;
     }
     return TRIBO_OK;
 }
@@ -546,10 +556,10 @@ static void dequantize(tribo_biquad_f32_section_t *sections, const tribo_biquad_
         const int32_t                     by = s->scale - before;
         sections[i] =
             (tribo_biquad_f32_section_t){.b0 = scaled((float)s->b0, by - 28),
-                                         .b1 = scaled((float)s->b1, by - 28),
-                                         .b2 = scaled((float)s->b2, by - 28 - (int32_t)s->shift),
-                                         .a1 = scaled((float)s->a1, -28),
-                                         .a2 = scaled((float)s->a2, -28 - (int32_t)s->shift - (int32_t)s->a2_shift)};
+                                         .b1 = scaled((float)(s->c1 + s->b0), by - 28),
+                                         .b2 = scaled((float)s->c2, by - 28 - (int32_t)s->shift),
+                                         .a1 = scaled((float)((INT32_C(1) << 28) - s->d1), -28),
+                                         .a2 = scaled((float)-s->d2, -28 - (int32_t)s->shift - (int32_t)s->d2_shift)};
         before = s->scale;
     }
 }
@@ -741,7 +751,6 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     {
         *headroom = measured;
     }
-    made.usual = f32.usual;
-    *params    = made;
+    *params = made;
     return TRIBO_OK;
 }

@@ -6,9 +6,12 @@
 #include "seen.h"
 #include "tribo/force_loop_f32.h"
 
+#include <stddef.h>
+
 #define GOLDEN_FRICTION_TOLERANCE_N    2e-7 // asked: 2e-5
 #define GOLDEN_COMPENSATOR_TOLERANCE_N 5e-6 // asked: 5e-5
 #define CONTROLLER_TOLERANCE_N         5e-5
+#define STEEP_IS_USUAL                 true // a breakaway that rises faster than the force
 #define ROUNDING                       1e-7 // of a force of 1 N
 
 typedef struct
@@ -132,15 +135,18 @@ static inline uint32_t loop_limited_ticks(const loop_t *x)
     return x->state.controller.limited_ticks;
 }
 
-/// Makes the loop take the way of any params from now on.
-static inline void loop_go_the_way_of_any(loop_t *x)
+/// A tick by the way of any params.
+static inline loop_seen_t loop_step_as_any(loop_t *x, double r, double y)
 {
-    x->params.usual = false;
+    x->state.active = &x->params;
+    x->state.usual  = NULL;
+    return loop_step(x, r, y);
 }
 
-static inline bool loop_is_usual(const loop_t *x)
+/// Whether the last tick was one of usual params.
+static inline bool loop_was_usual(const loop_t *x)
 {
-    return x->params.usual;
+    return x->state.usual != NULL;
 }
 
 typedef struct

@@ -129,8 +129,6 @@ static double check_is_its_parts_joined(const tribo_force_loop_f32_config_t *con
     double        largest = 0.0;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, config));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&any, config));
-    TEST_ASSERT_EQUAL_INT(usual, loop_is_usual(&loop));
-    loop_go_the_way_of_any(&any);
     parts_reset(&parts);
     for (int k = 0; k < 6000; k++)
     {
@@ -139,12 +137,13 @@ static double check_is_its_parts_joined(const tribo_force_loop_f32_config_t *con
         const double y    = 0.5 + 0.0999 * sin(k * 0.002 - 0.001);
 
         const loop_seen_t seen   = loop_step(&loop, r, y);
-        const loop_seen_t as_any = loop_step(&any, r, y);
+        const loop_seen_t as_any = loop_step_as_any(&any, r, y);
         const loop_seen_t joined = parts_step(&parts, &loop, seen.e, seen.feedforward);
         check_same(&seen, &as_any);
         check_same(&seen, &joined);
         largest = fmax(largest, seen.compensator.friction.L);
     }
+    TEST_ASSERT_EQUAL_INT(usual, loop_was_usual(&loop));
     TEST_ASSERT_TRUE(loop_limited_ticks(&loop) > 10u);
     TEST_ASSERT_EQUAL_UINT32(loop_limited_ticks(&loop), loop_limited_ticks(&any));
     TEST_ASSERT_EQUAL_UINT32(8, loop_bad_inputs(&loop));
@@ -165,8 +164,11 @@ static void test_loop_of_any_params_is_its_parts_joined(void)
     config.compensator.friction.table        = table;
     config.compensator.friction.table_length = 2;
     TEST_ASSERT_TRUE(check_is_its_parts_joined(&config, false) > 0.9); // of the table, not of the law
-    config.compensator.friction.table = NULL;
-    config.controller.sections        = sections;
+    config.compensator.friction.table          = NULL;
+    config.compensator.friction.positive.slope = 1.25f;
+    (void)check_is_its_parts_joined(&config, STEEP_IS_USUAL);
+    config.compensator.friction.positive.slope = 0.3f;
+    config.controller.sections                 = sections;
     for (uint32_t count = 1; count <= TRIBO_BIQUAD_SECTIONS_MAX; count++)
     {
         config.controller.section_count = count;

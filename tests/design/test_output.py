@@ -64,8 +64,8 @@ int main(void)
     for (unsigned i = 0; i < TRIBO_PAPER_CONTROLLER_SECTION_COUNT; ++i)
     {
         const tribo_biquad_q31_section_t *a = &made.cascade.section[i], *b = &tribo_paper_controller_q31.cascade.section[i];
-        if (a->b0 != b->b0 || a->b1 != b->b1 || a->b2 != b->b2 || a->a1 != b->a1 || a->a2 != b->a2 || a->shift != b->shift ||
-            a->a2_shift != b->a2_shift || a->scale != b->scale) { return 3; }
+        if (a->b0 != b->b0 || a->c1 != b->c1 || a->c2 != b->c2 || a->d1 != b->d1 || a->d2 != b->d2 || a->shift != b->shift ||
+            a->d2_shift != b->d2_shift || a->shift_power != b->shift_power || a->d2_power != b->d2_power || a->scale != b->scale) { return 3; }
     }
     if (made.cascade.count != tribo_paper_controller_q31.cascade.count || made.cascade.input_scale != tribo_paper_controller_q31.cascade.input_scale ||
         made.anti_windup != tribo_paper_controller_q31.anti_windup || made.anti_windup_shift != tribo_paper_controller_q31.anti_windup_shift ||
@@ -106,8 +106,8 @@ HEADER, JSON = "paper_controller.h", "paper_design.json"
 @pytest.mark.parametrize("name, pattern, replacement, said", [
     (HEADER, r"(F32 .*\n.*\n +\{)1\.818", r"\g<1>1.819", "f32 section 1 b0"),
     (HEADER, r"(\d)(\de-07f)", lambda m: f"{(int(m.group(1)) + 1) % 10}{m.group(2)}", "f32 section 2 a2"),
-    (HEADER, r"\.a2 = 65474681\d", ".a2 = 654746899", "Q31 section 2 a2"),
-    (HEADER, r"a2_shift = 16", "a2_shift = 15", "Q31 section 2 a2_shift"),
+    (HEADER, r"\.d2 = -65474681\d", ".d2 = -654746899", "Q31 section 2 d2"),
+    (HEADER, r"d2_shift = 16", "d2_shift = 15", "Q31 section 2 d2_shift"),
     (HEADER, r"\.scale = 4\},(.*\n)*?.*\.count", lambda m: m.group(0).replace(".scale = 4},", ".scale = 5},", 1), "Q31 section 1 scale"),
     (HEADER, r"input_scale = 3", "input_scale = 2", "Q31 input_scale"),
     (HEADER, r"anti_windup = 1", "anti_windup = 2", "Q31 anti_windup"),

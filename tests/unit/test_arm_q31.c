@@ -5,6 +5,7 @@
 #include "unity.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define H    1.0e-3f
@@ -166,8 +167,31 @@ static void test_arm_init_refuses_what_it_cannot_hold_or_what_never_rests(void)
     config.damping = 0.0f;
     check_refused(TRIBO_ERR_DAMPING, H);
     // G changes by up to K h^2/I a tick; beyond 4 of it does not fit.
-    config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 2.0e2f, .stiffness = 2.0e7f};
+    config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 2.0e2f, .stiffness = 2.3e7f}; // gamma_d -4.3
     check_refused(TRIBO_ERR_ARM_TOO_FAST, H);
+}
+
+// From an undamped arm of two samples a period, whose gamma_d is negative, to slower ones.
+static void test_arm_init_leaves_room_for_the_sum_of_its_products(void)
+{
+    int fast = 0;
+    for (float stiffness = 1.0e6f; stiffness < 2.0e7f; stiffness *= 1.02f)
+    {
+        config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 1.0f, .stiffness = stiffness};
+        if (tribo_arm_q31_init(&params, &config, H) == TRIBO_OK)
+        {
+            TEST_ASSERT_TRUE(ldexp(abs(params.phi_d), -28) + ldexp(abs(params.phi_g), -28) < 4.0);
+            TEST_ASSERT_EQUAL_INT32(INT32_C(1) << (30 - params.shift), params.power);
+            fast += params.gamma_d < 0;
+        }
+    }
+    TEST_ASSERT_TRUE(fast > 10);
+    config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 0.1f, .stiffness = 9.55595e6f};
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_q31_init(&params, &config, H));
+    TEST_ASSERT_EQUAL_INT(0, params.shift);
+    config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 1.0e6f, .stiffness = 1.0e-3f};
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_q31_init(&params, &config, H));
+    TEST_ASSERT_EQUAL_INT(15, params.shift); // and no further
 }
 
 // A drive pushes such an arm by 1e-9 a tick; its conditions for stability differ by as little.
@@ -226,6 +250,7 @@ static void test_arm_moves_in_mirror_image_to_the_last_bit(void)
         tribo_arm_q31_state_t  mirror;
         uint32_t               word = 1;
         p.shift                     = (uint8_t)shift;
+        p.power                     = INT32_C(1) << (30u - shift);
         tribo_arm_q31_reset(&state);
         tribo_arm_q31_reset(&mirror);
         for (int k = 0; k < 1000; k++)
@@ -262,6 +287,7 @@ int main(void)
     RUN_TEST(test_arm_saturates_at_full_scale_and_counts);
     RUN_TEST(test_arm_init_says_what_its_twin_says);
     RUN_TEST(test_arm_init_refuses_what_it_cannot_hold_or_what_never_rests);
+    RUN_TEST(test_arm_init_leaves_room_for_the_sum_of_its_products);
     RUN_TEST(test_arm_init_takes_an_arm_as_slow_as_its_twin_does);
     RUN_TEST(test_arm_init_accepts_exactly_what_is_stable);
     RUN_TEST(test_arm_does_not_pass_full_scale_by_a_bit);

@@ -84,6 +84,17 @@ static void test_controller_keeps_u_within_its_limits(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, state.limited_ticks);
 }
 
+static void test_controller_is_not_limited_at_its_very_limit(void)
+{
+    TEST_ASSERT_SAME_FLOAT(1.0f, step(0.0f, 1.0f));
+    TEST_ASSERT_FALSE(seen.limited);
+    TEST_ASSERT_SAME_FLOAT(-0.5f, step(0.0f, -0.5f));
+    TEST_ASSERT_FALSE(seen.limited);
+    (void)step(0.0f, 1.0f + FLT_EPSILON);
+    TEST_ASSERT_TRUE(seen.limited);
+    TEST_ASSERT_EQUAL_UINT32(1, state.limited_ticks);
+}
+
 // Hanus: the states go on as if the input had come that gives the limited u.
 static void test_controller_conditions_its_states_on_the_limited_output(void)
 {
@@ -312,6 +323,9 @@ static void test_controller_starts_again_when_its_state_is_lost(void)
         TEST_ASSERT_SAME_FLOAT(1.0f, step(0.1f, 2.0f));
         TEST_ASSERT_TRUE(seen.limited);
         TEST_ASSERT_SAME_FLOAT(1.0f, seen.u_n);
+        state.cascade.section[0].w1 = NAN;
+        TEST_ASSERT_SAME_FLOAT(-0.5f, step(0.1f, -2.0f));
+        TEST_ASSERT_TRUE(seen.limited);
     }
 }
 
@@ -405,6 +419,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_controller_is_its_cascade_plus_the_feedforward);
     RUN_TEST(test_controller_keeps_u_within_its_limits);
+    RUN_TEST(test_controller_is_not_limited_at_its_very_limit);
     RUN_TEST(test_controller_conditions_its_states_on_the_limited_output);
     RUN_TEST(test_controller_does_not_wind_up_whatever_its_zeros);
     RUN_TEST(test_controller_leaves_its_limit_as_soon_as_the_error_turns);

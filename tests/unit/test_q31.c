@@ -65,6 +65,22 @@ static void test_q31_part_rounds_down(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_C(0xfffffffd), tribo_q31_part(UINT32_C(0xffffffff), UINT32_C(0x7fffffff)));
 }
 
+static void test_q31_adds_what_is_shifted_to_the_last_bit(void)
+{
+    random_t      r      = {11};
+    const int64_t ends[] = {(INT64_C(1) << 61) - 1, -(INT64_C(1) << 61), 0, -1, 1};
+    for (uint32_t shift = 0; shift <= 30u; shift++)
+    {
+        const int32_t power = INT32_C(1) << (30u - shift);
+        for (uint32_t k = 0; k < 2000u; k++)
+        {
+            const int64_t  x   = k < 5u ? ends[k] : (int64_t)random_bits(&r) >> (3u + k % 50u);
+            const uint64_t acc = random_bits(&r);
+            TEST_ASSERT_EQUAL_HEX64(acc + (uint64_t)(x >> shift), tribo_q31_add_shifted(acc, x, shift, power));
+        }
+    }
+}
+
 static void test_q31_shift_to_zero_treats_both_signs_alike(void)
 {
     for (uint32_t shift = 0; shift <= 62u; shift++)
@@ -151,6 +167,7 @@ int main(void)
     RUN_TEST(test_q31_sums_saturate_and_count);
     RUN_TEST(test_q31_magnitude_fits_whatever_the_number);
     RUN_TEST(test_q31_part_rounds_down);
+    RUN_TEST(test_q31_adds_what_is_shifted_to_the_last_bit);
     RUN_TEST(test_q31_shift_to_zero_treats_both_signs_alike);
     RUN_TEST(test_q31_leading_zeros_of_every_length);
     RUN_TEST(test_q31_ratio_is_as_close_as_its_header_says);

@@ -1,13 +1,14 @@
 /// Cascade of second-order sections in Q31, in the delta operator d = z - 1: the twin of biquad_f32.h.
 ///
-///     y   = b0 x + w1                        b0, b1, a1: Q28, within +-4
-///     w1 += b1 x - a1 y + w2 2^-s            b2: Q(28 + s), within +-4 2^-s
-///     w2 += b2 x - a2 y                      a2: Q(28 + s + r), 30 bits however small it is
+///     y   = b0 x + w1                             b0: Q28, within +-4
+///     w1  = rest + c1 x + d1 y + w2 2^-s          c1 = b1 - b0, d1 = 1 - a1: Q28, within +-8
+///     w2 += c2 x + d2 y                           c2 = b2: Q(28 + s), within +-4 2^-s; d2 = -a2: Q(28 + s + r), 30 bits
 ///
-/// w1 is held in 64 bits, Q59, half a unit of y more than above so that y is rounded; w2 in Q(59 + s): whatever is rounded off y stays in w1 and comes out with the next sample,
-/// so a constant input is integrated without an end and the noise at the output is one rounding, whatever the poles.
-/// a2, the product of the poles' distances from z = 1, has an exponent of its own, so a pole keeps its time constant to
-/// 1e-7 however slow it is; of a2 y only what is below the last bit of w2 (2^-59 of full scale) is dropped.
+/// w1 is held in 64 bits, Q59, w2 in Q(59 + s). y is rounded, and what is rounded off it, the rest, stays in w1 and comes
+/// out with the next sample: a constant input is integrated without an end and the noise at the output is one rounding,
+/// whatever the poles. A w1 that was lost is forgotten within a tick; w2 is clamped to 4 2^-s of full scale and counted.
+/// d2, the product of the poles' distances from z = 1, has an exponent of its own, so a pole keeps its time constant to
+/// 1e-7 however slow it is; of d2 y only what is below the last bit of w2 (2^-59 of full scale) is dropped.
 ///
 /// Zero-input limit cycles: none in the paper's controller, up to 49 LSB of a node for 20 random pole pairs of radius up
 /// to 0.99 (tests/unit/test_biquad_q31.c). Rounding noise has two zeros at z = 1; a resonance far from there multiplies it
@@ -34,12 +35,15 @@ extern "C" {
 
 typedef struct
 {
-    int32_t b0, b1, a1; ///< Q28, with the scales of both nodes in b0 and b1
-    int32_t b2;         ///< Q(28 + shift), with the scales of both nodes in it
-    int32_t a2;         ///< Q(28 + shift + a2_shift)
-    uint8_t shift;      ///< s, 0 to 31
-    uint8_t a2_shift;   ///< r, 0 to 31
-    uint8_t scale;      ///< of this section's output node: y is held times 2^-scale
+    int32_t b0, c1;      ///< Q28, with the scales of both nodes in them
+    int32_t d1;          ///< Q28
+    int32_t c2;          ///< Q(28 + shift), with the scales of both nodes in it
+    int32_t d2;          ///< Q(28 + shift + d2_shift)
+    int32_t shift_power; ///< 2^(30 - shift)
+    int32_t d2_power;    ///< 2^(30 - d2_shift)
+    uint8_t shift;       ///< s, 0 to 30
+    uint8_t d2_shift;    ///< r, 0 to 30
+    uint8_t scale;       ///< of this section's output node: y is held times 2^-scale
 } tribo_biquad_q31_section_t;
 
 /// What a step reads, made by the functions of quantize_q31.h. Const from then on; may be shared.
@@ -58,15 +62,16 @@ typedef struct
 typedef struct
 {
     tribo_biquad_q31_section_state_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
-    uint32_t                         carry;     ///< bits of the input dropped for its scale so far
+    uint32_t                         carry;     ///< bits of the input dropped for its scale so far, from bit 31 down
     uint32_t                         saturated; ///< values clamped since reset; stops at UINT32_MAX
 } tribo_biquad_q31_state_t;
 
 /// The nodes of a cascade in one tick, on their way from the first half of a step to the second.
 typedef struct
 {
-    int32_t x;                                ///< the input, at the input node's scale
-    int32_t y[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< the output of each section, at its node's scale
+    int32_t  x;                                   ///< the input, at the input node's scale
+    int32_t  y[TRIBO_BIQUAD_Q31_SECTIONS_MAX];    ///< the output of each section, at its node's scale
+    uint32_t rest[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< what is left of it, Q59
 } tribo_biquad_q31_outputs_t;
 
 /// At rest, counter 0. A zeroed state is half a unit of its outputs away from rest.

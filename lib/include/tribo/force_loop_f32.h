@@ -49,12 +49,12 @@ typedef struct
     float                          gain;
     tribo_controller_f32_params_t  controller;
     tribo_compensator_f32_params_t compensator;
-    bool                           usual; ///< two sections, no table: a tick of its own
 } tribo_force_loop_f32_params_t;
 
 typedef struct
 {
     const tribo_force_loop_f32_params_t *active;     ///< params of the last tick; null after a reset
+    const tribo_force_loop_f32_params_t *usual;      ///< the same if they are usual ones, null otherwise
     float                                friction_n; ///< f^ of the last tick
     uint32_t                             bad_inputs; ///< ticks with a bad r or y since reset; stops at UINT32_MAX
     tribo_controller_f32_state_t         controller; ///< with limited_ticks

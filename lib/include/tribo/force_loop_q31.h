@@ -32,12 +32,12 @@ typedef struct
     int32_t                        gain;       ///< eta, Q29, 0 to 2
     tribo_controller_q31_params_t  controller;
     tribo_compensator_q31_params_t compensator;
-    bool                           usual; ///< two sections, no table: a tick of its own
 } tribo_force_loop_q31_params_t;
 
 typedef struct
 {
     const tribo_force_loop_q31_params_t *active;     ///< params of the last tick; null after a reset
+    const tribo_force_loop_q31_params_t *usual;      ///< the same if they are usual ones, null otherwise
     int32_t                              friction;   ///< f^ of the last tick, Q31
     uint32_t                             bad_inputs; ///< ticks with a bad r or y since reset; stops at UINT32_MAX
     uint32_t                             saturated;  ///< errors and feedforwards clamped; stops at UINT32_MAX

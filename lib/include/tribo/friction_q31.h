@@ -5,17 +5,16 @@
 ///
 ///     k(v)       y = (2/ln 2) m (v/v0 - 1) in Q22; 2^-|y| in Q32 by the polynomial of friction_f32.h; k 2^-S in Q32, S the
 ///                smallest that fits k_max + k_min
-///     n/(k L)    as a fraction of two numbers, the lower one normalised; n is bounded by 2.75 L there: f is at its
-///                breakaway for every k over 1
+///     n/(k L)    as a fraction of two numbers of 32 bits, the larger one normalised
 ///     f          n less the rational function of friction_f32.h, coefficients Q32
 ///
 /// Against the model in double: f within 5e-7 N at a full scale of 2 N for the paper's parameters (tests/contract).
 /// By dense search: k L tanh(n/(k L)) is within 9e-7 of itself and 4 LSB (23 at k_max/k_min = 900), k(v) within 2e-6 of
 /// k_max - k_min (tests/unit/test_friction_q31.c).
 /// Symmetric parameters give f(-u, -F) = -f(u, F) exactly, and |f| <= |n|, |f| <= L always.
-/// Where offset + slope |F| is beyond FS, L is FS; the relays then disarm at c2 (offset + slope |F|), at most FS.
-/// One 32-bit division (two with a table), no loop but the one over a table's points. Not synchronized: one state, one
-/// tick.
+/// Where offset + slope |F| is beyond FS, L is FS.
+/// One 32-bit division, two with a table, and no loop but the one over a table's points. Not synchronized: one state,
+/// one tick.
 
 #ifndef TRIBO_FRICTION_Q31_H
 #define TRIBO_FRICTION_Q31_H
@@ -33,8 +32,8 @@ extern "C" {
 /// Breakaway in one direction, L(F) = offset + slope |F|, at most FS.
 typedef struct
 {
-    uint64_t offset; ///< Q59, over 0
-    uint32_t slope;  ///< Q28, 0 to 10
+    uint32_t offset; ///< Q31, over 0
+    uint32_t slope;  ///< its fraction, Q32
 } tribo_breakaway_q31_t;
 
 /// One point of a breakaway table, all Q31.
@@ -48,19 +47,20 @@ typedef struct
 /// What a step reads, made by tribo_force_loop_q31_init or its kin (quantize_q31.h).
 typedef struct
 {
-    uint32_t                           rise_max;    ///< rises of |n| beyond it are taken for it: y is 32 or more there
-    uint32_t                           rate;        ///< y per rise 2^rise_shift, Q54
-    int32_t                            y_at_0;      ///< y of no rise is minus that, Q22
-    uint32_t                           k[3];        ///< k_min, k_max, k_min, 2^-S, Q32
-    tribo_breakaway_q31_t              law[2];      ///< L+, L-
-    tribo_breakaway_q31_t              reset[2];    ///< c2 L+, c2 L-
-    const tribo_breakaway_point_q31_t *table;       ///< null: the affine laws
-    uint32_t                           set_level;   ///< c1, Q32; 1 is a bit less
-    uint32_t                           reset_level; ///< c2, Q32
-    int32_t                            gravity;     ///< Q31
-    uint8_t                            rise_shift;  ///< 1 to 31
-    uint8_t                            k_shift;     ///< S
-    uint8_t                            L_shift;     ///< takes the largest L up to bit 31, 1 to 31
+    uint32_t                           rise_max;     ///< rises of |n| beyond it are taken for it: y is 32 or more there
+    uint32_t                           rate;         ///< y per rise 2^rise_shift, Q54
+    int32_t                            y_at_0;       ///< y of no rise is minus that, Q22
+    uint32_t                           k[3];         ///< k_min, k_max, k_min, 2^-S, Q32
+    tribo_breakaway_q31_t              law[2];       ///< L+, L-
+    tribo_breakaway_q31_t              reset[2];     ///< c2 L+, c2 L-, where they are plain
+    const tribo_breakaway_point_q31_t *table;        ///< null: the affine laws
+    uint32_t                           set_level;    ///< c1, Q32; 1 is a bit less
+    uint32_t                           reset_level;  ///< c2, Q32
+    int32_t                            gravity;      ///< Q31
+    uint8_t                            law_whole[2]; ///< the slopes' whole parts, 0 to 10
+    uint8_t                            rise_shift;   ///< 1 to 31
+    uint8_t                            k_shift;      ///< S
+    bool                               plain;        ///< no table, slopes below 1 and no L beyond FS
     uint8_t                            table_length;
     uint8_t                            pulse_width; ///< samples
 } tribo_friction_q31_params_t;

@@ -27,7 +27,11 @@ typedef char tribo_q31_needs_wrapping_casts[(int32_t)UINT32_MAX == -1 ? 1 : -1];
 
 static inline void tribo_q31_count(uint32_t *counter)
 {
-    *counter += *counter != UINT32_MAX;
+    const uint32_t next = *counter + 1u;
+    if (next != 0u)
+    {
+        *counter = next;
+    }
 }
 
 /// x, its origin hidden from the compiler. For a factor that is either computed or a bound: gcc widens both to 64 bits
@@ -40,16 +44,23 @@ static inline int32_t tribo_q31_opaque(int32_t x)
     return x;
 }
 
+/// The end of the symmetric range on the side of x.
+static inline int32_t tribo_q31_end(int32_t x)
+{
+    const uint32_t sign = 0u - (uint32_t)(x < 0);
+    return (int32_t)(((uint32_t)TRIBO_Q31_MAX ^ sign) - sign);
+}
+
 /// x within the symmetric range; a saturation is counted. One compare of the two words says that x fits.
 static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
 {
     int32_t result = (int32_t)(uint32_t)x;
-    if ((uint32_t)((uint64_t)x >> 32) != (result < 0 ? UINT32_MAX : 0u) || result == INT32_MIN)
+    if ((int32_t)(uint32_t)((uint64_t)x >> 32) != -(int32_t)(result < 0) || result == INT32_MIN)
     {
         tribo_q31_count(saturated);
-        result = x < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
+        result = tribo_q31_end((int32_t)(uint32_t)((uint64_t)x >> 32));
     }
-    return result;
+    return tribo_q31_opaque(result);
 }
 
 /// a + b, saturated and counted. A sum of just INT32_MIN is let through: it is for values whose magnitude nobody takes.
@@ -65,7 +76,7 @@ static inline int32_t tribo_q31_add(int32_t a, int32_t b, uint32_t *saturated)
     if (over)
     {
         tribo_q31_count(saturated);
-        sum = a < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
+        sum = tribo_q31_end(a);
     }
     return tribo_q31_opaque(sum);
 }
@@ -83,7 +94,7 @@ static inline int32_t tribo_q31_subtract(int32_t a, int32_t b, uint32_t *saturat
     if (over)
     {
         tribo_q31_count(saturated);
-        difference = a < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
+        difference = tribo_q31_end(a);
     }
     return difference;
 }
@@ -97,22 +108,9 @@ static inline int32_t tribo_q31_narrow(int64_t x, uint32_t shift, uint32_t *satu
     if (high + half >= 2u * half)
     {
         tribo_q31_count(saturated);
-        result = x < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
+        result = tribo_q31_end((int32_t)(uint32_t)((uint64_t)x >> 32));
     }
-    return tribo_q31_opaque(result);
-}
-
-/// The same for any `shift` from 1 to 31.
-static inline int32_t tribo_q31_narrow_by(int64_t x, uint32_t shift, uint32_t *saturated)
-{
-    const int32_t high   = (int32_t)(x >> 32);
-    int32_t       result = (int32_t)((uint32_t)high << (32u - shift) | (uint32_t)x >> shift);
-    if (high >> (shift - 1u) != (result < 0 ? -1 : 0))
-    {
-        tribo_q31_count(saturated);
-        result = high < 0 ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX;
-    }
-    return tribo_q31_opaque(result);
+    return result;
 }
 
 /// |x|; INT32_MIN gives 2^31.
@@ -179,6 +177,19 @@ static inline int64_t tribo_q31_shift(int64_t x, uint32_t shift)
     const int32_t  high  = (int32_t)(x >> 32);
     const uint32_t moved = ((uint32_t)high * 2u) << (31u - shift);
     return (int64_t)((uint64_t)(uint32_t)(high >> shift) << 32 | (moved | (uint32_t)x >> shift));
+}
+
+/// acc + x / 2^shift, rounded down, |x| below 2^61. `power` is 2^(30 - shift), `shift` 0 to 30: where there is a
+/// multiply-accumulate of 64 bits it takes half of what the shift does.
+static inline uint64_t tribo_q31_add_shifted(uint64_t acc, int64_t x, uint32_t shift, int32_t power)
+{
+#if defined(__thumb2__) && !defined(TRIBO_Q31_PORTABLE)
+    const int32_t high = (int32_t)((uint32_t)((uint64_t)x >> 32) << 2);
+    return acc + (uint64_t)tribo_q31_multiply(high, power) + ((uint32_t)x >> shift);
+#else
+    (void)power;
+    return acc + (uint64_t)tribo_q31_shift(x, shift);
+#endif
 }
 
 /// x / 2^shift towards zero, so that what decays reaches zero from both sides. `shift` 0 to 62.

@@ -7,7 +7,8 @@
 ///
 /// Besides what the f32 init functions ask, in q31: every force of a config is below FS, limits and input_max_n up to FS;
 /// a breakaway, input_max_n and u_max_n - u_min_n are at least 1e-6 FS and the relays' levels 1e-6, so that bits are left
-/// of them, and set_level times the least breakaway is at least a bit (or TRIBO_ERR_SET_LEVEL); an arm's K h^2/I and damping keep its coefficients below 4 and its quantised poles inside the unit circle;
+/// of them, and set_level times the least breakaway is at least a bit (or TRIBO_ERR_SET_LEVEL); an arm's K h^2/I and damping
+/// keep its coefficients below 4 and its quantised poles inside the unit circle;
 /// m FS/(6 v0 h) is below 2^31 (or TRIBO_ERR_V0), as v0 would be less than a bit a tick otherwise.
 ///
 /// Headroom: the worst-case peak of each node is its L1 norm from the inputs in their full range. For a plain cascade
@@ -40,7 +41,7 @@ tribo_status_t tribo_friction_q31_init(tribo_friction_q31_params_t       *params
                                        float                              sample_time_s,
                                        float                              full_scale_n);
 
-/// Returns TRIBO_OK or what tribo_arm_f32_init says; TRIBO_ERR_ARM_TOO_FAST when a coefficient reaches 4, TRIBO_ERR_DAMPING
+/// Returns TRIBO_OK or what tribo_arm_f32_init says; TRIBO_ERR_ARM_TOO_FAST when gamma_d reaches 4, TRIBO_ERR_DAMPING
 /// when the quantised arm is not stable.
 tribo_status_t tribo_arm_q31_init(tribo_arm_q31_params_t       *params,
                                   const tribo_arm_f32_config_t *config,

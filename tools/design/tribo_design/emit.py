@@ -123,7 +123,7 @@ def _q31_initialiser(name, q31):
     rows = []
     for s in q31.sections:
         parts = [f".{k} = {s[k]}" for k in FIELDS]
-        rows += ["        {" + ", ".join(parts[:4]) + ",", "         " + ", ".join(parts[4:]) + "},"]
+        rows += ["        {" + ", ".join(parts[:5]) + ",", "         " + ", ".join(parts[5:]) + "},"]
     return _macro(name, ["{", "    .cascade = {.section = {", *rows, f"    }}, .count = {len(q31.sections)}, .input_scale = {q31.input_scale}}},",
                          f"    .anti_windup = {q31.anti_windup}, .anti_windup_shift = {q31.anti_windup_shift},", f"    .u_min = {q31.u_min}, .u_max = {q31.u_max},", "}"])
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from .errors import DesignError
 
-FIELDS = ("b0", "b1", "a1", "b2", "a2", "shift", "a2_shift", "scale")
+FIELDS = ("b0", "c1", "d1", "c2", "d2", "shift_power", "d2_power", "shift", "d2_shift", "scale")
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class Q31:
         rows, before = [], self.input_scale
         for s in self.sections:
             by = s["scale"] - before  # the output's node against the input's
-            rows.append([np.ldexp(float(s["b0"]), by - 28), np.ldexp(float(s["b1"]), by - 28), np.ldexp(float(s["b2"]), by - 28 - s["shift"]),
-                         np.ldexp(float(s["a1"]), -28), np.ldexp(float(s["a2"]), -28 - s["shift"] - s["a2_shift"])])
+            rows.append([np.ldexp(float(s["b0"]), by - 28), np.ldexp(float(s["b0"] + s["c1"]), by - 28), np.ldexp(float(s["c2"]), by - 28 - s["shift"]),
+                         np.ldexp(float(2**28 - s["d1"]), -28), np.ldexp(float(-s["d2"]), -28 - s["shift"] - s["d2_shift"])])
             before = s["scale"]
         return np.array(rows)
 

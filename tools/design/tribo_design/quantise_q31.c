@@ -48,14 +48,16 @@ int main(void)
     for (unsigned i = 0; i < count; i++)
     {
         const tribo_biquad_q31_section_t *s = &q31.cascade.section[i];
-        printf("section %ld %ld %ld %ld %ld %u %u %u\n",
+        printf("section %ld %ld %ld %ld %ld %ld %ld %u %u %u\n",
                (long)s->b0,
-               (long)s->b1,
-               (long)s->a1,
-               (long)s->b2,
-               (long)s->a2,
+               (long)s->c1,
+               (long)s->d1,
+               (long)s->c2,
+               (long)s->d2,
+               (long)s->shift_power,
+               (long)s->d2_power,
                (unsigned)s->shift,
-               (unsigned)s->a2_shift,
+               (unsigned)s->d2_shift,
                (unsigned)s->scale);
         printf("peak %.9g\n", (double)headroom.output[i]);
     }
