@@ -21,6 +21,54 @@ static loop_params_t  other; // to retune to and fro
 static loop_state_t   axis[AXES_MAX];
 static loop_signals_t signals;
 
+static void step_axes(uint32_t axes, number_t r)
+{
+    for (uint32_t i = 0; i < axes; i++)
+    {
+        (void)TRIBO(force_loop, step)(&paper, &axis[i], r, number(0), &signals);
+    }
+}
+
+// --- what is counted -----------------------------------------------------------------------------------------------
+
+#define PARAMS(noun) const TRIBO(noun, params_t) * params
+#define STATE(noun)  TRIBO(noun, state_t) * state
+
+COUNTED(number_t,
+        counted_tick,
+        (PARAMS(force_loop), STATE(force_loop), number_t r, number_t y, loop_signals_t *out),
+        TRIBO(force_loop, step)(params, state, r, y, out))
+COUNTED(number_t,
+        counted_controller,
+        (PARAMS(controller), STATE(controller), number_t e, number_t friction, TRIBO(controller, signals_t) * out),
+        TRIBO(controller, step)(params, state, e, friction, out))
+COUNTED(number_t,
+        counted_compensator,
+        (PARAMS(compensator), STATE(compensator), number_t u, TRIBO(compensator, signals_t) * out),
+        TRIBO(compensator, step)(params, state, u, out))
+COUNTED(int,
+        counted_output,
+        (PARAMS(biquad), STATE(biquad), number_t e, TRIBO(biquad, outputs_t) * nodes),
+        ((void)TRIBO(biquad, output)(params, state, e, nodes), 0))
+COUNTED(int,
+        counted_advance,
+        (PARAMS(biquad), STATE(biquad), number_t e, const TRIBO(biquad, outputs_t) * nodes),
+        (ADVANCE(params, state, e, nodes), 0))
+COUNTED(number_t,
+        counted_friction,
+        (PARAMS(friction), STATE(friction), number_t u, number_t force, TRIBO(friction, signals_t) * out),
+        TRIBO(friction, step)(params, state, u, force, out))
+COUNTED(int, counted_arm, (PARAMS(arm), STATE(arm), number_t drive), (TRIBO(arm, step)(params, state, drive), 0))
+COUNTED(uint8_t,
+        counted_relay,
+        (tribo_relay_state_t * state, uint8_t width, uint8_t events),
+        tribo_relay_step(state, width, events))
+COUNTED(uint8_t,
+        counted_edge,
+        (tribo_edge_state_t * state, uint8_t width, uint8_t events),
+        tribo_edge_step(state, width, events))
+COUNTED(int, counted_axes, (uint32_t axes, number_t r), (step_axes(axes, r), 0))
+
 // --- the plant: actuator, arm with friction, sensor ----------------------------------------------------------------
 
 static struct
@@ -140,24 +188,29 @@ static void count_modules(const loop_state_t *before)
     const number_t                            force = in->compensator.N(force);
     const number_t                            drive = in->compensator.friction.N(n) - in->compensator.friction.N(f);
 
-    COUNT(&modules.controller,
-          TRIBO(controller, step)(&paper.controller, &s.controller, in->N(e), in->N(feedforward), &out.controller));
-    COUNT(&modules.compensator, TRIBO(compensator, step)(&paper.compensator, &s.compensator, u, &out.compensator));
+    counted_controller(&paper.controller, &s.controller, in->N(e), in->N(feedforward), &out.controller);
+    counts_add(&modules.controller);
+    counted_compensator(&paper.compensator, &s.compensator, u, &out.compensator);
+    counts_add(&modules.compensator);
 
     s = *before;
     TRIBO(biquad, outputs_t) nodes;
-    COUNT(&modules.output, TRIBO(biquad, output)(&paper.controller.cascade, &s.controller.cascade, in->N(e), &nodes));
-    COUNT(&modules.advance, ADVANCE(&paper.controller.cascade, &s.controller.cascade, in->N(e)));
-    COUNT(&modules.friction,
-          TRIBO(friction,
-                step)(&paper.compensator.friction, &s.compensator.friction, u, force, &out.compensator.friction));
-    COUNT(&modules.arm, TRIBO(arm, step)(&paper.compensator.arm, &s.compensator.arm, drive));
+    counted_output(&paper.controller.cascade, &s.controller.cascade, in->N(e), &nodes);
+    counts_add(&modules.output);
+    counted_advance(&paper.controller.cascade, &s.controller.cascade, in->N(e), &nodes);
+    counts_add(&modules.advance);
+    counted_friction(&paper.compensator.friction, &s.compensator.friction, u, force, &out.compensator.friction);
+    counts_add(&modules.friction);
+    counted_arm(&paper.compensator.arm, &s.compensator.arm, drive);
+    counts_add(&modules.arm);
 
     tribo_relay_state_t *const relay  = &s.compensator.friction.relay;
     const uint8_t              width  = paper.compensator.friction.pulse_width;
     const uint8_t              events = relay->edge.line[(relay->edge.head - 1u) & TRIBO_EDGE_WIDTH_MAX];
-    COUNT(&modules.relay, tribo_relay_step(relay, width, events));
-    COUNT(&modules.edge, tribo_edge_step(&relay->edge, width, events));
+    counted_relay(relay, width, events);
+    counts_add(&modules.relay);
+    counted_edge(&relay->edge, width, events);
+    counts_add(&modules.edge);
 }
 
 static uint32_t hash(uint32_t so_far, number_t u)
@@ -178,7 +231,8 @@ static void run_triangle(void)
         const number_t y = plant.sensor;
         number_t       u;
         before = axis[0];
-        COUNT(&tick, u = TRIBO(force_loop, step)(&paper, &axis[0], r, y, &signals));
+        u      = counted_tick(&paper, &axis[0], r, y, &signals);
+        counts_add(&tick);
         hashed = hash(hashed, u);
         if (k % SPLIT_EVERY == 0)
         {
@@ -210,7 +264,8 @@ static void run_search(void)
     {
         number_t u;
         search_step(&s, k);
-        COUNT(&tick, u = TRIBO(force_loop, step)(&paper, &axis[0], s.r, s.y, &signals));
+        u = counted_tick(&paper, &axis[0], s.r, s.y, &signals);
+        counts_add(&tick);
         hashed = hash(hashed, u);
         plant_step(u);
     }
@@ -234,7 +289,8 @@ static void run_retuning(void)
         }
         else
         {
-            COUNT(&tick, u = TRIBO(force_loop, step)(k % 2 ? &paper : &other, &axis[0], r, plant.sensor, &signals));
+            u = counted_tick(k % 2 ? &paper : &other, &axis[0], r, plant.sensor, &signals);
+            counts_add(&tick);
         }
         plant_step(u);
     }
@@ -254,10 +310,8 @@ static void run_axes(void)
         for (int32_t k = 0; k < 200; k++)
         {
             const number_t r = triangle(k);
-            COUNT(
-                &all,
-                for (uint32_t i = 0; i < axes;
-                     i++) { (void)TRIBO(force_loop, step)(&paper, &axis[i], r, number(0), &signals); });
+            counted_axes(axes, r);
+            counts_add(&all);
         }
         all.sum = (all.sum + all.calls / 2u) / all.calls;
         (void)snprintf(name, sizeof name, "axes.%lu", (unsigned long)axes);
@@ -351,7 +405,8 @@ static __attribute__((noinline)) void run_table(void)
     {
         const number_t r = triangle(k);
         number_t       u;
-        COUNT(&tick, u = TRIBO(force_loop, step)(&other, &axis[0], r, plant.sensor, &signals));
+        u = counted_tick(&other, &axis[0], r, plant.sensor, &signals);
+        counts_add(&tick);
         hashed = hash(hashed, u);
         plant_step(u);
     }

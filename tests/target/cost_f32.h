@@ -7,11 +7,11 @@
 
 #include <string.h>
 
-#define ARITH                        "f32"
-#define TRIBO(noun, verb)            tribo_##noun##_f32_##verb
-#define N(field)                     field##_n // of params and signals
-#define ADVANCE(params, state, e)    tribo_biquad_f32_advance(params, state, e, &nodes, 0.0f)
-#define INIT(params, config, points) ((void)(points), tribo_force_loop_f32_init(params, config))
+#define ARITH                            "f32"
+#define TRIBO(noun, verb)                tribo_##noun##_f32_##verb
+#define N(field)                         field##_n // of params and signals
+#define ADVANCE(params, state, e, nodes) tribo_biquad_f32_advance(params, state, e, nodes, 0.0f)
+#define INIT(params, config, points)     ((void)(points), tribo_force_loop_f32_init(params, config))
 
 typedef float                       number_t;
 typedef tribo_breakaway_point_f32_t point_t;

@@ -86,26 +86,16 @@ static inline void counter_start(void)
 
 #endif
 
-/// A call of `what` as instructions between two readings, less two readings with nothing between.
-#define COUNT(counts, what)                                                                                            \
-    do                                                                                                                 \
-    {                                                                                                                  \
-        const uint32_t from = counter_read();                                                                          \
-        what;                                                                                                          \
-        const uint32_t to = counter_read();                                                                            \
-        counts_add((counts), counter_instructions(from, to));                                                          \
-    } while (0)
-
 static uint32_t counter_loops; // timer counts of the loop
 static uint32_t counter_empty; // instructions between two readings with nothing between
 
-static uint32_t counter_instructions(uint32_t from, uint32_t to)
+static uint32_t counter_instructions(uint32_t passed)
 {
     if (counter_loops == 0u)
     {
         return 0;
     }
-    const uint64_t instructions = (uint64_t)counter_between(from, to) * (2u * LOOPS);
+    const uint64_t instructions = (uint64_t)passed * (2u * LOOPS);
     return (uint32_t)((instructions + counter_loops / 2u) / counter_loops) - counter_empty;
 }
 
@@ -118,8 +108,28 @@ static inline void counter_init(void)
     const uint32_t to    = counter_read();
     const uint32_t again = counter_read();
     counter_loops        = counter_between(from, to);
-    counter_empty        = counter_instructions(to, again);
+    counter_empty        = counter_instructions(counter_between(to, again));
 }
+
+static uint32_t counter_passed; // timer counts of the last call that was counted
+
+#ifdef __clang__
+#define COUNTED_ALONE __attribute__((noinline))
+#else
+#define COUNTED_ALONE __attribute__((noipa)) // no copies for constant arguments either
+#endif
+
+/// Defines `name`, a function with `parameters` that makes `call` and notes what that takes, from the call instruction to
+/// the return. Its arguments come in registers: what makes them is not counted.
+#define COUNTED(type, name, parameters, call)                                                                          \
+    static COUNTED_ALONE type name parameters                                                                          \
+    {                                                                                                                  \
+        const uint32_t from   = counter_read();                                                                        \
+        const type     result = (call);                                                                                \
+        const uint32_t to     = counter_read();                                                                        \
+        counter_passed        = counter_between(from, to);                                                             \
+        return result;                                                                                                 \
+    }
 
 typedef struct
 {
@@ -127,10 +137,12 @@ typedef struct
     uint64_t sum;
 } counts_t;
 
-static inline void counts_add(counts_t *c, uint32_t instructions)
+/// Adds the last call.
+static inline void counts_add(counts_t *c)
 {
-    c->min = c->calls == 0u || instructions < c->min ? instructions : c->min;
-    c->max = instructions > c->max ? instructions : c->max;
+    const uint32_t instructions = counter_instructions(counter_passed);
+    c->min                      = c->calls == 0u || instructions < c->min ? instructions : c->min;
+    c->max                      = instructions > c->max ? instructions : c->max;
     c->sum += instructions;
     c->calls++;
 }

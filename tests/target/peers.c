@@ -47,6 +47,28 @@ static int32_t to_q31(double x)
     return (int32_t)lrint(x * 2147483647.0);
 }
 
+COUNTED(float,
+        counted_ours_f32,
+        (const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x),
+        tribo_biquad_f32_step(params, state, x))
+COUNTED(int32_t,
+        counted_ours_q31,
+        (const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x),
+        tribo_biquad_q31_step(params, state, x))
+COUNTED(int,
+        counted_df2T_f32,
+        (const arm_biquad_cascade_df2T_instance_f32 *filter, const float *in, float *out, uint32_t n),
+        (arm_biquad_cascade_df2T_f32(filter, in, out, n), 0))
+COUNTED(int,
+        counted_df1_q31,
+        (const arm_biquad_casd_df1_inst_q31 *filter, const q31_t *in, q31_t *out, uint32_t n),
+        (arm_biquad_cascade_df1_q31(filter, in, out, n), 0))
+COUNTED(int,
+        counted_wide_q31,
+        (const arm_biquad_cas_df1_32x64_ins_q31 *filter, const q31_t *in, q31_t *out, uint32_t n),
+        (arm_biquad_cas_df1_32x64_q31(filter, in, out, n), 0))
+COUNTED(float, counted_tanhf, (float x), tanhf(x))
+
 static void print(const peer_t *peer)
 {
     printf("peer.%s.instructions %lu\n", peer->name, (unsigned long)peer->calls.max);
@@ -112,22 +134,23 @@ int main(void)
         float         out_f;
         int32_t       out_q;
 
-        COUNT(&ours_f32.calls, out_f = tribo_biquad_f32_step(&f32.controller.cascade, &f32_state, x_f));
+        out_f = counted_ours_f32(&f32.controller.cascade, &f32_state, x_f);
+        counts_add(&ours_f32.calls);
         add_error(&ours_f32, (double)out_f, y);
-        COUNT(&df2T_f32.calls, arm_biquad_cascade_df2T_f32(&df2T, &x_f, &out_f, 1));
+        counted_df2T_f32(&df2T, &x_f, &out_f, 1);
+        counts_add(&df2T_f32.calls);
         add_error(&df2T_f32, (double)out_f, y);
-        COUNT(&ours_q31.calls, out_q = tribo_biquad_q31_step(&q31.controller.cascade, &q31_state, in));
+        out_q = counted_ours_q31(&q31.controller.cascade, &q31_state, in);
+        counts_add(&ours_q31.calls);
         add_error(&ours_q31, out_q / 2147483648.0, y);
-        COUNT(&df1_q31.calls, arm_biquad_cascade_df1_q31(&df1, &in, &out_q, 1));
+        counted_df1_q31(&df1, &in, &out_q, 1);
+        counts_add(&df1_q31.calls);
         add_error(&df1_q31, out_q / 2147483648.0, y);
-        COUNT(&wide_q31.calls, arm_biquad_cas_df1_32x64_q31(&wide, &in, &out_q, 1));
+        counted_wide_q31(&wide, &in, &out_q, 1);
+        counts_add(&wide_q31.calls);
         add_error(&wide_q31, out_q / 2147483648.0, y);
-
-        volatile float argument = 200.0f * x_f;
-        const float    a        = argument;
-        volatile float result;
-        COUNT(&tanhf_calls, result = tanhf(a));
-        (void)result;
+        (void)counted_tanhf(200.0f * x_f);
+        counts_add(&tanhf_calls);
     }
     print(&ours_f32);
     print(&df2T_f32);
