@@ -59,8 +59,12 @@ def fit_shortfall():
 def main():
     (error, c), (shortfall_error, shortfall) = fit_power(), fit_shortfall()
     print("2^-f, from f^0:", ", ".join(f"{value:.9g}" for value in c), f"(relative error {error:.2e})")
+    print("    over 8:", ", ".join(f"{value / 8:.9g}" for value in c))
     print("    in Q32:", ", ".join(f"{round(abs(value) * 2**32)}" for value in c))
     print("r1, r2, q1, q2:", ", ".join(f"{value:.9g}" for value in shortfall), f"(relative error {shortfall_error:.2e})")
+    k = shortfall[3] ** -0.25
+    unit = zip(shortfall, (k**2, k**4, k**2, k**4))
+    print(f"    of s k^2 with k = {k:.9g}, so that q2 is 1:", ", ".join(f"{v * m:.9g}" for v, m in unit))
     halves = zip(shortfall, (0.5, 2.0, 0.5, 2.0))
     print("    r1/2, 2 r2, q1/2, 2 q2 in Q32:", ", ".join(f"{round(v * m * 2**32)}" for v, m in halves))
 

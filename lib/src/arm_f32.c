@@ -122,23 +122,6 @@ void tribo_arm_f32_reset(tribo_arm_f32_state_t *state)
     state->clamped        = 0;
 }
 
-/// x within +-TRIBO_F32_FORCE_MAX_N.
-static float clamp(float x, uint32_t *clamped)
-{
-    if (exceeds(x, TRIBO_F32_FORCE_MAX_N))
-    {
-        count(clamped);
-        return x < 0.0f ? -TRIBO_F32_FORCE_MAX_N : TRIBO_F32_FORCE_MAX_N;
-    }
-    return x;
-}
-
-void tribo_arm_f32_clamp(tribo_arm_f32_state_t *state)
-{
-    state->force_n        = clamp(state->force_n, &state->clamped);
-    state->force_change_n = clamp(state->force_change_n, &state->clamped);
-}
-
 float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n)
 {
     float d = drive_n;

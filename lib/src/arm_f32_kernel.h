@@ -8,22 +8,20 @@
 #include "exact_f32.h"
 #include "usual.h"
 
-/// F and G clamped to +-TRIBO_F32_FORCE_MAX_N and counted.
-void tribo_arm_f32_clamp(tribo_arm_f32_state_t *state);
-
 static inline float arm_f32_kernel(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float d)
 {
     const float G    = state->force_change_n;
-    const float F    = state->force_n + (params->phi_d * d + params->phi_g * G);
-    const float next = params->gamma_d * d + params->gamma_g * G;
-
+    float       next = params->gamma_d * d + params->gamma_g * G;
+    float       F    = state->force_n + (params->phi_d * d + params->phi_g * G);
+    if (TRIBO_RARE(exceeds(F, TRIBO_F32_FORCE_MAX_N))) // a lost G takes F with it
+    {
+        F    = F < 0.0f ? -TRIBO_F32_FORCE_MAX_N : TRIBO_F32_FORCE_MAX_N;
+        next = 0.0f;
+        count(&state->clamped);
+    }
     state->force_n        = F;
     state->force_change_n = next;
-    if (TRIBO_RARE(!(magnitude(F) + magnitude(next) <= TRIBO_F32_FORCE_MAX_N))) // one compare for both
-    {
-        tribo_arm_f32_clamp(state);
-    }
-    return state->force_n;
+    return F;
 }
 
 #endif

@@ -7,10 +7,10 @@
 
 #include "usual.h"
 
-/// What makes a shift of x by `shift` one towards zero.
-static inline uint32_t arm_q31_up(int64_t x, uint32_t shift)
+/// What makes a shift of x one towards zero; `below` are the bits that it drops.
+static inline uint32_t arm_q31_up(int64_t x, uint32_t below)
 {
-    return (0u - (uint32_t)(x < 0)) & ~(UINT32_MAX << shift);
+    return (0u - (uint32_t)(x < 0)) & below;
 }
 
 static inline void arm_q31_kernel(const tribo_arm_q31_params_t *params, tribo_arm_q31_state_t *state, int32_t drive)
@@ -18,7 +18,7 @@ static inline void arm_q31_kernel(const tribo_arm_q31_params_t *params, tribo_ar
     const int32_t G      = state->force_change;
     const int64_t change = tribo_q31_multiply(params->phi_d, drive) + tribo_q31_multiply(params->phi_g, G);
     const int64_t next   = tribo_q31_multiply(params->gamma_d, drive) + tribo_q31_multiply(params->gamma_g, G);
-    const int64_t away   = change + arm_q31_up(change, params->shift);
+    const int64_t away   = change + arm_q31_up(change, params->below);
     int64_t       F      = (int64_t)tribo_q31_add_shifted((uint64_t)state->force, away, params->shift, params->power);
     if (TRIBO_RARE((uint32_t)((uint64_t)F >> 32) + (UINT32_C(1) << 27) >= UINT32_C(1) << 28)) // beyond full scale
     {
@@ -26,7 +26,7 @@ static inline void arm_q31_kernel(const tribo_arm_q31_params_t *params, tribo_ar
         F = (F < 0 ? -(int64_t)TRIBO_Q31_MAX : TRIBO_Q31_MAX) * (INT64_C(1) << 28);
     }
     state->force        = F;
-    state->force_change = tribo_q31_narrow(next + arm_q31_up(next, 28), 28, &state->saturated);
+    state->force_change = tribo_q31_narrow(next + arm_q31_up(next, (UINT32_C(1) << 28) - 1u), 28, &state->saturated);
 }
 
 #endif

@@ -14,24 +14,6 @@ void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state)
     state->saturated = 0;
 }
 
-static int64_t clamp(int64_t w, uint32_t *saturated)
-{
-    if (biquad_q31_excess(w) >= UINT32_C(1) << 30)
-    {
-        tribo_q31_count(saturated);
-        return w < 0 ? -BIQUAD_Q31_W_MAX : BIQUAD_Q31_W_MAX;
-    }
-    return w;
-}
-
-void tribo_biquad_q31_clamp(tribo_biquad_q31_state_t *state)
-{
-    for (uint32_t i = 0; i < TRIBO_BIQUAD_Q31_SECTIONS_MAX; i++)
-    {
-        state->section[i].w2 = clamp(state->section[i].w2, &state->saturated);
-    }
-}
-
 static int64_t unscaled(int32_t y, uint32_t scale)
 {
     return (int64_t)y * (INT32_C(1) << scale);
@@ -60,21 +42,16 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
                               const tribo_biquad_q31_outputs_t *outputs,
                               int32_t                           correction)
 {
-    int32_t  in     = tribo_q31_add(outputs->x, correction, &state->saturated);
-    int32_t  c      = correction;
-    uint32_t excess = 0;
+    int32_t in = tribo_q31_add(outputs->x, correction, &state->saturated);
+    int32_t c  = correction;
     for (uint32_t i = 0; i < params->count; i++)
     {
         c                           = biquad_q31_section_correction(&params->section[i], c);
         const biquad_q31_node_t out = {.y    = tribo_q31_add(outputs->y[i], c, &state->saturated),
                                        .rest = outputs->rest[i]};
         state->section[i]           = biquad_q31_section_advance(&params->section[i], state->section[i].w2, in, out);
-        excess |= biquad_q31_excess(state->section[i].w2);
+        biquad_q31_clamp(&state->section[i], &state->saturated);
         in = out.y;
-    }
-    if (excess >= UINT32_C(1) << 30)
-    {
-        tribo_biquad_q31_clamp(state);
     }
 }
 

@@ -9,13 +9,21 @@
 #define BIQUAD_Q31_HALF     (INT64_C(1) << (BIQUAD_Q31_FRACTION - 1u))
 #define BIQUAD_Q31_W_MAX    ((INT64_C(1) << 61) - 1)
 
-/// Clamps w2 to +-W_MAX and counts. Only a state that was never reached from rest can need it; w1 is made anew each tick.
-void tribo_biquad_q31_clamp(tribo_biquad_q31_state_t *state);
-
 /// Below 2^30 while w is within +-W_MAX: or-ed together, one compare serves all states.
 static inline uint32_t biquad_q31_excess(int64_t w)
 {
     return (uint32_t)((uint64_t)w >> 32) + (UINT32_C(1) << 29);
+}
+
+/// w2 within +-W_MAX, counted if it was not. Only a state that was never reached from rest can need it; w1 is made anew
+/// each tick. Inline, as a call would cost every tick its registers.
+static inline void biquad_q31_clamp(tribo_biquad_q31_section_state_t *section, uint32_t *saturated)
+{
+    if (biquad_q31_excess(section->w2) >= UINT32_C(1) << 30)
+    {
+        tribo_q31_count(saturated);
+        section->w2 = section->w2 < 0 ? -BIQUAD_Q31_W_MAX : BIQUAD_Q31_W_MAX;
+    }
 }
 
 /// The input at its node's scale; what that drops is carried.
@@ -88,18 +96,16 @@ static inline biquad_q31_pair_t biquad_q31_pair_output(const tribo_biquad_q31_pa
     return pair;
 }
 
-/// `pair` as if its input had been `correction` larger.
+/// `pair` as if its input had been `correction` larger. The nodes have room for it; a lost state may wrap.
 static inline void biquad_q31_pair_correct(const tribo_biquad_q31_params_t *params,
-                                           tribo_biquad_q31_state_t        *state,
                                            biquad_q31_pair_t               *pair,
                                            int32_t                          correction)
 {
-    uint32_t *const saturated = &state->saturated;
-    const int32_t   c0        = biquad_q31_section_correction(&params->section[0], correction);
-    const int32_t   c1        = biquad_q31_section_correction(&params->section[1], c0);
-    pair->x                   = tribo_q31_add(pair->x, correction, saturated);
-    pair->out[0].y            = tribo_q31_add(pair->out[0].y, c0, saturated);
-    pair->out[1].y            = tribo_q31_add(pair->out[1].y, c1, saturated);
+    const int32_t c0 = biquad_q31_section_correction(&params->section[0], correction);
+    const int32_t c1 = biquad_q31_section_correction(&params->section[1], c0);
+    pair->x          = (int32_t)((uint32_t)pair->x + (uint32_t)correction);
+    pair->out[0].y   = (int32_t)((uint32_t)pair->out[0].y + (uint32_t)c0);
+    pair->out[1].y   = (int32_t)((uint32_t)pair->out[1].y + (uint32_t)c1);
 }
 
 static inline void biquad_q31_pair_advance(const tribo_biquad_q31_params_t *params,
@@ -115,7 +121,8 @@ static inline void biquad_q31_pair_advance(const tribo_biquad_q31_params_t *para
     state->section[1] = biquad_q31_section_advance(&s[1], state->section[1].w2, o0.y, o1);
     if ((biquad_q31_excess(state->section[0].w2) | biquad_q31_excess(state->section[1].w2)) >= UINT32_C(1) << 30)
     {
-        tribo_biquad_q31_clamp(state);
+        biquad_q31_clamp(&state->section[0], &state->saturated);
+        biquad_q31_clamp(&state->section[1], &state->saturated);
     }
 }
 

@@ -16,11 +16,11 @@ static inline float compensator_f32_kernel_at(const tribo_compensator_f32_params
                                               bool                                  any)
 {
     const float force_n = state->arm.force_n;
+    signals->force_n    = force_n;
     const float f       = friction_f32_kernel(&params->friction, &state->friction, n, force_n, &signals->friction, any);
 
     // n - f is u + g - F^ - f^, and exactly 0 while the arm sticks.
     (void)arm_f32_kernel(&params->arm, &state->arm, n - f);
-    signals->force_n = force_n;
     return f;
 }
 

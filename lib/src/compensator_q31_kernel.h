@@ -15,12 +15,12 @@ static inline int32_t compensator_q31_kernel(const tribo_compensator_q31_params_
                                              bool                                  any)
 {
     const int32_t force = tribo_arm_q31_force(&state->arm);
-    const int32_t n     = tribo_q31_saturate((int64_t)u - force + params->friction.gravity, &state->friction.saturated);
+    signals->force      = force;
+    const int32_t n     = tribo_q31_balance(u, force, params->friction.gravity, &state->friction.saturated);
     const int32_t f     = friction_q31_kernel(&params->friction, &state->friction, n, force, &signals->friction, any);
 
     // n - f is u + g - F^ - f^, no larger than n, and exactly 0 while the arm sticks.
     arm_q31_kernel(&params->arm, &state->arm, n - f);
-    signals->force = force;
     return f;
 }
 

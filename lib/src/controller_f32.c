@@ -186,18 +186,6 @@ void tribo_controller_f32_reset(tribo_controller_f32_state_t *state)
     state->limited_ticks = 0;
 }
 
-float tribo_controller_f32_start_again(const tribo_controller_f32_params_t *params,
-                                       tribo_controller_f32_state_t        *state,
-                                       float                                feedforward_n,
-                                       tribo_controller_f32_signals_t      *signals)
-{
-    const float above = feedforward_n > params->u_min_n ? feedforward_n : params->u_min_n;
-    const float u     = above < params->u_max_n ? above : params->u_max_n;
-    tribo_biquad_f32_start_again(&state->cascade);
-    *signals = (tribo_controller_f32_signals_t){.v_n = 0.0f, .u_n = u, .limited = u != feedforward_n};
-    return u;
-}
-
 static float step_of_any(const tribo_controller_f32_params_t *params,
                          tribo_controller_f32_state_t        *state,
                          float                                e_n,
@@ -209,7 +197,8 @@ static float step_of_any(const tribo_controller_f32_params_t *params,
     const controller_f32_limited_t l = controller_f32_limit(params, state, v, feedforward_n);
     if (l.lost)
     {
-        return tribo_controller_f32_start_again(params, state, feedforward_n, signals);
+        tribo_biquad_f32_start_again(&state->cascade);
+        return controller_f32_without_cascade(params, feedforward_n, signals);
     }
     tribo_biquad_f32_advance(&params->cascade, &state->cascade, e_n, &outputs, l.correction_n);
     *signals = (tribo_controller_f32_signals_t){.v_n = v, .u_n = l.u_n, .limited = l.limited};

@@ -35,7 +35,7 @@ static inline controller_q31_limited_t controller_q31_limit(const tribo_controll
     }
     tribo_q31_count(&state->limited_ticks);
     const int32_t u     = wanted < 0 ? params->u_min : params->u_max; // 0 is within them
-    const int32_t taken = tribo_q31_opaque(tribo_q31_subtract(u >> scale, wanted, saturated));
+    const int32_t taken = tribo_q31_opaque((u >> scale) - wanted);    // of one sign: it fits
     const int64_t back  = tribo_q31_multiply(taken, params->anti_windup);
     return (controller_q31_limited_t){
         .u          = u,
@@ -54,13 +54,16 @@ static inline int32_t controller_q31_kernel(const tribo_controller_q31_params_t 
     biquad_q31_pair_t              pair  = biquad_q31_pair_output(&params->cascade, &state->cascade, e);
     const uint32_t                 scale = params->cascade.section[1].scale;
     const controller_q31_limited_t l     = controller_q31_limit(params, state, pair.out[1].y, scale, feedforward);
+
+    // Now, so that what comes does not have to keep it; and u on the stack: gcc would put aside what costs more.
+    *signals                 = (tribo_controller_q31_signals_t){.v = l.v, .u = l.u, .limited = l.limited};
+    const volatile int32_t u = l.u;
     if (TRIBO_RARE(l.limited))
     {
-        biquad_q31_pair_correct(&params->cascade, &state->cascade, &pair, l.correction);
+        biquad_q31_pair_correct(&params->cascade, &pair, l.correction);
     }
     biquad_q31_pair_advance(&params->cascade, &state->cascade, &pair);
-    *signals = (tribo_controller_q31_signals_t){.v = l.v, .u = l.u, .limited = l.limited};
-    return l.u;
+    return u;
 }
 
 #endif

@@ -53,7 +53,11 @@ static inline bool exceeds(float x, float max)
 
 static inline void count(uint32_t *counter)
 {
-    *counter += *counter != UINT32_MAX;
+    const uint32_t next = *counter + 1u;
+    if (next != 0u)
+    {
+        *counter = next;
+    }
 }
 
 /// True when min <= x <= max; false for a NaN.

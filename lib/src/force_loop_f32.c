@@ -81,27 +81,33 @@ void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state)
 
 // Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
 
-/// What f^ of this tick is under params `p`, the state left alone. `scratch` is what the stack need not hold.
+/// What f^ of this tick is under params `p`: a step, undone for the one that follows. A copy of the state would fill the
+/// stack.
 static TRIBO_OUT_OF_LINE float friction_under(const tribo_force_loop_f32_params_t *p,
-                                              const tribo_force_loop_f32_state_t  *state,
+                                              tribo_compensator_f32_state_t       *state,
                                               float                                u_n,
                                               tribo_compensator_f32_signals_t     *scratch)
 {
-    tribo_compensator_f32_state_t copy = state->compensator;
-    return tribo_compensator_f32_step(&p->compensator, &copy, u_n, scratch);
+    tribo_friction_f32_state_t *const friction   = &state->friction;
+    const tribo_arm_f32_state_t       arm        = state->arm;
+    const relay_mark_t                relay      = relay_mark(&friction->relay);
+    const float                       n_n        = friction->n_n;
+    const uint32_t                    bad_inputs = friction->bad_inputs;
+
+    const float f = tribo_compensator_f32_step(&p->compensator, state, u_n, scratch);
+
+    state->arm = arm;
+    relay_undo(&friction->relay, relay);
+    friction->n_n        = n_n;
+    friction->bad_inputs = bad_inputs;
+    return f;
 }
 
-/// The end of a tick that was not a usual one.
-static void note(const tribo_force_loop_f32_params_t *params,
-                 tribo_force_loop_f32_state_t        *state,
-                 float                                e,
-                 float                                feedforward,
-                 tribo_force_loop_f32_signals_t      *signals)
+/// The params of a tick that was not a usual one.
+static void note(const tribo_force_loop_f32_params_t *params, tribo_force_loop_f32_state_t *state)
 {
-    state->active          = params;
-    state->usual           = is_usual(params) ? params : NULL;
-    signals->e_n           = e;
-    signals->feedforward_n = feedforward;
+    state->active = params;
+    state->usual  = is_usual(params) ? params : NULL;
 }
 
 /// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
@@ -119,12 +125,12 @@ static TRIBO_OUT_OF_LINE float changing_tick(const tribo_force_loop_f32_params_t
     const float u =
         tribo_controller_f32_step(&params->controller, &state->controller, e, feedforward, &signals->controller);
 
-    const float old_friction_n = friction_under(from, state, u, &signals->compensator);
+    const float old_friction_n = friction_under(from, &state->compensator, u, &signals->compensator);
     state->friction_n = tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
 
     const float model_jump_n = params->gain * (state->friction_n - old_friction_n);
     tribo_controller_f32_change(&params->controller, &params->controller, &state->controller, e, -model_jump_n);
-    note(params, state, e, feedforward, signals);
+    note(params, state);
     return u;
 }
 
@@ -135,13 +141,45 @@ static TRIBO_OUT_OF_LINE float tick_of_any(const tribo_force_loop_f32_params_t *
                                            float                                feedforward,
                                            tribo_force_loop_f32_signals_t      *signals)
 {
+    signals->e_n           = e;
+    signals->feedforward_n = feedforward;
+    if (state->active != NULL && state->active != params)
+    {
+        return changing_tick(params, state, e, feedforward, signals);
+    }
     const float u =
         tribo_controller_f32_step(&params->controller, &state->controller, e, feedforward, &signals->controller);
     state->friction_n = tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
-    note(params, state, e, feedforward, signals);
+    note(params, state);
     return u;
 }
 
+static TRIBO_OUT_OF_LINE float tick_of_any_unseen(const tribo_force_loop_f32_params_t *params,
+                                                  tribo_force_loop_f32_state_t        *state,
+                                                  float                                e,
+                                                  float                                feedforward)
+{
+    tribo_force_loop_f32_signals_t unseen;
+    return tick_of_any(params, state, e, feedforward, &unseen);
+}
+
+/// The tick of usual params.
+static inline float usual_tick(const tribo_force_loop_f32_params_t *params,
+                               tribo_force_loop_f32_state_t        *state,
+                               float                                e,
+                               float                                feedforward,
+                               tribo_force_loop_f32_signals_t      *signals)
+{
+    signals->e_n           = e;
+    signals->feedforward_n = feedforward;
+    const float u =
+        controller_f32_kernel(&params->controller, &state->controller, e, feedforward, &signals->controller);
+    state->friction_n =
+        compensator_f32_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
+    return u;
+}
+
+TRIBO_ALL_INLINE
 float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
                                 tribo_force_loop_f32_state_t        *state,
                                 float                                r_n,
@@ -160,22 +198,18 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
     const float feedforward = params->gain * state->friction_n;
     if (!TRIBO_FAST_WAY(state->usual == params))
     {
-        if (state->active != NULL && state->active != params)
-        {
-            return changing_tick(params, state, e, feedforward, signals);
-        }
         if (!TRIBO_FAST_WAY(is_usual(params) && state->active == NULL))
         {
-            return tick_of_any(params, state, e, feedforward, signals);
+            return signals != NULL ? tick_of_any(params, state, e, feedforward, signals)
+                                   : tick_of_any_unseen(params, state, e, feedforward);
         }
         state->active = params; // the first tick
         state->usual  = params;
     }
-    const float u =
-        controller_f32_kernel(&params->controller, &state->controller, e, feedforward, &signals->controller);
-    state->friction_n =
-        compensator_f32_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
-    signals->e_n           = e;
-    signals->feedforward_n = feedforward;
-    return u;
+    if (signals != NULL)
+    {
+        return usual_tick(params, state, e, feedforward, signals);
+    }
+    tribo_force_loop_f32_signals_t unseen; // and so not written at all
+    return usual_tick(params, state, e, feedforward, &unseen);
 }

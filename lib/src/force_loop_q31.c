@@ -31,27 +31,33 @@ static inline int32_t feedforward(const tribo_force_loop_q31_params_t *params, i
 
 // Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
 
-/// What f^ of this tick is under params `p`, the state left alone. `scratch` is what the stack need not hold.
+/// What f^ of this tick is under params `p`: a step, undone for the one that follows. A copy of the state would fill the
+/// stack.
 static TRIBO_OUT_OF_LINE int32_t friction_under(const tribo_force_loop_q31_params_t *p,
-                                                const tribo_force_loop_q31_state_t  *state,
+                                                tribo_compensator_q31_state_t       *state,
                                                 int32_t                              u,
                                                 tribo_compensator_q31_signals_t     *scratch)
 {
-    tribo_compensator_q31_state_t copy = state->compensator;
-    return tribo_compensator_q31_step(&p->compensator, &copy, u, scratch);
+    tribo_friction_q31_state_t *const friction  = &state->friction;
+    const tribo_arm_q31_state_t       arm       = state->arm;
+    const relay_mark_t                relay     = relay_mark(&friction->relay);
+    const int32_t                     n         = friction->n;
+    const uint32_t                    saturated = friction->saturated;
+
+    const int32_t f = tribo_compensator_q31_step(&p->compensator, state, u, scratch);
+
+    state->arm = arm;
+    relay_undo(&friction->relay, relay);
+    friction->n         = n;
+    friction->saturated = saturated;
+    return f;
 }
 
-/// The end of a tick that was not a usual one.
-static void note(const tribo_force_loop_q31_params_t *params,
-                 tribo_force_loop_q31_state_t        *state,
-                 int32_t                              e,
-                 int32_t                              added,
-                 tribo_force_loop_q31_signals_t      *signals)
+/// The params of a tick that was not a usual one.
+static void note(const tribo_force_loop_q31_params_t *params, tribo_force_loop_q31_state_t *state)
 {
-    state->active        = params;
-    state->usual         = is_usual(params) ? params : NULL;
-    signals->e           = e;
-    signals->feedforward = added;
+    state->active = params;
+    state->usual  = is_usual(params) ? params : NULL;
 }
 
 /// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
@@ -74,7 +80,7 @@ static TRIBO_OUT_OF_LINE int32_t changing_tick(const tribo_force_loop_q31_params
     const int32_t u =
         tribo_controller_q31_step(&params->controller, &state->controller, e, added, &signals->controller);
 
-    const int32_t old_friction = friction_under(from, state, u, &signals->compensator);
+    const int32_t old_friction = friction_under(from, &state->compensator, u, &signals->compensator);
     state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
 
     const int64_t model_jump =
@@ -84,7 +90,7 @@ static TRIBO_OUT_OF_LINE int32_t changing_tick(const tribo_force_loop_q31_params
                                 &state->controller,
                                 e,
                                 tribo_q31_saturate(-model_jump, saturated));
-    note(params, state, e, added, signals);
+    note(params, state);
     return u;
 }
 
@@ -95,13 +101,44 @@ static TRIBO_OUT_OF_LINE int32_t tick_of_any(const tribo_force_loop_q31_params_t
                                              int32_t                              added,
                                              tribo_force_loop_q31_signals_t      *signals)
 {
+    signals->e           = e;
+    signals->feedforward = added;
+    if (state->active != NULL && state->active != params)
+    {
+        return changing_tick(params, state, e, added, signals);
+    }
     const int32_t u =
         tribo_controller_q31_step(&params->controller, &state->controller, e, added, &signals->controller);
     state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
-    note(params, state, e, added, signals);
+    note(params, state);
     return u;
 }
 
+static TRIBO_OUT_OF_LINE int32_t tick_of_any_unseen(const tribo_force_loop_q31_params_t *params,
+                                                    tribo_force_loop_q31_state_t        *state,
+                                                    int32_t                              e,
+                                                    int32_t                              added)
+{
+    tribo_force_loop_q31_signals_t unseen;
+    return tick_of_any(params, state, e, added, &unseen);
+}
+
+/// The tick of usual params.
+static inline int32_t usual_tick(const tribo_force_loop_q31_params_t *params,
+                                 tribo_force_loop_q31_state_t        *state,
+                                 int32_t                              e,
+                                 int32_t                              added,
+                                 tribo_force_loop_q31_signals_t      *signals)
+{
+    signals->e           = e;
+    signals->feedforward = added;
+    const int32_t u = controller_q31_kernel(&params->controller, &state->controller, e, added, &signals->controller);
+    state->friction =
+        compensator_q31_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
+    return u;
+}
+
+TRIBO_ALL_INLINE
 int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
                                   tribo_force_loop_q31_state_t        *state,
                                   int32_t                              r,
@@ -122,21 +159,18 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
     const int32_t added = feedforward(params, state->friction, &state->saturated);
     if (!TRIBO_FAST_WAY(state->usual == params))
     {
-        if (state->active != NULL && state->active != params)
-        {
-            return changing_tick(params, state, e, added, signals);
-        }
         if (!TRIBO_FAST_WAY(is_usual(params) && state->active == NULL))
         {
-            return tick_of_any(params, state, e, added, signals);
+            return signals != NULL ? tick_of_any(params, state, e, added, signals)
+                                   : tick_of_any_unseen(params, state, e, added);
         }
         state->active = params; // the first tick
         state->usual  = params;
     }
-    const int32_t u = controller_q31_kernel(&params->controller, &state->controller, e, added, &signals->controller);
-    state->friction =
-        compensator_q31_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
-    signals->e           = e;
-    signals->feedforward = added;
-    return u;
+    if (signals != NULL)
+    {
+        return usual_tick(params, state, e, added, signals);
+    }
+    tribo_force_loop_q31_signals_t unseen; // and so not written at all
+    return usual_tick(params, state, e, added, &unseen);
 }

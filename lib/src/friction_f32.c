@@ -137,19 +137,17 @@ tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params
         return TRIBO_ERR_GRAVITY;
     }
 
-    const float to_y   = 2.0f * 1.44269504f * config->m; // e^x = 2^(x/ln 2)
-    const float square = 1.0f / (config->k_max * config->k_max);
+    const float to_y  = 2.0f * 1.44269504f * config->m; // e^x = 2^(x/ln 2)
+    const float least = 2.86360560f * config->k_min;    // tools/fit_friction.py
+    const float most  = 2.86360560f * config->k_max;
 
     params->rate_hz      = 1.0f / sample_time_s;
     params->y_per_v      = to_y / config->v0_n_per_s;
     params->y_at_0       = to_y;
-    params->k[0]         = config->k_min / config->k_max;
-    params->k[1]         = 1.0f;
-    params->k[2]         = config->k_min / config->k_max;
-    params->r1           = 3.33327107e-01f * square; // tools/fit_friction.py
-    params->r2           = 1.39627437e-02f * square * square;
-    params->q1           = 4.41844645e-01f * square;
-    params->q2           = 1.48712402e-02f * square * square;
+    params->k[0][0]      = 0.125f * least;
+    params->k[0][1]      = most;
+    params->k[1][0]      = 0.125f * most;
+    params->k[1][1]      = least;
     params->law[0]       = config->positive;
     params->law[1]       = config->negative;
     params->reset[0]     = times(config->reset_level, &config->positive);

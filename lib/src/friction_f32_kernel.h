@@ -20,7 +20,7 @@ static inline float friction_f32_affine(const tribo_breakaway_f32_t *law, float 
     return law->offset_n + law->slope * load_n;
 }
 
-/// 2^-y of a magnitude given in bits; 2^-31 stands for what is below it.
+/// 2^-y / 8 of a magnitude given in bits; 2^-34 stands for what is below it.
 static inline float friction_f32_power(uint32_t y_bits)
 {
     const uint32_t thirty_one = 0x41f80000u;
@@ -29,25 +29,31 @@ static inline float friction_f32_power(uint32_t y_bits)
     const float    f          = y - (float)whole;
     // A minimax polynomial (tools/fit_friction.py).
     const float p =
-        (((6.76704805e-03f * f - 5.30739958e-02f) * f + 2.39341029e-01f) * f - 6.93030191e-01f) * f + 9.99997406e-01f;
+        (((8.45881006e-04f * f - 6.63424947e-03f) * f + 2.99176286e-02f) * f - 8.66287739e-02f) * f + 1.24999676e-01f;
     return from_bits_f32(bits_f32(p) - ((uint32_t)whole << 23));
 }
 
-/// Eq. (3) before the saturation, by magnitudes: n (1 - R), tanh(x)/x = 1 - R(x^2), x = n/(k L), k = B/A. Without Q, R is 0.
-static inline float friction_f32_curve(const tribo_friction_f32_params_t *params, float n, float L, float v, uint32_t q)
+/// Eq. (3) before the saturation, of a magnitude n: n (1 - R), tanh(x)/x = 1 - R(x^2), x = n/(k L), k = B/A. `n_of_q` is
+/// +-n, or 0 without Q, for which R is 0.
+static inline float friction_f32_curve(const tribo_friction_f32_params_t *params,
+                                       float                              n,
+                                       float                              n_of_q,
+                                       float                              L,
+                                       float                              v)
 {
     const float    y      = params->y_per_v * v - params->y_at_0;
     const uint32_t y_bits = bits_f32(y);
-    const float   *k      = &params->k[y_bits >> 31];
+    const float   *k      = params->k[y_bits >> 31];
     const float    w      = friction_f32_power(y_bits & 0x7fffffffu);
-    const float    A      = 1.0f + w;
-    const float    B      = k[0] + k[1] * w;
-    const float N = from_bits_f32(bits_f32(n * A) & (0u - q)); // a mask, so that a tick costs the same on either branch
-    const float D = B * L;
+    const float    A = 0.125f + w; // all over 8: only a k L of 2,000 n and more overflows below, where R is under 1e-7
+    const float    B = k[0] + k[1] * w;
+    TRIBO_FROM_HERE();
+    const float N       = n_of_q * A;
+    const float D       = B * L;
     const float N2      = N * N;
     const float D2      = D * D;
-    const float R_above = N2 * (params->r1 * D2 + params->r2 * N2);
-    const float R_below = D2 * D2 + N2 * (params->q1 * D2 + params->q2 * N2);
+    const float R_above = N2 * (2.73336129f * D2 + 0.938909165f * N2); // tools/fit_friction.py
+    const float R_below = D2 * D2 + N2 * (3.62323082f * D2 + N2);
     return n - n * (R_above / R_below);
 }
 
@@ -82,8 +88,15 @@ static inline float friction_f32_kernel(const tribo_friction_f32_params_t *param
         L     = friction_f32_affine(&params->law[side], load_n);
         reset = friction_f32_affine(&params->reset[side_before], load_n);
     }
-    const float    rise   = size - size_before;
-    const float    v      = rise * params->rate_hz;
+    const float rise = size - size_before;
+    const float v    = rise * params->rate_hz;
+
+    // As early as can be, so that what comes does not have to keep it.
+    state->n_n         = n;
+    signals->n_n       = n;
+    signals->L_n       = L;
+    signals->v_n_per_s = v;
+
     const uint32_t inside = bits_f32(size - params->set_level * L);
     const uint32_t deep   = bits_f32(reset - size_before);
     const uint32_t back   = bits_f32(rise) | (n_bits ^ before_bits);
@@ -92,18 +105,16 @@ static inline float friction_f32_kernel(const tribo_friction_f32_params_t *param
     const uint32_t rising = (0u - bits_f32(rise)) >> 31; // rise is never -0
     const uint32_t q      = (relays >> (side ^ 1u)) & rising;
 
-    const float curved = friction_f32_curve(params, size, L, v, q);
+    signals->q1 = (relays & TRIBO_RELAY_Q1) != 0u;
+    signals->q2 = (relays & TRIBO_RELAY_Q2) != 0u;
+    signals->q  = q != 0u;
+
+    const float n_of_q = from_bits_f32(n_bits & (0u - q)); // a mask, so that a tick costs the same on either branch
+    const float curved = friction_f32_curve(params, size, n_of_q, L, v);
     const float held   = curved < L ? curved : L;
     const float f      = side != 0u ? -held : held;
 
-    state->n_n         = n;
-    signals->n_n       = n;
-    signals->L_n       = L;
-    signals->v_n_per_s = v;
-    signals->f_n       = f;
-    signals->q1        = (relays & TRIBO_RELAY_Q1) != 0u;
-    signals->q2        = (relays & TRIBO_RELAY_Q2) != 0u;
-    signals->q         = q != 0u;
+    signals->f_n = f;
     return f;
 }
 

@@ -63,6 +63,6 @@ int32_t tribo_friction_q31_step(const tribo_friction_q31_params_t *params,
                                 int32_t                            force,
                                 tribo_friction_q31_signals_t      *signals)
 {
-    const int32_t n = tribo_q31_saturate((int64_t)u - force + params->gravity, &state->saturated);
+    const int32_t n = tribo_q31_balance(u, force, params->gravity, &state->saturated);
     return friction_q31_kernel(params, state, n, force, signals, true);
 }

@@ -109,8 +109,15 @@ static inline int32_t friction_q31_kernel(const tribo_friction_q31_params_t *par
         level.L     = friction_q31_affine(&params->law[side], load);
         level.reset = friction_q31_affine(&params->reset[side_before], load);
     }
-    const uint32_t L      = level.L;
-    const uint32_t rise   = size - size_before;
+    const uint32_t L    = level.L;
+    const uint32_t rise = size - size_before;
+
+    // As early as can be, so that what comes does not have to keep it.
+    state->n      = n;
+    signals->n    = n;
+    signals->L    = (int32_t)L;
+    signals->rise = (int32_t)rise;
+
     const uint32_t inside = size - tribo_q31_high(params->set_level, L);
     const uint32_t deep   = level.reset - size_before;
     const uint32_t back   = rise | (uint32_t)(n ^ n_before);
@@ -119,18 +126,15 @@ static inline int32_t friction_q31_kernel(const tribo_friction_q31_params_t *par
     const uint32_t rising = (0u - rise) >> 31;
     const uint32_t q      = (relays >> (side ^ 1u)) & rising;
 
+    signals->q1 = (relays & TRIBO_RELAY_Q1) != 0u;
+    signals->q2 = (relays & TRIBO_RELAY_Q2) != 0u;
+    signals->q  = q != 0u;
+
     const uint32_t curved = friction_q31_curve(params, size, L, rise, q);
     const int32_t  held   = (int32_t)(curved < L ? curved : L);
     const int32_t  f      = side != 0u ? -held : held;
 
-    state->n      = n;
-    signals->n    = n;
-    signals->L    = (int32_t)L;
-    signals->rise = (int32_t)rise;
-    signals->f    = f;
-    signals->q1   = (relays & TRIBO_RELAY_Q1) != 0u;
-    signals->q2   = (relays & TRIBO_RELAY_Q2) != 0u;
-    signals->q    = q != 0u;
+    signals->f = f;
     return f;
 }
 

@@ -326,6 +326,7 @@ tribo_status_t tribo_arm_q31_init(tribo_arm_q31_params_t       *params,
                                          .gamma_d = fixed(scaled(f32.gamma_d, shift), 28),
                                          .gamma_g = fixed(f32.gamma_g, 28),
                                          .power   = INT32_C(1) << (30 - shift),
+                                         .below   = (uint16_t)((1u << shift) - 1u),
                                          .shift   = (uint8_t)shift};
     if (!arm_is_stable(&made))
     {

@@ -42,6 +42,24 @@ static inline uint32_t relay_latch_kernel(tribo_relay_latch_t *latch, uint32_t p
     return outputs;
 }
 
+/// What to put back so that the next step is as if the last had not been: its input goes where the last one's went.
+typedef struct
+{
+    tribo_relay_latch_t latch;
+    uint8_t             head;
+} relay_mark_t;
+
+static inline relay_mark_t relay_mark(const tribo_relay_state_t *state)
+{
+    return (relay_mark_t){.latch = state->latch, .head = state->edge.head};
+}
+
+static inline void relay_undo(tribo_relay_state_t *state, relay_mark_t mark)
+{
+    state->latch     = mark.latch;
+    state->edge.head = mark.head;
+}
+
 static inline uint32_t relay_kernel(tribo_relay_state_t *state, uint32_t width, uint32_t events)
 {
     return relay_latch_kernel(&state->latch, edge_kernel(&state->edge, width, events));

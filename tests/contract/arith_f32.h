@@ -120,6 +120,12 @@ static inline loop_seen_t loop_step_by(loop_t *x, const loop_t *by, double r, do
                          .compensator = compensator_seen(&signals.compensator)};
 }
 
+/// Likewise without signals: u alone.
+static inline double loop_step_unseen_by(loop_t *x, const loop_t *by, double r, double y)
+{
+    return (double)tribo_force_loop_f32_step(&by->params, &x->state, (float)r, (float)y, NULL);
+}
+
 static inline loop_seen_t loop_step(loop_t *x, double r, double y)
 {
     return loop_step_by(x, x, r, y);

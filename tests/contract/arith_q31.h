@@ -145,6 +145,12 @@ static inline loop_seen_t loop_step_by(loop_t *x, const loop_t *by, double r, do
                          .compensator = compensator_seen(&signals.compensator, x->sample_time_s)};
 }
 
+/// Likewise without signals: u alone.
+static inline double loop_step_unseen_by(loop_t *x, const loop_t *by, double r, double y)
+{
+    return from_q31(tribo_force_loop_q31_step(&by->params, &x->state, to_q31(r), to_q31(y), NULL));
+}
+
 static inline loop_seen_t loop_step(loop_t *x, double r, double y)
 {
     return loop_step_by(x, x, r, y);

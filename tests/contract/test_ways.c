@@ -176,6 +176,38 @@ static void test_loop_of_any_params_is_its_parts_joined(void)
     }
 }
 
+/// `usual` params and others in turns, at limits and with bad inputs.
+static void test_loop_is_the_same_without_signals(void)
+{
+    static const tribo_breakaway_point_f32_t table[]  = {{0.0f, 0.9f, 0.91f}, {1.0f, 0.92f, 0.93f}};
+    static loop_t                            seen     = {0};
+    static loop_t                            unseen   = {0};
+    static loop_t                            of_table = {0};
+    tribo_force_loop_f32_config_t            config   = tribo_force_loop_f32_paper();
+    uint32_t                                 usual    = 0;
+    config.input_max_n                                = 1.9f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&seen, &config));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&unseen, &config));
+    config.compensator.friction.table        = table;
+    config.compensator.friction.table_length = 2;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&of_table, &config));
+    for (int k = 0; k < 6000; k++)
+    {
+        const double  jump = k % 1000 > 980 ? 1.4 : 0.0;
+        const double  r    = k % 700 == 699 ? 1.99 : 0.5 + 0.1 * sin(k * 0.002) - jump; // 1.99 N is a bad input
+        const double  y    = 0.5 + 0.0999 * sin(k * 0.002 - 0.001);
+        const loop_t *by   = k / 500 % 4 == 3 ? &of_table : &seen;
+
+        const double u = loop_step_by(&seen, by, r, y).u;
+        TEST_ASSERT_TRUE(u == loop_step_unseen_by(&unseen, by, r, y));
+        TEST_ASSERT_EQUAL_MEMORY(&seen.state, &unseen.state, sizeof seen.state);
+        usual += loop_was_usual(&unseen);
+    }
+    TEST_ASSERT_TRUE(usual > 3000u && usual < 5000u);
+    TEST_ASSERT_TRUE(loop_limited_ticks(&unseen) > 10u);
+    TEST_ASSERT_EQUAL_UINT32(8, loop_bad_inputs(&unseen));
+}
+
 static void test_loop_takes_inputs_up_to_their_very_maximum(void)
 {
     tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
@@ -199,6 +231,7 @@ int main(void)
     RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);
     RUN_TEST(test_friction_relays_are_those_of_its_comparators);
     RUN_TEST(test_loop_of_any_params_is_its_parts_joined);
+    RUN_TEST(test_loop_is_the_same_without_signals);
     RUN_TEST(test_loop_takes_inputs_up_to_their_very_maximum);
     return UNITY_END();
 }

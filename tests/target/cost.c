@@ -220,9 +220,11 @@ static uint32_t hash(uint32_t so_far, number_t u)
 
 static void run_triangle(void)
 {
-    counts_t     tick   = {0};
-    uint32_t     hashed = 2166136261u;
+    counts_t     tick        = {0};
+    counts_t     tick_unseen = {0};
+    uint32_t     hashed      = 2166136261u;
     loop_state_t before;
+    loop_state_t unseen;
     plant_reset();
     TRIBO(force_loop, reset)(&axis[0]);
     for (int32_t k = 0; k < TICKS; k++)
@@ -234,6 +236,9 @@ static void run_triangle(void)
         u      = counted_tick(&paper, &axis[0], r, y, &signals);
         counts_add(&tick);
         hashed = hash(hashed, u);
+        unseen = before;
+        (void)counted_tick(&paper, &unseen, r, y, NULL);
+        counts_add(&tick_unseen);
         if (k % SPLIT_EVERY == 0)
         {
             count_modules(&before);
@@ -241,6 +246,7 @@ static void run_triangle(void)
         plant_step(u);
     }
     print_counts("tick", &tick);
+    print_counts("tick.unseen", &tick_unseen);
     print_counts("tick.controller", &modules.controller);
     print_counts("tick.controller.output", &modules.output);
     print_counts("tick.controller.advance", &modules.advance);
@@ -254,22 +260,28 @@ static void run_triangle(void)
 
 static void run_search(void)
 {
-    counts_t tick   = {0};
-    uint32_t hashed = 2166136261u;
-    search_t s      = {.kind = 0};
-    random_state    = 0x7ab5u;
+    counts_t     tick        = {0};
+    counts_t     tick_unseen = {0};
+    uint32_t     hashed      = 2166136261u;
+    search_t     s           = {.kind = 0};
+    loop_state_t unseen;
+    random_state = 0x7ab5u;
     plant_reset();
     TRIBO(force_loop, reset)(&axis[0]);
     for (int32_t k = 0; k < SEARCH_TICKS; k++)
     {
         number_t u;
         search_step(&s, k);
+        unseen = axis[0];
+        (void)counted_tick(&paper, &unseen, s.r, s.y, NULL);
+        counts_add(&tick_unseen);
         u = counted_tick(&paper, &axis[0], s.r, s.y, &signals);
         counts_add(&tick);
         hashed = hash(hashed, u);
         plant_step(u);
     }
     print_counts("search", &tick);
+    print_counts("search.unseen", &tick_unseen);
     print("hash", ".search", hashed);
 }
 

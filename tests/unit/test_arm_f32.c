@@ -166,6 +166,24 @@ static void test_arm_is_held_at_the_largest_force_and_comes_back(void)
     }
 }
 
+static void test_arm_comes_back_from_a_lost_state(void)
+{
+    const float lost[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 1.0e9f};
+    for (size_t i = 0; i < 12; i++)
+    {
+        tribo_arm_f32_reset(&state);
+        *(i % 2 == 0 ? &state.force_n : &state.force_change_n) = lost[i / 2];
+        TEST_ASSERT_TRUE(fabsf(tribo_arm_f32_step(&params, &state, 0.0f)) == TRIBO_F32_FORCE_MAX_N);
+        TEST_ASSERT_SAME_FLOAT(0.0f, state.force_change_n);
+        TEST_ASSERT_EQUAL_UINT32(1, state.clamped);
+        for (int k = 0; k < 1000; k++)
+        {
+            (void)tribo_arm_f32_step(&params, &state, -state.force_n);
+        }
+        TEST_ASSERT_FLOAT_WITHIN(1.0f, 0.0f, state.force_n);
+    }
+}
+
 static void check_refused(tribo_status_t status, float h)
 {
     tribo_arm_f32_params_t out;
@@ -231,6 +249,7 @@ int main(void)
     RUN_TEST(test_arm_that_sticks_does_not_move);
     RUN_TEST(test_arm_takes_a_bad_drive_for_none_and_counts_it);
     RUN_TEST(test_arm_stays_finite_when_its_resonance_is_driven_with_all_there_is);
+    RUN_TEST(test_arm_comes_back_from_a_lost_state);
     RUN_TEST(test_arm_is_held_at_the_largest_force_and_comes_back);
     RUN_TEST(test_arm_init_checks_every_field);
     RUN_TEST(test_arm_init_refuses_an_arm_too_fast_or_too_slow_for_the_sample_time);

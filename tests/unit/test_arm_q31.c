@@ -182,6 +182,7 @@ static void test_arm_init_leaves_room_for_the_sum_of_its_products(void)
         {
             TEST_ASSERT_TRUE(ldexp(abs(params.phi_d), -28) + ldexp(abs(params.phi_g), -28) < 4.0);
             TEST_ASSERT_EQUAL_INT32(INT32_C(1) << (30 - params.shift), params.power);
+            TEST_ASSERT_EQUAL_UINT32((UINT32_C(1) << params.shift) - 1u, params.below);
             fast += params.gamma_d < 0;
         }
     }
@@ -251,6 +252,7 @@ static void test_arm_moves_in_mirror_image_to_the_last_bit(void)
         uint32_t               word = 1;
         p.shift                     = (uint8_t)shift;
         p.power                     = INT32_C(1) << (30u - shift);
+        p.below                     = (uint16_t)((UINT32_C(1) << shift) - 1u);
         tribo_arm_q31_reset(&state);
         tribo_arm_q31_reset(&mirror);
         for (int k = 0; k < 1000; k++)
@@ -261,6 +263,32 @@ static void test_arm_moves_in_mirror_image_to_the_last_bit(void)
             (void)tribo_arm_q31_step(&p, &mirror, -d);
             TEST_ASSERT_EQUAL_INT64(-state.force, mirror.force);
             TEST_ASSERT_EQUAL_INT32(-state.force_change, mirror.force_change);
+        }
+    }
+}
+
+// C divides towards zero, too.
+static void test_arm_rounds_towards_zero_to_the_last_bit(void)
+{
+    static const int32_t gammas[] = {1, 2, (INT32_C(1) << 28) - 1, INT32_C(1) << 28, (INT32_C(1) << 28) + 1};
+    static const int32_t drives[] = {0, 1, 2, 3, (INT32_C(1) << 28) - 1, INT32_C(1) << 28, (INT32_C(1) << 28) + 1};
+    for (uint32_t shift = 0; shift <= 15u; shift++)
+    {
+        for (uint32_t i = 0; i < 5u * 7u * 2u; i++)
+        {
+            const int32_t d    = drives[i / 5u % 7u] * (i < 35u ? 1 : -1);
+            const int64_t push = (int64_t)gammas[i % 5u] * d;
+            const int64_t move = push / (INT64_C(1) << shift);
+
+            const tribo_arm_q31_params_t p = {.phi_d   = gammas[i % 5u],
+                                              .gamma_d = gammas[i % 5u],
+                                              .power   = INT32_C(1) << (30u - shift),
+                                              .below   = (uint16_t)((UINT32_C(1) << shift) - 1u),
+                                              .shift   = (uint8_t)shift};
+            tribo_arm_q31_reset(&state);
+            (void)tribo_arm_q31_step(&p, &state, d);
+            TEST_ASSERT_EQUAL_INT32(push / (INT64_C(1) << 28), state.force_change);
+            TEST_ASSERT_EQUAL_INT64(move, state.force);
         }
     }
 }
@@ -292,6 +320,7 @@ int main(void)
     RUN_TEST(test_arm_init_accepts_exactly_what_is_stable);
     RUN_TEST(test_arm_does_not_pass_full_scale_by_a_bit);
     RUN_TEST(test_arm_moves_in_mirror_image_to_the_last_bit);
+    RUN_TEST(test_arm_rounds_towards_zero_to_the_last_bit);
     RUN_TEST(test_arm_clamps_from_full_scale_on);
     return UNITY_END();
 }

@@ -246,6 +246,13 @@ static void test_biquad_integrates_as_a_counter_does(void)
     TEST_ASSERT_EQUAL_INT64((int64_t)LONG_RUN * 12345 + half, state.section[0].w1);
 }
 
+static void test_biquad_output_stays_in_the_symmetric_range(void)
+{
+    params = (tribo_biquad_q31_params_t){.section = {{.b0 = INT32_C(1) << 28}}, .count = 1};
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_biquad_q31_step(&params, &state, INT32_MIN));
+    TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
+}
+
 // Two sections have a step of their own.
 static void test_biquad_step_is_its_two_halves(void)
 {
@@ -632,6 +639,7 @@ int main(void)
     RUN_TEST(test_biquad_gain_at_rest_is_exact_for_as_long_as_it_runs);
     RUN_TEST(test_biquad_carries_what_the_input_scale_drops);
     RUN_TEST(test_biquad_integrates_as_a_counter_does);
+    RUN_TEST(test_biquad_output_stays_in_the_symmetric_range);
     RUN_TEST(test_biquad_step_is_its_two_halves);
     RUN_TEST(test_biquad_comes_to_rest_at_zero_input);
     RUN_TEST(test_biquad_of_the_papers_controller_comes_to_rest_within_a_bit);

@@ -355,21 +355,25 @@ static void test_friction_saturates_net_force_and_breakaway_at_full_scale(void)
     config.positive.slope = 10.0f;
     config.negative.slope = 10.0f;
     init();
-    const int32_t inputs[] = {INT32_MIN, -INT32_MAX, -1, 0, 1, INT32_MAX};
-    uint32_t      counted  = 0;
-    for (size_t i = 0; i < 6; i++)
+    const int32_t inputs[]    = {INT32_MIN, -INT32_MAX, -1, 0, 1, (1 << 30) + 1, INT32_MAX};
+    const int32_t gravities[] = {1 << 30, -(1 << 30), 0};
+    uint32_t      counted     = 0;
+    for (size_t i = 0; i < 7u * 7u * 3u; i++)
     {
-        for (size_t j = 0; j < 6; j++)
-        {
-            const int64_t n = (int64_t)inputs[i] - inputs[j];
-            const int32_t f = tribo_friction_q31_step(&params, &state, inputs[i], inputs[j], &seen);
-            counted += n > INT32_MAX || n < -INT32_MAX;
-            TEST_ASSERT_EQUAL_UINT32(counted, state.saturated);
-            TEST_ASSERT_TRUE((int64_t)f * seen.n >= 0);
-            TEST_ASSERT_TRUE(f <= seen.L && f >= -seen.L);
-        }
+        const int32_t u      = inputs[i % 7u];
+        const int32_t force  = inputs[i / 7u % 7u];
+        params.gravity       = gravities[i / 49u];
+        const int64_t n      = (int64_t)u - force + params.gravity;
+        const int32_t f      = tribo_friction_q31_step(&params, &state, u, force, &seen);
+        const bool    beyond = n > INT32_MAX || n < -INT32_MAX;
+        counted += beyond;
+        TEST_ASSERT_EQUAL_INT32(beyond ? (n < 0 ? -INT32_MAX : INT32_MAX) : n, seen.n);
+        TEST_ASSERT_EQUAL_UINT32(counted, state.saturated);
+        TEST_ASSERT_TRUE((int64_t)f * seen.n >= 0);
+        TEST_ASSERT_TRUE(f <= seen.L && f >= -seen.L);
     }
-    TEST_ASSERT_TRUE(counted > 4u);
+    TEST_ASSERT_TRUE(counted > 12u);
+    tribo_friction_q31_reset(&state);
     (void)tribo_friction_q31_step(&params, &state, INT32_MAX, -INT32_MAX, &seen);
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, seen.n);
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, seen.L);

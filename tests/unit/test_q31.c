@@ -48,6 +48,24 @@ static void test_q31_sums_saturate_and_count(void)
     TEST_ASSERT_EQUAL_UINT32(4, saturated);
 }
 
+static void test_q31_balances_three_forces_as_64_bits_do(void)
+{
+    static const int32_t ends[]   = {INT32_MIN, -INT32_MAX, -2, -1, 0, 1, 2, INT32_MAX - 1, INT32_MAX};
+    uint32_t             expected = 0;
+    random_t             r        = {12};
+    for (uint32_t k = 0; k < 30000u; k++)
+    {
+        const int32_t a   = k < 729u ? ends[k % 9u] : (int32_t)(uint32_t)random_bits(&r);
+        const int32_t b   = k < 729u ? ends[k / 9u % 9u] : (int32_t)(uint32_t)random_bits(&r);
+        const int32_t any = k < 729u ? ends[k / 81u] : (int32_t)(uint32_t)random_bits(&r);
+        const int32_t c   = any == INT32_MIN ? INT32_MAX : any;
+        TEST_ASSERT_EQUAL_INT32(tribo_q31_saturate((int64_t)a - b + c, &expected),
+                                tribo_q31_balance(a, b, c, &saturated));
+        TEST_ASSERT_EQUAL_UINT32(expected, saturated);
+    }
+    TEST_ASSERT_TRUE(expected > 5000u && expected < 20000u);
+}
+
 static void test_q31_magnitude_fits_whatever_the_number(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0, tribo_q31_magnitude(0));
@@ -165,6 +183,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_q31_saturates_to_a_symmetric_range_and_counts);
     RUN_TEST(test_q31_sums_saturate_and_count);
+    RUN_TEST(test_q31_balances_three_forces_as_64_bits_do);
     RUN_TEST(test_q31_magnitude_fits_whatever_the_number);
     RUN_TEST(test_q31_part_rounds_down);
     RUN_TEST(test_q31_adds_what_is_shifted_to_the_last_bit);

@@ -9,7 +9,8 @@
 ///     F += phi_d d + phi_g G
 ///     G  = gamma_d d + gamma_g G
 ///
-/// F and G stay within +-TRIBO_F32_FORCE_MAX_N, so that an arm that was driven beyond comes back.
+/// F stays within +-TRIBO_F32_FORCE_MAX_N; where it is held there, G starts again from 0. So an arm that was driven beyond
+/// comes back, and a state that was lost does.
 /// No loops, no divisions. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_ARM_F32_H
@@ -44,7 +45,7 @@ typedef struct
     float    force_n;        ///< F = K theta
     float    force_change_n; ///< G = K theta' h
     uint32_t bad_inputs;     ///< since reset; stops at UINT32_MAX
-    uint32_t clamped;        ///< F or G held at its end since reset; stops at UINT32_MAX
+    uint32_t clamped;        ///< F held at its end since reset; stops at UINT32_MAX
 } tribo_arm_f32_state_t;
 
 /// The paper's arm, Eq. (10), in degrees.

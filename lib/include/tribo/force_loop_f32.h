@@ -13,7 +13,7 @@
 ///
 /// Retuning: hand in a pointer to other validated params at any tick. The tick that first sees it takes the state
 /// over without a bump in u, whatever has changed: cascade, gain, friction, arm (new limits hold at once). It needs
-/// the old params once more and costs about five ticks: they may go when state.active is the new pointer. Params in use
+/// the old params once more and costs about three ticks: they may go when state.active is the new pointer. Params in use
 /// must not be written to, nor a breakaway table that they point to, and all params of a loop are for one sample time.
 ///
 /// Params of two sections and no breakaway table are the usual ones: built for speed, their ticks have the parts inline.
@@ -85,7 +85,7 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
 void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state);
 
 /// One tick: reference `r_n` and measured end-point force `y_n` in N give the manipulated input u in N. Cannot fail.
-/// `signals` is written whole and must not be null.
+/// `signals` is written whole; null where nobody looks, which makes a tick of usual params shorter.
 float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
                                 tribo_force_loop_f32_state_t        *state,
                                 float                                r_n,

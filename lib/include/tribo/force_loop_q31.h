@@ -59,7 +59,7 @@ typedef struct
 void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state);
 
 /// One tick: reference `r` and measured end-point force `y` give the manipulated input u, all Q31. Cannot fail.
-/// `signals` is written whole and must not be null.
+/// `signals` is written whole; null where nobody looks, which makes a tick of usual params shorter.
 int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
                                   tribo_force_loop_q31_state_t        *state,
                                   int32_t                              r,

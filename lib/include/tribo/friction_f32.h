@@ -71,8 +71,7 @@ typedef struct
 {
     float                              rate_hz;         ///< 1/h
     float                              y_per_v, y_at_0; ///< E = 2^y, y = y_per_v v - y_at_0
-    float                              k[3];            ///< k_min, k_max, k_min, over k_max
-    float                              r1, r2, q1, q2;  ///< of the rational function, with powers of k_max in them
+    float                              k[2][2];         ///< B = k_0 + k_1 E, for y above 0 and below, with its scale
     tribo_breakaway_f32_t              law[2];          ///< L+, L-
     tribo_breakaway_f32_t              reset[2];        ///< c2 L+, c2 L-
     const tribo_breakaway_point_f32_t *table;           ///< null: the affine laws

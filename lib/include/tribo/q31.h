@@ -99,6 +99,32 @@ static inline int32_t tribo_q31_subtract(int32_t a, int32_t b, uint32_t *saturat
     return difference;
 }
 
+/// a - b + c within the symmetric range, saturated and counted; c is within it. Two sums that both wrap make one that fits.
+static inline int32_t tribo_q31_balance(int32_t a, int32_t b, int32_t c, uint32_t *saturated)
+{
+#if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
+    int32_t difference;
+    int32_t sum;
+    int32_t beyond = a;
+    if (__builtin_expect(!__builtin_sub_overflow(a, b, &difference), 1))
+    {
+        if (__builtin_expect(!__builtin_add_overflow(difference, c, &sum) && sum != INT32_MIN, 1))
+        {
+            return sum;
+        }
+        beyond = difference;
+    }
+    else if (__builtin_add_overflow(difference, c, &sum) && sum != INT32_MIN)
+    {
+        return sum;
+    }
+    tribo_q31_count(saturated);
+    return tribo_q31_end(beyond);
+#else
+    return tribo_q31_saturate((int64_t)a - b + c, saturated);
+#endif
+}
+
 /// x / 2^shift, rounded down, saturated and counted as tribo_q31_add. `shift` 1 to 31, a constant: one compare.
 static inline int32_t tribo_q31_narrow(int64_t x, uint32_t shift, uint32_t *saturated)
 {
