@@ -7,7 +7,8 @@ import subprocess
 
 HERE = pathlib.Path(__file__).parent
 MODELS = {"cortex-m4f": "cortex-m4", "cortex-m7": "cortex-m7"}
-TICK = re.compile(r"tribo_(?:force_loop|controller|biquad|compensator|friction|arm|relay|edge)_\w*(?:step|output|advance)$")
+LOOP = re.compile(r"tribo_force_loop_\w+_step$|tick_\w+$")
+PARTS = re.compile(r"tribo_(?:controller|biquad|compensator|friction|arm|relay|edge)_\w*(?:step|output|advance)$")
 RETURN = re.compile(r"^(pop|ldmia\.w\s+sp!|bx\s+lr).*(pc|lr)")
 
 
@@ -16,9 +17,10 @@ def text_of(command):
 
 
 def tick_functions(program):
-    """(start, size) by name."""
+    """Addresses by name."""
     lines = [line.split() for line in text_of(["arm-none-eabi-nm", "-S", program]).splitlines()]
-    return {line[3]: (int(line[0], 16), int(line[1], 16)) for line in lines if len(line) == 4 and TICK.match(line[3])}
+    found = [line for line in lines if len(line) == 4 and (LOOP.match(line[3]) or PARTS.match(line[3]))]
+    return {name: range(int(start, 16), int(start, 16) + int(size, 16)) for start, size, _, name in found}
 
 
 def disassembly(program):
@@ -34,23 +36,30 @@ def disassembly(program):
     return instructions
 
 
+def one_instruction_a_block():
+    """QEMU's option for it, by its version."""
+    option = "one-insn-per-tb"
+    return ["-accel", f"tcg,{option}=on"] if option in text_of(["qemu-system-arm", "-help"]) else ["-singlestep"]
+
+
 def executed(processor, program, arithmetic):
     """The instructions of the program's last tick."""
     functions = tick_functions(program)
     instructions = disassembly(program)
     log = program.with_suffix(".log")
-    ranges = ",".join(f"{start:#x}+{size:#x}" for start, size in functions.values())
-    trace = ["-singlestep", "-d", "exec,nochain", "-dfilter", ranges, "-D", log]
+    ranges = ",".join(f"{r.start:#x}+{len(r):#x}" for r in functions.values())
+    trace = [*one_instruction_a_block(), "-d", "exec,nochain", "-dfilter", ranges, "-D", log]
     subprocess.run([HERE / "emulate", processor, program, *trace], check=True, timeout=100)
     addresses = [int(line.split("/")[1], 16) for line in log.read_text().splitlines() if line.startswith("Trace")]
     log.unlink()
 
-    entry, size = functions[f"tribo_force_loop_{arithmetic}_step"]
+    loop = [where for name, where in functions.items() if LOOP.match(name)]
+    entry = functions[f"tribo_force_loop_{arithmetic}_step"].start
     first = len(addresses) - 1 - addresses[::-1].index(entry)
     tick = []
     for address in addresses[first:]:
         tick.append(instructions[address])
-        if entry <= address < entry + size and RETURN.match(instructions[address]):
+        if RETURN.match(instructions[address]) and any(address in function for function in loop):
             return tick
     raise RuntimeError("the last tick does not return")
 
