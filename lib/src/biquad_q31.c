@@ -78,7 +78,7 @@ int32_t tribo_biquad_q31_step(const tribo_biquad_q31_params_t *params, tribo_biq
 }
 
 /// x 2^-by, `by` of either sign, clamped to +-BIQUAD_Q31_W_MAX.
-static int64_t rescale(int64_t x, int32_t by)
+static TRIBO_OUT_OF_LINE int64_t rescale(int64_t x, int32_t by)
 {
     const uint32_t left  = by < 0 ? (uint32_t)-by : 0u;
     const uint32_t right = by > 0 ? (uint32_t)by : 0u;
@@ -88,7 +88,7 @@ static int64_t rescale(int64_t x, int32_t by)
 }
 
 /// What a tick adds to w1 but for w2, b1 x - a1 y.
-static int64_t moved(const tribo_biquad_q31_section_t *section, int32_t x, int32_t y)
+static TRIBO_OUT_OF_LINE int64_t moved(const tribo_biquad_q31_section_t *section, int32_t x, int32_t y)
 {
     const int32_t b1 = section->c1 + section->b0;
     const int32_t a1 = (INT32_C(1) << BIQUAD_Q31_FRACTION) - section->d1;

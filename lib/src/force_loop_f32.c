@@ -163,28 +163,13 @@ static TRIBO_OUT_OF_LINE float tick_of_any_unseen(const tribo_force_loop_f32_par
     return tick_of_any(params, state, e, feedforward, &unseen);
 }
 
-/// The tick of usual params.
-static inline float usual_tick(const tribo_force_loop_f32_params_t *params,
-                               tribo_force_loop_f32_state_t        *state,
-                               float                                e,
-                               float                                feedforward,
-                               tribo_force_loop_f32_signals_t      *signals)
-{
-    signals->e_n           = e;
-    signals->feedforward_n = feedforward;
-    const float u =
-        controller_f32_kernel(&params->controller, &state->controller, e, feedforward, &signals->controller);
-    state->friction_n =
-        compensator_f32_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
-    return u;
-}
-
-TRIBO_ALL_INLINE
-float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
-                                tribo_force_loop_f32_state_t        *state,
-                                float                                r_n,
-                                float                                y_n,
-                                tribo_force_loop_f32_signals_t      *signals)
+/// A tick; where `seen`, a constant, is false, of usual params without a trace of `signals`.
+static inline float tick(const tribo_force_loop_f32_params_t *params,
+                         tribo_force_loop_f32_state_t        *state,
+                         float                                r_n,
+                         float                                y_n,
+                         tribo_force_loop_f32_signals_t      *signals,
+                         bool                                 seen)
 {
     float e = 0.0f;
     if (TRIBO_USUAL(!exceeds(r_n, params->input_max_n) && !exceeds(y_n, params->input_max_n)))
@@ -195,21 +180,50 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
     {
         count(&state->bad_inputs);
     }
-    const float feedforward = params->gain * state->friction_n;
+    const float added = params->gain * state->friction_n;
     if (!TRIBO_FAST_WAY(state->usual == params))
     {
         if (!TRIBO_FAST_WAY(is_usual(params) && state->active == NULL))
         {
-            return signals != NULL ? tick_of_any(params, state, e, feedforward, signals)
-                                   : tick_of_any_unseen(params, state, e, feedforward);
+            return seen ? tick_of_any(params, state, e, added, signals) : tick_of_any_unseen(params, state, e, added);
         }
         state->active = params; // the first tick
         state->usual  = params;
     }
-    if (signals != NULL)
-    {
-        return usual_tick(params, state, e, feedforward, signals);
-    }
-    tribo_force_loop_f32_signals_t unseen; // and so not written at all
-    return usual_tick(params, state, e, feedforward, &unseen);
+    signals->e_n           = e;
+    signals->feedforward_n = added;
+
+    const float u = controller_f32_kernel(&params->controller, &state->controller, e, added, &signals->controller);
+    state->friction_n =
+        compensator_f32_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
+    return u;
+}
+
+// Two functions, as in one each would have room for the other's on its stack.
+
+static TRIBO_OUT_OF_LINE TRIBO_ALL_INLINE float tick_seen(const tribo_force_loop_f32_params_t *params,
+                                                          tribo_force_loop_f32_state_t        *state,
+                                                          float                                r_n,
+                                                          float                                y_n,
+                                                          tribo_force_loop_f32_signals_t      *signals)
+{
+    return tick(params, state, r_n, y_n, signals, true);
+}
+
+static TRIBO_OUT_OF_LINE TRIBO_ALL_INLINE float tick_unseen(const tribo_force_loop_f32_params_t *params,
+                                                            tribo_force_loop_f32_state_t        *state,
+                                                            float                                r_n,
+                                                            float                                y_n)
+{
+    tribo_force_loop_f32_signals_t unseen;
+    return tick(params, state, r_n, y_n, &unseen, false);
+}
+
+float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
+                                tribo_force_loop_f32_state_t        *state,
+                                float                                r_n,
+                                float                                y_n,
+                                tribo_force_loop_f32_signals_t      *signals)
+{
+    return signals != NULL ? tick_seen(params, state, r_n, y_n, signals) : tick_unseen(params, state, r_n, y_n);
 }

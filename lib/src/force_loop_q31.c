@@ -123,27 +123,13 @@ static TRIBO_OUT_OF_LINE int32_t tick_of_any_unseen(const tribo_force_loop_q31_p
     return tick_of_any(params, state, e, added, &unseen);
 }
 
-/// The tick of usual params.
-static inline int32_t usual_tick(const tribo_force_loop_q31_params_t *params,
-                                 tribo_force_loop_q31_state_t        *state,
-                                 int32_t                              e,
-                                 int32_t                              added,
-                                 tribo_force_loop_q31_signals_t      *signals)
-{
-    signals->e           = e;
-    signals->feedforward = added;
-    const int32_t u = controller_q31_kernel(&params->controller, &state->controller, e, added, &signals->controller);
-    state->friction =
-        compensator_q31_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
-    return u;
-}
-
-TRIBO_ALL_INLINE
-int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
-                                  tribo_force_loop_q31_state_t        *state,
-                                  int32_t                              r,
-                                  int32_t                              y,
-                                  tribo_force_loop_q31_signals_t      *signals)
+/// A tick; where `seen`, a constant, is false, of usual params without a trace of `signals`.
+static inline int32_t tick(const tribo_force_loop_q31_params_t *params,
+                           tribo_force_loop_q31_state_t        *state,
+                           int32_t                              r,
+                           int32_t                              y,
+                           tribo_force_loop_q31_signals_t      *signals,
+                           bool                                 seen)
 {
     // One compare an input: x within +-max is x + max within 0 to 2 max.
     const uint32_t max = (uint32_t)params->input_max;
@@ -161,16 +147,45 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
     {
         if (!TRIBO_FAST_WAY(is_usual(params) && state->active == NULL))
         {
-            return signals != NULL ? tick_of_any(params, state, e, added, signals)
-                                   : tick_of_any_unseen(params, state, e, added);
+            return seen ? tick_of_any(params, state, e, added, signals) : tick_of_any_unseen(params, state, e, added);
         }
         state->active = params; // the first tick
         state->usual  = params;
     }
-    if (signals != NULL)
-    {
-        return usual_tick(params, state, e, added, signals);
-    }
-    tribo_force_loop_q31_signals_t unseen; // and so not written at all
-    return usual_tick(params, state, e, added, &unseen);
+    signals->e           = e;
+    signals->feedforward = added;
+
+    const int32_t u = controller_q31_kernel(&params->controller, &state->controller, e, added, &signals->controller);
+    state->friction =
+        compensator_q31_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
+    return u;
+}
+
+// Two functions, as in one each would have room for the other's on its stack.
+
+static TRIBO_OUT_OF_LINE TRIBO_ALL_INLINE int32_t tick_seen(const tribo_force_loop_q31_params_t *params,
+                                                            tribo_force_loop_q31_state_t        *state,
+                                                            int32_t                              r,
+                                                            int32_t                              y,
+                                                            tribo_force_loop_q31_signals_t      *signals)
+{
+    return tick(params, state, r, y, signals, true);
+}
+
+static TRIBO_OUT_OF_LINE TRIBO_ALL_INLINE int32_t tick_unseen(const tribo_force_loop_q31_params_t *params,
+                                                              tribo_force_loop_q31_state_t        *state,
+                                                              int32_t                              r,
+                                                              int32_t                              y)
+{
+    tribo_force_loop_q31_signals_t unseen;
+    return tick(params, state, r, y, &unseen, false);
+}
+
+int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
+                                  tribo_force_loop_q31_state_t        *state,
+                                  int32_t                              r,
+                                  int32_t                              y,
+                                  tribo_force_loop_q31_signals_t      *signals)
+{
+    return signals != NULL ? tick_seen(params, state, r, y, signals) : tick_unseen(params, state, r, y);
 }
