@@ -13,7 +13,7 @@ static inline float arm_f32_kernel(const tribo_arm_f32_params_t *params, tribo_a
     const float G    = state->force_change_n;
     float       next = params->gamma_d * d + params->gamma_g * G;
     float       F    = state->force_n + (params->phi_d * d + params->phi_g * G);
-    if (TRIBO_RARE(exceeds(F, TRIBO_F32_FORCE_MAX_N))) // a lost G takes F with it
+    if (TRIBO_RARE(exceeds(F, TRIBO_F32_FORCE_MAX_N))) // a lost G takes F with it, or dies away
     {
         F    = F < 0.0f ? -TRIBO_F32_FORCE_MAX_N : TRIBO_F32_FORCE_MAX_N;
         next = 0.0f;

@@ -10,7 +10,7 @@
 /// What makes a shift of x one towards zero; `below` are the bits that it drops.
 static inline uint32_t arm_q31_up(int64_t x, uint32_t below)
 {
-    return (0u - (uint32_t)(x < 0)) & below;
+    return (uint32_t)tribo_q31_sign(x) & below;
 }
 
 static inline void arm_q31_kernel(const tribo_arm_q31_params_t *params, tribo_arm_q31_state_t *state, int32_t drive)

@@ -47,7 +47,7 @@ static inline biquad_f32_pair_t biquad_f32_pair_output(const tribo_biquad_f32_pa
     return (biquad_f32_pair_t){.x = x, .y0 = y0, .y1 = params->section[1].b0 * y0 + state->section[1].w1};
 }
 
-/// The state at rest again, counted with the bad inputs: inline, as a call would cost every tick its registers.
+/// The pair at rest again, counted with the bad inputs: inline, as a call would cost every tick its registers.
 static inline void biquad_f32_pair_start_again(tribo_biquad_f32_state_t *state)
 {
     state->section[0] = (tribo_biquad_f32_section_state_t){0.0f, 0.0f, 0.0f};

@@ -96,16 +96,18 @@ static inline biquad_q31_pair_t biquad_q31_pair_output(const tribo_biquad_q31_pa
     return pair;
 }
 
-/// `pair` as if its input had been `correction` larger. The nodes have room for it; a lost state may wrap.
+/// `pair` as if its input had been `correction` larger. The nodes have room for it but after a change of params.
 static inline void biquad_q31_pair_correct(const tribo_biquad_q31_params_t *params,
+                                           tribo_biquad_q31_state_t        *state,
                                            biquad_q31_pair_t               *pair,
                                            int32_t                          correction)
 {
-    const int32_t c0 = biquad_q31_section_correction(&params->section[0], correction);
-    const int32_t c1 = biquad_q31_section_correction(&params->section[1], c0);
-    pair->x          = (int32_t)((uint32_t)pair->x + (uint32_t)correction);
-    pair->out[0].y   = (int32_t)((uint32_t)pair->out[0].y + (uint32_t)c0);
-    pair->out[1].y   = (int32_t)((uint32_t)pair->out[1].y + (uint32_t)c1);
+    uint32_t *const saturated = &state->saturated;
+    const int32_t   c0        = biquad_q31_section_correction(&params->section[0], correction);
+    const int32_t   c1        = biquad_q31_section_correction(&params->section[1], c0);
+    pair->x                   = tribo_q31_add(pair->x, correction, saturated);
+    pair->out[0].y            = tribo_q31_add(pair->out[0].y, c0, saturated);
+    pair->out[1].y            = tribo_q31_add(pair->out[1].y, c1, saturated);
 }
 
 static inline void biquad_q31_pair_advance(const tribo_biquad_q31_params_t *params,

@@ -35,7 +35,7 @@ static inline controller_q31_limited_t controller_q31_limit(const tribo_controll
     }
     tribo_q31_count(&state->limited_ticks);
     const int32_t u     = wanted < 0 ? params->u_min : params->u_max; // 0 is within them
-    const int32_t taken = tribo_q31_opaque((u >> scale) - wanted);    // of one sign: it fits
+    const int32_t taken = tribo_q31_opaque(tribo_q31_subtract(u >> scale, wanted, saturated));
     const int64_t back  = tribo_q31_multiply(taken, params->anti_windup);
     return (controller_q31_limited_t){
         .u          = u,
@@ -60,7 +60,7 @@ static inline int32_t controller_q31_kernel(const tribo_controller_q31_params_t 
     const volatile int32_t u = l.u;
     if (TRIBO_RARE(l.limited))
     {
-        biquad_q31_pair_correct(&params->cascade, &pair, l.correction);
+        biquad_q31_pair_correct(&params->cascade, &state->cascade, &pair, l.correction);
     }
     biquad_q31_pair_advance(&params->cascade, &state->cascade, &pair);
     return u;

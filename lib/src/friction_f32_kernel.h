@@ -46,7 +46,8 @@ static inline float friction_f32_curve(const tribo_friction_f32_params_t *params
     const float   *k      = params->k[y_bits >> 31];
     const float    w      = friction_f32_power(y_bits & 0x7fffffffu);
     const float    A = 0.125f + w; // all over 8: only a k L of 2,000 n and more overflows below, where R is under 1e-7
-    const float    B = k[0] + k[1] * w;
+    // B, and so D, is q2^(-1/4) = 2.86 times what it stands for, which makes the last coefficient 1.
+    const float B = k[0] + k[1] * w;
     TRIBO_FROM_HERE();
     const float N       = n_of_q * A;
     const float D       = B * L;

@@ -33,7 +33,7 @@ static inline uint32_t friction_q31_power(uint32_t y)
 {
     const uint32_t whole = y >> 22;
     const uint32_t f     = y << 10;
-    // The polynomial of friction_f32_kernel.h.
+    // The polynomial of friction_f32_kernel.h times 8.
     uint32_t p = 227951076u - tribo_q31_high(f, 29064250u);
     p          = 1027961890u - tribo_q31_high(f, p);
     p          = 2976542007u - tribo_q31_high(f, p);

@@ -7,8 +7,8 @@
 
 #ifdef __GNUC__
 #define TRIBO_OUT_OF_LINE      __attribute__((noinline))
-#define TRIBO_ALL_INLINE       __attribute__((flatten)) // what it calls, where that is not out of line
-#define TRIBO_FROM_HERE()      __asm__ volatile("")     // what follows is not begun earlier, when registers are short
+#define TRIBO_ALL_INLINE       __attribute__((flatten)) // gcc: all that it calls, where that is not out of line
+#define TRIBO_FROM_HERE()      __asm__ volatile("") // gcc: what follows is not begun earlier, where registers are short
 #define TRIBO_USUAL(condition) __builtin_expect((condition), 1)
 #define TRIBO_RARE(condition)  __builtin_expect((condition), 0)
 #else

@@ -208,6 +208,39 @@ static void test_loop_is_the_same_without_signals(void)
     TEST_ASSERT_EQUAL_UINT32(8, loop_bad_inputs(&unseen));
 }
 
+// A change of params looks at what friction was under the old ones: nothing of that look may stay.
+static void test_loop_leaves_its_compensator_to_the_new_params_alone(void)
+{
+    static loop_t                 loop;
+    static loop_t                 other;
+    static compensator_t          alone;
+    random_t                      r      = {3};
+    tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
+    int                           armed  = 0;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, &config));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, compensator_init(&alone, &config.compensator, H));
+    config.gain                                   = 0.3f;
+    config.controller.u_max_n                     = 1.1f;
+    config.compensator.friction.positive.offset_n = 0.07f;
+    config.compensator.friction.set_level         = 0.3f;
+    config.compensator.friction.reset_level       = 0.4f;
+    config.compensator.friction.pulse_width_s     = 0.011f;
+    config.compensator.arm.damping                = 0.02f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&other, &config));
+    for (int k = 0; k < 20000; k++)
+    {
+        const loop_t *by  = k / 3 % 2 == 0 ? &loop : &other;
+        const double  r_n = 0.5 + 0.2 * sin(k * 0.01) + random_between(&r, -0.02, 0.02);
+        const double  y_n = 0.5 + 0.19 * sin(k * 0.01 - 0.1);
+        const double  u   = loop_step_by(&loop, by, k % 100 < 10 ? -r_n : r_n, y_n).u;
+        alone.params      = by->params.compensator;
+        (void)compensator_step(&alone, u);
+        TEST_ASSERT_EQUAL_MEMORY(&alone.state, &loop.state.compensator, sizeof alone.state);
+        armed += loop.state.compensator.friction.relay.latch.outputs != 0u;
+    }
+    TEST_ASSERT_TRUE(armed > 500);
+}
+
 static void test_loop_takes_inputs_up_to_their_very_maximum(void)
 {
     tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
@@ -232,6 +265,7 @@ int main(void)
     RUN_TEST(test_friction_relays_are_those_of_its_comparators);
     RUN_TEST(test_loop_of_any_params_is_its_parts_joined);
     RUN_TEST(test_loop_is_the_same_without_signals);
+    RUN_TEST(test_loop_leaves_its_compensator_to_the_new_params_alone);
     RUN_TEST(test_loop_takes_inputs_up_to_their_very_maximum);
     return UNITY_END();
 }

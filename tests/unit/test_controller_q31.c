@@ -235,15 +235,20 @@ static void test_controller_takes_whatever_an_input_can_be(void)
 }
 
 // A third section that passes its input on: the same bits by the way of any number of sections.
+static tribo_controller_q31_params_t with_a_third(tribo_controller_q31_params_t two)
+{
+    two.cascade.count = 3;
+    two.cascade.section[2] =
+        (tribo_biquad_q31_section_t){.b0 = INT32_C(1) << 28, .scale = two.cascade.section[1].scale};
+    return two;
+}
+
 static void test_controller_of_two_sections_is_that_of_any_number(void)
 {
-    random_t                       r     = {9};
-    tribo_controller_q31_params_t  three = params;
-    tribo_controller_q31_state_t   other = state;
-    tribo_controller_q31_signals_t as_three;
-    three.cascade.count = 3;
-    three.cascade.section[2] =
-        (tribo_biquad_q31_section_t){.b0 = INT32_C(1) << 28, .scale = params.cascade.section[1].scale};
+    random_t                            r     = {9};
+    const tribo_controller_q31_params_t three = with_a_third(params);
+    tribo_controller_q31_state_t        other = state;
+    tribo_controller_q31_signals_t      as_three;
     for (int k = 0; k < 5000; k++)
     {
         const int32_t e = q31(random_between(&r, -0.6, 0.6));
@@ -255,6 +260,57 @@ static void test_controller_of_two_sections_is_that_of_any_number(void)
     TEST_ASSERT_TRUE(state.limited_ticks > 100u && state.limited_ticks < 4900u);
     TEST_ASSERT_EQUAL_UINT32(other.limited_ticks, state.limited_ticks);
     TEST_ASSERT_EQUAL_MEMORY(other.cascade.section, state.cascade.section, 2u * sizeof state.cascade.section[0]);
+}
+
+// From states as a change of params may leave them: there the nodes have no room for all corrections.
+static void test_controller_of_two_sections_is_that_of_any_number_from_any_state(void)
+{
+    random_t r = {10};
+    for (int limits = 0; limits < 2; limits++)
+    {
+        config.u_min_n = limits == 0 ? -FULL_SCALE : 0.0f;
+        config.u_max_n = FULL_SCALE;
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&params, &config, FULL_SCALE, NULL));
+        const tribo_controller_q31_params_t three = with_a_third(params);
+        tribo_controller_q31_state_t        other;
+        tribo_controller_q31_signals_t      as_three;
+        uint32_t                            saturated = 0;
+        tribo_controller_q31_reset(&state);
+        tribo_controller_q31_reset(&other);
+        for (int k = 0; k < 20000; k++)
+        {
+            for (int i = 0; i < 2; i++)
+            {
+                state.cascade.section[i].w1 = (int64_t)random_bits(&r) >> (2u + random_bits(&r) % 8u);
+                state.cascade.section[i].w2 = (int64_t)random_bits(&r) >> (3u + random_bits(&r) % 8u);
+                other.cascade.section[i]    = state.cascade.section[i];
+            }
+            const int32_t e     = (int32_t)(uint32_t)random_bits(&r);
+            const int32_t added = (int32_t)(uint32_t)random_bits(&r);
+            const int32_t u     = tribo_controller_q31_step(&three, &other, e, added, &as_three);
+            TEST_ASSERT_EQUAL_INT32(u, tribo_controller_q31_step(&params, &state, e, added, &seen));
+            TEST_ASSERT_EQUAL_INT(as_three.limited, seen.limited);
+            TEST_ASSERT_EQUAL_MEMORY(other.cascade.section,
+                                     state.cascade.section,
+                                     2u * sizeof state.cascade.section[0]);
+            saturated += seen.limited && state.cascade.saturated > 0u;
+            state.cascade.saturated = 0;
+        }
+        TEST_ASSERT_TRUE(saturated > 100u);
+    }
+}
+
+// The correction is 2^31 then, which an error of one sign would not give.
+static void test_controller_corrects_towards_a_limit_of_0_from_the_very_end(void)
+{
+    config.u_min_n = 0.0f;
+    config.u_max_n = FULL_SCALE;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&params, &config, FULL_SCALE, NULL));
+    state.cascade.section[1].w1 = -(INT64_C(1) << 59); // v is INT32_MIN at its node
+    TEST_ASSERT_EQUAL_INT32(0, step(0.0, 0.0));
+    TEST_ASSERT_TRUE(seen.limited);
+    TEST_ASSERT_TRUE(state.cascade.saturated > 0u);
+    TEST_ASSERT_TRUE(state.cascade.section[0].w1 > 0); // pushed up, not down
 }
 
 static void test_controller_limits_what_a_lost_state_gives(void)
@@ -345,6 +401,8 @@ int main(void)
     RUN_TEST(test_controller_changes_params_without_a_bump);
     RUN_TEST(test_controller_takes_whatever_an_input_can_be);
     RUN_TEST(test_controller_of_two_sections_is_that_of_any_number);
+    RUN_TEST(test_controller_of_two_sections_is_that_of_any_number_from_any_state);
+    RUN_TEST(test_controller_corrects_towards_a_limit_of_0_from_the_very_end);
     RUN_TEST(test_controller_limits_what_a_lost_state_gives);
     RUN_TEST(test_controller_sums_what_is_beyond_full_scale_alone);
     RUN_TEST(test_controller_is_not_limited_at_its_very_limit);

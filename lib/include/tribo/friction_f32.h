@@ -71,7 +71,7 @@ typedef struct
 {
     float                              rate_hz;         ///< 1/h
     float                              y_per_v, y_at_0; ///< E = 2^y, y = y_per_v v - y_at_0
-    float                              k[2][2];         ///< B = k_0 + k_1 E, for y above 0 and below, with its scale
+    float                              k[2][2];         ///< of B = k_0 + k_1 2^-|y| for y above 0 and below, scaled
     tribo_breakaway_f32_t              law[2];          ///< L+, L-
     tribo_breakaway_f32_t              reset[2];        ///< c2 L+, c2 L-
     const tribo_breakaway_point_f32_t *table;           ///< null: the affine laws

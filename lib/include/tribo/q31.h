@@ -114,7 +114,7 @@ static inline int32_t tribo_q31_balance(int32_t a, int32_t b, int32_t c, uint32_
         }
         beyond = difference;
     }
-    else if (__builtin_add_overflow(difference, c, &sum) && sum != INT32_MIN)
+    else if (__builtin_add_overflow(tribo_q31_opaque(difference), c, &sum) && sum != INT32_MIN) // not made beforehand
     {
         return sum;
     }
@@ -218,10 +218,17 @@ static inline uint64_t tribo_q31_add_shifted(uint64_t acc, int64_t x, uint32_t s
 #endif
 }
 
+/// All ones where x is negative. (A shift: gcc 14 makes branches of a comparison.)
+static inline uint64_t tribo_q31_sign(int64_t x)
+{
+    // cppcheck-suppress [shiftTooManyBitsSigned, shiftNegativeLHS]; see tribo_q31_needs_arithmetic_shifts
+    return (uint64_t)(x >> 63);
+}
+
 /// x / 2^shift towards zero, so that what decays reaches zero from both sides. `shift` 0 to 62.
 static inline int64_t tribo_q31_shift_to_zero(int64_t x, uint32_t shift)
 {
-    const uint64_t up = (0u - (uint64_t)(x < 0)) & ((UINT64_C(1) << shift) - 1u);
+    const uint64_t up = tribo_q31_sign(x) & ((UINT64_C(1) << shift) - 1u);
     return (x + (int64_t)up) >> shift;
 }
 
