@@ -166,20 +166,6 @@ static inline uint32_t loop_limited_ticks(const loop_t *x)
     return x->state.controller.limited_ticks;
 }
 
-/// A tick by the way of any params.
-static inline loop_seen_t loop_step_as_any(loop_t *x, double r, double y)
-{
-    x->state.active = &x->params;
-    x->state.usual  = NULL;
-    return loop_step(x, r, y);
-}
-
-/// Whether the last tick was one of usual params.
-static inline bool loop_was_usual(const loop_t *x)
-{
-    return x->state.usual != NULL;
-}
-
 typedef struct
 {
     tribo_controller_q31_state_t  controller;

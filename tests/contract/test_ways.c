@@ -119,6 +119,20 @@ static void check_same(const loop_seen_t *a, const loop_seen_t *b)
     TEST_ASSERT_EQUAL_INT(a->compensator.friction.q, b->compensator.friction.q);
 }
 
+/// A tick by the way of any params.
+static loop_seen_t loop_step_as_any(loop_t *x, double r, double y)
+{
+    x->state.active = &x->params;
+    x->state.usual  = NULL;
+    return loop_step(x, r, y);
+}
+
+/// Whether the last tick was one of usual params.
+static bool loop_was_usual(const loop_t *x)
+{
+    return x->state.usual != NULL;
+}
+
 /// The loop by its own way, by the way of any params, and as its parts one after the other: the same to the last bit.
 /// Returns the largest breakaway that it saw.
 static double check_is_its_parts_joined(const tribo_force_loop_f32_config_t *config, bool usual)
