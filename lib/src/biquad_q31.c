@@ -46,7 +46,7 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
     int32_t c  = correction;
     for (uint32_t i = 0; i < params->count; i++)
     {
-        c                           = biquad_q31_section_correction(&params->section[i], c);
+        c                           = biquad_q31_section_correction(&params->section[i], c, &state->saturated);
         const biquad_q31_node_t out = {.y    = tribo_q31_add(outputs->y[i], c, &state->saturated),
                                        .rest = outputs->rest[i]};
         state->section[i]           = biquad_q31_section_advance(&params->section[i], state->section[i].w2, in, out);

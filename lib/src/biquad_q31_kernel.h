@@ -55,10 +55,12 @@ static inline biquad_q31_node_t biquad_q31_section_output(const tribo_biquad_q31
                                .rest = (uint32_t)sum & ((UINT32_C(1) << BIQUAD_Q31_FRACTION) - 1u)};
 }
 
-/// What a correction at the section's input does at its output. It fits: the node's scale has room for it.
-static inline int32_t biquad_q31_section_correction(const tribo_biquad_q31_section_t *section, int32_t c)
+/// What a correction at the section's input does at its output.
+static inline int32_t biquad_q31_section_correction(const tribo_biquad_q31_section_t *section,
+                                                    int32_t                           c,
+                                                    uint32_t                         *saturated)
 {
-    return (int32_t)(uint32_t)((uint64_t)tribo_q31_multiply(section->b0, c) >> BIQUAD_Q31_FRACTION);
+    return tribo_q31_narrow(tribo_q31_multiply(section->b0, c), BIQUAD_Q31_FRACTION, saturated);
 }
 
 /// The section's state after a tick. By value: what is written late need not be read twice.
@@ -103,8 +105,8 @@ static inline void biquad_q31_pair_correct(const tribo_biquad_q31_params_t *para
                                            int32_t                          correction)
 {
     uint32_t *const saturated = &state->saturated;
-    const int32_t   c0        = biquad_q31_section_correction(&params->section[0], correction);
-    const int32_t   c1        = biquad_q31_section_correction(&params->section[1], c0);
+    const int32_t   c0        = biquad_q31_section_correction(&params->section[0], correction, saturated);
+    const int32_t   c1        = biquad_q31_section_correction(&params->section[1], c0, saturated);
     pair->x                   = tribo_q31_add(pair->x, correction, saturated);
     pair->out[0].y            = tribo_q31_add(pair->out[0].y, c0, saturated);
     pair->out[1].y            = tribo_q31_add(pair->out[1].y, c1, saturated);

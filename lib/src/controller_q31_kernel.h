@@ -24,13 +24,13 @@ static inline controller_q31_limited_t controller_q31_limit(const tribo_controll
                                                             int32_t                              feedforward)
 {
     // v + feedforward: its low word, and its floor at the node's scale, which agree where it fits.
-    uint32_t *const saturated = &state->cascade.saturated;
-    const int32_t   v         = (int32_t)((uint32_t)y << scale);
-    const int32_t   sum       = (int32_t)((uint32_t)v + (uint32_t)feedforward);
-    const int32_t   wanted    = tribo_q31_add(y, feedforward >> scale, saturated);
+    uint32_t *const saturated   = &state->cascade.saturated;
+    const int32_t   v           = (int32_t)((uint32_t)y << scale);
+    const int32_t   sum         = (int32_t)((uint32_t)v + (uint32_t)feedforward);
+    const int32_t   wanted      = tribo_q31_add(y, feedforward >> scale, saturated);
+    uint32_t        not_counted = 0;
     if (TRIBO_USUAL(sum >> scale == wanted && sum >= params->u_min && sum <= params->u_max))
     {
-        uint32_t not_counted = 0;
         return (controller_q31_limited_t){.u = sum, .v = tribo_q31_subtract(sum, feedforward, &not_counted)};
     }
     tribo_q31_count(&state->limited_ticks);
@@ -39,8 +39,8 @@ static inline controller_q31_limited_t controller_q31_limit(const tribo_controll
     const int64_t back  = tribo_q31_multiply(taken, params->anti_windup);
     return (controller_q31_limited_t){
         .u          = u,
-        .v          = v >> scale == y ? v : tribo_q31_end(y),
-        .correction = (int32_t)((uint32_t)(back >> 32) << (32u - params->anti_windup_shift)), // it has room
+        .v          = tribo_q31_widen(y, scale, &not_counted),
+        .correction = tribo_q31_widen((int32_t)(back >> 32), 32u - params->anti_windup_shift, saturated),
         .limited    = true};
 }
 

@@ -300,17 +300,41 @@ static void test_controller_of_two_sections_is_that_of_any_number_from_any_state
     }
 }
 
-// The correction is 2^31 then, which an error of one sign would not give.
+// What is taken from v is 2^31 then, which does not fit: as signed numbers it would change its sign.
 static void test_controller_corrects_towards_a_limit_of_0_from_the_very_end(void)
 {
-    config.u_min_n = 0.0f;
-    config.u_max_n = FULL_SCALE;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&params, &config, FULL_SCALE, NULL));
-    state.cascade.section[1].w1 = -(INT64_C(1) << 59); // v is INT32_MIN at its node
-    TEST_ASSERT_EQUAL_INT32(0, step(0.0, 0.0));
+    params                       = (tribo_controller_q31_params_t){.u_min             = 0,
+                                                                   .u_max             = INT32_MAX,
+                                                                   .anti_windup       = 3 << 29, // 3/4
+                                                                   .anti_windup_shift = 31};
+    params.cascade.count         = 2;
+    params.cascade.section[0].b0 = 1 << 28;
+    params.cascade.section[0].d1 = 1 << 28; // w1 is then the corrected output
+    state.cascade.section[1].w1  = -(INT64_C(1) << 59);
+    TEST_ASSERT_EQUAL_INT32(0, tribo_controller_q31_step(&params, &state, 0, 0, &seen));
     TEST_ASSERT_TRUE(seen.limited);
-    TEST_ASSERT_TRUE(state.cascade.saturated > 0u);
-    TEST_ASSERT_TRUE(state.cascade.section[0].w1 > 0); // pushed up, not down
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN, seen.v);
+    TEST_ASSERT_EQUAL_UINT32(1, state.cascade.saturated);
+    TEST_ASSERT_INT32_WITHIN(4, INT32_MAX / 4 * 3, (int32_t)(state.cascade.section[0].w1 >> 28));
+}
+
+// c/D = 3/2, or 3/4 before a gain of 2: beyond full scale, where it must not change its sign.
+static void test_controller_saturates_a_correction_and_counts(void)
+{
+    for (int i = 0; i < 4; i++)
+    {
+        const int32_t sign    = i % 2 == 0 ? 1 : -1;
+        const bool    by_gain = i / 2 == 1;
+        params = (tribo_controller_q31_params_t){.anti_windup = 3 << 29, .anti_windup_shift = by_gain ? 31 : 30};
+        params.cascade.count         = 2;
+        params.cascade.section[0].b0 = by_gain ? 1 << 29 : 1 << 28;
+        params.cascade.section[0].d1 = 1 << 28; // w1 is then the corrected output
+        tribo_controller_q31_reset(&state);
+        TEST_ASSERT_EQUAL_INT32(0, tribo_controller_q31_step(&params, &state, 0, -sign * INT32_MAX, &seen));
+        TEST_ASSERT_TRUE(seen.limited);
+        TEST_ASSERT_EQUAL_INT32(sign * INT32_MAX, (int32_t)(state.cascade.section[0].w1 >> 28));
+        TEST_ASSERT_EQUAL_UINT32(1, state.cascade.saturated);
+    }
 }
 
 static void test_controller_limits_what_a_lost_state_gives(void)
@@ -403,6 +427,7 @@ int main(void)
     RUN_TEST(test_controller_of_two_sections_is_that_of_any_number);
     RUN_TEST(test_controller_of_two_sections_is_that_of_any_number_from_any_state);
     RUN_TEST(test_controller_corrects_towards_a_limit_of_0_from_the_very_end);
+    RUN_TEST(test_controller_saturates_a_correction_and_counts);
     RUN_TEST(test_controller_limits_what_a_lost_state_gives);
     RUN_TEST(test_controller_sums_what_is_beyond_full_scale_alone);
     RUN_TEST(test_controller_is_not_limited_at_its_very_limit);

@@ -68,6 +68,18 @@ static void test_q31_balances_three_forces_as_64_bits_do(void)
     TEST_ASSERT_TRUE(expected > 5000u && expected < 20000u);
 }
 
+static void test_q31_widens_to_the_end_of_its_range(void)
+{
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN, tribo_q31_widen(INT32_MIN, 0, &saturated));
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN, tribo_q31_widen(-1, 31, &saturated));
+    TEST_ASSERT_EQUAL_INT32(0x7ffffff8, tribo_q31_widen(0x0fffffff, 3, &saturated));
+    TEST_ASSERT_EQUAL_UINT32(0, saturated);
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_q31_widen(0x10000000, 3, &saturated));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_q31_widen(-0x10000001, 3, &saturated));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_q31_widen(2, 31, &saturated));
+    TEST_ASSERT_EQUAL_UINT32(3, saturated);
+}
+
 static void test_q31_magnitude_fits_whatever_the_number(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0, tribo_q31_magnitude(0));
@@ -186,6 +198,7 @@ int main(void)
     RUN_TEST(test_q31_saturates_to_a_symmetric_range_and_counts);
     RUN_TEST(test_q31_sums_saturate_and_count);
     RUN_TEST(test_q31_balances_three_forces_as_64_bits_do);
+    RUN_TEST(test_q31_widens_to_the_end_of_its_range);
     RUN_TEST(test_q31_magnitude_fits_whatever_the_number);
     RUN_TEST(test_q31_part_rounds_down);
     RUN_TEST(test_q31_adds_what_is_shifted_to_the_last_bit);

@@ -139,6 +139,19 @@ static inline int32_t tribo_q31_narrow(int64_t x, uint32_t shift, uint32_t *satu
     return result;
 }
 
+/// x 2^shift, saturated and counted as tribo_q31_add. `shift` 0 to 31.
+static inline int32_t tribo_q31_widen(int32_t x, uint32_t shift, uint32_t *saturated)
+{
+    int32_t result = (int32_t)((uint32_t)x << shift);
+    // cppcheck-suppress [shiftTooManyBitsSigned, integerOverflow]; see tribo_q31_needs_arithmetic_shifts
+    if (result >> shift != x)
+    {
+        tribo_q31_count(saturated);
+        result = tribo_q31_end(x);
+    }
+    return result;
+}
+
 /// |x|; INT32_MIN gives 2^31.
 static inline uint32_t tribo_q31_magnitude(int32_t x)
 {
