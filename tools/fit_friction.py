@@ -62,9 +62,9 @@ def main():
     print("    over 8:", ", ".join(f"{value / 8:.9g}" for value in c))
     print("    in Q32:", ", ".join(f"{round(abs(value) * 2**32)}" for value in c))
     print("r1, r2, q1, q2:", ", ".join(f"{value:.9g}" for value in shortfall), f"(relative error {shortfall_error:.2e})")
-    k = shortfall[3] ** -0.25
-    unit = zip(shortfall, (k**2, k**4, k**2, k**4))
-    print(f"    of s k^2 with k = {k:.9g}, so that q2 is 1:", ", ".join(f"{v * m:.9g}" for v, m in unit))
+    p, q = numpy.sort(-1.0 / numpy.roots([shortfall[3], shortfall[2], 1.0]))[::-1]
+    ratios = (shortfall[0] / p, shortfall[1] / p**2, q / p)
+    print(f"    (1 + p s)(1 + q s): p^(-1/2) = {p**-0.5:.9g}, r1/p, r2/p^2, q/p:", ", ".join(f"{v:.9g}" for v in ratios))
     halves = zip(shortfall, (0.5, 2.0, 0.5, 2.0))
     print("    r1/2, 2 r2, q1/2, 2 q2 in Q32:", ", ".join(f"{round(v * m * 2**32)}" for v, m in halves))
 

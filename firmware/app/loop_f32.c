@@ -75,8 +75,7 @@ void loop_words(const loop_signals_t *signals, uint32_t words[LOOP_WORDS])
 {
     const tribo_friction_f32_signals_t *friction = &signals->compensator.friction;
 
-    words[LOOP_WORD_BITS] = (uint32_t)signals->controller.limited | (friction->q1 ? 2u : 0u) |
-                            (friction->q2 ? 4u : 0u) | (friction->q ? 8u : 0u);
+    words[LOOP_WORD_BITS]        = (uint32_t)signals->controller.limited | (uint32_t)friction->relays << 1;
     words[LOOP_WORD_E]           = loop_word(signals->e_n);
     words[LOOP_WORD_CONTROLLER]  = loop_word(signals->controller.v_n);
     words[LOOP_WORD_FEEDFORWARD] = loop_word(signals->feedforward_n);

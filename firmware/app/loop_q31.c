@@ -12,7 +12,7 @@ tribo_status_t loop_init(loop_params_t *params, const tribo_force_loop_f32_confi
     const tribo_status_t status = tribo_force_loop_q31_init(&params->loop, params->table, config, full_scale_n, NULL);
     if (status == TRIBO_OK)
     {
-        params->input_max = params->loop.input_max;
+        params->input_max = (int32_t)(params->loop.input_end - 1u);
     }
     return status;
 }
@@ -73,8 +73,7 @@ void loop_words(const loop_signals_t *signals, uint32_t words[LOOP_WORDS])
 {
     const tribo_friction_q31_signals_t *friction = &signals->compensator.friction;
 
-    words[LOOP_WORD_BITS] = (uint32_t)signals->controller.limited | (friction->q1 ? 2u : 0u) |
-                            (friction->q2 ? 4u : 0u) | (friction->q ? 8u : 0u);
+    words[LOOP_WORD_BITS]        = (uint32_t)signals->controller.limited | (uint32_t)friction->relays << 1;
     words[LOOP_WORD_E]           = loop_word(signals->e);
     words[LOOP_WORD_CONTROLLER]  = loop_word(signals->controller.v);
     words[LOOP_WORD_FEEDFORWARD] = loop_word(signals->feedforward);

@@ -200,9 +200,9 @@ static void write_signals(FILE *file, const tribo_compensator_f32_signals_t *sig
                   (double)friction->n_n,
                   (double)friction->L_n,
                   (double)friction->v_n_per_s,
-                  friction->q1 ? 1 : 0,
-                  friction->q2 ? 1 : 0,
-                  friction->q ? 1 : 0,
+                  (friction->relays & TRIBO_RELAY_Q1) != 0u,
+                  (friction->relays & TRIBO_RELAY_Q2) != 0u,
+                  (friction->relays & TRIBO_RELAY_Q) != 0u,
                   (double)friction->f_n);
 }
 

@@ -52,9 +52,9 @@ void sim_trace_write_row(FILE *file, const sim_row_t *row)
     put(&line, (double)friction->n_n);
     put(&line, (double)friction->L_n);
     put(&line, (double)friction->v_n_per_s);
-    put_bit(&line, friction->q1);
-    put_bit(&line, friction->q2);
-    put_bit(&line, friction->q);
+    put_bit(&line, (friction->relays & TRIBO_RELAY_Q1) != 0u);
+    put_bit(&line, (friction->relays & TRIBO_RELAY_Q2) != 0u);
+    put_bit(&line, (friction->relays & TRIBO_RELAY_Q) != 0u);
     put(&line, (double)friction->f_n);
     put(&line, row->plant.u_a_n);
     put(&line, truth->n_n);

@@ -24,9 +24,7 @@ tribo_compensator_f32_signals_t sim_signals_from_q31(const tribo_compensator_q31
                      .L_n       = (float)sim_n_from_q31(friction->L, full_scale_n),
                      .v_n_per_s = (float)(sim_n_from_q31(friction->rise, full_scale_n) / sample_time_s),
                      .f_n       = (float)sim_n_from_q31(friction->f, full_scale_n),
-                     .q1        = friction->q1,
-                     .q2        = friction->q2,
-                     .q         = friction->q}};
+                     .relays    = friction->relays}};
 }
 
 tribo_status_t sim_loop_init(sim_loop_t                          *loop,

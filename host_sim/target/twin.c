@@ -30,11 +30,6 @@ double sim_twin_force(const sim_loop_t *loop, uint32_t word)
     return loop->q31 ? sim_n_from_q31((int32_t)word, loop->full_scale_n) : (double)word_float(word);
 }
 
-static uint32_t bits(bool limited, bool q1, bool q2, bool q)
-{
-    return (limited ? 1u : 0u) | (q1 ? 2u : 0u) | (q2 ? 4u : 0u) | (q ? 8u : 0u);
-}
-
 static void step_f32(sim_loop_t *loop, uint32_t r, uint32_t y, uint32_t words[SIM_TWIN_WORDS])
 {
     tribo_force_loop_f32_signals_t seen;
@@ -50,7 +45,7 @@ static void step_f32(sim_loop_t *loop, uint32_t r, uint32_t y, uint32_t words[SI
                             friction->L_n,
                             friction->v_n_per_s,
                             friction->f_n};
-    words[0]             = bits(seen.controller.limited, friction->q1, friction->q2, friction->q);
+    words[0]             = (uint32_t)seen.controller.limited | (uint32_t)friction->relays << 1;
     memcpy(words + 1, forces, sizeof forces);
 }
 
@@ -69,7 +64,7 @@ static void step_q31(sim_loop_t *loop, uint32_t r, uint32_t y, uint32_t words[SI
                               friction->L,
                               friction->rise,
                               friction->f};
-    words[0]               = bits(seen.controller.limited, friction->q1, friction->q2, friction->q);
+    words[0]               = (uint32_t)seen.controller.limited | (uint32_t)friction->relays << 1;
     memcpy(words + 1, forces, sizeof forces);
 }
 
@@ -97,7 +92,5 @@ void sim_twin_signals(const sim_loop_t               *loop,
                                                .L_n       = forces[7],
                                                .v_n_per_s = rate,
                                                .f_n       = forces[9],
-                                               .q1        = (words[0] & 2u) != 0u,
-                                               .q2        = (words[0] & 4u) != 0u,
-                                               .q         = (words[0] & 8u) != 0u}}};
+                                               .relays    = (uint8_t)(words[0] >> 1)}}};
 }

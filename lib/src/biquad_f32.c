@@ -96,19 +96,33 @@ void tribo_biquad_f32_advance(const tribo_biquad_f32_params_t  *params,
     }
 }
 
+/// y, or 0 where the state turns out to be lost.
+static inline float unless_lost(tribo_biquad_f32_state_t *state, float y)
+{
+    if (TRIBO_RARE(exceeds(y, BIQUAD_F32_OUTPUT_MAX)))
+    {
+        tribo_biquad_f32_start_again(state);
+        return 0.0f;
+    }
+    return y;
+}
+
 static float step_of_pair(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
 {
     const biquad_f32_pair_t pair = biquad_f32_pair_output(params, state, x);
     biquad_f32_pair_advance(params, state, &pair);
-    return pair.y1;
+    return unless_lost(state, pair.y1);
 }
 
-static float step_of_any(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
+/// Out of line, so that a pair does not take its stack.
+static TRIBO_OUT_OF_LINE float step_of_any(const tribo_biquad_f32_params_t *params,
+                                           tribo_biquad_f32_state_t        *state,
+                                           float                            x)
 {
     tribo_biquad_f32_outputs_t outputs;
     const float                y = tribo_biquad_f32_output(params, state, x, &outputs);
     tribo_biquad_f32_advance(params, state, x, &outputs, 0.0f);
-    return y;
+    return unless_lost(state, y);
 }
 
 float tribo_biquad_f32_step(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
@@ -119,14 +133,8 @@ float tribo_biquad_f32_step(const tribo_biquad_f32_params_t *params, tribo_biqua
         bounded = 0.0f;
         count(&state->bad_inputs);
     }
-    const float y = TRIBO_FAST_WAY(params->count == 2u) ? step_of_pair(params, state, bounded)
-                                                        : step_of_any(params, state, bounded);
-    if (TRIBO_RARE(exceeds(y, BIQUAD_F32_OUTPUT_MAX)))
-    {
-        tribo_biquad_f32_start_again(state);
-        return 0.0f;
-    }
-    return y;
+    return TRIBO_FAST_WAY(params->count == 2u) ? step_of_pair(params, state, bounded)
+                                               : step_of_any(params, state, bounded);
 }
 
 void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,

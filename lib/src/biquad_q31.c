@@ -46,7 +46,9 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
     int32_t c  = correction;
     for (uint32_t i = 0; i < params->count; i++)
     {
-        c                           = biquad_q31_section_correction(&params->section[i], c, &state->saturated);
+        c                           = tribo_q31_widen(biquad_q31_section_correction(&params->section[i], c),
+                            BIQUAD_Q31_CORRECTION,
+                            &state->saturated);
         const biquad_q31_node_t out = {.y    = tribo_q31_add(outputs->y[i], c, &state->saturated),
                                        .rest = outputs->rest[i]};
         state->section[i]           = biquad_q31_section_advance(&params->section[i], state->section[i].w2, in, out);
@@ -55,26 +57,27 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
     }
 }
 
-static int64_t step_of_pair(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
+static int32_t step_of_pair(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
 {
     const biquad_q31_pair_t pair = biquad_q31_pair_output(params, state, x);
     biquad_q31_pair_advance(params, state, &pair);
-    return unscaled(pair.out[1].y, params->section[1].scale);
+    return tribo_q31_saturate(unscaled(pair.out[1].y, params->section[1].scale), &state->saturated);
 }
 
-static int64_t step_of_any(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
+/// Out of line, so that a pair does not take its stack.
+static TRIBO_OUT_OF_LINE int32_t step_of_any(const tribo_biquad_q31_params_t *params,
+                                             tribo_biquad_q31_state_t        *state,
+                                             int32_t                          x)
 {
     tribo_biquad_q31_outputs_t outputs;
     const int64_t              y = tribo_biquad_q31_output(params, state, x, &outputs);
     tribo_biquad_q31_advance(params, state, &outputs, 0);
-    return y;
+    return tribo_q31_saturate(y, &state->saturated);
 }
 
 int32_t tribo_biquad_q31_step(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
 {
-    const int64_t y =
-        TRIBO_FAST_WAY(params->count == 2u) ? step_of_pair(params, state, x) : step_of_any(params, state, x);
-    return tribo_q31_saturate(y, &state->saturated);
+    return TRIBO_FAST_WAY(params->count == 2u) ? step_of_pair(params, state, x) : step_of_any(params, state, x);
 }
 
 /// x 2^-by, `by` of either sign, clamped to +-BIQUAD_Q31_W_MAX.

@@ -5,9 +5,10 @@
 
 #include "tribo/biquad_q31.h"
 
-#define BIQUAD_Q31_FRACTION 28u
-#define BIQUAD_Q31_HALF     (INT64_C(1) << (BIQUAD_Q31_FRACTION - 1u))
-#define BIQUAD_Q31_W_MAX    ((INT64_C(1) << 61) - 1)
+#define BIQUAD_Q31_FRACTION   28u
+#define BIQUAD_Q31_HALF       (INT64_C(1) << (BIQUAD_Q31_FRACTION - 1u))
+#define BIQUAD_Q31_CORRECTION (32u - BIQUAD_Q31_FRACTION)
+#define BIQUAD_Q31_W_MAX      ((INT64_C(1) << 61) - 1)
 
 /// Below 2^30 while w is within +-W_MAX: or-ed together, one compare serves all states.
 static inline uint32_t biquad_q31_excess(int64_t w)
@@ -31,7 +32,7 @@ static inline int32_t biquad_q31_input(const tribo_biquad_q31_params_t *params,
                                        tribo_biquad_q31_state_t        *state,
                                        int32_t                          x)
 {
-    const uint32_t dropped = ((uint32_t)x << (31u - params->input_scale)) << 1;
+    const uint32_t dropped = (uint32_t)x << (32u - params->input_scale);
     const uint32_t carry   = state->carry + dropped;
     state->carry           = carry;
     return (x >> params->input_scale) + (int32_t)(carry < dropped);
@@ -55,12 +56,10 @@ static inline biquad_q31_node_t biquad_q31_section_output(const tribo_biquad_q31
                                .rest = (uint32_t)sum & ((UINT32_C(1) << BIQUAD_Q31_FRACTION) - 1u)};
 }
 
-/// What a correction at the section's input does at its output.
-static inline int32_t biquad_q31_section_correction(const tribo_biquad_q31_section_t *section,
-                                                    int32_t                           c,
-                                                    uint32_t                         *saturated)
+/// What a correction at the section's input does at its output, over 2^CORRECTION.
+static inline int32_t biquad_q31_section_correction(const tribo_biquad_q31_section_t *section, int32_t c)
 {
-    return tribo_q31_narrow(tribo_q31_multiply(section->b0, c), BIQUAD_Q31_FRACTION, saturated);
+    return (int32_t)(tribo_q31_multiply(section->b0, c) >> 32);
 }
 
 /// The section's state after a tick. By value: what is written late need not be read twice.
@@ -70,9 +69,9 @@ static inline tribo_biquad_q31_section_state_t biquad_q31_section_advance(const 
                                                                           biquad_q31_node_t                 out)
 {
     // Unsigned, as a lost state may wrap.
-    const int64_t d2_y = tribo_q31_multiply(section->d2, out.y);
-    uint64_t      next = (uint64_t)w2 + (uint64_t)tribo_q31_multiply(section->c2, in);
-    next               = tribo_q31_add_shifted(next, d2_y, section->d2_shift, section->d2_power);
+    uint64_t next = (uint64_t)w2 + (uint64_t)tribo_q31_multiply(section->c2, in);
+    next += (uint64_t)tribo_q31_multiply(section->d2, out.y);
+    next += (uint64_t)(tribo_q31_multiply(section->d2_low, out.y) >> 32);
 
     uint64_t w1 = out.rest + (uint64_t)tribo_q31_multiply(section->d1, out.y);
     w1 += (uint64_t)tribo_q31_multiply(section->c1, in);
@@ -98,31 +97,29 @@ static inline biquad_q31_pair_t biquad_q31_pair_output(const tribo_biquad_q31_pa
     return pair;
 }
 
-/// `pair` as if its input had been `correction` larger. The nodes have room for it but after a change of params.
+/// `pair` as if its input had been `correction` larger, for one that fits any node. The nodes have room for both but after
+/// a change of params.
 static inline void biquad_q31_pair_correct(const tribo_biquad_q31_params_t *params,
                                            tribo_biquad_q31_state_t        *state,
                                            biquad_q31_pair_t               *pair,
                                            int32_t                          correction)
 {
     uint32_t *const saturated = &state->saturated;
-    const int32_t   c0        = biquad_q31_section_correction(&params->section[0], correction, saturated);
-    const int32_t   c1        = biquad_q31_section_correction(&params->section[1], c0, saturated);
-    pair->x                   = tribo_q31_add(pair->x, correction, saturated);
-    pair->out[0].y            = tribo_q31_add(pair->out[0].y, c0, saturated);
-    pair->out[1].y            = tribo_q31_add(pair->out[1].y, c1, saturated);
+    const int32_t   c0 = biquad_q31_section_correction(&params->section[0], correction) * (1 << BIQUAD_Q31_CORRECTION);
+    const int32_t   c1 = biquad_q31_section_correction(&params->section[1], c0) * (1 << BIQUAD_Q31_CORRECTION);
+    pair->x            = tribo_q31_add(pair->x, correction, saturated);
+    pair->out[0].y     = tribo_q31_add(pair->out[0].y, c0, saturated);
+    pair->out[1].y     = tribo_q31_add(pair->out[1].y, c1, saturated);
 }
 
 static inline void biquad_q31_pair_advance(const tribo_biquad_q31_params_t *params,
                                            tribo_biquad_q31_state_t        *state,
                                            const biquad_q31_pair_t         *pair)
 {
-    const tribo_biquad_q31_section_t *s  = params->section;
-    const int32_t                     x  = tribo_q31_opaque(pair->x);
-    const biquad_q31_node_t           o0 = {.y = tribo_q31_opaque(pair->out[0].y), .rest = pair->out[0].rest};
-    const biquad_q31_node_t           o1 = {.y = tribo_q31_opaque(pair->out[1].y), .rest = pair->out[1].rest};
+    const tribo_biquad_q31_section_t *s = params->section;
 
-    state->section[0] = biquad_q31_section_advance(&s[0], state->section[0].w2, x, o0);
-    state->section[1] = biquad_q31_section_advance(&s[1], state->section[1].w2, o0.y, o1);
+    state->section[0] = biquad_q31_section_advance(&s[0], state->section[0].w2, pair->x, pair->out[0]);
+    state->section[1] = biquad_q31_section_advance(&s[1], state->section[1].w2, pair->out[0].y, pair->out[1]);
     if ((biquad_q31_excess(state->section[0].w2) | biquad_q31_excess(state->section[1].w2)) >= UINT32_C(1) << 30)
     {
         biquad_q31_clamp(&state->section[0], &state->saturated);

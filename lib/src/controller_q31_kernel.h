@@ -34,13 +34,19 @@ static inline controller_q31_limited_t controller_q31_limit(const tribo_controll
         return (controller_q31_limited_t){.u = sum, .v = tribo_q31_subtract(sum, feedforward, &not_counted)};
     }
     tribo_q31_count(&state->limited_ticks);
-    const int32_t u     = wanted < 0 ? params->u_min : params->u_max; // 0 is within them
-    const int32_t taken = tribo_q31_opaque(tribo_q31_subtract(u >> scale, wanted, saturated));
-    const int64_t back  = tribo_q31_multiply(taken, params->anti_windup);
+    const int32_t  u     = wanted < 0 ? params->u_min : params->u_max; // 0 is within them
+    const uint32_t most  = (uint32_t)params->taken_max;
+    int32_t        taken = (int32_t)((uint32_t)(u >> scale) - (uint32_t)wanted);
+    if ((uint32_t)taken + most > 2u * most) // after a change of params
+    {
+        tribo_q31_count(saturated);
+        taken = wanted < 0 ? params->taken_max : -params->taken_max;
+    }
+    const int64_t back = tribo_q31_multiply(tribo_q31_opaque(taken), params->anti_windup);
     return (controller_q31_limited_t){
         .u          = u,
         .v          = tribo_q31_widen(y, scale, &not_counted),
-        .correction = tribo_q31_widen((int32_t)(back >> 32), 32u - params->anti_windup_shift, saturated),
+        .correction = (int32_t)((uint32_t)(back >> 32) << params->anti_windup_shift), // fits, see taken_max
         .limited    = true};
 }
 
@@ -62,6 +68,10 @@ static inline int32_t controller_q31_kernel(const tribo_controller_q31_params_t 
     {
         biquad_q31_pair_correct(&params->cascade, &state->cascade, &pair, l.correction);
     }
+    // Factors that are either computed or corrected: see tribo_q31_opaque.
+    pair.x        = tribo_q31_opaque(pair.x);
+    pair.out[0].y = tribo_q31_opaque(pair.out[0].y);
+    pair.out[1].y = tribo_q31_opaque(pair.out[1].y);
     biquad_q31_pair_advance(&params->cascade, &state->cascade, &pair);
     return u;
 }

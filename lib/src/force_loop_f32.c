@@ -46,7 +46,7 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     {
         return TRIBO_ERR_NULL;
     }
-    tribo_force_loop_f32_params_t made   = {.input_max_n = config->input_max_n, .gain = config->gain};
+    tribo_force_loop_f32_params_t made   = {.input_max = order_f32(config->input_max_n), .gain = config->gain};
     tribo_status_t                status = check(config);
     if (status == TRIBO_OK)
     {
@@ -172,7 +172,7 @@ static inline float tick(const tribo_force_loop_f32_params_t *params,
                          bool                                 seen)
 {
     float e = 0.0f;
-    if (TRIBO_USUAL(!exceeds(r_n, params->input_max_n) && !exceeds(y_n, params->input_max_n)))
+    if (TRIBO_USUAL(order_f32(r_n) <= params->input_max && order_f32(y_n) <= params->input_max))
     {
         e = r_n - y_n;
     }
@@ -201,29 +201,20 @@ static inline float tick(const tribo_force_loop_f32_params_t *params,
 
 // Two functions, as in one each would have room for the other's on its stack.
 
-static TRIBO_OUT_OF_LINE TRIBO_ALL_INLINE float tick_seen(const tribo_force_loop_f32_params_t *params,
-                                                          tribo_force_loop_f32_state_t        *state,
-                                                          float                                r_n,
-                                                          float                                y_n,
-                                                          tribo_force_loop_f32_signals_t      *signals)
+TRIBO_ALL_INLINE float tribo_force_loop_f32_step_with_signals(const tribo_force_loop_f32_params_t *params,
+                                                              tribo_force_loop_f32_state_t        *state,
+                                                              float                                r_n,
+                                                              float                                y_n,
+                                                              tribo_force_loop_f32_signals_t      *signals)
 {
     return tick(params, state, r_n, y_n, signals, true);
 }
 
-static TRIBO_OUT_OF_LINE TRIBO_ALL_INLINE float tick_unseen(const tribo_force_loop_f32_params_t *params,
-                                                            tribo_force_loop_f32_state_t        *state,
-                                                            float                                r_n,
-                                                            float                                y_n)
+TRIBO_ALL_INLINE float tribo_force_loop_f32_step_without_signals(const tribo_force_loop_f32_params_t *params,
+                                                                 tribo_force_loop_f32_state_t        *state,
+                                                                 float                                r_n,
+                                                                 float                                y_n)
 {
     tribo_force_loop_f32_signals_t unseen;
     return tick(params, state, r_n, y_n, &unseen, false);
-}
-
-float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
-                                tribo_force_loop_f32_state_t        *state,
-                                float                                r_n,
-                                float                                y_n,
-                                tribo_force_loop_f32_signals_t      *signals)
-{
-    return signals != NULL ? tick_seen(params, state, r_n, y_n, signals) : tick_unseen(params, state, r_n, y_n);
 }

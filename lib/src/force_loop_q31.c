@@ -6,10 +6,13 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/// Two sections and plain friction: a tick of its own.
+#define FEEDFORWARD_FRACTION 29 // of the gain
+
+/// Two sections, plain friction and a feedforward that cannot saturate: a tick of its own.
 static bool is_usual(const tribo_force_loop_q31_params_t *params)
 {
-    return params->controller.cascade.count == 2u && params->compensator.friction.plain;
+    return params->controller.cascade.count == 2u && params->compensator.friction.plain &&
+           params->gain <= INT32_C(1) << FEEDFORWARD_FRACTION;
 }
 
 void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
@@ -26,7 +29,13 @@ void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
 /// What friction f adds to u, Q31.
 static inline int32_t feedforward(const tribo_force_loop_q31_params_t *params, int32_t f, uint32_t *saturated)
 {
-    return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), 29, saturated);
+    return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), FEEDFORWARD_FRACTION, saturated);
+}
+
+/// The same with usual params.
+static inline int32_t usual_feedforward(const tribo_force_loop_q31_params_t *params, int32_t f)
+{
+    return (int32_t)(tribo_q31_multiply(params->gain, f) >> FEEDFORWARD_FRACTION);
 }
 
 // Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
@@ -98,9 +107,9 @@ static TRIBO_OUT_OF_LINE int32_t changing_tick(const tribo_force_loop_q31_params
 static TRIBO_OUT_OF_LINE int32_t tick_of_any(const tribo_force_loop_q31_params_t *params,
                                              tribo_force_loop_q31_state_t        *state,
                                              int32_t                              e,
-                                             int32_t                              added,
                                              tribo_force_loop_q31_signals_t      *signals)
 {
+    const int32_t added  = feedforward(params, state->friction, &state->saturated);
     signals->e           = e;
     signals->feedforward = added;
     if (state->active != NULL && state->active != params)
@@ -116,11 +125,10 @@ static TRIBO_OUT_OF_LINE int32_t tick_of_any(const tribo_force_loop_q31_params_t
 
 static TRIBO_OUT_OF_LINE int32_t tick_of_any_unseen(const tribo_force_loop_q31_params_t *params,
                                                     tribo_force_loop_q31_state_t        *state,
-                                                    int32_t                              e,
-                                                    int32_t                              added)
+                                                    int32_t                              e)
 {
     tribo_force_loop_q31_signals_t unseen;
-    return tick_of_any(params, state, e, added, &unseen);
+    return tick_of_any(params, state, e, &unseen);
 }
 
 /// A tick; where `seen`, a constant, is false, of usual params without a trace of `signals`.
@@ -131,10 +139,10 @@ static inline int32_t tick(const tribo_force_loop_q31_params_t *params,
                            tribo_force_loop_q31_signals_t      *signals,
                            bool                                 seen)
 {
-    // One compare an input: x within +-max is x + max within 0 to 2 max.
-    const uint32_t max = (uint32_t)params->input_max;
+    // One compare an input: x from -end to end - 1 is x + end below 2 end, which is 2^32 for full scale.
+    const uint32_t end = params->input_end;
     int32_t        e   = 0;
-    if (TRIBO_USUAL((uint32_t)r + max <= params->input_span && (uint32_t)y + max <= params->input_span))
+    if (TRIBO_USUAL(((uint32_t)r + end) >> 1 < end && ((uint32_t)y + end) >> 1 < end))
     {
         e = tribo_q31_subtract(r, y, &state->saturated);
     }
@@ -142,16 +150,16 @@ static inline int32_t tick(const tribo_force_loop_q31_params_t *params,
     {
         tribo_q31_count(&state->bad_inputs);
     }
-    const int32_t added = feedforward(params, state->friction, &state->saturated);
     if (!TRIBO_FAST_WAY(state->usual == params))
     {
         if (!TRIBO_FAST_WAY(is_usual(params) && state->active == NULL))
         {
-            return seen ? tick_of_any(params, state, e, added, signals) : tick_of_any_unseen(params, state, e, added);
+            return seen ? tick_of_any(params, state, e, signals) : tick_of_any_unseen(params, state, e);
         }
         state->active = params; // the first tick
         state->usual  = params;
     }
+    const int32_t added  = usual_feedforward(params, state->friction);
     signals->e           = e;
     signals->feedforward = added;
 
@@ -163,29 +171,20 @@ static inline int32_t tick(const tribo_force_loop_q31_params_t *params,
 
 // Two functions, as in one each would have room for the other's on its stack.
 
-static TRIBO_OUT_OF_LINE TRIBO_ALL_INLINE int32_t tick_seen(const tribo_force_loop_q31_params_t *params,
-                                                            tribo_force_loop_q31_state_t        *state,
-                                                            int32_t                              r,
-                                                            int32_t                              y,
-                                                            tribo_force_loop_q31_signals_t      *signals)
+TRIBO_ALL_INLINE int32_t tribo_force_loop_q31_step_with_signals(const tribo_force_loop_q31_params_t *params,
+                                                                tribo_force_loop_q31_state_t        *state,
+                                                                int32_t                              r,
+                                                                int32_t                              y,
+                                                                tribo_force_loop_q31_signals_t      *signals)
 {
     return tick(params, state, r, y, signals, true);
 }
 
-static TRIBO_OUT_OF_LINE TRIBO_ALL_INLINE int32_t tick_unseen(const tribo_force_loop_q31_params_t *params,
-                                                              tribo_force_loop_q31_state_t        *state,
-                                                              int32_t                              r,
-                                                              int32_t                              y)
+TRIBO_ALL_INLINE int32_t tribo_force_loop_q31_step_without_signals(const tribo_force_loop_q31_params_t *params,
+                                                                   tribo_force_loop_q31_state_t        *state,
+                                                                   int32_t                              r,
+                                                                   int32_t                              y)
 {
     tribo_force_loop_q31_signals_t unseen;
     return tick(params, state, r, y, &unseen, false);
-}
-
-int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
-                                  tribo_force_loop_q31_state_t        *state,
-                                  int32_t                              r,
-                                  int32_t                              y,
-                                  tribo_force_loop_q31_signals_t      *signals)
-{
-    return signals != NULL ? tick_seen(params, state, r, y, signals) : tick_unseen(params, state, r, y);
 }

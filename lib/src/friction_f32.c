@@ -138,16 +138,16 @@ tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params
     }
 
     const float to_y  = 2.0f * 1.44269504f * config->m; // e^x = 2^(x/ln 2)
-    const float least = 2.86360560f * config->k_min;    // tools/fit_friction.py
-    const float most  = 2.86360560f * config->k_max;
+    const float least = 1.57108067f * config->k_min;    // tools/fit_friction.py
+    const float most  = 1.57108067f * config->k_max;
 
     params->rate_hz      = 1.0f / sample_time_s;
-    params->y_per_v      = to_y / config->v0_n_per_s;
+    params->y_per_rise   = to_y / config->v0_n_per_s * params->rate_hz;
     params->y_at_0       = to_y;
-    params->k[0][0]      = 0.125f * least;
-    params->k[0][1]      = most;
-    params->k[1][0]      = 0.125f * most;
-    params->k[1][1]      = least;
+    params->k[0].at_0    = 0.125f * least;
+    params->k[0].per_w   = most;
+    params->k[1].at_0    = 0.125f * most;
+    params->k[1].per_w   = least;
     params->law[0]       = config->positive;
     params->law[1]       = config->negative;
     params->reset[0]     = times(config->reset_level, &config->positive);

@@ -69,7 +69,7 @@ static inline uint32_t friction_q31_curve(const tribo_friction_q31_params_t *par
 
     // x = n/(k L) = 2 N/D, the larger of N and D from 2^31.
     const uint32_t zeros = tribo_q31_leading_zeros(n | L);
-    const uint32_t above = (tribo_q31_high(n << zeros, A) >> params->k_shift) & (0u - q);
+    const uint32_t above = (tribo_q31_high(n << zeros, A) >> params->k_shift) & q;
     const uint32_t below = tribo_q31_high(L << zeros, B);
     const uint32_t up    = tribo_q31_leading_zeros(above | below);
     const uint32_t N     = above << up;
@@ -123,12 +123,9 @@ static inline int32_t friction_q31_kernel(const tribo_friction_q31_params_t *par
     const uint32_t back   = rise | (uint32_t)(n ^ n_before);
     const uint32_t relays =
         relay_kernel(&state->relay, params->pulse_width, friction_relay_events(side, side_before, inside, deep, back));
-    const uint32_t rising = (0u - rise) >> 31;
-    const uint32_t q      = (relays >> (side ^ 1u)) & rising;
+    const uint32_t q = relay_armed_rise(relays, side, rise); // Q of the side of n, where |n| rises
 
-    signals->q1 = (relays & TRIBO_RELAY_Q1) != 0u;
-    signals->q2 = (relays & TRIBO_RELAY_Q2) != 0u;
-    signals->q  = q != 0u;
+    signals->relays = (uint8_t)(relays | (q & TRIBO_RELAY_Q));
 
     const uint32_t curved = friction_q31_curve(params, size, L, rise, q);
     const int32_t  held   = (int32_t)(curved < L ? curved : L);

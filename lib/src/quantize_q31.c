@@ -46,6 +46,19 @@ static uint32_t fixed_unsigned(float x, int32_t bits)
     return (uint32_t)(y + 0.5f);
 }
 
+/// x 2^32 rounded to nearest, for x from 0 and below 2^31.
+static int64_t fixed_in_two_words(float x)
+{
+    const uint32_t whole = (uint32_t)x;
+    return (int64_t)((uint64_t)whole << 32 | fixed_unsigned(x - (float)whole, 32));
+}
+
+/// Back again.
+static float from_two_words(int64_t fixed)
+{
+    return (float)(uint32_t)(fixed >> 32) + scaled((float)(uint32_t)fixed, -32);
+}
+
 /// A force within full scale in Q31; full scale itself does not fit and becomes the largest number.
 static int32_t fixed_force(float force_n, float full_scale_n)
 {
@@ -53,7 +66,7 @@ static int32_t fixed_force(float force_n, float full_scale_n)
     return magnitude(part) < 1.0f ? fixed(part, 31) : (part < 0.0f ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX);
 }
 
-/// x below 2^30 as mantissa 2^-shift, `shift` 1 to 31, with 31 significant bits where that gives them.
+/// x below 2^30 as mantissa 2^(shift - 32), `shift` 1 to 31, with 31 significant bits where that gives them.
 static void normalise(float x, int32_t *mantissa, uint8_t *shift)
 {
     int32_t bits = 1;
@@ -62,7 +75,7 @@ static void normalise(float x, int32_t *mantissa, uint8_t *shift)
         bits++;
     }
     *mantissa = fixed(x, bits);
-    *shift    = (uint8_t)bits;
+    *shift    = (uint8_t)(32 - bits);
 }
 
 #define SMALLEST 1.0e-6f // of full scale, or of 1: what is smaller has too few bits, or none
@@ -145,7 +158,7 @@ static tribo_status_t quantize_rate(tribo_friction_q31_params_t       *out,
                                     const tribo_friction_f32_params_t *f32,
                                     float                              full_scale_n)
 {
-    const float y_per_bit = scaled(f32->y_per_v * f32->rate_hz * full_scale_n, -31);
+    const float y_per_bit = scaled(f32->y_per_rise * full_scale_n, -31);
     if (!(y_per_bit < 17.0f))
     {
         return TRIBO_ERR_V0;
@@ -508,7 +521,7 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
                                         const peaks_t                   *peaks,
                                         float                            input_peak)
 {
-    int32_t before   = scale_for(larger(input_peak, larger(peaks->named.input, peaks->named.correction)), 0);
+    int32_t before   = scale_for(larger(input_peak, larger(peaks->named.input, peaks->named.correction)), 1);
     out->input_scale = (uint8_t)before;
     out->count       = (uint8_t)cascade->count;
     if (before > SCALE_MAX)
@@ -526,21 +539,20 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
         const float                       b2    = scaled(s->b2, by);
         const float                       w2    = scaled(peaks->named.section[i].w2, -scale);
         const int32_t                     shift = shift_for(larger(magnitude(b2), larger(s->a2, w2)));
-        const int32_t                     r     = shift_for(scaled(s->a2, shift));
         if (scale > SCALE_MAX)
         {
             return TRIBO_ERR_HEADROOM;
         }
         const int32_t b0 = fixed(scaled(s->b0, by), 28);
+        const int64_t d2 = -fixed_in_two_words(scaled(s->a2, 28 + shift));
         out->section[i]  = (tribo_biquad_q31_section_t){.b0          = b0,
                                                         .c1          = fixed(scaled(s->b1, by), 28) - b0,
                                                         .d1          = (INT32_C(1) << 28) - fixed(s->a1, 28),
                                                         .c2          = fixed(b2, 28 + shift),
-                                                        .d2          = -fixed(s->a2, 28 + shift + r),
+                                                        .d2          = (int32_t)((d2 + (INT64_C(1) << 31)) >> 32),
+                                                        .d2_low      = (int32_t)(uint32_t)d2,
                                                         .shift_power = INT32_C(1) << (30 - shift),
-                                                        .d2_power    = INT32_C(1) << (30 - r),
                                                         .shift       = (uint8_t)shift,
-                                                        .d2_shift    = (uint8_t)r,
                                                         .scale       = (uint8_t)scale};
         before           = scale;
     }
@@ -555,12 +567,12 @@ static void dequantize(tribo_biquad_f32_section_t *sections, const tribo_biquad_
     {
         const tribo_biquad_q31_section_t *s  = &q->section[i];
         const int32_t                     by = s->scale - before;
-        sections[i] =
-            (tribo_biquad_f32_section_t){.b0 = scaled((float)s->b0, by - 28),
-                                         .b1 = scaled((float)(s->c1 + s->b0), by - 28),
-                                         .b2 = scaled((float)s->c2, by - 28 - (int32_t)s->shift),
-                                         .a1 = scaled((float)((INT32_C(1) << 28) - s->d1), -28),
-                                         .a2 = scaled((float)-s->d2, -28 - (int32_t)s->shift - (int32_t)s->d2_shift)};
+        sections[i]                          = (tribo_biquad_f32_section_t){
+                                     .b0 = scaled((float)s->b0, by - 28),
+                                     .b1 = scaled((float)(s->c1 + s->b0), by - 28),
+                                     .b2 = scaled((float)s->c2, by - 28 - (int32_t)s->shift),
+                                     .a1 = scaled((float)((INT32_C(1) << 28) - s->d1), -28),
+                                     .a2 = scaled(from_two_words(-((int64_t)s->d2 * (INT64_C(1) << 32) + s->d2_low)), -28 - (int32_t)s->shift)};
         before = s->scale;
     }
 }
@@ -670,6 +682,21 @@ static tribo_status_t check_limits(const tribo_controller_f32_params_t *f32, flo
     return f32->u_max_n <= full_scale_n && wide ? TRIBO_OK : TRIBO_ERR_U_MAX;
 }
 
+/// The most that a limit may take off the last node without a correction beyond full scale at any.
+static int32_t taken_max(const tribo_controller_q31_params_t *made)
+{
+    float gain = magnitude(scaled((float)made->anti_windup, (int32_t)made->anti_windup_shift - 32));
+    float most = larger(gain, 1.0f);
+    for (uint32_t i = 0; i < made->cascade.count; i++)
+    {
+        gain *= magnitude(scaled((float)made->cascade.section[i].b0, -28));
+        most = larger(gain, most);
+    }
+    // Below the end by less than the headroom's margin. What is taken has 5 units for the rounding here and for that of the
+    // correction, whose last bit is up to 4 gains.
+    return fixed(0.99999f / most, 31) - 5;
+}
+
 tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *params,
                                          const tribo_controller_f32_config_t *config,
                                          float                                full_scale_n,
@@ -700,9 +727,10 @@ tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *pa
     const int32_t by = (int32_t)made.cascade.section[made.cascade.count - 1u].scale - (int32_t)made.cascade.input_scale;
     // It is below 2^24: what the anti-windup makes of s is below full scale at the input node.
     normalise(scaled(f32.anti_windup, by), &made.anti_windup, &made.anti_windup_shift);
-    made.u_min = fixed_force(f32.u_min_n, full_scale_n);
-    made.u_max = fixed_force(f32.u_max_n, full_scale_n);
-    *params    = made;
+    made.taken_max = taken_max(&made);
+    made.u_min     = fixed_force(f32.u_min_n, full_scale_n);
+    made.u_max     = fixed_force(f32.u_max_n, full_scale_n);
+    *params        = made;
     return TRIBO_OK;
 }
 
@@ -726,16 +754,13 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     {
         return TRIBO_ERR_FULL_SCALE;
     }
-    if (!within(f32.input_max_n / full_scale_n, SMALLEST, 1.0f))
+    if (!within(config->input_max_n / full_scale_n, SMALLEST, 1.0f))
     {
         return TRIBO_ERR_INPUT_MAX;
     }
     tribo_headroom_q31_t          measured;
-    const int32_t                 input_max = fixed_force(f32.input_max_n, full_scale_n);
-    tribo_force_loop_q31_params_t made      = {.input_max = input_max,
-                                               .input_span =
-                                              input_max < TRIBO_Q31_MAX ? 2u * (uint32_t)input_max : UINT32_MAX,
-                                               .gain = fixed(f32.gain, 29)};
+    tribo_force_loop_q31_params_t made = {.input_end = (uint32_t)fixed_force(config->input_max_n, full_scale_n) + 1u,
+                                          .gain      = fixed(f32.gain, 29)};
 
     status = tribo_controller_q31_init(&made.controller, &config->controller, full_scale_n, &measured);
     status = status != TRIBO_OK ? status

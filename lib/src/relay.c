@@ -5,8 +5,7 @@
 void tribo_relay_reset(tribo_relay_state_t *state)
 {
     tribo_edge_reset(&state->edge, TRIBO_RELAY_SET1 | TRIBO_RELAY_SET2);
-    state->latch.outputs = 0;
-    state->latch.trigger = 0;
+    state->latch.held = 0;
 }
 
 uint8_t tribo_relay_latch_step(tribo_relay_latch_t *latch, uint8_t pulses)

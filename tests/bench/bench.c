@@ -122,8 +122,9 @@ static golden_result_t play_golden(const char *name, const tribo_compensator_f32
             (void)
                 tribo_friction_f32_step(&params.friction, &state.friction, u, (float)csv.values[1][i], &seen.friction);
         }
-        if ((csv.values[2][i] != 0.0) == seen.friction.q1 && (csv.values[3][i] != 0.0) == seen.friction.q2 &&
-            (csv.values[4][i] != 0.0) == seen.friction.q)
+        if ((csv.values[2][i] != 0.0) == ((seen.friction.relays & TRIBO_RELAY_Q1) != 0u) &&
+            (csv.values[3][i] != 0.0) == ((seen.friction.relays & TRIBO_RELAY_Q2) != 0u) &&
+            (csv.values[4][i] != 0.0) == ((seen.friction.relays & TRIBO_RELAY_Q) != 0u))
         {
             stretch = 0;
             result.agree++;

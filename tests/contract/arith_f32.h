@@ -38,9 +38,9 @@ static inline friction_seen_t friction_seen(const tribo_friction_f32_signals_t *
                              .L  = (double)s->L_n,
                              .v  = (double)s->v_n_per_s,
                              .f  = (double)s->f_n,
-                             .q1 = s->q1,
-                             .q2 = s->q2,
-                             .q  = s->q};
+                             .q1 = (s->relays & TRIBO_RELAY_Q1) != 0u,
+                             .q2 = (s->relays & TRIBO_RELAY_Q2) != 0u,
+                             .q  = (s->relays & TRIBO_RELAY_Q) != 0u};
 }
 
 static inline compensator_seen_t compensator_seen(const tribo_compensator_f32_signals_t *s)
@@ -57,8 +57,8 @@ static inline void friction_reset(friction_t *x)
 static inline void friction_start(friction_t *x, uint8_t armed, double n)
 {
     friction_reset(x);
-    x->state.relay.latch.outputs = armed;
-    x->state.n_n                 = (float)n;
+    x->state.relay.latch.held = armed;
+    x->state.n_n              = (float)n;
 }
 
 static inline uint32_t friction_pulse_width(const friction_t *x)

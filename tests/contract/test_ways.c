@@ -250,7 +250,7 @@ static void test_loop_leaves_its_compensator_to_the_new_params_alone(void)
         alone.params      = by->params.compensator;
         (void)compensator_step(&alone, u);
         TEST_ASSERT_EQUAL_MEMORY(&alone.state, &loop.state.compensator, sizeof alone.state);
-        armed += loop.state.compensator.friction.relay.latch.outputs != 0u;
+        armed += loop.state.compensator.friction.relay.latch.held % 4u != 0u;
     }
     TEST_ASSERT_TRUE(armed > 500);
 }

@@ -65,10 +65,11 @@ int main(void)
     {
         const tribo_biquad_q31_section_t *a = &made.cascade.section[i], *b = &tribo_paper_controller_q31.cascade.section[i];
         if (a->b0 != b->b0 || a->c1 != b->c1 || a->c2 != b->c2 || a->d1 != b->d1 || a->d2 != b->d2 || a->shift != b->shift ||
-            a->d2_shift != b->d2_shift || a->shift_power != b->shift_power || a->d2_power != b->d2_power || a->scale != b->scale) { return 3; }
+            a->d2_low != b->d2_low || a->shift_power != b->shift_power || a->scale != b->scale) { return 3; }
     }
     if (made.cascade.count != tribo_paper_controller_q31.cascade.count || made.cascade.input_scale != tribo_paper_controller_q31.cascade.input_scale ||
         made.anti_windup != tribo_paper_controller_q31.anti_windup || made.anti_windup_shift != tribo_paper_controller_q31.anti_windup_shift ||
+        made.taken_max != tribo_paper_controller_q31.taken_max ||
         made.u_min != tribo_paper_controller_q31.u_min || made.u_max != tribo_paper_controller_q31.u_max) { return 4; }
     return 0;
 }
@@ -106,11 +107,12 @@ HEADER, JSON = "paper_controller.h", "paper_design.json"
 @pytest.mark.parametrize("name, pattern, replacement, said", [
     (HEADER, r"(F32 .*\n.*\n +\{)1\.818", r"\g<1>1.819", "f32 section 1 b0"),
     (HEADER, r"(\d)(\de-07f)", lambda m: f"{(int(m.group(1)) + 1) % 10}{m.group(2)}", "f32 section 2 a2"),
-    (HEADER, r"\.d2 = -65474681\d", ".d2 = -654746899", "Q31 section 2 d2"),
-    (HEADER, r"d2_shift = 16", "d2_shift = 15", "Q31 section 2 d2_shift"),
+    (HEADER, r"\.d2 = -9991", ".d2 = -9992", "Q31 section 2 d2"),
+    (HEADER, r"d2_low = 1", "d2_low = 2", "Q31 section 2 d2_low"),
     (HEADER, r"\.scale = 4\},(.*\n)*?.*\.count", lambda m: m.group(0).replace(".scale = 4},", ".scale = 5},", 1), "Q31 section 1 scale"),
     (HEADER, r"input_scale = 3", "input_scale = 2", "Q31 input_scale"),
     (HEADER, r"anti_windup = 1", "anti_windup = 2", "Q31 anti_windup"),
+    (HEADER, r"taken_max = 1", "taken_max = 2", "Q31 taken_max"),
     (HEADER, r"u_max = 2147483647", "u_max = 2147483646", "Q31 u_max"),
     (HEADER, r"U_MAX_N 2.0f", "U_MAX_N 1.0f", "output limit"),
     (HEADER, r"SAMPLE_TIME_S 0.001f", "SAMPLE_TIME_S 0.002f", "sample time"),

@@ -29,11 +29,6 @@ static void hash_float(float x)
     hash_word(bits);
 }
 
-static void hash_bits(bool a, bool b, bool c, bool d)
-{
-    hash_word((a ? 1u : 0u) | (b ? 2u : 0u) | (c ? 4u : 0u) | (d ? 8u : 0u));
-}
-
 // --- scenarios ---------------------------------------------------------------------------------------------------
 
 static uint32_t random_word; // a linear congruence, of which the upper bits serve
@@ -185,7 +180,7 @@ static bool run_f32(const scenario_t *scenario)
         {
             hash_float(seen[i]);
         }
-        hash_bits(s.compensator.friction.q1, s.compensator.friction.q2, s.compensator.friction.q, s.controller.limited);
+        hash_word(s.compensator.friction.relays | (s.controller.limited ? 8u : 0u));
     }
     hash_word(state.bad_inputs);
     hash_word(state.controller.limited_ticks);
@@ -247,7 +242,7 @@ static bool run_q31(const scenario_t *scenario)
         {
             hash_word((uint32_t)seen[i]);
         }
-        hash_bits(s.compensator.friction.q1, s.compensator.friction.q2, s.compensator.friction.q, s.controller.limited);
+        hash_word(s.compensator.friction.relays | (s.controller.limited ? 8u : 0u));
     }
     hash_word(state.bad_inputs);
     hash_word(state.saturated);

@@ -37,7 +37,11 @@ static void step_axes(uint32_t axes, number_t r)
 COUNTED(number_t,
         counted_tick,
         (PARAMS(force_loop), STATE(force_loop), number_t r, number_t y, loop_signals_t *out),
-        TRIBO(force_loop, step)(params, state, r, y, out))
+        TRIBO(force_loop, step_with_signals)(params, state, r, y, out))
+COUNTED(number_t,
+        counted_tick_unseen,
+        (PARAMS(force_loop), STATE(force_loop), number_t r, number_t y),
+        TRIBO(force_loop, step)(params, state, r, y, NULL))
 COUNTED(number_t,
         counted_controller,
         (PARAMS(controller), STATE(controller), number_t e, number_t friction, TRIBO(controller, signals_t) * out),
@@ -237,7 +241,7 @@ static void run_triangle(void)
         counts_add(&tick);
         hashed = hash(hashed, u);
         unseen = before;
-        (void)counted_tick(&paper, &unseen, r, y, NULL);
+        (void)counted_tick_unseen(&paper, &unseen, r, y);
         counts_add(&tick_unseen);
         if (k % SPLIT_EVERY == 0)
         {
@@ -273,7 +277,7 @@ static void run_search(void)
         number_t u;
         search_step(&s, k);
         unseen = axis[0];
-        (void)counted_tick(&paper, &unseen, s.r, s.y, NULL);
+        (void)counted_tick_unseen(&paper, &unseen, s.r, s.y);
         counts_add(&tick_unseen);
         u = counted_tick(&paper, &axis[0], s.r, s.y, &signals);
         counts_add(&tick);

@@ -7,7 +7,7 @@ import subprocess
 
 HERE = pathlib.Path(__file__).parent
 MODELS = {"cortex-m4f": "cortex-m4", "cortex-m7": "cortex-m7"}
-LOOP = re.compile(r"tribo_force_loop_\w+_step$|tick_\w+$")
+LOOP = re.compile(r"tribo_force_loop_\w+_step_\w+$")
 PARTS = re.compile(r"tribo_(?:controller|biquad|compensator|friction|arm|relay|edge)_\w*(?:step|output|advance)$")
 RETURN = re.compile(r"^(pop|ldmia\.w\s+sp!|bx\s+lr).*(pc|lr)")
 
@@ -42,7 +42,7 @@ def one_instruction_a_block():
     return ["-accel", f"tcg,{option}=on"] if option in text_of(["qemu-system-arm", "-help"]) else ["-singlestep"]
 
 
-def executed(processor, program, arithmetic):
+def executed(processor, program, arithmetic, way="with_signals"):
     """The instructions of the program's last tick."""
     functions = tick_functions(program)
     instructions = disassembly(program)
@@ -54,7 +54,7 @@ def executed(processor, program, arithmetic):
     log.unlink()
 
     loop = [where for name, where in functions.items() if LOOP.match(name)]
-    entry = functions[f"tribo_force_loop_{arithmetic}_step"].start
+    entry = functions[f"tribo_force_loop_{arithmetic}_step_{way}"].start
     first = len(addresses) - 1 - addresses[::-1].index(entry)
     tick = []
     for address in addresses[first:]:

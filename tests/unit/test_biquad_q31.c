@@ -66,7 +66,7 @@ static exact_t exact_of(const tribo_biquad_q31_params_t *p)
         x.section[i].b1                      = ldexp(s->c1 + s->b0, by - 28);
         x.section[i].b2                      = ldexp(s->c2, by - 28 - s->shift);
         x.section[i].a1                      = ldexp((1 << 28) - s->d1, -28);
-        x.section[i].a2                      = ldexp(-s->d2, -28 - s->shift - s->d2_shift);
+        x.section[i].a2                      = -ldexp(s->d2, -28 - s->shift) - ldexp(s->d2_low, -60 - s->shift);
         before                               = s->scale;
     }
     return x;
@@ -236,11 +236,13 @@ static void test_biquad_carries_what_the_input_scale_drops(void)
 
 static void test_biquad_integrates_as_a_counter_does(void)
 {
-    // y = x + w1, w1 += 2^-28 x: an integrator by hand, a tick's change far below the last bit.
-    params = (tribo_biquad_q31_params_t){.section = {{.b0 = 0, .c1 = 1, .d1 = INT32_C(1) << 28}}, .count = 1};
+    // y = w1, w1 += 2^-28 x: an integrator by hand, a tick's change far below the last bit.
+    params = (tribo_biquad_q31_params_t){.section     = {{.b0 = 0, .c1 = 1, .d1 = INT32_C(1) << 28}},
+                                         .count       = 1,
+                                         .input_scale = 1};
     for (int k = 0; k < LONG_RUN; k++)
     {
-        (void)tribo_biquad_q31_step(&params, &state, 12345);
+        (void)tribo_biquad_q31_step(&params, &state, 2 * 12345);
     }
     const int64_t half = INT64_C(1) << 27; // with which w1 starts
     TEST_ASSERT_EQUAL_INT64((int64_t)LONG_RUN * 12345 + half, state.section[0].w1);
@@ -248,7 +250,7 @@ static void test_biquad_integrates_as_a_counter_does(void)
 
 static void test_biquad_output_stays_in_the_symmetric_range(void)
 {
-    params = (tribo_biquad_q31_params_t){.section = {{.b0 = INT32_C(1) << 28}}, .count = 1};
+    params = (tribo_biquad_q31_params_t){.section = {{.b0 = INT32_C(1) << 29}}, .count = 1, .input_scale = 1};
     TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_biquad_q31_step(&params, &state, INT32_MIN));
     TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
 }
@@ -407,7 +409,7 @@ static void test_biquad_saturates_at_each_node_that_was_given_too_little_room(vo
     {
         for (int sign = -1; sign <= 1; sign += 2)
         {
-            params = (tribo_biquad_q31_params_t){.count = 3};
+            params = (tribo_biquad_q31_params_t){.count = 3, .input_scale = 1};
             for (uint32_t i = 0; i < 3u; i++)
             {
                 params.section[i].b0 = i == node ? full : INT32_C(1) << 26; // ... where the others have 1/4
@@ -420,7 +422,7 @@ static void test_biquad_saturates_at_each_node_that_was_given_too_little_room(vo
             }
             const int32_t limit = end_of(sign);
             (void)tribo_biquad_q31_output(&params, &state, limit, &nodes);
-            TEST_ASSERT_EQUAL_INT32(limit, nodes.y[node]);
+            TEST_ASSERT_EQUAL_INT32(sign < 0 ? INT32_MIN : INT32_MAX, nodes.y[node]);
             TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
         }
     }
@@ -573,10 +575,12 @@ static void test_biquad_change_to_the_same_params_changes_nothing_to_see(void)
 
 static void test_biquad_change_clamps_what_the_new_params_cannot_hold(void)
 {
-    params =
-        (tribo_biquad_q31_params_t){.section = {{.b0 = 1, .c1 = -1, .d1 = INT32_C(1) << 28, .scale = 4}}, .count = 1};
-    const tribo_biquad_q31_params_t to = {.section = {{.b0 = 1, .c1 = -1, .d1 = INT32_C(1) << 28, .shift = 31}},
-                                          .count   = 1};
+    params = (tribo_biquad_q31_params_t){.section     = {{.b0 = 1, .c1 = -1, .d1 = INT32_C(1) << 28, .scale = 4}},
+                                         .count       = 1,
+                                         .input_scale = 1};
+    const tribo_biquad_q31_params_t to = {.section     = {{.b0 = 1, .c1 = -1, .d1 = INT32_C(1) << 28, .shift = 31}},
+                                          .count       = 1,
+                                          .input_scale = 1};
     for (int sign = -1; sign <= 1; sign += 2)
     {
         tribo_biquad_q31_reset(&state);
@@ -589,13 +593,35 @@ static void test_biquad_change_clamps_what_the_new_params_cannot_hold(void)
     }
 }
 
+// Both words of d2, in either section of a pair and in one alone.
+static void test_biquad_feeds_back_by_both_words_of_d2(void)
+{
+    const int32_t words[][2] = {{0, 5 << 24}, {0, -(5 << 24)}, {3, INT32_MIN}, {-3, INT32_MAX}, {-1, -1}};
+    for (size_t i = 0; i < 2u * 2u * sizeof words / sizeof words[0]; i++)
+    {
+        const int32_t  d2      = words[i / 4u][0];
+        const int32_t  d2_low  = words[i / 4u][1];
+        const int32_t  y       = i % 2u == 0u ? 123456789 : -123456789;
+        const uint32_t section = i / 2u % 2u;
+        params                 = (tribo_biquad_q31_params_t){.count = (uint8_t)(1u + section), .input_scale = 1};
+        params.section[section] =
+            (tribo_biquad_q31_section_t){.d2 = d2, .d2_low = d2_low, .shift_power = 1, .shift = 30};
+        tribo_biquad_q31_reset(&state);
+        state.section[section].w1 = (int64_t)y * (INT64_C(1) << 28);
+        (void)tribo_biquad_q31_step(&params, &state, 0);
+        const int64_t low = (int64_t)d2_low * y;
+        const int64_t one = INT64_C(1) << 32;
+        TEST_ASSERT_EQUAL_INT64((int64_t)d2 * y + (low - (low < 0 ? one - 1 : 0)) / one, state.section[section].w2);
+    }
+}
+
 // One at a time: the compare that serves all w2 must miss none, nor take what is in range for lost.
 static void test_biquad_finds_each_w2_that_is_lost(void)
 {
     const int64_t values[] = {W_MAX, W_MAX + 1, INT64_C(1) << 62, -W_MAX, -W_MAX - 2, -(INT64_C(1) << 62)};
     for (uint32_t count = 2; count <= 3u; count++)
     {
-        params = (tribo_biquad_q31_params_t){.count = (uint8_t)count};
+        params = (tribo_biquad_q31_params_t){.count = (uint8_t)count, .input_scale = 1};
         for (uint32_t i = 0; i < count; i++)
         {
             params.section[i].shift       = 30;
@@ -651,6 +677,7 @@ int main(void)
     RUN_TEST(test_biquad_change_keeps_the_output_and_its_slope);
     RUN_TEST(test_biquad_change_to_the_same_params_changes_nothing_to_see);
     RUN_TEST(test_biquad_change_clamps_what_the_new_params_cannot_hold);
+    RUN_TEST(test_biquad_feeds_back_by_both_words_of_d2);
     RUN_TEST(test_biquad_finds_each_w2_that_is_lost);
     RUN_TEST(test_biquad_forgets_a_lost_w1);
     return UNITY_END();

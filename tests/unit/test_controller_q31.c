@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #define FULL_SCALE 2.0f
 
@@ -160,6 +161,37 @@ static tribo_biquad_f32_section_t random_section(random_t *r)
         TRIBO_BIQUAD_F32(b0, b0 * -2.0 * q * cos(turn), b0 * q * q, -2.0 * p * cos(angle), p * p);
 }
 
+/// What the most that a limit may take does at each node, as the controller computes it: it fits, and no less would do.
+static void check_taken_max(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        const int64_t taken = sign * (int64_t)params.taken_max;
+        int64_t       c     = (taken * params.anti_windup >> 32) * (INT64_C(1) << params.anti_windup_shift);
+        int64_t       most  = llabs(c) > llabs(taken) ? llabs(c) : llabs(taken);
+        for (uint32_t i = 0; i < params.cascade.count; i++)
+        {
+            TEST_ASSERT_TRUE(c >= INT32_MIN && c <= INT32_MAX);
+            c    = (c * params.cascade.section[i].b0 >> 32) * 16;
+            most = llabs(c) > most ? llabs(c) : most;
+        }
+        TEST_ASSERT_TRUE(c >= INT32_MIN && c <= INT32_MAX);
+        TEST_ASSERT_TRUE((double)most > (0.9999 - 10.0 / params.taken_max) * 0x1p31);
+    }
+}
+
+// A slow lag before its lead leaves a small node after a large gain.
+static void test_controller_bounds_what_a_limit_takes_at_any_gain(void)
+{
+    const tribo_biquad_f32_section_t lag_and_lead[] = {
+        {-0.00693013705f, -0.00796202105f, -0.00228688191f, 0.0014880657f, 5.41637121e-07f},
+        {0.278461784f, 0.000387235748f, 1.33695153e-07f, 1.41458213f, 0.4972938f}};
+    config = (tribo_controller_f32_config_t){lag_and_lead, 2, -1.0f, 1.0f};
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&params, &config, 1.0f, NULL));
+    TEST_ASSERT_TRUE(params.taken_max < 10000);
+    check_taken_max();
+}
+
 // Whatever the limits take away and the feedforward adds, no node of the cascade saturates.
 static void test_controller_headroom_holds_for_full_scale_inputs_at_its_limits(void)
 {
@@ -181,6 +213,7 @@ static void test_controller_headroom_holds_for_full_scale_inputs_at_its_limits(v
             continue;
         }
         runs++;
+        check_taken_max();
         tribo_controller_q31_reset(&state);
         int32_t e = INT32_MAX;
         int32_t f = INT32_MAX;
@@ -306,8 +339,10 @@ static void test_controller_corrects_towards_a_limit_of_0_from_the_very_end(void
     params                       = (tribo_controller_q31_params_t){.u_min             = 0,
                                                                    .u_max             = INT32_MAX,
                                                                    .anti_windup       = 3 << 29, // 3/4
-                                                                   .anti_windup_shift = 31};
+                                                                   .anti_windup_shift = 1,
+                                                                   .taken_max         = INT32_MAX};
     params.cascade.count         = 2;
+    params.cascade.input_scale   = 1;
     params.cascade.section[0].b0 = 1 << 28;
     params.cascade.section[0].d1 = 1 << 28; // w1 is then the corrected output
     state.cascade.section[1].w1  = -(INT64_C(1) << 59);
@@ -315,25 +350,43 @@ static void test_controller_corrects_towards_a_limit_of_0_from_the_very_end(void
     TEST_ASSERT_TRUE(seen.limited);
     TEST_ASSERT_EQUAL_INT32(INT32_MIN, seen.v);
     TEST_ASSERT_EQUAL_UINT32(1, state.cascade.saturated);
-    TEST_ASSERT_INT32_WITHIN(4, INT32_MAX / 4 * 3, (int32_t)(state.cascade.section[0].w1 >> 28));
+    TEST_ASSERT_INT32_WITHIN(16, INT32_MAX / 4 * 3, (int32_t)(state.cascade.section[0].w1 >> 28));
 }
 
 // c/D = 3/2, or 3/4 before a gain of 2: beyond full scale, where it must not change its sign.
-static void test_controller_saturates_a_correction_and_counts(void)
+static void test_controller_bounds_a_correction_and_counts(void)
 {
     for (int i = 0; i < 4; i++)
     {
-        const int32_t sign    = i % 2 == 0 ? 1 : -1;
-        const bool    by_gain = i / 2 == 1;
-        params = (tribo_controller_q31_params_t){.anti_windup = 3 << 29, .anti_windup_shift = by_gain ? 31 : 30};
+        const int32_t sign           = i % 2 == 0 ? 1 : -1;
+        const bool    by_gain        = i / 2 == 1;
+        params                       = (tribo_controller_q31_params_t){.anti_windup       = 3 << 29,
+                                                                       .anti_windup_shift = by_gain ? 1 : 2,
+                                                                       .taken_max         = INT32_MAX / 3 * 2};
         params.cascade.count         = 2;
+        params.cascade.input_scale   = 1;
         params.cascade.section[0].b0 = by_gain ? 1 << 29 : 1 << 28;
         params.cascade.section[0].d1 = 1 << 28; // w1 is then the corrected output
         tribo_controller_q31_reset(&state);
         TEST_ASSERT_EQUAL_INT32(0, tribo_controller_q31_step(&params, &state, 0, -sign * INT32_MAX, &seen));
         TEST_ASSERT_TRUE(seen.limited);
-        TEST_ASSERT_EQUAL_INT32(sign * INT32_MAX, (int32_t)(state.cascade.section[0].w1 >> 28));
+        TEST_ASSERT_INT32_WITHIN(32, sign * INT32_MAX, (int32_t)(state.cascade.section[0].w1 >> 28));
         TEST_ASSERT_EQUAL_UINT32(1, state.cascade.saturated);
+    }
+}
+
+static void test_controller_takes_the_very_most_without_counting(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        params                     = (tribo_controller_q31_params_t){.taken_max = 1000, .anti_windup_shift = 1};
+        params.cascade.count       = 2;
+        params.cascade.input_scale = 1;
+        (void)tribo_controller_q31_step(&params, &state, 0, sign * 1000, &seen);
+        TEST_ASSERT_TRUE(seen.limited);
+        TEST_ASSERT_EQUAL_UINT32(sign < 0 ? 0 : 1, state.cascade.saturated);
+        (void)tribo_controller_q31_step(&params, &state, 0, sign * 1001, &seen);
+        TEST_ASSERT_EQUAL_UINT32(sign < 0 ? 1 : 2, state.cascade.saturated);
     }
 }
 
@@ -342,7 +395,7 @@ static void test_controller_limits_what_a_lost_state_gives(void)
     config.u_min_n = -FULL_SCALE;
     config.u_max_n = FULL_SCALE;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&params, &config, FULL_SCALE, NULL));
-    TEST_ASSERT_TRUE(params.anti_windup >> (params.anti_windup_shift - 1) > 1); // a correction larger than its cause
+    TEST_ASSERT_TRUE(ldexp(params.anti_windup, params.anti_windup_shift - 32) > 1.0); // larger than its cause
     for (int sign = -1; sign <= 1; sign += 2)
     {
         tribo_controller_q31_reset(&state);
@@ -377,28 +430,28 @@ static void test_controller_is_not_limited_at_its_very_limit(void)
     TEST_ASSERT_EQUAL_UINT32(1, state.limited_ticks);
 }
 
-// Against 64 bits: v = e 2^scale, at the limits to the bit and where only v, not v + feedforward, is beyond full scale.
+// Against 64 bits: v of all sizes, at the limits to the bit and where only v, not v + feedforward, is beyond full scale.
 static void test_controller_limits_exactly_the_sum(void)
 {
     const int32_t ends[] = {INT32_MIN, -INT32_MAX, -1, 0, 1, INT32_MAX};
     random_t      r      = {4};
     for (uint32_t scale = 0; scale <= 24u; scale++)
     {
-        params               = (tribo_controller_q31_params_t){.anti_windup_shift = 1};
-        params.cascade.count = 2;
-        for (uint32_t i = 0; i < 2u; i++)
-        {
-            params.cascade.section[i].b0 = INT32_C(1) << 28;
-        }
+        params                          = (tribo_controller_q31_params_t){.anti_windup_shift = 1};
+        params.cascade.count            = 2;
+        params.cascade.input_scale      = 1; // an even e comes through to the bit
+        params.cascade.section[0].b0    = INT32_C(1) << 28;
+        params.cascade.section[1].b0    = INT32_C(1) << (scale == 0u ? 29 : 28);
         params.cascade.section[1].scale = (uint8_t)scale;
         for (int k = 0; k < 2000; k++)
         {
-            const bool widest     = random_bits(&r) % 4u == 0u;
-            params.u_min          = widest ? -INT32_MAX : -(int32_t)(random_bits(&r) % 2147483647u);
-            params.u_max          = widest ? INT32_MAX : (int32_t)(random_bits(&r) % 2147483647u);
-            const int32_t limit   = random_bits(&r) % 2u == 0u ? params.u_min : params.u_max;
-            const int32_t e       = (int32_t)(uint32_t)random_bits(&r) >> (random_bits(&r) % 2u == 0u ? scale : 0u);
-            const int64_t v       = (int64_t)e * (INT32_C(1) << scale);
+            const bool widest   = random_bits(&r) % 4u == 0u;
+            params.u_min        = widest ? -INT32_MAX : -(int32_t)(random_bits(&r) % 2147483647u);
+            params.u_max        = widest ? INT32_MAX : (int32_t)(random_bits(&r) % 2147483647u);
+            const int32_t limit = random_bits(&r) % 2u == 0u ? params.u_min : params.u_max;
+            const int32_t node  = (int32_t)(uint32_t)random_bits(&r) >> (random_bits(&r) % 2u == 0u ? scale : 0u) >> 1;
+            const int32_t e     = node * 2;
+            const int64_t v     = (int64_t)(scale == 0u ? e : node) * (INT32_C(1) << scale);
             const int64_t to_meet = limit - v + (int64_t)(random_bits(&r) % 3u) - 1;
             const bool    meets   = to_meet >= INT32_MIN && to_meet <= INT32_MAX;
             const int32_t added   = meets ? (int32_t)to_meet : ends[random_bits(&r) % 6u];
@@ -408,7 +461,7 @@ static void test_controller_limits_exactly_the_sum(void)
             TEST_ASSERT_EQUAL_INT64(u, tribo_controller_q31_step(&params, &state, e, added, &seen));
             TEST_ASSERT_EQUAL_INT(u != sum, seen.limited);
             TEST_ASSERT_EQUAL_UINT32(u != sum, state.limited_ticks);
-            TEST_ASSERT_EQUAL_INT64(v > INT32_MAX ? INT32_MAX : (v < INT32_MIN ? -INT32_MAX : v), seen.v);
+            TEST_ASSERT_EQUAL_INT64(v > INT32_MAX ? INT32_MAX : (v < INT32_MIN ? INT32_MIN : v), seen.v);
         }
     }
 }
@@ -421,13 +474,15 @@ int main(void)
     RUN_TEST(test_controller_conditions_its_states_on_the_limited_output);
     RUN_TEST(test_controller_does_not_wind_up_whatever_its_zeros);
     RUN_TEST(test_controller_leaves_its_limit_as_soon_as_the_error_turns);
+    RUN_TEST(test_controller_bounds_what_a_limit_takes_at_any_gain);
     RUN_TEST(test_controller_headroom_holds_for_full_scale_inputs_at_its_limits);
     RUN_TEST(test_controller_changes_params_without_a_bump);
     RUN_TEST(test_controller_takes_whatever_an_input_can_be);
     RUN_TEST(test_controller_of_two_sections_is_that_of_any_number);
     RUN_TEST(test_controller_of_two_sections_is_that_of_any_number_from_any_state);
     RUN_TEST(test_controller_corrects_towards_a_limit_of_0_from_the_very_end);
-    RUN_TEST(test_controller_saturates_a_correction_and_counts);
+    RUN_TEST(test_controller_bounds_a_correction_and_counts);
+    RUN_TEST(test_controller_takes_the_very_most_without_counting);
     RUN_TEST(test_controller_limits_what_a_lost_state_gives);
     RUN_TEST(test_controller_sums_what_is_beyond_full_scale_alone);
     RUN_TEST(test_controller_is_not_limited_at_its_very_limit);

@@ -214,7 +214,7 @@ static void test_loop_new_limits_hold_in_the_tick_of_the_change(void)
 
 static void test_loop_coasts_over_a_bad_input_counts_it_and_recovers(void)
 {
-    const int32_t bad[] = {q31(2.0) + 1, -q31(2.0) - 1, INT32_MAX, -INT32_MAX, INT32_MIN};
+    const int32_t bad[] = {q31(2.0) + 1, -q31(2.0) - 2, INT32_MAX, -INT32_MAX, INT32_MIN};
     run(1500);
     uint32_t counted = 0;
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
@@ -232,6 +232,8 @@ static void test_loop_coasts_over_a_bad_input_counts_it_and_recovers(void)
             TEST_ASSERT_EQUAL_UINT32(counted, state.bad_inputs);
         }
     }
+    (void)tribo_force_loop_q31_step(&params, &state, q31(2.0), -q31(2.0) - 1, &seen); // the ends of what is credible
+    (void)tribo_force_loop_q31_step(&params, &state, -q31(2.0) - 1, q31(2.0), &seen);
     (void)tribo_force_loop_q31_step(&params, &state, q31(0.5), q31(0.25), &seen);
     TEST_ASSERT_EQUAL_INT32(q31(0.25), seen.e);
     TEST_ASSERT_EQUAL_UINT32(counted, state.bad_inputs);
@@ -251,7 +253,7 @@ static void test_loop_saturates_an_error_and_a_feedforward_beyond_full_scale(voi
     TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
     state.friction = -q31(2.5);
     (void)tribo_force_loop_q31_step(&params, &state, 0, 0, &seen);
-    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, seen.feedforward);
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN, seen.feedforward);
     TEST_ASSERT_EQUAL_UINT32(2, state.saturated);
 }
 

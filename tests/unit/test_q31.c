@@ -42,9 +42,9 @@ static void test_q31_sums_saturate_and_count(void)
     TEST_ASSERT_EQUAL_INT32(0, tribo_q31_subtract(INT32_MIN, INT32_MIN, &saturated));
     TEST_ASSERT_EQUAL_UINT32(0, saturated);
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_q31_add(INT32_MAX - 5, 6, &saturated));
-    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_q31_add(INT32_MIN + 5, -6, &saturated));
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN, tribo_q31_add(INT32_MIN + 5, -6, &saturated));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_q31_subtract(0, INT32_MIN, &saturated));
-    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_q31_subtract(-2, INT32_MAX, &saturated));
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN, tribo_q31_subtract(-2, INT32_MAX, &saturated));
     TEST_ASSERT_EQUAL_UINT32(4, saturated);
 }
 
@@ -75,9 +75,10 @@ static void test_q31_widens_to_the_end_of_its_range(void)
     TEST_ASSERT_EQUAL_INT32(0x7ffffff8, tribo_q31_widen(0x0fffffff, 3, &saturated));
     TEST_ASSERT_EQUAL_UINT32(0, saturated);
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_q31_widen(0x10000000, 3, &saturated));
-    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_q31_widen(-0x10000001, 3, &saturated));
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN, tribo_q31_widen(-0x10000001, 3, &saturated));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_q31_widen(2, 31, &saturated));
-    TEST_ASSERT_EQUAL_UINT32(3, saturated);
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_q31_widen(INT32_MAX, 1, &saturated));
+    TEST_ASSERT_EQUAL_UINT32(4, saturated);
 }
 
 static void test_q31_magnitude_fits_whatever_the_number(void)

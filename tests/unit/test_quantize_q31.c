@@ -3,6 +3,7 @@
 #include "tribo/quantize_q31.h"
 
 #include "random.h"
+#include "tribo/paper_controller.h"
 #include "unity.h"
 
 #include <float.h>
@@ -153,7 +154,7 @@ static void test_quantize_takes_forces_up_to_full_scale(void)
     config.controller.u_max_n = 2.0f;
     written_t out;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&out));
-    TEST_ASSERT_EQUAL_INT32(INT32_MAX, out.params.input_max);
+    TEST_ASSERT_EQUAL_HEX32(0x80000000, out.params.input_end);
     TEST_ASSERT_EQUAL_INT32(-INT32_MAX, out.params.controller.u_min);
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, out.params.controller.u_max);
     config.input_max_n = 2.0001f;
@@ -432,6 +433,28 @@ static void test_quantize_rounds_both_signs_alike(void)
     }
 }
 
+// However slow the pole of a large gain at rest is, d2 is its a2 to the last of the 24 bits that a float has.
+static void test_quantize_keeps_every_bit_of_a_slow_pole(void)
+{
+    tribo_biquad_f32_section_t slow[] = TRIBO_PAPER_CONTROLLER_F32;
+    random_t                   r      = {9};
+    int                        runs   = 0;
+    for (int i = 0; i < 40; i++)
+    {
+        slow[1].a2 = (float)pow(10.0, random_between(&r, -6.5, -3.0));
+        tribo_controller_q31_params_t       q31;
+        const tribo_controller_f32_config_t of_slow = {slow, 2, -2.0f, 2.0f};
+        if (tribo_controller_q31_init(&q31, &of_slow, 2.0f, NULL) == TRIBO_OK)
+        {
+            const tribo_biquad_q31_section_t *s = &q31.cascade.section[1];
+            TEST_ASSERT_EQUAL_INT64(-(int64_t)ldexp((double)slow[1].a2, 60 + s->shift),
+                                    (int64_t)s->d2 * (INT64_C(1) << 32) + s->d2_low);
+            runs += s->d2_low != 0;
+        }
+    }
+    TEST_ASSERT_TRUE(runs > 30);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -449,5 +472,6 @@ int main(void)
     RUN_TEST(test_quantize_takes_poles_near_z_minus_1);
     RUN_TEST(test_quantize_takes_the_papers_loop_at_many_sample_times_and_full_scales);
     RUN_TEST(test_quantize_rounds_both_signs_alike);
+    RUN_TEST(test_quantize_keeps_every_bit_of_a_slow_pole);
     return UNITY_END();
 }

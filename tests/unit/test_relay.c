@@ -51,7 +51,7 @@ static void test_relay_1_is_the_mirror_image(void)
 
 static void test_relay_disarms_on_its_reset_event_and_holds(void)
 {
-    tribo_relay_latch_t latch = {TRIBO_RELAY_Q1 | TRIBO_RELAY_Q2, 0};
+    tribo_relay_latch_t latch = {TRIBO_RELAY_Q1 | TRIBO_RELAY_Q2};
     TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q1, tribo_relay_latch_step(&latch, TRIBO_RELAY_RESET2));
     TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q1, tribo_relay_latch_step(&latch, 0));
     TEST_ASSERT_EQUAL_UINT8(0, tribo_relay_latch_step(&latch, TRIBO_RELAY_RESET1));
@@ -72,10 +72,10 @@ static void test_relay_samples_the_set_pulse_only_when_its_trigger_rises(void)
                 const bool set_now        = (now & 1u) != 0u;
                 const bool expected       = trigger_now && !trigger_before ? set_now : held != 0u;
 
-                tribo_relay_latch_t latch = {0, 0};
+                tribo_relay_latch_t latch = {0};
                 (void)tribo_relay_latch_step(&latch,
                                              (uint8_t)((before & 1u) | (uint8_t)((before >> 1) * TRIBO_RELAY_RESET1)));
-                latch.outputs = held;
+                latch.held = (uint8_t)((latch.held & 0xf0u) | held);
                 TEST_ASSERT_EQUAL_UINT8(
                     expected,
                     tribo_relay_latch_step(&latch, (uint8_t)((now & 1u) | (uint8_t)((now >> 1) * TRIBO_RELAY_RESET1))));
@@ -103,8 +103,15 @@ static void test_relay_misses_a_reset_while_its_set_pulse_still_stands(void)
 static void test_relay_ignores_events_that_it_does_not_know(void)
 {
     TEST_ASSERT_EQUAL_UINT8(0, tribo_relay_step(&relay, 3, REST | 0xf0u));
-    tribo_relay_latch_t latch = {0, 0};
+    tribo_relay_latch_t latch = {0};
     TEST_ASSERT_EQUAL_UINT8(0, tribo_relay_latch_step(&latch, 0xf0));
+}
+
+static void test_relay_forgets_what_cannot_be(void)
+{
+    tribo_relay_latch_t latch = {0xfeu};
+    TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q2, tribo_relay_latch_step(&latch, 0));
+    TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q2, latch.held);
 }
 
 int main(void)
@@ -117,5 +124,6 @@ int main(void)
     RUN_TEST(test_relay_samples_the_set_pulse_only_when_its_trigger_rises);
     RUN_TEST(test_relay_misses_a_reset_while_its_set_pulse_still_stands);
     RUN_TEST(test_relay_ignores_events_that_it_does_not_know);
+    RUN_TEST(test_relay_forgets_what_cannot_be);
     return UNITY_END();
 }

@@ -1,4 +1,5 @@
-/// Force controller in Q31: the twin of controller_f32.h, which says how anti-windup and change of params work.
+/// Force controller in Q31: the twin of controller_f32.h, which says how anti-windup and change of params work. What
+/// anti-windup takes back is rounded down to 16 units of each node, 2^-27 of its full scale.
 /// Not synchronized: one state, one tick.
 
 #ifndef TRIBO_CONTROLLER_Q31_H
@@ -17,9 +18,10 @@ extern "C" {
 typedef struct
 {
     tribo_biquad_q31_params_t cascade;
-    int32_t                   anti_windup;       ///< c/D between the last and the input node: mantissa ...
-    uint8_t                   anti_windup_shift; ///< ... and its exponent, 1 to 31: anti_windup 2^-anti_windup_shift
-    int32_t                   u_min, u_max;      ///< Q31
+    int32_t                   anti_windup;  ///< c/D between the last and the input node: mantissa ...
+    int32_t                   taken_max;    ///< of the last node, what a limit may take: its correction fits any
+    int32_t                   u_min, u_max; ///< Q31
+    uint8_t anti_windup_shift;              ///< ... and its exponent, 1 to 31: anti_windup 2^(anti_windup_shift - 32)
 } tribo_controller_q31_params_t;
 
 typedef struct

@@ -27,6 +27,7 @@
 #include "tribo/status.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -45,7 +46,7 @@ typedef struct
 /// What a tick reads, made by tribo_force_loop_f32_init. Const from then on; may be shared by loops.
 typedef struct
 {
-    float                          input_max_n;
+    uint32_t                       input_max; ///< twice the bits of input_max_n
     float                          gain;
     tribo_controller_f32_params_t  controller;
     tribo_compensator_f32_params_t compensator;
@@ -84,13 +85,29 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
 /// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
 void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state);
 
+/// The two that tribo_force_loop_f32_step chooses from.
+float tribo_force_loop_f32_step_with_signals(const tribo_force_loop_f32_params_t *params,
+                                             tribo_force_loop_f32_state_t        *state,
+                                             float                                r_n,
+                                             float                                y_n,
+                                             tribo_force_loop_f32_signals_t      *signals);
+float tribo_force_loop_f32_step_without_signals(const tribo_force_loop_f32_params_t *params,
+                                                tribo_force_loop_f32_state_t        *state,
+                                                float                                r_n,
+                                                float                                y_n);
+
 /// One tick: reference `r_n` and measured end-point force `y_n` in N give the manipulated input u in N. Cannot fail.
-/// `signals` is written whole; null where nobody looks, which makes a tick of usual params shorter.
-float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
-                                tribo_force_loop_f32_state_t        *state,
-                                float                                r_n,
-                                float                                y_n,
-                                tribo_force_loop_f32_signals_t      *signals);
+/// `signals` is written whole; null where nobody looks, which makes a tick of usual params shorter. Inline, so that the
+/// compiler chooses where the call says &log or NULL.
+static inline float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
+                                              tribo_force_loop_f32_state_t        *state,
+                                              float                                r_n,
+                                              float                                y_n,
+                                              tribo_force_loop_f32_signals_t      *signals)
+{
+    return signals != NULL ? tribo_force_loop_f32_step_with_signals(params, state, r_n, y_n, signals)
+                           : tribo_force_loop_f32_step_without_signals(params, state, r_n, y_n);
+}
 
 #ifdef __cplusplus
 }

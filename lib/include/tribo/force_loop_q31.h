@@ -3,7 +3,7 @@
 /// Forces are Q31 of the full scale FS that the params were made for (quantize_q31.h); take FS at least the largest
 /// force and limit. A difference r - y or a net force beyond FS saturates, which the loop is no worse for: friction is at its
 /// breakaway there and u at its limit. Whatever r and y are, u is within u_min to u_max. A reference or a sensor beyond
-/// input_max is a bad input: the tick runs with e = 0, so u coasts on the controller's state, and is counted.
+/// input_max_n is a bad input: the tick runs with e = 0, so u coasts on the controller's state, and is counted.
 /// Saturations are counted where they happen, in the states of the parts.
 ///
 /// Retuning, as in f32: hand in a pointer to other params at any tick; u does not bump. It needs the old params
@@ -18,6 +18,7 @@
 #include "tribo/controller_q31.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -27,9 +28,8 @@ extern "C" {
 /// What a tick reads, made by tribo_force_loop_q31_init. Const from then on; may be shared by loops.
 typedef struct
 {
-    int32_t                        input_max;  ///< Q31
-    uint32_t                       input_span; ///< twice that; all 32 bits for full scale, to which INT32_MIN belongs
-    int32_t                        gain;       ///< eta, Q29, 0 to 2
+    uint32_t                       input_end; ///< Q31; r and y are from -input_end to input_end - 1
+    int32_t                        gain;      ///< eta, Q29, 0 to 2
     tribo_controller_q31_params_t  controller;
     tribo_compensator_q31_params_t compensator;
 } tribo_force_loop_q31_params_t;
@@ -58,13 +58,29 @@ typedef struct
 /// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
 void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state);
 
+/// The two that tribo_force_loop_q31_step chooses from.
+int32_t tribo_force_loop_q31_step_with_signals(const tribo_force_loop_q31_params_t *params,
+                                               tribo_force_loop_q31_state_t        *state,
+                                               int32_t                              r,
+                                               int32_t                              y,
+                                               tribo_force_loop_q31_signals_t      *signals);
+int32_t tribo_force_loop_q31_step_without_signals(const tribo_force_loop_q31_params_t *params,
+                                                  tribo_force_loop_q31_state_t        *state,
+                                                  int32_t                              r,
+                                                  int32_t                              y);
+
 /// One tick: reference `r` and measured end-point force `y` give the manipulated input u, all Q31. Cannot fail.
-/// `signals` is written whole; null where nobody looks, which makes a tick of usual params shorter.
-int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
-                                  tribo_force_loop_q31_state_t        *state,
-                                  int32_t                              r,
-                                  int32_t                              y,
-                                  tribo_force_loop_q31_signals_t      *signals);
+/// `signals` is written whole; null where nobody looks, which makes a tick of usual params shorter. Inline, so that the
+/// compiler chooses where the call says &log or NULL.
+static inline int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
+                                                tribo_force_loop_q31_state_t        *state,
+                                                int32_t                              r,
+                                                int32_t                              y,
+                                                tribo_force_loop_q31_signals_t      *signals)
+{
+    return signals != NULL ? tribo_force_loop_q31_step_with_signals(params, state, r, y, signals)
+                           : tribo_force_loop_q31_step_without_signals(params, state, r, y);
+}
 
 #ifdef __cplusplus
 }

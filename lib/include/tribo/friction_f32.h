@@ -69,12 +69,15 @@ typedef struct
 /// What a step reads, made by tribo_friction_f32_init. Const from then on; may be shared.
 typedef struct
 {
-    float                              rate_hz;         ///< 1/h
-    float                              y_per_v, y_at_0; ///< E = 2^y, y = y_per_v v - y_at_0
-    float                              k[2][2];         ///< of B = k_0 + k_1 2^-|y| for y above 0 and below, scaled
-    tribo_breakaway_f32_t              law[2];          ///< L+, L-
-    tribo_breakaway_f32_t              reset[2];        ///< c2 L+, c2 L-
-    const tribo_breakaway_point_f32_t *table;           ///< null: the affine laws
+    float rate_hz;            ///< 1/h
+    float y_per_rise, y_at_0; ///< E = 2^y, y = y_per_rise v h - y_at_0
+    struct
+    {
+        float at_0, per_w;
+    } k[2];                                      ///< B = at_0 + per_w 2^-|y| / 8, for y above 0 and below, scaled
+    tribo_breakaway_f32_t              law[2];   ///< L+, L-
+    tribo_breakaway_f32_t              reset[2]; ///< c2 L+, c2 L-
+    const tribo_breakaway_point_f32_t *table;    ///< null: the affine laws
     float                              set_level, reset_level;
     float                              gravity_n;
     uint8_t                            table_length;
@@ -91,11 +94,11 @@ typedef struct
 /// What one step saw, for logging.
 typedef struct
 {
-    float n_n;       ///< net force
-    float L_n;       ///< breakaway on the side of n
-    float v_n_per_s; ///< net-force rate
-    float f_n;       ///< friction
-    bool  q1, q2, q; ///< relays and Eq. (8)
+    float   n_n;       ///< net force
+    float   L_n;       ///< breakaway on the side of n
+    float   v_n_per_s; ///< net-force rate
+    float   f_n;       ///< friction
+    uint8_t relays;    ///< TRIBO_RELAY_Q1, _Q2 and, for Eq. (8), _Q
 } tribo_friction_f32_signals_t;
 
 /// The paper's parameters, Eqs. (7), (9), (10), and its 3 ms pulse.

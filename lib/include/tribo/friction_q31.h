@@ -75,11 +75,11 @@ typedef struct
 /// What one step saw, for logging.
 typedef struct
 {
-    int32_t n;         ///< net force, Q31
-    int32_t L;         ///< breakaway on the side of n, Q31
-    int32_t rise;      ///< |n[k]| - |n[k-1]|, which is v h, Q31
-    int32_t f;         ///< friction, Q31
-    bool    q1, q2, q; ///< relays and Eq. (8)
+    int32_t n;      ///< net force, Q31
+    int32_t L;      ///< breakaway on the side of n, Q31
+    int32_t rise;   ///< |n[k]| - |n[k-1]|, which is v h, Q31
+    int32_t f;      ///< friction, Q31
+    uint8_t relays; ///< TRIBO_RELAY_Q1, _Q2 and, for Eq. (8), _Q
 } tribo_friction_q31_signals_t;
 
 /// At rest: n[-1] = 0, relays low, counter 0.

@@ -1,10 +1,10 @@
 /// Fixed point as the _q31 modules use it.
 ///
-/// A force is a fraction of a full scale that the caller fixes in newton: 2^31 is full scale. Values are kept symmetric,
-/// -(2^31 - 1) to 2^31 - 1, so that a magnitude always fits; a result beyond is saturated and counted. Where a result
-/// has a sign that must not matter (mirror symmetry), magnitudes are multiplied and the sign is put back. Products are
-/// 64 bits wide, divisions 32. Right shifts of negative numbers are arithmetic and casts to a narrower type keep
-/// the low bits; a compiler where they do not is refused.
+/// A force is a fraction of a full scale that the caller fixes in newton: 2^31 is full scale. A result beyond it is
+/// saturated and counted. Values whose magnitude is taken are kept symmetric, -(2^31 - 1) to 2^31 - 1, so that it fits;
+/// others may be INT32_MIN. Where a result has a sign that must not matter (mirror symmetry), magnitudes are multiplied
+/// and the sign is put back. Products are 64 bits wide, divisions 32. Right shifts of negative numbers are arithmetic and
+/// casts to a narrower type keep the low bits; a compiler where they do not is refused.
 
 #ifndef TRIBO_Q31_H
 #define TRIBO_Q31_H
@@ -44,11 +44,24 @@ static inline int32_t tribo_q31_opaque(int32_t x)
     return x;
 }
 
-/// The end of the symmetric range on the side of x.
+/// The end of all 32 bits on the side of x.
 static inline int32_t tribo_q31_end(int32_t x)
 {
-    const uint32_t sign = 0u - (uint32_t)(x < 0);
-    return (int32_t)(((uint32_t)TRIBO_Q31_MAX ^ sign) - sign);
+    // cppcheck-suppress shiftTooManyBitsSigned; see tribo_q31_needs_arithmetic_shifts
+    return (int32_t)((uint32_t)TRIBO_Q31_MAX ^ (uint32_t)(x >> 31));
+}
+
+/// The end that a sum has gone beyond: with it, nobody has to keep what was added.
+static inline int32_t tribo_q31_end_of_wrapped(int32_t sum)
+{
+    // cppcheck-suppress shiftTooManyBitsSigned; see tribo_q31_needs_arithmetic_shifts
+    return (int32_t)((UINT32_C(1) << 31) ^ (uint32_t)(sum >> 31));
+}
+
+/// The end of the symmetric range on the side of x.
+static inline int32_t tribo_q31_symmetric_end(int32_t x)
+{
+    return tribo_q31_end(x) | 1;
 }
 
 /// x within the symmetric range; a saturation is counted. One compare of the two words says that x fits.
@@ -58,12 +71,12 @@ static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
     if ((int32_t)(uint32_t)((uint64_t)x >> 32) != -(int32_t)(result < 0) || result == INT32_MIN)
     {
         tribo_q31_count(saturated);
-        result = tribo_q31_end((int32_t)(uint32_t)((uint64_t)x >> 32));
+        result = tribo_q31_symmetric_end((int32_t)(uint32_t)((uint64_t)x >> 32));
     }
     return tribo_q31_opaque(result);
 }
 
-/// a + b, saturated and counted. A sum of just INT32_MIN is let through: it is for values whose magnitude nobody takes.
+/// a + b within 32 bits, saturated and counted: for values whose magnitude nobody takes.
 static inline int32_t tribo_q31_add(int32_t a, int32_t b, uint32_t *saturated)
 {
 #if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
@@ -76,9 +89,9 @@ static inline int32_t tribo_q31_add(int32_t a, int32_t b, uint32_t *saturated)
     if (over)
     {
         tribo_q31_count(saturated);
-        sum = tribo_q31_end(a);
+        sum = tribo_q31_end_of_wrapped(sum);
     }
-    return tribo_q31_opaque(sum);
+    return sum;
 }
 
 /// a - b likewise.
@@ -94,7 +107,7 @@ static inline int32_t tribo_q31_subtract(int32_t a, int32_t b, uint32_t *saturat
     if (over)
     {
         tribo_q31_count(saturated);
-        difference = tribo_q31_end(a);
+        difference = tribo_q31_end_of_wrapped(difference);
     }
     return difference;
 }
@@ -119,7 +132,7 @@ static inline int32_t tribo_q31_balance(int32_t a, int32_t b, int32_t c, uint32_
         return sum;
     }
     tribo_q31_count(saturated);
-    return tribo_q31_end(beyond);
+    return tribo_q31_symmetric_end(beyond);
 #else
     return tribo_q31_saturate((int64_t)a - b + c, saturated);
 #endif

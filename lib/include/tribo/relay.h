@@ -30,12 +30,12 @@ extern "C" {
 /// Outputs.
 #define TRIBO_RELAY_Q1 1u ///< armed for a fall: n has been high
 #define TRIBO_RELAY_Q2 2u ///< armed for a rise: n has been low
+#define TRIBO_RELAY_Q  4u ///< Eq. (8), in signals only: |n| rises from an armed side
 
 /// The sample-and-hold pair alone.
 typedef struct
 {
-    uint8_t outputs; ///< TRIBO_RELAY_Q1, TRIBO_RELAY_Q2
-    uint8_t trigger; ///< the last (set or reset), to see it rise
+    uint8_t held; ///< outputs, and from bit 4 the last trigger (set or reset of each), to see it rise
 } tribo_relay_latch_t;
 
 typedef struct

@@ -18,7 +18,7 @@ import numpy as np
 
 from .errors import DesignError
 
-FIELDS = ("b0", "c1", "d1", "c2", "d2", "shift_power", "d2_power", "shift", "d2_shift", "scale")
+FIELDS = ("b0", "c1", "d1", "c2", "d2", "d2_low", "shift_power", "shift", "scale")
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,7 @@ class Q31:
     input_scale: int
     anti_windup: int
     anti_windup_shift: int
+    taken_max: int
     u_min: int
     u_max: int
 
@@ -41,7 +42,7 @@ class Q31:
         for s in self.sections:
             by = s["scale"] - before  # the output's node against the input's
             rows.append([np.ldexp(float(s["b0"]), by - 28), np.ldexp(float(s["b0"] + s["c1"]), by - 28), np.ldexp(float(s["c2"]), by - 28 - s["shift"]),
-                         np.ldexp(float(2**28 - s["d1"]), -28), np.ldexp(float(-s["d2"]), -28 - s["shift"] - s["d2_shift"])])
+                         np.ldexp(float(2**28 - s["d1"]), -28), np.ldexp(float(-(s["d2"] * 2**32 + s["d2_low"])), -60 - s["shift"])])
             before = s["scale"]
         return np.array(rows)
 

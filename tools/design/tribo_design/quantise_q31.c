@@ -48,21 +48,20 @@ int main(void)
     for (unsigned i = 0; i < count; i++)
     {
         const tribo_biquad_q31_section_t *s = &q31.cascade.section[i];
-        printf("section %ld %ld %ld %ld %ld %ld %ld %u %u %u\n",
+        printf("section %ld %ld %ld %ld %ld %ld %ld %u %u\n",
                (long)s->b0,
                (long)s->c1,
                (long)s->d1,
                (long)s->c2,
                (long)s->d2,
+               (long)s->d2_low,
                (long)s->shift_power,
-               (long)s->d2_power,
                (unsigned)s->shift,
-               (unsigned)s->d2_shift,
                (unsigned)s->scale);
         printf("peak %.9g\n", (double)headroom.output[i]);
     }
     printf("input_scale %u\n", (unsigned)q31.cascade.input_scale);
-    printf("anti_windup %ld %u\n", (long)q31.anti_windup, (unsigned)q31.anti_windup_shift);
+    printf("anti_windup %ld %u %ld\n", (long)q31.anti_windup, (unsigned)q31.anti_windup_shift, (long)q31.taken_max);
     printf("limits %ld %ld\n", (long)q31.u_min, (long)q31.u_max);
     return 0;
 }
