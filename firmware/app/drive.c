@@ -216,6 +216,7 @@ const char *drive_fault_text(drive_fault_t fault)
                                         [DRIVE_FAULT_RAM]            = "self-test: RAM",
                                         [DRIVE_FAULT_GOLDEN]         = "self-test: golden vector",
                                         [DRIVE_FAULT_PARAMS]         = "params refused",
+                                        [DRIVE_FAULT_WATCHDOG]       = "reset by the watchdog",
                                         [DRIVE_FAULT_EMERGENCY_STOP] = "emergency stop",
                                         [DRIVE_FAULT_POWER]          = "power stage",
                                         [DRIVE_FAULT_TICK_MISSED]    = "tick missed",

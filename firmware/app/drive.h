@@ -10,7 +10,7 @@
 /// Limits act and the loop goes on; faults stop. A fault puts the command to 0 and the power stage off within the tick
 /// that sees it, and is latched with its cause. Only an acknowledgement leaves FAULT, to IDLE, and only once the cause is
 /// gone; a start asked for before that is forgotten, so the drive never restarts by itself. A failed self-test or wrong
-/// params last until the next power-up.
+/// params last until the next power-up. After a watchdog's reset the drive begins in FAULT.
 ///
 /// drive_tick belongs in the timer interrupt; drive_start, drive_stop, drive_acknowledge and drive_log in the
 /// background, one caller each.
@@ -46,6 +46,7 @@ typedef enum
     DRIVE_FAULT_RAM,            ///< self-test: for good
     DRIVE_FAULT_GOLDEN,         ///< self-test: the loop does not compute what it should; for good
     DRIVE_FAULT_PARAMS,         ///< the loop's config was refused; for good
+    DRIVE_FAULT_WATCHDOG,       ///< found at power-up: the last run ended in a watchdog's reset
     DRIVE_FAULT_EMERGENCY_STOP, ///< the input
     DRIVE_FAULT_POWER,          ///< the power stage's fault input
     DRIVE_FAULT_TICK_MISSED,    ///< a whole period or more late
@@ -98,9 +99,9 @@ typedef struct
     drive_state_t    logged_state;
 } drive_t;
 
-/// The drive after power-up: outputs off. `found` is the self-test's finding (selftest.h), or DRIVE_FAULT_PARAMS; with
-/// DRIVE_FAULT_NONE the drive is idle, with anything else in FAULT for good. `port`, and `params` unless `found` is a
-/// fault, must outlive the drive.
+/// The drive after power-up: outputs off. `found` is the self-test's finding (selftest.h), or DRIVE_FAULT_PARAMS: then the
+/// drive is in FAULT for good. With DRIVE_FAULT_WATCHDOG it is in FAULT until acknowledged, with DRIVE_FAULT_NONE idle.
+/// `port`, and `params` unless the fault is for good, must outlive the drive.
 void drive_init(drive_t              *drive,
                 const port_t         *port,
                 const loop_params_t  *params,

@@ -68,7 +68,7 @@ loop_force_t loop_step(const loop_params_t *params,
 /// A force of a part of `full_scale_n`, which is Q31. Without any float in q31, where it is the force itself.
 loop_force_t loop_force(int32_t part, float full_scale_n);
 
-/// And back: the force as a part of full scale, for |x| below it.
+/// And back: the force as a part of full scale, which is where it ends. Not for a NaN.
 int32_t loop_part(loop_force_t x, float full_scale_n);
 
 bool loop_is_nan(loop_force_t x);

@@ -39,7 +39,8 @@ loop_force_t loop_force(int32_t part, float full_scale_n)
 
 int32_t loop_part(loop_force_t x, float full_scale_n)
 {
-    return (int32_t)(x / full_scale_n * 2147483648.0f);
+    const float part = x / full_scale_n * 2147483648.0f;
+    return part >= 2147483648.0f ? INT32_MAX : part <= -2147483648.0f ? INT32_MIN : (int32_t)part;
 }
 
 bool loop_is_nan(loop_force_t x)

@@ -11,7 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// What the fault inputs show now.
+/// What the fault inputs show now, or, where a port sees that, have shown since the last tick.
 #define PORT_INPUT_EMERGENCY_STOP 1u
 #define PORT_INPUT_POWER_FAULT    2u
 

@@ -557,6 +557,35 @@ static void test_what_the_self_test_finds_lasts_whatever_is_asked_for(void)
     }
 }
 
+static void test_after_a_reset_by_the_watchdog_the_drive_waits_for_an_acknowledgement(void)
+{
+    board_init(&board, 0);
+    drive_init(&drive, &board.port, &params, &config, DRIVE_FAULT_WATCHDOG);
+    reference = board_force(0.5);
+    check_off();
+    for (unsigned k = 0; k < 20u; k++)
+    {
+        drive_start(&drive);
+        tick();
+        check_off();
+        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
+        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_WATCHDOG, drive.fault);
+    }
+    drive_log(&drive);
+    TEST_ASSERT_EQUAL_STRING("fault: reset by the watchdog since tick 0 at tick 20, longest tick 0 us, latest 0 us\n",
+                             board.log);
+    emergency_stop();
+    drive_acknowledge(&drive);
+    tick();
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state); // not with another cause there
+    repair();
+    drive_acknowledge(&drive);
+    tick();
+    TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+    check_off();
+    start();
+}
+
 static void test_the_log_tells_each_change_once(void)
 {
     drive_log(&drive);
@@ -617,6 +646,7 @@ int main(void)
     RUN_TEST(test_every_start_begins_with_the_loop_at_rest);
     RUN_TEST(test_the_loop_that_runs_is_the_librarys);
     RUN_TEST(test_what_the_self_test_finds_lasts_whatever_is_asked_for);
+    RUN_TEST(test_after_a_reset_by_the_watchdog_the_drive_waits_for_an_acknowledgement);
     RUN_TEST(test_the_log_tells_each_change_once);
     RUN_TEST(test_every_fault_has_a_text_of_its_own);
     return UNITY_END();

@@ -15,6 +15,7 @@ typedef enum
     DebugMonitor_IRQn     = -4,
     PendSV_IRQn           = -2,
     SysTick_IRQn          = -1,
+    PVD_IRQn              = 1,
     ADC_IRQn              = 18,
     TIM2_IRQn             = 28
 } IRQn_Type;

@@ -5,6 +5,7 @@
 #include "app/drive.h"
 #include "app/selftest.h"
 #include "board.h"
+#include "convert.h"
 #include "device.h"
 
 static drive_t          drive;
@@ -18,7 +19,7 @@ static const drive_config_t config = {.period_us = BOARD_TICK_US, .late_us = 50,
 
 void board_tick(void)
 {
-    drive_tick(&drive, loop_force(reference, BOARD_FULL_SCALE_N));
+    drive_tick(&drive, loop_force(reference, CONVERT_FULL_SCALE_N));
 }
 
 extern uint32_t data_start[], bss_end[];
@@ -41,7 +42,7 @@ static drive_fault_t self_test(void)
 static drive_fault_t set_up(void)
 {
     const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper(); // of this rig: change what differs
-    return loop_init(&params, &paper, BOARD_FULL_SCALE_N) == TRIBO_OK ? DRIVE_FAULT_NONE : DRIVE_FAULT_PARAMS;
+    return loop_init(&params, &paper, CONVERT_FULL_SCALE_N) == TRIBO_OK ? DRIVE_FAULT_NONE : DRIVE_FAULT_PARAMS;
 }
 
 static void write_text(const char *text)
@@ -60,6 +61,7 @@ static void obey(int byte)
         drive_start(&drive);
         break;
     case 'x':
+    case BOARD_BYTES_LOST: // one of them may have been an x
         drive_stop(&drive);
         break;
     case 'a':
@@ -79,6 +81,18 @@ static void obey(int byte)
     }
 }
 
+/// The watchdog is kicked only when there are ticks as well: it watches both sides.
+static void kick(void)
+{
+    static uint32_t kicked_at;
+    const uint32_t  ticks = *(volatile uint32_t *)&drive.ticks;
+    if (ticks != kicked_at)
+    {
+        kicked_at = ticks;
+        board_kick();
+    }
+}
+
 int main(void)
 {
     static const char *const clocks[] = {[BOARD_CLOCK_HSE]  = "168 MHz from HSE\n",
@@ -87,8 +101,9 @@ int main(void)
 
     const board_clock_t clock  = board_init();
     const drive_fault_t tested = self_test(); // no interrupt is on yet
-    const drive_fault_t found  = tested != DRIVE_FAULT_NONE ? tested : set_up();
-    drive_init(&drive, &board_port, &params, &config, found);
+    const drive_fault_t made   = tested != DRIVE_FAULT_NONE ? tested : set_up();
+    const drive_fault_t reset  = board_was_reset_by_watchdog() ? DRIVE_FAULT_WATCHDOG : DRIVE_FAULT_NONE;
+    drive_init(&drive, &board_port, &params, &config, made != DRIVE_FAULT_NONE ? made : reset);
     write_text("tribo ");
     write_text(loop_arithmetic());
     write_text(", self-test ");
@@ -96,17 +111,11 @@ int main(void)
     write_text(clocks[clock]);
     board_start();
 
-    // The watchdog is kicked only when there are ticks as well: it watches both sides.
-    uint32_t kicked_at = 0;
     for (;;)
     {
-        const uint32_t ticks = *(volatile uint32_t *)&drive.ticks;
-        if (ticks != kicked_at)
-        {
-            kicked_at = ticks;
-            board_kick();
-        }
+        kick();
         drive_log(&drive);
+        kick(); // either may write a line, which takes 9 ms
         obey(board_read_byte());
         __WFI(); // until the next tick or conversion
     }

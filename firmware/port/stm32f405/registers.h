@@ -14,7 +14,9 @@ typedef struct
 {
     reg_t CR, PLLCFGR, CFGR, CIR;
     reg_t AHB1RSTR, AHB2RSTR, AHB3RSTR, reserved_1c, APB1RSTR, APB2RSTR, reserved_28, reserved_2c;
-    reg_t AHB1ENR, AHB2ENR, AHB3ENR, reserved_3c, APB1ENR, APB2ENR;
+    reg_t AHB1ENR, AHB2ENR, AHB3ENR, reserved_3c, APB1ENR, APB2ENR, reserved_48, reserved_4c;
+    reg_t AHB1LPENR, AHB2LPENR, AHB3LPENR, reserved_5c, APB1LPENR, APB2LPENR, reserved_68, reserved_6c;
+    reg_t BDCR, CSR;
 } rcc_t;
 
 #define RCC ((rcc_t *)0x40023800u)
@@ -23,6 +25,7 @@ typedef struct
 #define RCC_CR_HSIRDY          (1u << 1)
 #define RCC_CR_HSEON           (1u << 16)
 #define RCC_CR_HSERDY          (1u << 17)
+#define RCC_CR_CSSON           (1u << 19)
 #define RCC_CR_PLLON           (1u << 24)
 #define RCC_CR_PLLRDY          (1u << 25)
 #define RCC_PLLCFGR_PLLN_Pos   6
@@ -42,6 +45,9 @@ typedef struct
 #define RCC_APB1ENR_DACEN      (1u << 29)
 #define RCC_APB2ENR_USART1EN   (1u << 4)
 #define RCC_APB2ENR_ADC1EN     (1u << 8)
+#define RCC_APB2ENR_SYSCFGEN   (1u << 14)
+#define RCC_CSR_RMVF           (1u << 24)
+#define RCC_CSR_IWDGRSTF       (1u << 29)
 
 // --- FLASH and PWR -------------------------------------------------------------------------------------------------
 
@@ -55,7 +61,29 @@ typedef struct
 
 #define PWR_CR (*(reg_t *)0x40007000u)
 
-#define PWR_CR_VOS (1u << 14)
+#define PWR_CR_PVDE    (1u << 4)
+#define PWR_CR_PLS_2V8 (6u << 5)
+#define PWR_CR_VOS     (1u << 14)
+
+// --- SYSCFG and EXTI: edges of pins, and the supply ----------------------------------------------------------------
+
+typedef struct
+{
+    reg_t MEMRMP, PMC, EXTICR[4];
+} syscfg_t;
+
+#define SYSCFG ((syscfg_t *)0x40013800u)
+
+#define SYSCFG_EXTICR_PB 1u
+
+typedef struct
+{
+    reg_t IMR, EMR, RTSR, FTSR, SWIER, PR;
+} exti_t;
+
+#define EXTI ((exti_t *)0x40013c00u)
+
+#define PVD_LINE 16 // rises when the supply falls below the level
 
 // --- GPIO ----------------------------------------------------------------------------------------------------------
 
@@ -108,7 +136,8 @@ typedef struct
 
 #define DAC ((dac_t *)0x40007400u)
 
-#define DAC_CR_EN1 (1u << 0)
+#define DAC_CR_EN1   (1u << 0)
+#define DAC_CR_BOFF1 (1u << 1)
 
 // --- USART1 --------------------------------------------------------------------------------------------------------
 
@@ -119,6 +148,10 @@ typedef struct
 
 #define USART1 ((usart_t *)0x40011000u)
 
+#define USART_SR_PE   (1u << 0)
+#define USART_SR_FE   (1u << 1)
+#define USART_SR_NF   (1u << 2)
+#define USART_SR_ORE  (1u << 3)
 #define USART_SR_RXNE (1u << 5)
 #define USART_SR_TXE  (1u << 7)
 #define USART_CR1_RE  (1u << 2)

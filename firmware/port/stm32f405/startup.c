@@ -2,6 +2,7 @@
 
 #include "board.h"
 #include "device.h"
+#include "registers.h"
 
 #include <stddef.h>
 
@@ -15,10 +16,12 @@ void Default_Handler(void);
 void TIM2_IRQHandler(void);
 void ADC_IRQHandler(void);
 
-/// What nobody expects: the outputs go off and stay off, the watchdog restarts the chip, and the drive waits in IDLE.
+/// What nobody expects, a crystal that stops (NMI) and a supply that dips (PVD): the outputs go off and stay off, the
+/// watchdog restarts the chip, and the drive waits in FAULT for an acknowledgement. (After a supply that fails, in IDLE.)
 void Default_Handler(void)
 {
     board_off();
+    IWDG->KR = IWDG_KR_START; // it may not run yet
     for (;;)
     {
     }

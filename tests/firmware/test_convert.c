@@ -1,0 +1,95 @@
+// The STM32F405's converters, code by code.
+
+#include "port/stm32f405/convert.h"
+
+#include "unity.h"
+
+static loop_params_t params;
+
+void setUp(void)
+{
+    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper(); // up to 2 N
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&params, &paper, CONVERT_FULL_SCALE_N));
+}
+
+void tearDown(void)
+{
+}
+
+static double newton(loop_force_t force)
+{
+    return loop_part(force, CONVERT_FULL_SCALE_N) / 2147483648.0 * (double)CONVERT_FULL_SCALE_N;
+}
+
+static void test_sensor_has_1638_codes_for_2_n(void)
+{
+    for (uint32_t code = 0; code <= CONVERT_CODES_MAX; code++)
+    {
+        const double expected = ((double)code - 2048.0) / 1638.4 * 2.0;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, expected, newton(convert_sensor(code, 1)));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6,
+                                  expected,
+                                  newton(convert_sensor(CONVERT_READINGS_MAX * code, CONVERT_READINGS_MAX)));
+    }
+}
+
+// A short to either rail, with noise or without, is a sensor out of range.
+static void test_codes_near_the_ends_are_not_credible(void)
+{
+    for (uint32_t code = 0; code <= CONVERT_CODES_MAX; code++)
+    {
+        const bool within = code >= 2048 - 1638 && code <= 2048 + 1638;
+        TEST_ASSERT_EQUAL_INT(within, loop_is_credible(&params, convert_sensor(code, 1)));
+        TEST_ASSERT_EQUAL_INT(within, loop_is_credible(&params, convert_sensor(42u * code, 42u)));
+    }
+}
+
+static void test_sensor_keeps_what_the_mean_has_below_a_code(void)
+{
+    const double code_n = 2.0 / 1638.4;
+    TEST_ASSERT_DOUBLE_WITHIN(code_n / 1000.0, 10.5 * code_n, newton(convert_sensor(2058u + 2059u, 2)));
+    TEST_ASSERT_DOUBLE_WITHIN(code_n / 1000.0, -10.25 * code_n, newton(convert_sensor(3u * 2038u + 2037u, 4)));
+}
+
+static void test_command_is_the_nearest_code(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(CONVERT_ZERO, convert_command(0));
+    for (int32_t code = 1; code <= CONVERT_CODES_MAX; code++)
+    {
+        const int32_t part = (code - CONVERT_ZERO) * CONVERT_COMMAND_PART;
+        const int32_t less = CONVERT_COMMAND_PART / 2 - 256; // a float has 24 bits
+        TEST_ASSERT_EQUAL_INT32(code, convert_command(loop_force(part, CONVERT_FULL_SCALE_N)));
+        TEST_ASSERT_EQUAL_INT32(code, convert_command(loop_force(part - less, CONVERT_FULL_SCALE_N)));
+        TEST_ASSERT_EQUAL_INT32(code, convert_command(loop_force(part + less, CONVERT_FULL_SCALE_N)));
+    }
+}
+
+static void test_command_ends_at_the_ends_of_the_converter(void)
+{
+    const int32_t two_n = INT32_C(1) << 30;
+    TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_command(loop_force(two_n, CONVERT_FULL_SCALE_N)));
+    TEST_ASSERT_EQUAL_UINT32(0, convert_command(loop_force(-two_n, CONVERT_FULL_SCALE_N)));
+    for (int32_t beyond = 1; beyond <= 2000; beyond++)
+    {
+        const int32_t part = two_n + beyond * CONVERT_COMMAND_PART;
+        TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_command(loop_force(part, CONVERT_FULL_SCALE_N)));
+        TEST_ASSERT_EQUAL_UINT32(0, convert_command(loop_force(-part, CONVERT_FULL_SCALE_N)));
+    }
+    TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_command(loop_force(INT32_MAX, CONVERT_FULL_SCALE_N)));
+    TEST_ASSERT_EQUAL_UINT32(0, convert_command(loop_force(INT32_MIN, CONVERT_FULL_SCALE_N)));
+#ifndef DRIVE_ARITH_Q31
+    TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_command(1.0e6f));
+    TEST_ASSERT_EQUAL_UINT32(0, convert_command(-1.0e6f));
+#endif
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_sensor_has_1638_codes_for_2_n);
+    RUN_TEST(test_codes_near_the_ends_are_not_credible);
+    RUN_TEST(test_sensor_keeps_what_the_mean_has_below_a_code);
+    RUN_TEST(test_command_is_the_nearest_code);
+    RUN_TEST(test_command_ends_at_the_ends_of_the_converter);
+    return UNITY_END();
+}
