@@ -1,6 +1,6 @@
 """Runs tribo-sim with its loop on an emulated target.
 
-TRIBO_SIM is the program, TRIBO_TARGET the target's name, TRIBO_TREE the folder that its image was built in.
+TRIBO_SIM is the program, TRIBO_PROCESSOR the target's processor, TRIBO_TREE the folder that its image was built in.
 """
 
 import os
@@ -9,7 +9,8 @@ import subprocess
 
 import pytest
 
-TARGET = os.environ["TRIBO_TARGET"]
+PROCESSOR = os.environ["TRIBO_PROCESSOR"]
+TARGET = PROCESSOR.removeprefix("cortex-")
 TREE = pathlib.Path(os.environ["TRIBO_TREE"])
 
 
@@ -22,7 +23,8 @@ class LockStep:
         assert os.access(self.program, os.X_OK), f"no {self.program}: see the test lock_step.host"
         self.images = folder / "images"
         self.images.mkdir()
-        (self.images / TREE.name).symlink_to(TREE)
+        self.tree = self.images / PROCESSOR  # where tribo-sim looks, whatever the tree's own name
+        self.tree.symlink_to(TREE)
         self.temporary = folder / "temporary"
         self.temporary.mkdir()
         self.environment = {**os.environ, "TRIBO_FIRMWARE": str(self.images), "TMPDIR": str(self.temporary)}

@@ -27,8 +27,8 @@ def put_emulator(sim, script):
 
 
 def put_image(sim, content):
-    (sim.images / TREE.name).unlink()
-    folder = sim.images / TREE.name / "firmware"
+    sim.tree.unlink()
+    folder = sim.tree / "firmware"
     folder.mkdir(parents=True)
     (folder / IMAGE.name).write_bytes(content)
 
@@ -93,7 +93,7 @@ def test_missing_emulator_is_an_error(sim):
 
 
 def test_missing_image_is_an_error_that_says_how_to_build_it(sim):
-    (sim.images / TREE.name).unlink()
+    sim.tree.unlink()
     sim.fails("cmake --build --preset cortex-m4f", *SHORT)
 
 

@@ -1,8 +1,10 @@
-"""budget.py PROCESSOR|stm32f405|host BUILD_TREE: measures what a tick costs on a target and compares it with budget.txt.
+"""budget.py PROCESSOR|stm32f405|host BUILD_TREE [--results]: measures what a tick costs on a target and compares it with
+budget.txt.
 
 Fails when a figure has grown by more than 2 %, when a hash of the results has changed, and when a figure is only measured
-or only in the budget; on the host, and with another compiler than the budget's, only hashes are compared. Smaller figures
-are named; `tools/bench-target --update` writes them into the budget. Of a board only the images are measured.
+or only in the budget; on the host, with another compiler than the budget's and with --results only hashes are compared.
+Smaller figures are named; `tools/bench-target --update` writes them into the budget. Of a board only the images are
+measured.
 """
 
 import pathlib
@@ -95,8 +97,9 @@ def main():
     processor, tree = sys.argv[1], pathlib.Path(sys.argv[2])
     budget = read_budget()
     measured = measure(processor, tree)
-    if processor == "host" or compiler(processor) != COMPILER:
-        if processor != "host":
+    results_only = processor == "host" or "--results" in sys.argv
+    if results_only or compiler(processor) != COMPILER:
+        if not results_only:
             print(f"gcc {compiler(processor)} here: the results are compared, not the figures, which are gcc {COMPILER}'s")
         budget = {name: next(iter(row.values())) for name, row in budget.items() if ".hash." in name and name in measured}
         measured = {name: value for name, value in measured.items() if ".hash." in name}
