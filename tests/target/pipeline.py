@@ -1,39 +1,53 @@
 """Modelled cycles of one tick: the instructions that QEMU executed in it, in their order, through llvm-mca's model of the
 core. A lower bound: no wait states of a flash memory, every branch predicted."""
 
+import itertools
 import pathlib
 import re
 import subprocess
 
 HERE = pathlib.Path(__file__).parent
-MODELS = {"cortex-m4f": "cortex-m4", "cortex-m7": "cortex-m7"}
-LOOP = re.compile(r"tribo_force_loop_\w+_step_\w+$")
-PARTS = re.compile(r"tribo_(?:controller|biquad|compensator|friction|arm|relay|edge)_\w*(?:step|output|advance)$")
-RETURN = re.compile(r"^(pop|ldmia\.w\s+sp!|bx\s+lr).*(pc|lr)")
+# Of a Cortex-M0 and M0+ llvm-mca has no model; of an M3 and M33 its model is the M4's. QEMU's RISC-V cores are no given
+# chip's: these are of cores with just those instructions.
+MODELS = {
+    "cortex-m3": "cortex-m3",
+    "cortex-m4f": "cortex-m4",
+    "cortex-m7": "cortex-m7",
+    "cortex-m33": "cortex-m33",
+    "rv32imc": "syntacore-scr1-max",
+    "rv32imafc": "sifive-e34",
+}
 
 
-def text_of(command):
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+def text_of(command, source=None):
+    return subprocess.run(command, input=source, check=True, capture_output=True, text=True).stdout
 
 
-def tick_functions(program):
-    """Addresses by name."""
-    lines = [line.split() for line in text_of(["arm-none-eabi-nm", "-S", program]).splitlines()]
-    found = [line for line in lines if len(line) == 4 and (LOOP.match(line[3]) or PARTS.match(line[3]))]
-    return {name: range(int(start, 16), int(start, 16) + int(size, 16)) for start, size, _, name in found}
+def triple(processor):
+    return "riscv32" if processor.startswith("rv32") else "thumbv7em-none-eabihf"
 
 
-def disassembly(program):
-    """Instruction by address, in what llvm-mca reads: no comments, one label to branch to."""
-    instructions = {}
-    command = ["llvm-objdump-19", "-d", "--no-show-raw-insn", "--triple=thumbv7em-none-eabihf", "--mcpu=cortex-m7"]
+def disassembly(processor, program):
+    """Instructions by function, then by address."""
+    functions = {}
+    command = ["llvm-objdump-19", "-d", "--no-show-raw-insn", f"--triple={triple(processor)}", f"--mcpu={MODELS[processor]}"]
     for line in text_of([*command, program]).splitlines():
-        match = re.match(r"^\s*([0-9a-f]+):\s+(.*)$", line)
-        if match:
-            text = re.sub(r"\s*[@;].*", "", match[2])
-            text = re.sub(r"^(cbn?z\s+\w+,|b\S*\s)\s*0x[0-9a-f]+ <.*>", r"\1 end", text)
-            instructions[int(match[1], 16)] = text
-    return instructions
+        if label := re.match(r"[0-9a-f]+ <(\w+)>:$", line):
+            function = functions[label[1]] = {}
+        elif instruction := re.match(r"\s*([0-9a-f]+):\s+(.*)$", line):
+            function[int(instruction[1], 16)] = instruction[2]
+    return functions
+
+
+def with_called(functions, name):
+    """The instructions of a function and of all that it may call, the compiler's helpers among them."""
+    found, left = {}, [name]
+    while left:
+        name = left.pop()
+        if name in functions and name not in found:
+            found[name] = functions[name]
+            left += re.findall(r"<(\w+)", " ".join(functions[name].values()))
+    return found
 
 
 def one_instruction_a_block():
@@ -44,33 +58,39 @@ def one_instruction_a_block():
 
 def executed(processor, program, arithmetic, way="with_signals"):
     """The instructions of the program's last tick."""
-    functions = tick_functions(program)
-    instructions = disassembly(program)
+    functions = disassembly(processor, program)
+    name = f"tribo_force_loop_{arithmetic}_step_{way}"
+    parts = with_called(functions, name)
     log = program.with_suffix(".log")
-    ranges = ",".join(f"{r.start:#x}+{len(r):#x}" for r in functions.values())
+    traced = [*parts.values(), functions["main"]]
+    ranges = ",".join(f"{min(part):#x}..{max(part):#x}" for part in traced)
     trace = [*one_instruction_a_block(), "-d", "exec,nochain", "-dfilter", ranges, "-D", log]
     subprocess.run([HERE / "emulate", processor, program, *trace], check=True, timeout=100)
-    addresses = [int(line.split("/")[1], 16) for line in log.read_text().splitlines() if line.startswith("Trace")]
+    with log.open() as lines:
+        addresses = [int(line.split("/")[1], 16) for line in lines if line.startswith("Trace")]
     log.unlink()
 
-    loop = [where for name, where in functions.items() if LOOP.match(name)]
-    entry = functions[f"tribo_force_loop_{arithmetic}_step_{way}"].start
-    first = len(addresses) - 1 - addresses[::-1].index(entry)
-    tick = []
-    for address in addresses[first:]:
-        tick.append(instructions[address])
-        if RETURN.match(instructions[address]) and any(address in function for function in loop):
-            return tick
-    raise RuntimeError("the last tick does not return")
+    first = len(addresses) - 1 - addresses[::-1].index(min(functions[name]))
+    tick = itertools.takewhile(lambda address: address not in functions["main"], addresses[first:])
+    instructions = {address: text for part in parts.values() for address, text in part.items()}
+    return [instructions[address] for address in tick]
 
 
 def cycles(processor, program, arithmetic):
-    """Modelled cycles and executed instructions of a tick, or None where there is no model."""
-    if processor not in MODELS:
-        return None
+    """Modelled cycles and executed instructions of a tick."""
     tick = executed(processor, program, arithmetic)
-    source = ".syntax unified\n.thumb\n" + "\n".join(tick) + "\nend:\n"
-    command = ["llvm-mca-19", "-mtriple=thumbv7em-none-eabihf", f"-mcpu={MODELS[processor]}", "-iterations=1", "-call-latency=3"]
+    # What llvm-mca reads has no comments, and one label to branch to.
+    text = re.sub(r"0x[0-9a-f]+ <.*>", "end", re.sub(r"\s*[@;].*", "", "\n".join(tick)))
+    start = "" if processor.startswith("rv32") else ".syntax unified\n.thumb\n"
+    command = ["llvm-mca-19", f"-mtriple={triple(processor)}", f"-mcpu={MODELS[processor]}", "-iterations=1", "-call-latency=3"]
     command.append("-skip-unsupported-instructions=lack-sched")  # the M7's model has no IT, which is no operation
-    out = subprocess.run([*command, "-"], input=source, check=True, capture_output=True, text=True).stdout
+    out = text_of([*command, "-"], f"{start}{text}\nend:\n")
     return int(re.search(r"Total Cycles:\s+(\d+)", out)[1]), len(tick)
+
+
+def measure(processor, tree):
+    figures = {"cycles.model": MODELS[processor]}
+    for arithmetic in ("f32", "q31"):
+        modelled, count = cycles(processor, tree / "tests" / "target" / f"trace_{arithmetic}", arithmetic)
+        figures |= {f"cycles.{arithmetic}.tick": modelled, f"cycles.{arithmetic}.instructions": count}
+    return figures
