@@ -48,6 +48,36 @@ def test_a_step_in_the_middle_of_the_record(run, tmp_path):
     assert poles_of(found)[0] == pytest.approx(-40, rel=2e-3)
 
 
+def test_a_long_record_keeps_the_time_of_its_step(run, tmp_path):
+    """Of 39,990 samples the fit looks at every tenth; the step is not at one of those."""
+    found, _ = identified(run, write(tmp_path / "step.csv", [-20.0, -300.0], 2.0, 1e-4, count=39_990, dt=1e-4, start=3001), "--order", "2")
+    assert found["gain"] == pytest.approx(2.0, rel=1e-3)
+    assert np.allclose(np.sort(poles_of(found).real), [-300, -20], rtol=2e-2)
+
+
+def test_an_input_that_always_moves(run, tmp_path):
+    time, u = np.arange(6000) * 1e-3, np.repeat(np.r_[0.0, np.random.default_rng(1).normal(0, 1, 599)], 10)
+    y = ct.forced_response(ct.sample_system(ct.ss(ct.zpk([], [-30.0], 30 * 0.7)), 1e-3, "zoh"), time, u).outputs
+    (tmp_path / "step.csv").write_text("t_s,u_n,y_n\n" + "\n".join(f"{t!r},{a!r},{b!r}" for t, a, b in zip(time.tolist(), u.tolist(), y.tolist())) + "\n")
+    found, _ = identified(run, tmp_path / "step.csv", "--order", "1")
+    assert found["gain"] == pytest.approx(0.7, rel=1e-4) and poles_of(found)[0] == pytest.approx(-30, rel=1e-3)
+
+
+def test_a_folder_with_the_record_in_it_is_not_replaced(run, tmp_path):
+    record = write(tmp_path / "step.csv", [-40.0], 1.5, 1e-5)
+    identified(run, record)
+    moved = record.rename(tmp_path / "found" / "step.csv")
+    code, _, err = run("identify-plant", moved, "--out", tmp_path / "found")
+    assert code != 0 and "has other files in it (step.csv)" in err
+    assert moved.is_file()
+
+
+def test_a_byte_order_mark_is_no_name(run, tmp_path):
+    record = write(tmp_path / "step.csv", [-40.0], 1.5, 1e-5)
+    record.write_bytes(b"\xef\xbb\xbf" + record.read_bytes())
+    assert identified(run, record)[0]["gain"] == pytest.approx(1.5, rel=1e-3)
+
+
 def test_confidence_intervals_hold_what_they_promise(run, tmp_path):
     """95 % intervals over 20 seeds: the truth is in most of them, and they are not padded."""
     inside_gain = inside_pole = 0

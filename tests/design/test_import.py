@@ -84,6 +84,12 @@ def test_a_design_without_weights_will_do_for_import(run, tmp_path):
     assert "weights: is missing" in run("synthesize", design, "--out", tmp_path / "out2")[2]
 
 
+def test_a_field_given_twice_is_refused(run, tmp_path):
+    (tmp_path / "k.json").write_text('{"zeros": [-30], "poles": [0], "k": 1, "k": 0.7}')
+    code, _, err = run("import", tmp_path / "k.json", "--design", PAPER, "--out", tmp_path / "out")
+    assert code != 0 and "k: is given twice" in err
+
+
 def test_a_controller_that_does_not_stabilise_is_refused(run, tmp_path):
     (tmp_path / "k.json").write_text(json.dumps({"zeros": [-5], "poles": [-0.1], "k": 500}))
     code, out, err = run("import", tmp_path / "k.json", "--design", PAPER, "--out", tmp_path / "out")

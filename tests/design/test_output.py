@@ -82,6 +82,26 @@ int main(void)
     assert [[float(x) for x in line.split()] for line in lines] == stored["f32"]
 
 
+def test_header_is_cpp_too(paper_dir, tmp_path):
+    compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    probe = tmp_path / "probe.cpp"
+    probe.write_text('#include "tribo/biquad_f32.h"\n#include "tribo/controller_q31.h"\n#include "paper_controller.h"\n'
+                     "const tribo_biquad_f32_section_t f32[] = TRIBO_PAPER_CONTROLLER_F32;\n"
+                     "const tribo_controller_q31_params_t q31 = TRIBO_PAPER_CONTROLLER_Q31;\n")
+    subprocess.run([compiler, "-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-fsyntax-only", "-I", ROOT / "lib" / "include",
+                    "-I", paper_dir, probe], check=True)
+
+
+def test_a_folder_with_other_files_is_not_replaced(run, copy):
+    (copy / "mine").mkdir()
+    (copy / "mine" / "notes_controller.h").write_text("mine")
+    code, _, err = run("synthesize", copy / "DESIGN.yaml", "--out", copy, "--no-plots")
+    assert code != 0 and "has other files in it (mine/notes_controller.h)" in err
+    assert (copy / "mine" / "notes_controller.h").read_text() == "mine"
+    shutil.rmtree(copy / "mine")
+    assert run("synthesize", copy / "DESIGN.yaml", "--out", copy, "--no-plots")[0] == 0
+
+
 @pytest.fixture
 def copy(paper_dir, tmp_path):
     shutil.copytree(paper_dir, tmp_path / "copy")
@@ -213,9 +233,10 @@ def test_floors_are_enforced(paper_data, floor, value):
 
 
 def test_an_earlier_output_is_replaced_and_other_files_are_not(run, copy, tmp_path):
-    (copy / "stale").write_text("x")
+    (copy / "plots").mkdir(exist_ok=True)
+    (copy / "plots" / "stale.png").write_text("x")
     assert run("synthesize", PAPER, "--out", copy, "--no-plots")[0] == 0
-    assert not (copy / "stale").exists()
+    assert not (copy / "plots").exists()
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "thesis.txt").write_text("precious")

@@ -37,8 +37,9 @@
             {.b0 = 203735840, .c1 = -155787392, .d1 = 190382936, .c2 = 126901160, .d2 = -9991,      \
              .d2_low = 1530920960, .shift_power = 16777216, .shift = 6, .scale = 4},                \
         }, .count = 2, .input_scale = 3},                                                           \
-        .anti_windup = 1555878016, .anti_windup_shift = 2, .taken_max = 1482005627,                 \
+        .anti_windup = 1555878016, .taken_max = 1482005627,                                         \
         .u_min = -2147483647, .u_max = 2147483647,                                                  \
+        .anti_windup_shift = 2,                                                                     \
     }
 // clang-format on
 

@@ -307,7 +307,7 @@ def read_text(path):
     if len(data) > 50_000_000:
         raise InputError(f"{path}: too large: {len(data)} bytes, at most 50 MB")
     try:
-        return data.decode("utf-8"), hashlib.sha256(data).hexdigest()
+        return data.decode("utf-8-sig"), hashlib.sha256(data).hexdigest()
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not UTF-8 text (byte {error.start})") from None
 

@@ -125,7 +125,8 @@ def _q31_initialiser(name, q31):
         parts = [f".{k} = {s[k]}" for k in FIELDS]
         rows += ["        {" + ", ".join(parts[:5]) + ",", "         " + ", ".join(parts[5:]) + "},"]
     return _macro(name, ["{", "    .cascade = {.section = {", *rows, f"    }}, .count = {len(q31.sections)}, .input_scale = {q31.input_scale}}},",
-                         f"    .anti_windup = {q31.anti_windup}, .anti_windup_shift = {q31.anti_windup_shift}, .taken_max = {q31.taken_max},", f"    .u_min = {q31.u_min}, .u_max = {q31.u_max},", "}"])
+                         f"    .anti_windup = {q31.anti_windup}, .taken_max = {q31.taken_max},", f"    .u_min = {q31.u_min}, .u_max = {q31.u_max},",
+                         f"    .anti_windup_shift = {q31.anti_windup_shift},", "}"])  # in the struct's order, as C++ asks
 
 
 def _macro(name, rows):

@@ -24,14 +24,16 @@ from .systems import Zpk, state_space
 
 SAMPLES_MIN, SAMPLES_MAX = 20, 200_000
 FIT_SAMPLES_MAX = 4000
+CHANGES_MAX = 50  # of u, up to which its steps' responses are added up
 ORDER_MAX = 6
 
 
 @dataclass(frozen=True)
 class Data:
     time: np.ndarray
-    u: np.ndarray
+    u: np.ndarray  # at every sample of the record; time and y at every step-th
     y: np.ndarray
+    step: int = 1
 
 
 @dataclass
@@ -111,20 +113,34 @@ def _poles(theta, pairs):
     return np.array(out)
 
 
+def _powers(matrix, vector, count):
+    """[v, m v, m^2 v, ...], by doubling."""
+    states = vector[:, None]
+    while states.shape[1] < count:
+        states = np.hstack([states, matrix @ states])
+        matrix = matrix @ matrix
+    return states[:, :count]
+
+
 def _unit_response(theta, pairs, data):
     """The response of the model of gain 1 to u, held between samples."""
     poles = _poles(theta, pairs)
     system = state_space(Zpk([], poles, 1.0).with_value_at(0.0, 1.0))
-    dt = float(np.median(np.diff(data.time)))
+    dt = float(np.median(np.diff(data.time))) / data.step
     a, b, c, d, _ = scipy.signal.cont2discrete(ct.ssdata(system), dt, "zoh")
-    states, power = b, a  # [b, a b, a^2 b, ...] by doubling
-    while states.shape[1] < len(data.u):
-        states = np.hstack([states, power @ states])
-        power = power @ power
-    impulse = np.r_[d[0], (c @ states)[0]][: len(data.u)]
-    if np.all(data.u == data.u[0]):
-        return np.cumsum(impulse) * data.u[0]
-    return scipy.signal.fftconvolve(data.u, impulse)[: len(data.u)]
+    n, rows = len(data.u), len(data.time)
+    changes = np.flatnonzero(np.diff(data.u, prepend=0.0))
+    if len(changes) > CHANGES_MAX:
+        impulse = np.r_[d[0], (c @ _powers(a, b[:, 0], n))[0]][:n]
+        return scipy.signal.fftconvolve(data.u, impulse)[: n : data.step]
+    held = np.block([[a, b], [np.zeros((1, len(a))), np.ones((1, 1))]])  # with a constant input among the states
+    out = np.zeros(rows)
+    for k in changes:
+        first = -(-k // data.step)  # row that sees it
+        start = np.linalg.matrix_power(held, first * data.step - k)[:, -1]
+        states = _powers(np.linalg.matrix_power(held, data.step), start, rows - first)
+        out[first:] += (data.u[k] - (data.u[k - 1] if k else 0.0)) * (np.hstack([c, d]) @ states)[0]
+    return out
 
 
 def _linear(column, y):
@@ -135,11 +151,11 @@ def _linear(column, y):
 
 
 def _thinned(data):
-    """At most FIT_SAMPLES_MAX samples, by averaging nothing away: the tail is dropped first, then the record is decimated."""
+    """The fit looks at FIT_SAMPLES_MAX samples of y at most, evenly spaced; u stays whole, as its steps' times matter."""
     if len(data.time) <= FIT_SAMPLES_MAX:
         return data
     step = int(np.ceil(len(data.time) / FIT_SAMPLES_MAX))
-    return Data(data.time[::step], data.u[::step], data.y[::step])
+    return Data(data.time[::step], data.u, data.y[::step], step)
 
 
 def fit_order(data, order):
@@ -258,7 +274,7 @@ def command(options):
     if options.out:
         from .output import check_replaceable
 
-        check_replaceable(options.out, MARKERS)
+        check_replaceable(options.out, NAMES)
     fit, found = identify(data, options.order)
     text = describe(found)
     print(text)
@@ -267,12 +283,12 @@ def command(options):
 
         files = {"plant.yaml": plant_yaml(found, Path(options.step).name).encode(), "identification.json": (json.dumps(found, indent=1) + "\n").encode(),
                  "report.md": ("# Plant from a step response\n\n```\n" + text + "\n```\n\n![Fit](fit.png)\n").encode(), "fit.png": _plot(fit, _thinned(data))}
-        write_directory(options.out, files, MARKERS)
+        write_directory(options.out, files, NAMES)
         print(f"wrote {options.out}: {', '.join(sorted(files))}")
     return 0
 
 
-MARKERS = ("report.md", "plant.yaml")
+NAMES = ("plant.yaml", "identification.json", "report.md", "fit.png")
 
 
 def describe(found):

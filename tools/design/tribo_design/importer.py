@@ -55,10 +55,18 @@ def load_controller(path, design):
     return _build(path, fields, design), hashlib.sha256(raw).hexdigest()
 
 
+def _unique(path, pairs):
+    fields = dict(pairs)
+    for name in fields:
+        if sum(name == other for other, _ in pairs) > 1:
+            raise InputError(f"{path}: {name}: is given twice")
+    return fields
+
+
 def _from_json(path, design):
     text, _ = read_text(path)
     try:
-        data = json.loads(text, parse_constant=float)
+        data = json.loads(text, parse_constant=float, object_pairs_hook=lambda pairs: _unique(path, pairs))
     except RecursionError:
         raise InputError(f"{path}: not a controller: nested too deeply") from None
     except json.JSONDecodeError as error:

@@ -7,24 +7,35 @@ from pathlib import Path
 
 from .errors import InputError
 
-MARKERS = ("report.md", "DESIGN.yaml")
+DESIGN = ("*_controller.[hc]", "*_design.json", "DESIGN.yaml", "report.md", "report.html", "plots/*.png")
 
 
-def check_replaceable(out, markers=MARKERS):
-    """Only an empty directory or an earlier output may be replaced."""
+def _foreign(out, names):
+    """The first file in `out` that no earlier output can have put there, or None."""
+    for path in sorted(out.rglob("*")):
+        inside = path.relative_to(out)
+        known = any(len(inside.parts) == len(Path(n).parts) and inside.match(n) for n in names)
+        if not known and (path.is_symlink() or not path.is_dir()):
+            return inside
+    return None
+
+
+def check_replaceable(out, names=DESIGN):
+    """Only an empty directory or an earlier output, which has nothing but files of these names, may be replaced."""
     out = Path(out)
     if out.is_symlink() or (out.exists() and not out.is_dir()):
         raise InputError(f"--out {out}: exists and is not a directory")
-    if out.is_dir() and any(out.iterdir()) and not all((out / m).is_file() for m in markers):
-        raise InputError(f"--out {out}: has other files in it; give an empty or a new directory")
+    foreign = _foreign(out, names) if out.is_dir() else None
+    if foreign is not None:
+        raise InputError(f"--out {out}: has other files in it ({foreign}); give an empty or a new directory")
     parent = out.resolve().parent
     if not parent.is_dir() or not os.access(parent, os.W_OK):
         raise InputError(f"--out {out}: {parent} is not a directory that can be written to")
 
 
-def write_directory(out, files, markers=MARKERS):
+def write_directory(out, files, names=DESIGN):
     """Writes into a directory beside `out`, then renames it into place."""
-    check_replaceable(out, markers)
+    check_replaceable(out, names)
     out = Path(out).resolve()
     fresh = None
     try:
@@ -37,7 +48,12 @@ def write_directory(out, files, markers=MARKERS):
         if out.exists():
             old = Path(tempfile.mkdtemp(prefix=f".{out.name}.old.", dir=out.parent))
             out.rename(old / "old")
-            fresh.rename(out)
+            try:
+                fresh.rename(out)
+            except OSError:
+                (old / "old").rename(out)
+                old.rmdir()
+                raise
             shutil.rmtree(old)
         else:
             fresh.rename(out)
