@@ -13,6 +13,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #define JITTER 0.01 ///< of an interval, in parts of it
 
@@ -47,6 +48,26 @@ enum
     COLUMN_F,
     COLUMN_COUNT
 };
+
+static bool is_same_file(const char *a, const char *b)
+{
+    struct stat x, y;
+    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}
+
+/// A recording cannot be made again: the result must not take its place, nor that of the params.
+static int check_out(const options_t *options)
+{
+    if (options->out != NULL && is_same_file(options->out, options->log))
+    {
+        return sim_usage("replay: --out %s is the same file as the log %s", options->out, options->log);
+    }
+    if (options->out != NULL && options->params != NULL && is_same_file(options->out, options->params))
+    {
+        return sim_usage("replay: --out %s is the same file as --params %s", options->out, options->params);
+    }
+    return 0;
+}
 
 static int take_options(options_t *options, int count, char **arguments)
 {
@@ -101,7 +122,7 @@ static int take_options(options_t *options, int count, char **arguments)
         return sim_usage("replay: one log is wanted, not %d", count - optind);
     }
     options->log = arguments[optind];
-    return 0;
+    return check_out(options);
 }
 
 static int compare_numbers(const void *a, const void *b)

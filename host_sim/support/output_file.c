@@ -56,6 +56,59 @@ static int open_temporary(char *name)
     return descriptor;
 }
 
+/// What the file is written to: `path`, or what it points to, so that a link stays one.
+static char *find_target(const char *path)
+{
+    struct stat info;
+    const bool  is_link = lstat(path, &info) == 0 && S_ISLNK(info.st_mode);
+    return is_link ? realpath(path, NULL) : strdup(path);
+}
+
+/// Opens a temporary file beside `file->path`.
+static bool open_beside(sim_output_file_t *file)
+{
+    const size_t size = strlen(file->path) + sizeof ".XXXXXX";
+    file->temporary   = malloc(size);
+    if (file->temporary == NULL)
+    {
+        return false;
+    }
+    (void)snprintf(file->temporary, size, "%s.XXXXXX", file->path);
+    const int descriptor = open_temporary(file->temporary);
+    file->stream         = (descriptor >= 0) ? fdopen(descriptor, "wb") : NULL;
+    if (file->stream == NULL)
+    {
+        const int cause = errno;
+        if (descriptor >= 0)
+        {
+            (void)close(descriptor);
+            (void)unlink(file->temporary);
+        }
+        errno = cause;
+        return false;
+    }
+    if (size <= sizeof pending)
+    {
+        (void)snprintf(pending, sizeof pending, "%s", file->temporary);
+        is_pending = 1;
+    }
+    return true;
+}
+
+static bool open_target(sim_output_file_t *file, const char *path)
+{
+    struct stat info;
+    if (stat(path, &info) == 0 && !S_ISREG(info.st_mode))
+    {
+        // A device or a pipe is there to be written to; a file renamed over it would end it.
+        file->path   = strdup(path);
+        file->stream = (file->path != NULL) ? fopen(path, "wb") : NULL;
+        return file->stream != NULL;
+    }
+    file->path = find_target(path);
+    return file->path != NULL && open_beside(file);
+}
+
 bool sim_output_file_open(sim_output_file_t *file, const char *path, sim_error_t *error)
 {
     *file = (sim_output_file_t){0};
@@ -64,32 +117,11 @@ bool sim_output_file_open(sim_output_file_t *file, const char *path, sim_error_t
         file->stream = stdout;
         return true;
     }
-    const size_t size = strlen(path) + sizeof ".XXXXXX";
-    file->path        = strdup(path);
-    file->temporary   = malloc(size);
-    if (file->path == NULL || file->temporary == NULL)
-    {
-        forget(file);
-        return sim_error_set(error, "out of memory");
-    }
-    (void)snprintf(file->temporary, size, "%s.XXXXXX", path);
-    const int descriptor = open_temporary(file->temporary);
-    file->stream         = (descriptor >= 0) ? fdopen(descriptor, "wb") : NULL;
-    if (file->stream == NULL)
+    if (!open_target(file, path))
     {
         (void)sim_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
-        if (descriptor >= 0)
-        {
-            (void)close(descriptor);
-            (void)unlink(file->temporary);
-        }
         forget(file);
         return false;
-    }
-    if (size <= sizeof pending)
-    {
-        (void)snprintf(pending, sizeof pending, "%s", file->temporary);
-        is_pending = 1;
     }
     return true;
 }
@@ -103,9 +135,17 @@ bool sim_output_flush(sim_error_t *error)
     return true;
 }
 
+static void remove_temporary(const sim_output_file_t *file)
+{
+    if (file->temporary != NULL)
+    {
+        (void)unlink(file->temporary);
+    }
+}
+
 bool sim_output_file_commit(sim_output_file_t *file, sim_error_t *error)
 {
-    if (file->temporary == NULL)
+    if (file->path == NULL)
     {
         *file = (sim_output_file_t){0};
         return sim_output_flush(error);
@@ -119,14 +159,14 @@ bool sim_output_file_commit(sim_output_file_t *file, sim_error_t *error)
         ok  = false;
         why = errno;
     }
-    if (ok && rename(file->temporary, file->path) != 0)
+    if (ok && file->temporary != NULL && rename(file->temporary, file->path) != 0)
     {
         ok  = false;
         why = errno;
     }
     if (!ok)
     {
-        (void)unlink(file->temporary);
+        remove_temporary(file);
         (void)sim_error_set(error, "%s: cannot be written: %s", file->path, strerror(why != 0 ? why : EIO));
     }
     forget(file);
@@ -135,10 +175,10 @@ bool sim_output_file_commit(sim_output_file_t *file, sim_error_t *error)
 
 void sim_output_file_discard(sim_output_file_t *file)
 {
-    if (file->temporary != NULL)
+    if (file->path != NULL)
     {
         (void)fclose(file->stream);
-        (void)unlink(file->temporary);
+        remove_temporary(file);
     }
     forget(file);
 }

@@ -1,4 +1,5 @@
-/// A file that appears whole or not at all: written beside its place under a temporary name, then renamed.
+/// A file that appears whole or not at all: written beside its place under a temporary name, then renamed. What is no
+/// regular file, a device or a pipe, is written to as it is.
 
 #ifndef SIM_OUTPUT_FILE_H
 #define SIM_OUTPUT_FILE_H
@@ -11,11 +12,11 @@
 typedef struct
 {
     FILE *stream;
-    char *path;
-    char *temporary; ///< null for standard output
+    char *path;      ///< null for standard output
+    char *temporary; ///< null if `path` is written to as it is
 } sim_output_file_t;
 
-/// Opens a temporary file beside `path`, or standard output if `path` is null.
+/// Opens a temporary file beside `path` (beside what it points to, if it is a link), or standard output if `path` is null.
 bool sim_output_file_open(sim_output_file_t *file, const char *path, sim_error_t *error);
 
 /// Flushes, checks everything written since the file was opened, and puts the file in its place. On failure nothing is left.

@@ -2,6 +2,8 @@
 
 import os
 import pathlib
+import stat
+import subprocess
 
 import pytest
 
@@ -229,6 +231,59 @@ def test_results_replace_a_file_whole(sim):
     sim.ok("replay", "log.csv", "--out", "out.csv")
     assert (sim.folder / "out.csv").read_text(encoding="ascii") == sim.ok("replay", "log.csv")
     assert sorted(os.listdir(sim.folder)) == ["log.csv", "out.csv"]
+
+
+def test_a_link_stays_and_what_it_points_to_is_replaced(sim):
+    sim.write("log.csv", GOOD)
+    (sim.folder / "d").mkdir()
+    sim.write("d/real.csv", "old")
+    (sim.folder / "out.csv").symlink_to("d/real.csv")
+    sim.ok("replay", "log.csv", "--out", "out.csv")
+    assert os.readlink(sim.folder / "out.csv") == "d/real.csv"
+    assert (sim.folder / "d/real.csv").read_text(encoding="ascii") == sim.ok("replay", "log.csv")
+    assert os.listdir(sim.folder / "d") == ["real.csv"]
+
+
+@pytest.mark.parametrize("out", ["pipe", "link"])
+def test_a_pipe_is_written_to_and_stays(sim, out):
+    sim.write("log.csv", GOOD)
+    os.mkfifo(sim.folder / "pipe")
+    (sim.folder / "link").symlink_to("pipe")
+    with subprocess.Popen(["cat", sim.folder / "pipe"], stdout=subprocess.PIPE, text=True) as reader:
+        try:
+            sim.ok("replay", "log.csv", "--out", out)
+            assert reader.communicate(timeout=20)[0] == sim.ok("replay", "log.csv")
+        finally:
+            reader.kill()
+    assert stat.S_ISFIFO(os.lstat(sim.folder / "pipe").st_mode) and (sim.folder / "link").is_symlink()
+    assert sorted(os.listdir(sim.folder)) == ["link", "log.csv", "pipe"]
+
+
+def test_a_device_is_written_to_and_stays(sim):
+    sim.write("log.csv", GOOD)
+    try:  # a null device of our own, which takes root to make and a file system that allows it to open
+        os.mknod(sim.folder / "null", stat.S_IFCHR | 0o600, os.makedev(1, 3))
+        (sim.folder / "null").write_bytes(b"")
+    except OSError as error:
+        pytest.skip(f"no device can be made here: {error}")
+    sim.ok("replay", "log.csv", "--out", "null")
+    assert stat.S_ISCHR(os.lstat(sim.folder / "null").st_mode)
+    assert sorted(os.listdir(sim.folder)) == ["log.csv", "null"]
+
+
+@pytest.mark.parametrize("name, what", [("log.csv", "the log log.csv"), ("p.yaml", "--params p.yaml")])
+@pytest.mark.parametrize("linked", [False, True])
+def test_a_result_over_what_it_is_made_from_is_refused(sim, name, what, linked):
+    sim.write("log.csv", GOOD)
+    sim.write("p.yaml", "{}\n")
+    out = name
+    if linked:
+        out = "link"
+        (sim.folder / out).symlink_to(name)
+    before = {path.name: path.read_bytes() for path in sim.folder.iterdir()}
+    sim.fails(f"replay: --out {out} is the same file as {what} (tribo-sim --help shows what there is)",
+              "replay", "log.csv", "--params", "p.yaml", "--out", out, status=2)
+    assert {path.name: path.read_bytes() for path in sim.folder.iterdir()} == before
 
 
 @pytest.mark.parametrize("out", ["no/out.csv", "."])
