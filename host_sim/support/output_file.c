@@ -7,18 +7,40 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-// The one thing here that is not in a struct: what a signal handler has to know. Files are written one at a time.
-static char                  pending[4096];
-static volatile sig_atomic_t is_pending;
+// The one thing here that is not in a struct: what a signal handler has to know. A run writes two traces at a time.
+static struct
+{
+    char                  name[4096];
+    volatile sig_atomic_t is_pending;
+} temporaries[2];
+
+#define TEMPORARIES (sizeof temporaries / sizeof temporaries[0])
 
 static void remove_pending(int number)
 {
-    if (is_pending)
+    for (size_t i = 0; i < TEMPORARIES; i++)
     {
-        (void)unlink(pending);
+        if (temporaries[i].is_pending)
+        {
+            (void)unlink(temporaries[i].name);
+        }
     }
     (void)signal(number, SIG_DFL);
     (void)raise(number);
+}
+
+/// A name too long, or one too many, is not remembered.
+static void remember(const char *name)
+{
+    for (size_t i = 0; i < TEMPORARIES && strlen(name) < sizeof temporaries[i].name; i++)
+    {
+        if (!temporaries[i].is_pending)
+        {
+            (void)snprintf(temporaries[i].name, sizeof temporaries[i].name, "%s", name);
+            temporaries[i].is_pending = 1;
+            return;
+        }
+    }
 }
 
 void sim_output_file_clean_on_signal(void)
@@ -37,7 +59,13 @@ void sim_output_file_clean_on_signal(void)
 
 static void forget(sim_output_file_t *file)
 {
-    is_pending = 0;
+    for (size_t i = 0; i < TEMPORARIES && file->temporary != NULL; i++)
+    {
+        if (strcmp(temporaries[i].name, file->temporary) == 0)
+        {
+            temporaries[i].is_pending = 0;
+        }
+    }
     free(file->path);
     free(file->temporary);
     *file = (sim_output_file_t){0};
@@ -87,11 +115,7 @@ static bool open_beside(sim_output_file_t *file)
         errno = cause;
         return false;
     }
-    if (size <= sizeof pending)
-    {
-        (void)snprintf(pending, sizeof pending, "%s", file->temporary);
-        is_pending = 1;
-    }
+    remember(file->temporary);
     return true;
 }
 
