@@ -161,6 +161,27 @@ static bool open_trace(sim_output_file_t *file, const char *folder, const char *
     return true;
 }
 
+/// Puts the traces in their places. One of Q31 that an earlier run has left would not belong to the new summary.
+static bool commit_traces(recorder_t *recorder, const options_t *options, sim_error_t *error)
+{
+    if (!sim_output_file_commit(&recorder->trace, error))
+    {
+        return false;
+    }
+    if (options->run.both)
+    {
+        return sim_output_file_commit(&recorder->beside, error);
+    }
+    char *stale = join(options->folder, "trace_q31.csv");
+    if (stale == NULL)
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    const bool ok = sim_output_file_remove(stale, error);
+    free(stale);
+    return ok;
+}
+
 static bool simulate(const sim_scenario_t *scenario,
                      const options_t      *options,
                      sim_summary_t        *summary,
@@ -179,8 +200,7 @@ static bool simulate(const sim_scenario_t *scenario,
     sim_progress_end(&recorder.progress);
     if (ok && options->folder != NULL)
     {
-        ok = sim_output_file_commit(&recorder.trace, error) &&
-             (!options->run.both || sim_output_file_commit(&recorder.beside, error));
+        ok = commit_traces(&recorder, options, error);
     }
     sim_output_file_discard(&recorder.trace);
     sim_output_file_discard(&recorder.beside);
@@ -235,7 +255,12 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
     }
     if (options->folder != NULL)
     {
-        (void)printf("%-26s%s/trace.csv, %s/summary.json\n", "written", options->folder, options->folder);
+        (void)printf("%-26s%s/trace.csv, ", "written", options->folder);
+        if (options->run.both)
+        {
+            (void)printf("%s/trace_q31.csv, ", options->folder);
+        }
+        (void)printf("%s/summary.json\n", options->folder);
     }
 }
 

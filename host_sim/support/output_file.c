@@ -219,6 +219,16 @@ bool sim_output_file_write_line(const char *path, const char *line, sim_error_t 
     return sim_output_file_commit(&file, error);
 }
 
+bool sim_output_file_remove(const char *path, sim_error_t *error)
+{
+    struct stat info;
+    if (stat(path, &info) == 0 && S_ISREG(info.st_mode) && unlink(path) != 0)
+    {
+        return sim_error_set(error, "%s: cannot be removed: %s", path, strerror(errno));
+    }
+    return true;
+}
+
 /// One folder; one that is there already is fine.
 static bool create_one(const char *path)
 {

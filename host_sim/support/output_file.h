@@ -32,6 +32,9 @@ void sim_output_file_discard(sim_output_file_t *file);
 /// A whole file of one line, in its place or not at all.
 bool sim_output_file_write_line(const char *path, const char *line, sim_error_t *error);
 
+/// Removes what an earlier run has written; does nothing if no regular file is there.
+bool sim_output_file_remove(const char *path, sim_error_t *error);
+
 /// Flushes standard output and checks everything written to it.
 bool sim_output_flush(sim_error_t *error);
 

@@ -520,6 +520,17 @@ def test_both_is_the_two_runs_and_their_difference(sim):
     assert f"{both['q31']['rms_error_N']:.6f} N" in table and f"u {both['difference']['max_u_N']:.3g} N" in table
 
 
+def test_the_trace_of_q31_is_named_and_does_not_outlive_its_run(sim):
+    sim.write("x.yaml", SHORT)
+    table = sim.ok("run", "x.yaml", "--arith", "both", "--out", "d")
+    assert table.splitlines()[-1].split(maxsplit=1) == ["written", "d/trace.csv, d/trace_q31.csv, d/summary.json"]
+    sim("run", "x.yaml", "--set", "duration_s=x", "--out", "d")
+    assert left_in(sim.folder / "d") == ["summary.json", "trace.csv", "trace_q31.csv"]
+    table = sim.ok("run", "x.yaml", "--out", "d")
+    assert table.splitlines()[-1].split(maxsplit=1) == ["written", "d/trace.csv, d/summary.json"]
+    assert left_in(sim.folder / "d") == ["summary.json", "trace.csv"]
+
+
 def test_full_scale_must_hold_the_loops_forces_and_shows_in_the_resolution(sim):
     sim.write("x.yaml", SHORT)
     sim.fails("--set limits.full_scale_N=0: limits.full_scale_N: 0 is outside 0.001 to 1e+06", "run", "x.yaml", "--set",
