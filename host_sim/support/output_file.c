@@ -43,11 +43,25 @@ static void remember(const char *name)
     }
 }
 
+static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
+
+#define ENDING (sizeof ending / sizeof ending[0])
+
+/// The signals that end a run wait until they are unblocked; `before` is what was.
+static void block_ending(sigset_t *before)
+{
+    sigset_t set;
+    (void)sigemptyset(&set);
+    for (size_t i = 0; i < ENDING; i++)
+    {
+        (void)sigaddset(&set, ending[i]);
+    }
+    (void)sigprocmask(SIG_BLOCK, &set, before);
+}
+
 void sim_output_file_clean_on_signal(void)
 {
-    static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
-
-    for (size_t i = 0; i < sizeof ending / sizeof ending[0]; i++)
+    for (size_t i = 0; i < ENDING; i++)
     {
         // A signal that is ignored (nohup) stays so.
         if (signal(ending[i], remove_pending) == SIG_IGN)
@@ -92,8 +106,7 @@ static char *find_target(const char *path)
     return is_link ? realpath(path, NULL) : strdup(path);
 }
 
-/// Opens a temporary file beside `file->path`.
-static bool open_beside(sim_output_file_t *file)
+static bool open_and_remember(sim_output_file_t *file)
 {
     const size_t size = strlen(file->path) + sizeof ".XXXXXX";
     file->temporary   = malloc(size);
@@ -117,6 +130,18 @@ static bool open_beside(sim_output_file_t *file)
     }
     remember(file->temporary);
     return true;
+}
+
+/// Opens a temporary file beside `file->path`. A signal must not come between its making and its being remembered.
+static bool open_beside(sim_output_file_t *file)
+{
+    sigset_t before;
+    block_ending(&before);
+    const bool opened = open_and_remember(file);
+    const int  cause  = errno;
+    (void)sigprocmask(SIG_SETMASK, &before, NULL);
+    errno = cause;
+    return opened;
 }
 
 static bool open_target(sim_output_file_t *file, const char *path)
