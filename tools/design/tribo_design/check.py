@@ -55,6 +55,11 @@ def check(directory):
         raise DisagreementError(f"{directory / (name + '_design.json')}: not as it was written: {type(error).__name__} {error}") from None
 
 
+def _response(zpk, omega):
+    s = 1j * omega[:, None]
+    return zpk.gain * np.prod(s - np.array(zpk.zeros)[None, :], axis=1) / np.prod(s - np.array(zpk.poles)[None, :], axis=1)
+
+
 def _load_json(path):
     text, _ = read_text(path)
     try:
@@ -113,8 +118,16 @@ def _compare(directory, name, design, digest, header, source_text, data, report,
             if found != wanted_value:
                 differ(header_name, f"Q31 {where}", found, f"{wanted_value} ({json_name})")
     values = coded.values()
-    again = quantise.to_q31(f32, design.fixed_point.full_scale_n, -design.fixed_point.limit_n, design.fixed_point.limit_n).q31
-    if not problems and again != coded:
+    again = quantise.to_q31(f32, design.fixed_point.full_scale_n, -design.fixed_point.limit_n, design.fixed_point.limit_n)
+    stated = [("sample_time_s", design.sample_time_s), ("computation_delay_s", design.computation_delay_s), ("full_scale_n", design.fixed_point.full_scale_n)]
+    if again.q31 == coded:
+        stated += [("q31_peaks", again.peaks), ("anti_windup", again.conditioning)]
+    for key, expected in stated:
+        if data[key] != expected:
+            differ(json_name, key, data[key], expected)
+    if stored["q31_values"] != values.tolist():
+        differ(json_name, "q31_values", stored["q31_values"], values.tolist())
+    if not problems and again.q31 != coded:
         problems.append(f"{header_name}: the Q31 params are not what the library makes of the f32 sections (or the library has changed: synthesize again)")
     for title, numbers in (("f32", f32), ("Q31", values)):
         try:
@@ -135,6 +148,10 @@ def _compare(directory, name, design, digest, header, source_text, data, report,
         full = data["full"]
         given = ct.ss(*(np.array(full[k], float) for k in "abcd"), remove_useless_states=False) if data["imported"] is None else None
         controllers["full"] = Continuous(_zpk(full) if "poles" in full else None, given)
+        if given is not None and "poles" in full:
+            omega = np.logspace(-4, 6, 60)
+            if not np.allclose(_response(_zpk(full), omega), given(1j * omega), rtol=1e-4):
+                problems.append(f"{json_name}: full: the zeros, poles and gain are not those of a, b, c, d")
         controllers["reduced"] = Continuous(_zpk(data["reduced"]))
     controllers["discrete"] = SampledZpk(_zpk(data["discrete"]), h)
     controllers["f32"] = SampledSections(f32, h)

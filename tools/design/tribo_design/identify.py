@@ -312,8 +312,9 @@ def describe(found):
 
 def plant_yaml(found, source):
     roots = ", ".join(f"{p['re']:.6g}{p['im']:+.6g}j" if p["im"] else f"{p['re']:.6g}" for p in found["poles"])
+    doubts = "".join(f"# pole {p['pole']} is NOT identifiable from this record\n" for p in found["poles"] if not p["identifiable"])
     return (f"# From {source} by tribo-design {__version__} identify-plant; paste into a design file.\n"
-            f"# fit where it moves {found['fit_percent_where_it_moves']:.2f} %\nplant:\n  gain: {found['gain']:.6g}\n  zeros: []\n  poles: [{roots}]\n")
+            f"# fit where it moves {found['fit_percent_where_it_moves']:.2f} %\n{doubts}plant:\n  gain: {found['gain']:.6g}\n  zeros: []\n  poles: [{roots}]\n")
 
 
 def _plot(fit, data):
