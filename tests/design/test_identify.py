@@ -97,6 +97,7 @@ def test_a_pole_beyond_the_sampling_is_not_claimed(run, tmp_path):
     found, out = identified(run, write(tmp_path / "step.csv", [-50.0, -56778.0], 0.9, 1e-4), "--order", "2")
     fast = max(found["poles"], key=lambda p: abs(complex(p["re"], p["im"])))
     assert not fast["identifiable"] and "NOT identifiable" in out
+    assert f"# pole {fast['pole']} is NOT identifiable" in (tmp_path / "found" / "plant.yaml").read_text()
 
 
 def test_what_the_model_misses_is_said(run, tmp_path):

@@ -92,6 +92,24 @@ def test_header_is_cpp_too(paper_dir, tmp_path):
                     "-I", paper_dir, probe], check=True)
 
 
+def test_check_sees_a_full_controller_of_another_gain(run, copy):
+    data = json.loads((copy / JSON).read_text())
+    data["full"]["gain"] *= 1.01
+    (copy / JSON).write_text(json.dumps(data))
+    code, _, err = run("check", copy)
+    assert code == 5 and "full: the zeros, poles and gain are not those of a, b, c, d" in err
+
+
+@pytest.mark.parametrize("name", ["report.md", "DESIGN.yaml", "plots/mine.png"])
+def test_a_file_of_an_outputs_name_alone_is_no_output(run, tmp_path, name):
+    mine = tmp_path / "mine" / name
+    mine.parent.mkdir(parents=True)
+    mine.write_text("precious")
+    code, _, err = run("synthesize", PAPER, "--out", tmp_path / "mine", "--no-plots")
+    assert code == 2 and f"has other files in it ({name})" in err
+    assert mine.read_text() == "precious"
+
+
 def test_a_folder_with_other_files_is_not_replaced(run, copy):
     (copy / "mine").mkdir()
     (copy / "mine" / "notes_controller.h").write_text("mine")

@@ -56,10 +56,10 @@ def one_instruction_a_block():
     return ["-accel", f"tcg,{option}=on"] if option in text_of(["qemu-system-arm", "-help"]) else ["-singlestep"]
 
 
-def executed(processor, program, arithmetic, way="with_signals"):
+def executed(processor, program, arithmetic):
     """The instructions of the program's last tick."""
     functions = disassembly(processor, program)
-    name = f"tribo_force_loop_{arithmetic}_step_{way}"
+    name = f"tribo_force_loop_{arithmetic}_step_with_signals"
     parts = with_called(functions, name)
     log = program.with_suffix(".log")
     traced = [*parts.values(), functions["main"]]

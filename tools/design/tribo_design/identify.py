@@ -134,12 +134,12 @@ def _unit_response(theta, pairs, data):
         impulse = np.r_[d[0], (c @ _powers(a, b[:, 0], n))[0]][:n]
         return scipy.signal.fftconvolve(data.u, impulse)[: n : data.step]
     held = np.block([[a, b], [np.zeros((1, len(a))), np.ones((1, 1))]])  # with a constant input among the states
+    by_row, output = np.linalg.matrix_power(held, data.step), np.hstack([c, d])[0]
     out = np.zeros(rows)
     for k in changes:
         first = -(-k // data.step)  # row that sees it
         start = np.linalg.matrix_power(held, first * data.step - k)[:, -1]
-        states = _powers(np.linalg.matrix_power(held, data.step), start, rows - first)
-        out[first:] += (data.u[k] - (data.u[k - 1] if k else 0.0)) * (np.hstack([c, d]) @ states)[0]
+        out[first:] += (data.u[k] - (data.u[k - 1] if k else 0.0)) * (output @ _powers(by_row, start, rows - first))
     return out
 
 

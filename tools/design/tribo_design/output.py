@@ -10,24 +10,21 @@ from .errors import InputError
 DESIGN = ("*_controller.[hc]", "*_design.json", "DESIGN.yaml", "report.md", "report.html", "plots/*.png")
 
 
-def _foreign(out, names):
-    """The first file in `out` that no earlier output can have put there, or None."""
-    for path in sorted(out.rglob("*")):
-        inside = path.relative_to(out)
-        known = any(len(inside.parts) == len(Path(n).parts) and inside.match(n) for n in names)
-        if not known and (path.is_symlink() or not path.is_dir()):
-            return inside
-    return None
+def _is_named(file, names):
+    return any(len(file.parts) == len(Path(n).parts) and file.match(n) for n in names)
 
 
 def check_replaceable(out, names=DESIGN):
-    """Only an empty directory or an earlier output, which has nothing but files of these names, may be replaced."""
+    """Only an empty directory or an earlier output may be replaced: one that has nothing but files of these names, and of
+    those without a wildcard all."""
     out = Path(out)
     if out.is_symlink() or (out.exists() and not out.is_dir()):
         raise InputError(f"--out {out}: exists and is not a directory")
-    foreign = _foreign(out, names) if out.is_dir() else None
-    if foreign is not None:
-        raise InputError(f"--out {out}: has other files in it ({foreign}); give an empty or a new directory")
+    files = sorted(p.relative_to(out) for p in out.rglob("*") if p.is_symlink() or not p.is_dir())
+    is_output = all((out / n).is_file() for n in names if "*" not in n)
+    others = [f for f in files if not (is_output and _is_named(f, names))]
+    if others:
+        raise InputError(f"--out {out}: has other files in it ({others[0]}); give an empty or a new directory")
     parent = out.resolve().parent
     if not parent.is_dir() or not os.access(parent, os.W_OK):
         raise InputError(f"--out {out}: {parent} is not a directory that can be written to")
