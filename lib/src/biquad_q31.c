@@ -37,6 +37,16 @@ int64_t tribo_biquad_q31_output(const tribo_biquad_q31_params_t *params,
     return unscaled(y, params->section[params->count - 1u].scale);
 }
 
+/// What a correction at a section's input does at its output.
+static int32_t output_correction(const tribo_biquad_q31_section_t *section, bool first, int32_t c, uint32_t *saturated)
+{
+    if (first)
+    {
+        return tribo_q31_widen(biquad_q31_first_correction(section, c), BIQUAD_Q31_CORRECTION, saturated);
+    }
+    return tribo_q31_narrow(tribo_q31_multiply(section->b0, c), BIQUAD_Q31_FRACTION, saturated);
+}
+
 void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
                               tribo_biquad_q31_state_t         *state,
                               const tribo_biquad_q31_outputs_t *outputs,
@@ -46,9 +56,7 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
     int32_t c  = correction;
     for (uint32_t i = 0; i < params->count; i++)
     {
-        c                           = tribo_q31_widen(biquad_q31_section_correction(&params->section[i], c),
-                            BIQUAD_Q31_CORRECTION,
-                            &state->saturated);
+        c                           = output_correction(&params->section[i], i == 0u, c, &state->saturated);
         const biquad_q31_node_t out = {.y    = tribo_q31_add(outputs->y[i], c, &state->saturated),
                                        .rest = outputs->rest[i]};
         state->section[i]           = biquad_q31_section_advance(&params->section[i], state->section[i].w2, in, out);

@@ -56,8 +56,9 @@ static inline biquad_q31_node_t biquad_q31_section_output(const tribo_biquad_q31
                                .rest = (uint32_t)sum & ((UINT32_C(1) << BIQUAD_Q31_FRACTION) - 1u)};
 }
 
-/// What a correction at the section's input does at its output, over 2^CORRECTION.
-static inline int32_t biquad_q31_section_correction(const tribo_biquad_q31_section_t *section, int32_t c)
+/// What a correction at the first section's input does at its output, over 2^CORRECTION. Shorter than all of it, which later
+/// nodes get, as their poles may be slow.
+static inline int32_t biquad_q31_first_correction(const tribo_biquad_q31_section_t *section, int32_t c)
 {
     return (int32_t)(tribo_q31_multiply(section->b0, c) >> 32);
 }
@@ -105,8 +106,8 @@ static inline void biquad_q31_pair_correct(const tribo_biquad_q31_params_t *para
                                            int32_t                          correction)
 {
     uint32_t *const saturated = &state->saturated;
-    const int32_t   c0 = biquad_q31_section_correction(&params->section[0], correction) * (1 << BIQUAD_Q31_CORRECTION);
-    const int32_t   c1 = biquad_q31_section_correction(&params->section[1], c0) * (1 << BIQUAD_Q31_CORRECTION);
+    const int32_t   c0 = biquad_q31_first_correction(&params->section[0], correction) * (1 << BIQUAD_Q31_CORRECTION);
+    const int32_t   c1 = (int32_t)(tribo_q31_multiply(params->section[1].b0, c0) >> BIQUAD_Q31_FRACTION);
     pair->x            = tribo_q31_add(pair->x, correction, saturated);
     pair->out[0].y     = tribo_q31_add(pair->out[0].y, c0, saturated);
     pair->out[1].y     = tribo_q31_add(pair->out[1].y, c1, saturated);

@@ -29,25 +29,27 @@ static inline controller_q31_limited_t controller_q31_limit(const tribo_controll
     const int32_t   sum         = (int32_t)((uint32_t)v + (uint32_t)feedforward);
     const int32_t   wanted      = tribo_q31_add(y, feedforward >> scale, saturated);
     uint32_t        not_counted = 0;
-    if (TRIBO_USUAL(sum >> scale == wanted && sum >= params->u_min && sum <= params->u_max))
+    int32_t         u           = sum;
+    int32_t         taken       = 0;
+    const bool      limited     = sum >> scale != wanted || sum < params->u_min || sum > params->u_max;
+    if (TRIBO_RARE(limited))
     {
-        return (controller_q31_limited_t){.u = sum, .v = tribo_q31_subtract(sum, feedforward, &not_counted)};
-    }
-    tribo_q31_count(&state->limited_ticks);
-    const int32_t  u     = wanted < 0 ? params->u_min : params->u_max; // 0 is within them
-    const uint32_t most  = (uint32_t)params->taken_max;
-    int32_t        taken = (int32_t)((uint32_t)(u >> scale) - (uint32_t)wanted);
-    if ((uint32_t)taken + most > 2u * most) // after a change of params
-    {
-        tribo_q31_count(saturated);
-        taken = wanted < 0 ? params->taken_max : -params->taken_max;
+        tribo_q31_count(&state->limited_ticks);
+        u                   = wanted < 0 ? params->u_min : params->u_max; // 0 is within them
+        const uint32_t most = (uint32_t)params->taken_max;
+        taken               = (int32_t)((uint32_t)(u >> scale) - (uint32_t)wanted);
+        if ((uint32_t)taken + most > 2u * most) // after a change of params
+        {
+            tribo_q31_count(saturated);
+            taken = wanted < 0 ? params->taken_max : -params->taken_max;
+        }
     }
     const int64_t back = tribo_q31_multiply(tribo_q31_opaque(taken), params->anti_windup);
     return (controller_q31_limited_t){
-        .u          = u,
-        .v          = tribo_q31_widen(y, scale, &not_counted),
+        .u = u,
+        .v = limited ? tribo_q31_widen(y, scale, &not_counted) : tribo_q31_subtract(sum, feedforward, &not_counted),
         .correction = (int32_t)((uint32_t)(back >> 32) << params->anti_windup_shift), // fits, see taken_max
-        .limited    = true};
+        .limited    = limited};
 }
 
 /// Of a pair of sections.
@@ -61,14 +63,13 @@ static inline int32_t controller_q31_kernel(const tribo_controller_q31_params_t 
     const uint32_t                 scale = params->cascade.section[1].scale;
     const controller_q31_limited_t l     = controller_q31_limit(params, state, pair.out[1].y, scale, feedforward);
 
-    // Now, so that what comes does not have to keep it; and u on the stack: gcc would put aside what costs more.
-    *signals                 = (tribo_controller_q31_signals_t){.v = l.v, .u = l.u, .limited = l.limited};
+    // u on the stack: gcc would put aside what costs more.
     const volatile int32_t u = l.u;
-    if (TRIBO_RARE(l.limited))
-    {
-        biquad_q31_pair_correct(&params->cascade, &state->cascade, &pair, l.correction);
-    }
-    // Factors that are either computed or corrected: see tribo_q31_opaque.
+    // By 0 in most ticks: one that limits shall not take longer.
+    biquad_q31_pair_correct(&params->cascade, &state->cascade, &pair, l.correction);
+    // Now, so that what comes does not have to keep it.
+    *signals = (tribo_controller_q31_signals_t){.v = l.v, .u = l.u, .limited = l.limited};
+    // Factors that are either a sum or its bound: see tribo_q31_opaque.
     pair.x        = tribo_q31_opaque(pair.x);
     pair.out[0].y = tribo_q31_opaque(pair.out[0].y);
     pair.out[1].y = tribo_q31_opaque(pair.out[1].y);

@@ -1,5 +1,5 @@
 /// Force controller in Q31: the twin of controller_f32.h, which says how anti-windup and change of params work. What
-/// anti-windup takes back is rounded down to 16 units of each node, 2^-27 of its full scale.
+/// anti-windup takes back is rounded down to 16 units of the first node, 2^-27 of its full scale, and to a unit of later ones.
 /// Not synchronized: one state, one tick.
 
 #ifndef TRIBO_CONTROLLER_Q31_H
