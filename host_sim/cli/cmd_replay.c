@@ -6,6 +6,7 @@
 #include "scenario/loop.h"
 #include "scenario/loop_config.h"
 #include "support/csv.h"
+#include "support/file.h"
 #include "support/number.h"
 #include "support/output_file.h"
 
@@ -13,7 +14,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #define JITTER 0.01 ///< of an interval, in parts of it
 
@@ -49,20 +49,14 @@ enum
     COLUMN_COUNT
 };
 
-static bool is_same_file(const char *a, const char *b)
-{
-    struct stat x, y;
-    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
-}
-
 /// A recording cannot be made again: the result must not take its place, nor that of the params.
 static int check_out(const options_t *options)
 {
-    if (options->out != NULL && is_same_file(options->out, options->log))
+    if (options->out != NULL && sim_file_is_same(options->out, options->log))
     {
         return sim_usage("replay: --out %s is the same file as the log %s", options->out, options->log);
     }
-    if (options->out != NULL && options->params != NULL && is_same_file(options->out, options->params))
+    if (options->out != NULL && options->params != NULL && sim_file_is_same(options->out, options->params))
     {
         return sim_usage("replay: --out %s is the same file as --params %s", options->out, options->params);
     }

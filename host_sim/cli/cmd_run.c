@@ -83,22 +83,6 @@ static int take_options(options_t *options, int count, char **arguments)
     return 0;
 }
 
-static bool load(sim_scenario_t *scenario, const options_t *options, sim_error_t *error)
-{
-    char *path = sim_scenario_path(options->scenario);
-    if (path == NULL)
-    {
-        return sim_error_set(error, "out of memory");
-    }
-    bool ok = sim_scenario_load(scenario, path, error);
-    for (int i = 0; ok && i < options->set_count; i++)
-    {
-        ok = sim_scenario_set(scenario, options->sets[i], error);
-    }
-    free(path);
-    return ok && sim_scenario_check(scenario, error);
-}
-
 typedef struct
 {
     sim_progress_t    progress;
@@ -300,8 +284,9 @@ static bool run(const options_t *options, sim_error_t *error)
     {
         return sim_error_set(error, "out of memory");
     }
-    const bool ok = load(scenario, options, error) && simulate(scenario, options, &summary, error) &&
-                    report(&summary, options, error) && is_identical(&summary, error);
+    const bool ok = sim_scenario_open(scenario, options->scenario, options->sets, options->set_count, error) &&
+                    simulate(scenario, options, &summary, error) && report(&summary, options, error) &&
+                    is_identical(&summary, error);
     sim_scenario_destroy(scenario);
     return ok;
 }

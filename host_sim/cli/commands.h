@@ -10,6 +10,7 @@
 /// `arguments[0]` is the command's name, as in main.
 int sim_command_run(int count, char **arguments);
 int sim_command_replay(int count, char **arguments);
+int sim_command_params(int count, char **arguments);
 int sim_command_list(int count, char **arguments);
 
 /// Says on stderr what is wrong with the command line, or shows the error; returns the status to exit with.

@@ -32,6 +32,11 @@ static const char help[] =
     "      --arith ARITH     f32 (if left out), q31, or both: Q31's columns beside f32's, and how they differ\n"
     "      --full-scale N    what 2^31 stands for in Q31, 2 N if left out\n"
     "\n"
+    "  tribo-sim params SCENARIO.yaml [--arith f32|q31] [--set key=value]... [--name NAME] [--out FILE.h]\n"
+    "      Writes the scenario's loop as checked params in C, for firmware without set-up code.\n"
+    "      --name NAME       NAME_params is declared; the scenario's name if left out\n"
+    "      --out FILE.h      where it goes; standard output if left out\n"
+    "\n"
     "  tribo-sim list [--keys]\n"
     "      Lists the scenarios of the scenarios folder, or every key that a scenario can have.\n"
     "\n"
@@ -67,7 +72,10 @@ int main(int count, char **arguments)
     {
         const char *name;
         int (*command)(int count, char **arguments);
-    } commands[] = {{"run", sim_command_run}, {"replay", sim_command_replay}, {"list", sim_command_list}};
+    } commands[] = {{"run", sim_command_run},
+                    {"replay", sim_command_replay},
+                    {"params", sim_command_params},
+                    {"list", sim_command_list}};
 
     // A file size limit and a closed pipe are then write errors, reported like any other.
     (void)signal(SIGXFSZ, SIG_IGN);
@@ -76,7 +84,7 @@ int main(int count, char **arguments)
 
     if (count < 2)
     {
-        return sim_usage("a command is wanted: run, replay or list");
+        return sim_usage("a command is wanted: run, replay, params or list");
     }
     for (int i = 1; i < count && strcmp(arguments[i], "--") != 0; i++)
     {

@@ -1,6 +1,5 @@
 #include "cli/scenario_folder.h"
 
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,4 +44,20 @@ char *sim_scenario_path(const char *name)
     }
     free(path);
     return strdup(name);
+}
+
+bool sim_scenario_open(sim_scenario_t *scenario, const char *name, char *const *sets, int set_count, sim_error_t *error)
+{
+    char *path = sim_scenario_path(name);
+    if (path == NULL)
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    bool ok = sim_scenario_load(scenario, path, error);
+    for (int i = 0; ok && i < set_count; i++)
+    {
+        ok = sim_scenario_set(scenario, sets[i], error);
+    }
+    free(path);
+    return ok && sim_scenario_check(scenario, error);
 }

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /// Reads to the end of `file`; null with errno set on failure.
 static char *read_all(FILE *file, size_t *length)
@@ -79,4 +80,10 @@ char *sim_file_read(const char *path, size_t *length, sim_error_t *error)
         memmove(bytes, bytes + 3, *length + 1);
     }
     return bytes;
+}
+
+bool sim_file_is_same(const char *a, const char *b)
+{
+    struct stat x, y;
+    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
 }

@@ -5,7 +5,7 @@ import pytest
 HINT = " (tribo-sim --help shows what there is)"
 
 MISTAKES = {
-    (): "a command is wanted: run, replay or list",
+    (): "a command is wanted: run, replay, params or list",
     ("fly",): "unknown command fly",
     ("run",): "run: one scenario is wanted, not 0",
     ("run", "a", "b"): "run: one scenario is wanted, not 2",
@@ -19,6 +19,12 @@ MISTAKES = {
     ("replay", "a", "--fast"): "replay: unknown option --fast",
     ("replay", "a", "--params"): "replay: --params wants a value",
     ("replay", "a", "--force", "mine"): "replay: --force is own or measured, not mine",
+    ("params",): "params: one scenario is wanted, not 0",
+    ("params", "a", "b"): "params: one scenario is wanted, not 2",
+    ("params", "a", "--json"): "params: unknown option --json",
+    ("params", "a", "--out"): "params: --out wants a value",
+    ("params", "a", "--arith", "both"): "--arith both: there are f32, q31",
+    ("params", "a", "--set", "compensator.gain"): "--set compensator.gain: key=value is wanted",
     ("list", "all"): "list: unknown argument all",
 }
 
@@ -32,7 +38,7 @@ def test_a_wrong_command_line(sim, arguments):
 @pytest.mark.parametrize("arguments", [("--help",), ("-h",), ("run", "--help"), ("replay", "x", "--help")])
 def test_help_names_every_option_and_exit_status(sim, arguments):
     text = sim.ok(*arguments)
-    for word in ("run", "replay", "list", "--set", "--out", "--json", "--params", "--force", "--keys", "Exit status"):
+    for word in ("run", "replay", "params", "list", "--set", "--name", "--out", "--json", "--params", "--force", "--keys", "Exit status"):
         assert word in text
 
 

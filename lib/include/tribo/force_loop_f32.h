@@ -43,6 +43,8 @@ typedef struct
     tribo_compensator_f32_config_t compensator;
 } tribo_force_loop_f32_config_t;
 
+#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 1 ///< of the params' fields and what they mean, for params made on a host
+
 /// What a tick reads, made by tribo_force_loop_f32_init. Const from then on; may be shared by loops.
 typedef struct
 {

@@ -25,6 +25,8 @@
 extern "C" {
 #endif
 
+#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 1 ///< of the params' fields and what they mean, for params made on a host
+
 /// What a tick reads, made by tribo_force_loop_q31_init. Const from then on; may be shared by loops.
 typedef struct
 {

@@ -1,0 +1,25 @@
+/// The params of a loop as C, for programs that are to have no set-up code.
+
+#ifndef SIM_PARAMS_HEADER_H
+#define SIM_PARAMS_HEADER_H
+
+#include "scenario/loop.h"
+
+#include <stdio.h>
+
+typedef struct
+{
+    const char  *name;     ///< prefix of all that it declares, a C identifier
+    const char  *scenario; ///< what it was made of, for the comment
+    char *const *sets;     ///< and with which --set
+    int          set_count;
+
+    const tribo_force_loop_f32_config_t *config;
+    const sim_loop_t                    *loop; ///< initialised with it
+} sim_params_header_t;
+
+/// Writes a header that declares NAME_params, its table if there is one, NAME_SAMPLE_TIME_S and in Q31 NAME_FULL_SCALE_N: each
+/// bit as the library's init function made it. Look at ferror(stream) afterwards.
+void sim_params_header_write(FILE *stream, const sim_params_header_t *header);
+
+#endif
