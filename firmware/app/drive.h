@@ -45,7 +45,7 @@ typedef enum
     DRIVE_FAULT_IMAGE,          ///< self-test: the image is not what was built; for good
     DRIVE_FAULT_RAM,            ///< self-test: for good
     DRIVE_FAULT_GOLDEN,         ///< self-test: the loop does not compute what it should; for good
-    DRIVE_FAULT_PARAMS,         ///< the loop's config was refused; for good
+    DRIVE_FAULT_PARAMS,         ///< the loop's params are not for this drive; for good
     DRIVE_FAULT_WATCHDOG,       ///< found at power-up: the last run ended in a watchdog's reset
     DRIVE_FAULT_EMERGENCY_STOP, ///< the input
     DRIVE_FAULT_POWER,          ///< the power stage's fault input

@@ -6,32 +6,22 @@
 #define DRIVE_LOOP_H
 
 #include "tribo/force_loop_f32.h"
-#include "tribo/quantize_q31.h"
+#include "tribo/force_loop_q31.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #ifdef DRIVE_ARITH_Q31
 typedef int32_t                        loop_force_t; ///< Q31 of the full scale
+typedef tribo_force_loop_q31_params_t  loop_params_t;
 typedef tribo_force_loop_q31_state_t   loop_state_t;
 typedef tribo_force_loop_q31_signals_t loop_signals_t;
 #else
 typedef float                          loop_force_t; ///< N
+typedef tribo_force_loop_f32_params_t  loop_params_t;
 typedef tribo_force_loop_f32_state_t   loop_state_t;
 typedef tribo_force_loop_f32_signals_t loop_signals_t;
 #endif
-
-/// What a tick reads, and the breakaway table it may point to. Not to be moved once it is set up.
-typedef struct
-{
-#ifdef DRIVE_ARITH_Q31
-    tribo_force_loop_q31_params_t loop;
-    tribo_breakaway_point_q31_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
-#else
-    tribo_force_loop_f32_params_t loop;
-#endif
-    loop_force_t input_max; ///< largest credible |r| and |y|
-} loop_params_t;
 
 /// One tick as 32-bit words, the same places in both arithmetics: forces as their bits.
 typedef enum
@@ -52,10 +42,6 @@ typedef enum
 /// "f32" or "q31".
 const char *loop_arithmetic(void);
 
-/// Checks `config` and computes `params`; for `full_scale_n` see tribo/quantize_q31.h, f32 does not read it. An f32 breakaway
-/// table must live as long as the params. All or nothing. Not for the tick.
-tribo_status_t loop_init(loop_params_t *params, const tribo_force_loop_f32_config_t *config, float full_scale_n);
-
 void loop_reset(loop_state_t *state);
 
 /// One tick. Cannot fail.
@@ -73,8 +59,12 @@ int32_t loop_part(loop_force_t x, float full_scale_n);
 
 bool loop_is_nan(loop_force_t x);
 
-/// |x| is input_max or less; false for NaN.
+/// Whether the loop takes x for a good reference or reading; false for NaN.
 bool loop_is_credible(const loop_params_t *params, loop_force_t x);
+
+/// The limits of u.
+loop_force_t loop_u_min(const loop_params_t *params);
+loop_force_t loop_u_max(const loop_params_t *params);
 
 /// The bits of a force, for telemetry and checksums, and back.
 uint32_t     loop_word(loop_force_t x);

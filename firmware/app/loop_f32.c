@@ -7,17 +7,6 @@ const char *loop_arithmetic(void)
     return "f32";
 }
 
-tribo_status_t loop_init(loop_params_t *params, const tribo_force_loop_f32_config_t *config, float full_scale_n)
-{
-    (void)full_scale_n;
-    const tribo_status_t status = tribo_force_loop_f32_init(&params->loop, config);
-    if (status == TRIBO_OK)
-    {
-        params->input_max = config->input_max_n;
-    }
-    return status;
-}
-
 void loop_reset(loop_state_t *state)
 {
     tribo_force_loop_f32_reset(state);
@@ -29,7 +18,7 @@ loop_force_t loop_step(const loop_params_t *params,
                        loop_force_t         y,
                        loop_signals_t      *signals)
 {
-    return tribo_force_loop_f32_step(&params->loop, state, r, y, signals);
+    return tribo_force_loop_f32_step_with_signals(params, state, r, y, signals);
 }
 
 loop_force_t loop_force(int32_t part, float full_scale_n)
@@ -50,7 +39,17 @@ bool loop_is_nan(loop_force_t x)
 
 bool loop_is_credible(const loop_params_t *params, loop_force_t x)
 {
-    return x >= -params->input_max && x <= params->input_max;
+    return loop_word(x) << 1 <= params->input_max;
+}
+
+loop_force_t loop_u_min(const loop_params_t *params)
+{
+    return params->controller.u_min_n;
+}
+
+loop_force_t loop_u_max(const loop_params_t *params)
+{
+    return params->controller.u_max_n;
 }
 
 uint32_t loop_word(loop_force_t x)

@@ -7,16 +7,6 @@ const char *loop_arithmetic(void)
     return "q31";
 }
 
-tribo_status_t loop_init(loop_params_t *params, const tribo_force_loop_f32_config_t *config, float full_scale_n)
-{
-    const tribo_status_t status = tribo_force_loop_q31_init(&params->loop, params->table, config, full_scale_n, NULL);
-    if (status == TRIBO_OK)
-    {
-        params->input_max = (int32_t)(params->loop.input_end - 1u);
-    }
-    return status;
-}
-
 void loop_reset(loop_state_t *state)
 {
     tribo_force_loop_q31_reset(state);
@@ -28,7 +18,7 @@ loop_force_t loop_step(const loop_params_t *params,
                        loop_force_t         y,
                        loop_signals_t      *signals)
 {
-    return tribo_force_loop_q31_step(&params->loop, state, r, y, signals);
+    return tribo_force_loop_q31_step_with_signals(params, state, r, y, signals);
 }
 
 loop_force_t loop_force(int32_t part, float full_scale_n)
@@ -51,7 +41,18 @@ bool loop_is_nan(loop_force_t x)
 
 bool loop_is_credible(const loop_params_t *params, loop_force_t x)
 {
-    return x >= -params->input_max && x <= params->input_max;
+    const int64_t end = params->input_end;
+    return x >= -end && x < end;
+}
+
+loop_force_t loop_u_min(const loop_params_t *params)
+{
+    return params->controller.u_min;
+}
+
+loop_force_t loop_u_max(const loop_params_t *params)
+{
+    return params->controller.u_max;
 }
 
 uint32_t loop_word(loop_force_t x)

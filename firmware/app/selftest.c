@@ -1,6 +1,11 @@
 #include "app/selftest.h"
 
 #include "app/crc32.h"
+#ifdef DRIVE_ARITH_Q31
+#include "app/golden_q31.h"
+#else
+#include "app/golden_f32.h"
+#endif
 
 // --- image ---------------------------------------------------------------------------------------------------------
 
@@ -77,12 +82,8 @@ drive_fault_t selftest_ram(const selftest_ram_t *ram, volatile uint32_t *words, 
 
 // --- golden vector -------------------------------------------------------------------------------------------------
 
-#define GOLDEN_TICKS        200
-#define GOLDEN_FULL_SCALE_N 4.0f
-
-/// A controller of its own with round numbers, so that a new design changes nothing here.
-static const tribo_biquad_f32_section_t sections[] = {{1.8125f, 0.53125f, 0.09375f, 0.375f, 0.09375f},
-                                                      {0.75f, 0.1875f, 0.0078125f, 0.28125f, 0.00000059604645f}};
+#define GOLDEN_TICKS   200
+#define GOLDEN_RANGE_N 4.0f ///< what 2^31 of the reference is; in Q31 the full scale
 
 /// Up and down, a jump beyond the limits, then creeping to and fro within breakaway, where friction is on its curve.
 static int32_t golden_reference(int32_t tick)
@@ -101,7 +102,7 @@ static int32_t golden_reference(int32_t tick)
 }
 
 /// The sensor lags behind the reference, and stands still at the end.
-static uint32_t run_golden(const loop_params_t *params)
+uint32_t selftest_golden_crc(void)
 {
     loop_state_t state;
     uint32_t     crc = 0;
@@ -113,21 +114,11 @@ static uint32_t run_golden(const loop_params_t *params)
         loop_signals_t signals;
         uint32_t       words[LOOP_WORDS];
         y = k < 120 ? y + (r - y) / 8 : 0;
-        (void)
-            loop_step(params, &state, loop_force(r, GOLDEN_FULL_SCALE_N), loop_force(y, GOLDEN_FULL_SCALE_N), &signals);
+        (void)loop_step(&golden_params, &state, loop_force(r, GOLDEN_RANGE_N), loop_force(y, GOLDEN_RANGE_N), &signals);
         loop_words(&signals, words);
         crc = crc32_update(crc, words, sizeof words);
     }
     return crc;
-}
-
-uint32_t selftest_golden_crc(void)
-{
-    static loop_params_t          params; // too large for a small stack
-    tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
-    config.controller.sections           = sections;
-    config.controller.section_count      = sizeof sections / sizeof sections[0];
-    return loop_init(&params, &config, GOLDEN_FULL_SCALE_N) == TRIBO_OK ? run_golden(&params) : 0u;
 }
 
 drive_fault_t selftest_golden(void)

@@ -53,7 +53,7 @@ drive_fault_t selftest_ram(const selftest_ram_t *ram, volatile uint32_t *words, 
 
 drive_fault_t selftest_golden(void);
 
-/// The CRC itself, 0 if the set-up fails.
+/// The CRC itself.
 uint32_t selftest_golden_crc(void);
 
 #endif

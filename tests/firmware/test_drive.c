@@ -1,6 +1,7 @@
 // The drive's state machine through the port seam: every fault at 50 different ticks, and what must never follow.
 
 #include "app/drive.h"
+#include "app/loop_setup.h"
 #include "board.h"
 #include "unity.h"
 
@@ -18,17 +19,17 @@ static const drive_config_t config = {.period_us   = PERIOD_US,
                                       .budget_us   = BUDGET_US,
                                       .stuck_ticks = STUCK_TICKS};
 
-static board_t       board;
-static drive_t       drive;
-static loop_params_t params;
-static loop_force_t  reference;
-static unsigned      ticks;
+static board_t      board;
+static drive_t      drive;
+static loop_setup_t setup;
+static loop_force_t reference;
+static unsigned     ticks;
 
 /// Near the clock's wrap, so that every run crosses it.
 static void power_up(void)
 {
     board_init(&board, UINT32_MAX - 20u * PERIOD_US);
-    drive_init(&drive, &board.port, &params, &config, DRIVE_FAULT_NONE);
+    drive_init(&drive, &board.port, &setup.params, &config, DRIVE_FAULT_NONE);
     reference = board_force(0.5);
     ticks     = 0;
 }
@@ -505,7 +506,7 @@ static void test_a_start_of_a_running_drive_changes_nothing(void)
     drive_start(&drive);
     tick();
     check_running();
-    (void)loop_step(&params, &again, reference, board.y, &signals);
+    (void)loop_step(&setup.params, &again, reference, board.y, &signals);
     TEST_ASSERT_EQUAL_MEMORY(&again, &drive.loop, sizeof again);
 }
 
@@ -530,7 +531,7 @@ static void test_the_loop_that_runs_is_the_librarys(void)
     for (unsigned i = 0; i < 100u; i++)
     {
         tick();
-        const loop_force_t u = loop_step(&params, &state, reference, board.y, &signals);
+        const loop_force_t u = loop_step(&setup.params, &state, reference, board.y, &signals);
         TEST_ASSERT_EQUAL_HEX32(loop_word(u), loop_word(board.command));
     }
 }
@@ -560,7 +561,7 @@ static void test_what_the_self_test_finds_lasts_whatever_is_asked_for(void)
 static void test_after_a_reset_by_the_watchdog_the_drive_waits_for_an_acknowledgement(void)
 {
     board_init(&board, 0);
-    drive_init(&drive, &board.port, &params, &config, DRIVE_FAULT_WATCHDOG);
+    drive_init(&drive, &board.port, &setup.params, &config, DRIVE_FAULT_WATCHDOG);
     reference = board_force(0.5);
     check_off();
     for (unsigned k = 0; k < 20u; k++)
@@ -622,7 +623,7 @@ static void test_every_fault_has_a_text_of_its_own(void)
 int main(void)
 {
     const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
-    if (loop_init(&params, &paper, BOARD_FULL_SCALE_N) != TRIBO_OK)
+    if (loop_setup(&setup, &paper, BOARD_FULL_SCALE_N) != TRIBO_OK)
     {
         return 1;
     }

@@ -2,6 +2,7 @@
 // inputs and the clock. A message is a timer interrupt. Nothing of the application knows.
 
 #include "app/drive.h"
+#include "app/loop_setup.h"
 #include "app/selftest.h"
 #include "link.h"
 
@@ -93,7 +94,7 @@ static float number(const uint32_t *words, uint32_t place)
     return x;
 }
 
-static tribo_status_t set_up(loop_params_t *params, const uint32_t *words)
+static tribo_status_t set_up(loop_setup_t *setup, const uint32_t *words)
 {
     static tribo_biquad_f32_section_t  sections[TRIBO_BIQUAD_SECTIONS_MAX];
     static tribo_breakaway_point_f32_t table[TRIBO_BREAKAWAY_POINTS_MAX];
@@ -138,7 +139,7 @@ static tribo_status_t set_up(loop_params_t *params, const uint32_t *words)
                           .arm      = {.inertia   = number(words, TRIBO_SETUP_INERTIA),
                                        .damping   = number(words, TRIBO_SETUP_DAMPING),
                                        .stiffness = number(words, TRIBO_SETUP_STIFFNESS)}}};
-    return loop_init(params, &config, number(words, TRIBO_SETUP_FULL_SCALE));
+    return loop_setup(setup, &config, number(words, TRIBO_SETUP_FULL_SCALE));
 }
 
 // --- lock-step -----------------------------------------------------------------------------------------------------
@@ -179,9 +180,9 @@ static bool answer(const drive_t *drive)
 /// Returns the program's exit status.
 static int serve(drive_fault_t found)
 {
-    static drive_t       drive;
-    static loop_params_t params;
-    static uint32_t      words[TRIBO_WIRE_WORDS_MAX];
+    static drive_t      drive;
+    static loop_setup_t setup;
+    static uint32_t     words[TRIBO_WIRE_WORDS_MAX];
 
     uint32_t kind;
     uint32_t count;
@@ -193,12 +194,12 @@ static int serve(drive_fault_t found)
                                    .late_us     = words[TRIBO_SETUP_LATE_US],
                                    .budget_us   = words[TRIBO_SETUP_BUDGET_US],
                                    .stuck_ticks = words[TRIBO_SETUP_STUCK_TICKS]};
-    const uint32_t       status = (uint32_t)set_up(&params, words);
+    const uint32_t       status = (uint32_t)set_up(&setup, words);
     if (found == DRIVE_FAULT_NONE && status != TRIBO_OK)
     {
         found = DRIVE_FAULT_PARAMS;
     }
-    drive_init(&drive, &port, &params, &config, found);
+    drive_init(&drive, &port, &setup.params, &config, found);
     bool ok = link_send(TRIBO_WIRE_READY, &status, TRIBO_READY_WORDS);
     while (ok && link_receive(&kind, words, &count))
     {

@@ -7,9 +7,13 @@
 #include "board.h"
 #include "convert.h"
 #include "device.h"
+#ifdef DRIVE_ARITH_Q31
+#include "rig_q31.h"
+#else
+#include "rig_f32.h"
+#endif
 
 static drive_t          drive;
-static loop_params_t    params;
 static volatile int32_t reference; ///< parts of full scale
 
 #define REFERENCE_STEP 5368709                // 10 mN
@@ -39,10 +43,14 @@ static drive_fault_t self_test(void)
     return ram != DRIVE_FAULT_NONE ? ram : selftest_golden();
 }
 
-static drive_fault_t set_up(void)
+/// The rig's params are for this board's tick and converters.
+static drive_fault_t check_params(void)
 {
-    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper(); // of this rig: change what differs
-    return loop_init(&params, &paper, CONVERT_FULL_SCALE_N) == TRIBO_OK ? DRIVE_FAULT_NONE : DRIVE_FAULT_PARAMS;
+    bool ok = RIG_SAMPLE_TIME_S == (float)BOARD_TICK_US / 1e6f && convert_serves(&rig_params);
+#ifdef DRIVE_ARITH_Q31
+    ok = ok && RIG_FULL_SCALE_N == CONVERT_FULL_SCALE_N;
+#endif
+    return ok ? DRIVE_FAULT_NONE : DRIVE_FAULT_PARAMS;
 }
 
 static void write_text(const char *text)
@@ -101,9 +109,9 @@ int main(void)
 
     const board_clock_t clock  = board_init();
     const drive_fault_t tested = self_test(); // no interrupt is on yet
-    const drive_fault_t made   = tested != DRIVE_FAULT_NONE ? tested : set_up();
+    const drive_fault_t made   = tested != DRIVE_FAULT_NONE ? tested : check_params();
     const drive_fault_t reset  = board_was_reset_by_watchdog() ? DRIVE_FAULT_WATCHDOG : DRIVE_FAULT_NONE;
-    drive_init(&drive, &board_port, &params, &config, made != DRIVE_FAULT_NONE ? made : reset);
+    drive_init(&drive, &board_port, &rig_params, &config, made != DRIVE_FAULT_NONE ? made : reset);
     write_text("tribo ");
     write_text(loop_arithmetic());
     write_text(", self-test ");

@@ -1,0 +1,15 @@
+#include "app/loop_setup.h"
+
+#include "tribo/quantize_q31.h"
+
+#include <stddef.h>
+
+tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config_t *config, float full_scale_n)
+{
+#ifdef DRIVE_ARITH_Q31
+    return tribo_force_loop_q31_init(&setup->params, setup->table, config, full_scale_n, NULL);
+#else
+    (void)full_scale_n;
+    return tribo_force_loop_f32_init(&setup->params, config);
+#endif
+}
