@@ -106,21 +106,33 @@ static TRIBO_OUT_OF_LINE int64_t moved(const tribo_biquad_q31_section_t *section
     return (int64_t)b1 * x - (int64_t)a1 * y;
 }
 
+/// What the sections of `p` from the i-th on make of `x`, which is at `scale`: the cascade's output, unsaturated.
+static TRIBO_OUT_OF_LINE int64_t output_behind(const tribo_biquad_q31_params_t *p,
+                                               tribo_biquad_q31_state_t        *state,
+                                               uint32_t                         i,
+                                               int32_t                          x,
+                                               uint32_t                         scale)
+{
+    for (; i < p->count; i++)
+    {
+        x     = biquad_q31_section_output(&p->section[i], state->section[i].w1, x, &state->saturated).y;
+        scale = p->section[i].scale;
+    }
+    return unscaled(x, scale);
+}
+
 void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
                              const tribo_biquad_q31_params_t *to,
                              tribo_biquad_q31_state_t        *state,
                              int32_t                          x,
                              int32_t                          offset)
 {
-    const uint32_t             carry = state->carry;
-    tribo_biquad_q31_outputs_t were;
-    const int64_t              last = tribo_biquad_q31_output(from, state, x, &were) + offset;
-
-    state->carry       = carry;
-    int32_t in         = biquad_q31_input(to, state, x); // what the next tick will make of x
-    state->carry       = carry;
-    int32_t from_in    = were.x;
-    int32_t from_scale = from->input_scale;
+    const uint32_t carry   = state->carry;
+    int32_t        from_in = biquad_q31_input(from, state, x);
+    state->carry           = carry;
+    int32_t in             = biquad_q31_input(to, state, x); // what the next tick will make of x
+    state->carry           = carry;
+    uint32_t from_scale    = from->input_scale;
     for (uint32_t i = 0; i < to->count; i++)
     {
         const tribo_biquad_q31_section_t *now = &to->section[i];
@@ -131,17 +143,17 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
         if (i < from->count)
         {
             const tribo_biquad_q31_section_t *was = &from->section[i];
-            from_out                              = were.y[i];
-            from_scale                            = was->scale;
+            from_out   = biquad_q31_section_output(was, state->section[i].w1, from_in, &state->saturated).y;
+            from_scale = was->scale;
             // Unsigned, as a lost state may wrap.
             const int64_t w2 = state->section[i].w2 >> was->shift;
             change           = (int64_t)((uint64_t)moved(was, from_in, from_out) + (uint64_t)w2);
         }
-        const int32_t by  = now->scale - from_scale;
+        const int32_t by  = (int32_t)now->scale - (int32_t)from_scale;
         int64_t       out = rescale(from_out, by);
         if (i == to->count - 1u)
         {
-            out = rescale(last, now->scale);
+            out = rescale(output_behind(from, state, i + 1u, from_out, from_scale) + offset, now->scale);
         }
         const int32_t y = tribo_q31_saturate(out, &state->saturated);
         state->section[i].w1 =

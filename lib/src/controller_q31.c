@@ -8,11 +8,22 @@ void tribo_controller_q31_reset(tribo_controller_q31_state_t *state)
     state->limited_ticks = 0;
 }
 
-static int32_t step_of_any(const tribo_controller_q31_params_t *params,
-                           tribo_controller_q31_state_t        *state,
-                           int32_t                              e,
-                           int32_t                              feedforward,
-                           tribo_controller_q31_signals_t      *signals)
+// Out of line, so that neither takes the other's stack.
+
+static TRIBO_OUT_OF_LINE TRIBO_ALL_INLINE int32_t step_of_pair(const tribo_controller_q31_params_t *params,
+                                                               tribo_controller_q31_state_t        *state,
+                                                               int32_t                              e,
+                                                               int32_t                              feedforward,
+                                                               tribo_controller_q31_signals_t      *signals)
+{
+    return controller_q31_kernel(params, state, e, feedforward, signals);
+}
+
+static TRIBO_OUT_OF_LINE int32_t step_of_any(const tribo_controller_q31_params_t *params,
+                                             tribo_controller_q31_state_t        *state,
+                                             int32_t                              e,
+                                             int32_t                              feedforward,
+                                             tribo_controller_q31_signals_t      *signals)
 {
     const uint32_t             last = params->cascade.count - 1u;
     tribo_biquad_q31_outputs_t outputs;
@@ -30,7 +41,7 @@ int32_t tribo_controller_q31_step(const tribo_controller_q31_params_t *params,
                                   int32_t                              feedforward,
                                   tribo_controller_q31_signals_t      *signals)
 {
-    return TRIBO_FAST_WAY(params->cascade.count == 2u) ? controller_q31_kernel(params, state, e, feedforward, signals)
+    return TRIBO_FAST_WAY(params->cascade.count == 2u) ? step_of_pair(params, state, e, feedforward, signals)
                                                        : step_of_any(params, state, e, feedforward, signals);
 }
 

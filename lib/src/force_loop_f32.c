@@ -103,54 +103,33 @@ static TRIBO_OUT_OF_LINE float friction_under(const tribo_force_loop_f32_params_
     return f;
 }
 
-/// The params of a tick that was not a usual one.
-static void note(const tribo_force_loop_f32_params_t *params, tribo_force_loop_f32_state_t *state)
-{
-    state->active = params;
-    state->usual  = is_usual(params) ? params : NULL;
-}
-
-/// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
-/// friction model would add to u in one jump.
-static TRIBO_OUT_OF_LINE float changing_tick(const tribo_force_loop_f32_params_t *params,
-                                             tribo_force_loop_f32_state_t        *state,
-                                             float                                e,
-                                             float                                feedforward,
-                                             tribo_force_loop_f32_signals_t      *signals)
-{
-    const tribo_force_loop_f32_params_t *from = state->active;
-
-    const float gain_jump_n = (params->gain - from->gain) * state->friction_n;
-    tribo_controller_f32_change(&from->controller, &params->controller, &state->controller, e, -gain_jump_n);
-    const float u =
-        tribo_controller_f32_step(&params->controller, &state->controller, e, feedforward, &signals->controller);
-
-    const float old_friction_n = friction_under(from, &state->compensator, u, &signals->compensator);
-    state->friction_n = tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
-
-    const float model_jump_n = params->gain * (state->friction_n - old_friction_n);
-    tribo_controller_f32_change(&params->controller, &params->controller, &state->controller, e, -model_jump_n);
-    note(params, state);
-    return u;
-}
-
-/// The tick of any params.
+/// The tick of any params, and where they change: the controller makes up for what another gain, and then what another
+/// friction model, would add to u in one jump.
 static TRIBO_OUT_OF_LINE float tick_of_any(const tribo_force_loop_f32_params_t *params,
                                            tribo_force_loop_f32_state_t        *state,
                                            float                                e,
                                            float                                feedforward,
                                            tribo_force_loop_f32_signals_t      *signals)
 {
-    signals->e_n           = e;
-    signals->feedforward_n = feedforward;
-    if (state->active != NULL && state->active != params)
+    const tribo_force_loop_f32_params_t *const from = state->active != NULL ? state->active : params;
+    signals->e_n                                    = e;
+    signals->feedforward_n                          = feedforward;
+    if (from != params)
     {
-        return changing_tick(params, state, e, feedforward, signals);
+        const float by = -((params->gain - from->gain) * state->friction_n);
+        tribo_controller_f32_change(&from->controller, &params->controller, &state->controller, e, by);
     }
     const float u =
         tribo_controller_f32_step(&params->controller, &state->controller, e, feedforward, &signals->controller);
+    const float old   = from != params ? friction_under(from, &state->compensator, u, &signals->compensator) : 0.0f;
     state->friction_n = tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
-    note(params, state);
+    if (from != params)
+    {
+        const float by = -(params->gain * (state->friction_n - old));
+        tribo_controller_f32_change(&params->controller, &params->controller, &state->controller, e, by);
+    }
+    state->active = params;
+    state->usual  = is_usual(params) ? params : NULL;
     return u;
 }
 

@@ -62,64 +62,44 @@ static TRIBO_OUT_OF_LINE int32_t friction_under(const tribo_force_loop_q31_param
     return f;
 }
 
-/// The params of a tick that was not a usual one.
-static void note(const tribo_force_loop_q31_params_t *params, tribo_force_loop_q31_state_t *state)
+/// What keeps u as it was: gain f of `from` less that of `params`.
+static TRIBO_OUT_OF_LINE int32_t offset(const tribo_force_loop_q31_params_t *from,
+                                        int32_t                              from_f,
+                                        const tribo_force_loop_q31_params_t *params,
+                                        int32_t                              f)
 {
-    state->active = params;
-    state->usual  = is_usual(params) ? params : NULL;
+    uint32_t      not_counted = 0;
+    const int64_t was         = feedforward(from, from_f, &not_counted);
+    return tribo_q31_saturate(was - feedforward(params, f, &not_counted), &not_counted);
 }
 
-/// The tick that changes params: as a plain tick, with the controller making up for what the other gain and the other
-/// friction model would add to u in one jump.
-static TRIBO_OUT_OF_LINE int32_t changing_tick(const tribo_force_loop_q31_params_t *params,
-                                               tribo_force_loop_q31_state_t        *state,
-                                               int32_t                              e,
-                                               int32_t                              added,
-                                               tribo_force_loop_q31_signals_t      *signals)
-{
-    const tribo_force_loop_q31_params_t *from = state->active;
-
-    uint32_t *const saturated = &state->saturated;
-    const int64_t   gain_jump = (int64_t)added - feedforward(from, state->friction, saturated);
-    tribo_controller_q31_change(&from->controller,
-                                &params->controller,
-                                &state->controller,
-                                e,
-                                tribo_q31_saturate(-gain_jump, saturated));
-    const int32_t u =
-        tribo_controller_q31_step(&params->controller, &state->controller, e, added, &signals->controller);
-
-    const int32_t old_friction = friction_under(from, &state->compensator, u, &signals->compensator);
-    state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
-
-    const int64_t model_jump =
-        (int64_t)feedforward(params, state->friction, saturated) - feedforward(params, old_friction, saturated);
-    tribo_controller_q31_change(&params->controller,
-                                &params->controller,
-                                &state->controller,
-                                e,
-                                tribo_q31_saturate(-model_jump, saturated));
-    note(params, state);
-    return u;
-}
-
-/// The tick of any params.
+/// The tick of any params, and where they change: the controller makes up for what another gain, and then what another
+/// friction model, would add to u in one jump.
 static TRIBO_OUT_OF_LINE int32_t tick_of_any(const tribo_force_loop_q31_params_t *params,
                                              tribo_force_loop_q31_state_t        *state,
                                              int32_t                              e,
                                              tribo_force_loop_q31_signals_t      *signals)
 {
-    const int32_t added  = feedforward(params, state->friction, &state->saturated);
-    signals->e           = e;
-    signals->feedforward = added;
-    if (state->active != NULL && state->active != params)
+    const tribo_force_loop_q31_params_t *const from  = state->active != NULL ? state->active : params;
+    const int32_t                              added = feedforward(params, state->friction, &state->saturated);
+    signals->e                                       = e;
+    signals->feedforward                             = added;
+    if (from != params)
     {
-        return changing_tick(params, state, e, added, signals);
+        const int32_t by = offset(from, state->friction, params, state->friction);
+        tribo_controller_q31_change(&from->controller, &params->controller, &state->controller, e, by);
     }
     const int32_t u =
         tribo_controller_q31_step(&params->controller, &state->controller, e, added, &signals->controller);
-    state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
-    note(params, state);
+    const int32_t old = from != params ? friction_under(from, &state->compensator, u, &signals->compensator) : 0;
+    state->friction   = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
+    if (from != params)
+    {
+        const int32_t by = offset(params, old, params, state->friction);
+        tribo_controller_q31_change(&params->controller, &params->controller, &state->controller, e, by);
+    }
+    state->active = params;
+    state->usual  = is_usual(params) ? params : NULL;
     return u;
 }
 

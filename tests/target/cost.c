@@ -368,7 +368,15 @@ static __attribute__((noinline)) uint32_t stack_of_ticks(const loop_params_t *sw
         {
             *(top - i) = PAINT;
         }
-        (void)TRIBO(force_loop, step)(k % 2 ? swap : &paper, &axis[0], s.r, s.y, &signals);
+        const loop_params_t *params = k % 2 ? swap : &paper;
+        if (k % 4 < 2)
+        {
+            (void)TRIBO(force_loop, step)(params, &axis[0], s.r, s.y, &signals);
+        }
+        else
+        {
+            (void)TRIBO(force_loop, step)(params, &axis[0], s.r, s.y, NULL);
+        }
         uint32_t words = STACK_WORDS;
         while (words > 0u && *(top - words) == PAINT)
         {
@@ -428,6 +436,16 @@ static __attribute__((noinline)) void run_table(void)
     }
     print_counts("tick.table", &tick);
     print("hash", ".table", hashed);
+
+    // Changes to that and four sections, and back: the most that a tick can need.
+    const tribo_biquad_f32_section_t lag    = {0.5f, 0.5f, 0.0625f, 1.0f, 0.125f};
+    const tribo_biquad_f32_section_t four[] = {config.controller.sections[0], config.controller.sections[1], lag, lag};
+    config.controller.sections              = four;
+    config.controller.section_count         = 4;
+    if (INIT(&other, &config, points) == TRIBO_OK)
+    {
+        print("stack.any", "", stack_of_ticks(&other));
+    }
 }
 
 int main(void)

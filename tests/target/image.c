@@ -1,5 +1,5 @@
-// The least program with a loop in it, linked without a C library's start-up: its size is what the loop costs in flash,
-// the compiler's helpers included. With IMAGE_INIT the set-up is in it, too.
+// The least program with a loop in it, linked without a C library's start-up: its size is what the loop costs in flash, the
+// compiler's helpers and its params included, which tribo-sim params has made. With IMAGE_INIT it makes them itself.
 
 #include COST_HEADER
 
@@ -9,7 +9,8 @@ static TRIBO(force_loop, signals_t) signals;
 #ifdef IMAGE_INIT
 static TRIBO(force_loop, params_t) params;
 #else
-extern const TRIBO(force_loop, params_t) params; // made on the host; a symbol without a size here
+#include RIG_HEADER
+#define params rig_params
 #endif
 
 volatile number_t image_r, image_y, image_u;
