@@ -1,6 +1,7 @@
 """The generated files: byte-identical, compilable, whole or absent, and `check` sees every change."""
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -15,7 +16,7 @@ def test_the_same_input_gives_the_same_bytes(paper_dir, tmp_path):
     again = tmp_path / "again"
     assert main(["synthesize", str(PAPER), "--out", str(again), "--no-plots"]) == 0
     names = sorted(p.name for p in paper_dir.iterdir())
-    assert names == ["DESIGN.yaml", "paper_controller.c", "paper_controller.h", "paper_design.json", "report.html", "report.md"]
+    assert names == ["DESIGN.yaml", "paper_controller.c", "paper_controller.h", "paper_design.json", "paper_scenario.yaml", "report.html", "report.md"]
     for name in names:
         assert (again / name).read_bytes() == (paper_dir / name).read_bytes(), name
 
@@ -23,6 +24,25 @@ def test_the_same_input_gives_the_same_bytes(paper_dir, tmp_path):
 @pytest.mark.parametrize("name, folder", [("paper_controller.h", "include/tribo"), ("paper_controller.c", "src")])
 def test_the_librarys_controller_is_this_tools_output(paper_dir, name, folder):
     assert (paper_dir / name).read_text() == (ROOT / "lib" / folder / name).read_text(), "make it again, as tools/design/README.md says"
+
+
+@pytest.mark.skipif("TRIBO_SIM" not in os.environ, reason="no tribo-sim: TRIBO_SIM is not set")
+def test_tribo_sim_makes_the_headers_params_of_the_scenario(paper_dir):
+    params = subprocess.run([os.environ["TRIBO_SIM"], "params", paper_dir / "paper_scenario.yaml", "--arith", "q31"], capture_output=True, text=True, check=True).stdout
+    header = (paper_dir / "paper_controller.h").read_text()
+    for field in ("b0", "c1", "d1", "c2", "d2", "d2_low", "shift_power", "shift", "scale", "count", "input_scale", "anti_windup", "taken_max", "u_min", "u_max"):
+        numbers = re.findall(rf"\.{field} = (-?\d+)", header)
+        assert numbers and re.findall(rf"\.{field} = (-?\d+)", params)[: len(numbers)] == numbers, field
+
+
+@pytest.mark.parametrize("sample_time_s, pulse", [(1e-3, None), (4.7e-5, "0.000141"), (4.8e-5, None), (6.1e-3, "0.0183"), (5.9e-3, None)])
+def test_a_scenario_has_a_pulse_that_its_tick_can_have(sample_time_s, pulse):
+    from tribo_design.config import load_design
+    from tribo_design.emit import scenario
+
+    design = load_design(PAPER)[0].model_copy(update={"sample_time_s": sample_time_s})
+    found = re.findall(r"pulse_width_s: ([^}]*)", scenario(design, "paper.yaml", [[1.0] * 5]))
+    assert found == ([] if pulse is None else [pulse])
 
 
 def test_header_names_input_version_and_gamma(paper_dir):
@@ -139,7 +159,7 @@ def spoil(path, pattern, replacement, count=1):
     path.write_text(changed)
 
 
-HEADER, JSON = "paper_controller.h", "paper_design.json"
+HEADER, JSON, SCENARIO = "paper_controller.h", "paper_design.json", "paper_scenario.yaml"
 
 
 @pytest.mark.parametrize("name, pattern, replacement, said", [
@@ -166,6 +186,10 @@ HEADER, JSON = "paper_controller.h", "paper_design.json"
     (HEADER, r"SHA-256 (\w)", lambda m: "SHA-256 " + ("0" if m.group(1) != "0" else "1"), "SHA-256"),
     (HEADER, r"CONTROLLER_Q31", "CONTROLLER_Q30", "Q31 is missing"),
     ("paper_controller.c", r"= TRIBO_PAPER_CONTROLLER_Q31", "= TRIBO_OTHER_CONTROLLER_Q31", "paper_controller.c"),
+    (SCENARIO, r"b2: 0\.00738661969", "b2: 0.00738661968", "paper_scenario.yaml: a line"),
+    (SCENARIO, r"sample_time_s: 0\.001", "sample_time_s: 0.002", "paper_scenario.yaml: a line"),
+    (SCENARIO, r"full_scale_N: 2", "full_scale_N: 4", "paper_scenario.yaml: a line"),
+    (SCENARIO, r"metrics: .*\n", "", "paper_scenario.yaml: a line is nothing"),
     ("DESIGN.yaml", r"gain: 0\.86", "gain: 0.87", "SHA-256"),
     ("report.md", r"\| 1\.7616 \|", "| 1.7516 |", "report.md: .*gamma"),
     ("report.md", r"SHA-256 \w", "SHA-256 x", "report.md"),
@@ -183,7 +207,7 @@ def test_check_sees(run, copy, name, pattern, replacement, said):
 
 
 def test_check_closes_the_loop_with_the_headers_numbers(run, copy):
-    """Header and JSON changed alike, consistently to the last bit: the loop still tells."""
+    """Header, scenario and JSON changed alike, consistently to the last bit: the loop still tells."""
     data = json.loads((copy / JSON).read_text())
     from tribo_design.quantise import to_f32
 
@@ -194,6 +218,7 @@ def test_check_closes_the_loop_with_the_headers_numbers(run, copy):
     data["sections"]["f32"] = f32.tolist()
     (copy / JSON).write_text(json.dumps(data))
     spoil(copy / HEADER, re.escape(f"{old:.8e}f"), f"{f32[1][0]:.8e}f")
+    spoil(copy / SCENARIO, re.escape(f"b0: {old:.9g}"), f"b0: {f32[1][0]:.9g}")
     code, _, err = run("check", copy)
     assert code == 5
     assert "Q31 params are not what the library makes" in err
@@ -213,7 +238,7 @@ def test_check_sees_a_loop_that_is_not_the_tables(run, copy):
     assert re.search(r"K\(z\), Q31, gain_margin", err) and re.search(r"report.md: .*gain margin", err)
 
 
-@pytest.mark.parametrize("missing", ["paper_controller.h", "paper_controller.c", "paper_design.json", "DESIGN.yaml", "report.md"])
+@pytest.mark.parametrize("missing", ["paper_controller.h", "paper_controller.c", "paper_design.json", "paper_scenario.yaml", "DESIGN.yaml", "report.md"])
 def test_check_misses_a_file(run, copy, missing):
     (copy / missing).unlink()
     code, _, err = run("check", copy)

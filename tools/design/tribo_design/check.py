@@ -5,6 +5,7 @@ calculated again from its own numbers. What runs, f32 and Q31, is taken from the
 """
 
 import html
+import itertools
 import json
 import re
 from pathlib import Path
@@ -26,7 +27,7 @@ def command(options):
     print("\n".join(lines))
     if problems:
         raise DisagreementError("\n".join(problems))
-    print(f"{options.dir}: header, source, JSON and reports agree, and the loop is within its limits")
+    print(f"{options.dir}: header, source, scenario, JSON and reports agree, and the loop is within its limits")
     return 0
 
 
@@ -43,6 +44,7 @@ def check(directory):
     header_text, _ = read_text(headers[0])
     source_text, _ = read_text(directory / f"{name}_controller.c")
     data = _load_json(directory / f"{name}_design.json")
+    scenario, _ = read_text(directory / f"{name}_scenario.yaml")
     report, _ = read_text(directory / "report.md")
     page, _ = read_text(directory / "report.html")
     try:
@@ -50,7 +52,7 @@ def check(directory):
     except ValueError as error:
         raise DisagreementError(f"{headers[0]}: {error}") from None
     try:
-        return _compare(directory, name, design, digest, header, source_text, data, report, page)
+        return _compare(directory, name, design, digest, header, source_text, scenario, data, report, page)
     except (KeyError, TypeError, IndexError, ValueError) as error:
         raise DisagreementError(f"{directory / (name + '_design.json')}: not as it was written: {type(error).__name__} {error}") from None
 
@@ -66,7 +68,7 @@ def _load_json(path):
     return data
 
 
-def _compare(directory, name, design, digest, header, source_text, data, report, page):
+def _compare(directory, name, design, digest, header, source_text, scenario, data, report, page):
     problems = []
 
     def differ(where, what, found, expected):
@@ -112,6 +114,9 @@ def _compare(directory, name, design, digest, header, source_text, data, report,
                                            if key == "sections" else [(key, value, kept[key])]):
             if found != wanted_value:
                 differ(header_name, f"Q31 {where}", found, f"{wanted_value} ({json_name})")
+    for found, expected in itertools.zip_longest(scenario.splitlines(), emit.scenario(design, data["input"]["file"], f32).splitlines(), fillvalue="nothing"):
+        if found != expected:
+            differ(f"{name}_scenario.yaml", "a line", found, expected)
     values = coded.values()
     again = quantise.to_q31(f32, design.fixed_point.full_scale_n, -design.fixed_point.limit_n, design.fixed_point.limit_n)
     stated = [("sample_time_s", design.sample_time_s), ("computation_delay_s", design.computation_delay_s), ("full_scale_n", design.fixed_point.full_scale_n)]

@@ -146,6 +146,25 @@ def source(result):
         f"const tribo_controller_q31_params_t tribo_{name}_controller_q31 = {macro}_Q31;", "// clang-format on", ""])
 
 
+def scenario(design, source, f32):
+    """The loop with this controller, for tribo-sim: the sections to float32's last bit."""
+    h, limit = design.sample_time_s, design.fixed_point.limit_n
+    sections = [", ".join(f"{k}: {value:.9g}" for k, value in zip(("b0", "b1", "b2", "a1", "a2"), row)) for row in f32]
+    pulse = [] if 1 <= round(3e-3 / h) <= 63 else [f"  friction: {{pulse_width_s: {3 * h:.9g}}} # three ticks, as 3 ms would not do"]
+    return "\n".join([
+        f'# A force loop with the controller "{design.name}", made by tribo-design of {source}. Its friction, arm and plant are the paper\'s:',
+        "# give your rig's under compensator and plant. tribo-sim run plays it, tribo-sim params makes the loop's params for a drive.",
+        f'description: "a triangle with the controller {design.name}"',
+        "duration_s: 60",
+        f"sample_time_s: {h:.9g}",
+        f"reference: {{kind: triangle, low_N: {0.2 * limit:.9g}, high_N: {0.3 * limit:.9g}, period_s: 20}}",
+        f"plant: {{step_s: {h / 10:.9g}}}",
+        "controller:", "  kind: delta", "  sections:", *(f"    - {{{section}}}" for section in sections),
+        "compensator:", "  gain: 0.85", *pulse,
+        f"limits: {{u_min_N: {-limit:.9g}, u_max_N: {limit:.9g}, input_max_N: {design.fixed_point.full_scale_n:.9g}, full_scale_N: {design.fixed_point.full_scale_n:.9g}}}",
+        "metrics: {start_s: 20}", ""])
+
+
 def _float_literal(value, digits=None):
     if digits is not None:
         return f"{value:.{digits}e}f"

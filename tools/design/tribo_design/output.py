@@ -7,7 +7,7 @@ from pathlib import Path
 
 from .errors import InputError
 
-DESIGN = ("*_controller.[hc]", "*_design.json", "DESIGN.yaml", "report.md", "report.html", "plots/*.png")
+DESIGN = ("*_controller.[hc]", "*_design.json", "*_scenario.yaml", "DESIGN.yaml", "report.md", "report.html", "plots/*.png")
 
 
 def _is_named(file, names):
