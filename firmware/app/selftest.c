@@ -2,8 +2,10 @@
 
 #include "app/crc32.h"
 #ifdef DRIVE_ARITH_Q31
+#include "app/golden_any_q31.h"
 #include "app/golden_q31.h"
 #else
+#include "app/golden_any_f32.h"
 #include "app/golden_f32.h"
 #endif
 
@@ -102,11 +104,10 @@ static int32_t golden_reference(int32_t tick)
 }
 
 /// The sensor lags behind the reference, and stands still at the end.
-uint32_t selftest_golden_crc(void)
+static uint32_t run_golden(const loop_params_t *params, uint32_t crc)
 {
     loop_state_t state;
-    uint32_t     crc = 0;
-    int32_t      y   = 0;
+    int32_t      y = 0;
     loop_reset(&state);
     for (int32_t k = 0; k < GOLDEN_TICKS; k++)
     {
@@ -114,11 +115,16 @@ uint32_t selftest_golden_crc(void)
         loop_signals_t signals;
         uint32_t       words[LOOP_WORDS];
         y = k < 120 ? y + (r - y) / 8 : 0;
-        (void)loop_step(&golden_params, &state, loop_force(r, GOLDEN_RANGE_N), loop_force(y, GOLDEN_RANGE_N), &signals);
+        (void)loop_step(params, &state, loop_force(r, GOLDEN_RANGE_N), loop_force(y, GOLDEN_RANGE_N), &signals);
         loop_words(&signals, words);
         crc = crc32_update(crc, words, sizeof words);
     }
     return crc;
+}
+
+uint32_t selftest_golden_crc(void)
+{
+    return run_golden(&golden_any_params, run_golden(&golden_params, 0));
 }
 
 drive_fault_t selftest_golden(void)

@@ -16,8 +16,8 @@
 static drive_t          drive;
 static volatile int32_t reference; ///< parts of full scale
 
-#define REFERENCE_STEP 5368709                // 10 mN
-#define REFERENCE_MAX  (100 * REFERENCE_STEP) // 1 N
+#define REFERENCE_STEP ((int32_t)(0.01f / CONVERT_FULL_SCALE_N * 2147483648.0f)) // 10 mN
+#define REFERENCE_MAX  (100 * REFERENCE_STEP)                                    // 1 N
 
 static const drive_config_t config = {.period_us = BOARD_TICK_US, .late_us = 50, .budget_us = 250, .stuck_ticks = 200};
 
