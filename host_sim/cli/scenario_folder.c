@@ -53,7 +53,12 @@ bool sim_scenario_open(sim_scenario_t *scenario, const char *name, char *const *
     {
         return sim_error_set(error, "out of memory");
     }
-    bool ok = sim_scenario_load(scenario, path, error);
+    bool ok = exists(path)
+                  ? sim_scenario_load(scenario, path, error)
+                  : sim_error_set(error,
+                                  "%s: there is no such file, nor such a scenario in %s (tribo-sim list shows them)",
+                                  path,
+                                  sim_scenario_folder());
     for (int i = 0; ok && i < set_count; i++)
     {
         ok = sim_scenario_set(scenario, sets[i], error);

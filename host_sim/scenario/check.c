@@ -166,6 +166,15 @@ static bool check_friction(const sim_scenario_t        *scenario,
         (void)snprintf(key, sizeof key, "%s.friction.k_min", whose);
         return complain(scenario, key, "is larger than k_max", error);
     }
+    static const char *const law[] = {"offset_N", "slope", "negative_offset_N", "negative_slope"};
+    for (size_t i = 0; friction->breakaway.table != NULL && i < sizeof law / sizeof law[0]; i++)
+    {
+        (void)snprintf(key, sizeof key, "%s.friction.breakaway.%s", whose, law[i]);
+        if (sim_sources_has(&scenario->sources, key))
+        {
+            return complain(scenario, key, "does not go with a table, which is in its place", error);
+        }
+    }
     for (unsigned i = 1; i < friction->breakaway.table_count; i++)
     {
         const sim_breakaway_point_t *point = &friction->breakaway.table[i];
@@ -246,9 +255,34 @@ static const char *status_key(tribo_status_t status)
     return "scenario";
 }
 
+/// The value of a key that is a number in its own right.
+static bool find_number(const sim_scenario_t *scenario, const char *key, double *value)
+{
+    sim_place_t place;
+    if (!sim_schema_find(&sim_scenario_schema, key, &place) || place.field->value.type != CYAML_FLOAT ||
+        (place.field->value.flags & CYAML_FLAG_POINTER) != 0)
+    {
+        return false;
+    }
+    memcpy(value, (const char *)scenario->config + place.offset + place.field->data_offset, sizeof *value);
+    return true;
+}
+
 bool sim_check_status(const sim_scenario_t *scenario, tribo_status_t status, sim_error_t *error)
 {
-    return status == TRIBO_OK || complain(scenario, status_key(status), tribo_status_text(status), error);
+    if (status == TRIBO_OK)
+    {
+        return true;
+    }
+    const char *key = status_key(status);
+    double      value;
+    if (!find_number(scenario, key, &value))
+    {
+        return complain(scenario, key, tribo_status_text(status), error);
+    }
+    char text[256];
+    (void)snprintf(text, sizeof text, "%.10g is refused: %s", value, tribo_status_text(status));
+    return complain(scenario, key, text, error);
 }
 
 bool sim_check_compensator(const sim_scenario_t *scenario, sim_error_t *error)

@@ -189,7 +189,15 @@ bool sim_scenario_set(sim_scenario_t *scenario, const char *assignment, sim_erro
     if (key_length < sizeof key)
     {
         (void)snprintf(key, sizeof key, "%.*s", (int)key_length, assignment);
-        if (sim_schema_find(&sim_scenario_schema, key, &place) && !place.is_element)
+        const bool found = sim_schema_find(&sim_scenario_schema, key, &place);
+        if (found && place.is_element)
+        {
+            return sim_error_set(error,
+                                 "--set %s: %s is a whole element: set one of its keys, or the list",
+                                 assignment,
+                                 key);
+        }
+        if (found)
         {
             return set_one(scenario, assignment, key_length, &place, error);
         }

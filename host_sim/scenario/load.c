@@ -46,6 +46,16 @@ static bool complain_unknown(const loader_t *loader, const sim_yaml_entry_t *ent
     describe_place(loader->from, entry->line, place, sizeof place);
     const char *prefix = loader->target->prefix;
     char        suggestion[SIM_KEY_MAX];
+    sim_place_t found;
+    if (prefix[0] != '\0' && !loader->from->is_option && sim_schema_find(&sim_scenario_schema, entry->path, &found))
+    {
+        return sim_error_set(loader->error,
+                             "%s: %s is a scenario's key: a file with the keys of its %.*s alone is wanted here",
+                             place,
+                             entry->path,
+                             (int)strlen(prefix) - 1,
+                             prefix);
+    }
     if (sim_suggest(loader->target->schema, entry->path, suggestion, sizeof suggestion))
     {
         return sim_error_set(loader->error,

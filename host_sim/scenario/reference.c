@@ -2,8 +2,11 @@
 
 #include "scenario/scenario_data.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
 
 #define TWO_PI 6.283185307179586
 
@@ -38,6 +41,16 @@ bool sim_reference_init(sim_reference_t *reference, const sim_scenario_t *scenar
     if (path == NULL)
     {
         return sim_error_set(error, "out of memory");
+    }
+    if (access(path, R_OK) != 0)
+    {
+        (void)sim_error_set(error,
+                            "%s: reference.file: %s: cannot be opened: %s",
+                            sim_scenario_source(scenario, "reference.file"),
+                            path,
+                            strerror(errno));
+        free(path);
+        return false;
     }
     const bool ok =
         sim_csv_read(&reference->csv, path, columns, 2, error) && check_times_rise(&reference->csv, path, error);

@@ -47,6 +47,12 @@ static const char *last_part(const char *path)
     return dot != NULL ? dot + 1 : path;
 }
 
+static bool same_first_part(const char *a, const char *b)
+{
+    const size_t length = strcspn(a, ".");
+    return length == strcspn(b, ".") && strncmp(a, b, length) == 0;
+}
+
 static void compare(void *context, const char *path, const cyaml_schema_field_t *field)
 {
     (void)field;
@@ -54,7 +60,7 @@ static void compare(void *context, const char *path, const cyaml_schema_field_t 
     size_t    found  = distance(search->wanted, path);
     if (strcmp(last_part(search->wanted), last_part(path)) == 0)
     {
-        found = smaller(found, 2);
+        found = smaller(found, same_first_part(search->wanted, path) ? 1 : 2);
     }
     if (found < search->best)
     {

@@ -193,7 +193,8 @@ def test_a_missing_log(sim):
 PARAM_MISTAKES = {
     "missing": (None, ": cannot be opened: No such file or directory"),
     "empty": ("", ":1: the file is empty"),
-    "a scenario": ("compensator: {gain: 1}\n", ":1: unknown key compensator.compensator"),
+    "a scenario": ("compensator: {gain: 1}\n", ":1: compensator is a scenario's key:"
+                   " a file with the keys of its compensator alone is wanted here"),
     "unknown key": (
         "friction:\n  k_mim: 1\n",
         ":2: unknown key compensator.friction.k_mim, did you mean compensator.friction.k_min?",
@@ -203,7 +204,7 @@ PARAM_MISTAKES = {
     "together": ("friction:\n  k_min: 30\n", ":2: compensator.friction.k_min: is larger than k_max"),
     "the log's sample time": (
         "friction:\n  pulse_width_s: 0.1\n",
-        ":2: compensator.friction.pulse_width_s: friction pulse_width_s: 1 to 63 sample times",
+        ":2: compensator.friction.pulse_width_s: 0.1 is refused: friction pulse_width_s: 1 to 63 sample times",
     ),
 }
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from conftest import SHORT
+from conftest import SCENARIOS, SHORT
 
 SECTION = "{b0: 1, b1: 0, b2: 0, a1: -0.5, a2: 0}"
 POINT = "{force_N: %s, positive_N: 1, negative_N: 1}"
@@ -131,9 +131,19 @@ MISTAKES = {
         "sample_time_s: 0.002",
         ":3: sample_time_s: must be 0.001 with controller.kind paper",
     ),
+    "a law and a table": (
+        "compensator:\n  friction:\n    breakaway:\n      slope: 0.2\n"
+        "      table: [{force_N: 0, positive_N: 0.1, negative_N: 0.1}]",
+        ":6: compensator.friction.breakaway.slope: does not go with a table, which is in its place",
+    ),
+    "a law and the plant's table": (
+        "plant:\n  friction:\n    breakaway:\n      table: [{force_N: 0, positive_N: 0.1, negative_N: 0.1}]\n"
+        "      negative_offset_N: 0.2",
+        ":7: plant.friction.breakaway.negative_offset_N: does not go with a table, which is in its place",
+    ),
     "pulse too wide": (
         "compensator:\n  friction: {pulse_width_s: 0.1}",
-        ":4: compensator.friction.pulse_width_s: friction pulse_width_s: 1 to 63 sample times",
+        ":4: compensator.friction.pulse_width_s: 0.1 is refused: friction pulse_width_s: 1 to 63 sample times",
     ),
     "unstable section": (
         "controller: {kind: z, sections: [{b0: 1, b1: 0, b2: 0, a1: -3, a2: 1}]}",
@@ -179,7 +189,9 @@ def test_a_file_that_is_no_scenario(sim, case):
 
 
 def test_a_missing_file(sim):
-    sim.fails("none.yaml: cannot be opened: No such file or directory", "run", "none.yaml")
+    for command in ("run", "params"):
+        sim.fails(f"none.yaml: there is no such file, nor such a scenario in {SCENARIOS} (tribo-sim list shows them)", command,
+                  "none.yaml")
 
 
 def test_a_folder_for_a_file(sim):
@@ -193,4 +205,6 @@ def test_utf8_byte_order_mark_and_crlf_are_read(sim):
 
 def test_a_missing_reference_file(sim):
     sim.write("x.yaml", "duration_s: 1\nreference: {kind: csv, file: no.csv}\n")
-    sim.fails("no.csv: cannot be opened: No such file or directory", "run", "x.yaml")
+    message = "reference.file: no.csv: cannot be opened: No such file or directory"
+    sim.fails("x.yaml:2: " + message, "run", "x.yaml")
+    sim.fails("--set reference={kind: csv, file: no.csv}: " + message, "run", "triangle", "--set", "reference={kind: csv, file: no.csv}")

@@ -186,6 +186,8 @@ def test_both_directions_follow_the_slope_unless_the_negative_one_has_its_own(si
 
 MISTAKES = {
     "gain=1": "unknown key gain, did you mean compensator.gain?",
+    "compensator.friction.offset_N=1": "unknown key compensator.friction.offset_N,"
+                                       " did you mean compensator.friction.breakaway.offset_N?",
     "compensator.gian=1": "unknown key compensator.gian, did you mean compensator.gain?",
     "plant.friction.breakaway.slop=1": "unknown key plant.friction.breakaway.slop,"
                                        " did you mean plant.friction.breakaway.slope?",
@@ -204,11 +206,11 @@ MISTAKES = {
     "controller.kind=pid": "controller.kind: 'pid' is not paper, z or delta",
     "controller.sections=[{b0: 1}]": "controller.sections: Missing required mapping field: b1",
     "controller.sections[0].b0=1": "the list controller.sections has 0 elements, counted from 0",
-    "controller.sections[0]=1": "unknown key controller.sections[0], did you mean controller.sections?",
+    "controller.sections[0]=1": "controller.sections[0] is a whole element: set one of its keys, or the list",
     "controller.sections[x].b0=1": "unknown key controller.sections[x].b0, did you mean controller.sections[].b0?",
     "compensator[0].gain=1": "unknown key compensator[0].gain, did you mean compensator.gain?",
     "compensator.friction.pulse_width_s=0.1":
-        "compensator.friction.pulse_width_s: friction pulse_width_s: 1 to 63 sample times",
+        "compensator.friction.pulse_width_s: 0.1 is refused: friction pulse_width_s: 1 to 63 sample times",
     "reference.kind=csv": None,
 }
 
