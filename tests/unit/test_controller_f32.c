@@ -10,10 +10,12 @@
 #include <stdio.h>
 #include <string.h>
 
-static const tribo_biquad_f32_section_t paper[]    = TRIBO_PAPER_CONTROLLER_F32;
-static const tribo_biquad_f32_section_t pi[]       = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0)};
-static const tribo_biquad_f32_section_t pi_first[] = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0),
-                                                      TRIBO_BIQUAD_F32(1.0, -0.2, 0.0, -0.6, 0.0)};
+static const tribo_biquad_f32_section_t paper[]           = TRIBO_PAPER_CONTROLLER_F32;
+static const tribo_biquad_f32_section_t pi[]              = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0)};
+static const tribo_biquad_f32_section_t two_integrators[] = {TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -1.0, 0.0),
+                                                             TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -1.0, 0.0)};
+static const tribo_biquad_f32_section_t pi_first[]        = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0),
+                                                             TRIBO_BIQUAD_F32(1.0, -0.2, 0.0, -0.6, 0.0)};
 // A zero outside the unit circle: D > 0, K(1) < 0 ...
 static const tribo_biquad_f32_section_t zero_outside[] = {TRIBO_BIQUAD_F32(1.0, -1.2, 0.0, -0.99, 0.0)};
 // ... and the same with an integrator in front.
@@ -142,6 +144,7 @@ static void test_controller_does_not_wind_up_whatever_its_zeros(void)
         check_no_windup(paper, 2, e);
         check_no_windup(pi, 1, e);
         check_no_windup(pi_first, 2, e);
+        check_no_windup(two_integrators, 2, e);
         check_no_windup(zero_outside, 1, e);
         check_no_windup(zero_behind, 1, e);
         check_no_windup(pi_zero_outside, 2, e);

@@ -11,10 +11,12 @@
 
 #define FULL_SCALE 2.0f
 
-static const tribo_biquad_f32_section_t paper[]    = TRIBO_PAPER_CONTROLLER_F32;
-static const tribo_biquad_f32_section_t pi[]       = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0)};
-static const tribo_biquad_f32_section_t pi_first[] = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0),
-                                                      TRIBO_BIQUAD_F32(1.0, -0.2, 0.0, -0.6, 0.0)};
+static const tribo_biquad_f32_section_t paper[]           = TRIBO_PAPER_CONTROLLER_F32;
+static const tribo_biquad_f32_section_t pi[]              = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0)};
+static const tribo_biquad_f32_section_t pi_first[]        = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0),
+                                                             TRIBO_BIQUAD_F32(1.0, -0.2, 0.0, -0.6, 0.0)};
+static const tribo_biquad_f32_section_t two_integrators[] = {TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -1.0, 0.0),
+                                                             TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -1.0, 0.0)};
 // Zeros outside the unit circle, alone and behind an integrator.
 static const tribo_biquad_f32_section_t zero_outside[]    = {TRIBO_BIQUAD_F32(1.0, -1.2, 0.0, -0.99, 0.0)};
 static const tribo_biquad_f32_section_t pi_zero_outside[] = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0),
@@ -134,6 +136,7 @@ static void test_controller_does_not_wind_up_whatever_its_zeros(void)
         check_no_windup(paper, 2, sign * 1.9);
         check_no_windup(pi, 1, sign * 1.9);
         check_no_windup(pi_first, 2, sign * 1.9);
+        check_no_windup(two_integrators, 2, sign * 1.9);
         check_no_windup(zero_outside, 1, sign * 1.9);
         check_no_windup(pi_zero_outside, 2, sign * 1.9);
     }

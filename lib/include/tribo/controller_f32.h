@@ -7,8 +7,8 @@
 /// the cascade's direct feedthrough. c = 1 (Hanus' conditioning: the input that would have given just u) needs
 /// zeros inside the unit circle; tribo_controller_f32_init finds the largest |c| = 1, 1/2, 1/4 ... of either sign
 /// for which the conditioned cascade dies away within 2^24 ticks. A stable biproper cascade has such a c, and one with a
-/// pole at z = 1 has one of a sign; refused is what has none of 1e-6 or more: two integrators, an integrator that a zero
-/// hides, poles slower than some 10^-7 a tick that a zero hides beside a zero outside the unit circle.
+/// pole at z = 1 has one of a sign; with two such poles many have. Refused is what has none of 1e-6 or more: an integrator
+/// that a zero hides, poles slower than some 10^-7 a tick that a zero hides beside a zero outside the unit circle.
 ///
 /// tribo_controller_f32_change takes a running controller over to other params without a bump in u.
 ///
@@ -62,7 +62,7 @@ typedef struct
 
 /// Checks `config`, copies the sections and finds the anti-windup. Returns TRIBO_OK, TRIBO_ERR_NULL, what
 /// tribo_biquad_f32_init says, TRIBO_ERR_SECTION_FEEDTHROUGH, TRIBO_ERR_U_MIN, TRIBO_ERR_U_MAX or
-/// TRIBO_ERR_ANTI_WINDUP (two integrators). Writes nothing unless TRIBO_OK. Not for the tick.
+/// TRIBO_ERR_ANTI_WINDUP (see above). Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_controller_f32_init(tribo_controller_f32_params_t       *params,
                                          const tribo_controller_f32_config_t *config);
 

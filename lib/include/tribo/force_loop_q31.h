@@ -6,8 +6,9 @@
 /// input_max_n is a bad input: the tick runs with e = 0, so u coasts on the controller's state, and is counted.
 /// Saturations are counted where they happen, in the states of the parts.
 ///
-/// Retuning, as in f32: hand in a pointer to other params at any tick; u does not bump. It needs the old params
-/// once more, with their table: both may go when state.active is the new pointer.
+/// Retuning, as in f32: hand in a pointer to other params at any tick; u does not bump, but where a new limit asks for it.
+/// It needs the old params once more, with their table: both may go when state.active is the new pointer. All params of a
+/// loop are for one full scale, as for one sample time: the state has no notion of either.
 ///
 /// No float, no heap, no division of more than 32 bits; the same bits on every target. Not synchronized.
 
