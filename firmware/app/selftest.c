@@ -4,9 +4,11 @@
 #ifdef DRIVE_ARITH_Q31
 #include "app/golden_any_q31.h"
 #include "app/golden_q31.h"
+#include "app/golden_steep_q31.h"
 #else
 #include "app/golden_any_f32.h"
 #include "app/golden_f32.h"
+#include "app/golden_steep_f32.h"
 #endif
 
 // --- image ---------------------------------------------------------------------------------------------------------
@@ -124,7 +126,7 @@ static uint32_t run_golden(const loop_params_t *params, uint32_t crc)
 
 uint32_t selftest_golden_crc(void)
 {
-    return run_golden(&golden_any_params, run_golden(&golden_params, 0));
+    return run_golden(&golden_steep_params, run_golden(&golden_any_params, run_golden(&golden_params, 0)));
 }
 
 drive_fault_t selftest_golden(void)

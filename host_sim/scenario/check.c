@@ -155,6 +155,11 @@ static bool check_times(const sim_scenario_t *scenario, sim_error_t *error)
     return true;
 }
 
+static bool is_set(const char *source)
+{
+    return strncmp(source, "--set ", 6) == 0;
+}
+
 static bool check_friction(const sim_scenario_t        *scenario,
                            const sim_friction_config_t *friction,
                            const char                  *whose,
@@ -166,19 +171,27 @@ static bool check_friction(const sim_scenario_t        *scenario,
         (void)snprintf(key, sizeof key, "%s.friction.k_min", whose);
         return complain(scenario, key, "is larger than k_max", error);
     }
+    const sim_breakaway_point_t *points = friction->breakaway.table;
+    if (points == NULL)
+    {
+        return true;
+    }
     static const char *const law[] = {"offset_N", "slope", "negative_offset_N", "negative_slope"};
-    for (size_t i = 0; friction->breakaway.table != NULL && i < sizeof law / sizeof law[0]; i++)
+    char                     table[SIM_KEY_MAX];
+    (void)snprintf(table, sizeof table, "%s.friction.breakaway.table", whose);
+    for (size_t i = 0; i < sizeof law / sizeof law[0]; i++)
     {
         (void)snprintf(key, sizeof key, "%s.friction.breakaway.%s", whose, law[i]);
-        if (sim_sources_has(&scenario->sources, key))
+        // A table of --set goes over a file's law.
+        if (sim_sources_has(&scenario->sources, key) &&
+            (is_set(sim_scenario_source(scenario, key)) || !is_set(sim_scenario_source(scenario, table))))
         {
             return complain(scenario, key, "does not go with a table, which is in its place", error);
         }
     }
     for (unsigned i = 1; i < friction->breakaway.table_count; i++)
     {
-        const sim_breakaway_point_t *point = &friction->breakaway.table[i];
-        if (!(point->force_n > point[-1].force_n))
+        if (!(points[i].force_n > points[i - 1].force_n))
         {
             (void)snprintf(key, sizeof key, "%s.friction.breakaway.table[%u].force_N", whose, i);
             return complain(scenario, key, "must be larger than in the point before", error);
@@ -268,14 +281,49 @@ static bool find_number(const sim_scenario_t *scenario, const char *key, double 
     return true;
 }
 
+/// The key of the first section that alone is refused with `status`; false if there is none.
+static bool find_section(const sim_scenario_t *scenario, tribo_status_t status, char *key, size_t size)
+{
+    sim_loop_config_t             loop;
+    tribo_controller_f32_params_t params;
+    sim_loop_config_fill(&loop, scenario->config);
+    for (unsigned i = 0; i < scenario->config->controller.sections_count; i++)
+    {
+        const tribo_controller_f32_config_t one = {.sections      = &loop.sections[i],
+                                                   .section_count = 1,
+                                                   .u_min_n       = -1.0f,
+                                                   .u_max_n       = 1.0f};
+        if (tribo_controller_f32_init(&params, &one) == status)
+        {
+            (void)snprintf(key, size, "controller.sections[%u]", i);
+            return true;
+        }
+    }
+    return false;
+}
+
 bool sim_check_status(const sim_scenario_t *scenario, tribo_status_t status, sim_error_t *error)
 {
     if (status == TRIBO_OK)
     {
         return true;
     }
-    const char *key = status_key(status);
-    double      value;
+    const char                   *key = status_key(status);
+    const sim_breakaway_config_t *law = &scenario->config->compensator.friction.breakaway;
+    char                          section[SIM_KEY_MAX];
+    double                        value;
+    if ((status == TRIBO_ERR_BREAKAWAY_OFFSET && law->negative_offset_n != NULL) ||
+        (status == TRIBO_ERR_BREAKAWAY_SLOPE && law->negative_slope != NULL))
+    {
+        return complain(scenario,
+                        "compensator.friction.breakaway",
+                        tribo_status_text(status),
+                        error); // either direction's
+    }
+    if (strcmp(key, "controller.sections") == 0 && find_section(scenario, status, section, sizeof section))
+    {
+        return complain(scenario, section, tribo_status_text(status), error);
+    }
     if (!find_number(scenario, key, &value))
     {
         return complain(scenario, key, tribo_status_text(status), error);

@@ -52,11 +52,28 @@ bool sim_sources_has(const sim_sources_t *sources, const char *key)
     return find_exactly(sources, key) != NULL;
 }
 
+/// The last --set of a part of what `key` names.
+static const char *find_set_below(const sim_sources_t *sources, const char *key)
+{
+    const size_t length = strlen(key);
+    for (size_t i = sources->count; i-- > 0;)
+    {
+        const char *found = sources->entry[i].key;
+        if (strncmp(found, key, length) == 0 && (found[length] == '.' || found[length] == '[') &&
+            strncmp(sources->entry[i].place, "--set ", 6) == 0)
+        {
+            return sources->entry[i].place;
+        }
+    }
+    return NULL;
+}
+
 const char *sim_sources_find(const sim_sources_t *sources, const char *key)
 {
     char path[SIM_KEY_MAX];
     (void)snprintf(path, sizeof path, "%s", key);
-    const char *place = find_exactly(sources, path);
+    const char *place = find_set_below(sources, path);
+    place             = place != NULL ? place : find_exactly(sources, path);
     while (place == NULL)
     {
         char *const dot     = strrchr(path, '.');

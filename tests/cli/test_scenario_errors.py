@@ -147,7 +147,7 @@ MISTAKES = {
     ),
     "unstable section": (
         "controller: {kind: z, sections: [{b0: 1, b1: 0, b2: 0, a1: -3, a2: 1}]}",
-        ":3: controller.sections: controller section poles: inside the unit circle, or one of them at z = 1",
+        ":3: controller.sections[0]: controller section poles: inside the unit circle, or one of them at z = 1",
     ),
 }
 

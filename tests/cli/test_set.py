@@ -226,6 +226,45 @@ def test_a_wrong_set_is_named(sim, assignment):
     sim.fails(message, "run", "x.yaml", "--set", assignment)
 
 
+A_TABLE = "compensator.friction.breakaway.table=[{force_N: 0, positive_N: 0.02, negative_N: 0.02}]"
+
+
+def test_a_table_goes_over_the_files_law_but_not_over_a_set_one(sim):
+    sim.write("x.yaml", SHORT + "compensator: {friction: {breakaway: {offset_N: 0.01, slope: 0.25, negative_slope: 0.3}}}\n")
+    assert set(sim.trace("x.yaml", "--set", A_TABLE)["L_N"]) == {0.0199999996}
+    slope = "compensator.friction.breakaway.slope=0.2"
+    for sets in (("--set", A_TABLE, "--set", slope), ("--set", slope, "--set", A_TABLE)):
+        sim.fails(f"--set {slope}: compensator.friction.breakaway.slope: does not go with a table, which is in its place", "run",
+                  "x.yaml", *sets)
+
+
+def test_a_direction_that_q31_cannot_have_is_not_blamed_on_the_other(sim):
+    assignment = "compensator.friction.breakaway.negative_offset_N=3"
+    result = sim("run", "triangle", "--arith", "q31", "--set", assignment)
+    assert result.returncode == 1
+    assert result.stderr.startswith(f"tribo-sim: --set {assignment}: compensator.friction.breakaway: friction breakaway offset_n:")
+
+
+TWO_SECTIONS = SHORT + """controller:
+  kind: z
+  sections:
+    - {b0: 1, b1: 0, b2: 0, a1: -0.5, a2: 0.1}
+    - {b0: 1, b1: 0, b2: 0, a1: -0.5, a2: 0.1}
+"""
+UNSTABLE = "controller section poles: inside the unit circle, or one of them at z = 1"
+NO_FEEDTHROUGH = "controller section b0: magnitude 1e-6 to 1e6, so that the cascade is biproper"
+
+
+@pytest.mark.parametrize("assignment, message", [("controller.sections[1].a2=1.2", UNSTABLE), ("controller.sections[0].a1=-4", UNSTABLE),
+                                                 ("controller.sections[1].b0=0", NO_FEEDTHROUGH)])
+def test_a_section_that_a_set_has_spoiled_is_named(sim, assignment, message):
+    sim.write("x.yaml", TWO_SECTIONS)
+    section = assignment.split(".")[0] + "." + assignment.split(".")[1]
+    assert message in sim("run", "x.yaml", "--set", assignment).stderr
+    sim.fails(f"--set {assignment}: {section}: {message}", "run", "x.yaml", "--set", "compensator.gain=0.5", "--set", assignment)
+    sim.ok("run", "x.yaml", "--set", assignment, "--set", section + ".a1=-0.5", "--set", section + ".a2=0.1", "--set", section + ".b0=1")
+
+
 def test_a_file_named_by_set_is_in_the_current_folder(sim):
     (sim.folder / "below").mkdir()
     sim.write("below/x.yaml", "duration_s: 0.01\nreference: {kind: csv, file: r.csv}\n")

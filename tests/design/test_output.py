@@ -41,8 +41,35 @@ def test_a_scenario_has_a_pulse_that_its_tick_can_have(sample_time_s, pulse):
     from tribo_design.emit import scenario
 
     design = load_design(PAPER)[0].model_copy(update={"sample_time_s": sample_time_s})
-    found = re.findall(r"pulse_width_s: ([^}]*)", scenario(design, "paper.yaml", [[1.0] * 5]))
+    found = re.findall(r"pulse_width_s: (\S+)", scenario(design, "paper.yaml", [[1.0] * 5]))
     assert found == ([] if pulse is None else [pulse])
+
+
+@pytest.mark.skipif("TRIBO_SIM" not in os.environ, reason="no tribo-sim: TRIBO_SIM is not set")
+@pytest.mark.parametrize("full_scale", [0.002, 0.005, 0.5, 50.0, 8000.0, 1e6])
+@pytest.mark.parametrize("sample_time_s", [1e-6, 1e-5, 1e-3, 0.1])
+def test_tribo_sim_takes_the_scenario_of_any_full_scale_and_tick(tmp_path, full_scale, sample_time_s):
+    from tribo_design.config import load_design
+    from tribo_design.emit import scenario
+
+    design = load_design(PAPER)[0]
+    design = design.model_copy(update={"sample_time_s": sample_time_s, "fixed_point": design.fixed_point.model_copy(
+        update={"full_scale_n": full_scale, "u_max_n": full_scale})})
+    path = tmp_path / "odd.yaml"
+    path.write_text(scenario(design, "paper.yaml", [[1.0, 0.75, 0.125, 0.5, 0.0625]]))
+    for arithmetic in ("f32", "q31"):
+        made = subprocess.run([os.environ["TRIBO_SIM"], "params", path, "--arith", arithmetic], capture_output=True, text=True, check=False)
+        assert (made.returncode, made.stderr) == (0, "")
+
+
+def test_a_tick_that_tribo_sim_cannot_have_gets_no_scenario(run, tmp_path):
+    (tmp_path / "slow.yaml").write_text(PAPER.read_text().replace("sample_time_s: 1.0e-3", "sample_time_s: 0.2").replace(
+        "computation_delay_s: 1.0e-4", "computation_delay_s: 0"))
+    (tmp_path / "k.json").write_text(json.dumps({"sos": [[0.01, 0, 0, 1, -0.9, 0]], "sample_time_s": 0.2}))
+    code, _, err = run("import", tmp_path / "k.json", "--design", tmp_path / "slow.yaml", "--out", tmp_path / "out", "--no-plots")
+    assert code == 0, err
+    assert not list((tmp_path / "out").glob("*_scenario.yaml"))
+    assert run("check", tmp_path / "out")[0] == 0
 
 
 def test_header_names_input_version_and_gamma(paper_dir):

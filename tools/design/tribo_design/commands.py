@@ -35,7 +35,10 @@ def files_of(result, design_text, plots):
 
     name = result.design.name
     files = {f"{name}_controller.h": emit.header(result).encode(), f"{name}_controller.c": emit.source(result).encode(),
-             f"{name}_design.json": emit.as_json(result).encode(), f"{name}_scenario.yaml": emit.scenario(result.design, result.source, result.f32).encode(), "DESIGN.yaml": design_text.encode()}
+             f"{name}_design.json": emit.as_json(result).encode(), "DESIGN.yaml": design_text.encode()}
+    scenario = emit.scenario(result.design, result.source, result.f32)
+    if scenario is not None:
+        files[f"{name}_scenario.yaml"] = scenario.encode()
     images = {}
     if plots:
         from . import plots as drawing

@@ -1,0 +1,101 @@
+/// Params of the force loop "golden_steep" in Q31, made by tribo-sim params: change its input, not this file.
+///
+///     scenario     "golden_steep.yaml"
+///     tick         0.001 s
+///     full scale   4 N is 2^31
+///     u            -2 to 2 N
+///     |r| and |y|  up to 2 N
+///     gain         1.5, of a controller of 2 sections
+///
+/// As the library's init function makes them. For one file of a program, which then needs no set-up code.
+
+#ifndef GOLDEN_STEEP_PARAMS_Q31_H
+#define GOLDEN_STEEP_PARAMS_Q31_H
+
+#include "tribo/force_loop_q31.h"
+
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 1
+#error "made for another version of tribo: run tribo-sim params again"
+#endif
+
+// clang-format off
+#define GOLDEN_STEEP_SAMPLE_TIME_S 1.00000005e-03f
+#define GOLDEN_STEEP_FULL_SCALE_N 4.00000000e+00f
+
+static const tribo_force_loop_q31_params_t golden_steep_params = {
+    .input_end = 1073741825u,
+    .gain = 805306368,
+    .controller = {
+        .cascade = {
+            .section = {
+                {
+                    .b0 = 243269632,
+                    .c1 = -171966464,
+                    .d1 = 167772160,
+                    .c2 = 402653184,
+                    .d2 = -805306368,
+                    .d2_low = 0,
+                    .shift_power = 33554432,
+                    .shift = 5u,
+                    .scale = 4u,
+                },
+                {
+                    .b0 = 402653184,
+                    .c1 = -301989888,
+                    .d1 = 192937984,
+                    .c2 = 268435456,
+                    .d2 = -10240,
+                    .d2_low = 0,
+                    .shift_power = 16777216,
+                    .shift = 6u,
+                    .scale = 3u,
+                },
+            },
+            .count = 2u,
+            .input_scale = 3u,
+        },
+        .anti_windup = 1579758080,
+        .taken_max = 2147462139,
+        .u_min = -1073741824,
+        .u_max = 1073741824,
+        .anti_windup_shift = 1u,
+    },
+    .compensator = {
+        .friction = {
+            .rise_max = 17651u,
+            .rate = 316568480u,
+            .y_at_0 = 36306608,
+            .k = {805306368u, 2684354560u, 805306368u},
+            .law = {
+                {.offset = 4194304u, .slope = 1073741824u},
+                {.offset = 8388608u, .slope = 2147483648u},
+            },
+            .reset = {
+                {.offset = 3355443u, .slope = 858993472u},
+                {.offset = 6710886u, .slope = 1717986944u},
+            },
+            .table = NULL,
+            .set_level = 3221225472u,
+            .reset_level = 3435973888u,
+            .gravity = 0,
+            .law_whole = {1u, 0u},
+            .rise_shift = 17u,
+            .k_shift = 5u,
+            .plain = false,
+            .table_length = 0u,
+            .pulse_width = 3u,
+        },
+        .arm = {
+            .phi_d = 15842514,
+            .phi_g = 237383136,
+            .gamma_d = 30385040,
+            .gamma_g = 207502880,
+            .power = 268435456,
+            .below = 3u,
+            .shift = 2u,
+        },
+    },
+};
+// clang-format on
+
+#endif
