@@ -15,12 +15,10 @@
 
 typedef struct
 {
-    const char *scenario;
-    char      **sets; ///< the values of --set, in order
-    int         set_count;
-    bool        q31;
-    const char *out;                       ///< null: standard output
-    char        name[NAME_MAX_LENGTH + 1]; ///< empty: the scenario's
+    sim_scenario_choice_t choice;
+    bool                  q31;
+    const char           *out;                       ///< null: standard output
+    char                  name[NAME_MAX_LENGTH + 1]; ///< empty: the scenario's
 } options_t;
 
 /// A C identifier that is nobody's keyword once something is appended, nor reserved.
@@ -42,11 +40,16 @@ static bool take_name(options_t *options, const char *name, size_t length)
     return true;
 }
 
+static const char *file_name(const sim_scenario_choice_t *choice)
+{
+    const char *slash = strrchr(choice->name, '/');
+    return slash != NULL ? slash + 1 : choice->name;
+}
+
 /// The scenario's file name without its ending.
 static bool take_name_of_scenario(options_t *options)
 {
-    const char  *slash  = strrchr(options->scenario, '/');
-    const char  *base   = slash != NULL ? slash + 1 : options->scenario;
+    const char  *base   = file_name(&options->choice);
     const size_t length = strlen(base);
     const bool   yaml   = length > 5 && strcmp(base + length - 5, ".yaml") == 0;
     return take_name(options, base, yaml ? length - 5 : length);
@@ -63,16 +66,17 @@ static int take_options(options_t *options, int count, char **arguments)
 
     opterr = 0;
     int letter;
+    int status;
     while ((letter = getopt_long(count, arguments, ":", known, NULL)) != -1)
     {
         switch (letter)
         {
         case 's':
-            if (strchr(optarg, '=') == NULL || optarg[0] == '=')
+            status = sim_scenario_take_set(&options->choice, optarg);
+            if (status != 0)
             {
-                return sim_usage("--set %s: key=value is wanted", optarg);
+                return status;
             }
-            options->sets[options->set_count++] = optarg;
             break;
         case 'o':
             options->out = optarg;
@@ -100,10 +104,10 @@ static int take_options(options_t *options, int count, char **arguments)
     {
         return sim_usage("params: one scenario is wanted, not %d", count - optind);
     }
-    options->scenario = arguments[optind];
+    options->choice.name = arguments[optind];
     if (options->name[0] == '\0' && !take_name_of_scenario(options))
     {
-        return sim_usage("params: %s is no name in C: one is wanted with --name", options->scenario);
+        return sim_usage("params: %s is no name in C: one is wanted with --name", options->choice.name);
     }
     return 0;
 }
@@ -111,7 +115,7 @@ static int take_options(options_t *options, int count, char **arguments)
 /// A scenario is not to be overwritten by what is made of it.
 static int check_out(const options_t *options)
 {
-    char *path   = sim_scenario_path(options->scenario);
+    char *path   = sim_scenario_path(options->choice.name);
     int   status = 0;
     if (options->out != NULL && path != NULL && sim_file_is_same(options->out, path))
     {
@@ -134,7 +138,7 @@ static bool write_header(const options_t *options, const sim_params_header_t *he
 
 static bool make(const options_t *options, sim_scenario_t *scenario, sim_error_t *error)
 {
-    if (!sim_scenario_open(scenario, options->scenario, options->sets, options->set_count, error))
+    if (!sim_scenario_open(scenario, &options->choice, error))
     {
         return false;
     }
@@ -146,9 +150,9 @@ static bool make(const options_t *options, sim_scenario_t *scenario, sim_error_t
     return sim_check_status(scenario, status, error) &&
            write_header(options,
                         &(sim_params_header_t){.name      = options->name,
-                                               .scenario  = options->scenario,
-                                               .sets      = options->sets,
-                                               .set_count = options->set_count,
+                                               .scenario  = file_name(&options->choice),
+                                               .sets      = options->choice.sets,
+                                               .set_count = options->choice.set_count,
                                                .config    = &loop_config.config,
                                                .loop      = &loop},
                         error);
@@ -156,8 +160,8 @@ static bool make(const options_t *options, sim_scenario_t *scenario, sim_error_t
 
 int sim_command_params(int count, char **arguments)
 {
-    options_t options = {.sets = (char **)calloc((size_t)count, sizeof *options.sets)};
-    if (options.sets == NULL)
+    options_t options = {.choice = {.name = "", .sets = (char **)calloc((size_t)count, sizeof(char *))}};
+    if (options.choice.sets == NULL)
     {
         return sim_failure("out of memory");
     }
@@ -174,6 +178,6 @@ int sim_command_params(int count, char **arguments)
         sim_scenario_destroy(scenario);
         status = ok ? SIM_EXIT_OK : sim_failure(error.text);
     }
-    free((void *)options.sets);
+    free((void *)options.choice.sets);
     return status;
 }

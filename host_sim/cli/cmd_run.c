@@ -12,11 +12,9 @@
 
 typedef struct
 {
-    const char *scenario;
-    char      **sets; ///< the values of --set, in order
-    int         set_count;
-    const char *folder; ///< null: write nothing
-    bool        json;
+    sim_scenario_choice_t choice;
+    const char           *folder; ///< null: write nothing
+    bool                  json;
 
     sim_run_options_t run;
 } options_t;
@@ -33,16 +31,17 @@ static int take_options(options_t *options, int count, char **arguments)
 
     opterr = 0;
     int letter;
+    int status;
     while ((letter = getopt_long(count, arguments, ":", known, NULL)) != -1)
     {
         switch (letter)
         {
         case 's':
-            if (strchr(optarg, '=') == NULL || optarg[0] == '=')
+            status = sim_scenario_take_set(&options->choice, optarg);
+            if (status != 0)
             {
-                return sim_usage("--set %s: key=value is wanted", optarg);
+                return status;
             }
-            options->sets[options->set_count++] = optarg;
             break;
         case 'o':
             options->folder = optarg;
@@ -79,7 +78,7 @@ static int take_options(options_t *options, int count, char **arguments)
     {
         return sim_usage("--arith both does not go with --target");
     }
-    options->scenario = arguments[optind];
+    options->choice.name = arguments[optind];
     return 0;
 }
 
@@ -284,7 +283,7 @@ static bool run(const options_t *options, sim_error_t *error)
     {
         return sim_error_set(error, "out of memory");
     }
-    const bool ok = sim_scenario_open(scenario, options->scenario, options->sets, options->set_count, error) &&
+    const bool ok = sim_scenario_open(scenario, &options->choice, error) &&
                     simulate(scenario, options, &summary, error) && report(&summary, options, error) &&
                     is_identical(&summary, error);
     sim_scenario_destroy(scenario);
@@ -293,8 +292,8 @@ static bool run(const options_t *options, sim_error_t *error)
 
 int sim_command_run(int count, char **arguments)
 {
-    options_t options = {.sets = (char **)calloc((size_t)count, sizeof *options.sets)};
-    if (options.sets == NULL)
+    options_t options = {.choice.sets = (char **)calloc((size_t)count, sizeof *options.choice.sets)};
+    if (options.choice.sets == NULL)
     {
         return sim_failure("out of memory");
     }
@@ -304,6 +303,6 @@ int sim_command_run(int count, char **arguments)
         sim_error_t error = {""};
         status            = run(&options, &error) ? SIM_EXIT_OK : sim_failure(error.text);
     }
-    free((void *)options.sets);
+    free((void *)options.choice.sets);
     return status;
 }

@@ -302,7 +302,6 @@ static void put_quoted(FILE *stream, const char *text)
 static void put_comment(FILE *stream, const sim_params_header_t *header)
 {
     const tribo_force_loop_f32_config_t *config = header->config;
-    const char                          *slash  = strrchr(header->scenario, '/');
     (void)fprintf(
         stream,
         "/// Params of the force loop \"%s\" in %s, made by tribo-sim params: change its input, not this file.\n"
@@ -310,7 +309,7 @@ static void put_comment(FILE *stream, const sim_params_header_t *header)
         "///     scenario     ",
         header->name,
         header->loop->q31 ? "Q31" : "f32");
-    put_quoted(stream, slash != NULL ? slash + 1 : header->scenario);
+    put_quoted(stream, header->scenario);
     for (int i = 0; i < header->set_count; i++)
     {
         (void)fputs("\n///     --set        ", stream);

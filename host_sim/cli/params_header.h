@@ -10,7 +10,7 @@
 typedef struct
 {
     const char  *name;     ///< prefix of all that it declares, a C identifier
-    const char  *scenario; ///< what it was made of, for the comment
+    const char  *scenario; ///< the file that it was made of, for the comment
     char *const *sets;     ///< and with which --set
     int          set_count;
 

@@ -1,5 +1,7 @@
 #include "cli/scenario_folder.h"
 
+#include "cli/commands.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -46,9 +48,19 @@ char *sim_scenario_path(const char *name)
     return strdup(name);
 }
 
-bool sim_scenario_open(sim_scenario_t *scenario, const char *name, char *const *sets, int set_count, sim_error_t *error)
+int sim_scenario_take_set(sim_scenario_choice_t *choice, char *assignment)
 {
-    char *path = sim_scenario_path(name);
+    if (strchr(assignment, '=') == NULL || assignment[0] == '=')
+    {
+        return sim_usage("--set %s: key=value is wanted", assignment);
+    }
+    choice->sets[choice->set_count++] = assignment;
+    return 0;
+}
+
+bool sim_scenario_open(sim_scenario_t *scenario, const sim_scenario_choice_t *choice, sim_error_t *error)
+{
+    char *path = sim_scenario_path(choice->name);
     if (path == NULL)
     {
         return sim_error_set(error, "out of memory");
@@ -59,9 +71,9 @@ bool sim_scenario_open(sim_scenario_t *scenario, const char *name, char *const *
                                   "%s: there is no such file, nor such a scenario in %s (tribo-sim list shows them)",
                                   path,
                                   sim_scenario_folder());
-    for (int i = 0; ok && i < set_count; i++)
+    for (int i = 0; ok && i < choice->set_count; i++)
     {
-        ok = sim_scenario_set(scenario, sets[i], error);
+        ok = sim_scenario_set(scenario, choice->sets[i], error);
     }
     free(path);
     return ok && sim_scenario_check(scenario, error);

@@ -1,4 +1,5 @@
-/// The folder of scenarios: TRIBO_SCENARIOS if set, else the source's, else the installed one.
+/// Which scenario the command line asks for, and the folder of those that have a bare name: TRIBO_SCENARIOS if set, else
+/// the source's, else the installed one.
 
 #ifndef SIM_SCENARIO_FOLDER_H
 #define SIM_SCENARIO_FOLDER_H
@@ -11,11 +12,17 @@ const char *sim_scenario_folder(void);
 /// is neither, the name itself (opening it gives the error). To be freed; null if there is no memory.
 char *sim_scenario_path(const char *name);
 
-/// Loads what the user wrote, takes the values of --set in their order, and checks it all.
-bool sim_scenario_open(sim_scenario_t *scenario,
-                       const char     *name,
-                       char *const    *sets,
-                       int             set_count,
-                       sim_error_t    *error);
+typedef struct
+{
+    const char *name; ///< as the user wrote it
+    char      **sets; ///< the values of --set, in order, with room for all
+    int         set_count;
+} sim_scenario_choice_t;
+
+/// Takes the value of a --set; 0, or the status to exit with.
+int sim_scenario_take_set(sim_scenario_choice_t *choice, char *assignment);
+
+/// Loads what the user wrote, takes the values of --set, and checks it all.
+bool sim_scenario_open(sim_scenario_t *scenario, const sim_scenario_choice_t *choice, sim_error_t *error);
 
 #endif

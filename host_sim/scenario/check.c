@@ -155,11 +155,6 @@ static bool check_times(const sim_scenario_t *scenario, sim_error_t *error)
     return true;
 }
 
-static bool is_set(const char *source)
-{
-    return strncmp(source, "--set ", 6) == 0;
-}
-
 static bool check_friction(const sim_scenario_t        *scenario,
                            const sim_friction_config_t *friction,
                            const char                  *whose,
@@ -183,8 +178,8 @@ static bool check_friction(const sim_scenario_t        *scenario,
     {
         (void)snprintf(key, sizeof key, "%s.friction.breakaway.%s", whose, law[i]);
         // A table of --set goes over a file's law.
-        if (sim_sources_has(&scenario->sources, key) &&
-            (is_set(sim_scenario_source(scenario, key)) || !is_set(sim_scenario_source(scenario, table))))
+        if (sim_sources_has(&scenario->sources, key) && (sim_source_is_set(sim_scenario_source(scenario, key)) ||
+                                                         !sim_source_is_set(sim_scenario_source(scenario, table))))
         {
             return complain(scenario, key, "does not go with a table, which is in its place", error);
         }
@@ -308,28 +303,26 @@ bool sim_check_status(const sim_scenario_t *scenario, tribo_status_t status, sim
     {
         return true;
     }
-    const char                   *key = status_key(status);
-    const sim_breakaway_config_t *law = &scenario->config->compensator.friction.breakaway;
+    const sim_breakaway_config_t *law  = &scenario->config->compensator.friction.breakaway;
+    const char                   *key  = status_key(status);
+    const char                   *text = tribo_status_text(status);
     char                          section[SIM_KEY_MAX];
+    char                          with_value[256];
     double                        value;
     if ((status == TRIBO_ERR_BREAKAWAY_OFFSET && law->negative_offset_n != NULL) ||
         (status == TRIBO_ERR_BREAKAWAY_SLOPE && law->negative_slope != NULL))
     {
-        return complain(scenario,
-                        "compensator.friction.breakaway",
-                        tribo_status_text(status),
-                        error); // either direction's
+        key = "compensator.friction.breakaway"; // of either direction
     }
-    if (strcmp(key, "controller.sections") == 0 && find_section(scenario, status, section, sizeof section))
+    else if (strcmp(key, "controller.sections") == 0 && find_section(scenario, status, section, sizeof section))
     {
-        return complain(scenario, section, tribo_status_text(status), error);
+        key = section;
     }
-    if (!find_number(scenario, key, &value))
+    if (find_number(scenario, key, &value))
     {
-        return complain(scenario, key, tribo_status_text(status), error);
+        (void)snprintf(with_value, sizeof with_value, "%.10g is refused: %s", value, text);
+        text = with_value;
     }
-    char text[256];
-    (void)snprintf(text, sizeof text, "%.10g is refused: %s", value, tribo_status_text(status));
     return complain(scenario, key, text, error);
 }
 

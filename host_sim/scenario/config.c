@@ -225,7 +225,7 @@ char *sim_scenario_reference_path(const sim_scenario_t *scenario)
     const char *file  = scenario->config->reference.file;
     const char *place = sim_sources_find(&scenario->sources, "reference.file");
     const char *slash = (scenario->path != NULL) ? strrchr(scenario->path, '/') : NULL;
-    if (file[0] == '/' || slash == NULL || (place != NULL && strncmp(place, "--set ", 6) == 0))
+    if (file[0] == '/' || slash == NULL || (place != NULL && sim_source_is_set(place)))
     {
         return strdup(file);
     }

@@ -52,6 +52,11 @@ bool sim_sources_has(const sim_sources_t *sources, const char *key)
     return find_exactly(sources, key) != NULL;
 }
 
+bool sim_source_is_set(const char *place)
+{
+    return strncmp(place, "--set ", 6) == 0;
+}
+
 /// The last --set of a part of what `key` names.
 static const char *find_set_below(const sim_sources_t *sources, const char *key)
 {
@@ -60,7 +65,7 @@ static const char *find_set_below(const sim_sources_t *sources, const char *key)
     {
         const char *found = sources->entry[i].key;
         if (strncmp(found, key, length) == 0 && (found[length] == '.' || found[length] == '[') &&
-            strncmp(sources->entry[i].place, "--set ", 6) == 0)
+            sim_source_is_set(sources->entry[i].place))
         {
             return sources->entry[i].place;
         }

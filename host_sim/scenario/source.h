@@ -21,7 +21,10 @@ typedef struct
 bool sim_sources_add(sim_sources_t *sources, const char *key, const char *place, sim_error_t *error);
 void sim_sources_free(sim_sources_t *sources);
 
-/// The place that wrote `key` last, or else its parent, and so on up; null if there is none.
+/// Whether a place is a --set, not a line of a file.
+bool sim_source_is_set(const char *place);
+
+/// The place that wrote `key` last, that of a --set of a part of it first, or else its parent, and so on up; null if there is none.
 const char *sim_sources_find(const sim_sources_t *sources, const char *key);
 
 /// Whether `key` itself has been written.
