@@ -13,7 +13,7 @@
 
 #include "tribo/force_loop_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 1
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 2
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -26,7 +26,8 @@ static const tribo_breakaway_point_f32_t golden_any_table[] = {
     {.force_n = 1.00000000e+00f, .positive_n = 3.12500000e-01f, .negative_n = 2.50000000e-01f},
 };
 static const tribo_force_loop_f32_params_t golden_any_params = {
-    .input_max = 2147483648u,
+    .usual_input_end = 0u,
+    .input_end = 2147483649u,
     .gain = 8.50000024e-01f,
     .controller = {
         .cascade = {
@@ -54,6 +55,8 @@ static const tribo_force_loop_f32_params_t golden_any_params = {
                 },
             },
             .count = 3u,
+            .pair_input_end = 0u,
+            .output_end = 2965815123u,
         },
         .anti_windup = 5.88505745e-01f,
         .u_min_n = -2.00000000e+00f,

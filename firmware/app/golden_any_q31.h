@@ -14,7 +14,7 @@
 
 #include "tribo/force_loop_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 1
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 2
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -28,6 +28,7 @@ static const tribo_breakaway_point_q31_t golden_any_table[] = {
     {.force = 536870912, .positive = 167772160, .negative = 134217728},
 };
 static const tribo_force_loop_q31_params_t golden_any_params = {
+    .usual_input_end = 0u,
     .input_end = 1073741825u,
     .gain = 456340288,
     .controller = {
@@ -36,7 +37,7 @@ static const tribo_force_loop_q31_params_t golden_any_params = {
                 {
                     .b0 = 243269632,
                     .c1 = -171966464,
-                    .d1 = 167772160,
+                    .minus_a1 = -100663296,
                     .c2 = 402653184,
                     .d2 = -805306368,
                     .d2_low = 0,
@@ -47,7 +48,7 @@ static const tribo_force_loop_q31_params_t golden_any_params = {
                 {
                     .b0 = 335544320,
                     .c1 = 67108864,
-                    .d1 = -67108864,
+                    .minus_a1 = -335544320,
                     .c2 = 939524096,
                     .d2 = -939524096,
                     .d2_low = 0,
@@ -58,7 +59,7 @@ static const tribo_force_loop_q31_params_t golden_any_params = {
                 {
                     .b0 = 201326592,
                     .c1 = -150994944,
-                    .d1 = 192937984,
+                    .minus_a1 = -75497472,
                     .c2 = 268435456,
                     .d2 = -20480,
                     .d2_low = 0,
@@ -67,6 +68,7 @@ static const tribo_force_loop_q31_params_t golden_any_params = {
                     .scale = 4u,
                 },
             },
+            .pair_power = 0,
             .count = 3u,
             .input_scale = 3u,
         },

@@ -14,7 +14,7 @@
 
 #include "tribo/force_loop_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 1
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 2
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -23,6 +23,7 @@
 #define GOLDEN_FULL_SCALE_N 4.00000000e+00f
 
 static const tribo_force_loop_q31_params_t golden_params = {
+    .usual_input_end = 1073741825u,
     .input_end = 1073741825u,
     .gain = 456340288,
     .controller = {
@@ -31,7 +32,7 @@ static const tribo_force_loop_q31_params_t golden_params = {
                 {
                     .b0 = 243269632,
                     .c1 = -171966464,
-                    .d1 = 167772160,
+                    .minus_a1 = -100663296,
                     .c2 = 402653184,
                     .d2 = -805306368,
                     .d2_low = 0,
@@ -42,7 +43,7 @@ static const tribo_force_loop_q31_params_t golden_params = {
                 {
                     .b0 = 402653184,
                     .c1 = -301989888,
-                    .d1 = 192937984,
+                    .minus_a1 = -75497472,
                     .c2 = 268435456,
                     .d2 = -10240,
                     .d2_low = 0,
@@ -51,6 +52,7 @@ static const tribo_force_loop_q31_params_t golden_params = {
                     .scale = 3u,
                 },
             },
+            .pair_power = 536870912,
             .count = 2u,
             .input_scale = 3u,
         },

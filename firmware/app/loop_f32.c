@@ -39,7 +39,7 @@ bool loop_is_nan(loop_force_t x)
 
 bool loop_is_credible(const loop_params_t *params, loop_force_t x)
 {
-    return loop_word(x) << 1 <= params->input_max;
+    return loop_word(x) << 1 < params->input_end;
 }
 
 loop_force_t loop_u_min(const loop_params_t *params)

@@ -87,6 +87,8 @@ static void put_controller_f32(sheet_t *sheet, const tribo_controller_f32_params
     }
     close_brace(sheet);
     put_unsigned(sheet, "count", p->cascade.count);
+    put_unsigned(sheet, "pair_input_end", p->cascade.pair_input_end);
+    put_unsigned(sheet, "output_end", p->cascade.output_end);
     close_brace(sheet);
     put_float(sheet, "anti_windup", p->anti_windup);
     put_float(sheet, "u_min_n", p->u_min_n);
@@ -154,7 +156,8 @@ static void put_loop_f32(sheet_t *sheet, const sim_params_header_t *header)
     }
     (void)fprintf(sheet->stream, "static const tribo_force_loop_f32_params_t %s_params = {\n", header->name);
     sheet->depth = 1;
-    put_unsigned(sheet, "input_max", p->input_max);
+    put_unsigned(sheet, "usual_input_end", p->usual_input_end);
+    put_unsigned(sheet, "input_end", p->input_end);
     put_float(sheet, "gain", p->gain);
     put_controller_f32(sheet, &p->controller);
     open_brace(sheet, "compensator");
@@ -183,7 +186,7 @@ static void put_controller_q31(sheet_t *sheet, const tribo_controller_q31_params
         open_brace(sheet, "");
         put_int(sheet, "b0", s->b0);
         put_int(sheet, "c1", s->c1);
-        put_int(sheet, "d1", s->d1);
+        put_int(sheet, "minus_a1", s->minus_a1);
         put_int(sheet, "c2", s->c2);
         put_int(sheet, "d2", s->d2);
         put_int(sheet, "d2_low", s->d2_low);
@@ -193,6 +196,7 @@ static void put_controller_q31(sheet_t *sheet, const tribo_controller_q31_params
         close_brace(sheet);
     }
     close_brace(sheet);
+    put_int(sheet, "pair_power", p->cascade.pair_power);
     put_unsigned(sheet, "count", p->cascade.count);
     put_unsigned(sheet, "input_scale", p->cascade.input_scale);
     close_brace(sheet);
@@ -268,6 +272,7 @@ static void put_loop_q31(sheet_t *sheet, const sim_params_header_t *header)
     }
     (void)fprintf(sheet->stream, "static const tribo_force_loop_q31_params_t %s_params = {\n", header->name);
     sheet->depth = 1;
+    put_unsigned(sheet, "usual_input_end", p->usual_input_end);
     put_unsigned(sheet, "input_end", p->input_end);
     put_int(sheet, "gain", p->gain);
     put_controller_q31(sheet, &p->controller);

@@ -7,6 +7,10 @@
 #define INPUT_MAX       1.0e7f
 #define COEFFICIENT_MAX 1.0e6f
 
+_Static_assert(offsetof(tribo_biquad_f32_params_t, output_end) ==
+                   offsetof(tribo_biquad_f32_params_t, pair_input_end) + sizeof(uint32_t),
+               "a pair");
+
 static tribo_status_t check(const tribo_biquad_f32_section_t *s)
 {
     if (exceeds(s->b0, COEFFICIENT_MAX) || exceeds(s->b1, COEFFICIENT_MAX) || exceeds(s->b2, COEFFICIENT_MAX) ||
@@ -41,28 +45,15 @@ tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
     {
         params->section[i] = sections[i];
     }
-    params->count = count;
+    params->count          = count;
+    params->pair_input_end = count == 2u ? order_f32(INPUT_MAX) + 1u : 0u;
+    params->output_end     = order_f32(BIQUAD_F32_OUTPUT_MAX) + 1u;
     return TRIBO_OK;
-}
-
-static void rest(tribo_biquad_f32_state_t *state)
-{
-    for (uint32_t i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
-    {
-        state->section[i] = (tribo_biquad_f32_section_state_t){0.0f, 0.0f, 0.0f};
-    }
 }
 
 void tribo_biquad_f32_reset(tribo_biquad_f32_state_t *state)
 {
-    rest(state);
-    state->bad_inputs = 0;
-}
-
-void tribo_biquad_f32_start_again(tribo_biquad_f32_state_t *state)
-{
-    rest(state);
-    count(&state->bad_inputs);
+    *state = (tribo_biquad_f32_state_t){.bad_inputs = 0};
 }
 
 float tribo_biquad_f32_output(const tribo_biquad_f32_params_t *params,
@@ -97,44 +88,57 @@ void tribo_biquad_f32_advance(const tribo_biquad_f32_params_t  *params,
 }
 
 /// y, or 0 where the state turns out to be lost.
-static inline float unless_lost(tribo_biquad_f32_state_t *state, float y)
+static inline float unless_lost(tribo_biquad_f32_state_t *state, float y, uint32_t end)
 {
-    if (TRIBO_RARE(exceeds(y, BIQUAD_F32_OUTPUT_MAX)))
+    if (TRIBO_RARE(order_f32(y) >= end))
     {
-        tribo_biquad_f32_start_again(state);
+        biquad_f32_start_again(state);
         return 0.0f;
     }
     return y;
 }
 
-static float step_of_pair(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
+/// A pair's, for a good input.
+static inline float step_of_pair(const tribo_biquad_f32_params_t *params,
+                                 tribo_biquad_f32_state_t        *state,
+                                 float                            x,
+                                 uint32_t                         end)
 {
-    const biquad_f32_pair_t pair = biquad_f32_pair_output(params, state, x);
-    biquad_f32_pair_advance(params, state, &pair);
-    return unless_lost(state, pair.y1);
+    const tribo_biquad_f32_section_t      *at     = params->section;
+    const tribo_biquad_f32_section_t       first  = run_f32_first(&at);
+    const run_f32_pair_t                   was    = run_f32_pair(state);
+    const float                            y0     = first.b0 * x + was.section[0].w1;
+    const tribo_biquad_f32_section_state_t next_0 = biquad_f32_section_advance(&first, was.section[0], x, y0);
+    const tribo_biquad_f32_section_t       last   = run_f32_last(&at);
+    const float                            y1     = last.b0 * y0 + was.section[1].w1;
+    const tribo_biquad_f32_section_state_t next_1 = biquad_f32_section_advance(&last, was.section[1], y0, y1);
+    run_f32_keep_pair(state, (run_f32_pair_t){{next_0, next_1}});
+    return unless_lost(state, y1, end);
 }
 
-/// Out of line, so that a pair does not take its stack.
-static TRIBO_OUT_OF_LINE float step_of_any(const tribo_biquad_f32_params_t *params,
-                                           tribo_biquad_f32_state_t        *state,
-                                           float                            x)
+static inline float step_of_any(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
 {
-    tribo_biquad_f32_outputs_t outputs;
-    const float                y = tribo_biquad_f32_output(params, state, x, &outputs);
-    tribo_biquad_f32_advance(params, state, x, &outputs, 0.0f);
-    return unless_lost(state, y);
-}
-
-float tribo_biquad_f32_step(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
-{
-    float bounded = x;
-    if (TRIBO_RARE(exceeds(x, INPUT_MAX)))
+    float y = x;
+    if (!(magnitude(x) <= INPUT_MAX))
     {
-        bounded = 0.0f;
+        y = 0.0f;
         count(&state->bad_inputs);
     }
-    return TRIBO_FAST_WAY(params->count == 2u) ? step_of_pair(params, state, bounded)
-                                               : step_of_any(params, state, bounded);
+    for (uint32_t i = 0; i < params->count; i++)
+    {
+        const float in    = y;
+        y                 = params->section[i].b0 * in + state->section[i].w1;
+        state->section[i] = biquad_f32_section_advance(&params->section[i], state->section[i], in, y);
+    }
+    return unless_lost(state, y, params->output_end);
+}
+
+// No call from here: it would cost every step its registers.
+float tribo_biquad_f32_step(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
+{
+    const pair_t end = pair_load(&params->pair_input_end); // and of the output
+    return TRIBO_FAST_WAY(order_f32(x) < (uint32_t)end.first) ? step_of_pair(params, state, x, (uint32_t)end.second)
+                                                              : step_of_any(params, state, x);
 }
 
 void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,

@@ -6,13 +6,21 @@
 #include "tribo/biquad_f32.h"
 
 #include "exact_f32.h"
+#include "run_f32.h"
 
 #include <stdbool.h>
 
 #define BIQUAD_F32_OUTPUT_MAX 1.0e15f // far beyond any sane gain: past it a state is lost
 
-/// The state at rest again, counted with the bad inputs.
-void tribo_biquad_f32_start_again(tribo_biquad_f32_state_t *state);
+/// The state at rest again, counted with the bad inputs. Inline, as a call would cost every tick its registers.
+static inline void biquad_f32_start_again(tribo_biquad_f32_state_t *state)
+{
+    for (uint32_t i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
+    {
+        state->section[i] = (tribo_biquad_f32_section_state_t){0.0f, 0.0f, 0.0f};
+    }
+    count(&state->bad_inputs);
+}
 
 /// Jury's conditions in the delta operator: the roots of d^2 + c1 d + c2 are inside the unit circle, or one is at z = 1.
 static inline bool biquad_f32_inside_or_at_1(float c1, float c2)
@@ -47,14 +55,6 @@ static inline biquad_f32_pair_t biquad_f32_pair_output(const tribo_biquad_f32_pa
     return (biquad_f32_pair_t){.x = x, .y0 = y0, .y1 = params->section[1].b0 * y0 + state->section[1].w1};
 }
 
-/// The pair at rest again, counted with the bad inputs: inline, as a call would cost every tick its registers.
-static inline void biquad_f32_pair_start_again(tribo_biquad_f32_state_t *state)
-{
-    state->section[0] = (tribo_biquad_f32_section_state_t){0.0f, 0.0f, 0.0f};
-    state->section[1] = (tribo_biquad_f32_section_state_t){0.0f, 0.0f, 0.0f};
-    count(&state->bad_inputs);
-}
-
 /// `pair` as if its input had been `correction` larger.
 static inline void biquad_f32_pair_correct(const tribo_biquad_f32_params_t *params,
                                            biquad_f32_pair_t               *pair,
@@ -70,10 +70,15 @@ static inline void biquad_f32_pair_advance(const tribo_biquad_f32_params_t *para
                                            tribo_biquad_f32_state_t        *state,
                                            const biquad_f32_pair_t         *pair)
 {
-    const tribo_biquad_f32_section_state_t first =
-        biquad_f32_section_advance(&params->section[0], state->section[0], pair->x, pair->y0);
-    state->section[1] = biquad_f32_section_advance(&params->section[1], state->section[1], pair->y0, pair->y1);
-    state->section[0] = first;
+    const tribo_biquad_f32_section_t      *at    = params->section;
+    const run_f32_pair_t                   was   = run_f32_pair(state);
+    const tribo_biquad_f32_section_t       first = run_f32_first(&at);
+    const tribo_biquad_f32_section_state_t next_0 =
+        biquad_f32_section_advance(&first, was.section[0], pair->x, pair->y0);
+    const tribo_biquad_f32_section_t       last = run_f32_last(&at);
+    const tribo_biquad_f32_section_state_t next_1 =
+        biquad_f32_section_advance(&last, was.section[1], pair->y0, pair->y1);
+    run_f32_keep_pair(state, (run_f32_pair_t){{next_0, next_1}});
 }
 
 #endif

@@ -5,37 +5,157 @@
 
 #include "tribo/biquad_q31.h"
 
+#include "sum_q31.h"
+#include "usual.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
 #define BIQUAD_Q31_FRACTION   28u
 #define BIQUAD_Q31_HALF       (INT64_C(1) << (BIQUAD_Q31_FRACTION - 1u))
 #define BIQUAD_Q31_CORRECTION (32u - BIQUAD_Q31_FRACTION)
 #define BIQUAD_Q31_W_MAX      ((INT64_C(1) << 61) - 1)
 
+// What pair_load reads at once.
+#define BIQUAD_Q31_ARE_NEIGHBOURS(field, next)                                                                         \
+    (offsetof(tribo_biquad_q31_section_t, next) == offsetof(tribo_biquad_q31_section_t, field) + sizeof(int32_t))
+_Static_assert(BIQUAD_Q31_ARE_NEIGHBOURS(b0, c1) && BIQUAD_Q31_ARE_NEIGHBOURS(minus_a1, c2) &&
+                   BIQUAD_Q31_ARE_NEIGHBOURS(d2, d2_low) && BIQUAD_Q31_ARE_NEIGHBOURS(shift_power, shift),
+               "pairs");
+
 /// Below 2^30 while w is within +-W_MAX: or-ed together, one compare serves all states.
-static inline uint32_t biquad_q31_excess(int64_t w)
+static inline uint32_t biquad_q31_excess(uint32_t high)
 {
-    return (uint32_t)((uint64_t)w >> 32) + (UINT32_C(1) << 29);
+    return high + (UINT32_C(1) << 29);
 }
 
 /// w2 within +-W_MAX, counted if it was not. Only a state that was never reached from rest can need it; w1 is made anew
 /// each tick. Inline, as a call would cost every tick its registers.
 static inline void biquad_q31_clamp(tribo_biquad_q31_section_state_t *section, uint32_t *saturated)
 {
-    if (biquad_q31_excess(section->w2) >= UINT32_C(1) << 30)
+    if (biquad_q31_excess((uint32_t)((uint64_t)section->w2 >> 32)) >= UINT32_C(1) << 30)
     {
         tribo_q31_count(saturated);
         section->w2 = section->w2 < 0 ? -BIQUAD_Q31_W_MAX : BIQUAD_Q31_W_MAX;
     }
 }
 
-/// The input at its node's scale; what that drops is carried.
-static inline int32_t biquad_q31_input(const tribo_biquad_q31_params_t *params,
-                                       tribo_biquad_q31_state_t        *state,
-                                       int32_t                          x)
+/// The input at its node's scale in the high word; in the low one what that drops, which is to be carried.
+static inline sum_q31_t biquad_q31_input(const tribo_biquad_q31_params_t *params,
+                                         const tribo_biquad_q31_state_t  *state,
+                                         int32_t                          x)
 {
     const uint32_t dropped = (uint32_t)x << (32u - params->input_scale);
     const uint32_t carry   = state->carry + dropped;
-    state->carry           = carry;
-    return (x >> params->input_scale) + (int32_t)(carry < dropped);
+    return sum_q31_of(carry, (uint32_t)(x >> params->input_scale) + (uint32_t)(carry < dropped));
+}
+
+/// The same of two sections.
+static inline sum_q31_t biquad_q31_pair_input(const tribo_biquad_q31_params_t *params,
+                                              const tribo_biquad_q31_state_t  *state,
+                                              int32_t                          x)
+{
+#ifdef __ARM_ARCH_6M__ // no long multiplication
+    return biquad_q31_input(params, state, x);
+#else
+    return sum_q31_accumulate(sum_q31_of(state->carry, 0), x, params->pair_power);
+#endif
+}
+
+/// What its rounding leaves of a sum.
+static inline uint32_t biquad_q31_rest(sum_q31_t sum)
+{
+    return sum_q31_low(sum) & ((UINT32_C(1) << BIQUAD_Q31_FRACTION) - 1u);
+}
+
+/// What is rounded to y and leaves `rest`.
+static inline sum_q31_t biquad_q31_unrounded(int32_t y, uint32_t rest)
+{
+    return sum_q31_of((uint32_t)y << BIQUAD_Q31_FRACTION | rest, (uint32_t)(y >> (32u - BIQUAD_Q31_FRACTION)));
+}
+
+static inline int32_t biquad_q31_rounded(sum_q31_t sum)
+{
+    return (int32_t)(sum_q31_high(sum) << (32u - BIQUAD_Q31_FRACTION) | sum_q31_low(sum) >> BIQUAD_Q31_FRACTION);
+}
+
+/// The sum rounded does not fit 32 bits.
+static inline bool biquad_q31_is_beyond(sum_q31_t sum)
+{
+    const uint32_t half = UINT32_C(1) << (BIQUAD_Q31_FRACTION - 1u);
+    return TRIBO_RARE(sum_q31_high(sum) + half >= 2u * half);
+}
+
+/// A section's output before its rounding, within what fits. Unsigned, as a lost state may wrap.
+static inline sum_q31_t biquad_q31_section_sum(int32_t b0, const int64_t *w1, int32_t x, uint32_t *saturated)
+{
+    sum_q31_t sum = sum_q31_settle(sum_q31_accumulate(sum_q31_load(w1), b0, x));
+    if (biquad_q31_is_beyond(sum))
+    {
+        tribo_q31_count(saturated);
+        const int32_t y = tribo_q31_end((int32_t)sum_q31_high(sum));
+        sum             = biquad_q31_unrounded(y, biquad_q31_rest(sum));
+    }
+    return sum;
+}
+
+/// What a correction at the first section's input does at its output, over 2^CORRECTION. Shorter than all of it, which later
+/// nodes get, as their poles may be slow.
+static inline int32_t biquad_q31_first_correction(const tribo_biquad_q31_section_t *section, int32_t c)
+{
+    return (int32_t)(tribo_q31_multiply(section->b0, c) >> 32);
+}
+
+/// shift_power, and shift in the low byte of a word.
+static inline pair_t biquad_q31_power_shift(const tribo_biquad_q31_section_t *section)
+{
+#ifdef TRIBO_THUMB2
+    return pair_load(&section->shift_power); // and what stands behind it, at once
+#else
+    return (pair_t){.first = section->shift_power, .second = section->shift};
+#endif
+}
+
+/// The section's state after a tick. `left` is what w1 has of the output: its sum or, where y is no longer what that was
+/// rounded to, `of_y`, a constant, being true, its rest. Returns the excess of w2.
+static inline uint32_t biquad_q31_section_advance(const tribo_biquad_q31_section_t *section,
+                                                  tribo_biquad_q31_section_state_t *state,
+                                                  int32_t                           c1,
+                                                  int32_t                           in,
+                                                  int32_t                           y,
+                                                  sum_q31_t                         left,
+                                                  bool                              of_y,
+                                                  int32_t                           one)
+{
+    const int32_t all_y = of_y ? INT32_C(1) << BIQUAD_Q31_FRACTION : 0;
+    const pair_t  a1_c2 = pair_load(&section->minus_a1);
+    sum_q31_t     w1    = sum_q31_accumulate(left, c1, in);
+    w1                  = sum_q31_settle(sum_q31_accumulate(w1, a1_c2.first + all_y, y));
+
+    // One after the other, where registers are short.
+    TRIBO_FROM_HERE();
+    const pair_t power_shift = biquad_q31_power_shift(section);
+    sum_q31_t    w2          = sum_q31_load(&state->w2);
+    w1                       = sum_q31_add_shifted(w1, w2, power_shift, one);
+    sum_q31_store(&state->w1, w1);
+
+    TRIBO_FROM_HERE();
+    const pair_t d2 = pair_load(&section->d2);
+    w2              = sum_q31_accumulate(w2, a1_c2.second, in);
+    w2              = sum_q31_accumulate(w2, d2.first, y);
+    w2              = sum_q31_add_signed(w2, (int32_t)(tribo_q31_multiply(d2.second, y) >> 32), one);
+    sum_q31_store(&state->w2, w2);
+    return biquad_q31_excess(sum_q31_high(w2));
+}
+
+/// w2 of two sections within +-W_MAX.
+static inline void biquad_q31_pair_clamp(tribo_biquad_q31_state_t *state, uint32_t excess_0, uint32_t excess_1)
+{
+    if (TRIBO_RARE((excess_0 | excess_1) >= UINT32_C(1) << 30))
+    {
+        biquad_q31_clamp(&state->section[0], &state->saturated);
+        biquad_q31_clamp(&state->section[1], &state->saturated);
+    }
 }
 
 /// A section's output: y, and what its rounding leaves.
@@ -46,38 +166,18 @@ typedef struct
 } biquad_q31_node_t;
 
 static inline biquad_q31_node_t biquad_q31_section_output(const tribo_biquad_q31_section_t *section,
-                                                          int64_t                           w1,
+                                                          const int64_t                    *w1,
                                                           int32_t                           x,
                                                           uint32_t                         *saturated)
 {
-    // Unsigned, as a lost state may wrap.
-    const uint64_t sum = (uint64_t)w1 + (uint64_t)tribo_q31_multiply(section->b0, x);
-    return (biquad_q31_node_t){.y    = tribo_q31_opaque(tribo_q31_narrow((int64_t)sum, BIQUAD_Q31_FRACTION, saturated)),
-                               .rest = (uint32_t)sum & ((UINT32_C(1) << BIQUAD_Q31_FRACTION) - 1u)};
-}
-
-/// What a correction at the first section's input does at its output, over 2^CORRECTION. Shorter than all of it, which later
-/// nodes get, as their poles may be slow.
-static inline int32_t biquad_q31_first_correction(const tribo_biquad_q31_section_t *section, int32_t c)
-{
-    return (int32_t)(tribo_q31_multiply(section->b0, c) >> 32);
-}
-
-/// The section's state after a tick. By value: what is written late need not be read twice.
-static inline tribo_biquad_q31_section_state_t biquad_q31_section_advance(const tribo_biquad_q31_section_t *section,
-                                                                          int64_t                           w2,
-                                                                          int32_t                           in,
-                                                                          biquad_q31_node_t                 out)
-{
-    // Unsigned, as a lost state may wrap.
-    uint64_t next = (uint64_t)w2 + (uint64_t)tribo_q31_multiply(section->c2, in);
-    next += (uint64_t)tribo_q31_multiply(section->d2, out.y);
-    next += (uint64_t)(tribo_q31_multiply(section->d2_low, out.y) >> 32);
-
-    uint64_t w1 = out.rest + (uint64_t)tribo_q31_multiply(section->d1, out.y);
-    w1 += (uint64_t)tribo_q31_multiply(section->c1, in);
-    w1 = tribo_q31_add_shifted(w1, w2, section->shift, section->shift_power);
-    return (tribo_biquad_q31_section_state_t){.w1 = (int64_t)w1, .w2 = (int64_t)next};
+    const sum_q31_t sum = sum_q31_accumulate(sum_q31_load(w1), section->b0, x);
+    int32_t         y   = biquad_q31_rounded(sum);
+    if (biquad_q31_is_beyond(sum))
+    {
+        tribo_q31_count(saturated);
+        y = tribo_q31_end((int32_t)sum_q31_high(sum));
+    }
+    return (biquad_q31_node_t){.y = tribo_q31_opaque(y), .rest = biquad_q31_rest(sum)};
 }
 
 /// The nodes of a pair of sections.
@@ -92,9 +192,12 @@ static inline biquad_q31_pair_t biquad_q31_pair_output(const tribo_biquad_q31_pa
                                                        int32_t                          x)
 {
     uint32_t *const   saturated = &state->saturated;
-    biquad_q31_pair_t pair      = {.x = biquad_q31_input(params, state, x)};
-    pair.out[0] = biquad_q31_section_output(&params->section[0], state->section[0].w1, pair.x, saturated);
-    pair.out[1] = biquad_q31_section_output(&params->section[1], state->section[1].w1, pair.out[0].y, saturated);
+    const sum_q31_t   input     = biquad_q31_pair_input(params, state, x);
+    biquad_q31_pair_t pair      = {.x = (int32_t)sum_q31_high(input)};
+
+    state->carry = sum_q31_low(input);
+    pair.out[0]  = biquad_q31_section_output(&params->section[0], &state->section[0].w1, pair.x, saturated);
+    pair.out[1]  = biquad_q31_section_output(&params->section[1], &state->section[1].w1, pair.out[0].y, saturated);
     return pair;
 }
 
@@ -117,15 +220,28 @@ static inline void biquad_q31_pair_advance(const tribo_biquad_q31_params_t *para
                                            tribo_biquad_q31_state_t        *state,
                                            const biquad_q31_pair_t         *pair)
 {
-    const tribo_biquad_q31_section_t *s = params->section;
+    const tribo_biquad_q31_section_t *const s   = params->section;
+    const biquad_q31_node_t *const          out = pair->out;
+    const int32_t                           one = sum_q31_one();
 
-    state->section[0] = biquad_q31_section_advance(&s[0], state->section[0].w2, pair->x, pair->out[0]);
-    state->section[1] = biquad_q31_section_advance(&s[1], state->section[1].w2, pair->out[0].y, pair->out[1]);
-    if ((biquad_q31_excess(state->section[0].w2) | biquad_q31_excess(state->section[1].w2)) >= UINT32_C(1) << 30)
-    {
-        biquad_q31_clamp(&state->section[0], &state->saturated);
-        biquad_q31_clamp(&state->section[1], &state->saturated);
-    }
+    const uint32_t excess_0 = biquad_q31_section_advance(&s[0],
+                                                         &state->section[0],
+                                                         s[0].c1,
+                                                         pair->x,
+                                                         out[0].y,
+                                                         sum_q31_of(out[0].rest, 0),
+                                                         true,
+                                                         one);
+    TRIBO_FROM_HERE();
+    const uint32_t excess_1 = biquad_q31_section_advance(&s[1],
+                                                         &state->section[1],
+                                                         s[1].c1,
+                                                         out[0].y,
+                                                         out[1].y,
+                                                         sum_q31_of(out[1].rest, 0),
+                                                         true,
+                                                         one);
+    biquad_q31_pair_clamp(state, excess_0, excess_1);
 }
 
 #endif

@@ -42,10 +42,9 @@ float tribo_compensator_f32_step(const tribo_compensator_f32_params_t *params,
                                  float                                 u_n,
                                  tribo_compensator_f32_signals_t      *signals)
 {
-    if (exceeds(u_n, TRIBO_F32_FORCE_MAX_N))
-    {
-        count(&state->friction.bad_inputs);
-        return compensator_f32_kernel_at(params, state, state->friction.n_n, signals, true);
-    }
-    return compensator_f32_kernel(params, state, u_n, signals, true);
+    const float force_n = state->arm.force_n;
+    signals->force_n    = force_n;
+    const float f = tribo_friction_f32_step(&params->friction, &state->friction, u_n, force_n, &signals->friction);
+    (void)arm_f32_kernel(&params->arm, &state->arm, state->friction.n_n - f);
+    return f;
 }

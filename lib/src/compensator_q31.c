@@ -13,5 +13,9 @@ int32_t tribo_compensator_q31_step(const tribo_compensator_q31_params_t *params,
                                    int32_t                               u,
                                    tribo_compensator_q31_signals_t      *signals)
 {
-    return compensator_q31_kernel(params, state, u, signals, true);
+    const int32_t force = tribo_arm_q31_force(&state->arm);
+    signals->force      = force;
+    const int32_t f     = tribo_friction_q31_step(&params->friction, &state->friction, u, force, &signals->friction);
+    arm_q31_kernel(&params->arm, &state->arm, state->friction.n - f);
+    return f;
 }

@@ -197,7 +197,7 @@ static float step_of_any(const tribo_controller_f32_params_t *params,
     const controller_f32_limited_t l = controller_f32_limit(params, state, v, feedforward_n);
     if (l.lost)
     {
-        tribo_biquad_f32_start_again(&state->cascade);
+        biquad_f32_start_again(&state->cascade);
         return controller_f32_without_cascade(params, feedforward_n, signals);
     }
     tribo_biquad_f32_advance(&params->cascade, &state->cascade, e_n, &outputs, l.correction_n);

@@ -64,7 +64,7 @@ static inline float controller_f32_kernel(const tribo_controller_f32_params_t *p
     signals->limited = l.limited;
     if (TRIBO_RARE(l.lost))
     {
-        biquad_f32_pair_start_again(&state->cascade);
+        biquad_f32_start_again(&state->cascade);
         return controller_f32_without_cascade(params, feedforward_n, signals);
     }
     if (TRIBO_RARE(l.limited))

@@ -41,8 +41,8 @@ int32_t tribo_controller_q31_step(const tribo_controller_q31_params_t *params,
                                   int32_t                              feedforward,
                                   tribo_controller_q31_signals_t      *signals)
 {
-    return TRIBO_FAST_WAY(params->cascade.count == 2u) ? step_of_pair(params, state, e, feedforward, signals)
-                                                       : step_of_any(params, state, e, feedforward, signals);
+    return TRIBO_FAST_WAY(params->cascade.pair_power != 0) ? step_of_pair(params, state, e, feedforward, signals)
+                                                           : step_of_any(params, state, e, feedforward, signals);
 }
 
 void tribo_controller_q31_change(const tribo_controller_q31_params_t *from,

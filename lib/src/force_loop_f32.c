@@ -46,7 +46,7 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     {
         return TRIBO_ERR_NULL;
     }
-    tribo_force_loop_f32_params_t made   = {.input_max = order_f32(config->input_max_n), .gain = config->gain};
+    tribo_force_loop_f32_params_t made   = {.input_end = order_f32(config->input_max_n) + 1u, .gain = config->gain};
     tribo_status_t                status = check(config);
     if (status == TRIBO_OK)
     {
@@ -58,21 +58,16 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     }
     if (status == TRIBO_OK)
     {
-        *params = made;
+        const bool usual     = made.controller.cascade.count == 2u && made.compensator.friction.table == NULL;
+        made.usual_input_end = usual ? made.input_end : 0u;
+        *params              = made;
     }
     return status;
-}
-
-/// Two sections and no table: a tick of its own.
-static bool is_usual(const tribo_force_loop_f32_params_t *params)
-{
-    return params->controller.cascade.count == 2u && params->compensator.friction.table == NULL;
 }
 
 void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state)
 {
     state->active     = NULL;
-    state->usual      = NULL;
     state->friction_n = 0.0f;
     state->bad_inputs = 0;
     tribo_controller_f32_reset(&state->controller);
@@ -81,26 +76,53 @@ void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state)
 
 // Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
 
-/// What f^ of this tick is under params `p`: a step, undone for the one that follows. A copy of the state would fill the
-/// stack.
+/// What f^ of this tick is under params `p`: a step of the friction model, undone for the one that follows. A copy of the
+/// state would fill the stack.
 static TRIBO_OUT_OF_LINE float friction_under(const tribo_force_loop_f32_params_t *p,
                                               tribo_compensator_f32_state_t       *state,
-                                              float                                u_n,
-                                              tribo_compensator_f32_signals_t     *scratch)
+                                              float                                u_n)
 {
     tribo_friction_f32_state_t *const friction   = &state->friction;
-    const tribo_arm_f32_state_t       arm        = state->arm;
     const relay_mark_t                relay      = relay_mark(&friction->relay);
     const float                       n_n        = friction->n_n;
     const uint32_t                    bad_inputs = friction->bad_inputs;
+    tribo_friction_f32_signals_t      unseen;
 
-    const float f = tribo_compensator_f32_step(&p->compensator, state, u_n, scratch);
+    const float f = tribo_friction_f32_step(&p->compensator.friction, friction, u_n, state->arm.force_n, &unseen);
 
-    state->arm = arm;
     relay_undo(&friction->relay, relay);
     friction->n_n        = n_n;
     friction->bad_inputs = bad_inputs;
     return f;
+}
+
+static TRIBO_OUT_OF_LINE float control(const tribo_force_loop_f32_params_t *params,
+                                       tribo_force_loop_f32_state_t        *state,
+                                       float                                e,
+                                       float                                feedforward,
+                                       tribo_force_loop_f32_signals_t      *signals)
+{
+    tribo_controller_f32_signals_t  unseen;
+    tribo_controller_f32_signals_t *seen = &unseen;
+    if (signals != NULL)
+    {
+        signals->e_n           = e;
+        signals->feedforward_n = feedforward;
+        seen                   = &signals->controller;
+    }
+    return tribo_controller_f32_step(&params->controller, &state->controller, e, feedforward, seen);
+}
+
+static TRIBO_OUT_OF_LINE float compensate(const tribo_force_loop_f32_params_t *params,
+                                          tribo_force_loop_f32_state_t        *state,
+                                          float                                u_n,
+                                          tribo_force_loop_f32_signals_t      *signals)
+{
+    tribo_compensator_f32_signals_t unseen;
+    return tribo_compensator_f32_step(&params->compensator,
+                                      &state->compensator,
+                                      u_n,
+                                      signals != NULL ? &signals->compensator : &unseen);
 }
 
 /// The tick of any params, and where they change: the controller makes up for what another gain, and then what another
@@ -112,34 +134,60 @@ static TRIBO_OUT_OF_LINE float tick_of_any(const tribo_force_loop_f32_params_t *
                                            tribo_force_loop_f32_signals_t      *signals)
 {
     const tribo_force_loop_f32_params_t *const from = state->active != NULL ? state->active : params;
-    signals->e_n                                    = e;
-    signals->feedforward_n                          = feedforward;
     if (from != params)
     {
         const float by = -((params->gain - from->gain) * state->friction_n);
         tribo_controller_f32_change(&from->controller, &params->controller, &state->controller, e, by);
     }
-    const float u =
-        tribo_controller_f32_step(&params->controller, &state->controller, e, feedforward, &signals->controller);
-    const float old   = from != params ? friction_under(from, &state->compensator, u, &signals->compensator) : 0.0f;
-    state->friction_n = tribo_compensator_f32_step(&params->compensator, &state->compensator, u, &signals->compensator);
+    const float u     = control(params, state, e, feedforward, signals);
+    const float old   = from != params ? friction_under(from, &state->compensator, u) : 0.0f;
+    state->friction_n = compensate(params, state, u, signals);
     if (from != params)
     {
         const float by = -(params->gain * (state->friction_n - old));
         tribo_controller_f32_change(&params->controller, &params->controller, &state->controller, e, by);
     }
     state->active = params;
-    state->usual  = is_usual(params) ? params : NULL;
     return u;
 }
 
-static TRIBO_OUT_OF_LINE float tick_of_any_unseen(const tribo_force_loop_f32_params_t *params,
-                                                  tribo_force_loop_f32_state_t        *state,
-                                                  float                                e,
-                                                  float                                feedforward)
+static inline float usual_kernel(const tribo_force_loop_f32_params_t *params,
+                                 tribo_force_loop_f32_state_t        *state,
+                                 float                                e,
+                                 float                                feedforward,
+                                 tribo_force_loop_f32_signals_t      *signals)
+{
+    signals->e_n           = e;
+    signals->feedforward_n = feedforward;
+
+    const float u =
+        controller_f32_kernel(&params->controller, &state->controller, e, feedforward, &signals->controller);
+    state->friction_n = compensator_f32_kernel(&params->compensator, &state->compensator, u, &signals->compensator);
+    return u;
+}
+
+static TRIBO_OWN_FRAME TRIBO_ALL_INLINE float usual_tick(const tribo_force_loop_f32_params_t *params,
+                                                         tribo_force_loop_f32_state_t        *state,
+                                                         float                                e,
+                                                         float                                feedforward,
+                                                         tribo_force_loop_f32_signals_t      *signals)
+{
+    return usual_kernel(params, state, e, feedforward, signals);
+}
+
+static TRIBO_OWN_FRAME TRIBO_ALL_INLINE float usual_tick_unseen(const tribo_force_loop_f32_params_t *params,
+                                                                tribo_force_loop_f32_state_t        *state,
+                                                                float                                e,
+                                                                float                                feedforward)
 {
     tribo_force_loop_f32_signals_t unseen;
-    return tick_of_any(params, state, e, feedforward, &unseen);
+    return usual_kernel(params, state, e, feedforward, &unseen);
+}
+
+/// |r| and |y| are below an end; a NaN is not.
+static inline bool is_below(uint32_t end, float r_n, float y_n)
+{
+    return order_f32(r_n) < end && order_f32(y_n) < end;
 }
 
 /// A tick; where `seen`, a constant, is false, of usual params without a trace of `signals`.
@@ -150,8 +198,10 @@ static inline float tick(const tribo_force_loop_f32_params_t *params,
                          tribo_force_loop_f32_signals_t      *signals,
                          bool                                 seen)
 {
-    float e = 0.0f;
-    if (TRIBO_USUAL(order_f32(r_n) <= params->input_max && order_f32(y_n) <= params->input_max))
+    // 0 where params are not usual: the first compares serve them as well.
+    const uint32_t usual_end = params->usual_input_end;
+    float          e         = 0.0f;
+    if (TRIBO_USUAL(is_below(usual_end, r_n, y_n)) || is_below(params->input_end, r_n, y_n))
     {
         e = r_n - y_n;
     }
@@ -160,22 +210,15 @@ static inline float tick(const tribo_force_loop_f32_params_t *params,
         count(&state->bad_inputs);
     }
     const float added = params->gain * state->friction_n;
-    if (!TRIBO_FAST_WAY(state->usual == params))
+    if (!TRIBO_FAST_WAY(usual_end != 0u && state->active == params))
     {
-        if (!TRIBO_FAST_WAY(is_usual(params) && state->active == NULL))
+        if (!TRIBO_FAST_WAY(usual_end != 0u && state->active == NULL))
         {
-            return seen ? tick_of_any(params, state, e, added, signals) : tick_of_any_unseen(params, state, e, added);
+            return tick_of_any(params, state, e, added, seen ? signals : NULL);
         }
         state->active = params; // the first tick
-        state->usual  = params;
     }
-    signals->e_n           = e;
-    signals->feedforward_n = added;
-
-    const float u = controller_f32_kernel(&params->controller, &state->controller, e, added, &signals->controller);
-    state->friction_n =
-        compensator_f32_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
-    return u;
+    return seen ? usual_tick(params, state, e, added, signals) : usual_tick_unseen(params, state, e, added);
 }
 
 // Two functions, as in one each would have room for the other's on its stack.

@@ -8,17 +8,9 @@
 
 #define FEEDFORWARD_FRACTION 29 // of the gain
 
-/// Two sections, plain friction and a feedforward that cannot saturate: a tick of its own.
-static bool is_usual(const tribo_force_loop_q31_params_t *params)
-{
-    return params->controller.cascade.count == 2u && params->compensator.friction.plain &&
-           params->gain <= INT32_C(1) << FEEDFORWARD_FRACTION;
-}
-
 void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
 {
     state->active     = NULL;
-    state->usual      = NULL;
     state->friction   = 0;
     state->bad_inputs = 0;
     state->saturated  = 0;
@@ -27,7 +19,9 @@ void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
 }
 
 /// What friction f adds to u, Q31.
-static inline int32_t feedforward(const tribo_force_loop_q31_params_t *params, int32_t f, uint32_t *saturated)
+static TRIBO_OUT_OF_LINE int32_t feedforward(const tribo_force_loop_q31_params_t *params,
+                                             int32_t                              f,
+                                             uint32_t                            *saturated)
 {
     return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), FEEDFORWARD_FRACTION, saturated);
 }
@@ -40,75 +34,128 @@ static inline int32_t usual_feedforward(const tribo_force_loop_q31_params_t *par
 
 // Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
 
-/// What f^ of this tick is under params `p`: a step, undone for the one that follows. A copy of the state would fill the
-/// stack.
+/// What f^ of this tick is under params `p`: a step of the friction model, undone for the one that follows. A copy of the
+/// state would fill the stack.
 static TRIBO_OUT_OF_LINE int32_t friction_under(const tribo_force_loop_q31_params_t *p,
                                                 tribo_compensator_q31_state_t       *state,
-                                                int32_t                              u,
-                                                tribo_compensator_q31_signals_t     *scratch)
+                                                int32_t                              u)
 {
     tribo_friction_q31_state_t *const friction  = &state->friction;
-    const tribo_arm_q31_state_t       arm       = state->arm;
     const relay_mark_t                relay     = relay_mark(&friction->relay);
     const int32_t                     n         = friction->n;
     const uint32_t                    saturated = friction->saturated;
+    tribo_friction_q31_signals_t      unseen;
 
-    const int32_t f = tribo_compensator_q31_step(&p->compensator, state, u, scratch);
+    const int32_t force = tribo_arm_q31_force(&state->arm);
+    const int32_t f     = tribo_friction_q31_step(&p->compensator.friction, friction, u, force, &unseen);
 
-    state->arm = arm;
     relay_undo(&friction->relay, relay);
     friction->n         = n;
     friction->saturated = saturated;
     return f;
 }
 
-/// What keeps u as it was: gain f of `from` less that of `params`.
-static TRIBO_OUT_OF_LINE int32_t offset(const tribo_force_loop_q31_params_t *from,
-                                        int32_t                              from_f,
-                                        const tribo_force_loop_q31_params_t *params,
-                                        int32_t                              f)
+/// The controller makes up for what the gain and friction of `to` instead of those of `from` would add to u in one jump.
+static TRIBO_OUT_OF_LINE void change(const tribo_force_loop_q31_params_t *from,
+                                     int32_t                              from_f,
+                                     const tribo_force_loop_q31_params_t *to,
+                                     int32_t                              to_f,
+                                     tribo_force_loop_q31_state_t        *state,
+                                     int32_t                              e)
 {
     uint32_t      not_counted = 0;
     const int64_t was         = feedforward(from, from_f, &not_counted);
-    return tribo_q31_saturate(was - feedforward(params, f, &not_counted), &not_counted);
+    const int32_t by          = tribo_q31_saturate(was - feedforward(to, to_f, &not_counted), &not_counted);
+    tribo_biquad_q31_change(&from->controller.cascade, &to->controller.cascade, &state->controller.cascade, e, by);
 }
 
-/// The tick of any params, and where they change: the controller makes up for what another gain, and then what another
-/// friction model, would add to u in one jump.
+static TRIBO_OUT_OF_LINE int32_t control(const tribo_force_loop_q31_params_t *params,
+                                         tribo_force_loop_q31_state_t        *state,
+                                         int32_t                              e,
+                                         tribo_force_loop_q31_signals_t      *signals)
+{
+    tribo_controller_q31_signals_t  unseen;
+    tribo_controller_q31_signals_t *seen  = &unseen;
+    const int32_t                   added = feedforward(params, state->friction, &state->saturated);
+    if (signals != NULL)
+    {
+        signals->e           = e;
+        signals->feedforward = added;
+        seen                 = &signals->controller;
+    }
+    return tribo_controller_q31_step(&params->controller, &state->controller, e, added, seen);
+}
+
+static TRIBO_OUT_OF_LINE int32_t compensate(const tribo_force_loop_q31_params_t *params,
+                                            tribo_force_loop_q31_state_t        *state,
+                                            int32_t                              u,
+                                            tribo_force_loop_q31_signals_t      *signals)
+{
+    tribo_compensator_q31_signals_t unseen;
+    return tribo_compensator_q31_step(&params->compensator,
+                                      &state->compensator,
+                                      u,
+                                      signals != NULL ? &signals->compensator : &unseen);
+}
+
+/// The tick of any params, and where they change: the gain first, then the friction model.
 static TRIBO_OUT_OF_LINE int32_t tick_of_any(const tribo_force_loop_q31_params_t *params,
                                              tribo_force_loop_q31_state_t        *state,
                                              int32_t                              e,
                                              tribo_force_loop_q31_signals_t      *signals)
 {
-    const tribo_force_loop_q31_params_t *const from  = state->active != NULL ? state->active : params;
-    const int32_t                              added = feedforward(params, state->friction, &state->saturated);
-    signals->e                                       = e;
-    signals->feedforward                             = added;
+    const tribo_force_loop_q31_params_t *const from = state->active != NULL ? state->active : params;
     if (from != params)
     {
-        const int32_t by = offset(from, state->friction, params, state->friction);
-        tribo_controller_q31_change(&from->controller, &params->controller, &state->controller, e, by);
+        change(from, state->friction, params, state->friction, state, e);
     }
-    const int32_t u =
-        tribo_controller_q31_step(&params->controller, &state->controller, e, added, &signals->controller);
-    const int32_t old = from != params ? friction_under(from, &state->compensator, u, &signals->compensator) : 0;
-    state->friction   = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &signals->compensator);
+    const int32_t u   = control(params, state, e, signals);
+    const int32_t old = from != params ? friction_under(from, &state->compensator, u) : 0;
+    state->friction   = compensate(params, state, u, signals);
     if (from != params)
     {
-        const int32_t by = offset(params, old, params, state->friction);
-        tribo_controller_q31_change(&params->controller, &params->controller, &state->controller, e, by);
+        change(params, old, params, state->friction, state, e);
     }
     state->active = params;
-    state->usual  = is_usual(params) ? params : NULL;
     return u;
 }
 
-static TRIBO_OUT_OF_LINE int32_t tick_of_any_unseen(const tribo_force_loop_q31_params_t *params,
-                                                    tribo_force_loop_q31_state_t        *state,
-                                                    int32_t                              e)
+/// The tick of usual params.
+static inline int32_t usual_kernel(const tribo_force_loop_q31_params_t *params,
+                                   tribo_force_loop_q31_state_t        *state,
+                                   int32_t                              e,
+                                   tribo_force_loop_q31_signals_t      *signals)
+{
+    const int32_t added  = usual_feedforward(params, state->friction);
+    signals->e           = e;
+    signals->feedforward = added;
+
+    const int32_t u = controller_q31_kernel(&params->controller, &state->controller, e, added, &signals->controller);
+    state->friction = compensator_q31_kernel(&params->compensator, &state->compensator, u, &signals->compensator);
+    return u;
+}
+
+static TRIBO_OWN_FRAME TRIBO_ALL_INLINE int32_t usual_tick(const tribo_force_loop_q31_params_t *params,
+                                                           tribo_force_loop_q31_state_t        *state,
+                                                           int32_t                              e,
+                                                           tribo_force_loop_q31_signals_t      *signals)
+{
+    return usual_kernel(params, state, e, signals);
+}
+
+static TRIBO_OWN_FRAME TRIBO_ALL_INLINE int32_t usual_tick_unseen(const tribo_force_loop_q31_params_t *params,
+                                                                  tribo_force_loop_q31_state_t        *state,
+                                                                  int32_t                              e)
 {
     tribo_force_loop_q31_signals_t unseen;
-    return tick_of_any(params, state, e, &unseen);
+    return usual_kernel(params, state, e, &unseen);
+}
+
+/// r and y are from -end to end - 1.
+static inline bool is_within(uint32_t end, int32_t r, int32_t y)
+{
+    // One compare an input: x + end below 2 end, which is 2^32 for full scale.
+    return ((uint32_t)r + end) >> 1 < end && ((uint32_t)y + end) >> 1 < end;
 }
 
 /// A tick; where `seen`, a constant, is false, of usual params without a trace of `signals`.
@@ -119,10 +166,10 @@ static inline int32_t tick(const tribo_force_loop_q31_params_t *params,
                            tribo_force_loop_q31_signals_t      *signals,
                            bool                                 seen)
 {
-    // One compare an input: x from -end to end - 1 is x + end below 2 end, which is 2^32 for full scale.
-    const uint32_t end = params->input_end;
-    int32_t        e   = 0;
-    if (TRIBO_USUAL(((uint32_t)r + end) >> 1 < end && ((uint32_t)y + end) >> 1 < end))
+    // 0 where params are not usual: the first compares serve them as well.
+    const uint32_t usual_end = params->usual_input_end;
+    int32_t        e         = 0;
+    if (TRIBO_USUAL(is_within(usual_end, r, y)) || is_within(params->input_end, r, y))
     {
         e = tribo_q31_subtract(r, y, &state->saturated);
     }
@@ -130,23 +177,15 @@ static inline int32_t tick(const tribo_force_loop_q31_params_t *params,
     {
         tribo_q31_count(&state->bad_inputs);
     }
-    if (!TRIBO_FAST_WAY(state->usual == params))
+    if (!TRIBO_FAST_WAY(usual_end != 0u && state->active == params))
     {
-        if (!TRIBO_FAST_WAY(is_usual(params) && state->active == NULL))
+        if (!TRIBO_FAST_WAY(usual_end != 0u && state->active == NULL))
         {
-            return seen ? tick_of_any(params, state, e, signals) : tick_of_any_unseen(params, state, e);
+            return tick_of_any(params, state, e, seen ? signals : NULL);
         }
         state->active = params; // the first tick
-        state->usual  = params;
     }
-    const int32_t added  = usual_feedforward(params, state->friction);
-    signals->e           = e;
-    signals->feedforward = added;
-
-    const int32_t u = controller_q31_kernel(&params->controller, &state->controller, e, added, &signals->controller);
-    state->friction =
-        compensator_q31_kernel(&params->compensator, &state->compensator, u, &signals->compensator, false);
-    return u;
+    return seen ? usual_tick(params, state, e, signals) : usual_tick_unseen(params, state, e);
 }
 
 // Two functions, as in one each would have room for the other's on its stack.

@@ -521,9 +521,10 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
                                         const peaks_t                   *peaks,
                                         float                            input_peak)
 {
-    int32_t before   = scale_for(larger(input_peak, larger(peaks->named.input, peaks->named.correction)), 1);
+    int32_t before   = scale_for(larger(input_peak, larger(peaks->named.input, peaks->named.correction)), 2);
     out->input_scale = (uint8_t)before;
     out->count       = (uint8_t)cascade->count;
+    out->pair_power  = cascade->count == 2u ? INT32_C(1) << (32 - before) : 0;
     if (before > SCALE_MAX)
     {
         return TRIBO_ERR_HEADROOM;
@@ -547,7 +548,7 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
         const int64_t d2 = -fixed_in_two_words(scaled(s->a2, 28 + shift));
         out->section[i]  = (tribo_biquad_q31_section_t){.b0          = b0,
                                                         .c1          = fixed(scaled(s->b1, by), 28) - b0,
-                                                        .d1          = (INT32_C(1) << 28) - fixed(s->a1, 28),
+                                                        .minus_a1    = -fixed(s->a1, 28),
                                                         .c2          = fixed(b2, 28 + shift),
                                                         .d2          = (int32_t)((d2 + (INT64_C(1) << 31)) >> 32),
                                                         .d2_low      = (int32_t)(uint32_t)d2,
@@ -571,7 +572,7 @@ static void dequantize(tribo_biquad_f32_section_t *sections, const tribo_biquad_
                                      .b0 = scaled((float)s->b0, by - 28),
                                      .b1 = scaled((float)(s->c1 + s->b0), by - 28),
                                      .b2 = scaled((float)s->c2, by - 28 - (int32_t)s->shift),
-                                     .a1 = scaled((float)((INT32_C(1) << 28) - s->d1), -28),
+                                     .a1 = scaled(-(float)s->minus_a1, -28),
                                      .a2 = scaled(from_two_words(-((int64_t)s->d2 * (INT64_C(1) << 32) + s->d2_low)), -28 - (int32_t)s->shift)};
         before = s->scale;
     }
@@ -777,6 +778,9 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     {
         *headroom = measured;
     }
-    *params = made;
+    const bool usual = made.controller.cascade.count == 2u && made.compensator.friction.plain &&
+                       made.gain <= INT32_C(1) << 29; // whose feedforward fits
+    made.usual_input_end = usual ? made.input_end : 0u;
+    *params              = made;
     return TRIBO_OK;
 }

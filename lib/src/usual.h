@@ -5,6 +5,12 @@
 
 #include <stdbool.h>
 
+#if defined(__thumb__) && !defined(__thumb2__) // a call keeps its caller's frame on the stack
+#define TRIBO_OWN_FRAME __attribute__((noinline))
+#else
+#define TRIBO_OWN_FRAME inline
+#endif
+
 #ifdef __GNUC__
 #define TRIBO_OUT_OF_LINE      __attribute__((noinline))
 #define TRIBO_ALL_INLINE       __attribute__((flatten)) // gcc: all that it calls, where that is not out of line

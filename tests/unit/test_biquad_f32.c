@@ -293,6 +293,20 @@ static void test_biquad_starts_again_when_its_state_is_lost(void)
         TEST_ASSERT_SAME_FLOAT(1.0f, tribo_biquad_f32_step(&params, &state, 1.0f));
         TEST_ASSERT_EQUAL_UINT32(1, state.bad_inputs);
     }
+
+    // The last output that is not, and the next.
+    for (uint32_t count = 1; count <= 2u; count++)
+    {
+        init(section, count);
+        tribo_biquad_f32_reset(&state);
+        state.section[count - 1u].w1 = 1.0e15f;
+        TEST_ASSERT_SAME_FLOAT(1.0e15f, tribo_biquad_f32_step(&params, &state, 0.0f));
+        TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
+        tribo_biquad_f32_reset(&state);
+        state.section[count - 1u].w1 = -1.0e15f - 0x1p26f;
+        TEST_ASSERT_SAME_FLOAT(0.0f, tribo_biquad_f32_step(&params, &state, 0.0f));
+        TEST_ASSERT_EQUAL_UINT32(1, state.bad_inputs);
+    }
 }
 
 // --- set-up ------------------------------------------------------------------------------------------------------

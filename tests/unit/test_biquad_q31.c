@@ -32,6 +32,19 @@ void tearDown(void)
 {
 }
 
+/// `count` sections that give nothing and forget nothing but what they gave: a1 = 1.
+static tribo_biquad_q31_params_t blank(uint32_t count)
+{
+    tribo_biquad_q31_params_t made = {.pair_power  = count == 2u ? INT32_C(1) << 30 : 0,
+                                      .count       = (uint8_t)count,
+                                      .input_scale = 2};
+    for (uint32_t i = 0; i < count; i++)
+    {
+        made.section[i].minus_a1 = -(INT32_C(1) << 28);
+    }
+    return made;
+}
+
 /// The end of the range on the side of `sign`.
 static int32_t end_of(int sign)
 {
@@ -65,7 +78,7 @@ static exact_t exact_of(const tribo_biquad_q31_params_t *p)
         x.section[i].b0                      = ldexp(s->b0, by - 28);
         x.section[i].b1                      = ldexp(s->c1 + s->b0, by - 28);
         x.section[i].b2                      = ldexp(s->c2, by - 28 - s->shift);
-        x.section[i].a1                      = ldexp((1 << 28) - s->d1, -28);
+        x.section[i].a1                      = -ldexp(s->minus_a1, -28);
         x.section[i].a2                      = -ldexp(s->d2, -28 - s->shift) - ldexp(s->d2_low, -60 - s->shift);
         before                               = s->scale;
     }
@@ -218,11 +231,12 @@ static void test_biquad_gain_at_rest_is_exact_for_as_long_as_it_runs(void)
 // Bits of the input below its node's last are not lost either.
 static void test_biquad_carries_what_the_input_scale_drops(void)
 {
-    params       = (tribo_biquad_q31_params_t){.section     = {{.b0 = INT32_C(1) << 28, .c1 = -(INT32_C(1) << 28)}},
-                                               .count       = 1,
-                                               .input_scale = 4};
-    int64_t sum  = 0;
-    int64_t came = 0;
+    params               = blank(1);
+    params.section[0].b0 = INT32_C(1) << 28;
+    params.section[0].c1 = -(INT32_C(1) << 28);
+    params.input_scale   = 4;
+    int64_t sum          = 0;
+    int64_t came         = 0;
     for (int k = 0; k < LONG_RUN; k++)
     {
         const int32_t x = k % 2 == 0 ? 7 : k % 37 - 11;
@@ -237,12 +251,12 @@ static void test_biquad_carries_what_the_input_scale_drops(void)
 static void test_biquad_integrates_as_a_counter_does(void)
 {
     // y = w1, w1 += 2^-28 x: an integrator by hand, a tick's change far below the last bit.
-    params = (tribo_biquad_q31_params_t){.section     = {{.b0 = 0, .c1 = 1, .d1 = INT32_C(1) << 28}},
-                                         .count       = 1,
-                                         .input_scale = 1};
+    params                     = blank(1);
+    params.section[0].c1       = 1;
+    params.section[0].minus_a1 = 0;
     for (int k = 0; k < LONG_RUN; k++)
     {
-        (void)tribo_biquad_q31_step(&params, &state, 2 * 12345);
+        (void)tribo_biquad_q31_step(&params, &state, 4 * 12345);
     }
     const int64_t half = INT64_C(1) << 27; // with which w1 starts
     TEST_ASSERT_EQUAL_INT64((int64_t)LONG_RUN * 12345 + half, state.section[0].w1);
@@ -250,9 +264,35 @@ static void test_biquad_integrates_as_a_counter_does(void)
 
 static void test_biquad_output_stays_in_the_symmetric_range(void)
 {
-    params = (tribo_biquad_q31_params_t){.section = {{.b0 = INT32_C(1) << 29}}, .count = 1, .input_scale = 1};
-    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_biquad_q31_step(&params, &state, INT32_MIN));
-    TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
+    for (uint32_t count = 1; count <= 2u; count++)
+    {
+        params                           = blank(count);
+        params.section[0].b0             = INT32_C(1) << 29;
+        params.section[1].b0             = INT32_C(1) << 28;
+        params.section[0].scale          = 1;
+        params.section[count - 1u].scale = 1;
+        tribo_biquad_q31_reset(&state);
+        TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_biquad_q31_step(&params, &state, INT32_MIN));
+        TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
+        tribo_biquad_q31_reset(&state);
+        TEST_ASSERT_EQUAL_INT32(-INT32_MAX + 3, tribo_biquad_q31_step(&params, &state, -INT32_MAX + 3));
+        TEST_ASSERT_EQUAL_INT32(INT32_MAX - 3, tribo_biquad_q31_step(&params, &state, INT32_MAX - 3));
+        TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
+
+        // The last node's last value that fits, and the next.
+        for (int sign = -1; sign <= 1; sign += 2)
+        {
+            const int64_t last = INT32_MAX / 2;
+            for (int64_t beyond = 0; beyond <= 1; beyond++)
+            {
+                tribo_biquad_q31_reset(&state);
+                state.section[count - 1u].w1 = sign * (last + beyond) * (INT64_C(1) << 28);
+                const int64_t y              = beyond != 0 ? end_of(sign) : sign * last * 2;
+                TEST_ASSERT_EQUAL_INT64(y, tribo_biquad_q31_step(&params, &state, 0));
+                TEST_ASSERT_EQUAL_UINT32(beyond, state.saturated);
+            }
+        }
+    }
 }
 
 // Two sections have a step of their own.
@@ -409,18 +449,15 @@ static void test_biquad_saturates_at_each_node_that_was_given_too_little_room(vo
     {
         for (int sign = -1; sign <= 1; sign += 2)
         {
-            params = (tribo_biquad_q31_params_t){.count = 3, .input_scale = 1};
+            params = blank(3);
             for (uint32_t i = 0; i < 3u; i++)
             {
                 params.section[i].b0 = i == node ? full : INT32_C(1) << 26; // ... where the others have 1/4
                 params.section[i].c1 = -params.section[i].b0;
             }
             tribo_biquad_q31_reset(&state);
-            if (node > 0u)
-            {
-                state.section[node - 1u].w1 = (int64_t)end_of(sign) * (INT64_C(1) << 27);
-            }
-            const int32_t limit = end_of(sign);
+            state.section[node > 0u ? node - 1u : 0u].w1 = (int64_t)end_of(sign) * (INT64_C(1) << 27);
+            const int32_t limit                          = end_of(sign);
             (void)tribo_biquad_q31_output(&params, &state, limit, &nodes);
             TEST_ASSERT_EQUAL_INT32(sign < 0 ? INT32_MIN : INT32_MAX, nodes.y[node]);
             TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
@@ -575,12 +612,8 @@ static void test_biquad_change_to_the_same_params_changes_nothing_to_see(void)
 
 static void test_biquad_change_clamps_what_the_new_params_cannot_hold(void)
 {
-    params = (tribo_biquad_q31_params_t){.section     = {{.b0 = 1, .c1 = -1, .d1 = INT32_C(1) << 28, .scale = 4}},
-                                         .count       = 1,
-                                         .input_scale = 1};
-    const tribo_biquad_q31_params_t to = {.section     = {{.b0 = 1, .c1 = -1, .d1 = INT32_C(1) << 28, .shift = 31}},
-                                          .count       = 1,
-                                          .input_scale = 1};
+    params = (tribo_biquad_q31_params_t){.section = {{.b0 = 1, .c1 = -1, .scale = 4}}, .count = 1, .input_scale = 2};
+    const tribo_biquad_q31_params_t to = {.section = {{.b0 = 1, .c1 = -1, .shift = 31}}, .count = 1, .input_scale = 2};
     for (int sign = -1; sign <= 1; sign += 2)
     {
         tribo_biquad_q31_reset(&state);
@@ -591,6 +624,12 @@ static void test_biquad_change_clamps_what_the_new_params_cannot_hold(void)
         TEST_ASSERT_EQUAL_INT32(end_of(sign), (int32_t)(state.section[0].w1 >> 28));
         TEST_ASSERT_TRUE(sign * state.section[0].w2 > (INT64_C(1) << 60));
     }
+    // A node can be at the very end, which is beyond the symmetric range.
+    tribo_biquad_q31_reset(&state);
+    state.section[0].w1 = -(INT64_C(1) << 59);
+    tribo_biquad_q31_change(&params, &params, &state, 0, 0);
+    TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, (int32_t)(state.section[0].w1 >> 28));
 }
 
 // Both words of d2, in either section of a pair and in one alone.
@@ -603,7 +642,7 @@ static void test_biquad_feeds_back_by_both_words_of_d2(void)
         const int32_t  d2_low  = words[i / 4u][1];
         const int32_t  y       = i % 2u == 0u ? 123456789 : -123456789;
         const uint32_t section = i / 2u % 2u;
-        params                 = (tribo_biquad_q31_params_t){.count = (uint8_t)(1u + section), .input_scale = 1};
+        params                 = blank(1u + section);
         params.section[section] =
             (tribo_biquad_q31_section_t){.d2 = d2, .d2_low = d2_low, .shift_power = 1, .shift = 30};
         tribo_biquad_q31_reset(&state);
@@ -621,7 +660,7 @@ static void test_biquad_finds_each_w2_that_is_lost(void)
     const int64_t values[] = {W_MAX, W_MAX + 1, INT64_C(1) << 62, -W_MAX, -W_MAX - 2, -(INT64_C(1) << 62)};
     for (uint32_t count = 2; count <= 3u; count++)
     {
-        params = (tribo_biquad_q31_params_t){.count = (uint8_t)count, .input_scale = 1};
+        params = blank(count);
         for (uint32_t i = 0; i < count; i++)
         {
             params.section[i].shift       = 30;

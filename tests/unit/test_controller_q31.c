@@ -321,9 +321,11 @@ static void test_controller_takes_whatever_an_input_can_be(void)
 // A third section that passes its input on: the same bits by the way of any number of sections.
 static tribo_controller_q31_params_t with_a_third(tribo_controller_q31_params_t two)
 {
-    two.cascade.count = 3;
-    two.cascade.section[2] =
-        (tribo_biquad_q31_section_t){.b0 = INT32_C(1) << 28, .scale = two.cascade.section[1].scale};
+    two.cascade.count      = 3;
+    two.cascade.pair_power = 0;
+    two.cascade.section[2] = (tribo_biquad_q31_section_t){.b0       = INT32_C(1) << 28,
+                                                          .minus_a1 = -(INT32_C(1) << 28),
+                                                          .scale    = two.cascade.section[1].scale};
     return two;
 }
 
@@ -393,9 +395,9 @@ static void test_controller_corrects_towards_a_limit_of_0_from_the_very_end(void
                                                                    .anti_windup_shift = 1,
                                                                    .taken_max         = INT32_MAX};
     params.cascade.count         = 2;
-    params.cascade.input_scale   = 1;
-    params.cascade.section[0].b0 = 1 << 28;
-    params.cascade.section[0].d1 = 1 << 28; // w1 is then the corrected output
+    params.cascade.pair_power    = 1 << 30;
+    params.cascade.input_scale   = 2;
+    params.cascade.section[0].b0 = 1 << 28; // and no more: w1 is then the corrected output
     state.cascade.section[1].w1  = -(INT64_C(1) << 59);
     TEST_ASSERT_EQUAL_INT32(0, tribo_controller_q31_step(&params, &state, 0, 0, &seen));
     TEST_ASSERT_TRUE(seen.limited);
@@ -415,9 +417,9 @@ static void test_controller_bounds_a_correction_and_counts(void)
                                                                        .anti_windup_shift = by_gain ? 1 : 2,
                                                                        .taken_max         = INT32_MAX / 3 * 2};
         params.cascade.count         = 2;
-        params.cascade.input_scale   = 1;
-        params.cascade.section[0].b0 = by_gain ? 1 << 29 : 1 << 28;
-        params.cascade.section[0].d1 = 1 << 28; // w1 is then the corrected output
+        params.cascade.pair_power    = 1 << 30;
+        params.cascade.input_scale   = 2;
+        params.cascade.section[0].b0 = by_gain ? 1 << 29 : 1 << 28; // and no more: w1 is then the corrected output
         tribo_controller_q31_reset(&state);
         TEST_ASSERT_EQUAL_INT32(0, tribo_controller_q31_step(&params, &state, 0, -sign * INT32_MAX, &seen));
         TEST_ASSERT_TRUE(seen.limited);
@@ -432,7 +434,8 @@ static void test_controller_takes_the_very_most_without_counting(void)
     {
         params                     = (tribo_controller_q31_params_t){.taken_max = 1000, .anti_windup_shift = 1};
         params.cascade.count       = 2;
-        params.cascade.input_scale = 1;
+        params.cascade.pair_power  = 1 << 30;
+        params.cascade.input_scale = 2;
         (void)tribo_controller_q31_step(&params, &state, 0, sign * 1000, &seen);
         TEST_ASSERT_TRUE(seen.limited);
         TEST_ASSERT_EQUAL_UINT32(sign < 0 ? 0 : 1, state.cascade.saturated);
@@ -490,7 +493,8 @@ static void test_controller_limits_exactly_the_sum(void)
     {
         params                          = (tribo_controller_q31_params_t){.anti_windup_shift = 1};
         params.cascade.count            = 2;
-        params.cascade.input_scale      = 1; // an even e comes through to the bit
+        params.cascade.pair_power       = 1 << 30;
+        params.cascade.input_scale      = 2; // an e of whole fours comes through to the bit
         params.cascade.section[0].b0    = INT32_C(1) << 28;
         params.cascade.section[1].b0    = INT32_C(1) << (scale == 0u ? 29 : 28);
         params.cascade.section[1].scale = (uint8_t)scale;
@@ -500,9 +504,9 @@ static void test_controller_limits_exactly_the_sum(void)
             params.u_min        = widest ? -INT32_MAX : -(int32_t)(random_bits(&r) % 2147483647u);
             params.u_max        = widest ? INT32_MAX : (int32_t)(random_bits(&r) % 2147483647u);
             const int32_t limit = random_bits(&r) % 2u == 0u ? params.u_min : params.u_max;
-            const int32_t node  = (int32_t)(uint32_t)random_bits(&r) >> (random_bits(&r) % 2u == 0u ? scale : 0u) >> 1;
-            const int32_t e     = node * 2;
-            const int64_t v     = (int64_t)(scale == 0u ? e : node) * (INT32_C(1) << scale);
+            const int32_t node  = (int32_t)(uint32_t)random_bits(&r) >> (random_bits(&r) % 2u == 0u ? scale : 0u) >> 2;
+            const int32_t e     = node * 4;
+            const int64_t v     = (int64_t)(scale == 0u ? node * 2 : node) * (INT32_C(1) << scale);
             const int64_t to_meet = limit - v + (int64_t)(random_bits(&r) % 3u) - 1;
             const bool    meets   = to_meet >= INT32_MIN && to_meet <= INT32_MAX;
             const int32_t added   = meets ? (int32_t)to_meet : ends[random_bits(&r) % 6u];

@@ -192,7 +192,7 @@ static void test_loop_new_limits_hold_in_the_tick_of_the_change(void)
 
 static void test_loop_coasts_over_a_bad_input_counts_it_and_recovers(void)
 {
-    const float bad[] = {NAN, -NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 2.001f, -2.001f};
+    const float bad[] = {NAN, -NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 2.0f + 0x1p-22f, -2.0f - 0x1p-22f};
     run(1500);
     uint32_t counted = 0;
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
@@ -215,6 +215,8 @@ static void test_loop_coasts_over_a_bad_input_counts_it_and_recovers(void)
             TEST_ASSERT_EQUAL_UINT32(0, state.compensator.friction.bad_inputs);
         }
     }
+    (void)tribo_force_loop_f32_step(&params, &state, 2.0f, -2.0f, &seen); // the ends of what is credible
+    TEST_ASSERT_SAME_FLOAT(4.0f, seen.e_n);
     (void)tribo_force_loop_f32_step(&params, &state, 0.5f, 0.25f, &seen);
     TEST_ASSERT_SAME_FLOAT(0.25f, seen.e_n);
     TEST_ASSERT_EQUAL_UINT32(counted, state.bad_inputs);

@@ -90,30 +90,6 @@ static void test_q31_magnitude_fits_whatever_the_number(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_C(1) << 31, tribo_q31_magnitude(INT32_MIN));
 }
 
-static void test_q31_part_rounds_down(void)
-{
-    TEST_ASSERT_EQUAL_UINT32(1u << 29, tribo_q31_part(1u << 30, 1u << 30));
-    TEST_ASSERT_EQUAL_UINT32(0, tribo_q31_part(UINT32_C(0x7fffffff), 1));
-    TEST_ASSERT_EQUAL_UINT32(UINT32_C(0x7ffffffe), tribo_q31_part(UINT32_C(0x7fffffff), UINT32_C(0x7fffffff)));
-    TEST_ASSERT_EQUAL_UINT32(UINT32_C(0xfffffffd), tribo_q31_part(UINT32_C(0xffffffff), UINT32_C(0x7fffffff)));
-}
-
-static void test_q31_adds_what_is_shifted_to_the_last_bit(void)
-{
-    random_t      r      = {11};
-    const int64_t ends[] = {(INT64_C(1) << 61) - 1, -(INT64_C(1) << 61), 0, -1, 1};
-    for (uint32_t shift = 0; shift <= 30u; shift++)
-    {
-        const int32_t power = INT32_C(1) << (30u - shift);
-        for (uint32_t k = 0; k < 2000u; k++)
-        {
-            const int64_t  x   = k < 5u ? ends[k] : (int64_t)random_bits(&r) >> (3u + k % 50u);
-            const uint64_t acc = random_bits(&r);
-            TEST_ASSERT_EQUAL_HEX64(acc + (uint64_t)(x >> shift), tribo_q31_add_shifted(acc, x, shift, power));
-        }
-    }
-}
-
 static void test_q31_shift_to_zero_treats_both_signs_alike(void)
 {
     for (uint32_t shift = 0; shift <= 62u; shift++)
@@ -201,8 +177,6 @@ int main(void)
     RUN_TEST(test_q31_balances_three_forces_as_64_bits_do);
     RUN_TEST(test_q31_widens_to_the_end_of_its_range);
     RUN_TEST(test_q31_magnitude_fits_whatever_the_number);
-    RUN_TEST(test_q31_part_rounds_down);
-    RUN_TEST(test_q31_adds_what_is_shifted_to_the_last_bit);
     RUN_TEST(test_q31_shift_to_zero_treats_both_signs_alike);
     RUN_TEST(test_q31_leading_zeros_of_every_length);
     RUN_TEST(test_q31_ratio_is_as_close_as_its_header_says);

@@ -13,7 +13,7 @@
 
 #include "tribo/force_loop_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 1
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 2
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -21,7 +21,8 @@
 #define RIG_SAMPLE_TIME_S 1.00000005e-03f
 
 static const tribo_force_loop_f32_params_t rig_params = {
-    .input_max = 2147483648u,
+    .usual_input_end = 2147483649u,
+    .input_end = 2147483649u,
     .gain = 8.50000024e-01f,
     .controller = {
         .cascade = {
@@ -42,6 +43,8 @@ static const tribo_force_loop_f32_params_t rig_params = {
                 },
             },
             .count = 2u,
+            .pair_input_end = 2519805185u,
+            .output_end = 2965815123u,
         },
         .anti_windup = 7.24512160e-01f,
         .u_min_n = -2.00000000e+00f,

@@ -14,7 +14,7 @@
 
 #include "tribo/force_loop_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 1
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 2
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -23,6 +23,7 @@
 #define RIG_FULL_SCALE_N 4.00000000e+00f
 
 static const tribo_force_loop_q31_params_t rig_params = {
+    .usual_input_end = 1073741825u,
     .input_end = 1073741825u,
     .gain = 456340288,
     .controller = {
@@ -31,7 +32,7 @@ static const tribo_force_loop_q31_params_t rig_params = {
                 {
                     .b0 = 244082512,
                     .c1 = -172488264,
-                    .d1 = 167783728,
+                    .minus_a1 = -100651728,
                     .c2 = 409639328,
                     .d2 = -819278656,
                     .d2_low = 0,
@@ -42,7 +43,7 @@ static const tribo_force_loop_q31_params_t rig_params = {
                 {
                     .b0 = 407471680,
                     .c1 = -311574784,
-                    .d1 = 190382936,
+                    .minus_a1 = -78052520,
                     .c2 = 253802320,
                     .d2 = -9991,
                     .d2_low = 1530920960,
@@ -51,6 +52,7 @@ static const tribo_force_loop_q31_params_t rig_params = {
                     .scale = 3u,
                 },
             },
+            .pair_power = 536870912,
             .count = 2u,
             .input_scale = 3u,
         },

@@ -45,10 +45,13 @@ typedef struct
      (float)(2.0 + (a1_)),                                                                                             \
      (float)(1.0 + (double)(a1_) + (a2_))}
 
+/// What a step reads, made by tribo_biquad_f32_init. Const from then on; may be shared.
 typedef struct
 {
     tribo_biquad_f32_section_t section[TRIBO_BIQUAD_SECTIONS_MAX]; ///< the first is nearest to the input
     uint32_t                   count;                              ///< 1 to TRIBO_BIQUAD_SECTIONS_MAX
+    uint32_t                   pair_input_end; ///< of two sections: above twice the bits of a good input, else 0
+    uint32_t                   output_end;     ///< above twice the bits of an output that is not lost
 } tribo_biquad_f32_params_t;
 
 typedef struct

@@ -1,16 +1,16 @@
 /// Cascade of second-order sections in Q31, in the delta operator d = z - 1: the twin of biquad_f32.h.
 ///
-///     y   = b0 x + w1                             b0: Q28, within +-4
-///     w1  = rest + c1 x + d1 y + w2 2^-s          c1 = b1 - b0, d1 = 1 - a1: Q28, within +-8
+///     y   = w1 + b0 x                             b0: Q28, within +-4
+///     w1 += b0 x + c1 x - a1 y + w2 2^-s          c1 = b1 - b0: Q28, within +-8; a1: Q28, within 4
 ///     w2 += c2 x + d2 y                           c2 = b2: Q(28 + s), within +-4 2^-s; d2 = -a2: Q(60 + s), two words
 ///
 /// w1 is held in 64 bits, Q59, w2 in Q(59 + s). y is rounded, and what is rounded off it, the rest, stays in w1 and comes
 /// out with the next sample: a constant input is integrated without an end and the noise at the output is one rounding,
-/// whatever the poles. A w1 that was lost is forgotten within a tick; w2 is clamped to 4 2^-s of full scale and counted.
+/// whatever the poles. A y that saturates takes w1 with it, so a w1 that was lost is forgotten within a tick; w2 is clamped to 4 2^-s of full scale and counted.
 /// d2, the product of the poles' distances from z = 1, has a second word, so a slow pole keeps its time constant to 1e-7
 /// while a2 is above 2^-(37 + s); of d2 y only what is below the last bit of w2 (2^-59 of full scale) is dropped.
 ///
-/// Zero-input limit cycles: none in the paper's controller, up to 49 LSB of a node for 20 random pole pairs of radius up
+/// Zero-input limit cycles: none in the paper's controller, up to 55 LSB of a node for 20 random pole pairs of radius up
 /// to 0.99 (tests/unit/test_biquad_q31.c). Rounding noise has two zeros at z = 1; a resonance far from there multiplies it
 /// by up to 1/(1 - radius), so a sharper one has larger ones.
 ///
@@ -36,7 +36,7 @@ extern "C" {
 typedef struct
 {
     int32_t b0, c1;      ///< Q28, with the scales of both nodes in them
-    int32_t d1;          ///< Q28
+    int32_t minus_a1;    ///< Q28
     int32_t c2;          ///< Q(28 + shift), with the scales of both nodes in it
     int32_t d2, d2_low;  ///< Q(28 + shift), and 2^-32 of that, to add
     int32_t shift_power; ///< 2^(30 - shift)
@@ -48,8 +48,9 @@ typedef struct
 typedef struct
 {
     tribo_biquad_q31_section_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    int32_t                    pair_power; ///< of two sections: 2^(32 - input_scale); of another number: 0
     uint8_t                    count;
-    uint8_t                    input_scale; ///< 1 to 24, of the input node: x is held times 2^-input_scale
+    uint8_t                    input_scale; ///< 2 to 24, of the input node: x is held times 2^-input_scale
 } tribo_biquad_q31_params_t;
 
 typedef struct

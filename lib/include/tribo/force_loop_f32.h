@@ -43,12 +43,13 @@ typedef struct
     tribo_compensator_f32_config_t compensator;
 } tribo_force_loop_f32_config_t;
 
-#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 1 ///< of the params' fields and what they mean, for params made on a host
+#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 2 ///< of the params' fields and what they mean, for params made on a host
 
 /// What a tick reads, made by tribo_force_loop_f32_init. Const from then on; may be shared by loops.
 typedef struct
 {
-    uint32_t                       input_max; ///< twice the bits of input_max_n
+    uint32_t                       usual_input_end; ///< input_end of two sections without a table, else 0
+    uint32_t                       input_end;       ///< twice the bits of input_max_n, and 1: r and y are below
     float                          gain;
     tribo_controller_f32_params_t  controller;
     tribo_compensator_f32_params_t compensator;
@@ -57,7 +58,6 @@ typedef struct
 typedef struct
 {
     const tribo_force_loop_f32_params_t *active;     ///< params of the last tick; null after a reset
-    const tribo_force_loop_f32_params_t *usual;      ///< the same if they are usual ones, null otherwise
     float                                friction_n; ///< f^ of the last tick
     uint32_t                             bad_inputs; ///< ticks with a bad r or y since reset; stops at UINT32_MAX
     tribo_controller_f32_state_t         controller; ///< with limited_ticks

@@ -26,13 +26,14 @@
 extern "C" {
 #endif
 
-#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 1 ///< of the params' fields and what they mean, for params made on a host
+#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 2 ///< of the params' fields and what they mean, for params made on a host
 
 /// What a tick reads, made by tribo_force_loop_q31_init. Const from then on; may be shared by loops.
 typedef struct
 {
-    uint32_t                       input_end; ///< Q31; r and y are from -input_end to input_end - 1
-    int32_t                        gain;      ///< eta, Q29, 0 to 2
+    uint32_t usual_input_end; ///< input_end of two sections, plain friction and a gain up to 1, else 0
+    uint32_t input_end;       ///< Q31; r and y are from -input_end to input_end - 1
+    int32_t  gain;            ///< eta, Q29, 0 to 2
     tribo_controller_q31_params_t  controller;
     tribo_compensator_q31_params_t compensator;
 } tribo_force_loop_q31_params_t;
@@ -40,7 +41,6 @@ typedef struct
 typedef struct
 {
     const tribo_force_loop_q31_params_t *active;     ///< params of the last tick; null after a reset
-    const tribo_force_loop_q31_params_t *usual;      ///< the same if they are usual ones, null otherwise
     int32_t                              friction;   ///< f^ of the last tick, Q31
     uint32_t                             bad_inputs; ///< ticks with a bad r or y since reset; stops at UINT32_MAX
     uint32_t                             saturated;  ///< errors and feedforwards clamped; stops at UINT32_MAX

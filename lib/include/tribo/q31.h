@@ -38,7 +38,7 @@ static inline void tribo_q31_count(uint32_t *counter)
 /// before it joins them, and then multiplies 64 by 64 bits instead of 32 by 32.
 static inline int32_t tribo_q31_opaque(int32_t x)
 {
-#if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
+#if defined(__GNUC__) && !defined(TRIBO_PORTABLE)
     __asm__("" : "+r"(x));
 #endif
     return x;
@@ -79,7 +79,7 @@ static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
 /// a + b within 32 bits, saturated and counted: for values whose magnitude nobody takes.
 static inline int32_t tribo_q31_add(int32_t a, int32_t b, uint32_t *saturated)
 {
-#if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
+#if defined(__GNUC__) && !defined(TRIBO_PORTABLE)
     int32_t    sum;
     const bool over = __builtin_add_overflow(a, b, &sum); // the processor's own flag
 #else
@@ -97,7 +97,7 @@ static inline int32_t tribo_q31_add(int32_t a, int32_t b, uint32_t *saturated)
 /// a - b likewise.
 static inline int32_t tribo_q31_subtract(int32_t a, int32_t b, uint32_t *saturated)
 {
-#if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
+#if defined(__GNUC__) && !defined(TRIBO_PORTABLE)
     int32_t    difference;
     const bool over = __builtin_sub_overflow(a, b, &difference);
 #else
@@ -115,7 +115,7 @@ static inline int32_t tribo_q31_subtract(int32_t a, int32_t b, uint32_t *saturat
 /// a - b + c within the symmetric range, saturated and counted; c is within it. Two sums that both wrap make one that fits.
 static inline int32_t tribo_q31_balance(int32_t a, int32_t b, int32_t c, uint32_t *saturated)
 {
-#if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
+#if defined(__GNUC__) && !defined(TRIBO_PORTABLE)
     int32_t difference;
     int32_t sum;
     int32_t beyond = a;
@@ -172,7 +172,7 @@ static inline uint32_t tribo_q31_magnitude(int32_t x)
     return ((uint32_t)x ^ sign) - sign;
 }
 
-#if !defined(__ARM_ARCH_6M__) && !defined(TRIBO_Q31_PORTABLE)
+#if !defined(__ARM_ARCH_6M__) && !defined(TRIBO_PORTABLE)
 
 /// a b, unsigned.
 static inline uint64_t tribo_q31_product(uint32_t a, uint32_t b)
@@ -211,12 +211,6 @@ static inline int64_t tribo_q31_multiply(int32_t a, int32_t b)
 
 #endif
 
-/// a b / 2^31, rounded down.
-static inline uint32_t tribo_q31_part(uint32_t a, uint32_t b)
-{
-    return (uint32_t)(tribo_q31_product(a, b) >> 31);
-}
-
 /// The upper word of a b.
 static inline uint32_t tribo_q31_high(uint32_t a, uint32_t b)
 {
@@ -229,19 +223,6 @@ static inline int64_t tribo_q31_shift(int64_t x, uint32_t shift)
     const int32_t  high  = (int32_t)(x >> 32);
     const uint32_t moved = ((uint32_t)high * 2u) << (31u - shift);
     return (int64_t)((uint64_t)(uint32_t)(high >> shift) << 32 | (moved | (uint32_t)x >> shift));
-}
-
-/// acc + x / 2^shift, rounded down, |x| below 2^61. `power` is 2^(30 - shift), `shift` 0 to 30: where there is a
-/// multiply-accumulate of 64 bits it takes half of what the shift does.
-static inline uint64_t tribo_q31_add_shifted(uint64_t acc, int64_t x, uint32_t shift, int32_t power)
-{
-#if defined(__thumb2__) && !defined(TRIBO_Q31_PORTABLE)
-    const int32_t high = (int32_t)((uint32_t)((uint64_t)x >> 32) << 2);
-    return acc + (uint64_t)tribo_q31_multiply(high, power) + ((uint32_t)x >> shift);
-#else
-    (void)power;
-    return acc + (uint64_t)tribo_q31_shift(x, shift);
-#endif
 }
 
 /// All ones where x is negative. (A shift: gcc 14 makes branches of a comparison.)
@@ -261,7 +242,7 @@ static inline int64_t tribo_q31_shift_to_zero(int64_t x, uint32_t shift)
 /// Leading zeros of x, which is not 0.
 static inline uint32_t tribo_q31_leading_zeros(uint32_t x)
 {
-#if defined(__GNUC__) && !defined(TRIBO_Q31_PORTABLE)
+#if defined(__GNUC__) && !defined(TRIBO_PORTABLE)
     return (uint32_t)__builtin_clz(x);
 #else
     uint32_t zeros = 0;

@@ -18,7 +18,7 @@ import numpy as np
 
 from .errors import DesignError
 
-FIELDS = ("b0", "c1", "d1", "c2", "d2", "d2_low", "shift_power", "shift", "scale")
+FIELDS = ("b0", "c1", "minus_a1", "c2", "d2", "d2_low", "shift_power", "shift", "scale")
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,7 @@ class Q31:
     """tribo_controller_q31_params_t."""
 
     sections: list  # of dicts with FIELDS
+    pair_power: int
     input_scale: int
     anti_windup: int
     anti_windup_shift: int
@@ -42,7 +43,7 @@ class Q31:
         for s in self.sections:
             by = s["scale"] - before  # the output's node against the input's
             rows.append([np.ldexp(float(s["b0"]), by - 28), np.ldexp(float(s["b0"] + s["c1"]), by - 28), np.ldexp(float(s["c2"]), by - 28 - s["shift"]),
-                         np.ldexp(float(2**28 - s["d1"]), -28), np.ldexp(float(-(s["d2"] * 2**32 + s["d2_low"])), -60 - s["shift"])])
+                         np.ldexp(float(-s["minus_a1"]), -28), np.ldexp(float(-(s["d2"] * 2**32 + s["d2_low"])), -60 - s["shift"])])
             before = s["scale"]
         return np.array(rows)
 
@@ -78,7 +79,7 @@ def to_q31(f32, full_scale_n, u_min_n, u_max_n):
             peaks.append(values[0])
         else:
             found[key] = values
-    q31 = Q31(sections, found["input_scale"][0], *found["anti_windup"], *found["limits"])
+    q31 = Q31(sections, *found["input"], *found["anti_windup"], *found["limits"])
     return Quantised(q31, found["conditioning"][0], peaks)
 
 

@@ -27,9 +27,11 @@ int main(void)
             return 2;
         }
     }
-    const tribo_controller_f32_config_t config = {
-        .sections = sections, .section_count = count, .u_min_n = u_min_n, .u_max_n = u_max_n};
-    tribo_status_t status = tribo_controller_f32_init(&f32, &config);
+    const tribo_controller_f32_config_t config = {.sections      = sections,
+                                                  .section_count = count,
+                                                  .u_min_n       = u_min_n,
+                                                  .u_max_n       = u_max_n};
+    tribo_status_t                      status = tribo_controller_f32_init(&f32, &config);
     if (status == TRIBO_OK)
     {
         double through = 1.0;
@@ -51,7 +53,7 @@ int main(void)
         printf("section %ld %ld %ld %ld %ld %ld %ld %u %u\n",
                (long)s->b0,
                (long)s->c1,
-               (long)s->d1,
+               (long)s->minus_a1,
                (long)s->c2,
                (long)s->d2,
                (long)s->d2_low,
@@ -60,7 +62,7 @@ int main(void)
                (unsigned)s->scale);
         printf("peak %.9g\n", (double)headroom.output[i]);
     }
-    printf("input_scale %u\n", (unsigned)q31.cascade.input_scale);
+    printf("input %ld %u\n", (long)q31.cascade.pair_power, (unsigned)q31.cascade.input_scale);
     printf("anti_windup %ld %u %ld\n", (long)q31.anti_windup, (unsigned)q31.anti_windup_shift, (long)q31.taken_max);
     printf("limits %ld %ld\n", (long)q31.u_min, (long)q31.u_max);
     return 0;
