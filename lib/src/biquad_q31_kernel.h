@@ -29,8 +29,8 @@ static inline uint32_t biquad_q31_excess(uint32_t high)
     return high + (UINT32_C(1) << 29);
 }
 
-/// w2 within +-W_MAX, counted if it was not. Only a state that was never reached from rest can need it; w1 is made anew
-/// each tick. Inline, as a call would cost every tick its registers.
+/// w2 within +-W_MAX, counted if it was not. Only a state that was never reached from rest can need it; w1 is bounded
+/// with y. Inline, as a call would cost every tick its registers.
 static inline void biquad_q31_clamp(tribo_biquad_q31_section_state_t *section, uint32_t *saturated)
 {
     if (biquad_q31_excess((uint32_t)((uint64_t)section->w2 >> 32)) >= UINT32_C(1) << 30)

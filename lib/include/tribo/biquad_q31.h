@@ -6,7 +6,8 @@
 ///
 /// w1 is held in 64 bits, Q59, w2 in Q(59 + s). y is rounded, and what is rounded off it, the rest, stays in w1 and comes
 /// out with the next sample: a constant input is integrated without an end and the noise at the output is one rounding,
-/// whatever the poles. A y that saturates takes w1 with it, so a w1 that was lost is forgotten within a tick; w2 is clamped to 4 2^-s of full scale and counted.
+/// whatever the poles. A y that saturates takes w1 with it, so a w1 that was lost is forgotten within a tick; w2 is clamped
+/// to 4 2^-s of full scale and counted.
 /// d2, the product of the poles' distances from z = 1, has a second word, so a slow pole keeps its time constant to 1e-7
 /// while a2 is above 2^-(37 + s); of d2 y only what is below the last bit of w2 (2^-59 of full scale) is dropped.
 ///

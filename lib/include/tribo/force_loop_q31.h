@@ -7,8 +7,8 @@
 /// Saturations are counted where they happen, in the states of the parts.
 ///
 /// Retuning, as in f32: hand in a pointer to other params at any tick; u does not bump, but where a new limit asks for it.
-/// It needs the old params once more, with their table: both may go when state.active is the new pointer. All params of a
-/// loop are for one full scale, as for one sample time: the state has no notion of either.
+/// It takes about five ticks and needs the old params once more, with their table: both may go when state.active is the
+/// new pointer. All params of a loop are for one full scale, as for one sample time: the state has no notion of either.
 ///
 /// No float, no heap, no division of more than 32 bits; the same bits on every target. Not synchronized.
 
