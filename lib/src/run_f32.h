@@ -48,16 +48,15 @@ RUN_F32_SECTION(run_f32_last, "s0", "s1", "s2", "s3", "s4")
 
 static inline run_f32_pair_t run_f32_pair(const tribo_biquad_f32_state_t *state)
 {
-    typedef const tribo_biquad_f32_section_state_t states_t[2];
-    register float                                 s8 __asm__("s8");
-    register float                                 s9 __asm__("s9");
-    register float                                 s10 __asm__("s10");
-    register float                                 s11 __asm__("s11");
-    register float                                 s12 __asm__("s12");
-    register float                                 s13 __asm__("s13");
+    register float s8 __asm__("s8");
+    register float s9 __asm__("s9");
+    register float s10 __asm__("s10");
+    register float s11 __asm__("s11");
+    register float s12 __asm__("s12");
+    register float s13 __asm__("s13");
     __asm__("vldmia %6, {%0-%5}"
             : "=t"(s8), "=t"(s9), "=t"(s10), "=t"(s11), "=t"(s12), "=t"(s13)
-            : "r"(state->section), "m"(*(states_t *)state->section));
+            : "r"(state->section), "m"(state->section[0]), "m"(state->section[1]));
     const float w1_0    = s8;
     const float w2_0    = s9;
     const float carry_0 = s10;
@@ -69,21 +68,20 @@ static inline run_f32_pair_t run_f32_pair(const tribo_biquad_f32_state_t *state)
 
 static inline void run_f32_keep_pair(tribo_biquad_f32_state_t *state, run_f32_pair_t pair)
 {
-    typedef tribo_biquad_f32_section_state_t states_t[2];
-    const float                              w1_0               = pair.section[0].w1;
-    const float                              w2_0               = pair.section[0].w2;
-    const float                              carry_0            = pair.section[0].w2_carry;
-    const float                              w1_1               = pair.section[1].w1;
-    const float                              w2_1               = pair.section[1].w2;
-    const float                              carry_1            = pair.section[1].w2_carry;
-    register float                           s5 __asm__("s5")   = w1_0;
-    register float                           s6 __asm__("s6")   = w2_0;
-    register float                           s7 __asm__("s7")   = carry_0;
-    register float                           s8 __asm__("s8")   = w1_1;
-    register float                           s9 __asm__("s9")   = w2_1;
-    register float                           s10 __asm__("s10") = carry_1;
-    __asm__("vstmia %1, {%2-%7}"
-            : "=m"(*(states_t *)state->section)
+    const float    w1_0               = pair.section[0].w1;
+    const float    w2_0               = pair.section[0].w2;
+    const float    carry_0            = pair.section[0].w2_carry;
+    const float    w1_1               = pair.section[1].w1;
+    const float    w2_1               = pair.section[1].w2;
+    const float    carry_1            = pair.section[1].w2_carry;
+    register float s5 __asm__("s5")   = w1_0;
+    register float s6 __asm__("s6")   = w2_0;
+    register float s7 __asm__("s7")   = carry_0;
+    register float s8 __asm__("s8")   = w1_1;
+    register float s9 __asm__("s9")   = w2_1;
+    register float s10 __asm__("s10") = carry_1;
+    __asm__("vstmia %2, {%3-%8}"
+            : "=m"(state->section[0]), "=m"(state->section[1])
             : "r"(state->section), "t"(s5), "t"(s6), "t"(s7), "t"(s8), "t"(s9), "t"(s10));
 }
 
