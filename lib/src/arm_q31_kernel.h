@@ -24,7 +24,7 @@ static inline void arm_q31_kernel(const tribo_arm_q31_params_t *params, tribo_ar
     const sum_q31_t F =
         sum_q31_add_shifted(sum_q31_load(&state->force), moved, (pair_t){params->power, params->shift}, sum_q31_one());
     sum_q31_store(&state->force, F);
-    if (TRIBO_RARE(sum_q31_high(F) + (UINT32_C(1) << 27) >= UINT32_C(1) << 28)) // beyond full scale
+    if (sum_q31_is_beyond(F, 28))
     {
         tribo_q31_count(&state->saturated);
         state->force = (state->force < 0 ? -(int64_t)TRIBO_Q31_MAX : TRIBO_Q31_MAX) * (INT64_C(1) << 28);

@@ -122,17 +122,11 @@ static TRIBO_OUT_OF_LINE int32_t step_of_any(const tribo_biquad_q31_params_t *pa
                                              tribo_biquad_q31_state_t        *state,
                                              int32_t                          x)
 {
-    uint32_t *const saturated = &state->saturated;
-    const sum_q31_t input     = biquad_q31_input(params, state, x);
-    int32_t         y         = (int32_t)sum_q31_high(input);
-    state->carry              = sum_q31_low(input);
-    for (uint32_t i = 0; i < params->count; i++)
-    {
-        uint32_t excess;
-        y = section_step(&params->section[i], &state->section[i], y, sum_q31_one(), &excess, saturated);
-        biquad_q31_clamp(&state->section[i], saturated);
-    }
-    return saturated_output(y, params->section[params->count - 1u].scale, saturated);
+    const uint32_t             last = params->count - 1u;
+    tribo_biquad_q31_outputs_t outputs;
+    (void)tribo_biquad_q31_output(params, state, x, &outputs);
+    tribo_biquad_q31_advance(params, state, &outputs, 0);
+    return saturated_output(outputs.y[last], params->section[last].scale, &state->saturated);
 }
 
 int32_t tribo_biquad_q31_step(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)

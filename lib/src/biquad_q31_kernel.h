@@ -55,7 +55,7 @@ static inline sum_q31_t biquad_q31_pair_input(const tribo_biquad_q31_params_t *p
                                               const tribo_biquad_q31_state_t  *state,
                                               int32_t                          x)
 {
-#ifdef __ARM_ARCH_6M__ // no long multiplication
+#ifdef TRIBO_Q31_SHORT_PRODUCTS
     return biquad_q31_input(params, state, x);
 #else
     return sum_q31_accumulate(sum_q31_of(state->carry, 0), x, params->pair_power);
@@ -79,18 +79,11 @@ static inline int32_t biquad_q31_rounded(sum_q31_t sum)
     return (int32_t)(sum_q31_high(sum) << (32u - BIQUAD_Q31_FRACTION) | sum_q31_low(sum) >> BIQUAD_Q31_FRACTION);
 }
 
-/// The sum rounded does not fit 32 bits.
-static inline bool biquad_q31_is_beyond(sum_q31_t sum)
-{
-    const uint32_t half = UINT32_C(1) << (BIQUAD_Q31_FRACTION - 1u);
-    return TRIBO_RARE(sum_q31_high(sum) + half >= 2u * half);
-}
-
 /// A section's output before its rounding, within what fits. Unsigned, as a lost state may wrap.
 static inline sum_q31_t biquad_q31_section_sum(int32_t b0, const int64_t *w1, int32_t x, uint32_t *saturated)
 {
     sum_q31_t sum = sum_q31_settle(sum_q31_accumulate(sum_q31_load(w1), b0, x));
-    if (biquad_q31_is_beyond(sum))
+    if (sum_q31_is_beyond(sum, BIQUAD_Q31_FRACTION))
     {
         tribo_q31_count(saturated);
         const int32_t y = tribo_q31_end((int32_t)sum_q31_high(sum));
@@ -165,6 +158,7 @@ typedef struct
     uint32_t rest;
 } biquad_q31_node_t;
 
+/// Not by way of biquad_q31_section_sum: a sum is a word more to keep until the state advances.
 static inline biquad_q31_node_t biquad_q31_section_output(const tribo_biquad_q31_section_t *section,
                                                           const int64_t                    *w1,
                                                           int32_t                           x,
@@ -172,7 +166,7 @@ static inline biquad_q31_node_t biquad_q31_section_output(const tribo_biquad_q31
 {
     const sum_q31_t sum = sum_q31_accumulate(sum_q31_load(w1), section->b0, x);
     int32_t         y   = biquad_q31_rounded(sum);
-    if (biquad_q31_is_beyond(sum))
+    if (sum_q31_is_beyond(sum, BIQUAD_Q31_FRACTION))
     {
         tribo_q31_count(saturated);
         y = tribo_q31_end((int32_t)sum_q31_high(sum));

@@ -66,6 +66,7 @@ static TRIBO_OUT_OF_LINE void change(const tribo_force_loop_q31_params_t *from,
     uint32_t      not_counted = 0;
     const int64_t was         = feedforward(from, from_f, &not_counted);
     const int32_t by          = tribo_q31_saturate(was - feedforward(to, to_f, &not_counted), &not_counted);
+    // Not by way of the controller's, which is a frame more on the stack.
     tribo_biquad_q31_change(&from->controller.cascade, &to->controller.cascade, &state->controller.cascade, e, by);
 }
 

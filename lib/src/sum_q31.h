@@ -7,7 +7,9 @@
 #include "tribo/q31.h"
 
 #include "pair.h"
+#include "usual.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #ifdef TRIBO_THUMB2
@@ -39,10 +41,8 @@ static inline uint32_t sum_q31_high(sum_q31_t sum)
 
 static inline sum_q31_t sum_q31_load(const int64_t *from)
 {
-    uint32_t low;
-    uint32_t high;
-    __asm__("ldrd %0, %1, %2" : "=&r"(low), "=&r"(high) : "m"(*from));
-    return sum_q31_of(low, high);
+    const pair_t words = pair_load(from);
+    return sum_q31_of((uint32_t)words.first, (uint32_t)words.second);
 }
 
 static inline void sum_q31_store(int64_t *to, sum_q31_t sum)
@@ -113,6 +113,13 @@ static inline sum_q31_t sum_q31_settle(sum_q31_t sum)
 }
 
 #endif
+
+/// The sum 2^-fraction, rounded down, does not fit 32 bits. `fraction` 1 to 31, a constant.
+static inline bool sum_q31_is_beyond(sum_q31_t sum, uint32_t fraction)
+{
+    const uint32_t half = UINT32_C(1) << (fraction - 1u);
+    return TRIBO_RARE(sum_q31_high(sum) + half >= 2u * half);
+}
 
 /// 1, for the functions below, that it is made once for all of them.
 static inline int32_t sum_q31_one(void)

@@ -5,12 +5,6 @@
 
 #include <stdbool.h>
 
-#if defined(__thumb__) && !defined(__thumb2__) // a call keeps its caller's frame on the stack
-#define TRIBO_OWN_FRAME __attribute__((noinline))
-#else
-#define TRIBO_OWN_FRAME inline
-#endif
-
 #ifdef __GNUC__
 #define TRIBO_OUT_OF_LINE      __attribute__((noinline))
 #define TRIBO_ALL_INLINE       __attribute__((flatten)) // gcc: all that it calls, where that is not out of line
@@ -23,6 +17,12 @@
 #define TRIBO_FROM_HERE()      ((void)0)
 #define TRIBO_USUAL(condition) (condition)
 #define TRIBO_RARE(condition)  (condition)
+#endif
+
+#if defined(__thumb__) && !defined(__thumb2__) // a call keeps its caller's frame on the stack
+#define TRIBO_OWN_FRAME TRIBO_OUT_OF_LINE
+#else
+#define TRIBO_OWN_FRAME inline
 #endif
 
 /// `condition`, usually true, for a way that is there for speed alone: not when the compiler is asked for small code.

@@ -172,7 +172,11 @@ static inline uint32_t tribo_q31_magnitude(int32_t x)
     return ((uint32_t)x ^ sign) - sign;
 }
 
-#if !defined(__ARM_ARCH_6M__) && !defined(TRIBO_PORTABLE)
+#if defined(__ARM_ARCH_6M__) && !defined(TRIBO_Q31_SHORT_PRODUCTS)
+#define TRIBO_Q31_SHORT_PRODUCTS // there is no long multiplication
+#endif
+
+#ifndef TRIBO_Q31_SHORT_PRODUCTS
 
 /// a b, unsigned.
 static inline uint64_t tribo_q31_product(uint32_t a, uint32_t b)
@@ -186,7 +190,7 @@ static inline int64_t tribo_q31_multiply(int32_t a, int32_t b)
     return (int64_t)a * b;
 }
 
-#else // no long multiplication: made of short ones, in half the time of the compiler's helper
+#else // made of short ones, in half the time of the compiler's helper
 
 #ifdef __ARM_ARCH_6M__ // out of line: what is saved inline is lost on the stack
 __attribute__((noinline, unused)) static uint64_t tribo_q31_product(uint32_t a, uint32_t b)
