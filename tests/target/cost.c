@@ -37,7 +37,7 @@ static void step_axes(uint32_t axes, number_t r)
 COUNTED(number_t,
         counted_tick,
         (PARAMS(force_loop), STATE(force_loop), number_t r, number_t y, loop_signals_t *out),
-        TRIBO(force_loop, step_with_signals)(params, state, r, y, out))
+        TRIBO(force_loop, step)(params, state, r, y, out))
 COUNTED(number_t,
         counted_tick_unseen,
         (PARAMS(force_loop), STATE(force_loop), number_t r, number_t y),

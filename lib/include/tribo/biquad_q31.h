@@ -36,22 +36,21 @@ extern "C" {
 
 typedef struct
 {
-    int32_t b0, c1;      ///< Q28, with the scales of both nodes in them
-    int32_t minus_a1;    ///< Q28
-    int32_t c2;          ///< Q(28 + shift), with the scales of both nodes in it
-    int32_t d2, d2_low;  ///< Q(28 + shift), and 2^-32 of that, to add
-    int32_t shift_power; ///< 2^(30 - shift)
-    uint8_t shift;       ///< s, 0 to 30
-    uint8_t scale;       ///< 0 to 24, of this section's output node: y is held times 2^-scale
+    int32_t b0, c1;     ///< Q28, with the scales of both nodes in them
+    int32_t minus_a1;   ///< Q28
+    int32_t c2;         ///< Q(28 + shift), with the scales of both nodes in it
+    int32_t d2, d2_low; ///< Q(28 + shift), and 2^-32 of that, to add
+    uint8_t shift;      ///< s, 0 to 30
+    uint8_t scale;      ///< 0 to 24, of this section's output node: y is held times 2^-scale
 } tribo_biquad_q31_section_t;
 
 /// What a step reads, made by the functions of quantize_q31.h. Const from then on; may be shared.
 typedef struct
 {
     tribo_biquad_q31_section_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
-    int32_t                    pair_power; ///< of two sections: 2^(32 - input_scale); of another number: 0
-    uint8_t                    count;
-    uint8_t                    input_scale; ///< 2 to 24, of the input node: x is held times 2^-input_scale
+    uint8_t                    count;        ///< 2 to 4: a lone section is followed by one that passes its input on
+    uint8_t                    input_scale;  ///< 0 to 24, of the input node: x is held times 2^-input_scale
+    uint8_t                    output_scale; ///< that of the last section
 } tribo_biquad_q31_params_t;
 
 typedef struct
@@ -59,19 +58,27 @@ typedef struct
     int64_t w1, w2;
 } tribo_biquad_q31_section_state_t;
 
+/// A section's output in one tick.
+typedef struct
+{
+    int32_t  y;    ///< at its node's scale
+    uint32_t rest; ///< what its rounding has left, Q59
+} tribo_biquad_q31_node_t;
+
 typedef struct
 {
     tribo_biquad_q31_section_state_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    tribo_biquad_q31_node_t          further[TRIBO_BIQUAD_Q31_SECTIONS_MAX - 2u]; ///< beyond two, within a tick only
     uint32_t                         carry;     ///< bits of the input dropped for its scale so far, from bit 31 down
     uint32_t                         saturated; ///< values clamped since reset; stops at UINT32_MAX
 } tribo_biquad_q31_state_t;
 
-/// The nodes of a cascade in one tick, on their way from the first half of a step to the second.
+/// The first nodes of a cascade in one tick, on their way from the first half of a step to the second.
 typedef struct
 {
-    int32_t  x;                                   ///< the input, at the input node's scale
-    int32_t  y[TRIBO_BIQUAD_Q31_SECTIONS_MAX];    ///< the output of each section, at its node's scale
-    uint32_t rest[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< what is left of it, Q59
+    int32_t  x;       ///< the input, at the input node's scale
+    int32_t  y[2];    ///< the outputs of the first two sections, each at its node's scale
+    uint32_t rest[2]; ///< what their rounding has left, Q59
 } tribo_biquad_q31_outputs_t;
 
 /// At rest, counter 0. A zeroed state is half a unit of its outputs away from rest.
@@ -81,7 +88,6 @@ void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state);
 int32_t tribo_biquad_q31_step(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x);
 
 /// The first half of a step: the output for `x`, Q31, unsaturated (up to 2^scale of full scale), with no w advanced.
-/// Writes `outputs` as far as there are sections.
 int64_t tribo_biquad_q31_output(const tribo_biquad_q31_params_t *params,
                                 tribo_biquad_q31_state_t        *state,
                                 int32_t                          x,

@@ -66,18 +66,20 @@ typedef struct
     float    gravity_n;                            ///< g, -1e6 to 1e6 N
 } tribo_friction_f32_config_t;
 
+/// k(v) 1.57 (1 + p) / 8 = at_0 + per_power p / 8, p = 2^-|exponent|; see friction_f32_step.h.
+typedef struct
+{
+    float at_0, per_power;
+} tribo_friction_f32_k_t;
+
 /// What a step reads, made by tribo_friction_f32_init. Const from then on; may be shared.
 typedef struct
 {
-    float rate_hz;            ///< 1/h
-    float y_per_rise, y_at_0; ///< E = 2^y, y = y_per_rise v h - y_at_0
-    struct
-    {
-        float at_0, per_w;
-    } k[2];                                      ///< B = at_0 + per_w 2^-|y| / 8, for y above 0 and below, scaled
-    tribo_breakaway_f32_t              law[2];   ///< L+, L-
-    tribo_breakaway_f32_t              reset[2]; ///< c2 L+, c2 L-
-    const tribo_breakaway_point_f32_t *table;    ///< null: the affine laws
+    float                  rate_hz;                             ///< 1/h
+    float                  exponent_per_rise, exponent_at_rest; ///< of E = 2^(exponent_per_rise v h - exponent_at_rest)
+    tribo_friction_f32_k_t k[2];                                ///< for an exponent from 0, and below
+    tribo_breakaway_f32_t  law[2];                              ///< L+, L-
+    const tribo_breakaway_point_f32_t *table;                   ///< null: the affine laws
     float                              set_level, reset_level;
     float                              gravity_n;
     uint8_t                            table_length;

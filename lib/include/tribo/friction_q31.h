@@ -47,20 +47,19 @@ typedef struct
 /// What a step reads, made by tribo_force_loop_q31_init or its kin (quantize_q31.h).
 typedef struct
 {
-    uint32_t                           rise_max;     ///< rises of |n| beyond it are taken for it: y is 32 or more there
-    uint32_t                           rate;         ///< y per rise 2^rise_shift, Q54
-    int32_t                            y_at_0;       ///< y of no rise is minus that, Q22
-    uint32_t                           k[3];         ///< k_min, k_max, k_min, 2^-S, Q32
-    tribo_breakaway_q31_t              law[2];       ///< L+, L-
-    tribo_breakaway_q31_t              reset[2];     ///< c2 L+, c2 L-, where they are plain
-    const tribo_breakaway_point_q31_t *table;        ///< null: the affine laws
-    uint32_t                           set_level;    ///< c1, Q32; 1 is a bit less
-    uint32_t                           reset_level;  ///< c2, Q32
-    int32_t                            gravity;      ///< Q31
-    uint8_t                            law_whole[2]; ///< the slopes' whole parts, 0 to 10
-    uint8_t                            rise_shift;   ///< 1 to 31
-    uint8_t                            k_shift;      ///< S
-    bool                               plain;        ///< no table, slopes below 1 and no L beyond FS
+    uint32_t                           rise_max;         ///< a larger rise of |n| makes E 2^32 or more, as this does
+    uint32_t                           exponent_rate;    ///< of E = 2^exponent, per rise 2^rise_shift, Q54
+    int32_t                            exponent_at_rest; ///< minus the exponent of no rise, Q22
+    uint32_t                           k_min, k_max;     ///< times 2^-S, Q32
+    tribo_breakaway_q31_t              law[2];           ///< L+, L-
+    const tribo_breakaway_point_q31_t *table;            ///< null: the affine laws
+    uint32_t                           set_level;        ///< c1, Q32; 1 is a bit less
+    uint32_t                           reset_level;      ///< c2, Q32
+    int32_t                            gravity;          ///< Q31
+    uint8_t                            law_whole[2];     ///< the slopes' whole parts, 0 to 10
+    uint8_t                            rise_shift;       ///< 1 to 31
+    uint8_t                            k_shift;          ///< S
+    bool                               is_shallow;       ///< no table, slopes below 1, no L beyond FS
     uint8_t                            table_length;
     uint8_t                            pulse_width; ///< samples
 } tribo_friction_q31_params_t;

@@ -1,9 +1,8 @@
-// Included by every f32 source: makes the arithmetic exact as written, so that all targets give the same bits.
+// Single precision as IEEE 754 has it, exact as written, so that all targets give the same bits. Every f32 source includes
+// this file.
 
-#ifndef TRIBO_EXACT_F32_H
-#define TRIBO_EXACT_F32_H
-
-#include "usual.h"
+#ifndef TRIBO_IEEE_F32_H
+#define TRIBO_IEEE_F32_H
 
 #include <float.h>
 #include <stdbool.h>
@@ -45,16 +44,32 @@ static inline float from_bits_f32(uint32_t bits)
     return same.value;
 }
 
-/// Integers in the order of |x|, a NaN above all: one compare serves both, and this shift is free on Arm.
-static inline uint32_t order_f32(float x)
+/// |x|, +0 for -0.
+static inline float magnitude(float x)
 {
-    return bits_f32(x) << 1;
+#if defined(__GNUC__) && !defined(TRIBO_PORTABLE_BUILTINS)
+    return __builtin_fabsf(x);
+#else
+    return from_bits_f32(bits_f32(x) & 0x7fffffffu);
+#endif
 }
 
-/// True for a NaN and for |x| > max.
+/// True when min <= x <= max; false for a NaN.
+static inline bool within(float x, float min, float max)
+{
+    return x >= min && x <= max;
+}
+
+/// True for |x| > max and for a NaN.
 static inline bool exceeds(float x, float max)
 {
-    return order_f32(x) > order_f32(max);
+    return !(magnitude(x) <= max);
+}
+
+/// 1 where a < b, else 0, for finite numbers: the sign of the difference, without a branch.
+static inline uint32_t less(float a, float b)
+{
+    return bits_f32(a - b) >> 31;
 }
 
 static inline void count(uint32_t *counter)
@@ -64,21 +79,6 @@ static inline void count(uint32_t *counter)
     {
         *counter = next;
     }
-}
-
-/// True when min <= x <= max; false for a NaN.
-static inline bool within(float x, float min, float max)
-{
-    return x >= min && x <= max;
-}
-
-static inline float magnitude(float x)
-{
-#ifdef __GNUC__
-    return __builtin_fabsf(x); // one instruction, with an FPU or without
-#else
-    return x < 0.0f ? -x : x;
-#endif
 }
 
 #endif
