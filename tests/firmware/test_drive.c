@@ -464,7 +464,7 @@ static void test_limits_act_and_do_not_stop(void)
     tick();
     check_running();
     TEST_ASSERT_TRUE((drive.limits & DRIVE_LIMIT_REFERENCE) != 0u);
-    TEST_ASSERT_EQUAL_UINT32(1, loop_bad_inputs(&drive.loop));
+    TEST_ASSERT_EQUAL_UINT32(1, drive.loop.bad_inputs);
     emergency_stop();
     tick();
     TEST_ASSERT_EQUAL_UINT32(0, drive.limits);

@@ -176,6 +176,27 @@ static void test_golden_vector_of_the_loop_passes(void)
     TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_NONE, selftest_golden());
 }
 
+// --- all of it -----------------------------------------------------------------------------------------------------
+
+static void test_the_whole_self_test_passes_and_restores_the_ram(void)
+{
+    const selftest_seal_t seal = seal_of_image();
+    uint32_t              before[WORDS];
+    fill();
+    memcpy(before, memory, sizeof before);
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_NONE, selftest_run(&seal, image, memory, sizeof memory));
+    TEST_ASSERT_EQUAL_HEX32_ARRAY(before, memory, WORDS);
+}
+
+static void test_the_whole_self_test_returns_the_first_fault(void)
+{
+    selftest_seal_t seal = seal_of_image();
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_RAM, selftest_run(&seal, image, memory, 0));
+    seal.crc ^= 1u;
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_IMAGE, selftest_run(&seal, image, memory, sizeof memory));
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_IMAGE, selftest_run(&seal, image, memory, 0));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -189,5 +210,7 @@ int main(void)
     RUN_TEST(test_ram_with_any_address_line_missing_fails);
     RUN_TEST(test_no_ram_at_all_fails);
     RUN_TEST(test_golden_vector_of_the_loop_passes);
+    RUN_TEST(test_the_whole_self_test_passes_and_restores_the_ram);
+    RUN_TEST(test_the_whole_self_test_returns_the_first_fault);
     return UNITY_END();
 }

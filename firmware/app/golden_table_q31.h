@@ -1,6 +1,6 @@
-/// Params of the force loop "golden_any" in Q31, made by tribo-sim params: change its input, not this file.
+/// Params of the force loop "golden_table" in Q31, made by tribo-sim params: change its input, not this file.
 ///
-///     scenario     "golden_any.yaml"
+///     scenario     "golden_table.yaml"
 ///     tick         0.001 s
 ///     full scale   4 N is 2^31
 ///     u            -2 to 2 N
@@ -9,8 +9,8 @@
 ///
 /// As the library's init function makes them. For one file of a program, which then needs no set-up code.
 
-#ifndef GOLDEN_ANY_PARAMS_Q31_H
-#define GOLDEN_ANY_PARAMS_Q31_H
+#ifndef GOLDEN_TABLE_PARAMS_Q31_H
+#define GOLDEN_TABLE_PARAMS_Q31_H
 
 #include "tribo/force_loop_q31.h"
 
@@ -19,15 +19,15 @@
 #endif
 
 // clang-format off
-#define GOLDEN_ANY_SAMPLE_TIME_S 1.00000005e-03f
-#define GOLDEN_ANY_FULL_SCALE_N 4.00000000e+00f
+#define GOLDEN_TABLE_SAMPLE_TIME_S 1.00000005e-03f
+#define GOLDEN_TABLE_FULL_SCALE_N 4.00000000e+00f
 
-static const tribo_breakaway_point_q31_t golden_any_table[] = {
+static const tribo_breakaway_point_q31_t golden_table_table[] = {
     {.force = 0, .positive = 4194304, .negative = 8388608},
     {.force = 268435456, .positive = 67108864, .negative = 100663296},
     {.force = 536870912, .positive = 167772160, .negative = 134217728},
 };
-static const tribo_force_loop_q31_params_t golden_any_params = {
+static const tribo_force_loop_q31_params_t golden_table_params = {
     .usual_input_end = 0u,
     .input_end = 1073741825u,
     .gain = 456340288,
@@ -92,7 +92,7 @@ static const tribo_force_loop_q31_params_t golden_any_params = {
                 {.offset = 0u, .slope = 0u},
                 {.offset = 0u, .slope = 0u},
             },
-            .table = golden_any_table,
+            .table = golden_table_table,
             .set_level = 3221225472u,
             .reset_level = 3435973888u,
             .gravity = 0,

@@ -1,6 +1,6 @@
-/// Params of the force loop "golden_any" in f32, made by tribo-sim params: change its input, not this file.
+/// Params of the force loop "golden_table" in f32, made by tribo-sim params: change its input, not this file.
 ///
-///     scenario     "golden_any.yaml"
+///     scenario     "golden_table.yaml"
 ///     tick         0.001 s
 ///     u            -2 to 2 N
 ///     |r| and |y|  up to 2 N
@@ -8,8 +8,8 @@
 ///
 /// As the library's init function makes them. For one file of a program, which then needs no set-up code.
 
-#ifndef GOLDEN_ANY_PARAMS_F32_H
-#define GOLDEN_ANY_PARAMS_F32_H
+#ifndef GOLDEN_TABLE_PARAMS_F32_H
+#define GOLDEN_TABLE_PARAMS_F32_H
 
 #include "tribo/force_loop_f32.h"
 
@@ -18,14 +18,14 @@
 #endif
 
 // clang-format off
-#define GOLDEN_ANY_SAMPLE_TIME_S 1.00000005e-03f
+#define GOLDEN_TABLE_SAMPLE_TIME_S 1.00000005e-03f
 
-static const tribo_breakaway_point_f32_t golden_any_table[] = {
+static const tribo_breakaway_point_f32_t golden_table_table[] = {
     {.force_n = 0.00000000e+00f, .positive_n = 7.81250000e-03f, .negative_n = 1.56250000e-02f},
     {.force_n = 5.00000000e-01f, .positive_n = 1.25000000e-01f, .negative_n = 1.87500000e-01f},
     {.force_n = 1.00000000e+00f, .positive_n = 3.12500000e-01f, .negative_n = 2.50000000e-01f},
 };
-static const tribo_force_loop_f32_params_t golden_any_params = {
+static const tribo_force_loop_f32_params_t golden_table_params = {
     .usual_input_end = 0u,
     .input_end = 2147483649u,
     .gain = 8.50000024e-01f,
@@ -79,7 +79,7 @@ static const tribo_force_loop_f32_params_t golden_any_params = {
                 {.offset_n = 5.60000027e-03f, .slope = 2.40000010e-01f},
                 {.offset_n = 5.60000027e-03f, .slope = 2.40000010e-01f},
             },
-            .table = golden_any_table,
+            .table = golden_table_table,
             .set_level = 7.50000000e-01f,
             .reset_level = 8.00000012e-01f,
             .gravity_n = 0.00000000e+00f,
