@@ -1,5 +1,6 @@
 #include "target/target.h"
 
+#include "target/boards.h"
 #include "target/emulator.h"
 #include "target/host_loop.h"
 #include "tribo_wire.h"
@@ -15,8 +16,8 @@
 
 #define FAULT_NONE 0u // of the drive's causes; the others come with a line in its log
 
-/// What a command line for QEMU can have before its common part.
-#define MACHINE_MAX 6
+/// Words of a command line for QEMU before its common part.
+#define MACHINE_MAX 8
 
 typedef struct
 {
@@ -25,13 +26,9 @@ typedef struct
     const char *machine[MACHINE_MAX];
 } model_t;
 
-static const model_t models[] = {{"m0", "cortex-m0", {"qemu-system-arm", "-M", "microbit"}},
-                                 {"m3", "cortex-m3", {"qemu-system-arm", "-M", "mps2-an385"}},
-                                 {"m4f", "cortex-m4f", {"qemu-system-arm", "-M", "mps2-an386"}},
-                                 {"m7", "cortex-m7", {"qemu-system-arm", "-M", "mps2-an500"}},
-                                 {"m33", "cortex-m33", {"qemu-system-arm", "-M", "mps2-an505"}},
-                                 {"rv32imc", "rv32imc", {"qemu-system-riscv32", "-M", "virt", "-bios", "none"}},
-                                 {"rv32imafc", "rv32imafc", {"qemu-system-riscv32", "-M", "virt", "-bios", "none"}}};
+#define MODEL(name, tree, ...) {name, tree, {__VA_ARGS__}},
+static const model_t models[] = {SIM_BOARDS(MODEL)};
+#undef MODEL
 
 #define MODELS (sizeof models / sizeof models[0])
 
@@ -66,7 +63,10 @@ bool sim_target_exists(const char *name)
 
 const char *sim_target_names(void)
 {
-    return "m0, m3, m4f, m7, m33, rv32imc, rv32imafc";
+#define NAME(name, ...) ", " name
+    static const char names[] = SIM_BOARDS(NAME);
+#undef NAME
+    return names + 2;
 }
 
 static double now_s(void)

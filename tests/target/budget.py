@@ -1,4 +1,4 @@
-"""budget.py PROCESSOR|stm32f405|host BUILD_TREE [--results]: measures what a tick costs on a target and compares it with
+"""budget.py BOARD|host BUILD_TREE [--results]: measures what a tick costs on a target and compares it with
 budget.txt.
 
 Fails when a figure has grown by more than 2 %, when a hash of the results has changed, and when a figure is only measured
@@ -12,15 +12,17 @@ import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).parent
+sys.path.insert(0, str(HERE.parents[1] / "cmake"))
+import boards  # noqa: E402
+
 BUDGET = HERE / "budget.txt"
 GROWTH = 1.02
-BOARDS = ["stm32f405"]
 COMPARED = ("peer.", "cycles.")  # others' code and a model: in the table, but not ours to hold
 COMPILER = "12"  # gcc's major version whose figures the budget holds
 
 
 def tool(processor, name):
-    return ("riscv64-unknown-elf-" if processor.startswith("rv32") else "arm-none-eabi-") + name
+    return boards.processor(processor)["tools"] + name
 
 
 def compiler(processor):
@@ -53,13 +55,13 @@ def measure(processor, tree):
     figures = {}
     programs = tree / "tests" / "target"
     for arithmetic in ("f32", "q31"):
-        if processor not in BOARDS:
+        if processor not in boards.PORTS:
             figures |= run(processor, programs / f"cost_{arithmetic}")
         if processor == "host":
             continue
-        for part in () if processor in BOARDS else ("step", "all"):
+        for part in () if processor in boards.PORTS else ("step", "all"):
             figures[f"{arithmetic}.flash.{part}"] = flash(processor, programs / f"image_{arithmetic}_{part}")
-        image = tree / "firmware" / f"tribo-{processor if processor in BOARDS else 'drive'}-{arithmetic}.elf"
+        image = tree / "firmware" / f"tribo-{processor if processor in boards.PORTS else 'drive'}-{arithmetic}.elf"
         figures[f"{arithmetic}.flash.image"] = flash(processor, image)
         figures[f"{arithmetic}.ram.image"] = ram(processor, image)
     return {name: int(value) for name, value in figures.items()}

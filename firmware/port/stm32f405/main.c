@@ -46,7 +46,7 @@ static void obey(int byte)
         drive_start(&drive);
         break;
     case 'x':
-    case BOARD_BYTES_LOST: // one of them may have been an x
+    case BOARD_OVERRUN: // a lost byte may have been an x
         drive_stop(&drive);
         break;
     case 'a':
