@@ -22,9 +22,11 @@
 #define TRIBO_WIRE_HEADER_WORDS 2u
 #define TRIBO_WIRE_WORDS_MAX    TRIBO_SETUP_WORDS ///< of a message, without its header: SETUP is the longest
 
-/// The FIFOs, in the folder that the emulator runs in.
-#define TRIBO_WIRE_TO_TARGET   "to_target"
-#define TRIBO_WIRE_FROM_TARGET "from_target"
+/// Two pipes, which the host hands to the emulator as open files; the target opens them by these names.
+#define TRIBO_WIRE_TO_TARGET_FD   3
+#define TRIBO_WIRE_TO_TARGET      "/dev/fd/3"
+#define TRIBO_WIRE_FROM_TARGET_FD 4
+#define TRIBO_WIRE_FROM_TARGET    "/dev/fd/4"
 
 typedef enum
 {

@@ -5,7 +5,6 @@
 #include "target/host_loop.h"
 #include "tribo_wire.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -14,7 +13,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define FAULT_NONE 0u // of the drive's causes; the others come with a line in its log
+#define FAULT_NONE 0u // DRIVE_FAULT_NONE; the drive logs the text of any other
 
 /// Words of a command line for QEMU before its common part.
 #define MACHINE_MAX 8
@@ -76,7 +75,7 @@ static double now_s(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/// Puts the target's name before what went wrong.
+/// Puts the target's name before the error.
 static bool blame(const sim_target_t *target, const sim_error_t *inner, sim_error_t *error)
 {
     return sim_error_set(error, "%s: %s", target->model->name, inner->text);
@@ -84,22 +83,13 @@ static bool blame(const sim_target_t *target, const sim_error_t *inner, sim_erro
 
 // --- start ---------------------------------------------------------------------------------------------------------
 
-/// The absolute path of the image, as the emulator runs in another folder; false if there is none.
 static bool find_image(char *path, size_t size, const sim_target_t *target, sim_error_t *error)
 {
-    const char *folder    = getenv("TRIBO_FIRMWARE");
-    char        here[512] = "";
-    folder                = folder != NULL ? folder : TRIBO_FIRMWARE_BUILT;
-    if (folder[0] != '/' && getcwd(here, sizeof here) == NULL)
-    {
-        return sim_error_set(error, "%s: %s", folder, strerror(errno));
-    }
-    const int length = snprintf(path,
+    const char *given  = getenv("TRIBO_FIRMWARE");
+    const int   length = snprintf(path,
                                 size,
-                                "%s%s%s/%s/firmware/tribo-drive-%s.elf",
-                                here,
-                                here[0] != '\0' ? "/" : "",
-                                folder,
+                                "%s/%s/firmware/tribo-drive-%s.elf",
+                                given != NULL ? given : TRIBO_FIRMWARE_BUILT,
                                 target->model->tree,
                                 target->host.q31 ? "q31" : "f32");
     return ((size_t)length < size && access(path, R_OK) == 0) ||
