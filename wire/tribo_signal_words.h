@@ -40,12 +40,19 @@ static inline uint32_t tribo_signal_flags(bool limited, uint8_t relays)
     return (limited ? TRIBO_SIGNAL_LIMITED : 0u) | (uint32_t)relays << 1;
 }
 
+static inline uint32_t tribo_signal_bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
 /// Forces in N, as the bits of the float.
 static inline void tribo_signal_words_f32(const tribo_force_loop_f32_signals_t *signals,
                                           uint32_t                              words[TRIBO_SIGNAL_WORDS])
 {
     words[TRIBO_SIGNAL_FLAGS] = tribo_signal_flags(signals->controller.limited, signals->compensator.friction.relays);
-#define TRIBO_SIGNAL_PUT(name, text, f32, q31) memcpy(&words[TRIBO_SIGNAL_##name], &signals->f32, sizeof words[0]);
+#define TRIBO_SIGNAL_PUT(name, text, f32, q31) words[TRIBO_SIGNAL_##name] = tribo_signal_bits(signals->f32);
     TRIBO_SIGNAL_FORCES(TRIBO_SIGNAL_PUT)
 #undef TRIBO_SIGNAL_PUT
 }
