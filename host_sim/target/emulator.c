@@ -79,10 +79,14 @@ static bool do_not_block(int end)
 /// No end that this program uses blocks, nor does the log: once it is full, the emulator's output is dropped.
 static bool open_pipes(sim_emulator_t *emulator, sim_error_t *error)
 {
-    return (open_pipe(&emulator->to_target) && open_pipe(&emulator->from_target) && open_pipe(&emulator->log) &&
-            do_not_block(emulator->to_target.write) && do_not_block(emulator->from_target.read) &&
-            do_not_block(emulator->log.read) && do_not_block(emulator->log.write)) ||
-           sim_error_set(error, "no pipes to the emulator: %s", strerror(errno));
+    if (!open_pipe(&emulator->to_target) || !open_pipe(&emulator->from_target) || !open_pipe(&emulator->log) ||
+        !do_not_block(emulator->to_target.write) || !do_not_block(emulator->from_target.read) ||
+        !do_not_block(emulator->log.read) || !do_not_block(emulator->log.write))
+    {
+        (void)sim_error_set(error, "no pipes to the emulator: %s", strerror(errno));
+        return false;
+    }
+    return true;
 }
 
 // --- the process ---------------------------------------------------------------------------------------------------

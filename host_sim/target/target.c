@@ -211,7 +211,7 @@ sim_target_t *sim_target_start(const char                          *name,
 
 static void compare(sim_target_t *target, const uint32_t words[TRIBO_SIGNAL_WORDS])
 {
-#define NAME(place, text, f32, q31) [TRIBO_SIGNAL_##place] = text,
+#define NAME(place, text, f32, q31) [TRIBO_SIGNAL_##place] = (text),
     static const char *const names[TRIBO_SIGNAL_WORDS]     = {[TRIBO_SIGNAL_FLAGS] = "limited, Q1, Q2, Q",
                                                               TRIBO_SIGNAL_FORCES(NAME)};
 #undef NAME

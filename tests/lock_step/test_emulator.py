@@ -2,8 +2,10 @@
 
 import os
 import pathlib
+import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -11,6 +13,7 @@ import time
 import pytest
 from conftest import TREE
 
+ROOT = pathlib.Path(__file__).parents[2]
 IMAGE = TREE / "firmware" / "tribo-drive-f32.elf"
 LONG = ["triangle", "--set", "duration_s=3600", "--target", "m4f"]
 SHORT = ["triangle", "--set", "duration_s=0.1", "--set", "metrics.start_s=0", "--target", "m4f"]
@@ -189,6 +192,19 @@ def test_self_test_finds_a_changed_image_or_seal(sim, place):
     content[content.index(place)] ^= 0x20
     put_image(sim, content)
     sim.fails("m4f: the drive's self-test failed with fault 1", *SHORT)
+
+
+def test_self_test_finds_a_loop_that_computes_something_else(sim, tmp_path):
+    """An image with a changed coefficient and a seal that fits: only the golden vector can find it."""
+    header = (ROOT / "firmware" / "app" / "golden_f32.h").read_text()
+    b0 = struct.pack("<f", float(re.search(r"\.b0 = (\S+)f,", header)[1]))
+    content = bytearray(IMAGE.read_bytes())
+    content[content.index(b0)] ^= 1
+    image = tmp_path / "changed.elf"
+    image.write_bytes(content)
+    subprocess.run([sys.executable, ROOT / "firmware" / "tools" / "seal_image.py", image], check=True)
+    put_image(sim, image.read_bytes())
+    sim.fails("m4f: the drive's self-test failed with fault 3", *SHORT)
 
 
 def test_unknown_target_and_arithmetic_are_usage_errors(sim):

@@ -230,7 +230,7 @@ int board_read_byte(void)
     {
         return BOARD_OVERRUN;
     }
-    return (status & (USART_SR_PE | USART_SR_FE | USART_SR_NF)) == 0u ? byte : BOARD_NO_BYTE;
+    return (status & (USART_SR_PE | USART_SR_FE | USART_SR_NF)) == 0u ? byte : BOARD_BAD_BYTE;
 }
 
 // --- interrupts ----------------------------------------------------------------------------------------------------

@@ -47,10 +47,11 @@ void board_kick(void);
 /// flag does not survive a loss of supply.
 bool board_was_reset_by_watchdog(void);
 
-#define BOARD_NO_BYTE (-1)
-#define BOARD_OVERRUN (-2)
+#define BOARD_NO_BYTE  (-1)
+#define BOARD_OVERRUN  (-2)
+#define BOARD_BAD_BYTE (-3)
 
-/// A byte from USART1; BOARD_NO_BYTE if there is none or it has an error; BOARD_OVERRUN if bytes before it were lost.
+/// A byte from USART1; BOARD_NO_BYTE if there is none, BOARD_BAD_BYTE if it has an error, BOARD_OVERRUN if bytes were lost.
 int board_read_byte(void);
 
 /// The tick, defined in main.c; the timer's interrupt calls it.

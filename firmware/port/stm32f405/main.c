@@ -1,7 +1,7 @@
-// The drive on the STM32F405: self-test, then ticks in TIM2's interrupt, and a byte at a time over USART1:
-//
-//     s start    x stop    a acknowledge a fault    ? say the state    + and - reference up and down by 10 mN
+// The drive on the STM32F405: self-test, then ticks in TIM2's interrupt, and in the background the log and commands over
+// USART1 (app/command.h), with 10 mN for a step of the reference.
 
+#include "app/command.h"
 #include "app/drive.h"
 #include "app/selftest.h"
 #include "board.h"
@@ -38,31 +38,45 @@ static drive_fault_t check_params(void)
     return ok ? DRIVE_FAULT_NONE : DRIVE_FAULT_PARAMS;
 }
 
-static void obey(int byte)
+static void execute(command_t command)
 {
-    switch (byte)
+    switch (command)
     {
-    case 's':
-        drive_start(&drive);
+    case COMMAND_NONE:
         break;
-    case 'x':
-    case BOARD_OVERRUN: // a lost byte may have been an x
+    case COMMAND_STOP:
         drive_stop(&drive);
         break;
-    case 'a':
+    case COMMAND_START:
+        drive_start(&drive);
+        break;
+    case COMMAND_ACKNOWLEDGE:
         drive_acknowledge(&drive);
         break;
-    case '?':
+    case COMMAND_REPORT:
         drive_report(&drive);
         break;
-    case '+':
+    case COMMAND_UP:
         reference = reference < REFERENCE_MAX ? reference + REFERENCE_STEP : REFERENCE_MAX;
         break;
-    case '-':
+    case COMMAND_DOWN:
         reference = reference > -REFERENCE_MAX ? reference - REFERENCE_STEP : -REFERENCE_MAX;
         break;
-    default:
-        break;
+    }
+}
+
+static void read_command(void)
+{
+    static command_reader_t reader;
+    const int               byte = board_read_byte();
+    if (byte >= 0)
+    {
+        execute(command_take(&reader, (uint8_t)byte));
+    }
+    else if (byte != BOARD_NO_BYTE)
+    {
+        command_spoil(&reader);
+        execute(byte == BOARD_OVERRUN ? COMMAND_STOP : COMMAND_NONE); // a lost byte may have been an x
     }
 }
 
@@ -99,7 +113,7 @@ int main(void)
         kick();
         drive_log(&drive);
         kick(); // the line before and the one after may each take 9 ms
-        obey(board_read_byte());
+        read_command();
         __WFI(); // until the next tick or conversion
     }
 }
