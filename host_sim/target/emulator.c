@@ -277,8 +277,8 @@ static bool is_in_time(double deadline_s, bool begun, sim_error_t *error)
 /// message or for the rest of one that has `begun`.
 static bool wait_for_more(sim_emulator_t *emulator, double deadline_s, bool begun, sim_error_t *error)
 {
-    struct pollfd wanted = {.fd = emulator->from_target.read, .events = POLLIN};
-    while (poll(&wanted, 1, SLICE_MS) <= 0 || (wanted.revents & POLLIN) == 0)
+    struct pollfd answer = {.fd = emulator->from_target.read, .events = POLLIN};
+    while (poll(&answer, 1, SLICE_MS) <= 0 || (answer.revents & POLLIN) == 0)
     {
         int status = 0;
         if (has_ended(emulator, &status))
@@ -289,7 +289,7 @@ static bool wait_for_more(sim_emulator_t *emulator, double deadline_s, bool begu
         {
             return false;
         }
-        if ((wanted.revents & POLLHUP) != 0)
+        if ((answer.revents & POLLHUP) != 0)
         {
             (void)poll(NULL, 0, 1); // closed, but not ended yet
         }

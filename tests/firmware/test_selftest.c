@@ -47,10 +47,10 @@ static void test_image_with_any_bit_flipped_fails(void)
     for (size_t bit = 0; bit < 8u * sizeof image; bit++)
     {
         const size_t        byte = bit / 8u;
-        const drive_fault_t wants =
+        const drive_fault_t expected =
             (byte >= 16 && byte < 216) || (byte >= 300 && byte < 400) ? DRIVE_FAULT_IMAGE : DRIVE_FAULT_NONE;
         image[byte] ^= (uint8_t)(1u << bit % 8u);
-        TEST_ASSERT_EQUAL_INT(wants, selftest_image(&seal, image));
+        TEST_ASSERT_EQUAL_INT(expected, selftest_image(&seal, image));
         image[byte] ^= (uint8_t)(1u << bit % 8u);
     }
 }
