@@ -1,6 +1,7 @@
 #include "cli/commands.h"
 #include "cli/scenario_folder.h"
 #include "scenario/config.h"
+#include "scenario/key_list.h"
 #include "support/output_file.h"
 
 #include <dirent.h>
@@ -28,12 +29,7 @@ static bool print_scenario(const char *folder, const char *file, sim_error_t *er
         (void)snprintf(path, size, "%s/%s", folder, file);
         const bool  loaded      = sim_scenario_load(scenario, path, &problem);
         const char *description = sim_scenario_config(scenario)->description;
-        (void)printf("%-16.*s%s\n",
-                     (int)(strlen(file) - 5),
-                     file,
-                     !loaded               ? problem.text
-                     : description != NULL ? description
-                                           : "");
+        (void)printf("%-16.*s%s\n", (int)(strlen(file) - 5), file, !loaded ? problem.text : description);
     }
     else
     {
@@ -68,7 +64,13 @@ int sim_command_list(int count, char **arguments)
     bool        ok;
     if (count == 2 && strcmp(arguments[1], "--keys") == 0)
     {
-        ok = sim_scenario_print_keys() || sim_error_set(&error, "out of memory");
+        sim_key_list_print();
+        ok = true;
+    }
+    else if (count == 2 && strcmp(arguments[1], "--markdown") == 0)
+    {
+        sim_key_list_print_markdown();
+        ok = true;
     }
     else if (count == 1)
     {

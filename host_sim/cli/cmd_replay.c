@@ -343,7 +343,7 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
     {
         return false;
     }
-    if (!sim_check_ranges(scenario, error) || !sim_check_compensator(scenario, error))
+    if (!sim_check_compensator(scenario, error))
     {
         return false;
     }

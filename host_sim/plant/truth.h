@@ -1,7 +1,10 @@
-/// A truth model: the arm with its friction, driven by the actuator's force. This is the seam behind which other
-/// friction models fit (LuGre, ...); the actuator and the sensor around it are the same for all (plant.h).
+/// A truth model: the arm with its friction, driven by the actuator's force. The actuator and the sensor around it are the
+/// same for all (plant.h).
 ///
 /// A model is advanced by fixed steps of the plant. One that needs finer steps makes them inside its own step.
+///
+/// A new model is its file, NAME_truth.c, and one row in SIM_TRUTH_MODELS. Scenarios choose it by `plant.model: NAME`. Keys
+/// that only it has are rows in its file; scenarios write them as `plant.NAME.KEY`.
 
 #ifndef SIM_TRUTH_H
 #define SIM_TRUTH_H
@@ -9,6 +12,9 @@
 #include "plant/truth_config.h"
 
 #include <stdbool.h>
+
+/// All of them; the first is the default. NAME stands for sim_NAME_truth.
+#define SIM_TRUTH_MODELS(MODEL) MODEL(paper)
 
 /// What a step saw at its start, for logging. A model without a meaning for a field leaves it 0.
 typedef struct
@@ -20,11 +26,11 @@ typedef struct
     bool   q1, q2, q; ///< relays and Eq. (8)
 } sim_truth_signals_t;
 
-typedef struct
+typedef struct sim_truth_ops
 {
-    const char *name; ///< as scenarios write it in plant.model
+    const char *name;
 
-    /// A model at rest, null if there is no memory. Values are checked by the caller, see scenario/config.h.
+    /// A model at rest, null if there is no memory. Values are checked by the caller, see scenario/keys.c.
     void *(*create)(const sim_truth_config_t *config, double step_s);
 
     /// Back to rest at F = 0.
@@ -34,9 +40,34 @@ typedef struct
     double (*step)(void *model, double u_n, sim_truth_signals_t *signals);
 
     void (*destroy)(void *model);
+
+    /// The model's own keys, each made by SIM_TRUTH_KEY, ended by a row of zeros; null if it has none.
+    const sim_key_t *keys;
 } sim_truth_ops_t;
 
-/// The paper's model (paper_truth.c).
-extern const sim_truth_ops_t sim_paper_truth;
+#define SIM_TRUTH_KEYS_MAX 16
+
+/// The row of a model's own number: `index` is where create finds it in config->own.
+#define SIM_TRUTH_KEY(index, name_, unit_, min_, max_, standard_, text_)                                               \
+    {.name     = (name_),                                                                                              \
+     .type     = SIM_KEY_NUMBER,                                                                                       \
+     .offset   = (index) * sizeof(double),                                                                             \
+     .unit     = (unit_),                                                                                              \
+     .min      = (min_),                                                                                               \
+     .max      = (max_),                                                                                               \
+     .standard = (standard_),                                                                                          \
+     .text     = (text_)}
+
+#define SIM_TRUTH_DECLARE(name)   extern const sim_truth_ops_t sim_##name##_truth;
+#define SIM_TRUTH_NUMBER_OF(name) SIM_TRUTH_##name,
+SIM_TRUTH_MODELS(SIM_TRUTH_DECLARE)
+
+/// The models by number.
+typedef enum
+{
+    SIM_TRUTH_MODELS(SIM_TRUTH_NUMBER_OF) SIM_TRUTH_COUNT
+} sim_truth_number_t;
+
+extern const sim_truth_ops_t *const sim_truth_models[SIM_TRUTH_COUNT];
 
 #endif

@@ -1,7 +1,5 @@
 #include "scenario/reference.h"
 
-#include "scenario/scenario_data.h"
-
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -32,7 +30,7 @@ static bool check_times_rise(const sim_csv_t *csv, const char *path, sim_error_t
 
 bool sim_reference_init(sim_reference_t *reference, const sim_scenario_t *scenario, sim_error_t *error)
 {
-    *reference = (sim_reference_t){.config = scenario->config->reference};
+    *reference = (sim_reference_t){.config = sim_scenario_config(scenario)->reference};
     if (reference->config.kind != SIM_REFERENCE_CSV)
     {
         return true;

@@ -3,7 +3,6 @@
 #include "scenario/check.h"
 #include "scenario/loop_config.h"
 #include "scenario/reference.h"
-#include "scenario/scenario_data.h"
 #include "target/target.h"
 
 #include <math.h>
@@ -56,23 +55,18 @@ static void tear_down(run_t *run)
 
 static bool set_up_plant(run_t *run, sim_error_t *error)
 {
-    static const sim_truth_ops_t *const models[] = {[SIM_MODEL_PAPER] = &sim_paper_truth};
-
     const sim_config_t *config = run->config;
     run->plant_config          = (sim_plant_config_t){.step_s                  = config->sample_time_s / run->steps,
                                                       .actuator_pole_rad_per_s = config->plant.actuator_pole_rad_per_s,
                                                       .sensor_pole_rad_per_s   = config->sensor.pole_rad_per_s,
-                                                      .truth                   = {config->plant.friction, config->plant.arm}};
-
-    const sim_sensor_config_t sensor = {.noise_n        = config->sensor.noise_n,
-                                        .noise_seed     = config->sensor.noise_seed,
-                                        .quantisation_n = config->sensor.quantisation_n,
-                                        .delay_s        = config->sensor.delay_s};
-    if (!sim_sensor_init(&run->sensor, &sensor, run->plant_config.step_s))
+                                                      .truth                   = {.friction = config->plant.friction,
+                                                                                  .arm      = config->plant.arm,
+                                                                                  .own      = config->plant.own[config->plant.model]}};
+    if (!sim_sensor_init(&run->sensor, &config->sensor.sampling, run->plant_config.step_s))
     {
         return sim_error_set(error, "out of memory");
     }
-    run->plant = sim_plant_create(&run->plant_config, models[config->plant.model]);
+    run->plant = sim_plant_create(&run->plant_config, sim_truth_models[config->plant.model]);
     return run->plant != NULL || sim_error_set(error, "out of memory");
 }
 
@@ -92,7 +86,7 @@ static bool set_up_target(run_t *run, sim_error_t *error)
 
 static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_options_t *options, sim_error_t *error)
 {
-    const sim_config_t *config = scenario->config;
+    const sim_config_t *config = sim_scenario_config(scenario);
     *run                       = (run_t){.config  = config,
                                          .options = options != NULL ? *options : (sim_run_options_t){0},
                                          .ticks   = (uint64_t)round(config->duration_s / config->sample_time_s),
@@ -138,7 +132,7 @@ static bool advance(run_t *run, uint64_t tick, sim_row_t *row, sim_error_t *erro
 
 static bool in_window(const sim_config_t *config, const sim_row_t *row)
 {
-    const double end_s = (config->metrics.end_s != NULL) ? *config->metrics.end_s : config->duration_s;
+    const double end_s = config->metrics.end_s.is_given ? config->metrics.end_s.value : config->duration_s;
     // A tick at the window's edge counts as in at the start and as out at the end, rounding or not.
     const double t_s = row->t_s + 0.5 * config->sample_time_s;
     return t_s >= config->metrics.start_s && t_s <= end_s;

@@ -317,9 +317,8 @@ static bool read_rows(reader_t *reader, const layout_t *layout, const sim_csv_co
 
 bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error)
 {
-    *csv          = (sim_csv_t){0};
-    size_t length = 0;
-    char  *bytes  = sim_file_read(path, &length, error);
+    *csv        = (sim_csv_t){0};
+    char *bytes = sim_file_read(path, SIM_CSV_BYTES_MAX, error);
     if (bytes == NULL)
     {
         return false;

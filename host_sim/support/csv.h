@@ -12,7 +12,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define SIM_CSV_COLUMNS_MAX 8u ///< most columns that can be asked for at once
+#define SIM_CSV_COLUMNS_MAX 8u          ///< most columns that can be asked for at once
+#define SIM_CSV_BYTES_MAX   (1u << 30u) ///< of a file
 
 typedef struct
 {

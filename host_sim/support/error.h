@@ -10,10 +10,11 @@
 
 typedef struct
 {
-    char text[1024]; ///< empty: no error
+    char text[36864]; ///< one line, safe to show on a terminal; empty: no error
 } sim_error_t;
 
-/// Writes the message unless there is one already. Always returns false.
+/// Writes the message unless there is one already, its control characters as \n or \x1b. Always returns false. There is room
+/// for two paths of the longest, every character of them escaped.
 bool sim_error_set(sim_error_t *error, const char *format, ...);
 
 #endif

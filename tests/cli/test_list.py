@@ -72,6 +72,13 @@ def test_readme_has_every_key_with_its_range_and_default(sim):
         assert (unit != "-") == bool(suffix), key
 
 
+def test_the_readmes_tables_are_current(sim):
+    """If not: cmake --build --preset host-release --target scenario-readme"""
+    readme = (SCENARIOS / "README.md").read_text(encoding="utf-8")
+    made = re.search(r"<!-- made by [^\n]*\n(.*)<!-- end -->", readme, re.S)[1]
+    assert made == sim.ok("list", "--markdown")
+
+
 def test_every_number_has_a_range(sim):
     for key, (kind, allowed, _) in keys(sim).items():
         assert (allowed != "-") == (kind in ("a number", "a whole number")), key

@@ -79,15 +79,15 @@ MISTAKES = {
     "long key": ("x" * 200 + ": 1", ":3: a key is too long"),
     "empty list": (
         "controller: {kind: z, sections: []}",
-        ":3: controller.sections: Insufficient entries (0 of 1 min) in sequence.",
+        ":3: controller.sections: has 0 elements, 1 to 4 are wanted",
     ),
     "long list": (
         "controller: {kind: z, sections: [" + ", ".join([SECTION] * 5) + "]}",
-        ":3: controller.sections: Excessive entries (4 max) in sequence.",
+        ":3: controller.sections: has 5 elements, 1 to 4 are wanted",
     ),
     "incomplete element": (
         "controller:\n  kind: z\n  sections:\n    - " + SECTION + "\n    - b0: 1",
-        ":7: controller.sections: Missing required mapping field: b1",
+        ":7: controller.sections[1].b1: is missing",
     ),
     "range in a list": (
         "controller:\n  kind: z\n  sections:\n    - " + SECTION + "\n    - {b0: 1, b1: 0,\n       b2: 9e6, a1: 0, a2: 0}",
