@@ -10,7 +10,6 @@
 #include "support/number.h"
 #include "support/output_file.h"
 
-#include <getopt.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -63,60 +62,59 @@ static int check_out(const options_t *options)
     return 0;
 }
 
-static int take_options(options_t *options, int count, char **arguments)
+enum
 {
-    static const struct option known[] = {{"params", required_argument, NULL, 'p'},
-                                          {"force", required_argument, NULL, 'f'},
-                                          {"out", required_argument, NULL, 'o'},
-                                          {"arith", required_argument, NULL, 'a'},
-                                          {"full-scale", required_argument, NULL, 's'},
-                                          {NULL, 0, NULL, 0}};
+    OPTION_PARAMS = SIM_OPTION_FIRST,
+    OPTION_FORCE,
+    OPTION_OUT,
+    OPTION_ARITH,
+    OPTION_FULL_SCALE
+};
 
-    opterr = 0;
-    int letter;
-    while ((letter = getopt_long(count, arguments, ":", known, NULL)) != -1)
+static const struct argp_option known[] = {
+    {.name = "params",
+     .key  = OPTION_PARAMS,
+     .arg  = "FILE.yaml",
+     .doc  = "keys of a scenario's `compensator`; the paper's values if left out"},
+    {.name = "force",
+     .key  = OPTION_FORCE,
+     .arg  = "own|measured",
+     .doc  = "F is the compensator's own arm model's (if left out), or the log's F_N"},
+    {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "where the result goes; standard output if left out"},
+    {.name = "arith",
+     .key  = OPTION_ARITH,
+     .arg  = "f32|q31|both",
+     .doc  = "f32 if left out; both: Q31's columns after f32's, and how they differ"},
+    {.name = "full-scale", .key = OPTION_FULL_SCALE, .arg = "N", .doc = "what 2^31 stands for in Q31; 2 N if left out"},
+    {.name = NULL}};
+
+static int take(void *context, int key, char *value)
+{
+    options_t *options = context;
+    int        word    = 0;
+    switch (key)
     {
-        switch (letter)
-        {
-        case 'p':
-            options->params = optarg;
-            break;
-        case 'f':
-            options->measured = strcmp(optarg, "measured") == 0;
-            if (!options->measured && strcmp(optarg, "own") != 0)
-            {
-                return sim_usage("replay: --force is own or measured, not %s", optarg);
-            }
-            break;
-        case 'o':
-            options->out = optarg;
-            break;
-        case 'a':
-            options->f32 = strcmp(optarg, "f32") == 0 || strcmp(optarg, "both") == 0;
-            options->q31 = strcmp(optarg, "q31") == 0 || strcmp(optarg, "both") == 0;
-            if (!options->f32 && !options->q31)
-            {
-                return sim_usage("--arith %s: there are f32, q31, both", optarg);
-            }
-            break;
-        case 's':
-            if (sim_number_parse(optarg, &options->full_scale_n) != NULL)
-            {
-                return sim_usage("--full-scale %s: a number of N is wanted", optarg);
-            }
-            break;
-        case ':':
-            return sim_usage("replay: %s wants a value", arguments[optind - 1]);
-        default:
-            return sim_usage("replay: unknown option %s", arguments[optind - 1]);
-        }
+    case OPTION_PARAMS:
+        options->params = value;
+        return 0;
+    case OPTION_FORCE:
+        word              = sim_option_word(&sim_command_replay, key, value);
+        options->measured = word == 1;
+        break;
+    case OPTION_OUT:
+        options->out = value;
+        return 0;
+    case OPTION_ARITH:
+        word         = sim_option_word(&sim_command_replay, key, value);
+        options->f32 = word != 1;
+        options->q31 = word != 0;
+        break;
+    default:
+        return sim_number_parse(value, &options->full_scale_n) == NULL
+                   ? 0
+                   : sim_usage("--full-scale %s: a number of N is wanted", value);
     }
-    if (optind + 1 != count)
-    {
-        return sim_usage("replay: one log is wanted, not %d", count - optind);
-    }
-    options->log = arguments[optind];
-    return check_out(options);
+    return word >= 0 ? 0 : SIM_EXIT_USAGE;
 }
 
 static int compare_numbers(const void *a, const void *b)
@@ -155,7 +153,7 @@ static bool find_sample_time(const sim_csv_t *log, const char *path, double *sam
         return sim_error_set(error,
                              "%s:%zu:%zu: t_s: one row has no sample time, two at least are wanted",
                              path,
-                             log->lines[0],
+                             sim_csv_line(0),
                              log->positions[0]);
     }
     for (size_t i = 1; i < log->rows; i++)
@@ -165,7 +163,7 @@ static bool find_sample_time(const sim_csv_t *log, const char *path, double *sam
             return sim_error_set(error,
                                  "%s:%zu:%zu: t_s: %.15g does not come after %.15g",
                                  path,
-                                 log->lines[i],
+                                 sim_csv_line(i),
                                  log->positions[i],
                                  t[i],
                                  t[i - 1]);
@@ -184,7 +182,7 @@ static bool find_sample_time(const sim_csv_t *log, const char *path, double *sam
             return sim_error_set(error,
                                  "%s:%zu:%zu: t_s: %.6g s after the row before, where the log's interval is %.6g s",
                                  path,
-                                 log->lines[i],
+                                 sim_csv_line(i),
                                  log->positions[i],
                                  interval,
                                  median);
@@ -292,8 +290,7 @@ static void step_through(replay_t *replay, const sim_csv_t *log, FILE *file)
 {
     tribo_compensator_f32_reset(&replay->state_f32);
     tribo_compensator_q31_reset(&replay->state_q31);
-    sim_progress_t progress;
-    sim_progress_start(&progress);
+    sim_progress_t progress = {.calls = 0};
     write_header(file, replay->options->f32 && replay->options->q31);
     for (size_t i = 0; i < log->rows && !ferror(file); i++)
     {
@@ -316,12 +313,12 @@ static bool replay_log(replay_t *replay, const sim_csv_t *log, sim_error_t *erro
 {
     const options_t  *options = replay->options;
     sim_output_file_t file;
-    if (!sim_output_file_open(&file, options->out, error))
+    if (!sim_output_open(&file, options->out, error))
     {
         return false;
     }
     step_through(replay, log, file.stream);
-    if (!sim_output_file_commit(&file, error))
+    if (!sim_output_commit(&file, 1, error))
     {
         return false;
     }
@@ -398,14 +395,27 @@ static bool replay(const options_t *options, sim_error_t *error)
     return ok;
 }
 
-int sim_command_replay(int count, char **arguments)
+static int run(int count, char **arguments)
 {
-    options_t options = {.f32 = true, .full_scale_n = 2.0};
-    const int status  = take_options(&options, count, arguments);
+    options_t   options = {.f32 = true, .full_scale_n = 2.0};
+    sim_error_t error   = {""};
+    int         status  = sim_options_parse(&sim_command_replay, count, arguments, &options, &options.log);
+    if (status == 0)
+    {
+        status = check_out(&options);
+    }
     if (status != 0)
     {
         return status;
     }
-    sim_error_t error = {""};
     return replay(&options, &error) ? SIM_EXIT_OK : sim_failure(error.text);
 }
+
+const sim_command_t sim_command_replay = {
+    .name     = "replay",
+    .argument = "LOG.csv",
+    .noun     = "log",
+    .text     = "Runs a recorded log (columns t_s, u_N and maybe F_N) through the friction compensator.",
+    .options  = known,
+    .run      = run,
+    .take     = take};

@@ -19,7 +19,7 @@ static bool check_times_rise(const sim_csv_t *csv, const char *path, sim_error_t
             return sim_error_set(error,
                                  "%s:%zu:%zu: t_s: %.9g does not come after %.9g",
                                  path,
-                                 csv->lines[i],
+                                 sim_csv_line(i),
                                  csv->positions[i],
                                  csv->values[0][i],
                                  csv->values[0][i - 1]);

@@ -3,10 +3,10 @@
 #include "scenario/check.h"
 #include "scenario/loop_config.h"
 #include "scenario/reference.h"
+#include "support/clock.h"
 #include "target/target.h"
 
 #include <math.h>
-#include <time.h>
 
 /// All that lives while a scenario runs.
 typedef struct
@@ -37,13 +37,6 @@ typedef struct
 {
     double u_squares, force_squares, max_u_n, max_force_n;
 } difference_t;
-
-static double now_s(void)
-{
-    struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static void tear_down(run_t *run)
 {
@@ -271,7 +264,7 @@ bool sim_run(const sim_scenario_t    *scenario,
              sim_summary_t           *summary,
              sim_error_t             *error)
 {
-    const double start_s = now_s();
+    const double start_s = sim_clock_s();
     runs_t       runs;
     if (!set_up_all(&runs, scenario, options, error))
     {
@@ -288,7 +281,7 @@ bool sim_run(const sim_scenario_t    *scenario,
             ok = handler(context, rows, (double)tick / (double)ticks, error);
         }
     }
-    summarise(summary, &runs.run[0], &runs.metrics[0], now_s() - start_s);
+    summarise(summary, &runs.run[0], &runs.metrics[0], sim_clock_s() - start_s);
     ok = ok && finish_target(&runs.run[0], summary, error);
     if (runs.count == 2u)
     {

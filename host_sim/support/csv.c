@@ -3,6 +3,7 @@
 #include "support/file.h"
 #include "support/number.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,333 +13,279 @@
 /// Where the reader is. Fields are unquoted and ended in place.
 typedef struct
 {
-    const char  *path;
-    char        *next; ///< the next byte to read
-    char        *line_start;
-    size_t       line;
-    sim_error_t *error;
+    const char             *name;
+    const sim_csv_column_t *wanted;
+    size_t                  count; ///< of wanted columns
+    sim_error_t            *error;
+    char                   *next; ///< the next byte to read
+    char                   *line_start;
+    size_t                  line;
+
+    size_t *column; ///< by field of a line: the wanted column that it feeds
+    size_t  fields;
 } reader_t;
 
 typedef struct
 {
     char  *text;
-    size_t position; ///< in its line, from 1
-    bool   last;     ///< in its line
+    size_t line, position; ///< where it starts, from 1
+    bool   is_last;        ///< in its line
 } field_t;
 
-/// Which wanted column each field of a line feeds.
-typedef struct
-{
-    size_t *column;
-    size_t  fields;
-} layout_t;
-
-static bool is_space(char c)
+static bool is_blank(char c)
 {
     return c == ' ' || c == '\t';
 }
 
-static bool at_line_end(const char *p)
+static bool complain(const reader_t *reader, size_t position, const char *what)
 {
-    return *p == '\0' || *p == '\n' || (*p == '\r' && p[1] == '\n');
+    return sim_error_set(reader->error, "%s:%zu:%zu: %s", reader->name, reader->line, position, what);
 }
 
-static void next_line(reader_t *reader, char *end)
+/// Takes the quotes off a field at `*p`, in place; then `*p` is behind the last one. Returns the text's new end, or null.
+static char *unquote(char **p)
 {
-    reader->next       = end;
-    reader->line_start = end;
-    reader->line++;
-}
-
-/// A quoted field from its first quote on: unquotes it in place; returns what follows the last quote, or null.
-static char *unquote(reader_t *reader, field_t *field)
-{
-    char *out   = field->text;
-    char *quote = field->text;
-    for (char *p = quote + 1; *p != '\0' && *p != '\n'; p++)
+    char *out = (*p)++;
+    while (**p != '\0' && **p != '\n' && (**p != '"' || (*p)[1] == '"'))
     {
-        if (*p == '"')
-        {
-            if (p[1] != '"')
-            {
-                *out = '\0';
-                return p + 1;
-            }
-            p++;
-        }
-        *out++ = *p;
+        *p += (**p == '"') ? 1 : 0;
+        *out++ = *(*p)++;
     }
-    (void)sim_error_set(reader->error,
-                        "%s:%zu:%zu: a quote is opened and not closed in its line",
-                        reader->path,
-                        reader->line,
-                        field->position);
-    return NULL;
-}
-
-/// Ends a field at its separator and steps over that.
-static bool end_field(reader_t *reader, field_t *field, char *end)
-{
-    if (!(*end == ',' || at_line_end(end)))
+    if (**p != '"')
     {
-        return sim_error_set(reader->error,
-                             "%s:%zu:%zu: text after a quoted field",
-                             reader->path,
-                             reader->line,
-                             (size_t)(end - reader->line_start) + 1);
+        return NULL;
     }
-    field->last = *end != ',';
-    char *after = end;
-    if (*after == '\r')
-    {
-        after++;
-    }
-    if (*after != '\0')
-    {
-        after++;
-    }
-    const bool new_line = field->last;
-    *end                = '\0';
-    reader->next        = after;
-    if (new_line)
-    {
-        next_line(reader, after);
-    }
-    return true;
+    (*p)++;
+    return out;
 }
 
 static bool read_field(reader_t *reader, field_t *field)
 {
-    char *p = reader->next;
-    while (is_space(*p))
-    {
-        p++;
-    }
-    field->text     = p;
-    field->position = (size_t)(p - reader->line_start) + 1;
+    char *p   = reader->next + strspn(reader->next, " \t");
+    char *end = NULL;
+    *field    = (field_t){.text = p, .line = reader->line, .position = (size_t)(p - reader->line_start) + 1};
     if (*p == '"')
     {
-        char *end = unquote(reader, field);
-        while (end != NULL && is_space(*end))
+        end = unquote(&p);
+        if (end == NULL)
         {
-            end++;
+            return complain(reader, field->position, "a quote is opened and not closed in its line");
         }
-        return end != NULL && end_field(reader, field, end);
+        p += strspn(p, " \t");
     }
-    while (*p != ',' && !at_line_end(p))
+    else
     {
-        p++;
-    }
-    char *trimmed = p;
-    while (trimmed > field->text && is_space(trimmed[-1]))
-    {
-        trimmed--;
-    }
-    const bool ok = end_field(reader, field, p);
-    *trimmed      = '\0';
-    return ok;
-}
-
-static bool is_blank_rest(const char *p)
-{
-    return p[strspn(p, " \t\r\n")] == '\0';
-}
-
-static bool is_blank_line(const char *p)
-{
-    return at_line_end(p + strspn(p, " \t"));
-}
-
-static size_t find_wanted(const char *name, const sim_csv_column_t *wanted, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-    {
-        if (strcmp(name, wanted[i].name) == 0)
+        p += strcspn(p, ",\n");
+        end = (p > field->text && *p == '\n' && p[-1] == '\r') ? p - 1 : p;
+        while (end > field->text && is_blank(end[-1]))
         {
-            return i;
+            end--;
         }
     }
-    return NOT_WANTED;
-}
-
-/// Takes the header's fields; `found` counts how often each wanted column came.
-static bool read_names(reader_t *reader, layout_t *layout, const sim_csv_column_t *wanted, size_t count, bool *found)
-{
-    const size_t line  = reader->line;
-    field_t      field = {.last = false};
-    while (!field.last)
+    p += (p[0] == '\r' && p[1] == '\n') ? 1 : 0;
+    if (*p != ',' && *p != '\n' && *p != '\0')
     {
-        if (!read_field(reader, &field))
-        {
-            return false;
-        }
-        const size_t column = find_wanted(field.text, wanted, count);
-        if (column != NOT_WANTED && found[column])
-        {
-            return sim_error_set(reader->error,
-                                 "%s:%zu:%zu: column %s is there twice",
-                                 reader->path,
-                                 line,
-                                 field.position,
-                                 field.text);
-        }
-        if (column != NOT_WANTED)
-        {
-            found[column] = true;
-        }
-        size_t *larger = realloc(layout->column, (layout->fields + 1) * sizeof *larger);
-        if (larger == NULL)
-        {
-            return sim_error_set(reader->error, "out of memory");
-        }
-        layout->column                   = larger;
-        layout->column[layout->fields++] = column;
+        return complain(reader, (size_t)(p - reader->line_start) + 1, "text after a quoted field");
+    }
+    field->is_last = *p != ',';
+    reader->next   = (*p != '\0') ? p + 1 : p;
+    *end           = '\0';
+    if (field->is_last)
+    {
+        reader->line++;
+        reader->line_start = reader->next;
     }
     return true;
 }
 
-static bool read_header(reader_t *reader, layout_t *layout, const sim_csv_column_t *wanted, size_t count, bool *found)
+/// The wanted column of a name that has not come yet; false if it comes twice.
+static bool take_name(reader_t *reader, const field_t *field)
 {
-    if (is_blank_rest(reader->next))
+    size_t column = reader->count;
+    while (column > 0 && strcmp(field->text, reader->wanted[column - 1].name) != 0)
     {
-        return sim_error_set(reader->error, "%s:1:1: the file is empty", reader->path);
+        column--;
     }
-    if (!read_names(reader, layout, wanted, count, found))
+    for (size_t i = 0; column > 0 && i < reader->fields; i++)
     {
-        return false;
-    }
-    for (size_t i = 0; i < count; i++)
-    {
-        if (!found[i] && !wanted[i].optional)
+        if (reader->column[i] == column - 1)
         {
-            return sim_error_set(reader->error, "%s:1:1: no column is named %s", reader->path, wanted[i].name);
+            return sim_error_set(reader->error,
+                                 "%s:1:%zu: column %s is there twice",
+                                 reader->name,
+                                 field->position,
+                                 field->text);
+        }
+    }
+    reader->column[reader->fields++] = (column > 0) ? column - 1 : NOT_WANTED;
+    return true;
+}
+
+/// Room for as many rows as there are lines, and for the header's fields.
+static bool allocate(sim_csv_t *csv, reader_t *reader)
+{
+    size_t rows   = 1;
+    size_t fields = 1;
+    for (const char *p = reader->next; *p != '\0'; p++)
+    {
+        rows += (*p == '\n') ? 1u : 0u;
+        fields += (*p == ',' && rows == 1) ? 1u : 0u;
+    }
+    reader->column = malloc(fields * sizeof *reader->column);
+    csv->positions = malloc(rows * sizeof *csv->positions);
+    bool ok        = reader->column != NULL && csv->positions != NULL;
+    for (size_t i = 0; ok && i < reader->count; i++)
+    {
+        csv->values[i] = malloc(rows * sizeof *csv->values[i]);
+        ok             = csv->values[i] != NULL;
+    }
+    return ok || sim_error_set(reader->error, "out of memory");
+}
+
+static bool read_header(sim_csv_t *csv, reader_t *reader)
+{
+    field_t field                      = {.is_last = false};
+    bool    found[SIM_CSV_COLUMNS_MAX] = {false};
+    while (!field.is_last)
+    {
+        if (!read_field(reader, &field) || !take_name(reader, &field))
+        {
+            return false;
+        }
+    }
+    for (size_t i = 0; i < reader->fields; i++)
+    {
+        if (reader->column[i] != NOT_WANTED)
+        {
+            found[reader->column[i]] = true;
+        }
+    }
+    for (size_t i = 0; i < reader->count; i++)
+    {
+        if (!found[i] && !reader->wanted[i].optional)
+        {
+            return sim_error_set(reader->error, "%s:1:1: no column is named %s", reader->name, reader->wanted[i].name);
+        }
+        if (!found[i])
+        {
+            free(csv->values[i]);
+            csv->values[i] = NULL;
         }
     }
     return true;
 }
 
 /// Takes the number of a wanted column.
-static bool take_number(const reader_t *reader, const field_t *field, size_t line, const char *name, double *value)
+static bool take_number(const reader_t *reader, const field_t *field, size_t column, double *value)
 {
     const char *complaint = sim_number_parse(field->text, value);
+    if (complaint == NULL && fabs(*value) > SIM_CSV_NUMBER_MAX)
+    {
+        complaint = "is larger than 1e30";
+    }
     return complaint == NULL || sim_error_set(reader->error,
                                               "%s:%zu:%zu: %s: '%.40s' %s",
-                                              reader->path,
-                                              line,
+                                              reader->name,
+                                              field->line,
                                               field->position,
-                                              name,
+                                              reader->wanted[column].name,
                                               field->text,
                                               complaint);
 }
 
-static bool read_row(reader_t *reader, const layout_t *layout, const sim_csv_column_t *wanted, sim_csv_t *csv)
+static bool read_row(sim_csv_t *csv, reader_t *reader)
 {
-    const size_t line   = reader->line;
-    size_t       fields = 0;
-    field_t      field  = {.last = false};
-    while (!field.last)
+    field_t field  = {.is_last = false};
+    size_t  fields = 0;
+    for (; !field.is_last; fields++)
     {
         if (!read_field(reader, &field))
         {
             return false;
         }
-        if (fields >= layout->fields)
-        {
-            return sim_error_set(reader->error,
-                                 "%s:%zu:%zu: more fields than the header's %zu",
-                                 reader->path,
-                                 line,
-                                 field.position,
-                                 layout->fields);
-        }
-        const size_t column = layout->column[fields++];
+        const size_t column = (fields < reader->fields) ? reader->column[fields] : NOT_WANTED;
         if (column == 0)
         {
             csv->positions[csv->rows] = field.position;
         }
-        if (column != NOT_WANTED &&
-            !take_number(reader, &field, line, wanted[column].name, &csv->values[column][csv->rows]))
+        if (fields >= reader->fields)
+        {
+            return sim_error_set(reader->error,
+                                 "%s:%zu:%zu: more fields than the header's %zu",
+                                 reader->name,
+                                 field.line,
+                                 field.position,
+                                 reader->fields);
+        }
+        if (column != NOT_WANTED && !take_number(reader, &field, column, &csv->values[column][csv->rows]))
         {
             return false;
         }
     }
-    if (fields < layout->fields)
-    {
-        return sim_error_set(reader->error,
-                             "%s:%zu:%zu: %zu fields, the header has %zu",
-                             reader->path,
-                             line,
-                             field.position,
-                             fields,
-                             layout->fields);
-    }
-    csv->lines[csv->rows++] = line;
-    return true;
+    csv->rows++;
+    return fields == reader->fields || sim_error_set(reader->error,
+                                                     "%s:%zu:%zu: %zu fields, the header has %zu",
+                                                     reader->name,
+                                                     field.line,
+                                                     field.position,
+                                                     fields,
+                                                     reader->fields);
 }
 
-/// Room for as many rows as there are lines left.
-static bool allocate(sim_csv_t *csv, const char *rest, size_t count, const bool *found)
+static bool read_all(sim_csv_t *csv, reader_t *reader)
 {
-    size_t rows = 1;
-    for (const char *p = rest; *p != '\0'; p++)
+    if (reader->next[strspn(reader->next, " \t\r\n")] == '\0')
     {
-        rows += (*p == '\n') ? 1u : 0u;
+        return complain(reader, 1, "the file is empty");
     }
-    csv->lines     = malloc(rows * sizeof *csv->lines);
-    csv->positions = malloc(rows * sizeof *csv->positions);
-    bool ok        = csv->lines != NULL && csv->positions != NULL;
-    for (size_t i = 0; ok && i < count; i++)
-    {
-        csv->values[i] = found[i] ? malloc(rows * sizeof *csv->values[i]) : NULL;
-        ok             = !found[i] || csv->values[i] != NULL;
-    }
-    return ok;
-}
-
-static bool read_rows(reader_t *reader, const layout_t *layout, const sim_csv_column_t *wanted, sim_csv_t *csv)
-{
-    while (!is_blank_rest(reader->next))
-    {
-        if (is_blank_line(reader->next))
-        {
-            return sim_error_set(reader->error, "%s:%zu:1: an empty line between rows", reader->path, reader->line);
-        }
-        if (!read_row(reader, layout, wanted, csv))
-        {
-            return false;
-        }
-    }
-    if (csv->rows == 0)
-    {
-        return sim_error_set(reader->error, "%s:%zu:1: no rows after the header", reader->path, reader->line);
-    }
-    return true;
-}
-
-bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error)
-{
-    *csv        = (sim_csv_t){0};
-    char *bytes = sim_file_read(path, SIM_CSV_BYTES_MAX, error);
-    if (bytes == NULL)
+    if (!allocate(csv, reader) || !read_header(csv, reader))
     {
         return false;
     }
-    reader_t reader                     = {.path = path, .next = bytes, .line_start = bytes, .line = 1, .error = error};
-    layout_t layout                     = {0};
-    bool     found[SIM_CSV_COLUMNS_MAX] = {false};
-    bool     ok                         = read_header(&reader, &layout, wanted, count, found);
-    if (ok && !allocate(csv, reader.next, count, found))
+    while (reader->next[strspn(reader->next, " \t\r\n")] != '\0')
     {
-        ok = sim_error_set(error, "out of memory");
+        if (reader->next[strspn(reader->next, " \t\r")] == '\n')
+        {
+            return complain(reader, 1, "an empty line between rows");
+        }
+        if (!read_row(csv, reader))
+        {
+            return false;
+        }
     }
-    ok = ok && read_rows(&reader, &layout, wanted, csv);
-    free(layout.column);
-    free(bytes);
+    return csv->rows > 0 || complain(reader, 1, "no rows after the header");
+}
+
+bool sim_csv_parse(sim_csv_t              *csv,
+                   char                   *text,
+                   const char             *name,
+                   const sim_csv_column_t *wanted,
+                   size_t                  count,
+                   sim_error_t            *error)
+{
+    reader_t reader =
+        {.name = name, .wanted = wanted, .count = count, .error = error, .next = text, .line_start = text, .line = 1};
+    *csv          = (sim_csv_t){.rows = 0};
+    const bool ok = read_all(csv, &reader);
+    free(reader.column);
     if (!ok)
     {
         sim_csv_free(csv);
     }
     return ok;
+}
+
+bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error)
+{
+    char      *text = sim_file_read(path, SIM_CSV_BYTES_MAX, error);
+    const bool ok   = text != NULL && sim_csv_parse(csv, text, path, wanted, count, error);
+    free(text);
+    return ok;
+}
+
+size_t sim_csv_line(size_t row)
+{
+    return row + 2; // no field goes over a line's end, and no line is left out
 }
 
 void sim_csv_free(sim_csv_t *csv)
@@ -347,7 +294,6 @@ void sim_csv_free(sim_csv_t *csv)
     {
         free(csv->values[i]);
     }
-    free(csv->lines);
     free(csv->positions);
-    *csv = (sim_csv_t){0};
+    *csv = (sim_csv_t){.rows = 0};
 }

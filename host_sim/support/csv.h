@@ -14,6 +14,7 @@
 
 #define SIM_CSV_COLUMNS_MAX 8u          ///< most columns that can be asked for at once
 #define SIM_CSV_BYTES_MAX   (1u << 30u) ///< of a file
+#define SIM_CSV_NUMBER_MAX  1e30        ///< so that a difference, a slope or a float of it is finite
 
 typedef struct
 {
@@ -25,12 +26,22 @@ typedef struct
 {
     size_t  rows;
     double *values[SIM_CSV_COLUMNS_MAX]; ///< by wanted column; null: optional and not there
-    size_t *lines;                       ///< by row: its line in the file
-    size_t *positions;                   ///< by row: where in the line the first wanted column is
+    size_t *positions;                   ///< by row: where in its line the first wanted column is
 } sim_csv_t;
 
 /// Reads the `count` columns `wanted`. On failure nothing is left to free.
 bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error);
+
+/// The same from text, which is changed in place; `name` stands for the file in messages.
+bool sim_csv_parse(sim_csv_t              *csv,
+                   char                   *text,
+                   const char             *name,
+                   const sim_csv_column_t *wanted,
+                   size_t                  count,
+                   sim_error_t            *error);
+
+/// The line of a row in the file.
+size_t sim_csv_line(size_t row);
 
 void sim_csv_free(sim_csv_t *csv);
 

@@ -1,6 +1,5 @@
 #include "support/error.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 
 /// Of C0, DEL, and C1 as UTF-8 has it (0xc2 and a byte of 0x80 to 0x9f).
@@ -25,16 +24,22 @@ static void copy_printable(char *to, size_t size, const char *from)
     to[length] = '\0';
 }
 
-bool sim_error_set(sim_error_t *error, const char *format, ...)
+bool sim_error_set_list(sim_error_t *error, const char *format, va_list args)
 {
     char text[sizeof error->text];
     if (error->text[0] == '\0')
     {
-        va_list args;
-        va_start(args, format);
         (void)vsnprintf(text, sizeof text, format, args);
-        va_end(args);
         copy_printable(error->text, sizeof error->text, text);
     }
+    return false;
+}
+
+bool sim_error_set(sim_error_t *error, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    (void)sim_error_set_list(error, format, args);
+    va_end(args);
     return false;
 }

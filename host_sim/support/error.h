@@ -6,6 +6,7 @@
 #ifndef SIM_ERROR_H
 #define SIM_ERROR_H
 
+#include <stdarg.h>
 #include <stdbool.h>
 
 typedef struct
@@ -16,5 +17,6 @@ typedef struct
 /// Writes the message unless there is one already, its control characters as \n or \x1b. Always returns false. There is room
 /// for two paths of the longest, every character of them escaped.
 bool sim_error_set(sim_error_t *error, const char *format, ...);
+bool sim_error_set_list(sim_error_t *error, const char *format, va_list args);
 
 #endif

@@ -1,5 +1,6 @@
 #include "target/emulator.h"
 
+#include "support/clock.h"
 #include "tribo_wire.h"
 
 #include <errno.h>
@@ -10,7 +11,6 @@
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #define MESSAGE_SIZE (4u * (TRIBO_WIRE_HEADER_WORDS + TRIBO_WIRE_WORDS_MAX))
@@ -31,13 +31,6 @@ struct sim_emulator
     char    line[LINE_SIZE];
     uint8_t message[MESSAGE_SIZE];
 };
-
-static double now_s(void)
-{
-    struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 // --- pipes ---------------------------------------------------------------------------------------------------------
 
@@ -220,11 +213,11 @@ static bool report_end(sim_emulator_t *emulator, int status, sim_error_t *error)
 
 bool sim_emulator_wait(sim_emulator_t *emulator, sim_error_t *error)
 {
-    const double deadline_s = now_s() + SIM_EMULATOR_TIMEOUT_S;
+    const double deadline_s = sim_clock_s() + SIM_EMULATOR_TIMEOUT_S;
     int          status     = 0;
     while (!has_ended(emulator, &status))
     {
-        if (now_s() > deadline_s)
+        if (sim_clock_s() > deadline_s)
         {
             return sim_error_set(error, "the emulator does not end");
         }
@@ -268,7 +261,7 @@ bool sim_emulator_send(sim_emulator_t *emulator,
 
 static bool is_in_time(double deadline_s, bool begun, sim_error_t *error)
 {
-    return now_s() <= deadline_s ||
+    return sim_clock_s() <= deadline_s ||
            (begun ? sim_error_set(error, "the emulator has stopped within a message")
                   : sim_error_set(error, "the emulator has not answered for %d s", SIM_EMULATOR_TIMEOUT_S));
 }
@@ -300,14 +293,14 @@ static bool wait_for_more(sim_emulator_t *emulator, double deadline_s, bool begu
 /// The target writes a message at once, so one that comes byte by byte does not extend the wait.
 static bool read_bytes(sim_emulator_t *emulator, size_t size, sim_error_t *error)
 {
-    double deadline_s = now_s() + SIM_EMULATOR_TIMEOUT_S;
+    double deadline_s = sim_clock_s() + SIM_EMULATOR_TIMEOUT_S;
     size_t have       = 0;
     while (have < size)
     {
         const ssize_t count = read(emulator->from_target.read, emulator->message + have, size - have);
         if (count > 0)
         {
-            deadline_s = have == 0 ? now_s() + MESSAGE_S : deadline_s;
+            deadline_s = have == 0 ? sim_clock_s() + MESSAGE_S : deadline_s;
             have += (size_t)count;
         }
         if (have < size && !wait_for_more(emulator, deadline_s, have > 0, error))

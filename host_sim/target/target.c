@@ -1,5 +1,6 @@
 #include "target/target.h"
 
+#include "support/clock.h"
 #include "target/boards.h"
 #include "target/emulator.h"
 #include "target/host_loop.h"
@@ -10,7 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #define FAULT_NONE 0u // DRIVE_FAULT_NONE; the drive logs the text of any other
@@ -53,26 +53,6 @@ static const model_t *model_of(const char *name)
         }
     }
     return NULL;
-}
-
-bool sim_target_exists(const char *name)
-{
-    return model_of(name) != NULL;
-}
-
-const char *sim_target_names(void)
-{
-#define NAME(name, ...) ", " name
-    static const char names[] = SIM_BOARDS(NAME);
-#undef NAME
-    return names + 2;
-}
-
-static double now_s(void)
-{
-    struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 /// Puts the target's name before the error.
@@ -280,13 +260,13 @@ bool sim_target_step(sim_target_t                   *target,
 {
     const uint32_t r       = sim_host_word(&target->host, r_n);
     const uint32_t y       = sim_host_word(&target->host, y_n);
-    const double   start_s = now_s();
+    const double   start_s = sim_clock_s();
     sim_error_t    inner   = {""};
     if (!exchange(target, r, y, &inner))
     {
         return blame(target, &inner, error);
     }
-    target->busy_s += now_s() - start_s;
+    target->busy_s += sim_clock_s() - start_s;
 
     uint32_t words[TRIBO_SIGNAL_WORDS];
     sim_host_step(&target->host, r, y, words);

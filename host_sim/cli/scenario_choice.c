@@ -1,8 +1,8 @@
-#include "cli/scenario_folder.h"
+#include "cli/scenario_choice.h"
 
 #include "cli/commands.h"
+#include "support/text.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -24,27 +24,16 @@ static bool exists(const char *path)
 
 char *sim_scenario_path(const char *name)
 {
-    if (exists(name) || strchr(name, '/') != NULL)
-    {
-        return strdup(name);
-    }
-    const char  *folder = sim_scenario_folder();
-    const size_t size   = strlen(folder) + strlen(name) + sizeof "/.yaml";
-    char        *path   = malloc(size);
-    if (path == NULL)
-    {
-        return NULL;
-    }
     static const char *const endings[] = {"", ".yaml"};
-    for (size_t i = 0; i < 2; i++)
+    for (size_t i = 0; i < 2 && !exists(name) && strchr(name, '/') == NULL; i++)
     {
-        (void)snprintf(path, size, "%s/%s%s", folder, name, endings[i]);
-        if (exists(path))
+        char *path = sim_text_format("%s/%s%s", sim_scenario_folder(), name, endings[i]);
+        if (path == NULL || exists(path))
         {
             return path;
         }
+        free(path);
     }
-    free(path);
     return strdup(name);
 }
 
@@ -54,17 +43,23 @@ int sim_scenario_take_set(sim_scenario_choice_t *choice, char *assignment)
     {
         return sim_usage("--set %s: key=value is wanted", assignment);
     }
+    char **larger = (char **)realloc((void *)choice->sets, ((size_t)choice->set_count + 1) * sizeof *larger);
+    if (larger == NULL)
+    {
+        return sim_failure("out of memory");
+    }
+    choice->sets                      = larger;
     choice->sets[choice->set_count++] = assignment;
     return 0;
 }
 
-bool sim_scenario_open(sim_scenario_t *scenario, const sim_scenario_choice_t *choice, sim_error_t *error)
+void sim_scenario_choice_free(sim_scenario_choice_t *choice)
 {
-    char *path = sim_scenario_path(choice->name);
-    if (path == NULL)
-    {
-        return sim_error_set(error, "out of memory");
-    }
+    free((void *)choice->sets);
+}
+
+static bool load(sim_scenario_t *scenario, const sim_scenario_choice_t *choice, const char *path, sim_error_t *error)
+{
     bool ok = exists(path)
                   ? sim_scenario_load(scenario, path, error)
                   : sim_error_set(error,
@@ -75,6 +70,23 @@ bool sim_scenario_open(sim_scenario_t *scenario, const sim_scenario_choice_t *ch
     {
         ok = sim_scenario_set(scenario, choice->sets[i], error);
     }
-    free(path);
     return ok && sim_scenario_check(scenario, error);
+}
+
+sim_scenario_t *sim_scenario_open(const sim_scenario_choice_t *choice, sim_error_t *error)
+{
+    char           *path     = sim_scenario_path(choice->name);
+    sim_scenario_t *scenario = sim_scenario_create();
+    if (path == NULL || scenario == NULL)
+    {
+        (void)sim_error_set(error, "out of memory");
+    }
+    else if (load(scenario, choice, path, error))
+    {
+        free(path);
+        return scenario;
+    }
+    free(path);
+    sim_scenario_destroy(scenario);
+    return NULL;
 }
