@@ -238,6 +238,21 @@ static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, do
     return signals;
 }
 
+/// What a step in Q31 saw, in newton and to float's seven digits.
+static tribo_compensator_f32_signals_t signals_from_q31(const tribo_compensator_q31_signals_t *signals,
+                                                        double                                 full_scale_n,
+                                                        double                                 sample_time_s)
+{
+    const tribo_friction_q31_signals_t *friction = &signals->friction;
+    return (tribo_compensator_f32_signals_t){
+        .force_n  = (float)sim_n_from_q31(signals->force, full_scale_n),
+        .friction = {.n_n       = (float)sim_n_from_q31(friction->n, full_scale_n),
+                     .L_n       = (float)sim_n_from_q31(friction->L, full_scale_n),
+                     .v_n_per_s = (float)(sim_n_from_q31(friction->rise, full_scale_n) / sample_time_s),
+                     .f_n       = (float)sim_n_from_q31(friction->f, full_scale_n),
+                     .relays    = friction->relays}};
+}
+
 static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, double measured_n)
 {
     const double                    full_scale_n = replay->options->full_scale_n;
@@ -257,7 +272,7 @@ static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, do
     {
         (void)tribo_compensator_q31_step(&replay->q31, &replay->state_q31, u, &signals);
     }
-    return sim_signals_from_q31(&signals, full_scale_n, replay->sample_time_s);
+    return signals_from_q31(&signals, full_scale_n, replay->sample_time_s);
 }
 
 static void replay_row(replay_t *replay, const sim_csv_t *log, size_t row, FILE *file)

@@ -157,14 +157,14 @@ static char *simulate(const sim_scenario_t *scenario,
 
 static void print_table(const sim_summary_t *summary, const options_t *options)
 {
-    (void)printf("%-26s%.6f N\n", "RMS error, r - F", summary->rms_error_n);
-    (void)printf("%-26s%.6f N\n", "largest error, r - F", summary->max_error_n);
-    (void)printf("%-26s%.6f N\n", "RMS measured error, r - y", summary->rms_measured_error_n);
+    (void)printf("%-26s%.6f N\n", "RMS error, r - F", summary->result.rms_error_n);
+    (void)printf("%-26s%.6f N\n", "largest error, r - F", summary->result.max_error_n);
+    (void)printf("%-26s%.6f N\n", "RMS measured error, r - y", summary->result.rms_measured_error_n);
     (void)printf("%-26s%" PRIu64 " (limited %" PRIu64 ", bad inputs %" PRIu64 ")\n",
                  "ticks",
                  summary->ticks,
-                 summary->limited_ticks,
-                 summary->bad_inputs);
+                 summary->result.limited_ticks,
+                 summary->result.bad_inputs);
     (void)printf("%-26s%g s in %.3f s, %.0f times real time\n",
                  "simulated",
                  summary->simulated_s,
@@ -179,15 +179,15 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
                      summary->lock_step.different_ticks == 0 ? "the same bits as the host" : "differs from the host",
                      summary->lock_step.ticks_per_s);
     }
-    if (summary->beside.exists)
+    if (summary->both)
     {
-        (void)printf("%-26s%.6f N\n", "RMS error in Q31", summary->beside.rms_error_n);
+        (void)printf("%-26s%.6f N\n", "RMS error in Q31", summary->result_q31.rms_error_n);
         (void)printf("%-26su %.3g N, F %.3g N (RMS %.3g, %.3g)\n",
                      "largest Q31 - f32",
-                     summary->beside.max_u_n,
-                     summary->beside.max_force_n,
-                     summary->beside.rms_u_n,
-                     summary->beside.rms_force_n);
+                     summary->difference.max_u_n,
+                     summary->difference.max_force_n,
+                     summary->difference.rms_u_n,
+                     summary->difference.rms_force_n);
     }
     if (options->folder != NULL)
     {

@@ -126,97 +126,62 @@ static bool note(const reader_t *reader, size_t line)
 
 // --- values --------------------------------------------------------------------------------------------------------
 
-static bool read_number(reader_t *reader, const sim_key_t *key, const yaml_node_t *node, size_t line, double *value)
+/// The index of a word among those of a choice; -1 if it is none of them.
+static int find_word(const sim_key_t *key, const char *word)
 {
-    char        what[128];
-    const char *complaint = sim_number_parse(scalar(node), value);
-    if (complaint != NULL)
+    int index = 0;
+    while (key->words[index] != NULL && strcmp(key->words[index], word) != 0)
     {
-        (void)snprintf(what, sizeof what, "'%.40s' %s", scalar(node), complaint);
-        return complain_value(reader, line, what);
+        index++;
     }
-    if (!(*value >= key->min && *value <= key->max))
-    {
-        (void)snprintf(what, sizeof what, "%.10g is outside %g to %g", *value, key->min, key->max);
-        return complain_value(reader, line, what);
-    }
-    return true;
+    return key->words[index] != NULL ? index : -1;
 }
 
-static bool read_whole(reader_t *reader, const yaml_node_t *node, size_t line, uint64_t *value)
+/// Takes a single value to where it goes; false with what is wrong with it.
+static bool take_value(const sim_key_t *key, const char *text, char *at, char *what, size_t size)
 {
-    char        what[128];
-    const char *complaint = sim_number_parse_whole(scalar(node), value);
-    (void)snprintf(what, sizeof what, "'%.40s' %s", scalar(node), complaint);
-    return complaint == NULL || complain_value(reader, line, what);
-}
-
-static bool read_word(reader_t *reader, const sim_key_t *key, const yaml_node_t *node, size_t line, int *value)
-{
-    for (*value = 0; key->words[*value] != NULL; (*value)++)
+    sim_optional_t number    = {.is_given = true};
+    uint64_t       whole     = 0;
+    int            word      = 0;
+    const char    *complaint = NULL;
+    char           words[SIM_KEY_MAX];
+    switch (key->type)
     {
-        if (strcmp(key->words[*value], scalar(node)) == 0)
+    case SIM_KEY_WHOLE:
+        complaint = sim_number_parse_whole(text, &whole);
+        memcpy(at, &whole, sizeof whole);
+        break;
+    case SIM_KEY_CHOICE:
+        word = find_word(key, text);
+        sim_key_words(key, words, sizeof words);
+        (void)snprintf(what, size, "'%.40s' is not %s", text, words);
+        memcpy(at, &word, sizeof word);
+        return word >= 0;
+    case SIM_KEY_TEXT:
+        (void)snprintf(what, size, "is longer than %g bytes", key->max);
+        memcpy(at, text, strlen(text) <= (size_t)key->max ? strlen(text) + 1 : 0);
+        return strlen(text) <= (size_t)key->max;
+    default:
+        complaint = sim_number_parse(text, &number.value);
+        (void)snprintf(what, size, "%.10g is outside %g to %g", number.value, key->min, key->max);
+        if (complaint == NULL && !(number.value >= key->min && number.value <= key->max))
         {
-            return true;
+            return false;
         }
+        memcpy(at,
+               key->type == SIM_KEY_OPTIONAL ? (const void *)&number : (const void *)&number.value,
+               key->type == SIM_KEY_OPTIONAL ? sizeof number : sizeof number.value);
+        break;
     }
-    char words[SIM_KEY_MAX];
-    char what[2 * SIM_KEY_MAX];
-    sim_key_words(key, words, sizeof words);
-    (void)snprintf(what, sizeof what, "'%.40s' is not %s", scalar(node), words);
-    return complain_value(reader, line, what);
-}
-
-static bool read_text(reader_t *reader, const sim_key_t *key, const yaml_node_t *node, size_t line, char *value)
-{
-    char what[64];
-    (void)snprintf(what, sizeof what, "is longer than %g bytes", key->max);
-    if (node->data.scalar.length > (size_t)key->max)
-    {
-        return complain_value(reader, line, what);
-    }
-    memcpy(value, scalar(node), node->data.scalar.length + 1);
-    return true;
+    (void)snprintf(what, size, "'%.40s' %s", text, complaint != NULL ? complaint : "");
+    return complaint == NULL;
 }
 
 static bool read_scalar(reader_t *reader, const sim_key_t *key, const yaml_node_t *node, size_t line, char *at)
 {
-    union
-    {
-        double         number;
-        sim_optional_t optional;
-        uint64_t       whole;
-        int            word;
-    } value;
-    size_t size = 0;
-    bool   ok   = !has_zero_byte(node) || complain_value(reader, line, "holds a zero byte");
-    switch (key->type)
-    {
-    case SIM_KEY_NUMBER:
-        size = sizeof value.number;
-        ok   = ok && read_number(reader, key, node, line, &value.number);
-        break;
-    case SIM_KEY_OPTIONAL:
-        size           = sizeof value.optional;
-        value.optional = (sim_optional_t){.is_given = true};
-        ok             = ok && read_number(reader, key, node, line, &value.optional.value);
-        break;
-    case SIM_KEY_WHOLE:
-        size = sizeof value.whole;
-        ok   = ok && read_whole(reader, node, line, &value.whole);
-        break;
-    case SIM_KEY_CHOICE:
-        size = sizeof value.word;
-        ok   = ok && read_word(reader, key, node, line, &value.word);
-        break;
-    default:
-        return ok && read_text(reader, key, node, line, at);
-    }
-    if (ok)
-    {
-        memcpy(at, &value, size);
-    }
-    return ok;
+    char what[2 * SIM_KEY_MAX] = "holds a zero byte";
+    return (!has_zero_byte(node) && take_value(key, scalar(node), at, what, sizeof what)) ||
+           complain_value(reader, line, what);
 }
 
 // --- mappings and lists --------------------------------------------------------------------------------------------

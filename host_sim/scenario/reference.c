@@ -4,28 +4,56 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-#define TWO_PI 6.283185307179586
+#define FORCE_MAX_N 1e6 ///< as of reference.low_N and high_N
+#define TWO_PI      6.283185307179586
 
 static const sim_csv_column_t columns[] = {{.name = "t_s"}, {.name = "r_N"}};
 
-static bool check_times_rise(const sim_csv_t *csv, const char *path, sim_error_t *error)
+static bool check_rows(const sim_csv_t *csv, const char *path, sim_error_t *error)
 {
-    for (size_t i = 1; i < csv->rows; i++)
+    const double *t = csv->values[0];
+    const double *r = csv->values[1];
+    for (size_t i = 0; i < csv->rows; i++)
     {
-        if (!(csv->values[0][i] > csv->values[0][i - 1]))
+        if (i > 0 && !(t[i] > t[i - 1]))
         {
             return sim_error_set(error,
                                  "%s:%zu:%zu: t_s: %.9g does not come after %.9g",
                                  path,
                                  sim_csv_line(i),
                                  csv->positions[i],
-                                 csv->values[0][i],
-                                 csv->values[0][i - 1]);
+                                 t[i],
+                                 t[i - 1]);
+        }
+        if (!(fabs(r[i]) <= FORCE_MAX_N))
+        {
+            return sim_error_set(error,
+                                 "%s:%zu: r_N: %.10g is outside %g to %g",
+                                 path,
+                                 sim_csv_line(i),
+                                 r[i],
+                                 -FORCE_MAX_N,
+                                 FORCE_MAX_N);
         }
     }
     return true;
+}
+
+/// A device or a pipe might have no end.
+static bool check_file(const sim_scenario_t *scenario, const char *path, sim_error_t *error)
+{
+    struct stat info;
+    const char *why = (access(path, R_OK) != 0 || stat(path, &info) != 0) ? strerror(errno)
+                      : S_ISREG(info.st_mode)                             ? NULL
+                                                                          : "it is no regular file";
+    return why == NULL || sim_error_set(error,
+                                        "%s: reference.file: %s: cannot be opened: %s",
+                                        sim_scenario_source(scenario, "reference.file"),
+                                        path,
+                                        why);
 }
 
 bool sim_reference_init(sim_reference_t *reference, const sim_scenario_t *scenario, sim_error_t *error)
@@ -40,22 +68,8 @@ bool sim_reference_init(sim_reference_t *reference, const sim_scenario_t *scenar
     {
         return sim_error_set(error, "out of memory");
     }
-    if (access(path, R_OK) != 0)
-    {
-        (void)sim_error_set(error,
-                            "%s: reference.file: %s: cannot be opened: %s",
-                            sim_scenario_source(scenario, "reference.file"),
-                            path,
-                            strerror(errno));
-        free(path);
-        return false;
-    }
-    const bool ok =
-        sim_csv_read(&reference->csv, path, columns, 2, error) && check_times_rise(&reference->csv, path, error);
-    if (!ok)
-    {
-        sim_csv_free(&reference->csv);
-    }
+    const bool ok = check_file(scenario, path, error) && sim_csv_read(&reference->csv, path, columns, 2, error) &&
+                    check_rows(&reference->csv, path, error);
     free(path);
     return ok;
 }

@@ -1,9 +1,9 @@
 #include "target/target.h"
 
+#include "scenario/loop.h"
 #include "support/clock.h"
 #include "target/boards.h"
 #include "target/emulator.h"
-#include "target/host_loop.h"
 #include "tribo_wire.h"
 
 #include <inttypes.h>
@@ -258,8 +258,8 @@ bool sim_target_step(sim_target_t                   *target,
                      tribo_force_loop_f32_signals_t *signals,
                      sim_error_t                    *error)
 {
-    const uint32_t r       = sim_host_word(&target->host, r_n);
-    const uint32_t y       = sim_host_word(&target->host, y_n);
+    const uint32_t r       = sim_loop_word(&target->host, r_n);
+    const uint32_t y       = sim_loop_word(&target->host, y_n);
     const double   start_s = sim_clock_s();
     sim_error_t    inner   = {""};
     if (!exchange(target, r, y, &inner))
@@ -269,10 +269,10 @@ bool sim_target_step(sim_target_t                   *target,
     target->busy_s += sim_clock_s() - start_s;
 
     uint32_t words[TRIBO_SIGNAL_WORDS];
-    sim_host_step(&target->host, r, y, words);
+    sim_loop_step_words(&target->host, r, y, words);
     compare(target, words);
-    sim_host_signals(&target->host, target->tock + TRIBO_TOCK_SIGNALS, signals);
-    *u_n = sim_host_force(&target->host, target->tock[TRIBO_TOCK_COMMAND]);
+    sim_loop_signals(&target->host, target->tock + TRIBO_TOCK_SIGNALS, signals);
+    *u_n = sim_loop_force(&target->host, target->tock[TRIBO_TOCK_COMMAND]);
     target->ticks++;
     return true;
 }

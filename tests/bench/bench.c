@@ -171,9 +171,11 @@ int main(void)
     k1p1.friction.k_max           = 1.1f;
 
     print_title();
-    print_row("triangle, gain 0, RMS of r - F, N", run_triangle("compensator.gain=0", NULL).rms_error_n, "0.003858");
+    print_row("triangle, gain 0, RMS of r - F, N",
+              run_triangle("compensator.gain=0", NULL).result.rms_error_n,
+              "0.003858");
     print_row("triangle, gain 0.85, RMS of r - F, N",
-              run_triangle("compensator.gain=0.85", NULL).rms_error_n,
+              run_triangle("compensator.gain=0.85", NULL).result.rms_error_n,
               "0.001068");
     (void)run_triangle("compensator.gain=0.85", &controller);
     print_row("controller against double, 60 s of triangle, N", controller.largest_difference_n, "5e-5");
