@@ -35,9 +35,7 @@ void tearDown(void)
 /// `count` sections that give nothing and forget nothing but what they gave: a1 = 1.
 static tribo_biquad_q31_params_t blank(uint32_t count)
 {
-    tribo_biquad_q31_params_t made = {.pair_power  = count == 2u ? INT32_C(1) << 30 : 0,
-                                      .count       = (uint8_t)count,
-                                      .input_scale = 2};
+    tribo_biquad_q31_params_t made = {.count = (uint8_t)count, .input_scale = 2};
     for (uint32_t i = 0; i < count; i++)
     {
         made.section[i].minus_a1 = -(INT32_C(1) << 28);
@@ -638,13 +636,12 @@ static void test_biquad_feeds_back_by_both_words_of_d2(void)
     const int32_t words[][2] = {{0, 5 << 24}, {0, -(5 << 24)}, {3, INT32_MIN}, {-3, INT32_MAX}, {-1, -1}};
     for (size_t i = 0; i < 2u * 2u * sizeof words / sizeof words[0]; i++)
     {
-        const int32_t  d2      = words[i / 4u][0];
-        const int32_t  d2_low  = words[i / 4u][1];
-        const int32_t  y       = i % 2u == 0u ? 123456789 : -123456789;
-        const uint32_t section = i / 2u % 2u;
-        params                 = blank(1u + section);
-        params.section[section] =
-            (tribo_biquad_q31_section_t){.d2 = d2, .d2_low = d2_low, .shift_power = 1, .shift = 30};
+        const int32_t  d2       = words[i / 4u][0];
+        const int32_t  d2_low   = words[i / 4u][1];
+        const int32_t  y        = i % 2u == 0u ? 123456789 : -123456789;
+        const uint32_t section  = i / 2u % 2u;
+        params                  = blank(1u + section);
+        params.section[section] = (tribo_biquad_q31_section_t){.d2 = d2, .d2_low = d2_low, .shift = 30};
         tribo_biquad_q31_reset(&state);
         state.section[section].w1 = (int64_t)y * (INT64_C(1) << 28);
         (void)tribo_biquad_q31_step(&params, &state, 0);
@@ -663,8 +660,7 @@ static void test_biquad_finds_each_w2_that_is_lost(void)
         params = blank(count);
         for (uint32_t i = 0; i < count; i++)
         {
-            params.section[i].shift       = 30;
-            params.section[i].shift_power = 1;
+            params.section[i].shift = 30;
         }
         for (uint32_t i = 0; i < count; i++)
         {
