@@ -12,6 +12,7 @@
 #define GOLDEN_COMPENSATOR_TOLERANCE_N 5e-6 // asked: 5e-5
 #define CONTROLLER_TOLERANCE_N         5e-5
 #define CHANGE_TOLERANCE_N             2e-6 // of u in the tick that changes params
+#define NET_FORCE_SATURATES            false
 #define ROUNDING                       1e-7 // of a force of 1 N
 
 typedef struct

@@ -16,6 +16,7 @@
 #define GOLDEN_COMPENSATOR_TOLERANCE_N 2e-6
 #define CONTROLLER_TOLERANCE_N         2e-6
 #define CHANGE_TOLERANCE_N             1e-7 // of u in the tick that changes params
+#define NET_FORCE_SATURATES            true // at full scale
 #define ROUNDING                       1e-7 // of a force of 1 N: params come from single precision
 
 typedef struct

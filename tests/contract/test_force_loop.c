@@ -260,9 +260,9 @@ static void test_loop_new_limits_hold_in_the_tick_of_the_change(void)
     TEST_ASSERT_TRUE(seen.limited);
 }
 
-/// Changes params every third tick and compares the compensator with one that has never seen but the new ones. Returns the
+/// Changes params every so many ticks and compares the compensator with one that has never seen but the new ones. Returns the
 /// number of ticks with an armed relay.
-static int check_compensator_sees_the_new_params_alone(void)
+static int check_compensator_sees_the_new_params_alone(int every)
 {
     static compensator_t alone;
     random_t             r     = {3};
@@ -279,7 +279,7 @@ static int check_compensator_sees_the_new_params_alone(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&other, &config));
     for (int k = 0; k < 20000; k++)
     {
-        const loop_t *by  = k / 3 % 2 == 0 ? &loop : &other;
+        const loop_t *by  = k / every % 2 == 0 ? &loop : &other;
         const double  r_n = 0.5 + 0.2 * sin(k * 0.01) + random_between(&r, -0.02, 0.02);
         const double  y_n = 0.5 + 0.19 * sin(k * 0.01 - 0.1);
         const double  u   = loop_step_by(&loop, by, k % 100 < 10 ? -r_n : r_n, y_n).u;
@@ -294,7 +294,15 @@ static int check_compensator_sees_the_new_params_alone(void)
 // A change of params looks at what friction was under the old ones: nothing of that look may stay.
 static void test_loop_leaves_its_compensator_to_the_new_params_alone(void)
 {
-    TEST_ASSERT_TRUE(check_compensator_sees_the_new_params_alone() > 500);
+    TEST_ASSERT_TRUE(check_compensator_sees_the_new_params_alone(3) > 500);
+}
+
+// In Q31 u and gravity are beyond full scale together, which is counted: once, for the new params.
+static void test_loop_counts_a_saturation_of_the_new_params_alone(void)
+{
+    config.compensator.friction.gravity_n = -1.9f;
+    (void)check_compensator_sees_the_new_params_alone(1);
+    TEST_ASSERT_TRUE((loop_saturations(&loop) > 0u) == NET_FORCE_SATURATES);
 }
 
 // --- what must never happen --------------------------------------------------------------------------------------
@@ -368,6 +376,7 @@ int main(void)
     RUN_TEST(test_loop_change_to_equal_params_goes_on_as_before);
     RUN_TEST(test_loop_new_limits_hold_in_the_tick_of_the_change);
     RUN_TEST(test_loop_leaves_its_compensator_to_the_new_params_alone);
+    RUN_TEST(test_loop_counts_a_saturation_of_the_new_params_alone);
     RUN_TEST(test_loop_takes_inputs_up_to_their_very_maximum);
     RUN_TEST(test_loop_coasts_over_a_bad_input_counts_it_and_recovers);
     RUN_TEST(test_loop_reset_leaves_nothing_of_what_was);

@@ -290,6 +290,9 @@ static void test_biquad_starts_again_when_its_state_is_lost(void)
         TEST_ASSERT_TRUE(fabsf(tribo_biquad_f32_step(&params, &state, 0.0f)) <= 1.0e15f);
         TEST_ASSERT_TRUE(fabsf(tribo_biquad_f32_step(&params, &state, 0.0f)) <= 1.0e15f);
         TEST_ASSERT_TRUE(fabsf(tribo_biquad_f32_step(&params, &state, 0.0f)) <= 1.0e15f);
+        tribo_biquad_f32_state_t rest;
+        tribo_biquad_f32_reset(&rest);
+        TEST_ASSERT_EQUAL_MEMORY(rest.section, state.section, sizeof rest.section); // what was carried is gone as well
         TEST_ASSERT_SAME_FLOAT(1.0f, tribo_biquad_f32_step(&params, &state, 1.0f));
         TEST_ASSERT_EQUAL_UINT32(1, state.bad_inputs);
     }

@@ -426,6 +426,36 @@ static void test_biquad_headroom_holds_the_worst_input_and_no_more_than_that(voi
     }
 }
 
+// b1 = 1.2345e-8 is 13.25 units of 2^-30, and runs as 13: 2 % less.
+static void test_biquad_headroom_is_that_of_the_numbers_that_run(void)
+{
+    const tribo_biquad_f32_section_t section[] = {{0.0f, 1.2345e-8f, 0.0f, 1.0f, 0.5f}};
+    init(section, 1);
+    exact_t exact = exact_of(&params);
+    double  peak  = 0.0;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 13.0 * 0x1p-30, exact.section[0].b1);
+    for (int k = 0; k < 200; k++)
+    {
+        peak += fabs(exact_step(&exact, k == 0 ? 1.0 : 0.0));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * peak, 1.02 * peak, (double)headroom.output[0]);
+}
+
+// Poles are zeros, at z = 0.5: y is 2^20 times `gain` of x, and the set-up adds 2 %.
+static void test_biquad_takes_a_peak_up_to_2_to_the_24_and_no_further(void)
+{
+    for (int beyond = 0; beyond < 2; beyond++)
+    {
+        const float                      gain      = 0x1p4f / 1.02f * (beyond != 0 ? 1.001f : 0.999f);
+        const tribo_biquad_f32_section_t section[] = {{0x1p10f, 0x1p10f, 0x1p8f, 1.0f, 0.25f},
+                                                      {0x1p10f, 0x1p10f, 0x1p8f, 1.0f, 0.25f},
+                                                      {gain, gain, 0.25f * gain, 1.0f, 0.25f}};
+        const tribo_status_t             expected  = beyond != 0 ? TRIBO_ERR_HEADROOM : TRIBO_OK;
+        TEST_ASSERT_EQUAL_INT(expected, tribo_biquad_q31_init(&params, section, 3, &headroom));
+    }
+    TEST_ASSERT_EQUAL_INT(24, params.section[2].scale); // of the one that was taken
+}
+
 // --- what must never happen --------------------------------------------------------------------------------------
 
 static void test_biquad_step_saturates_its_output_and_counts(void)
@@ -715,5 +745,7 @@ int main(void)
     RUN_TEST(test_biquad_feeds_back_by_both_words_of_d2);
     RUN_TEST(test_biquad_finds_each_w2_that_is_lost);
     RUN_TEST(test_biquad_forgets_a_lost_w1);
+    RUN_TEST(test_biquad_headroom_is_that_of_the_numbers_that_run);
+    RUN_TEST(test_biquad_takes_a_peak_up_to_2_to_the_24_and_no_further);
     return UNITY_END();
 }

@@ -153,6 +153,7 @@ static void test_controller_takes_bad_inputs_for_zero_and_counts_them(void)
     const float bad[] = {NAN, -NAN, INFINITY, -INFINITY, FLT_MAX, 4.1e6f};
     (void)step(3.9e6f, -3.9e6f);
     TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
+    tribo_controller_f32_reset(&state); // u is not at a limit, which would hide what was put in
     for (uint32_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
     {
         (void)step(0.01f, 0.1f);
@@ -163,6 +164,7 @@ static void test_controller_takes_bad_inputs_for_zero_and_counts_them(void)
         TEST_ASSERT_EQUAL_UINT32(2u * i + 1u, state.bad_inputs);
         const float with_zero_feedforward = tribo_controller_f32_step(&params, &zeros, 0.01f, 0.0f, &other);
         TEST_ASSERT_SAME_FLOAT(with_zero_feedforward, step(0.01f, bad[i]));
+        TEST_ASSERT_FALSE(seen.limited);
         TEST_ASSERT_EQUAL_UINT32(2u * i + 2u, state.bad_inputs);
     }
 }
@@ -182,7 +184,10 @@ static void test_controller_starts_again_when_its_state_is_lost(void)
             TEST_ASSERT_FALSE(seen.limited);
             TEST_ASSERT_SAME_FLOAT(0.0f, seen.v_n);
             TEST_ASSERT_EQUAL_UINT32(1, state.cascade.bad_inputs);
-            const float u = step(0.01f, 0.3f); // from rest
+            tribo_controller_f32_state_t rest;
+            tribo_controller_f32_reset(&rest);
+            TEST_ASSERT_EQUAL_MEMORY(rest.cascade.section, state.cascade.section, sizeof rest.cascade.section);
+            const float u = step(0.01f, 0.3f);
             tribo_controller_f32_reset(&state);
             TEST_ASSERT_SAME_FLOAT(step(0.01f, 0.3f), u);
         }
@@ -194,6 +199,15 @@ static void test_controller_starts_again_when_its_state_is_lost(void)
         TEST_ASSERT_SAME_FLOAT(-0.5f, step(0.1f, -2.0f));
         TEST_ASSERT_TRUE(seen.limited);
     }
+}
+
+static void test_controller_reset_clears_its_counters(void)
+{
+    memset(&state, 0x5a, sizeof state);
+    tribo_controller_f32_reset(&state);
+    TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
+    TEST_ASSERT_EQUAL_UINT32(0, state.limited_ticks);
+    TEST_ASSERT_EQUAL_UINT32(0, state.cascade.bad_inputs);
 }
 
 // --- set-up ------------------------------------------------------------------------------------------------------
@@ -270,5 +284,6 @@ int main(void)
     RUN_TEST(test_controller_starts_again_when_its_state_is_lost);
     RUN_TEST(test_controller_init_checks_every_field);
     RUN_TEST(test_controller_init_refuses_cascades_that_it_cannot_run);
+    RUN_TEST(test_controller_reset_clears_its_counters);
     return UNITY_END();
 }

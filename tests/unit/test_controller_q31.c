@@ -6,10 +6,18 @@
 #include "unity.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #define FULL_SCALE 2.0f
+
+// An emulated microcontroller takes part of the random runs.
+#if defined(__linux__)
+#define RUNS 400
+#else
+#define RUNS 24
+#endif
 
 static const tribo_biquad_f32_section_t paper[] = TRIBO_PAPER_CONTROLLER_F32;
 static const tribo_biquad_f32_section_t pi[]    = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0)};
@@ -178,6 +186,243 @@ static void test_controller_headroom_holds_for_full_scale_inputs_at_its_limits(v
     TEST_ASSERT_TRUE(runs > 60);
 }
 
+// --- headroom ----------------------------------------------------------------------------------------------------
+
+#define MARGIN 1.02 // of the set-up over what it measures
+
+/// L1 norms of all that the cascade of `params` computes, in parts of full scale, in double: from e within full scale and
+/// from u - feedforward within `s_peak`.
+typedef struct
+{
+    double input, correction;
+    double y[TRIBO_BIQUAD_Q31_SECTIONS_MAX];                                            ///< as put out, ...
+    double corrected[TRIBO_BIQUAD_Q31_SECTIONS_MAX], by[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< ... corrected, and by what
+    double w1[TRIBO_BIQUAD_Q31_SECTIONS_MAX], w2[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+} norms_t;
+
+/// Section i as it will run.
+static double_section_t running_section(uint32_t i)
+{
+    const tribo_biquad_q31_section_t *s = &params.cascade.section[i];
+    const int before                    = i == 0u ? params.cascade.input_scale : params.cascade.section[i - 1u].scale;
+    const int by                        = s->scale - before - 28;
+    return (double_section_t){.b0 = ldexp(s->b0, by),
+                              .b1 = ldexp(s->c1 + s->b0, by),
+                              .b2 = ldexp(s->c2, by - s->shift),
+                              .a1 = -ldexp(s->minus_a1, -28),
+                              .a2 = -ldexp(s->d2, -28 - s->shift) - ldexp(s->d2_low, -60 - s->shift)};
+}
+
+static void add_norms(norms_t *norms, double_section_t *s, uint32_t count, double anti_windup, double e, double u)
+{
+    double y[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    double v = e;
+    for (uint32_t i = 0; i < count; i++)
+    {
+        y[i] = s[i].b0 * v + s[i].w1;
+        v    = y[i];
+    }
+    double c  = (u - v) * anti_windup;
+    double in = e + c;
+    norms->input += fabs(in);
+    norms->correction += fabs(c);
+    for (uint32_t i = 0; i < count; i++)
+    {
+        c *= s[i].b0;
+        const double out = y[i] + c;
+        norms->y[i] += fabs(y[i]);
+        norms->corrected[i] += fabs(out);
+        norms->by[i] += fabs(c);
+        s[i].w1 += s[i].b1 * in - s[i].a1 * out + s[i].w2;
+        s[i].w2 += s[i].b2 * in - s[i].a2 * out;
+        norms->w1[i] += fabs(s[i].w1);
+        norms->w2[i] += fabs(s[i].w2);
+        in = out;
+    }
+}
+
+/// False where they have not died away in `ticks`.
+static bool find_norms(norms_t *norms, double s_peak, int ticks)
+{
+    const uint32_t count = params.cascade.count;
+    const double   anti_windup =
+        ldexp(params.anti_windup,
+              params.anti_windup_shift - 32 + params.cascade.input_scale - params.cascade.section[count - 1u].scale);
+    double left = 0.0;
+    *norms      = (norms_t){.input = 0.0};
+    for (int of_s = 0; of_s < 2; of_s++)
+    {
+        double_section_t s[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+        for (uint32_t i = 0; i < count; i++)
+        {
+            s[i] = running_section(i);
+        }
+        for (int k = 0; k < ticks; k++)
+        {
+            const double impulse = k > 0 ? 0.0 : (of_s == 0 ? 1.0 : s_peak);
+            add_norms(norms, s, count, anti_windup, of_s == 0 ? impulse : 0.0, of_s == 0 ? 0.0 : impulse);
+        }
+        for (uint32_t i = 0; i < count; i++)
+        {
+            left = fmax(left, (fabs(s[i].w1) + fabs(s[i].w2)) / norms->w1[i]);
+        }
+    }
+    return left < 1e-12;
+}
+
+static double node_peak(const norms_t *norms, uint32_t i)
+{
+    return fmax(norms->y[i], fmax(norms->corrected[i], norms->by[i]));
+}
+
+/// The least scale from `least` on that takes `peak` below full scale.
+static int scale_for(double peak, int least)
+{
+    int scale = least;
+    while (scale < 30 && !(ldexp(peak, -scale) < 1.0))
+    {
+        scale++;
+    }
+    return scale;
+}
+
+typedef struct
+{
+    int scale, shift;
+} formats_t;
+
+/// Scale and shift of section i for the peaks times `factor`.
+static formats_t formats_for(const norms_t *norms, uint32_t i, double factor)
+{
+    const double_section_t s      = running_section(i);
+    const int              before = i == 0u ? params.cascade.input_scale : params.cascade.section[i - 1u].scale;
+    const double           gain   = fmax(fabs(s.b0), fmax(fabs(s.b1), fabs(s.b2)));
+    const double           w      = factor * MARGIN * fmax(norms->w1[i], norms->w2[i]);
+    formats_t              found  = {.scale = scale_for(factor * MARGIN * node_peak(norms, i), 0), .shift = 30};
+    found.scale                   = scale_for(fmax(ldexp(gain, before), w) / 3.999, found.scale);
+    const double b2               = ldexp(fabs(s.b2), before - params.cascade.section[i].scale);
+    const double w2               = ldexp(factor * MARGIN * norms->w2[i], -params.cascade.section[i].scale);
+    while (found.shift > 0 && !(ldexp(fmax(b2, fmax(s.a2, w2)), found.shift) < 3.999))
+    {
+        found.shift--;
+    }
+    return found;
+}
+
+static bool is_between(int x, int a, int b)
+{
+    return (x >= a && x <= b) || (x >= b && x <= a);
+}
+
+/// What the set-up reports and the formats that it chooses, against norms of what it made. Returns the number of formats that
+/// 0.03 % more or less would make others.
+static int check_formats(const norms_t *norms)
+{
+    const double slack = 3e-4; // float sums
+    int          close = 0;
+    TEST_ASSERT_DOUBLE_WITHIN(slack * fmax(1.0, MARGIN * norms->input),
+                              fmax(1.0, MARGIN * norms->input),
+                              (double)headroom.input);
+    const double input = MARGIN * fmax(norms->input, norms->correction);
+    TEST_ASSERT_TRUE(is_between(params.cascade.input_scale,
+                                scale_for(input * (1.0 - slack), 2),
+                                scale_for(input * (1.0 + slack), 2)));
+    for (uint32_t i = 0; i < params.cascade.count; i++)
+    {
+        const tribo_biquad_q31_section_t *s    = &params.cascade.section[i];
+        const double                      peak = MARGIN * node_peak(norms, i);
+        const formats_t                   low  = formats_for(norms, i, 1.0 - slack);
+        const formats_t                   high = formats_for(norms, i, 1.0 + slack);
+        TEST_ASSERT_DOUBLE_WITHIN(slack * peak, peak, (double)headroom.output[i]);
+        TEST_ASSERT_TRUE(is_between(s->scale, low.scale, high.scale));
+        TEST_ASSERT_TRUE(is_between(s->shift, low.shift, high.shift));
+        TEST_ASSERT_TRUE(llabs(s->b0) < INT64_C(1) << 30 && llabs((int64_t)s->c1 + s->b0) < INT64_C(1) << 30);
+        TEST_ASSERT_TRUE(llabs(s->c2) < INT64_C(1) << 30 && llabs(s->d2) <= INT64_C(1) << 30);
+        close += low.scale != high.scale || low.shift != high.shift;
+    }
+    return close;
+}
+
+/// A section of gain `b0` that passes its input on: its poles are its zeros, at z = 0.
+static tribo_biquad_f32_section_t gain_of(float b0)
+{
+    return (tribo_biquad_f32_section_t){b0, 2.0f * b0, b0, 2.0f, 1.0f};
+}
+
+static tribo_status_t init_within(float u_max_n)
+{
+    config.u_min_n = -u_max_n;
+    config.u_max_n = u_max_n;
+    return tribo_controller_q31_init(&params, &config, FULL_SCALE, &headroom);
+}
+
+static void test_controller_formats_are_the_least_that_hold_the_peaks(void)
+{
+    random_t r            = {5};
+    int      checked      = 0;
+    int      close        = 0;
+    int      by_corrected = 0;
+    int      by_input     = 0;
+    for (int i = 0; i < RUNS; i++)
+    {
+        tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_SECTIONS_MAX];
+        const uint32_t             count = 1u + (uint32_t)i % TRIBO_BIQUAD_SECTIONS_MAX;
+        for (uint32_t j = 0; j < count; j++)
+        {
+            const double b0 = pow(2.0, random_between(&r, -8.0, 8.0));
+            sections[j]     = i % 2 == 0 ? random_section(&r) : gain_of((float)b0);
+        }
+        config               = (tribo_controller_f32_config_t){.sections = sections, .section_count = count};
+        const double u_max_n = random_between(&r, 0.1, (double)FULL_SCALE);
+        norms_t      norms;
+        if (init_within((float)u_max_n) != TRIBO_OK || !find_norms(&norms, u_max_n / (double)FULL_SCALE + 1.0, 4000))
+        {
+            continue;
+        }
+        checked++;
+        close += check_formats(&norms);
+        by_input += norms.input > norms.correction && norms.input > 1.0;
+        for (uint32_t j = 0; j < count; j++)
+        {
+            by_corrected += norms.corrected[j] > 1.01 * fmax(norms.y[j], norms.by[j]);
+        }
+    }
+    printf("formats of %d controllers, %d close to a limit\n", checked, close);
+    TEST_ASSERT_TRUE(checked > RUNS / 2 && close < checked / 10);
+    TEST_ASSERT_TRUE(by_corrected > checked / 20 && by_input > checked / 20);
+}
+
+// Coefficients up to 4 of their nodes: a gain of 2 b0 between scales is what fills them, not the peak.
+static void test_controller_coefficients_stay_within_4(void)
+{
+    int by_coefficient = 0;
+    for (float b0 = 64.0f; b0 < 256.0f; b0 *= 1.01f)
+    {
+        const tribo_biquad_f32_section_t sections[] = {gain_of(0.9f), gain_of(b0)};
+        norms_t                          norms;
+        config = (tribo_controller_f32_config_t){.sections = sections, .section_count = 2};
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, init_within(1.0f));
+        TEST_ASSERT_TRUE(find_norms(&norms, 1.5, 100));
+        (void)check_formats(&norms);
+        by_coefficient += ldexp(MARGIN * node_peak(&norms, 1), 1 - params.cascade.section[1].scale) < 1.0;
+    }
+    TEST_ASSERT_TRUE(by_coefficient > 3);
+}
+
+// 2^24 is the most that a node may need: u within 1 N of 2 N gives s within 1.5, and 1.5/D at the input.
+static void test_controller_takes_peaks_up_to_2_to_the_24_and_no_further(void)
+{
+    const float most = (float)(1.5 * MARGIN / 0x1p24); // D
+    for (int beyond = 0; beyond < 2; beyond++)
+    {
+        const tribo_biquad_f32_section_t sections[] = {gain_of(1.0e-3f),
+                                                       gain_of(1.0e3f * most * (beyond != 0 ? 0.99f : 1.01f))};
+        config = (tribo_controller_f32_config_t){.sections = sections, .section_count = 2};
+        TEST_ASSERT_EQUAL_INT(beyond != 0 ? TRIBO_ERR_HEADROOM : TRIBO_OK, init_within(1.0f));
+    }
+    TEST_ASSERT_EQUAL_INT(24, params.cascade.input_scale); // of the one that was taken
+}
+
 // --- what must never happen --------------------------------------------------------------------------------------
 
 static void test_controller_takes_whatever_an_input_can_be(void)
@@ -326,5 +571,8 @@ int main(void)
     RUN_TEST(test_controller_limits_what_a_lost_state_gives);
     RUN_TEST(test_controller_sums_what_is_beyond_full_scale_alone);
     RUN_TEST(test_controller_limits_exactly_the_sum);
+    RUN_TEST(test_controller_formats_are_the_least_that_hold_the_peaks);
+    RUN_TEST(test_controller_coefficients_stay_within_4);
+    RUN_TEST(test_controller_takes_peaks_up_to_2_to_the_24_and_no_further);
     return UNITY_END();
 }
