@@ -90,6 +90,16 @@ static void test_loop_recovers_from_forces_beyond_its_model(void)
                              seen.compensator.force_n);
 }
 
+// A change of params looks at friction twice.
+static void test_loop_counts_a_lost_force_once_when_params_change(void)
+{
+    const tribo_force_loop_f32_params_t other = params;
+    (void)tribo_force_loop_f32_step(&params, &state, 0.5f, 0.5f, &seen);
+    state.compensator.arm.force_n = NAN;
+    (void)tribo_force_loop_f32_step(&other, &state, 0.5f, 0.5f, &seen);
+    TEST_ASSERT_EQUAL_UINT32(1, state.compensator.friction.bad_inputs);
+}
+
 static void test_loop_takes_inputs_to_the_end_of_their_range_and_denormals(void)
 {
     (void)tribo_force_loop_f32_step(&params, &state, 2.0f, -2.0f, &seen);
@@ -151,6 +161,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_loop_takes_whatever_is_no_credible_number_for_a_bad_input);
     RUN_TEST(test_loop_recovers_from_forces_beyond_its_model);
+    RUN_TEST(test_loop_counts_a_lost_force_once_when_params_change);
     RUN_TEST(test_loop_takes_inputs_to_the_end_of_their_range_and_denormals);
     RUN_TEST(test_loop_init_checks_every_field_and_passes_on_what_its_parts_refuse);
     RUN_TEST(test_loop_state_and_params_of_one_axis_take_at_most_400_bytes);
