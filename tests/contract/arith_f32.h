@@ -11,7 +11,9 @@
 #define GOLDEN_FRICTION_TOLERANCE_N    2e-7 // asked: 2e-5
 #define GOLDEN_COMPENSATOR_TOLERANCE_N 5e-6 // asked: 5e-5
 #define CONTROLLER_TOLERANCE_N         5e-5
-#define CHANGE_TOLERANCE_N             2e-6 // of u in the tick that changes params
+#define RIPPLE_TOLERANCE_N             6e-6   // of v, 20 mN at half the sample rate for a minute
+#define CHANGE_TOLERANCE_N             2e-6   // of u in the tick that changes params
+#define FRICTION_CURVE_ERROR           1.2e-6 // of f
 #define NET_FORCE_SATURATES            false
 #define ROUNDING                       1e-7 // of a force of 1 N
 

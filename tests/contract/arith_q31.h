@@ -15,9 +15,11 @@
 #define GOLDEN_FRICTION_TOLERANCE_N    5e-7
 #define GOLDEN_COMPENSATOR_TOLERANCE_N 2e-6
 #define CONTROLLER_TOLERANCE_N         2e-6
-#define CHANGE_TOLERANCE_N             1e-7 // of u in the tick that changes params
-#define NET_FORCE_SATURATES            true // at full scale
-#define ROUNDING                       1e-7 // of a force of 1 N: params come from single precision
+#define RIPPLE_TOLERANCE_N             1e-7   // of v, 20 mN at half the sample rate for a minute
+#define CHANGE_TOLERANCE_N             1e-7   // of u in the tick that changes params
+#define FRICTION_CURVE_ERROR           9.1e-7 // of f
+#define NET_FORCE_SATURATES            true   // at full scale
+#define ROUNDING                       1e-7   // of a force of 1 N: params come from single precision
 
 typedef struct
 {

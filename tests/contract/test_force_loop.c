@@ -353,6 +353,8 @@ static void test_loop_coasts_over_a_bad_input_counts_it_and_recovers(void)
 
 static void test_loop_reset_leaves_nothing_of_what_was(void)
 {
+    config.gain = 2.0f; // shows a single bit of friction
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, &config));
     memset(&loop.state, 0x5a, sizeof loop.state);
     loop_reset(&loop);
     TEST_ASSERT_NULL(loop.state.active);

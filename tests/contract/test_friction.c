@@ -142,11 +142,72 @@ static void test_friction_of_a_table_that_says_what_a_law_says_is_the_same(void)
     check_table_for_law(rising, 3, ROUNDING);
 }
 
+/// The same number in every arithmetic: a multiple of 2^-23 N.
+static double on_grid(double x)
+{
+    return round(x * 0x1p23) * 0x1p-23;
+}
+
+/// f at x = m (v/v0 - 1), with Q, near the saturation of L = 1 N, against Eqs. (3) and (5) in double. What k is off by counts as
+/// far as f shows it: df/dk = L (tanh(s) - s/cosh(s)^2), s = n/(k L). Returns the part of `k_error` that f has used.
+static double check_k(double x, double k_error)
+{
+    const double h     = (double)(float)H;
+    const double range = (double)config.k_max - (double)config.k_min;
+    const double k_mid = ((double)config.k_max + (double)config.k_min) / 2.0;
+    const double v     = config.m > 0.0f ? (x / (double)config.m + 1.0) * (double)config.v0_n_per_s : 1.0;
+    const double about = k_mid - range / 2.0 * tanh(x);
+    const double n     = on_grid(about * atanh(0.98 / about));
+    const double was   = n - on_grid(v * h);
+    friction_start(&friction, TRIBO_RELAY_Q2, was);
+    const friction_seen_t seen = friction_step(&friction, n, 0.0);
+    if (!seen.q)
+    {
+        return 0.0; // v rounded to 0
+    }
+    const double rate  = (n - was) / h;
+    const double k     = k_mid - range / 2.0 * tanh((double)config.m * (rate / (double)config.v0_n_per_s - 1.0));
+    const double s     = n / k;
+    const double slope = tanh(s) - s / pow(cosh(s), 2.0);
+    const double exact = fmin(1.0, k * tanh(s));
+    const double error = fmax(0.0, fabs(seen.f - exact) - FRICTION_CURVE_ERROR * exact);
+    TEST_ASSERT_TRUE(error <= k_error * slope);
+    return error / (k_error * slope);
+}
+
+// Over all k_max/k_min and m that are accepted: within 1e-6 and m/12 times that of k_max - k_min, and 2e-7 of k.
+static void test_friction_k_of_v_is_as_close_as_arithmetic_allows(void)
+{
+    const float ms[]     = {0.0f, 0.3f, 1.0f, 3.0f, 10.0f, 20.0f, 50.0f, 100.0f};
+    const float ratios[] = {1.0f, 1.01f, 1.1f, 1.5f, 2.0f, 3.33f, 20.0f, 900.0f};
+    random_t    r        = {6};
+    double      used     = 0.0;
+    config.positive      = (tribo_breakaway_f32_t){.offset_n = 1.0f, .slope = 0.0f};
+    config.v0_n_per_s    = 1.0f;
+    for (int i = 0; i < 64; i++)
+    {
+        config.m     = ms[i % 8];
+        config.k_min = 1.05f;
+        config.k_max = config.k_min * ratios[i / 8];
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&friction, &config, H));
+        const double range    = (double)config.k_max - (double)config.k_min;
+        const double anywhere = (1.0 + (double)config.m / 12.0) * 1e-6 * range + 2e-7 * (double)config.k_max;
+        // What friction_f32.h and friction_q31.h say, where it holds.
+        const double said = config.m <= 20.0f && ratios[i / 8] >= 2.0f ? 2e-6 * range : anywhere;
+        for (int j = 0; j < 400; j++)
+        {
+            used = fmax(used, check_k(random_between(&r, -9.0, 9.0), fmin(said, anywhere)));
+        }
+    }
+    TEST_ASSERT_TRUE(used > 0.2); // f shows an error of k
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);
     RUN_TEST(test_friction_relays_are_those_of_its_comparators);
     RUN_TEST(test_friction_of_a_table_that_says_what_a_law_says_is_the_same);
+    RUN_TEST(test_friction_k_of_v_is_as_close_as_arithmetic_allows);
     return UNITY_END();
 }

@@ -358,6 +358,51 @@ static void test_biquad_comes_to_rest_at_zero_input(void)
     TEST_ASSERT_LESS_OR_EQUAL_INT32(64, worst);
 }
 
+/// Half the L1 norm of (1 - z^-1)^2/A(z): what y of poles p e^+-ja can be when all that comes in is a rounding of half a bit a
+/// tick. Rounding has two zeros at z = 1, as what it drops is carried.
+static double rounding_peak(double p, double a)
+{
+    double sum = 0.0;
+    double y1  = 0.0;
+    double y2  = 0.0;
+    for (int k = 0; k < 3000; k++)
+    {
+        const double y = (k == 0 || k == 2 ? 1.0 : (k == 1 ? -2.0 : 0.0)) + 2.0 * p * cos(a) * y1 - p * p * y2;
+        sum += fabs(y);
+        y2 = y1;
+        y1 = y;
+    }
+    return sum / 2.0;
+}
+
+// Radii from 0.9 to 0.99, where limit cycles are. Beyond 2.7 rad (0.43 of the sample rate) they reach hundreds of bits.
+static void test_biquad_limit_cycles_are_what_rounding_makes_of_the_poles(void)
+{
+    random_t  r          = {5};
+    const int runs       = LONG_RUN > 1000000 ? 1000 : 20;
+    int32_t   worst      = 0;
+    int32_t   worst_high = 0;
+    for (int i = 0; i < runs; i++)
+    {
+        const double                     p         = 1.0 - pow(10.0, random_between(&r, -2.0, -1.0));
+        const double                     angle     = random_between(&r, 0.0, 3.14);
+        const tribo_biquad_f32_section_t section[] = {
+            section_from_roots(random_between(&r, 0.01, 2.0), 0.9, 1.0, p, angle)};
+        init(section, 1);
+        for (int k = 0; k < 100; k++)
+        {
+            (void)wide_step((int32_t)random_between(&r, -2147483647.0, 2147483647.0));
+        }
+        const int32_t  left = left_over(4500, 1500);
+        int32_t *const most = angle <= 2.7 ? &worst : &worst_high;
+        *most               = left > *most ? left : *most;
+        TEST_ASSERT_TRUE(left <= rounding_peak(p, angle) + 1.0);
+    }
+    printf("largest zero-input limit cycle up to 2.7 rad: %d LSB, beyond: %d LSB\n", (int)worst, (int)worst_high);
+    TEST_ASSERT_LESS_OR_EQUAL_INT32(64, worst);
+    TEST_ASSERT_TRUE(LONG_RUN < 1000000 || worst_high > 64);
+}
+
 static void test_biquad_of_the_papers_controller_comes_to_rest_within_a_bit(void)
 {
     const tribo_biquad_f32_section_t paper[] = TRIBO_PAPER_CONTROLLER_F32;
@@ -747,5 +792,6 @@ int main(void)
     RUN_TEST(test_biquad_forgets_a_lost_w1);
     RUN_TEST(test_biquad_headroom_is_that_of_the_numbers_that_run);
     RUN_TEST(test_biquad_takes_a_peak_up_to_2_to_the_24_and_no_further);
+    RUN_TEST(test_biquad_limit_cycles_are_what_rounding_makes_of_the_poles);
     return UNITY_END();
 }
