@@ -325,7 +325,7 @@ static void test_loop_takes_inputs_up_to_their_very_maximum(void)
 static void test_loop_coasts_over_a_bad_input_counts_it_and_recovers(void)
 {
     static loop_t coasting;
-    const double  bad[]   = {1.5 + 1e-6, -1.5 - 1e-6, 1.999, -1.999, INFINITY, -INFINITY};
+    const double  bad[]   = {1.5 + 1e-6, -1.5 - 1e-6, 1.999, -1.999, (double)INFINITY, -(double)INFINITY};
     uint32_t      counted = 0;
     config.input_max_n    = 1.5f;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, &config));
