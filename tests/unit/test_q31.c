@@ -103,7 +103,7 @@ static void test_q31_narrows_as_64_bits_do(void)
                                below,
                                below + 1,
                                2 * below,
-                               2 * above - one,
+                               above + (above - one),
                                INT64_MAX,
                                INT64_MIN,
                                INT64_MIN + 1};
