@@ -48,10 +48,9 @@ static inline bool loop_is_nan(loop_force_t x)
     return (loop_word(x) & 0x7fffffffu) > 0x7f800000u;
 }
 
-/// Bits of floats without their sign order like the floats, and those of a NaN are beyond all others.
 static inline bool loop_is_credible(const LOOP(params_t) * params, loop_force_t x)
 {
-    return loop_word(x) << 1 < params->input_end;
+    return x >= -params->input_max_n && x <= params->input_max_n; // not for a NaN
 }
 
 #endif

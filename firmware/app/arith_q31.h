@@ -47,8 +47,7 @@ static inline bool loop_is_nan(loop_force_t x)
 
 static inline bool loop_is_credible(const LOOP(params_t) * params, loop_force_t x)
 {
-    const int64_t limit = params->input_end;
-    return x >= -limit && x < limit;
+    return x >= -params->input_max && x <= params->input_max;
 }
 
 #endif

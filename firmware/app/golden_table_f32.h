@@ -13,7 +13,7 @@
 
 #include "tribo/force_loop_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 2
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 3
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -26,8 +26,7 @@ static const tribo_breakaway_point_f32_t golden_table_table[] = {
     {.force_n = 1.00000000e+00f, .positive_n = 3.12500000e-01f, .negative_n = 2.50000000e-01f},
 };
 static const tribo_force_loop_f32_params_t golden_table_params = {
-    .usual_input_end = 0u,
-    .input_end = 2147483649u,
+    .input_max_n = 2.00000000e+00f,
     .gain = 8.50000024e-01f,
     .controller = {
         .cascade = {
@@ -55,8 +54,6 @@ static const tribo_force_loop_f32_params_t golden_table_params = {
                 },
             },
             .count = 3u,
-            .pair_input_end = 0u,
-            .output_end = 2965815123u,
         },
         .anti_windup = 5.88505745e-01f,
         .u_min_n = -2.00000000e+00f,
@@ -65,19 +62,15 @@ static const tribo_force_loop_f32_params_t golden_table_params = {
     .compensator = {
         .friction = {
             .rate_hz = 9.99999939e+02f,
-            .y_per_rise = 1.23659562e+06f,
-            .y_at_0 = 8.65616989e+00f,
+            .exponent_per_rise = 1.23659562e+06f,
+            .exponent_at_rest = 8.65616989e+00f,
             .k = {
-                {.at_0 = 1.17831051e+00f, .per_w = 3.14216137e+01f},
-                {.at_0 = 3.92770171e+00f, .per_w = 9.42648411e+00f},
+                {.at_0 = 1.17831051e+00f, .per_power = 3.14216137e+01f},
+                {.at_0 = 3.92770171e+00f, .per_power = 9.42648411e+00f},
             },
             .law = {
                 {.offset_n = 7.00000022e-03f, .slope = 3.00000012e-01f},
                 {.offset_n = 7.00000022e-03f, .slope = 3.00000012e-01f},
-            },
-            .reset = {
-                {.offset_n = 5.60000027e-03f, .slope = 2.40000010e-01f},
-                {.offset_n = 5.60000027e-03f, .slope = 2.40000010e-01f},
             },
             .table = golden_table_table,
             .set_level = 7.50000000e-01f,

@@ -14,7 +14,7 @@
 
 #include "tribo/force_loop_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 2
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 3
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -28,8 +28,7 @@ static const tribo_breakaway_point_q31_t golden_table_table[] = {
     {.force = 536870912, .positive = 167772160, .negative = 134217728},
 };
 static const tribo_force_loop_q31_params_t golden_table_params = {
-    .usual_input_end = 0u,
-    .input_end = 1073741825u,
+    .input_max = 1073741824,
     .gain = 456340288,
     .controller = {
         .cascade = {
@@ -41,7 +40,6 @@ static const tribo_force_loop_q31_params_t golden_table_params = {
                     .c2 = 402653184,
                     .d2 = -805306368,
                     .d2_low = 0,
-                    .shift_power = 33554432,
                     .shift = 5u,
                     .scale = 4u,
                 },
@@ -52,43 +50,38 @@ static const tribo_force_loop_q31_params_t golden_table_params = {
                     .c2 = 939524096,
                     .d2 = -939524096,
                     .d2_low = 0,
-                    .shift_power = 134217728,
                     .shift = 3u,
                     .scale = 4u,
                 },
                 {
-                    .b0 = 201326592,
-                    .c1 = -150994944,
+                    .b0 = 805306368,
+                    .c1 = -603979776,
                     .minus_a1 = -75497472,
                     .c2 = 268435456,
-                    .d2 = -20480,
+                    .d2 = -5120,
                     .d2_low = 0,
-                    .shift_power = 8388608,
-                    .shift = 7u,
-                    .scale = 4u,
+                    .shift = 5u,
+                    .scale = 2u,
                 },
             },
-            .pair_power = 0,
             .count = 3u,
             .input_scale = 3u,
+            .output_scale = 2u,
         },
-        .anti_windup = 1263806464,
-        .taken_max = 1610596731,
+        .anti_windup = 631903232,
+        .taken_max = 2147462139,
         .u_min = -1073741824,
         .u_max = 1073741824,
-        .anti_windup_shift = 2u,
+        .anti_windup_shift = 1u,
     },
     .compensator = {
         .friction = {
             .rise_max = 17651u,
-            .rate = 316568480u,
-            .y_at_0 = 36306608,
-            .k = {805306368u, 2684354560u, 805306368u},
+            .exponent_rate = 316568480u,
+            .exponent_at_rest = 36306608,
+            .k_min = 805306368u,
+            .k_max = 2684354560u,
             .law = {
-                {.offset = 0u, .slope = 0u},
-                {.offset = 0u, .slope = 0u},
-            },
-            .reset = {
                 {.offset = 0u, .slope = 0u},
                 {.offset = 0u, .slope = 0u},
             },
@@ -99,7 +92,7 @@ static const tribo_force_loop_q31_params_t golden_table_params = {
             .law_whole = {0u, 0u},
             .rise_shift = 17u,
             .k_shift = 5u,
-            .plain = false,
+            .is_shallow = false,
             .table_length = 3u,
             .pulse_width = 3u,
         },
@@ -108,8 +101,6 @@ static const tribo_force_loop_q31_params_t golden_table_params = {
             .phi_g = 237383136,
             .gamma_d = 30385040,
             .gamma_g = 207502880,
-            .power = 268435456,
-            .below = 3u,
             .shift = 2u,
         },
     },

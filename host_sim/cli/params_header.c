@@ -48,7 +48,7 @@ typedef struct field
 static const field_t section_f32[] = {F(b0), F(b1), F(b2), F(a1), F(a2), END};
 #undef T
 #define T tribo_biquad_f32_params_t
-static const field_t cascade_f32[] = {STRUCTS(section, count, section_f32), F(count), F(pair_input_end), F(output_end), END};
+static const field_t cascade_f32[] = {STRUCTS(section, count, section_f32), F(count), END};
 #undef T
 #define T tribo_controller_f32_params_t
 static const field_t controller_f32[] = {S(cascade, cascade_f32), F(anti_windup), F(u_min_n), F(u_max_n), END};
@@ -59,12 +59,12 @@ static const field_t law_f32[] = {F(offset_n), F(slope), END};
 #define T tribo_breakaway_point_f32_t
 static const field_t point_f32[] = {F(force_n), F(positive_n), F(negative_n), END};
 #undef T
+#define T tribo_friction_f32_k_t
+static const field_t k_f32[] = {F(at_0), F(per_power), END};
+#undef T
 #define T tribo_friction_f32_params_t
-static const field_t k_f32[] = {
-    {.name = "at_0", .kind = FLOAT, .offset = offsetof(T, k[0].at_0) - offsetof(T, k[0]), .size = sizeof(float)},
-    {.name = "per_w", .kind = FLOAT, .offset = offsetof(T, k[0].per_w) - offsetof(T, k[0]), .size = sizeof(float)}, END};
-static const field_t friction_f32[] = {F(rate_hz), F(y_per_rise), F(y_at_0), SMALLS(k, k_f32), SMALLS(law, law_f32),
-    SMALLS(reset, law_f32), F(table), F(set_level), F(reset_level), F(gravity_n), F(table_length), F(pulse_width), END};
+static const field_t friction_f32[] = {F(rate_hz), F(exponent_per_rise), F(exponent_at_rest), SMALLS(k, k_f32), SMALLS(law, law_f32),
+    F(table), F(set_level), F(reset_level), F(gravity_n), F(table_length), F(pulse_width), END};
 #undef T
 #define T tribo_arm_f32_params_t
 static const field_t arm_f32[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), END};
@@ -73,14 +73,14 @@ static const field_t arm_f32[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), EN
 static const field_t compensator_f32[] = {S(friction, friction_f32), S(arm, arm_f32), END};
 #undef T
 #define T tribo_force_loop_f32_params_t
-static const field_t loop_f32[] = {F(usual_input_end), F(input_end), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), END};
+static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), END};
 #undef T
 
 #define T tribo_biquad_q31_section_t
-static const field_t section_q31[] = {F(b0), F(c1), F(minus_a1), F(c2), F(d2), F(d2_low), F(shift_power), F(shift), F(scale), END};
+static const field_t section_q31[] = {F(b0), F(c1), F(minus_a1), F(c2), F(d2), F(d2_low), F(shift), F(scale), END};
 #undef T
 #define T tribo_biquad_q31_params_t
-static const field_t cascade_q31[] = {STRUCTS(section, count, section_q31), F(pair_power), F(count), F(input_scale), END};
+static const field_t cascade_q31[] = {STRUCTS(section, count, section_q31), F(count), F(input_scale), F(output_scale), END};
 #undef T
 #define T tribo_controller_q31_params_t
 static const field_t controller_q31[] = {S(cascade, cascade_q31), F(anti_windup), F(taken_max), F(u_min), F(u_max), F(anti_windup_shift), END};
@@ -92,17 +92,17 @@ static const field_t law_q31[] = {F(offset), F(slope), END};
 static const field_t point_q31[] = {F(force), F(positive), F(negative), END};
 #undef T
 #define T tribo_friction_q31_params_t
-static const field_t friction_q31[] = {F(rise_max), F(rate), F(y_at_0), ARRAY(k), SMALLS(law, law_q31), SMALLS(reset, law_q31),
-    F(table), F(set_level), F(reset_level), F(gravity), ARRAY(law_whole), F(rise_shift), F(k_shift), F(plain), F(table_length), F(pulse_width), END};
+static const field_t friction_q31[] = {F(rise_max), F(exponent_rate), F(exponent_at_rest), F(k_min), F(k_max), SMALLS(law, law_q31),
+    F(table), F(set_level), F(reset_level), F(gravity), ARRAY(law_whole), F(rise_shift), F(k_shift), F(is_shallow), F(table_length), F(pulse_width), END};
 #undef T
 #define T tribo_arm_q31_params_t
-static const field_t arm_q31[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), F(power), F(below), F(shift), END};
+static const field_t arm_q31[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), F(shift), END};
 #undef T
 #define T tribo_compensator_q31_params_t
 static const field_t compensator_q31[] = {S(friction, friction_q31), S(arm, arm_q31), END};
 #undef T
 #define T tribo_force_loop_q31_params_t
-static const field_t loop_q31[] = {F(usual_input_end), F(input_end), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), END};
+static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), END};
 #undef T
 // clang-format on
 

@@ -56,7 +56,7 @@ def one_instruction_a_block():
 def executed(processor, program, arithmetic):
     """The instructions of the program's last tick."""
     functions = disassembly(processor, program)
-    name = f"tribo_force_loop_{arithmetic}_step_with_signals"
+    name = f"tribo_force_loop_{arithmetic}_step"
     parts = with_called(functions, name)
     log = program.with_suffix(".log")
     traced = [*parts.values(), functions["main"]]
