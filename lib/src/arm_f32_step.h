@@ -15,12 +15,13 @@ static inline void arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_
 
     float F      = state->force_n + (params->phi_d * drive_n + params->phi_g * G);
     float next_G = params->gamma_d * drive_n + params->gamma_g * G;
-    // Beyond any force there is: F was driven there, or a state is corrupt. Held at the limit with G = 0 it recovers; a
-    // corrupt G either takes F here or decays.
+    // Beyond any force there is: F was driven there and is held at the limit, or the state is corrupt, and a NaN starts
+    // again from 0. With G = 0 it recovers; a corrupt G either takes F here or decays.
     if (exceeds(F, TRIBO_F32_FORCE_MAX_N))
     {
-        F      = F < 0.0f ? -TRIBO_F32_FORCE_MAX_N : TRIBO_F32_FORCE_MAX_N;
-        next_G = 0.0f;
+        const float limit = F < 0.0f ? -TRIBO_F32_FORCE_MAX_N : TRIBO_F32_FORCE_MAX_N;
+        F                 = F == F ? limit : 0.0f;
+        next_G            = 0.0f;
         count(&state->clamped);
     }
     state->force_n        = F;

@@ -14,11 +14,12 @@ static inline int32_t controller_q31_correction(const tribo_controller_q31_param
                                                 int32_t                              wanted,
                                                 uint32_t                            *saturated)
 {
-    int32_t taken = (int32_t)((uint32_t)u - (uint32_t)wanted); // fits: u is nearer to 0
-    if (taken > params->taken_max || taken < -params->taken_max)
+    const uint32_t most  = (uint32_t)params->taken_max;
+    int32_t        taken = (int32_t)((uint32_t)u - (uint32_t)wanted);
+    if ((uint32_t)taken + most > 2u * most) // |taken| > most: after a change of params, or 2^31, which wraps
     {
-        tribo_q31_count(saturated); // after a change of params
-        taken = taken < 0 ? -params->taken_max : params->taken_max;
+        tribo_q31_count(saturated);
+        taken = wanted < 0 ? params->taken_max : -params->taken_max;
     }
     const int32_t back = (int32_t)(tribo_q31_multiply(taken, params->anti_windup) >> 32);
     return (int32_t)((uint32_t)back << params->anti_windup_shift); // fits, see taken_max
@@ -35,7 +36,7 @@ static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *p
     uint32_t *const            saturated   = &state->cascade.saturated;
 
     const int32_t  y      = biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
-    const uint32_t scale  = params->cascade.output_scale;
+    const uint32_t scale  = params->cascade.section[params->cascade.count - 1u].scale;
     const int64_t  wanted = tribo_q31_lift(y, scale) + feedforward; // v + feedforward
 
     int32_t    u          = (int32_t)wanted;

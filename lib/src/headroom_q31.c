@@ -1,5 +1,6 @@
 #include "headroom_q31.h"
 
+#include "biquad_f32_step.h"
 #include "fixed_q31.h"
 
 #include <stddef.h>
@@ -37,24 +38,30 @@ static void add_tick(peaks_t                         *block,
                      float                            e,
                      float                            s)
 {
-    tribo_biquad_f32_outputs_t outputs;
-    const float                v          = tribo_biquad_f32_output(cascade, state, e, &outputs);
-    const float                correction = (s - v) * anti_windup;
-    block->named.input += magnitude(e + correction);
+    const uint32_t count = cascade->count;
+    float          y[TRIBO_BIQUAD_SECTIONS_MAX];
+    float          v = e;
+    for (uint32_t i = 0; i < count; i++)
+    {
+        v    = biquad_f32_section_output(&cascade->section[i], &state->section[i], v);
+        y[i] = v;
+    }
+    const float correction = (s - v) * anti_windup;
+    float       in         = e + correction;
+    float       c          = correction;
+    block->named.input += magnitude(in);
     block->named.correction += magnitude(correction);
-    float c = correction;
-    for (uint32_t i = 0; i < cascade->count; i++)
+    for (uint32_t i = 0; i < count; i++)
     {
         c *= cascade->section[i].b0;
-        block->named.section[i].y += magnitude(outputs.y[i]);
-        block->named.section[i].corrected += magnitude(outputs.y[i] + c);
+        const float out = y[i] + c;
+        biquad_f32_section_advance(&cascade->section[i], &state->section[i], in, out);
+        block->named.section[i].y += magnitude(y[i]);
+        block->named.section[i].corrected += magnitude(out);
         block->named.section[i].correction += magnitude(c);
-    }
-    tribo_biquad_f32_advance(cascade, state, e, &outputs, correction);
-    for (uint32_t i = 0; i < cascade->count; i++)
-    {
         block->named.section[i].w1 += magnitude(state->section[i].w1);
         block->named.section[i].w2 += magnitude(state->section[i].w2);
+        in = out;
     }
 }
 
@@ -196,7 +203,6 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
                                                         .scale    = (uint8_t)scale};
         before           = scale;
     }
-    out->output_scale = (uint8_t)before;
     return TRIBO_OK;
 }
 

@@ -96,6 +96,12 @@ static double exact_step(exact_t *x, double in)
     return in;
 }
 
+/// The output of a section in the tick that was or is under way.
+static int32_t node_of(uint32_t section)
+{
+    return section < 2u ? nodes.y[section] : state.further[section - 2u].y;
+}
+
 /// One step without the narrowing at its end.
 static double wide_step(int32_t x)
 {
@@ -262,13 +268,12 @@ static void test_biquad_integrates_as_a_counter_does(void)
 
 static void test_biquad_output_stays_in_the_symmetric_range(void)
 {
-    for (uint32_t count = 1; count <= 2u; count++)
     {
-        params                           = blank(count);
-        params.section[0].b0             = INT32_C(1) << 29;
-        params.section[1].b0             = INT32_C(1) << 28;
-        params.section[0].scale          = 1;
-        params.section[count - 1u].scale = 1;
+        params                  = blank(2);
+        params.section[0].b0    = INT32_C(1) << 29;
+        params.section[1].b0    = INT32_C(1) << 28;
+        params.section[0].scale = 1;
+        params.section[1].scale = 1;
         tribo_biquad_q31_reset(&state);
         TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_biquad_q31_step(&params, &state, INT32_MIN));
         TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
@@ -284,8 +289,8 @@ static void test_biquad_output_stays_in_the_symmetric_range(void)
             for (int64_t beyond = 0; beyond <= 1; beyond++)
             {
                 tribo_biquad_q31_reset(&state);
-                state.section[count - 1u].w1 = sign * (last + beyond) * (INT64_C(1) << 28);
-                const int64_t y              = beyond != 0 ? end_of(sign) : sign * last * 2;
+                state.section[1].w1 = sign * (last + beyond) * (INT64_C(1) << 28);
+                const int64_t y     = beyond != 0 ? end_of(sign) : sign * last * 2;
                 TEST_ASSERT_EQUAL_INT64(y, tribo_biquad_q31_step(&params, &state, 0));
                 TEST_ASSERT_EQUAL_UINT32(beyond, state.saturated);
             }
@@ -331,7 +336,7 @@ static int32_t left_over(int decay, int watched)
     for (int k = 0; k < watched; k++)
     {
         (void)wide_step(0);
-        const int32_t y = nodes.y[params.count - 1u];
+        const int32_t y = node_of(params.count - 1u);
         worst           = y > worst ? y : (-y > worst ? -y : worst);
     }
     return worst;
@@ -436,7 +441,7 @@ static double play_worst_case(uint32_t node)
     for (int k = HISTORY; k-- > 0;)
     {
         (void)wide_step(negative[k] ? -INT32_MAX : INT32_MAX);
-        peak = fmax(peak, fabs((double)nodes.y[node]));
+        peak = fmax(peak, fabs((double)node_of(node)));
     }
     return ldexp(peak, params.section[node].scale - 31);
 }
@@ -532,7 +537,7 @@ static void test_biquad_saturates_at_each_node_that_was_given_too_little_room(vo
             state.section[node > 0u ? node - 1u : 0u].w1 = (int64_t)end_of(sign) * (INT64_C(1) << 27);
             const int32_t limit                          = end_of(sign);
             (void)tribo_biquad_q31_output(&params, &state, limit, &nodes);
-            TEST_ASSERT_EQUAL_INT32(sign < 0 ? INT32_MIN : INT32_MAX, nodes.y[node]);
+            TEST_ASSERT_EQUAL_INT32(sign < 0 ? INT32_MIN : INT32_MAX, node_of(node));
             TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
         }
     }
@@ -574,7 +579,7 @@ static void test_biquad_keeps_a_lost_state_in_range_and_recovers(void)
             {
                 (void)wide_step(0);
             }
-            TEST_ASSERT_INT32_WITHIN(64, 0, nodes.y[count - 1u]);
+            TEST_ASSERT_INT32_WITHIN(64, 0, node_of(count - 1u));
         }
     }
 }
