@@ -247,17 +247,19 @@ static void set_defaults_below(const sim_key_t *keys, char *group)
 {
     for (const sim_key_t *key = keys; key != NULL && key->name != NULL; key++)
     {
-        const int      word  = (int)key->standard;
-        const uint64_t whole = (uint64_t)key->standard;
+        uint64_t whole;
+        int      word;
         switch (key->type)
         {
         case SIM_KEY_NUMBER:
             memcpy(group + key->offset, &key->standard, sizeof key->standard);
             break;
         case SIM_KEY_WHOLE:
+            whole = (uint64_t)key->standard;
             memcpy(group + key->offset, &whole, sizeof whole);
             break;
         case SIM_KEY_CHOICE:
+            word = (int)key->standard;
             memcpy(group + key->offset, &word, sizeof word);
             break;
         case SIM_KEY_GROUP:
