@@ -53,10 +53,16 @@ void tribo_biquad_f32_reset(tribo_biquad_f32_state_t *state)
     *state = (tribo_biquad_f32_state_t){.bad_inputs = 0};
 }
 
+/// The number of sections, within what there is room for even if a bit of params has flipped.
+static uint32_t sections(const tribo_biquad_f32_params_t *params)
+{
+    return params->count < TRIBO_BIQUAD_SECTIONS_MAX ? params->count : TRIBO_BIQUAD_SECTIONS_MAX;
+}
+
 float tribo_biquad_f32_further_output(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
 {
     float y = x;
-    for (uint32_t i = 2; i < params->count; i++)
+    for (uint32_t i = 2; i < sections(params); i++)
     {
         y                      = biquad_f32_section_output(&params->section[i], &state->section[i], y);
         state->further[i - 2u] = y;
@@ -71,7 +77,7 @@ void tribo_biquad_f32_further_advance(const tribo_biquad_f32_params_t *params,
 {
     float in = x;
     float c  = correction;
-    for (uint32_t i = 2; i < params->count; i++)
+    for (uint32_t i = 2; i < sections(params); i++)
     {
         c *= params->section[i].b0;
         const float y = state->further[i - 2u] + c;

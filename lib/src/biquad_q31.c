@@ -37,12 +37,18 @@ void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state)
     state->saturated = 0;
 }
 
+/// The number of sections, within what there is room for even if a bit of params has flipped.
+static uint32_t sections(const tribo_biquad_q31_params_t *params)
+{
+    return params->count < TRIBO_BIQUAD_Q31_SECTIONS_MAX ? params->count : TRIBO_BIQUAD_Q31_SECTIONS_MAX;
+}
+
 int32_t tribo_biquad_q31_further_output(const tribo_biquad_q31_params_t *params,
                                         tribo_biquad_q31_state_t        *state,
                                         int32_t                          x)
 {
     int32_t y = x;
-    for (uint32_t i = 2; i < params->count; i++)
+    for (uint32_t i = 2; i < sections(params); i++)
     {
         tribo_biquad_q31_node_t *const node = &state->further[i - 2u];
         y = biquad_q31_section_output(&params->section[i], state->section[i].w1, y, &node->rest, &state->saturated);
@@ -56,7 +62,7 @@ void tribo_biquad_q31_further_correct(const tribo_biquad_q31_params_t *params,
                                       int32_t                          correction)
 {
     int32_t c = correction;
-    for (uint32_t i = 2; i < params->count; i++)
+    for (uint32_t i = 2; i < sections(params); i++)
     {
         tribo_biquad_q31_node_t *const node = &state->further[i - 2u];
         c       = (int32_t)(tribo_q31_multiply(params->section[i].b0, c) >> BIQUAD_Q31_FRACTION);
@@ -69,7 +75,7 @@ void tribo_biquad_q31_further_advance(const tribo_biquad_q31_params_t *params,
                                       int32_t                          x)
 {
     int32_t in = x;
-    for (uint32_t i = 2; i < params->count; i++)
+    for (uint32_t i = 2; i < sections(params); i++)
     {
         const tribo_biquad_q31_node_t node = state->further[i - 2u];
         biquad_q31_section_advance(&params->section[i], &state->section[i], in, node.y, node.rest, &state->saturated);

@@ -170,6 +170,12 @@ void tribo_friction_f32_look_up(const tribo_friction_f32_params_t *params, float
     {
         below += load_n >= params->table[i].force_n;
     }
+    if (length == 0u) // no table: a bit of its pointer has flipped
+    {
+        L_n[0] = friction_f32_affine(&params->law[0], load_n);
+        L_n[1] = friction_f32_affine(&params->law[1], load_n);
+        return;
+    }
     const tribo_breakaway_point_f32_t *lower = &params->table[below > 0u ? below - 1u : 0u];
     const tribo_breakaway_point_f32_t *upper = &params->table[below < length ? below : length - 1u];
 

@@ -234,7 +234,7 @@ static uint32_t from_law(const tribo_friction_q31_params_t *params, uint32_t sid
 
 void tribo_friction_q31_look_up(const tribo_friction_q31_params_t *params, uint32_t load, uint32_t L[2])
 {
-    if (params->table != NULL)
+    if (params->table_length > 0u)
     {
         from_table(params, load, L);
     }

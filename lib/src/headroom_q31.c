@@ -237,7 +237,7 @@ static void report(tribo_headroom_q31_t *headroom, const peaks_t *peaks, uint32_
     }
 }
 
-/// Peaks for inputs within `e_peak` and `s_peak`, in parts of full scale; false when one has no bound.
+/// Peaks for inputs within `e_peak` and `s_peak`, as a fraction of full scale; false when one has no bound.
 static bool find_peaks(peaks_t                         *peaks,
                        const tribo_biquad_f32_params_t *cascade,
                        float                            anti_windup,

@@ -163,6 +163,17 @@ static inline compensator_seen_t compensator_step(compensator_t *x, double u)
     return compensator_seen(&signals);
 }
 
+/// The limits of u in the params.
+static inline void *loop_u_min(loop_t *x)
+{
+    return &x->params.controller.u_min_n;
+}
+
+static inline void *loop_u_max(loop_t *x)
+{
+    return &x->params.controller.u_max_n;
+}
+
 static inline void loop_reset(loop_t *x)
 {
     tribo_force_loop_f32_reset(&x->state);

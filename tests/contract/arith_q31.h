@@ -187,6 +187,17 @@ static inline compensator_seen_t compensator_step(compensator_t *x, double u)
     return compensator_seen(&signals, x->sample_time_s);
 }
 
+/// The limits of u in the params.
+static inline void *loop_u_min(loop_t *x)
+{
+    return &x->params.controller.u_min;
+}
+
+static inline void *loop_u_max(loop_t *x)
+{
+    return &x->params.controller.u_max;
+}
+
 static inline void loop_reset(loop_t *x)
 {
     tribo_force_loop_q31_reset(&x->state);

@@ -1,5 +1,6 @@
 #include ARITH_HEADER
 #include "random.h"
+#include "runs.h"
 #include "tribo/paper_controller.h"
 #include "unity.h"
 
@@ -102,14 +103,14 @@ static void test_controller_is_that_of_double_with_ripple_at_half_the_sample_rat
 {
     random_t r     = {3};
     double   worst = 0.0;
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < RUNS(4, 1); i++)
     {
         double_section_t cascade[2];
         const double     ripple = random_between(&r, 0.0195, 0.0205);
         const double     offset = i == 0 ? 0.0 : random_between(&r, -2e-5, 2e-5);
         init_in_double(cascade);
         init(paper, 2);
-        for (int k = 0; k < 60000; k++)
+        for (int k = 0; k < RUNS(60000, 5000); k++)
         {
             const double e = on_grid(offset + (k % 2 == 0 ? ripple : -ripple));
             const double v = double_step(&cascade[1], double_step(&cascade[0], e));
@@ -169,12 +170,13 @@ static void test_controller_conditions_its_states_on_the_limited_output(void)
 /// The states stand once u has been limited for long, and not far away.
 static void check_no_windup(const tribo_biquad_f32_section_t *sections, uint32_t count, double e)
 {
+    const int half = RUNS(30000, 6000);
     init(sections, count);
     double w1[TRIBO_BIQUAD_SECTIONS_MAX] = {0.0};
-    for (int k = 0; k < 60000; k++)
+    for (int k = 0; k < 2 * half; k++)
     {
         (void)step(e, 0.0);
-        for (uint32_t i = 0; i < count && k == 30000; i++)
+        for (uint32_t i = 0; i < count && k == half; i++)
         {
             w1[i] = controller_w1(&controller, i);
         }
@@ -204,7 +206,7 @@ static void test_controller_does_not_wind_up_whatever_its_zeros(void)
 
 static void test_controller_leaves_its_limit_as_soon_as_the_error_turns(void)
 {
-    for (int k = 0; k < 60000; k++)
+    for (int k = 0; k < RUNS(60000, 10000); k++)
     {
         (void)step(1.9, 0.0);
     }

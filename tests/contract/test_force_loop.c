@@ -1,5 +1,6 @@
 #include ARITH_HEADER
 #include "random.h"
+#include "runs.h"
 #include "unity.h"
 
 #include <math.h>
@@ -187,7 +188,7 @@ static void check_bumpless(void)
 {
     static loop_t unchanged;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&other, &config));
-    for (int change_at = 200; change_at < 4000; change_at += 97)
+    for (int change_at = 200; change_at < 4000; change_at += RUNS(97, 970))
     {
         loop_reset(&loop);
         run(change_at);
@@ -277,7 +278,7 @@ static int check_compensator_sees_the_new_params_alone(int every)
     config.compensator.friction.pulse_width_s     = 0.011f;
     config.compensator.arm.damping                = 0.02f;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&other, &config));
-    for (int k = 0; k < 20000; k++)
+    for (int k = 0; k < RUNS(20000, 4000); k++)
     {
         const loop_t *by  = k / every % 2 == 0 ? &loop : &other;
         const double  r_n = 0.5 + 0.2 * sin(k * 0.01) + random_between(&r, -0.02, 0.02);
@@ -294,7 +295,7 @@ static int check_compensator_sees_the_new_params_alone(int every)
 // A change of params looks at what friction was under the old ones: nothing of that look may stay.
 static void test_loop_leaves_its_compensator_to_the_new_params_alone(void)
 {
-    TEST_ASSERT_TRUE(check_compensator_sees_the_new_params_alone(3) > 500);
+    TEST_ASSERT_TRUE(check_compensator_sees_the_new_params_alone(3) > RUNS(500, 50));
 }
 
 // In Q31 u and gravity are beyond full scale together, which is counted: once, for the new params.

@@ -1,6 +1,7 @@
 #include ARITH_HEADER
 #include "plain_relays.h"
 #include "random.h"
+#include "runs.h"
 #include "unity.h"
 
 #include <math.h>
@@ -111,7 +112,7 @@ static void check_table_for_law(const tribo_breakaway_point_f32_t *table, uint32
     with_table.table_length                = length;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&friction, &config, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&by_table, &with_table, H));
-    for (int k = 0; k < 20000; k++)
+    for (int k = 0; k < RUNS(20000, 3000); k++)
     {
         const double          F    = 0.4 * sin(k * 0.001);
         const double          n    = 0.2 * sin(k * 0.013) + random_between(&r, -0.001, 0.001);
@@ -124,7 +125,7 @@ static void check_table_for_law(const tribo_breakaway_point_f32_t *table, uint32
         TEST_ASSERT_EQUAL_INT(law.q, seen.q);
         hysteresis += seen.q;
     }
-    TEST_ASSERT_TRUE(hysteresis > 1000);
+    TEST_ASSERT_TRUE(hysteresis > RUNS(1000, 100));
 }
 
 static void test_friction_of_a_table_that_says_what_a_law_says_is_the_same(void)
@@ -194,7 +195,7 @@ static void test_friction_k_of_v_is_as_close_as_arithmetic_allows(void)
         const double anywhere = (1.0 + (double)config.m / 12.0) * 1e-6 * range + 2e-7 * (double)config.k_max;
         // What friction_f32.h and friction_q31.h say, where it holds.
         const double said = config.m <= 20.0f && ratios[i / 8] >= 2.0f ? 2e-6 * range : anywhere;
-        for (int j = 0; j < 400; j++)
+        for (int j = 0; j < RUNS(400, 20); j++)
         {
             used = fmax(used, check_k(random_between(&r, -9.0, 9.0), fmin(said, anywhere)));
         }

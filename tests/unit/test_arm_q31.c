@@ -1,6 +1,7 @@
 #include "tribo/arm_q31.h"
 
 #include "random.h"
+#include "runs.h"
 #include "tribo/quantize_q31.h"
 #include "unity.h"
 
@@ -254,7 +255,7 @@ static void test_arm_init_never_accepts_what_does_not_die_away(void)
     random_t r          = {12};
     int      counts[3]  = {0, 0, 0}; // accepted, too fast, not stable
     int      at_minus_1 = 0;
-    for (int i = 0; i < 20000; i++)
+    for (int i = 0; i < RUNS(20000, 2000); i++)
     {
         const double near  = random_between(&r, -1.0, 1.0) * pow(10.0, random_between(&r, -7.0, -1.0));
         const double half  = acos(-1.0) * (1.0 + i % 6) * (1.0 + near);
@@ -278,8 +279,8 @@ static void test_arm_init_never_accepts_what_does_not_die_away(void)
         // Refused for its damping is only what rounding to float and to Q28 may have made undamped.
         TEST_ASSERT_TRUE(status != TRIBO_ERR_DAMPING || b < 3e-7 * (1.0 + omega));
     }
-    TEST_ASSERT_TRUE(counts[0] > 5000 && counts[1] > 50 && counts[2] > 1000);
-    TEST_ASSERT_TRUE(at_minus_1 > 50); // where one of the conditions is 0 to the last bit
+    TEST_ASSERT_TRUE(counts[0] > RUNS(5000, 500) && counts[1] > RUNS(50, 5) && counts[2] > RUNS(1000, 100));
+    TEST_ASSERT_TRUE(at_minus_1 > RUNS(50, 5)); // where one of the conditions is 0 to the last bit
     // The determinant is a bit below 1.
     config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 1.61815806e-05f, .stiffness = 359446.656f};
     init(H);
@@ -299,7 +300,7 @@ static void test_arm_init_takes_the_largest_shift_that_fits(void)
     int by_phi     = 0;
     for (float damping = 0.1f; damping < 3.0e3f; damping *= 9.0f)
     {
-        for (float stiffness = 1.1e-3f; stiffness < 4.0e7f; stiffness *= 1.01f)
+        for (float stiffness = 1.1e-3f; stiffness < 4.0e7f; stiffness *= RUNS(1.01f, 1.03f))
         {
             config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = damping, .stiffness = stiffness};
             tribo_arm_f32_params_t twin;
@@ -321,7 +322,7 @@ static void test_arm_init_takes_the_largest_shift_that_fits(void)
             shifts[expected]++;
         }
     }
-    TEST_ASSERT_TRUE(shifts[0] > 10 && shifts[5] > 10 && shifts[15] > 10 && by_phi > 10);
+    TEST_ASSERT_TRUE(shifts[0] > 3 && shifts[5] > 3 && shifts[15] > 3 && by_phi > 3);
 }
 
 static void test_arm_does_not_pass_full_scale_by_a_bit(void)

@@ -367,12 +367,13 @@ static void test_biquad_comes_to_rest_at_zero_input(void)
 /// tick. Rounding has two zeros at z = 1, as what it drops is carried.
 static double rounding_peak(double p, double a)
 {
-    double sum = 0.0;
-    double y1  = 0.0;
-    double y2  = 0.0;
+    const double c   = 2.0 * p * cos(a);
+    double       sum = 0.0;
+    double       y1  = 0.0;
+    double       y2  = 0.0;
     for (int k = 0; k < 3000; k++)
     {
-        const double y = (k == 0 || k == 2 ? 1.0 : (k == 1 ? -2.0 : 0.0)) + 2.0 * p * cos(a) * y1 - p * p * y2;
+        const double y = (k == 0 || k == 2 ? 1.0 : (k == 1 ? -2.0 : 0.0)) + c * y1 - p * p * y2;
         sum += fabs(y);
         y2 = y1;
         y1 = y;
@@ -384,7 +385,7 @@ static double rounding_peak(double p, double a)
 static void test_biquad_limit_cycles_are_what_rounding_makes_of_the_poles(void)
 {
     random_t  r          = {5};
-    const int runs       = LONG_RUN > 1000000 ? 1000 : 20;
+    const int runs       = LONG_RUN > 1000000 ? 1000 : 2;
     int32_t   worst      = 0;
     int32_t   worst_high = 0;
     for (int i = 0; i < runs; i++)

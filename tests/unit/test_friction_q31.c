@@ -2,6 +2,7 @@
 
 #include "plain_relays.h"
 #include "random.h"
+#include "runs.h"
 #include "tribo/quantize_q31.h"
 #include "unity.h"
 
@@ -361,7 +362,7 @@ static void test_friction_table_of_one_point_is_a_constant(void)
 static void test_friction_init_rounds_levels_to_the_nearest_unit(void)
 {
     random_t r = {14};
-    for (int i = 0; i < 6000; i++)
+    for (int i = 0; i < 6000; i += RUNS(1, 20))
     {
         const double units = i < 2000
                                  ? random_between(&r, 4400.0, 7.4e6)
@@ -383,7 +384,7 @@ static void test_friction_init_rounds_levels_to_the_nearest_unit(void)
 static void test_friction_init_rounds_forces_to_the_nearest_unit_of_either_sign(void)
 {
     random_t r = {15};
-    for (int i = 0; i < 6000; i++)
+    for (int i = 0; i < 6000; i += RUNS(1, 20))
     {
         const double units = i < 2000
                                  ? random_between(&r, 0.1, 7.4e6)

@@ -1,4 +1,4 @@
-/// The constrained arm, Eq. (2), in Q31: the twin of arm_f32.h.
+/// The constrained arm, Eq. (2), in Q31.
 ///
 ///     F += (phi_d d + phi_g G) 2^-s        d = n - f, the drive
 ///     G  =  gamma_d d + gamma_g G          G, the change of F a tick, times 2^s

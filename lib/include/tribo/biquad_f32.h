@@ -9,7 +9,7 @@
 /// by 1e-7. What is rounded off when w2 accumulates is carried into the next sample, so nothing stalls.
 /// A first-order section has its second pole and zero at z = 0: TRIBO_BIQUAD_F32(b0, b1, 0, a1, 0).
 ///
-/// An output beyond 1e15, which no sane cascade reaches, means a lost state: the cascade starts again from rest, gives 0
+/// An output beyond 1e15, which no sane cascade reaches, means a corrupt state: the cascade starts again from rest, gives 0
 /// and counts it with the bad inputs.
 /// No loop but the one over the sections. Not synchronized: one state, one tick.
 /// Source: Middleton & Goodwin, "Digital Control and Estimation: A Unified Approach", ch. 13.
@@ -35,7 +35,7 @@ typedef struct
     float a1, a2;
 } tribo_biquad_f32_section_t;
 
-/// Initialiser of a section from the usual coefficients (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2),
+/// Initialiser of a section from the coefficients in z, (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2),
 /// e.g. a row of MATLAB's sos matrix without its fourth column. Write constants with all their digits: the
 /// conversion is done in double by the compiler, and nothing in double remains in the program.
 #define TRIBO_BIQUAD_F32(b0_, b1_, b2_, a1_, a2_)                                                                      \

@@ -16,8 +16,8 @@
 /// the old params once more and costs about three ticks: they may go when state.active is the new pointer. Params in use
 /// must not be written to, nor a breakaway table that they point to, and all params of a loop are for one sample time.
 ///
-/// Params of two sections and no breakaway table are the usual ones: built for speed, their ticks have the parts inline.
-/// No heap, no libm, no double, no globals; the same bits on every target. Not synchronized: one state, one tick.
+/// A third and a fourth section, a breakaway table and a change of params are branches that cost more when they are taken;
+/// docs/numbers.md says how much. No heap, no libm, no double, no globals; the same bits on every target. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FORCE_LOOP_F32_H
 #define TRIBO_FORCE_LOOP_F32_H

@@ -1,4 +1,4 @@
-/// The friction-compensated force loop of Fig. 9 in Q31: the twin of force_loop_f32.h, one call a tick.
+/// The friction-compensated force loop of Fig. 9 in Q31, one call a tick.
 ///
 /// Forces are Q31 of the full scale FS that the params were made for (quantize_q31.h); take FS at least the largest
 /// force and limit. A difference r - y or a net force beyond FS saturates, which the loop is no worse for: friction is at its

@@ -13,8 +13,9 @@
 /// the hysteresis inside stiction. Symmetric parameters give f(-u, -F) = -f(u, F) exactly.
 ///
 /// Eq. (5) is computed as the same curve in the form k = (k_max + k_min E)/(1 + E), E = e^(2 m (v/v0 - 1)), and Eq. (3) as
-/// n less a rational function of (n/(k L))^2. k is within 2e-6 of k_max - k_min, f within 1.2e-6 of itself
-/// (tests/unit/test_friction_f32.c measures both). |f| <= L and |f| <= |n| always.
+/// n less a rational function of (n/(k L))^2. f is within 1.2e-6 of itself for that k. k is within (1 + m/12) 1e-6 of
+/// k_max - k_min and 2e-7 of itself: the steeper k(v), the more the rounding of E's exponent counts. That is 2e-6 up to
+/// m = 20 and 7.8e-6 at m = 100 (tests/unit/test_friction_f32.c measures both). |f| <= L and |f| <= |n| always.
 /// One division (two with a table), no loop but the one over a breakaway table's points, always all of them.
 /// Not synchronized: one state, one tick.
 
@@ -60,8 +61,8 @@ typedef struct
     const tribo_breakaway_point_f32_t *table;      ///< null, or points that live as long as the params;
                                                    ///< linear between them, clamped at both ends
     uint32_t table_length;                         ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX
-    float    set_level;                            ///< c1, over 0 to 1, in parts of L
-    float    reset_level;                          ///< c2, over 0 to 1, in parts of L
+    float    set_level;                            ///< c1, over 0 to 1, as a fraction of L
+    float    reset_level;                          ///< c2, over 0 to 1, as a fraction of L
     float    pulse_width_s;                        ///< of the edge detectors, 1 to 63 samples once rounded
     float    gravity_n;                            ///< g, -1e6 to 1e6 N
 } tribo_friction_f32_config_t;
