@@ -51,6 +51,7 @@ static const tribo_force_loop_q31_params_t golden_steep_params = {
             },
             .count = 2u,
             .input_scale = 3u,
+            .output_scale = 3u,
         },
         .anti_windup = 1579758080,
         .taken_max = 2147462139,

@@ -66,6 +66,7 @@ static const tribo_force_loop_q31_params_t golden_table_params = {
             },
             .count = 3u,
             .input_scale = 3u,
+            .output_scale = 4u,
         },
         .anti_windup = 1263806464,
         .taken_max = 1610596731,

@@ -80,7 +80,7 @@ static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, contro
 static const field_t section_q31[] = {F(b0), F(c1), F(minus_a1), F(c2), F(d2), F(d2_low), F(shift), F(scale), END};
 #undef T
 #define T tribo_biquad_q31_params_t
-static const field_t cascade_q31[] = {STRUCTS(section, count, section_q31), F(count), F(input_scale), END};
+static const field_t cascade_q31[] = {STRUCTS(section, count, section_q31), F(count), F(input_scale), F(output_scale), END};
 #undef T
 #define T tribo_controller_q31_params_t
 static const field_t controller_q31[] = {S(cascade, cascade_q31), F(anti_windup), F(taken_max), F(u_min), F(u_max), F(anti_windup_shift), END};

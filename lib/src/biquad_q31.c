@@ -88,7 +88,7 @@ int64_t tribo_biquad_q31_output(const tribo_biquad_q31_params_t *params,
                                 int32_t                          x,
                                 tribo_biquad_q31_outputs_t      *outputs)
 {
-    return tribo_q31_lift(biquad_q31_output(params, state, x, outputs), params->section[params->count - 1u].scale);
+    return tribo_q31_lift(biquad_q31_output(params, state, x, outputs), params->output_scale);
 }
 
 void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,

@@ -70,7 +70,7 @@ tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *pa
     {
         return status;
     }
-    const int32_t by = (int32_t)made.cascade.section[made.cascade.count - 1u].scale - (int32_t)made.cascade.input_scale;
+    const int32_t by = (int32_t)made.cascade.output_scale - (int32_t)made.cascade.input_scale;
     // It is below 2^24: what the anti-windup makes of s is below full scale at the input node.
     normalise(scaled(f32.anti_windup, by), &made.anti_windup, &made.anti_windup_shift);
     made.taken_max = taken_max(&made);

@@ -36,7 +36,7 @@ static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *p
     uint32_t *const            saturated   = &state->cascade.saturated;
 
     const int32_t  y      = biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
-    const uint32_t scale  = params->cascade.section[params->cascade.count - 1u].scale;
+    const uint32_t scale  = params->cascade.output_scale;
     const int64_t  wanted = tribo_q31_lift(y, scale) + feedforward; // v + feedforward
 
     int32_t    u          = (int32_t)wanted;

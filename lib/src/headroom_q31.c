@@ -203,6 +203,7 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
                                                         .scale    = (uint8_t)scale};
         before           = scale;
     }
+    out->output_scale = (uint8_t)before;
     return TRIBO_OK;
 }
 

@@ -274,6 +274,7 @@ static void test_biquad_output_stays_in_the_symmetric_range(void)
         params.section[1].b0    = INT32_C(1) << 28;
         params.section[0].scale = 1;
         params.section[1].scale = 1;
+        params.output_scale     = 1;
         tribo_biquad_q31_reset(&state);
         TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_biquad_q31_step(&params, &state, INT32_MIN));
         TEST_ASSERT_EQUAL_UINT32(1, state.saturated);

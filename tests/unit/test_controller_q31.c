@@ -530,6 +530,7 @@ static void test_controller_limits_exactly_the_sum(void)
         params.cascade.section[0].b0    = INT32_C(1) << 28;
         params.cascade.section[1].b0    = INT32_C(1) << (scale == 0u ? 29 : 28);
         params.cascade.section[1].scale = (uint8_t)scale;
+        params.cascade.output_scale     = (uint8_t)scale;
         for (int k = 0; k < 2000; k++)
         {
             const bool widest   = random_bits(&r) % 4u == 0u;

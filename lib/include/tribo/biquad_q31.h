@@ -49,8 +49,9 @@ typedef struct
 typedef struct
 {
     tribo_biquad_q31_section_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
-    uint8_t                    count;       ///< 2 to 4: a lone section is followed by one that passes its input on
-    uint8_t                    input_scale; ///< 0 to 24, of the input node: x is held times 2^-input_scale
+    uint8_t                    count;        ///< 2 to 4: a lone section is followed by one that passes its input on
+    uint8_t                    input_scale;  ///< 0 to 24, of the input node: x is held times 2^-input_scale
+    uint8_t                    output_scale; ///< that of the last section
 } tribo_biquad_q31_params_t;
 
 typedef struct
