@@ -65,7 +65,7 @@ static const struct argp_option options[] = {
     {.name = NULL}};
 
 /// Keeps the last option.
-static int take(void *context, int key, char *value)
+static int take(void *context, int key, const char *value)
 {
     (void)value;
     *(int *)context = key;

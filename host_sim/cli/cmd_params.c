@@ -72,7 +72,7 @@ static const struct argp_option known[] = {
     {.name = "out", .key = OPTION_OUT, .arg = "FILE.h", .doc = "where it goes; standard output if left out"},
     {.name = NULL}};
 
-static int take(void *context, int key, char *value)
+static int take(void *context, int key, const char *value)
 {
     options_t *options = context;
     int        word    = 0;

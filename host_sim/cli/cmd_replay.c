@@ -88,7 +88,7 @@ static const struct argp_option known[] = {
     {.name = "full-scale", .key = OPTION_FULL_SCALE, .arg = "N", .doc = "what 2^31 stands for in Q31; 2 N if left out"},
     {.name = NULL}};
 
-static int take(void *context, int key, char *value)
+static int take(void *context, int key, const char *value)
 {
     options_t *options = context;
     int        word    = 0;

@@ -46,7 +46,7 @@ static const struct argp_option known[] = {
             "host, bit by bit"},
     {.name = NULL}};
 
-static int take(void *context, int key, char *value)
+static int take(void *context, int key, const char *value)
 {
     options_t *options = context;
     int        word    = 0;

@@ -24,8 +24,8 @@ static bool wants_value(const sim_command_t *command, const char *word)
     bool wants = false;
     for (const struct argp_option *option = command->options; option->name != NULL; option++)
     {
-        wants = wants || (option->arg != NULL && strncmp(word, "--", 2) == 0 &&
-                          strncmp(option->name, word + 2, strlen(word + 2)) == 0);
+        wants = wants ||
+                (option->arg != NULL && strncmp(word, "--", 2) == 0 && strstr(option->name, word + 2) == option->name);
     }
     return wants;
 }

@@ -20,7 +20,7 @@ typedef struct
     int (*run)(int count, char **arguments);
 
     /// Takes one option into `context`; 0, or the status to exit with.
-    int (*take)(void *context, int key, char *value);
+    int (*take)(void *context, int key, const char *value);
 } sim_command_t;
 
 #define SIM_OPTION_FIRST 256 ///< below it argp takes a key for a letter

@@ -33,6 +33,7 @@ typedef struct field
 
 // A field's kind follows from its type, so that a row is its name. T is the struct that the rows are about.
 // clang-format off
+// NOLINTBEGIN(bugprone-macro-parentheses,bugprone-sizeof-expression): the arguments are names, one of them of a pointer
 #define KIND(x) _Generic((x), float: FLOAT, uint8_t: UINT8, uint16_t: UINT16, uint32_t: UINT32, int32_t: INT32, bool: BOOL, default: TABLE)
 #define AT(member) (((T *)0)->member)
 #define F(member) {.name = #member, .kind = KIND(AT(member)), .offset = offsetof(T, member), .size = sizeof AT(member)}
@@ -104,6 +105,7 @@ static const field_t compensator_q31[] = {S(friction, friction_q31), S(arm, arm_
 #define T tribo_force_loop_q31_params_t
 static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), END};
 #undef T
+// NOLINTEND(bugprone-macro-parentheses,bugprone-sizeof-expression)
 // clang-format on
 
 // --- as C ----------------------------------------------------------------------------------------------------------
@@ -313,9 +315,10 @@ static void put_define(FILE *stream, const sim_params_header_t *header, const ch
 
 void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
 {
-    const bool        q31       = header->loop->q31;
-    const char *const upper     = q31 ? "Q31" : "F32";
-    const char *const guards[2] = {"#ifndef ", "#define "};
+    const bool        q31         = header->loop->q31;
+    const char *const upper       = q31 ? "Q31" : "F32";
+    const int         versions[2] = {TRIBO_FORCE_LOOP_F32_PARAMS_VERSION, TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION};
+    const char *const guards[2]   = {"#ifndef ", "#define "};
     put_comment(stream, header);
     // With the arithmetic: of one name in both, neither is left out, and a compiler says that it is declared twice.
     for (size_t i = 0; i < 2; i++)
@@ -331,7 +334,7 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
                   "#endif\n\n// clang-format off\n",
                   q31 ? "q31" : "f32",
                   upper,
-                  q31 ? TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION : TRIBO_FORCE_LOOP_F32_PARAMS_VERSION);
+                  versions[q31]);
     put_define(stream, header, "SAMPLE_TIME_S", (double)header->config->sample_time_s);
     if (q31)
     {

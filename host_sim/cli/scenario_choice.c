@@ -37,13 +37,14 @@ char *sim_scenario_path(const char *name)
     return strdup(name);
 }
 
-int sim_scenario_take_set(sim_scenario_choice_t *choice, char *assignment)
+int sim_scenario_take_set(sim_scenario_choice_t *choice, const char *assignment)
 {
     if (strchr(assignment, '=') == NULL || assignment[0] == '=')
     {
         return sim_usage("--set %s: key=value is wanted", assignment);
     }
-    char **larger = (char **)realloc((void *)choice->sets, ((size_t)choice->set_count + 1) * sizeof *larger);
+    const char **larger =
+        (const char **)realloc((void *)choice->sets, ((size_t)choice->set_count + 1) * sizeof *larger);
     if (larger == NULL)
     {
         return sim_failure("out of memory");

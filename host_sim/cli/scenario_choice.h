@@ -14,13 +14,13 @@ char *sim_scenario_path(const char *name);
 
 typedef struct
 {
-    const char *name; ///< as the user wrote it
-    char      **sets; ///< the values of --set, in order
-    int         set_count;
+    const char  *name; ///< as the user wrote it
+    const char **sets; ///< the values of --set, in order
+    int          set_count;
 } sim_scenario_choice_t;
 
 /// Takes the value of a --set; 0, or the status to exit with.
-int  sim_scenario_take_set(sim_scenario_choice_t *choice, char *assignment);
+int  sim_scenario_take_set(sim_scenario_choice_t *choice, const char *assignment);
 void sim_scenario_choice_free(sim_scenario_choice_t *choice);
 
 /// Loads what the user wrote, takes the values of --set, and checks it all. Null with the error filled in on failure.

@@ -5,8 +5,8 @@
 
 #include <yaml.h>
 
+#include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define DEPTH_MAX 16
@@ -18,76 +18,52 @@ typedef struct
     sim_sources_t    *sources;
     sim_error_t      *error;
     yaml_document_t   document;
-    bool             *is_seen; ///< by node
+    size_t            line; ///< of the key, or of the element of a list
     char              path[SIM_KEY_MAX];
     size_t            length; ///< of the path
 } reader_t;
 
 // --- messages ------------------------------------------------------------------------------------------------------
 
-/// "FILE:LINE: what about", or without the line for an option. Always false.
-static bool complain(const reader_t *reader, size_t line, const char *what, const char *about)
+/// "FILE:LINE: " and the rest, or without the line for an option. Always false.
+static bool complain(const reader_t *reader, const char *format, ...)
 {
     const sim_text_t *text = reader->text;
-    return text->is_option ? sim_error_set(reader->error, "%s: %s%s", text->name, what, about)
-                           : sim_error_set(reader->error, "%s:%zu: %s%s", text->name, line, what, about);
+    sim_error_t       what = {""};
+    va_list           args;
+    va_start(args, format);
+    (void)sim_error_set_list(&what, format, args);
+    va_end(args);
+    return text->is_option ? sim_error_set(reader->error, "%s: %s", text->name, what.text)
+                           : sim_error_set(reader->error, "%s:%zu: %s", text->name, reader->line, what.text);
 }
 
-/// The same about the value of the path.
-static bool complain_value(const reader_t *reader, size_t line, const char *what)
-{
-    char text[2 * SIM_KEY_MAX + 256];
-    (void)snprintf(text, sizeof text, "%s: %s", reader->path, what);
-    return complain(reader, line, text, "");
-}
-
-static bool complain_unknown(const reader_t *reader, size_t line)
+static bool complain_unknown(const reader_t *reader)
 {
     const sim_text_t *text   = reader->text;
     const size_t      prefix = (text->prefix[0] != '\0') ? strlen(text->prefix) + 1 : 0;
     sim_place_t       place;
     char              suggestion[SIM_KEY_MAX];
-    char              what[3 * SIM_KEY_MAX];
     if (prefix > 0 && !text->is_option && sim_key_find(NULL, reader->path + prefix, &place))
     {
-        (void)snprintf(what,
-                       sizeof what,
-                       "%s is a scenario's key: a file with the keys of its %s alone is wanted here",
-                       reader->path + prefix,
-                       text->prefix);
+        return complain(reader,
+                        "%s is a scenario's key: a file with the keys of its %s alone is wanted here",
+                        reader->path + prefix,
+                        text->prefix);
     }
-    else if (sim_suggest(reader->path, suggestion))
-    {
-        (void)snprintf(what, sizeof what, "unknown key %s, did you mean %s?", reader->path, suggestion);
-    }
-    else
-    {
-        (void)snprintf(what, sizeof what, "unknown key %s", reader->path);
-    }
-    return complain(reader, line, what, "");
+    return sim_suggest(reader->path, suggestion)
+               ? complain(reader, "unknown key %s, did you mean %s?", reader->path, suggestion)
+               : complain(reader, "unknown key %s", reader->path);
 }
 
-// --- nodes ---------------------------------------------------------------------------------------------------------
+// --- nodes and the path to them ------------------------------------------------------------------------------------
 
-static size_t line_of(const yaml_node_t *node)
+static const yaml_node_t *node_of(reader_t *reader, int id)
 {
-    return node->start_mark.line + 1;
+    return yaml_document_get_node(&reader->document, id);
 }
 
-/// The node `id`, which nothing else may refer to: that would be an alias. Null with the error filled in.
-static const yaml_node_t *take_node(reader_t *reader, int id, size_t line)
-{
-    const yaml_node_t *node = yaml_document_get_node(&reader->document, id);
-    if (reader->is_seen[id])
-    {
-        (void)complain(reader, line > 0 ? line : line_of(node), "aliases are not supported", "");
-        return NULL;
-    }
-    reader->is_seen[id] = true;
-    return node;
-}
-
-/// A scalar's text; cut at a zero byte, which no value and no key may have (has_zero_byte).
+/// A scalar's text; cut at a zero byte, which no value and no key may have.
 static const char *scalar(const yaml_node_t *node)
 {
     return (const char *)node->data.scalar.value;
@@ -98,17 +74,16 @@ static bool has_zero_byte(const yaml_node_t *node)
     return strlen(scalar(node)) != node->data.scalar.length;
 }
 
-/// Adds to the path; cut takes it off again.
-static bool append(reader_t *reader, size_t line, const char *separator, const char *name)
+/// Adds to the path.
+static bool append(reader_t *reader, const char *format, ...)
 {
-    const size_t room   = sizeof reader->path - reader->length;
-    const size_t length = (size_t)snprintf(reader->path + reader->length, room, "%s%s", separator, name);
-    if (length >= room)
-    {
-        return complain(reader, line, "a key is too long", "");
-    }
+    const size_t room = sizeof reader->path - reader->length;
+    va_list      args;
+    va_start(args, format);
+    const size_t length = (size_t)vsnprintf(reader->path + reader->length, room, format, args);
+    va_end(args);
     reader->length += length;
-    return true;
+    return length < room || complain(reader, "a key is too long");
 }
 
 static void cut(reader_t *reader, size_t length)
@@ -177,27 +152,21 @@ static bool take_value(const sim_key_t *key, const char *text, char *at, char *w
     return complaint == NULL;
 }
 
-static bool read_scalar(reader_t *reader, const sim_key_t *key, const yaml_node_t *node, size_t line, char *at)
+static bool read_scalar(const reader_t *reader, const sim_key_t *key, const yaml_node_t *node, char *at)
 {
     char what[2 * SIM_KEY_MAX] = "holds a zero byte";
     return (!has_zero_byte(node) && take_value(key, scalar(node), at, what, sizeof what)) ||
-           complain_value(reader, line, what);
+           complain(reader, "%s: %s", reader->path, what);
 }
 
 // --- mappings and lists --------------------------------------------------------------------------------------------
 
-static bool check_kind(reader_t          *reader,
-                       yaml_node_type_t   type,
-                       const char        *called,
-                       const yaml_node_t *node,
-                       size_t             line)
+static bool check_kind(const reader_t *reader, yaml_node_type_t type, const char *called, const yaml_node_t *node)
 {
-    char        what[64];
-    const char *found = (node->type == YAML_SCALAR_NODE)    ? "a single value"
-                        : (node->type == YAML_MAPPING_NODE) ? "a mapping"
-                                                            : "a list";
-    (void)snprintf(what, sizeof what, "%s is wanted here, not %s", called, found);
-    return node->type == type || complain_value(reader, line, what);
+    static const char *const found[] =
+        {[YAML_SCALAR_NODE] = "a single value", [YAML_MAPPING_NODE] = "a mapping", [YAML_SEQUENCE_NODE] = "a list"};
+    return node->type == type ||
+           complain(reader, "%s: %s is wanted here, not %s", reader->path, called, found[node->type]);
 }
 
 /// The key called `name` in a mapping, looked for before `end`; null if there is none.
@@ -208,8 +177,8 @@ static const yaml_node_t *find_in(reader_t               *reader,
 {
     for (const yaml_node_pair_t *pair = mapping->data.mapping.pairs.start; pair < end; pair++)
     {
-        const yaml_node_t *key = yaml_document_get_node(&reader->document, pair->key);
-        if (key->type == YAML_SCALAR_NODE && strcmp(scalar(key), name) == 0)
+        const yaml_node_t *key = node_of(reader, pair->key);
+        if (strcmp(scalar(key), name) == 0)
         {
             return key;
         }
@@ -217,101 +186,92 @@ static const yaml_node_t *find_in(reader_t               *reader,
     return NULL;
 }
 
-static bool read_mapping(reader_t *reader, const sim_key_t *keys, const yaml_node_t *node, char *group);
+static bool read_mapping(reader_t *reader, const sim_key_t *keys, const yaml_node_t *mapping, char *group);
 
 /// All keys of an element are required.
-static bool read_element(reader_t *reader, const sim_key_t *keys, int id, char *at)
+static bool read_element(reader_t *reader, const sim_key_t *keys, const yaml_node_t *node, char *at)
 {
-    const yaml_node_t *node = take_node(reader, id, 0);
-    if (node == NULL || !check_kind(reader, YAML_MAPPING_NODE, "a mapping", node, line_of(node)) ||
-        !read_mapping(reader, keys, node, at))
+    const size_t line = node->start_mark.line + 1;
+    reader->line      = line;
+    if (!check_kind(reader, YAML_MAPPING_NODE, "a mapping", node) || !read_mapping(reader, keys, node, at))
     {
         return false;
     }
+    reader->line = line;
     for (const sim_key_t *key = keys; key->name != NULL; key++)
     {
         if (find_in(reader, node, node->data.mapping.pairs.top, key->name) == NULL)
         {
-            return append(reader, line_of(node), ".", key->name) && complain_value(reader, line_of(node), "is missing");
+            return complain(reader, "%s.%s: is missing", reader->path, key->name);
         }
     }
-    return note(reader, line_of(node));
+    return note(reader, line);
 }
 
-static bool read_list(reader_t *reader, const sim_key_t *key, const yaml_node_t *node, size_t line, char *group)
+static bool read_list(reader_t *reader, const sim_key_t *key, const yaml_node_t *node, char *group)
 {
-    const size_t   count    = (size_t)(node->data.sequence.items.top - node->data.sequence.items.start);
-    const unsigned elements = (unsigned)count;
-    const size_t   length   = reader->length;
-    char           text[80];
-    if (!(count >= (size_t)key->min && count <= (size_t)key->max))
+    const yaml_node_item_t *items  = node->data.sequence.items.start;
+    const unsigned          count  = (unsigned)(node->data.sequence.items.top - items);
+    const size_t            length = reader->length;
+    if (!(count >= key->min && count <= key->max))
     {
-        (void)snprintf(text, sizeof text, "has %zu elements, %g to %g are wanted", count, key->min, key->max);
-        return complain_value(reader, line, text);
+        return complain(reader, "%s: has %u elements, %g to %g are wanted", reader->path, count, key->min, key->max);
     }
-    for (size_t i = 0; i < count; i++)
+    for (unsigned i = 0; i < count; i++)
     {
-        (void)snprintf(text, sizeof text, "[%zu]", i);
-        if (!append(reader, line, "", text) ||
-            !read_element(reader, key->keys, node->data.sequence.items.start[i], group + key->offset + i * key->size))
+        if (!append(reader, "[%u]", i) ||
+            !read_element(reader, key->keys, node_of(reader, items[i]), group + key->offset + i * key->size))
         {
             return false;
         }
         cut(reader, length);
     }
-    memcpy(group + key->count_offset, &elements, sizeof elements);
+    memcpy(group + key->count_offset, &count, sizeof count);
     return true;
 }
 
-static bool read_value(reader_t *reader, const sim_key_t *key, const yaml_node_t *node, size_t line, char *group)
+static bool read_value(reader_t *reader, const sim_key_t *key, const yaml_node_t *node, char *group)
 {
-    const char *called = sim_key_type_name(key);
-    switch (key->type)
+    const char            *called = sim_key_type_name(key);
+    const yaml_node_type_t type   = (key->type == SIM_KEY_GROUP)  ? YAML_MAPPING_NODE
+                                    : (key->type == SIM_KEY_LIST) ? YAML_SEQUENCE_NODE
+                                                                  : YAML_SCALAR_NODE;
+    if (!check_kind(reader, type, called, node))
     {
-    case SIM_KEY_GROUP:
-        return check_kind(reader, YAML_MAPPING_NODE, called, node, line) &&
-               read_mapping(reader, sim_key_below(key), node, group + key->offset);
-    case SIM_KEY_LIST:
-        return check_kind(reader, YAML_SEQUENCE_NODE, called, node, line) && read_list(reader, key, node, line, group);
+        return false;
+    }
+    switch (type)
+    {
+    case YAML_MAPPING_NODE:
+        return read_mapping(reader, sim_key_below(key), node, group + key->offset);
+    case YAML_SEQUENCE_NODE:
+        return read_list(reader, key, node, group);
     default:
-        return check_kind(reader, YAML_SCALAR_NODE, called, node, line) &&
-               read_scalar(reader, key, node, line, group + key->offset);
+        return read_scalar(reader, key, node, group + key->offset);
     }
 }
 
-/// A key's name, which the path then ends with. Null with the error filled in if it is none.
-static const char *read_name(reader_t *reader, const yaml_node_t *mapping, const yaml_node_pair_t *pair)
+/// Takes a pair's name, which the path then ends with.
+static bool read_name(reader_t *reader, const yaml_node_t *mapping, const yaml_node_pair_t *pair)
 {
-    const yaml_node_t *node = take_node(reader, pair->key, 0);
-    if (node == NULL)
-    {
-        return NULL;
-    }
-    const size_t line = line_of(node);
+    const yaml_node_t *node = node_of(reader, pair->key);
+    reader->line            = node->start_mark.line + 1;
     if (node->type != YAML_SCALAR_NODE)
     {
-        (void)complain(reader, line, "a key must be a word", "");
-        return NULL;
+        return complain(reader, "a key must be a word");
     }
     // A '.' or '[' inside a key would pass for a path.
     if (has_zero_byte(node) || strpbrk(scalar(node), ".[]") != NULL)
     {
-        (void)complain(reader, line, "unknown key ", scalar(node));
-        return NULL;
+        return complain(reader, "unknown key %s", scalar(node));
     }
-    if (!append(reader, line, reader->length > 0 ? "." : "", scalar(node)))
+    if (!append(reader, "%s%s", reader->length > 0 ? "." : "", scalar(node)))
     {
-        return NULL;
+        return false;
     }
     const yaml_node_t *other = find_in(reader, mapping, pair, scalar(node));
-    if (other != NULL)
-    {
-        char what[SIM_KEY_MAX + 64];
-        (void)snprintf(what, sizeof what, "%s is given twice, first in line %zu", reader->path, line_of(other));
-        (void)complain(reader, line, what, "");
-        return NULL;
-    }
-    return scalar(node);
+    return other == NULL ||
+           complain(reader, "%s is given twice, first in line %zu", reader->path, other->start_mark.line + 1);
 }
 
 static bool read_pair(reader_t               *reader,
@@ -320,30 +280,31 @@ static bool read_pair(reader_t               *reader,
                       const yaml_node_pair_t *pair,
                       char                   *group)
 {
-    const char *name = read_name(reader, mapping, pair);
-    if (name == NULL)
+    if (!read_name(reader, mapping, pair))
     {
         return false;
     }
-    const size_t       line = line_of(yaml_document_get_node(&reader->document, pair->key));
-    const sim_key_t   *key  = sim_key_in(keys, name, strlen(name));
-    const sim_key_t   *only = (keys == reader->text->keys) ? reader->text->only : NULL;
-    const yaml_node_t *node = take_node(reader, pair->value, line);
-    if (only != NULL && key != only)
+    const char      *name = scalar(node_of(reader, pair->key));
+    const sim_key_t *key  = sim_key_in(keys, name, strlen(name));
+    const size_t     line = reader->line;
+    if (keys == reader->text->keys && reader->text->only != NULL && key != reader->text->only)
     {
-        return complain(reader, line, "unknown key ", reader->path);
+        return complain(reader, "unknown key %s", reader->path);
     }
-    return (key != NULL || complain_unknown(reader, line)) && node != NULL &&
-           read_value(reader, key, node, line, group) && note(reader, line);
+    if (key == NULL)
+    {
+        return complain_unknown(reader);
+    }
+    return read_value(reader, key, node_of(reader, pair->value), group) && note(reader, line);
 }
 
-static bool read_mapping(reader_t *reader, const sim_key_t *keys, const yaml_node_t *node, char *group)
+static bool read_mapping(reader_t *reader, const sim_key_t *keys, const yaml_node_t *mapping, char *group)
 {
-    const size_t                  length = reader->length;
-    const yaml_node_pair_t *const end    = node->data.mapping.pairs.top;
-    for (const yaml_node_pair_t *pair = node->data.mapping.pairs.start; pair < end; pair++)
+    const size_t length = reader->length;
+    for (const yaml_node_pair_t *pair = mapping->data.mapping.pairs.start; pair < mapping->data.mapping.pairs.top;
+         pair++)
     {
-        if (!read_pair(reader, keys, node, pair, group))
+        if (!read_pair(reader, keys, mapping, pair, group))
         {
             return false;
         }
@@ -354,122 +315,97 @@ static bool read_mapping(reader_t *reader, const sim_key_t *keys, const yaml_nod
 
 // --- the document --------------------------------------------------------------------------------------------------
 
-static bool complain_yaml(const reader_t *reader, const yaml_parser_t *parser)
+static bool complain_yaml(reader_t *reader, const yaml_parser_t *parser)
 {
-    size_t line = parser->problem_mark.line + 1;
-    if (parser->error == YAML_COMPOSER_ERROR) // it finds fault with nothing else
-    {
-        return complain(reader, line, "aliases are not supported", "");
-    }
+    reader->line = parser->problem_mark.line + 1;
     if (parser->error == YAML_READER_ERROR) // has an offset alone
     {
-        line = 1;
+        reader->line = 1;
         for (size_t i = 0; i < parser->problem_offset && reader->text->text[i] != '\0'; i++)
         {
-            line += (reader->text->text[i] == '\n') ? 1u : 0u;
+            reader->line += (reader->text->text[i] == '\n') ? 1u : 0u;
         }
     }
-    return complain(reader, line, "not valid YAML: ", parser->problem != NULL ? parser->problem : "unreadable");
+    return complain(reader, "not valid YAML: %s", parser->problem != NULL ? parser->problem : "unreadable");
 }
 
-/// Nothing may come after the document.
-static bool check_end(const reader_t *reader, yaml_parser_t *parser)
+typedef struct
 {
-    yaml_document_t second;
-    if (!yaml_parser_load(parser, &second))
+    unsigned depth, nodes, documents;
+} shape_t;
+
+static bool check_event(reader_t *reader, shape_t *shape, const yaml_event_t *event)
+{
+    const yaml_event_type_t type  = event->type;
+    const bool              opens = type == YAML_SEQUENCE_START_EVENT || type == YAML_MAPPING_START_EVENT;
+    const bool              ends  = type == YAML_SEQUENCE_END_EVENT || type == YAML_MAPPING_END_EVENT;
+    reader->line                  = event->start_mark.line + 1;
+    shape->depth                  = shape->depth + (opens ? 1u : 0u) - (ends ? 1u : 0u);
+    shape->nodes += (opens || type == YAML_SCALAR_EVENT) ? 1u : 0u;
+    shape->documents += (type == YAML_DOCUMENT_START_EVENT) ? 1u : 0u;
+    if (shape->documents == 0 && type == YAML_STREAM_END_EVENT)
     {
-        return complain_yaml(reader, parser);
+        reader->line = 1;
+        return complain(reader, "the file is empty");
     }
-    const bool   is_end = yaml_document_get_root_node(&second) == NULL;
-    const size_t line   = second.start_mark.line + 1;
-    yaml_document_delete(&second);
-    return is_end || complain(reader, line, "a second document in one file", "");
+    const char *what = (shape->documents > 1)                ? "a second document in one file"
+                       : (type == YAML_ALIAS_EVENT)          ? "aliases are not supported"
+                       : (shape->depth > DEPTH_MAX)          ? "nested too deeply"
+                       : (shape->nodes > SIM_FILE_NODES_MAX) ? "more than 1000 keys and values"
+                                                             : NULL;
+    return what == NULL || complain(reader, "%s", what);
 }
 
-/// libyaml takes a time that grows with the square of the depth: minutes for a file of brackets. So this looks first, and
-/// leaves any other fault for later.
-static bool check_depth(const reader_t *reader)
+/// Looks at the events first: libyaml takes a time that grows with the square of a document's depth, minutes for a file of
+/// brackets.
+static bool check_shape(reader_t *reader)
 {
     yaml_parser_t parser;
     yaml_event_t  event;
-    size_t        line  = 0;
-    int           depth = 0;
-    bool          more  = yaml_parser_initialize(&parser) == 1;
+    shape_t       shape = {0};
+    bool          ok    = yaml_parser_initialize(&parser) == 1;
+    bool          more  = ok;
     yaml_parser_set_input_string(&parser, (const unsigned char *)reader->text->text, strlen(reader->text->text));
-    while (more && depth <= DEPTH_MAX && yaml_parser_parse(&parser, &event))
+    while (ok && more)
     {
-        depth += (event.type == YAML_SEQUENCE_START_EVENT || event.type == YAML_MAPPING_START_EVENT) ? 1 : 0;
-        depth -= (event.type == YAML_SEQUENCE_END_EVENT || event.type == YAML_MAPPING_END_EVENT) ? 1 : 0;
+        if (!yaml_parser_parse(&parser, &event))
+        {
+            ok = complain_yaml(reader, &parser);
+            break;
+        }
+        ok   = check_event(reader, &shape, &event);
         more = event.type != YAML_STREAM_END_EVENT;
-        line = event.start_mark.line + 1;
         yaml_event_delete(&event);
     }
     yaml_parser_delete(&parser);
-    return depth <= DEPTH_MAX || complain(reader, line, "nested too deeply", "");
-}
-
-static bool check_size(const reader_t *reader)
-{
-    size_t entries = 0;
-    for (const yaml_node_t *node = reader->document.nodes.start; node < reader->document.nodes.top; node++)
-    {
-        entries += (node->type == YAML_MAPPING_NODE)
-                       ? (size_t)(node->data.mapping.pairs.top - node->data.mapping.pairs.start)
-                   : (node->type == YAML_SEQUENCE_NODE)
-                       ? (size_t)(node->data.sequence.items.top - node->data.sequence.items.start)
-                       : 0;
-    }
-    return entries <= SIM_FILE_ENTRIES_MAX || sim_error_set(reader->error,
-                                                            "%s: has %zu entries, %u at most are allowed",
-                                                            reader->text->name,
-                                                            entries,
-                                                            SIM_FILE_ENTRIES_MAX);
+    return ok;
 }
 
 static bool read_document(reader_t *reader)
 {
-    const size_t nodes = (size_t)(reader->document.nodes.top - reader->document.nodes.start);
-    if (nodes == 0)
-    {
-        return complain(reader, 1, "the file is empty", "");
-    }
-    reader->is_seen = calloc(nodes + 1, sizeof *reader->is_seen); // nodes count from 1
-    if (reader->is_seen == NULL)
-    {
-        return sim_error_set(reader->error, "out of memory");
-    }
-    const yaml_node_t *root = take_node(reader, 1, 0);
-    const bool         ok =
-        (root->type == YAML_MAPPING_NODE || complain(reader, line_of(root), "a mapping is wanted here", "")) &&
-        check_size(reader) && append(reader, 1, "", reader->text->prefix) &&
-        read_mapping(reader, reader->text->keys, root, reader->text->group);
-    free(reader->is_seen);
-    return ok;
+    const yaml_node_t *root = yaml_document_get_root_node(&reader->document);
+    reader->line            = root->start_mark.line + 1;
+    return (root->type == YAML_MAPPING_NODE || complain(reader, "a mapping is wanted here")) &&
+           append(reader, "%s", reader->text->prefix) &&
+           read_mapping(reader, reader->text->keys, root, reader->text->group);
 }
 
 bool sim_read(const sim_text_t *text, sim_sources_t *sources, sim_error_t *error)
 {
     reader_t      reader = {.text = text, .sources = sources, .error = error};
     yaml_parser_t parser;
-    if (!check_depth(&reader))
+    if (!check_shape(&reader))
     {
         return false;
     }
-    if (!yaml_parser_initialize(&parser))
-    {
-        return sim_error_set(error, "out of memory");
-    }
+    bool ok = yaml_parser_initialize(&parser) == 1;
     yaml_parser_set_input_string(&parser, (const unsigned char *)text->text, strlen(text->text));
-    bool ok = yaml_parser_load(&parser, &reader.document);
-    if (!ok)
+    ok = ok && yaml_parser_load(&parser, &reader.document) == 1;
+    if (ok)
     {
-        (void)complain_yaml(&reader, &parser);
-    }
-    else
-    {
-        ok = check_end(&reader, &parser) && read_document(&reader);
+        ok = read_document(&reader);
         yaml_document_delete(&reader.document);
     }
     yaml_parser_delete(&parser);
-    return ok;
+    return ok || sim_error_set(error, "out of memory");
 }

@@ -6,8 +6,8 @@
 #include "scenario/keys.h"
 #include "scenario/source.h"
 
-#define SIM_FILE_BYTES_MAX   (256u * 1024u)
-#define SIM_FILE_ENTRIES_MAX 1000u
+#define SIM_FILE_BYTES_MAX (256u * 1024u)
+#define SIM_FILE_NODES_MAX 1000u ///< keys and values, mappings and lists
 
 typedef struct
 {

@@ -217,7 +217,8 @@ static bool read_row(sim_csv_t *csv, reader_t *reader)
                                  field.position,
                                  reader->fields);
         }
-        if (column != NOT_WANTED && !take_number(reader, &field, column, &csv->values[column][csv->rows]))
+        double *values = (column != NOT_WANTED) ? csv->values[column] : NULL;
+        if (values != NULL && !take_number(reader, &field, column, &values[csv->rows]))
         {
             return false;
         }

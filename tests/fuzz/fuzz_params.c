@@ -31,7 +31,7 @@ static void check_header(const char *text)
     }
 }
 
-static void write_header(const sim_config_t *config, char *set, bool q31)
+static void write_header(const sim_config_t *config, const char *set, bool q31)
 {
     sim_loop_config_t loop_config;
     sim_loop_t        loop;
