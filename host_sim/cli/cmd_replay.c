@@ -2,6 +2,7 @@
 
 #include "cli/commands.h"
 #include "cli/progress.h"
+#include "cli/trace.h"
 #include "scenario/check.h"
 #include "scenario/loop.h"
 #include "scenario/loop_config.h"
@@ -14,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define JITTER 0.01 ///< of an interval, in parts of it
+#define JITTER 0.01 ///< of the time stamps, as a fraction of an interval
 
 typedef struct
 {
@@ -51,13 +52,14 @@ enum
 /// A recording cannot be made again: the result must not take its place, nor that of the params.
 static int check_out(const options_t *options)
 {
-    if (options->out != NULL && sim_file_is_same(options->out, options->log))
+    const char *out = options->out;
+    if (out != NULL && sim_file_is_same(out, options->log))
     {
-        return sim_usage("replay: --out %s is the same file as the log %s", options->out, options->log);
+        return sim_usage("replay: --out %s is the same file as the log %s", out, options->log);
     }
-    if (options->out != NULL && options->params != NULL && sim_file_is_same(options->out, options->params))
+    if (out != NULL && options->params != NULL && sim_file_is_same(out, options->params))
     {
-        return sim_usage("replay: --out %s is the same file as --params %s", options->out, options->params);
+        return sim_usage("replay: --out %s is the same file as --params %s", out, options->params);
     }
     return 0;
 }
@@ -145,78 +147,33 @@ static double median_interval(const double *t, size_t rows)
 }
 
 /// The sample time that the time stamps keep, all of them.
-static bool find_sample_time(const sim_csv_t *log, const char *path, double *sample_time_s, sim_error_t *error)
+static bool find_sample_time(const sim_csv_t *log, double *sample_time_s, sim_error_t *error)
 {
     const double *t = log->values[COLUMN_T];
     if (log->rows < 2)
     {
-        return sim_error_set(error,
-                             "%s:%zu:%zu: t_s: one row has no sample time, two at least are wanted",
-                             path,
-                             sim_csv_line(0),
-                             log->positions[0]);
-    }
-    for (size_t i = 1; i < log->rows; i++)
-    {
-        if (!(t[i] > t[i - 1]))
-        {
-            return sim_error_set(error,
-                                 "%s:%zu:%zu: t_s: %.15g does not come after %.15g",
-                                 path,
-                                 sim_csv_line(i),
-                                 log->positions[i],
-                                 t[i],
-                                 t[i - 1]);
-        }
+        return sim_csv_complain(log, 0, error, "t_s: one row has no sample time, two at least are wanted");
     }
     const double median = median_interval(t, log->rows);
-    if (median < 0.0)
+    if (!sim_csv_check_rising(log, "t_s", error) || median < 0.0)
     {
-        return sim_error_set(error, "out of memory");
+        return sim_error_set(error, "out of memory"); // if not said otherwise
     }
     for (size_t i = 1; i < log->rows; i++)
     {
         const double interval = t[i] - t[i - 1];
         if (!(fabs(interval - median) <= JITTER * median))
         {
-            return sim_error_set(error,
-                                 "%s:%zu:%zu: t_s: %.6g s after the row before, where the log's interval is %.6g s",
-                                 path,
-                                 sim_csv_line(i),
-                                 log->positions[i],
-                                 interval,
-                                 median);
+            return sim_csv_complain(log,
+                                    i,
+                                    error,
+                                    "t_s: %.6g s after the row before, where the log's interval is %.6g s",
+                                    interval,
+                                    median);
         }
     }
     *sample_time_s = (t[log->rows - 1] - t[0]) / (double)(log->rows - 1);
     return true;
-}
-
-static const char header[] = "t_s,u_N,F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N";
-
-static void write_header(FILE *file, bool both)
-{
-    (void)fputs(header, file);
-    if (both)
-    {
-        (void)fputs(",F_hat_q31_N,n_q31_N,L_q31_N,v_q31_N_per_s,Q1_q31,Q2_q31,Q_q31,f_hat_q31_N", file);
-    }
-    (void)fputs("\n", file);
-}
-
-static void write_signals(FILE *file, const tribo_compensator_f32_signals_t *signals)
-{
-    const tribo_friction_f32_signals_t *friction = &signals->friction;
-    (void)fprintf(file,
-                  ",%.9g,%.9g,%.9g,%.9g,%d,%d,%d,%.9g",
-                  (double)signals->force_n,
-                  (double)friction->n_n,
-                  (double)friction->L_n,
-                  (double)friction->v_n_per_s,
-                  (friction->relays & TRIBO_RELAY_Q1) != 0u,
-                  (friction->relays & TRIBO_RELAY_Q2) != 0u,
-                  (friction->relays & TRIBO_RELAY_Q) != 0u,
-                  (double)friction->f_n);
 }
 
 static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, double measured_n)
@@ -282,16 +239,17 @@ static void replay_row(replay_t *replay, const sim_csv_t *log, size_t row, FILE 
     tribo_compensator_f32_signals_t f32;
     tribo_compensator_f32_signals_t q31;
     // 15 digits give a time stamp back as it was written, whatever its origin.
-    (void)fprintf(file, "%.15g,%.9g", log->values[COLUMN_T][row], u);
+    (void)fprintf(file, "%.15g,%.9g,", log->values[COLUMN_T][row], u);
     if (replay->options->f32)
     {
         f32 = step_f32(replay, u, F);
-        write_signals(file, &f32);
+        sim_trace_write_compensator(file, &f32);
     }
     if (replay->options->q31)
     {
         q31 = step_q31(replay, u, F);
-        write_signals(file, &q31);
+        (void)fputs(replay->options->f32 ? "," : "", file);
+        sim_trace_write_compensator(file, &q31);
     }
     if (replay->options->f32 && replay->options->q31)
     {
@@ -301,12 +259,15 @@ static void replay_row(replay_t *replay, const sim_csv_t *log, size_t row, FILE 
     (void)fputs("\n", file);
 }
 
+static const char q31_columns[] = ",F_hat_q31_N,n_q31_N,L_q31_N,v_q31_N_per_s,Q1_q31,Q2_q31,Q_q31,f_hat_q31_N";
+
 static void step_through(replay_t *replay, const sim_csv_t *log, FILE *file)
 {
     tribo_compensator_f32_reset(&replay->state_f32);
     tribo_compensator_q31_reset(&replay->state_q31);
     sim_progress_t progress = {.calls = 0};
-    write_header(file, replay->options->f32 && replay->options->q31);
+    const bool     both     = replay->options->f32 && replay->options->q31;
+    (void)fprintf(file, "t_s,u_N,%s%s\n", SIM_TRACE_COMPENSATOR, both ? q31_columns : "");
     for (size_t i = 0; i < log->rows && !ferror(file); i++)
     {
         replay_row(replay, log, i, file);
@@ -388,7 +349,7 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
 static bool replay_with(const options_t *options, sim_scenario_t *scenario, const sim_csv_t *log, sim_error_t *error)
 {
     replay_t replay = {.options = options};
-    return find_sample_time(log, options->log, &replay.sample_time_s, error) && make_params(&replay, scenario, error) &&
+    return find_sample_time(log, &replay.sample_time_s, error) && make_params(&replay, scenario, error) &&
            replay_log(&replay, log, error);
 }
 

@@ -7,40 +7,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define FORCE_MAX_N 1e6 ///< as of reference.low_N and high_N
-#define TWO_PI      6.283185307179586
+#define TWO_PI 6.283185307179586
 
-static const sim_csv_column_t columns[] = {{.name = "t_s"}, {.name = "r_N"}};
-
-static bool check_rows(const sim_csv_t *csv, const char *path, sim_error_t *error)
-{
-    const double *t = csv->values[0];
-    const double *r = csv->values[1];
-    for (size_t i = 0; i < csv->rows; i++)
-    {
-        if (i > 0 && !(t[i] > t[i - 1]))
-        {
-            return sim_error_set(error,
-                                 "%s:%zu:%zu: t_s: %.9g does not come after %.9g",
-                                 path,
-                                 sim_csv_line(i),
-                                 csv->positions[i],
-                                 t[i],
-                                 t[i - 1]);
-        }
-        if (!(fabs(r[i]) <= FORCE_MAX_N))
-        {
-            return sim_error_set(error,
-                                 "%s:%zu: r_N: %.10g is outside %g to %g",
-                                 path,
-                                 sim_csv_line(i),
-                                 r[i],
-                                 -FORCE_MAX_N,
-                                 FORCE_MAX_N);
-        }
-    }
-    return true;
-}
+static const sim_csv_column_t columns[] = {{.name = "t_s"}, {.name = "r_N", .max = 1e6}};
 
 /// A device or a pipe might have no end.
 static bool check_file(const sim_scenario_t *scenario, const char *path, sim_error_t *error)
@@ -69,7 +38,7 @@ bool sim_reference_init(sim_reference_t *reference, const sim_scenario_t *scenar
         return sim_error_set(error, "out of memory");
     }
     const bool ok = check_file(scenario, path, error) && sim_csv_read(&reference->csv, path, columns, 2, error) &&
-                    check_rows(&reference->csv, path, error);
+                    sim_csv_check_rising(&reference->csv, "t_s", error);
     free(path);
     return ok;
 }

@@ -4,7 +4,9 @@
 #include "support/number.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -178,17 +180,21 @@ static bool read_header(sim_csv_t *csv, reader_t *reader)
 /// Takes the number of a wanted column.
 static bool take_number(const reader_t *reader, const field_t *field, size_t column, double *value)
 {
-    const char *complaint = sim_number_parse(field->text, value);
-    if (complaint == NULL && fabs(*value) > SIM_CSV_NUMBER_MAX)
+    const sim_csv_column_t *wanted    = &reader->wanted[column];
+    const double            max       = (wanted->max > 0.0) ? wanted->max : SIM_CSV_NUMBER_MAX;
+    const char             *complaint = sim_number_parse(field->text, value);
+    char                    outside[64];
+    (void)snprintf(outside, sizeof outside, "is outside %g to %g", -max, max);
+    if (complaint == NULL && fabs(*value) > max)
     {
-        complaint = "is larger than 1e30";
+        complaint = outside;
     }
     return complaint == NULL || sim_error_set(reader->error,
                                               "%s:%zu:%zu: %s: '%.40s' %s",
                                               reader->name,
                                               field->line,
                                               field->position,
-                                              reader->wanted[column].name,
+                                              wanted->name,
                                               field->text,
                                               complaint);
 }
@@ -266,7 +272,7 @@ bool sim_csv_parse(sim_csv_t              *csv,
 {
     reader_t reader =
         {.name = name, .wanted = wanted, .count = count, .error = error, .next = text, .line_start = text, .line = 1};
-    *csv          = (sim_csv_t){.rows = 0};
+    *csv          = (sim_csv_t){.name = name};
     const bool ok = read_all(csv, &reader);
     free(reader.column);
     if (!ok)
@@ -284,9 +290,28 @@ bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *want
     return ok;
 }
 
-size_t sim_csv_line(size_t row)
+bool sim_csv_complain(const sim_csv_t *csv, size_t row, sim_error_t *error, const char *format, ...)
 {
-    return row + 2; // no field goes over a line's end, and no line is left out
+    sim_error_t what = {""};
+    va_list     args;
+    va_start(args, format);
+    (void)sim_error_set_list(&what, format, args);
+    va_end(args);
+    // Row 0 is in line 2: no field goes over a line's end, and no line is left out.
+    return sim_error_set(error, "%s:%zu:%zu: %s", csv->name, row + 2, csv->positions[row], what.text);
+}
+
+bool sim_csv_check_rising(const sim_csv_t *csv, const char *name, sim_error_t *error)
+{
+    const double *x = csv->values[0];
+    for (size_t i = 1; i < csv->rows; i++)
+    {
+        if (!(x[i] > x[i - 1]))
+        {
+            return sim_csv_complain(csv, i, error, "%s: %.15g does not come after %.15g", name, x[i], x[i - 1]);
+        }
+    }
+    return true;
 }
 
 void sim_csv_free(sim_csv_t *csv)

@@ -83,7 +83,7 @@ static void forget(sim_output_file_t *file)
 }
 
 /// Opens a new file in the folder of file->path; that file's name may leave no room for a longer one.
-static bool open_beside(sim_output_file_t *file)
+static bool open_next_to(sim_output_file_t *file)
 {
     const char *slash = strrchr(file->path, '/');
     file->temporary =
@@ -128,7 +128,7 @@ static bool open_place(sim_output_file_t *file, const char *path)
     // A signal must not come between the making of a file and its being remembered.
     sigset_t before;
     block_ending(&before);
-    const bool opened = file->path != NULL && open_beside(file);
+    const bool opened = file->path != NULL && open_next_to(file);
     const int  cause  = errno;
     (void)sigprocmask(SIG_SETMASK, &before, NULL);
     errno = cause;

@@ -1,4 +1,4 @@
-/// Results that appear whole or not at all: written under temporary names beside their places, then renamed together. What is
+/// Results that appear whole or not at all: written under temporary names next to their places, then renamed together. What is
 /// no regular file, a device or a pipe, is written to as it is.
 
 #ifndef SIM_OUTPUT_FILE_H
@@ -21,7 +21,7 @@ typedef struct
     bool  is_unwanted; ///< nothing is to be at `path`
 } sim_output_file_t;
 
-/// Opens a temporary file beside `path` (beside what it points to, if it is a link), or standard output if `path` is null.
+/// Opens a temporary file next to `path` (next to what it points to, if it is a link), or standard output if `path` is null.
 bool sim_output_open(sim_output_file_t *file, const char *path, sim_error_t *error);
 
 /// What an earlier run has left at `path` is not to outlive the commit.

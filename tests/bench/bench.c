@@ -84,12 +84,12 @@ typedef struct
 
 static golden_result_t play_golden(const char *name, const tribo_compensator_f32_config_t *config, bool whole)
 {
-    const sim_csv_column_t columns[] = {{"u_N", false},
-                                        {whole ? "F_hat_N" : "F_N", false},
-                                        {"Q1", false},
-                                        {"Q2", false},
-                                        {"Q", false},
-                                        {"f_N", false}};
+    const sim_csv_column_t columns[] = {{.name = "u_N"},
+                                        {.name = whole ? "F_hat_N" : "F_N"},
+                                        {.name = "Q1"},
+                                        {.name = "Q2"},
+                                        {.name = "Q"},
+                                        {.name = "f_N"}};
 
     char                            path[512];
     sim_csv_t                       csv;

@@ -74,7 +74,7 @@ def test_a_reference_that_is_no_file_is_refused(sim, file):
 def test_a_reference_file_keeps_to_the_range_of_a_reference(sim, value):
     sim.write("r.csv", f"t_s,r_N\n0,0\n1,{value}\n")
     sim.write("x.yaml", "duration_s: 2\nreference: {kind: csv, file: r.csv}\n")
-    sim.fails(f"r.csv:3: r_N: {float(value):.10g} is outside -1e+06 to 1e+06", "run", "x.yaml")
+    sim.fails(f"r.csv:3:3: r_N: '{value}' is outside -1e+06 to 1e+06", "run", "x.yaml")
 
 
 def test_a_reference_from_before_time_began_is_read(sim):
@@ -122,7 +122,7 @@ def test_a_plant_that_comes_to_no_number_is_an_error(sim):
 def test_a_log_beyond_float_is_refused(sim, column, force):
     row, place = {"u_N": ("0.003,-1e39,0", 7), "F_N": ("0.003,0.1,-1e39", 11)}[column]
     sim.write("log.csv", GOOD_LOG + row + "\n")
-    sim.fails(f"log.csv:5:{place}: {column}: '-1e39' is larger than 1e30", "replay", "log.csv", "--force", force)
+    sim.fails(f"log.csv:5:{place}: {column}: '-1e39' is outside -1e+30 to 1e+30", "replay", "log.csv", "--force", force)
 
 
 # Messages
