@@ -137,11 +137,11 @@ static bool open_place(sim_output_file_t *file, const char *path)
 
 bool sim_output_open(sim_output_file_t *file, const char *path, sim_error_t *error)
 {
-    *file = (sim_output_file_t){.stream = stdout};
+    *file = (sim_output_file_t){.stream = (path == NULL) ? stdout : NULL};
     if (path != NULL && !open_place(file, path))
     {
         (void)sim_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
-        forget(file);
+        sim_output_discard(file, 1);
         return false;
     }
     return true;
