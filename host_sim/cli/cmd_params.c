@@ -7,6 +7,7 @@
 #include "support/output_file.h"
 
 #include <ctype.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,19 +24,12 @@ typedef struct
 /// A C identifier that is nobody's keyword once something is appended, nor reserved.
 static bool take_name(options_t *options, const char *name, size_t length)
 {
-    if (length == 0 || length > NAME_MAX_LENGTH || !isalpha((unsigned char)name[0]))
+    static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
+    if (length > NAME_MAX_LENGTH || !isalpha((unsigned char)name[0]) || strspn(name, allowed) < length)
     {
         return false;
     }
-    for (size_t i = 0; i < length; i++)
-    {
-        if (!isalnum((unsigned char)name[i]) && name[i] != '_')
-        {
-            return false;
-        }
-        options->name[i] = name[i];
-    }
-    options->name[length] = '\0';
+    (void)snprintf(options->name, sizeof options->name, "%.*s", (int)length, name);
     return true;
 }
 

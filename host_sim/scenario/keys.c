@@ -1,3 +1,6 @@
+// A new key is a row here and a field of the struct that the row is about (config.h, plant/truth_config.h); what uses it reads the
+// field. `cmake --build --preset host-release --target scenario-readme` then writes its row in scenarios/README.md.
+
 #include "scenario/keys.h"
 
 #include <stdio.h>
