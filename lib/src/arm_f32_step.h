@@ -19,9 +19,8 @@ static inline void arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_
     // again from 0. With G = 0 it recovers; a corrupt G either takes F here or decays.
     if (exceeds(F, TRIBO_F32_FORCE_MAX_N))
     {
-        const float limit = F < 0.0f ? -TRIBO_F32_FORCE_MAX_N : TRIBO_F32_FORCE_MAX_N;
-        F                 = F == F ? limit : 0.0f;
-        next_G            = 0.0f;
+        F      = F < 0.0f ? -TRIBO_F32_FORCE_MAX_N : F > 0.0f ? TRIBO_F32_FORCE_MAX_N : 0.0f;
+        next_G = 0.0f;
         count(&state->clamped);
     }
     state->force_n        = F;
