@@ -59,10 +59,12 @@ enum
     OPTION_MARKDOWN
 };
 
+// clang-format off: one row an option
 static const struct argp_option options[] = {
     {.name = "keys", .key = OPTION_KEYS, .doc = "every key that a scenario can have, with its range and default"},
     {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "the same as the tables of scenarios/README.md"},
     {.name = NULL}};
+// clang-format on
 
 /// Keeps the last option.
 static int take(void *context, int key, const char *value)

@@ -56,15 +56,14 @@ enum
     OPTION_NAME
 };
 
+// clang-format off: one row an option
 static const struct argp_option known[] = {
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31", .doc = "the loop's arithmetic; f32 if left out"},
     {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "changes any key of the scenario"},
-    {.name = "name",
-     .key  = OPTION_NAME,
-     .arg  = "NAME",
-     .doc  = "NAME_params is declared; the scenario's name if left out"},
+    {.name = "name", .key = OPTION_NAME, .arg = "NAME", .doc = "NAME_params is declared; the scenario's name if left out"},
     {.name = "out", .key = OPTION_OUT, .arg = "FILE.h", .doc = "where it goes; standard output if left out"},
     {.name = NULL}};
+// clang-format on
 
 static int take(void *context, int key, const char *value)
 {

@@ -73,22 +73,15 @@ enum
     OPTION_FULL_SCALE
 };
 
+// clang-format off: one row an option
 static const struct argp_option known[] = {
-    {.name = "params",
-     .key  = OPTION_PARAMS,
-     .arg  = "FILE.yaml",
-     .doc  = "keys of a scenario's `compensator`; the paper's values if left out"},
-    {.name = "force",
-     .key  = OPTION_FORCE,
-     .arg  = "own|measured",
-     .doc  = "F is the compensator's own arm model's (if left out), or the log's F_N"},
+    {.name = "params", .key = OPTION_PARAMS, .arg = "FILE.yaml", .doc = "keys of a scenario's `compensator`; the paper's values if left out"},
+    {.name = "force", .key = OPTION_FORCE, .arg = "own|measured", .doc = "F is the compensator's own arm model's (if left out), or the log's F_N"},
     {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "where the result goes; standard output if left out"},
-    {.name = "arith",
-     .key  = OPTION_ARITH,
-     .arg  = "f32|q31|both",
-     .doc  = "f32 if left out; both: Q31's columns after f32's, and how they differ"},
+    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: Q31's columns after f32's, and how they differ"},
     {.name = "full-scale", .key = OPTION_FULL_SCALE, .arg = "N", .doc = "what 2^31 stands for in Q31; 2 N if left out"},
     {.name = NULL}};
+// clang-format on
 
 static int take(void *context, int key, const char *value)
 {

@@ -28,23 +28,15 @@ enum
     OPTION_ARITH
 };
 
+// clang-format off: one row an option
 static const struct argp_option known[] = {
     {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "changes any key, e.g. compensator.gain=0"},
-    {.name = "out",
-     .key  = OPTION_OUT,
-     .arg  = "DIR",
-     .doc  = "writes DIR/trace.csv (one row a tick) and DIR/summary.json"},
+    {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "writes DIR/trace.csv (one row a tick) and DIR/summary.json"},
     {.name = "json", .key = OPTION_JSON, .doc = "prints the summary as JSON instead of a table"},
-    {.name = "arith",
-     .key  = OPTION_ARITH,
-     .arg  = "f32|q31|both",
-     .doc  = "f32 if left out; both: two loops on two plants and how they differ"},
-    {.name = "target",
-     .key  = OPTION_TARGET,
-     .arg  = SIM_TARGET_NAMES,
-     .doc = "runs the drive's firmware on an emulated microcontroller against the plant here, and compares it with the "
-            "host, bit by bit"},
+    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: two loops on two plants and how they differ"},
+    {.name = "target", .key = OPTION_TARGET, .arg = SIM_TARGET_NAMES, .doc = "runs the drive's firmware on an emulated microcontroller against the plant here, and compares it with the host, bit by bit"},
     {.name = NULL}};
+// clang-format on
 
 static int take(void *context, int key, const char *value)
 {

@@ -18,22 +18,21 @@ typedef struct
     int                  status; ///< to exit with; 0: no fault yet
 } parse_t;
 
-/// An option by its name as the user wrote it, which may be its start alone, and without its value.
-static bool wants_value(const sim_command_t *command, const char *word)
+/// Whether the word is an option, or the start of one: then its value was missing.
+static bool is_option(const sim_command_t *command, const char *word)
 {
-    bool wants = false;
-    for (const struct argp_option *option = command->options; option->name != NULL; option++)
+    const struct argp_option *option = command->options;
+    while (option->name != NULL && (strncmp(word, "--", 2) != 0 || strstr(option->name, word + 2) != option->name))
     {
-        wants = wants ||
-                (option->arg != NULL && strncmp(word, "--", 2) == 0 && strstr(option->name, word + 2) == option->name);
+        option++;
     }
-    return wants;
+    return option->name != NULL;
 }
 
 static int complain_about(const sim_command_t *command, const char *word)
 {
-    return wants_value(command, word) ? sim_usage("%s: %s wants a value", command->name, word)
-                                      : sim_usage("%s: unknown option %s", command->name, word);
+    return is_option(command, word) ? sim_usage("%s: %s wants a value", command->name, word)
+                                    : sim_usage("%s: unknown option %s", command->name, word);
 }
 
 static error_t take(int key, char *value, struct argp_state *state)

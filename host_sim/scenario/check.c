@@ -79,26 +79,28 @@ static bool check_times(const sim_scenario_t *scenario, sim_error_t *error)
     return true;
 }
 
+/// "WHOSE.friction." and the rest, as a key.
+static const char *friction_key(char key[SIM_KEY_MAX], const char *whose, const char *rest)
+{
+    (void)snprintf(key, SIM_KEY_MAX, "%s.friction.%s", whose, rest);
+    return key;
+}
+
 static bool check_friction(const sim_scenario_t        *scenario,
                            const sim_friction_config_t *friction,
                            const char                  *whose,
                            sim_error_t                 *error)
 {
-    char key[SIM_KEY_MAX];
+    static const char *const law[] = {"offset_N", "slope", "negative_offset_N", "negative_slope"};
+
+    const sim_breakaway_point_t *points = friction->breakaway.table;
+    char                         table[SIM_KEY_MAX], key[2 * SIM_KEY_MAX];
     if (friction->k_min > friction->k_max)
     {
-        (void)snprintf(key, sizeof key, "%s.friction.k_min", whose);
-        return complain(scenario, key, "is larger than k_max", error);
+        return complain(scenario, friction_key(key, whose, "k_min"), "is larger than k_max", error);
     }
-    const sim_breakaway_point_t *points = friction->breakaway.table;
-    if (friction->breakaway.table_count == 0)
-    {
-        return true;
-    }
-    static const char *const law[] = {"offset_N", "slope", "negative_offset_N", "negative_slope"};
-    char                     table[SIM_KEY_MAX];
-    (void)snprintf(table, sizeof table, "%s.friction.breakaway.table", whose);
-    for (size_t i = 0; i < sizeof law / sizeof law[0]; i++)
+    (void)friction_key(table, whose, "breakaway.table");
+    for (size_t i = 0; friction->breakaway.table_count > 0 && i < sizeof law / sizeof law[0]; i++)
     {
         (void)snprintf(key, sizeof key, "%s.friction.breakaway.%s", whose, law[i]);
         // A table of --set goes over a file's law.
@@ -112,7 +114,7 @@ static bool check_friction(const sim_scenario_t        *scenario,
     {
         if (!(points[i].force_n > points[i - 1].force_n))
         {
-            (void)snprintf(key, sizeof key, "%s.friction.breakaway.table[%u].force_N", whose, i);
+            (void)snprintf(key, sizeof key, "%s[%u].force_N", table, i);
             return complain(scenario, key, "must be larger than in the point before", error);
         }
     }

@@ -180,6 +180,7 @@ MISTAKES = {
     "compensator.gian=1": "unknown key compensator.gian, did you mean compensator.gain?",
     "plant.friction.breakaway.slop=1": "unknown key plant.friction.breakaway.slop,"
                                        " did you mean plant.friction.breakaway.slope?",
+    "limits.u_upper_N=1": "unknown key limits.u_upper_N",
     "something.else.entirely=1": "unknown key something.else.entirely",
     "x" * 300 + "=1": "unknown key " + "x" * 300,
     "compensator.friction={k_mim: 1}": "unknown key compensator.friction.k_mim,"

@@ -21,6 +21,7 @@ static void check_header(const char *text)
 {
     const char *guard = strstr(text, "\n#ifndef LOOP_PARAMS_");
     ALWAYS(guard != NULL && strstr(guard, "nan") == NULL && strstr(guard, "inff") == NULL);
+    ALWAYS(strstr(guard, "-2147483648") == NULL); // no constant of int32_t
     for (const char *line = text; line < guard; line = strchr(line, '\n') + 1)
     {
         ALWAYS(strncmp(line, "///", 3) == 0 || *line == '\n');
