@@ -5,12 +5,9 @@
 
 #include <math.h>
 #include <stdarg.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define NOT_WANTED SIZE_MAX
 
 /// Where the reader is. Fields are unquoted and ended in place.
 typedef struct
@@ -23,8 +20,8 @@ typedef struct
     char                   *line_start;
     size_t                  line;
 
-    size_t *column; ///< by field of a line: the wanted column that it feeds
-    size_t  fields;
+    size_t fields;                     ///< of the header
+    size_t place[SIM_CSV_COLUMNS_MAX]; ///< by wanted column: its field, from 1; 0: none
 } reader_t;
 
 typedef struct
@@ -100,81 +97,56 @@ static bool read_field(reader_t *reader, field_t *field)
     return true;
 }
 
-/// The wanted column of a name that has not come yet; false if it comes twice.
-static bool take_name(reader_t *reader, const field_t *field)
+static bool read_header(reader_t *reader)
 {
-    size_t column = reader->count;
-    while (column > 0 && strcmp(field->text, reader->wanted[column - 1].name) != 0)
-    {
-        column--;
-    }
-    for (size_t i = 0; column > 0 && i < reader->fields; i++)
-    {
-        if (reader->column[i] == column - 1)
-        {
-            return sim_error_set(reader->error,
-                                 "%s:1:%zu: column %s is there twice",
-                                 reader->name,
-                                 field->position,
-                                 field->text);
-        }
-    }
-    reader->column[reader->fields++] = (column > 0) ? column - 1 : NOT_WANTED;
-    return true;
-}
-
-/// Room for as many rows as there are lines, and for the header's fields.
-static bool allocate(sim_csv_t *csv, reader_t *reader)
-{
-    size_t rows   = 1;
-    size_t fields = 1;
-    for (const char *p = reader->next; *p != '\0'; p++)
-    {
-        rows += (*p == '\n') ? 1u : 0u;
-        fields += (*p == ',' && rows == 1) ? 1u : 0u;
-    }
-    reader->column = malloc(fields * sizeof *reader->column);
-    csv->positions = malloc(rows * sizeof *csv->positions);
-    bool ok        = reader->column != NULL && csv->positions != NULL;
-    for (size_t i = 0; ok && i < reader->count; i++)
-    {
-        csv->values[i] = malloc(rows * sizeof *csv->values[i]);
-        ok             = csv->values[i] != NULL;
-    }
-    return ok || sim_error_set(reader->error, "out of memory");
-}
-
-static bool read_header(sim_csv_t *csv, reader_t *reader)
-{
-    field_t field                      = {.is_last = false};
-    bool    found[SIM_CSV_COLUMNS_MAX] = {false};
+    field_t field = {.is_last = false};
     while (!field.is_last)
     {
-        if (!read_field(reader, &field) || !take_name(reader, &field))
+        if (!read_field(reader, &field))
         {
             return false;
         }
-    }
-    for (size_t i = 0; i < reader->fields; i++)
-    {
-        if (reader->column[i] != NOT_WANTED)
+        reader->fields++;
+        for (size_t i = 0; i < reader->count; i++)
         {
-            found[reader->column[i]] = true;
+            const bool is_it = strcmp(field.text, reader->wanted[i].name) == 0;
+            if (is_it && reader->place[i] != 0)
+            {
+                return sim_error_set(reader->error,
+                                     "%s:1:%zu: column %s is there twice",
+                                     reader->name,
+                                     field.position,
+                                     field.text);
+            }
+            reader->place[i] = is_it ? reader->fields : reader->place[i];
         }
     }
     for (size_t i = 0; i < reader->count; i++)
     {
-        if (!found[i] && !reader->wanted[i].optional)
+        if (reader->place[i] == 0 && !reader->wanted[i].optional)
         {
             return sim_error_set(reader->error, "%s:1:1: no column is named %s", reader->name, reader->wanted[i].name);
         }
-        if (!found[i])
-        {
-            free(csv->values[i]);
-            csv->values[i] = NULL;
-        }
     }
     return true;
+}
+
+/// Room for as many rows as there are lines left.
+static bool allocate(sim_csv_t *csv, const reader_t *reader)
+{
+    size_t rows = 1;
+    for (const char *p = strchr(reader->next, '\n'); p != NULL; p = strchr(p + 1, '\n'))
+    {
+        rows++;
+    }
+    csv->positions = malloc(rows * sizeof *csv->positions);
+    bool ok        = csv->positions != NULL;
+    for (size_t i = 0; ok && i < reader->count; i++)
+    {
+        csv->values[i] = (reader->place[i] != 0) ? malloc(rows * sizeof *csv->values[i]) : NULL;
+        ok             = reader->place[i] == 0 || csv->values[i] != NULL;
+    }
+    return ok || sim_error_set(reader->error, "out of memory");
 }
 
 /// Takes the number of a wanted column.
@@ -199,22 +171,32 @@ static bool take_number(const reader_t *reader, const field_t *field, size_t col
                                               complaint);
 }
 
+/// Takes what a field of a row feeds.
+static bool take_field(sim_csv_t *csv, const reader_t *reader, const field_t *field, size_t number)
+{
+    for (size_t i = 0; i < reader->count; i++)
+    {
+        if (reader->place[i] == number && csv->values[i] != NULL)
+        {
+            csv->positions[csv->rows] = (i == 0) ? field->position : csv->positions[csv->rows];
+            return take_number(reader, field, i, &csv->values[i][csv->rows]);
+        }
+    }
+    return true;
+}
+
 static bool read_row(sim_csv_t *csv, reader_t *reader)
 {
-    field_t field  = {.is_last = false};
-    size_t  fields = 0;
-    for (; !field.is_last; fields++)
+    field_t field             = {.is_last = false};
+    size_t  fields            = 0;
+    csv->positions[csv->rows] = 1;
+    while (!field.is_last)
     {
         if (!read_field(reader, &field))
         {
             return false;
         }
-        const size_t column = (fields < reader->fields) ? reader->column[fields] : NOT_WANTED;
-        if (column == 0)
-        {
-            csv->positions[csv->rows] = field.position;
-        }
-        if (fields >= reader->fields)
+        if (++fields > reader->fields)
         {
             return sim_error_set(reader->error,
                                  "%s:%zu:%zu: more fields than the header's %zu",
@@ -223,8 +205,7 @@ static bool read_row(sim_csv_t *csv, reader_t *reader)
                                  field.position,
                                  reader->fields);
         }
-        double *values = (column != NOT_WANTED) ? csv->values[column] : NULL;
-        if (values != NULL && !take_number(reader, &field, column, &values[csv->rows]))
+        if (!take_field(csv, reader, &field, fields))
         {
             return false;
         }
@@ -245,7 +226,7 @@ static bool read_all(sim_csv_t *csv, reader_t *reader)
     {
         return complain(reader, 1, "the file is empty");
     }
-    if (!allocate(csv, reader) || !read_header(csv, reader))
+    if (!read_header(reader) || !allocate(csv, reader))
     {
         return false;
     }
@@ -274,7 +255,6 @@ bool sim_csv_parse(sim_csv_t              *csv,
         {.name = name, .wanted = wanted, .count = count, .error = error, .next = text, .line_start = text, .line = 1};
     *csv          = (sim_csv_t){.name = name};
     const bool ok = read_all(csv, &reader);
-    free(reader.column);
     if (!ok)
     {
         sim_csv_free(csv);
