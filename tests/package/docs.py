@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(sys.argv[1])
-README_LINES = 125
+README_LINES = 130
 
 
 def anchors(path):
