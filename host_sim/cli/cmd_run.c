@@ -34,7 +34,7 @@ static const struct argp_option known[] = {
     {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "writes DIR/trace.csv (one row a tick) and DIR/summary.json"},
     {.name = "json", .key = OPTION_JSON, .doc = "prints the summary as JSON instead of a table"},
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: two loops on two plants and how they differ"},
-    {.name = "target", .key = OPTION_TARGET, .arg = SIM_TARGET_NAMES, .doc = "runs the drive's firmware on an emulated microcontroller against the plant here, and compares it with the host, bit by bit"},
+    {.name = "target", .key = OPTION_TARGET, .arg = "NAME", .doc = "runs the drive's firmware on an emulated microcontroller against the plant here, and compares it with the host, bit by bit"},
     {.name = NULL}};
 // clang-format on
 
@@ -54,7 +54,7 @@ static int take(void *context, int key, const char *value)
         return 0;
     case OPTION_TARGET:
         options->run.target = value;
-        return sim_option_word(&sim_command_run, key, value) >= 0 ? 0 : SIM_EXIT_USAGE;
+        return sim_target_exists(value) ? 0 : sim_usage("--target %s: there are %s", value, sim_target_names());
     default:
         word              = sim_option_word(&sim_command_run, key, value);
         options->run.q31  = word == 1;

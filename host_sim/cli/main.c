@@ -3,6 +3,7 @@
 #include "cli/commands.h"
 #include "support/error.h"
 #include "support/output_file.h"
+#include "target/target.h"
 
 #include <signal.h>
 #include <stdarg.h>
@@ -41,6 +42,7 @@ static int show_help(void)
         sim_options_help(commands[i]);
         (void)puts("");
     }
+    (void)printf("Targets: %s.\n", sim_target_names());
     (void)puts("The scenarios folder is the one named by TRIBO_SCENARIOS, or else the one tribo-sim came with; the\n"
                "images for --target are in the one named by TRIBO_FIRMWARE, or else where the presets build them.\n"
                "Exit status: 0 done, 1 something is wrong with a file, a value or the run, 2 with the command line.");

@@ -55,6 +55,19 @@ static const model_t *model_of(const char *name)
     return NULL;
 }
 
+bool sim_target_exists(const char *name)
+{
+    return model_of(name) != NULL;
+}
+
+const char *sim_target_names(void)
+{
+#define NAME(name, ...) ", " name
+    static const char names[] = SIM_BOARDS(NAME);
+#undef NAME
+    return names + 2;
+}
+
 /// Puts the target's name before the error.
 static bool blame(const sim_target_t *target, const sim_error_t *inner, sim_error_t *error)
 {

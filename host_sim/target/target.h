@@ -7,14 +7,8 @@
 #include "support/error.h"
 #include "tribo/force_loop_f32.h"
 
-#include "target/boards.h"
-
 #include <stdbool.h>
 #include <stdint.h>
-
-/// Their names, as options list them, from the list of boards.
-#define SIM_TARGET_NAME(name, ...) "|" name
-#define SIM_TARGET_NAMES           (&SIM_BOARDS(SIM_TARGET_NAME)[1])
 
 typedef struct sim_target sim_target_t;
 
@@ -49,5 +43,9 @@ bool sim_target_step(sim_target_t                   *target,
 bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, sim_error_t *error);
 
 void sim_target_destroy(sim_target_t *target);
+
+/// Whether there is such a target; all of them, separated by ", ".
+bool        sim_target_exists(const char *name);
+const char *sim_target_names(void);
 
 #endif

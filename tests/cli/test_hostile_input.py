@@ -245,7 +245,7 @@ def test_the_program_is_hardened(sim):
 
 
 def test_every_target_that_the_help_names_is_one(sim):
-    names = re.search(r"--target=(\S+)", sim.ok("--help"))[1].split("|")
+    names = re.search(r"Targets: (.*)\.", sim.ok("--help"))[1].split(", ")
     assert len(names) == 8
     for name in names:
         result = sim("run", "step", "--target", name, env={**os.environ, "TRIBO_FIRMWARE": str(sim.folder)})
