@@ -5,7 +5,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.pop("TRIBO_DESIGN_DEBUG", None)
 
 import pytest
-import yaml
+import ruamel.yaml
 
 from tribo_design.cli import main
 
@@ -32,7 +32,7 @@ def paper_result():
 @pytest.fixture
 def paper_data():
     """The paper's design as plain data, to be spoiled."""
-    return yaml.safe_load(PAPER.read_text())
+    return ruamel.yaml.YAML(typ="safe").load(PAPER.read_text())
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import json
 import control as ct
 import numpy as np
 import pytest
-import yaml
+import ruamel.yaml
 
 POLES = np.array([-55, -200, -139 + 203j, -139 - 203j])
 
@@ -116,7 +116,7 @@ def test_plant_yaml_goes_into_a_design(run, tmp_path):
     from tribo_design.config import System
 
     identified(run, write(tmp_path / "step.csv", POLES, 0.86, 1e-5))
-    data = yaml.safe_load((tmp_path / "found" / "plant.yaml").read_text())
+    data = ruamel.yaml.YAML(typ="safe").load((tmp_path / "found" / "plant.yaml").read_text())
     plant = System.model_validate(data["plant"]).zpk()
     assert plant.at_zero() == pytest.approx(0.86, rel=1e-2) and plant.order == 4
     assert (tmp_path / "found" / "fit.png").read_bytes().startswith(b"\x89PNG")

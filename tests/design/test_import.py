@@ -113,12 +113,16 @@ def test_sections_of_first_order_and_of_both(run, tmp_path):
     assert np.allclose(imported.zpk(np.expm1(1j * w)), wanted, rtol=1e-9)
 
 
-def test_state_space_with_a_hidden_mode_loses_it(tmp_path):
-    from tribo_design.config import load_design
+def test_state_space_with_a_hidden_mode_keeps_it_until_the_reduction(tmp_path):
+    from tribo_design import reduction
+    from tribo_design.config import Reduction, load_design
     from tribo_design.importer import load_controller
+    from tribo_design.loop import Continuous
 
     (tmp_path / "k.json").write_text(json.dumps({"a": [[-2, 0], [0, -7]], "b": [1, 0], "c": [3, 5], "d": 1}))
     imported, _ = load_controller(tmp_path / "k.json", load_design(PAPER)[0])
-    assert imported.zpk.order == 1
+    assert imported.zpk.order == 2
     k = ct.ss([[-2]], [[1]], [[3]], [[1]])
     assert np.allclose(imported.zpk([1j, 10j]), k(np.array([1j, 10j])))
+    found = reduction.candidates(Continuous(imported.zpk), Reduction(), H)
+    assert found[0].zpk.order == 1 and np.allclose(found[0].zpk.poles, [-2])

@@ -1,21 +1,26 @@
 """DESIGN.yaml: what is allowed in it, and errors that name file, line, field, value and range."""
 
+import csv
 import hashlib
+import io
 import math
 import re
+import urllib.parse
 from pathlib import Path
-from typing import Annotated, Any, Literal, Optional
+from typing import Annotated, Literal, Optional
 
 import numpy as np
-import yaml
+import ruamel.yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from .errors import InputError
+from .exact import Ratio
 from .systems import Zpk
 
 ROOT_MAX = 1e12  # rad/s
 GAIN_MAX = 1e12
 ORDER_MAX = 20
+DESIGN_SIZE_MAX = 200_000
 
 
 def _number(value):
@@ -28,9 +33,13 @@ def _number(value):
         except ValueError:
             raise ValueError("must be a number") from None
     if isinstance(value, (int, float)):
+        try:
+            value = float(value)
+        except OverflowError:
+            value = math.inf
         if not math.isfinite(value):
             raise ValueError("must be finite")
-        return float(value)
+        return value
     raise ValueError("must be a number")
 
 
@@ -43,7 +52,10 @@ def _root(value):
             raise ValueError("must be a number or a complex number like -139+203j") from None
     if isinstance(value, bool) or not isinstance(value, (int, float, complex)):
         raise ValueError("must be a number or a complex number like -139+203j")
-    value = complex(value)
+    try:
+        value = complex(value)
+    except OverflowError:
+        value = complex(math.inf)
     if not (math.isfinite(value.real) and math.isfinite(value.imag)):
         raise ValueError("must be finite")
     if not abs(value) <= ROOT_MAX:
@@ -167,13 +179,8 @@ class System(Strict):
                 return Zpk(self.zeros, self.poles, 0.0)
             return system.with_value_at(0.0, self.gain) if self.gain is not None else Zpk(self.zeros, self.poles, self.k)
         if self.form == "tf":
-            num, den = np.trim_zeros(np.array(self.num), "f"), np.trim_zeros(np.array(self.den), "f")
-            return Zpk(np.roots(num), np.roots(den), num[0] / den[0]) if len(num) else Zpk([], np.roots(den), 0.0)
-        import control as ct
-
-        from .systems import zpk_of
-
-        return zpk_of(ct.ss(*self.matrices(), remove_useless_states=False))
+            return Ratio.of_polynomials(self.num, self.den).zpk()
+        return Ratio.of_state_space(*self.matrices()).zpk()
 
 
 class Weights(Strict):
@@ -312,6 +319,23 @@ def read_text(path):
         raise InputError(f"{path}: not UTF-8 text (byte {error.start})") from None
 
 
+def read_rows(path, text):
+    """(line, cells) of a CSV file, without comments and empty rows."""
+    try:
+        rows = [(i, [c.strip() for c in row]) for i, row in enumerate(csv.reader(io.StringIO(text)), 1)
+                if any(c.strip() for c in row) and not row[0].lstrip().startswith("#")]
+    except csv.Error as error:
+        raise InputError(f"{path}: not a CSV file: {error}") from None
+    if not rows:
+        raise InputError(f"{path}: is empty")
+    return rows
+
+
+def printable(name):
+    """A file's name for generated files: a newline or a backslash in it must not become C or YAML."""
+    return urllib.parse.quote(name, safe=" -._~+,=@()")
+
+
 def load_design(path):
     """The validated design of a YAML file and the file's SHA-256."""
     text, digest = read_text(path)
@@ -364,53 +388,48 @@ def _explain(error, data, path, lines):
     return f"{place}{name or 'file'}: value {value}: {text}" if name else f"{place}{text}"
 
 
-class _Loader(yaml.SafeLoader):
-    pass
-
-
 def _load_yaml(text, path):
-    """The data, and the line of every field by its path. Refuses duplicate keys, aliases and deep nesting."""
+    """The data, and the line of every field by its path. Refuses duplicate keys, aliases, tags and deep nesting."""
+    if len(text) > DESIGN_SIZE_MAX:
+        raise InputError(f"{path}: too large for a design file: {len(text)} characters, at most {DESIGN_SIZE_MAX}")
     try:
-        node = yaml.compose(text, Loader=_Loader)
-    except yaml.YAMLError as error:
+        data = ruamel.yaml.YAML(typ="rt", pure=True).load(text)
+    except ruamel.yaml.constructor.DuplicateKeyError as error:
+        name = re.search(r'duplicate key "(.*?)"', error.problem or "")
+        raise InputError(f"{path}:{error.problem_mark.line + 1}: {name.group(1) if name else 'a field'}: is given twice") from None
+    except ruamel.yaml.error.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         problem = getattr(error, "problem", None) or str(error).splitlines()[0]
         raise InputError(f"{path}:{mark.line + 1 if mark else 1}: not YAML: {problem}") from None
     except RecursionError:
         raise InputError(f"{path}:1: not a design file: nested too deeply") from None
-    except ValueError as error:
+    except (ValueError, TypeError, AttributeError, AssertionError, IndexError) as error:  # of broken tags, dates and the like
         raise InputError(f"{path}:1: not YAML: {error}") from None
-    if node is None:
+    if data is None:
         raise InputError(f"{path}:1: is empty")
-    lines = {}
-    loader = _Loader("")
+    lines = {(): 1}
     seen = set()
 
-    def walk(node, where):
-        lines[where] = node.start_mark.line + 1
-        line = node.start_mark.line + 1
-        if id(node) in seen or len(where) > 12:
-            raise InputError(f"{path}:{line}: anchors and deep nesting are not supported")
-        if isinstance(node, yaml.MappingNode):
-            seen.add(id(node))
-            out = {}
-            for key_node, value_node in node.value:
-                key = key_node.value if isinstance(key_node, yaml.ScalarNode) else None
-                if key is None:
-                    raise InputError(f"{path}:{key_node.start_mark.line + 1}: a field's name must be plain text")
-                if key in out:
-                    raise InputError(f"{path}:{key_node.start_mark.line + 1}: {key}: is given twice")
-                out[key] = walk(value_node, (*where, key))
-                lines[(*where, key)] = key_node.start_mark.line + 1
-            return out
-        if isinstance(node, yaml.SequenceNode):
-            seen.add(id(node))
-            return [walk(item, (*where, i)) for i, item in enumerate(node.value)]
-        try:
-            return loader.construct_object(node)
-        except (yaml.YAMLError, ValueError) as error:
-            problem = getattr(error, "problem", None) or str(error)
-            raise InputError(f"{path}:{line}: {'.'.join(map(str, where))}: value {node.value!r}: {problem}") from None
+    def plain(value, where):
+        line = lines[where]
+        anchor = getattr(value, "anchor", None)
+        if id(value) in seen or len(where) > 12 or (anchor is not None and anchor.value) or isinstance(value, ruamel.yaml.comments.TaggedScalar):
+            raise InputError(f"{path}:{line}: anchors, tags and deep nesting are not supported")
+        if isinstance(value, dict):
+            seen.add(id(value))
+            for key in value:
+                lines[(*where, key)] = value.lc.data[key][0] + 1 if key in value.lc.data else line
+                if not isinstance(key, str):
+                    raise InputError(f"{path}:{lines[(*where, key)]}: a field's name must be plain text")
+            return {str(key): plain(item, (*where, key)) for key, item in value.items()}
+        if isinstance(value, list):
+            seen.add(id(value))
+            for i in range(len(value)):
+                lines[(*where, i)] = value.lc.data[i][0] + 1
+            return [plain(item, (*where, i)) for i, item in enumerate(value)]
+        for kind in (bool, int, float, str):
+            if isinstance(value, kind):
+                return kind(value)
+        return value
 
-    data: Any = walk(node, ())
-    return data, lines
+    return plain(data, ()), lines

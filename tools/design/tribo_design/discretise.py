@@ -8,7 +8,8 @@ import numpy as np
 import scipy.signal
 
 from .errors import DesignError
-from .systems import Zpk, state_space, zpk_of
+from .exact import zpk_of
+from .systems import Zpk, state_space
 import control as ct
 
 

@@ -5,8 +5,6 @@ with the least BIC. Confidence intervals are 95 %, from the Jacobian and Student
 residual's autocorrelation leaves. The fit figure is taken where the response moves: a long flat tail would flatter it.
 """
 
-import csv
-import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +16,7 @@ import scipy.signal
 import scipy.stats
 
 from . import __version__
-from .config import format_root, read_text
+from .config import format_root, read_rows, read_text
 from .errors import DesignError, InputError
 from .systems import Zpk, state_space
 
@@ -51,9 +49,7 @@ class Fit:
 
 def load_step(path, step_size=None):
     text, _ = read_text(path)
-    rows = [(i, [c.strip() for c in row]) for i, row in enumerate(csv.reader(io.StringIO(text)), 1) if row and any(c.strip() for c in row) and not row[0].lstrip().startswith("#")]
-    if not rows:
-        raise InputError(f"{path}: is empty")
+    rows = read_rows(path, text)
     head = [c.lower() for c in rows[0][1]]
     columns = {}
     for name, aliases in (("t", ("t", "t_s", "time", "time_s")), ("u", ("u", "u_n", "input")), ("y", ("y", "y_n", "f", "f_n", "output"))):

@@ -8,20 +8,23 @@ CSV    kind,re,im with a row each "zero", "pole", one "gain", and "sample_time_s
 MAT    (up to version 7) the same fields: a b c d, or z p k, or num den, or sos and g; Ts when discrete
 """
 
-import csv
-import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
 
-import control as ct
 import numpy as np
 
-from .config import check_conjugates, format_root, read_text
+from .config import check_conjugates, format_root, printable, read_rows, read_text
 from .errors import InputError
-from .systems import Zpk, balanced_scaling, zpk_of
+from .exact import Ratio, state_space_response
+from .systems import Zpk
 
 ORDER_MAX = 40
+SECTIONS_MAX = 20
+FIELDS_MAX = 100
+NUMBER_MIN, NUMBER_MAX = 1e-100, 1e100  # of the size of an entry that is not 0
+RESPONSE_TOLERANCE = 1e-6  # relative, of what is accepted against what was given
+INTEGRATOR = 1e-12  # rad/s times the sample time, below which a pole is an integrator's
 FORMS = {"state space": ("a", "b", "c", "d"), "zpk": ("zeros", "poles", "k"), "transfer function": ("num", "den"), "sections": ("sos", "g")}
 ALIASES = {"z": "zeros", "p": "poles", "gain": "k", "A": "a", "B": "b", "C": "c", "D": "d", "SOS": "sos", "G": "g", "Ts": "sample_time_s",
            "ts": "sample_time_s", "dt": "sample_time_s", "T": "sample_time_s", "numerator": "num", "denominator": "den"}
@@ -35,7 +38,7 @@ class Imported:
     source: str
 
     def describe(self):
-        return f"{self.source}, {self.form}, {'continuous' if self.continuous else 'discrete'}, order {self.zpk.order}"
+        return f"{printable(self.source)}, {self.form}, {'continuous' if self.continuous else 'discrete'}, order {self.zpk.order}"
 
 
 def load_controller(path, design):
@@ -56,10 +59,13 @@ def load_controller(path, design):
 
 
 def _unique(path, pairs):
-    fields = dict(pairs)
-    for name in fields:
-        if sum(name == other for other, _ in pairs) > 1:
-            raise InputError(f"{path}: {name}: is given twice")
+    if len(pairs) > FIELDS_MAX:
+        raise InputError(f"{path}: has {len(pairs)} fields, at most {FIELDS_MAX}")
+    fields = {}
+    for name, value in pairs:
+        if name in fields:
+            raise InputError(f"{path}: {name[:40]}: is given twice")
+        fields[name] = value
     return fields
 
 
@@ -71,6 +77,8 @@ def _from_json(path, design):
         raise InputError(f"{path}: not a controller: nested too deeply") from None
     except json.JSONDecodeError as error:
         raise InputError(f"{path}:{error.lineno}: not JSON: {error.msg}") from None
+    except ValueError as error:  # an integer of more digits than Python reads
+        raise InputError(f"{path}: not a controller: {error}") from None
     if not isinstance(data, dict):
         raise InputError(f"{path}: must be an object with the fields of one form")
     return data
@@ -78,9 +86,7 @@ def _from_json(path, design):
 
 def _from_csv(path, design):
     text, _ = read_text(path)
-    rows = [(i, [c.strip() for c in row]) for i, row in enumerate(csv.reader(io.StringIO(text)), 1) if row and not row[0].lstrip().startswith("#")]
-    if not rows:
-        raise InputError(f"{path}: is empty")
+    rows = read_rows(path, text)
     head = [c.lower() for c in rows[0][1]]
     if head == ["b0", "b1", "b2", "a0", "a1", "a2"]:
         sos = []
@@ -170,24 +176,67 @@ def _build(path, data, design):
     if form == "sections" and h is None:
         raise InputError(f"{path}: sample_time_s: is missing (sections are discrete)")
     if h is not None and abs(h - design.sample_time_s) > 1e-9 * design.sample_time_s:
-        raise InputError(f"{path}: sample_time_s: value {h:g}: must be the design's, {design.sample_time_s:g}")
+        raise InputError(f"{path}: sample_time_s: value {h!r}: must be the design's, {design.sample_time_s!r}")
     builder = {"state space": _state_space, "zpk": _zpk, "transfer function": _transfer_function, "sections": _sections}[form]
-    system = builder(path, fields, h is not None)
+    try:
+        system, given = builder(path, fields, h is not None)
+    except (OverflowError, ValueError) as error:
+        raise InputError(f"{path}: its roots or gain are beyond what double precision holds ({error})") from None
+    system = _with_integrator(system, design.sample_time_s)
     _check(path, system, h)
+    _check_response(path, system, given, h)
     return Imported(system, form, h is None, path.name)
+
+
+def _with_integrator(system, h):
+    """A pole that rounding moved off 0 by next to nothing is an integrator's."""
+    near = np.abs(system.poles) < INTEGRATOR / h
+    return Zpk(system.zeros, np.where(near, 0.0, system.poles), system.gain) if np.any(near & (system.poles != 0)) else system
+
+
+def _check_response(path, system, given, h):
+    """What was accepted against what was given, over the whole band."""
+    size = np.abs(np.r_[system.poles, system.zeros])
+    size = size[size > 0]
+    low, high = (size.min(), size.max()) if len(size) else (1.0, 1.0)
+    if h is None:
+        omega = np.unique(np.r_[np.geomspace(low * 1e-2, high * 1e2, 80), size])
+        points = at = 1j * omega
+    else:
+        omega = np.geomspace(min(low, 1e-3) * 1e-2, np.pi, 80)
+        points = np.exp(1j * omega)
+        at = points - 1  # exactly d: z is near 1 where it matters
+    accepted, wanted = system(at), given(points)
+    with np.errstate(all="ignore"):
+        # On top of a root, where the response vanishes or explodes, the root's own last digit is all that counts.
+        by_rounding = 1e-14 * sum((abs(r) / np.abs(at - r) for r in np.r_[system.poles, system.zeros]), np.zeros(len(at)))
+        bad = ~(np.abs(accepted - wanted) <= np.maximum(RESPONSE_TOLERANCE, np.nan_to_num(by_rounding, nan=np.inf)) * np.abs(wanted) + np.where(by_rounding > 1, np.inf, 0))
+    if np.any(bad):
+        i = int(np.argmax(bad))
+        raise InputError(f"{path}: cannot be represented: at {omega[i] / (h or 1.0):.4g} rad/s the file's response is {wanted[i]:.6g}, that of its zeros, poles and gain {accepted[i]:.6g}")
 
 
 def _real(path, name, value):
     if isinstance(value, str):
         try:
-            value = float(value)
+            value = complex(value.replace(" ", "").replace("i", "j")) if "n" not in value.lower() else float(value)
         except ValueError:
             pass
+    if isinstance(value, list) and len(value) == 2 and value[1] == 0 and not isinstance(value[1], bool):
+        value = value[0]
+    if isinstance(value, complex) and value.imag == 0:
+        value = value.real
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise InputError(f"{path}: {name}: value {str(value)[:40]!r}: must be a real number")
+    try:
+        value = float(value)
+    except OverflowError:
+        value = np.inf
     if not np.isfinite(value):
         raise InputError(f"{path}: {name}: value {value}: must be finite")
-    return float(value)
+    if value and not NUMBER_MIN <= abs(value) <= NUMBER_MAX:
+        raise InputError(f"{path}: {name}: value {value:g}: must be 0, or of a size within {NUMBER_MIN:g} and {NUMBER_MAX:g}")
+    return value
 
 
 def _vector(path, name, fields, allow_empty=False):
@@ -213,12 +262,10 @@ def _roots(path, name, fields):
             try:
                 value = complex(value.replace(" ", "").replace("i", "j"))
             except ValueError:
-                raise InputError(f"{path}: {where}: value {value!r}: must be a number, \"re+imj\" or [re, im]") from None
+                raise InputError(f"{path}: {where}: value {value[:40]!r}: must be a number, \"re+imj\" or [re, im]") from None
         elif not isinstance(value, complex):
             value = complex(_real(path, where, value))
-        if not np.isfinite(value):
-            raise InputError(f"{path}: {where}: value {value}: must be finite")
-        roots.append(complex(value))
+        roots.append(complex(_real(path, where, value.real), _real(path, where, value.imag)))
     try:
         check_conjugates(roots, f"{name}:")
     except ValueError as error:
@@ -233,7 +280,7 @@ def _zpk(path, fields, discrete):
     zeros, poles = _roots(path, "zeros", fields), _roots(path, "poles", fields)
     if len(zeros) > len(poles):
         raise InputError(f"{path}: zeros: {len(zeros)} zeros and {len(poles)} poles: K is not proper")
-    return Zpk(zeros - 1, poles - 1, gain) if discrete else Zpk(zeros, poles, gain)
+    return (Zpk(zeros - 1, poles - 1, gain) if discrete else Zpk(zeros, poles, gain)), Zpk(zeros, poles, gain)
 
 
 def _transfer_function(path, fields, discrete):
@@ -250,8 +297,8 @@ def _transfer_function(path, fields, discrete):
     num, den = parts["num"], parts["den"]
     if len(num) > len(den):
         raise InputError(f"{path}: num: degree {len(num) - 1} over den's {len(den) - 1}: K is not proper")
-    zeros, poles = np.roots(num), np.roots(den)
-    return Zpk(zeros - 1, poles - 1, num[0] / den[0]) if discrete else Zpk(zeros, poles, num[0] / den[0])
+    given = Ratio.of_polynomials(num, den)
+    return (given.moved_to_delta() if discrete else given).zpk(), given
 
 
 def _matrix(path, name, fields):
@@ -260,8 +307,12 @@ def _matrix(path, name, fields):
         raise InputError(f"{path}: {name}: is missing")
     if not isinstance(value, list):
         value = [[value]]
+    elif not value:
+        raise InputError(f"{path}: {name}: is empty")
     elif not any(isinstance(row, list) for row in value):
         value = [[v] for v in value] if name == "b" else [value]
+    if len(value) > ORDER_MAX or (isinstance(value[0], list) and len(value[0]) > ORDER_MAX):
+        raise InputError(f"{path}: {name}: at most {ORDER_MAX} rows and columns")
     if any(not isinstance(row, list) or len(row) != len(value[0]) for row in value) or not value or not value[0]:
         raise InputError(f"{path}: {name}: must be a matrix with rows of the same length")
     return np.array([[_real(path, f"{name}[{i}][{j}]", v) for j, v in enumerate(row)] for i, row in enumerate(value)])
@@ -271,14 +322,11 @@ def _state_space(path, fields, discrete):
     a, b, c = (_matrix(path, n, fields) for n in "abc")
     d = _matrix(path, "d", fields) if "d" in fields else np.zeros((1, 1))
     n = len(a)
-    if n > ORDER_MAX:
-        raise InputError(f"{path}: a: {n} states, at most {ORDER_MAX}")
     for name, matrix, shape in (("a", a, (n, n)), ("b", b, (n, 1)), ("c", c, (1, n)), ("d", d, (1, 1))):
         if matrix.shape != shape:
             raise InputError(f"{path}: {name}: must be {shape[0]} x {shape[1]} (single input, single output), found {' x '.join(map(str, matrix.shape))}")
-    if discrete:
-        a = a - np.eye(n)
-    return zpk_of(ct.minreal(balanced_scaling(ct.ss(a, b, c, d, remove_useless_states=False)), 1e-10, verbose=False))
+    given = Ratio.of_state_space(a, b, c, d)
+    return (given.moved_to_delta() if discrete else given).zpk(), lambda points: state_space_response(a, b, c, d, points)
 
 
 def _sections(path, fields, discrete):
@@ -287,25 +335,27 @@ def _sections(path, fields, discrete):
         raise InputError(f"{path}: sos: must be rows of b0, b1, b2, a0, a1, a2")
     if not isinstance(rows[0], list):
         rows = [rows]
-    zeros, poles, gain = [], [], _real(path, "g", fields["g"]) if "g" in fields else 1.0
+    if len(rows) > SECTIONS_MAX:
+        raise InputError(f"{path}: sos: has {len(rows)} rows, at most {SECTIONS_MAX}")
+    gain = _real(path, "g", fields["g"]) if "g" in fields else 1.0
+    sections = []
     for i, row in enumerate(rows):
         if not isinstance(row, list) or len(row) != 6:
             raise InputError(f"{path}: sos[{i}]: must have 6 entries b0, b1, b2, a0, a1, a2, found {len(row) if isinstance(row, list) else 1}")
-        b0, b1, b2, a0, a1, a2 = (_real(path, f"sos[{i}][{j}]", v) for j, v in enumerate(row))
-        if a0 == 0:
+        values = [_real(path, f"sos[{i}][{j}]", v) for j, v in enumerate(row)]
+        if values[3] == 0:
             raise InputError(f"{path}: sos[{i}][3]: value 0: a0 must not be 0")
-        if b0 == 0:
+        if values[0] == 0:
             raise InputError(f"{path}: sos[{i}][0]: value 0: the library's sections need direct feedthrough, b0 not 0")
-        # (z^2 .. ) with z = 1 + d; a root at z = 0 in both stands for a section of first order.
-        section_zeros, section_poles = np.roots([b0, 2 * b0 + b1, b0 + b1 + b2]), np.roots([a0, 2 * a0 + a1, a0 + a1 + a2])
-        if a2 == 0 and b2 == 0:
-            section_zeros, section_poles = np.array([-1 - b1 / b0]), np.array([-1 - a1 / a0])
-            if a1 == 0 and b1 == 0:
-                section_zeros = section_poles = np.zeros(0)
-        zeros += list(section_zeros)
-        poles += list(section_poles)
-        gain *= b0 / a0
-    return Zpk(zeros, poles, gain)
+        sections.append(values)
+    given = Ratio.of_sections(sections)
+    system = given.without_common_delays().moved_to_delta().zpk()
+
+    def response(points):
+        with np.errstate(all="ignore"):
+            return gain * np.prod([np.polyval(row[:3], points) / np.polyval(row[3:], points) for row in sections], axis=0)
+
+    return Zpk(system.zeros, system.poles, system.gain * gain), response
 
 
 def _check(path, system, h):

@@ -6,6 +6,7 @@ from typing import Optional
 import numpy as np
 
 from . import discretise, quantise, reduction, sections, synthesis
+from .config import printable
 from .errors import DesignError, LimitError
 from .loop import Continuous, Loop, Metrics, SampledPlant, SampledSections, SampledZpk
 
@@ -62,6 +63,9 @@ class Result:
     stages: list = field(default_factory=list)
     imported: str = ""
     warnings: list = field(default_factory=list)
+
+    def __post_init__(self):
+        self.source = printable(self.source)
 
     def stage(self, step):
         return next((s for s in self.stages if s.step == step), None)

@@ -17,7 +17,8 @@ import control as ct
 import numpy as np
 
 from .loop import Continuous
-from .systems import Zpk, round_roots, round_value, zpk_of
+from .exact import zpk_of
+from .systems import Zpk, round_roots, round_value
 
 
 @dataclass(frozen=True)

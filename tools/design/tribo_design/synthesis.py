@@ -16,7 +16,8 @@ import numpy as np
 from .config import format_root
 from .errors import IllPosedError
 from .loop import Continuous, Loop
-from .systems import Zpk, balanced_scaling, state_space, zpk_of
+from .exact import zpk_of
+from .systems import Zpk, balanced_scaling, state_space
 
 AXIS = 1e-9  # a root whose real part is within this of its size counts as on the imaginary axis
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 
 import control as ct
 import numpy as np
-import scipy.linalg
 import scipy.signal
+import slycot
 
 
 @dataclass(frozen=True)
@@ -118,101 +118,11 @@ def _distance(group, other):
 
 
 def balanced_scaling(system):
-    """The same system with its states scaled by powers of two (LAPACK's balancing)."""
+    """The same system with its states scaled by powers of two (SLICOT's TB01ID)."""
     if system.nstates == 0:
         return system
-    a, (scale, _) = scipy.linalg.matrix_balance(system.A, permute=False, separate=True)
-    b, c = system.B / scale[:, None], system.C * scale[None, :]
-    ratio = np.sqrt(max(np.linalg.norm(c), 1e-300) / max(np.linalg.norm(b), 1e-300))
-    ratio = 2.0 ** np.round(np.log2(ratio)) if np.isfinite(ratio) and ratio > 0 else 1.0
-    return ct.ss(a, b * ratio, c / ratio, system.D, remove_useless_states=False)
-
-
-def zpk_of(system):
-    """Zeros, poles and gain of a minimal state-space system (LAPACK's poles, slycot's or LAPACK's zeros).
-
-    Zero finders take a large finite zero for an infinite one, or the other way round, when a system spans many
-    decades. So several are asked, and the answer is the one whose response is nearest to the system's own.
-    """
-    if system.nstates == 0:
-        return Zpk(gain=system.D[0, 0])
-    poles = _pair(np.linalg.eigvals(system.A))
-    size = np.abs(poles[np.abs(poles) > 0])
-    omega = np.geomspace(size.min() / 10, size.max() * 10, 200) if len(size) else np.ones(1)
-    wanted = np.array([system(1j * w) for w in omega])
-    middle = float(np.exp(np.mean(np.log(omega))))
-    best = None
-    for zeros in _zero_sets(system, size):
-        if len(zeros) > len(poles):
-            continue
-        try:
-            shape = Zpk(_pair(zeros), poles, 1.0)
-        except ValueError:
-            continue
-        with np.errstate(all="ignore"):
-            ratio = np.real(wanted / shape(1j * omega))
-            gain = np.median(ratio[np.isfinite(ratio)]) if np.any(np.isfinite(ratio)) else 0.0
-            found = Zpk(shape.zeros, shape.poles, gain)
-            error = np.abs(found(1j * omega) / wanted - 1)
-        error = float(np.sort(error[np.isfinite(error)])[: int(0.9 * len(omega))].max(initial=0)) if np.any(np.isfinite(error)) else np.inf
-        if best is None or error < best[0]:
-            best = (error, found)
-    if best is None:
-        raise ValueError("no zeros and poles describe this system")
-    found = best[1]
-    point = 1j * middle
-    return found.with_value_at(point, system(point)) if abs(found(point)[0]) > 0 else found
-
-
-def _zero_sets(system, size):
-    sets = []
-    if len(size):
-        scale = float(np.exp(np.mean(np.log(size))))
-        scaled = balanced_scaling(ct.ss(system.A / scale, system.B / scale, system.C, system.D, remove_useless_states=False))
-        for candidate, factor in ((system, 1.0), (scaled, scale)):
-            sets.append(candidate.zeros() * factor)
-        n = system.nstates
-        pencil = np.block([[scaled.A, scaled.B], [scaled.C, scaled.D]])
-        with np.errstate(all="ignore"):
-            sets.append(scipy.linalg.eigvals(pencil, np.diag([1.0] * n + [0.0])) * scale)
-        # With the fastest mode taken as instantaneous there is a direct feedthrough, and the zeros are eigenvalues.
-        values, vectors = np.linalg.eig(scaled.A)
-        fastest = int(np.argmax(np.abs(values)))
-        if abs(values[fastest].imag) == 0:
-            try:
-                b, c = np.linalg.solve(vectors, scaled.B.astype(complex)), scaled.C @ vectors
-                keep = np.arange(n) != fastest
-                through = scaled.D[0, 0] - c[0, fastest] * b[fastest, 0] / values[fastest]
-                sets.append(np.linalg.eigvals(np.diag(values[keep]) - b[keep] @ c[:, keep] / through) * scale)
-            except np.linalg.LinAlgError:
-                pass
-    else:
-        sets.append(system.zeros())
-    out = []
-    limit = 1e3 * size.max() if len(size) else np.inf
-    for zeros in sets:
-        zeros = np.asarray(zeros, complex)
-        zeros = zeros[np.isfinite(zeros)]
-        zeros = zeros[np.abs(zeros) < limit]
-        # Rounding breaks the symmetry of a complex eigenvalue problem; tell real from complex again.
-        zeros = np.where(np.abs(zeros.imag) < 1e-8 * np.abs(zeros), zeros.real, zeros)
-        out.append(zeros)
-        ordered = zeros[np.argsort(np.abs(zeros))]
-        for drop in (1, 2):
-            if len(ordered) > drop:
-                out.append(ordered[:-drop])
-    return out
-
-
-def _pair(roots):
-    """Conjugate symmetry restored: eigenvalues of real matrices pair to rounding only."""
-    roots = np.asarray(roots, complex)
-    return np.r_[roots[np.abs(roots.imag) <= 1e-12 * np.abs(roots)].real.astype(complex),
-                 _mirror(roots[roots.imag > 1e-12 * np.abs(roots)])]
-
-
-def _mirror(upper):
-    return np.r_[upper, np.conj(upper)]
+    _, a, b, c, _ = slycot.tb01id(system.nstates, 1, 1, 0.0, *(np.array(m, float) for m in (system.A, system.B, system.C)))
+    return ct.ss(a, b, c, system.D, remove_useless_states=False)
 
 
 def round_roots(roots, digits):
