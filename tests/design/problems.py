@@ -49,9 +49,10 @@ CAUSES = ("unstable weight", "uncontrollable weight", "improper weight", "plant 
 
 
 def ill_posed(seed):
-    """(design, the cause it must be refused with). Each cause in turn, spoiling a well-posed problem."""
+    """A continuous problem (in w, the rank conditions of rolled-off weights never fail). (design, the cause it must be refused with). Each cause in turn, spoiling a well-posed problem."""
     rng = np.random.default_rng(10_000 + seed)
     design = well_posed(500 + seed)
+    design["synthesis"] = {"domain": "continuous"}
     cause = CAUSES[seed % len(CAUSES)]
     weights = design["weights"]
     wanted = weights["wp"]["num"][1]
@@ -133,3 +134,32 @@ def wild(seed):
         order = int(rng.integers(0, 4))
         design["weights"][name] = {"k": float(10 ** rng.uniform(-3, 1)), "poles": roots(order, 0.02), "zeros": roots(order, 0.1)}
     return design
+
+
+KINDS = ("stable", "unstable", "non-minimum phase", "resonant", "integrating", "with delay")
+
+
+def sampled_problem(seed):
+    """(design, kind) for the default domain: a plant of each kind in turn, and weights that ask for what it can give, or a little more."""
+    rng = np.random.default_rng(20_000 + seed)
+    kind = KINDS[seed % len(KINDS)]
+    design = well_posed(1000 + seed)
+    w = design["weights"]["wp"]["num"][1]
+    plant, h = design["plant"], design["sample_time_s"]
+    if kind == "unstable":
+        pole = w * 10 ** rng.uniform(-1.5, -0.3)
+        design["plant"] = {"gain": -float(f"{10 ** rng.uniform(-1, 1):.4g}"), "zeros": [], "poles": [root_text(pole), root_text(-w * 10 ** rng.uniform(1, 2))]}
+    elif kind == "non-minimum phase":
+        plant["zeros"] = [root_text(w * 10 ** rng.uniform(0.3, 1.5))]
+        plant["poles"] = plant["poles"] if len(plant["poles"]) > 1 else [*plant["poles"], root_text(-20 * w)]
+    elif kind == "resonant":
+        size, damping = w * 10 ** rng.uniform(-0.5, 0.8), 10 ** rng.uniform(-2.3, -0.7)
+        plant["poles"] = [*plant["poles"][:0], root_text(-w * 10 ** rng.uniform(0.5, 1.5)), *(root_text(size * complex(-damping, s * np.sqrt(1 - damping**2))) for s in (1, -1))]
+        plant["zeros"] = []
+    elif kind == "integrating":
+        design["plant"] = {"k": float(f"{w:.4g}"), "zeros": [], "poles": [0, root_text(-w * 10 ** rng.uniform(0.5, 1.5))]}
+    elif kind == "with delay":
+        plant["delay_s"] = float(f"{min(10 ** rng.uniform(-1.5, -0.3) / w, 35 * h):.4g}")
+    design["computation_delay_s"] = float(f"{h * rng.choice([0, 0.3, 1.0]):.6g}")
+    design["limits"] = {"floor": {"gain_margin_min": 1.3, "phase_margin_min_deg": 20}}
+    return design, kind

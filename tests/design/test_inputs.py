@@ -52,7 +52,7 @@ DESIGNS = [
     ("u_max_n: 2", "u_max_n: 3", ["fixed_point", "u_max_n", "at most full_scale_n, 2"]),
     ("  floor: {gain_margin_min: 8", "  floor: {gain_margin_min: 0.5", ["limits.floor.gain_margin_min", "at least 1"]),
     ("  reduced: {gamma_percent: 0.5", "  reduced: {gamma_percent: -1", ["limits.reduced.gamma_percent", "at least 0"]),
-    ("synthesis: {time_limit_s: 60, gamma_max: 5}", "synthesis: &s {time_limit_s: 60, gamma_max: 5}\nramp2: *s", ["not supported"]),
+    ("synthesis: {domain: continuous, time_limit_s: 60, gamma_max: 5}", "synthesis: &s {time_limit_s: 60, gamma_max: 5}\nramp2: *s", ["not supported"]),
     ("name: paper", "name: {", ["not YAML"]),
     ("name: paper", "name: \x00", ["not YAML"]),
     ("weights:\n", "weights:\n\t- x\n", ["not YAML"]),

@@ -1,22 +1,20 @@
 """check DIR: the numbers back from the C header, the loop closed again with them, and everything else compared.
 
 Synthesis is not run again: the full controller is taken from the JSON and its loop, like each step's, is
-calculated again from its own numbers. What runs, f32 and Q31, is taken from the header and from nowhere else.
+calculated again from its own numbers. What runs, f32 and Q31, is taken from the header and from nowhere else. Then every text is
+rendered again from what was verified, and must be the file's.
 """
 
-import html
 import itertools
 import json
-import re
 from pathlib import Path
 
-import control as ct
 import numpy as np
 
-from . import emit, pipeline, quantise, sections, synthesis
+from . import commands, emit, pipeline, quantise, reduction, sections, synthesis
 from .config import load_design, read_text
 from .errors import DisagreementError, InputError
-from .loop import Continuous, SampledSections, SampledZpk
+from .loop import Continuous, Metrics, SampledSections, SampledZpk
 from .systems import Zpk
 
 TOLERANCE = 1e-6  # of a figure calculated again, against the JSON's
@@ -44,14 +42,14 @@ def check(directory):
     header_text, _ = read_text(headers[0])
     source_text, _ = read_text(directory / f"{name}_controller.c")
     data = _load_json(directory / f"{name}_design.json")
-    report, _ = read_text(directory / "report.md")
-    page, _ = read_text(directory / "report.html")
+    for file in ("report.md", "report.html"):
+        read_text(directory / file)
     try:
         header = emit.parse_header(header_text, name)
     except ValueError as error:
         raise DisagreementError(f"{headers[0]}: {error}") from None
     try:
-        return _compare(directory, name, design, digest, header, source_text, data, report, page)
+        return _compare(directory, name, design, digest, header, source_text, data)
     except (KeyError, TypeError, IndexError, ValueError) as error:
         raise DisagreementError(f"{directory / (name + '_design.json')}: not as it was written: {type(error).__name__} {error}") from None
 
@@ -67,7 +65,7 @@ def _load_json(path):
     return data
 
 
-def _compare(directory, name, design, digest, header, source_text, data, report, page):
+def _compare(directory, name, design, digest, header, source_text, data):
     problems = []
 
     def differ(where, what, found, expected):
@@ -79,18 +77,10 @@ def _compare(directory, name, design, digest, header, source_text, data, report,
     recorded = data["input"]["sha256"]
     if data["imported"] is None and digest != recorded:
         differ(json_name, "the input's SHA-256", recorded, f"{digest} (of DESIGN.yaml)")
-    for where, text in (("report.md", report), ("report.html", page), (f"{name}_controller.c", source_text)):
-        if recorded not in re.sub(r"\s", "", text):
-            problems.append(f"{where}: does not name the input's SHA-256 {recorded}")
-    for what, found, expected in (("the input's SHA-256", header["sha256"], recorded), ("sample time", header["sample_time_s"], float(f"{np.float32(design.sample_time_s):.9g}")),
-                                  ("output limit", header["u_max_n"], design.fixed_point.limit_n), ("full scale", header["full_scale_n"], float(f"{np.float32(design.fixed_point.full_scale_n):.9g}"))):
-        same = found == expected if isinstance(found, str) else np.float32(found) == np.float32(expected)
-        if not same:
+    for what, found, expected in (("sample time", header["sample_time_s"], design.sample_time_s), ("output limit", header["u_max_n"], design.fixed_point.limit_n),
+                                  ("full scale", header["full_scale_n"], design.fixed_point.full_scale_n)):
+        if np.float32(found) != np.float32(expected):
             differ(header_name, what, found, expected)
-    macro = f"TRIBO_{name.upper()}_CONTROLLER"
-    for line in (f"tribo_{name}_controller_f32[{macro}_SECTION_COUNT] = {macro}_F32;", f"tribo_{name}_controller_q31 = {macro}_Q31;"):
-        if line not in source_text:
-            problems.append(f"{name}_controller.c: has not the line ...{line}")
 
     # The coefficients: header against JSON, and both against the design's unrounded sections.
     stored = data["sections"]
@@ -113,12 +103,6 @@ def _compare(directory, name, design, digest, header, source_text, data, report,
                                            if key == "sections" else [(key, value, kept[key])]):
             if found != wanted_value:
                 differ(header_name, f"Q31 {where}", found, f"{wanted_value} ({json_name})")
-    scenario = emit.scenario(design, data["input"]["file"], f32)
-    if scenario is not None:
-        written, _ = read_text(directory / f"{name}_scenario.yaml")
-        for found, expected in itertools.zip_longest(written.splitlines(), scenario.splitlines(), fillvalue="nothing"):
-            if found != expected:
-                differ(f"{name}_scenario.yaml", "a line", found, expected)
     values = coded.values()
     again = quantise.to_q31(f32, design.fixed_point.full_scale_n, -design.fixed_point.limit_n, design.fixed_point.limit_n)
     stated = [("sample_time_s", design.sample_time_s), ("computation_delay_s", design.computation_delay_s), ("full_scale_n", design.fixed_point.full_scale_n)]
@@ -140,54 +124,63 @@ def _compare(directory, name, design, digest, header, source_text, data, report,
         return [], problems
 
     # The loop, closed again.
-    result = pipeline.Result(design, digest, data["input"]["file"])
+    h, in_w = design.sample_time_s, data["domain"] == "w"
+    result = pipeline.Result(design, recorded, data["input"]["file"], data["versions"], in_w=in_w, structure_note=data["structure_note"], imported=data["imported"] or "", f32=f32, q31=coded,
+                             quantised=again, noise_lsb=data["q31_noise_lsb_rms"], cascade=sections.Cascade(wanted, [], data["cascades_tried"]), warnings=data["remarks"],
+                             robustness=data["robustness"], friction=data["friction"])
     plant, space = synthesis.make_plant(design.plant)
     weights = {} if design.weights is None else synthesis.make_problem(design).weights
     checker = pipeline.Checker(design, plant, space, weights)
-    h = design.sample_time_s
+    result.plant, result.sampled = plant, _zpk(data["discrete"])
     controllers = {}
+    for step in ("full", "reduced"):
+        if data[step] is not None:
+            controllers[step] = pipeline.as_sampled(_zpk(data[step]), h) if in_w else Continuous(_zpk(data[step]))
     if data["full"] is not None:
-        full = data["full"]
-        given = ct.ss(*(np.array(full[k], float) for k in "abcd"), remove_useless_states=False) if data["imported"] is None else None
-        controllers["full"] = Continuous(_zpk(full) if "poles" in full else None, given)
-        if given is not None and "poles" in full:
-            omega = np.logspace(-4, 6, 60)
-            if not np.allclose(controllers["full"].zpk(1j * omega), controllers["full"].response(omega), rtol=1e-4):
-                problems.append(f"{json_name}: full: the zeros, poles and gain are not those of a, b, c, d")
-        controllers["reduced"] = Continuous(_zpk(data["reduced"]))
-    controllers["discrete"] = SampledZpk(_zpk(data["discrete"]), h)
+        result.full, result.full_order, result.gamma_stated = _zpk(data["full"]), data["full"]["order"], data["full"]["gamma_stated"]
+        result.reduced = reduction.Candidate(_zpk(data["reduced"]), data["reduced"]["how"])
+    if not in_w:
+        controllers["discrete"] = SampledZpk(result.sampled, h)
     controllers["f32"] = SampledSections(f32, h)
     controllers["q31"] = SampledSections(values, h)
-    if set(data["metrics"]) != set(controllers):
-        differ(json_name, "the steps", sorted(data["metrics"]), sorted(controllers))
+    if list(data["metrics"]) != list(controllers):
+        differ(json_name, "the steps", list(data["metrics"]), list(controllers))
         return [], problems
-    limits = design.limits
     before = None
     for step, controller in controllers.items():
         loop, metrics = checker.close(controller)
-        result.stages.append(pipeline.Stage(step, loop, metrics, ""))
+        stored = Metrics.from_dict(data["metrics"][step])
+        result.stages.append(pipeline.Stage(step, loop, stored, data["notes"][step]))
         for key, value in metrics.as_dict().items():
             old = data["metrics"][step][key]
             if not _same(value, old):
                 differ(json_name, f"{pipeline.TITLES[step]}, {key}", old, f"{value}, calculated from the numbers")
-        allowed = getattr(limits, step, None)
-        broken = pipeline.breaches(before, metrics, allowed, limits.floor if step != "full" else None) if allowed is not None or not metrics.stable else []
+        allowed = getattr(design.limits, step, None)
+        broken = pipeline.breaches(before, metrics, allowed, design.limits.floor if step != "full" else None) if allowed is not None or not metrics.stable else []
         problems += [f"{pipeline.TITLES[step]}: {b}" for b in broken]
         before = metrics
-    broken = pipeline.breaches(result.stages[0].metrics, before, limits.total, None)
+    broken = pipeline.breaches(checker.close(controllers[next(iter(controllers))])[1], before, design.limits.total, None)
     problems += [f"total: {b}" for b in broken]
-    gamma = result.gamma
-    if header["gamma"] is not None and gamma is not None and abs(header["gamma"] - gamma) > 1e-3 * gamma:
-        differ(header_name, "gamma", header["gamma"], f"{gamma:.4f}")
-    table_head, figures, worse = pipeline.table_rows(result)
-    for where, found in (("report.md", _markdown_rows(report)), ("report.html", _html_rows(page))):
-        for row in [*figures, *worse]:
-            match = found.get(row[0], [])
-            for title, new in zip(table_head[1:], row[1:]):
-                i = table_head.index(title) - 1
-                if not any(len(m) > i and _same_cell(m[i], new) for m in match):
-                    differ(where, f"{row[0]}, {title}", " or ".join(m[i] for m in match if len(m) > i) or "missing", new)
+    if not problems:
+        problems += _compare_texts(directory, name, result)
     return [pipeline.table_text(result)], problems
+
+
+def _compare_texts(directory, name, result):
+    """Every text file against its own rendering from the verified numbers."""
+    problems = []
+    images = {p.stem: p.read_bytes() for p in sorted((directory / "plots").glob("*.png"))} if (directory / "plots").is_dir() else {}
+    for file, expected in commands.texts_of(result, images).items():
+        written, _ = read_text(directory / file)
+        for number, (found, right) in enumerate(itertools.zip_longest(written.split("\n"), expected.split("\n"), fillvalue="nothing"), 1):
+            if found != right:
+                problems.append(f"{file}:{number}: a line is {_short(found)}, expected {_short(right)}")
+                break
+    return problems
+
+
+def _short(line):
+    return line if len(line) <= 300 else line[:297] + "..."
 
 
 def _zpk(data):
@@ -198,33 +191,3 @@ def _same(new, old):
     if isinstance(new, float) and isinstance(old, (int, float)) and not isinstance(old, bool):
         return abs(new - old) <= TOLERANCE * max(abs(new), 1e-12)
     return new == old and type(new) is type(old)
-
-
-def _same_cell(found, new):
-    """Equal, or different only in the last printed digit or in a degradation next to nothing."""
-    if found == new:
-        return True
-    split = re.compile(r"[-+]?[0-9.]+(?:e[-+]?[0-9]+)?|inf")
-    a, b = split.findall(found), split.findall(new)
-    if len(a) != len(b) or split.sub("#", found) != split.sub("#", new):
-        return False
-    return all(abs(float(x) - float(y)) <= max(2e-3 * abs(float(y)), 2e-3 if "/" in new or "%" in new else 0) for x, y in zip(a, b))
-
-
-def _markdown_rows(text):
-    rows = {}
-    for line in text.splitlines():
-        if line.startswith("| "):
-            first, *rest = [c.strip() for c in line.strip("| ").split(" | ")]
-            rows.setdefault(first, []).append(rest)
-    return rows
-
-
-def _html_rows(text):
-    rows = {}
-    for row in re.findall(r"<tr>(.*?)</tr>", text):
-        first, *rest = [html.unescape(c) for c in re.findall(r"<t[dh]>(.*?)</t[dh]>", row)] or [""]
-        rows.setdefault(first, []).append(rest)
-    return rows
-
-

@@ -29,24 +29,28 @@ def import_controller(options):
     return _finish(result, options)
 
 
-def files_of(result, design_text, plots):
-    """Every file of the output directory: name -> bytes."""
+def texts_of(result, images):
+    """The files that are text, but for the JSON: name -> text."""
     from . import report
 
     name = result.design.name
-    files = {f"{name}_controller.h": emit.header(result).encode(), f"{name}_controller.c": emit.source(result).encode(),
-             f"{name}_design.json": emit.as_json(result).encode(), "DESIGN.yaml": design_text.encode()}
+    files = {f"{name}_controller.h": emit.header(result), f"{name}_controller.c": emit.source(result)}
     scenario = emit.scenario(result.design, result.source, result.f32)
     if scenario is not None:
-        files[f"{name}_scenario.yaml"] = scenario.encode()
+        files[f"{name}_scenario.yaml"] = scenario
+    return {**files, "report.md": report.markdown(result, images), "report.html": report.html(result, images)}
+
+
+def files_of(result, design_text, plots):
+    """Every file of the output directory: name -> bytes."""
     images = {}
     if plots:
         from . import plots as drawing
 
         images = drawing.draw_all(result)
-        files.update({f"plots/{n}.png": data for n, data in images.items()})
-    files["report.md"] = report.markdown(result, images).encode()
-    files["report.html"] = report.html(result, images).encode()
+    files = {name: text.encode() for name, text in texts_of(result, images).items()}
+    files.update({f"{result.design.name}_design.json": emit.as_json(result).encode(), "DESIGN.yaml": design_text.encode()})
+    files.update({f"plots/{n}.png": data for n, data in images.items()})
     return files
 
 

@@ -21,6 +21,7 @@ ROOT_MAX = 1e12  # rad/s
 GAIN_MAX = 1e12
 ORDER_MAX = 20
 DESIGN_SIZE_MAX = 200_000
+DELAY_TICKS_MAX = 40
 
 
 def _number(value):
@@ -183,19 +184,103 @@ class System(Strict):
         return Ratio.of_state_space(*self.matrices()).zpk()
 
 
+SPREAD = re.compile(r"^(.*?)\s*(?:±|\+-|\+/-)\s*(.*?)\s*%\s*$")
+
+
+def _spread(value):
+    """"-55 ± 10 %" as the value and its percentage."""
+    found = SPREAD.match(value) if isinstance(value, str) else None
+    return (value, 0.0) if found is None else (found.group(1), found.group(2))
+
+
+class Plant(System):
+    """A system, its dead time, and how far each of its numbers may be off: `-55 ± 10 %` is poles and poles_percent in one.
+
+    The percentage of a complex pair is that of its size, its damping ratio kept.
+    """
+
+    delay_s: Annotated[Number, Field(ge=0, le=100)] = 0.0
+    gain_percent: Annotated[Number, Field(ge=0, lt=100)] = 0.0
+    delay_percent: Annotated[Number, Field(ge=0, le=100)] = 0.0
+    zeros_percent: list[Annotated[Number, Field(ge=0, lt=100)]] = []
+    poles_percent: list[Annotated[Number, Field(ge=0, lt=100)]] = []
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_spreads(cls, value):
+        value = cls._from_number(value)
+        for name, percent in (("gain", "gain_percent"), ("k", "gain_percent"), ("delay_s", "delay_percent")):
+            plain, spread = _spread(value.get(name))
+            if spread:
+                if percent in value:
+                    raise ValueError(f"{percent}: is given twice")
+                value.update({name: plain, percent: spread})
+        for name in ("zeros", "poles"):
+            both = [_spread(v) for v in value[name]] if isinstance(value.get(name), list) else []
+            if any(spread for _, spread in both):
+                if f"{name}_percent" in value:
+                    raise ValueError(f"{name}_percent: is given twice")
+                value.update({name: [v for v, _ in both], f"{name}_percent": [spread for _, spread in both]})
+        return value
+
+    @model_validator(mode="after")
+    def _spreads_fit(self):
+        for name in ("zeros", "poles"):
+            if getattr(self, f"{name}_percent") and len(getattr(self, f"{name}_percent")) != len(getattr(self, name)):
+                raise ValueError(f"{name}_percent: must have as many entries as {name}, {len(getattr(self, name))}")
+        if self.form != "zpk" and self.gain_percent:
+            raise ValueError("gain_percent: goes with the form {gain, zeros, poles} only")
+        return self
+
+    @property
+    def is_uncertain(self):
+        return any((self.gain_percent, self.delay_percent and self.delay_s, *self.zeros_percent, *self.poles_percent))
+
+
+class Wishes(Strict):
+    """Weights in a user's words: wp = (s/peak + bandwidth)/(s + bandwidth steady_error), wu = 1/u_per_r, wT rising from `rolloff` on."""
+
+    bandwidth_rad_s: Positive
+    peak: Annotated[Number, Field(gt=1, le=10)] = 2.0  # of |S|
+    steady_error: Annotated[Number, Field(gt=0, lt=0.5)] = 1e-3  # r - y at rest, of r
+    u_per_r: Positive  # largest |u| for |r| = 1, at any frequency
+    rolloff_rad_s: Optional[Positive] = None  # above it T falls; eight times the bandwidth if left out
+
+    def weights(self):
+        w, corner = self.bandwidth_rad_s, self.rolloff_rad_s if self.rolloff_rad_s is not None else 8 * self.bandwidth_rad_s
+        return {"wp": {"num": [1 / self.peak, w], "den": [1, w * self.steady_error]}, "wu": 1 / self.u_per_r,
+                "wT": {"num": [1, corner / self.peak], "den": [1e-2, corner]}}
+
+
 class Weights(Strict):
     wp: System
     wu: System
     wT: Optional[System] = None
+    wGS: Optional[System] = None  # on G S: what friction, a force at the plant's input, does to y
+    wishes: Optional[Wishes] = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_wishes(cls, value):
+        if isinstance(value, dict) and "wishes" in value:
+            made = Wishes.model_validate(value["wishes"]).weights() if isinstance(value["wishes"], dict) else {}
+            return {**made, **value}  # a weight that is given beside the wishes is the one that counts
+        return value
+
+    def named(self):
+        return {name: getattr(self, name) for name in ("wp", "wu", "wT", "wGS") if getattr(self, name) is not None}
 
 
 class Synthesis(Strict):
+    domain: Literal["sampled", "continuous"] = "sampled"  # sampled: hold and delay are inside the synthesis
+    structure: Literal["full", "pi", "pid", "lead-lag"] = "full"
+    off_optimum_percent: Optional[Annotated[Number, Field(ge=0, le=100)]] = None  # of gamma; none: 0, and 1 where 0 does not go through
     time_limit_s: Annotated[Number, Field(ge=1, le=3600)] = 60.0
     gamma_max: Annotated[Number, Field(gt=0, le=1e6)] = 5.0
 
 
 class Reduction(Strict):
-    method: Literal["modal", "balanced", "auto"] = "modal"
+    method: Literal["modal", "balanced", "auto"] = "auto"
     fast_mode_multiple: Annotated[Number, Field(ge=0.1, le=1e6)] = 1.0  # of the Nyquist frequency
     cancellation_percent: Annotated[Number, Field(ge=0, le=50)] = 1.0  # distance of a pole and a zero, of the pole
     order_max: Annotated[int, Field(ge=1, le=8)] = 8
@@ -248,6 +333,9 @@ class Limits(Strict):
     delay_margin_percent: Optional[Percent] = None
     bandwidth_percent: Optional[Percent] = None
     ramp_error_percent: Optional[Percent] = None
+    low_gain_percent: Optional[Percent] = None
+    max_gs_percent: Optional[Percent] = None
+    disk_margin_percent: Optional[Percent] = None
     slowest_pole_percent: Optional[Percent] = None
 
 
@@ -262,13 +350,13 @@ class AllLimits(Strict):
     """A step's limits, against the step before; `total` is the last step against the first."""
 
     reduced: Limits = Limits(gamma_percent=1, max_s_percent=1, phase_margin_deg=1, ramp_error_percent=1,
-                             bandwidth_percent=2, slowest_pole_percent=1)
+                             bandwidth_percent=2, low_gain_percent=1)
     discrete: Limits = Limits(gamma_percent=10, max_s_percent=10, phase_margin_deg=10, ramp_error_percent=1,
-                              bandwidth_percent=25, slowest_pole_percent=1)
+                              bandwidth_percent=25, low_gain_percent=1)
     f32: Limits = Limits(gamma_percent=0.1, max_s_percent=0.1, max_t_percent=0.1, max_ks_percent=0.1,
-                         phase_margin_deg=0.1, gain_margin_percent=0.1, ramp_error_percent=0.1, slowest_pole_percent=0.1)
+                         phase_margin_deg=0.1, gain_margin_percent=0.1, ramp_error_percent=0.1, low_gain_percent=0.1)
     q31: Limits = Limits(gamma_percent=0.1, max_s_percent=0.1, max_t_percent=0.1, max_ks_percent=0.1,
-                         phase_margin_deg=0.1, gain_margin_percent=0.1, ramp_error_percent=0.1, slowest_pole_percent=0.1)
+                         phase_margin_deg=0.1, gain_margin_percent=0.1, ramp_error_percent=0.1, low_gain_percent=0.1)
     total: Limits = Limits(gamma_percent=15, phase_margin_deg=15)
     floor: Floor = Floor()
 
@@ -279,7 +367,7 @@ class Design(Strict):
     include_folder: Annotated[str, Field(pattern=r"^([A-Za-z0-9_]+/)*$")] = ""  # how the C source includes the header, e.g. "tribo/"
     sample_time_s: Annotated[Number, Field(ge=1e-6, le=10)]
     computation_delay_s: Annotated[Number, Field(ge=0, le=10)] = 0.0
-    plant: System
+    plant: Plant
     weights: Optional[Weights] = None
     synthesis: Synthesis = Synthesis()
     reduction: Reduction = Reduction()
@@ -287,6 +375,21 @@ class Design(Strict):
     fixed_point: FixedPoint = FixedPoint()
     ramp: Ramp = Ramp()
     limits: AllLimits = AllLimits()
+
+    @model_validator(mode="after")
+    def _whole_delay(self):
+        if self.plant.delay_s > DELAY_TICKS_MAX * self.sample_time_s:
+            raise ValueError(f"plant.delay_s: value {self.plant.delay_s:g}: must be at most {DELAY_TICKS_MAX} sample times, {DELAY_TICKS_MAX * self.sample_time_s:g} s")
+        if self.plant.delay_s and self.synthesis.domain == "continuous":
+            raise ValueError("plant.delay_s: a dead time goes with synthesis.domain sampled only")
+        if self.synthesis.structure != "full" and self.synthesis.domain == "continuous":
+            raise ValueError("synthesis.structure: other structures than full go with synthesis.domain sampled only")
+        return self
+
+    @property
+    def delay_s(self):
+        """From reading y to its answer in y: computation and dead time, without the hold."""
+        return self.computation_delay_s + self.plant.delay_s
 
     @field_validator("computation_delay_s")
     @classmethod
@@ -333,7 +436,7 @@ def read_rows(path, text):
 
 def printable(name):
     """A file's name for generated files: a newline or a backslash in it must not become C or YAML."""
-    return urllib.parse.quote(name, safe=" -._~+,=@()")
+    return urllib.parse.quote(name, safe=" -._~+,=@()%")
 
 
 def load_design(path):

@@ -2,19 +2,13 @@
 
 import json
 import re
-from importlib.metadata import version
 
 import numpy as np
 
-from . import __version__
 from .config import format_root
 from .quantise import FIELDS, Q31
 
 WIDTH = 118
-
-
-def versions():
-    return f"python-control {version('control')}, slycot {version('slycot')}"
 
 
 def _roots(roots):
@@ -48,14 +42,15 @@ def _group(roots):
 def provenance(result):
     design = result.design
     lines = [f"input     {result.source}, SHA-256 {result.digest}",
-             f"tool      tribo-design {__version__} ({versions()})",
+             f"tool      {result.versions}",
              f"plant     {_system(design.plant)}"]
     if design.weights is not None:
-        parts = [f"{n} = {_system(getattr(design.weights, n))}" for n in ("wp", "wu", "wT") if getattr(design.weights, n) is not None]
+        parts = [f"{n} = {_system(getattr(design.weights, n))}" for n in design.weights.named()]
         lines.append("weights   " + "; ".join(parts))
-    if result.solution is not None:
+    if not result.imported:
         full = result.stage("full")
-        lines.append(f"gamma     {full.metrics.gamma:.4f}, K(s) of order {result.solution.controller.space.nstates} by mixsyn")
+        lines.append(f"gamma     {full.metrics.gamma:.4f}, " + (f"K(s) of order {result.full_order} by mixsyn" if not result.in_w
+                     else f"K of order {result.full_order} by mixsyn on the sampled plant" if design.synthesis.structure == "full" else result.structure_note))
     else:
         gamma = result.gamma
         lines.append(f"K         imported: {result.imported}" + ("" if gamma is None else f"; gamma {gamma:.4f}"))
@@ -63,13 +58,13 @@ def provenance(result):
         zpk = result.reduced.zpk
         at_rest = zpk.at_zero()
         lines.append(f"reduced   {result.reduced.how}: order {zpk.order}, " + (f"K(0) = {at_rest:.7g}" if np.isfinite(at_rest) else f"k = {zpk.gain:.7g}"))
-        lines.append(f"          poles {_roots(zpk.poles)}; zeros {_roots(zpk.zeros)} rad/s")
-        lines.append(f"K(z)      {design.discretisation.method}" + (f" at {design.discretisation.prewarp_rad_s:g} rad/s" if design.discretisation.prewarp_rad_s else "")
+        lines.append(f"          poles {_roots(zpk.poles)}; zeros {_roots(zpk.zeros)} rad/s" + (" in w = (2/h) (z - 1)/(z + 1)" if result.in_w else ""))
+        lines.append(f"K(z)      z = (1 + w h/2)/(1 - w h/2), sample time {design.sample_time_s:g} s" if result.in_w else f"K(z)      {design.discretisation.method}" + (f" at {design.discretisation.prewarp_rad_s:g} rad/s" if design.discretisation.prewarp_rad_s else "")
                      + f", sample time {design.sample_time_s:g} s")
     else:
         lines.append(f"K(z)      sample time {design.sample_time_s:g} s")
     final = result.stages[-1].metrics
-    lines.append(f"loop      with hold and {design.computation_delay_s:g} s delay, Q31: " + (f"gamma {final.gamma:.4f}, " if final.gamma is not None else "")
+    lines.append(f"loop      with hold and {design.delay_s:g} s delay, Q31: " + (f"gamma {final.gamma:.4f}, " if final.gamma is not None else "")
                  + f"gain margin {final.gain_margin:.2f}, phase margin {final.phase_margin_deg:.2f} deg")
     return lines
 
@@ -185,7 +180,7 @@ def as_json(result):
     """Everything, with full precision."""
     design = result.design
     data = {
-        "tool": "tribo-design", "tool_version": __version__, "versions": versions(),
+        "tool": "tribo-design", "versions": result.versions, "domain": "w" if result.in_w else "s", "structure_note": result.structure_note,
         "name": design.name, "input": {"file": result.source, "sha256": result.digest},
         "sample_time_s": design.sample_time_s, "computation_delay_s": design.computation_delay_s,
         "full_scale_n": design.fixed_point.full_scale_n,
@@ -194,20 +189,16 @@ def as_json(result):
         "discrete": {"operator": "d = z - 1", **_zpk(result.sampled)},
         "sections": {"columns": ["b0", "b1", "b2", "a1", "a2"], "design": result.cascade.sections.tolist(), "f32": result.f32.tolist(),
                      "q31": result.q31.as_dict(), "q31_values": result.q31.values().tolist()},
+        "cascades_tried": result.cascade.tried,
         "q31_peaks": result.quantised.peaks,
         "q31_noise_lsb_rms": result.noise_lsb,
         "anti_windup": result.quantised.conditioning,
         "metrics": {s.step: s.metrics.as_dict() for s in result.stages},
         "notes": {s.step: s.note for s in result.stages}, "remarks": result.warnings,
+        "robustness": result.robustness, "friction": result.friction,
     }
-    full = result.stage("full")
-    if full is not None:
-        controller = full.loop.controller
-        data["full"] = _zpk(controller.zpk) if controller.zpk is not None else {}
-        space = controller.space
-        data["full"].update({k: np.asarray(m).tolist() for k, m in zip("abcd", (space.A, space.B, space.C, space.D))})
-        if result.solution is not None:
-            data["full"]["gamma_stated"] = result.solution.gamma
+    if result.full is not None:
+        data["full"] = {**_zpk(result.full), "order": result.full_order, "gamma_stated": result.gamma_stated}
     if result.reduced is not None:
         data["reduced"] = {"how": result.reduced.how, **_zpk(result.reduced.zpk)}
     return json.dumps(data, indent=1, allow_nan=False) + "\n"

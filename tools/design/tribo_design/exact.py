@@ -35,6 +35,15 @@ class Ratio:
         return cls((exact_a - column * row).charpoly() + (rational(np.asarray(d, float).ravel()[0]) - 1) * den, den)
 
     @classmethod
+    def of_zpk(cls, system):
+        num, den = fmpq_poly([rational(system.gain)]), fmpq_poly([1])
+        for root in system.zeros:
+            num *= _factor(root)
+        for root in system.poles:
+            den *= _factor(root)
+        return cls(num, den)
+
+    @classmethod
     def of_polynomials(cls, num, den):
         """Highest power first, as transfer functions are written."""
         return cls(*(fmpq_poly([rational(x) for x in reversed(list(p))]) for p in (num, den)))
@@ -72,6 +81,24 @@ class Ratio:
         with flint.ctx.workprec(4 * BITS):
             num, den = acb_poly(self.num), acb_poly(self.den)
             return np.array([complex(num(acb(p.real, p.imag)) / den(acb(p.real, p.imag))) for p in np.atleast_1d(points)])
+
+
+def _factor(root):
+    """x - r; of a conjugate pair the quadratic, once."""
+    if root.imag == 0:
+        return fmpq_poly([-rational(root.real), 1])
+    if root.imag < 0:
+        return fmpq_poly([1])
+    re, im = rational(root.real), rational(root.imag)
+    return fmpq_poly([re * re + im * im, -2 * re, 1])
+
+
+def closed_loop_poles(plant, controller):
+    """Of 1 + G K, hidden modes included, each to the last digit; None when 1 + G K vanishes at infinity."""
+    polynomial = plant.den * controller.den + plant.num * controller.num
+    if polynomial.degree() < plant.den.degree() + controller.den.degree():
+        return None
+    return _roots(polynomial)
 
 
 def _to_float(value):

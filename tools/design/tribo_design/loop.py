@@ -5,6 +5,7 @@ the computation delay, exactly as the samples see it; the hold's half sample and
 every figure of the sampled rows. The weights are taken at s = j omega up to the Nyquist frequency.
 """
 
+import functools
 from dataclasses import asdict, dataclass, fields
 from typing import Optional
 
@@ -12,12 +13,14 @@ import control as ct
 import numpy as np
 import scipy.optimize
 import scipy.signal
+from flint import fmpq_poly
 
-from .systems import Zpk, balanced_scaling, state_space
+from .exact import Ratio, closed_loop_poles
+from .systems import Zpk, state_space
 
 
 class Continuous:
-    """A continuous-time system as Zpk, as state space, or both (then the state space is what is evaluated)."""
+    """A continuous-time system as Zpk, as state space, or both (then the Zpk is what is evaluated, as it has no rounding)."""
 
     def __init__(self, zpk=None, space=None):
         self.zpk = zpk
@@ -32,13 +35,18 @@ class Continuous:
 
     def response(self, omega):
         points = 1j * np.asarray(omega, float)
-        if self._given is not None:
-            return response_of(self._given, points)
-        return self.zpk(points)
+        return self.zpk(points) if self.zpk is not None else response_of(self._given, points)
+
+    @property
+    def ratio(self):
+        return Ratio.of_state_space(*self._matrices()) if self._given is not None and self.zpk is None else Ratio.of_zpk(self.zpk)
+
+    def _matrices(self):
+        return [np.asarray(m) for m in ct.ssdata(self._given)]
 
     def near_zero(self):
-        if self._given is not None:
-            a, b, c, d = (np.asarray(m) for m in ct.ssdata(self._given))
+        if self.zpk is None:
+            a, b, c, d = self._matrices()
             if self._given.nstates == 0:
                 return 0, d[0, 0], 0.0
             x = np.linalg.solve(a, b)
@@ -66,6 +74,10 @@ class SampledZpk:
     def space(self):
         return state_space(self.zpk)
 
+    @property
+    def ratio(self):
+        return Ratio.of_zpk(self.zpk)
+
     def response(self, omega):
         return self.zpk(np.expm1(1j * np.asarray(omega, float) * self.h))
 
@@ -92,6 +104,14 @@ class SampledSections:
                           remove_useless_states=False)
             total = block if total is None else ct.series(total, block)
         return total
+
+    @property
+    def ratio(self):
+        num, den = fmpq_poly([1]), fmpq_poly([1])
+        for b0, b1, b2, a1, a2 in self.sections:
+            part = Ratio.of_polynomials([b0, b1, b2], [1, a1, a2])
+            num, den = num * part.num, den * part.den
+        return Ratio(num, den)
 
     def section_responses(self, omega):
         d = np.expm1(1j * np.asarray(omega, float) * self.h)
@@ -195,11 +215,16 @@ class SampledPlant:
                 big[n + i, n + i - 1] = 1.0
         self.space = ct.ss(big - np.eye(n + taps), into, out, through, remove_useless_states=False)
 
+    @functools.cached_property
+    def ratio(self):
+        return Ratio.of_state_space(*(np.asarray(m) for m in ct.ssdata(self.space)))
+
     def response(self, omega):
         return response_of(self.space, np.expm1(1j * np.asarray(omega, float) * self.h))
 
     def near_zero(self):
-        return Continuous(space=self.space).near_zero()
+        system = self.ratio.zpk()
+        return zpk_near_zero(Zpk(system.zeros, np.where(np.abs(system.poles) < 1e-12, 0.0, system.poles), system.gain))
 
 
 @dataclass(frozen=True)
@@ -209,16 +234,26 @@ class Metrics:
     max_s: float
     max_t: float
     max_ks: float
+    max_gs: float
     gain_margin: float
     phase_margin_deg: float
     delay_margin_s: float
+    disk_margin: float
     crossover_rad_s: float
     bandwidth_rad_s: float
     ramp_error_n: float
+    low_gain: float
     slowest_pole_rad_s: float
 
     def as_dict(self):
-        return {k: (None if isinstance(v, float) and not np.isfinite(v) else v) for k, v in asdict(self).items()}
+        """For JSON, which has neither: None for not a number, "inf" for infinite."""
+        return {k: v if not isinstance(v, float) or np.isfinite(v) else "inf" if np.isinf(v) else None for k, v in asdict(self).items()}
+
+    @classmethod
+    def from_dict(cls, data):
+        if set(data) != set(METRIC_NAMES):
+            raise ValueError(f"metrics: not {', '.join(METRIC_NAMES)}")
+        return cls(**{k: np.inf if v == "inf" else np.nan if v is None and k != "gamma" else v for k, v in data.items()})
 
 
 METRIC_NAMES = [f.name for f in fields(Metrics)]
@@ -255,8 +290,8 @@ class Loop:
 
     def closed_loop(self, omega):
         """S, T, KS, and gamma's weighted sum, at the frequencies."""
-        k = self.controller.response(omega)
-        loop = self.plant.response(omega) * k
+        k, g = self.controller.response(omega), self.plant.response(omega)
+        loop = g * k
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             s = 1 / (1 + loop)
             t = np.where(np.isfinite(loop), loop / (1 + loop), 1.0)
@@ -264,21 +299,38 @@ class Loop:
         total = None
         if self.weights:
             points = 1j * np.asarray(omega, float)
-            total = np.sqrt(sum(np.abs(w(points) * f) ** 2 for w, f in
-                                ((self.weights.get("wp"), s), (self.weights.get("wu"), ks), (self.weights.get("wT"), t))
-                                if w is not None))
+            total = np.sqrt(sum(np.abs(x) ** 2 for x in self.terms(points, s, t, ks, g).values()))
         return s, t, ks, total
 
+    def load(self, omega):
+        """G S: what a force at the plant's input, such as friction, does to the output."""
+        plant = self.plant.response(omega)
+        return plant / (1 + plant * self.controller.response(omega))
+
+    def terms(self, points, s, t, ks, plant):
+        """Name -> weighted term, of those that have a weight."""
+        parts = {"wp": ("wp S", s), "wu": ("wu KS", ks), "wT": ("wT T", t), "wGS": ("wGS GS", plant * s)}
+        return {title: self.weights[name](points) * f for name, (title, f) in parts.items() if self.weights.get(name) is not None}
+
+    def peak_term(self):
+        """Where gamma peaks, and the largest term there."""
+        s, t, ks, total = self.closed_loop(self.omega)
+        i = int(np.nanargmax(total))
+        at = self.omega[i : i + 1]
+        terms = self.terms(1j * at, s[i : i + 1], t[i : i + 1], ks[i : i + 1], self.plant.response(at))
+        return float(at[0]), max(terms, key=lambda name: abs(terms[name][0])), {name: float(abs(v[0])) for name, v in terms.items()}
+
+    def closed_loop_poles(self):
+        """In rad/s, or in d = z - 1; None when the loop is not well-posed."""
+        return closed_loop_poles(self.plant.ratio, self.controller.ratio)
+
     def is_stable(self):
-        slack, certain = stability_slack(self.plant.space, self.controller.space, self.h)
-        if slack > 0 or certain or self.h is not None:
-            return slack > 0
-        # A pole many decades beyond the others spoils the small eigenvalues: count the encirclements of -1 instead.
-        for space in (self.plant.space, self.controller.space):
-            if space.nstates and np.any(np.linalg.eigvals(space.A).real >= 0):
-                return False
-        around = np.unwrap(np.angle(1 + self.open_loop(self.omega)))
-        return bool(abs(around[-1] - around[0]) < np.pi / 2)
+        poles = self.closed_loop_poles()
+        if poles is None:
+            return False
+        if self.h is None:
+            return bool(np.all(poles.real < 0))
+        return bool(np.all(2 * poles.real + np.abs(poles) ** 2 < 0))  # d = z - 1: |1 + d| < 1
 
     def _peak(self, values, which):
         """The largest of a magnitude on the grid, refined between the neighbours of the three highest points."""
@@ -333,6 +385,13 @@ class Loop:
         s1 = -(slope_k * g + k * slope_g) * s0**2
         return abs(self.ramp.rate_n_per_s * (s0 * self.ramp.duration_s + s1 * unit))
 
+    def low_gain(self):
+        """|L| at the slowest frequency that matters, one over the ramp's duration."""
+        if self.ramp is None:
+            return np.nan
+        omega = 1 / self.ramp.duration_s
+        return float(np.abs(self.open_loop(np.array([omega if self.h is None else min(omega, np.pi / self.h)]))[0]))
+
     def metrics(self):
         s, t, ks, total = self.closed_loop(self.omega)
         size_t = np.abs(t)
@@ -351,6 +410,9 @@ class Loop:
             max_s=self._peak(np.abs(s), lambda w: np.abs(self.closed_loop(w)[0])),
             max_t=self._peak(size_t, lambda w: np.abs(self.closed_loop(w)[1])),
             max_ks=self._peak(np.abs(ks), lambda w: np.abs(self.closed_loop(w)[2])),
+            max_gs=self._peak(np.abs(self.load(self.omega)), lambda w: np.abs(self.load(w))),
+            disk_margin=1 / self._peak(np.abs(s - t) / 2, lambda w: np.abs(np.subtract(*self.closed_loop(w)[:2])) / 2),
+            low_gain=self.low_gain(),
             gain_margin=float(gain_margin), phase_margin_deg=float(phase_margin),
             delay_margin_s=float(delay_margin), crossover_rad_s=float(crossover), bandwidth_rad_s=bandwidth,
             ramp_error_n=float(self.ramp_error()),
@@ -373,24 +435,6 @@ class Loop:
         a, b, c, d = (np.asarray(m) for m in ct.ssdata(closed))
         out = scipy.signal.dlsim((a + np.eye(len(a)), b, c, d, self.h), r)[1]
         return time, r, out[:, 1], out[:, 0]
-
-
-def stability_slack(plant, controller, h):
-    """How far the slowest closed-loop pole is inside the stable region, of its own size; not over 0 is unstable. And
-    whether the eigenvalues can be trusted to say so."""
-    through = plant.D[0, 0] * controller.D[0, 0]
-    if abs(1 + through) < 1e-12:
-        return -1.0, True
-    closed = balanced_scaling(ct.feedback(ct.series(controller, plant), 1))
-    poles = np.linalg.eigvals(closed.A) if closed.nstates else np.array([-1.0])
-    size = np.maximum(np.abs(poles), 1e-300)
-    if h is None:
-        slack = -poles.real / size
-    else:  # d = z - 1: 1 - |1 + d|^2 = -(2 Re d + |d|^2)
-        slack = -(2 * poles.real + np.abs(poles) ** 2) / (2 * size)
-    bad = poles[slack <= 0]
-    certain = not np.any(np.abs(bad) < 1e-6 * size.max())
-    return float(slack.min()), certain
 
 
 def _crossings(function, x, values):

@@ -1,17 +1,20 @@
 """The steps in order, the loop checked after each."""
 
 from dataclasses import dataclass, field
+from importlib.metadata import version
 from typing import Optional
 
 import numpy as np
 
-from . import discretise, quantise, reduction, sections, synthesis
-from .config import printable
-from .errors import DesignError, LimitError
+from . import __version__, discretise, quantise, reduction, sections, structured, synthesis
+from .config import format_root, printable
+from .errors import DesignError, IllPosedError, LimitError
 from .loop import Continuous, Loop, Metrics, SampledPlant, SampledSections, SampledZpk
 
+OFF_OPTIMUM_PERCENT = 1.0
+GROWTH_MAX = 30  # powers of e within a sample time
 STEPS = ("full", "reduced", "discrete", "f32", "q31")
-TITLES = {"full": "full K(s)", "reduced": "reduced K(s)", "discrete": "K(z)", "f32": "K(z), f32", "q31": "K(z), Q31"}
+TITLES = {"full": "full K", "reduced": "reduced K", "discrete": "K(z)", "f32": "K(z), f32", "q31": "K(z), Q31"}
 
 
 @dataclass(frozen=True)
@@ -29,11 +32,14 @@ QUANTITIES = (
     Quantity("max_s", "max abs S", "", "max_s_percent", ".4f", "rise"),
     Quantity("max_t", "max abs T", "", "max_t_percent", ".4f", "rise"),
     Quantity("max_ks", "max abs KS", "", "max_ks_percent", ".4g", "rise"),
+    Quantity("max_gs", "max abs GS", "", "max_gs_percent", ".4g", "rise"),
     Quantity("gain_margin", "gain margin", "", "gain_margin_percent", ".4g", "fall"),
     Quantity("phase_margin_deg", "phase margin", "deg", "phase_margin_deg", ".3f", "fall_abs"),
     Quantity("delay_margin_s", "delay margin", "s", "delay_margin_percent", ".4g", "fall"),
+    Quantity("disk_margin", "disk margin", "", "disk_margin_percent", ".4g", "fall"),
     Quantity("bandwidth_rad_s", "bandwidth", "rad/s", "bandwidth_percent", ".4g", "fall"),
     Quantity("ramp_error_n", "ramp error", "N", "ramp_error_percent", ".5g", "rise"),
+    Quantity("low_gain", "low-frequency gain", "", "low_gain_percent", ".5g", "fall"),
     Quantity("slowest_pole_rad_s", "slowest pole", "rad/s", "slowest_pole_percent", ".7g", "change"),
 )
 
@@ -51,8 +57,13 @@ class Result:
     design: object
     digest: str
     source: str  # name of the input file
+    versions: str = ""
     plant: object = None
-    solution: Optional[object] = None
+    full: Optional[object] = None  # the controller before any reduction: Zpk in s, in w when it was designed there
+    full_order: int = 0
+    gamma_stated: Optional[float] = None  # by the solver
+    structure_note: str = ""  # of a PI and the like: its parameters, and gamma of the full order
+    in_w: bool = False  # designed in w: sampling costs nothing and has no row of its own
     reduced: Optional[object] = None  # reduction.Candidate
     sampled: Optional[object] = None  # Zpk in d
     cascade: Optional[object] = None
@@ -62,10 +73,13 @@ class Result:
     noise_lsb: float = 0.0  # rounding noise of the Q31 cascade at its output, in open loop, rms
     stages: list = field(default_factory=list)
     imported: str = ""
+    robustness: Optional[dict] = None
+    friction: Optional[dict] = None
     warnings: list = field(default_factory=list)
 
     def __post_init__(self):
         self.source = printable(self.source)
+        self.versions = self.versions or f"tribo-design {__version__} (python-control {version('control')}, slycot {version('slycot')})"
 
     def stage(self, step):
         return next((s for s in self.stages if s.step == step), None)
@@ -88,7 +102,17 @@ class Checker:
     @property
     def sampled(self):
         if self._sampled is None:
-            self._sampled = SampledPlant(self.plant.space, self.h, self.design.computation_delay_s)
+            growing = [p for p in self.plant.zpk.poles if p.real * self.h > GROWTH_MAX]
+            if growing:
+                raise IllPosedError("plant", f"plant: its unstable pole {format_root(growing[0])} rad/s grows more than {np.exp(GROWTH_MAX):.0e} times within "
+                                             "one sample time: no sampled loop holds it")
+            with np.errstate(all="ignore"):
+                self._sampled = SampledPlant(self.plant.space, self.h, self.design.delay_s)
+                order, value, _ = self._sampled.near_zero() if np.all(np.isfinite(self._sampled.space.A)) else (0, np.nan, 0)
+            steady = self.plant.zpk.at_zero()
+            if np.isfinite(steady) and not (order == 0 and abs(value - steady) <= 1e-6 * abs(steady)):
+                raise IllPosedError("numerical", f"plant: sampled at {self.h:g} s its steady gain is {value:.6g} instead of {steady:.6g}: its roots are too far apart for double precision; "
+                                                 "leave out those far beyond the Nyquist frequency")
         return self._sampled
 
     def close(self, controller):
@@ -102,16 +126,56 @@ def synthesize(design, digest, source):
     if design.weights is None:
         raise DesignError(f"{source}: weights: is missing (synthesize needs them; import does not)")
     problem = synthesis.make_problem(design)
-    result = Result(design, digest, source, plant=problem.plant)
     checker = Checker(design, problem.plant, problem.plant_space, problem.weights)
-    result.solution = synthesis.solve(problem, design.synthesis)
-    controller = result.solution.controller
+    off = design.synthesis.off_optimum_percent
+    first = None
+    for percent in (0.0, OFF_OPTIMUM_PERCENT) if off is None else (off,):
+        result = Result(design, digest, source, plant=problem.plant)
+        try:
+            if design.synthesis.structure != "full":
+                structured.synthesize(result, checker, problem)
+            elif design.synthesis.domain == "sampled":
+                _synthesize_sampled(result, checker, problem, percent)
+            else:
+                _synthesize_continuous(result, checker, problem, percent)
+            return result
+        except DesignError as error:  # a little off the optimum K has no pole near infinity, and what follows is easier
+            first = first or error
+            if design.synthesis.structure != "full" or not getattr(error, "after_full", False):
+                raise
+    raise first
+
+
+def _synthesize_continuous(result, checker, problem, percent):
+    design = result.design
+    solution = synthesis.solve(problem, design.synthesis, percent)
+    controller = solution.controller
+    result.full, result.full_order, result.gamma_stated = controller.zpk, controller.zpk.order, solution.gamma
     loop, metrics = checker.close(controller)
-    result.stages.append(Stage("full", loop, metrics, f"order {controller.space.nstates}, {result.solution.how}"))
+    result.stages.append(Stage("full", loop, metrics, f"order {result.full_order}, {solution.how}" + (f", {percent:g} % off the optimum" if percent else "")))
     if not metrics.stable:
         raise LimitError("full: the loop is not stable", table_text(result))
     reduce_and_go_on(result, checker, controller)
-    return result
+
+
+def _synthesize_sampled(result, checker, problem, percent):
+    design, h = result.design, result.design.sample_time_s
+    solution = synthesis.solve_sampled(problem, checker, design.synthesis, percent)
+    controller = solution.controller  # K(w)
+    result.full, result.full_order, result.gamma_stated, result.in_w = controller.zpk, controller.zpk.order, solution.gamma, True
+    loop, metrics = checker.close(as_sampled(controller.zpk, h))
+    result.stages.append(Stage("full", loop, metrics, f"order {result.full_order}, {solution.how}, with hold and {design.delay_s:g} s delay" + (f", {percent:g} % off the optimum" if percent else "")))
+    if not metrics.stable:
+        raise LimitError("full: the loop is not stable", table_text(result))
+    if metrics.gamma > design.synthesis.gamma_max:
+        raise IllPosedError("contradicting weights", f"the best controller reaches gamma {metrics.gamma:.4g} only, over gamma_max {design.synthesis.gamma_max:g}: the weights "
+                                                     f"contradict each other most at {loop.peak_term()[0]:.4g} rad/s")
+    reduce_and_go_on(result, checker, controller)
+
+
+def as_sampled(in_w, h):
+    """K(z) of K(w)."""
+    return SampledZpk(discretise.tustin(in_w, h), h)
 
 
 def from_import(design, digest, source, imported):
@@ -120,12 +184,16 @@ def from_import(design, digest, source, imported):
     weights = {} if design.weights is None else synthesis.make_problem(design).weights
     result = Result(design, digest, source, plant=plant, imported=imported.describe())
     checker = Checker(design, plant, space, weights)
-    if imported.continuous:
+    if imported.continuous and design.plant.delay_s:
+        result.sampled = discretise.discretise(imported.zpk, design.discretisation, design.sample_time_s)  # a dead time has no row in continuous time
+        _sampled_steps(result, checker)
+    elif imported.continuous:
         controller = Continuous(imported.zpk)
+        result.full, result.full_order = imported.zpk, imported.zpk.order
         loop, metrics = checker.close(controller)
         result.stages.append(Stage("full", loop, metrics, f"imported, order {imported.zpk.order}"))
         if not metrics.stable:
-            raise LimitError(f"full: the loop with the imported controller is not stable (negative feedback, u = K (r - y)): its slowest closed-loop "
+            raise LimitError("full: the loop with the imported controller is not stable (negative feedback, u = K (r - y)): its slowest closed-loop "
                              "pole is in the right half plane", table_text(result))
         reduce_and_go_on(result, checker, controller)
     else:
@@ -135,32 +203,49 @@ def from_import(design, digest, source, imported):
 
 
 def reduce_and_go_on(result, checker, controller):
-    design, limits = result.design, result.design.limits
+    design, limits, h = result.design, result.design.limits, result.design.sample_time_s
     before = result.stages[-1].metrics
-    tried = []
-    for candidate in reduction.candidates(controller, design.reduction, design.sample_time_s):
-        loop, metrics = checker.close(Continuous(candidate.zpk))
+    tried, refused, whole = [], None, list(result.stages)
+    for candidate in reduction.candidates(controller, design.reduction, h):
+        loop, metrics = checker.close(as_sampled(candidate.zpk, h) if result.in_w else Continuous(candidate.zpk))
         broken = breaches(before, metrics, limits.reduced, limits.floor)
         tried.append((candidate, metrics, broken))
-        if not broken:
-            result.reduced = candidate
-            result.stages.append(Stage("reduced", loop, metrics, f"order {candidate.zpk.order}, {candidate.how}"))
-            break
-    else:
-        if not tried:
-            raise LimitError(f"reduced: method {design.reduction.method} leaves no controller of order {design.reduction.order_max} or less (K(s) has order "
-                             f"{controller.space.nstates}); try reduction.method auto, or a larger cancellation_percent", table_text(result))
-        candidate, _, broken = min(tried, key=lambda t: len(t[2]))
-        raise LimitError(f"reduced: no order up to {design.reduction.order_max} keeps the loop within its limits; the nearest, order {candidate.zpk.order} "
-                         f"({candidate.how}): {'; '.join(broken)}", table_text(result))
-    result.sampled = discretise.discretise(result.reduced.zpk, design.discretisation, design.sample_time_s)
-    _sampled_steps(result, checker)
+        if broken:
+            continue
+        result.reduced = candidate
+        result.stages = [*whole, Stage("reduced", loop, metrics, f"order {candidate.zpk.order}, {candidate.how}")]
+        try:
+            result.sampled = discretise.tustin(candidate.zpk, h) if result.in_w else discretise.discretise(candidate.zpk, design.discretisation, h)
+            _sampled_steps(result, checker)
+            return
+        except LimitError:
+            raise
+        except DesignError as error:  # the library cannot hold this one: the next may do
+            refused = refused or error
+    if refused is not None:
+        raise _after_full(refused)
+    result.stages = whole
+    if not tried:
+        ways = [f"a larger cancellation_percent than {design.reduction.cancellation_percent:g}"] if design.reduction.cancellation_percent < 50 else []
+        ways += ["reduction.method auto"] if design.reduction.method != "auto" else []
+        ways += ["a larger reduction.order_max"] if design.reduction.order_max < 8 else []
+        raise _after_full(LimitError(f"reduced: method {design.reduction.method} leaves no controller of order {design.reduction.order_max} or less (K has order "
+                                     f"{result.full_order})" + (f"; try {', or '.join(ways)}" if ways else ""), table_text(result)))
+    candidate, _, broken = min(tried, key=lambda t: (not t[1].stable, len(t[2]), -t[0].zpk.order))
+    raise _after_full(LimitError(f"reduced: no order up to {design.reduction.order_max} keeps the loop within its limits; the nearest, order {candidate.zpk.order} "
+                                 f"({candidate.how}): {'; '.join(broken)}", table_text(result)))
+
+
+def _after_full(error):
+    error.after_full = True
+    return error
 
 
 def _sampled_steps(result, checker):
     design, limits, h = result.design, result.design.limits, result.design.sample_time_s
     method = design.discretisation.method if result.reduced else "as imported"
-    _accept(result, checker, "discrete", SampledZpk(result.sampled, h), limits.discrete, f"{method}, h {h:g} s, delay {design.computation_delay_s:g} s + hold")
+    if not result.in_w:
+        _accept(result, checker, "discrete", SampledZpk(result.sampled, h), limits.discrete, f"{method}, h {h:g} s, delay {design.delay_s:g} s + hold")
     result.cascade = sections.make_cascade(result.sampled, h)
     result.f32 = quantise.to_f32(result.cascade.sections)
     sections.check_sections(result.f32)
@@ -170,7 +255,7 @@ def _sampled_steps(result, checker):
         result.quantised = quantise.to_q31(result.f32, fixed.full_scale_n, -fixed.limit_n, fixed.limit_n)
     except DesignError as error:
         outside = [f"{1 + z:.6g}" for z in result.sampled.zeros if abs(1 + z) > 1 - 1e-6]
-        hint = f". K(z) has zeros on or outside the unit circle (z = {', '.join(outside)}), which its anti-windup suffers from: try another limit, sample time or discretisation method" if outside else ""
+        hint = f". K(z) has zeros on or outside the unit circle (z = {', '.join(outside)}), which its anti-windup suffers from: try another limit{', sample time' if result.in_w else ', sample time or discretisation method'}" if outside else ""
         raise DesignError(f"{error}{hint}") from None
     result.q31 = result.quantised.q31
     values = result.q31.values()

@@ -12,13 +12,17 @@ from dataclasses import dataclass
 
 import control as ct
 import numpy as np
+import scipy.linalg
+import slycot
 
+from . import discretise, wplane
 from .config import format_root
 from .errors import IllPosedError
-from .loop import Continuous, Loop
+from .loop import Continuous, Loop, SampledPlant, SampledZpk
 from .exact import zpk_of
 from .systems import Zpk, balanced_scaling, state_space
 
+LEAK = 1e-5  # of the fastest of wp's and the plant's corners: the pole that stands for an integrator inside the solver
 AXIS = 1e-9  # a root whose real part is within this of its size counts as on the imaginary axis
 
 
@@ -26,49 +30,62 @@ AXIS = 1e-9  # a root whose real part is within this of its size counts as on th
 class Problem:
     plant: Zpk
     plant_space: object
-    weights: dict  # name -> Zpk; wp, wu and perhaps wT
+    weights: dict  # name -> Zpk; wp, wu and perhaps wT, wGS
+    h: float = None  # with it the problem is one in w (wplane.py)
+
+    def omega(self, v):
+        """The frequency that a user knows by v."""
+        return v if self.h is None else float(wplane.unbend(v, self.h))
 
 
-@dataclass(frozen=True)
+@dataclass
 class Solution:
     gamma: float  # as the solver states it
     gamma_measured: float
     controller: Continuous
     how: str
+    gamma_sampled: float = np.nan  # of solve_sampled: of the loop that will run
 
 
 def make_problem(design):
     """The problem of a validated design, or IllPosedError with the cause."""
-    plant, space = make_plant(design.plant)
+    plant, space = make_plant(design.plant, integrator=design.synthesis.domain == "sampled")
     weights = {}
-    for name in ("wp", "wu", "wT"):
-        system = getattr(design.weights, name)
-        if system is not None:
-            weights[name] = _weight(name, system)
+    for name, system in design.weights.named().items():
+        weights[name] = _weight(name, system)
+    if "wGS" in weights and np.any(plant.poles.real > 0):
+        raise IllPosedError("plant", f"weights.wGS needs a stable plant; pole {_list([p for p in plant.poles if p.real > 0])} rad/s is not. Leave wGS out: the report shows G S all the same")
     return Problem(plant, space, weights)
 
 
-def make_plant(system):
+def make_plant(system, integrator=True):
+    """The plant as Zpk and in state space. `integrator`: whether one pole at 0 will do."""
     if system.form == "ss":
         _refuse_hidden_modes("plant", "plant", system.matrices(), only_unstable=True)
-        a, b, c, d = system.matrices()
-        given = balanced_scaling(ct.ss(a, b, c, d, remove_useless_states=False))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            minimal = ct.minreal(given, 1e-9, verbose=False)
-        plant = zpk_of(minimal)
-    else:
+    try:
         plant = system.zpk()
-        hidden = _hidden_roots(plant)
-        if any(p.real >= -AXIS * abs(p) for p in hidden):
-            raise IllPosedError("plant", f"plant: its mode at {_list(hidden)} rad/s is cancelled by a zero and is not stable: no "
-                                         "controller can reach it")
+    except (OverflowError, ValueError) as error:
+        raise IllPosedError("plant", f"plant: its roots or gain are beyond what double precision holds ({error})") from None
+    if not np.isfinite(plant.gain) or not np.all(np.isfinite(np.r_[plant.zeros, plant.poles])):
+        raise IllPosedError("plant", "plant: its roots or gain are beyond what double precision holds")
+    hidden = _hidden_roots(plant)
+    if any(p.real >= -AXIS * abs(p) for p in hidden):
+        raise IllPosedError("plant", f"plant: its mode at {_list(hidden)} rad/s is cancelled by a zero and is not stable: no "
+                                     "controller can reach it")
+    if system.form == "ss" and hidden:  # exact roots: what is on top of each other is hidden, and only that
+        zeros = list(plant.zeros)
+        for pole in hidden:
+            zeros.remove(min(zeros, key=lambda z: abs(z - pole)))
+        poles = list(plant.poles)
+        for pole in hidden:
+            poles.remove(pole)
+        plant = Zpk(zeros, poles, plant.gain)
     if plant.gain == 0:
         raise IllPosedError("plant", "plant: its gain is 0")
     if plant.relative_degree < 0:
         raise IllPosedError("plant", f"plant: improper ({len(plant.zeros)} zeros, {len(plant.poles)} poles): it cannot be built")
     on_axis = [p for p in plant.poles if abs(p.real) <= AXIS * abs(p)]
-    if on_axis:
+    if on_axis and not (integrator and on_axis == [0]):
         raise IllPosedError("plant pole on the imaginary axis",
                             f"plant: pole {_list(on_axis)} rad/s is on the imaginary axis. The synthesis needs every plant pole off "
                             "it: move it by a small real part, e.g. an integrator to -1e-3 times the wanted bandwidth")
@@ -99,7 +116,12 @@ def _weight(name, system):
     if system.form == "ss":
         _refuse_unstable(field, np.linalg.eigvals(system.matrices()[0]))
         _refuse_hidden_modes(field, "uncontrollable weight", system.matrices(), only_unstable=False)
-    weight = system.zpk()
+    try:
+        weight = system.zpk()
+    except (OverflowError, ValueError) as error:
+        raise IllPosedError("improper weight", f"{field}: its roots or gain are beyond what double precision holds ({error})") from None
+    if not np.isfinite(weight.gain):
+        raise IllPosedError("improper weight", f"{field}: its gain is beyond what double precision holds")
     if weight.gain == 0:
         if name == "wp":
             raise IllPosedError("rank condition", "weights.wp is 0: nothing asks for control, the best controller is 0")
@@ -167,6 +189,7 @@ def diagnose(problem, gamma_max):
                 raise IllPosedError("rank condition", f"weights.wu and the plant both vanish at {abs(zero.imag):g} rad/s: the controller's output costs nothing there "
                                                       "and changes nothing (rank condition on the imaginary axis). Move wu's zero off the axis")
     bound, omega, against, band = lower_bound(problem, gamma_max)
+    omega = problem.omega(omega)
     if bound > gamma_max:
         raise IllPosedError("contradicting weights", f"weights contradict each other at {omega:.4g} rad/s{band}: {against}. Whatever the controller, gamma is at least "
                                                      f"{bound:.4g}, over gamma_max {gamma_max:g}. Lower one of the two there")
@@ -191,7 +214,7 @@ def lower_bound(problem, gamma_max):
     value = np.sqrt(a * b / (a + b))
     i = int(np.flatnonzero(value >= 0.99 * value.max())[0])  # of a plateau, its lower end
     over = omega[value > gamma_max]
-    band = f" (the contradiction reaches from {over[0]:.3g} to {over[-1]:.3g} rad/s)" if len(over) else ""
+    band = f" (the contradiction reaches from {problem.omega(over[0]):.3g} to {problem.omega(over[-1]):.3g} rad/s)" if len(over) else ""
     other = "wu |1/G|" if by_u[i] > by_t[i] else "wT"
     size = np.sqrt(max(by_u[i], by_t[i]))
     best = (float(value[i]), float(omega[i]),
@@ -220,7 +243,54 @@ SOLVER_CAUSES = {
 }
 
 
-def solve(problem, synthesis):
+def solve_sampled(problem, checker, synthesis, off_percent):
+    """K(w) for the loop that will run. The weights are fitted in w twice: the second time with the care that each term deserves at each
+    frequency, once the first solution has shown its share of gamma there."""
+    h = checker.h
+    plant = checker.sampled
+    if np.any(problem.plant.poles == 0):  # the solver's own plant forgets, very slowly; all figures are the true one's
+        slow = np.abs(np.r_[problem.weights["wp"].zeros, problem.weights["wp"].poles, problem.plant.poles])
+        leaky = Zpk(problem.plant.zeros, np.where(problem.plant.poles == 0, -LEAK * slow.max(initial=1 / h), problem.plant.poles), problem.plant.gain)
+        plant = SampledPlant(state_space(leaky), h, checker.sampled.delay)
+    plant = _without_far_roots(wplane.to_w(zpk_of(plant.space), h), h)
+    corners = np.abs(np.concatenate([np.r_[x.poles, x.zeros] for x in (problem.plant, *problem.weights.values())]))
+    omega = wplane.fit_grid(h, corners[corners > 0])
+    fits = {name: wplane.WeightFit(weight, h) for name, weight in problem.weights.items()}
+    care = {name: np.ones(len(omega)) for name in fits}
+    deadline = time.monotonic() + synthesis.time_limit_s
+    solution = None
+    for _ in range(2):
+        weights = {name: fit.fitted(omega, care[name]) for name, fit in fits.items()}
+        left = max(deadline - time.monotonic(), 0.5)
+        try:
+            again = solve(Problem(plant, state_space(plant), weights, h), synthesis.model_copy(update={"time_limit_s": left}), off_percent)
+        except IllPosedError:
+            if solution is None:
+                raise
+            break
+        loop = Loop(checker.sampled, SampledZpk(discretise.tustin(again.controller.zpk, h), h), problem.weights, h, roots=checker.roots)
+        s, t, ks, total = loop.closed_loop(omega)
+        g = checker.sampled.response(omega)
+        again.gamma_sampled = float(np.nanmax(total))
+        if solution is None or again.gamma_sampled < solution.gamma_sampled:
+            solution = again
+        terms = loop.terms(1j * omega, s, t, ks, g)
+        titles = {"wp": "wp S", "wu": "wu KS", "wT": "wT T", "wGS": "wGS GS"}
+        care = {name: np.abs(terms[titles[name]]) / total + 3e-3 for name in fits}
+    return solution
+
+
+def _without_far_roots(plant, h):
+    """Zeros in w so far away that they change nothing below 0.999 of the Nyquist frequency."""
+    far = np.abs(plant.zeros) > 1e7 / h
+    if not np.any(far):
+        return plant
+    kept = Zpk(plant.zeros[~far], plant.poles, 1.0)
+    point = 0.1j / h
+    return kept.with_value_at(point, plant(point)[0])
+
+
+def solve(problem, synthesis, off_percent=0.0):
     """The controller, verified, or IllPosedError. Takes at most the time limit."""
     bound, bound_omega = diagnose(problem, synthesis.gamma_max)
     deadline = time.monotonic() + synthesis.time_limit_s
@@ -236,7 +306,7 @@ def solve(problem, synthesis):
         if left <= 0:
             timed_out = True
             break
-        answer = _run(space, problem.weights, scale, left if i == len(attempts) - 1 else max(left / 2, min(left, 1.0)))
+        answer = _run(space, problem.weights, scale, left if i == len(attempts) - 1 else max(left / 2, min(left, 1.0)), off_percent)
         if answer is None:
             timed_out = True
             continue
@@ -250,7 +320,7 @@ def solve(problem, synthesis):
             continue
         if best is None or solution.gamma_measured < best.gamma_measured:
             best = solution
-        if abs(solution.gamma_measured / solution.gamma - 1) < 5e-3:
+        if abs(solution.gamma_measured / solution.gamma - 1) < 5e-3 + off_percent / 100:
             break
     if best is None:
         known = next((SOLVER_CAUSES[info] for info, _ in infos if info in SOLVER_CAUSES), None)
@@ -262,12 +332,12 @@ def solve(problem, synthesis):
         raise IllPosedError("numerical", "the solver finds no controller that stands a check "
                                          f"({'; '.join(sorted({text for _, text in infos}))}): the problem's frequencies are too far apart or a weight is too close to singular; "
                                          f"the weights come closest to a contradiction at {bound_omega:.4g} rad/s")
-    if not abs(best.gamma_measured / best.gamma - 1) < 0.05 and best.gamma_measured > best.gamma:
+    if not abs(best.gamma_measured / best.gamma - 1) < 0.05 + off_percent / 100 and best.gamma_measured > best.gamma:
         raise IllPosedError("numerical", f"the solver states gamma {best.gamma:.4g}, but its loop has {best.gamma_measured:.4g}: the problem is too badly scaled to be solved "
                                          "in double precision; bring the slowest and fastest poles of plant and weights closer together")
     if best.gamma_measured > synthesis.gamma_max:
         raise IllPosedError("contradicting weights", f"the best controller reaches gamma {best.gamma_measured:.4g} only, over gamma_max {synthesis.gamma_max:g}: the weights "
-                                                     f"contradict each other most at {_worst(problem, best):.4g} rad/s")
+                                                     f"contradict each other most at {problem.omega(_worst(problem, best)):.4g} rad/s")
     unstable = [p for p in best.controller.poles() if p.real > 0]
     if unstable:
         raise IllPosedError("unstable controller", f"the best controller is unstable itself (pole {_list(unstable)} rad/s); the library runs stable controllers only. "
@@ -287,11 +357,11 @@ def _worst(problem, solution):
 
 def _verify(problem, gamma, controller, how):
     with np.errstate(all="ignore"):
+        if not all(np.all(np.isfinite(m)) for m in ct.ssdata(controller)):
+            return None
         try:
             zpk = zpk_of(controller)
-        except (ValueError, np.linalg.LinAlgError):
-            zpk = None
-        if not all(np.all(np.isfinite(m)) for m in ct.ssdata(controller)):
+        except (ValueError, OverflowError):
             return None
         wrapped = Continuous(zpk, controller)
         loop = Loop(Continuous(problem.plant, problem.plant_space), wrapped, problem.weights, roots=np.r_[problem.plant.poles, problem.plant.zeros])
@@ -302,13 +372,22 @@ def _verify(problem, gamma, controller, how):
     return Solution(float(gamma), float(measured), wrapped, how)
 
 
-def _run(space, weights, scale, seconds):
+def _performance(space, weights):
+    """wp, or wp over wGS G: both act on the error."""
+    if "wGS" not in weights:
+        return state_space(weights["wp"])
+    parts = [state_space(weights["wp"]), ct.series(space, state_space(weights["wGS"]))]
+    a, c, d = scipy.linalg.block_diag(*(p.A for p in parts)), scipy.linalg.block_diag(*(p.C for p in parts)), np.vstack([p.D for p in parts])
+    return ct.ss(a, np.vstack([p.B for p in parts]), c, d, remove_useless_states=False)
+
+
+def _run(space, weights, scale, seconds, off_percent):
     """mixsyn in a process of its own. None when the time is over, ("failed", info, text), or gamma and K's matrices."""
     methods = multiprocessing.get_all_start_methods()
     context = multiprocessing.get_context("fork" if "fork" in methods else "spawn")
     receiver, sender = context.Pipe(duplex=False)
-    systems = [_matrices(s) for s in (space, *(state_space(weights[n]) if n in weights else None for n in ("wp", "wu", "wT")))]
-    child = context.Process(target=_child, args=(sender, systems, scale), daemon=True)
+    systems = [_matrices(s) for s in (space, _performance(space, weights), *(state_space(weights[n]) if n in weights else None for n in ("wu", "wT")))]
+    child = context.Process(target=_child, args=(sender, systems, scale, off_percent), daemon=True)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # forking beside numpy's idle threads
         child.start()
@@ -329,13 +408,17 @@ def _matrices(space):
     return None if space is None else tuple(np.asarray(m) for m in ct.ssdata(space))
 
 
-def _child(sender, systems, scale):
+def _child(sender, systems, scale, off_percent):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scaled = [None if s is None else ct.ss(s[0] / scale, s[1] / scale, s[2], s[3], remove_useless_states=False) for s in systems]
             k, _, (gamma, _) = ct.mixsyn(*scaled)
-        sender.send((float(gamma), k.A * scale, k.B * scale, k.C, k.D))
+            k = tuple(np.asarray(m) for m in ct.ssdata(k))
+            if off_percent:
+                p = ct.augw(*scaled)
+                k = slycot.sb10ad(p.nstates, p.ninputs, p.noutputs, 1, 1, gamma * (1 + off_percent / 100), p.A, p.B, p.C, p.D, job=4)[1:5]
+        sender.send((float(gamma), k[0] * scale, k[1] * scale, k[2], k[3]))
     except Exception as error:  # noqa: BLE001 - whatever the solver does, the parent says it in the user's terms
         sender.send(("failed", getattr(error, "info", None), f"{type(error).__name__}: {str(error).strip().splitlines()[0] if str(error).strip() else ''}"))
     finally:
