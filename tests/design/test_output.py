@@ -340,7 +340,7 @@ def test_a_failing_disk_leaves_nothing(run, tmp_path, monkeypatch):
 
 
 def test_the_worked_example_is_what_the_readme_says(run, tmp_path):
-    code, out, err = run("identify-plant", ROOT / "designs" / "example_step.csv", "--out", tmp_path / "plant")
+    code, out, err = run("identify-plant", ROOT / "designs" / "example_step.csv", "--no-friction", "--out", tmp_path / "plant")
     assert code == 0, err
     readme = (ROOT / "tools" / "design" / "README.md").read_text()
     for line in out.splitlines()[1:5]:
@@ -349,5 +349,5 @@ def test_the_worked_example_is_what_the_readme_says(run, tmp_path):
     assert code == 0, err
     data = json.loads((tmp_path / "out" / "example_design.json").read_text())
     assert data["metrics"]["full"]["gamma"] == pytest.approx(0.966, abs=0.001)
-    assert data["metrics"]["q31"]["gamma"] == pytest.approx(1.00, abs=0.006)
+    assert data["metrics"]["q31"]["gamma"] == pytest.approx(0.966, abs=0.001)
     assert run("check", tmp_path / "out")[0] == 0

@@ -55,6 +55,7 @@ def _parser():
     command = commands.add_parser("identify-plant", help="gain and poles from an open-loop step response")
     command.add_argument("step", metavar="STEP.csv", help="columns t_s, y and u (or no u and --step-size)")
     command.add_argument("--step-size", type=float, metavar="U", help="height of the input step at the first sample, when there is no column u")
+    command.add_argument("--no-friction", action="store_true", help="friction is known to be negligible: the gain needs no second height and direction then")
     command.add_argument("--order", type=int, metavar="N", help="number of poles, 1 to 6 (default: the order the data supports)")
     command.add_argument("--out", metavar="DIR", help="writes plant.yaml, identification.json and a report with a plot")
 

@@ -1,50 +1,49 @@
-"""identify-plant: gain and poles from an open-loop step response (Fig. 10 of the paper).
+"""identify-plant: gain, dead time and poles from open-loop step responses (Fig. 10 of the paper), and what the record cannot tell.
 
-Models of order 1, 2, ... (no zeros, real poles and complex pairs) are fitted by least squares (scipy); the order is the one
-with the least BIC. Confidence intervals are 95 %, from the Jacobian and Student's t, with as many independent samples as the
-residual's autocorrelation leaves. The fit figure is taken where the response moves: a long flat tail would flatter it.
+Model       y = offset + g H(s) e^(-s tau) (u - friction), H of unit gain, real poles and complex pairs, perhaps an integrator.
+Friction    while the arm slides it is L or -L by the direction of the last step, so it acts as one more input: its columns are
+            H of that direction, and of the unknown friction before the first step; with enough levels also of direction x |y|.
+            One step in one direction cannot tell g from friction: g is then "not separable".
+Noise       white, plus a random walk (an integrated moving average with one parameter, which whitens residual and columns alike), hum
+            (sines found in the residual's spectrum), and outliers (a column of their own each). The residual must then be white over
+            many lags (Ljung-Box); where it is not, gain and friction are taken from the plateaus alone, whose scatter
+            says how far they can be trusted, or nothing is said.
+Structure   the one with the least BIC of all orders, with and without dead time and integrator, each from several starts. Responses are
+            sums of modes in closed form. Intervals are 95 %, from the optimum's Jacobian and Student's t.
 """
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-import control as ct
 import numpy as np
+import scipy.ndimage
 import scipy.optimize
 import scipy.signal
 import scipy.stats
 
 from . import __version__
-from .config import format_root, read_rows, read_text
+from .config import format_root, printable, read_rows, read_text
 from .errors import DesignError, InputError
-from .systems import Zpk, state_space
 
 SAMPLES_MIN, SAMPLES_MAX = 20, 200_000
-FIT_SAMPLES_MAX = 4000
-CHANGES_MAX = 50  # of u, up to which its steps' responses are added up
+SEARCH_ROWS, FIT_ROWS = 600, 4000  # of the record, that the search for a structure and the last fit look at
+CHANGES_LOOP = 200  # of u, up to which modes are carried from change to change; beyond, from sample to sample
 ORDER_MAX = 6
+SPACING = 2e-3  # least relative distance of two poles in a sum of modes
+LOGIT_MAX = 7.0
+WHITE = 1e-4  # probability of a residual as coloured as this, if it were noise
+BIC_CLOSE = 6.0
+SETTLED = 6.0  # time constants in the record
+NOTHING = 1e-6  # of y's range: a residual that is the fit's own rounding
+HOPELESS = 100.0  # of BIC: such a structure needs no more poles
 
 
 @dataclass(frozen=True)
 class Data:
     time: np.ndarray
-    u: np.ndarray  # at every sample of the record; time and y at every step-th
+    u: np.ndarray
     y: np.ndarray
-    step: int = 1
-
-
-@dataclass
-class Fit:
-    order: int
-    pairs: int
-    theta: np.ndarray  # log of the real poles' and pairs' sizes, damping logits; the gain and offset are solved linearly
-    gain: float
-    offset: float
-    poles: np.ndarray
-    residual: np.ndarray
-    bic: float
-    model: np.ndarray
 
 
 def load_step(path, step_size=None):
@@ -99,168 +98,625 @@ def load_step(path, step_size=None):
     return Data(time - time[0], u, y)
 
 
-def _poles(theta, pairs):
-    pairs_part, reals = theta[: 2 * pairs], theta[2 * pairs :]
-    out = [complex(-np.exp(r)) for r in reals]
-    for size, logit in zip(pairs_part[0::2], pairs_part[1::2]):
-        damping = 1 / (1 + np.exp(-logit))
-        size = np.exp(size)
+
+class Record:
+    """The rows that a fit looks at, and the inputs as changes: of u, of the direction, of "has begun"."""
+
+    def __init__(self, data, rows_max, friction=()):
+        n = len(data.time)
+        self.dt = float(data.time[-1] / (n - 1))
+        every = int(np.ceil(n / rows_max))
+        self.t, self.y = data.time[::every], data.y[::every]
+        self.row_dt, self.span, self.n = self.dt * every, float(data.time[-1]), len(self.t)
+        change = np.diff(data.u, prepend=0.0)
+        change[np.abs(change) <= 1e-9 * np.ptp(np.r_[0.0, data.u])] = 0.0
+        at = np.flatnonzero(change)
+        inputs = [change]
+        if "coulomb" in friction:
+            direction = np.zeros(n)
+            signs = np.sign(change[at])
+            direction[at] = np.diff(signs, prepend=0.0)
+            began = np.zeros(n)
+            began[at[0]] = 1.0
+            inputs += [direction, began]
+        if "load" in friction:
+            signs = np.sign(change)
+            last = signs[np.maximum.accumulate(np.where(signs != 0, np.arange(n), 0))]
+            smooth = scipy.ndimage.median_filter(data.y, min(n // 50 * 2 + 1, 9), mode="nearest")
+            inputs.append(np.diff(last * np.abs(smooth - data.y[: max(at[0], 1)].mean()), prepend=0.0))
+        self.names = ["u", *(["direction", "began"] if "coulomb" in friction else []), *(["load"] if "load" in friction else [])]
+        self._seen = None
+        inputs = np.array(inputs).T
+        self.dense = len(at) > CHANGES_LOOP or "load" in friction
+        self.at = data.time if self.dense else data.time[at]
+        self.change = inputs if self.dense else inputs[at]
+        self.level = np.vstack([np.zeros(inputs.shape[1]), np.cumsum(self.change, axis=0)])
+        self.moment = np.vstack([np.zeros(inputs.shape[1]), np.cumsum(self.change * self.at[:, None], axis=0)])
+
+    def amplitudes(self, poles):
+        """Of each mode just after each change, for each input."""
+        k, m = self.change.shape
+        out = np.zeros((k + 1, len(poles), m), complex)
+        if self.dense:
+            for i, p in enumerate(poles):
+                out[1:, i] = scipy.signal.lfilter([1.0], [1.0, -np.exp(p * self.dt)], self.change.astype(complex), axis=0)
+            return out
+        decay = np.exp(np.diff(self.at, prepend=self.at[0])[:, None] * poles[None, :])
+        for j in range(k):
+            out[j + 1] = out[j] * decay[j][:, None] + self.change[j]
+        return out
+
+    def response(self, poles, tau, integrator):
+        """Of the model of unit gain to each input, at the rows."""
+        if self._seen is None or self._seen[0] != tau:
+            seen = np.searchsorted(self.at, self.t - tau + 1e-6 * self.dt, side="right")
+            self._seen = tau, seen, np.minimum(np.where(seen > 0, self.t - tau - self.at[np.maximum(seen - 1, 0)], 0.0), self.span)[:, None], self.level[seen]
+        _, seen, since, level = self._seen
+        upper = poles[poles.imag >= 0]
+        apart = poles[None, :] - poles[:, None]
+        np.fill_diagonal(apart, 1.0)
+        ratio = poles[None, :] / apart
+        np.fill_diagonal(ratio, 1.0)
+        weight = -(np.prod(ratio, axis=1) * np.where(poles.imag > 0, 2, 1))[poles.imag >= 0]
+        out = np.zeros(level.shape)
+        if len(upper):
+            if integrator:
+                weight = weight / upper
+            modes = np.exp(since * upper) * weight
+            out = np.einsum("ri,rim->rm", modes, self.amplitudes(upper)[seen]).real
+        if integrator:
+            return (self.t - tau)[:, None] * level - self.moment[seen] - float(np.sum(weight.real)) * level + out
+        return level + out
+
+
+@dataclass(frozen=True)
+class Structure:
+    order: int  # without the integrator
+    pairs: int
+    delay: bool
+    integrator: bool
+
+    @property
+    def size(self):
+        return self.order + self.delay
+
+    def __str__(self):
+        return f"{self.order}" + ("+integrator" if self.integrator else "") + ("+delay" if self.delay else "")
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What is between the model and y: theta of the moving average (1: white), hum in rad/s, rows of outliers, whether y drifts in a line."""
+
+    memory: float = 1.0
+    hum: tuple = ()
+    outliers: tuple = ()
+    trend: bool = False
+
+    def columns(self, record):
+        out = [np.ones(record.n)]
+        if self.trend:
+            out.append(record.t / record.span)
+        for w in self.hum:
+            out += [np.sin(w * record.t), np.cos(w * record.t)]
+        for i in self.outliers:
+            out.append((np.arange(record.n) == i).astype(float))
+        return np.array(out).T
+
+    def whitened(self, columns):
+        return columns if self.memory >= 1 else scipy.signal.lfilter([1.0, -1.0], [1.0, -self.memory], columns, axis=0)
+
+
+@dataclass
+class Fit:
+    structure: Structure
+    theta: np.ndarray
+    linear: np.ndarray  # gain, the friction columns' and the noise columns' coefficients
+    noise: Noise
+    residual: np.ndarray  # whitened
+    bic: float
+
+    @property
+    def poles(self):
+        return poles_of(self.structure, self.theta)
+
+    @property
+    def tau(self):
+        return abs(self.theta[-1]) if self.structure.delay else 0.0
+
+
+def poles_of(structure, theta):
+    out = []
+    for i in range(structure.pairs):
+        size, damping = np.exp(theta[2 * i]), 1 / (1 + np.exp(-np.clip(theta[2 * i + 1], -LOGIT_MAX, LOGIT_MAX)))
+        for j in range(0, len(out), 2):  # a sum of modes needs them apart
+            if abs(np.log(abs(out[j]) / size)) < SPACING:
+                size = abs(out[j]) * (1 + SPACING)
         out += [size * complex(-damping, np.sqrt(1 - damping**2)), size * complex(-damping, -np.sqrt(1 - damping**2))]
-    return np.array(out)
+    reals = sorted(-np.exp(theta[2 * structure.pairs : structure.order]))
+    for i in range(1, len(reals)):
+        if reals[i] - reals[i - 1] < SPACING * abs(reals[i]):
+            reals[i] = reals[i - 1] * (1 - SPACING)
+    return np.array(out + [complex(r) for r in reals], complex)
 
 
-def _powers(matrix, vector, count):
-    """[v, m v, m^2 v, ...], by doubling."""
-    states = vector[:, None]
-    while states.shape[1] < count:
-        states = np.hstack([states, matrix @ states])
-        matrix = matrix @ matrix
-    return states[:, :count]
+def _matrix(record, structure, theta, noise_columns):
+    limited = theta.copy()
+    limited[: structure.order] = np.clip(limited[: structure.order], -40, 40)
+    poles = poles_of(structure, limited)
+    tau = min(abs(theta[-1]), record.span) if structure.delay else 0.0
+    return np.hstack([record.response(poles, tau, structure.integrator), noise_columns])
 
 
-def _unit_response(theta, pairs, data):
-    """The response of the model of gain 1 to u, held between samples."""
-    poles = _poles(theta, pairs)
-    system = state_space(Zpk([], poles, 1.0).with_value_at(0.0, 1.0))
-    dt = float(np.median(np.diff(data.time))) / data.step
-    a, b, c, d, _ = scipy.signal.cont2discrete(ct.ssdata(system), dt, "zoh")
-    n, rows = len(data.u), len(data.time)
-    changes = np.flatnonzero(np.diff(data.u, prepend=0.0))
-    if len(changes) > CHANGES_MAX:
-        impulse = np.r_[d[0], (c @ _powers(a, b[:, 0], n))[0]][:n]
-        return scipy.signal.fftconvolve(data.u, impulse)[: n : data.step]
-    held = np.block([[a, b], [np.zeros((1, len(a))), np.ones((1, 1))]])  # with a constant input among the states
-    by_row, output = np.linalg.matrix_power(held, data.step), np.hstack([c, d])[0]
-    out = np.zeros(rows)
-    for k in changes:
-        first = -(-k // data.step)  # row that sees it
-        start = np.linalg.matrix_power(held, first * data.step - k)[:, -1]
-        out[first:] += (data.u[k] - (data.u[k - 1] if k else 0.0)) * (output @ _powers(by_row, start, rows - first))
+def _solve(record, structure, theta, noise, noise_columns, y):
+    matrix = noise.whitened(_matrix(record, structure, theta, noise_columns))
+    scale = np.sqrt(np.einsum("ij,ij->j", matrix, matrix))
+    scale[scale == 0] = 1.0
+    matrix /= scale
+    q, r = np.linalg.qr(matrix)
+    diagonal = np.abs(np.diag(r))
+    if diagonal.min() > 1e-9:
+        solution = np.linalg.solve(r, q.T @ y)
+    else:
+        solution = np.linalg.lstsq(matrix, y, rcond=1e-9)[0]
+    return solution / scale, y - matrix @ solution
+
+
+def fit(record, structure, noise, starts, thorough=False):
+    """The best of the fits from `starts`: of all, or of the two that are nearest to begin with."""
+    noise_columns, y = noise.columns(record), noise.whitened(record.y)
+    low, high = np.log(0.02 / record.span), np.log(3 * np.pi / record.row_dt)
+    best = None
+    sizes = np.array([i for i in range(structure.order) if i >= 2 * structure.pairs or i % 2 == 0], int)
+
+    def misfit(theta):
+        residual = _solve(record, structure, theta, noise, noise_columns, y)[1]
+        # Beyond what the record can show the response no longer changes: a gentle slope back keeps the fit from running away.
+        beyond = np.maximum(theta[sizes] - high, 0) + np.maximum(low - theta[sizes], 0)
+        logits = theta[1 : 2 * structure.pairs : 2]
+        return np.r_[residual, 0.1 * scale * beyond, 0.1 * scale * np.maximum(np.abs(logits) - LOGIT_MAX + 1, 0)]
+
+    scale = max(float(np.std(y)), 1e-300)
+    if structure.size and not thorough and len(starts) > 2:
+        with np.errstate(all="ignore"):
+            starts = sorted(starts, key=lambda start: np.nan_to_num(float(np.sum(misfit(start) ** 2)), nan=np.inf))[:2]
+    for start in starts:
+        if structure.size == 0:
+            theta = np.zeros(0)
+        else:
+            try:
+                theta = scipy.optimize.least_squares(misfit, start, method="lm", xtol=1e-8, ftol=1e-9, gtol=1e-10, max_nfev=(30 if thorough else 12) * (structure.size + 2), x_scale=np.r_[
+                    np.full(structure.order, 0.5), np.full(int(structure.delay), max(record.row_dt, 1e-3 * record.span))]).x
+            except (ValueError, np.linalg.LinAlgError):
+                continue
+        try:
+            linear, residual = _solve(record, structure, theta, noise, noise_columns, y)
+        except (ValueError, np.linalg.LinAlgError):
+            continue
+        cost = float(residual @ residual)
+        if np.isfinite(cost) and (best is None or cost < best[0]):
+            best = (cost, theta, linear, residual)
+    if best is None:
+        return None
+    cost, theta, linear, residual = best
+    parameters = structure.size + len(linear) + len(noise.hum) + (noise.memory < 1)
+    bic = record.n * np.log(max(cost / record.n, 1e-300)) + parameters * np.log(record.n)
+    return Fit(structure, theta, linear, noise, residual, float(bic))
+
+
+def _starts(record, structure, known):
+    """Several: from the record's own time to settle, spread in different ways, and from the next smaller structure's answer."""
+    moved = np.abs(record.y - record.y[-1]) > 0.37 * max(np.ptp(record.y), 1e-300)
+    begin = float(record.at[0]) if not record.dense else 0.0
+    first_next = float(record.at[1]) if not record.dense and len(record.at) > 1 else record.span
+    inside = (record.t >= begin) & (record.t < first_next)
+    y = record.y[inside]
+    if len(y) > 5:
+        level = np.median(y[-max(len(y) // 10, 1) :])
+        moved = np.abs(y - level) > 0.37 * max(np.abs(y[0] - level), 1e-300)
+        guess = float(record.t[inside][moved][-1] - begin) if np.any(moved) else record.span / 10
+    else:
+        guess = float(record.t[moved][-1]) if np.any(moved) else record.span / 10
+    guess = max(guess, record.row_dt)
+    reals = structure.order - 2 * structure.pairs
+    out = []
+    delays = [0.3 * guess, 2 * record.row_dt] if structure.delay else [None]
+    for spread, logit in ((1.5, 0.0), (6.0, -1.5)):
+        sizes = np.log(structure.order / guess) + np.log(spread) * np.linspace(-0.3, 1, max(structure.order, 1)) * (structure.order > 1) if structure.order else np.zeros(0)
+        theta = []
+        for i in range(structure.pairs):
+            theta += [sizes[min(2 * i + 1, structure.order - 1)], logit]
+        theta += list(sizes[structure.order - reals :]) if reals else []
+        for delay in delays:
+            out.append(np.array(theta + ([delay] if delay is not None else [])))
+    for smaller in known:
+        s = smaller.structure
+        if s.integrator != structure.integrator:
+            continue
+        if s.order == structure.order - 1 and s.pairs == structure.pairs and s.delay == structure.delay:
+            fast = np.log(3 * max(np.abs(smaller.poles), default=1 / guess))
+            tail = smaller.theta[s.order :]
+            out.append(np.r_[smaller.theta[: s.order], fast, tail])
+        if s.order == structure.order and s.pairs == structure.pairs and structure.delay and not s.delay:
+            out.append(np.r_[smaller.theta, record.row_dt])
     return out
 
 
-def _linear(column, y):
-    """Gain and offset that fit y best, and the residual."""
-    matrix = np.stack([column, np.ones(len(y))], axis=1)
-    solution, *_ = np.linalg.lstsq(matrix, y, rcond=None)
-    return solution, y - matrix @ solution
+def search(record, order, noise, keep=4):
+    """The best structures by BIC, with their fits on few rows."""
+    found, least = [], np.inf
+    for integrator in (False, True):
+        if integrator and found and not order:
+            best = min(found, key=lambda f: f.bic)
+            if best.structure.order and np.min(np.abs(best.poles)) * record.span > SETTLED:
+                break  # y comes to rest: nothing integrates
+        for delay in (False, True):
+            best_of_order = []
+            for n in ([order - integrator] if order else range(0 if integrator else 1, ORDER_MAX + 1)):
+                if integrator and best_of_order and n > 1 and best_of_order[-1] > least + HOPELESS:
+                    break
+                here = []
+                for pairs in range(n // 2 + 1 if n <= 4 else 2):
+                    structure = Structure(n, pairs, delay, integrator)
+                    one = fit(record, structure, noise, _starts(record, structure, found))
+                    if one is not None:
+                        here.append(one)
+                        found.append(one)
+                if here:
+                    best_of_order.append(min(f.bic for f in here))
+                    least = min(least, best_of_order[-1])
+                if len(best_of_order) >= 3 and best_of_order[-1] > best_of_order[-2] and best_of_order[-1] > min(best_of_order) + BIC_CLOSE:
+                    break
+    found.sort(key=lambda f: f.bic)
+    return found[:keep], found
 
 
-def _thinned(data):
-    """The fit looks at FIT_SAMPLES_MAX samples of y at most, evenly spaced; u stays whole, as its steps' times matter."""
-    if len(data.time) <= FIT_SAMPLES_MAX:
-        return data
-    step = int(np.ceil(len(data.time) / FIT_SAMPLES_MAX))
-    return Data(data.time[::step], data.u, data.y[::step], step)
+# Noise.
 
-
-def fit_order(data, order):
-    best = None
-    span = data.time[-1]
-    dt = float(np.median(np.diff(data.time)))
-    moving = np.abs(data.y - data.y[-1]) > 0.37 * max(np.ptp(data.y), 1e-300)
-    guess = max(float(data.time[moving][-1]) if np.any(moving) else span / 10, dt)
-    for pairs in range(order // 2 + 1):
-        reals = order - 2 * pairs
-        for spread in (1.5, 4.0):
-            sizes = np.log(order / guess) + np.log(spread) * np.linspace(-0.3, 1, max(order, 1)) * (order > 1)
-            theta = []
-            for i in range(pairs):
-                theta += [sizes[min(2 * i + 1, order - 1)], 0.0]
-            theta += list(sizes[[j for j in range(order)][-reals:]] if reals else [])
-            lower = np.array([np.log(0.01 / span), -7.0] * pairs + [np.log(0.01 / span)] * reals)
-            upper = np.array([np.log(100 / dt), 7.0] * pairs + [np.log(100 / dt)] * reals)
-            theta = np.clip(np.array(theta), lower + 1e-6, upper - 1e-6)
-            try:
-                found = scipy.optimize.least_squares(lambda t, p=pairs: _linear(_unit_response(t, p, data), data.y)[1], theta, bounds=(lower, upper),
-                                                     xtol=1e-12, ftol=1e-12, gtol=1e-14, max_nfev=100)
-            except (ValueError, np.linalg.LinAlgError):
-                continue
-            if best is None or found.cost < best[0]:
-                best = (found.cost, pairs, found.x)
-    if best is None:
-        return None
-    _, pairs, theta = best
-    column = _unit_response(theta, pairs, data)
-    (gain, offset), residual = _linear(column, data.y)
-    n = len(data.y)
-    variance = max(float(residual @ residual) / n, 1e-300)
-    return Fit(order, pairs, theta, float(gain), float(offset), _poles(theta, pairs), residual, n * np.log(variance) + (order + 2) * np.log(n), data.y - residual)
-
-
-def identify(data, order=None):
-    """(the fit, figures)."""
-    data = _thinned(data)
-    fits = []
-    for n in [order] if order else range(1, ORDER_MAX + 1):
-        fit = fit_order(data, n)
-        if fit is not None:
-            fits.append(fit)
-        if len(fits) >= 3 and order is None and fits[-1].bic > fits[-2].bic > fits[-3].bic:
+def find_noise(record, best):
+    """The noise that the best fit so far leaves: outliers, hum, a walk."""
+    noise = best.noise
+    plain = replace(noise, memory=1.0)
+    residual = _solve(record, best.structure, best.theta, plain, plain.columns(record), record.y)[1]
+    if np.std(residual) < NOTHING * np.ptp(record.y):
+        return noise
+    # A walk and a model's misfit move the residual slowly: an outlier stands out of its neighbours, and of the whole residual.
+    neighbours = np.stack([np.roll(residual, k) for k in (-3, -2, -1, 1, 2, 3)])
+    rest = residual - np.median(neighbours, axis=0)
+    spread = [1.4826 * float(np.median(np.abs(x - np.median(x)))) for x in (rest, residual)]
+    out = set(noise.outliers) | set(np.flatnonzero(np.abs(rest) > 7 * max(spread[0], 0.5 * spread[1], 1e-300)).tolist())
+    if len(out) > max(0.03 * record.n, 3):
+        out = set(noise.outliers)  # so many are no outliers
+    noise = replace(noise, outliers=tuple(sorted(out)))
+    hum = list(noise.hum)
+    for _ in range(3):
+        trial = replace(noise, hum=tuple(hum), memory=1.0)
+        residual = _solve(record, best.structure, best.theta, trial, trial.columns(record), record.y)[1]
+        w = _strongest_sine(record, residual)
+        if w is None or any(abs(w - x) < 2 * 2 * np.pi / record.span for x in hum):
             break
-    if not fits:
-        raise DesignError("no model of the asked order fits this response")
-    best = min(fits, key=lambda f: f.bic)
-    return best, figures(best, data, fits)
+        hum.append(w)
+    noise = replace(noise, hum=tuple(hum))
+    memory = _memory(record, best, noise)
+    noise = replace(noise, memory=memory)
+    if memory < 1:
+        straight = replace(noise, trend=True)
+        noise = min((noise, straight), key=lambda n: _log_cost(record, best, n, _memory(record, best, n)) + n.trend * np.log(record.n))
+        noise = replace(noise, memory=_memory(record, best, noise))
+    return noise
 
 
-def figures(fit, data, fits):
-    n, parameters = len(data.y), fit.order + 2
+def _strongest_sine(record, residual):
+    """Its frequency, when Fisher's test takes it for no noise and it has ten periods or more."""
+    n = len(residual)
+    window = np.diff(residual)  # a walk is white then
+    power = np.abs(np.fft.rfft(window * np.hanning(len(window)))) ** 2
+    w = 2 * np.pi * np.arange(len(power)) / (len(window) * record.row_dt)
+    inside = (w > 2 * np.pi * 10 / record.span) & (w < 0.95 * np.pi / record.row_dt)
+    if np.count_nonzero(inside) < 10:
+        return None
+    shaped = np.where(inside, power, 0.0) / np.maximum(2 - 2 * np.cos(w * record.row_dt), 1e-9) ** 0.5  # between a walk and white
+    local = scipy.ndimage.median_filter(shaped, 31, mode="nearest") / np.log(2)
+    ratio = np.where(inside, shaped / np.maximum(local, 1e-300), 0)
+    i = int(np.argmax(ratio))
+    if ratio[i] < 2.5 * np.log(np.count_nonzero(inside) / 1e-4):
+        return None
 
-    def whole(p):
-        return p[-2] * _unit_response(p[:-2], fit.pairs, data) + p[-1]
+    def left(x):
+        matrix = np.array([np.sin(x * record.t), np.cos(x * record.t), np.ones(n)]).T
+        return float(np.sum((residual - matrix @ np.linalg.lstsq(matrix, residual, rcond=None)[0]) ** 2))
 
-    p = np.r_[fit.theta, fit.gain, fit.offset]
-    jacobian = np.empty((n, len(p)))
-    for i in range(len(p)):
-        step = 1e-5 * max(abs(p[i]), 0.1)
-        up, down = p.copy(), p.copy()
-        up[i] += step
-        down[i] -= step
-        jacobian[:, i] = (whole(up) - whole(down)) / (2 * step)
-    centred = fit.residual - fit.residual.mean()
-    power = float(centred @ centred)
-    rho = float(np.clip(centred[1:] @ centred[:-1] / power, 0, 0.999)) if power > 0 else 0.0
-    independent = max(n * (1 - rho) / (1 + rho), parameters + 1)
-    variance = float(fit.residual @ fit.residual) / max(n - parameters, 1) * n / independent
+    step = 2 * np.pi / record.span
+    found = float(scipy.optimize.minimize_scalar(left, bounds=(w[i] - step, w[i] + step), method="bounded", options={"xatol": 1e-6 * step}).x)
+    waves = []  # hum is there all the time, with one amplitude and phase: what follows u's steps is not
+    for part in np.array_split(np.arange(n), 5):
+        matrix = np.array([np.sin(found * record.t[part]), np.cos(found * record.t[part]), np.ones(len(part)), record.t[part]]).T
+        a, b, *_ = np.linalg.lstsq(matrix, residual[part], rcond=None)[0]
+        waves.append(complex(a, b))
+    return found if max(abs(w - np.mean(waves)) for w in waves) < 0.6 * abs(np.mean(waves)) else None
+
+
+MEMORIES = (1.0, 0.998, 0.995, 0.99, 0.98, 0.96, 0.93, 0.88, 0.8, 0.7, 0.55, 0.35, 0.0)
+
+
+def _log_cost(record, best, noise, memory):
+    trial = replace(noise, memory=memory)
+    residual = _solve(record, best.structure, best.theta, trial, trial.columns(record), trial.whitened(record.y))[1]
+    return record.n * np.log(max(float(residual @ residual), 1e-300))
+
+
+def _memory(record, best, noise):
+    costs = [_log_cost(record, best, noise, m) for m in MEMORIES]
+    i = int(np.argmin(costs))
+    return 1.0 if costs[0] - costs[i] < 10 else MEMORIES[i]  # a walk must earn its parameter
+
+
+def whiteness(residual, parameters):
+    """The least of Ljung and Box's probabilities over short and long spans of lags."""
+    n = len(residual)
+    r = residual - residual.mean()
+    power = float(r @ r)
+    if power <= 0:
+        return 1.0
+    spectrum = np.abs(np.fft.rfft(r, 2 * n)) ** 2
+    rho = np.fft.irfft(spectrum)[: n // 2] / power
+    least = 1.0
+    for lags in (5, 20, max(n // 5, 25)):
+        lags = min(lags, n // 2 - 1)
+        q = n * (n + 2) * float(np.sum(rho[1 : lags + 1] ** 2 / (n - np.arange(1, lags + 1))))
+        least = min(least, 3 * float(scipy.stats.chi2.sf(q, lags)))
+    return least
+
+
+# What the record can tell.
+
+def steps_of(data):
+    """(times, sizes) of u's steps of some size; None when u moves all the time."""
+    change = np.diff(data.u, prepend=0.0)
+    at = np.flatnonzero(np.abs(change) > 0.02 * np.max(np.abs(change)))
+    return (data.time[at], change[at]) if len(at) <= CHANGES_LOOP else (None, None)
+
+
+def levels(data):
+    """A row a plateau: u, direction, has begun, 1, and the mean of y's last quarter, its scatter."""
+    at, sizes = steps_of(data)
+    if at is None:
+        return np.zeros((0, 6))
+    rows = []
+    edges = np.r_[data.time[0] - 1 if at[0] > data.time[0] else at[0], at, data.time[-1] + 1e-9]
+    edges = np.unique(edges)
+    for a, b in zip(edges[:-1], edges[1:]):
+        inside = (data.time >= a) & (data.time < b)
+        if np.count_nonzero(inside) < 8:
+            continue
+        tail = np.flatnonzero(inside)[-max(np.count_nonzero(inside) // 4, 4) :]
+        k = int(np.searchsorted(at, data.time[tail[0]], side="right"))
+        rows.append([data.u[tail[0]], np.sign(sizes[k - 1]) if k else 0.0, float(k > 0), 1.0, float(np.mean(data.y[tail])), float(np.ptp(data.y[tail]))])
+    return np.array(rows) if rows else np.zeros((0, 6))
+
+
+def friction_of(data):
+    """What of friction the record's levels can tell: (), coulomb, or coulomb and load."""
+    at, sizes = steps_of(data)
+    if at is None:
+        return ("coulomb",)
+    table = levels(data)
+    if len(table) < 3 or len(set(np.sign(sizes))) < 2:
+        return ()
+    matrix = table[:, :4] / np.maximum(np.abs(table[:, :4]).max(axis=0), 1e-300)
+    matrix = matrix[:, np.any(matrix != 0, axis=0)]
+    if not np.any(table[:, 2] == 0):
+        matrix = matrix[:, [0, 1, -1]]
+    if np.linalg.svd(matrix, compute_uv=False)[-1] < 0.1 or len(table) < matrix.shape[1]:
+        return ()
+    load = table[:, 1] * np.abs(table[:, 4] - table[0, 4])
+    if np.ptp(load) == 0:
+        return ("coulomb",)
+    more = np.c_[matrix, load / np.abs(load).max()]
+    enough = len(table) >= more.shape[1] and np.linalg.svd(more, compute_uv=False)[-1] > 0.15
+    return ("coulomb", "load") if enough else ("coulomb",)
+
+
+NOT_SEPARABLE = ("gain and friction are not separable in this record: a step of one height or in one direction looks the same with less gain as with more friction. Record two "
+                 "heights in both directions, e.g. u = 0, h, 2h, h, 0, each held until y rests; or give --no-friction if friction is known to be negligible")
+
+
+def identify(data, order=None, no_friction=False):
+    """Figures as a dict; `separable` and `trusted` say what of them holds."""
+    friction = () if no_friction else friction_of(data)
+    separable = no_friction or bool(friction)
+    # Friction, then noise, then the structure again with both, as each hides the others.
+    base = ("coulomb",) if "coulomb" in friction else ()
+    record = Record(data, SEARCH_ROWS, base)
+    pool, everything = search(record, order, Noise(), keep=6)
+    if not pool:
+        raise DesignError("no model fits this response")
+    answers = [(base, record, *_with_noise(record, pool, order))]
+    for way in [w for w in ((), ("coulomb", "load")) if w != base and set(w) <= set(friction)]:
+        record = Record(data, SEARCH_ROWS, way)
+        again = [fit(record, f.structure, f.noise, [f.theta], thorough=True) for f in _distinct(answers[0][2])[:4]]
+        again = sorted((f for f in again if f is not None), key=lambda f: f.bic)
+        if again:
+            answers.append((way, record, *_with_noise(record, again, order)))
+    way, record, candidates, _ = min(answers, key=lambda a: a[2][0].bic)
+    full = Record(data, FIT_ROWS, way)
+    if full.n != record.n:
+        noise = candidates[0].noise
+        candidates = [fit(full, c.structure, replace(noise, outliers=()), [c.theta], thorough=True) for c in candidates]
+        candidates = sorted((f for f in candidates if f is not None), key=lambda f: f.bic)
+        noise = find_noise(full, candidates[0])
+        candidates = sorted((f for f in (fit(full, c.structure, noise, [c.theta], thorough=True) for c in candidates) if f is not None), key=lambda f: f.bic)
+    best = candidates[0]
+    found = figures(full, best, candidates, data, way)
+    found.update(separable=bool(separable), friction_assumed_none=bool(no_friction), bic={str(f.structure): f.bic for f in sorted(_per_label(everything), key=lambda f: str(f.structure))})
+    _judge(found, data, friction, way, full, best, candidates)
+    return found, full, best
+
+
+def _with_noise(record, candidates, order):
+    """The candidates with the noise that they leave, best first, twice; all structures again where the noise is a walk."""
+    searched = False
+    for _ in range(3):
+        noise = find_noise(record, candidates[0])
+        if noise == candidates[0].noise:
+            break
+        if noise.memory < 1 and not searched:
+            searched = True
+            candidates = search(record, order, noise, keep=6)[0]
+            continue
+        again = [fit(record, c.structure, noise, [c.theta], thorough=True) for c in _distinct(candidates)[:6]]
+        candidates = sorted((f for f in again if f is not None), key=lambda f: f.bic)
+    return candidates, searched
+
+
+def _distinct(fits):
+    seen, out = set(), []
+    for f in fits:
+        if f.structure not in seen:
+            seen.add(f.structure)
+            out.append(f)
+    return out
+
+
+def _per_label(fits):
+    best = {}
+    for f in fits:
+        label = str(f.structure)
+        if label not in best or f.bic < best[label].bic:
+            best[label] = f
+    return best.values()
+
+
+def figures(record, best, candidates, data, way):
+    """The numbers of one fit with their intervals."""
+    structure, noise = best.structure, best.noise
+    noise_columns = noise.columns(record)
+    nonlinear, linear = structure.size, len(best.linear)
+    base = noise.whitened(_matrix(record, structure, best.theta, noise_columns))
+    jacobian = np.zeros((record.n, nonlinear + linear))
+    jacobian[:, nonlinear:] = base
+    for i in range(nonlinear):
+        step = 1e-4 * (1.0 if i < structure.order else max(record.row_dt, abs(best.theta[i])))
+        sides = []
+        for sign in (1, -1):
+            theta = best.theta.copy()
+            theta[i] += sign * step
+            sides.append(noise.whitened(_matrix(record, structure, theta, noise_columns)) @ best.linear)
+        jacobian[:, i] = (sides[0] - sides[1]) / (2 * step)
+    parameters = nonlinear + linear + len(noise.hum)
+    free = max(record.n - parameters, 1)
+    variance = float(best.residual @ best.residual) / free
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0] = 1.0
-    q, s, v = np.linalg.svd(jacobian / scale, full_matrices=False)
-    covariance = (v.T / np.maximum(s, 1e-12 * s[0]) ** 2) @ v * variance / np.outer(scale, scale)
-    t = float(scipy.stats.t.ppf(0.975, max(independent - parameters, 1)))
+    _, s, v = np.linalg.svd(jacobian / scale, full_matrices=False)
+    covariance = (v.T / np.maximum(s, 1e-10 * s[0]) ** 2) @ v * variance / np.outer(scale, scale)
+    t = float(scipy.stats.t.ppf(0.975, free))
     half = t * np.sqrt(np.maximum(np.diag(covariance), 0))
     poles = []
-    dt = float(np.median(np.diff(data.time)))
 
     def entry(pole, size_half, part_half):
-        relative = size_half
-        visible = relative < 1.0 and abs(pole) < np.pi / dt
+        visible = size_half < 0.7 and abs(pole) < 0.7 * np.pi / record.row_dt and abs(pole) > 0.3 / record.span
         return {"pole": format_root(pole), "re": pole.real, "im": pole.imag, "size_low": abs(pole) * np.exp(-min(size_half, 700)), "size_high": abs(pole) * np.exp(min(size_half, 700)),
                 "part_half_width": part_half, "identifiable": bool(visible)}
 
-    for i in range(fit.pairs):
-        size, logit = np.exp(fit.theta[2 * i]), fit.theta[2 * i + 1]
-        damping = 1 / (1 + np.exp(-logit))
+    for i in range(structure.pairs):
+        size, damping = np.exp(best.theta[2 * i]), 1 / (1 + np.exp(-best.theta[2 * i + 1]))
         gradient = np.array([-size * damping, -size * damping * (1 - damping)])
         block = covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]
         part = t * float(np.sqrt(max(gradient @ block @ gradient, 0)))
         pole = size * complex(-damping, np.sqrt(1 - damping**2))
-        poles.append(entry(pole, half[2 * i], part))
-        poles.append(entry(np.conj(pole), half[2 * i], part))
-    for i in range(2 * fit.pairs, fit.order):
-        size = float(np.exp(fit.theta[i]))
+        poles += [entry(pole, half[2 * i], part), entry(np.conj(pole), half[2 * i], part)]
+    for i in range(2 * structure.pairs, structure.order):
+        size = float(np.exp(best.theta[i]))
         poles.append(entry(complex(-size), half[i], half[i] * size))
-    moves = fit.model - fit.offset
-    settled = np.abs(moves - moves[-1]) > 0.02 * np.ptp(moves) if np.ptp(moves) > 0 else np.ones(n, bool)
-    last = int(np.flatnonzero(settled)[-1]) + 1 if np.any(settled) else n
-    window = slice(0, max(min(last, n), parameters + 2))
-    y = data.y[window]
-    fit_figure = 100 * (1 - np.linalg.norm(fit.residual[window]) / max(np.linalg.norm(y - y.mean()), 1e-300))
-    all_figure = 100 * (1 - np.linalg.norm(fit.residual) / max(np.linalg.norm(data.y - data.y.mean()), 1e-300))
-    return {"order": fit.order, "gain": fit.gain, "gain_half_width": float(half[-2]), "offset": fit.offset, "offset_half_width": float(half[-1]), "poles": poles,
-            "fit_percent_where_it_moves": float(fit_figure), "fit_percent_all": float(all_figure), "residual_rms": float(np.sqrt(np.mean(fit.residual**2))),
-            "residual_lag1": rho, "samples": n, "independent_samples": float(independent),
-            "bic": {str(f.order): float(f.bic) for f in fits}}
+    gain, coulomb, load = float(best.linear[0]), None, None
+    if "coulomb" in way:
+        coulomb = -float(best.linear[1]) / gain if gain else np.nan
+        load = -float(best.linear[3]) / gain if "load" in way and gain else None
+    plain = replace(noise, memory=1.0)
+    response = _matrix(record, structure, best.theta, plain.columns(record)) @ best.linear
+    moves = _matrix(record, structure, best.theta, plain.columns(record))[:, : len(record.names)] @ best.linear[: len(record.names)]
+    settled = np.abs(moves - moves[-1]) > 0.02 * np.ptp(moves) if np.ptp(moves) > 0 else np.ones(record.n, bool)
+    last = int(np.flatnonzero(settled)[-1]) + 1 if np.any(settled) else record.n
+    window = slice(0, max(min(last, record.n), parameters + 2))
+    error = record.y - response
+    y = record.y[window]
+    return {"order": structure.order + structure.integrator, "integrator": structure.integrator, "gain": gain, "gain_half_width": float(half[nonlinear]), "offset": float(best.linear[len(record.names)]),
+            "delay_s": best.tau, "delay_half_width_s": float(half[structure.order]) if structure.delay else 0.0, "poles": poles,
+            "friction_n": coulomb, "friction_per_force": load,
+            "fit_percent_where_it_moves": float(100 * (1 - np.linalg.norm(error[window]) / max(np.linalg.norm(y - y.mean()), 1e-300))),
+            "fit_percent_all": float(100 * (1 - np.linalg.norm(error) / max(np.linalg.norm(record.y - record.y.mean()), 1e-300))),
+            "residual_rms": float(np.sqrt(np.mean(best.residual**2))), "whiteness": whiteness(best.residual, parameters), "samples": record.n,
+            "drift": noise.memory < 1, "hum_rad_s": list(noise.hum), "outliers": len(noise.outliers), "gain_from": "the whole record"}
+
+
+def _judge(found, data, friction, way, record, best, candidates):
+    """What holds of it: `trusted` for the intervals of gain, dead time and poles; remarks in words."""
+    remarks = []
+    found["trusted"] = True
+    for rival in candidates[1:]:  # structures that the record cannot tell apart: their answers are within the interval, or widen it
+        if rival.bic - best.bic < np.log(record.n) + 1 and rival.structure.integrator == best.structure.integrator:
+            found["gain_half_width"] = max(found["gain_half_width"], 1.2 * abs(float(rival.linear[0]) - found["gain"]))
+            found["delay_half_width_s"] = max(found["delay_half_width_s"], 1.2 * abs(rival.tau - found["delay_s"])) if found["delay_s"] else 0.0
+            for p in found["poles"]:
+                size = np.hypot(p["re"], p["im"])
+                other = min((abs(q) for q in rival.poles), key=lambda q, size=size: abs(np.log(q / size)), default=size)
+                p["size_low"], p["size_high"] = min(p["size_low"], size * (other / size) ** 1.2), max(p["size_high"], size * (other / size) ** 1.2)
+                p["identifiable"] = p["identifiable"] and p["size_high"] < 2 * size and p["size_low"] > size / 2
+    near = [f for f in candidates if f.structure.integrator != best.structure.integrator and f.bic - best.bic < BIC_CLOSE]
+    slow = [p for p in found["poles"] if np.hypot(p["re"], p["im"]) * record.span < 1.0]
+    if near or slow:
+        found["trusted"] = False
+        remarks.append("an integrator and a slow pole are not separable in this record: it is too short for its slowest mode")
+    if found["whiteness"] < WHITE and found["residual_rms"] > NOTHING * np.ptp(record.y):
+        found["trusted"] = False
+        if not _from_levels(found, data, friction, remarks):
+            remarks.append("the residual is not noise: the model misses something (friction that changes with speed, a zero, another input), so no interval would hold")
+    if found["integrator"]:
+        remarks.append("an integrator: the gain is that of 1/s, in y per u and second")
+    if "coulomb" in way and "load" not in way:
+        remarks.append("friction is taken as the same at every force; u = 0, h, 2h, h, 0 would tell")
+    if found["drift"]:
+        remarks.append("y drifts like a random walk; the intervals allow for it")
+    if found["hum_rad_s"]:
+        remarks.append("hum at " + ", ".join(f"{w / 2 / np.pi:.4g} Hz" for w in found["hum_rad_s"]) + " is taken out")
+    if found["outliers"]:
+        remarks.append(f"{found['outliers']} outliers are left out")
+    if found["fit_percent_where_it_moves"] < 80:
+        remarks.append("a poor fit: do not design on this model")
+    found["remarks"] = remarks
+
+
+def _from_levels(found, data, friction, remarks):
+    """Gain and friction from the plateaus alone, whatever happens between them; False where there are too few."""
+    table = levels(data)
+    if found["integrator"] or not found.get("separable", bool(friction)) or len(table) < 2:
+        return False
+    moving = table[:, 5] > 0.1 * np.ptp(table[:, 4])
+    if np.any(moving):
+        return False
+    columns = [0, 1, 2, 3] if friction else [0, 3]
+    matrix = table[:, columns]
+    if friction and not np.any(table[:, 2] == 0):
+        matrix = table[:, [0, 1, 3]]
+    if "load" in friction:
+        matrix = np.c_[matrix, table[:, 1] * np.abs(table[:, 4] - table[0, 4])]
+    free = len(table) - matrix.shape[1]
+    if free < 2 or np.linalg.matrix_rank(matrix) < matrix.shape[1]:
+        return False
+    solution, *_ = np.linalg.lstsq(matrix, table[:, 4], rcond=None)
+    residual = table[:, 4] - matrix @ solution
+    covariance = np.linalg.inv(matrix.T @ matrix) * float(residual @ residual) / free
+    half = scipy.stats.t.ppf(0.975, free) * np.sqrt(np.diag(covariance))
+    if not half[0] < 0.25 * abs(solution[0]):
+        return False
+    found.update(gain=float(solution[0]), gain_half_width=float(half[0]), gain_from="the plateaus", friction_n=-float(solution[1]) / float(solution[0]) if friction else None)
+    found["trusted"] = True
+    for p in found["poles"]:
+        p["identifiable"] = False
+    found["delay_half_width_s"] = None
+    remarks.append("the residual is not noise between the plateaus (friction that changes with speed, sticking): gain and friction are those of the plateaus, the poles are a description without intervals")
+    return True
 
 
 def command(options):
@@ -271,14 +727,18 @@ def command(options):
         from .output import check_replaceable
 
         check_replaceable(options.out, NAMES)
-    fit, found = identify(data, options.order)
+    found, record, best = identify(data, options.order, options.no_friction)
     text = describe(found)
     print(text)
+    if not found["separable"]:
+        raise DesignError(f"not answered: {NOT_SEPARABLE}")
+    if not found["trusted"]:
+        raise DesignError("not answered: " + "; ".join(found["remarks"]))
     if options.out:
         from .output import write_directory
 
-        files = {"plant.yaml": plant_yaml(found, Path(options.step).name).encode(), "identification.json": (json.dumps(found, indent=1) + "\n").encode(),
-                 "report.md": ("# Plant from a step response\n\n```\n" + text + "\n```\n\n![Fit](fit.png)\n").encode(), "fit.png": _plot(fit, _thinned(data))}
+        files = {"plant.yaml": plant_yaml(found, printable(Path(options.step).name)).encode(), "identification.json": (json.dumps(found, indent=1, default=lambda number: number.item()) + "\n").encode(),
+                 "report.md": ("# Plant from a step response\n\n```\n" + text + "\n```\n\n![Fit](fit.png)\n").encode(), "fit.png": _plot(record, best)}
         write_directory(options.out, files, NAMES)
         print(f"wrote {options.out}: {', '.join(sorted(files))}")
     return 0
@@ -288,40 +748,65 @@ NAMES = ("plant.yaml", "identification.json", "report.md", "fit.png")
 
 
 def describe(found):
-    lines = [f"order {found['order']} (BIC: " + ", ".join(f"{k}: {v:.6g}" for k, v in found["bic"].items()) + ")",
-             f"gain  {found['gain']:.6g} +- {found['gain_half_width']:.2g} (95 %)"]
+    lines = [f"order {found['order']}{', one of it an integrator' if found['integrator'] else ''} (BIC: " + ", ".join(f"{k}: {v:.6g}" for k, v in found["bic"].items()) + ")"]
+    if not found["separable"]:
+        lines.append(f"gain  not separable from friction: {found['gain']:.6g} if there is none")
+    elif not found["trusted"]:
+        lines.append(f"gain  {found['gain']:.6g}, without an interval")
+    else:
+        lines.append(f"gain  {found['gain']:.6g} +- {found['gain_half_width']:.2g} (95 %)" + (f", from {found['gain_from']}" if found["gain_from"] != "the whole record" else ""))
+    if found["friction_n"] is not None:
+        lines.append(f"friction {found['friction_n']:.4g} N" + (f" + {found['friction_per_force']:.3g} |F|" if found["friction_per_force"] is not None else ""))
+    if found["delay_s"]:
+        lines.append(f"delay {found['delay_s']:.6g} s" + (f" +- {found['delay_half_width_s']:.2g} (95 %)" if found["trusted"] and found["delay_half_width_s"] is not None else ""))
     for p in found["poles"]:
         if not p["identifiable"]:
-            lines.append(f"pole  {p['pole']} rad/s: NOT identifiable from this record (faster than the sampling, or within the noise)")
+            lines.append(f"pole  {p['pole']} rad/s: NOT identifiable from this record")
+        elif not found["trusted"]:
+            lines.append(f"pole  {p['pole']} rad/s, without an interval")
         elif p["im"]:
             lines.append(f"pole  {p['re']:.5g}{p['im']:+.5g}j rad/s, size {p['size_low']:.5g} to {p['size_high']:.5g}, real part +- {p['part_half_width']:.2g} (95 %)")
         else:
             lines.append(f"pole  {p['re']:.5g} rad/s, {-p['size_high']:.5g} to {-p['size_low']:.5g} (95 %)")
-    lines += [f"fit   {found['fit_percent_where_it_moves']:.2f} % where the response moves ({found['fit_percent_all']:.2f} % of the whole record); residual {found['residual_rms']:.3g} rms, "
-              f"neighbouring residuals correlate by {found['residual_lag1']:.2f}"]
-    if found["residual_lag1"] > 0.5:
-        lines.append("note  the residual is not noise: the model misses something (friction, a delay, a zero), and its intervals hold only if that is small")
-    if found["fit_percent_where_it_moves"] < 80:
-        lines.append("note  a poor fit: do not design on this model")
-    return "\n".join(lines)
+    lines.append(f"fit   {found['fit_percent_where_it_moves']:.2f} % where the response moves ({found['fit_percent_all']:.2f} % of the whole record); residual {found['residual_rms']:.3g} rms, "
+                 f"as coloured as this by chance: {found['whiteness']:.2g}")
+    return "\n".join(lines + [f"note  {remark}" for remark in found["remarks"]])
 
 
 def plant_yaml(found, source):
-    roots = ", ".join(f"{p['re']:.6g}{p['im']:+.6g}j" if p["im"] else f"{p['re']:.6g}" for p in found["poles"])
+    """With the intervals as percentages, for the robustness table of a design."""
+    def percent(p):
+        return 100 * max(p["size_high"] / np.hypot(p["re"], p["im"]) - 1, 1e-4)
+
+    roots = [(f"{p['re']:.6g}{p['im']:+.6g}j" if p["im"] else f"{p['re']:.6g}") + (f" ± {percent(p):.2g} %" if p["identifiable"] and percent(p) < 99 else "") for p in found["poles"]]
+    if found["integrator"]:
+        roots = ["0", *roots]
     doubts = "".join(f"# pole {p['pole']} is NOT identifiable from this record\n" for p in found["poles"] if not p["identifiable"])
-    return (f"# From {source} by tribo-design {__version__} identify-plant; paste into a design file.\n"
-            f"# fit where it moves {found['fit_percent_where_it_moves']:.2f} %\n{doubts}plant:\n  gain: {found['gain']:.6g}\n  zeros: []\n  poles: [{roots}]\n")
+    doubts += "".join(f"# {remark}\n" for remark in found["remarks"])
+    gain, name = found["gain"], "k" if found["integrator"] else "gain"
+    if found["integrator"]:  # the form k, zeros, poles: leading coefficients
+        for p in found["poles"]:
+            gain *= np.hypot(p["re"], p["im"])
+    spread = 100 * found["gain_half_width"] / max(abs(found["gain"]), 1e-300)
+    lines = [f"# From {source} by tribo-design {__version__} identify-plant; paste into a design file.", f"# fit where it moves {found['fit_percent_where_it_moves']:.2f} %"]
+    text = "\n".join(lines) + f"\n{doubts}plant:\n  {name}: {gain:.6g}" + (f" ± {spread:.2g} %" if 1e-4 < spread < 99 else "") + f"\n  zeros: []\n  poles: [{', '.join(roots)}]\n"
+    if found["delay_s"]:
+        late = 100 * (found["delay_half_width_s"] or 0) / found["delay_s"]
+        text += f"  delay_s: {found['delay_s']:.6g}" + (f" ± {late:.2g} %" if 1e-4 < late < 99 else "") + "\n"
+    return text
 
 
-def _plot(fit, data):
+def _plot(record, best):
     from .plots import _figure, _png
 
+    plain = replace(best.noise, memory=1.0)
+    model = _matrix(record, best.structure, best.theta, plain.columns(record)) @ best.linear
     figure, axes = _figure(2, 1, (9, 6))
-    axes[0, 0].plot(data.time, data.y, color="#56B4E9", lw=2.5, label="measured")
-    axes[0, 0].plot(data.time, fit.model, color="#000000", lw=1.2, ls="--", label=f"model of order {fit.order}")
+    axes[0, 0].plot(record.t, record.y, color="#56B4E9", lw=2.5, label="measured")
+    axes[0, 0].plot(record.t, model, color="#000000", lw=1.2, ls="--", label=f"model of order {best.structure}")
     axes[0, 0].legend()
     axes[0, 0].set_ylabel("y")
-    axes[1, 0].plot(data.time, fit.residual, color="#D55E00", lw=0.9)
+    axes[1, 0].plot(record.t, record.y - model, color="#D55E00", lw=0.9)
     axes[1, 0].set_ylabel("residual")
     axes[1, 0].set_xlabel("time [s]")
     return _png(figure)
