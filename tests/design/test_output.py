@@ -38,10 +38,11 @@ def test_tribo_sim_makes_the_headers_params_of_the_scenario(paper_dir):
 @pytest.mark.parametrize("sample_time_s, pulse", [(1e-3, None), (4.7e-5, "0.000141"), (4.8e-5, None), (6.1e-3, "0.0183"), (5.9e-3, None)])
 def test_a_scenario_has_a_pulse_that_its_tick_can_have(sample_time_s, pulse):
     from tribo_design.config import load_design
-    from tribo_design.emit import scenario
+    from tribo_design.friction import scenario
+    from tribo_design.synthesis import make_plant
 
     design = load_design(PAPER)[0].model_copy(update={"sample_time_s": sample_time_s})
-    found = re.findall(r"pulse_width_s: (\S+)", scenario(design, "paper.yaml", [[1.0] * 5]))
+    found = re.findall(r"pulse_width_s: (\S+)", scenario(design, make_plant(design.plant)[0], [[1.0] * 5], "paper.yaml"))
     assert found == ([] if pulse is None else [pulse])
 
 
@@ -50,13 +51,14 @@ def test_a_scenario_has_a_pulse_that_its_tick_can_have(sample_time_s, pulse):
 @pytest.mark.parametrize("sample_time_s", [1e-6, 1e-5, 1e-3, 0.1])
 def test_tribo_sim_takes_the_scenario_of_any_full_scale_and_tick(tmp_path, full_scale, sample_time_s):
     from tribo_design.config import load_design
-    from tribo_design.emit import scenario
+    from tribo_design.friction import scenario
+    from tribo_design.synthesis import make_plant
 
     design = load_design(PAPER)[0]
     design = design.model_copy(update={"sample_time_s": sample_time_s, "fixed_point": design.fixed_point.model_copy(
         update={"full_scale_n": full_scale, "u_max_n": full_scale})})
     path = tmp_path / "odd.yaml"
-    path.write_text(scenario(design, "paper.yaml", [[1.0, 0.75, 0.125, 0.5, 0.0625]]))
+    path.write_text(scenario(design, make_plant(design.plant)[0], [[1.0, 0.75, 0.125, 0.5, 0.0625]], "paper.yaml"))
     for arithmetic in ("f32", "q31"):
         made = subprocess.run([os.environ["TRIBO_SIM"], "params", path, "--arith", arithmetic], capture_output=True, text=True, check=False)
         assert (made.returncode, made.stderr) == (0, "")

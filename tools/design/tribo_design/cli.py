@@ -59,6 +59,10 @@ def _parser():
     command.add_argument("--order", type=int, metavar="N", help="number of poles, 1 to 6 (default: the order the data supports)")
     command.add_argument("--out", metavar="DIR", help="writes plant.yaml, identification.json and a report with a plot")
 
+    command = commands.add_parser("compare", help="several designs in one table, each with friction in its loop")
+    command.add_argument("designs", nargs="+", metavar="DESIGN.yaml|DIR", help="design files, and directories that synthesize or import made")
+    command.add_argument("--structures", metavar="NAME,...", help="each design file with each of full, pi, pid, lead-lag")
+
     command = commands.add_parser("check", help="reads generated files back from the C header and verifies the loop again")
     command.add_argument("dir", metavar="DIR")
     return parser
@@ -74,6 +78,10 @@ def _run(argv):
         from . import commands
 
         return commands.import_controller(options)
+    if options.command == "compare":
+        from . import compare
+
+        return compare.command(options)
     if options.command == "identify-plant":
         from . import identify
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from . import emit, pipeline
+from . import emit, friction, pipeline, robustness
 from .config import load_design, read_text
 from .errors import InputError
 from .output import check_replaceable, write_directory
@@ -35,7 +35,7 @@ def texts_of(result, images):
 
     name = result.design.name
     files = {f"{name}_controller.h": emit.header(result), f"{name}_controller.c": emit.source(result)}
-    scenario = emit.scenario(result.design, result.source, result.f32)
+    scenario = friction.scenario(result.design, result.plant, result.f32, result.source)
     if scenario is not None:
         files[f"{name}_scenario.yaml"] = scenario
     return {**files, "report.md": report.markdown(result, images), "report.html": report.html(result, images)}
@@ -55,9 +55,15 @@ def files_of(result, design_text, plots):
 
 
 def _finish(result, options):
+    played = friction.play(result.design, result.plant, result.f32, traces=not options.no_plots)
+    result.traces = played.pop("traces", None)
+    result.friction = played
     print(pipeline.table_text(result))
     for remark in result.warnings:
         print(f"note: {remark}")
+    for sentence in robustness.in_words(result.robustness):
+        print(f"note: {sentence}")
+    print(friction.in_words(played))
     text, _ = read_text(options.design)
     files = files_of(result, text, not options.no_plots)
     write_directory(options.out, files)

@@ -496,6 +496,8 @@ def _load_yaml(text, path):
     if len(text) > DESIGN_SIZE_MAX:
         raise InputError(f"{path}: too large for a design file: {len(text)} characters, at most {DESIGN_SIZE_MAX}")
     try:
+        if re.search(r"[\[{]{20}", text):
+            raise RecursionError
         data = ruamel.yaml.YAML(typ="rt", pure=True).load(text)
     except ruamel.yaml.constructor.DuplicateKeyError as error:
         name = re.search(r'duplicate key "(.*?)"', error.problem or "")

@@ -141,31 +141,6 @@ def source(result):
         f"const tribo_controller_q31_params_t tribo_{name}_controller_q31 = {macro}_Q31;", "// clang-format on", ""])
 
 
-def scenario(design, source, f32):
-    """The loop with this controller, for tribo-sim: the sections to float32's last bit. None for a tick longer than it knows."""
-    h, limit, full = design.sample_time_s, design.fixed_point.limit_n, design.fixed_point.full_scale_n
-    if h > 0.1:
-        return None
-    sections = [", ".join(f"{k}: {value:.9g}" for k, value in zip(("b0", "b1", "b2", "a1", "a2"), row)) for row in f32]
-    # The paper's friction where the full scale and the tick can have it.
-    friction = [] if 1 <= round(3e-3 / h) <= 63 else [f"    pulse_width_s: {3 * h:.9g} # three ticks"]
-    friction += [] if 1e-5 * full <= 0.007 <= 0.1 * full else [f"    breakaway: {{offset_N: {0.0035 * full:.9g}}}"]
-    slowest = 3 * full / (6 * 2**31 * h)  # v0 of less than a bit a tick
-    friction += [] if 2 * slowest <= 0.007 else [f"    v0_N_per_s: {2 * slowest:.9g}"]
-    return "\n".join([
-        f'# A force loop with the controller "{design.name}", made by tribo-design of {source}. Its friction, arm and plant are the paper\'s:',
-        "# copy it and give your rig's under compensator and plant. tribo-sim run plays it, tribo-sim params makes a drive's params of it.",
-        f'description: "a triangle with the controller {design.name}"',
-        "duration_s: 60",
-        f"sample_time_s: {h:.9g}",
-        f"reference: {{kind: triangle, low_N: {0.2 * limit:.9g}, high_N: {0.3 * limit:.9g}, period_s: 20}}",
-        f"plant: {{step_s: {h / 10:.9g}}}",
-        "controller:", "  kind: delta", "  sections:", *(f"    - {{{section}}}" for section in sections),
-        "compensator:", "  gain: 0.85", *(["  friction:", *friction] if friction else []),
-        f"limits: {{u_min_N: {-limit:.9g}, u_max_N: {limit:.9g}, input_max_N: {full:.9g}, full_scale_N: {full:.9g}}}",
-        "metrics: {start_s: 20}", ""])
-
-
 def _float_literal(value, digits=None):
     if digits is not None:
         return f"{value:.{digits}e}f"

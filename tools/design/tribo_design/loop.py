@@ -16,7 +16,7 @@ import scipy.signal
 from flint import fmpq_poly
 
 from .exact import Ratio, closed_loop_poles
-from .systems import Zpk, state_space
+from .systems import Zpk, balanced_scaling, state_space
 
 
 class Continuous:
@@ -260,8 +260,9 @@ METRIC_NAMES = [f.name for f in fields(Metrics)]
 
 
 class Loop:
-    def __init__(self, plant, controller, weights=None, h=None, ramp=None, roots=()):
-        """`plant` and `controller` both continuous, or both sampled with `h`. `roots`: further corner frequencies."""
+    def __init__(self, plant, controller, weights=None, h=None, ramp=None, roots=(), density=200):
+        """`plant` and `controller` both continuous, or both sampled with `h`. `roots`: further corner frequencies. `density`: points a decade."""
+        self.density = density
         self.plant, self.controller, self.weights, self.h, self.ramp = plant, controller, weights or {}, h, ramp
         corners = np.abs(np.concatenate([np.atleast_1d(np.asarray(r, complex)).ravel() for r in
                                          [roots, controller.poles(), *(np.r_[w.poles, w.zeros] for w in self.weights.values())]]))
@@ -275,7 +276,7 @@ class Loop:
     def _grid(self, low, high, corners, roots):
         top = high if self.h is not None else high * 1e2
         start = low * 1e-2
-        count = int(min(200 * max(np.log10(top / start), 1), 4000))
+        count = int(min(self.density * max(np.log10(top / start), 1), 20 * self.density))
         omega = np.geomspace(start, top, count)
         for root in [*roots, *self.controller.poles()]:  # lightly damped roots need points of their own
             damping = abs(root.real) / abs(root) if root else 1
@@ -325,12 +326,24 @@ class Loop:
         return closed_loop_poles(self.plant.ratio, self.controller.ratio)
 
     def is_stable(self):
+        if self._well_inside():
+            return True
         poles = self.closed_loop_poles()
         if poles is None:
             return False
         if self.h is None:
             return bool(np.all(poles.real < 0))
         return bool(np.all(2 * poles.real + np.abs(poles) ** 2 < 0))  # d = z - 1: |1 + d| < 1
+
+    def _well_inside(self):
+        """Whether a sampled loop's eigenvalues are so far inside the unit circle that their rounding does not matter."""
+        if self.h is None or self.plant.space.nstates == 0 or self.controller.space.nstates == 0:
+            return False
+        if abs(1 + self.plant.space.D[0, 0] * self.controller.space.D[0, 0]) < 1e-6:
+            return False
+        closed = balanced_scaling(ct.feedback(ct.series(self.controller.space, self.plant.space), 1))
+        size = float(np.abs(1 + np.linalg.eigvals(closed.A)).max())
+        return size < 1 - 1e-4 and np.linalg.norm(closed.A) < 1e6
 
     def _peak(self, values, which):
         """The largest of a magnitude on the grid, refined between the neighbours of the three highest points."""

@@ -26,6 +26,8 @@ def check_replaceable(out, names=DESIGN):
     if others:
         raise InputError(f"--out {out}: has other files in it ({others[0]}); give an empty or a new directory")
     parent = out.resolve().parent
+    while not parent.exists() and parent != parent.parent:
+        parent = parent.parent
     if not parent.is_dir() or not os.access(parent, os.W_OK):
         raise InputError(f"--out {out}: {parent} is not a directory that can be written to")
 
@@ -36,6 +38,7 @@ def write_directory(out, files, names=DESIGN):
     out = Path(out).resolve()
     fresh = None
     try:
+        out.parent.mkdir(parents=True, exist_ok=True)
         fresh = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
         for name, data in files.items():
             path = fresh / name

@@ -6,7 +6,7 @@ from typing import Optional
 
 import numpy as np
 
-from . import __version__, discretise, quantise, reduction, sections, structured, synthesis
+from . import __version__, discretise, quantise, reduction, robustness, sections, structured, synthesis
 from .config import format_root, printable
 from .errors import DesignError, IllPosedError, LimitError
 from .loop import Continuous, Loop, Metrics, SampledPlant, SampledSections, SampledZpk
@@ -75,6 +75,7 @@ class Result:
     imported: str = ""
     robustness: Optional[dict] = None
     friction: Optional[dict] = None
+    traces: Optional[dict] = None  # of the loop with friction, for the plot
     warnings: list = field(default_factory=list)
 
     def __post_init__(self):
@@ -83,6 +84,15 @@ class Result:
 
     def stage(self, step):
         return next((s for s in self.stages if s.step == step), None)
+
+    @property
+    def peaks(self):
+        """Where gamma peaks, and in which term."""
+        if not self.stages or self.stages[-1].metrics.gamma is None:
+            return ""
+        omega, name, terms = self.stages[-1].loop.peak_term()
+        return (f"Gamma peaks at {omega:.3g} rad/s, where {name} is the largest term (" + ", ".join(f"{n} {v:.3g}" for n, v in terms.items())
+                + "). Gamma is what all wishes together are missed by there; each term alone is below it.")
 
     @property
     def gamma(self):
@@ -186,7 +196,7 @@ def from_import(design, digest, source, imported):
     checker = Checker(design, plant, space, weights)
     if imported.continuous and design.plant.delay_s:
         result.sampled = discretise.discretise(imported.zpk, design.discretisation, design.sample_time_s)  # a dead time has no row in continuous time
-        _sampled_steps(result, checker)
+        sampled_steps(result, checker)
     elif imported.continuous:
         controller = Continuous(imported.zpk)
         result.full, result.full_order = imported.zpk, imported.zpk.order
@@ -198,7 +208,7 @@ def from_import(design, digest, source, imported):
         reduce_and_go_on(result, checker, controller)
     else:
         result.sampled = imported.zpk
-        _sampled_steps(result, checker)
+        sampled_steps(result, checker)
     return result
 
 
@@ -216,7 +226,7 @@ def reduce_and_go_on(result, checker, controller):
         result.stages = [*whole, Stage("reduced", loop, metrics, f"order {candidate.zpk.order}, {candidate.how}")]
         try:
             result.sampled = discretise.tustin(candidate.zpk, h) if result.in_w else discretise.discretise(candidate.zpk, design.discretisation, h)
-            _sampled_steps(result, checker)
+            sampled_steps(result, checker)
             return
         except LimitError:
             raise
@@ -241,7 +251,7 @@ def _after_full(error):
     return error
 
 
-def _sampled_steps(result, checker):
+def sampled_steps(result, checker):
     design, limits, h = result.design, result.design.limits, result.design.sample_time_s
     method = design.discretisation.method if result.reduced else "as imported"
     if not result.in_w:
@@ -266,6 +276,8 @@ def _sampled_steps(result, checker):
     broken = breaches(result.stages[0].metrics, result.stages[-1].metrics, limits.total, None)
     if broken:
         raise LimitError(f"total, {result.stages[-1].step} against {result.stages[0].step}: {'; '.join(broken)}", table_text(result))
+    result.robustness = robustness.study(result, checker)
+    robustness.refuse_unstable(result.robustness)
     result.warnings = remarks(result)
 
 

@@ -16,7 +16,8 @@ LOOKS = {"full": dict(color="#999999", lw=5.0, ls="-"), "reduced": dict(color="#
          "discrete": dict(color="#D55E00", lw=2.0, ls="-"), "f32": dict(color="#000000", lw=1.4, ls=(0, (6, 4))),
          "q31": dict(color="#009E73", lw=1.4, ls=(4, (2, 8)))}
 CAPTIONS = {
-    "sensitivity": "S, T and KS at each step, against gamma times the inverse weights (dotted). A curve above its dotted line breaks the design's wish.",
+    "sensitivity": "S, T, KS and GS at each step, against the inverse weights, the wish (dotted): a curve above its dotted line breaks it. With gamma below 1 none does.",
+    "friction": "A triangle with the paper's friction in the loop, played by tribo-sim with the f32 sections: the last period, with and without compensation.",
     "nyquist": "Nyquist plot of the loop at each step: whole (scaled so that everything fits) and near -1, with the circle of max abs S.",
     "controller": "The controller itself at each step.",
     "step": "A reference step of 1 N: force, and controller output.",
@@ -26,7 +27,8 @@ CAPTIONS = {
 
 
 def draw_all(result):
-    return {name: _png(draw(result)) for name, draw in
+    extra = {"friction": _png(_friction(result))} if result.traces else {}
+    return extra | {name: _png(draw(result)) for name, draw in
             (("sensitivity", _sensitivity), ("nyquist", _nyquist), ("controller", _controller), ("step", _step), ("ramp", _ramp), ("sections", _sections))}
 
 
@@ -69,21 +71,20 @@ def _nyquist_line(axis, result):
 
 
 def _sensitivity(result):
-    figure, axes = _figure(1, 3, (14, 4.6))
+    figure, axes = _figure(2, 2, (12, 8.4))
     span = _span(result)
-    gamma = result.gamma
-    for axis, index, name, weight in zip(axes[0], range(3), ("S", "T", "KS"), ("wp", "wT", "wu")):
+    for axis, index, name, weight in zip(axes.flat, range(4), ("S", "T", "KS", "GS"), ("wp", "wT", "wu", "wGS")):
         low, high = np.inf, 0
         for stage in result.stages:
             omega = _omega(stage.loop, span)
-            size = np.abs(stage.loop.closed_loop(omega)[index])
+            size = np.abs(stage.loop.closed_loop(omega)[index] if index < 3 else stage.loop.load(omega))
             axis.loglog(omega, size, label=TITLES[stage.step], **LOOKS[stage.step])
             low, high = min(low, np.nanmin(size)), max(high, np.nanmax(size))
         function = result.stages[0].loop.weights.get(weight)
-        if function is not None and gamma is not None:
+        if function is not None:
             omega = np.geomspace(*span, 800)
-            axis.loglog(omega, gamma / np.maximum(np.abs(function(1j * omega)), 1e-300), color="#CC79A7", lw=2, ls=":", label=f"gamma / |{weight}|")
-            high = max(high, min(gamma / np.abs(function(1j * omega)).min(), high * 10))
+            axis.loglog(omega, 1 / np.maximum(np.abs(function(1j * omega)), 1e-300), color="#CC79A7", lw=2, ls=":", label=f"1 / |{weight}|")
+            high = max(high, min(1 / np.abs(function(1j * omega)).min(), high * 10))
         axis.set_ylim(max(low / 2, high * 1e-7), high * 3)
         _nyquist_line(axis, result)
         axis.set_title(f"|{name}|")
@@ -178,6 +179,21 @@ def _ramp(result):
     for axis in axes[0]:
         axis.set_xlabel("time [s]")
     axes[0, 0].legend(fontsize=8)
+    return figure
+
+
+def _friction(result):
+    figure, axes = _figure(1, 2, (12, 4.6))
+    for (gain, (time, r, force)), color in zip(sorted(result.traces.items()), ("#D55E00", "#009E73")):
+        label = "without compensation" if gain == "0" else "with compensation"
+        axes[0, 0].plot(time, force, color=color, lw=1.4, label=label)
+        axes[0, 1].plot(time, r - force, color=color, lw=1.2, label=label)
+    axes[0, 0].plot(time, r, color="#666666", lw=1, ls=":", label="reference")
+    axes[0, 0].set_ylabel("force F [N]")
+    axes[0, 1].set_ylabel("error r - F [N]")
+    for axis in axes[0]:
+        axis.set_xlabel("time [s]")
+        axis.legend(fontsize=8)
     return figure
 
 

@@ -96,7 +96,7 @@ def _program():
     folder = tempfile.mkdtemp(prefix="tribo-design-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     program = Path(folder) / "quantise_q31"
-    done = subprocess.run([compiler, "-std=c11", "-O1", "-ffp-contract=off", "-I", lib / "include", Path(__file__).with_name("quantise_q31.c"),
+    done = subprocess.run([compiler, "-std=c11", "-O0", "-ffp-contract=off", "-I", lib / "include", Path(__file__).with_name("quantise_q31.c"),
                            *sorted((lib / "src").glob("*.c")), "-o", program], capture_output=True, text=True, timeout=120, check=False)
     if done.returncode != 0:
         first = next((line for line in done.stderr.splitlines() if "error" in line), "no message")

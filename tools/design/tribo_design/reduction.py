@@ -34,7 +34,7 @@ def candidates(controller, settings, h):
         found += _modal(controller, settings, h)
     if settings.method in ("balanced", "auto"):
         found += _balanced(controller, settings)
-    found = [Candidate(_rounded(c.zpk, settings.digits), c.how) for c in found if c.zpk.order <= settings.order_max]
+    found = [Candidate(rounded(c.zpk, settings.digits), c.how) for c in found if c.zpk.order <= settings.order_max]
     return sorted(found, key=lambda c: c.zpk.order)
 
 
@@ -127,7 +127,7 @@ def _balanced(controller, settings):
     return found
 
 
-def _rounded(system, digits):
+def rounded(system, digits):
     rounded = Zpk(round_roots(system.zeros, digits), round_roots(system.poles, digits), 1.0)
     anchor = _anchor(rounded)
     if anchor == 0.0:

@@ -3,7 +3,7 @@
 import base64
 import html as escaping
 
-from . import emit, pipeline
+from . import emit, friction, pipeline, robustness
 
 
 def _sections_rows(result):
@@ -23,12 +23,14 @@ def _content(result, images):
     yield "h1", f"Controller \"{design.name}\""
     if design.description:
         yield "p", design.description
-    yield "p", (f"Every step's loop is within its limits. After Q31, with hold and a computation delay of {design.computation_delay_s:g} s: "
+    yield "p", (f"Every step's loop is within its limits. After Q31, with hold, computation delay and dead time of {design.delay_s:g} s in all: "
                 + (f"gamma {final.gamma:.4f}, " if final.gamma is not None else "") + f"gain margin {final.gain_margin:.4g}, phase margin {final.phase_margin_deg:.4g} deg, "
                 f"delay margin {final.delay_margin_s:.4g} s.")
     yield "h2", "Where it comes from"
     yield "pre", "\n".join(emit.provenance(result))
     yield "h2", "The loop after each step"
+    if result.peaks:
+        yield "p", result.peaks
     yield "table", [header, *figures]
     yield "p", ("Margins are factors and degrees; the bandwidth is where |T| first falls below 0.707; the ramp error is the error at the end of a ramp of "
                 f"{design.ramp.rate_n_per_s:g} N/s and {design.ramp.duration_s:g} s, its transients over; the slowest pole is K's.")
@@ -39,6 +41,13 @@ def _content(result, images):
     for name in ("sensitivity", "nyquist", "controller", "step", "ramp"):
         if name in images:
             yield "image", (name, CAPTIONS[name])
+    if robustness.in_words(result.robustness):
+        yield "h2", "What it stands"
+        yield "list", robustness.in_words(result.robustness)
+    yield "h2", "With friction in the loop"
+    yield "p", friction.in_words(result.friction) + "." if result.friction else "Not simulated."
+    if "friction" in images:
+        yield "image", ("friction", CAPTIONS["friction"])
     yield "h2", "Sections"
     yield "p", "b0 d^2 + b1 d + b2 over d^2 + a1 d + a2, d = z - 1; before rounding. The first is nearest to the input."
     yield "table", _sections_rows(result)

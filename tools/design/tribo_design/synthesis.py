@@ -408,15 +408,37 @@ def _matrices(space):
     return None if space is None else tuple(np.asarray(m) for m in ct.ssdata(space))
 
 
+def _augmented(plant, w1, wu, wt):
+    """From r and u to w1 (r - y), wu u, wt y and r - y."""
+    a, b, c, d = (np.asarray(m) for m in ct.ssdata(plant))
+    one, none = np.ones((1, 1)), np.zeros((1, 1))
+    parts = [(w1, -c, one, -d), (wu, np.zeros_like(c), none, one)] + ([(wt, c, none, d)] if wt is not None else [])  # what drives each: of the plant's state, r, u
+    n = len(a)
+    rows_a, rows_b1, rows_b2 = [a], [np.zeros((n, 1))], [b]
+    for w, by_state, by_r, by_u in parts:
+        rows_a.append(w.B @ by_state)
+        rows_b1.append(w.B @ by_r)
+        rows_b2.append(w.B @ by_u)
+    total_a = np.hstack([np.vstack(rows_a), np.vstack([np.zeros((n, sum(w.nstates for w, *_ in parts))), scipy.linalg.block_diag(*(w.A for w, *_ in parts))])])
+    total_c = np.hstack([np.vstack([*(w.D @ by_state for w, by_state, *_ in parts), -c]),
+                         np.vstack([scipy.linalg.block_diag(*(w.C.reshape(w.noutputs, w.nstates) for w, *_ in parts)), np.zeros((1, sum(w.nstates for w, *_ in parts)))])])
+    total_d = np.hstack([np.vstack([*(w.D @ by_r for w, _, by_r, _ in parts), one]), np.vstack([*(w.D @ by_u for w, _, _, by_u in parts), -d])])
+    return ct.ss(total_a, np.hstack([np.vstack(rows_b1), np.vstack(rows_b2)]), total_c, total_d, remove_useless_states=False)
+
+
 def _child(sender, systems, scale, off_percent):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scaled = [None if s is None else ct.ss(s[0] / scale, s[1] / scale, s[2], s[3], remove_useless_states=False) for s in systems]
-            k, _, (gamma, _) = ct.mixsyn(*scaled)
-            k = tuple(np.asarray(m) for m in ct.ssdata(k))
+            if scaled[1].noutputs == 1:
+                k, _, (gamma, _) = ct.mixsyn(*scaled)
+                k = tuple(np.asarray(m) for m in ct.ssdata(k))
+            else:  # python-control's augw takes as many outputs of wp as it has inputs
+                k, _, gamma, _ = ct.hinfsyn(_augmented(*scaled), 1, 1)
+                k = tuple(np.asarray(m) for m in ct.ssdata(k))
             if off_percent:
-                p = ct.augw(*scaled)
+                p = _augmented(*scaled)
                 k = slycot.sb10ad(p.nstates, p.ninputs, p.noutputs, 1, 1, gamma * (1 + off_percent / 100), p.A, p.B, p.C, p.D, job=4)[1:5]
         sender.send((float(gamma), k[0] * scale, k[1] * scale, k[2], k[3]))
     except Exception as error:  # noqa: BLE001 - whatever the solver does, the parent says it in the user's terms
