@@ -46,7 +46,7 @@ def test_a_mode_beside_a_pole_at_1e10_is_kept(tmp_path):
 
 def test_a_response_that_is_not_the_files_is_refused(run, tmp_path, monkeypatch):
     from tribo_design import exact, importer
-    from tribo_design.systems import Zpk
+    from tribo_design.zpk import Zpk
 
     original = exact.Ratio.zpk
     monkeypatch.setattr(importer.Ratio, "zpk", lambda self: (lambda s: Zpk(s.zeros, s.poles, s.gain * (1 + 3e-6)))(original(self)))

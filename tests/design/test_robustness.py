@@ -10,7 +10,7 @@ from tribo_design import pipeline, robustness
 from tribo_design.config import Design, Plant, validate
 from tribo_design.errors import DesignError, InputError
 from tribo_design.loop import Continuous, Loop
-from tribo_design.systems import Zpk
+from tribo_design.zpk import Zpk
 
 WISHES = {"bandwidth_rad_s": 15, "u_per_r": 5}
 JOINT = {"name": "joint", "sample_time_s": 1e-3, "plant": {"gain": 1, "poles": [-300, "-1.885+94.23j", "-1.885-94.23j"]}, "weights": {"wishes": WISHES}}

@@ -11,7 +11,8 @@ from tribo_design import exact, pipeline, wplane
 from tribo_design.config import Design, validate
 from tribo_design.errors import IllPosedError, InputError, LimitError
 from tribo_design.loop import SampledPlant
-from tribo_design.systems import Zpk, state_space
+from tribo_design.systems import state_space
+from tribo_design.zpk import Zpk
 
 
 def synthesized(data):

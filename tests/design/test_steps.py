@@ -10,7 +10,8 @@ from tribo_design.config import Discretisation, Ramp, Reduction
 from tribo_design.errors import DesignError
 from tribo_design.loop import Continuous, Loop, SampledPlant, SampledSections, SampledZpk
 from tribo_design.exact import zpk_of
-from tribo_design.systems import Zpk, state_space
+from tribo_design.systems import state_space
+from tribo_design.zpk import Zpk
 
 H = 1e-3
 K = Zpk([-55, -200, -139 + 203j, -139 - 203j], [-0.002, -340.23, -167.14 + 293.43j, -167.14 - 293.43j], 1.48)

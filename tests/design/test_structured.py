@@ -15,7 +15,7 @@ from tribo_design import friction, pipeline, structured
 from tribo_design.config import Design, Weights, validate
 from tribo_design.errors import IllPosedError, InputError
 from tribo_design.synthesis import make_plant
-from tribo_design.systems import Zpk
+from tribo_design.zpk import Zpk
 
 EXAMPLE = ruamel.yaml.YAML(typ="safe").load((ROOT / "designs" / "example.yaml").read_text())
 EXAMPLE["limits"] = {"floor": {"gain_margin_min": 2}}

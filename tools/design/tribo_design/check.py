@@ -15,7 +15,7 @@ from . import commands, emit, pipeline, quantise, reduction, sections, synthesis
 from .config import load_design, read_text
 from .errors import DisagreementError, InputError
 from .loop import Continuous, Metrics, SampledSections, SampledZpk
-from .systems import Zpk
+from .zpk import Zpk
 
 TOLERANCE = 1e-6  # of a figure calculated again, against the JSON's
 

@@ -15,7 +15,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from .errors import InputError
 from .exact import Ratio
-from .systems import Zpk
+from .zpk import Zpk
 
 ROOT_MAX = 1e12  # rad/s
 GAIN_MAX = 1e12

@@ -9,7 +9,8 @@ import scipy.signal
 
 from .errors import DesignError
 from .exact import zpk_of
-from .systems import Zpk, state_space
+from .systems import state_space
+from .zpk import Zpk
 import control as ct
 
 

@@ -9,7 +9,7 @@ import flint
 import numpy as np
 from flint import acb, acb_mat, acb_poly, fmpq, fmpq_mat, fmpq_poly
 
-from .systems import Zpk
+from .zpk import Zpk
 
 BITS = 192  # of the roots before they are rounded to double
 

@@ -20,7 +20,7 @@ import numpy as np
 import scipy.ndimage
 import scipy.optimize
 import scipy.signal
-import scipy.stats
+import scipy.special
 
 from . import __version__
 from .config import format_root, printable, read_rows, read_text
@@ -32,8 +32,9 @@ CHANGES_LOOP = 200  # of u, up to which modes are carried from change to change;
 ORDER_MAX = 6
 SPACING = 2e-3  # least relative distance of two poles in a sum of modes
 LOGIT_MAX = 7.0
-WHITE = 1e-4  # probability of a residual as coloured as this, if it were noise
+WHITE = 1e-3  # probability of a residual as coloured as this, if it were noise
 BIC_CLOSE = 6.0
+RIVAL = 0.3  # of BIC, beyond the price of one parameter: how near a structure must be to count as well
 SETTLED = 6.0  # time constants in the record
 NOTHING = 1e-6  # of y's range: a residual that is the fit's own rounding
 HOPELESS = 100.0  # of BIC: such a structure needs no more poles
@@ -192,6 +193,7 @@ class Noise:
     hum: tuple = ()
     outliers: tuple = ()
     trend: bool = False
+    drifts: bool = False
 
     def columns(self, record):
         out = [np.ones(record.n)]
@@ -299,7 +301,7 @@ def fit(record, structure, noise, starts, thorough=False):
     if best is None:
         return None
     cost, theta, linear, residual = best
-    parameters = structure.size + len(linear) + len(noise.hum) + (noise.memory < 1)
+    parameters = structure.size + len(linear) + len(noise.hum) + noise.drifts
     bic = record.n * np.log(max(cost / record.n, 1e-300)) + parameters * np.log(record.n)
     return Fit(structure, theta, linear, noise, residual, float(bic))
 
@@ -397,13 +399,12 @@ def find_noise(record, best):
             break
         hum.append(w)
     noise = replace(noise, hum=tuple(hum))
-    memory = _memory(record, best, noise)
-    noise = replace(noise, memory=memory)
-    if memory < 1:
+    memory, drifts = _memory(record, best, noise)
+    if drifts:
         straight = replace(noise, trend=True)
-        noise = min((noise, straight), key=lambda n: _log_cost(record, best, n, _memory(record, best, n)) + n.trend * np.log(record.n))
-        noise = replace(noise, memory=_memory(record, best, noise))
-    return noise
+        noise = min((noise, straight), key=lambda n: _log_cost(record, best, n, _memory(record, best, n)[0]) + n.trend * np.log(record.n))
+        memory, drifts = _memory(record, best, noise)
+    return replace(noise, memory=memory, drifts=drifts or noise.trend)
 
 
 def _strongest_sine(record, residual):
@@ -436,6 +437,7 @@ def _strongest_sine(record, residual):
     return found if max(abs(w - np.mean(waves)) for w in waves) < 0.6 * abs(np.mean(waves)) else None
 
 
+MEMORY_DOUBT = 2.0  # of -2 log likelihood
 MEMORIES = (1.0, 0.998, 0.995, 0.99, 0.98, 0.96, 0.93, 0.88, 0.8, 0.7, 0.55, 0.35, 0.0)
 
 
@@ -446,9 +448,10 @@ def _log_cost(record, best, noise, memory):
 
 
 def _memory(record, best, noise):
-    costs = [_log_cost(record, best, noise, m) for m in MEMORIES]
-    i = int(np.argmin(costs))
-    return 1.0 if costs[0] - costs[i] < 10 else MEMORIES[i]  # a walk must earn its parameter
+    """(memory, whether y drifts): of all walks that the residual does not speak against, the largest, as a small one hides in white noise and
+    moves the gain all the same."""
+    costs = np.array([_log_cost(record, best, noise, m) for m in MEMORIES])
+    return MEMORIES[int(np.flatnonzero(costs <= costs.min() + MEMORY_DOUBT)[-1])], bool(costs[0] - costs.min() > 6)
 
 
 def whiteness(residual, parameters):
@@ -464,7 +467,7 @@ def whiteness(residual, parameters):
     for lags in (5, 20, max(n // 5, 25)):
         lags = min(lags, n // 2 - 1)
         q = n * (n + 2) * float(np.sum(rho[1 : lags + 1] ** 2 / (n - np.arange(1, lags + 1))))
-        least = min(least, 3 * float(scipy.stats.chi2.sf(q, lags)))
+        least = min(least, 3 * float(scipy.special.chdtrc(lags, q)))
     return least
 
 
@@ -560,7 +563,7 @@ def _with_noise(record, candidates, order):
         noise = find_noise(record, candidates[0])
         if noise == candidates[0].noise:
             break
-        if noise.memory < 1 and not searched:
+        if noise.drifts and not searched:
             searched = True
             candidates = search(record, order, noise, keep=6)[0]
             continue
@@ -610,7 +613,7 @@ def figures(record, best, candidates, data, way):
     scale[scale == 0] = 1.0
     _, s, v = np.linalg.svd(jacobian / scale, full_matrices=False)
     covariance = (v.T / np.maximum(s, 1e-10 * s[0]) ** 2) @ v * variance / np.outer(scale, scale)
-    t = float(scipy.stats.t.ppf(0.975, free))
+    t = float(scipy.special.stdtrit(free, 0.975))
     half = t * np.sqrt(np.maximum(np.diag(covariance), 0))
     poles = []
 
@@ -647,22 +650,27 @@ def figures(record, best, candidates, data, way):
             "fit_percent_where_it_moves": float(100 * (1 - np.linalg.norm(error[window]) / max(np.linalg.norm(y - y.mean()), 1e-300))),
             "fit_percent_all": float(100 * (1 - np.linalg.norm(error) / max(np.linalg.norm(record.y - record.y.mean()), 1e-300))),
             "residual_rms": float(np.sqrt(np.mean(best.residual**2))), "whiteness": whiteness(best.residual, parameters), "samples": record.n,
-            "drift": noise.memory < 1, "hum_rad_s": list(noise.hum), "outliers": len(noise.outliers), "gain_from": "the whole record"}
+            "drift": noise.drifts, "hum_rad_s": list(noise.hum), "outliers": len(noise.outliers), "gain_from": "the whole record"}
 
 
 def _judge(found, data, friction, way, record, best, candidates):
     """What holds of it: `trusted` for the intervals of gain, dead time and poles; remarks in words."""
     remarks = []
     found["trusted"] = True
-    for rival in candidates[1:]:  # structures that the record cannot tell apart: their answers are within the interval, or widen it
-        if rival.bic - best.bic < np.log(record.n) + 1 and rival.structure.integrator == best.structure.integrator:
-            found["gain_half_width"] = max(found["gain_half_width"], 1.2 * abs(float(rival.linear[0]) - found["gain"]))
-            found["delay_half_width_s"] = max(found["delay_half_width_s"], 1.2 * abs(rival.tau - found["delay_s"])) if found["delay_s"] else 0.0
-            for p in found["poles"]:
-                size = np.hypot(p["re"], p["im"])
-                other = min((abs(q) for q in rival.poles), key=lambda q, size=size: abs(np.log(q / size)), default=size)
-                p["size_low"], p["size_high"] = min(p["size_low"], size * (other / size) ** 1.2), max(p["size_high"], size * (other / size) ** 1.2)
-                p["identifiable"] = p["identifiable"] and p["size_high"] < 2 * size and p["size_low"] > size / 2
+    for rival in candidates[1:]:  # structures that the record cannot tell apart: both intervals in one
+        if rival.bic - best.bic > np.log(record.n) + RIVAL or rival.structure.integrator != best.structure.integrator:
+            continue
+        if np.max(np.abs(rival.poles), initial=0) > 0.7 * np.pi / record.row_dt or (rival.structure.delay and rival.tau < 0.3 * record.row_dt):
+            continue  # one more parameter that does nothing
+        other = figures(record, rival, candidates, data, way)
+        found["gain_half_width"] = max(found["gain_half_width"], abs(other["gain"] - found["gain"]) + other["gain_half_width"])
+        if found["delay_s"]:
+            found["delay_half_width_s"] = max(found["delay_half_width_s"], abs(other["delay_s"] - found["delay_s"]) + other["delay_half_width_s"])
+        for p in found["poles"]:
+            size = np.hypot(p["re"], p["im"])
+            nearest = min(other["poles"], key=lambda q, size=size: abs(np.log(np.hypot(q["re"], q["im"]) / size)), default=p)
+            p["size_low"], p["size_high"] = min(p["size_low"], nearest["size_low"]), max(p["size_high"], nearest["size_high"])
+            p["identifiable"] = p["identifiable"] and p["size_high"] < 2 * size and p["size_low"] > size / 2
     near = [f for f in candidates if f.structure.integrator != best.structure.integrator and f.bic - best.bic < BIC_CLOSE]
     slow = [p for p in found["poles"] if np.hypot(p["re"], p["im"]) * record.span < 1.0]
     if near or slow:
@@ -707,7 +715,7 @@ def _from_levels(found, data, friction, remarks):
     solution, *_ = np.linalg.lstsq(matrix, table[:, 4], rcond=None)
     residual = table[:, 4] - matrix @ solution
     covariance = np.linalg.inv(matrix.T @ matrix) * float(residual @ residual) / free
-    half = scipy.stats.t.ppf(0.975, free) * np.sqrt(np.diag(covariance))
+    half = scipy.special.stdtrit(free, 0.975) * np.sqrt(np.diag(covariance))
     if not half[0] < 0.25 * abs(solution[0]):
         return False
     found.update(gain=float(solution[0]), gain_half_width=float(half[0]), gain_from="the plateaus", friction_n=-float(solution[1]) / float(solution[0]) if friction else None)

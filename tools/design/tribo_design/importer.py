@@ -17,7 +17,7 @@ import numpy as np
 from .config import check_conjugates, format_root, printable, read_rows, read_text
 from .errors import InputError
 from .exact import Ratio, state_space_response
-from .systems import Zpk
+from .zpk import Zpk
 
 ORDER_MAX = 40
 SECTIONS_MAX = 20

@@ -16,7 +16,8 @@ import scipy.signal
 from flint import fmpq_poly
 
 from .exact import Ratio, closed_loop_poles
-from .systems import Zpk, balanced_scaling, state_space
+from .systems import balanced_scaling, state_space
+from .zpk import Zpk
 
 
 class Continuous:

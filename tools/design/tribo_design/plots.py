@@ -39,7 +39,8 @@ def _png(figure):
 
 
 def _figure(rows, columns, size):
-    figure = Figure(figsize=size, layout="constrained")
+    figure = Figure(figsize=size)
+    figure.subplots_adjust(left=0.9 / size[0], right=1 - 0.2 / size[0], bottom=0.6 / size[1], top=1 - 0.4 / size[1], wspace=0.25, hspace=0.3)
     axes = figure.subplots(rows, columns, squeeze=False)
     for axis in axes.flat:
         axis.grid(True, which="major", color="#dddddd", lw=0.6)

@@ -18,7 +18,7 @@ import numpy as np
 
 from .loop import Continuous
 from .exact import zpk_of
-from .systems import Zpk, round_roots, round_value
+from .zpk import Zpk, round_roots, round_value
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ import slycot
 from .config import format_root
 from .errors import DesignError
 from .loop import Loop, SampledPlant
-from .systems import Zpk, state_space
+from .systems import state_space
+from .zpk import Zpk
 
 CORNERS_MAX = 64
 INTERIOR = 60

@@ -10,7 +10,7 @@ import scipy.optimize
 from . import synthesis, wplane
 from .errors import IllPosedError, LimitError
 from .reduction import Candidate, rounded
-from .systems import Zpk
+from .zpk import Zpk
 
 UNSTABLE = 1e6
 

@@ -20,7 +20,8 @@ from .config import format_root
 from .errors import IllPosedError
 from .loop import Continuous, Loop, SampledPlant, SampledZpk
 from .exact import zpk_of
-from .systems import Zpk, balanced_scaling, state_space
+from .systems import balanced_scaling, state_space
+from .zpk import Zpk
 
 LEAK = 1e-5  # of the fastest of wp's and the plant's corners: the pole that stands for an integrator inside the solver
 AXIS = 1e-9  # a root whose real part is within this of its size counts as on the imaginary axis

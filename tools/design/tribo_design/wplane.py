@@ -8,7 +8,7 @@ and Tustin's rule gives back K(z) without any loss. Frequencies are bent: w = j 
 import numpy as np
 import scipy.optimize
 
-from .systems import Zpk
+from .zpk import Zpk
 
 SLOW = 0.01  # a root below this times 1/h is bent by less than 1e-5: it stays
 SPAN = 1.5  # how far, in powers of e, a fitted root may move
