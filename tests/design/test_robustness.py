@@ -75,6 +75,21 @@ def test_mu_of_the_gain_alone_is_the_gain_margin():
     assert result.robustness["mu"]["peak"] == pytest.approx(0.2 / (margin - 1), rel=0.03)
 
 
+def test_check_sees_a_robustness_that_is_not_the_designs(run, tmp_path):
+    import json
+
+    path = tmp_path / "u.yaml"
+    path.write_text((ROOT / "designs" / "example.yaml").read_text().replace("gain: 1.40", "gain: 1.40 ± 5 %"))
+    code, out, err = run("synthesize", path, "--out", tmp_path / "out", "--no-plots")
+    assert code == 0 and "62 plants within gain +- 5 %" in out, err
+    assert run("check", tmp_path / "out")[0] == 0
+    data = json.loads((tmp_path / "out" / "example_design.json").read_text())
+    data["robustness"]["worst"]["max_s"] *= 0.99
+    (tmp_path / "out" / "example_design.json").write_text(json.dumps(data))
+    code, _, err = run("check", tmp_path / "out")
+    assert code == 5 and "robustness" in err
+
+
 def test_disk_margin_is_python_controls():
     import control as ct
 

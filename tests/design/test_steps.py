@@ -114,6 +114,15 @@ def test_margins_are_python_controls():
     assert m.stable
 
 
+def test_margins_of_a_sampled_loop_are_python_controls():
+    h, plant, k = 0.05, Zpk([], [-1, -2, -3], 6.0), Zpk([-0.05, -1.0], [-0.005, -0.5], 0.4)
+    loop = Loop(SampledPlant(state_space(plant), h, 0.07), SampledZpk(k, h), h=h)
+    parts = [ct.ss(np.asarray(s.A) + np.eye(s.nstates), s.B, s.C, s.D, h) for s in (state_space(k), loop.plant.space)]
+    gm, pm, _, _, wgc, _ = ct.stability_margins(ct.series(*parts))
+    m = loop.metrics()
+    assert m.gain_margin == pytest.approx(gm, rel=1e-6) and m.phase_margin_deg == pytest.approx(pm, rel=1e-6)
+
+
 def test_an_unstable_loop_is_called_unstable_in_both_times():
     plant = Zpk([], [-1, -2, -3], 6.0)
     assert not Loop(Continuous(plant), Continuous(Zpk([], [], 12.0))).is_stable()  # critical gain 10

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import commands, emit, pipeline, quantise, reduction, sections, synthesis
+from . import commands, emit, pipeline, quantise, reduction, robustness, sections, synthesis
 from .config import load_design, read_text
 from .errors import DisagreementError, InputError
 from .loop import Continuous, Metrics, SampledSections, SampledZpk
@@ -161,6 +161,8 @@ def _compare(directory, name, design, digest, header, source_text, data):
         before = metrics
     broken = pipeline.breaches(checker.close(controllers[next(iter(controllers))])[1], before, design.limits.total, None)
     problems += [f"total: {b}" for b in broken]
+    if not problems and not _same_data(robustness.study(result, checker), data["robustness"]):
+        problems.append(f"{json_name}: robustness is not what the plant's ranges give with this controller")
     if not problems:
         problems += _compare_texts(directory, name, result)
     return [pipeline.table_text(result)], problems
@@ -181,6 +183,14 @@ def _compare_texts(directory, name, result):
 
 def _short(line):
     return line if len(line) <= 300 else line[:297] + "..."
+
+
+def _same_data(new, old):
+    if isinstance(new, dict):
+        return isinstance(old, dict) and new.keys() == old.keys() and all(_same_data(v, old[k]) for k, v in new.items())
+    if isinstance(new, (list, tuple)):
+        return isinstance(old, list) and len(new) == len(old) and all(map(_same_data, new, old))
+    return _same(new, old)
 
 
 def _zpk(data):
