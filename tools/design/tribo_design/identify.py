@@ -176,6 +176,7 @@ class Structure:
     pairs: int
     delay: bool
     integrator: bool
+    extra: float = 0.0  # a further pole, fixed, in rad/s
 
     @property
     def size(self):
@@ -239,7 +240,8 @@ def poles_of(structure, theta):
     for i in range(1, len(reals)):
         if reals[i] - reals[i - 1] < SPACING * abs(reals[i]):
             reals[i] = reals[i - 1] * (1 - SPACING)
-    return np.array(out + [complex(r) for r in reals], complex)
+    hidden = [complex(-structure.extra)] if structure.extra else []
+    return np.array(out + [complex(r) for r in reals] + hidden, complex)
 
 
 def _matrix(record, structure, theta, noise_columns):
@@ -437,7 +439,8 @@ def _strongest_sine(record, residual):
     return found if max(abs(w - np.mean(waves)) for w in waves) < 0.6 * abs(np.mean(waves)) else None
 
 
-MEMORY_DOUBT = 2.0  # of -2 log likelihood
+HIDDEN, HIDDEN_DOUBT = (4.0, 8.0, 16.0), 2.0  # a pole so many times faster than the fastest, as long as -2 log likelihood grows by no more
+MEMORY_DOUBT = 1.0  # of -2 log likelihood
 MEMORIES = (1.0, 0.998, 0.995, 0.99, 0.98, 0.96, 0.93, 0.88, 0.8, 0.7, 0.55, 0.35, 0.0)
 
 
@@ -671,6 +674,7 @@ def _judge(found, data, friction, way, record, best, candidates):
             nearest = min(other["poles"], key=lambda q, size=size: abs(np.log(np.hypot(q["re"], q["im"]) / size)), default=p)
             p["size_low"], p["size_high"] = min(p["size_low"], nearest["size_low"]), max(p["size_high"], nearest["size_high"])
             p["identifiable"] = p["identifiable"] and p["size_high"] < 2 * size and p["size_low"] > size / 2
+    _allow_for_a_hidden_pole(found, record, best)
     near = [f for f in candidates if f.structure.integrator != best.structure.integrator and f.bic - best.bic < BIC_CLOSE]
     slow = [p for p in found["poles"] if np.hypot(p["re"], p["im"]) * record.span < 1.0]
     if near or slow:
@@ -693,6 +697,29 @@ def _judge(found, data, friction, way, record, best, candidates):
     if found["fit_percent_where_it_moves"] < 80:
         remarks.append("a poor fit: do not design on this model")
     found["remarks"] = remarks
+
+
+def _allow_for_a_hidden_pole(found, record, best):
+    """The record may hold one more fast pole, too small to be found, that moves all others: what it would move within the noise is in the intervals."""
+    if best.structure.order == 0:
+        return
+    n, least = record.n, float(best.residual @ best.residual)
+    for times in HIDDEN:
+        extra = times * float(np.max(np.abs(best.poles)))
+        if extra > np.pi / record.row_dt:
+            break
+        other = fit(record, replace(best.structure, extra=extra), best.noise, [best.theta], thorough=True)
+        if other is None or n * np.log(float(other.residual @ other.residual) / least) > HIDDEN_DOUBT:
+            continue
+        found["gain_half_width"] = max(found["gain_half_width"], abs(float(other.linear[0]) - found["gain"]) + 0.5 * found["gain_half_width"])
+        if found["delay_s"]:
+            found["delay_half_width_s"] = max(found["delay_half_width_s"], abs(other.tau - found["delay_s"]) + 0.5 * found["delay_half_width_s"])
+        for p in found["poles"]:
+            size = np.hypot(p["re"], p["im"])
+            moved = min(np.abs(other.poles[:-1]), key=lambda q, size=size: abs(np.log(q / size)), default=size) / size
+            p["size_high"] = max(p["size_high"], size * moved * np.sqrt(p["size_high"] / size)) if moved > 1 else p["size_high"]
+            p["size_low"] = min(p["size_low"], size * moved * np.sqrt(p["size_low"] / size)) if moved < 1 else p["size_low"]
+            p["identifiable"] = p["identifiable"] and p["size_high"] < 2 * size and p["size_low"] > size / 2
 
 
 def _from_levels(found, data, friction, remarks):
