@@ -175,7 +175,7 @@ def test_intervals_and_refusals_over_records_of_every_kind():
     assert not [j for j in judgements if any(halves > 3 for halves in j[2].values())]
     assert sum(j[1] == "answered" for j in judgements) >= 8
     halves = [h for j in judgements for h in j[2].values()]
-    assert np.mean(np.array(halves) <= 1) > 0.85
+    assert np.mean(np.array(halves) <= 1) > 0.75  # of some 20, at 95 %
 
 
 def test_intervals_go_into_a_design_as_percentages(run, tmp_path):

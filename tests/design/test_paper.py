@@ -60,7 +60,7 @@ def test_whole_run_with_plots_within_20_seconds(tmp_path):
     for name in ("sensitivity", "nyquist", "controller", "step", "ramp", "sections"):
         assert (tmp_path / "out" / "plots" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     page = (tmp_path / "out" / "report.html").read_text()
-    assert page.count("data:image/png;base64,") == 6
+    assert page.count("data:image/png;base64,") == 6 + (tmp_path / "out" / "plots" / "friction.png").is_file()
     assert "http" not in page and "src=\"plots" not in page
 
 

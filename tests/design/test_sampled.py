@@ -115,6 +115,17 @@ def test_a_margin_under_its_floor_is_named_as_that():
     assert "not stable" not in str(error.value)
 
 
+def test_an_unstable_candidate_does_not_hide_the_margin_that_failed(paper_data, monkeypatch):
+    """Gain margin 1.88 under the floor was once told as "not stable", of a candidate that nobody would take."""
+    from tribo_design.reduction import Candidate
+
+    weak, bad = Candidate(Zpk([-30.0], [0.0], 3.0), "weak"), Candidate(Zpk([-30.0], [0.0], -1.0), "bad")
+    monkeypatch.setattr(pipeline.reduction, "candidates", lambda *_: [bad, weak])
+    with pytest.raises(LimitError, match=r"\(weak\).*gain margin .* is under 8") as error:
+        synthesized(paper_data)
+    assert "not stable" not in str(error.value)
+
+
 def test_nothing_is_advised_that_is_set_already(paper_data):
     paper_data["reduction"] = {"method": "auto", "order_max": 1, "cancellation_percent": 50}
     paper_data["limits"] = {}
