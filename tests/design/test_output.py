@@ -30,7 +30,7 @@ def test_the_librarys_controller_is_this_tools_output(paper_dir, name, folder):
 def test_tribo_sim_makes_the_headers_params_of_the_scenario(paper_dir):
     params = subprocess.run([os.environ["TRIBO_SIM"], "params", paper_dir / "paper_scenario.yaml", "--arith", "q31"], capture_output=True, text=True, check=True).stdout
     header = (paper_dir / "paper_controller.h").read_text()
-    for field in ("b0", "c1", "minus_a1", "c2", "d2", "d2_low", "shift_power", "shift", "scale", "pair_power", "count", "input_scale", "anti_windup", "taken_max", "u_min", "u_max"):
+    for field in ("b0", "c1", "minus_a1", "c2", "d2", "d2_low", "shift", "scale", "count", "input_scale", "output_scale", "anti_windup", "taken_max", "u_min", "u_max"):
         numbers = re.findall(rf"\.{field} = (-?\d+)", header)
         assert numbers and re.findall(rf"\.{field} = (-?\d+)", params)[: len(numbers)] == numbers, field
 
@@ -114,9 +114,9 @@ int main(void)
     {
         const tribo_biquad_q31_section_t *a = &made.cascade.section[i], *b = &tribo_paper_controller_q31.cascade.section[i];
         if (a->b0 != b->b0 || a->c1 != b->c1 || a->c2 != b->c2 || a->minus_a1 != b->minus_a1 || a->d2 != b->d2 || a->shift != b->shift ||
-            a->d2_low != b->d2_low || a->shift_power != b->shift_power || a->scale != b->scale) { return 3; }
+            a->d2_low != b->d2_low || a->scale != b->scale) { return 3; }
     }
-    if (made.cascade.count != tribo_paper_controller_q31.cascade.count || made.cascade.pair_power != tribo_paper_controller_q31.cascade.pair_power || made.cascade.input_scale != tribo_paper_controller_q31.cascade.input_scale ||
+    if (made.cascade.count != tribo_paper_controller_q31.cascade.count || made.cascade.output_scale != tribo_paper_controller_q31.cascade.output_scale || made.cascade.input_scale != tribo_paper_controller_q31.cascade.input_scale ||
         made.anti_windup != tribo_paper_controller_q31.anti_windup || made.anti_windup_shift != tribo_paper_controller_q31.anti_windup_shift ||
         made.taken_max != tribo_paper_controller_q31.taken_max ||
         made.u_min != tribo_paper_controller_q31.u_min || made.u_max != tribo_paper_controller_q31.u_max) { return 4; }
@@ -197,7 +197,7 @@ HEADER, JSON, SCENARIO = "paper_controller.h", "paper_design.json", "paper_scena
     (HEADER, r"\.d2 = -9991", ".d2 = -9992", "Q31 section 2 d2"),
     (HEADER, r"d2_low = 1", "d2_low = 2", "Q31 section 2 d2_low"),
     (HEADER, r"\.scale = 4\},(.*\n)*?.*\.count", lambda m: m.group(0).replace(".scale = 4},", ".scale = 5},", 1), "Q31 section 1 scale"),
-    (HEADER, r"pair_power = 5", "pair_power = 6", "Q31 pair_power"),
+    (HEADER, r"output_scale = 4", "output_scale = 5", "Q31 output_scale"),
     (HEADER, r"input_scale = 3", "input_scale = 2", "Q31 input_scale"),
     (HEADER, r"anti_windup = 1", "anti_windup = 2", "Q31 anti_windup"),
     (HEADER, r"taken_max = 1", "taken_max = 2", "Q31 taken_max"),

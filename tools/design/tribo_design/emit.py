@@ -119,7 +119,7 @@ def _q31_initialiser(name, q31):
     for s in q31.sections:
         parts = [f".{k} = {s[k]}" for k in FIELDS]
         rows += ["        {" + ", ".join(parts[:5]) + ",", "         " + ", ".join(parts[5:]) + "},"]
-    return _macro(name, ["{", "    .cascade = {.section = {", *rows, f"    }}, .pair_power = {q31.pair_power}, .count = {len(q31.sections)}, .input_scale = {q31.input_scale}}},",
+    return _macro(name, ["{", "    .cascade = {.section = {", *rows, f"    }}, .count = {len(q31.sections)}, .input_scale = {q31.input_scale}, .output_scale = {q31.output_scale}}},",
                          f"    .anti_windup = {q31.anti_windup}, .taken_max = {q31.taken_max},", f"    .u_min = {q31.u_min}, .u_max = {q31.u_max},",
                          f"    .anti_windup_shift = {q31.anti_windup_shift},", "}"])  # in the struct's order, as C++ asks
 
@@ -213,12 +213,12 @@ def parse_header(text, name):
         return int(found[0])
 
     sections = [{k: field(k, row) for k in FIELDS} for row in re.findall(r"\{(\.b0[^{}]*\})", text_q31)]
-    q31 = Q31(sections, *(field(k) for k in ("pair_power", "input_scale", "anti_windup", "anti_windup_shift", "taken_max", "u_min", "u_max")))
+    q31 = Q31(sections, *(field(k) for k in ("input_scale", "output_scale", "anti_windup", "anti_windup_shift", "taken_max", "u_min", "u_max")))
     count = int(constant("SECTION_COUNT"))
     if len(f32) != count or any(len(row) != 5 for row in f32):
         raise ValueError(f"{macro}_F32 does not have {count} rows of 5 coefficients")
-    if len(sections) != count or field("count") != count:
-        raise ValueError(f"{macro}_Q31 does not have {count} sections")
+    if len(sections) != max(count, 2) or field("count") != len(sections):
+        raise ValueError(f"{macro}_Q31 does not have {max(count, 2)} sections")
     digest = re.search(r"SHA-256\s+(?:///\s+)?([0-9a-f]{64})", text)
     gamma = re.search(r"gamma +([0-9.]+)", text)
     if not digest:

@@ -18,7 +18,7 @@ import numpy as np
 
 from .errors import DesignError
 
-FIELDS = ("b0", "c1", "minus_a1", "c2", "d2", "d2_low", "shift_power", "shift", "scale")
+FIELDS = ("b0", "c1", "minus_a1", "c2", "d2", "d2_low", "shift", "scale")
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class Q31:
     """tribo_controller_q31_params_t."""
 
     sections: list  # of dicts with FIELDS
-    pair_power: int
     input_scale: int
+    output_scale: int
     anti_windup: int
     anti_windup_shift: int
     taken_max: int
@@ -79,7 +79,7 @@ def to_q31(f32, full_scale_n, u_min_n, u_max_n):
             peaks.append(values[0])
         else:
             found[key] = values
-    q31 = Q31(sections, *found["input"], *found["anti_windup"], *found["limits"])
+    q31 = Q31(sections, *found["scales"], *found["anti_windup"], *found["limits"])
     return Quantised(q31, found["conditioning"][0], peaks)
 
 

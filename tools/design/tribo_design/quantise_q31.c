@@ -47,22 +47,21 @@ int main(void)
         printf("error %s\n", tribo_status_text(status));
         return 0;
     }
-    for (unsigned i = 0; i < count; i++)
+    for (unsigned i = 0; i < q31.cascade.count; i++) // two at least
     {
         const tribo_biquad_q31_section_t *s = &q31.cascade.section[i];
-        printf("section %ld %ld %ld %ld %ld %ld %ld %u %u\n",
+        printf("section %ld %ld %ld %ld %ld %ld %u %u\n",
                (long)s->b0,
                (long)s->c1,
                (long)s->minus_a1,
                (long)s->c2,
                (long)s->d2,
                (long)s->d2_low,
-               (long)s->shift_power,
                (unsigned)s->shift,
                (unsigned)s->scale);
         printf("peak %.9g\n", (double)headroom.output[i]);
     }
-    printf("input %ld %u\n", (long)q31.cascade.pair_power, (unsigned)q31.cascade.input_scale);
+    printf("scales %u %u\n", (unsigned)q31.cascade.input_scale, (unsigned)q31.cascade.output_scale);
     printf("anti_windup %ld %u %ld\n", (long)q31.anti_windup, (unsigned)q31.anti_windup_shift, (long)q31.taken_max);
     printf("limits %ld %ld\n", (long)q31.u_min, (long)q31.u_max);
     return 0;
