@@ -130,7 +130,9 @@ void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
 {
     float were[TRIBO_BIQUAD_SECTIONS_MAX];
     float last = x;
-    for (uint32_t i = 0; i < from->count; i++)
+    const uint32_t from_count = sections(from);
+    const uint32_t to_count   = sections(to);
+    for (uint32_t i = 0; i < from_count; i++)
     {
         last    = biquad_f32_section_output(&from->section[i], &state->section[i], last);
         were[i] = last;
@@ -138,20 +140,20 @@ void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
     last += offset;
 
     float in = x;
-    for (uint32_t i = 0; i < to->count; i++)
+    for (uint32_t i = 0; i < to_count; i++)
     {
         const tribo_biquad_f32_section_t *now = &to->section[i];
 
         // A section that `from` has not got passes its input on and stands still.
         float out    = in;
         float change = 0.0f;
-        if (i < from->count)
+        if (i < from_count)
         {
             const tribo_biquad_f32_section_t *was = &from->section[i];
             out                                   = were[i];
             change = (was->b1 * in - was->a1 * out) + (state->section[i].w2 + state->section[i].w2_carry);
         }
-        if (i == to->count - 1u)
+        if (i == to_count - 1u)
         {
             out = last;
         }

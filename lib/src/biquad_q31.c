@@ -134,7 +134,7 @@ static int64_t output_behind(const tribo_biquad_q31_params_t *p,
                              uint32_t                         scale)
 {
     uint32_t rest;
-    for (; i < p->count; i++)
+    for (; i < sections(p); i++)
     {
         x     = biquad_q31_section_output(&p->section[i], state->section[i].w1, x, &rest, &state->saturated);
         scale = p->section[i].scale;
@@ -154,14 +154,16 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
     int32_t  from_in    = biquad_q31_input(from, &from_carry, x);
     int32_t  in         = biquad_q31_input(to, &to_carry, x);
     uint32_t from_scale = from->input_scale;
-    for (uint32_t i = 0; i < to->count; i++)
+    const uint32_t from_count = sections(from);
+    const uint32_t to_count   = sections(to);
+    for (uint32_t i = 0; i < to_count; i++)
     {
         const tribo_biquad_q31_section_t *now = &to->section[i];
 
         // A section that `from` has not got passes its input on and stands still.
         int32_t from_out = from_in;
         int64_t change   = 0;
-        if (i < from->count)
+        if (i < from_count)
         {
             const tribo_biquad_q31_section_t *was = &from->section[i];
             from_out   = biquad_q31_section_output(was, state->section[i].w1, from_in, &rest, &state->saturated);
@@ -172,7 +174,7 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
         }
         const int32_t by  = (int32_t)now->scale - (int32_t)from_scale;
         int64_t       out = rescale(from_out, by);
-        if (i == to->count - 1u)
+        if (i == to_count - 1u)
         {
             out = rescale(output_behind(from, state, i + 1u, from_out, from_scale) + offset, now->scale);
         }

@@ -204,7 +204,7 @@ void tribo_friction_q31_reset(tribo_friction_q31_state_t *state)
 
 static uint32_t at_part(int32_t lower, int32_t upper, uint32_t part)
 {
-    return (uint32_t)(lower + ((int64_t)(upper - lower) * part >> 31));
+    return (uint32_t)(lower + (((int64_t)upper - lower) * part >> 31));
 }
 
 /// Linear between the points, clamped at both ends. Visits every point, whatever the load.
@@ -234,7 +234,7 @@ static uint32_t from_law(const tribo_friction_q31_params_t *params, uint32_t sid
 
 void tribo_friction_q31_look_up(const tribo_friction_q31_params_t *params, uint32_t load, uint32_t L[2])
 {
-    if (params->table_length > 0u)
+    if (params->table != NULL && params->table_length > 0u) // both, in case a bit of one has flipped
     {
         from_table(params, load, L);
     }

@@ -132,7 +132,7 @@ static inline int32_t friction_q31_step(const tribo_friction_q31_params_t *param
     const uint32_t back   = sign_bit(rise) | (negative ^ was_negative);
     const uint32_t events = relay_events(negative, was_negative, inside, deep, back);
     const uint32_t relays = relay_step(&state->relay, params->pulse_width, events);
-    const uint32_t Q      = relay_q(relays, negative, sign_bit(-rise));
+    const uint32_t Q      = relay_q(relays, negative, sign_bit((int32_t)(size_before - size)));
     signals->relays       = (uint8_t)(relays | Q * TRIBO_RELAY_Q);
 
     const friction_q31_argument_t x      = friction_q31_argument(params, size * Q, L, (uint32_t)rise);

@@ -76,12 +76,16 @@ static void test_loop_with_a_flipped_bit_in_its_active_params_goes_on(void)
     }
 }
 
-// Counts and pointers decide where the loop reads.
+// Counts and pointers decide where the loop reads; slopes beyond 1 send Q31 where it looks for a table.
 static void test_loop_with_a_flipped_bit_in_a_count_or_a_null_table_stays_in_its_params(void)
 {
-    void *const at[]   = {&loop.params.controller.cascade.count, &loop.params.compensator.friction.table};
-    uint32_t    bits[] = {8u * sizeof loop.params.controller.cascade.count, 8u * sizeof(void *)};
-    for (uint32_t i = 0; i < 2u; i++)
+    config.compensator.friction.positive.slope = 1.5f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, &config));
+    void *const at[]   = {&loop.params.controller.cascade.count,
+                          &loop.params.compensator.friction.table,
+                          &loop.params.compensator.friction.table_length};
+    uint32_t    bits[] = {8u * sizeof loop.params.controller.cascade.count, 8u * sizeof(void *), 8u};
+    for (uint32_t i = 0; i < 3u; i++)
     {
         for (uint32_t bit = 0; bit < bits[i]; bit++)
         {
@@ -96,9 +100,47 @@ static void test_loop_with_a_flipped_bit_in_a_count_or_a_null_table_stays_in_its
     }
 }
 
+// A change of params walks through the sections of the old and of the new ones.
+static void test_loop_with_a_flipped_bit_in_a_count_changes_params(void)
+{
+    loop_t next = loop;
+    for (uint32_t i = 0; i < 2u; i++)
+    {
+        loop_t *const changed = i == 0u ? &loop : &next;
+        for (uint32_t bit = 0; bit < 8u * sizeof changed->params.controller.cascade.count; bit++)
+        {
+            loop_reset(&loop);
+            (void)tick(0);
+            flip(&changed->params.controller.cascade.count, bit);
+            next.state = loop.state;
+            TEST_ASSERT_TRUE(isfinite(loop_step(&next, 0.5, 0.4).u));
+            TEST_ASSERT_EQUAL_PTR(&next.params, next.state.active);
+            flip(&changed->params.controller.cascade.count, bit);
+        }
+    }
+}
+
+// At rest, where n[k-1] = 0 becomes the smallest number or -0.
+static void test_loop_with_a_flipped_bit_anywhere_in_its_state_keeps_its_limits(void)
+{
+    for (uint32_t bit = 0; bit < 8u * sizeof loop.state; bit++)
+    {
+        loop_reset(&loop);
+        flip(&loop.state, bit);
+        for (int k = 0; k < 20; k++)
+        {
+            const double r = k < 10 ? 0.0 : 0.5;
+            const double u = loop_step(&loop, r, 0.0).u;
+            TEST_ASSERT_TRUE(u >= (double)config.controller.u_min_n && u <= (double)config.controller.u_max_n);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_loop_with_a_flipped_bit_in_a_count_changes_params);
+    RUN_TEST(test_loop_with_a_flipped_bit_anywhere_in_its_state_keeps_its_limits);
     RUN_TEST(test_loop_with_a_flipped_bit_in_a_count_or_a_null_table_stays_in_its_params);
     RUN_TEST(test_loop_with_a_flipped_bit_in_a_limit_gives_a_number);
     RUN_TEST(test_loop_with_a_flipped_bit_in_its_active_params_goes_on);
