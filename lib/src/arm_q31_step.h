@@ -19,7 +19,7 @@ static inline void arm_q31_step(const tribo_arm_q31_params_t *params, tribo_arm_
     const uint32_t high = (uint32_t)((uint64_t)F >> 32);
     if (high + (UINT32_C(1) << 27) >= UINT32_C(1) << 28)
     {
-        F = (state->force < 0 ? -(int64_t)TRIBO_Q31_MAX : TRIBO_Q31_MAX) * (INT64_C(1) << ARM_Q31_FRACTION);
+        F = (F < 0 ? -(int64_t)TRIBO_Q31_MAX : TRIBO_Q31_MAX) * (INT64_C(1) << ARM_Q31_FRACTION);
         tribo_q31_count(&state->saturated);
     }
     state->force = F;

@@ -382,6 +382,19 @@ static void test_arm_rounds_towards_zero_to_the_last_bit(void)
     }
 }
 
+// An arm that swings by up to twice the drive in a sample, from rest: the clamp is on the side of the drive.
+static void test_arm_clamps_on_the_side_that_it_is_driven_to(void)
+{
+    config.stiffness = 960.0f; // K h^2/I = 8
+    init(H);
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        tribo_arm_q31_reset(&state);
+        TEST_ASSERT_EQUAL_INT32(end_of(sign), tribo_arm_q31_step(&params, &state, end_of(sign)));
+        TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
+    }
+}
+
 static void test_arm_clamps_from_full_scale_on(void)
 {
     for (int sign = -1; sign <= 1; sign += 2)
@@ -411,6 +424,7 @@ int main(void)
     RUN_TEST(test_arm_moves_in_mirror_image_to_the_last_bit);
     RUN_TEST(test_arm_rounds_towards_zero_to_the_last_bit);
     RUN_TEST(test_arm_clamps_from_full_scale_on);
+    RUN_TEST(test_arm_clamps_on_the_side_that_it_is_driven_to);
     RUN_TEST(test_arm_init_never_accepts_what_does_not_die_away);
     RUN_TEST(test_arm_init_refuses_what_rounds_to_no_damping);
     RUN_TEST(test_arm_init_takes_the_largest_shift_that_fits);
