@@ -128,8 +128,8 @@ void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
                              float                            x,
                              float                            offset)
 {
-    float were[TRIBO_BIQUAD_SECTIONS_MAX];
-    float last = x;
+    float          were[TRIBO_BIQUAD_SECTIONS_MAX];
+    float          last       = x;
     const uint32_t from_count = sections(from);
     const uint32_t to_count   = sections(to);
     for (uint32_t i = 0; i < from_count; i++)

@@ -1,5 +1,11 @@
-// One tick of a cascade, in two halves: the outputs, then the states. Between the two a controller limits its output and
-// corrects what the states see. For an input that is known to be good.
+// One tick of a cascade of second-order sections in the delta operator d = z - 1 (biquad_f32.h), for a finite input:
+//
+//     y   = b0 x + w1                 first half: the outputs
+//     w1 += b1 x - a1 y + w2          second half: the states
+//     w2 += b2 x - a2 y
+//
+// Between the halves a controller limits its output. The second half then advances the states with a corrected input, which
+// is the anti-windup.
 
 #ifndef TRIBO_BIQUAD_F32_STEP_H
 #define TRIBO_BIQUAD_F32_STEP_H
@@ -8,9 +14,9 @@
 
 #include "ieee_f32.h"
 
-#define BIQUAD_F32_OUTPUT_MAX 1.0e15f // no sane gain gets there: the state is corrupt
+#define BIQUAD_F32_OUTPUT_MAX 1.0e15f // beyond any credible gain and input: the state is corrupt
 
-/// y = b0 x + w1.
+/// A section's output, y = b0 x + w1.
 static inline float biquad_f32_section_output(const tribo_biquad_f32_section_t       *section,
                                               const tribo_biquad_f32_section_state_t *state,
                                               float                                   x)
@@ -18,23 +24,25 @@ static inline float biquad_f32_section_output(const tribo_biquad_f32_section_t  
     return section->b0 * x + state->w1;
 }
 
-/// w1 and w2 for the input and output that the section is to have seen.
+/// Advances w1 and w2 for the input `in` and the output `out`, both after correction. A slow pole adds small changes to a
+/// large w2: what each sum rounds off goes into w2_carry and is added in the next sample (Kahan's compensation).
 static inline void biquad_f32_section_advance(const tribo_biquad_f32_section_t *section,
                                               tribo_biquad_f32_section_state_t *state,
                                               float                             in,
                                               float                             out)
 {
+    // All three sums use the states of the present sample: w2 is read before it advances.
     const float w2_before = state->w2;
     const float change    = (section->b2 * in - section->a2 * out) + state->w2_carry;
     const float w2        = w2_before + change;
 
     state->w1 += (section->b1 * in - section->a1 * out) + w2_before;
     state->w2       = w2;
-    state->w2_carry = change - (w2 - w2_before); // what the sum has rounded off
+    state->w2_carry = change - (w2 - w2_before); // rounded off by the sum
 }
 
-// Sections beyond the first two, which all cascades have (tribo_biquad_f32_init); out of line, as few have more. Between the
-// halves of a tick their outputs are in the state.
+// Third and fourth section: the rare case. Every cascade has at least two sections (tribo_biquad_f32_init). Between the halves
+// of a tick the outputs of these two are held in the state.
 
 float tribo_biquad_f32_further_output(const tribo_biquad_f32_params_t *params,
                                       tribo_biquad_f32_state_t        *state,
@@ -44,19 +52,20 @@ void  tribo_biquad_f32_further_advance(const tribo_biquad_f32_params_t *params,
                                        float                            x,
                                        float                            correction);
 
-/// The outputs of the cascade for the input `x`; returns the last one.
+/// First half: the output of each section for the input `x`. Returns the last one; no state advances.
 static inline float biquad_f32_output(const tribo_biquad_f32_params_t *params,
                                       tribo_biquad_f32_state_t        *state,
                                       float                            x,
                                       tribo_biquad_f32_outputs_t      *outputs)
 {
+    // Sections in series: the output of one is the input of the next within the same sample.
     outputs->y[0] = biquad_f32_section_output(&params->section[0], &state->section[0], x);
     outputs->y[1] = biquad_f32_section_output(&params->section[1], &state->section[1], outputs->y[0]);
     return params->count > 2u ? tribo_biquad_f32_further_output(params, state, outputs->y[1]) : outputs->y[1];
 }
 
-/// The states of all sections, as if the input had been x + `correction`: it goes on through the direct feedthrough b0 of
-/// each section to the outputs.
+/// Second half: the states advance as if the input had been x + `correction`. Within the sample a correction reaches each
+/// output by the direct feedthrough alone: times b0 of the first section, then times b0 of the second, and so on.
 static inline void biquad_f32_advance(const tribo_biquad_f32_params_t  *params,
                                       tribo_biquad_f32_state_t         *state,
                                       float                             x,
@@ -75,7 +84,7 @@ static inline void biquad_f32_advance(const tribo_biquad_f32_params_t  *params,
     }
 }
 
-/// Rest, in place of a state that is corrupt, counted with the bad inputs.
+/// Puts a corrupt cascade to rest and counts it with the bad inputs.
 static inline void biquad_f32_restart(tribo_biquad_f32_state_t *state)
 {
     for (uint32_t i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
@@ -85,7 +94,8 @@ static inline void biquad_f32_restart(tribo_biquad_f32_state_t *state)
     count(&state->bad_inputs);
 }
 
-/// Jury's conditions in the delta operator: the roots of d^2 + c1 d + c2 are inside the unit circle, or one is at z = 1.
+/// Jury's conditions in the delta operator: both roots of d^2 + c1 d + c2 are inside the unit circle of z, or one is at
+/// z = 1 (c2 = 0). In order: the polynomial at z = 1, the product of the roots below 1, the polynomial at z = -1.
 static inline bool biquad_f32_is_inside_or_at_1(float c1, float c2)
 {
     return c2 >= 0.0f && c2 < c1 && (4.0f - 2.0f * c1) + c2 > 0.0f;

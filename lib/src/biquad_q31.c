@@ -1,7 +1,6 @@
 #include "biquad_q31_step.h"
 
 #include "fixed_q31.h"
-#include "headroom_q31.h"
 
 #include <stddef.h>
 
@@ -148,12 +147,12 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
                              int32_t                          x,
                              int32_t                          offset)
 {
-    uint32_t from_carry = state->carry; // only looked at: the next tick carries
-    uint32_t to_carry   = state->carry;
-    uint32_t rest;
-    int32_t  from_in    = biquad_q31_input(from, &from_carry, x);
-    int32_t  in         = biquad_q31_input(to, &to_carry, x);
-    uint32_t from_scale = from->input_scale;
+    uint32_t       from_carry = state->carry; // only looked at: the next tick carries
+    uint32_t       to_carry   = state->carry;
+    uint32_t       rest;
+    int32_t        from_in    = biquad_q31_input(from, &from_carry, x);
+    int32_t        in         = biquad_q31_input(to, &to_carry, x);
+    uint32_t       from_scale = from->input_scale;
     const uint32_t from_count = sections(from);
     const uint32_t to_count   = sections(to);
     for (uint32_t i = 0; i < to_count; i++)

@@ -1,5 +1,11 @@
-// One tick of a cascade, in two halves: the outputs, then the states. Between the two a controller limits its output and
-// corrects what the states see. biquad_q31.h has the equations and the formats.
+// One tick of a cascade in Q31, in two halves as in biquad_f32_step.h: the outputs, then the states.
+//
+//     x, y      Q31 times 2^-scale of their node: a force may exceed full scale inside the cascade
+//     b0 c1 a1  Q28, so a product with x or y is Q59
+//     w1        Q59 in 64 bits          c2 d2     Q(28 + s), s = shift of the section
+//     w2        Q(59 + s) in 64 bits    d2_low    Q(60 + s), the second word of d2
+//
+// The shift s makes room for the small w2 of a slow pole: its bits reach 2^-(59 + s) of full scale.
 
 #ifndef TRIBO_BIQUAD_Q31_STEP_H
 #define TRIBO_BIQUAD_Q31_STEP_H
@@ -11,23 +17,25 @@
 #define BIQUAD_Q31_HALF     (INT64_C(1) << (BIQUAD_Q31_FRACTION - 1u))
 #define BIQUAD_Q31_W_MAX    ((INT64_C(1) << 61) - 1)
 
-/// a + b c, unsigned inside, as a corrupt state may wrap.
+/// a + b c. It cannot overflow for accepted params; a corrupt state may wrap, so the sum is unsigned, which is defined.
 static inline int64_t biquad_q31_accumulate(int64_t a, int32_t b, int32_t c)
 {
     return (int64_t)((uint64_t)a + (uint64_t)tribo_q31_multiply(b, c));
 }
 
-/// x at the scale of the input node. The bits that this drops are carried into the next sample.
+/// x at the scale of the input node, rounded down. The dropped bits accumulate in `carry`; when they reach a unit it goes
+/// into the sample, so the mean of the input is exact.
 static inline int32_t biquad_q31_input(const tribo_biquad_q31_params_t *params, uint32_t *carry, int32_t x)
 {
-    const uint32_t dropped = (uint32_t)x << (31u - params->input_scale) << 1; // at bit 31; none at scale 0
+    const uint32_t dropped = (uint32_t)x << (31u - params->input_scale) << 1; // left-aligned; 0 at scale 0
     const uint32_t sum     = *carry + dropped;
     const uint32_t carried = sum < dropped ? 1u : 0u;
     *carry                 = sum;
     return (int32_t)((uint32_t)(x >> params->input_scale) + carried);
 }
 
-/// A section's output, y = w1 + b0 x, rounded down; the rest stays in w1.
+/// A section's output, y = w1 + b0 x, Q59 rounded down to Q31. The bits rounded off, `rest`, return to w1 in the second half
+/// and come out with the next sample, so no bias builds up.
 static inline int32_t biquad_q31_section_output(const tribo_biquad_q31_section_t *section,
                                                 int64_t                           w1,
                                                 int32_t                           x,
@@ -39,7 +47,10 @@ static inline int32_t biquad_q31_section_output(const tribo_biquad_q31_section_t
     return tribo_q31_narrow(sum, BIQUAD_Q31_FRACTION, saturated);
 }
 
-/// A section's states, for the input and output that it is to have seen.
+/// Advances a section's states for the input `in` and the output `y`, both after correction:
+///
+///     w1 += b0 x + c1 x - a1 y + w2 2^-s        c1 = b1 - b0
+///     w2 += c2 x + d2 y                         d2 = -a2
 static inline void biquad_q31_section_advance(const tribo_biquad_q31_section_t *section,
                                               tribo_biquad_q31_section_state_t *state,
                                               int32_t                           in,
@@ -47,7 +58,7 @@ static inline void biquad_q31_section_advance(const tribo_biquad_q31_section_t *
                                               uint32_t                          rest,
                                               uint32_t                         *saturated)
 {
-    // w1 + b0 x is 2^28 y + rest: a product with 1 more than -a1 adds it.
+    // w1 + b0 x equals y 2^28 + rest, so its place is taken by `rest` and a coefficient of y that is 1 larger, 1 - a1.
     int64_t w1 = biquad_q31_accumulate(rest, section->c1, in);
     w1         = biquad_q31_accumulate(w1, section->minus_a1 + BIQUAD_Q31_ONE, y);
     state->w1  = (int64_t)((uint64_t)w1 + (uint64_t)tribo_q31_shift(state->w2, section->shift));
@@ -55,7 +66,8 @@ static inline void biquad_q31_section_advance(const tribo_biquad_q31_section_t *
     int64_t w2 = biquad_q31_accumulate(state->w2, section->c2, in);
     w2         = biquad_q31_accumulate(w2, section->d2, y);
     w2         = (int64_t)((uint64_t)w2 + (uint64_t)(tribo_q31_multiply(section->d2_low, y) >> 32));
-    // Only a state that was never reached from rest gets beyond W_MAX; w1 is bounded with y.
+    // Clamp at 4 2^-s of full scale. A state that started from rest stays below by its headroom; only a corrupt state or a
+    // change of params gets here. w1 needs no clamp: y saturates and takes w1 with it.
     const uint32_t high = (uint32_t)((uint64_t)w2 >> 32);
     if (high + (UINT32_C(1) << 29) >= UINT32_C(1) << 30)
     {
@@ -65,8 +77,8 @@ static inline void biquad_q31_section_advance(const tribo_biquad_q31_section_t *
     state->w2 = w2;
 }
 
-// Sections beyond the first two, which all cascades have (tribo_biquad_f32_init); out of line, as few have more. Between the
-// halves of a tick their outputs are in the state.
+// Third and fourth section: the rare case. Every cascade has at least two sections (tribo_biquad_f32_init). Between the halves
+// of a tick the outputs of these two are held in the state.
 
 int32_t tribo_biquad_q31_further_output(const tribo_biquad_q31_params_t *params,
                                         tribo_biquad_q31_state_t        *state,
@@ -78,7 +90,7 @@ void    tribo_biquad_q31_further_advance(const tribo_biquad_q31_params_t *params
                                          tribo_biquad_q31_state_t        *state,
                                          int32_t                          x);
 
-/// The nodes of the cascade for input `x`; returns the last one, at its scale.
+/// First half: the nodes of the cascade for the input `x`. Returns the last node at its scale; no w advances.
 static inline int32_t biquad_q31_output(const tribo_biquad_q31_params_t *params,
                                         tribo_biquad_q31_state_t        *state,
                                         int32_t                          x,
@@ -94,8 +106,8 @@ static inline int32_t biquad_q31_output(const tribo_biquad_q31_params_t *params,
     return params->count > 2u ? tribo_biquad_q31_further_output(params, state, outputs->y[1]) : outputs->y[1];
 }
 
-/// The nodes as if the input node had been `correction` larger: it goes on through the direct feedthrough b0 of each
-/// section to the outputs. It fits at each node.
+/// The nodes as if the input node had been larger by `correction`. Within the sample a correction reaches each output by the
+/// direct feedthrough alone, times b0 of each section on the way. The controller bounds it so that it fits at each node.
 static inline void biquad_q31_correct(const tribo_biquad_q31_params_t *params,
                                       tribo_biquad_q31_state_t        *state,
                                       tribo_biquad_q31_outputs_t      *outputs,
@@ -104,7 +116,8 @@ static inline void biquad_q31_correct(const tribo_biquad_q31_params_t *params,
     const tribo_biquad_q31_section_t *const s         = params->section;
     uint32_t *const                         saturated = &state->saturated;
 
-    // In units of 16 at the first section, which a correction can afford there; later poles may be slow.
+    // c0 keeps 28 of its 32 bits: accurate enough at the first section. tribo-design puts slow poles, where a bias would
+    // accumulate, in later sections; c1 is rounded to a unit.
     const int32_t c0 = (int32_t)((uint32_t)(tribo_q31_multiply(s[0].b0, correction) >> 32) << 4);
     const int32_t c1 = (int32_t)(tribo_q31_multiply(s[1].b0, c0) >> BIQUAD_Q31_FRACTION);
     outputs->x       = tribo_q31_add(outputs->x, correction, saturated);
@@ -116,7 +129,7 @@ static inline void biquad_q31_correct(const tribo_biquad_q31_params_t *params,
     }
 }
 
-/// The states of all sections after a tick with these nodes.
+/// Second half: the states of all sections after a tick with these nodes.
 static inline void biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
                                       tribo_biquad_q31_state_t         *state,
                                       const tribo_biquad_q31_outputs_t *outputs)

@@ -1,5 +1,11 @@
-// One tick of the controller, for an error and a feedforward that are known to be good: cascade, output limit,
-// anti-windup.
+// One tick of the controller: v = K(z) e, u = limit(v + feedforward), anti-windup. The caller has checked that e is finite.
+//
+// Without anti-windup the slow pole of K(z) would integrate e while u is limited, and u would stay at the limit long after e
+// has changed sign. The conditioning technique (Hanus et al., see controller_f32.h) lets the states see the error that would
+// have given u as applied. While u is within its limits it changes nothing.
+//
+//     e --> first half of the cascade --> v --(+ feedforward)--> wanted --> limit --> u
+//     e + (u - wanted) c/D --> second half of the cascade: the states
 
 #ifndef TRIBO_CONTROLLER_F32_STEP_H
 #define TRIBO_CONTROLLER_F32_STEP_H
@@ -8,8 +14,7 @@
 
 #include "biquad_f32_step.h"
 
-/// `wanted` at the limit that it is beyond. What is beyond none becomes 0: a NaN, or a force whose limit is one by a
-/// flipped bit.
+/// The limit that `wanted` exceeds. 0 where it exceeds neither: `wanted` is a NaN, or a limit became one by a flipped bit.
 static inline float controller_f32_limit(const tribo_controller_f32_params_t *params, float wanted)
 {
     if (wanted > params->u_max_n)
@@ -19,7 +24,7 @@ static inline float controller_f32_limit(const tribo_controller_f32_params_t *pa
     return wanted < params->u_min_n ? params->u_min_n : 0.0f;
 }
 
-/// The tick in which the cascade's state turns out to be corrupt: it starts again from rest, and u goes without it.
+/// A sum beyond any credible force means a corrupt state: the cascade restarts from rest and u is the limited feedforward.
 static inline float controller_f32_restart(const tribo_controller_f32_params_t *params,
                                            tribo_controller_f32_state_t        *state,
                                            float                                feedforward_n,
@@ -32,6 +37,7 @@ static inline float controller_f32_restart(const tribo_controller_f32_params_t *
     return u;
 }
 
+/// u for the error `e_n`, within u_min_n to u_max_n whatever the state is.
 static inline float controller_f32_step(const tribo_controller_f32_params_t *params,
                                         tribo_controller_f32_state_t        *state,
                                         float                                e_n,
@@ -44,7 +50,7 @@ static inline float controller_f32_step(const tribo_controller_f32_params_t *par
     const float wanted  = v + feedforward_n;
     const bool  limited = !within(wanted, params->u_min_n, params->u_max_n);
     float       u       = wanted;
-    if (limited)
+    if (limited) // also for a NaN, which is within no limits
     {
         count(&state->limited_ticks);
         if (exceeds(wanted, BIQUAD_F32_OUTPUT_MAX))
@@ -53,11 +59,14 @@ static inline float controller_f32_step(const tribo_controller_f32_params_t *par
         }
         u = controller_f32_limit(params, wanted);
     }
-    signals->v_n     = v; // stored early, to shorten their lives
+    // v is what the cascade asked for before this tick's anti-windup; u - v - feedforward is what the limit took off.
+    signals->v_n     = v;
     signals->u_n     = u;
     signals->limited = limited;
 
-    // Anti-windup: the states see the error that would have given just u, or a part of the way there.
+    // Anti-windup: the states advance as if the error had been e + (u - wanted) c/D. D is the direct feedthrough of the
+    // cascade, so c = 1 makes the conditioned output exactly u; where that is unstable init has chosen a smaller |c|. Not
+    // limited, the correction is 0.
     biquad_f32_advance(&params->cascade, &state->cascade, e_n, &outputs, (u - wanted) * params->anti_windup);
     return u;
 }

@@ -1,7 +1,6 @@
 #include "controller_q31_step.h"
 
 #include "fixed_q31.h"
-#include "headroom_q31.h"
 
 #include <stddef.h>
 

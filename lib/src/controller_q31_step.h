@@ -1,4 +1,10 @@
-// One tick of the controller: cascade, output limit, anti-windup.
+// One tick of the controller in Q31: v = K(z) e, u = limit(v + feedforward), anti-windup as in controller_f32_step.h.
+//
+//     y, u, taken   at the scale of the last node      correction   at the scale of the input node
+//     v, wanted     Q31 in 64 bits                     feedforward  Q31
+//
+// A node of the cascade holds its value times 2^-scale; v may exceed full scale by 2^output_scale. The limit compares in 64
+// bits at full scale, the correction works at the scales of the nodes, where it fits 32 bits.
 
 #ifndef TRIBO_CONTROLLER_Q31_STEP_H
 #define TRIBO_CONTROLLER_Q31_STEP_H
@@ -7,8 +13,8 @@
 
 #include "biquad_q31_step.h"
 
-/// What the error is to be corrected by, at the input node, for what the limit has taken off v + feedforward. Both `u` and
-/// `wanted` are at the scale of the last node.
+/// (u - wanted) c/D, the correction of the error, at the input node. `u` and `wanted` are at the scale of the last node.
+/// anti_windup is c/D as a mantissa of 31 bits, with the exponent anti_windup_shift - 32.
 static inline int32_t controller_q31_correction(const tribo_controller_q31_params_t *params,
                                                 int32_t                              u,
                                                 int32_t                              wanted,
@@ -16,15 +22,17 @@ static inline int32_t controller_q31_correction(const tribo_controller_q31_param
 {
     const uint32_t most  = (uint32_t)params->taken_max;
     int32_t        taken = (int32_t)((uint32_t)u - (uint32_t)wanted);
-    if ((uint32_t)taken + most > 2u * most) // |taken| > most: after a change of params, or 2^31, which wraps
+    // |taken| > most in one comparison. It happens after a change of params, or where the difference wraps.
+    if ((uint32_t)taken + most > 2u * most)
     {
         tribo_q31_count(saturated);
         taken = wanted < 0 ? params->taken_max : -params->taken_max;
     }
     const int32_t back = (int32_t)(tribo_q31_multiply(taken, params->anti_windup) >> 32);
-    return (int32_t)((uint32_t)back << params->anti_windup_shift); // fits, see taken_max
+    return (int32_t)((uint32_t)back << params->anti_windup_shift); // fits as |taken| <= taken_max
 }
 
+/// u for the error `e`, within u_min to u_max whatever the state is.
 static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *params,
                                           tribo_controller_q31_state_t        *state,
                                           int32_t                              e,
@@ -37,23 +45,25 @@ static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *p
 
     const int32_t  y      = biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
     const uint32_t scale  = params->cascade.output_scale;
-    const int64_t  wanted = tribo_q31_lift(y, scale) + feedforward; // v + feedforward
+    const int64_t  wanted = tribo_q31_lift(y, scale) + feedforward; // v + feedforward, Q31 in 64 bits
 
     int32_t    u          = (int32_t)wanted;
     int32_t    correction = 0;
     const bool limited    = u != wanted || u < params->u_min || u > params->u_max;
     if (limited)
     {
-        u = wanted < 0 ? params->u_min : params->u_max; // 0 is within the limits
+        // u_min <= 0 <= u_max, so the sign of the sum tells which limit it exceeds. The difference is formed at the scale of
+        // the last node: 64 bits of headroom are not needed there, and add saturates.
+        u = wanted < 0 ? params->u_min : params->u_max;
         correction =
             controller_q31_correction(params, u >> scale, tribo_q31_add(y, feedforward >> scale, saturated), saturated);
         tribo_q31_count(&state->limited_ticks);
     }
-    signals->v       = tribo_q31_widen(y, scale, &not_counted); // stored early, to shorten their lives
+    signals->v       = tribo_q31_widen(y, scale, &not_counted);
     signals->u       = u;
     signals->limited = limited;
 
-    // Anti-windup: the states see the error that would have given just u, or a part of the way there.
+    // Anti-windup: the states advance as if the error had been larger by `correction`, which is 0 while u is not limited.
     biquad_q31_correct(&params->cascade, &state->cascade, &outputs, correction);
     biquad_q31_advance(&params->cascade, &state->cascade, &outputs);
     return u;

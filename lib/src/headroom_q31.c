@@ -1,17 +1,23 @@
-#include "headroom_q31.h"
+#include "fixed_q31.h"
 
 #include "biquad_f32_step.h"
-#include "fixed_q31.h"
 
 #include <stddef.h>
 
-#define MARGIN      1.02f // over a measured peak, for the float sums and the tail
-#define SCALE_MAX   24
-#define BLOCK_TICKS 512u
-#define QUARTER     64u // blocks
+// Headroom of a cascade in fixed point. The worst-case peak of a node for inputs bounded by 1 is the L1 norm of the impulse
+// response to it: the sum of |h[k]| over all k. A node is held as its value times 2^-scale with 2^scale above that peak, so
+// no input within its bound can make it overflow.
+//
+// The inputs of a controller are e and s = u - feedforward, the output as applied. With anti-windup the states follow s, so
+// even an integrator has a bounded response. The norms are measured by running the f32 cascade on an impulse of each.
+
+#define MARGIN      1.02f // on a measured peak: rounding of the sums and of the estimated tail
+#define SCALE_MAX   24    // larger scales leave too few bits of a signal
+#define BLOCK_TICKS 512u  // a response is summed in blocks
+#define QUARTER     64u   // of BLOCKS
 #define BLOCKS      (4u * QUARTER)
 
-/// Sums of magnitudes of all that a cascade computes, i.e. L1 norms in the making.
+/// Sums of |x| over time for each signal x of a cascade: its L1 norms once the response has decayed.
 typedef struct
 {
     float input; // with the correction
@@ -30,7 +36,8 @@ typedef union
     float  at[SUMS];
 } peaks_t;
 
-/// One tick of a controller whose applied u - feedforward is `s`; `anti_windup` 0 for a plain cascade.
+/// Adds one tick of the cascade to `block`, for an error `e` and an applied output `s`. `anti_windup` is c/D, or 0 for a
+/// cascade alone.
 static void add_tick(peaks_t                         *block,
                      const tribo_biquad_f32_params_t *cascade,
                      tribo_biquad_f32_state_t        *state,
@@ -65,15 +72,15 @@ static void add_tick(peaks_t                         *block,
     }
 }
 
-/// True when the blocks of the last half, a quarter apart, shrink by one and the same factor: a single slow pole is left.
+/// True if three blocks, a quarter of the run apart, shrink by the same factor: only a single slow pole is left.
 static bool is_geometric(float half, float three_quarters, float last)
 {
     const float middle = three_quarters * three_quarters;
     return magnitude(half * last - middle) <= 1.0e-4f * middle;
 }
 
-/// Adds `weight` times the L1 norms of the responses to an impulse of e or of s. False when one does not die away in
-/// BLOCKS, unless all that is left of it is a single slow pole, whose tail is known.
+/// Adds `weight` times the L1 norms of the responses to an impulse of e or of s. A response must decay to 1e-6 of its sum
+/// within BLOCKS, or to a single slow pole, whose tail is the sum of a geometric series. False otherwise.
 static bool add_response(peaks_t                         *peaks,
                          const tribo_biquad_f32_params_t *cascade,
                          float                            anti_windup,
@@ -109,7 +116,7 @@ static bool add_response(peaks_t                         *peaks,
         float tail = 0.0f;
         if (block.at[j] > 1.0e-6f * sum.at[j])
         {
-            // By r in a quarter of the blocks, so 1/(1 - r^(1/64)) blocks are left, which is at most 64/(1 - r).
+            // A block shrinks by q = r^(1/64) from one to the next, so the tail is block q/(1 - q), at most 64/(1 - r) of it.
             const float r = block.at[j] / three_quarters.at[j];
             if (!(r < 0.99f) || !is_geometric(half.at[j], three_quarters.at[j], block.at[j]))
             {
@@ -122,13 +129,14 @@ static bool add_response(peaks_t                         *peaks,
     return true;
 }
 
+/// Peak at the output node of section i: before and after the correction, and of the correction itself.
 static float node_peak(const peaks_t *peaks, uint32_t i)
 {
     return larger(peaks->named.section[i].y,
                   larger(peaks->named.section[i].corrected, peaks->named.section[i].correction));
 }
 
-/// The least scale from `at_least` on that takes `peak` below full scale.
+/// The smallest scale, from `at_least` on, at which `peak` 2^-scale is below full scale; SCALE_MAX + 1 if there is none.
 static int32_t scale_for(float peak, int32_t at_least)
 {
     int32_t scale = at_least;
@@ -139,7 +147,7 @@ static int32_t scale_for(float peak, int32_t at_least)
     return scale;
 }
 
-/// The largest s up to 30 that keeps x below 4 2^-s.
+/// The largest s up to 30 with |x| < 4 2^-s: the extra fraction bits of w2, c2 and d2.
 static int32_t shift_for(float x)
 {
     const float most  = magnitude(x);
@@ -151,19 +159,21 @@ static int32_t shift_for(float x)
     return shift;
 }
 
-/// x 2^32 rounded to nearest, for x from 0 and below 2^31.
+/// x 2^32 rounded to nearest, for 0 <= x < 2^31.
 static int64_t fixed_in_two_words(float x)
 {
     const uint32_t whole = (uint32_t)x;
     return (int64_t)((uint64_t)whole << 32 | fixed_unsigned(x - (float)whole, 32));
 }
 
-/// Back again.
+/// The inverse of fixed_in_two_words.
 static float from_two_words(int64_t fixed)
 {
     return (float)(uint32_t)(fixed >> 32) + scaled((float)(uint32_t)fixed, -32);
 }
 
+/// Scales and coefficients of all sections. A coefficient from a node at scale i to one at scale j is multiplied by 2^(i - j),
+/// so the sections compute at the scales of their nodes.
 static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
                                         const tribo_biquad_f32_params_t *cascade,
                                         const peaks_t                   *peaks,
@@ -207,7 +217,7 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
     return TRIBO_OK;
 }
 
-/// The sections that `q` really is, in float: exact, as each was rounded from 24 bits.
+/// The sections that `q` implements, in float. Exact: each coefficient came from a float, and rounding only removes bits.
 static void dequantize(tribo_biquad_f32_section_t *sections, const tribo_biquad_q31_params_t *q)
 {
     int32_t before = q->input_scale;
@@ -255,9 +265,6 @@ static bool find_peaks(peaks_t                         *peaks,
     return bounded;
 }
 
-/// Quantises f32's cascade for inputs within `e_peak` and `s_peak`, then makes f32 anew from the quantised numbers (by
-/// `config`, or as a plain cascade without one), which checks that they are stable. All of it twice: the scales and
-/// the report are then those of the numbers that run.
 tribo_status_t headroom_q31_quantize(tribo_biquad_q31_params_t           *out,
                                      tribo_controller_f32_params_t       *f32,
                                      const tribo_controller_f32_config_t *config,
