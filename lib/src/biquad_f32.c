@@ -37,8 +37,8 @@ tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
             return status;
         }
     }
-    // A lone section is followed by one that passes its input on, so that a step has two at least: b0 = 1, and zeros and
-    // poles at z = 0, where its states stay 0 exactly.
+    // A step computes two sections at least, so a lone one is followed by a pass-through: b0 = 1 with zeros and poles at
+    // z = 0, whose states stay exactly 0.
     params->section[1] = (tribo_biquad_f32_section_t){.b0 = 1.0f, .b1 = 2.0f, .b2 = 1.0f, .a1 = 2.0f, .a2 = 1.0f};
     params->count      = count > 2u ? count : 2u;
     for (uint32_t i = 0; i < count; i++)
@@ -53,7 +53,7 @@ void tribo_biquad_f32_reset(tribo_biquad_f32_state_t *state)
     *state = (tribo_biquad_f32_state_t){.bad_inputs = 0};
 }
 
-/// The number of sections, within what there is room for even if a bit of params has flipped.
+/// The number of sections, at most TRIBO_BIQUAD_SECTIONS_MAX even if a bit of params has flipped.
 static uint32_t sections(const tribo_biquad_f32_params_t *params)
 {
     return params->count < TRIBO_BIQUAD_SECTIONS_MAX ? params->count : TRIBO_BIQUAD_SECTIONS_MAX;
@@ -144,7 +144,7 @@ void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
     {
         const tribo_biquad_f32_section_t *now = &to->section[i];
 
-        // A section that `from` has not got passes its input on and stands still.
+        // A section that `from` does not have starts as a pass-through at rest.
         float out    = in;
         float change = 0.0f;
         if (i < from_count)

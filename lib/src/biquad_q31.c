@@ -36,7 +36,7 @@ void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state)
     state->saturated = 0;
 }
 
-/// The number of sections, within what there is room for even if a bit of params has flipped.
+/// The number of sections, at most TRIBO_BIQUAD_Q31_SECTIONS_MAX even if a bit of params has flipped.
 static uint32_t sections(const tribo_biquad_q31_params_t *params)
 {
     return params->count < TRIBO_BIQUAD_Q31_SECTIONS_MAX ? params->count : TRIBO_BIQUAD_Q31_SECTIONS_MAX;
@@ -118,14 +118,14 @@ static int64_t rescale(int64_t x, int32_t by)
     return (kept > max ? max : (kept < -max ? -max : kept)) * (INT64_C(1) << left);
 }
 
-/// What a tick adds to w1 but for w2, b1 x - a1 y.
+/// The change of w1 in a tick without that by w2: b1 x - a1 y.
 static int64_t moved(const tribo_biquad_q31_section_t *section, int32_t x, int32_t y)
 {
     const int32_t b1 = section->c1 + section->b0;
     return (int64_t)b1 * x + (int64_t)section->minus_a1 * y;
 }
 
-/// What the sections of `p` from the i-th on make of `x`, which is at `scale`: the cascade's output, unsaturated.
+/// The output of the cascade from section i on, for the input `x` at `scale`; Q31 in 64 bits, unsaturated.
 static int64_t output_behind(const tribo_biquad_q31_params_t *p,
                              tribo_biquad_q31_state_t        *state,
                              uint32_t                         i,
@@ -147,7 +147,7 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
                              int32_t                          x,
                              int32_t                          offset)
 {
-    uint32_t       from_carry = state->carry; // only looked at: the next tick carries
+    uint32_t       from_carry = state->carry; // a copy: the next tick advances the carry
     uint32_t       to_carry   = state->carry;
     uint32_t       rest;
     int32_t        from_in    = biquad_q31_input(from, &from_carry, x);
@@ -159,7 +159,7 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
     {
         const tribo_biquad_q31_section_t *now = &to->section[i];
 
-        // A section that `from` has not got passes its input on and stands still.
+        // A section that `from` does not have starts as a pass-through at rest.
         int32_t from_out = from_in;
         int64_t change   = 0;
         if (i < from_count)

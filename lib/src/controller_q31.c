@@ -37,8 +37,7 @@ static int32_t taken_max(const tribo_controller_q31_params_t *made)
         gain *= magnitude(scaled((float)made->cascade.section[i].b0, -28));
         most = larger(gain, most);
     }
-    // Below the end by less than the headroom's margin. What is taken has 5 units for the rounding here and for that of the
-    // correction, whose last bit is up to 4 gains.
+    // Just below full scale, closer than the headroom's margin. 5 units cover the rounding here and that of the correction.
     return fixed(0.99999f / most, 31) - 5;
 }
 

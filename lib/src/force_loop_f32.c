@@ -62,7 +62,8 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     return status;
 }
 
-// The params of the last tick, with a seal: a pointer with a flipped bit must not be followed.
+// state.active points to the params of the last tick. Its complement is kept as a seal, so that a pointer with a flipped bit
+// is recognised and not followed.
 
 static void activate(tribo_force_loop_f32_state_t *state, const tribo_force_loop_f32_params_t *params)
 {
@@ -70,7 +71,7 @@ static void activate(tribo_force_loop_f32_state_t *state, const tribo_force_loop
     state->active_seal = ~(uintptr_t)params;
 }
 
-/// The params of the last tick; `params` after a reset, or where the pointer is corrupt.
+/// The params of the last tick; `params` after a reset or if the pointer is corrupt, which means no change.
 static const tribo_force_loop_f32_params_t *active(const tribo_force_loop_f32_state_t  *state,
                                                    const tribo_force_loop_f32_params_t *params)
 {
@@ -87,7 +88,7 @@ void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state)
     tribo_compensator_f32_reset(&state->compensator);
 }
 
-/// f^ of this tick under `params`: a step of the friction model, undone.
+/// The f^ that `params` would give in this tick: a step of the friction model whose effect on the state is undone.
 static float friction_under(const tribo_force_loop_f32_params_t *params,
                             tribo_compensator_f32_state_t       *state,
                             float                                u_n)
@@ -106,7 +107,8 @@ static float friction_under(const tribo_force_loop_f32_params_t *params,
     return f;
 }
 
-/// Before the controller's step: its state goes over to the new params, less what another gain adds to u at once.
+/// Before the controller's step: converts its state to the new params and subtracts the jump by which a new gain would move u
+/// in this tick.
 static void change_controller(const tribo_force_loop_f32_params_t *params, tribo_force_loop_f32_state_t *state, float e)
 {
     const tribo_force_loop_f32_params_t *const from = active(state, params);
@@ -117,7 +119,8 @@ static void change_controller(const tribo_force_loop_f32_params_t *params, tribo
     }
 }
 
-/// Before the compensator's step: the controller takes back what another friction model adds to u from the next tick on.
+/// Before the compensator's step: the controller subtracts the jump by which a new friction model would move u from the next
+/// tick on.
 static void change_friction(const tribo_force_loop_f32_params_t *params,
                             tribo_force_loop_f32_state_t        *state,
                             float                                e,

@@ -54,7 +54,8 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     return TRIBO_OK;
 }
 
-// The params of the last tick, with a seal: a pointer with a flipped bit must not be followed.
+// state.active points to the params of the last tick. Its complement is kept as a seal, so that a pointer with a flipped bit
+// is recognised and not followed.
 
 static void activate(tribo_force_loop_q31_state_t *state, const tribo_force_loop_q31_params_t *params)
 {
@@ -62,7 +63,7 @@ static void activate(tribo_force_loop_q31_state_t *state, const tribo_force_loop
     state->active_seal = ~(uintptr_t)params;
 }
 
-/// The params of the last tick; `params` after a reset, or where the pointer is corrupt.
+/// The params of the last tick; `params` after a reset or if the pointer is corrupt, which means no change.
 static const tribo_force_loop_q31_params_t *active(const tribo_force_loop_q31_state_t  *state,
                                                    const tribo_force_loop_q31_params_t *params)
 {
@@ -80,13 +81,13 @@ void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
     tribo_compensator_q31_reset(&state->compensator);
 }
 
-/// What friction f adds to u.
+/// The friction term of u, gain f: Q29 x Q31, rounded down to Q31.
 static int32_t feedforward_of(const tribo_force_loop_q31_params_t *params, int32_t f, uint32_t *saturated)
 {
     return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), GAIN_FRACTION, saturated);
 }
 
-/// f^ of this tick under `params`: a step of the friction model, undone.
+/// The f^ that `params` would give in this tick: a step of the friction model whose effect on the state is undone.
 static int32_t friction_under(const tribo_force_loop_q31_params_t *params,
                               tribo_compensator_q31_state_t       *state,
                               int32_t                              u)
@@ -106,7 +107,7 @@ static int32_t friction_under(const tribo_force_loop_q31_params_t *params,
     return f;
 }
 
-/// The controller's state goes over to the params `to`, less the jump in what friction adds to u.
+/// Converts the controller's state to the params `to` and subtracts `jump`, the change of the friction term of u.
 static void change_controller(const tribo_force_loop_q31_params_t *from,
                               const tribo_force_loop_q31_params_t *to,
                               tribo_force_loop_q31_state_t        *state,
@@ -118,7 +119,8 @@ static void change_controller(const tribo_force_loop_q31_params_t *from,
     tribo_controller_q31_change(&from->controller, &to->controller, &state->controller, e, offset);
 }
 
-/// Before the controller's step: its state goes over to the new params, less what another gain adds to u at once.
+/// Before the controller's step: converts its state to the new params and subtracts the jump by which a new gain would move u
+/// in this tick.
 static void change_gain(const tribo_force_loop_q31_params_t *params, tribo_force_loop_q31_state_t *state, int32_t e)
 {
     const tribo_force_loop_q31_params_t *const from        = active(state, params);
@@ -130,7 +132,8 @@ static void change_gain(const tribo_force_loop_q31_params_t *params, tribo_force
     }
 }
 
-/// Before the compensator's step: the controller takes back what another friction model adds to u from the next tick on.
+/// Before the compensator's step: the controller subtracts the jump by which a new friction model would move u from the next
+/// tick on.
 static void change_friction(const tribo_force_loop_q31_params_t *params,
                             tribo_force_loop_q31_state_t        *state,
                             int32_t                              e,
@@ -148,7 +151,7 @@ static void change_friction(const tribo_force_loop_q31_params_t *params,
     activate(state, params);
 }
 
-/// |x| is beyond `max`: one comparison, as 2 max fits an unsigned number.
+/// True if |x| > max >= 0. x + max is within 0 to 2 max otherwise, and 2 max fits an unsigned number.
 static inline bool exceeds_force(int32_t x, int32_t max)
 {
     return (uint32_t)x + (uint32_t)max > 2u * (uint32_t)max;

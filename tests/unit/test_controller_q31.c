@@ -554,6 +554,20 @@ static void test_controller_limits_exactly_the_sum(void)
     }
 }
 
+// What is logged is what is put out, at a limit and within.
+static void test_controller_signals_hold_the_u_that_it_returns(void)
+{
+    uint32_t at_a_limit = 0;
+    for (int k = 0; k < 200; k++)
+    {
+        seen.u          = 0x5a5a5a5a;
+        const int32_t u = step(0.001 * sin(k * 0.1), 0.8 * sin(k * 0.1));
+        TEST_ASSERT_EQUAL_INT32(u, seen.u);
+        at_a_limit += seen.limited;
+    }
+    TEST_ASSERT_TRUE(at_a_limit > 10u && at_a_limit < 190u);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -569,6 +583,7 @@ int main(void)
     RUN_TEST(test_controller_limits_exactly_the_sum);
     RUN_TEST(test_controller_formats_are_the_least_that_hold_the_peaks);
     RUN_TEST(test_controller_coefficients_stay_within_4);
+    RUN_TEST(test_controller_signals_hold_the_u_that_it_returns);
     RUN_TEST(test_controller_takes_peaks_up_to_2_to_the_24_and_no_further);
     return UNITY_END();
 }

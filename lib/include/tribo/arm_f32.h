@@ -4,12 +4,12 @@
 ///
 /// With the net force n = u - F + g the drive is d = n - f, which is exactly 0 while the arm sticks.
 /// The state is F itself, in N, and G, its change a tick, so that the step is the exact zero-order-hold
-/// solution written in differences (nothing is lost at a short sample time):
+/// solution written in differences (which keeps all digits at a short sample time):
 ///
 ///     F += phi_d d + phi_g G
 ///     G  = gamma_d d + gamma_g G
 ///
-/// F stays within +-TRIBO_F32_FORCE_MAX_N; where it is held there, G starts again from 0, and so does an F that is a NaN. F
+/// F stays within +-TRIBO_F32_FORCE_MAX_N. Where it is clamped, G restarts from 0; an F that is a NaN restarts from 0 too. F
 /// recovers after clamping or corruption.
 /// No loops, no divisions. Not synchronized: one state, one tick.
 
@@ -45,7 +45,7 @@ typedef struct
     float    force_n;        ///< F = K theta
     float    force_change_n; ///< G = K theta' h
     uint32_t bad_inputs;     ///< since reset; stops at UINT32_MAX
-    uint32_t clamped;        ///< F held at its end since reset; stops at UINT32_MAX
+    uint32_t clamped;        ///< F held at its limit since reset; stops at UINT32_MAX
 } tribo_arm_f32_state_t;
 
 /// The paper's arm, Eq. (10), in degrees.

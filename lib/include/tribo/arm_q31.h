@@ -3,8 +3,8 @@
 ///     F += (phi_d d + phi_g G) 2^-s        d = n - f, the drive
 ///     G  =  gamma_d d + gamma_g G          G, the change of F a tick, times 2^s
 ///
-/// F is held in 64 bits, Q59, so nothing that it accumulates is lost. G decays and is rounded towards zero, on purpose
-/// without a carry: an arm that sticks comes to rest in a finite time, exactly, from both sides alike. (With a
+/// F is held in 64 bits, Q59, so a drive far below one bit still moves it. G decays and is rounded towards zero, on
+/// purpose without a carry: an arm that sticks comes to rest in a finite time, exactly, from both sides alike. (With a
 /// carry it would toggle by one bit for ever, and the relays would take that for a rising net force.)
 /// No loops, no divisions. Not synchronized: one state, one tick.
 

@@ -9,7 +9,7 @@
 /// by 1e-7. What is rounded off when w2 accumulates is carried into the next sample, so nothing stalls.
 /// A first-order section has its second pole and zero at z = 0: TRIBO_BIQUAD_F32(b0, b1, 0, a1, 0).
 ///
-/// An output beyond 1e15, which no sane cascade reaches, means a corrupt state: the cascade starts again from rest, gives 0
+/// An output beyond 1e15, far above any credible one, means a corrupt state: the cascade starts again from rest, gives 0
 /// and counts it with the bad inputs.
 /// No loop but the one over the sections. Not synchronized: one state, one tick.
 /// Source: Middleton & Goodwin, "Digital Control and Estimation: A Unified Approach", ch. 13.

@@ -1,12 +1,12 @@
 /// The friction-compensated force loop of Fig. 9 in Q31, one call a tick.
 ///
 /// Forces are Q31 of the full scale FS that the params were made for (quantize_q31.h); take FS at least the largest
-/// force and limit. A difference r - y or a net force beyond FS saturates, which the loop is no worse for: friction is at its
+/// force and limit. A difference r - y or a net force beyond FS saturates without harm: friction is at
 /// breakaway there and u at its limit. Whatever r and y are, u is within u_min to u_max. A reference or a sensor beyond
 /// input_max_n is a bad input: the tick runs with e = 0, so u coasts on the controller's state, and is counted.
 /// Saturations are counted where they happen, in the states of the parts.
 ///
-/// Retuning, as in f32: hand in a pointer to other params at any tick; u does not bump, but where a new limit asks for it.
+/// Retuning, as in f32: hand in a pointer to other params at any tick; u does not jump unless a new limit requires it.
 /// It takes about five ticks and needs the old params once more, with their table: both may go when state.active is the
 /// new pointer. All params of a loop are for one full scale, as for one sample time: the state has no notion of either.
 ///

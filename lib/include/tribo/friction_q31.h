@@ -44,7 +44,7 @@ typedef struct
     int32_t negative; ///< L-, over 0
 } tribo_breakaway_point_q31_t;
 
-/// What a step reads, made by tribo_force_loop_q31_init or its kin (quantize_q31.h).
+/// What a step reads, made by the functions of quantize_q31.h.
 typedef struct
 {
     uint32_t                           rise_max;         ///< a larger rise of |n| makes E 2^32 or more, as this does

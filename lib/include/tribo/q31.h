@@ -137,7 +137,7 @@ static inline int64_t tribo_q31_multiply(int32_t a, int32_t b)
 
 #else // made of short ones, in half the time of the compiler's helper
 
-#ifdef __ARM_ARCH_6M__ // out of line: what is saved inline is lost on the stack
+#ifdef __ARM_ARCH_6M__ // a call: measured to be shorter and to take less stack than inline products
 __attribute__((noinline, unused)) static uint64_t tribo_q31_product(uint32_t a, uint32_t b)
 #else
 static inline uint64_t tribo_q31_product(uint32_t a, uint32_t b)

@@ -6,8 +6,8 @@
 /// of it. Not for the tick; a cascade takes some 10^5 float operations to measure, a slow one up to 10^8.
 ///
 /// Besides what the f32 init functions ask, in q31: every force of a config is below FS, limits and input_max_n up to FS;
-/// a breakaway, input_max_n and u_max_n - u_min_n are at least 1e-6 FS and the relays' levels 1e-6, so that bits are left
-/// of them, and set_level times the least breakaway is at least a bit (or TRIBO_ERR_SET_LEVEL); an arm's K h^2/I and damping
+/// a breakaway, input_max_n and u_max_n - u_min_n are at least 1e-6 FS and the relays' levels 1e-6, which leaves them 11
+/// bits, and set_level times the smallest breakaway is at least one bit (or TRIBO_ERR_SET_LEVEL); an arm's K h^2/I and damping
 /// keep its coefficients below 4 and its quantised poles inside the unit circle;
 /// m FS/(6 v0 h) is below 2^31 (or TRIBO_ERR_V0), as v0 would be less than a bit a tick otherwise.
 ///
