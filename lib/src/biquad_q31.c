@@ -148,7 +148,7 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
                              int32_t                          offset)
 {
     uint32_t       from_carry = state->carry; // a copy: the next tick advances the carry
-    uint32_t       to_carry   = state->carry;
+    uint32_t       to_carry   = from_carry;
     uint32_t       rest;
     int32_t        from_in    = biquad_q31_input(from, &from_carry, x);
     int32_t        in         = biquad_q31_input(to, &to_carry, x);

@@ -143,7 +143,7 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
                                 tribo_force_loop_f32_signals_t      *signals)
 {
     tribo_force_loop_f32_signals_t        unseen;
-    tribo_force_loop_f32_signals_t *const seen = signals != NULL ? signals : &unseen;
+    tribo_force_loop_f32_signals_t *const seen = signals != NULL ? signals : &unseen; // cppcheck-suppress uninitvar
 
     float e = r_n - y_n;
     if (exceeds(r_n, params->input_max_n) || exceeds(y_n, params->input_max_n))

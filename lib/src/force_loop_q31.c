@@ -164,7 +164,7 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
                                   tribo_force_loop_q31_signals_t      *signals)
 {
     tribo_force_loop_q31_signals_t        unseen;
-    tribo_force_loop_q31_signals_t *const seen = signals != NULL ? signals : &unseen;
+    tribo_force_loop_q31_signals_t *const seen = signals != NULL ? signals : &unseen; // cppcheck-suppress uninitvar
 
     int32_t e = 0; // for a bad input: u coasts on the controller's state
     if (exceeds_force(r, params->input_max) || exceeds_force(y, params->input_max))

@@ -4,6 +4,7 @@
 #include "tribo_wire.h"
 #include "unity.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #define FULL_SCALE_N 4.0f
@@ -75,7 +76,13 @@ static void check_loop_arrives(void)
     }
     here.params.compensator.friction.table  = NULL;
     there.params.compensator.friction.table = NULL;
-    TEST_ASSERT_EQUAL_MEMORY(&here.params, &there.params, sizeof here.params);
+#ifdef DRIVE_ARITH_Q31
+    const size_t members =
+        offsetof(tribo_force_loop_q31_params_t, compensator.arm.shift) + 1u; // without the last's padding
+#else
+    const size_t members = sizeof here.params;
+#endif
+    TEST_ASSERT_EQUAL_MEMORY(&here.params, &there.params, members);
 }
 
 static void test_every_field_of_the_loops_config_arrives(void)

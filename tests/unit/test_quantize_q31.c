@@ -93,7 +93,9 @@ static void test_quantize_takes_a_full_scale_from_1e_3_to_1e6(void)
     TEST_ASSERT_EQUAL_MEMORY(&small.params.controller, &large.params.controller, sizeof small.params.controller);
     TEST_ASSERT_EQUAL_UINT32(small.params.compensator.friction.law[0].offset,
                              large.params.compensator.friction.law[0].offset);
-    TEST_ASSERT_UINT32_WITHIN(512, small.params.compensator.friction.exponent_rate, large.params.compensator.friction.exponent_rate);
+    TEST_ASSERT_UINT32_WITHIN(512,
+                              small.params.compensator.friction.exponent_rate,
+                              large.params.compensator.friction.exponent_rate);
 }
 
 static void test_quantize_checks_pointers(void)

@@ -37,17 +37,17 @@ static inline void tribo_q31_count(uint32_t *counter)
 /// The largest or the smallest number of 32 bits, by the sign of x.
 static inline int32_t tribo_q31_extreme(int32_t x)
 {
-    return INT32_MAX ^ (x >> 31);
+    return INT32_MAX ^ (x >> 31); // cppcheck-suppress shiftTooManyBitsSigned
 }
 
-/// x within the symmetric range, -(2^31 - 1) to 2^31 - 1; a saturation is counted.
+/// x within the symmetric range, -(2^31 - 1) to 2^31 - 1; a saturation is counted. The | 1 turns INT32_MIN into -(2^31 - 1).
 static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
 {
     const int32_t result = (int32_t)x;
     if (result != x || result == INT32_MIN)
     {
         tribo_q31_count(saturated);
-        return tribo_q31_extreme((int32_t)(x >> 32)) | 1; // -(2^31 - 1) for the smallest
+        return tribo_q31_extreme((int32_t)(x >> 32)) | 1; // cppcheck-suppress shiftNegativeLHS
     }
     return result;
 }
@@ -102,7 +102,7 @@ static inline int64_t tribo_q31_lift(int32_t x, uint32_t shift)
 static inline int32_t tribo_q31_widen(int32_t x, uint32_t shift, uint32_t *saturated)
 {
     const int32_t result = (int32_t)((uint32_t)x << shift);
-    if (result >> shift != x)
+    if (result >> shift != x) // cppcheck-suppress [shiftTooManyBitsSigned, integerOverflow]
     {
         tribo_q31_count(saturated);
         return tribo_q31_extreme(x);
@@ -177,7 +177,7 @@ static inline int64_t tribo_q31_shift(int64_t x, uint32_t shift)
 /// What makes x / 2^shift, rounded down, round towards zero: 2^shift - 1 for a negative x, else 0. `shift` 0 to 31.
 static inline int64_t tribo_q31_up(int64_t x, uint32_t shift)
 {
-    const int32_t sign = (int32_t)(x >> 32) >> 31;
+    const int32_t sign = (int32_t)(x >> 32) >> 31; // cppcheck-suppress shiftTooManyBitsSigned
     return (uint32_t)sign & ((UINT32_C(1) << shift) - 1u);
 }
 
