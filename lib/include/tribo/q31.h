@@ -171,6 +171,7 @@ static inline int64_t tribo_q31_shift(int64_t x, uint32_t shift)
 {
     const int32_t  high  = (int32_t)(x >> 32);
     const uint32_t moved = ((uint32_t)high * 2u) << (31u - shift);
+    // cppcheck-suppress shiftTooManyBitsSigned
     return (int64_t)((uint64_t)(uint32_t)(high >> shift) << 32 | (moved | (uint32_t)x >> shift));
 }
 
