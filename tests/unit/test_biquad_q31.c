@@ -266,6 +266,21 @@ static void test_biquad_integrates_as_a_counter_does(void)
     TEST_ASSERT_EQUAL_INT64((int64_t)LONG_RUN * 12345 + half, state.section[0].w1);
 }
 
+// The second section halves 1: what it rounds off is its own, not that of the first, and comes out in every other tick.
+static void test_biquad_sections_keep_their_own_rests(void)
+{
+    params               = blank(2);
+    params.section[0].b0 = INT32_C(1) << 28;
+    params.section[1].b0 = INT32_C(1) << 27;
+    tribo_biquad_q31_reset(&state);
+    int32_t sum = 0;
+    for (int k = 0; k < 1000; k++)
+    {
+        sum += tribo_biquad_q31_step(&params, &state, 4); // 1 at the input node
+    }
+    TEST_ASSERT_EQUAL_INT32(500, sum);
+}
+
 static void test_biquad_output_stays_in_the_symmetric_range(void)
 {
     {
@@ -783,6 +798,7 @@ int main(void)
     RUN_TEST(test_biquad_carries_what_the_input_scale_drops);
     RUN_TEST(test_biquad_integrates_as_a_counter_does);
     RUN_TEST(test_biquad_output_stays_in_the_symmetric_range);
+    RUN_TEST(test_biquad_sections_keep_their_own_rests);
     RUN_TEST(test_biquad_step_is_its_two_halves);
     RUN_TEST(test_biquad_comes_to_rest_at_zero_input);
     RUN_TEST(test_biquad_of_the_papers_controller_comes_to_rest_within_a_bit);

@@ -41,6 +41,21 @@ static void test_compensator_rides_out_a_bad_input(void)
     TEST_ASSERT_EQUAL_UINT32(0, state.arm.bad_inputs);
 }
 
+// F^ beyond any force is corrupt: the arm starts again from rest, so f^ is that of a fresh state in the same tick.
+static void test_compensator_restarts_the_arm_from_a_corrupt_force(void)
+{
+    const float corrupt[] = {NAN, INFINITY, -INFINITY, 1.1e6f, -1.1e6f};
+    for (uint32_t i = 0; i < sizeof corrupt / sizeof corrupt[0]; i++)
+    {
+        tribo_compensator_f32_reset(&state);
+        const float f = tribo_compensator_f32_step(&params, &state, 0.005f, &seen);
+        tribo_compensator_f32_reset(&state);
+        state.arm.force_n = corrupt[i];
+        TEST_ASSERT_SAME_FLOAT(f, tribo_compensator_f32_step(&params, &state, 0.005f, &seen));
+        TEST_ASSERT_SAME_FLOAT(0.0f, seen.force_n);
+    }
+}
+
 static void test_compensator_init_checks_pointers(void)
 {
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_compensator_f32_init(NULL, &config, H));
@@ -52,5 +67,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_compensator_rides_out_a_bad_input);
     RUN_TEST(test_compensator_init_checks_pointers);
+    RUN_TEST(test_compensator_restarts_the_arm_from_a_corrupt_force);
     return UNITY_END();
 }
