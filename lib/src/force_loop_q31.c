@@ -3,6 +3,7 @@
 #include "compensator_q31_step.h"
 #include "controller_q31_step.h"
 #include "fixed_q31.h"
+#include "relay_step.h"
 #include "tribo/quantize_q31.h"
 
 #define GAIN_FRACTION 29
