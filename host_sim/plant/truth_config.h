@@ -32,6 +32,7 @@ typedef struct
     double                 set_level, reset_level;
     double                 pulse_width_s;
     double                 gravity_n;
+    const void            *parameters; ///< of the truth model, see sim_truth_ops_t; null: its defaults
 } sim_friction_config_t;
 
 /// Eq. (2), in degrees as in the paper.

@@ -1,0 +1,12 @@
+/// The truth models of this folder, for the list in truths.c. The paper's is in plant/truth.h.
+
+#ifndef SIM_TRUTH_MODELS_H
+#define SIM_TRUTH_MODELS_H
+
+#include "plant/truth.h"
+
+extern const sim_truth_ops_t sim_torque_truth;
+extern const sim_truth_ops_t sim_coulomb_truth;
+extern const sim_truth_ops_t sim_karnopp_truth;
+
+#endif
