@@ -59,6 +59,11 @@ void sim_arm_destroy(void *model)
     }
 }
 
+static unsigned steps_of(const sim_law_t *law)
+{
+    return law->steps == 0 ? 1 : law->steps;
+}
+
 void *sim_arm_create(const sim_law_t *law, const sim_truth_config_t *config, double step_s)
 {
     arm_t *arm = calloc(1, sizeof *arm);
@@ -74,8 +79,8 @@ void *sim_arm_create(const sim_law_t *law, const sim_truth_config_t *config, dou
     }
     arm->law      = law;
     arm->config   = *config;
-    arm->step_s   = step_s;
-    arm->matrices = sim_arm_matrices(&config->arm, step_s);
+    arm->step_s   = step_s / steps_of(law);
+    arm->matrices = sim_arm_matrices(&config->arm, arm->step_s);
     sim_arm_reset(arm);
     return arm;
 }
@@ -156,9 +161,8 @@ static sim_contact_t contact_of(const arm_t *arm, double u_n)
                            .breakaway       = sim_breakaway_at(&arm->config.friction.breakaway, arm->force_n)};
 }
 
-double sim_arm_step(void *model, double u_n, sim_truth_signals_t *signals)
+static void step_once(arm_t *arm, double u_n, sim_truth_signals_t *signals)
 {
-    arm_t       *arm       = model;
     const double stiffness = arm->config.arm.stiffness_n_per_deg;
     const double rate      = stiffness * arm->speed;
     step_t       step = {.arm = arm, .start = contact_of(arm, u_n), .per_newton = arm->matrices.gamma_d / stiffness};
@@ -185,6 +189,17 @@ double sim_arm_step(void *model, double u_n, sim_truth_signals_t *signals)
     {
         const sim_contact_t end = contact_of(arm, u_n);
         arm->law->settle(arm->friction, &end, arm->z);
+    }
+}
+
+double sim_arm_step(void *model, double u_n, sim_truth_signals_t *signals)
+{
+    arm_t              *arm = model;
+    sim_truth_signals_t later;
+    step_once(arm, u_n, signals);
+    for (unsigned i = 1; i < steps_of(arm->law); i++)
+    {
+        step_once(arm, u_n, &later);
     }
     return arm->force_n;
 }

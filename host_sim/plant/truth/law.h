@@ -40,6 +40,7 @@ typedef struct sim_law
     size_t   size; ///< of the law's struct
     unsigned state_count;
     unsigned guard_count;
+    unsigned steps; ///< fixed steps in one of the plant's; 0 is 1
 
     /// At rest at F = 0, with the config's parameters or the defaults.
     void (*reset)(void *law, const sim_truth_config_t *config, double z[]);
