@@ -12,6 +12,7 @@ const sim_truth_ops_t *const sim_truths[] = {
     &sim_coulomb_truth,
     &sim_karnopp_truth,
     &sim_armstrong_truth,
+    &sim_dahl_truth,
 };
 const size_t sim_truth_count = sizeof sim_truths / sizeof sim_truths[0];
 

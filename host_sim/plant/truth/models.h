@@ -9,5 +9,6 @@ extern const sim_truth_ops_t sim_torque_truth;
 extern const sim_truth_ops_t sim_coulomb_truth;
 extern const sim_truth_ops_t sim_karnopp_truth;
 extern const sim_truth_ops_t sim_armstrong_truth;
+extern const sim_truth_ops_t sim_dahl_truth;
 
 #endif
