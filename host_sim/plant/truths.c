@@ -13,6 +13,7 @@ const sim_truth_ops_t *const sim_truths[] = {
     &sim_karnopp_truth,
     &sim_armstrong_truth,
     &sim_dahl_truth,
+    &sim_bristle_truth,
 };
 const size_t sim_truth_count = sizeof sim_truths / sizeof sim_truths[0];
 
