@@ -14,6 +14,7 @@ const sim_truth_ops_t *const sim_truths[] = {
     &sim_armstrong_truth,
     &sim_dahl_truth,
     &sim_bristle_truth,
+    &sim_reset_integrator_truth,
 };
 const size_t sim_truth_count = sizeof sim_truths / sizeof sim_truths[0];
 

@@ -11,5 +11,6 @@ extern const sim_truth_ops_t sim_karnopp_truth;
 extern const sim_truth_ops_t sim_armstrong_truth;
 extern const sim_truth_ops_t sim_dahl_truth;
 extern const sim_truth_ops_t sim_bristle_truth;
+extern const sim_truth_ops_t sim_reset_integrator_truth;
 
 #endif
