@@ -12,5 +12,6 @@ extern const sim_truth_ops_t sim_armstrong_truth;
 extern const sim_truth_ops_t sim_dahl_truth;
 extern const sim_truth_ops_t sim_bristle_truth;
 extern const sim_truth_ops_t sim_reset_integrator_truth;
+extern const sim_truth_ops_t sim_bliman_sorine_truth;
 
 #endif
