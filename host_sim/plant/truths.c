@@ -16,6 +16,7 @@ const sim_truth_ops_t *const sim_truths[] = {
     &sim_bristle_truth,
     &sim_reset_integrator_truth,
     &sim_bliman_sorine_truth,
+    &sim_lubricated_truth,
 };
 const size_t sim_truth_count = sizeof sim_truths / sizeof sim_truths[0];
 
