@@ -17,6 +17,7 @@ const sim_truth_ops_t *const sim_truths[] = {
     &sim_reset_integrator_truth,
     &sim_bliman_sorine_truth,
     &sim_lubricated_truth,
+    &sim_lugre_truth,
 };
 const size_t sim_truth_count = sizeof sim_truths / sizeof sim_truths[0];
 

@@ -14,5 +14,6 @@ extern const sim_truth_ops_t sim_bristle_truth;
 extern const sim_truth_ops_t sim_reset_integrator_truth;
 extern const sim_truth_ops_t sim_bliman_sorine_truth;
 extern const sim_truth_ops_t sim_lubricated_truth;
+extern const sim_truth_ops_t sim_lugre_truth;
 
 #endif
