@@ -15,5 +15,6 @@ extern const sim_truth_ops_t sim_reset_integrator_truth;
 extern const sim_truth_ops_t sim_bliman_sorine_truth;
 extern const sim_truth_ops_t sim_lubricated_truth;
 extern const sim_truth_ops_t sim_lugre_truth;
+extern const sim_truth_ops_t sim_elasto_plastic_truth;
 
 #endif
