@@ -19,6 +19,7 @@ const sim_truth_ops_t *const sim_truths[] = {
     &sim_lubricated_truth,
     &sim_lugre_truth,
     &sim_elasto_plastic_truth,
+    &sim_leuven_truth,
 };
 const size_t sim_truth_count = sizeof sim_truths / sizeof sim_truths[0];
 

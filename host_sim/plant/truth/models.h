@@ -16,5 +16,6 @@ extern const sim_truth_ops_t sim_bliman_sorine_truth;
 extern const sim_truth_ops_t sim_lubricated_truth;
 extern const sim_truth_ops_t sim_lugre_truth;
 extern const sim_truth_ops_t sim_elasto_plastic_truth;
+extern const sim_truth_ops_t sim_leuven_truth;
 
 #endif
