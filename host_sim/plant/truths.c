@@ -20,6 +20,7 @@ const sim_truth_ops_t *const sim_truths[] = {
     &sim_lugre_truth,
     &sim_elasto_plastic_truth,
     &sim_leuven_truth,
+    &sim_maxwell_slip_truth,
 };
 const size_t sim_truth_count = sizeof sim_truths / sizeof sim_truths[0];
 

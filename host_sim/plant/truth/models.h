@@ -17,5 +17,6 @@ extern const sim_truth_ops_t sim_lubricated_truth;
 extern const sim_truth_ops_t sim_lugre_truth;
 extern const sim_truth_ops_t sim_elasto_plastic_truth;
 extern const sim_truth_ops_t sim_leuven_truth;
+extern const sim_truth_ops_t sim_maxwell_slip_truth;
 
 #endif
