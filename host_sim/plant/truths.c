@@ -21,6 +21,10 @@ const sim_truth_ops_t *const sim_truths[] = {
     &sim_elasto_plastic_truth,
     &sim_leuven_truth,
     &sim_maxwell_slip_truth,
+    &sim_servo_mx106_truth,
+    &sim_servo_mx64_truth,
+    &sim_servo_xl330_truth,
+    &sim_servo_erob80_truth,
 };
 const size_t sim_truth_count = sizeof sim_truths / sizeof sim_truths[0];
 

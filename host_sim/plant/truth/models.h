@@ -18,5 +18,9 @@ extern const sim_truth_ops_t sim_lugre_truth;
 extern const sim_truth_ops_t sim_elasto_plastic_truth;
 extern const sim_truth_ops_t sim_leuven_truth;
 extern const sim_truth_ops_t sim_maxwell_slip_truth;
+extern const sim_truth_ops_t sim_servo_mx106_truth;
+extern const sim_truth_ops_t sim_servo_mx64_truth;
+extern const sim_truth_ops_t sim_servo_xl330_truth;
+extern const sim_truth_ops_t sim_servo_erob80_truth;
 
 #endif
