@@ -13,24 +13,70 @@ void tearDown(void)
 {
 }
 
+static void compare(const rig_t *rig, const rig_ramp_t *ramps, unsigned count)
+{
+    sim_reference_cost_t   cost       = {0};
+    const rig_comparison_t comparison = rig_compare(rig, RIG_STEP_S, ramps, count, &cost);
+    printf("%-16s %7.4f %% of %.3f N, at %6.3f s (CVODE: %ld steps, %ld right-hand sides, %ld events)\n",
+           rig->truth->name,
+           100.0 * comparison.difference,
+           comparison.largest_n,
+           comparison.at_s,
+           cost.steps,
+           cost.right_hand_sides,
+           cost.events);
+    TEST_ASSERT_TRUE_MESSAGE(comparison.difference <= 0.01, rig->truth->name);
+}
+
 static void test_every_model_agrees_with_cvode_to_1_percent_of_force(void)
 {
     for (size_t i = 0; i < sim_truth_count; i++)
     {
         rig_t rig;
         rig_init(&rig, sim_truths[i]);
-        sim_reference_cost_t   cost       = {0};
-        const rig_comparison_t comparison = rig_compare(&rig, RIG_STEP_S, rig_compare_ramps, rig_compare_count, &cost);
-        printf("%-20s %.4f %% of %.3f N, at %.3f s (CVODE: %ld steps, %ld right-hand sides, %ld events)\n",
-               rig.truth->name,
-               100.0 * comparison.difference,
-               comparison.largest_n,
-               comparison.at_s,
-               cost.steps,
-               cost.right_hand_sides,
-               cost.events);
-        fflush(stdout);
-        TEST_ASSERT_TRUE_MESSAGE(comparison.difference <= 0.01, rig.truth->name);
+        compare(&rig, rig_compare_ramps, rig_compare_count);
+    }
+}
+
+/// As slow as the paper's waveforms, 0.01 N/s.
+static void test_every_model_agrees_on_slow_ramps(void)
+{
+    static const rig_ramp_t ramps[] = {{0.5, 1.0}, {0.12, 1.0}, {0.27, 15.0}, {0.17, 10.0}};
+    for (size_t i = 0; i < sim_truth_count; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truths[i]);
+        compare(&rig, ramps, sizeof ramps / sizeof ramps[0]);
+    }
+}
+
+/// Directions that differ, gravity, breakaway from a table.
+static void test_every_model_agrees_with_asymmetry_gravity_and_a_table(void)
+{
+    static sim_breakaway_point_t points[] = {{0.0, 0.010, 0.005}, {0.2, 0.060, 0.080}, {0.5, 0.150, 0.170}};
+    for (size_t i = 0; i < sim_truth_count; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truths[i]);
+        rig.config.friction.breakaway.table       = points;
+        rig.config.friction.breakaway.table_count = 3;
+        rig.config.friction.gravity_n             = 0.004;
+        compare(&rig, rig_compare_ramps, rig_compare_count);
+    }
+}
+
+/// Friction of sliding below breakaway, where a model has such a parameter.
+static void test_models_with_a_stribeck_effect_agree(void)
+{
+    for (size_t i = 0; i < sim_truth_count; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truths[i]);
+        if (sim_truth_parameter_find(sim_truths[i], "sliding_ratio") != NULL)
+        {
+            rig_set(&rig, "sliding_ratio", 0.9);
+            compare(&rig, rig_compare_ramps, rig_compare_count);
+        }
     }
 }
 
@@ -38,5 +84,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_every_model_agrees_with_cvode_to_1_percent_of_force);
+    RUN_TEST(test_every_model_agrees_on_slow_ramps);
+    RUN_TEST(test_every_model_agrees_with_asymmetry_gravity_and_a_table);
+    RUN_TEST(test_models_with_a_stribeck_effect_agree);
     return UNITY_END();
 }

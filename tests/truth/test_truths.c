@@ -1,0 +1,126 @@
+// The list of truth models: names, parameter tables, and what every model must do.
+
+#include "rig.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void test_names_are_unique_and_found(void)
+{
+    TEST_ASSERT_EQUAL_PTR(&sim_paper_truth, sim_truths[0]);
+    for (size_t i = 0; i < sim_truth_count; i++)
+    {
+        TEST_ASSERT_EQUAL_PTR(sim_truths[i], sim_truth_find(sim_truths[i]->name));
+        TEST_ASSERT_TRUE(strlen(sim_truths[i]->text) > 0);
+    }
+    TEST_ASSERT_NULL(sim_truth_find("no such model"));
+}
+
+static void test_parameter_tables_are_sound(void)
+{
+    for (size_t i = 0; i < sim_truth_count; i++)
+    {
+        const sim_truth_ops_t *truth = sim_truths[i];
+        for (size_t k = 0; k < truth->parameter_count; k++)
+        {
+            const sim_truth_parameter_t *row = &truth->parameters[k];
+            TEST_ASSERT_EQUAL_PTR_MESSAGE(row, sim_truth_parameter_find(truth, row->name), row->name);
+            TEST_ASSERT_TRUE_MESSAGE(row->min < row->max, row->name);
+            TEST_ASSERT_TRUE_MESSAGE(row->initial >= row->min && row->initial <= row->max, row->name);
+            TEST_ASSERT_TRUE_MESSAGE(strlen(row->text) > 0 && strlen(row->unit) > 0, row->name);
+            // Each its own double, and the table covers the struct.
+            TEST_ASSERT_EQUAL_size_t_MESSAGE(k * sizeof(double), row->offset, row->name);
+        }
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(truth->parameter_count * sizeof(double), truth->parameters_size, truth->name);
+    }
+}
+
+static void test_a_parameter_is_set_within_its_range_only(void)
+{
+    const sim_truth_ops_t *truth = sim_truth_find("dahl");
+    double                 stiffness;
+    TEST_ASSERT_EQUAL_size_t(sizeof stiffness, truth->parameters_size);
+    sim_truth_parameters_default(truth, &stiffness);
+    TEST_ASSERT_EQUAL_DOUBLE(200.0, stiffness);
+    TEST_ASSERT_TRUE(sim_truth_parameter_set(truth, &stiffness, "stiffness_N_per_deg", 1.0));
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, stiffness);
+    TEST_ASSERT_FALSE(sim_truth_parameter_set(truth, &stiffness, "stiffness_N_per_deg", 0.99));
+    TEST_ASSERT_FALSE(sim_truth_parameter_set(truth, &stiffness, "stiffness_N_per_deg", 1.01e6));
+    TEST_ASSERT_FALSE(sim_truth_parameter_set(truth, &stiffness, "stiffness_N_per_deg", nan("")));
+    TEST_ASSERT_FALSE(sim_truth_parameter_set(truth, &stiffness, "stiffness", 2.0));
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, stiffness);
+}
+
+/// A rise in 6 s: each slides with about the friction that the arm has at that force, so that they can be compared.
+static void test_all_models_slide_with_breakaway_of_the_load(void)
+{
+    static const rig_ramp_t ramps[] = {{0.6, 6.0}};
+    for (size_t i = 0; i < sim_truth_count; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truths[i]);
+        double force;
+        rig_forces(&rig, ramps, 1, &force);
+        printf("%-18s F %.4f N, u - F %.4f N, L(F) %.4f N\n", rig.truth->name, force, 0.6 - force, 0.007 + 0.3 * force);
+        if (strncmp(rig.truth->name, "servo_", 6) != 0)
+        {
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.12 * (0.6 - force), 0.007 + 0.3 * force, 0.6 - force, rig.truth->name);
+        }
+    }
+}
+
+static double noisy(unsigned long i)
+{
+    // A multiplicative generator; the amplitude goes up to 100 N.
+    const unsigned long x = (i * 2654435761ul + 12345ul) & 0xffffffffu;
+    return ((double)x / 2147483648.0 - 1.0) * (i % 1000 < 900 ? 1.0 : 100.0);
+}
+
+static void test_no_input_makes_a_model_diverge_and_reset_makes_it_new(void)
+{
+    for (size_t i = 0; i < sim_truth_count; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truths[i]);
+        const sim_truth_ops_t *truth = rig.truth;
+        void                  *model = truth->create(&rig.config, RIG_STEP_S);
+        void                  *other = truth->create(&rig.config, RIG_STEP_S);
+        TEST_ASSERT_NOT_NULL(model);
+        TEST_ASSERT_NOT_NULL(other);
+        sim_truth_signals_t signals = {0};
+        for (unsigned long k = 0; k < 20000; k++)
+        {
+            const double force = truth->step(model, noisy(k), &signals);
+            TEST_ASSERT_TRUE_MESSAGE(fabs(force) < 200.0 && isfinite(signals.f_n), truth->name);
+        }
+        truth->reset(model);
+        for (unsigned long k = 0; k < 2000; k++)
+        {
+            const double u = 0.4 * sin(0.01 * (double)k);
+            TEST_ASSERT_TRUE_MESSAGE(truth->step(model, u, &signals) == truth->step(other, u, &signals), truth->name);
+        }
+        truth->destroy(model);
+        truth->destroy(other);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_names_are_unique_and_found);
+    RUN_TEST(test_parameter_tables_are_sound);
+    RUN_TEST(test_a_parameter_is_set_within_its_range_only);
+    RUN_TEST(test_all_models_slide_with_breakaway_of_the_load);
+    RUN_TEST(test_no_input_makes_a_model_diverge_and_reset_makes_it_new);
+    return UNITY_END();
+}
