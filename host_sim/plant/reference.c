@@ -27,6 +27,7 @@ struct sim_reference
 {
     const sim_law_t     *law;
     sim_truth_config_t   config;
+    sim_drive_error_t    drive_error;
     void                *friction;
     sim_drive_at_t       at;
     const void          *context;
@@ -46,9 +47,24 @@ const sim_reference_options_t sim_reference_defaults = {.relative_tolerance = 1e
                                                         .speed_deg_per_s    = 1e-10,
                                                         .states             = 1e-13};
 
+/// u with the errors of the drive at that position and speed.
+static sim_drive_t drive_at(const sim_reference_t *reference, double time_s, double position, double speed)
+{
+    const sim_drive_error_t *error     = &reference->drive_error;
+    const sim_drive_t        command   = reference->at(reference->context, time_s);
+    const sim_ripple_t       ripple    = sim_drive_error_ripple(error, position);
+    const double             scale     = 1.0 + error->scale;
+    const double             stiffness = reference->config.arm.stiffness_n_per_deg;
+    // The second derivative contains w', which is asked for where w' = u'' / K (the sliding mode of paper.c).
+    const double second = scale * command.rate_n_per_s2 + ripple.curvature_n_per_deg2 * speed * speed;
+    return (sim_drive_t){.u_n           = sim_drive_error_command(error, command.u_n) + ripple.force_n,
+                         .rate_n_per_s  = scale * command.rate_n_per_s + ripple.slope_n_per_deg * speed,
+                         .rate_n_per_s2 = second * stiffness / (stiffness - ripple.slope_n_per_deg)};
+}
+
 static sim_contact_t contact_at(const sim_reference_t *reference, double time_s, const double y[])
 {
-    const sim_drive_t drive = reference->at(reference->context, time_s);
+    const sim_drive_t drive = drive_at(reference, time_s, y[POSITION], y[SPEED]);
     const double      force = reference->config.arm.stiffness_n_per_deg * y[POSITION];
     return (sim_contact_t){.time_s          = time_s,
                            .u_n             = drive.u_n,
@@ -169,6 +185,11 @@ sim_reference_t *sim_reference_create(const sim_truth_ops_t         *truth,
         return NULL;
     }
     return reference;
+}
+
+void sim_reference_set_drive_error(sim_reference_t *reference, const sim_drive_error_t *error)
+{
+    reference->drive_error = *error;
 }
 
 void sim_reference_destroy(sim_reference_t *reference)

@@ -5,6 +5,7 @@
 #ifndef SIM_REFERENCE_H
 #define SIM_REFERENCE_H
 
+#include "plant/drive_error.h"
 #include "plant/truth/law.h"
 
 #include <stdbool.h>
@@ -41,7 +42,10 @@ typedef struct sim_reference sim_reference_t;
 sim_reference_t *sim_reference_create(const sim_truth_ops_t         *truth,
                                       const sim_truth_config_t      *config,
                                       const sim_reference_options_t *options);
-void             sim_reference_destroy(sim_reference_t *reference);
+
+/// Errors of the drive, none at first; of the command, there being no actuator here, at once. Before the first drive.
+void sim_reference_set_drive_error(sim_reference_t *reference, const sim_drive_error_t *error);
+void sim_reference_destroy(sim_reference_t *reference);
 
 /// From now to `until_s` u is `at(context, time)`, smooth. To be called at the start and at each break of the input.
 bool sim_reference_drive(sim_reference_t *reference, sim_drive_at_t at, const void *context, double until_s);

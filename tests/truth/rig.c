@@ -20,6 +20,7 @@ void rig_init(rig_t *rig, const sim_truth_ops_t *truth)
                      .reset_level   = 0.8,
                      .pulse_width_s = 0.003},
         .arm      = {.inertia_n_s2_per_deg = 1.2e-4, .damping_n_s_per_deg = 0.0288, .stiffness_n_per_deg = 3.84}};
+    rig->drive_error                = (sim_drive_error_t){0};
     rig->config.friction.parameters = rig->parameters;
     sim_truth_parameters_default(truth, rig->parameters);
 }
@@ -43,14 +44,18 @@ void rig_run(const rig_t *rig, double step_s, const rig_ramp_t *ramps, unsigned 
     double              from    = 0.0;
     long                done    = 0;
     double              past    = 0.0;
+    double              before  = 0.0;
     for (unsigned i = 0; i < count; i++)
     {
         const long steps = lround(ramps[i].seconds / step_s);
         for (long k = 0; k < steps; k++)
         {
             // Held at its mean over the step, which is the ramp to second order.
-            const double u     = from + (ramps[i].to_n - from) * ((double)k + 0.5) / (double)steps;
-            const double force = rig->truth->step(model, u, &signals);
+            const double u      = from + (ramps[i].to_n - from) * ((double)k + 0.5) / (double)steps;
+            const double middle = (1.5 * past - 0.5 * before) / rig->config.arm.stiffness_n_per_deg;
+            const double felt   = sim_drive_error_command(&rig->drive_error, u) +
+                                sim_drive_error_ripple(&rig->drive_error, middle).force_n;
+            const double force = rig->truth->step(model, felt, &signals);
             done++;
             const rig_sample_t sample = {.time_s  = (double)done * step_s,
                                          .u_n     = u,
@@ -58,6 +63,7 @@ void rig_run(const rig_t *rig, double step_s, const rig_ramp_t *ramps, unsigned 
                                          .f_n     = signals.f_n,
                                          .speed_deg_per_s =
                                              (force - past) / step_s / rig->config.arm.stiffness_n_per_deg};
+            before                    = past;
             past                      = force;
             see(context, &sample);
         }
@@ -141,6 +147,7 @@ void rig_run_reference(const rig_t                   *rig,
 {
     sim_reference_t *reference = sim_reference_create(rig->truth, &rig->config, options);
     TEST_ASSERT_NOT_NULL(reference);
+    sim_reference_set_drive_error(reference, &rig->drive_error);
     line_t line = {0};
     long   done = 0;
     for (unsigned i = 0; i < count; i++)

@@ -14,6 +14,7 @@ typedef struct
 {
     const sim_truth_ops_t *truth;
     sim_truth_config_t     config;
+    sim_drive_error_t      drive_error; ///< none
     double                 parameters[RIG_PARAMETERS_MAX];
 } rig_t;
 

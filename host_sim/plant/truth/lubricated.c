@@ -3,7 +3,7 @@
 //
 //     film:       c J22(e) de/dt = W - contact(e) - c |w| e |J12(e)| / 2          e: eccentricity, 0 to 1
 //     contact:    contact(e) = k (e - et) where e > et, 0 elsewhere
-//     friction:   f = s0 z + cv w / sqrt(1 - e^2)        dz/dt = w - s0 |w| z / contact(e)
+//     friction:   f = contact(e) z + cv w / sqrt(1 - e^2)        dz/dt = (w - |w| z) / d
 //     J12 = 2 e / (1 - e^2)^2,    J22 = pi (1 + 2 e^2) / (2 (1 - e^2)^(5/2))
 //
 // Loads are in newtons of friction (coefficient 1), so W = L(F): at rest the asperities carry all and breakaway is L.
@@ -14,7 +14,8 @@
 // Source: A. Harnoy, B. Friedland, "Dynamic friction model of lubricated surfaces for precise motion control", Tribology
 // Transactions 37(3), 1994, and A. Harnoy, Bearing Design in Machinery, 2003, Eqs. (15-8), (15-9) for the film of the
 // short bearing. Reduced here to one state of the film: no mass of the shaft, line of centres along the load. The
-// asperities' shear is Dahl's spring (dahl.c). Scaled so that the film carries all at about 0.4 deg/s.
+// asperities' shear z, from -1 to 1, is Dahl's (dahl.c), its stiffness in proportion to their load. Scaled so that the
+// film carries all at about 0.4 deg/s.
 
 #include "plant/truth/arm.h"
 #include "plant/truth/models.h"
@@ -25,7 +26,7 @@
 
 typedef struct
 {
-    double stiffness;
+    double distance;
     double film;
     double contact;
     double transition;
@@ -34,7 +35,7 @@ typedef struct
 
 enum
 {
-    STRETCH,     ///< z
+    SHEAR,       ///< z
     ECCENTRICITY ///< e
 };
 
@@ -42,13 +43,11 @@ typedef struct
 {
     parameters_t p;
     int          way;
+    bool         touches; ///< asperities; kept for the guard alone
 } lubricated_t;
 
 /// e cannot reach 1, where the film stiffens beyond bounds; steps of a solver may try.
 #define ECCENTRICITY_MAX 0.999
-
-/// A contact that carries nothing transmits nothing; this keeps the division defined.
-#define CONTACT_MIN_N 1e-9
 
 static double carried(const lubricated_t *bearing, double e)
 {
@@ -60,17 +59,12 @@ static double load(const sim_contact_t *contact)
     return 0.5 * (contact->breakaway.positive_n + contact->breakaway.negative_n);
 }
 
-/// Most that the asperities transmit in the direction of `w`.
-static double most(const lubricated_t *bearing, const sim_contact_t *contact, double e, double w)
-{
-    return fmax(CONTACT_MIN_N, carried(bearing, e) * sim_law_breakaway(contact, w) / load(contact));
-}
-
 static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     lubricated_t *bearing = law;
     sim_law_parameters(&sim_lubricated_truth, config, &bearing->p);
     bearing->way                = 1;
+    bearing->touches            = true;
     const sim_contact_t contact = {.breakaway = sim_breakaway_at(&config->friction.breakaway, 0.0)};
     z[ECCENTRICITY]             = bearing->p.transition + load(&contact) / bearing->p.contact;
 }
@@ -85,10 +79,15 @@ static double film_rate(const lubricated_t *bearing, const sim_contact_t *contac
     return (load(contact) - carried(bearing, e) - lift) / (bearing->p.film * j22);
 }
 
-static double force(const lubricated_t *bearing, double stretch, double eccentricity, double w)
+static double force(const lubricated_t  *bearing,
+                    const sim_contact_t *contact,
+                    double               shear,
+                    double               eccentricity,
+                    double               w)
 {
-    const double e = fmin(ECCENTRICITY_MAX, eccentricity);
-    return bearing->p.stiffness * stretch + bearing->p.viscous * w / sqrt(1.0 - e * e);
+    const double e    = fmin(ECCENTRICITY_MAX, eccentricity);
+    const double most = carried(bearing, e) * sim_law_breakaway(contact, shear) / load(contact);
+    return most * shear + bearing->p.viscous * w / sqrt(1.0 - e * e);
 }
 
 /// The film is slow (0.1 s) and goes explicitly.
@@ -100,37 +99,39 @@ static double update(const void          *law,
                      double               z_end[])
 {
     const lubricated_t *bearing = law;
-    const double        s0      = bearing->p.stiffness;
-    const double        x       = step_s * end_speed;
+    const double        part    = step_s * end_speed / bearing->p.distance;
     z_end[ECCENTRICITY] = z[ECCENTRICITY] + step_s * film_rate(bearing, start, z[ECCENTRICITY], start->speed_deg_per_s);
-    z_end[STRETCH] = (z[STRETCH] + x) / (1.0 + s0 * fabs(x) / most(bearing, start, z_end[ECCENTRICITY], end_speed));
-    return force(bearing, z_end[STRETCH], z_end[ECCENTRICITY], end_speed);
+    z_end[SHEAR]        = (z[SHEAR] + part) / (1.0 + fabs(part));
+    return force(bearing, start, z_end[SHEAR], z_end[ECCENTRICITY], end_speed);
 }
 
 static double friction(const void *law, const sim_contact_t *now, const double z[])
 {
-    return force(law, z[STRETCH], z[ECCENTRICITY], now->speed_deg_per_s);
+    return force(law, now, z[SHEAR], z[ECCENTRICITY], now->speed_deg_per_s);
 }
 
 static void rates(const void *law, const sim_contact_t *now, const double z[], double dz[])
 {
     const lubricated_t *bearing = law;
     const double        w       = now->speed_deg_per_s;
-    dz[STRETCH]      = w - bearing->p.stiffness * fabs(w) * z[STRETCH] / most(bearing, now, z[ECCENTRICITY], w);
-    dz[ECCENTRICITY] = film_rate(bearing, now, z[ECCENTRICITY], w);
+    dz[SHEAR]                   = (w - fabs(w) * z[SHEAR]) / bearing->p.distance;
+    dz[ECCENTRICITY]            = film_rate(bearing, now, z[ECCENTRICITY], w);
 }
 
 enum
 {
     TURNS,
+    TOUCHES,
     GUARDS
 };
 
-/// Nothing switches; the integrator restarts at the kink of |w|.
+/// Nothing switches; the integrator restarts at the kinks of |w| and of the asperities' load.
 static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
 {
-    (void)z;
-    g[TURNS] = ((const lubricated_t *)law)->way * now->speed_deg_per_s;
+    const lubricated_t *bearing = law;
+    const double        depth   = z[ECCENTRICITY] - bearing->p.transition;
+    g[TURNS]                    = bearing->way * now->speed_deg_per_s;
+    g[TOUCHES]                  = bearing->touches ? depth : -depth;
 }
 
 static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
@@ -138,8 +139,8 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
     lubricated_t *bearing = law;
     (void)now;
     (void)z;
-    (void)guard;
-    bearing->way = -bearing->way;
+    bearing->way     = guard == TURNS ? -bearing->way : bearing->way;
+    bearing->touches = guard == TOUCHES ? !bearing->touches : bearing->touches;
 }
 
 static const sim_law_t law = {.size        = sizeof(lubricated_t),
@@ -158,13 +159,13 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 static const sim_truth_parameter_t parameters[] = {
-    {"stiffness_N_per_deg",
-     "N/deg",
+    {"distance_deg",
+     "deg",
+     1e-7,
      1.0,
-     1e6,
-     200.0,
-     "s0, of the asperities in shear",
-     offsetof(parameters_t, stiffness)},
+     8e-4,
+     "d: path over which the asperities shear",
+     offsetof(parameters_t, distance)},
     {"film_N_s_per_deg",
      "N s/deg",
      1e-4,

@@ -1,0 +1,46 @@
+#include "plant/drive_error.h"
+
+#include <math.h>
+
+#define TWO_PI 6.28318530717958647692
+
+const sim_truth_parameter_t sim_drive_error_parameters[] = {
+    {"scale", "-", -0.9, 9.0, 0.0, "error of the command's scale", offsetof(sim_drive_error_t, scale)},
+    {"bias_N", "N", -1.0, 1.0, 0.0, "added to the command", offsetof(sim_drive_error_t, bias_n)},
+    {"ripple_N", "N", 0.0, 2.0, 0.0, "amplitude of the torque ripple", offsetof(sim_drive_error_t, ripple_n)},
+    // The arm moves by 0.26 deg for 1 N.
+    {"ripple_period_deg",
+     "deg",
+     1e-3,
+     360.0,
+     0.1,
+     "of the ripple, in position",
+     offsetof(sim_drive_error_t, ripple_period_deg)},
+    {"ripple_phase",
+     "-",
+     0.0,
+     1.0,
+     0.0,
+     "of the ripple at F = 0, in periods",
+     offsetof(sim_drive_error_t, ripple_phase)},
+};
+const size_t sim_drive_error_parameter_count = sizeof sim_drive_error_parameters / sizeof sim_drive_error_parameters[0];
+
+double sim_drive_error_command(const sim_drive_error_t *error, double u_n)
+{
+    return (1.0 + error->scale) * u_n + error->bias_n;
+}
+
+sim_ripple_t sim_drive_error_ripple(const sim_drive_error_t *error, double position_deg)
+{
+    if (error->ripple_n == 0.0)
+    {
+        return (sim_ripple_t){0};
+    }
+    const double per_deg = TWO_PI / error->ripple_period_deg;
+    const double angle   = per_deg * position_deg + TWO_PI * error->ripple_phase;
+    const double force   = error->ripple_n * sin(angle);
+    return (sim_ripple_t){.force_n              = force,
+                          .slope_n_per_deg      = error->ripple_n * per_deg * cos(angle),
+                          .curvature_n_per_deg2 = -force * per_deg * per_deg};
+}
