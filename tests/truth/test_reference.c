@@ -50,6 +50,19 @@ static void test_every_model_agrees_on_slow_ramps(void)
     }
 }
 
+/// As from steps of the reference: 0.5 N within 5 ms.
+static void test_every_model_agrees_on_jumps(void)
+{
+    static const rig_ramp_t ramps[] =
+        {{0.5, 0.005}, {0.5, 0.195}, {0.1, 0.005}, {0.1, 0.195}, {0.45, 0.005}, {0.45, 0.195}};
+    for (size_t i = 0; i < sim_truth_count; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truths[i]);
+        compare(&rig, ramps, sizeof ramps / sizeof ramps[0]);
+    }
+}
+
 /// Directions that differ, gravity, breakaway from a table.
 static void test_every_model_agrees_with_asymmetry_gravity_and_a_table(void)
 {
@@ -85,6 +98,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_every_model_agrees_with_cvode_to_1_percent_of_force);
     RUN_TEST(test_every_model_agrees_on_slow_ramps);
+    RUN_TEST(test_every_model_agrees_on_jumps);
     RUN_TEST(test_every_model_agrees_with_asymmetry_gravity_and_a_table);
     RUN_TEST(test_models_with_a_stribeck_effect_agree);
     return UNITY_END();

@@ -187,7 +187,8 @@ static void step_once(arm_t *arm, double u_n, sim_truth_signals_t *signals)
     arm->time_s += arm->step_s;
     if (arm->law->settle != NULL)
     {
-        const sim_contact_t end = contact_of(arm, u_n);
+        sim_contact_t end = contact_of(arm, u_n);
+        end.breakaway     = step.start.breakaway;
         arm->law->settle(arm->friction, &end, arm->z);
     }
 }

@@ -8,7 +8,7 @@
 //
 // The published model has no damping (its authors note that it rings); without it each snap of this arm sets off others
 // by chance and no two solvers agree for long. s1 is the arm's critical damping on its bonds. Snaps are taken at the end
-// of a step, hence ten of them in one of the plant's.
+// of a step, hence twenty of them in one of the plant's.
 //
 // Source: D. A. Haessig, B. Friedland, "On the modeling and simulation of friction", ASME J. Dynamic Systems, Measurement,
 // and Control 113(3), 1991, who take 20 to 25 bristles. Deflection scaled to the stiffness in dahl.c.
@@ -33,9 +33,23 @@ typedef struct
 typedef struct
 {
     parameters_t p;
-    double       origin[BRISTLES]; ///< b, where x is the path from the start
-    sim_random_t random[BRISTLES]; ///< each its own, so that the order of snaps in a step does not matter
+    double       origin[BRISTLES];     ///< b, where x is the path from the start
+    double       sum, lowest, highest; ///< of the origins
+    sim_random_t random[BRISTLES];     ///< each its own, so that the order of snaps in a step does not matter
 } bristle_t;
+
+static void sum_up(bristle_t *bristle)
+{
+    bristle->sum     = 0.0;
+    bristle->lowest  = bristle->origin[0];
+    bristle->highest = bristle->origin[0];
+    for (int i = 0; i < BRISTLES; i++)
+    {
+        bristle->sum += bristle->origin[i];
+        bristle->lowest  = fmin(bristle->lowest, bristle->origin[i]);
+        bristle->highest = fmax(bristle->highest, bristle->origin[i]);
+    }
+}
 
 static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
@@ -48,15 +62,12 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
         bristle->origin[i] = bristle->p.deflection * (BRISTLES - 1 - 2 * i) / BRISTLES;
         sim_random_seed(&bristle->random[i], (uint64_t)bristle->p.seed * BRISTLES + (uint64_t)i);
     }
+    sum_up(bristle);
 }
 
 static double force(const bristle_t *bristle, const sim_contact_t *contact, double x, double w)
 {
-    double sum = 0.0;
-    for (int i = 0; i < BRISTLES; i++)
-    {
-        sum += x - bristle->origin[i];
-    }
+    const double sum   = BRISTLES * x - bristle->sum;
     const double level = bristle->p.sliding_ratio * sim_law_breakaway(contact, sum);
     return 1.5 * level * sum / (BRISTLES * bristle->p.deflection) + bristle->p.damping * w;
 }
@@ -84,6 +95,10 @@ static void settle(void *law, const sim_contact_t *end, double z[])
 {
     bristle_t *bristle = law;
     (void)end;
+    if (z[0] - bristle->lowest < bristle->p.deflection && bristle->highest - z[0] < bristle->p.deflection)
+    {
+        return;
+    }
     for (int i = 0; i < BRISTLES; i++)
     {
         while (fabs(z[0] - bristle->origin[i]) >= bristle->p.deflection)
@@ -91,6 +106,7 @@ static void settle(void *law, const sim_contact_t *end, double z[])
             snap(bristle, i, z[0]);
         }
     }
+    sum_up(bristle);
 }
 
 static double friction(const void *law, const sim_contact_t *now, const double z[])
@@ -121,12 +137,13 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
 {
     (void)now;
     snap(law, (int)guard, z[0]);
+    sum_up(law);
 }
 
 static const sim_law_t law = {.size        = sizeof(bristle_t),
                               .state_count = 1,
                               .guard_count = GUARDS,
-                              .steps       = 10,
+                              .steps       = 20,
                               .reset       = reset,
                               .update      = update,
                               .settle      = settle,

@@ -72,9 +72,10 @@ static double update(const void          *law,
     const elasto_plastic_t *plastic = law;
     const double            x       = step_s * end_speed;
     const double            slope = plastic->p.s0 / level(plastic, start, copysign(start->speed_deg_per_s, end_speed));
-    // What yields is what yields at the end of an elastic step, or the start of it: the later.
-    const double yields = yielding(plastic, slope * (z[0] + x), end_speed);
-    z_end[0]            = (z[0] + x) / (1.0 + yields * slope * fabs(x));
+    // a from the start, then from the mean of start and end.
+    const double at_start = slope * fabs(x) * yielding(plastic, slope * z[0], end_speed);
+    const double middle   = 0.5 * (z[0] + (z[0] + x) / (1.0 + at_start));
+    z_end[0]              = (z[0] + x) / (1.0 + slope * fabs(x) * yielding(plastic, slope * middle, end_speed));
     return force(plastic, z_end[0], (z_end[0] - z[0]) / step_s, end_speed);
 }
 
@@ -103,7 +104,7 @@ enum
 static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
 {
     (void)z;
-    g[TURNS] = ((const elasto_plastic_t *)law)->way * now->speed_deg_per_s;
+    g[TURNS] = ((const elasto_plastic_t *)law)->way * now->speed_deg_per_s + SIM_LAW_TURN_DEG_PER_S;
 }
 
 static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)

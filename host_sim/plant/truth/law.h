@@ -22,6 +22,9 @@
 #define SIM_LAW_STATES_MAX 8u  ///< continuous states z
 #define SIM_LAW_GUARDS_MAX 32u ///< events at a time
 
+/// A guard that is there for a kink of |w| alone fires beyond this speed, as at rest w is a solver's noise.
+#define SIM_LAW_TURN_DEG_PER_S 1e-7
+
 /// What the contact feels at an instant.
 typedef struct
 {
@@ -55,7 +58,8 @@ typedef struct sim_law
                      double               step_s,
                      double               z_end[]);
 
-    /// Fixed steps: modes after a step; z and `end` are those of its end. Null: the law has no modes.
+    /// Fixed steps: modes after a step; z and `end` are those of its end, but L, which is the one that the step was made
+    /// with. Null: the law has no modes.
     void (*settle)(void *law, const sim_contact_t *end, double z[]);
 
     /// Whether the position stands in this mode, whatever the speed. Null: never.

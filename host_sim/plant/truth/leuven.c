@@ -109,10 +109,8 @@ static double friction(const void *law, const sim_contact_t *now, const double z
 
 #define GUARDS ELEMENTS
 
-/// In sliding dz/dt is 0 but for rounding; a speed of z below this is no turn.
-#define TURN_DEG_PER_S 1e-9
-
-/// With friction of sliding below breakaway z may go back while w does not: it is dz/dt that turns.
+/// With friction of sliding below breakaway z may go back while w does not: it is dz/dt that turns, in sliding 0 but
+/// for rounding.
 static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
 {
     const leuven_t *leuven = law;
@@ -120,7 +118,7 @@ static void guards(const void *law, const sim_contact_t *now, const double z[], 
     const double    rate   = w * follow(leuven, now, z, w, w);
     for (int i = 0; i < ELEMENTS; i++)
     {
-        g[i] = leuven->way[i] != 0 ? leuven->way[i] * rate + TURN_DEG_PER_S : level_part[i] - fabs(z[i]);
+        g[i] = leuven->way[i] != 0 ? leuven->way[i] * rate + SIM_LAW_TURN_DEG_PER_S : level_part[i] - fabs(z[i]);
     }
 }
 

@@ -130,7 +130,7 @@ static void guards(const void *law, const sim_contact_t *now, const double z[], 
 {
     const lubricated_t *bearing = law;
     const double        depth   = z[ECCENTRICITY] - bearing->p.transition;
-    g[TURNS]                    = bearing->way * now->speed_deg_per_s;
+    g[TURNS]                    = bearing->way * now->speed_deg_per_s + SIM_LAW_TURN_DEG_PER_S;
     g[TOUCHES]                  = bearing->touches ? depth : -depth;
 }
 

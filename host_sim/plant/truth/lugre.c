@@ -89,7 +89,7 @@ enum
 static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
 {
     (void)z;
-    g[TURNS] = ((const lugre_t *)law)->way * now->speed_deg_per_s;
+    g[TURNS] = ((const lugre_t *)law)->way * now->speed_deg_per_s + SIM_LAW_TURN_DEG_PER_S;
 }
 
 static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
