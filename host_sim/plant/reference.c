@@ -23,6 +23,13 @@ enum
 
 #define INTERNAL_STEPS_MAX 1000000L
 
+/// Debian 12 has SUNDIALS 6, Debian 13 has 7.
+#if SUNDIALS_VERSION_MAJOR >= 7
+#define NO_COMMUNICATOR SUN_COMM_NULL
+#else
+#define NO_COMMUNICATOR NULL
+#endif
+
 struct sim_reference
 {
     const sim_law_t     *law;
@@ -77,7 +84,7 @@ static sim_contact_t contact_at(const sim_reference_t *reference, double time_s,
                            .n_rate_n_per_s = drive.rate_n_per_s - reference->config.arm.stiffness_n_per_deg * y[SPEED]};
 }
 
-static int right_hand_side(realtype time_s, N_Vector y_vector, N_Vector rate_vector, void *user)
+static int right_hand_side(sunrealtype time_s, N_Vector y_vector, N_Vector rate_vector, void *user)
 {
     const sim_reference_t  *reference = user;
     const sim_arm_config_t *arm       = &reference->config.arm;
@@ -96,7 +103,7 @@ static int right_hand_side(realtype time_s, N_Vector y_vector, N_Vector rate_vec
     return 0;
 }
 
-static int guards(realtype time_s, N_Vector y_vector, realtype *g, void *user)
+static int guards(sunrealtype time_s, N_Vector y_vector, sunrealtype *g, void *user)
 {
     const sim_reference_t *reference = user;
     const double          *y         = N_VGetArrayPointer(y_vector);
@@ -116,7 +123,7 @@ static bool allocate(sim_reference_t *reference, const sim_reference_options_t *
 {
     const sunindextype size = LAW + (sunindextype)reference->law->state_count;
     reference->friction     = calloc(1, reference->law->size);
-    if (reference->friction == NULL || SUNContext_Create(NULL, &reference->sundials) != 0)
+    if (reference->friction == NULL || SUNContext_Create(NO_COMMUNICATOR, &reference->sundials) != 0)
     {
         return false;
     }
@@ -130,6 +137,16 @@ static bool allocate(sim_reference_t *reference, const sim_reference_options_t *
     }
     reference->solver = SUNLinSol_Dense(reference->y, reference->jacobian, reference->sundials);
     return reference->solver != NULL;
+}
+
+/// What CVODE has to say comes back as a status.
+static bool be_silent(sim_reference_t *reference)
+{
+#if SUNDIALS_VERSION_MAJOR >= 7
+    return SUNContext_ClearErrHandlers(reference->sundials) == 0;
+#else
+    return CVodeSetErrFile(reference->cvode, NULL) == CV_SUCCESS;
+#endif
 }
 
 static bool set_up(sim_reference_t *reference, const sim_reference_options_t *options)
@@ -152,7 +169,7 @@ static bool set_up(sim_reference_t *reference, const sim_reference_options_t *op
     done            = done && CVodeSetLinearSolver(cvode, reference->solver, reference->jacobian) == CV_SUCCESS;
     done            = done && CVodeSetMaxNumSteps(cvode, INTERNAL_STEPS_MAX) == CV_SUCCESS;
     done            = done && CVodeSetMaxStep(cvode, options->max_step_s) == CV_SUCCESS;
-    done            = done && CVodeSetErrFile(cvode, NULL) == CV_SUCCESS;
+    done            = done && be_silent(reference);
     if (done && count > 0)
     {
         int falling[SIM_LAW_GUARDS_MAX];

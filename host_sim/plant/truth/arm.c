@@ -9,8 +9,10 @@
 /// More than any law needs: the bracket at least halves every second time.
 #define ITERATIONS_MAX 100
 
-/// Of the bracket's width, beside the speed that is looked for.
-#define ROOT_TOLERANCE 1e-12
+/// Speeds nearer than this to the root, in deg/s and as a part of the bracket, are the root: 1e-11 deg/s adds up to
+/// 4e-8 N of F in 1,000 s.
+#define ROOT_DEG_PER_S 1e-11
+#define ROOT_PART      1e-10
 
 typedef struct
 {
@@ -107,13 +109,14 @@ static double friction_at(step_t *step, double end_speed)
 static double solve_moving(step_t *step, double friction)
 {
     const double width = step->free_speed - step->per_newton * friction;
+    const double near  = ROOT_DEG_PER_S + ROOT_PART * fabs(width);
 
     double low        = copysign(0.0, width);
     double low_error  = -width;
     double high       = width;
     double f          = friction_at(step, high);
     double high_error = high - (step->free_speed - step->per_newton * f);
-    for (int i = 0; i < ITERATIONS_MAX && fabs(high_error) > ROOT_TOLERANCE * fabs(width); i++)
+    for (int i = 0; i < ITERATIONS_MAX && fabs(high_error) > near; i++)
     {
         const double middle = high - high_error * (high - low) / (high_error - low_error);
         f                   = friction_at(step, middle);
