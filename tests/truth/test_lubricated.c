@@ -84,11 +84,60 @@ static void test_friction_remembers_speed(void)
     TEST_ASSERT_TRUE(up > down + 0.05 * L);
 }
 
+#define INTERVALS 2000
+
+/// The film's integrals over the converging half, by Simpson's rule: J12 and J22 of Harnoy's book.
+static void integrals(double e, double *j12, double *j22)
+{
+    const double pi = acos(-1.0);
+    *j12            = 0.0;
+    *j22            = 0.0;
+    for (int i = 0; i <= INTERVALS; i++)
+    {
+        const double angle  = pi * i / INTERVALS;
+        const double film   = 1.0 + e * cos(angle);
+        const double weight = (i == 0 || i == INTERVALS ? 1.0 : i % 2 == 1 ? 4.0 : 2.0) * pi / INTERVALS / 3.0;
+        *j12 += weight * sin(angle) * cos(angle) / (film * film * film);
+        *j22 += weight * cos(angle) * cos(angle) / (film * film * film);
+    }
+}
+
+/// From rest to a jump of speed, both ways: friction 0.05 s later, from the film's balance with those integrals.
+static void test_the_film_obeys_its_integrals_in_both_directions(void)
+{
+    double e = 0.7 + L / 20.0;
+    for (int i = 0; i < 50; i++)
+    {
+        double j12;
+        double j22;
+        integrals(e, &j12, &j22);
+        e += 1e-3 * (L - 20.0 * fmax(0.0, e - 0.7) - 0.2 * 0.3 * e * fabs(j12) / 2.0) / (0.2 * j22);
+    }
+    const double expected = 20.0 * fmax(0.0, e - 0.7) + 0.01 * 0.3 / sqrt(1.0 - e * e);
+    TEST_ASSERT_TRUE(expected < 0.9 * L);
+    for (int way = 1; way >= -1; way -= 2)
+    {
+        rig_slide_start(&slide, &rig, 0.5);
+        for (int i = 0; i < 5000; i++)
+        {
+            (void)rig_slide_step(&slide, 0.0, 1e-3); // the load comes from 0
+        }
+        for (int i = 0; i < 500; i++)
+        {
+            (void)rig_slide_step(&slide, way * 0.3, 1e-4);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(0.01 * L, way * expected, slide.f_n);
+        rig_slide_end(&slide);
+    }
+    slide.friction = NULL;
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_steady_friction_falls_with_speed_and_rises_with_the_film);
     RUN_TEST(test_breakaway_from_rest_is_that_of_the_load);
     RUN_TEST(test_friction_remembers_speed);
+    RUN_TEST(test_the_film_obeys_its_integrals_in_both_directions);
     return UNITY_END();
 }

@@ -114,6 +114,32 @@ static void test_no_input_makes_a_model_diverge_and_reset_makes_it_new(void)
     }
 }
 
+/// Directions alike: the mirrored input makes the mirrored force, to the last bit. Bristles are random.
+static void test_models_are_mirror_images_of_themselves(void)
+{
+    for (size_t i = 0; i < sim_truth_count; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truths[i]);
+        const sim_truth_ops_t *truth = rig.truth;
+        if (strcmp(truth->name, "bristle") == 0)
+        {
+            continue;
+        }
+        void               *model   = truth->create(&rig.config, RIG_STEP_S);
+        void               *mirror  = truth->create(&rig.config, RIG_STEP_S);
+        sim_truth_signals_t signals = {0};
+        for (unsigned long k = 1; k < 20000; k++)
+        {
+            const double u = 0.4 * sin(0.003 * (double)k) + 0.1 * sin(0.05 * (double)k);
+            TEST_ASSERT_TRUE_MESSAGE(truth->step(model, u, &signals) == -truth->step(mirror, -u, &signals),
+                                     truth->name);
+        }
+        truth->destroy(model);
+        truth->destroy(mirror);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -122,5 +148,6 @@ int main(void)
     RUN_TEST(test_a_parameter_is_set_within_its_range_only);
     RUN_TEST(test_all_models_slide_with_breakaway_of_the_load);
     RUN_TEST(test_no_input_makes_a_model_diverge_and_reset_makes_it_new);
+    RUN_TEST(test_models_are_mirror_images_of_themselves);
     return UNITY_END();
 }

@@ -137,18 +137,27 @@ static double solve_moving(step_t *step, double friction)
     return f;
 }
 
-/// The friction to hold over the step; z_end belongs to it.
+/// Whether the arm moves that way in this step; then `f` is the friction.
+static bool moves(step_t *step, double way, double *f)
+{
+    const double at_rest = friction_at(step, copysign(0.0, way));
+    const bool   free    = way * (step->free_speed - step->per_newton * at_rest) > 0.0;
+    if (free)
+    {
+        *f = solve_moving(step, at_rest);
+    }
+    return free;
+}
+
+/// The friction to hold over the step; z_end belongs to it. The way that it goes already is asked for first: a law that
+/// holds better than it slides leaves both open.
 static double solve(step_t *step)
 {
-    const double up = friction_at(step, 0.0);
-    if (step->free_speed - step->per_newton * up > 0.0)
+    const double way = copysign(1.0, step->start.speed_deg_per_s);
+    double       f;
+    if (moves(step, way, &f) || moves(step, -way, &f))
     {
-        return solve_moving(step, up);
-    }
-    const double down = friction_at(step, -0.0);
-    if (step->free_speed - step->per_newton * down < 0.0)
-    {
-        return solve_moving(step, down);
+        return f;
     }
     step->end_speed = 0.0;
     return step->free_speed / step->per_newton;
