@@ -3,7 +3,7 @@
 find_path(SUNDIALS_INCLUDE_DIR cvode/cvode.h)
 mark_as_advanced(SUNDIALS_INCLUDE_DIR)
 set(sundials_libraries "")
-foreach(library cvode nvecserial sunmatrixdense sunlinsoldense)
+foreach(library cvode nvecserial sunmatrixdense sunlinsoldense sunnonlinsolfixedpoint)
   find_library(SUNDIALS_${library}_LIBRARY sundials_${library})
   mark_as_advanced(SUNDIALS_${library}_LIBRARY)
   list(APPEND sundials_libraries ${SUNDIALS_${library}_LIBRARY})

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 #include <time.h>
 
 enum
@@ -45,7 +46,8 @@ struct sim_reference
     N_Vector             y, tolerance;
     SUNMatrix            jacobian;
     SUNLinearSolver      solver;
-    sim_reference_cost_t cost; ///< of what CVODE no longer counts itself
+    SUNNonlinearSolver   iteration; ///< without a Jacobian; null: Newton's
+    sim_reference_cost_t cost;      ///< of what CVODE no longer counts itself
     char                 problem[96];
 };
 
@@ -135,6 +137,11 @@ static bool allocate(sim_reference_t *reference, const sim_reference_options_t *
     {
         return false;
     }
+    if (options->adams)
+    {
+        reference->iteration = SUNNonlinSol_FixedPoint(reference->y, 0, reference->sundials);
+        return reference->iteration != NULL;
+    }
     reference->solver = SUNLinSol_Dense(reference->y, reference->jacobian, reference->sundials);
     return reference->solver != NULL;
 }
@@ -166,7 +173,8 @@ static bool set_up(sim_reference_t *reference, const sim_reference_options_t *op
     bool      done  = CVodeInit(cvode, right_hand_side, 0.0, reference->y) == CV_SUCCESS;
     done            = done && CVodeSVtolerances(cvode, options->relative_tolerance, reference->tolerance) == CV_SUCCESS;
     done            = done && CVodeSetUserData(cvode, reference) == CV_SUCCESS;
-    done            = done && CVodeSetLinearSolver(cvode, reference->solver, reference->jacobian) == CV_SUCCESS;
+    done            = done && (options->adams ? CVodeSetNonlinearSolver(cvode, reference->iteration)
+                                              : CVodeSetLinearSolver(cvode, reference->solver, reference->jacobian)) == CV_SUCCESS;
     done            = done && CVodeSetMaxNumSteps(cvode, INTERNAL_STEPS_MAX) == CV_SUCCESS;
     done            = done && CVodeSetMaxStep(cvode, options->max_step_s) == CV_SUCCESS;
     done            = done && be_silent(reference);
@@ -216,6 +224,7 @@ void sim_reference_destroy(sim_reference_t *reference)
         return;
     }
     CVodeFree(&reference->cvode);
+    (void)SUNNonlinSolFree(reference->iteration);
     (void)SUNLinSolFree(reference->solver);
     SUNMatDestroy(reference->jacobian);
     N_VDestroy(reference->tolerance);

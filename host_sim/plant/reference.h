@@ -23,7 +23,8 @@ typedef struct
     double position_deg;       ///< absolute tolerances
     double speed_deg_per_s;
     double states;     ///< of the law's own states
-    bool   adams;      ///< the method for problems that are not stiff; otherwise backward differentiation
+    bool   adams;      ///< and fixed-point iteration, for problems that are not stiff; otherwise backward
+                       ///< differentiation and Newton's
     double max_step_s; ///< 0: no limit
 } sim_reference_options_t;
 

@@ -93,6 +93,27 @@ static void test_models_with_a_stribeck_effect_agree(void)
     }
 }
 
+static void keep_last(void *context, const rig_sample_t *sample)
+{
+    *(double *)context = sample->force_n;
+}
+
+static void test_both_of_cvodes_methods_give_the_same(void)
+{
+    const rig_ramp_t        ramps[]  = {{0.5, 0.5}, {0.1, 0.5}};
+    sim_reference_options_t options  = sim_reference_defaults;
+    double                  stiff    = 0.0;
+    double                  nonstiff = 0.0;
+    rig_t                   rig;
+    rig_init(&rig, sim_truth_find("paper"));
+    rig_run_reference(&rig, &options, 1e-3, ramps, 2, keep_last, &stiff, NULL);
+    options.adams      = true;
+    options.max_step_s = 1e-3;
+    rig_run_reference(&rig, &options, 1e-3, ramps, 2, keep_last, &nonstiff, NULL);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, stiff, nonstiff);
+    TEST_ASSERT_TRUE(stiff > 0.1);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -101,5 +122,6 @@ int main(void)
     RUN_TEST(test_every_model_agrees_on_jumps);
     RUN_TEST(test_every_model_agrees_with_asymmetry_gravity_and_a_table);
     RUN_TEST(test_models_with_a_stribeck_effect_agree);
+    RUN_TEST(test_both_of_cvodes_methods_give_the_same);
     return UNITY_END();
 }
