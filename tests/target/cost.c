@@ -21,6 +21,9 @@ static loop_params_t  other; // to retune to and fro
 static loop_state_t   axis[AXES_MAX];
 static loop_signals_t signals;
 
+static TRIBO(lugre, params_t) lugre_params;
+static TRIBO(lugre, state_t) lugre;
+
 static void step_axes(uint32_t axes, number_t r)
 {
     for (uint32_t i = 0; i < axes; i++)
@@ -62,6 +65,10 @@ COUNTED(number_t,
         counted_friction,
         (PARAMS(friction), STATE(friction), number_t u, number_t force, TRIBO(friction, signals_t) * out),
         TRIBO(friction, step)(params, state, u, force, out))
+COUNTED(number_t,
+        counted_lugre,
+        (PARAMS(lugre), STATE(lugre), number_t u, number_t force, TRIBO(lugre, signals_t) * out),
+        TRIBO(lugre, step)(params, state, u, force, out))
 COUNTED(int, counted_arm, (PARAMS(arm), STATE(arm), number_t drive), (TRIBO(arm, step)(params, state, drive), 0))
 COUNTED(uint8_t,
         counted_relay,
@@ -262,6 +269,36 @@ static void run_triangle(void)
     print("hash", ".triangle", hashed);
 }
 
+/// LuGre in the friction model's place, with the u of the loop and an arm of its own.
+static void run_lugre(void)
+{
+    counts_t tick                 = {0};
+    TRIBO(arm, state_t) arm       = {0};
+    TRIBO(lugre, signals_t) seen  = {0};
+    const TRIBO(arm, params_t) *p = &paper.compensator.arm;
+    plant_reset();
+    TRIBO(force_loop, reset)(&axis[0]);
+    TRIBO(lugre, reset)(&lugre);
+    TRIBO(arm, reset)(&arm);
+    number_t force = number(0);
+    for (int32_t k = 0; k < TICKS / 3; k++)
+    {
+        const number_t u = TRIBO(force_loop, step)(&paper, &axis[0], triangle(k), plant.sensor, &signals);
+        const number_t f = counted_lugre(&lugre_params, &lugre, u, force, &seen);
+        counts_add(&tick);
+        force = TRIBO(arm, step)(p, &arm, seen.N(n) - f);
+        plant_step(u);
+    }
+    print_counts("lugre", &tick);
+}
+
+/// Explicit steps a tick of 1 ms that Eq. (12) would need: below 2 I/(s1 + s2 + b), rounded up.
+static void print_explicit_steps(const tribo_lugre_f32_config_t *config, const tribo_arm_f32_config_t *arm)
+{
+    const float steps = 1e-3f * (config->damping + config->viscous + arm->damping) / (2.0f * arm->inertia);
+    print("lugre.explicit_steps", "", (uint32_t)steps + 1u);
+}
+
 static void run_search(void)
 {
     counts_t     tick        = {0};
@@ -460,6 +497,12 @@ int main(void)
     {
         return 1;
     }
+    const tribo_lugre_f32_config_t lugre_config = tribo_lugre_f32_paper();
+    const tribo_arm_f32_config_t   arm_config   = tribo_arm_f32_paper();
+    if (INIT_LUGRE(&lugre_params, &lugre_config, &arm_config) != TRIBO_OK)
+    {
+        return 1;
+    }
 #ifdef COST_TRACE // some ticks on the way up, for tools/bench-target to look at the last one
     plant_reset();
     TRIBO(force_loop, reset)(&axis[0]);
@@ -478,6 +521,8 @@ int main(void)
     print("ram.axis", "", (uint32_t)sizeof(loop_state_t));
     print("flash.params", "", (uint32_t)sizeof(loop_params_t));
     run_table();
+    run_lugre();
+    print_explicit_steps(&lugre_config, &arm_config);
 #endif
     return 0;
 }
