@@ -93,6 +93,24 @@ static void test_models_with_a_stribeck_effect_agree(void)
     }
 }
 
+/// Each parameter of each model away from its default: both forms of the law must take it alike.
+static void test_every_parameter_agrees(void)
+{
+    static const rig_ramp_t ramps[] = {{0.5, 0.4}, {0.5, 0.1}, {0.1, 0.2}, {0.45, 0.005}, {0.45, 0.1}, {-0.2, 0.3}};
+    for (size_t i = 0; i < sim_truth_count; i++)
+    {
+        for (size_t k = 0; k < sim_truths[i]->parameter_count; k++)
+        {
+            const sim_truth_parameter_t *row = &sim_truths[i]->parameters[k];
+            rig_t                        rig;
+            rig_init(&rig, sim_truths[i]);
+            rig_set(&rig, row->name, row->initial == 0.0 ? 0.05 : row->initial * 0.8);
+            printf("%s %g: ", row->name, row->initial == 0.0 ? 0.05 : row->initial * 0.8);
+            compare(&rig, ramps, sizeof ramps / sizeof ramps[0]);
+        }
+    }
+}
+
 static void keep_last(void *context, const rig_sample_t *sample)
 {
     *(double *)context = sample->force_n;
@@ -122,6 +140,7 @@ int main(void)
     RUN_TEST(test_every_model_agrees_on_jumps);
     RUN_TEST(test_every_model_agrees_with_asymmetry_gravity_and_a_table);
     RUN_TEST(test_models_with_a_stribeck_effect_agree);
+    RUN_TEST(test_every_parameter_agrees);
     RUN_TEST(test_both_of_cvodes_methods_give_the_same);
     return UNITY_END();
 }
