@@ -1,20 +1,16 @@
-# Programs for a QEMU machine, for trees that are configured with a file of cmake/toolchains: picolibc over semihosting,
-# so that the tests read files and print as on the host, and tests/target/emulate to run them.
+# Programs for the QEMU machine of the tree's processor (boards.json): picolibc over semihosting, so that the tests read files
+# and print as on the host, and tests/target/emulate to run them.
+include(${CMAKE_CURRENT_LIST_DIR}/boards.cmake)
 set(processor ${CMAKE_SYSTEM_PROCESSOR})
-if(processor STREQUAL "cortex-m0") # microbit
-  set(memory 0x0 0x40000 0x20000000 0x4000 0x1800)
-  if(CMAKE_CURRENT_SOURCE_DIR STREQUAL "${PROJECT_SOURCE_DIR}/tests") # in the RAM that tests/target/emulate gives it
-    set(memory 0x0 0x40000 0x20000000 0x400000 0x10000)
-  endif()
-elseif(processor STREQUAL "cortex-m33") # mps2-an505
-  set(memory 0x10000000 0x400000 0x38000000 0x200000 0x10000)
-elseif(processor MATCHES "^cortex-m") # mps2-an385, -an386, -an500
-  set(memory 0x0 0x400000 0x20000000 0x400000 0x10000)
-elseif(processor MATCHES "^rv32") # virt
-  set(memory 0x80000000 0x200000 0x80200000 0x400000 0x10000)
-else()
-  message(FATAL_ERROR "No emulated machine for ${processor}: configure with a file of cmake/toolchains, "
-                      "or with -DBUILD_TESTING=OFF")
+unset(memory)
+if(CMAKE_CURRENT_SOURCE_DIR STREQUAL "${PROJECT_SOURCE_DIR}/tests")
+  tribo_board(memory ${processor} test_memory)
+endif()
+if(NOT memory)
+  tribo_board(memory ${processor} memory)
+endif()
+if(NOT memory)
+  message(FATAL_ERROR "No emulated machine for ${processor}: configure with a preset of a board, or with -DBUILD_TESTING=OFF")
 endif()
 
 add_compile_options(--specs=picolibc.specs)

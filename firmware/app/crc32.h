@@ -1,4 +1,4 @@
-/// CRC-32 as of IEEE 802.3 (reflected, 0xEDB88320), e.g. 0xCBF43926 of "123456789".
+/// CRC-32 of IEEE 802.3 (reflected, polynomial 0xEDB88320): 0xCBF43926 for "123456789".
 
 #ifndef DRIVE_CRC32_H
 #define DRIVE_CRC32_H
@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Goes on from `crc`, which is 0 at the start.
+/// The CRC of more data after `crc`, which is 0 at the start.
 uint32_t crc32_update(uint32_t crc, const void *data, size_t size);
 
 #endif

@@ -32,7 +32,7 @@ void drive_init(drive_t              *drive,
     }
 }
 
-// --- what a tick looks at ------------------------------------------------------------------------------------------
+// --- the checks of a tick ------------------------------------------------------------------------------------------
 
 static drive_fault_t check_inputs(const drive_t *drive)
 {
@@ -44,11 +44,12 @@ static drive_fault_t check_inputs(const drive_t *drive)
     return (inputs & PORT_INPUT_POWER_FAULT) != 0u ? DRIVE_FAULT_POWER : DRIVE_FAULT_NONE;
 }
 
-/// Ticks are held against a grid of periods, which a tick that is off it sets anew.
+/// Each tick is due one period after the last due time, so that jitter does not add up. After a tick that is too early or too
+/// late, the next one is due a period after that tick.
 static drive_fault_t check_time(drive_t *drive, uint32_t now_us)
 {
     const drive_config_t *config = &drive->config;
-    const uint32_t        late   = now_us - drive->due_us; // modulo 2^32, early ones are near the top
+    const uint32_t        late   = now_us - drive->due_us; // modulo 2^32: an early tick gives a value near 2^32
     const uint32_t        early  = drive->due_us - now_us;
     drive_fault_t         found  = DRIVE_FAULT_NONE;
     if (drive->timed && late != 0u)
@@ -104,7 +105,7 @@ typedef struct
     bool start, stop, acknowledge;
 } requests_t;
 
-/// Every request is taken at the tick after it, to be obeyed or forgotten.
+/// A request is valid for the next tick only: executed there or dropped.
 static requests_t take_requests(drive_t *drive)
 {
     const uint8_t    starts           = drive->starts;
@@ -130,7 +131,7 @@ static void run_loop(drive_t *drive, loop_force_t r, loop_force_t y, uint32_t st
         stop_with(drive, DRIVE_FAULT_TICK_OVERRUN);
         return;
     }
-    drive->limits = (loop_is_limited(&drive->signals) ? (uint32_t)DRIVE_LIMIT_COMMAND : 0u) |
+    drive->limits = (drive->signals.controller.limited ? (uint32_t)DRIVE_LIMIT_COMMAND : 0u) |
                     (loop_is_credible(drive->params, r) ? 0u : (uint32_t)DRIVE_LIMIT_REFERENCE);
     drive->port->command(drive->port->context, u);
 }
@@ -147,11 +148,11 @@ void drive_tick(drive_t *drive, loop_force_t r)
     drive->ticks++;
     if (drive->state == DRIVE_FAULT && is_for_good(drive->fault))
     {
-        off(drive); // nothing that was tested and failed, nor params that were never made, is used
+        off(drive); // after a failed self-test or without valid params nothing else runs
         return;
     }
 
-    // All are looked at in every tick: what they remember must not depend on what another found.
+    // Every check runs in every tick, so that the state of one does not depend on the result of another.
     loop_force_t        y;
     const drive_fault_t input  = check_inputs(drive);
     const drive_fault_t timing = check_time(drive, start_us);
@@ -230,15 +231,7 @@ const char *drive_fault_text(drive_fault_t fault)
     return (unsigned)fault < DRIVE_FAULTS ? texts[fault] : "unknown";
 }
 
-static void write_text(const drive_t *drive, const char *text)
-{
-    for (; *text != '\0'; text++)
-    {
-        drive->port->log_byte(drive->port->context, (uint8_t)*text);
-    }
-}
-
-static void write_number(const drive_t *drive, uint32_t number)
+static void write_number(const port_t *port, uint32_t number)
 {
     char  digits[11] = "";
     char *digit      = digits + sizeof digits - 1;
@@ -247,29 +240,30 @@ static void write_number(const drive_t *drive, uint32_t number)
         *--digit = (char)('0' + number % 10u);
         number /= 10u;
     } while (number > 0u);
-    write_text(drive, digit);
+    port_write(port, digit);
 }
 
 void drive_report(drive_t *drive)
 {
     static const char *const names[] = {[DRIVE_IDLE] = "idle", [DRIVE_RUN] = "run", [DRIVE_FAULT] = "fault: "};
 
+    const port_t       *port  = drive->port;
     const drive_state_t state = drive->state;
     drive->logged_state       = state;
-    write_text(drive, names[state]);
+    port_write(port, names[state]);
     if (state == DRIVE_FAULT)
     {
-        write_text(drive, drive_fault_text(drive->fault));
-        write_text(drive, " since tick ");
-        write_number(drive, drive->fault_tick);
+        port_write(port, drive_fault_text(drive->fault));
+        port_write(port, " since tick ");
+        write_number(port, drive->fault_tick);
     }
-    write_text(drive, " at tick ");
-    write_number(drive, drive->ticks);
-    write_text(drive, ", longest tick ");
-    write_number(drive, drive->max_tick_us);
-    write_text(drive, " us, latest ");
-    write_number(drive, drive->max_late_us);
-    write_text(drive, " us\n");
+    port_write(port, " at tick ");
+    write_number(port, drive->ticks);
+    port_write(port, ", longest tick ");
+    write_number(port, drive->max_tick_us);
+    port_write(port, " us, latest ");
+    write_number(port, drive->max_late_us);
+    port_write(port, " us\n");
 }
 
 void drive_log(drive_t *drive)

@@ -14,7 +14,7 @@
 
 #include "tribo/force_loop_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 2
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 3
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -23,8 +23,7 @@
 #define GOLDEN_FULL_SCALE_N 4.00000000e+00f
 
 static const tribo_force_loop_q31_params_t golden_params = {
-    .usual_input_end = 1073741825u,
-    .input_end = 1073741825u,
+    .input_max = 1073741824,
     .gain = 456340288,
     .controller = {
         .cascade = {
@@ -36,7 +35,6 @@ static const tribo_force_loop_q31_params_t golden_params = {
                     .c2 = 402653184,
                     .d2 = -805306368,
                     .d2_low = 0,
-                    .shift_power = 33554432,
                     .shift = 5u,
                     .scale = 4u,
                 },
@@ -47,14 +45,13 @@ static const tribo_force_loop_q31_params_t golden_params = {
                     .c2 = 268435456,
                     .d2 = -10240,
                     .d2_low = 0,
-                    .shift_power = 16777216,
                     .shift = 6u,
                     .scale = 3u,
                 },
             },
-            .pair_power = 536870912,
             .count = 2u,
             .input_scale = 3u,
+            .output_scale = 3u,
         },
         .anti_windup = 1579758080,
         .taken_max = 2147462139,
@@ -65,16 +62,13 @@ static const tribo_force_loop_q31_params_t golden_params = {
     .compensator = {
         .friction = {
             .rise_max = 17651u,
-            .rate = 316568480u,
-            .y_at_0 = 36306608,
-            .k = {805306368u, 2684354560u, 805306368u},
+            .exponent_rate = 316568480u,
+            .exponent_at_rest = 36306608,
+            .k_min = 805306368u,
+            .k_max = 2684354560u,
             .law = {
                 {.offset = 3758097u, .slope = 1288490240u},
                 {.offset = 3758097u, .slope = 1288490240u},
-            },
-            .reset = {
-                {.offset = 3006477u, .slope = 1030792207u},
-                {.offset = 3006477u, .slope = 1030792207u},
             },
             .table = NULL,
             .set_level = 3221225472u,
@@ -83,7 +77,7 @@ static const tribo_force_loop_q31_params_t golden_params = {
             .law_whole = {0u, 0u},
             .rise_shift = 17u,
             .k_shift = 5u,
-            .plain = true,
+            .is_shallow = true,
             .table_length = 0u,
             .pulse_width = 3u,
         },
@@ -92,8 +86,6 @@ static const tribo_force_loop_q31_params_t golden_params = {
             .phi_g = 237383136,
             .gamma_d = 30385040,
             .gamma_g = 207502880,
-            .power = 268435456,
-            .below = 3u,
             .shift = 2u,
         },
     },

@@ -13,7 +13,7 @@
 
 #include "tribo/force_loop_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 2
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 3
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -21,8 +21,7 @@
 #define GOLDEN_STEEP_SAMPLE_TIME_S 1.00000005e-03f
 
 static const tribo_force_loop_f32_params_t golden_steep_params = {
-    .usual_input_end = 2147483649u,
-    .input_end = 2147483649u,
+    .input_max_n = 2.00000000e+00f,
     .gain = 1.50000000e+00f,
     .controller = {
         .cascade = {
@@ -43,8 +42,6 @@ static const tribo_force_loop_f32_params_t golden_steep_params = {
                 },
             },
             .count = 2u,
-            .pair_input_end = 2519805185u,
-            .output_end = 2965815123u,
         },
         .anti_windup = 7.35632181e-01f,
         .u_min_n = -2.00000000e+00f,
@@ -53,19 +50,15 @@ static const tribo_force_loop_f32_params_t golden_steep_params = {
     .compensator = {
         .friction = {
             .rate_hz = 9.99999939e+02f,
-            .y_per_rise = 1.23659562e+06f,
-            .y_at_0 = 8.65616989e+00f,
+            .exponent_per_rise = 1.23659562e+06f,
+            .exponent_at_rest = 8.65616989e+00f,
             .k = {
-                {.at_0 = 1.17831051e+00f, .per_w = 3.14216137e+01f},
-                {.at_0 = 3.92770171e+00f, .per_w = 9.42648411e+00f},
+                {.at_0 = 1.17831051e+00f, .per_power = 3.14216137e+01f},
+                {.at_0 = 3.92770171e+00f, .per_power = 9.42648411e+00f},
             },
             .law = {
                 {.offset_n = 7.81250000e-03f, .slope = 1.25000000e+00f},
                 {.offset_n = 1.56250000e-02f, .slope = 5.00000000e-01f},
-            },
-            .reset = {
-                {.offset_n = 6.25000009e-03f, .slope = 1.00000000e+00f},
-                {.offset_n = 1.25000002e-02f, .slope = 4.00000006e-01f},
             },
             .table = NULL,
             .set_level = 7.50000000e-01f,

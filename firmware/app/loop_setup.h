@@ -1,5 +1,5 @@
-/// Params that the drive makes itself, where the config is known only then: the emulated port gets it from the host. A
-/// board's are made beforehand, by tribo-sim params, and no set-up code is in its image.
+/// Params made in the drive itself, for the emulated port, which receives the config from the host. A board's params are
+/// made by tribo-sim params, so its image contains no set-up code.
 
 #ifndef DRIVE_LOOP_SETUP_H
 #define DRIVE_LOOP_SETUP_H
@@ -8,7 +8,7 @@
 
 #include "tribo/status.h"
 
-/// Not to be moved once it is set up.
+/// Must not move after set-up: params may point to the table.
 typedef struct
 {
     loop_params_t params;
@@ -17,8 +17,8 @@ typedef struct
 #endif
 } loop_setup_t;
 
-/// Checks `config` and computes `setup->params`; for `full_scale_n` see tribo/quantize_q31.h, f32 does not read it. An f32
-/// breakaway table must live as long as the params. All or nothing. Not for the tick.
+/// Checks `config` and computes `setup->params`. f32 ignores `full_scale_n` (see tribo/quantize_q31.h), and its params point
+/// to the breakaway table of `config`, which must outlive them. Writes all or nothing. Not for the tick.
 tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config_t *config, float full_scale_n);
 
 #endif

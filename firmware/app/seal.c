@@ -1,4 +1,4 @@
 #include "app/selftest.h"
 
-// Volatile and not zero, so that the compiler neither knows the contents nor moves them out of the image.
+// Volatile, so that the compiler does not assume the contents; not zero, so that they are stored in the image, not in .bss.
 const volatile selftest_seal_t selftest_seal = {.magic = ~SELFTEST_MAGIC};

@@ -2,13 +2,13 @@
 
 #include "app/crc32.h"
 #ifdef DRIVE_ARITH_Q31
-#include "app/golden_any_q31.h"
 #include "app/golden_q31.h"
 #include "app/golden_steep_q31.h"
+#include "app/golden_table_q31.h"
 #else
-#include "app/golden_any_f32.h"
 #include "app/golden_f32.h"
 #include "app/golden_steep_f32.h"
+#include "app/golden_table_f32.h"
 #endif
 
 // --- image ---------------------------------------------------------------------------------------------------------
@@ -19,7 +19,7 @@ drive_fault_t selftest_image(const volatile selftest_seal_t *seal, const uint8_t
     uint32_t total = 0;
     for (size_t i = 0; seal->magic == SELFTEST_MAGIC && i < SELFTEST_REGIONS; i++)
     {
-        // NOLINTNEXTLINE(performance-no-int-to-ptr): the linker's numbers are where the image is
+        // NOLINTNEXTLINE(performance-no-int-to-ptr): the seal holds the linker's addresses
         const void *part = (const void *)((uintptr_t)memory + seal->regions[i].address);
         crc              = crc32_update(crc, part, seal->regions[i].size);
         total += seal->regions[i].size;
@@ -56,7 +56,7 @@ static bool check_word(const selftest_ram_t *ram, volatile uint32_t *word)
     return ok;
 }
 
-/// Words that answer to one another's address show when each holds a value of its own: word i against i + 2^k.
+/// With an address line open or shorted, word 0 and word 2^k are the same cell: a write to one then shows in the other.
 static bool check_addresses(const selftest_ram_t *ram, volatile uint32_t *words, size_t count)
 {
     const uint32_t kept_first = ram->read(words);
@@ -68,7 +68,7 @@ static bool check_addresses(const selftest_ram_t *ram, volatile uint32_t *words,
         ram->write(words + i, 0x87654321u);
         ok = ram->read(words) == 0x12345678u && ok;
         ram->write(words + i, kept);
-        ram->write(words, 0x12345678u); // in case it was the same word
+        ram->write(words, 0x12345678u); // in case both are the same cell
     }
     ram->write(words, kept_first);
     return ok;
@@ -87,9 +87,9 @@ drive_fault_t selftest_ram(const selftest_ram_t *ram, volatile uint32_t *words, 
 // --- golden vector -------------------------------------------------------------------------------------------------
 
 #define GOLDEN_TICKS   200
-#define GOLDEN_RANGE_N 4.0f ///< what 2^31 of the reference is; in Q31 the full scale
+#define GOLDEN_RANGE_N 4.0f ///< 2^31 of golden_reference; in Q31 the full scale
 
-/// Up and down, a jump beyond the limits, then creeping to and fro within breakaway, where friction is on its curve.
+/// A triangle, a jump beyond the limits, then slow motion to and fro within breakaway, where friction is on its curve.
 static int32_t golden_reference(int32_t tick)
 {
     const int32_t phase = tick % 40;
@@ -105,7 +105,7 @@ static int32_t golden_reference(int32_t tick)
     return wave * (1 << 17) - (1 << 20);
 }
 
-/// The sensor lags behind the reference, and stands still at the end.
+/// The simulated sensor follows the reference with a lag, and reads 0 at the end.
 static uint32_t run_golden(const loop_params_t *params, uint32_t crc)
 {
     loop_state_t state;
@@ -115,9 +115,9 @@ static uint32_t run_golden(const loop_params_t *params, uint32_t crc)
     {
         const int32_t  r = golden_reference(k);
         loop_signals_t signals;
-        uint32_t       words[LOOP_WORDS];
+        uint32_t       words[TRIBO_SIGNAL_WORDS];
         y = k < 120 ? y + (r - y) / 8 : 0;
-        (void)loop_step(params, &state, loop_force(r, GOLDEN_RANGE_N), loop_force(y, GOLDEN_RANGE_N), &signals);
+        (void)loop_step(params, &state, loop_from_q31(r, GOLDEN_RANGE_N), loop_from_q31(y, GOLDEN_RANGE_N), &signals);
         loop_words(&signals, words);
         crc = crc32_update(crc, words, sizeof words);
     }
@@ -126,10 +126,31 @@ static uint32_t run_golden(const loop_params_t *params, uint32_t crc)
 
 uint32_t selftest_golden_crc(void)
 {
-    return run_golden(&golden_steep_params, run_golden(&golden_any_params, run_golden(&golden_params, 0)));
+    return run_golden(&golden_steep_params, run_golden(&golden_table_params, run_golden(&golden_params, 0)));
 }
 
 drive_fault_t selftest_golden(void)
 {
     return selftest_golden_crc() == SELFTEST_GOLDEN_CRC ? DRIVE_FAULT_NONE : DRIVE_FAULT_GOLDEN;
+}
+
+// --- all of it -----------------------------------------------------------------------------------------------------
+
+#define STACK_IN_USE 512u ///< bytes below this frame that the RAM test itself may take
+
+drive_fault_t selftest_run(const volatile selftest_seal_t *seal,
+                           const uint8_t                  *memory,
+                           uint32_t                       *ram,
+                           size_t                          ram_bytes_max)
+{
+    const uintptr_t     stack = (uintptr_t)__builtin_frame_address(0) - STACK_IN_USE;
+    const size_t        free  = stack - (uintptr_t)ram;
+    const size_t        bytes = free < ram_bytes_max ? free : ram_bytes_max;
+    const drive_fault_t image = selftest_image(seal, memory);
+    if (image != DRIVE_FAULT_NONE)
+    {
+        return image;
+    }
+    const drive_fault_t found = selftest_ram(&selftest_ram_real, ram, bytes / sizeof(uint32_t));
+    return found != DRIVE_FAULT_NONE ? found : selftest_golden();
 }

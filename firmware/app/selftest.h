@@ -1,4 +1,4 @@
-/// What the drive checks at power-up, before anything moves. Each part returns what it found, DRIVE_FAULT_NONE if nothing.
+/// What the drive checks at power-up, before anything moves. Each part returns the fault it found, or DRIVE_FAULT_NONE.
 
 #ifndef DRIVE_SELFTEST_H
 #define DRIVE_SELFTEST_H
@@ -11,7 +11,7 @@
 #define SELFTEST_REGIONS 4u
 #define SELFTEST_MAGIC   0x4c414553u // "SEAL"
 
-/// Filled in after linking, by tools/seal_image.py: the loaded parts of the image, all but this struct, and the CRC-32 over
+/// Written after linking, by tools/seal_image.py: the loaded regions of the image, without this struct, and the CRC-32 over
 /// them in this order. An image that was not sealed fails.
 typedef struct
 {
@@ -23,13 +23,20 @@ typedef struct
     } regions[SELFTEST_REGIONS];
 } selftest_seal_t;
 
-/// The image's own.
+/// The seal of the running image.
 extern const volatile selftest_seal_t selftest_seal;
 
-/// `memory` is where address 0 of the seal is: null on a microcontroller.
+/// Image, RAM and golden vector in this order, up to the first that fails. RAM is tested from `ram` to the stack in use, at
+/// most `ram_bytes_max`; call it with interrupts off.
+drive_fault_t selftest_run(const volatile selftest_seal_t *seal,
+                           const uint8_t                  *memory,
+                           uint32_t                       *ram,
+                           size_t                          ram_bytes_max);
+
+/// `memory` is where address 0 of the seal lies: null on a microcontroller.
 drive_fault_t selftest_image(const volatile selftest_seal_t *seal, const uint8_t *memory);
 
-/// Reads and writes a word of RAM; the real ones are selftest_ram_read and selftest_ram_write.
+/// Reads and writes a word of RAM. A test hands in one that is broken.
 typedef struct
 {
     uint32_t (*read)(const volatile uint32_t *word);
@@ -38,14 +45,14 @@ typedef struct
 
 extern const selftest_ram_t selftest_ram_real;
 
-/// Word by word patterns that find stuck and shorted bits, and before that the address lines; what was there is
-/// put back. For `count` words outside the stack in use, with interrupts off.
+/// Tests the address lines, then every word with patterns that show stuck and shorted bits. The contents are restored. For
+/// `count` words outside the stack in use, with interrupts off.
 drive_fault_t selftest_ram(const selftest_ram_t *ram, volatile uint32_t *words, size_t count);
 
-/// 200 ticks each of the loop with two sections and a plain law of breakaway, which have a way of their own, with three and a
-/// table, and with two and a steep law: every bit of what they see, as a CRC-32. The expected ones are the host's
-/// (tests/firmware/test_selftest.c), where the library is held against double precision; they change when what the library
-/// computes does.
+/// The CRC-32 over all signals of 200 ticks each of three loops: two sections (golden.yaml), three sections and a breakaway
+/// table (golden_table.yaml), and a breakaway slope and a gain above 1 (golden_steep.yaml). The expected value is the host's
+/// (tests/firmware/test_selftest.c), where the library is tested against double precision. It changes whenever a result of
+/// the library does.
 #ifdef DRIVE_ARITH_Q31
 #define SELFTEST_GOLDEN_CRC 0x4ea4265bu
 #else

@@ -1,7 +1,9 @@
 #include "cli/commands.h"
-#include "cli/scenario_folder.h"
+#include "cli/scenario_choice.h"
 #include "scenario/config.h"
+#include "scenario/key_list.h"
 #include "support/output_file.h"
+#include "support/text.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -18,30 +20,19 @@ static int is_scenario(const struct dirent *entry)
 /// One line: the name without its ending, and the description or what is wrong with the file.
 static bool print_scenario(const char *folder, const char *file, sim_error_t *error)
 {
-    const size_t    size     = strlen(folder) + strlen(file) + 2;
-    char           *path     = malloc(size);
+    sim_error_t     problem  = {""};
+    char           *path     = sim_text_format("%s/%s", folder, file);
     sim_scenario_t *scenario = sim_scenario_create();
     const bool      ok       = path != NULL && scenario != NULL;
     if (ok)
     {
-        sim_error_t problem = {""};
-        (void)snprintf(path, size, "%s/%s", folder, file);
-        const bool  loaded      = sim_scenario_load(scenario, path, &problem);
-        const char *description = sim_scenario_config(scenario)->description;
-        (void)printf("%-16.*s%s\n",
-                     (int)(strlen(file) - 5),
-                     file,
-                     !loaded               ? problem.text
-                     : description != NULL ? description
-                                           : "");
-    }
-    else
-    {
-        (void)sim_error_set(error, "out of memory");
+        const bool  is_good = sim_scenario_load(scenario, path, &problem);
+        const char *text    = is_good ? sim_scenario_config(scenario)->description : problem.text;
+        (void)printf("%-16.*s%s\n", (int)strlen(file) - 5, file, text);
     }
     sim_scenario_destroy(scenario);
     free(path);
-    return ok;
+    return ok || sim_error_set(error, "out of memory");
 }
 
 static bool list_folder(const char *folder, sim_error_t *error)
@@ -62,21 +53,54 @@ static bool list_folder(const char *folder, sim_error_t *error)
     return ok;
 }
 
-int sim_command_list(int count, char **arguments)
+enum
 {
-    sim_error_t error = {""};
-    bool        ok;
-    if (count == 2 && strcmp(arguments[1], "--keys") == 0)
+    OPTION_KEYS = SIM_OPTION_FIRST,
+    OPTION_MARKDOWN
+};
+
+// clang-format off: one row an option
+static const struct argp_option options[] = {
+    {.name = "keys", .key = OPTION_KEYS, .doc = "every key that a scenario can have, with its range and default"},
+    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "the same as the tables of scenarios/README.md"},
+    {.name = NULL}};
+// clang-format on
+
+/// Keeps the last option.
+static int take(void *context, int key, const char *value)
+{
+    (void)value;
+    *(int *)context = key;
+    return 0;
+}
+
+static int run(int count, char **arguments)
+{
+    int         what   = 0;
+    sim_error_t error  = {""};
+    bool        ok     = true;
+    const char *unused = NULL;
+    const int   status = sim_options_parse(&sim_command_list, count, arguments, &what, &unused);
+    if (status != 0)
     {
-        ok = sim_scenario_print_keys() || sim_error_set(&error, "out of memory");
+        return status;
     }
-    else if (count == 1)
+    switch (what)
     {
+    case OPTION_KEYS:
+        sim_key_list_print();
+        break;
+    case OPTION_MARKDOWN:
+        sim_key_list_print_markdown();
+        break;
+    default:
         ok = list_folder(sim_scenario_folder(), &error);
-    }
-    else
-    {
-        return sim_usage("list: unknown argument %s", arguments[1]);
     }
     return (ok && sim_output_flush(&error)) ? SIM_EXIT_OK : sim_failure(error.text);
 }
+
+const sim_command_t sim_command_list = {.name    = "list",
+                                        .text    = "Lists the scenarios of the scenarios folder, or all keys.",
+                                        .options = options,
+                                        .run     = run,
+                                        .take    = take};

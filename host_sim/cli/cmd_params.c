@@ -1,13 +1,13 @@
 #include "cli/commands.h"
 #include "cli/params_header.h"
-#include "cli/scenario_folder.h"
+#include "cli/scenario_choice.h"
 #include "scenario/check.h"
 #include "scenario/loop_config.h"
 #include "support/file.h"
 #include "support/output_file.h"
 
 #include <ctype.h>
-#include <getopt.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,19 +24,12 @@ typedef struct
 /// A C identifier that is nobody's keyword once something is appended, nor reserved.
 static bool take_name(options_t *options, const char *name, size_t length)
 {
-    if (length == 0 || length > NAME_MAX_LENGTH || !isalpha((unsigned char)name[0]))
+    static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
+    if (length > NAME_MAX_LENGTH || !isalpha((unsigned char)name[0]) || strspn(name, allowed) < length)
     {
         return false;
     }
-    for (size_t i = 0; i < length; i++)
-    {
-        if (!isalnum((unsigned char)name[i]) && name[i] != '_')
-        {
-            return false;
-        }
-        options->name[i] = name[i];
-    }
-    options->name[length] = '\0';
+    (void)snprintf(options->name, sizeof options->name, "%.*s", (int)length, name);
     return true;
 }
 
@@ -55,61 +48,43 @@ static bool take_name_of_scenario(options_t *options)
     return take_name(options, base, yaml ? length - 5 : length);
 }
 
-/// Takes the command line; 0, or the status to exit with.
-static int take_options(options_t *options, int count, char **arguments)
+enum
 {
-    static const struct option known[] = {{"set", required_argument, NULL, 's'},
-                                          {"out", required_argument, NULL, 'o'},
-                                          {"arith", required_argument, NULL, 'a'},
-                                          {"name", required_argument, NULL, 'n'},
-                                          {NULL, 0, NULL, 0}};
+    OPTION_SET = SIM_OPTION_FIRST,
+    OPTION_OUT,
+    OPTION_ARITH,
+    OPTION_NAME
+};
 
-    opterr = 0;
-    int letter;
-    int status;
-    while ((letter = getopt_long(count, arguments, ":", known, NULL)) != -1)
+// clang-format off: one row an option
+static const struct argp_option known[] = {
+    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31", .doc = "the loop's arithmetic; f32 if left out"},
+    {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "changes any key of the scenario"},
+    {.name = "name", .key = OPTION_NAME, .arg = "NAME", .doc = "NAME_params is declared; the scenario's name if left out"},
+    {.name = "out", .key = OPTION_OUT, .arg = "FILE.h", .doc = "where it goes; standard output if left out"},
+    {.name = NULL}};
+// clang-format on
+
+static int take(void *context, int key, const char *value)
+{
+    options_t *options = context;
+    int        word    = 0;
+    switch (key)
     {
-        switch (letter)
-        {
-        case 's':
-            status = sim_scenario_take_set(&options->choice, optarg);
-            if (status != 0)
-            {
-                return status;
-            }
-            break;
-        case 'o':
-            options->out = optarg;
-            break;
-        case 'a':
-            options->q31 = strcmp(optarg, "q31") == 0;
-            if (!options->q31 && strcmp(optarg, "f32") != 0)
-            {
-                return sim_usage("--arith %s: there are f32, q31", optarg);
-            }
-            break;
-        case 'n':
-            if (!take_name(options, optarg, strlen(optarg)))
-            {
-                return sim_usage("--name %s: up to %u letters, digits and _, a letter first", optarg, NAME_MAX_LENGTH);
-            }
-            break;
-        case ':':
-            return sim_usage("params: %s wants a value", arguments[optind - 1]);
-        default:
-            return sim_usage("params: unknown option %s", arguments[optind - 1]);
-        }
+    case OPTION_SET:
+        return sim_scenario_take_set(&options->choice, value);
+    case OPTION_OUT:
+        options->out = value;
+        return 0;
+    case OPTION_ARITH:
+        word         = sim_option_word(&sim_command_params, key, value);
+        options->q31 = word == 1;
+        return word >= 0 ? 0 : SIM_EXIT_USAGE;
+    default:
+        return take_name(options, value, strlen(value))
+                   ? 0
+                   : sim_usage("--name %s: up to %u letters, digits and _, a letter first", value, NAME_MAX_LENGTH);
     }
-    if (optind + 1 != count)
-    {
-        return sim_usage("params: one scenario is wanted, not %d", count - optind);
-    }
-    options->choice.name = arguments[optind];
-    if (options->name[0] == '\0' && !take_name_of_scenario(options))
-    {
-        return sim_usage("params: %s is no name in C: one is wanted with --name", options->choice.name);
-    }
-    return 0;
 }
 
 /// A scenario is not to be overwritten by what is made of it.
@@ -128,20 +103,16 @@ static int check_out(const options_t *options)
 static bool write_header(const options_t *options, const sim_params_header_t *header, sim_error_t *error)
 {
     sim_output_file_t file;
-    if (!sim_output_file_open(&file, options->out, error))
+    if (!sim_output_open(&file, options->out, error))
     {
         return false;
     }
     sim_params_header_write(file.stream, header);
-    return sim_output_file_commit(&file, error);
+    return sim_output_commit(&file, 1, error);
 }
 
-static bool make(const options_t *options, sim_scenario_t *scenario, sim_error_t *error)
+static bool make(const options_t *options, const sim_scenario_t *scenario, sim_error_t *error)
 {
-    if (!sim_scenario_open(scenario, &options->choice, error))
-    {
-        return false;
-    }
     const sim_config_t *config = sim_scenario_config(scenario);
     sim_loop_config_t   loop_config;
     sim_loop_t          loop;
@@ -158,26 +129,41 @@ static bool make(const options_t *options, sim_scenario_t *scenario, sim_error_t
                         error);
 }
 
-int sim_command_params(int count, char **arguments)
+static int open_and_make(options_t *options)
 {
-    options_t options = {.choice = {.name = "", .sets = (char **)calloc((size_t)count, sizeof(char *))}};
-    if (options.choice.sets == NULL)
+    if (options->name[0] == '\0' && !take_name_of_scenario(options))
     {
-        return sim_failure("out of memory");
+        return sim_usage("params: %s is no name in C: one is wanted with --name", options->choice.name);
     }
-    int status = take_options(&options, count, arguments);
+    const int status = check_out(options);
+    if (status != 0)
+    {
+        return status;
+    }
+    sim_error_t     error    = {""};
+    sim_scenario_t *scenario = sim_scenario_open(&options->choice, &error);
+    const bool      ok       = scenario != NULL && make(options, scenario, &error);
+    sim_scenario_destroy(scenario);
+    return ok ? SIM_EXIT_OK : sim_failure(error.text);
+}
+
+static int run(int count, char **arguments)
+{
+    options_t options = {.q31 = false};
+    int       status  = sim_options_parse(&sim_command_params, count, arguments, &options, &options.choice.name);
     if (status == 0)
     {
-        status = check_out(&options);
+        status = open_and_make(&options);
     }
-    if (status == 0)
-    {
-        sim_error_t     error    = {""};
-        sim_scenario_t *scenario = sim_scenario_create();
-        const bool ok = scenario != NULL ? make(&options, scenario, &error) : sim_error_set(&error, "out of memory");
-        sim_scenario_destroy(scenario);
-        status = ok ? SIM_EXIT_OK : sim_failure(error.text);
-    }
-    free((void *)options.choice.sets);
+    sim_scenario_choice_free(&options.choice);
     return status;
 }
+
+const sim_command_t sim_command_params = {
+    .name     = "params",
+    .argument = "SCENARIO.yaml",
+    .noun     = "scenario",
+    .text     = "Writes the scenario's loop as checked params in C, for firmware without set-up code.",
+    .options  = known,
+    .run      = run,
+    .take     = take};

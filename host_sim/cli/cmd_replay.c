@@ -2,6 +2,7 @@
 
 #include "cli/commands.h"
 #include "cli/progress.h"
+#include "cli/trace.h"
 #include "scenario/check.h"
 #include "scenario/loop.h"
 #include "scenario/loop_config.h"
@@ -10,12 +11,11 @@
 #include "support/number.h"
 #include "support/output_file.h"
 
-#include <getopt.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define JITTER 0.01 ///< of an interval, in parts of it
+#define JITTER 0.01 ///< of the time stamps, as a fraction of an interval
 
 typedef struct
 {
@@ -52,71 +52,64 @@ enum
 /// A recording cannot be made again: the result must not take its place, nor that of the params.
 static int check_out(const options_t *options)
 {
-    if (options->out != NULL && sim_file_is_same(options->out, options->log))
+    const char *out = options->out;
+    if (out != NULL && sim_file_is_same(out, options->log))
     {
-        return sim_usage("replay: --out %s is the same file as the log %s", options->out, options->log);
+        return sim_usage("replay: --out %s is the same file as the log %s", out, options->log);
     }
-    if (options->out != NULL && options->params != NULL && sim_file_is_same(options->out, options->params))
+    if (out != NULL && options->params != NULL && sim_file_is_same(out, options->params))
     {
-        return sim_usage("replay: --out %s is the same file as --params %s", options->out, options->params);
+        return sim_usage("replay: --out %s is the same file as --params %s", out, options->params);
     }
     return 0;
 }
 
-static int take_options(options_t *options, int count, char **arguments)
+enum
 {
-    static const struct option known[] = {{"params", required_argument, NULL, 'p'},
-                                          {"force", required_argument, NULL, 'f'},
-                                          {"out", required_argument, NULL, 'o'},
-                                          {"arith", required_argument, NULL, 'a'},
-                                          {"full-scale", required_argument, NULL, 's'},
-                                          {NULL, 0, NULL, 0}};
+    OPTION_PARAMS = SIM_OPTION_FIRST,
+    OPTION_FORCE,
+    OPTION_OUT,
+    OPTION_ARITH,
+    OPTION_FULL_SCALE
+};
 
-    opterr = 0;
-    int letter;
-    while ((letter = getopt_long(count, arguments, ":", known, NULL)) != -1)
+// clang-format off: one row an option
+static const struct argp_option known[] = {
+    {.name = "params", .key = OPTION_PARAMS, .arg = "FILE.yaml", .doc = "keys of a scenario's `compensator`; the paper's values if left out"},
+    {.name = "force", .key = OPTION_FORCE, .arg = "own|measured", .doc = "F is the compensator's own arm model's (if left out), or the log's F_N"},
+    {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "where the result goes; standard output if left out"},
+    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: Q31's columns after f32's, and how they differ"},
+    {.name = "full-scale", .key = OPTION_FULL_SCALE, .arg = "N", .doc = "what 2^31 stands for in Q31; 2 N if left out"},
+    {.name = NULL}};
+// clang-format on
+
+static int take(void *context, int key, const char *value)
+{
+    options_t *options = context;
+    int        word    = 0;
+    switch (key)
     {
-        switch (letter)
-        {
-        case 'p':
-            options->params = optarg;
-            break;
-        case 'f':
-            options->measured = strcmp(optarg, "measured") == 0;
-            if (!options->measured && strcmp(optarg, "own") != 0)
-            {
-                return sim_usage("replay: --force is own or measured, not %s", optarg);
-            }
-            break;
-        case 'o':
-            options->out = optarg;
-            break;
-        case 'a':
-            options->f32 = strcmp(optarg, "f32") == 0 || strcmp(optarg, "both") == 0;
-            options->q31 = strcmp(optarg, "q31") == 0 || strcmp(optarg, "both") == 0;
-            if (!options->f32 && !options->q31)
-            {
-                return sim_usage("--arith %s: there are f32, q31, both", optarg);
-            }
-            break;
-        case 's':
-            if (sim_number_parse(optarg, &options->full_scale_n) != NULL)
-            {
-                return sim_usage("--full-scale %s: a number of N is wanted", optarg);
-            }
-            break;
-        case ':':
-            return sim_usage("replay: %s wants a value", arguments[optind - 1]);
-        default:
-            return sim_usage("replay: unknown option %s", arguments[optind - 1]);
-        }
+    case OPTION_PARAMS:
+        options->params = value;
+        return 0;
+    case OPTION_FORCE:
+        word              = sim_option_word(&sim_command_replay, key, value);
+        options->measured = word == 1;
+        break;
+    case OPTION_OUT:
+        options->out = value;
+        return 0;
+    case OPTION_ARITH:
+        word         = sim_option_word(&sim_command_replay, key, value);
+        options->f32 = word != 1;
+        options->q31 = word != 0;
+        break;
+    default:
+        return sim_number_parse(value, &options->full_scale_n) == NULL
+                   ? 0
+                   : sim_usage("--full-scale %s: a number of N is wanted", value);
     }
-    if (optind + 1 != count)
-    {
-        return sim_usage("replay: one log is wanted, not %d", count - optind);
-    }
-    options->log = arguments[optind];
-    return check_out(options);
+    return word >= 0 ? 0 : SIM_EXIT_USAGE;
 }
 
 static int compare_numbers(const void *a, const void *b)
@@ -147,78 +140,33 @@ static double median_interval(const double *t, size_t rows)
 }
 
 /// The sample time that the time stamps keep, all of them.
-static bool find_sample_time(const sim_csv_t *log, const char *path, double *sample_time_s, sim_error_t *error)
+static bool find_sample_time(const sim_csv_t *log, double *sample_time_s, sim_error_t *error)
 {
     const double *t = log->values[COLUMN_T];
     if (log->rows < 2)
     {
-        return sim_error_set(error,
-                             "%s:%zu:%zu: t_s: one row has no sample time, two at least are wanted",
-                             path,
-                             log->lines[0],
-                             log->positions[0]);
-    }
-    for (size_t i = 1; i < log->rows; i++)
-    {
-        if (!(t[i] > t[i - 1]))
-        {
-            return sim_error_set(error,
-                                 "%s:%zu:%zu: t_s: %.15g does not come after %.15g",
-                                 path,
-                                 log->lines[i],
-                                 log->positions[i],
-                                 t[i],
-                                 t[i - 1]);
-        }
+        return sim_csv_complain(log, 0, error, "t_s: one row has no sample time, two at least are wanted");
     }
     const double median = median_interval(t, log->rows);
-    if (median < 0.0)
+    if (!sim_csv_check_rising(log, "t_s", error) || median < 0.0)
     {
-        return sim_error_set(error, "out of memory");
+        return sim_error_set(error, "out of memory"); // if not said otherwise
     }
     for (size_t i = 1; i < log->rows; i++)
     {
         const double interval = t[i] - t[i - 1];
         if (!(fabs(interval - median) <= JITTER * median))
         {
-            return sim_error_set(error,
-                                 "%s:%zu:%zu: t_s: %.6g s after the row before, where the log's interval is %.6g s",
-                                 path,
-                                 log->lines[i],
-                                 log->positions[i],
-                                 interval,
-                                 median);
+            return sim_csv_complain(log,
+                                    i,
+                                    error,
+                                    "t_s: %.6g s after the row before, where the log's interval is %.6g s",
+                                    interval,
+                                    median);
         }
     }
     *sample_time_s = (t[log->rows - 1] - t[0]) / (double)(log->rows - 1);
     return true;
-}
-
-static const char header[] = "t_s,u_N,F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N";
-
-static void write_header(FILE *file, bool both)
-{
-    (void)fputs(header, file);
-    if (both)
-    {
-        (void)fputs(",F_hat_q31_N,n_q31_N,L_q31_N,v_q31_N_per_s,Q1_q31,Q2_q31,Q_q31,f_hat_q31_N", file);
-    }
-    (void)fputs("\n", file);
-}
-
-static void write_signals(FILE *file, const tribo_compensator_f32_signals_t *signals)
-{
-    const tribo_friction_f32_signals_t *friction = &signals->friction;
-    (void)fprintf(file,
-                  ",%.9g,%.9g,%.9g,%.9g,%d,%d,%d,%.9g",
-                  (double)signals->force_n,
-                  (double)friction->n_n,
-                  (double)friction->L_n,
-                  (double)friction->v_n_per_s,
-                  (friction->relays & TRIBO_RELAY_Q1) != 0u,
-                  (friction->relays & TRIBO_RELAY_Q2) != 0u,
-                  (friction->relays & TRIBO_RELAY_Q) != 0u,
-                  (double)friction->f_n);
 }
 
 static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, double measured_n)
@@ -240,6 +188,21 @@ static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, do
     return signals;
 }
 
+/// What a step in Q31 saw, in newton and to float's seven digits.
+static tribo_compensator_f32_signals_t signals_from_q31(const tribo_compensator_q31_signals_t *signals,
+                                                        double                                 full_scale_n,
+                                                        double                                 sample_time_s)
+{
+    const tribo_friction_q31_signals_t *friction = &signals->friction;
+    return (tribo_compensator_f32_signals_t){
+        .force_n  = (float)sim_n_from_q31(signals->force, full_scale_n),
+        .friction = {.n_n       = (float)sim_n_from_q31(friction->n, full_scale_n),
+                     .L_n       = (float)sim_n_from_q31(friction->L, full_scale_n),
+                     .v_n_per_s = (float)(sim_n_from_q31(friction->rise, full_scale_n) / sample_time_s),
+                     .f_n       = (float)sim_n_from_q31(friction->f, full_scale_n),
+                     .relays    = friction->relays}};
+}
+
 static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, double measured_n)
 {
     const double                    full_scale_n = replay->options->full_scale_n;
@@ -259,7 +222,7 @@ static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, do
     {
         (void)tribo_compensator_q31_step(&replay->q31, &replay->state_q31, u, &signals);
     }
-    return sim_signals_from_q31(&signals, full_scale_n, replay->sample_time_s);
+    return signals_from_q31(&signals, full_scale_n, replay->sample_time_s);
 }
 
 static void replay_row(replay_t *replay, const sim_csv_t *log, size_t row, FILE *file)
@@ -269,16 +232,17 @@ static void replay_row(replay_t *replay, const sim_csv_t *log, size_t row, FILE 
     tribo_compensator_f32_signals_t f32;
     tribo_compensator_f32_signals_t q31;
     // 15 digits give a time stamp back as it was written, whatever its origin.
-    (void)fprintf(file, "%.15g,%.9g", log->values[COLUMN_T][row], u);
+    (void)fprintf(file, "%.15g,%.9g,", log->values[COLUMN_T][row], u);
     if (replay->options->f32)
     {
         f32 = step_f32(replay, u, F);
-        write_signals(file, &f32);
+        sim_trace_write_compensator(file, &f32);
     }
     if (replay->options->q31)
     {
         q31 = step_q31(replay, u, F);
-        write_signals(file, &q31);
+        (void)fputs(replay->options->f32 ? "," : "", file);
+        sim_trace_write_compensator(file, &q31);
     }
     if (replay->options->f32 && replay->options->q31)
     {
@@ -288,13 +252,15 @@ static void replay_row(replay_t *replay, const sim_csv_t *log, size_t row, FILE 
     (void)fputs("\n", file);
 }
 
+static const char q31_columns[] = ",F_hat_q31_N,n_q31_N,L_q31_N,v_q31_N_per_s,Q1_q31,Q2_q31,Q_q31,f_hat_q31_N";
+
 static void step_through(replay_t *replay, const sim_csv_t *log, FILE *file)
 {
     tribo_compensator_f32_reset(&replay->state_f32);
     tribo_compensator_q31_reset(&replay->state_q31);
-    sim_progress_t progress;
-    sim_progress_start(&progress);
-    write_header(file, replay->options->f32 && replay->options->q31);
+    sim_progress_t progress = {.calls = 0};
+    const bool     both     = replay->options->f32 && replay->options->q31;
+    (void)fprintf(file, "t_s,u_N,%s%s\n", SIM_TRACE_COMPENSATOR, both ? q31_columns : "");
     for (size_t i = 0; i < log->rows && !ferror(file); i++)
     {
         replay_row(replay, log, i, file);
@@ -316,12 +282,12 @@ static bool replay_log(replay_t *replay, const sim_csv_t *log, sim_error_t *erro
 {
     const options_t  *options = replay->options;
     sim_output_file_t file;
-    if (!sim_output_file_open(&file, options->out, error))
+    if (!sim_output_open(&file, options->out, error))
     {
         return false;
     }
     step_through(replay, log, file.stream);
-    if (!sim_output_file_commit(&file, error))
+    if (!sim_output_commit(&file, 1, error))
     {
         return false;
     }
@@ -343,7 +309,7 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
     {
         return false;
     }
-    if (!sim_check_ranges(scenario, error) || !sim_check_compensator(scenario, error))
+    if (!sim_check_compensator(scenario, error))
     {
         return false;
     }
@@ -376,7 +342,7 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
 static bool replay_with(const options_t *options, sim_scenario_t *scenario, const sim_csv_t *log, sim_error_t *error)
 {
     replay_t replay = {.options = options};
-    return find_sample_time(log, options->log, &replay.sample_time_s, error) && make_params(&replay, scenario, error) &&
+    return find_sample_time(log, &replay.sample_time_s, error) && make_params(&replay, scenario, error) &&
            replay_log(&replay, log, error);
 }
 
@@ -398,14 +364,27 @@ static bool replay(const options_t *options, sim_error_t *error)
     return ok;
 }
 
-int sim_command_replay(int count, char **arguments)
+static int run(int count, char **arguments)
 {
-    options_t options = {.f32 = true, .full_scale_n = 2.0};
-    const int status  = take_options(&options, count, arguments);
+    options_t   options = {.f32 = true, .full_scale_n = 2.0};
+    sim_error_t error   = {""};
+    int         status  = sim_options_parse(&sim_command_replay, count, arguments, &options, &options.log);
+    if (status == 0)
+    {
+        status = check_out(&options);
+    }
     if (status != 0)
     {
         return status;
     }
-    sim_error_t error = {""};
     return replay(&options, &error) ? SIM_EXIT_OK : sim_failure(error.text);
 }
+
+const sim_command_t sim_command_replay = {
+    .name     = "replay",
+    .argument = "LOG.csv",
+    .noun     = "log",
+    .text     = "Runs a recorded log (columns t_s, u_N and maybe F_N) through the friction compensator.",
+    .options  = known,
+    .run      = run,
+    .take     = take};

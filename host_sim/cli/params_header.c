@@ -2,284 +2,251 @@
 
 #include <ctype.h>
 #include <inttypes.h>
+#include <stdbool.h>
+#include <stddef.h>
 #include <string.h>
 
-/// Where a sheet of C is written: each line indented by the depth of its braces.
+// --- the fields of params ------------------------------------------------------------------------------------------
+
+typedef enum
+{
+    FLOAT,
+    UINT8,
+    UINT16,
+    UINT32,
+    INT32,
+    BOOL,
+    TABLE,  ///< pointer to breakaway points, which stand before the params
+    STRUCT, ///< with rows of its own, a line each
+    SMALL   ///< the same on one line
+} kind_t;
+
+typedef struct field
+{
+    const char         *name;
+    kind_t              kind;
+    size_t              offset, size;          ///< in its struct; of an element
+    size_t              count;                 ///< of elements; 0: no array
+    size_t              counter, counter_size; ///< of the field that says how many of them count; size 0: all
+    const struct field *rows;                  ///< of a struct, ended by one without a name
+} field_t;
+
+// A field's kind follows from its type, so that a row is its name. T is the struct that the rows are about.
+// clang-format off
+// NOLINTBEGIN(bugprone-macro-parentheses,bugprone-sizeof-expression): the arguments are names, one of them of a pointer
+#define KIND(x) _Generic((x), float: FLOAT, uint8_t: UINT8, uint16_t: UINT16, uint32_t: UINT32, int32_t: INT32, bool: BOOL, default: TABLE)
+#define AT(member) (((T *)0)->member)
+#define F(member) {.name = #member, .kind = KIND(AT(member)), .offset = offsetof(T, member), .size = sizeof AT(member)}
+#define ARRAY(member) {.name = #member, .kind = KIND(AT(member[0])), .offset = offsetof(T, member), .size = sizeof AT(member[0]), .count = sizeof AT(member) / sizeof AT(member[0])}
+#define S(member, rows_) {.name = #member, .kind = STRUCT, .offset = offsetof(T, member), .size = sizeof AT(member), .rows = (rows_)}
+#define SMALLS(member, rows_) {.name = #member, .kind = SMALL, .offset = offsetof(T, member), .size = sizeof AT(member[0]), \
+    .count = sizeof AT(member) / sizeof AT(member[0]), .rows = (rows_)}
+#define STRUCTS(member, counter_, rows_) {.name = #member, .kind = STRUCT, .offset = offsetof(T, member), .size = sizeof AT(member[0]), .count = 1, \
+    .counter = offsetof(T, counter_), .counter_size = sizeof AT(counter_), .rows = (rows_)}
+#define END {.name = NULL}
+
+#define T tribo_biquad_f32_section_t
+static const field_t section_f32[] = {F(b0), F(b1), F(b2), F(a1), F(a2), END};
+#undef T
+#define T tribo_biquad_f32_params_t
+static const field_t cascade_f32[] = {STRUCTS(section, count, section_f32), F(count), END};
+#undef T
+#define T tribo_controller_f32_params_t
+static const field_t controller_f32[] = {S(cascade, cascade_f32), F(anti_windup), F(u_min_n), F(u_max_n), END};
+#undef T
+#define T tribo_breakaway_f32_t
+static const field_t law_f32[] = {F(offset_n), F(slope), END};
+#undef T
+#define T tribo_breakaway_point_f32_t
+static const field_t point_f32[] = {F(force_n), F(positive_n), F(negative_n), END};
+#undef T
+#define T tribo_friction_f32_k_t
+static const field_t k_f32[] = {F(at_0), F(per_power), END};
+#undef T
+#define T tribo_friction_f32_params_t
+static const field_t friction_f32[] = {F(rate_hz), F(exponent_per_rise), F(exponent_at_rest), SMALLS(k, k_f32), SMALLS(law, law_f32),
+    F(table), F(set_level), F(reset_level), F(gravity_n), F(table_length), F(pulse_width), END};
+#undef T
+#define T tribo_arm_f32_params_t
+static const field_t arm_f32[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), END};
+#undef T
+#define T tribo_compensator_f32_params_t
+static const field_t compensator_f32[] = {S(friction, friction_f32), S(arm, arm_f32), END};
+#undef T
+#define T tribo_force_loop_f32_params_t
+static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), END};
+#undef T
+
+#define T tribo_biquad_q31_section_t
+static const field_t section_q31[] = {F(b0), F(c1), F(minus_a1), F(c2), F(d2), F(d2_low), F(shift), F(scale), END};
+#undef T
+#define T tribo_biquad_q31_params_t
+static const field_t cascade_q31[] = {STRUCTS(section, count, section_q31), F(count), F(input_scale), F(output_scale), END};
+#undef T
+#define T tribo_controller_q31_params_t
+static const field_t controller_q31[] = {S(cascade, cascade_q31), F(anti_windup), F(taken_max), F(u_min), F(u_max), F(anti_windup_shift), END};
+#undef T
+#define T tribo_breakaway_q31_t
+static const field_t law_q31[] = {F(offset), F(slope), END};
+#undef T
+#define T tribo_breakaway_point_q31_t
+static const field_t point_q31[] = {F(force), F(positive), F(negative), END};
+#undef T
+#define T tribo_friction_q31_params_t
+static const field_t friction_q31[] = {F(rise_max), F(exponent_rate), F(exponent_at_rest), F(k_min), F(k_max), SMALLS(law, law_q31),
+    F(table), F(set_level), F(reset_level), F(gravity), ARRAY(law_whole), F(rise_shift), F(k_shift), F(is_shallow), F(table_length), F(pulse_width), END};
+#undef T
+#define T tribo_arm_q31_params_t
+static const field_t arm_q31[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), F(shift), END};
+#undef T
+#define T tribo_compensator_q31_params_t
+static const field_t compensator_q31[] = {S(friction, friction_q31), S(arm, arm_q31), END};
+#undef T
+#define T tribo_force_loop_q31_params_t
+static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), END};
+#undef T
+// NOLINTEND(bugprone-macro-parentheses,bugprone-sizeof-expression)
+// clang-format on
+
+// --- as C ----------------------------------------------------------------------------------------------------------
+
 typedef struct
 {
-    FILE    *stream;
-    unsigned depth;
+    FILE       *stream;
+    const char *name; ///< of the params
 } sheet_t;
 
-static void indent(const sheet_t *sheet)
+static uint32_t unsigned_at(const char *at, size_t size)
 {
-    (void)fprintf(sheet->stream, "%*s", 4 * (int)sheet->depth, "");
+    uint8_t  byte = 0;
+    uint16_t half = 0;
+    uint32_t word = 0;
+    memcpy(size == 1 ? (void *)&byte : size == 2 ? (void *)&half : (void *)&word, at, size);
+    return byte + half + word;
 }
 
-static void open_brace(sheet_t *sheet, const char *field)
+static void put_scalar(const sheet_t *sheet, const field_t *field, const char *at)
 {
-    indent(sheet);
-    (void)fprintf(sheet->stream, field[0] != '\0' ? ".%s = {\n" : "{\n", field);
-    sheet->depth++;
-}
-
-static void close_brace(sheet_t *sheet)
-{
-    sheet->depth--;
-    indent(sheet);
-    (void)fputs("},\n", sheet->stream);
-}
-
-/// Nine digits are every bit of a float.
-static void put_float(const sheet_t *sheet, const char *field, float x)
-{
-    indent(sheet);
-    (void)fprintf(sheet->stream, ".%s = %.8ef,\n", field, (double)x);
-}
-
-static void put_unsigned(const sheet_t *sheet, const char *field, uint32_t x)
-{
-    indent(sheet);
-    (void)fprintf(sheet->stream, ".%s = %" PRIu32 "u,\n", field, x);
-}
-
-/// INT32_MIN has no constant of its type.
-static void put_int(const sheet_t *sheet, const char *field, int32_t x)
-{
-    indent(sheet);
-    if (x == INT32_MIN)
+    float       real    = 0.0f;
+    int32_t     integer = 0;
+    const void *pointer = NULL;
+    switch (field->kind)
     {
-        (void)fprintf(sheet->stream, ".%s = -2147483647 - 1,\n", field);
-        return;
+    case FLOAT: // nine digits are every bit
+        memcpy(&real, at, sizeof real);
+        (void)fprintf(sheet->stream, "%.8ef", (double)real);
+        break;
+    case INT32: // INT32_MIN has no constant of its type
+        memcpy(&integer, at, sizeof integer);
+        (void)fprintf(sheet->stream, integer == INT32_MIN ? "-2147483647 - 1" : "%" PRId32, integer);
+        break;
+    case BOOL:
+        (void)fputs(unsigned_at(at, field->size) != 0 ? "true" : "false", sheet->stream);
+        break;
+    case TABLE:
+        memcpy((void *)&pointer, at, sizeof pointer);
+        (void)fprintf(sheet->stream, "%s%s", pointer != NULL ? sheet->name : "NULL", pointer != NULL ? "_table" : "");
+        break;
+    default:
+        (void)fprintf(sheet->stream, "%" PRIu32 "u", unsigned_at(at, field->size));
+        break;
     }
-    (void)fprintf(sheet->stream, ".%s = %" PRId32 ",\n", field, x);
 }
 
-static void put_table(const sheet_t *sheet, const sim_params_header_t *header, bool exists)
+/// "{.offset = 1u, .slope = 2u}"
+static void put_small(const sheet_t *sheet, const field_t *rows, const char *at)
 {
-    indent(sheet);
-    (void)fprintf(sheet->stream, ".table = %s%s,\n", exists ? header->name : "NULL", exists ? "_table" : "");
-}
-
-// --- f32 -----------------------------------------------------------------------------------------------------------
-
-static void put_law_f32(const sheet_t *sheet, const tribo_breakaway_f32_t *law)
-{
-    indent(sheet);
-    (void)fprintf(sheet->stream, "{.offset_n = %.8ef, .slope = %.8ef},\n", (double)law->offset_n, (double)law->slope);
-}
-
-static void put_controller_f32(sheet_t *sheet, const tribo_controller_f32_params_t *p)
-{
-    open_brace(sheet, "controller");
-    open_brace(sheet, "cascade");
-    open_brace(sheet, "section");
-    for (uint32_t i = 0; i < p->cascade.count; i++)
+    for (const field_t *row = rows; row->name != NULL; row++)
     {
-        const tribo_biquad_f32_section_t *s = &p->cascade.section[i];
-        open_brace(sheet, "");
-        put_float(sheet, "b0", s->b0);
-        put_float(sheet, "b1", s->b1);
-        put_float(sheet, "b2", s->b2);
-        put_float(sheet, "a1", s->a1);
-        put_float(sheet, "a2", s->a2);
-        close_brace(sheet);
+        (void)fprintf(sheet->stream, "%s.%s = ", row == rows ? "{" : ", ", row->name);
+        put_scalar(sheet, row, at + row->offset);
     }
-    close_brace(sheet);
-    put_unsigned(sheet, "count", p->cascade.count);
-    put_unsigned(sheet, "pair_input_end", p->cascade.pair_input_end);
-    put_unsigned(sheet, "output_end", p->cascade.output_end);
-    close_brace(sheet);
-    put_float(sheet, "anti_windup", p->anti_windup);
-    put_float(sheet, "u_min_n", p->u_min_n);
-    put_float(sheet, "u_max_n", p->u_max_n);
-    close_brace(sheet);
+    (void)fputs("}", sheet->stream);
 }
 
-static void put_friction_f32(sheet_t *sheet, const sim_params_header_t *header, const tribo_friction_f32_params_t *p)
+static void put_rows(const sheet_t *sheet, const field_t *rows, const char *at, int indent);
+
+/// The elements of an array of structs, or one struct.
+static void put_structs(const sheet_t *sheet, const field_t *field, const char *at, size_t count, int indent)
 {
-    open_brace(sheet, "friction");
-    put_float(sheet, "rate_hz", p->rate_hz);
-    put_float(sheet, "y_per_rise", p->y_per_rise);
-    put_float(sheet, "y_at_0", p->y_at_0);
-    open_brace(sheet, "k");
-    for (int i = 0; i < 2; i++)
+    (void)fputs("{\n", sheet->stream);
+    for (size_t i = 0; i < count; i++)
     {
-        indent(sheet);
-        (void)fprintf(sheet->stream, "{.at_0 = %.8ef, .per_w = %.8ef},\n", (double)p->k[i].at_0, (double)p->k[i].per_w);
-    }
-    close_brace(sheet);
-    open_brace(sheet, "law");
-    put_law_f32(sheet, &p->law[0]);
-    put_law_f32(sheet, &p->law[1]);
-    close_brace(sheet);
-    open_brace(sheet, "reset");
-    put_law_f32(sheet, &p->reset[0]);
-    put_law_f32(sheet, &p->reset[1]);
-    close_brace(sheet);
-    put_table(sheet, header, p->table != NULL);
-    put_float(sheet, "set_level", p->set_level);
-    put_float(sheet, "reset_level", p->reset_level);
-    put_float(sheet, "gravity_n", p->gravity_n);
-    put_unsigned(sheet, "table_length", p->table_length);
-    put_unsigned(sheet, "pulse_width", p->pulse_width);
-    close_brace(sheet);
-}
-
-static void put_arm_f32(sheet_t *sheet, const tribo_arm_f32_params_t *p)
-{
-    open_brace(sheet, "arm");
-    put_float(sheet, "phi_d", p->phi_d);
-    put_float(sheet, "phi_g", p->phi_g);
-    put_float(sheet, "gamma_d", p->gamma_d);
-    put_float(sheet, "gamma_g", p->gamma_g);
-    close_brace(sheet);
-}
-
-static void put_loop_f32(sheet_t *sheet, const sim_params_header_t *header)
-{
-    const tribo_force_loop_f32_params_t *p        = &header->loop->params_f32;
-    const tribo_friction_f32_params_t   *friction = &p->compensator.friction;
-    if (friction->table != NULL)
-    {
-        (void)fprintf(sheet->stream, "static const tribo_breakaway_point_f32_t %s_table[] = {\n", header->name);
-        for (uint32_t i = 0; i < friction->table_length; i++)
+        const char *element = at + i * field->size;
+        if (field->kind == SMALL)
         {
-            const tribo_breakaway_point_f32_t *point = &friction->table[i];
-            (void)fprintf(sheet->stream,
-                          "    {.force_n = %.8ef, .positive_n = %.8ef, .negative_n = %.8ef},\n",
-                          (double)point->force_n,
-                          (double)point->positive_n,
-                          (double)point->negative_n);
+            (void)fprintf(sheet->stream, "%*s", indent + 4, "");
+            put_small(sheet, field->rows, element);
+            (void)fputs(",\n", sheet->stream);
         }
-        (void)fputs("};\n", sheet->stream);
-    }
-    (void)fprintf(sheet->stream, "static const tribo_force_loop_f32_params_t %s_params = {\n", header->name);
-    sheet->depth = 1;
-    put_unsigned(sheet, "usual_input_end", p->usual_input_end);
-    put_unsigned(sheet, "input_end", p->input_end);
-    put_float(sheet, "gain", p->gain);
-    put_controller_f32(sheet, &p->controller);
-    open_brace(sheet, "compensator");
-    put_friction_f32(sheet, header, friction);
-    put_arm_f32(sheet, &p->compensator.arm);
-    close_brace(sheet);
-    (void)fputs("};\n", sheet->stream);
-}
-
-// --- q31 -----------------------------------------------------------------------------------------------------------
-
-static void put_law_q31(const sheet_t *sheet, const tribo_breakaway_q31_t *law)
-{
-    indent(sheet);
-    (void)fprintf(sheet->stream, "{.offset = %" PRIu32 "u, .slope = %" PRIu32 "u},\n", law->offset, law->slope);
-}
-
-static void put_controller_q31(sheet_t *sheet, const tribo_controller_q31_params_t *p)
-{
-    open_brace(sheet, "controller");
-    open_brace(sheet, "cascade");
-    open_brace(sheet, "section");
-    for (uint32_t i = 0; i < p->cascade.count; i++)
-    {
-        const tribo_biquad_q31_section_t *s = &p->cascade.section[i];
-        open_brace(sheet, "");
-        put_int(sheet, "b0", s->b0);
-        put_int(sheet, "c1", s->c1);
-        put_int(sheet, "minus_a1", s->minus_a1);
-        put_int(sheet, "c2", s->c2);
-        put_int(sheet, "d2", s->d2);
-        put_int(sheet, "d2_low", s->d2_low);
-        put_int(sheet, "shift_power", s->shift_power);
-        put_unsigned(sheet, "shift", s->shift);
-        put_unsigned(sheet, "scale", s->scale);
-        close_brace(sheet);
-    }
-    close_brace(sheet);
-    put_int(sheet, "pair_power", p->cascade.pair_power);
-    put_unsigned(sheet, "count", p->cascade.count);
-    put_unsigned(sheet, "input_scale", p->cascade.input_scale);
-    close_brace(sheet);
-    put_int(sheet, "anti_windup", p->anti_windup);
-    put_int(sheet, "taken_max", p->taken_max);
-    put_int(sheet, "u_min", p->u_min);
-    put_int(sheet, "u_max", p->u_max);
-    put_unsigned(sheet, "anti_windup_shift", p->anti_windup_shift);
-    close_brace(sheet);
-}
-
-static void put_friction_q31(sheet_t *sheet, const sim_params_header_t *header, const tribo_friction_q31_params_t *p)
-{
-    open_brace(sheet, "friction");
-    put_unsigned(sheet, "rise_max", p->rise_max);
-    put_unsigned(sheet, "rate", p->rate);
-    put_int(sheet, "y_at_0", p->y_at_0);
-    indent(sheet);
-    (void)fprintf(sheet->stream, ".k = {%" PRIu32 "u, %" PRIu32 "u, %" PRIu32 "u},\n", p->k[0], p->k[1], p->k[2]);
-    open_brace(sheet, "law");
-    put_law_q31(sheet, &p->law[0]);
-    put_law_q31(sheet, &p->law[1]);
-    close_brace(sheet);
-    open_brace(sheet, "reset");
-    put_law_q31(sheet, &p->reset[0]);
-    put_law_q31(sheet, &p->reset[1]);
-    close_brace(sheet);
-    put_table(sheet, header, p->table != NULL);
-    put_unsigned(sheet, "set_level", p->set_level);
-    put_unsigned(sheet, "reset_level", p->reset_level);
-    put_int(sheet, "gravity", p->gravity);
-    indent(sheet);
-    (void)fprintf(sheet->stream, ".law_whole = {%uu, %uu},\n", p->law_whole[0], p->law_whole[1]);
-    put_unsigned(sheet, "rise_shift", p->rise_shift);
-    put_unsigned(sheet, "k_shift", p->k_shift);
-    indent(sheet);
-    (void)fprintf(sheet->stream, ".plain = %s,\n", p->plain ? "true" : "false");
-    put_unsigned(sheet, "table_length", p->table_length);
-    put_unsigned(sheet, "pulse_width", p->pulse_width);
-    close_brace(sheet);
-}
-
-static void put_arm_q31(sheet_t *sheet, const tribo_arm_q31_params_t *p)
-{
-    open_brace(sheet, "arm");
-    put_int(sheet, "phi_d", p->phi_d);
-    put_int(sheet, "phi_g", p->phi_g);
-    put_int(sheet, "gamma_d", p->gamma_d);
-    put_int(sheet, "gamma_g", p->gamma_g);
-    put_int(sheet, "power", p->power);
-    put_unsigned(sheet, "below", p->below);
-    put_unsigned(sheet, "shift", p->shift);
-    close_brace(sheet);
-}
-
-static void put_loop_q31(sheet_t *sheet, const sim_params_header_t *header)
-{
-    const tribo_force_loop_q31_params_t *p        = &header->loop->params_q31;
-    const tribo_friction_q31_params_t   *friction = &p->compensator.friction;
-    if (friction->table != NULL)
-    {
-        (void)fprintf(sheet->stream, "static const tribo_breakaway_point_q31_t %s_table[] = {\n", header->name);
-        for (uint32_t i = 0; i < friction->table_length; i++)
+        else if (field->count == 0)
         {
-            const tribo_breakaway_point_q31_t *point = &friction->table[i];
-            (void)fprintf(sheet->stream,
-                          "    {.force = %" PRId32 ", .positive = %" PRId32 ", .negative = %" PRId32 "},\n",
-                          point->force,
-                          point->positive,
-                          point->negative);
+            put_rows(sheet, field->rows, element, indent + 4);
         }
-        (void)fputs("};\n", sheet->stream);
+        else
+        {
+            (void)fprintf(sheet->stream, "%*s{\n", indent + 4, "");
+            put_rows(sheet, field->rows, element, indent + 8);
+            (void)fprintf(sheet->stream, "%*s},\n", indent + 4, "");
+        }
     }
-    (void)fprintf(sheet->stream, "static const tribo_force_loop_q31_params_t %s_params = {\n", header->name);
-    sheet->depth = 1;
-    put_unsigned(sheet, "usual_input_end", p->usual_input_end);
-    put_unsigned(sheet, "input_end", p->input_end);
-    put_int(sheet, "gain", p->gain);
-    put_controller_q31(sheet, &p->controller);
-    open_brace(sheet, "compensator");
-    put_friction_q31(sheet, header, friction);
-    put_arm_q31(sheet, &p->compensator.arm);
-    close_brace(sheet);
+    (void)fprintf(sheet->stream, "%*s}", indent, "");
+}
+
+/// The rows of the struct at `at`, a line each.
+static void put_rows(const sheet_t *sheet, const field_t *rows, const char *at, int indent)
+{
+    for (const field_t *row = rows; row->name != NULL; row++)
+    {
+        const char *value = at + row->offset;
+        (void)fprintf(sheet->stream, "%*s.%s = ", indent, "", row->name);
+        if (row->rows != NULL)
+        {
+            const size_t fixed = (row->count > 0) ? row->count : 1;
+            const size_t count = (row->counter_size > 0) ? unsigned_at(at + row->counter, row->counter_size) : fixed;
+            put_structs(sheet, row, value, count, indent);
+        }
+        else
+        {
+            for (size_t i = 0; i < row->count; i++)
+            {
+                (void)fputs(i == 0 ? "{" : ", ", sheet->stream);
+                put_scalar(sheet, row, value + i * row->size);
+            }
+            if (row->count == 0)
+            {
+                put_scalar(sheet, row, value);
+            }
+            (void)fputs(row->count > 0 ? "}" : "", sheet->stream);
+        }
+        (void)fputs(",\n", sheet->stream);
+    }
+}
+
+/// The breakaway table, if there is one, and the params.
+static void put_loop(const sheet_t *sheet, const sim_loop_t *loop)
+{
+    const bool     q31    = loop->q31;
+    const char    *suffix = q31 ? "q31" : "f32";
+    const void    *table  = loop->params_f32.compensator.friction.table;
+    uint32_t       points = loop->params_f32.compensator.friction.table_length;
+    const field_t  point  = {.kind = SMALL,
+                             .size = q31 ? sizeof(tribo_breakaway_point_q31_t) : sizeof(tribo_breakaway_point_f32_t),
+                             .rows = q31 ? point_q31 : point_f32};
+    const field_t *rows   = q31 ? loop_q31 : loop_f32;
+    if (q31)
+    {
+        table  = loop->params_q31.compensator.friction.table;
+        points = loop->params_q31.compensator.friction.table_length;
+    }
+    if (table != NULL)
+    {
+        (void)fprintf(sheet->stream, "static const tribo_breakaway_point_%s_t %s_table[] = ", suffix, sheet->name);
+        put_structs(sheet, &point, table, points, 0);
+        (void)fputs(";\n", sheet->stream);
+    }
+    (void)fprintf(sheet->stream, "static const tribo_force_loop_%s_params_t %s_params = {\n", suffix, sheet->name);
+    put_rows(sheet, rows, q31 ? (const char *)&loop->params_q31 : (const char *)&loop->params_f32, 4);
     (void)fputs("};\n", sheet->stream);
 }
 
@@ -339,14 +306,6 @@ static void put_comment(FILE *stream, const sim_params_header_t *header)
                   (unsigned)config->controller.section_count);
 }
 
-/// With the arithmetic: of one name in both, neither is left out, and a compiler says that it is declared twice.
-static void put_guard(FILE *stream, const sim_params_header_t *header, const char *directive)
-{
-    (void)fprintf(stream, "%s ", directive);
-    put_upper(stream, header->name);
-    (void)fprintf(stream, "_PARAMS_%s_H\n", header->loop->q31 ? "Q31" : "F32");
-}
-
 static void put_define(FILE *stream, const sim_params_header_t *header, const char *what, double value)
 {
     (void)fputs("#define ", stream);
@@ -354,46 +313,34 @@ static void put_define(FILE *stream, const sim_params_header_t *header, const ch
     (void)fprintf(stream, "_%s %.8ef\n", what, value);
 }
 
-static void put_version(FILE *stream, const char *arithmetic, int version)
-{
-    (void)fprintf(stream,
-                  "#if TRIBO_FORCE_LOOP_%s_PARAMS_VERSION != %d\n"
-                  "#error \"made for another version of tribo: run tribo-sim params again\"\n"
-                  "#endif\n\n",
-                  arithmetic,
-                  version);
-}
-
 void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
 {
-    const bool q31   = header->loop->q31;
-    sheet_t    sheet = {.stream = stream};
+    const bool        q31         = header->loop->q31;
+    const char *const upper       = q31 ? "Q31" : "F32";
+    const int         versions[2] = {TRIBO_FORCE_LOOP_F32_PARAMS_VERSION, TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION};
+    const char *const guards[2]   = {"#ifndef ", "#define "};
     put_comment(stream, header);
-    put_guard(stream, header, "#ifndef");
-    put_guard(stream, header, "#define");
-    (void)fprintf(stream, "\n#include \"tribo/force_loop_%s.h\"\n\n", q31 ? "q31" : "f32");
-    if (q31)
+    // With the arithmetic: of one name in both, neither is left out, and a compiler says that it is declared twice.
+    for (size_t i = 0; i < 2; i++)
     {
-        put_version(stream, "Q31", TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION);
+        (void)fputs(guards[i], stream);
+        put_upper(stream, header->name);
+        (void)fprintf(stream, "_PARAMS_%s_H\n", upper);
     }
-    else
-    {
-        put_version(stream, "F32", TRIBO_FORCE_LOOP_F32_PARAMS_VERSION);
-    }
-    (void)fputs("// clang-format off\n", stream);
+    (void)fprintf(stream,
+                  "\n#include \"tribo/force_loop_%s.h\"\n\n"
+                  "#if TRIBO_FORCE_LOOP_%s_PARAMS_VERSION != %d\n"
+                  "#error \"made for another version of tribo: run tribo-sim params again\"\n"
+                  "#endif\n\n// clang-format off\n",
+                  q31 ? "q31" : "f32",
+                  upper,
+                  versions[q31]);
     put_define(stream, header, "SAMPLE_TIME_S", (double)header->config->sample_time_s);
     if (q31)
     {
         put_define(stream, header, "FULL_SCALE_N", (double)(float)header->loop->full_scale_n);
     }
     (void)fputs("\n", stream);
-    if (q31)
-    {
-        put_loop_q31(&sheet, header);
-    }
-    else
-    {
-        put_loop_f32(&sheet, header);
-    }
+    put_loop(&(sheet_t){.stream = stream, .name = header->name}, header->loop);
     (void)fputs("// clang-format on\n\n#endif\n", stream);
 }

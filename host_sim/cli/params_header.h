@@ -9,10 +9,10 @@
 
 typedef struct
 {
-    const char  *name;     ///< prefix of all that it declares, a C identifier
-    const char  *scenario; ///< the file that it was made of, for the comment
-    char *const *sets;     ///< and with which --set
-    int          set_count;
+    const char        *name;     ///< prefix of all that it declares, a C identifier
+    const char        *scenario; ///< the file that it was made of, for the comment
+    const char *const *sets;     ///< and with which --set
+    int                set_count;
 
     const tribo_force_loop_f32_config_t *config;
     const sim_loop_t                    *loop; ///< initialised with it

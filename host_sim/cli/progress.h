@@ -6,15 +6,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/// All zeros to begin with.
 typedef struct
 {
-    bool     shown; ///< something is on the line
-    bool     is_terminal;
     uint32_t calls;
     double   next_s; ///< when to write next
+    bool     is_shown;
 } sim_progress_t;
-
-void sim_progress_start(sim_progress_t *progress);
 
 /// Costs next to nothing; writes at most twice a second, for the first time after one second.
 void sim_progress_update(sim_progress_t *progress, double part_done);

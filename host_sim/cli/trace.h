@@ -1,4 +1,4 @@
-/// trace.csv: one row a tick, nine significant digits.
+/// trace.csv: one row a tick, nine significant digits; and the compensator's columns of it, which a replay has too.
 
 #ifndef SIM_TRACE_H
 #define SIM_TRACE_H
@@ -9,5 +9,9 @@
 
 void sim_trace_write_header(FILE *file);
 void sim_trace_write_row(FILE *file, const sim_row_t *row);
+
+#define SIM_TRACE_COMPENSATOR "F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N"
+
+void sim_trace_write_compensator(FILE *file, const tribo_compensator_f32_signals_t *signals);
 
 #endif

@@ -1,16 +1,15 @@
 #include "plant/breakaway.h"
 
 #include <math.h>
-#include <stddef.h>
 
 double sim_breakaway_negative_offset(const sim_breakaway_config_t *config)
 {
-    return config->negative_offset_n != NULL ? *config->negative_offset_n : config->offset_n;
+    return config->negative_offset_n.is_given ? config->negative_offset_n.value : config->offset_n;
 }
 
 double sim_breakaway_negative_slope(const sim_breakaway_config_t *config)
 {
-    return config->negative_slope != NULL ? *config->negative_slope : config->slope;
+    return config->negative_slope.is_given ? config->negative_slope.value : config->slope;
 }
 
 /// Linear between the points, clamped at both ends.
@@ -38,7 +37,7 @@ static sim_breakaway_t look_up(const sim_breakaway_config_t *config, double forc
 sim_breakaway_t sim_breakaway_at(const sim_breakaway_config_t *config, double force_n)
 {
     const double force = fabs(force_n);
-    if (config->table != NULL)
+    if (config->table_count > 0)
     {
         return look_up(config, force);
     }

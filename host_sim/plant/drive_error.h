@@ -20,9 +20,8 @@ typedef struct
     double ripple_phase; ///< in periods
 } sim_drive_error_t;
 
-/// Names, units, ranges, defaults; offsets in sim_drive_error_t.
-extern const sim_truth_parameter_t sim_drive_error_parameters[];
-extern const size_t                sim_drive_error_parameter_count;
+/// Keys for scenarios: names, units, ranges, defaults; offsets in sim_drive_error_t, which is doubles in this order.
+extern const sim_key_t sim_drive_error_keys[];
 
 double sim_drive_error_command(const sim_drive_error_t *error, double u_n);
 

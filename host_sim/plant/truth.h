@@ -1,7 +1,10 @@
-/// A truth model: the arm with its friction, driven by the actuator's force. This is the seam behind which the
-/// friction models fit (truths.h lists them); the actuator and the sensor around it are the same for all (plant.h).
+/// A truth model: the arm with its friction, driven by the actuator's force. The actuator and the sensor around it are the
+/// same for all (plant.h).
 ///
 /// A model is advanced by fixed steps of the plant. One that needs finer steps makes them inside its own step.
+///
+/// A new model is its file in truth/ (README.md there) and one row in SIM_TRUTH_MODELS. Scenarios choose it by `plant.model: NAME`. Keys
+/// that only it has are rows in its file; scenarios write them as `plant.NAME.KEY`.
 
 #ifndef SIM_TRUTH_H
 #define SIM_TRUTH_H
@@ -10,6 +13,27 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+
+/// All of them; the first is the default. NAME stands for sim_NAME_truth.
+#define SIM_TRUTH_MODELS(MODEL)                                                                                        \
+    MODEL(paper)                                                                                                       \
+    MODEL(torque)                                                                                                      \
+    MODEL(coulomb)                                                                                                     \
+    MODEL(karnopp)                                                                                                     \
+    MODEL(armstrong)                                                                                                   \
+    MODEL(dahl)                                                                                                        \
+    MODEL(bristle)                                                                                                     \
+    MODEL(reset_integrator)                                                                                            \
+    MODEL(bliman_sorine)                                                                                               \
+    MODEL(lubricated)                                                                                                  \
+    MODEL(lugre)                                                                                                       \
+    MODEL(elasto_plastic)                                                                                              \
+    MODEL(leuven)                                                                                                      \
+    MODEL(maxwell_slip)                                                                                                \
+    MODEL(servo_mx106)                                                                                                 \
+    MODEL(servo_mx64)                                                                                                  \
+    MODEL(servo_xl330)                                                                                                 \
+    MODEL(servo_erob80)
 
 /// What a step saw at its start, for logging. A model without a meaning for a field leaves it 0.
 typedef struct
@@ -21,22 +45,11 @@ typedef struct
     bool   q1, q2, q; ///< relays and Eq. (8)
 } sim_truth_signals_t;
 
-/// A parameter of one model: a double in the model's parameter struct.
-typedef struct
+typedef struct sim_truth_ops
 {
-    const char *name; ///< as scenarios write it in plant.friction
-    const char *unit; ///< "-" for a number without one
-    double      min, max;
-    double      initial; ///< the default
-    const char *text;    ///< what it is, one line
-    size_t      offset;  ///< in the parameter struct
-} sim_truth_parameter_t;
+    const char *name;
 
-typedef struct
-{
-    const char *name; ///< as scenarios write it in plant.model
-
-    /// A model at rest, null if there is no memory. Values are checked by the caller, see scenario/config.h.
+    /// A model at rest, null if there is no memory. Values are checked by the caller, see scenario/keys.c.
     void *(*create)(const sim_truth_config_t *config, double step_s);
 
     /// Back to rest at F = 0.
@@ -47,15 +60,45 @@ typedef struct
 
     void (*destroy)(void *model);
 
-    const char                  *text; ///< what it is, one line
-    const sim_truth_parameter_t *parameters;
-    size_t                       parameter_count;
-    size_t parameters_size; ///< of the parameter struct, which config.friction.parameters points to
+    /// The model's own keys, each made by SIM_TRUTH_KEY, ended by a row of zeros; null if it has none.
+    const sim_key_t *keys;
 
-    const struct sim_law *law; ///< the same model as differential equations (truth/law.h)
+    const char           *text; ///< what it is, one line
+    const struct sim_law *law;  ///< the same model as differential equations (truth/law.h)
 } sim_truth_ops_t;
 
-/// The paper's model (truth/paper.c).
-extern const sim_truth_ops_t sim_paper_truth;
+#define SIM_TRUTH_KEYS_MAX 16
+
+/// The row of a model's own number: `index` is where create finds it in config->own.
+#define SIM_TRUTH_KEY(index, name_, unit_, min_, max_, standard_, text_)                                               \
+    {.name     = (name_),                                                                                              \
+     .type     = SIM_KEY_NUMBER,                                                                                       \
+     .offset   = (index) * sizeof(double),                                                                             \
+     .unit     = (unit_),                                                                                              \
+     .min      = (min_),                                                                                               \
+     .max      = (max_),                                                                                               \
+     .standard = (standard_),                                                                                          \
+     .text     = (text_)}
+
+#define SIM_TRUTH_DECLARE(name)   extern const sim_truth_ops_t sim_##name##_truth;
+#define SIM_TRUTH_NUMBER_OF(name) SIM_TRUTH_##name,
+SIM_TRUTH_MODELS(SIM_TRUTH_DECLARE)
+
+/// The models by number.
+typedef enum
+{
+    SIM_TRUTH_MODELS(SIM_TRUTH_NUMBER_OF) SIM_TRUTH_COUNT
+} sim_truth_number_t;
+
+extern const sim_truth_ops_t *const sim_truth_models[SIM_TRUTH_COUNT];
+
+/// Null if there is no model of that name.
+const sim_truth_ops_t *sim_truth_find(const char *name);
+
+/// How many keys of its own a model has; they take as many doubles in config->own.
+size_t sim_truth_key_count(const sim_truth_ops_t *truth);
+
+/// Writes the values of the model's own keys, or their defaults where `own` is null, to `numbers`.
+void sim_truth_numbers(const sim_truth_ops_t *truth, const double *own, double numbers[]);
 
 #endif

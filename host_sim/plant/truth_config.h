@@ -1,7 +1,11 @@
-/// What a plant is made of, in physical units and double precision. Ranges: the table in scenario/schema.c.
+/// What a plant is made of, in physical units and double precision. Ranges and defaults: scenario/keys.c.
 
 #ifndef SIM_TRUTH_CONFIG_H
 #define SIM_TRUTH_CONFIG_H
+
+#include "support/key.h"
+
+#define SIM_BREAKAWAY_POINTS_MAX 32
 
 /// One point of a breakaway table.
 typedef struct
@@ -14,12 +18,12 @@ typedef struct
 /// L(F) = offset + slope |F|, or a table. The negative direction is as the positive one unless it has its own values.
 typedef struct
 {
-    double                 offset_n;
-    double                 slope;
-    double                *negative_offset_n; ///< null: as offset_n
-    double                *negative_slope;    ///< null: as slope
-    sim_breakaway_point_t *table;             ///< null: the affine law
-    unsigned               table_count;
+    double                offset_n;
+    double                slope;
+    sim_optional_t        negative_offset_n;
+    sim_optional_t        negative_slope;
+    sim_breakaway_point_t table[SIM_BREAKAWAY_POINTS_MAX];
+    unsigned              table_count; ///< 0: the affine law
 } sim_breakaway_config_t;
 
 /// Eqs. (3) to (6), (8), (9).
@@ -32,7 +36,6 @@ typedef struct
     double                 set_level, reset_level;
     double                 pulse_width_s;
     double                 gravity_n;
-    const void            *parameters; ///< of the truth model, see sim_truth_ops_t; null: its defaults
 } sim_friction_config_t;
 
 /// Eq. (2), in degrees as in the paper.
@@ -47,6 +50,7 @@ typedef struct
 {
     sim_friction_config_t friction;
     sim_arm_config_t      arm;
+    const double         *own; ///< of the model's own keys, in the order of their rows; not read by a model without any
 } sim_truth_config_t;
 
 #endif

@@ -1,67 +1,29 @@
 #include "scenario/config.h"
 
 #include "scenario/check.h"
-#include "scenario/load.h"
-#include "scenario/scenario_data.h"
+#include "scenario/reader.h"
 #include "scenario/suggest.h"
 #include "support/file.h"
+#include "support/text.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const sim_friction_config_t default_friction = {.k_min         = 6.0,
-                                                       .k_max         = 20.0,
-                                                       .m             = 3.0,
-                                                       .v0_n_per_s    = 0.007,
-                                                       .breakaway     = {.offset_n = 0.007, .slope = 0.3},
-                                                       .set_level     = 0.75,
-                                                       .reset_level   = 0.8,
-                                                       .pulse_width_s = 0.003,
-                                                       .gravity_n     = 0.0};
-
-static const sim_arm_config_t default_arm = {.inertia_n_s2_per_deg = 1.2e-4,
-                                             .damping_n_s_per_deg  = 0.0288,
-                                             .stiffness_n_per_deg  = 3.84};
-
-static void set_defaults(sim_config_t *config)
+struct sim_scenario
 {
-    *config = (sim_config_t){
-        .sample_time_s = 1e-3,
-        .reference     = {.kind     = SIM_REFERENCE_TRIANGLE,
-                          .low_n    = 0.4,
-                          .high_n   = 0.6,
-                          .period_s = 20.0,
-                          .ramp_s   = 10.0,
-                          .from_hz  = 0.05,
-                          .to_hz    = 1.0,
-                          .sweep_s  = 60.0},
-        .plant         = {.model                   = SIM_MODEL_PAPER,
-                          .step_s                  = 1e-4,
-                          .actuator_pole_rad_per_s = 200.0,
-                          .friction                = default_friction,
-                          .arm                     = default_arm},
-        .sensor        = {.pole_rad_per_s = 55.0, .noise_seed = 1},
-        .controller    = {.kind = SIM_CONTROLLER_PAPER},
-        .compensator   = {.gain = 0.85, .friction = default_friction, .arm = default_arm},
-        .limits        = {.u_min_n = -2.0, .u_max_n = 2.0, .input_max_n = 2.0, .full_scale_n = 2.0},
-    };
-}
+    sim_config_t  config;
+    sim_sources_t sources;
+    char         *path; ///< of the file; null if there is none
+};
 
 sim_scenario_t *sim_scenario_create(void)
 {
     sim_scenario_t *scenario = calloc(1, sizeof *scenario);
-    if (scenario == NULL)
+    if (scenario != NULL)
     {
-        return NULL;
+        sim_key_set_defaults(&scenario->config);
     }
-    scenario->config = calloc(1, sizeof *scenario->config);
-    if (scenario->config == NULL)
-    {
-        free(scenario);
-        return NULL;
-    }
-    set_defaults(scenario->config);
     return scenario;
 }
 
@@ -69,177 +31,161 @@ void sim_scenario_destroy(sim_scenario_t *scenario)
 {
     if (scenario != NULL)
     {
-        sim_load_free(scenario->config);
         sim_sources_free(&scenario->sources);
         free(scenario->path);
         free(scenario);
     }
 }
 
-sim_config_t *sim_scenario_config(sim_scenario_t *scenario)
+const sim_config_t *sim_scenario_config(const sim_scenario_t *scenario)
 {
-    return scenario->config;
+    return &scenario->config;
 }
 
-static bool load_file(sim_scenario_t *scenario, const char *path, const sim_load_target_t *target, sim_error_t *error)
+/// Takes the keys of the group `prefix` from text, all keys if it is "".
+static bool load_text(sim_scenario_t *scenario,
+                      const char     *text,
+                      const char     *name,
+                      const char     *prefix,
+                      sim_error_t    *error)
 {
-    size_t length = 0;
-    char  *text   = sim_file_read(path, &length, error);
+    sim_place_t place = {.key = NULL, .at = (char *)&scenario->config};
+    const bool  whole = prefix[0] == '\0' || !sim_key_find(&scenario->config, prefix, &place);
+    return sim_read(&(sim_text_t){.text   = text,
+                                  .name   = name,
+                                  .prefix = prefix,
+                                  .keys   = whole ? sim_keys : sim_key_below(place.key),
+                                  .group  = place.at},
+                    &scenario->sources,
+                    error);
+}
+
+static bool load_file(sim_scenario_t *scenario, const char *path, const char *prefix, sim_error_t *error)
+{
+    char *text = sim_file_read(path, SIM_FILE_BYTES_MAX, error);
     free(scenario->path);
     scenario->path = strdup(path);
-    bool ok        = text != NULL && scenario->path != NULL;
-    if (ok)
-    {
-        const sim_load_text_t from = {.text = text, .name = path};
-        ok                         = sim_load_text(&from, target, &scenario->sources, error);
-    }
+    const bool ok  = text != NULL && scenario->path != NULL && load_text(scenario, text, path, prefix, error);
     free(text);
     return ok;
 }
 
 bool sim_scenario_load(sim_scenario_t *scenario, const char *path, sim_error_t *error)
 {
-    const sim_load_target_t target = {.schema = &sim_scenario_schema, .data = scenario->config, .prefix = ""};
-    return load_file(scenario, path, &target, error);
+    return load_file(scenario, path, "", error);
 }
 
 bool sim_scenario_load_compensator(sim_scenario_t *scenario, const char *path, sim_error_t *error)
 {
-    const sim_load_target_t target = {.schema = &sim_compensator_schema,
-                                      .data   = &scenario->config->compensator,
-                                      .prefix = "compensator."};
-    return load_file(scenario, path, &target, error);
+    return load_file(scenario, path, "compensator", error);
 }
 
-/// The struct that the last key of a --set path is in; null with the error filled in if a list has no such element.
-static char *find_parent(const sim_scenario_t *scenario,
-                         const sim_place_t    *place,
-                         const char           *assignment,
-                         sim_error_t          *error)
+bool sim_scenario_load_text(sim_scenario_t *scenario, const char *text, const char *name, sim_error_t *error)
 {
-    char *base = (char *)scenario->config;
-    if (place->list == NULL)
-    {
-        return base + place->offset;
-    }
-    char    *holder = base + place->list_offset;
-    char    *elements;
-    unsigned count;
-    memcpy((void *)&elements, holder + place->list->data_offset, sizeof elements);
-    memcpy(&count, holder + place->list->count_offset, sizeof count);
-    if (place->index >= count)
-    {
-        (void)sim_error_set(error,
-                            "--set %s: the list %.*s has %u elements, counted from 0",
-                            assignment,
-                            (int)strcspn(assignment, "["),
-                            assignment,
-                            count);
-        return NULL;
-    }
-    return elements + place->index * place->list->value.sequence.entry->data_size + place->offset;
+    return load_text(scenario, text, name, "", error);
 }
 
-/// Reads "name: value" as YAML against the schema of that one key.
+// --- set -----------------------------------------------------------------------------------------------------------
+
+/// Reads "last part of the key: value" as a mapping in which only that key may be. `name` is the option, for messages.
 static bool set_one(sim_scenario_t    *scenario,
-                    const char        *assignment,
-                    size_t             key_length,
                     const sim_place_t *place,
+                    const char        *key,
+                    const char        *value,
+                    const char        *name,
                     sim_error_t       *error)
 {
-    char *parent = find_parent(scenario, place, assignment, error);
-    if (parent == NULL)
-    {
-        return false;
-    }
-    const cyaml_schema_field_t fields[2] = {*place->field, CYAML_FIELD_END};
-    cyaml_schema_value_t       one       = *place->parent;
-    one.flags                            = CYAML_FLAG_POINTER;
-    one.mapping.fields                   = fields;
-
-    const char *value = assignment + key_length + 1;
     char        prefix[SIM_KEY_MAX];
-    (void)snprintf(prefix, sizeof prefix, "%.*s", (int)(key_length - strlen(place->field->key)), assignment);
-    const size_t size = strlen(assignment) + 16;
-    char        *text = malloc(2 * size);
+    const char *dot = strrchr(key, '.');
+    (void)snprintf(prefix, sizeof prefix, "%.*s", dot != NULL ? (int)(dot - key) : 0, key);
+    char *text = sim_text_format("%s: %s", place->key->name, value);
     if (text == NULL)
     {
         return sim_error_set(error, "out of memory");
     }
-    char *name = text + size;
-    (void)snprintf(text, size, "%s: %s", place->field->key, value);
-    (void)snprintf(name, size, "--set %s", assignment);
-    const sim_load_text_t   from   = {.text = text, .name = name, .is_option = true};
-    const sim_load_target_t target = {.schema = &one, .data = parent, .prefix = prefix};
-    const bool              ok     = sim_load_text(&from, &target, &scenario->sources, error);
+    const bool ok = sim_read(&(sim_text_t){.text      = text,
+                                           .name      = name,
+                                           .is_option = true,
+                                           .prefix    = prefix,
+                                           .keys      = place->key,
+                                           .only      = place->key,
+                                           .group     = place->at - place->key->offset},
+                             &scenario->sources,
+                             error);
     free(text);
     return ok;
 }
 
+/// The assignment "key=value", of which `name` is how messages show it.
+static bool set(sim_scenario_t *scenario, const char *assignment, const char *name, sim_error_t *error)
+{
+    const size_t length = strcspn(assignment, "=");
+    if (length == 0 || assignment[length] == '\0')
+    {
+        return sim_error_set(error, "%s: key=value is wanted", name);
+    }
+    char        key[SIM_KEY_MAX];
+    char        suggestion[SIM_KEY_MAX];
+    sim_place_t place;
+    const bool  fits = snprintf(key, sizeof key, "%.*s", (int)length, assignment) < (int)sizeof key;
+    if (!fits || !sim_key_find(&scenario->config, key, &place))
+    {
+        return fits && sim_suggest(key, suggestion)
+                   ? sim_error_set(error, "%s: unknown key %s, did you mean %s?", name, key, suggestion)
+                   : sim_error_set(error, "%s: unknown key %.*s", name, (int)length, assignment);
+    }
+    if (place.is_element)
+    {
+        return sim_error_set(error, "%s: %s is a whole element: set one of its keys, or the list", name, key);
+    }
+    if (place.at == NULL)
+    {
+        return sim_error_set(error,
+                             "%s: the list %.*s has %u elements, counted from 0",
+                             name,
+                             (int)strcspn(key, "["),
+                             key,
+                             place.count);
+    }
+    return set_one(scenario, &place, key, assignment + length + 1, name, error);
+}
+
 bool sim_scenario_set(sim_scenario_t *scenario, const char *assignment, sim_error_t *error)
 {
-    const char *equals = strchr(assignment, '=');
-    if (equals == NULL || equals == assignment)
-    {
-        return sim_error_set(error, "--set %s: key=value is wanted", assignment);
-    }
-    const size_t key_length = (size_t)(equals - assignment);
-    char         key[SIM_KEY_MAX];
-    sim_place_t  place;
-    if (key_length < sizeof key)
-    {
-        (void)snprintf(key, sizeof key, "%.*s", (int)key_length, assignment);
-        const bool found = sim_schema_find(&sim_scenario_schema, key, &place);
-        if (found && place.is_element)
-        {
-            return sim_error_set(error,
-                                 "--set %s: %s is a whole element: set one of its keys, or the list",
-                                 assignment,
-                                 key);
-        }
-        if (found)
-        {
-            return set_one(scenario, assignment, key_length, &place, error);
-        }
-    }
-    char suggestion[SIM_KEY_MAX];
-    if (key_length < sizeof key && sim_suggest(&sim_scenario_schema, key, suggestion, sizeof suggestion))
-    {
-        return sim_error_set(error, "--set %s: unknown key %s, did you mean %s?", assignment, key, suggestion);
-    }
-    return sim_error_set(error, "--set %s: unknown key %.*s", assignment, (int)key_length, assignment);
+    // Of a value that is longer than any message the start tells enough.
+    const int shown = 1000;
+    char *name    = sim_text_format("--set %.*s%s", shown, assignment, strlen(assignment) > (size_t)shown ? "..." : "");
+    const bool ok = name != NULL ? set(scenario, assignment, name, error) : sim_error_set(error, "out of memory");
+    free(name);
+    return ok;
 }
+
+// --- what was written where ----------------------------------------------------------------------------------------
 
 const char *sim_scenario_source(const sim_scenario_t *scenario, const char *key)
 {
-    const char *place = sim_sources_find(&scenario->sources, key);
-    if (place != NULL)
-    {
-        return place;
-    }
-    return scenario->path != NULL ? scenario->path : "default";
+    const sim_source_t *source = sim_sources_find(&scenario->sources, key);
+    return source != NULL ? source->place : scenario->path != NULL ? scenario->path : "default";
+}
+
+bool sim_scenario_has(const sim_scenario_t *scenario, const char *key)
+{
+    return sim_sources_has(&scenario->sources, key);
+}
+
+bool sim_scenario_is_set(const sim_scenario_t *scenario, const char *key)
+{
+    const sim_source_t *source = sim_sources_find(&scenario->sources, key);
+    return source != NULL && source->is_option;
 }
 
 char *sim_scenario_reference_path(const sim_scenario_t *scenario)
 {
-    const char *file  = scenario->config->reference.file;
-    const char *place = sim_sources_find(&scenario->sources, "reference.file");
+    const char *file  = scenario->config.reference.file;
     const char *slash = (scenario->path != NULL) ? strrchr(scenario->path, '/') : NULL;
-    if (file[0] == '/' || slash == NULL || (place != NULL && sim_source_is_set(place)))
+    if (file[0] == '/' || slash == NULL || sim_scenario_is_set(scenario, "reference.file"))
     {
         return strdup(file);
     }
-    const size_t folder = (size_t)(slash - scenario->path) + 1;
-    const size_t size   = folder + strlen(file) + 1;
-    char        *path   = malloc(size);
-    if (path != NULL)
-    {
-        (void)snprintf(path, size, "%.*s%s", (int)folder, scenario->path, file);
-    }
-    return path;
-}
-
-bool sim_scenario_check(const sim_scenario_t *scenario, sim_error_t *error)
-{
-    return sim_check_ranges(scenario, error) && sim_check_together(scenario, error);
+    return sim_text_format("%.*s%s", (int)(slash - scenario->path) + 1, scenario->path, file);
 }

@@ -1,8 +1,8 @@
 /// A scenario as the program holds it: every key of a scenario file as a field, in physical units.
 ///
-/// Values come from three places, the later over the earlier: the defaults below, a file, --set. Each is checked for
-/// its key, its type and its range, and every complaint names the place it came from. Keys, units, ranges and
-/// defaults: scenarios/README.md.
+/// Values come from three places, the later over the earlier: the defaults, a file, --set. Each is checked for its key,
+/// its type and its range as it is read, and every complaint names the place it came from. Keys, units, ranges and
+/// defaults: keys.c, and the tables of scenarios/README.md that are made of it.
 
 #ifndef SIM_CONFIG_H
 #define SIM_CONFIG_H
@@ -13,6 +13,10 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+
+#define SIM_DESCRIPTION_MAX 200  ///< bytes
+#define SIM_PATH_MAX        4096 ///< bytes
+#define SIM_SECTIONS_MAX    4
 
 typedef enum
 {
@@ -33,30 +37,23 @@ typedef struct
     double               period_s;
     double               ramp_s;
     double               from_hz, to_hz, sweep_s;
-    char                *file;
+    char                 file[SIM_PATH_MAX + 1]; ///< "": none
 } sim_reference_config_t;
-
-typedef enum
-{
-    SIM_MODEL_PAPER
-} sim_model_t;
 
 typedef struct
 {
-    sim_model_t           model;
+    sim_truth_number_t    model;
     double                step_s;
     double                actuator_pole_rad_per_s;
     sim_friction_config_t friction;
     sim_arm_config_t      arm;
+    double                own[SIM_TRUTH_COUNT][SIM_TRUTH_KEYS_MAX]; ///< the models' own keys
 } sim_plant_keys_t;
 
 typedef struct
 {
-    double   pole_rad_per_s;
-    double   noise_n;
-    uint64_t noise_seed;
-    double   quantisation_n;
-    double   delay_s;
+    double              pole_rad_per_s;
+    sim_sensor_config_t sampling;
 } sim_sensor_keys_t;
 
 typedef struct
@@ -74,8 +71,8 @@ typedef enum
 typedef struct
 {
     sim_controller_kind_t kind;
-    sim_section_t        *sections;
-    unsigned              sections_count;
+    sim_section_t         sections[SIM_SECTIONS_MAX];
+    unsigned              section_count;
 } sim_controller_config_t;
 
 typedef struct
@@ -94,14 +91,14 @@ typedef struct
 
 typedef struct
 {
-    double  start_s;
-    double *end_s; ///< null: the end of the run
+    double         start_s;
+    sim_optional_t end_s; ///< left out: the end of the run
 } sim_metrics_config_t;
 
 typedef struct
 {
-    char                    *description;
-    double                   duration_s;
+    char                     description[SIM_DESCRIPTION_MAX + 1];
+    double                   duration_s; ///< 0: not given yet
     double                   sample_time_s;
     sim_reference_config_t   reference;
     sim_plant_keys_t         plant;
@@ -115,31 +112,35 @@ typedef struct
 /// A scenario under construction: the values and where each of them was written.
 typedef struct sim_scenario sim_scenario_t;
 
-/// All defaults: the paper's loop and plant. `duration_s` has none and is 0. Null if there is no memory.
+/// All defaults: the paper's loop and plant. Null if there is no memory.
 sim_scenario_t *sim_scenario_create(void);
 void            sim_scenario_destroy(sim_scenario_t *scenario);
 
-/// The values, to read or, in a program of one's own, to write.
-sim_config_t *sim_scenario_config(sim_scenario_t *scenario);
+const sim_config_t *sim_scenario_config(const sim_scenario_t *scenario);
 
-/// Takes the keys of a scenario file, or of a file with the keys of `compensator` alone.
+/// Takes the keys of a scenario file, or of a file with the keys of `compensator` alone. After a failure, here and in
+/// sim_scenario_set, the scenario is only to be destroyed.
 bool sim_scenario_load(sim_scenario_t *scenario, const char *path, sim_error_t *error);
 bool sim_scenario_load_compensator(sim_scenario_t *scenario, const char *path, sim_error_t *error);
 
 /// Takes one "key=value", e.g. "plant.friction.breakaway.slope=0.36" or "controller.sections[0].b0=1.5".
 bool sim_scenario_set(sim_scenario_t *scenario, const char *assignment, sim_error_t *error);
 
-/// Checks what a file or --set gave: ranges, what belongs together, what is missing.
+/// The same from text of a scenario file; `name` stands for the file in messages.
+bool sim_scenario_load_text(sim_scenario_t *scenario, const char *text, const char *name, sim_error_t *error);
+
+/// Checks what belongs together and what is missing.
 bool sim_scenario_check(const sim_scenario_t *scenario, sim_error_t *error);
 
 /// Where `key` was written ("FILE:LINE" or "--set key=value"), or else its parent, or else the file as a whole.
 const char *sim_scenario_source(const sim_scenario_t *scenario, const char *key);
 
+/// Whether `key` itself has been written; whether a --set wrote it or a part of it last.
+bool sim_scenario_has(const sim_scenario_t *scenario, const char *key);
+bool sim_scenario_is_set(const sim_scenario_t *scenario, const char *key);
+
 /// The path of the file that `reference.file` names: from the scenario file's folder, or from the current one if the
 /// key came from --set. To be freed; null if there is no memory.
 char *sim_scenario_reference_path(const sim_scenario_t *scenario);
-
-/// Every key, with what scenarios/README.md says of it: "key | type | range | default" a line. False: no memory.
-bool sim_scenario_print_keys(void);
 
 #endif

@@ -1,82 +1,327 @@
-// The list of all keys, for `tribo-sim list --keys` and for the test that compares it with scenarios/README.md.
+// A new key is a row here and a field of the struct that the row is about (config.h, plant/truth_config.h); what uses it reads the
+// field. `cmake --build --preset host-release --target scenario-readme` then writes its row in scenarios/README.md.
 
-#include "scenario/scenario_data.h"
-#include "scenario/schema.h"
+#include "scenario/keys.h"
 
-#include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-static void print_default(const sim_config_t *config, const char *path, const cyaml_schema_value_t *value)
+// --- the table -----------------------------------------------------------------------------------------------------
+
+// clang-format off: one row a key
+#define AT(type_, member) .offset = offsetof(type_, member)
+#define RANGE(unit_, min_, max_, standard_) .unit = (unit_), .min = (min_), .max = (max_), .standard = (standard_)
+#define STATUS(name_) (UINT64_C(1) << TRIBO_ERR_##name_)
+
+#define NUMBER(name_, at, range, text_)           {.name = (name_), .type = SIM_KEY_NUMBER, at, range, .text = (text_)}
+#define CHECKED(name_, at, range, statuses_, text_) {.name = (name_), .type = SIM_KEY_NUMBER, at, range, .statuses = (statuses_), .text = (text_)}
+#define REQUIRED(name_, at, range, text_)         {.name = (name_), .type = SIM_KEY_NUMBER, .is_required = true, at, range, .text = (text_)}
+#define OPTIONAL(name_, at, range, text_)         {.name = (name_), .type = SIM_KEY_OPTIONAL, at, range, .text = (text_)}
+#define WHOLE(name_, at, range, text_)            {.name = (name_), .type = SIM_KEY_WHOLE, at, range, .text = (text_)}
+#define CHOICE(name_, at, words_, standard_, text_) {.name = (name_), .type = SIM_KEY_CHOICE, at, .unit = "-", .words = (words_), .standard = (standard_), .text = (text_)}
+#define TEXT(name_, at, max_, text_)              {.name = (name_), .type = SIM_KEY_TEXT, at, .unit = "-", .max = (max_), .text = (text_)}
+#define GROUP(name_, at, keys_, statuses_, text_) {.name = (name_), .type = SIM_KEY_GROUP, at, .keys = (keys_), .statuses = (statuses_), .text = (text_)}
+#define LIST(name_, type_, member, counter, max_, keys_, statuses_, text_) \
+    {.name = (name_), .type = SIM_KEY_LIST, AT(type_, member), .unit = "-", .min = 1, .max = (max_), .keys = (keys_), \
+     .size = sizeof((type_ *)0)->member[0], .count_offset = offsetof(type_, counter), .statuses = (statuses_), .text = (text_)}
+#define END {.name = NULL}
+
+static const sim_key_t point_keys[] = {
+    REQUIRED("force_N",    AT(sim_breakaway_point_t, force_n),    RANGE("N", 0.0, 1e6, 0.0),  "a point's applied force |F|, strictly rising from point to point"),
+    REQUIRED("positive_N", AT(sim_breakaway_point_t, positive_n), RANGE("N", 1e-6, 1e6, 0.0), "L in the positive direction there"),
+    REQUIRED("negative_N", AT(sim_breakaway_point_t, negative_n), RANGE("N", 1e-6, 1e6, 0.0), "L in the negative direction there"),
+    END};
+
+static const sim_key_t breakaway_keys[] = {
+    CHECKED("offset_N",           AT(sim_breakaway_config_t, offset_n),          RANGE("N", 1e-6, 1e6, 0.007), STATUS(BREAKAWAY_OFFSET), "L(F) = offset + slope |F|, both directions"),
+    CHECKED("slope",              AT(sim_breakaway_config_t, slope),             RANGE("-", 0.0, 10.0, 0.3),   STATUS(BREAKAWAY_SLOPE),  "likewise"),
+    OPTIONAL("negative_offset_N", AT(sim_breakaway_config_t, negative_offset_n), RANGE("N", 1e-6, 1e6, 0.0),   "the negative direction's own offset; as the positive one if left out"),
+    OPTIONAL("negative_slope",    AT(sim_breakaway_config_t, negative_slope),    RANGE("-", 0.0, 10.0, 0.0),   "the negative direction's own slope; likewise"),
+    LIST("table", sim_breakaway_config_t, table, table_count, SIM_BREAKAWAY_POINTS_MAX, point_keys, STATUS(TABLE_LENGTH) | STATUS(TABLE_FORCE) | STATUS(TABLE_BREAKAWAY),
+         "1 to 32 points in place of offset and slope: linear between them, clamped at both ends"),
+    END};
+
+static const sim_key_t friction_keys[] = {
+    CHECKED("k_min",         AT(sim_friction_config_t, k_min),         RANGE("-", 1.01, 1000.0, 6.0),  STATUS(K_MIN),       "k of Eq. (5) at high net-force rates, where hysteresis is widest; at most `k_max`"),
+    CHECKED("k_max",         AT(sim_friction_config_t, k_max),         RANGE("-", 1.01, 1000.0, 20.0), STATUS(K_MAX),       "k of Eq. (5) at low net-force rates"),
+    CHECKED("m",             AT(sim_friction_config_t, m),             RANGE("-", 0.0, 100.0, 3.0),    STATUS(M),           "steepness of k(v)"),
+    CHECKED("v0_N_per_s",    AT(sim_friction_config_t, v0_n_per_s),    RANGE("N/s", 1e-6, 1e6, 0.007), STATUS(V0),          "centre of k(v)"),
+    GROUP("breakaway",       AT(sim_friction_config_t, breakaway),     breakaway_keys, 0,              ""),
+    CHECKED("set_level",     AT(sim_friction_config_t, set_level),     RANGE("-", 1e-6, 1.0, 0.75),    STATUS(SET_LEVEL),   "c1 of Eq. (9): where the relays set, as a fraction of L"),
+    CHECKED("reset_level",   AT(sim_friction_config_t, reset_level),   RANGE("-", 1e-6, 1.0, 0.8),     STATUS(RESET_LEVEL), "c2 of Eq. (9): where the relays reset, as a fraction of L"),
+    CHECKED("pulse_width_s", AT(sim_friction_config_t, pulse_width_s), RANGE("s", 1e-6, 10.0, 0.003),  STATUS(PULSE_WIDTH), "pulse of the edge detectors; in the compensator 1 to 63 samples"),
+    CHECKED("gravity_N",     AT(sim_friction_config_t, gravity_n),     RANGE("N", -1e6, 1e6, 0.0),     STATUS(GRAVITY),     "gravity on the arm, as end-point force"),
+    END};
+
+static const sim_key_t arm_keys[] = {
+    CHECKED("inertia_N_s2_per_deg", AT(sim_arm_config_t, inertia_n_s2_per_deg), RANGE("N s²/deg", 1e-12, 1e12, 1.2e-4), STATUS(INERTIA),   "I of Eq. (2)"),
+    CHECKED("damping_N_s_per_deg",  AT(sim_arm_config_t, damping_n_s_per_deg),  RANGE("N s/deg", 0.0, 1e12, 0.0288),    STATUS(DAMPING),   "b of Eq. (2)"),
+    CHECKED("stiffness_N_per_deg",  AT(sim_arm_config_t, stiffness_n_per_deg),  RANGE("N/deg", 1e-12, 1e12, 3.84),      STATUS(STIFFNESS), "K of Eq. (2)"),
+    END};
+
+static const char *const reference_kinds[] = {
+    [SIM_REFERENCE_TRIANGLE] = "triangle", [SIM_REFERENCE_SINE] = "sine", [SIM_REFERENCE_STEP] = "step", [SIM_REFERENCE_RAMP] = "ramp",
+    [SIM_REFERENCE_SAWTOOTH] = "sawtooth", [SIM_REFERENCE_CHIRP] = "chirp", [SIM_REFERENCE_CSV] = "csv", NULL};
+
+static const sim_key_t reference_keys[] = {
+    {.name = "kind", .type = SIM_KEY_CHOICE, .is_required = true, AT(sim_reference_config_t, kind), .unit = "-", .words = reference_kinds,
+     .text = "the reference's shape, see above; required"},
+    NUMBER("low_N",    AT(sim_reference_config_t, low_n),    RANGE("N", -1e6, 1e6, 0.4),      "lower end"),
+    NUMBER("high_N",   AT(sim_reference_config_t, high_n),   RANGE("N", -1e6, 1e6, 0.6),      "upper end"),
+    NUMBER("start_s",  AT(sim_reference_config_t, start_s),  RANGE("s", 0.0, 86400.0, 0.0),   "when it begins to move"),
+    NUMBER("period_s", AT(sim_reference_config_t, period_s), RANGE("s", 1e-3, 86400.0, 20.0), "triangle, sine, sawtooth"),
+    NUMBER("ramp_s",   AT(sim_reference_config_t, ramp_s),   RANGE("s", 1e-3, 86400.0, 10.0), "ramp: how long from low to high"),
+    NUMBER("from_Hz",  AT(sim_reference_config_t, from_hz),  RANGE("Hz", 0.0, 1e6, 0.05),     "chirp: first frequency"),
+    NUMBER("to_Hz",    AT(sim_reference_config_t, to_hz),    RANGE("Hz", 0.0, 1e6, 1.0),      "chirp: last frequency"),
+    NUMBER("sweep_s",  AT(sim_reference_config_t, sweep_s),  RANGE("s", 1e-3, 86400.0, 60.0), "chirp: how long from the one to the other"),
+    TEXT("file",       AT(sim_reference_config_t, file),     SIM_PATH_MAX,
+         "csv: columns `t_s` (rising) and `r_N`; from the scenario file's folder, or from the current one if given by `--set`"),
+    END};
+
+#define MODEL_WORD(name_) #name_,
+#define MODEL_KEYS(name_) {.name = #name_, .type = SIM_KEY_GROUP, AT(sim_plant_keys_t, own[SIM_TRUTH_##name_]), .keys_of_model = &sim_##name_##_truth.keys},
+static const char *const models[] = {SIM_TRUTH_MODELS(MODEL_WORD) NULL};
+
+static const sim_key_t plant_keys[] = {
+    CHOICE("model",                   AT(sim_plant_keys_t, model),                   models, 0.0, "the truth model"),
+    NUMBER("step_s",                  AT(sim_plant_keys_t, step_s),                  RANGE("s", 1e-7, 0.1, 1e-4),      "plant step; must go into `sample_time_s` a whole number of times"),
+    NUMBER("actuator_pole_rad_per_s", AT(sim_plant_keys_t, actuator_pole_rad_per_s), RANGE("rad/s", 1e-3, 1e9, 200.0), "first-order actuator"),
+    GROUP("friction",                 AT(sim_plant_keys_t, friction),                friction_keys, 0, ""),
+    GROUP("arm",                      AT(sim_plant_keys_t, arm),                     arm_keys, 0, ""),
+    SIM_TRUTH_MODELS(MODEL_KEYS)
+    END};
+
+static const sim_key_t sensor_keys[] = {
+    NUMBER("pole_rad_per_s", AT(sim_sensor_keys_t, pole_rad_per_s),          RANGE("rad/s", 1e-3, 1e9, 55.0), "first-order sensor filter"),
+    NUMBER("noise_N",        AT(sim_sensor_keys_t, sampling.noise_n),        RANGE("N", 0.0, 1e6, 0.0),       "standard deviation of white Gaussian noise, one value a sample"),
+    WHOLE("noise_seed",      AT(sim_sensor_keys_t, sampling.noise_seed),     RANGE("-", 0.0, 18446744073709551615.0, 1.0), "same seed, same noise, on every machine"),
+    NUMBER("quantisation_N", AT(sim_sensor_keys_t, sampling.quantisation_n), RANGE("N", 0.0, 1e6, 0.0),       "readings are rounded to multiples of this, which is at least 1e-12; 0: not at all"),
+    NUMBER("delay_s",        AT(sim_sensor_keys_t, sampling.delay_s),        RANGE("s", 0.0, 10.0, 0.0),      "rounded to whole plant steps"),
+    END};
+
+static const sim_key_t section_keys[] = {
+    REQUIRED("b0", AT(sim_section_t, b0), RANGE("-", -1e6, 1e6, 0.0), "numerator (b0 + b1 z⁻¹ + b2 z⁻²), or b0 d² + b1 d + b2 with d = z − 1; b0 not 0"),
+    REQUIRED("b1", AT(sim_section_t, b1), RANGE("-", -1e6, 1e6, 0.0), "likewise"),
+    REQUIRED("b2", AT(sim_section_t, b2), RANGE("-", -1e6, 1e6, 0.0), "likewise"),
+    REQUIRED("a1", AT(sim_section_t, a1), RANGE("-", -4.0, 4.0, 0.0), "denominator 1 + a1 z⁻¹ + a2 z⁻², or d² + a1 d + a2; stable"),
+    REQUIRED("a2", AT(sim_section_t, a2), RANGE("-", -4.0, 4.0, 0.0), "likewise"),
+    END};
+
+static const char *const controller_kinds[] = {[SIM_CONTROLLER_PAPER] = "paper", [SIM_CONTROLLER_Z] = "z", [SIM_CONTROLLER_DELTA] = "delta", NULL};
+
+static const sim_key_t controller_keys[] = {
+    CHOICE("kind", AT(sim_controller_config_t, kind), controller_kinds, 0.0, "`paper`: tribo/paper_controller.h, at 1 ms only; `z`, `delta`: `sections` in z⁻¹ or in z − 1"),
+    LIST("sections", sim_controller_config_t, sections, section_count, SIM_SECTIONS_MAX, section_keys,
+         STATUS(SECTION_COUNT) | STATUS(SECTION_COEFFICIENT) | STATUS(SECTION_FEEDTHROUGH) | STATUS(SECTION_UNSTABLE) | STATUS(ANTI_WINDUP) | STATUS(HEADROOM),
+         "1 to 4 second-order sections, the first nearest to the error"),
+    END};
+
+static const sim_key_t compensator_keys[] = {
+    CHECKED("gain",   AT(sim_compensator_config_t, gain),     RANGE("-", 0.0, 2.0, 0.85), STATUS(GAIN), "η: how much of the estimated friction is fed back; 0 turns the compensation off"),
+    GROUP("friction", AT(sim_compensator_config_t, friction), friction_keys, 0, ""),
+    GROUP("arm",      AT(sim_compensator_config_t, arm),      arm_keys, STATUS(ARM_TOO_FAST), ""),
+    END};
+
+static const sim_key_t limits_keys[] = {
+    CHECKED("u_min_N",      AT(sim_limits_config_t, u_min_n),      RANGE("N", -1e6, 0.0, -2.0), STATUS(U_MIN),      "actuator limit"),
+    CHECKED("u_max_N",      AT(sim_limits_config_t, u_max_n),      RANGE("N", 0.0, 1e6, 2.0),   STATUS(U_MAX),      "actuator limit"),
+    CHECKED("input_max_N",  AT(sim_limits_config_t, input_max_n),  RANGE("N", 1e-6, 1e6, 2.0),  STATUS(INPUT_MAX),  "largest credible reference and measurement; beyond it an input is bad"),
+    CHECKED("full_scale_N", AT(sim_limits_config_t, full_scale_n), RANGE("N", 1e-3, 1e6, 2.0),  STATUS(FULL_SCALE), "what 2^31 stands for in Q31: every force of the loop fits into it, better twice; not used in f32"),
+    END};
+
+static const sim_key_t metrics_keys[] = {
+    NUMBER("start_s", AT(sim_metrics_config_t, start_s), RANGE("s", 0.0, 86400.0, 0.0), "the errors in the summary are from here"),
+    OPTIONAL("end_s", AT(sim_metrics_config_t, end_s),   RANGE("s", 0.0, 86400.0, 0.0), "to here; the end of the run if left out"),
+    END};
+
+const sim_key_t sim_keys[] = {
+    TEXT("description",      AT(sim_config_t, description),   SIM_DESCRIPTION_MAX, "one line for `tribo-sim list`"),
+    REQUIRED("duration_s",   AT(sim_config_t, duration_s),    RANGE("s", 1e-3, 86400.0, 0.0), "length of the run; required"),
+    CHECKED("sample_time_s", AT(sim_config_t, sample_time_s), RANGE("s", 1e-6, 0.1, 1e-3), STATUS(SAMPLE_TIME), "of the control loop"),
+    GROUP("reference",       AT(sim_config_t, reference),     reference_keys, 0,   "Reference"),
+    GROUP("plant",           AT(sim_config_t, plant),         plant_keys, 0,       "Plant: the truth"),
+    GROUP("sensor",          AT(sim_config_t, sensor),        sensor_keys, 0,      "Sensor"),
+    GROUP("controller",      AT(sim_config_t, controller),    controller_keys, 0,  "Controller"),
+    GROUP("compensator",     AT(sim_config_t, compensator),   compensator_keys, 0, "Compensator: what the loop believes"),
+    GROUP("limits",          AT(sim_config_t, limits),        limits_keys, 0,      "Limits"),
+    GROUP("metrics",         AT(sim_config_t, metrics),       metrics_keys, 0,     "Metrics"),
+    END};
+// clang-format on
+
+// --- what is found in it -------------------------------------------------------------------------------------------
+
+const sim_key_t *sim_key_below(const sim_key_t *key)
 {
-    sim_place_t place;
-    double      number;
-    uint64_t    whole;
-    int         choice;
-    // Elements of lists ("[]") are not found: they have no defaults.
-    if (strchr(path, '[') != NULL || !sim_schema_find(&sim_scenario_schema, path, &place) ||
-        (value->flags & CYAML_FLAG_POINTER) != 0 || strcmp(path, "duration_s") == 0 ||
-        strcmp(path, "reference.kind") == 0)
-    {
-        (void)printf("-\n");
-        return;
-    }
-    const char *at = (const char *)config + place.offset + place.field->data_offset;
-    switch (value->type)
-    {
-    case CYAML_FLOAT:
-        memcpy(&number, at, sizeof number);
-        (void)printf("%g\n", number);
-        break;
-    case CYAML_UINT:
-        memcpy(&whole, at, sizeof whole);
-        (void)printf("%llu\n", (unsigned long long)whole);
-        break;
-    default:
-        memcpy(&choice, at, sizeof choice);
-        (void)printf("%s\n", value->enumeration.strings[choice].str);
-        break;
-    }
+    return key->keys_of_model != NULL ? *key->keys_of_model : key->keys;
 }
 
-static void print_key(void *context, const char *path, const cyaml_schema_field_t *field)
+const sim_key_t *sim_key_in(const sim_key_t *keys, const char *name, size_t length)
 {
-    const sim_config_t *config = context;
-    if (field->value.type == CYAML_MAPPING)
+    for (; keys != NULL && keys->name != NULL; keys++)
     {
-        return;
-    }
-    (void)printf("%s | ", path);
-    if (field->value.type == CYAML_ENUM)
-    {
-        char choices[128];
-        sim_schema_choices(&field->value, choices, sizeof choices);
-        (void)printf("%s | - | ", choices);
-    }
-    else
-    {
-        (void)printf("%s | ", sim_schema_type_name(&field->value));
-        const sim_range_t *range = sim_range_find(path);
-        if (range == NULL)
+        if (strncmp(keys->name, name, length) == 0 && keys->name[length] == '\0' &&
+            (keys->type != SIM_KEY_GROUP || sim_key_below(keys) != NULL))
         {
-            (void)printf("- | ");
-        }
-        else
-        {
-            (void)printf("%g to %g | ", range->min, range->max);
+            return keys;
         }
     }
-    print_default(config, path, &field->value);
+    return NULL;
 }
 
-bool sim_scenario_print_keys(void)
+/// Takes "[index]" at *path and steps into that element; false if there is none or it is not well formed.
+static bool enter_element(sim_place_t *place, const char **path, const char *group)
 {
-    sim_scenario_t *scenario = sim_scenario_create();
-    if (scenario == NULL)
+    if (place->key->type != SIM_KEY_LIST || (*path)[1] < '0' || (*path)[1] > '9')
     {
         return false;
     }
-    sim_schema_visit(&sim_scenario_schema, print_key, scenario->config);
-    sim_scenario_destroy(scenario);
-    return true;
+    char         *end;
+    unsigned long index = strtoul(*path + 1, &end, 10);
+    if (group != NULL)
+    {
+        memcpy(&place->count, group + place->key->count_offset, sizeof place->count);
+        place->at = (index < place->count) ? place->at + index * place->key->size : NULL;
+    }
+    place->is_element = true;
+    *path             = end + 1;
+    return *end == ']';
+}
+
+bool sim_key_find(sim_config_t *config, const char *path, sim_place_t *place)
+{
+    const sim_key_t *keys  = sim_keys;
+    char            *group = (char *)config;
+    *place                 = (sim_place_t){.key = NULL};
+    while (keys != NULL)
+    {
+        const size_t length = strcspn(path, ".[");
+        *place              = (sim_place_t){.key = sim_key_in(keys, path, length), .count = place->count};
+        if (place->key == NULL)
+        {
+            return false;
+        }
+        place->at = (group != NULL) ? group + place->key->offset : NULL;
+        path += length;
+        if (*path == '[' && !enter_element(place, &path, group))
+        {
+            return false;
+        }
+        if (*path == '\0')
+        {
+            return true;
+        }
+        if (*path++ != '.' || (place->key->type == SIM_KEY_LIST && !place->is_element))
+        {
+            return false;
+        }
+        keys  = sim_key_below(place->key);
+        group = place->at;
+    }
+    return false;
+}
+
+static void visit_below(const sim_key_t *keys, char *path, size_t length, sim_key_visitor_t visit, void *context)
+{
+    for (const sim_key_t *key = keys; key != NULL && key->name != NULL; key++)
+    {
+        const char *dot = (length > 0) ? "." : "";
+        size_t      end = length + (size_t)snprintf(path + length, SIM_KEY_MAX - length, "%s%s", dot, key->name);
+        if (key->type != SIM_KEY_GROUP || sim_key_below(key) != NULL)
+        {
+            visit(context, path, key);
+        }
+        if (key->type == SIM_KEY_LIST)
+        {
+            end += (size_t)snprintf(path + end, SIM_KEY_MAX - end, "[]");
+        }
+        visit_below(sim_key_below(key), path, end, visit, context);
+        path[length] = '\0';
+    }
+}
+
+void sim_key_visit(sim_key_visitor_t visit, void *context)
+{
+    char path[SIM_KEY_MAX] = "";
+    visit_below(sim_keys, path, 0, visit, context);
+}
+
+static void set_defaults_below(const sim_key_t *keys, char *group)
+{
+    for (const sim_key_t *key = keys; key != NULL && key->name != NULL; key++)
+    {
+        uint64_t whole;
+        int      word;
+        switch (key->type)
+        {
+        case SIM_KEY_NUMBER:
+            memcpy(group + key->offset, &key->standard, sizeof key->standard);
+            break;
+        case SIM_KEY_WHOLE:
+            whole = (uint64_t)key->standard;
+            memcpy(group + key->offset, &whole, sizeof whole);
+            break;
+        case SIM_KEY_CHOICE:
+            word = (int)key->standard;
+            memcpy(group + key->offset, &word, sizeof word);
+            break;
+        case SIM_KEY_GROUP:
+            set_defaults_below(sim_key_below(key), group + key->offset);
+            break;
+        default:
+            break; // left out, empty: all zeros
+        }
+    }
+}
+
+void sim_key_set_defaults(sim_config_t *config)
+{
+    *config = (sim_config_t){.duration_s = 0.0};
+    set_defaults_below(sim_keys, (char *)config);
+}
+
+const char *sim_key_type_name(const sim_key_t *key)
+{
+    static const char *const names[] = {[SIM_KEY_NUMBER]   = "a number",
+                                        [SIM_KEY_OPTIONAL] = "a number",
+                                        [SIM_KEY_WHOLE]    = "a whole number",
+                                        [SIM_KEY_CHOICE]   = "a word",
+                                        [SIM_KEY_TEXT]     = "text",
+                                        [SIM_KEY_GROUP]    = "a mapping",
+                                        [SIM_KEY_LIST]     = "a list"};
+    return names[key->type];
+}
+
+void sim_key_words(const sim_key_t *key, char *text, size_t size)
+{
+    size_t length = 0;
+    text[0]       = '\0';
+    for (const char *const *word = key->words; *word != NULL && length < size; word++)
+    {
+        const char *separator = (word == key->words) ? "" : (word[1] == NULL) ? " or " : ", ";
+        length += (size_t)snprintf(text + length, size - length, "%s%s", separator, *word);
+    }
+}
+
+typedef struct
+{
+    tribo_status_t status;
+    char          *path;
+} status_search_t;
+
+static void match_status(void *context, const char *path, const sim_key_t *key)
+{
+    const status_search_t *search = context;
+    // Plant and compensator share rows; the library knows only the compensator.
+    if ((key->statuses >> search->status & 1u) != 0u && strncmp(path, "plant.", 6) != 0)
+    {
+        (void)snprintf(search->path, SIM_KEY_MAX, "%s", path);
+    }
+}
+
+void sim_key_of_status(tribo_status_t status, char path[SIM_KEY_MAX])
+{
+    status_search_t search = {.status = status, .path = path};
+    path[0]                = '\0';
+    sim_key_visit(match_status, &search);
 }

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 int32_t sim_q31_from_n(double force_n, double full_scale_n)
 {
@@ -11,20 +12,6 @@ int32_t sim_q31_from_n(double force_n, double full_scale_n)
 double sim_n_from_q31(int32_t x, double full_scale_n)
 {
     return x / 2147483648.0 * full_scale_n;
-}
-
-tribo_compensator_f32_signals_t sim_signals_from_q31(const tribo_compensator_q31_signals_t *signals,
-                                                     double                                 full_scale_n,
-                                                     double                                 sample_time_s)
-{
-    const tribo_friction_q31_signals_t *friction = &signals->friction;
-    return (tribo_compensator_f32_signals_t){
-        .force_n  = (float)sim_n_from_q31(signals->force, full_scale_n),
-        .friction = {.n_n       = (float)sim_n_from_q31(friction->n, full_scale_n),
-                     .L_n       = (float)sim_n_from_q31(friction->L, full_scale_n),
-                     .v_n_per_s = (float)(sim_n_from_q31(friction->rise, full_scale_n) / sample_time_s),
-                     .f_n       = (float)sim_n_from_q31(friction->f, full_scale_n),
-                     .relays    = friction->relays}};
 }
 
 tribo_status_t sim_loop_init(sim_loop_t                          *loop,
@@ -39,28 +26,70 @@ tribo_status_t sim_loop_init(sim_loop_t                          *loop,
                : tribo_force_loop_f32_init(&loop->params_f32, config);
 }
 
-static double step_q31(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_f32_signals_t *seen)
+static uint32_t float_word(float x)
 {
-    const double                   full_scale_n = loop->full_scale_n;
-    const int32_t                  r            = sim_q31_from_n(r_n, full_scale_n);
-    const int32_t                  y            = sim_q31_from_n(y_n, full_scale_n);
-    tribo_force_loop_q31_signals_t signals;
-    const int32_t                  u = tribo_force_loop_q31_step(&loop->params_q31, &loop->state_q31, r, y, &signals);
-    *seen                            = (tribo_force_loop_f32_signals_t){
-                                   .e_n           = (float)sim_n_from_q31(signals.e, full_scale_n),
-                                   .feedforward_n = (float)sim_n_from_q31(signals.feedforward, full_scale_n),
-                                   .controller    = {.v_n     = (float)sim_n_from_q31(signals.controller.v, full_scale_n),
-                                                     .u_n     = (float)sim_n_from_q31(signals.controller.u, full_scale_n),
-                                                     .limited = signals.controller.limited},
-                                   .compensator   = sim_signals_from_q31(&signals.compensator, full_scale_n, loop->sample_time_s)};
-    return sim_n_from_q31(u, full_scale_n);
+    uint32_t word;
+    memcpy(&word, &x, sizeof word);
+    return word;
+}
+
+static float word_float(uint32_t word)
+{
+    float x;
+    memcpy(&x, &word, sizeof x);
+    return x;
+}
+
+uint32_t sim_loop_word(const sim_loop_t *loop, double force_n)
+{
+    if (!loop->q31)
+    {
+        return float_word((float)force_n);
+    }
+    return (uint32_t)sim_q31_from_n(force_n, loop->full_scale_n);
+}
+
+double sim_loop_force(const sim_loop_t *loop, uint32_t word)
+{
+    return loop->q31 ? sim_n_from_q31((int32_t)word, loop->full_scale_n) : (double)word_float(word);
+}
+
+void sim_loop_step_words(sim_loop_t *loop, uint32_t r, uint32_t y, uint32_t words[TRIBO_SIGNAL_WORDS])
+{
+    if (loop->q31)
+    {
+        tribo_force_loop_q31_signals_t signals;
+        (void)tribo_force_loop_q31_step(&loop->params_q31, &loop->state_q31, (int32_t)r, (int32_t)y, &signals);
+        tribo_signal_words_q31(&signals, words);
+        return;
+    }
+    tribo_force_loop_f32_signals_t signals;
+    (void)tribo_force_loop_f32_step(&loop->params_f32, &loop->state_f32, word_float(r), word_float(y), &signals);
+    tribo_signal_words_f32(&signals, words);
+}
+
+void sim_loop_signals(const sim_loop_t               *loop,
+                      const uint32_t                  words[TRIBO_SIGNAL_WORDS],
+                      tribo_force_loop_f32_signals_t *signals)
+{
+    tribo_friction_f32_signals_t *friction = &signals->compensator.friction;
+#define FORCE(place, text, f32, q31) signals->f32 = (float)sim_loop_force(loop, words[TRIBO_SIGNAL_##place]);
+    TRIBO_SIGNAL_FORCES(FORCE)
+#undef FORCE
+    if (loop->q31) // a rise in a tick
+    {
+        friction->v_n_per_s = (float)(sim_loop_force(loop, words[TRIBO_SIGNAL_RATE]) / loop->sample_time_s);
+    }
+    signals->controller.limited = (words[TRIBO_SIGNAL_FLAGS] & TRIBO_SIGNAL_LIMITED) != 0u;
+    friction->relays            = (uint8_t)(words[TRIBO_SIGNAL_FLAGS] >> 1);
 }
 
 double sim_loop_step(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_f32_signals_t *seen)
 {
-    return loop->q31
-               ? step_q31(loop, r_n, y_n, seen)
-               : (double)tribo_force_loop_f32_step(&loop->params_f32, &loop->state_f32, (float)r_n, (float)y_n, seen);
+    uint32_t words[TRIBO_SIGNAL_WORDS];
+    sim_loop_step_words(loop, sim_loop_word(loop, r_n), sim_loop_word(loop, y_n), words);
+    sim_loop_signals(loop, words, seen);
+    return sim_loop_force(loop, words[TRIBO_SIGNAL_U]);
 }
 
 uint32_t sim_loop_limited_ticks(const sim_loop_t *loop)

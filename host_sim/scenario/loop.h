@@ -1,20 +1,16 @@
-/// The library's force loop in f32 or in Q31, behind one face in newton.
+/// The library's force loop in f32 or in Q31, behind one face: in newton, or as the 32-bit words that its arithmetic has.
 
 #ifndef SIM_LOOP_H
 #define SIM_LOOP_H
 
 #include "tribo/quantize_q31.h"
+#include "tribo_signal_words.h"
 
 #include <stdbool.h>
 
 /// A force as a drive in Q31 has it: to the nearest bit, one beyond full scale as full scale.
 int32_t sim_q31_from_n(double force_n, double full_scale_n);
 double  sim_n_from_q31(int32_t x, double full_scale_n);
-
-/// What a step in Q31 saw, in newton and to float's seven digits.
-tribo_compensator_f32_signals_t sim_signals_from_q31(const tribo_compensator_q31_signals_t *signals,
-                                                     double                                 full_scale_n,
-                                                     double                                 sample_time_s);
 
 /// Not to be moved once it is initialised: params point into it.
 typedef struct
@@ -39,5 +35,15 @@ tribo_status_t sim_loop_init(sim_loop_t                          *loop,
 double   sim_loop_step(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_f32_signals_t *seen);
 uint32_t sim_loop_limited_ticks(const sim_loop_t *loop);
 uint32_t sim_loop_bad_inputs(const sim_loop_t *loop);
+
+/// The same in words, none of them rounded.
+void sim_loop_step_words(sim_loop_t *loop, uint32_t r, uint32_t y, uint32_t words[TRIBO_SIGNAL_WORDS]);
+
+/// A force as a word and back; a step's words in newton, those of Q31 to float's seven digits.
+uint32_t sim_loop_word(const sim_loop_t *loop, double force_n);
+double   sim_loop_force(const sim_loop_t *loop, uint32_t word);
+void     sim_loop_signals(const sim_loop_t               *loop,
+                          const uint32_t                  words[TRIBO_SIGNAL_WORDS],
+                          tribo_force_loop_f32_signals_t *signals);
 
 #endif

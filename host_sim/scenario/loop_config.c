@@ -28,7 +28,7 @@ static void fill_friction(sim_loop_config_t *loop, const sim_friction_config_t *
         .positive      = {.offset_n = (float)breakaway->offset_n, .slope = (float)breakaway->slope},
         .negative      = {.offset_n = (float)sim_breakaway_negative_offset(breakaway),
                           .slope    = (float)sim_breakaway_negative_slope(breakaway)},
-        .table         = (breakaway->table != NULL) ? loop->table : NULL,
+        .table         = (breakaway->table_count > 0) ? loop->table : NULL,
         .table_length  = breakaway->table_count,
         .set_level     = (float)friction->set_level,
         .reset_level   = (float)friction->reset_level,
@@ -68,8 +68,8 @@ static void fill_controller(sim_loop_config_t *loop, const sim_config_t *config)
         controller->section_count = TRIBO_PAPER_CONTROLLER_SECTION_COUNT;
         return;
     }
-    controller->section_count = config->controller.sections_count;
-    for (unsigned i = 0; i < config->controller.sections_count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
+    controller->section_count = config->controller.section_count;
+    for (unsigned i = 0; i < config->controller.section_count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {
         loop->sections[i] = convert_section(&config->controller.sections[i], config->controller.kind);
     }

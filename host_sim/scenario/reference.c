@@ -1,38 +1,33 @@
 #include "scenario/reference.h"
 
-#include "scenario/scenario_data.h"
-
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #define TWO_PI 6.283185307179586
 
-static const sim_csv_column_t columns[] = {{.name = "t_s"}, {.name = "r_N"}};
+static const sim_csv_column_t columns[] = {{.name = "t_s"}, {.name = "r_N", .max = 1e6}};
 
-static bool check_times_rise(const sim_csv_t *csv, const char *path, sim_error_t *error)
+/// A device or a pipe might have no end.
+static bool check_file(const sim_scenario_t *scenario, const char *path, sim_error_t *error)
 {
-    for (size_t i = 1; i < csv->rows; i++)
-    {
-        if (!(csv->values[0][i] > csv->values[0][i - 1]))
-        {
-            return sim_error_set(error,
-                                 "%s:%zu:%zu: t_s: %.9g does not come after %.9g",
-                                 path,
-                                 csv->lines[i],
-                                 csv->positions[i],
-                                 csv->values[0][i],
-                                 csv->values[0][i - 1]);
-        }
-    }
-    return true;
+    struct stat info;
+    const char *why = (access(path, R_OK) != 0 || stat(path, &info) != 0) ? strerror(errno)
+                      : S_ISREG(info.st_mode)                             ? NULL
+                                                                          : "it is no regular file";
+    return why == NULL || sim_error_set(error,
+                                        "%s: reference.file: %s: cannot be opened: %s",
+                                        sim_scenario_source(scenario, "reference.file"),
+                                        path,
+                                        why);
 }
 
 bool sim_reference_init(sim_reference_t *reference, const sim_scenario_t *scenario, sim_error_t *error)
 {
-    *reference = (sim_reference_t){.config = scenario->config->reference};
+    *reference = (sim_reference_t){.config = sim_scenario_config(scenario)->reference};
     if (reference->config.kind != SIM_REFERENCE_CSV)
     {
         return true;
@@ -42,22 +37,8 @@ bool sim_reference_init(sim_reference_t *reference, const sim_scenario_t *scenar
     {
         return sim_error_set(error, "out of memory");
     }
-    if (access(path, R_OK) != 0)
-    {
-        (void)sim_error_set(error,
-                            "%s: reference.file: %s: cannot be opened: %s",
-                            sim_scenario_source(scenario, "reference.file"),
-                            path,
-                            strerror(errno));
-        free(path);
-        return false;
-    }
-    const bool ok =
-        sim_csv_read(&reference->csv, path, columns, 2, error) && check_times_rise(&reference->csv, path, error);
-    if (!ok)
-    {
-        sim_csv_free(&reference->csv);
-    }
+    const bool ok = check_file(scenario, path, error) && sim_csv_read(&reference->csv, path, columns, 2, error) &&
+                    sim_csv_check_rising(&reference->csv, "t_s", error);
     free(path);
     return ok;
 }

@@ -21,7 +21,7 @@ typedef struct
     size_t                 row; ///< where in the file the last call was
 } sim_reference_t;
 
-/// Reads the file, if the scenario has one. Nothing is left to free on failure.
+/// Reads the file, if the scenario has one. To be freed in any case.
 bool sim_reference_init(sim_reference_t *reference, const sim_scenario_t *scenario, sim_error_t *error);
 void sim_reference_free(sim_reference_t *reference);
 

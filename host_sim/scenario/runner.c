@@ -3,13 +3,21 @@
 #include "scenario/check.h"
 #include "scenario/loop_config.h"
 #include "scenario/reference.h"
-#include "scenario/scenario_data.h"
+#include "support/clock.h"
 #include "target/target.h"
 
 #include <math.h>
-#include <time.h>
 
-/// All that lives while a scenario runs.
+#define DIVERGED 1e15 ///< N, N/s: beyond what any finite parameters make of forces up to 1e6 N
+
+/// Squares and largest values over the metrics window.
+typedef struct
+{
+    double   error_squares, measured_squares, max_error_n;
+    uint64_t count;
+} metrics_t;
+
+/// A loop and its plant while a scenario runs.
 typedef struct
 {
     const sim_config_t *config;
@@ -22,29 +30,11 @@ typedef struct
     sim_loop_config_t loop_config;
     sim_loop_t        loop;
     sim_target_t     *target; ///< null: the loop runs here
+    metrics_t         metrics;
 
     uint64_t ticks;
     unsigned steps; ///< of the plant, a tick
 } run_t;
-
-typedef struct
-{
-    double   error_squares, measured_squares, max_error_n;
-    uint64_t count;
-} metrics_t;
-
-/// Of Q31 and f32.
-typedef struct
-{
-    double u_squares, force_squares, max_u_n, max_force_n;
-} difference_t;
-
-static double now_s(void)
-{
-    struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static void tear_down(run_t *run)
 {
@@ -56,23 +46,18 @@ static void tear_down(run_t *run)
 
 static bool set_up_plant(run_t *run, sim_error_t *error)
 {
-    static const sim_truth_ops_t *const models[] = {[SIM_MODEL_PAPER] = &sim_paper_truth};
-
     const sim_config_t *config = run->config;
     run->plant_config          = (sim_plant_config_t){.step_s                  = config->sample_time_s / run->steps,
                                                       .actuator_pole_rad_per_s = config->plant.actuator_pole_rad_per_s,
                                                       .sensor_pole_rad_per_s   = config->sensor.pole_rad_per_s,
-                                                      .truth                   = {config->plant.friction, config->plant.arm}};
-
-    const sim_sensor_config_t sensor = {.noise_n        = config->sensor.noise_n,
-                                        .noise_seed     = config->sensor.noise_seed,
-                                        .quantisation_n = config->sensor.quantisation_n,
-                                        .delay_s        = config->sensor.delay_s};
-    if (!sim_sensor_init(&run->sensor, &sensor, run->plant_config.step_s))
+                                                      .truth                   = {.friction = config->plant.friction,
+                                                                                  .arm      = config->plant.arm,
+                                                                                  .own      = config->plant.own[config->plant.model]}};
+    if (!sim_sensor_init(&run->sensor, &config->sensor.sampling, run->plant_config.step_s))
     {
         return sim_error_set(error, "out of memory");
     }
-    run->plant = sim_plant_create(&run->plant_config, models[config->plant.model]);
+    run->plant = sim_plant_create(&run->plant_config, sim_truth_models[config->plant.model]);
     return run->plant != NULL || sim_error_set(error, "out of memory");
 }
 
@@ -92,9 +77,9 @@ static bool set_up_target(run_t *run, sim_error_t *error)
 
 static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_options_t *options, sim_error_t *error)
 {
-    const sim_config_t *config = scenario->config;
+    const sim_config_t *config = sim_scenario_config(scenario);
     *run                       = (run_t){.config  = config,
-                                         .options = options != NULL ? *options : (sim_run_options_t){0},
+                                         .options = *options,
                                          .ticks   = (uint64_t)round(config->duration_s / config->sample_time_s),
                                          .steps   = (unsigned)round(config->sample_time_s / config->plant.step_s)};
     sim_loop_config_fill(&run->loop_config, config);
@@ -110,10 +95,28 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_opt
     return ok;
 }
 
+/// What a trace holds must be finite, and what a summary squares far from too large.
+static bool check_row(const sim_row_t *row, sim_error_t *error)
+{
+    const sim_truth_signals_t *truth = &row->plant.truth;
+    const double               values[] =
+        {row->force_n, row->y_n, row->u_n, row->plant.u_a_n, truth->n_n, truth->v_n_per_s, truth->L_n, truth->f_n};
+    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++)
+    {
+        if (!(fabs(values[i]) <= DIVERGED))
+        {
+            return sim_error_set(error,
+                                 "the simulated plant diverges at t = %g s: its parameters do not go with plant.step_s",
+                                 row->t_s);
+        }
+    }
+    return true;
+}
+
 /// One tick and the plant steps after it.
 static bool advance(run_t *run, uint64_t tick, sim_row_t *row, sim_error_t *error)
 {
-    row->t_s     = (double)tick * run->config->sample_time_s;
+    *row         = (sim_row_t){.t_s = (double)tick * run->config->sample_time_s};
     row->r_n     = sim_reference_at(&run->reference, row->t_s);
     row->force_n = sim_plant_force(run->plant);
     row->y_n     = sim_sensor_read(&run->sensor, sim_plant_filtered_force(run->plant));
@@ -125,20 +128,18 @@ static bool advance(run_t *run, uint64_t tick, sim_row_t *row, sim_error_t *erro
     {
         return false;
     }
-    row->q31 = NULL;
-
     sim_plant_signals_t later;
     for (unsigned step = 0; step < run->steps; step++)
     {
         sim_sensor_push(&run->sensor, sim_plant_filtered_force(run->plant));
         sim_plant_step(run->plant, row->u_n, step == 0 ? &row->plant : &later);
     }
-    return true;
+    return check_row(row, error);
 }
 
 static bool in_window(const sim_config_t *config, const sim_row_t *row)
 {
-    const double end_s = (config->metrics.end_s != NULL) ? *config->metrics.end_s : config->duration_s;
+    const double end_s = config->metrics.end_s.is_given ? config->metrics.end_s.value : config->duration_s;
     // A tick at the window's edge counts as in at the start and as out at the end, rounding or not.
     const double t_s = row->t_s + 0.5 * config->sample_time_s;
     return t_s >= config->metrics.start_s && t_s <= end_s;
@@ -154,48 +155,30 @@ static void measure(metrics_t *metrics, const sim_row_t *row)
     metrics->count++;
 }
 
-static void summarise(sim_summary_t *summary, const run_t *run, const metrics_t *metrics, double wall_s)
-{
-    const double count        = (metrics->count > 0) ? (double)metrics->count : 1.0;
-    *summary                  = (sim_summary_t){.rms_error_n          = sqrt(metrics->error_squares / count),
-                                                .max_error_n          = metrics->max_error_n,
-                                                .rms_measured_error_n = sqrt(metrics->measured_squares / count),
-                                                .ticks                = run->ticks,
-                                                .limited_ticks        = sim_loop_limited_ticks(&run->loop),
-                                                .bad_inputs           = sim_loop_bad_inputs(&run->loop),
-                                                .simulated_s          = (double)run->ticks * run->config->sample_time_s,
-                                                .wall_s               = wall_s};
-    summary->real_time_factor = (wall_s > 0.0) ? summary->simulated_s / wall_s : 0.0;
-}
-
-static void compare(difference_t *difference, const sim_row_t *f32, const sim_row_t *q31)
+/// Adds a tick's squares; the sums become the RMS at the end.
+static void compare(sim_difference_t *difference, const sim_row_t *f32, const sim_row_t *q31)
 {
     const double u     = q31->u_n - f32->u_n;
     const double force = q31->force_n - f32->force_n;
-    difference->u_squares += u * u;
-    difference->force_squares += force * force;
+    difference->rms_u_n += u * u;
+    difference->rms_force_n += force * force;
     difference->max_u_n     = fmax(difference->max_u_n, fabs(u));
     difference->max_force_n = fmax(difference->max_force_n, fabs(force));
 }
 
-static void summarise_beside(sim_beside_t       *beside,
-                             const run_t        *run,
-                             const metrics_t    *metrics,
-                             const difference_t *difference)
+static double mean_root(double squares, const metrics_t *metrics)
 {
-    sim_summary_t whole;
-    summarise(&whole, run, metrics, 0.0);
-    const double count = (metrics->count > 0) ? (double)metrics->count : 1.0;
-    *beside            = (sim_beside_t){.exists               = true,
-                                        .rms_error_n          = whole.rms_error_n,
-                                        .max_error_n          = whole.max_error_n,
-                                        .rms_measured_error_n = whole.rms_measured_error_n,
-                                        .limited_ticks        = whole.limited_ticks,
-                                        .bad_inputs           = whole.bad_inputs,
-                                        .max_u_n              = difference->max_u_n,
-                                        .rms_u_n              = sqrt(difference->u_squares / count),
-                                        .max_force_n          = difference->max_force_n,
-                                        .rms_force_n          = sqrt(difference->force_squares / count)};
+    return (metrics->count > 0) ? sqrt(squares / (double)metrics->count) : 0.0;
+}
+
+static sim_result_t result_of(const run_t *run)
+{
+    const metrics_t *metrics = &run->metrics;
+    return (sim_result_t){.rms_error_n          = mean_root(metrics->error_squares, metrics),
+                          .max_error_n          = metrics->max_error_n,
+                          .rms_measured_error_n = mean_root(metrics->measured_squares, metrics),
+                          .limited_ticks        = sim_loop_limited_ticks(&run->loop),
+                          .bad_inputs           = sim_loop_bad_inputs(&run->loop)};
 }
 
 /// What the target counted and how it compares; nothing without one.
@@ -209,65 +192,53 @@ static bool finish_target(const run_t *run, sim_summary_t *summary, sim_error_t 
     {
         return false;
     }
-    summary->target        = run->options.target;
-    summary->q31           = run->options.q31;
-    summary->limited_ticks = summary->lock_step.limited_ticks;
-    summary->bad_inputs    = summary->lock_step.bad_inputs;
+    summary->target               = run->options.target;
+    summary->q31                  = run->options.q31;
+    summary->result.limited_ticks = summary->lock_step.limited_ticks;
+    summary->result.bad_inputs    = summary->lock_step.bad_inputs;
     return true;
 }
 
-/// The loop, and the one in Q31 beside it when both are wanted.
-typedef struct
+/// One tick of each loop.
+static bool advance_all(run_t *runs, unsigned count, uint64_t tick, sim_row_t *rows, sim_error_t *error)
 {
-    run_t        run[2];
-    unsigned     count;
-    metrics_t    metrics[2];
-    difference_t difference;
-} runs_t;
-
-static bool set_up_all(runs_t                  *runs,
-                       const sim_scenario_t    *scenario,
-                       const sim_run_options_t *options,
-                       sim_error_t             *error)
-{
-    const sim_run_options_t beside = {.q31 = true};
-    *runs                          = (runs_t){.count = options != NULL && options->both ? 2u : 1u};
-    if (!set_up(&runs->run[0], scenario, options, error))
+    for (unsigned i = 0; i < count; i++)
     {
-        return false;
-    }
-    if (runs->count == 2u && !set_up(&runs->run[1], scenario, &beside, error))
-    {
-        tear_down(&runs->run[0]);
-        return false;
-    }
-    return true;
-}
-
-/// One tick of each.
-static bool advance_all(runs_t *runs, uint64_t tick, sim_row_t rows[2], sim_error_t *error)
-{
-    const sim_config_t *config = runs->run[0].config;
-    for (unsigned i = 0; i < runs->count; i++)
-    {
-        if (!advance(&runs->run[i], tick, &rows[i], error))
+        if (!advance(&runs[i], tick, &rows[i], error))
         {
             return false;
         }
-        if (in_window(config, &rows[i]))
+        if (in_window(runs[i].config, &rows[i]))
         {
-            measure(&runs->metrics[i], &rows[i]);
+            measure(&runs[i].metrics, &rows[i]);
         }
     }
-    if (runs->count == 2u)
-    {
-        rows[0].q31 = &rows[1];
-        if (in_window(config, &rows[0]))
-        {
-            compare(&runs->difference, &rows[0], &rows[1]);
-        }
-    }
+    rows[0].q31 = (count == 2u) ? &rows[1] : NULL;
     return true;
+}
+
+/// From rest to the end.
+static bool play(run_t            *runs,
+                 unsigned          count,
+                 sim_row_handler_t handler,
+                 void             *context,
+                 sim_difference_t *difference,
+                 sim_error_t      *error)
+{
+    sim_row_t rows[2];
+    bool      ok = true;
+    for (uint64_t tick = 0; ok && tick < runs->ticks; tick++)
+    {
+        ok = advance_all(runs, count, tick, rows, error) &&
+             (handler == NULL || handler(context, rows, (double)tick / (double)runs->ticks, error));
+        if (ok && count == 2u && in_window(runs->config, rows))
+        {
+            compare(difference, &rows[0], &rows[1]);
+        }
+    }
+    difference->rms_u_n     = mean_root(difference->rms_u_n, &runs->metrics);
+    difference->rms_force_n = mean_root(difference->rms_force_n, &runs->metrics);
+    return ok;
 }
 
 bool sim_run(const sim_scenario_t    *scenario,
@@ -277,30 +248,32 @@ bool sim_run(const sim_scenario_t    *scenario,
              sim_summary_t           *summary,
              sim_error_t             *error)
 {
-    const double start_s = now_s();
-    runs_t       runs;
-    if (!set_up_all(&runs, scenario, options, error))
+    const sim_run_options_t chosen  = (options != NULL) ? *options : (sim_run_options_t){.target = NULL};
+    const sim_run_options_t q31     = {.q31 = true};
+    const double            start_s = sim_clock_s();
+    run_t                   runs[2];
+    *summary = (sim_summary_t){.both = chosen.both};
+    if (!set_up(&runs[0], scenario, &chosen, error))
     {
         return false;
     }
-    const uint64_t ticks = runs.run[0].ticks;
-    bool           ok    = true;
-    for (uint64_t tick = 0; ok && tick < ticks; tick++)
+    if (chosen.both && !set_up(&runs[1], scenario, &q31, error))
     {
-        sim_row_t rows[2];
-        ok = advance_all(&runs, tick, rows, error);
-        if (ok && handler != NULL)
-        {
-            ok = handler(context, rows, (double)tick / (double)ticks, error);
-        }
+        tear_down(&runs[0]);
+        return false;
     }
-    summarise(summary, &runs.run[0], &runs.metrics[0], now_s() - start_s);
-    ok = ok && finish_target(&runs.run[0], summary, error);
-    if (runs.count == 2u)
+    const unsigned count      = chosen.both ? 2u : 1u;
+    bool           ok         = play(runs, count, handler, context, &summary->difference, error);
+    summary->result           = result_of(&runs[0]);
+    summary->result_q31       = result_of(&runs[count - 1]);
+    summary->ticks            = runs->ticks;
+    summary->simulated_s      = (double)runs->ticks * runs->config->sample_time_s;
+    summary->wall_s           = sim_clock_s() - start_s;
+    summary->real_time_factor = (summary->wall_s > 0.0) ? summary->simulated_s / summary->wall_s : 0.0;
+    ok                        = ok && finish_target(&runs[0], summary, error);
+    for (unsigned i = 0; i < count; i++)
     {
-        summarise_beside(&summary->beside, &runs.run[1], &runs.metrics[1], &runs.difference);
-        tear_down(&runs.run[1]);
+        tear_down(&runs[i]);
     }
-    tear_down(&runs.run[0]);
     return ok;
 }

@@ -34,7 +34,7 @@ typedef struct
 {
     const char *target; ///< an emulated microcontroller (target/target.h); null: here
     bool        q31;    ///< the loop's arithmetic
-    bool        both;   ///< here only: f32, and Q31 beside it on a plant of its own
+    bool        both;   ///< here only: f32 and Q31, each on a plant of its own
 } sim_run_options_t;
 
 /// Runs a checked scenario (sim_scenario_check) to its end; `options` may be null. A target that differs from the host is in the summary.

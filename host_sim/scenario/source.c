@@ -1,27 +1,25 @@
 #include "scenario/source.h"
 
-#include "scenario/schema.h"
+#include "scenario/keys.h"
+#include "support/text.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-bool sim_sources_add(sim_sources_t *sources, const char *key, const char *place, sim_error_t *error)
+bool sim_sources_add(sim_sources_t *sources, const char *key, const char *name, size_t line, sim_error_t *error)
 {
-    void *larger = realloc(sources->entry, (sources->count + 1) * sizeof *sources->entry);
+    sim_source_t *larger = realloc(sources->entry, (sources->count + 1) * sizeof *larger);
     if (larger == NULL)
     {
         return sim_error_set(error, "out of memory");
     }
-    sources->entry                       = larger;
-    sources->entry[sources->count].key   = strdup(key);
-    sources->entry[sources->count].place = strdup(place);
-    sources->count++;
-    if (sources->entry[sources->count - 1].key == NULL || sources->entry[sources->count - 1].place == NULL)
-    {
-        return sim_error_set(error, "out of memory");
-    }
-    return true;
+    sources->entry      = larger;
+    sim_source_t *added = &sources->entry[sources->count++];
+    added->is_option    = line == 0;
+    added->key          = strdup(key);
+    added->place        = added->is_option ? strdup(name) : sim_text_format("%s:%zu", name, line);
+    return (added->key != NULL && added->place != NULL) || sim_error_set(error, "out of memory");
 }
 
 void sim_sources_free(sim_sources_t *sources)
@@ -35,13 +33,16 @@ void sim_sources_free(sim_sources_t *sources)
     *sources = (sim_sources_t){0};
 }
 
-static const char *find_exactly(const sim_sources_t *sources, const char *key)
+/// The last entry of the first `length` characters of `key`; or of a --set of a part of that.
+static const sim_source_t *find(const sim_sources_t *sources, const char *key, size_t length, bool part_by_option)
 {
     for (size_t i = sources->count; i-- > 0;)
     {
-        if (strcmp(sources->entry[i].key, key) == 0)
+        const sim_source_t *entry = &sources->entry[i];
+        const char          next  = strncmp(entry->key, key, length) == 0 ? entry->key[length] : '?';
+        if (part_by_option ? entry->is_option && (next == '.' || next == '[') : next == '\0')
         {
-            return sources->entry[i].place;
+            return entry;
         }
     }
     return NULL;
@@ -49,47 +50,20 @@ static const char *find_exactly(const sim_sources_t *sources, const char *key)
 
 bool sim_sources_has(const sim_sources_t *sources, const char *key)
 {
-    return find_exactly(sources, key) != NULL;
+    return find(sources, key, strlen(key), false) != NULL;
 }
 
-bool sim_source_is_set(const char *place)
+const sim_source_t *sim_sources_find(const sim_sources_t *sources, const char *key)
 {
-    return strncmp(place, "--set ", 6) == 0;
-}
-
-/// The last --set of a part of what `key` names.
-static const char *find_set_below(const sim_sources_t *sources, const char *key)
-{
-    const size_t length = strlen(key);
-    for (size_t i = sources->count; i-- > 0;)
+    size_t              length = strlen(key);
+    const sim_source_t *source = find(sources, key, length, true);
+    while (source == NULL && length > 0)
     {
-        const char *found = sources->entry[i].key;
-        if (strncmp(found, key, length) == 0 && (found[length] == '.' || found[length] == '[') &&
-            sim_source_is_set(sources->entry[i].place))
+        source = find(sources, key, length, false);
+        do
         {
-            return sources->entry[i].place;
-        }
+            length--;
+        } while (length > 0 && key[length] != '.' && key[length] != '[');
     }
-    return NULL;
-}
-
-const char *sim_sources_find(const sim_sources_t *sources, const char *key)
-{
-    char path[SIM_KEY_MAX];
-    (void)snprintf(path, sizeof path, "%s", key);
-    const char *place = find_set_below(sources, path);
-    place             = place != NULL ? place : find_exactly(sources, path);
-    while (place == NULL)
-    {
-        char *const dot     = strrchr(path, '.');
-        char *const bracket = strrchr(path, '[');
-        char *const cut     = (bracket != NULL && (dot == NULL || bracket > dot)) ? bracket : dot;
-        if (cut == NULL)
-        {
-            return NULL;
-        }
-        *cut  = '\0';
-        place = find_exactly(sources, path);
-    }
-    return place;
+    return source;
 }

@@ -1,15 +1,13 @@
 #include "scenario/suggest.h"
 
-#include "scenario/schema.h"
-
 #include <stdio.h>
 #include <string.h>
 
 typedef struct
 {
-    const char *wanted;
+    const char *path;
     size_t      best;
-    char        key[SIM_KEY_MAX];
+    char       *key;
 } search_t;
 
 static size_t smaller(size_t a, size_t b)
@@ -17,11 +15,11 @@ static size_t smaller(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/// Levenshtein's distance, one row at a time.
+/// Levenshtein's distance, one row at a time; `b` is a key's path.
 static size_t distance(const char *a, const char *b)
 {
-    size_t       row[SIM_KEY_MAX + 1];
-    const size_t width = smaller(strlen(b), SIM_KEY_MAX);
+    size_t       row[SIM_KEY_MAX];
+    const size_t width = strlen(b);
     for (size_t j = 0; j <= width; j++)
     {
         row[j] = j;
@@ -32,10 +30,10 @@ static size_t distance(const char *a, const char *b)
         row[0]          = i;
         for (size_t j = 1; j <= width; j++)
         {
-            const size_t above = row[j];
-            const size_t swap  = diagonal + (a[i - 1] == b[j - 1] ? 0u : 1u);
-            row[j]             = smaller(swap, smaller(above, row[j - 1]) + 1);
-            diagonal           = above;
+            const size_t above   = row[j];
+            const size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0u : 1u);
+            row[j]               = smaller(changed, smaller(above, row[j - 1]) + 1);
+            diagonal             = above;
         }
     }
     return row[width];
@@ -53,28 +51,28 @@ static bool same_first_part(const char *a, const char *b)
     return length == strcspn(b, ".") && strncmp(a, b, length) == 0;
 }
 
-static void compare(void *context, const char *path, const cyaml_schema_field_t *field)
+static void compare(void *context, const char *path, const sim_key_t *key)
 {
-    (void)field;
+    (void)key;
     search_t *search = context;
-    size_t    found  = distance(search->wanted, path);
-    if (strcmp(last_part(search->wanted), last_part(path)) == 0)
+    size_t    found  = distance(search->path, path);
+    if (strcmp(last_part(search->path), last_part(path)) == 0)
     {
-        found = smaller(found, same_first_part(search->wanted, path) ? 1 : 2);
+        found = smaller(found, same_first_part(search->path, path) ? 1 : 2);
     }
     if (found < search->best)
     {
         search->best = found;
-        (void)snprintf(search->key, sizeof search->key, "%s", path);
+        (void)snprintf(search->key, SIM_KEY_MAX, "%s", path);
     }
 }
 
-bool sim_suggest(const cyaml_schema_value_t *root, const char *path, char *suggestion, size_t size)
+bool sim_suggest(const char *path, char suggestion[SIM_KEY_MAX])
 {
     // A third of the letters of the last part may differ, and two at least.
     const size_t third  = strlen(last_part(path)) / 3;
-    search_t     search = {.wanted = path, .best = (third > 2 ? third : 2) + 1};
-    sim_schema_visit(root, compare, &search);
-    (void)snprintf(suggestion, size, "%s", search.key);
-    return search.key[0] != '\0';
+    search_t     search = {.path = path, .best = (third > 2 ? third : 2) + 1, .key = suggestion};
+    suggestion[0]       = '\0';
+    sim_key_visit(compare, &search);
+    return suggestion[0] != '\0';
 }

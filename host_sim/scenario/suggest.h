@@ -3,13 +3,10 @@
 #ifndef SIM_SUGGEST_H
 #define SIM_SUGGEST_H
 
-#include <cyaml/cyaml.h>
+#include "scenario/keys.h"
 
-#include <stdbool.h>
-#include <stddef.h>
-
-/// Finds the key of `root` that is nearest to `path` in letters changed, added or left out; false if none is near. A key
-/// whose last part is that of `path` is near too ("slope" for "friction.breakaway.slope").
-bool sim_suggest(const cyaml_schema_value_t *root, const char *path, char *suggestion, size_t size);
+/// Finds the key that is nearest to `path` in letters changed, added or left out; false if none is near. A key whose last
+/// part is that of `path` is near too ("slope" for "plant.friction.breakaway.slope").
+bool sim_suggest(const char *path, char suggestion[SIM_KEY_MAX]);
 
 #endif

@@ -2,53 +2,72 @@
 
 #include <cjson/cJSON.h>
 
-#include <stdbool.h>
 #include <stddef.h>
 
-static bool add(cJSON *object, const char *key, double value)
+typedef struct
 {
-    return cJSON_AddNumberToObject(object, key, value) != NULL;
+    const char *key;
+    double      value;
+} number_t;
+
+static bool add(cJSON *object, const number_t *numbers, size_t count)
+{
+    bool ok = object != NULL;
+    for (size_t i = 0; ok && i < count; i++)
+    {
+        ok = cJSON_AddNumberToObject(object, numbers[i].key, numbers[i].value) != NULL;
+    }
+    return ok;
+}
+
+#define ADD(object, ...)                                                                                               \
+    add(object, (const number_t[]){__VA_ARGS__}, sizeof((const number_t[]){__VA_ARGS__}) / sizeof(number_t))
+
+static bool add_errors(cJSON *object, const sim_result_t *result)
+{
+    return ADD(object,
+               {"rms_error_N", result->rms_error_n},
+               {"max_error_N", result->max_error_n},
+               {"rms_measured_error_N", result->rms_measured_error_n});
+}
+
+static bool add_counters(cJSON *object, const sim_result_t *result)
+{
+    return ADD(object, {"limited_ticks", (double)result->limited_ticks}, {"bad_inputs", (double)result->bad_inputs});
 }
 
 static bool add_target(cJSON *object, const sim_summary_t *summary)
 {
-    return summary->target == NULL ||
-           (cJSON_AddStringToObject(object, "target", summary->target) != NULL &&
-            cJSON_AddStringToObject(object, "arithmetic", summary->q31 ? "q31" : "f32") != NULL &&
-            add(object, "different_ticks", (double)summary->lock_step.different_ticks) &&
-            add(object, "lock_step_ticks_per_s", summary->lock_step.ticks_per_s));
+    return cJSON_AddStringToObject(object, "target", summary->target) != NULL &&
+           cJSON_AddStringToObject(object, "arithmetic", summary->q31 ? "q31" : "f32") != NULL &&
+           ADD(object,
+               {"different_ticks", (double)summary->lock_step.different_ticks},
+               {"lock_step_ticks_per_s", summary->lock_step.ticks_per_s});
 }
 
-static bool add_beside(cJSON *object, const sim_beside_t *beside)
+static bool add_q31(cJSON *object, const sim_summary_t *summary)
 {
-    if (!beside->exists)
-    {
-        return true;
-    }
-    cJSON *q31        = cJSON_AddObjectToObject(object, "q31");
-    cJSON *difference = cJSON_AddObjectToObject(object, "difference");
-    return add(q31, "rms_error_N", beside->rms_error_n) && add(q31, "max_error_N", beside->max_error_n) &&
-           add(q31, "rms_measured_error_N", beside->rms_measured_error_n) &&
-           add(q31, "limited_ticks", (double)beside->limited_ticks) &&
-           add(q31, "bad_inputs", (double)beside->bad_inputs) && add(difference, "max_u_N", beside->max_u_n) &&
-           add(difference, "rms_u_N", beside->rms_u_n) && add(difference, "max_F_N", beside->max_force_n) &&
-           add(difference, "rms_F_N", beside->rms_force_n);
+    cJSON *q31 = cJSON_AddObjectToObject(object, "q31");
+    return add_errors(q31, &summary->result_q31) && add_counters(q31, &summary->result_q31) &&
+           ADD(cJSON_AddObjectToObject(object, "difference"),
+               {"max_u_N", summary->difference.max_u_n},
+               {"rms_u_N", summary->difference.rms_u_n},
+               {"max_F_N", summary->difference.max_force_n},
+               {"rms_F_N", summary->difference.rms_force_n});
 }
 
 char *sim_summary_to_json(const sim_summary_t *summary)
 {
-    cJSON *object = cJSON_CreateObject();
-    char  *text   = NULL;
-    if (object != NULL && add(object, "rms_error_N", summary->rms_error_n) &&
-        add(object, "max_error_N", summary->max_error_n) &&
-        add(object, "rms_measured_error_N", summary->rms_measured_error_n) &&
-        add(object, "ticks", (double)summary->ticks) && add(object, "limited_ticks", (double)summary->limited_ticks) &&
-        add(object, "bad_inputs", (double)summary->bad_inputs) && add(object, "simulated_s", summary->simulated_s) &&
-        add(object, "wall_s", summary->wall_s) && add(object, "real_time_factor", summary->real_time_factor) &&
-        add_target(object, summary) && add_beside(object, &summary->beside))
-    {
-        text = cJSON_Print(object);
-    }
+    cJSON     *object = cJSON_CreateObject();
+    const bool ok     = add_errors(object, &summary->result) && ADD(object, {"ticks", (double)summary->ticks}) &&
+                    add_counters(object, &summary->result) &&
+                    ADD(object,
+                        {"simulated_s", summary->simulated_s},
+                        {"wall_s", summary->wall_s},
+                        {"real_time_factor", summary->real_time_factor}) &&
+                    (summary->target == NULL || add_target(object, summary)) &&
+                    (!summary->both || add_q31(object, summary));
+    char *text = ok ? cJSON_Print(object) : NULL;
     cJSON_Delete(object);
     return text;
 }

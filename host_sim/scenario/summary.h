@@ -8,38 +8,44 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// The loop in Q31 beside one in f32, and Q31 minus f32 over the metrics window.
-typedef struct
-{
-    bool     exists;
-    double   rms_error_n, max_error_n, rms_measured_error_n;
-    uint64_t limited_ticks, bad_inputs;
-    double   max_u_n, rms_u_n;         ///< of u's difference
-    double   max_force_n, rms_force_n; ///< of F's
-} sim_beside_t;
-
+/// One loop on its plant.
 typedef struct
 {
     double   rms_error_n;          ///< of r - F
     double   max_error_n;          ///< largest |r - F|
     double   rms_measured_error_n; ///< of r - y
-    uint64_t ticks;
     uint64_t limited_ticks;
     uint64_t bad_inputs;
-    double   simulated_s;
-    double   wall_s; ///< of the loop, with what is written meanwhile
-    double   real_time_factor;
+} sim_result_t;
+
+/// Of two loops over the metrics window: Q31 minus f32.
+typedef struct
+{
+    double max_u_n, rms_u_n;
+    double max_force_n, rms_force_n;
+} sim_difference_t;
+
+typedef struct
+{
+    sim_result_t result;
+    uint64_t     ticks;
+    double       simulated_s;
+    double       wall_s; ///< of the loop, with what is written meanwhile
+    double       real_time_factor;
 
     const char         *target; ///< null: the loop ran on this host alone
     bool                q31;    ///< on the target
     sim_target_result_t lock_step;
-    sim_beside_t        beside;
+
+    bool             both; ///< the rest is there
+    sim_result_t     result_q31;
+    sim_difference_t difference;
 } sim_summary_t;
 
 /// The summary as a JSON object, to be freed with free(); null if there is no memory. Keys carry their units:
 /// rms_error_N, max_error_N, rms_measured_error_N, ticks, limited_ticks, bad_inputs, simulated_s, wall_s,
-/// real_time_factor; with a target also target, arithmetic, different_ticks and lock_step_ticks_per_s; with Q31 beside f32 also
-/// q31 (the errors and counters once more) and difference (max_u_N, rms_u_N, max_F_N, rms_F_N).
+/// real_time_factor; with a target also target, arithmetic, different_ticks and lock_step_ticks_per_s; with both arithmetics
+/// also q31 (the errors and counters once more) and difference (max_u_N, rms_u_N, max_F_N, rms_F_N).
 char *sim_summary_to_json(const sim_summary_t *summary);
 
 #endif

@@ -3,343 +3,295 @@
 #include "support/file.h"
 #include "support/number.h"
 
-#include <stdint.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define NOT_WANTED SIZE_MAX
 
 /// Where the reader is. Fields are unquoted and ended in place.
 typedef struct
 {
-    const char  *path;
-    char        *next; ///< the next byte to read
-    char        *line_start;
-    size_t       line;
-    sim_error_t *error;
+    const char             *name;
+    const sim_csv_column_t *wanted;
+    size_t                  count; ///< of wanted columns
+    sim_error_t            *error;
+    char                   *next; ///< the next byte to read
+    char                   *line_start;
+    size_t                  line;
+
+    size_t fields;                     ///< of the header
+    size_t place[SIM_CSV_COLUMNS_MAX]; ///< by wanted column: its field, from 1; 0: none
 } reader_t;
 
 typedef struct
 {
     char  *text;
-    size_t position; ///< in its line, from 1
-    bool   last;     ///< in its line
+    size_t line, position; ///< where it starts, from 1
+    bool   is_last;        ///< in its line
 } field_t;
 
-/// Which wanted column each field of a line feeds.
-typedef struct
-{
-    size_t *column;
-    size_t  fields;
-} layout_t;
-
-static bool is_space(char c)
+static bool is_blank(char c)
 {
     return c == ' ' || c == '\t';
 }
 
-static bool at_line_end(const char *p)
+static bool complain(const reader_t *reader, size_t position, const char *what)
 {
-    return *p == '\0' || *p == '\n' || (*p == '\r' && p[1] == '\n');
+    return sim_error_set(reader->error, "%s:%zu:%zu: %s", reader->name, reader->line, position, what);
 }
 
-static void next_line(reader_t *reader, char *end)
+/// Takes the quotes off a field at `*p`, in place; then `*p` is behind the last one. Returns the text's new end, or null.
+static char *unquote(char **p)
 {
-    reader->next       = end;
-    reader->line_start = end;
-    reader->line++;
-}
-
-/// A quoted field from its first quote on: unquotes it in place; returns what follows the last quote, or null.
-static char *unquote(reader_t *reader, field_t *field)
-{
-    char *out   = field->text;
-    char *quote = field->text;
-    for (char *p = quote + 1; *p != '\0' && *p != '\n'; p++)
+    char *out = (*p)++;
+    while (**p != '\0' && **p != '\n' && (**p != '"' || (*p)[1] == '"'))
     {
-        if (*p == '"')
-        {
-            if (p[1] != '"')
-            {
-                *out = '\0';
-                return p + 1;
-            }
-            p++;
-        }
-        *out++ = *p;
+        *p += (**p == '"') ? 1 : 0;
+        *out++ = *(*p)++;
     }
-    (void)sim_error_set(reader->error,
-                        "%s:%zu:%zu: a quote is opened and not closed in its line",
-                        reader->path,
-                        reader->line,
-                        field->position);
-    return NULL;
-}
-
-/// Ends a field at its separator and steps over that.
-static bool end_field(reader_t *reader, field_t *field, char *end)
-{
-    if (!(*end == ',' || at_line_end(end)))
+    if (**p != '"')
     {
-        return sim_error_set(reader->error,
-                             "%s:%zu:%zu: text after a quoted field",
-                             reader->path,
-                             reader->line,
-                             (size_t)(end - reader->line_start) + 1);
+        return NULL;
     }
-    field->last = *end != ',';
-    char *after = end;
-    if (*after == '\r')
-    {
-        after++;
-    }
-    if (*after != '\0')
-    {
-        after++;
-    }
-    const bool new_line = field->last;
-    *end                = '\0';
-    reader->next        = after;
-    if (new_line)
-    {
-        next_line(reader, after);
-    }
-    return true;
+    (*p)++;
+    return out;
 }
 
 static bool read_field(reader_t *reader, field_t *field)
 {
-    char *p = reader->next;
-    while (is_space(*p))
-    {
-        p++;
-    }
-    field->text     = p;
-    field->position = (size_t)(p - reader->line_start) + 1;
+    char *p   = reader->next + strspn(reader->next, " \t");
+    char *end = NULL;
+    *field    = (field_t){.text = p, .line = reader->line, .position = (size_t)(p - reader->line_start) + 1};
     if (*p == '"')
     {
-        char *end = unquote(reader, field);
-        while (end != NULL && is_space(*end))
+        end = unquote(&p);
+        if (end == NULL)
         {
-            end++;
+            return complain(reader, field->position, "a quote is opened and not closed in its line");
         }
-        return end != NULL && end_field(reader, field, end);
+        p += strspn(p, " \t");
     }
-    while (*p != ',' && !at_line_end(p))
+    else
     {
-        p++;
-    }
-    char *trimmed = p;
-    while (trimmed > field->text && is_space(trimmed[-1]))
-    {
-        trimmed--;
-    }
-    const bool ok = end_field(reader, field, p);
-    *trimmed      = '\0';
-    return ok;
-}
-
-static bool is_blank_rest(const char *p)
-{
-    return p[strspn(p, " \t\r\n")] == '\0';
-}
-
-static bool is_blank_line(const char *p)
-{
-    return at_line_end(p + strspn(p, " \t"));
-}
-
-static size_t find_wanted(const char *name, const sim_csv_column_t *wanted, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-    {
-        if (strcmp(name, wanted[i].name) == 0)
+        p += strcspn(p, ",\n");
+        end = (p > field->text && *p == '\n' && p[-1] == '\r') ? p - 1 : p;
+        while (end > field->text && is_blank(end[-1]))
         {
-            return i;
+            end--;
         }
     }
-    return NOT_WANTED;
+    p += (p[0] == '\r' && p[1] == '\n') ? 1 : 0;
+    if (*p != ',' && *p != '\n' && *p != '\0')
+    {
+        return complain(reader, (size_t)(p - reader->line_start) + 1, "text after a quoted field");
+    }
+    field->is_last = *p != ',';
+    reader->next   = (*p != '\0') ? p + 1 : p;
+    *end           = '\0';
+    if (field->is_last)
+    {
+        reader->line++;
+        reader->line_start = reader->next;
+    }
+    return true;
 }
 
-/// Takes the header's fields; `found` counts how often each wanted column came.
-static bool read_names(reader_t *reader, layout_t *layout, const sim_csv_column_t *wanted, size_t count, bool *found)
+static bool read_header(reader_t *reader)
 {
-    const size_t line  = reader->line;
-    field_t      field = {.last = false};
-    while (!field.last)
+    field_t field = {.is_last = false};
+    while (!field.is_last)
     {
         if (!read_field(reader, &field))
         {
             return false;
         }
-        const size_t column = find_wanted(field.text, wanted, count);
-        if (column != NOT_WANTED && found[column])
+        reader->fields++;
+        for (size_t i = 0; i < reader->count; i++)
         {
-            return sim_error_set(reader->error,
-                                 "%s:%zu:%zu: column %s is there twice",
-                                 reader->path,
-                                 line,
-                                 field.position,
-                                 field.text);
+            const bool is_it = strcmp(field.text, reader->wanted[i].name) == 0;
+            if (is_it && reader->place[i] != 0)
+            {
+                return sim_error_set(reader->error,
+                                     "%s:1:%zu: column %s is there twice",
+                                     reader->name,
+                                     field.position,
+                                     field.text);
+            }
+            reader->place[i] = is_it ? reader->fields : reader->place[i];
         }
-        if (column != NOT_WANTED)
-        {
-            found[column] = true;
-        }
-        size_t *larger = realloc(layout->column, (layout->fields + 1) * sizeof *larger);
-        if (larger == NULL)
-        {
-            return sim_error_set(reader->error, "out of memory");
-        }
-        layout->column                   = larger;
-        layout->column[layout->fields++] = column;
     }
-    return true;
-}
-
-static bool read_header(reader_t *reader, layout_t *layout, const sim_csv_column_t *wanted, size_t count, bool *found)
-{
-    if (is_blank_rest(reader->next))
+    for (size_t i = 0; i < reader->count; i++)
     {
-        return sim_error_set(reader->error, "%s:1:1: the file is empty", reader->path);
-    }
-    if (!read_names(reader, layout, wanted, count, found))
-    {
-        return false;
-    }
-    for (size_t i = 0; i < count; i++)
-    {
-        if (!found[i] && !wanted[i].optional)
+        if (reader->place[i] == 0 && !reader->wanted[i].optional)
         {
-            return sim_error_set(reader->error, "%s:1:1: no column is named %s", reader->path, wanted[i].name);
+            return sim_error_set(reader->error, "%s:1:1: no column is named %s", reader->name, reader->wanted[i].name);
         }
     }
-    return true;
-}
-
-/// Takes the number of a wanted column.
-static bool take_number(const reader_t *reader, const field_t *field, size_t line, const char *name, double *value)
-{
-    const char *complaint = sim_number_parse(field->text, value);
-    return complaint == NULL || sim_error_set(reader->error,
-                                              "%s:%zu:%zu: %s: '%.40s' %s",
-                                              reader->path,
-                                              line,
-                                              field->position,
-                                              name,
-                                              field->text,
-                                              complaint);
-}
-
-static bool read_row(reader_t *reader, const layout_t *layout, const sim_csv_column_t *wanted, sim_csv_t *csv)
-{
-    const size_t line   = reader->line;
-    size_t       fields = 0;
-    field_t      field  = {.last = false};
-    while (!field.last)
-    {
-        if (!read_field(reader, &field))
-        {
-            return false;
-        }
-        if (fields >= layout->fields)
-        {
-            return sim_error_set(reader->error,
-                                 "%s:%zu:%zu: more fields than the header's %zu",
-                                 reader->path,
-                                 line,
-                                 field.position,
-                                 layout->fields);
-        }
-        const size_t column = layout->column[fields++];
-        if (column == 0)
-        {
-            csv->positions[csv->rows] = field.position;
-        }
-        if (column != NOT_WANTED &&
-            !take_number(reader, &field, line, wanted[column].name, &csv->values[column][csv->rows]))
-        {
-            return false;
-        }
-    }
-    if (fields < layout->fields)
-    {
-        return sim_error_set(reader->error,
-                             "%s:%zu:%zu: %zu fields, the header has %zu",
-                             reader->path,
-                             line,
-                             field.position,
-                             fields,
-                             layout->fields);
-    }
-    csv->lines[csv->rows++] = line;
     return true;
 }
 
 /// Room for as many rows as there are lines left.
-static bool allocate(sim_csv_t *csv, const char *rest, size_t count, const bool *found)
+static bool allocate(sim_csv_t *csv, const reader_t *reader)
 {
     size_t rows = 1;
-    for (const char *p = rest; *p != '\0'; p++)
+    for (const char *p = strchr(reader->next, '\n'); p != NULL; p = strchr(p + 1, '\n'))
     {
-        rows += (*p == '\n') ? 1u : 0u;
+        rows++;
     }
-    csv->lines     = malloc(rows * sizeof *csv->lines);
     csv->positions = malloc(rows * sizeof *csv->positions);
-    bool ok        = csv->lines != NULL && csv->positions != NULL;
-    for (size_t i = 0; ok && i < count; i++)
+    bool ok        = csv->positions != NULL;
+    for (size_t i = 0; ok && i < reader->count; i++)
     {
-        csv->values[i] = found[i] ? malloc(rows * sizeof *csv->values[i]) : NULL;
-        ok             = !found[i] || csv->values[i] != NULL;
+        csv->values[i] = (reader->place[i] != 0) ? malloc(rows * sizeof *csv->values[i]) : NULL;
+        ok             = reader->place[i] == 0 || csv->values[i] != NULL;
     }
-    return ok;
+    return ok || sim_error_set(reader->error, "out of memory");
 }
 
-static bool read_rows(reader_t *reader, const layout_t *layout, const sim_csv_column_t *wanted, sim_csv_t *csv)
+/// Takes the number of a wanted column.
+static bool take_number(const reader_t *reader, const field_t *field, size_t column, double *value)
 {
-    while (!is_blank_rest(reader->next))
+    const sim_csv_column_t *wanted    = &reader->wanted[column];
+    const double            max       = (wanted->max > 0.0) ? wanted->max : SIM_CSV_NUMBER_MAX;
+    const char             *complaint = sim_number_parse(field->text, value);
+    char                    outside[64];
+    (void)snprintf(outside, sizeof outside, "is outside %g to %g", -max, max);
+    if (complaint == NULL && fabs(*value) > max)
     {
-        if (is_blank_line(reader->next))
-        {
-            return sim_error_set(reader->error, "%s:%zu:1: an empty line between rows", reader->path, reader->line);
-        }
-        if (!read_row(reader, layout, wanted, csv))
-        {
-            return false;
-        }
+        complaint = outside;
     }
-    if (csv->rows == 0)
+    return complaint == NULL || sim_error_set(reader->error,
+                                              "%s:%zu:%zu: %s: '%.40s' %s",
+                                              reader->name,
+                                              field->line,
+                                              field->position,
+                                              wanted->name,
+                                              field->text,
+                                              complaint);
+}
+
+/// Takes what a field of a row feeds.
+static bool take_field(sim_csv_t *csv, const reader_t *reader, const field_t *field, size_t number)
+{
+    for (size_t i = 0; i < reader->count; i++)
     {
-        return sim_error_set(reader->error, "%s:%zu:1: no rows after the header", reader->path, reader->line);
+        if (reader->place[i] == number && csv->values[i] != NULL)
+        {
+            csv->positions[csv->rows] = (i == 0) ? field->position : csv->positions[csv->rows];
+            return take_number(reader, field, i, &csv->values[i][csv->rows]);
+        }
     }
     return true;
 }
 
-bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error)
+static bool read_row(sim_csv_t *csv, reader_t *reader)
 {
-    *csv          = (sim_csv_t){0};
-    size_t length = 0;
-    char  *bytes  = sim_file_read(path, &length, error);
-    if (bytes == NULL)
+    field_t field             = {.is_last = false};
+    size_t  fields            = 0;
+    csv->positions[csv->rows] = 1;
+    while (!field.is_last)
+    {
+        if (!read_field(reader, &field))
+        {
+            return false;
+        }
+        if (++fields > reader->fields)
+        {
+            return sim_error_set(reader->error,
+                                 "%s:%zu:%zu: more fields than the header's %zu",
+                                 reader->name,
+                                 field.line,
+                                 field.position,
+                                 reader->fields);
+        }
+        if (!take_field(csv, reader, &field, fields))
+        {
+            return false;
+        }
+    }
+    csv->rows++;
+    return fields == reader->fields || sim_error_set(reader->error,
+                                                     "%s:%zu:%zu: %zu fields, the header has %zu",
+                                                     reader->name,
+                                                     field.line,
+                                                     field.position,
+                                                     fields,
+                                                     reader->fields);
+}
+
+static bool read_all(sim_csv_t *csv, reader_t *reader)
+{
+    if (reader->next[strspn(reader->next, " \t\r\n")] == '\0')
+    {
+        return complain(reader, 1, "the file is empty");
+    }
+    if (!read_header(reader) || !allocate(csv, reader))
     {
         return false;
     }
-    reader_t reader                     = {.path = path, .next = bytes, .line_start = bytes, .line = 1, .error = error};
-    layout_t layout                     = {0};
-    bool     found[SIM_CSV_COLUMNS_MAX] = {false};
-    bool     ok                         = read_header(&reader, &layout, wanted, count, found);
-    if (ok && !allocate(csv, reader.next, count, found))
+    while (reader->next[strspn(reader->next, " \t\r\n")] != '\0')
     {
-        ok = sim_error_set(error, "out of memory");
+        if (reader->next[strspn(reader->next, " \t\r")] == '\n')
+        {
+            return complain(reader, 1, "an empty line between rows");
+        }
+        if (!read_row(csv, reader))
+        {
+            return false;
+        }
     }
-    ok = ok && read_rows(&reader, &layout, wanted, csv);
-    free(layout.column);
-    free(bytes);
+    return csv->rows > 0 || complain(reader, 1, "no rows after the header");
+}
+
+bool sim_csv_parse(sim_csv_t              *csv,
+                   char                   *text,
+                   const char             *name,
+                   const sim_csv_column_t *wanted,
+                   size_t                  count,
+                   sim_error_t            *error)
+{
+    reader_t reader =
+        {.name = name, .wanted = wanted, .count = count, .error = error, .next = text, .line_start = text, .line = 1};
+    *csv          = (sim_csv_t){.name = name};
+    const bool ok = read_all(csv, &reader);
     if (!ok)
     {
         sim_csv_free(csv);
     }
     return ok;
+}
+
+bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error)
+{
+    char      *text = sim_file_read(path, SIM_CSV_BYTES_MAX, error);
+    const bool ok   = text != NULL && sim_csv_parse(csv, text, path, wanted, count, error);
+    free(text);
+    return ok;
+}
+
+bool sim_csv_complain(const sim_csv_t *csv, size_t row, sim_error_t *error, const char *format, ...)
+{
+    sim_error_t what = {""};
+    va_list     args;
+    va_start(args, format);
+    (void)sim_error_set_list(&what, format, args);
+    va_end(args);
+    // Row 0 is in line 2: no field goes over a line's end, and no line is left out.
+    return sim_error_set(error, "%s:%zu:%zu: %s", csv->name, row + 2, csv->positions[row], what.text);
+}
+
+bool sim_csv_check_rising(const sim_csv_t *csv, const char *name, sim_error_t *error)
+{
+    const double *x = csv->values[0];
+    for (size_t i = 1; i < csv->rows; i++)
+    {
+        if (!(x[i] > x[i - 1]))
+        {
+            return sim_csv_complain(csv, i, error, "%s: %.15g does not come after %.15g", name, x[i], x[i - 1]);
+        }
+    }
+    return true;
 }
 
 void sim_csv_free(sim_csv_t *csv)
@@ -348,7 +300,6 @@ void sim_csv_free(sim_csv_t *csv)
     {
         free(csv->values[i]);
     }
-    free(csv->lines);
     free(csv->positions);
-    *csv = (sim_csv_t){0};
+    *csv = (sim_csv_t){.rows = 0};
 }

@@ -1,8 +1,8 @@
 /// Named columns of numbers from a CSV file, read strictly.
 ///
 /// The first line names the columns; every other line has as many fields. Read without a word: CRLF, a byte order
-/// mark, quoted fields, spaces around a field, empty lines at the end, a missing last newline, columns that were not
-/// asked for. Everything else is an error with file, line and column (the position in the line, in bytes, from 1).
+/// mark, quoted fields, spaces around a field, empty lines at the end, a missing last newline, columns that are
+/// not requested. Everything else is an error with file, line and column (the position in the line, in bytes, from 1).
 
 #ifndef SIM_CSV_H
 #define SIM_CSV_H
@@ -12,24 +12,41 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define SIM_CSV_COLUMNS_MAX 8u ///< most columns that can be asked for at once
+#define SIM_CSV_COLUMNS_MAX 8u          ///< most columns of one call
+#define SIM_CSV_BYTES_MAX   (1u << 30u) ///< of a file
+#define SIM_CSV_NUMBER_MAX  1e30        ///< so that a difference, a slope or a float of it is finite
 
 typedef struct
 {
     const char *name;
     bool        optional;
+    double      max; ///< of a number's magnitude; 0: SIM_CSV_NUMBER_MAX
 } sim_csv_column_t;
 
 typedef struct
 {
-    size_t  rows;
-    double *values[SIM_CSV_COLUMNS_MAX]; ///< by wanted column; null: optional and not there
-    size_t *lines;                       ///< by row: its line in the file
-    size_t *positions;                   ///< by row: where in the line the first wanted column is
+    const char *name; ///< of the file, for messages
+    size_t      rows;
+    double     *values[SIM_CSV_COLUMNS_MAX]; ///< by wanted column; null: optional and not there
+    size_t     *positions;                   ///< by row: where in its line the first wanted column is
 } sim_csv_t;
 
 /// Reads the `count` columns `wanted`. On failure nothing is left to free.
 bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error);
+
+/// The same from text, which is changed in place; `name` stands for the file in messages.
+bool sim_csv_parse(sim_csv_t              *csv,
+                   char                   *text,
+                   const char             *name,
+                   const sim_csv_column_t *wanted,
+                   size_t                  count,
+                   sim_error_t            *error);
+
+/// A complaint about the first wanted column of a row: "FILE:LINE:COLUMN: " and the rest. Always false.
+bool sim_csv_complain(const sim_csv_t *csv, size_t row, sim_error_t *error, const char *format, ...);
+
+/// False if the numbers of the first wanted column do not rise from row to row.
+bool sim_csv_check_rising(const sim_csv_t *csv, const char *name, sim_error_t *error);
 
 void sim_csv_free(sim_csv_t *csv);
 

@@ -6,14 +6,17 @@
 #ifndef SIM_ERROR_H
 #define SIM_ERROR_H
 
+#include <stdarg.h>
 #include <stdbool.h>
 
 typedef struct
 {
-    char text[1024]; ///< empty: no error
+    char text[36864]; ///< one line, safe to show on a terminal; empty: no error
 } sim_error_t;
 
-/// Writes the message unless there is one already. Always returns false.
+/// Writes the message unless there is one already, its control characters as \n or \x1b. Always returns false. There is room
+/// for two paths of the longest, every character of them escaped.
 bool sim_error_set(sim_error_t *error, const char *format, ...);
+bool sim_error_set_list(sim_error_t *error, const char *format, va_list args);
 
 #endif

@@ -6,8 +6,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/// Reads to the end of `file`; null with errno set on failure.
-static char *read_all(FILE *file, size_t *length)
+/// Reads on to the end of `file`, but no more than max + 1 bytes; null with errno set on failure.
+static char *read_up_to(FILE *file, size_t max, size_t *length)
 {
     size_t capacity = 65536;
     char  *bytes    = malloc(capacity);
@@ -17,12 +17,10 @@ static char *read_all(FILE *file, size_t *length)
         *length += fread(bytes + *length, 1, capacity - *length - 1, file);
         if (ferror(file))
         {
-            const int cause = errno;
             free(bytes);
-            errno = cause;
             return NULL;
         }
-        if (feof(file))
+        if (feof(file) || *length > max)
         {
             bytes[*length] = '\0';
             return bytes;
@@ -38,17 +36,23 @@ static char *read_all(FILE *file, size_t *length)
     return NULL;
 }
 
-static size_t line_at(const char *bytes, size_t offset)
+/// What makes of these bytes no text; true if nothing does.
+static bool check_text(const char *bytes, size_t length, size_t max, const char *path, sim_error_t *error)
 {
-    size_t line = 1;
-    for (size_t i = 0; i < offset; i++)
+    const char *zero = memchr(bytes, '\0', length);
+    if (zero != NULL)
     {
-        line += (bytes[i] == '\n') ? 1u : 0u;
+        size_t line = 1;
+        for (const char *p = bytes; p < zero; p++)
+        {
+            line += (*p == '\n') ? 1u : 0u;
+        }
+        return sim_error_set(error, "%s:%zu: a zero byte: this is not a text file", path, line);
     }
-    return line;
+    return length <= max || sim_error_set(error, "%s: is larger than %zu KB, the most that is read", path, max / 1024);
 }
 
-char *sim_file_read(const char *path, size_t *length, sim_error_t *error)
+char *sim_file_read(const char *path, size_t max, sim_error_t *error)
 {
     FILE *file = fopen(path, "rb");
     if (file == NULL)
@@ -56,28 +60,21 @@ char *sim_file_read(const char *path, size_t *length, sim_error_t *error)
         (void)sim_error_set(error, "%s: cannot be opened: %s", path, strerror(errno));
         return NULL;
     }
-    char     *bytes = read_all(file, length);
-    const int cause = errno;
-    (void)fclose(file);
+    size_t length = 0;
+    char  *bytes  = read_up_to(file, max, &length);
     if (bytes == NULL)
     {
-        (void)sim_error_set(error, "%s: cannot be read: %s", path, strerror(cause));
-        return NULL;
+        (void)sim_error_set(error, "%s: cannot be read: %s", path, strerror(errno));
     }
-    const char *zero = memchr(bytes, '\0', *length);
-    if (zero != NULL)
+    (void)fclose(file);
+    if (bytes != NULL && !check_text(bytes, length, max, path, error))
     {
-        (void)sim_error_set(error,
-                            "%s:%zu: a zero byte: this is not a text file",
-                            path,
-                            line_at(bytes, (size_t)(zero - bytes)));
         free(bytes);
         return NULL;
     }
-    if (strncmp(bytes, "\xEF\xBB\xBF", 3) == 0)
+    if (bytes != NULL && strncmp(bytes, "\xEF\xBB\xBF", 3) == 0)
     {
-        *length -= 3;
-        memmove(bytes, bytes + 3, *length + 1);
+        memmove(bytes, bytes + 3, length - 2);
     }
     return bytes;
 }

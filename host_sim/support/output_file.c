@@ -1,5 +1,7 @@
 #include "support/output_file.h"
 
+#include "support/text.h"
+
 #include <errno.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -7,45 +9,39 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-// The one thing here that is not in a struct: what a signal handler has to know. A run writes two traces at a time.
-static struct
-{
-    char                  name[4096];
-    volatile sig_atomic_t is_pending;
-} temporaries[2];
+// --- signals -------------------------------------------------------------------------------------------------------
 
-#define TEMPORARIES (sizeof temporaries / sizeof temporaries[0])
+// The one thing here that is not in a struct: what a signal handler has to know.
+static char *volatile pending[SIM_OUTPUT_FILES_MAX];
+
+static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
+
+#define ENDING (sizeof ending / sizeof ending[0])
 
 static void remove_pending(int number)
 {
-    for (size_t i = 0; i < TEMPORARIES; i++)
+    for (size_t i = 0; i < SIM_OUTPUT_FILES_MAX; i++)
     {
-        if (temporaries[i].is_pending)
+        if (pending[i] != NULL)
         {
-            (void)unlink(temporaries[i].name);
+            (void)unlink(pending[i]);
         }
     }
     (void)signal(number, SIG_DFL);
     (void)raise(number);
 }
 
-/// A name too long, or one too many, is not remembered.
-static void remember(const char *name)
+void sim_output_clean_on_signal(void)
 {
-    for (size_t i = 0; i < TEMPORARIES && strlen(name) < sizeof temporaries[i].name; i++)
+    for (size_t i = 0; i < ENDING; i++)
     {
-        if (!temporaries[i].is_pending)
+        // A signal that is ignored (nohup) stays so.
+        if (signal(ending[i], remove_pending) == SIG_IGN)
         {
-            (void)snprintf(temporaries[i].name, sizeof temporaries[i].name, "%s", name);
-            temporaries[i].is_pending = 1;
-            return;
+            (void)signal(ending[i], SIG_IGN);
         }
     }
 }
-
-static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
-
-#define ENDING (sizeof ending / sizeof ending[0])
 
 /// The signals that end a run wait until they are unblocked; `before` is what was.
 static void block_ending(sigset_t *before)
@@ -59,92 +55,66 @@ static void block_ending(sigset_t *before)
     (void)sigprocmask(SIG_BLOCK, &set, before);
 }
 
-void sim_output_file_clean_on_signal(void)
+/// Writes `name` in the place of `old` among what a signal is to remove.
+static void replace_pending(const char *old, char *name)
 {
-    for (size_t i = 0; i < ENDING; i++)
+    size_t i = 0;
+    while (i < SIM_OUTPUT_FILES_MAX && pending[i] != old)
     {
-        // A signal that is ignored (nohup) stays so.
-        if (signal(ending[i], remove_pending) == SIG_IGN)
-        {
-            (void)signal(ending[i], SIG_IGN);
-        }
+        i++;
+    }
+    if (i < SIM_OUTPUT_FILES_MAX)
+    {
+        pending[i] = name;
     }
 }
+
+// --- opening -------------------------------------------------------------------------------------------------------
 
 static void forget(sim_output_file_t *file)
 {
-    for (size_t i = 0; i < TEMPORARIES && file->temporary != NULL; i++)
+    if (file->temporary != NULL)
     {
-        if (strcmp(temporaries[i].name, file->temporary) == 0)
-        {
-            temporaries[i].is_pending = 0;
-        }
+        replace_pending(file->temporary, NULL);
     }
     free(file->path);
     free(file->temporary);
-    *file = (sim_output_file_t){0};
+    *file = (sim_output_file_t){.stream = NULL};
 }
 
-/// mkstemp makes files for their owner only; a result gets the mode that any new file would.
-static int open_temporary(char *name)
+/// Opens a new file in the folder of file->path; that file's name may leave no room for a longer one.
+static bool open_next_to(sim_output_file_t *file)
 {
-    const int descriptor = mkstemp(name);
-    if (descriptor >= 0)
+    const char *slash = strrchr(file->path, '/');
+    file->temporary =
+        sim_text_format("%.*s.tribo.XXXXXX", slash != NULL ? (int)(slash - file->path) + 1 : 0, file->path);
+    const int descriptor = (file->temporary != NULL) ? mkstemp(file->temporary) : -1;
+    if (descriptor < 0)
     {
-        const mode_t mask = umask(0);
-        (void)umask(mask);
-        (void)fchmod(descriptor, 0666u & ~mask);
+        const int cause = errno;
+        free(file->temporary);
+        file->temporary = NULL;
+        errno           = cause;
+        return false;
     }
-    return descriptor;
+    // mkstemp makes files for their owner only; a result gets the mode that any new file would.
+    const mode_t mask = umask(0);
+    (void)umask(mask);
+    (void)fchmod(descriptor, 0666u & ~mask);
+    replace_pending(NULL, file->temporary);
+    file->stream = fdopen(descriptor, "wb");
+    return file->stream != NULL;
 }
 
-/// What the file is written to: `path`, or what it points to, so that a link stays one.
-static char *find_target(const char *path)
+/// Where a file is to go: `path`, or what it points to, so that a link stays one.
+static char *find_place(const char *path)
 {
     struct stat info;
     const bool  is_link = lstat(path, &info) == 0 && S_ISLNK(info.st_mode);
     return is_link ? realpath(path, NULL) : strdup(path);
 }
 
-static bool open_and_remember(sim_output_file_t *file)
-{
-    const size_t size = strlen(file->path) + sizeof ".XXXXXX";
-    file->temporary   = malloc(size);
-    if (file->temporary == NULL)
-    {
-        return false;
-    }
-    (void)snprintf(file->temporary, size, "%s.XXXXXX", file->path);
-    const int descriptor = open_temporary(file->temporary);
-    file->stream         = (descriptor >= 0) ? fdopen(descriptor, "wb") : NULL;
-    if (file->stream == NULL)
-    {
-        const int cause = errno;
-        if (descriptor >= 0)
-        {
-            (void)close(descriptor);
-            (void)unlink(file->temporary);
-        }
-        errno = cause;
-        return false;
-    }
-    remember(file->temporary);
-    return true;
-}
-
-/// Opens a temporary file beside `file->path`. A signal must not come between its making and its being remembered.
-static bool open_beside(sim_output_file_t *file)
-{
-    sigset_t before;
-    block_ending(&before);
-    const bool opened = open_and_remember(file);
-    const int  cause  = errno;
-    (void)sigprocmask(SIG_SETMASK, &before, NULL);
-    errno = cause;
-    return opened;
-}
-
-static bool open_target(sim_output_file_t *file, const char *path)
+static bool open_place(sim_output_file_t *file, const char *path)
 {
     struct stat info;
     if (stat(path, &info) == 0 && !S_ISREG(info.st_mode))
@@ -154,147 +124,158 @@ static bool open_target(sim_output_file_t *file, const char *path)
         file->stream = (file->path != NULL) ? fopen(path, "wb") : NULL;
         return file->stream != NULL;
     }
-    file->path = find_target(path);
-    return file->path != NULL && open_beside(file);
+    file->path = find_place(path);
+    // A signal must not come between the making of a file and its being remembered.
+    sigset_t before;
+    block_ending(&before);
+    const bool opened = file->path != NULL && open_next_to(file);
+    const int  cause  = errno;
+    (void)sigprocmask(SIG_SETMASK, &before, NULL);
+    errno = cause;
+    return opened;
 }
 
-bool sim_output_file_open(sim_output_file_t *file, const char *path, sim_error_t *error)
+bool sim_output_open(sim_output_file_t *file, const char *path, sim_error_t *error)
 {
-    *file = (sim_output_file_t){0};
-    if (path == NULL)
-    {
-        file->stream = stdout;
-        return true;
-    }
-    if (!open_target(file, path))
+    *file = (sim_output_file_t){.stream = (path == NULL) ? stdout : NULL};
+    if (path != NULL && !open_place(file, path))
     {
         (void)sim_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
-        forget(file);
+        sim_output_discard(file, 1);
         return false;
     }
     return true;
+}
+
+bool sim_output_expect_none(sim_output_file_t *file, const char *path, sim_error_t *error)
+{
+    *file = (sim_output_file_t){.path = strdup(path), .is_unwanted = true};
+    return file->path != NULL || sim_error_set(error, "out of memory");
+}
+
+// --- closing -------------------------------------------------------------------------------------------------------
+
+/// Ends the writing: what was wrong with it shows here at the latest, with errno set.
+static bool close_stream(sim_output_file_t *file)
+{
+    // If a write has failed before, it is the caller's last act, and errno still says why.
+    bool      ok  = !ferror(file->stream) && fflush(file->stream) == 0;
+    const int why = errno;
+    if (file->path != NULL && fclose(file->stream) != 0 && ok)
+    {
+        file->stream = NULL;
+        return false;
+    }
+    file->stream = NULL;
+    errno        = (why != 0) ? why : EIO;
+    return ok;
+}
+
+static bool put_in_place(const sim_output_file_t *file)
+{
+    struct stat info;
+    if (file->is_unwanted)
+    {
+        return stat(file->path, &info) != 0 || !S_ISREG(info.st_mode) || unlink(file->path) == 0;
+    }
+    return file->temporary == NULL || rename(file->temporary, file->path) == 0;
+}
+
+/// Returns the file that could not be put in its place, null if there is none.
+static const sim_output_file_t *put_all_in_place(sim_output_file_t *files, size_t count)
+{
+    if (count > 1 && files[count - 1].temporary != NULL)
+    {
+        (void)unlink(files[count - 1].path);
+    }
+    for (size_t i = 0; i < count; i++)
+    {
+        if (!put_in_place(&files[i]))
+        {
+            return &files[i];
+        }
+        forget(&files[i]);
+    }
+    return NULL;
+}
+
+bool sim_output_commit(sim_output_file_t *files, size_t count, sim_error_t *error)
+{
+    const sim_output_file_t *failed = NULL;
+    for (size_t i = 0; i < count && failed == NULL; i++)
+    {
+        failed = (files[i].stream == NULL || close_stream(&files[i])) ? NULL : &files[i];
+    }
+    if (failed == NULL)
+    {
+        sigset_t before;
+        block_ending(&before);
+        failed = put_all_in_place(files, count);
+        (void)sigprocmask(SIG_SETMASK, &before, NULL);
+    }
+    if (failed != NULL)
+    {
+        const char *path = (failed->path != NULL) ? failed->path : "standard output";
+        (void)sim_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
+    }
+    sim_output_discard(files, count);
+    return failed == NULL;
+}
+
+void sim_output_discard(sim_output_file_t *files, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+    {
+        if (files[i].stream != NULL && files[i].path != NULL)
+        {
+            (void)fclose(files[i].stream);
+        }
+        if (files[i].temporary != NULL)
+        {
+            (void)unlink(files[i].temporary);
+        }
+        forget(&files[i]);
+    }
 }
 
 bool sim_output_flush(sim_error_t *error)
 {
-    if (fflush(stdout) != 0 || ferror(stdout))
-    {
-        return sim_error_set(error, "standard output: cannot be written: %s", strerror(errno));
-    }
-    return true;
+    sim_output_file_t file = {.stream = stdout};
+    return sim_output_commit(&file, 1, error);
 }
 
-static void remove_temporary(const sim_output_file_t *file)
-{
-    if (file->temporary != NULL)
-    {
-        (void)unlink(file->temporary);
-    }
-}
-
-bool sim_output_file_commit(sim_output_file_t *file, sim_error_t *error)
-{
-    if (file->path == NULL)
-    {
-        *file = (sim_output_file_t){0};
-        return sim_output_flush(error);
-    }
-    // If a write has failed before, it is the caller's last act, and errno still says why.
-    bool      ok  = !ferror(file->stream) && fflush(file->stream) == 0;
-    int       why = errno;
-    const int end = fclose(file->stream);
-    if (ok && end != 0)
-    {
-        ok  = false;
-        why = errno;
-    }
-    if (ok && file->temporary != NULL && rename(file->temporary, file->path) != 0)
-    {
-        ok  = false;
-        why = errno;
-    }
-    if (!ok)
-    {
-        remove_temporary(file);
-        (void)sim_error_set(error, "%s: cannot be written: %s", file->path, strerror(why != 0 ? why : EIO));
-    }
-    forget(file);
-    return ok;
-}
-
-void sim_output_file_discard(sim_output_file_t *file)
-{
-    if (file->path != NULL)
-    {
-        (void)fclose(file->stream);
-        remove_temporary(file);
-    }
-    forget(file);
-}
-
-bool sim_output_file_write_line(const char *path, const char *line, sim_error_t *error)
-{
-    sim_output_file_t file;
-    if (!sim_output_file_open(&file, path, error))
-    {
-        return false;
-    }
-    // NOLINTNEXTLINE(clang-analyzer-unix.Stream,clang-analyzer-core.NonNullParamChecker): an open file has a stream
-    (void)fprintf(file.stream, "%s\n", line);
-    return sim_output_file_commit(&file, error);
-}
-
-bool sim_output_file_remove(const char *path, sim_error_t *error)
+/// `path` and what is missing above it; it is the same again afterwards.
+static bool make_folder(char *path)
 {
     struct stat info;
-    if (stat(path, &info) == 0 && S_ISREG(info.st_mode) && unlink(path) != 0)
-    {
-        return sim_error_set(error, "%s: cannot be removed: %s", path, strerror(errno));
-    }
-    return true;
-}
-
-/// One folder; one that is there already is fine.
-static bool create_one(const char *path)
-{
+    char       *slash = strrchr(path, '/');
     if (mkdir(path, 0777) == 0)
     {
         return true;
     }
-    const int   cause = errno;
-    struct stat info;
-    if (stat(path, &info) == 0)
+    if (errno == ENOENT && slash != NULL && slash != path)
+    {
+        *slash          = '\0';
+        const bool made = make_folder(path);
+        *slash          = '/';
+        return made && (slash[1] == '\0' || mkdir(path, 0777) == 0);
+    }
+    if (errno == EEXIST && stat(path, &info) == 0)
     {
         errno = ENOTDIR;
         return S_ISDIR(info.st_mode);
     }
-    errno = cause;
     return false;
 }
 
 bool sim_output_folder_create(const char *path, sim_error_t *error)
 {
-    char *partial = strdup(path);
-    if (partial == NULL)
-    {
-        return sim_error_set(error, "out of memory");
-    }
-    bool ok = partial[0] != '\0';
-    errno   = ENOENT;
-    for (char *p = partial + 1; ok && *p != '\0'; p++)
-    {
-        if (*p == '/')
-        {
-            *p = '\0';
-            ok = create_one(partial);
-            *p = '/';
-        }
-    }
-    ok = ok && create_one(partial);
-    if (!ok)
+    char      *copy = strdup(path);
+    const bool made = copy != NULL && make_folder(copy);
+    if (!made)
     {
         (void)sim_error_set(error, "%s: the folder cannot be made: %s", path, strerror(errno));
     }
-    free(partial);
-    return ok;
+    free(copy);
+    return made;
 }

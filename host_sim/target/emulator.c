@@ -1,111 +1,98 @@
 #include "target/emulator.h"
 
+#include "support/clock.h"
 #include "tribo_wire.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #define MESSAGE_SIZE (4u * (TRIBO_WIRE_HEADER_WORDS + TRIBO_WIRE_WORDS_MAX))
-#define SLICE_MS     50 // between two looks whether the process is still there
+#define SLICE_MS     50  // between two checks whether the process has ended
+#define PIPE_FD_MIN  10  // so that no end of a pipe is a number that the child needs
+#define MESSAGE_S    1   // from the first byte of a message to its last
+#define LINE_SIZE    256 // longest line of the log that is kept
+
+typedef struct
+{
+    int read, write; ///< -1: not open
+} pipe_t;
 
 struct sim_emulator
 {
-    pid_t   process;     ///< 0: not there, or waited for
-    char    folder[64];  ///< "": gone
-    int     to_target;   ///< -1: not open
-    int     from_target; ///< -1: not open
-    int     log;         ///< -1: not open
-    char    line[256];
+    pid_t   process; ///< 0: none, or its end is known
+    pipe_t  to_target, from_target, log;
+    char    line[LINE_SIZE];
     uint8_t message[MESSAGE_SIZE];
 };
 
-static double now_s(void)
+// --- pipes ---------------------------------------------------------------------------------------------------------
+
+static void close_end(int *end)
 {
-    struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+    if (*end >= 0)
+    {
+        (void)close(*end);
+        *end = -1;
+    }
 }
 
-// --- the folder ----------------------------------------------------------------------------------------------------
-
-static const char *const files[] = {TRIBO_WIRE_TO_TARGET, TRIBO_WIRE_FROM_TARGET, "log"};
-
-static void path_of(char path[128], const sim_emulator_t *emulator, const char *name)
+static void close_pipe(pipe_t *ends)
 {
-    (void)snprintf(path, 128, "%s/%s", emulator->folder, name);
+    close_end(&ends->read);
+    close_end(&ends->write);
 }
 
-/// Once both sides have everything open nothing of it is needed, so that nothing can be left behind.
-static void remove_folder(sim_emulator_t *emulator)
+/// A pipe whose ends are closed in a program that this one starts.
+static bool open_pipe(pipe_t *ends)
 {
-    char path[128];
-    if (emulator->folder[0] == '\0')
+    int raw[2];
+    if (pipe(raw) != 0)
     {
-        return;
+        return false;
     }
-    for (size_t i = 0; i < sizeof files / sizeof files[0]; i++)
-    {
-        path_of(path, emulator, files[i]);
-        (void)unlink(path);
-    }
-    (void)rmdir(emulator->folder);
-    emulator->folder[0] = '\0';
+    ends->read  = fcntl(raw[0], F_DUPFD_CLOEXEC, PIPE_FD_MIN);
+    ends->write = fcntl(raw[1], F_DUPFD_CLOEXEC, PIPE_FD_MIN);
+    (void)close(raw[0]);
+    (void)close(raw[1]);
+    return ends->read >= 0 && ends->write >= 0;
 }
 
-static bool make_folder(sim_emulator_t *emulator, sim_error_t *error)
+static bool do_not_block(int end)
 {
-    const char *place  = getenv("TMPDIR");
-    const int   length = snprintf(emulator->folder,
-                                sizeof emulator->folder,
-                                "%s/tribo.XXXXXX",
-                                place != NULL && *place != '\0' ? place : "/tmp");
-    if ((size_t)length >= sizeof emulator->folder)
+    return fcntl(end, F_SETFL, O_NONBLOCK) == 0;
+}
+
+/// No end that this program uses blocks, nor does the log: once it is full, the emulator's output is dropped.
+static bool open_pipes(sim_emulator_t *emulator, sim_error_t *error)
+{
+    if (!open_pipe(&emulator->to_target) || !open_pipe(&emulator->from_target) || !open_pipe(&emulator->log) ||
+        !do_not_block(emulator->to_target.write) || !do_not_block(emulator->from_target.read) ||
+        !do_not_block(emulator->log.read) || !do_not_block(emulator->log.write))
     {
-        (void)snprintf(emulator->folder, sizeof emulator->folder, "/tmp/tribo.XXXXXX");
-    }
-    if (mkdtemp(emulator->folder) == NULL)
-    {
-        const int reason    = errno;
-        emulator->folder[0] = '\0';
-        return sim_error_set(error, "no folder for the emulator: %s", strerror(reason));
-    }
-    char to[128];
-    char from[128];
-    char log[128];
-    path_of(to, emulator, TRIBO_WIRE_TO_TARGET);
-    path_of(from, emulator, TRIBO_WIRE_FROM_TARGET);
-    path_of(log, emulator, "log");
-    const bool made = mkfifo(to, 0600) == 0 && mkfifo(from, 0600) == 0;
-    // Opened like this neither side waits for the other, and the end of the emulator shows as the end of its FIFO.
-    emulator->to_target   = made ? open(to, O_RDWR | O_CLOEXEC | O_NONBLOCK) : -1;
-    emulator->from_target = made ? open(from, O_RDONLY | O_CLOEXEC | O_NONBLOCK) : -1;
-    emulator->log         = open(log, O_RDWR | O_CREAT | O_CLOEXEC | O_APPEND, 0600);
-    if (emulator->to_target < 0 || emulator->from_target < 0 || emulator->log < 0)
-    {
-        return sim_error_set(error, "%s: %s", emulator->folder, strerror(errno));
+        (void)sim_error_set(error, "no pipes to the emulator: %s", strerror(errno));
+        return false;
     }
     return true;
 }
 
 // --- the process ---------------------------------------------------------------------------------------------------
 
-/// The child's side of fork: never returns. Tells `report` why it could not start.
+/// The child's side of fork: never returns. Writes to `report` why it could not start.
 static void become(const sim_emulator_t *emulator, char *const *command, int report, pid_t parent)
 {
     const int  nothing = open("/dev/null", O_RDONLY);
     const bool ready   = prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && getppid() == parent && nothing >= 0 &&
-                       dup2(nothing, STDIN_FILENO) >= 0 && dup2(emulator->log, STDOUT_FILENO) >= 0 &&
-                       dup2(emulator->log, STDERR_FILENO) >= 0 && chdir(emulator->folder) == 0;
+                       dup2(nothing, STDIN_FILENO) >= 0 && dup2(emulator->log.write, STDOUT_FILENO) >= 0 &&
+                       dup2(emulator->log.write, STDERR_FILENO) >= 0 &&
+                       dup2(emulator->to_target.read, TRIBO_WIRE_TO_TARGET_FD) >= 0 &&
+                       dup2(emulator->from_target.write, TRIBO_WIRE_FROM_TARGET_FD) >= 0;
     if (ready)
     {
         (void)signal(SIGPIPE, SIG_DFL);
@@ -118,20 +105,21 @@ static void become(const sim_emulator_t *emulator, char *const *command, int rep
 
 static bool start_process(sim_emulator_t *emulator, char *const *command, sim_error_t *error)
 {
-    int report[2];
-    if (pipe(report) != 0)
+    pipe_t report = {.read = -1, .write = -1};
+    if (!open_pipe(&report))
     {
-        return sim_error_set(error, "%s cannot be started: %s", command[0], strerror(errno));
+        const int reason = errno;
+        close_pipe(&report);
+        return sim_error_set(error, "%s cannot be started: %s", command[0], strerror(reason));
     }
-    (void)fcntl(report[1], F_SETFD, FD_CLOEXEC);
     const pid_t parent = getpid();
     emulator->process  = fork();
     if (emulator->process == 0)
     {
-        become(emulator, command, report[1], parent);
+        become(emulator, command, report.write, parent);
     }
     int reason = errno;
-    (void)close(report[1]);
+    close_end(&report.write);
     bool failed = emulator->process < 0;
     if (failed)
     {
@@ -139,9 +127,10 @@ static bool start_process(sim_emulator_t *emulator, char *const *command, sim_er
     }
     else
     {
-        failed = read(report[0], &reason, sizeof reason) == (ssize_t)sizeof reason;
+        failed = read(report.read, &reason, sizeof reason) == (ssize_t)sizeof reason;
     }
-    (void)close(report[0]);
+    close_pipe(&report);
+    close_end(&emulator->from_target.write); // the only one left is the emulator's: its end ends the pipe
     return !failed || sim_error_set(error, "%s cannot be started: %s", command[0], strerror(reason));
 }
 
@@ -153,10 +142,8 @@ sim_emulator_t *sim_emulator_start(char *const *command, sim_error_t *error)
         (void)sim_error_set(error, "out of memory");
         return NULL;
     }
-    emulator->to_target   = -1;
-    emulator->from_target = -1;
-    emulator->log         = -1;
-    if (!make_folder(emulator, error) || !start_process(emulator, command, error))
+    emulator->to_target = emulator->from_target = emulator->log = (pipe_t){.read = -1, .write = -1};
+    if (!open_pipes(emulator, error) || !start_process(emulator, command, error))
     {
         sim_emulator_stop(emulator);
         return NULL;
@@ -175,31 +162,32 @@ void sim_emulator_stop(sim_emulator_t *emulator)
         (void)kill(emulator->process, SIGKILL);
         (void)waitpid(emulator->process, NULL, 0);
     }
-    remove_folder(emulator);
-    const int open_files[] = {emulator->to_target, emulator->from_target, emulator->log};
-    for (size_t i = 0; i < sizeof open_files / sizeof open_files[0]; i++)
-    {
-        if (open_files[i] >= 0)
-        {
-            (void)close(open_files[i]);
-        }
-    }
+    close_pipe(&emulator->to_target);
+    close_pipe(&emulator->from_target);
+    close_pipe(&emulator->log);
     free(emulator);
 }
 
 const char *sim_emulator_last_line(sim_emulator_t *emulator)
 {
-    char        tail[sizeof emulator->line];
-    const off_t size  = lseek(emulator->log, 0, SEEK_END);
-    const off_t start = size > (off_t)sizeof tail - 1 ? size - ((off_t)sizeof tail - 1) : 0;
-    ssize_t     count = pread(emulator->log, tail, sizeof tail - 1, start);
-    while (count > 0 && (tail[count - 1] == '\n' || tail[count - 1] == '\r'))
+    char   byte;
+    size_t length = 0;
+    bool   ended  = true; // the next byte begins a line
+    while (read(emulator->log.read, &byte, 1) == 1)
     {
-        count--;
+        if (byte == '\n' || byte == '\r')
+        {
+            ended = true;
+            continue;
+        }
+        length = ended ? 0 : length;
+        ended  = false;
+        if (length < LINE_SIZE - 1u)
+        {
+            emulator->line[length++] = byte;
+            emulator->line[length]   = '\0';
+        }
     }
-    tail[count > 0 ? count : 0] = '\0';
-    const char *newline         = strrchr(tail, '\n');
-    (void)snprintf(emulator->line, sizeof emulator->line, "%s", newline != NULL ? newline + 1 : tail);
     return emulator->line;
 }
 
@@ -214,7 +202,7 @@ static bool has_ended(sim_emulator_t *emulator, int *status)
     return true;
 }
 
-static bool tell_the_end(sim_emulator_t *emulator, int status, sim_error_t *error)
+static bool report_end(sim_emulator_t *emulator, int status, sim_error_t *error)
 {
     const char *line = sim_emulator_last_line(emulator);
     const char *dash = *line != '\0' ? ": " : "";
@@ -225,17 +213,17 @@ static bool tell_the_end(sim_emulator_t *emulator, int status, sim_error_t *erro
 
 bool sim_emulator_wait(sim_emulator_t *emulator, sim_error_t *error)
 {
-    const double deadline_s = now_s() + SIM_EMULATOR_TIMEOUT_S;
+    const double deadline_s = sim_clock_s() + SIM_EMULATOR_TIMEOUT_S;
     int          status     = 0;
     while (!has_ended(emulator, &status))
     {
-        if (now_s() > deadline_s)
+        if (sim_clock_s() > deadline_s)
         {
             return sim_error_set(error, "the emulator does not end");
         }
         (void)poll(NULL, 0, 5);
     }
-    return (WIFEXITED(status) && WEXITSTATUS(status) == 0) || tell_the_end(emulator, status, error);
+    return (WIFEXITED(status) && WEXITSTATUS(status) == 0) || report_end(emulator, status, error);
 }
 
 // --- messages ------------------------------------------------------------------------------------------------------
@@ -265,47 +253,57 @@ bool sim_emulator_send(sim_emulator_t *emulator,
     {
         put_word(emulator->message + 4u * (TRIBO_WIRE_HEADER_WORDS + i), words[i]);
     }
-    // One message at most is in the FIFO, which takes far more, so that this never waits.
+    // At most one message is in the pipe, which holds far more.
     const size_t size = 4u * (TRIBO_WIRE_HEADER_WORDS + (size_t)count);
-    return write(emulator->to_target, emulator->message, size) == (ssize_t)size ||
+    return write(emulator->to_target.write, emulator->message, size) == (ssize_t)size ||
            sim_error_set(error, "the emulator does not take what it is sent");
 }
 
-/// Waits until there is something to read.
-static bool wait_for_more(sim_emulator_t *emulator, double deadline_s, sim_error_t *error)
+static bool is_in_time(double deadline_s, bool begun, sim_error_t *error)
 {
-    struct pollfd wanted = {.fd = emulator->from_target, .events = POLLIN};
-    while (poll(&wanted, 1, SLICE_MS) <= 0 || (wanted.revents & POLLIN) == 0)
+    return sim_clock_s() <= deadline_s ||
+           (begun ? sim_error_set(error, "the emulator has stopped within a message")
+                  : sim_error_set(error, "the emulator has not answered for %d s", SIM_EMULATOR_TIMEOUT_S));
+}
+
+/// Waits until there is something to read, until the emulator has ended or until `deadline_s`, for the first bytes of a
+/// message or for the rest of one that has `begun`.
+static bool wait_for_more(sim_emulator_t *emulator, double deadline_s, bool begun, sim_error_t *error)
+{
+    struct pollfd answer = {.fd = emulator->from_target.read, .events = POLLIN};
+    while (poll(&answer, 1, SLICE_MS) <= 0 || (answer.revents & POLLIN) == 0)
     {
         int status = 0;
         if (has_ended(emulator, &status))
         {
-            return tell_the_end(emulator, status, error);
+            return report_end(emulator, status, error);
         }
-        if (now_s() > deadline_s)
+        if (!is_in_time(deadline_s, begun, error))
         {
-            return sim_error_set(error, "the emulator has not answered for %d s", SIM_EMULATOR_TIMEOUT_S);
+            return false;
         }
-        if ((wanted.revents & POLLHUP) != 0)
+        if ((answer.revents & POLLHUP) != 0)
         {
             (void)poll(NULL, 0, 1); // closed, but not ended yet
         }
     }
-    return true;
+    return is_in_time(deadline_s, begun, error);
 }
 
+/// The target writes a message at once, so one that comes byte by byte does not extend the wait.
 static bool read_bytes(sim_emulator_t *emulator, size_t size, sim_error_t *error)
 {
-    const double deadline_s = now_s() + SIM_EMULATOR_TIMEOUT_S;
-    size_t       have       = 0;
+    double deadline_s = sim_clock_s() + SIM_EMULATOR_TIMEOUT_S;
+    size_t have       = 0;
     while (have < size)
     {
-        const ssize_t count = read(emulator->from_target, emulator->message + have, size - have);
+        const ssize_t count = read(emulator->from_target.read, emulator->message + have, size - have);
         if (count > 0)
         {
+            deadline_s = have == 0 ? sim_clock_s() + MESSAGE_S : deadline_s;
             have += (size_t)count;
         }
-        else if (!wait_for_more(emulator, deadline_s, error))
+        if (have < size && !wait_for_more(emulator, deadline_s, have > 0, error))
         {
             return false;
         }
@@ -328,6 +326,5 @@ bool sim_emulator_receive(sim_emulator_t *emulator, uint32_t kind, uint32_t *wor
     {
         words[i] = get_word(emulator->message + 4u * (TRIBO_WIRE_HEADER_WORDS + i));
     }
-    remove_folder(emulator);
     return true;
 }

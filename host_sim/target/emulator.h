@@ -1,5 +1,5 @@
-/// A program in QEMU that speaks over two FIFOs and semihosting (wire/tribo_wire.h). Nothing here waits for longer than
-/// SIM_EMULATOR_TIMEOUT_S: an emulator that is missing, dies or hangs is an error.
+/// A program in QEMU that talks over two pipes and semihosting (wire/tribo_wire.h). Nothing here waits for longer than
+/// SIM_EMULATOR_TIMEOUT_S: an emulator that is missing, dies or hangs is an error. Nothing is created in the file system.
 
 #ifndef SIM_EMULATOR_H
 #define SIM_EMULATOR_H
@@ -13,11 +13,11 @@
 
 typedef struct sim_emulator sim_emulator_t;
 
-/// Starts `command`, a list of arguments that ends with null, in a folder of its own with the two FIFOs. Null on failure.
-/// It dies with this program, however that ends.
+/// Starts `command`, a list of arguments that ends with null. Null on failure. The emulator dies with this program, however
+/// that ends.
 sim_emulator_t *sim_emulator_start(char *const *command, sim_error_t *error);
 
-/// Ends it, at once if it has not ended by itself.
+/// Kills it if it has not ended, and frees it.
 void sim_emulator_stop(sim_emulator_t *emulator);
 
 /// Waits until the program has ended by itself, which must be with status 0.

@@ -1,22 +1,22 @@
 #include "target/target.h"
 
+#include "scenario/loop.h"
+#include "support/clock.h"
+#include "target/boards.h"
 #include "target/emulator.h"
-#include "target/twin.h"
 #include "tribo_wire.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
-#define FAULT_NONE 0u // of the drive's causes; the others come with a line in its log
+#define FAULT_NONE 0u // DRIVE_FAULT_NONE; the drive logs the text of any other
 
-/// What a command line for QEMU can have before its common part.
-#define MACHINE_MAX 6
+/// Words of a command line for QEMU before its common part.
+#define MACHINE_MAX 8
 
 typedef struct
 {
@@ -25,13 +25,9 @@ typedef struct
     const char *machine[MACHINE_MAX];
 } model_t;
 
-static const model_t models[] = {{"m0", "cortex-m0", {"qemu-system-arm", "-M", "microbit"}},
-                                 {"m3", "cortex-m3", {"qemu-system-arm", "-M", "mps2-an385"}},
-                                 {"m4f", "cortex-m4f", {"qemu-system-arm", "-M", "mps2-an386"}},
-                                 {"m7", "cortex-m7", {"qemu-system-arm", "-M", "mps2-an500"}},
-                                 {"m33", "cortex-m33", {"qemu-system-arm", "-M", "mps2-an505"}},
-                                 {"rv32imc", "rv32imc", {"qemu-system-riscv32", "-M", "virt", "-bios", "none"}},
-                                 {"rv32imafc", "rv32imafc", {"qemu-system-riscv32", "-M", "virt", "-bios", "none"}}};
+#define MODEL(name, tree, ...) {name, tree, {__VA_ARGS__}},
+static const model_t models[] = {SIM_BOARDS(MODEL)};
+#undef MODEL
 
 #define MODELS (sizeof models / sizeof models[0])
 
@@ -39,7 +35,7 @@ struct sim_target
 {
     const model_t  *model;
     sim_emulator_t *emulator;
-    sim_loop_t      twin; ///< the same loop on the host
+    sim_loop_t      host; ///< the same loop, computed here
     uint32_t        period_us;
     uint64_t        ticks, different_ticks;
     double          busy_s;
@@ -59,24 +55,7 @@ static const model_t *model_of(const char *name)
     return NULL;
 }
 
-bool sim_target_exists(const char *name)
-{
-    return model_of(name) != NULL;
-}
-
-const char *sim_target_names(void)
-{
-    return "m0, m3, m4f, m7, m33, rv32imc, rv32imafc";
-}
-
-static double now_s(void)
-{
-    struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-/// Puts the target's name before what went wrong.
+/// Puts the target's name before the error.
 static bool blame(const sim_target_t *target, const sim_error_t *inner, sim_error_t *error)
 {
     return sim_error_set(error, "%s: %s", target->model->name, inner->text);
@@ -84,24 +63,15 @@ static bool blame(const sim_target_t *target, const sim_error_t *inner, sim_erro
 
 // --- start ---------------------------------------------------------------------------------------------------------
 
-/// The absolute path of the image, as the emulator runs in another folder; false if there is none.
 static bool find_image(char *path, size_t size, const sim_target_t *target, sim_error_t *error)
 {
-    const char *folder    = getenv("TRIBO_FIRMWARE");
-    char        here[512] = "";
-    folder                = folder != NULL ? folder : TRIBO_FIRMWARE_BUILT;
-    if (folder[0] != '/' && getcwd(here, sizeof here) == NULL)
-    {
-        return sim_error_set(error, "%s: %s", folder, strerror(errno));
-    }
-    const int length = snprintf(path,
+    const char *given  = getenv("TRIBO_FIRMWARE");
+    const int   length = snprintf(path,
                                 size,
-                                "%s%s%s/%s/firmware/tribo-drive-%s.elf",
-                                here,
-                                here[0] != '\0' ? "/" : "",
-                                folder,
+                                "%s/%s/firmware/tribo-drive-%s.elf",
+                                given != NULL ? given : TRIBO_FIRMWARE_BUILT,
                                 target->model->tree,
-                                target->twin.q31 ? "q31" : "f32");
+                                target->host.q31 ? "q31" : "f32");
     return ((size_t)length < size && access(path, R_OK) == 0) ||
            sim_error_set(error,
                          "%s: no image %s; to build it: cmake --preset %s && cmake --build --preset %s",
@@ -144,66 +114,18 @@ static bool start_emulator(sim_target_t *target, sim_error_t *error)
     return target->emulator != NULL || blame(target, &inner, error);
 }
 
-static void put_float(uint32_t *words, uint32_t place, float x)
-{
-    memcpy(words + place, &x, sizeof x);
-}
-
-static void fill_friction(uint32_t *words, const tribo_friction_f32_config_t *friction)
-{
-    put_float(words, TRIBO_SETUP_K_MIN, friction->k_min);
-    put_float(words, TRIBO_SETUP_K_MAX, friction->k_max);
-    put_float(words, TRIBO_SETUP_M, friction->m);
-    put_float(words, TRIBO_SETUP_V0, friction->v0_n_per_s);
-    put_float(words, TRIBO_SETUP_POSITIVE_OFFSET, friction->positive.offset_n);
-    put_float(words, TRIBO_SETUP_POSITIVE_SLOPE, friction->positive.slope);
-    put_float(words, TRIBO_SETUP_NEGATIVE_OFFSET, friction->negative.offset_n);
-    put_float(words, TRIBO_SETUP_NEGATIVE_SLOPE, friction->negative.slope);
-    put_float(words, TRIBO_SETUP_SET_LEVEL, friction->set_level);
-    put_float(words, TRIBO_SETUP_RESET_LEVEL, friction->reset_level);
-    put_float(words, TRIBO_SETUP_PULSE_WIDTH, friction->pulse_width_s);
-    put_float(words, TRIBO_SETUP_GRAVITY, friction->gravity_n);
-    words[TRIBO_SETUP_POINT_COUNT] = friction->table != NULL ? friction->table_length : 0u;
-    for (uint32_t i = 0; i < words[TRIBO_SETUP_POINT_COUNT] && i < TRIBO_SETUP_POINTS_MAX; i++)
-    {
-        put_float(words, TRIBO_SETUP_POINTS + 3u * i, friction->table[i].force_n);
-        put_float(words, TRIBO_SETUP_POINTS + 3u * i + 1u, friction->table[i].positive_n);
-        put_float(words, TRIBO_SETUP_POINTS + 3u * i + 2u, friction->table[i].negative_n);
-    }
-}
-
-static void fill_controller(uint32_t *words, const tribo_controller_f32_config_t *controller)
-{
-    put_float(words, TRIBO_SETUP_U_MIN, controller->u_min_n);
-    put_float(words, TRIBO_SETUP_U_MAX, controller->u_max_n);
-    words[TRIBO_SETUP_SECTION_COUNT] = controller->section_count;
-    for (uint32_t i = 0; i < controller->section_count && i < TRIBO_SETUP_SECTIONS_MAX; i++)
-    {
-        const tribo_biquad_f32_section_t *section = &controller->sections[i];
-        const float                       of[]    = {section->b0, section->b1, section->b2, section->a1, section->a2};
-        memcpy(words + TRIBO_SETUP_SECTIONS + 5u * i, of, sizeof of);
-    }
-}
-
-/// The sensor here has no noise unless a scenario wants it, so that a still reading is no fault; time is exact.
+/// Time in the emulator is exact, and a simulated sensor may read the same value for long: that is no fault here.
 static void fill_setup(uint32_t                             words[TRIBO_SETUP_WORDS],
                        const sim_target_t                  *target,
                        const tribo_force_loop_f32_config_t *config)
 {
-    memset(words, 0, sizeof(uint32_t) * TRIBO_SETUP_WORDS);
-    put_float(words, TRIBO_SETUP_FULL_SCALE, (float)target->twin.full_scale_n);
-    words[TRIBO_SETUP_PERIOD_US]   = target->period_us;
-    words[TRIBO_SETUP_LATE_US]     = target->period_us / 10u;
-    words[TRIBO_SETUP_BUDGET_US]   = target->period_us / 2u;
-    words[TRIBO_SETUP_STUCK_TICKS] = 0;
-    put_float(words, TRIBO_SETUP_SAMPLE_TIME, config->sample_time_s);
-    put_float(words, TRIBO_SETUP_INPUT_MAX, config->input_max_n);
-    put_float(words, TRIBO_SETUP_GAIN, config->gain);
-    put_float(words, TRIBO_SETUP_INERTIA, config->compensator.arm.inertia);
-    put_float(words, TRIBO_SETUP_DAMPING, config->compensator.arm.damping);
-    put_float(words, TRIBO_SETUP_STIFFNESS, config->compensator.arm.stiffness);
-    fill_friction(words, &config->compensator.friction);
-    fill_controller(words, &config->controller);
+    tribo_setup_t setup = {.period_us    = target->period_us,
+                           .late_us      = target->period_us / 10u,
+                           .budget_us    = target->period_us / 2u,
+                           .stuck_ticks  = 0,
+                           .full_scale_n = (float)target->host.full_scale_n};
+    tribo_setup_take_loop(&setup, config);
+    tribo_setup_to_words(&setup, words);
 }
 
 static bool say_hello(sim_target_t *target, const tribo_force_loop_f32_config_t *config, sim_error_t *error)
@@ -215,7 +137,7 @@ static bool say_hello(sim_target_t *target, const tribo_force_loop_f32_config_t 
     {
         return false;
     }
-    if (hello[TRIBO_HELLO_VERSION] != TRIBO_WIRE_VERSION || hello[TRIBO_HELLO_ARITHMETIC] != (uint32_t)target->twin.q31)
+    if (hello[TRIBO_HELLO_VERSION] != TRIBO_WIRE_VERSION || hello[TRIBO_HELLO_Q31] != (uint32_t)target->host.q31)
     {
         return sim_error_set(error, "the image is of another version or arithmetic; build it again");
     }
@@ -249,7 +171,7 @@ sim_target_t *sim_target_start(const char                          *name,
     }
     target->model               = model_of(name);
     target->period_us           = (uint32_t)fmax(1.0, round(1e6 * (double)config->sample_time_s));
-    const tribo_status_t status = sim_loop_init(&target->twin, q31, config, full_scale_n);
+    const tribo_status_t status = sim_loop_init(&target->host, q31, config, full_scale_n);
     if (status != TRIBO_OK)
     {
         (void)sim_error_set(error, "%s", tribo_status_text(status));
@@ -267,13 +189,16 @@ sim_target_t *sim_target_start(const char                          *name,
 
 // --- ticks ---------------------------------------------------------------------------------------------------------
 
-static void compare(sim_target_t *target, const uint32_t words[SIM_TWIN_WORDS])
+static void compare(sim_target_t *target, const uint32_t words[TRIBO_SIGNAL_WORDS])
 {
-    static const char *const names[SIM_TWIN_WORDS] =
-        {"limited, Q1, Q2, Q", "e", "controller", "feedforward", "u", "F_hat", "n", "L", "v", "f_hat"};
+#define NAME(place, text, f32, q31) [TRIBO_SIGNAL_##place] = (text),
+    static const char *const names[TRIBO_SIGNAL_WORDS]     = {[TRIBO_SIGNAL_FLAGS] = "limited, Q1, Q2, Q",
+                                                              TRIBO_SIGNAL_FORCES(NAME)};
+#undef NAME
 
-    const uint32_t *seen = target->tock + TRIBO_TOCK_LOOP;
-    if (memcmp(seen, words, sizeof(uint32_t) * SIM_TWIN_WORDS) == 0 && target->tock[TRIBO_TOCK_COMMAND] == words[4])
+    const uint32_t *seen = target->tock + TRIBO_TOCK_SIGNALS;
+    if (memcmp(seen, words, sizeof(uint32_t) * TRIBO_SIGNAL_WORDS) == 0 &&
+        target->tock[TRIBO_TOCK_COMMAND] == words[TRIBO_SIGNAL_U])
     {
         return;
     }
@@ -281,7 +206,7 @@ static void compare(sim_target_t *target, const uint32_t words[SIM_TWIN_WORDS])
     {
         return;
     }
-    for (unsigned i = 0; i < SIM_TWIN_WORDS; i++)
+    for (unsigned i = 0; i < TRIBO_SIGNAL_WORDS; i++)
     {
         if (seen[i] != words[i])
         {
@@ -300,7 +225,7 @@ static void compare(sim_target_t *target, const uint32_t words[SIM_TWIN_WORDS])
                    "the command of tick %" PRIu64 " is %08" PRIx32 ", not u, %08" PRIx32,
                    target->ticks,
                    target->tock[TRIBO_TOCK_COMMAND],
-                   words[4]);
+                   words[TRIBO_SIGNAL_U]);
 }
 
 static bool exchange(sim_target_t *target, uint32_t r, uint32_t y, sim_error_t *error)
@@ -322,7 +247,7 @@ static bool exchange(sim_target_t *target, uint32_t r, uint32_t y, sim_error_t *
     return target->tock[TRIBO_TOCK_FAULT] == FAULT_NONE ||
            sim_error_set(error,
                          "the drive stopped at t = %g s: %s",
-                         (double)target->ticks * target->twin.sample_time_s,
+                         (double)target->ticks * target->host.sample_time_s,
                          sim_emulator_last_line(target->emulator));
 }
 
@@ -333,21 +258,21 @@ bool sim_target_step(sim_target_t                   *target,
                      tribo_force_loop_f32_signals_t *signals,
                      sim_error_t                    *error)
 {
-    const uint32_t r       = sim_twin_word(&target->twin, r_n);
-    const uint32_t y       = sim_twin_word(&target->twin, y_n);
-    const double   start_s = now_s();
+    const uint32_t r       = sim_loop_word(&target->host, r_n);
+    const uint32_t y       = sim_loop_word(&target->host, y_n);
+    const double   start_s = sim_clock_s();
     sim_error_t    inner   = {""};
     if (!exchange(target, r, y, &inner))
     {
         return blame(target, &inner, error);
     }
-    target->busy_s += now_s() - start_s;
+    target->busy_s += sim_clock_s() - start_s;
 
-    uint32_t words[SIM_TWIN_WORDS];
-    sim_twin_step(&target->twin, r, y, words);
+    uint32_t words[TRIBO_SIGNAL_WORDS];
+    sim_loop_step_words(&target->host, r, y, words);
     compare(target, words);
-    sim_twin_signals(&target->twin, target->tock + TRIBO_TOCK_LOOP, signals);
-    *u_n = sim_twin_force(&target->twin, target->tock[TRIBO_TOCK_COMMAND]);
+    sim_loop_signals(&target->host, target->tock + TRIBO_TOCK_SIGNALS, signals);
+    *u_n = sim_loop_force(&target->host, target->tock[TRIBO_TOCK_COMMAND]);
     target->ticks++;
     return true;
 }

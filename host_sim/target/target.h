@@ -1,5 +1,5 @@
-/// The drive's firmware on an emulated microcontroller, in lock-step with the plant here, and the same loop on the host
-/// beside it: every word that the target computes is compared with the host's, bit by bit.
+/// The drive's firmware on an emulated microcontroller, in lock-step with the plant here. The same loop runs on the host, and
+/// every word that the target computes is compared with the host's, bit by bit.
 
 #ifndef SIM_TARGET_H
 #define SIM_TARGET_H
@@ -7,31 +7,37 @@
 #include "support/error.h"
 #include "tribo/force_loop_f32.h"
 
+#include "target/boards.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
+/// Their names, as options list them, from the list of boards.
+#define SIM_TARGET_NAME(name, ...) "|" name
+#define SIM_TARGET_NAMES           (&SIM_BOARDS(SIM_TARGET_NAME)[1])
+
 typedef struct sim_target sim_target_t;
 
-/// What the run came to.
+/// The result of a run.
 typedef struct
 {
     uint64_t ticks;
-    uint64_t different_ticks; ///< with a word that is not the host's
-    uint64_t limited_ticks;   ///< as the target counts them
-    uint64_t bad_inputs;      ///< as the target counts them
+    uint64_t different_ticks; ///< with a word that differs from the host's
+    uint64_t limited_ticks;   ///< counted by the target
+    uint64_t bad_inputs;      ///< counted by the target
     double   ticks_per_s;     ///< of wall time in lock-step, without the plant
     char     difference[512]; ///< the first one, in words; "" if there is none
 } sim_target_result_t;
 
-/// Starts the image for target `name` in its emulator and sets its loop up with `config`, which must outlive it, and in q31 `full_scale_n`. Null on
-/// failure. Images are looked for in the folder named by TRIBO_FIRMWARE, or else where they are built.
+/// Starts the image for target `name` in its emulator and sets up its loop with `config`, which must outlive it, and in q31
+/// with `full_scale_n`. Null on failure. Images are in the folder named by TRIBO_FIRMWARE, or else where they are built.
 sim_target_t *sim_target_start(const char                          *name,
                                bool                                 q31,
                                const tribo_force_loop_f32_config_t *config,
                                double                               full_scale_n,
                                sim_error_t                         *error);
 
-/// One tick of the drive. `u_n` is the command, exactly as the power stage has it.
+/// One tick of the drive. `u_n` is the command, exactly as the power stage receives it.
 bool sim_target_step(sim_target_t                   *target,
                      double                          r_n,
                      double                          y_n,
@@ -43,9 +49,5 @@ bool sim_target_step(sim_target_t                   *target,
 bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, sim_error_t *error);
 
 void sim_target_destroy(sim_target_t *target);
-
-/// Whether there is such a target; all of them, separated by ", ".
-bool        sim_target_exists(const char *name);
-const char *sim_target_names(void);
 
 #endif

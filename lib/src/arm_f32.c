@@ -1,6 +1,6 @@
 #include "tribo/arm_f32.h"
 
-#include "arm_f32_kernel.h"
+#include "arm_f32_step.h"
 
 #include <stddef.h>
 
@@ -124,11 +124,11 @@ void tribo_arm_f32_reset(tribo_arm_f32_state_t *state)
 
 float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n)
 {
-    float d = drive_n;
-    if (exceeds(drive_n, DRIVE_MAX_N))
+    const bool bad = exceeds(drive_n, DRIVE_MAX_N);
+    if (bad)
     {
-        d = 0.0f;
         count(&state->bad_inputs);
     }
-    return arm_f32_kernel(params, state, d);
+    arm_f32_step(params, state, bad ? 0.0f : drive_n);
+    return state->force_n;
 }

@@ -1,6 +1,6 @@
 #include "tribo/compensator_f32.h"
 
-#include "compensator_f32_kernel.h"
+#include "compensator_f32_step.h"
 
 #include <stddef.h>
 
@@ -42,9 +42,15 @@ float tribo_compensator_f32_step(const tribo_compensator_f32_params_t *params,
                                  float                                 u_n,
                                  tribo_compensator_f32_signals_t      *signals)
 {
-    const float force_n = state->arm.force_n;
-    signals->force_n    = force_n;
-    const float f = tribo_friction_f32_step(&params->friction, &state->friction, u_n, force_n, &signals->friction);
-    (void)arm_f32_kernel(&params->arm, &state->arm, state->friction.n_n - f);
-    return f;
+    if (exceeds(state->arm.force_n, TRIBO_F32_FORCE_MAX_N)) // corrupt, as no step leaves it so
+    {
+        tribo_arm_f32_reset(&state->arm);
+    }
+    float n = compensator_f32_net_force(params, state, u_n);
+    if (exceeds(u_n, TRIBO_F32_FORCE_MAX_N))
+    {
+        n = state->friction.n_n;
+        count(&state->friction.bad_inputs);
+    }
+    return compensator_f32_step(params, state, n, signals);
 }

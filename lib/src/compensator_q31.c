@@ -1,6 +1,33 @@
-#include "tribo/compensator_q31.h"
+#include "compensator_q31_step.h"
 
-#include "compensator_q31_kernel.h"
+#include "tribo/quantize_q31.h"
+
+#include <stddef.h>
+
+tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *params,
+                                          tribo_breakaway_point_q31_t          *table,
+                                          const tribo_compensator_f32_config_t *config,
+                                          float                                 sample_time_s,
+                                          float                                 full_scale_n)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    // The arm first: the friction, when it is accepted, writes the table.
+    tribo_compensator_q31_params_t made;
+    tribo_compensator_f32_params_t f32;
+    tribo_status_t                 status = tribo_compensator_f32_init(&f32, config, sample_time_s);
+    status = status != TRIBO_OK ? status : tribo_arm_q31_init(&made.arm, &config->arm, sample_time_s);
+    status = status != TRIBO_OK
+                 ? status
+                 : tribo_friction_q31_init(&made.friction, table, &config->friction, sample_time_s, full_scale_n);
+    if (status == TRIBO_OK)
+    {
+        *params = made;
+    }
+    return status;
+}
 
 void tribo_compensator_q31_reset(tribo_compensator_q31_state_t *state)
 {
@@ -13,9 +40,5 @@ int32_t tribo_compensator_q31_step(const tribo_compensator_q31_params_t *params,
                                    int32_t                               u,
                                    tribo_compensator_q31_signals_t      *signals)
 {
-    const int32_t force = tribo_arm_q31_force(&state->arm);
-    signals->force      = force;
-    const int32_t f     = tribo_friction_q31_step(&params->friction, &state->friction, u, force, &signals->friction);
-    arm_q31_kernel(&params->arm, &state->arm, state->friction.n - f);
-    return f;
+    return compensator_q31_step(params, state, u, signals);
 }

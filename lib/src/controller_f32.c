@@ -1,6 +1,6 @@
 #include "tribo/controller_f32.h"
 
-#include "controller_f32_kernel.h"
+#include "controller_f32_step.h"
 
 #include <stddef.h>
 
@@ -101,7 +101,7 @@ static bool zeros_inside(const tribo_biquad_f32_params_t *cascade)
         const tribo_biquad_f32_section_t *s  = &cascade->section[i];
         const float                       c1 = s->b1 / s->b0;
         const float                       c2 = s->b2 / s->b0;
-        inside                               = inside && c2 > 0.0f && biquad_f32_inside_or_at_1(c1, c2);
+        inside                               = inside && c2 > 0.0f && biquad_f32_is_inside_or_at_1(c1, c2);
     }
     return inside;
 }
@@ -186,25 +186,6 @@ void tribo_controller_f32_reset(tribo_controller_f32_state_t *state)
     state->limited_ticks = 0;
 }
 
-static float step_of_any(const tribo_controller_f32_params_t *params,
-                         tribo_controller_f32_state_t        *state,
-                         float                                e_n,
-                         float                                feedforward_n,
-                         tribo_controller_f32_signals_t      *signals)
-{
-    tribo_biquad_f32_outputs_t     outputs;
-    const float                    v = tribo_biquad_f32_output(&params->cascade, &state->cascade, e_n, &outputs);
-    const controller_f32_limited_t l = controller_f32_limit(params, state, v, feedforward_n);
-    if (l.lost)
-    {
-        biquad_f32_start_again(&state->cascade);
-        return controller_f32_without_cascade(params, feedforward_n, signals);
-    }
-    tribo_biquad_f32_advance(&params->cascade, &state->cascade, e_n, &outputs, l.correction_n);
-    *signals = (tribo_controller_f32_signals_t){.v_n = v, .u_n = l.u_n, .limited = l.limited};
-    return l.u_n;
-}
-
 float tribo_controller_f32_step(const tribo_controller_f32_params_t *params,
                                 tribo_controller_f32_state_t        *state,
                                 float                                e_n,
@@ -219,8 +200,7 @@ float tribo_controller_f32_step(const tribo_controller_f32_params_t *params,
     }
     const float e           = bad_e ? 0.0f : e_n;
     const float feedforward = bad_feedforward ? 0.0f : feedforward_n;
-    return TRIBO_FAST_WAY(params->cascade.count == 2u) ? controller_f32_kernel(params, state, e, feedforward, signals)
-                                                       : step_of_any(params, state, e, feedforward, signals);
+    return controller_f32_step(params, state, e, feedforward, signals);
 }
 
 void tribo_controller_f32_change(const tribo_controller_f32_params_t *from,

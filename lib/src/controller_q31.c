@@ -1,38 +1,89 @@
-#include "tribo/controller_q31.h"
+#include "controller_q31_step.h"
 
-#include "controller_q31_kernel.h"
+#include "fixed_q31.h"
+#include "headroom_q31.h"
+
+#include <stddef.h>
+
+/// x below 2^30 as mantissa 2^(shift - 32), `shift` 1 to 31, with 31 significant bits where that gives them.
+static void normalise(float x, int32_t *mantissa, uint8_t *shift)
+{
+    int32_t bits = 1;
+    while (bits < 31 && magnitude(scaled(x, bits)) < 1073741824.0f)
+    {
+        bits++;
+    }
+    *mantissa = fixed(x, bits);
+    *shift    = (uint8_t)(32 - bits);
+}
+
+static tribo_status_t check_limits(const tribo_controller_f32_params_t *f32, float full_scale_n)
+{
+    if (!(f32->u_min_n >= -full_scale_n))
+    {
+        return TRIBO_ERR_U_MIN;
+    }
+    const bool wide =
+        (f32->u_max_n - f32->u_min_n) / full_scale_n >= FIXED_Q31_SMALLEST; // else nothing would be left of it
+    return f32->u_max_n <= full_scale_n && wide ? TRIBO_OK : TRIBO_ERR_U_MAX;
+}
+
+/// The most that a limit may take off the last node without a correction beyond full scale at any.
+static int32_t taken_max(const tribo_controller_q31_params_t *made)
+{
+    float gain = magnitude(scaled((float)made->anti_windup, (int32_t)made->anti_windup_shift - 32));
+    float most = larger(gain, 1.0f);
+    for (uint32_t i = 0; i < made->cascade.count; i++)
+    {
+        gain *= magnitude(scaled((float)made->cascade.section[i].b0, -28));
+        most = larger(gain, most);
+    }
+    // Below the end by less than the headroom's margin. What is taken has 5 units for the rounding here and for that of the
+    // correction, whose last bit is up to 4 gains.
+    return fixed(0.99999f / most, 31) - 5;
+}
+
+tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *params,
+                                         const tribo_controller_f32_config_t *config,
+                                         float                                full_scale_n,
+                                         tribo_headroom_q31_t                *headroom)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    if (!full_scale_ok(full_scale_n))
+    {
+        return TRIBO_ERR_FULL_SCALE;
+    }
+    tribo_controller_q31_params_t made = {.u_min = 0};
+    tribo_controller_f32_params_t f32;
+    tribo_status_t                status = tribo_controller_f32_init(&f32, config);
+    status                               = status != TRIBO_OK ? status : check_limits(&f32, full_scale_n);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    const float u_peak = larger(-f32.u_min_n, f32.u_max_n) / full_scale_n;
+    status             = headroom_q31_quantize(&made.cascade, &f32, config, FIXED_Q31_FULL, u_peak + 1.0f, headroom);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    const int32_t by = (int32_t)made.cascade.output_scale - (int32_t)made.cascade.input_scale;
+    // It is below 2^24: what the anti-windup makes of s is below full scale at the input node.
+    normalise(scaled(f32.anti_windup, by), &made.anti_windup, &made.anti_windup_shift);
+    made.taken_max = taken_max(&made);
+    made.u_min     = fixed_force(f32.u_min_n, full_scale_n);
+    made.u_max     = fixed_force(f32.u_max_n, full_scale_n);
+    *params        = made;
+    return TRIBO_OK;
+}
 
 void tribo_controller_q31_reset(tribo_controller_q31_state_t *state)
 {
     tribo_biquad_q31_reset(&state->cascade);
     state->limited_ticks = 0;
-}
-
-// Out of line, so that neither takes the other's stack.
-
-static TRIBO_OUT_OF_LINE TRIBO_ALL_INLINE int32_t step_of_pair(const tribo_controller_q31_params_t *params,
-                                                               tribo_controller_q31_state_t        *state,
-                                                               int32_t                              e,
-                                                               int32_t                              feedforward,
-                                                               tribo_controller_q31_signals_t      *signals)
-{
-    return controller_q31_kernel(params, state, e, feedforward, signals);
-}
-
-static TRIBO_OUT_OF_LINE int32_t step_of_any(const tribo_controller_q31_params_t *params,
-                                             tribo_controller_q31_state_t        *state,
-                                             int32_t                              e,
-                                             int32_t                              feedforward,
-                                             tribo_controller_q31_signals_t      *signals)
-{
-    const uint32_t             last = params->cascade.count - 1u;
-    tribo_biquad_q31_outputs_t outputs;
-    (void)tribo_biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
-    const controller_q31_limited_t l =
-        controller_q31_limit(params, state, outputs.y[last], params->cascade.section[last].scale, feedforward);
-    tribo_biquad_q31_advance(&params->cascade, &state->cascade, &outputs, l.correction);
-    *signals = (tribo_controller_q31_signals_t){.v = l.v, .u = l.u, .limited = l.limited};
-    return l.u;
 }
 
 int32_t tribo_controller_q31_step(const tribo_controller_q31_params_t *params,
@@ -41,8 +92,7 @@ int32_t tribo_controller_q31_step(const tribo_controller_q31_params_t *params,
                                   int32_t                              feedforward,
                                   tribo_controller_q31_signals_t      *signals)
 {
-    return TRIBO_FAST_WAY(params->cascade.pair_power != 0) ? step_of_pair(params, state, e, feedforward, signals)
-                                                           : step_of_any(params, state, e, feedforward, signals);
+    return controller_q31_step(params, state, e, feedforward, signals);
 }
 
 void tribo_controller_q31_change(const tribo_controller_q31_params_t *from,

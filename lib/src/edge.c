@@ -1,6 +1,6 @@
 #include "tribo/edge.h"
 
-#include "relay_kernel.h"
+#include "relay_step.h"
 
 void tribo_edge_reset(tribo_edge_state_t *state, uint8_t rest)
 {
@@ -13,5 +13,5 @@ void tribo_edge_reset(tribo_edge_state_t *state, uint8_t rest)
 
 uint8_t tribo_edge_step(tribo_edge_state_t *state, uint8_t width, uint8_t inputs)
 {
-    return (uint8_t)edge_kernel(state, width, inputs);
+    return (uint8_t)edge_step(state, width, inputs);
 }

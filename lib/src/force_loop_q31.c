@@ -1,16 +1,78 @@
 #include "tribo/force_loop_q31.h"
 
-#include "compensator_q31_kernel.h"
-#include "controller_q31_kernel.h"
+#include "compensator_q31_step.h"
+#include "controller_q31_step.h"
+#include "fixed_q31.h"
+#include "tribo/quantize_q31.h"
 
-#include <stdbool.h>
-#include <stddef.h>
+#define GAIN_FRACTION 29
 
-#define FEEDFORWARD_FRACTION 29 // of the gain
+tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
+                                         tribo_breakaway_point_q31_t         *table,
+                                         const tribo_force_loop_f32_config_t *config,
+                                         float                                full_scale_n,
+                                         tribo_headroom_q31_t                *headroom)
+{
+    tribo_force_loop_f32_params_t f32;
+    if (params == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_status_t status = tribo_force_loop_f32_init(&f32, config);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    if (!full_scale_ok(full_scale_n))
+    {
+        return TRIBO_ERR_FULL_SCALE;
+    }
+    if (!within(config->input_max_n / full_scale_n, FIXED_Q31_SMALLEST, 1.0f))
+    {
+        return TRIBO_ERR_INPUT_MAX;
+    }
+    tribo_headroom_q31_t          measured;
+    tribo_force_loop_q31_params_t made = {.input_max = fixed_force(config->input_max_n, full_scale_n),
+                                          .gain      = fixed(f32.gain, GAIN_FRACTION)};
+
+    status = tribo_controller_q31_init(&made.controller, &config->controller, full_scale_n, &measured);
+    status = status != TRIBO_OK ? status
+                                : tribo_compensator_q31_init(&made.compensator,
+                                                             table,
+                                                             &config->compensator,
+                                                             config->sample_time_s,
+                                                             full_scale_n);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    if (headroom != NULL)
+    {
+        *headroom = measured;
+    }
+    *params = made;
+    return TRIBO_OK;
+}
+
+// The params of the last tick, with a seal: a pointer with a flipped bit must not be followed.
+
+static void activate(tribo_force_loop_q31_state_t *state, const tribo_force_loop_q31_params_t *params)
+{
+    state->active      = params;
+    state->active_seal = ~(uintptr_t)params;
+}
+
+/// The params of the last tick; `params` after a reset, or where the pointer is corrupt.
+static const tribo_force_loop_q31_params_t *active(const tribo_force_loop_q31_state_t  *state,
+                                                   const tribo_force_loop_q31_params_t *params)
+{
+    const bool good = state->active != NULL && state->active_seal == ~(uintptr_t)state->active;
+    return good ? state->active : params;
+}
 
 void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
 {
-    state->active     = NULL;
+    activate(state, NULL);
     state->friction   = 0;
     state->bad_inputs = 0;
     state->saturated  = 0;
@@ -18,193 +80,115 @@ void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
     tribo_compensator_q31_reset(&state->compensator);
 }
 
-/// What friction f adds to u, Q31.
-static TRIBO_OUT_OF_LINE int32_t feedforward(const tribo_force_loop_q31_params_t *params,
-                                             int32_t                              f,
-                                             uint32_t                            *saturated)
+/// What friction f adds to u.
+static int32_t feedforward_of(const tribo_force_loop_q31_params_t *params, int32_t f, uint32_t *saturated)
 {
-    return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), FEEDFORWARD_FRACTION, saturated);
+    return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), GAIN_FRACTION, saturated);
 }
 
-/// The same with usual params.
-static inline int32_t usual_feedforward(const tribo_force_loop_q31_params_t *params, int32_t f)
-{
-    return (int32_t)(tribo_q31_multiply(params->gain, f) >> FEEDFORWARD_FRACTION);
-}
-
-// Out of line: what a change of params needs shall not be on the stack of every tick, nor all of it at once.
-
-/// What f^ of this tick is under params `p`: a step of the friction model, undone for the one that follows. A copy of the
-/// state would fill the stack.
-static TRIBO_OUT_OF_LINE int32_t friction_under(const tribo_force_loop_q31_params_t *p,
-                                                tribo_compensator_q31_state_t       *state,
-                                                int32_t                              u)
+/// f^ of this tick under `params`: a step of the friction model, undone.
+static int32_t friction_under(const tribo_force_loop_q31_params_t *params,
+                              tribo_compensator_q31_state_t       *state,
+                              int32_t                              u)
 {
     tribo_friction_q31_state_t *const friction  = &state->friction;
-    const relay_mark_t                relay     = relay_mark(&friction->relay);
-    const int32_t                     n         = friction->n;
+    const relay_snapshot_t            relay     = relay_snapshot(&friction->relay);
+    const int32_t                     n_before  = friction->n;
     const uint32_t                    saturated = friction->saturated;
     tribo_friction_q31_signals_t      unseen;
 
-    const int32_t force = tribo_arm_q31_force(&state->arm);
-    const int32_t f     = tribo_friction_q31_step(&p->compensator.friction, friction, u, force, &unseen);
+    const int32_t F = tribo_arm_q31_force(&state->arm);
+    const int32_t f = tribo_friction_q31_step(&params->compensator.friction, friction, u, F, &unseen);
 
-    relay_undo(&friction->relay, relay);
-    friction->n         = n;
+    relay_restore(&friction->relay, relay);
+    friction->n         = n_before;
     friction->saturated = saturated;
     return f;
 }
 
-/// The controller makes up for what the gain and friction of `to` instead of those of `from` would add to u in one jump.
-static TRIBO_OUT_OF_LINE void change(const tribo_force_loop_q31_params_t *from,
-                                     int32_t                              from_f,
-                                     const tribo_force_loop_q31_params_t *to,
-                                     int32_t                              to_f,
-                                     tribo_force_loop_q31_state_t        *state,
-                                     int32_t                              e)
+/// The controller's state goes over to the params `to`, less the jump in what friction adds to u.
+static void change_controller(const tribo_force_loop_q31_params_t *from,
+                              const tribo_force_loop_q31_params_t *to,
+                              tribo_force_loop_q31_state_t        *state,
+                              int32_t                              e,
+                              int64_t                              jump)
 {
     uint32_t      not_counted = 0;
-    const int64_t was         = feedforward(from, from_f, &not_counted);
-    const int32_t by          = tribo_q31_saturate(was - feedforward(to, to_f, &not_counted), &not_counted);
-    // Not by way of the controller's, which is a frame more on the stack.
-    tribo_biquad_q31_change(&from->controller.cascade, &to->controller.cascade, &state->controller.cascade, e, by);
+    const int32_t offset      = tribo_q31_saturate(-jump, &not_counted);
+    tribo_controller_q31_change(&from->controller, &to->controller, &state->controller, e, offset);
 }
 
-static TRIBO_OUT_OF_LINE int32_t control(const tribo_force_loop_q31_params_t *params,
-                                         tribo_force_loop_q31_state_t        *state,
-                                         int32_t                              e,
-                                         tribo_force_loop_q31_signals_t      *signals)
+/// Before the controller's step: its state goes over to the new params, less what another gain adds to u at once.
+static void change_gain(const tribo_force_loop_q31_params_t *params, tribo_force_loop_q31_state_t *state, int32_t e)
 {
-    tribo_controller_q31_signals_t  unseen;
-    tribo_controller_q31_signals_t *seen  = &unseen;
-    const int32_t                   added = feedforward(params, state->friction, &state->saturated);
-    if (signals != NULL)
-    {
-        signals->e           = e;
-        signals->feedforward = added;
-        seen                 = &signals->controller;
-    }
-    return tribo_controller_q31_step(&params->controller, &state->controller, e, added, seen);
-}
-
-static TRIBO_OUT_OF_LINE int32_t compensate(const tribo_force_loop_q31_params_t *params,
-                                            tribo_force_loop_q31_state_t        *state,
-                                            int32_t                              u,
-                                            tribo_force_loop_q31_signals_t      *signals)
-{
-    tribo_compensator_q31_signals_t unseen;
-    return tribo_compensator_q31_step(&params->compensator,
-                                      &state->compensator,
-                                      u,
-                                      signals != NULL ? &signals->compensator : &unseen);
-}
-
-/// The tick of any params, and where they change: the gain first, then the friction model.
-static TRIBO_OUT_OF_LINE int32_t tick_of_any(const tribo_force_loop_q31_params_t *params,
-                                             tribo_force_loop_q31_state_t        *state,
-                                             int32_t                              e,
-                                             tribo_force_loop_q31_signals_t      *signals)
-{
-    const tribo_force_loop_q31_params_t *const from = state->active != NULL ? state->active : params;
+    const tribo_force_loop_q31_params_t *const from        = active(state, params);
+    uint32_t                                   not_counted = 0;
     if (from != params)
     {
-        change(from, state->friction, params, state->friction, state, e);
+        const int64_t was = feedforward_of(from, state->friction, &not_counted);
+        change_controller(from, params, state, e, feedforward_of(params, state->friction, &not_counted) - was);
     }
-    const int32_t u   = control(params, state, e, signals);
-    const int32_t old = from != params ? friction_under(from, &state->compensator, u) : 0;
-    state->friction   = compensate(params, state, u, signals);
+}
+
+/// Before the compensator's step: the controller takes back what another friction model adds to u from the next tick on.
+static void change_friction(const tribo_force_loop_q31_params_t *params,
+                            tribo_force_loop_q31_state_t        *state,
+                            int32_t                              e,
+                            int32_t                              u)
+{
+    const tribo_force_loop_q31_params_t *const from        = active(state, params);
+    uint32_t                                   not_counted = 0;
     if (from != params)
     {
-        change(params, old, params, state->friction, state, e);
+        const int32_t f_before = friction_under(from, &state->compensator, u);
+        const int32_t f        = friction_under(params, &state->compensator, u);
+        const int64_t was      = feedforward_of(params, f_before, &not_counted);
+        change_controller(params, params, state, e, feedforward_of(params, f, &not_counted) - was);
     }
-    state->active = params;
-    return u;
+    activate(state, params);
 }
 
-/// The tick of usual params.
-static inline int32_t usual_kernel(const tribo_force_loop_q31_params_t *params,
-                                   tribo_force_loop_q31_state_t        *state,
-                                   int32_t                              e,
-                                   tribo_force_loop_q31_signals_t      *signals)
+/// |x| is beyond `max`: one comparison, as 2 max fits an unsigned number.
+static inline bool exceeds_force(int32_t x, int32_t max)
 {
-    const int32_t added  = usual_feedforward(params, state->friction);
-    signals->e           = e;
-    signals->feedforward = added;
-
-    const int32_t u = controller_q31_kernel(&params->controller, &state->controller, e, added, &signals->controller);
-    state->friction = compensator_q31_kernel(&params->compensator, &state->compensator, u, &signals->compensator);
-    return u;
+    return (uint32_t)x + (uint32_t)max > 2u * (uint32_t)max;
 }
 
-static TRIBO_OWN_FRAME TRIBO_ALL_INLINE int32_t usual_tick(const tribo_force_loop_q31_params_t *params,
-                                                           tribo_force_loop_q31_state_t        *state,
-                                                           int32_t                              e,
-                                                           tribo_force_loop_q31_signals_t      *signals)
+int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
+                                  tribo_force_loop_q31_state_t        *state,
+                                  int32_t                              r,
+                                  int32_t                              y,
+                                  tribo_force_loop_q31_signals_t      *signals)
 {
-    return usual_kernel(params, state, e, signals);
-}
+    tribo_force_loop_q31_signals_t        unseen;
+    tribo_force_loop_q31_signals_t *const seen = signals != NULL ? signals : &unseen;
 
-static TRIBO_OWN_FRAME TRIBO_ALL_INLINE int32_t usual_tick_unseen(const tribo_force_loop_q31_params_t *params,
-                                                                  tribo_force_loop_q31_state_t        *state,
-                                                                  int32_t                              e)
-{
-    tribo_force_loop_q31_signals_t unseen;
-    return usual_kernel(params, state, e, &unseen);
-}
-
-/// r and y are from -end to end - 1.
-static inline bool is_within(uint32_t end, int32_t r, int32_t y)
-{
-    // One compare an input: x + end below 2 end, which is 2^32 for full scale.
-    return ((uint32_t)r + end) >> 1 < end && ((uint32_t)y + end) >> 1 < end;
-}
-
-/// A tick; where `seen`, a constant, is false, of usual params without a trace of `signals`.
-static inline int32_t tick(const tribo_force_loop_q31_params_t *params,
-                           tribo_force_loop_q31_state_t        *state,
-                           int32_t                              r,
-                           int32_t                              y,
-                           tribo_force_loop_q31_signals_t      *signals,
-                           bool                                 seen)
-{
-    // 0 where params are not usual: the first compares serve them as well.
-    const uint32_t usual_end = params->usual_input_end;
-    int32_t        e         = 0;
-    if (TRIBO_USUAL(is_within(usual_end, r, y)) || is_within(params->input_end, r, y))
-    {
-        e = tribo_q31_subtract(r, y, &state->saturated);
-    }
-    else
+    int32_t e = 0; // for a bad input: u coasts on the controller's state
+    if (exceeds_force(r, params->input_max) || exceeds_force(y, params->input_max))
     {
         tribo_q31_count(&state->bad_inputs);
     }
-    if (!TRIBO_FAST_WAY(usual_end != 0u && state->active == params))
+    else
     {
-        if (!TRIBO_FAST_WAY(usual_end != 0u && state->active == NULL))
-        {
-            return tick_of_any(params, state, e, seen ? signals : NULL);
-        }
-        state->active = params; // the first tick
+        e = tribo_q31_subtract(r, y, &state->saturated);
     }
-    return seen ? usual_tick(params, state, e, signals) : usual_tick_unseen(params, state, e);
-}
 
-// Two functions, as in one each would have room for the other's on its stack.
+    const bool change = state->active != params;
+    if (change)
+    {
+        change_gain(params, state, e);
+    }
 
-TRIBO_ALL_INLINE int32_t tribo_force_loop_q31_step_with_signals(const tribo_force_loop_q31_params_t *params,
-                                                                tribo_force_loop_q31_state_t        *state,
-                                                                int32_t                              r,
-                                                                int32_t                              y,
-                                                                tribo_force_loop_q31_signals_t      *signals)
-{
-    return tick(params, state, r, y, signals, true);
-}
+    const int32_t feedforward = feedforward_of(params, state->friction, &state->saturated);
+    seen->e                   = e;
+    seen->feedforward         = feedforward;
 
-TRIBO_ALL_INLINE int32_t tribo_force_loop_q31_step_without_signals(const tribo_force_loop_q31_params_t *params,
-                                                                   tribo_force_loop_q31_state_t        *state,
-                                                                   int32_t                              r,
-                                                                   int32_t                              y)
-{
-    tribo_force_loop_q31_signals_t unseen;
-    return tick(params, state, r, y, &unseen, false);
+    const int32_t u = controller_q31_step(&params->controller, &state->controller, e, feedforward, &seen->controller);
+
+    if (change)
+    {
+        change_friction(params, state, e, u);
+    }
+    state->friction = compensator_q31_step(&params->compensator, &state->compensator, u, &seen->compensator);
+    return u;
 }

@@ -1,6 +1,6 @@
 #include "tribo/friction_f32.h"
 
-#include "friction_f32_kernel.h"
+#include "friction_f32_step.h"
 
 #include <stddef.h>
 
@@ -107,11 +107,6 @@ static tribo_status_t check_relays(const tribo_friction_f32_config_t *config, fl
     return TRIBO_OK;
 }
 
-static tribo_breakaway_f32_t times(float factor, const tribo_breakaway_f32_t *law)
-{
-    return (tribo_breakaway_f32_t){.offset_n = factor * law->offset_n, .slope = factor * law->slope};
-}
-
 tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params,
                                        const tribo_friction_f32_config_t *config,
                                        float                              sample_time_s)
@@ -137,27 +132,25 @@ tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params
         return TRIBO_ERR_GRAVITY;
     }
 
-    const float to_y  = 2.0f * 1.44269504f * config->m; // e^x = 2^(x/ln 2)
-    const float least = 1.57108067f * config->k_min;    // tools/fit_friction.py
-    const float most  = 1.57108067f * config->k_max;
+    const float e_fold = 2.0f * 1.44269504f * config->m; // e^x = 2^(x/ln 2)
+    const float k_min  = 1.57108067f * config->k_min;    // tools/fit_friction.py
+    const float k_max  = 1.57108067f * config->k_max;
 
-    params->rate_hz      = 1.0f / sample_time_s;
-    params->y_per_rise   = to_y / config->v0_n_per_s * params->rate_hz;
-    params->y_at_0       = to_y;
-    params->k[0].at_0    = 0.125f * least;
-    params->k[0].per_w   = most;
-    params->k[1].at_0    = 0.125f * most;
-    params->k[1].per_w   = least;
-    params->law[0]       = config->positive;
-    params->law[1]       = config->negative;
-    params->reset[0]     = times(config->reset_level, &config->positive);
-    params->reset[1]     = times(config->reset_level, &config->negative);
-    params->table        = config->table;
-    params->table_length = (uint8_t)(config->table != NULL ? config->table_length : 0u);
-    params->set_level    = config->set_level;
-    params->reset_level  = config->reset_level;
-    params->gravity_n    = config->gravity_n + 0.0f; // -0 would make n = -0
-    params->pulse_width  = (uint8_t)(pulse_samples + 0.5f);
+    params->rate_hz           = 1.0f / sample_time_s;
+    params->exponent_per_rise = e_fold / config->v0_n_per_s * params->rate_hz;
+    params->exponent_at_rest  = e_fold;
+    params->k[0].at_0         = 0.125f * k_min;
+    params->k[0].per_power    = k_max;
+    params->k[1].at_0         = 0.125f * k_max;
+    params->k[1].per_power    = k_min;
+    params->law[0]            = config->positive;
+    params->law[1]            = config->negative;
+    params->table             = config->table;
+    params->table_length      = (uint8_t)(config->table != NULL ? config->table_length : 0u);
+    params->set_level         = config->set_level;
+    params->reset_level       = config->reset_level;
+    params->gravity_n         = config->gravity_n + 0.0f; // -0 would make n = -0
+    params->pulse_width       = (uint8_t)(pulse_samples + 0.5f);
     return TRIBO_OK;
 }
 
@@ -168,14 +161,20 @@ void tribo_friction_f32_reset(tribo_friction_f32_state_t *state)
     tribo_relay_reset(&state->relay);
 }
 
-/// Linear between the points, clamped at both ends. Visits every point, whatever the force.
+/// Linear between the points, clamped at both ends. Visits every point, whatever the load.
 void tribo_friction_f32_look_up(const tribo_friction_f32_params_t *params, float load_n, float L_n[2])
 {
     const uint32_t length = params->table_length;
-    uint32_t       below  = 0; // points at or below the force
+    uint32_t       below  = 0; // points at or below the load
     for (uint32_t i = 0; i < length; i++)
     {
         below += load_n >= params->table[i].force_n;
+    }
+    if (length == 0u) // no table: a bit of its pointer has flipped
+    {
+        L_n[0] = friction_f32_affine(&params->law[0], load_n);
+        L_n[1] = friction_f32_affine(&params->law[1], load_n);
+        return;
     }
     const tribo_breakaway_point_f32_t *lower = &params->table[below > 0u ? below - 1u : 0u];
     const tribo_breakaway_point_f32_t *upper = &params->table[below < length ? below : length - 1u];
@@ -199,5 +198,5 @@ float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
         count(&state->bad_inputs);
     }
     const float n = bad ? state->n_n : u_n - force_n + params->gravity_n;
-    return friction_f32_kernel(params, state, n, bad_force ? 0.0f : force_n, signals, true);
+    return friction_f32_step(params, state, n, bad_force ? 0.0f : force_n, signals);
 }

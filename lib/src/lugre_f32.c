@@ -1,6 +1,6 @@
 #include "tribo/lugre_f32.h"
 
-#include "exact_f32.h"
+#include "ieee_f32.h"
 
 #include <stddef.h>
 

@@ -1,7 +1,95 @@
 #include "tribo/lugre_q31.h"
 
+#include "fixed_q31.h"
+#include "tribo/quantize_q31.h"
+
+#include <stddef.h>
+
 #define ONE_Q31 (UINT32_C(1) << 31)
 #define ONE_Q20 (INT32_C(1) << 20)
+
+/// The most bits, up to `bits_max`, with which x is below 2^31; x itself is.
+static int32_t bits_for(float x, int32_t bits_max)
+{
+    int32_t bits = bits_max;
+    while (!(scaled(x, bits) < 2147483648.0f))
+    {
+        bits--;
+    }
+    return bits;
+}
+
+static tribo_status_t quantize_side(tribo_lugre_q31_params_t    *out,
+                                    uint32_t                     side,
+                                    const tribo_breakaway_f32_t *law,
+                                    float                        full_scale_n)
+{
+    const float offset = law->offset_n / full_scale_n;
+    if (!(offset >= FIXED_Q31_SMALLEST && offset < 1.0f))
+    {
+        return TRIBO_ERR_BREAKAWAY_OFFSET;
+    }
+    out->offset[side] = (uint32_t)fixed(offset, 31);
+    out->slope[side]  = fixed_unsigned(law->slope, 28);
+    return TRIBO_OK;
+}
+
+static tribo_status_t quantize_lugre(tribo_lugre_q31_params_t       *out,
+                                     const tribo_lugre_f32_params_t *f32,
+                                     float                           full_scale_n)
+{
+    const int32_t divisor_bits = bits_for(f32->a + f32->b_and_1, 30);
+    const int32_t c_bits       = bits_for(f32->c, 50);
+    if (divisor_bits < 10)
+    {
+        return TRIBO_ERR_BRISTLE_DAMPING;
+    }
+    tribo_status_t status = quantize_side(out, 0, &f32->law[0], full_scale_n);
+    status                = status != TRIBO_OK ? status : quantize_side(out, 1, &f32->law[1], full_scale_n);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    if (!(magnitude(f32->gravity_n) <= full_scale_n))
+    {
+        return TRIBO_ERR_GRAVITY;
+    }
+    out->a       = fixed_unsigned(f32->a, divisor_bits);
+    out->b_and_1 = fixed_unsigned(f32->b_and_1, divisor_bits);
+    out->one     = UINT32_C(1) << divisor_bits;
+    out->beta    = fixed(f32->beta, 20);
+    out->c       = fixed_unsigned(f32->c, c_bits);
+    out->c_shift = (uint8_t)c_bits;
+    out->stuck   = fixed_unsigned(f32->stuck, 32);
+    out->gamma_g = fixed(f32->gamma_g, 28);
+    out->gravity = fixed_force(f32->gravity_n, full_scale_n);
+    return TRIBO_OK;
+}
+
+tribo_status_t tribo_lugre_q31_init(tribo_lugre_q31_params_t       *params,
+                                    const tribo_lugre_f32_config_t *config,
+                                    const tribo_arm_f32_config_t   *arm,
+                                    float                           sample_time_s,
+                                    float                           full_scale_n)
+{
+    if (params == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    if (!full_scale_ok(full_scale_n))
+    {
+        return TRIBO_ERR_FULL_SCALE;
+    }
+    tribo_lugre_f32_params_t f32;
+    tribo_lugre_q31_params_t made;
+    tribo_status_t           status = tribo_lugre_f32_init(&f32, config, arm, sample_time_s);
+    status                          = status != TRIBO_OK ? status : quantize_lugre(&made, &f32, full_scale_n);
+    if (status == TRIBO_OK)
+    {
+        *params = made;
+    }
+    return status;
+}
 
 void tribo_lugre_q31_reset(tribo_lugre_q31_state_t *state)
 {
@@ -76,7 +164,7 @@ int32_t tribo_lugre_q31_step(const tribo_lugre_q31_params_t *params,
                              int32_t                         force,
                              tribo_lugre_q31_signals_t      *signals)
 {
-    const int32_t  n        = tribo_q31_balance(u, force, params->gravity, &state->saturated);
+    const int32_t  n        = tribo_q31_saturate((int64_t)u - force + params->gravity, &state->saturated);
     const uint32_t load     = tribo_q31_magnitude(force);
     const int32_t  positive = affine(params, 0, load);
     const int32_t  negative = affine(params, 1, load);

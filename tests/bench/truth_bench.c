@@ -52,10 +52,10 @@ static void print_errors(const char *title, const rig_ramp_t *ramps, unsigned co
         printf(" %8g", 1e3 * step_sizes_s[k]);
     }
     printf("\n");
-    for (size_t i = 0; i < sim_truth_count; i++)
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
         rig_t rig;
-        rig_init(&rig, sim_truths[i]);
+        rig_init(&rig, sim_truth_models[i]);
         printf("%-18s", rig.truth->name);
         for (unsigned k = 0; k < STEP_SIZES; k++)
         {
@@ -243,10 +243,10 @@ static void compare_costs(void)
 static void print_speeds(void)
 {
     printf("\nTimes real time, one core, open loop, 0.1 ms\n");
-    for (size_t i = 0; i < sim_truth_count; i++)
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
         rig_t rig;
-        rig_init(&rig, sim_truths[i]);
+        rig_init(&rig, sim_truth_models[i]);
         printf("%-18s %8.0f\n", rig.truth->name, SAWTOOTH_SECONDS / time_of_fixed_steps(&rig));
     }
 }

@@ -1,5 +1,5 @@
 """The STM32F405's image in QEMU's netduinoplus2, which has the chip's timers and USART but neither its clocks nor its
-converters: the boot must come through every wait for a flag that never comes, and the drive must find the sensor silent."""
+converters: the boot must pass every wait for a flag that is never set, and the drive must find the sensor silent."""
 
 import os
 import pathlib
@@ -42,7 +42,7 @@ class Board:
 
     def ticks(self):
         """Asks for the state; the ticks so far, of a drive that is in fault."""
-        self.send(b"?")
+        self.send(b"?\n")
         found = re.fullmatch(r"fault: sensor silent since tick 1 at tick (\d+), longest tick 0 us, latest \d+ us", self.line())
         assert found
         return int(found[1])
@@ -77,7 +77,7 @@ def test_boot_passes_the_self_test_ticks_and_finds_the_sensor_silent(start, arit
     assert board.line().startswith("fault: sensor silent since tick 1 at tick ")
 
     first = board.ticks()
-    for command in (b"s", b"a", b"s"):  # no start and, while the sensor is silent, no acknowledgement leaves the fault
+    for command in (b"start\n", b"ack\n", b"start\n"):  # no start and, while the sensor is silent, no acknowledgement leaves the fault
         board.send(command)
         time.sleep(0.1)
         assert board.ticks() > first + 100
@@ -94,10 +94,10 @@ def test_changed_image_does_not_get_past_the_self_test(start, tmp_path, arithmet
     board = start(changed)
     assert board.line() == f"tribo {arithmetic}, self-test failed, 16 MHz from HSI, no PLL"
     assert board.line().startswith("fault: self-test: image since tick 0 at tick ")
-    for command in (b"s", b"a", b"s"):
+    for command in (b"start\n", b"ack\n", b"start\n"):
         board.send(command)
         time.sleep(0.1)
-    board.send(b"?")
+    board.send(b"?\n")
     assert board.line().startswith("fault: self-test: image since tick 0 at tick ")
 
 

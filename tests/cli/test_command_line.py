@@ -18,7 +18,7 @@ MISTAKES = {
     ("replay", "a", "b"): "replay: one log is wanted, not 2",
     ("replay", "a", "--fast"): "replay: unknown option --fast",
     ("replay", "a", "--params"): "replay: --params wants a value",
-    ("replay", "a", "--force", "mine"): "replay: --force is own or measured, not mine",
+    ("replay", "a", "--force", "mine"): "--force mine: there are own, measured",
     ("params",): "params: one scenario is wanted, not 0",
     ("params", "a", "b"): "params: one scenario is wanted, not 2",
     ("params", "a", "--json"): "params: unknown option --json",

@@ -64,7 +64,9 @@ MISTAKES = {
         ":4: sensor.noise_seed: '18446744073709551616' is too large for a whole number",
     ),
     "unknown controller": ("controller: {kind: pid}", ":3: controller.kind: 'pid' is not paper, z or delta"),
-    "number for a word": ("plant: {model: 0}", ":3: plant.model: '0' is not paper"),
+    "number for a word": ("plant: {model: 0}", ":3: plant.model: '0' is not "
+        "paper, torque, coulomb, karnopp, armstrong, dahl, bristle, reset_integrator, bliman_sorine, "
+        "lubricated, lugre, elasto_plastic, leuven, maxwell_slip, servo_mx106, servo_mx64, servo_xl330 or servo_erob80"),
     "given twice": ("duration_s: 2", ":3: duration_s is given twice, first in line 1"),
     "given twice deeper": (
         "compensator:\n  gain: 1\n  gain: 1",
@@ -79,15 +81,15 @@ MISTAKES = {
     "long key": ("x" * 200 + ": 1", ":3: a key is too long"),
     "empty list": (
         "controller: {kind: z, sections: []}",
-        ":3: controller.sections: Insufficient entries (0 of 1 min) in sequence.",
+        ":3: controller.sections: has 0 elements, 1 to 4 are wanted",
     ),
     "long list": (
         "controller: {kind: z, sections: [" + ", ".join([SECTION] * 5) + "]}",
-        ":3: controller.sections: Excessive entries (4 max) in sequence.",
+        ":3: controller.sections: has 5 elements, 1 to 4 are wanted",
     ),
     "incomplete element": (
         "controller:\n  kind: z\n  sections:\n    - " + SECTION + "\n    - b0: 1",
-        ":7: controller.sections: Missing required mapping field: b1",
+        ":7: controller.sections[1].b1: is missing",
     ),
     "range in a list": (
         "controller:\n  kind: z\n  sections:\n    - " + SECTION + "\n    - {b0: 1, b1: 0,\n       b2: 9e6, a1: 0, a2: 0}",

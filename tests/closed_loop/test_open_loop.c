@@ -23,8 +23,8 @@ void setUp(void)
 {
     scenario                     = sim_scenario_create();
     const sim_config_t *defaults = sim_scenario_config(scenario);
-    config                       = (sim_truth_config_t){defaults->plant.friction, defaults->plant.arm};
-    truth                        = NULL;
+    config = (sim_truth_config_t){.friction = defaults->plant.friction, .arm = defaults->plant.arm};
+    truth  = NULL;
 }
 
 void tearDown(void)

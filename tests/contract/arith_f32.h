@@ -11,7 +11,10 @@
 #define GOLDEN_FRICTION_TOLERANCE_N    2e-7 // asked: 2e-5
 #define GOLDEN_COMPENSATOR_TOLERANCE_N 5e-6 // asked: 5e-5
 #define CONTROLLER_TOLERANCE_N         5e-5
-#define STEEP_IS_USUAL                 true // a breakaway that rises faster than the force
+#define RIPPLE_TOLERANCE_N             6e-6   // of v, 20 mN at half the sample rate for a minute
+#define CHANGE_TOLERANCE_N             2e-6   // of u in the tick that changes params
+#define FRICTION_CURVE_ERROR           1.2e-6 // of f
+#define NET_FORCE_SATURATES            false
 #define ROUNDING                       1e-7 // of a force of 1 N
 
 typedef struct
@@ -19,6 +22,18 @@ typedef struct
     tribo_friction_f32_params_t params;
     tribo_friction_f32_state_t  state;
 } friction_t;
+
+typedef struct
+{
+    tribo_arm_f32_params_t params;
+    tribo_arm_f32_state_t  state;
+} arm_t;
+
+typedef struct
+{
+    tribo_controller_f32_params_t params;
+    tribo_controller_f32_state_t  state;
+} controller_t;
 
 typedef struct
 {
@@ -81,11 +96,63 @@ static inline friction_seen_t friction_step(friction_t *x, double u, double F)
     return friction_seen(&signals);
 }
 
+static inline tribo_status_t arm_init(arm_t *x, const tribo_arm_f32_config_t *config, double sample_time_s)
+{
+    tribo_arm_f32_reset(&x->state);
+    return tribo_arm_f32_init(&x->params, config, (float)sample_time_s);
+}
+
+static inline double arm_force(const arm_t *x)
+{
+    return (double)x->state.force_n;
+}
+
+static inline double arm_step(arm_t *x, double drive)
+{
+    return (double)tribo_arm_f32_step(&x->params, &x->state, (float)drive);
+}
+
+static inline void controller_reset(controller_t *x)
+{
+    tribo_controller_f32_reset(&x->state);
+}
+
+static inline tribo_status_t controller_init(controller_t *x, const tribo_controller_f32_config_t *config)
+{
+    controller_reset(x);
+    return tribo_controller_f32_init(&x->params, config);
+}
+
+static inline controller_seen_t controller_step(controller_t *x, double e, double feedforward)
+{
+    tribo_controller_f32_signals_t signals;
+    const float u = tribo_controller_f32_step(&x->params, &x->state, (float)e, (float)feedforward, &signals);
+    return (controller_seen_t){.v = (double)signals.v_n, .u = (double)u, .limited = signals.limited};
+}
+
+/// Takes `x` over to the params of `to`.
+static inline void controller_change(controller_t *x, const controller_t *to, double e, double offset)
+{
+    tribo_controller_f32_change(&x->params, &to->params, &x->state, (float)e, (float)offset);
+    x->params = to->params;
+}
+
+/// State w1 of section i, in N.
+static inline double controller_w1(const controller_t *x, uint32_t i)
+{
+    return (double)x->state.cascade.section[i].w1;
+}
+
+static inline void compensator_reset(compensator_t *x)
+{
+    tribo_compensator_f32_reset(&x->state);
+}
+
 static inline tribo_status_t compensator_init(compensator_t                        *x,
                                               const tribo_compensator_f32_config_t *config,
                                               double                                sample_time_s)
 {
-    tribo_compensator_f32_reset(&x->state);
+    compensator_reset(x);
     return tribo_compensator_f32_init(&x->params, config, (float)sample_time_s);
 }
 
@@ -94,6 +161,17 @@ static inline compensator_seen_t compensator_step(compensator_t *x, double u)
     tribo_compensator_f32_signals_t signals;
     (void)tribo_compensator_f32_step(&x->params, &x->state, (float)u, &signals);
     return compensator_seen(&signals);
+}
+
+/// The limits of u in the params.
+static inline void *loop_u_min(loop_t *x)
+{
+    return &x->params.controller.u_min_n;
+}
+
+static inline void *loop_u_max(loop_t *x)
+{
+    return &x->params.controller.u_max_n;
 }
 
 static inline void loop_reset(loop_t *x)
@@ -134,6 +212,13 @@ static inline loop_seen_t loop_step(loop_t *x, double r, double y)
 static inline uint32_t loop_bad_inputs(const loop_t *x)
 {
     return x->state.bad_inputs;
+}
+
+/// Values that were clamped; nothing is in f32.
+static inline uint32_t loop_saturations(const loop_t *x)
+{
+    (void)x;
+    return 0;
 }
 
 static inline uint32_t loop_limited_ticks(const loop_t *x)

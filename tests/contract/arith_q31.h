@@ -15,8 +15,11 @@
 #define GOLDEN_FRICTION_TOLERANCE_N    5e-7
 #define GOLDEN_COMPENSATOR_TOLERANCE_N 2e-6
 #define CONTROLLER_TOLERANCE_N         2e-6
-#define STEEP_IS_USUAL                 false // a breakaway that rises faster than the force
-#define ROUNDING                       1e-7  // of a force of 1 N: params come from single precision
+#define RIPPLE_TOLERANCE_N             1e-7   // of v, 20 mN at half the sample rate for a minute
+#define CHANGE_TOLERANCE_N             1e-7   // of u in the tick that changes params
+#define FRICTION_CURVE_ERROR           9.1e-7 // of f
+#define NET_FORCE_SATURATES            true   // at full scale
+#define ROUNDING                       1e-7   // of a force of 1 N: params come from single precision
 
 typedef struct
 {
@@ -25,6 +28,18 @@ typedef struct
     tribo_breakaway_point_q31_t table[TRIBO_BREAKAWAY_POINTS_MAX];
     double                      sample_time_s;
 } friction_t;
+
+typedef struct
+{
+    tribo_arm_q31_params_t params;
+    tribo_arm_q31_state_t  state;
+} arm_t;
+
+typedef struct
+{
+    tribo_controller_q31_params_t params;
+    tribo_controller_q31_state_t  state;
+} controller_t;
 
 typedef struct
 {
@@ -104,11 +119,63 @@ static inline friction_seen_t friction_step(friction_t *x, double u, double F)
     return friction_seen(&signals, x->sample_time_s);
 }
 
+static inline tribo_status_t arm_init(arm_t *x, const tribo_arm_f32_config_t *config, double sample_time_s)
+{
+    tribo_arm_q31_reset(&x->state);
+    return tribo_arm_q31_init(&x->params, config, (float)sample_time_s);
+}
+
+static inline double arm_force(const arm_t *x)
+{
+    return from_q31(tribo_arm_q31_force(&x->state));
+}
+
+static inline double arm_step(arm_t *x, double drive)
+{
+    return from_q31(tribo_arm_q31_step(&x->params, &x->state, to_q31(drive)));
+}
+
+static inline void controller_reset(controller_t *x)
+{
+    tribo_controller_q31_reset(&x->state);
+}
+
+static inline tribo_status_t controller_init(controller_t *x, const tribo_controller_f32_config_t *config)
+{
+    controller_reset(x);
+    return tribo_controller_q31_init(&x->params, config, (float)FULL_SCALE_N, NULL);
+}
+
+static inline controller_seen_t controller_step(controller_t *x, double e, double feedforward)
+{
+    tribo_controller_q31_signals_t signals;
+    const int32_t u = tribo_controller_q31_step(&x->params, &x->state, to_q31(e), to_q31(feedforward), &signals);
+    return (controller_seen_t){.v = from_q31(signals.v), .u = from_q31(u), .limited = signals.limited};
+}
+
+/// Takes `x` over to the params of `to`.
+static inline void controller_change(controller_t *x, const controller_t *to, double e, double offset)
+{
+    tribo_controller_q31_change(&x->params, &to->params, &x->state, to_q31(e), to_q31(offset));
+    x->params = to->params;
+}
+
+/// State w1 of section i, in N.
+static inline double controller_w1(const controller_t *x, uint32_t i)
+{
+    return ldexp((double)x->state.cascade.section[i].w1, x->params.cascade.section[i].scale - 59) * FULL_SCALE_N;
+}
+
+static inline void compensator_reset(compensator_t *x)
+{
+    tribo_compensator_q31_reset(&x->state);
+}
+
 static inline tribo_status_t compensator_init(compensator_t                        *x,
                                               const tribo_compensator_f32_config_t *config,
                                               double                                sample_time_s)
 {
-    tribo_compensator_q31_reset(&x->state);
+    compensator_reset(x);
     x->sample_time_s = sample_time_s;
     return tribo_compensator_q31_init(&x->params, x->table, config, (float)sample_time_s, (float)FULL_SCALE_N);
 }
@@ -118,6 +185,17 @@ static inline compensator_seen_t compensator_step(compensator_t *x, double u)
     tribo_compensator_q31_signals_t signals;
     (void)tribo_compensator_q31_step(&x->params, &x->state, to_q31(u), &signals);
     return compensator_seen(&signals, x->sample_time_s);
+}
+
+/// The limits of u in the params.
+static inline void *loop_u_min(loop_t *x)
+{
+    return &x->params.controller.u_min;
+}
+
+static inline void *loop_u_max(loop_t *x)
+{
+    return &x->params.controller.u_max;
 }
 
 static inline void loop_reset(loop_t *x)
@@ -159,6 +237,13 @@ static inline loop_seen_t loop_step(loop_t *x, double r, double y)
 static inline uint32_t loop_bad_inputs(const loop_t *x)
 {
     return x->state.bad_inputs;
+}
+
+/// Values that were clamped.
+static inline uint32_t loop_saturations(const loop_t *x)
+{
+    return x->state.saturated + x->state.controller.cascade.saturated + x->state.compensator.friction.saturated +
+           x->state.compensator.arm.saturated;
 }
 
 static inline uint32_t loop_limited_ticks(const loop_t *x)

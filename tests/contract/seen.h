@@ -19,6 +19,12 @@ typedef struct
 
 typedef struct
 {
+    double v, u;
+    bool   limited;
+} controller_seen_t;
+
+typedef struct
+{
     double             e, feedforward, v, u;
     bool               limited;
     compensator_seen_t compensator;

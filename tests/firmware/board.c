@@ -58,7 +58,7 @@ void board_init(board_t *board, uint32_t now_us)
 
 loop_force_t board_force(double force_n)
 {
-    return loop_force((int32_t)(force_n / (double)BOARD_FULL_SCALE_N * 2147483647.0), BOARD_FULL_SCALE_N);
+    return loop_from_q31((int32_t)(force_n / (double)BOARD_FULL_SCALE_N * 2147483647.0), BOARD_FULL_SCALE_N);
 }
 
 void board_new_tick(board_t *board)

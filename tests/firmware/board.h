@@ -1,4 +1,4 @@
-// A board that can break: what the sensor, the inputs and the clock say is the test's, and it keeps what the drive did.
+// A board that can break: the test sets sensor, inputs and clock; the board records the outputs of the drive.
 
 #ifndef TESTS_FIRMWARE_BOARD_H
 #define TESTS_FIRMWARE_BOARD_H
@@ -15,14 +15,14 @@ typedef struct
 {
     port_t port;
 
-    // what the drive sees
+    // inputs of the drive
     loop_force_t y;
     bool         silent;
     uint32_t     inputs;
     uint32_t     now_us;
-    uint32_t     tick_us; ///< the clock goes on by this between its first and second reading in a tick
+    uint32_t     tick_us; ///< time between the first and the second reading of the clock in a tick
 
-    // what the drive did
+    // outputs of the drive
     loop_force_t command;
     bool         enabled;
     unsigned     commands, clock_reads;
@@ -31,13 +31,13 @@ typedef struct
     unsigned     log_length;
 } board_t;
 
-/// Nothing broken, clock at `now_us`.
+/// A healthy board with its clock at `now_us`.
 void board_init(board_t *board, uint32_t now_us);
 
-/// A force in N as the drive's arithmetic has it.
+/// A force in N, converted to the drive's arithmetic.
 loop_force_t board_force(double force_n);
 
-/// Before each tick: what is counted by tick starts anew.
+/// Before each tick: clears the counters of a tick.
 void board_new_tick(board_t *board);
 
 #endif

@@ -30,7 +30,7 @@ void tearDown(void)
 
 static double newton(loop_force_t force)
 {
-    return loop_part(force, CONVERT_FULL_SCALE_N) / 2147483648.0 * (double)CONVERT_FULL_SCALE_N;
+    return loop_to_q31(force, CONVERT_FULL_SCALE_N) / 2147483648.0 * (double)CONVERT_FULL_SCALE_N;
 }
 
 static void test_sensor_has_1638_codes_for_2_n(void)
@@ -59,8 +59,8 @@ static void test_codes_near_the_ends_are_not_credible(void)
 
 static void test_rig_and_paper_can_be_run(void)
 {
-    TEST_ASSERT_TRUE(convert_serves(&rig_params));
-    TEST_ASSERT_TRUE(convert_serves(set_up()));
+    TEST_ASSERT_TRUE(convert_suits(&rig_params));
+    TEST_ASSERT_TRUE(convert_suits(set_up()));
 }
 
 // Each end alone decides: the lower rail is 1948 codes from 0 N, the upper one 1947.
@@ -68,20 +68,20 @@ static void test_a_loop_is_refused_for_which_a_rail_is_a_reading(void)
 {
     const float code_n = 2.0f / 1638.4f;
     config.input_max_n = 1946.5f * code_n;
-    TEST_ASSERT_TRUE(convert_serves(set_up()));
+    TEST_ASSERT_TRUE(convert_suits(set_up()));
     config.input_max_n = 1947.5f * code_n;
-    TEST_ASSERT_FALSE(convert_serves(set_up()));
+    TEST_ASSERT_FALSE(convert_suits(set_up()));
     config.input_max_n = 1948.5f * code_n;
-    TEST_ASSERT_FALSE(convert_serves(set_up()));
+    TEST_ASSERT_FALSE(convert_suits(set_up()));
 }
 
 static void test_a_loop_is_refused_whose_command_has_no_code(void)
 {
     config.controller.u_max_n = 2.001f;
-    TEST_ASSERT_FALSE(convert_serves(set_up()));
+    TEST_ASSERT_FALSE(convert_suits(set_up()));
     config.controller.u_max_n = 2.0f;
     config.controller.u_min_n = -2.001f;
-    TEST_ASSERT_FALSE(convert_serves(set_up()));
+    TEST_ASSERT_FALSE(convert_suits(set_up()));
 }
 
 static void test_sensor_keeps_what_the_mean_has_below_a_code(void)
@@ -96,27 +96,27 @@ static void test_command_is_the_nearest_code(void)
     TEST_ASSERT_EQUAL_UINT32(CONVERT_ZERO, convert_command(0));
     for (int32_t code = 1; code <= CONVERT_CODES_MAX; code++)
     {
-        const int32_t part = (code - CONVERT_ZERO) * CONVERT_COMMAND_PART;
-        const int32_t less = CONVERT_COMMAND_PART / 2 - 256; // a float has 24 bits
-        TEST_ASSERT_EQUAL_INT32(code, convert_command(loop_force(part, CONVERT_FULL_SCALE_N)));
-        TEST_ASSERT_EQUAL_INT32(code, convert_command(loop_force(part - less, CONVERT_FULL_SCALE_N)));
-        TEST_ASSERT_EQUAL_INT32(code, convert_command(loop_force(part + less, CONVERT_FULL_SCALE_N)));
+        const int32_t part = (code - CONVERT_ZERO) * CONVERT_COMMAND_Q31;
+        const int32_t less = CONVERT_COMMAND_Q31 / 2 - 256; // a float has 24 bits
+        TEST_ASSERT_EQUAL_INT32(code, convert_command(loop_from_q31(part, CONVERT_FULL_SCALE_N)));
+        TEST_ASSERT_EQUAL_INT32(code, convert_command(loop_from_q31(part - less, CONVERT_FULL_SCALE_N)));
+        TEST_ASSERT_EQUAL_INT32(code, convert_command(loop_from_q31(part + less, CONVERT_FULL_SCALE_N)));
     }
 }
 
 static void test_command_ends_at_the_ends_of_the_converter(void)
 {
     const int32_t two_n = INT32_C(1) << 30;
-    TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_command(loop_force(two_n, CONVERT_FULL_SCALE_N)));
-    TEST_ASSERT_EQUAL_UINT32(0, convert_command(loop_force(-two_n, CONVERT_FULL_SCALE_N)));
+    TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_command(loop_from_q31(two_n, CONVERT_FULL_SCALE_N)));
+    TEST_ASSERT_EQUAL_UINT32(0, convert_command(loop_from_q31(-two_n, CONVERT_FULL_SCALE_N)));
     for (int32_t beyond = 1; beyond <= 2000; beyond++)
     {
-        const int32_t part = two_n + beyond * CONVERT_COMMAND_PART;
-        TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_command(loop_force(part, CONVERT_FULL_SCALE_N)));
-        TEST_ASSERT_EQUAL_UINT32(0, convert_command(loop_force(-part, CONVERT_FULL_SCALE_N)));
+        const int32_t part = two_n + beyond * CONVERT_COMMAND_Q31;
+        TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_command(loop_from_q31(part, CONVERT_FULL_SCALE_N)));
+        TEST_ASSERT_EQUAL_UINT32(0, convert_command(loop_from_q31(-part, CONVERT_FULL_SCALE_N)));
     }
-    TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_command(loop_force(INT32_MAX, CONVERT_FULL_SCALE_N)));
-    TEST_ASSERT_EQUAL_UINT32(0, convert_command(loop_force(INT32_MIN, CONVERT_FULL_SCALE_N)));
+    TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_command(loop_from_q31(INT32_MAX, CONVERT_FULL_SCALE_N)));
+    TEST_ASSERT_EQUAL_UINT32(0, convert_command(loop_from_q31(INT32_MIN, CONVERT_FULL_SCALE_N)));
 #ifndef DRIVE_ARITH_Q31
     TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_command(1.0e6f));
     TEST_ASSERT_EQUAL_UINT32(0, convert_command(-1.0e6f));

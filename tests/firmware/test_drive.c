@@ -1,4 +1,4 @@
-// The drive's state machine through the port seam: every fault at 50 different ticks, and what must never follow.
+// The drive's state machine through its port: every fault at 50 different ticks, and no output after it.
 
 #include "app/drive.h"
 #include "app/loop_setup.h"
@@ -25,7 +25,7 @@ static loop_setup_t setup;
 static loop_force_t reference;
 static unsigned     ticks;
 
-/// Near the clock's wrap, so that every run crosses it.
+/// The clock starts near its wrap, so that every run crosses it.
 static void power_up(void)
 {
     board_init(&board, UINT32_MAX - 20u * PERIOD_US);
@@ -44,7 +44,7 @@ void tearDown(void)
     TEST_ASSERT_FALSE_MESSAGE(board.moved_while_off, "a command while the power stage was off");
 }
 
-/// A tick a period after the last one, with a sensor that is never quite still.
+/// A tick one period after the last one, with a sensor that changes every tick.
 static void tick(void)
 {
     board_new_tick(&board);
@@ -135,7 +135,7 @@ static void take_too_long(void)
     board.tick_us = BUDGET_US + 1u;
 }
 
-/// What a tick with this fault reads; it must not be plausible but for the cause.
+/// A fault, and the inputs of a tick with it.
 typedef struct
 {
     const char   *name;
@@ -175,7 +175,7 @@ static void set_force(loop_force_t *force, double force_n)
 #endif
 }
 
-/// The tick that sees the fault.
+/// The tick with the fault.
 static void tick_with(const injection_t *injection)
 {
     loop_force_t r = reference;
@@ -222,7 +222,7 @@ static void check_fault(const injection_t *injection, unsigned at)
     check_latched(injection); // within the same tick
     TEST_ASSERT_EQUAL_UINT32(at + 1u, drive.fault_tick);
 
-    // It stays, while the cause does and when it has gone, and whatever is asked for but an acknowledgement.
+    // It stays latched with and without its cause, until an acknowledgement.
     tick();
     check_latched(injection);
     repair();
@@ -233,7 +233,7 @@ static void check_fault(const injection_t *injection, unsigned at)
         check_latched(injection);
     }
 
-    // Acknowledged it is idle, and the start from before is forgotten.
+    // Once acknowledged the drive is idle, and the start from before is dropped.
     drive_acknowledge(&drive);
     for (unsigned i = 0; i < 20u; i++)
     {
@@ -266,7 +266,7 @@ static void test_faults_of_an_idle_drive_are_latched_too(void)
     {
         if (injections[i].cause == DRIVE_FAULT_TICK_OVERRUN)
         {
-            continue; // an idle tick does nothing that could take long
+            continue; // an idle tick does not run the loop
         }
         power_up();
         run_until(10);
@@ -286,7 +286,7 @@ static void test_a_start_in_the_tick_of_a_fault_is_forgotten(void)
     {
         if (injections[i].cause == DRIVE_FAULT_TICK_OVERRUN)
         {
-            continue; // seen only once the loop has run
+            continue; // detected only after the loop has run
         }
         power_up();
         run_until(10);
@@ -314,7 +314,7 @@ static void test_an_acknowledgement_does_nothing_while_the_cause_is_there(void)
         TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_EMERGENCY_STOP, drive.fault);
     }
     repair();
-    tick(); // those acknowledgements are spent
+    tick(); // the acknowledgements were dropped
     TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
     drive_acknowledge(&drive);
     tick();
@@ -421,7 +421,7 @@ static void test_a_still_sensor_may_be_allowed(void)
     }
 }
 
-// --- what does not stop --------------------------------------------------------------------------------------------
+// --- no fault ------------------------------------------------------------------------------------------------------
 
 static void test_jitter_within_its_bound_runs_on_and_is_measured(void)
 {
@@ -448,7 +448,7 @@ static void test_a_tick_as_long_as_its_budget_runs_on_and_is_measured(void)
     board.tick_us = BUDGET_US + 250u;
     tick();
     check_off();
-    TEST_ASSERT_EQUAL_UINT(1, board.commands); // the loop's command never reached the board
+    TEST_ASSERT_EQUAL_UINT(1, board.commands); // the 0 of the fault, not the loop's command
     TEST_ASSERT_EQUAL_UINT32(BUDGET_US + 250u, drive.max_tick_us);
     TEST_ASSERT_EQUAL_UINT32(1, drive.overruns);
 }
@@ -464,7 +464,7 @@ static void test_limits_act_and_do_not_stop(void)
     tick();
     check_running();
     TEST_ASSERT_TRUE((drive.limits & DRIVE_LIMIT_REFERENCE) != 0u);
-    TEST_ASSERT_EQUAL_UINT32(1, loop_bad_inputs(&drive.loop));
+    TEST_ASSERT_EQUAL_UINT32(1, drive.loop.bad_inputs);
     emergency_stop();
     tick();
     TEST_ASSERT_EQUAL_UINT32(0, drive.limits);
@@ -536,19 +536,19 @@ static void test_the_loop_that_runs_is_the_librarys(void)
     }
 }
 
-static void test_what_the_self_test_finds_lasts_whatever_is_asked_for(void)
+static void test_a_failed_self_test_lasts_whatever_is_requested(void)
 {
     const drive_fault_t found[] = {DRIVE_FAULT_IMAGE, DRIVE_FAULT_RAM, DRIVE_FAULT_GOLDEN, DRIVE_FAULT_PARAMS};
     for (unsigned i = 0; i < sizeof found / sizeof found[0]; i++)
     {
         board_init(&board, 0);
-        drive_init(&drive, &board.port, NULL, &config, found[i]); // no params: none may be read
+        drive_init(&drive, &board.port, NULL, &config, found[i]); // null params: they must not be read
         check_off();
         for (unsigned k = 0; k < 50u; k++)
         {
             drive_acknowledge(&drive);
             drive_start(&drive);
-            board.enabled = true; // should anything else have turned it on
+            board.enabled = true; // as if something else had turned it on
             board.command = board_force(1.0);
             tick();
             check_off();
@@ -578,7 +578,7 @@ static void test_after_a_reset_by_the_watchdog_the_drive_waits_for_an_acknowledg
     emergency_stop();
     drive_acknowledge(&drive);
     tick();
-    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state); // not with another cause there
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state); // another cause is active
     repair();
     drive_acknowledge(&drive);
     tick();
@@ -587,7 +587,7 @@ static void test_after_a_reset_by_the_watchdog_the_drive_waits_for_an_acknowledg
     start();
 }
 
-static void test_the_log_tells_each_change_once(void)
+static void test_the_log_reports_each_change_once(void)
 {
     drive_log(&drive);
     drive_log(&drive);
@@ -646,9 +646,9 @@ int main(void)
     RUN_TEST(test_a_start_of_a_running_drive_changes_nothing);
     RUN_TEST(test_every_start_begins_with_the_loop_at_rest);
     RUN_TEST(test_the_loop_that_runs_is_the_librarys);
-    RUN_TEST(test_what_the_self_test_finds_lasts_whatever_is_asked_for);
+    RUN_TEST(test_a_failed_self_test_lasts_whatever_is_requested);
     RUN_TEST(test_after_a_reset_by_the_watchdog_the_drive_waits_for_an_acknowledgement);
-    RUN_TEST(test_the_log_tells_each_change_once);
+    RUN_TEST(test_the_log_reports_each_change_once);
     RUN_TEST(test_every_fault_has_a_text_of_its_own);
     return UNITY_END();
 }

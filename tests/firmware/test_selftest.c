@@ -1,4 +1,4 @@
-// The power-up self-test must find what it is there for.
+// The power-up self-test: every fault that it is built to find.
 
 #include "app/crc32.h"
 #include "app/selftest.h"
@@ -47,10 +47,10 @@ static void test_image_with_any_bit_flipped_fails(void)
     for (size_t bit = 0; bit < 8u * sizeof image; bit++)
     {
         const size_t        byte = bit / 8u;
-        const drive_fault_t wants =
+        const drive_fault_t expected =
             (byte >= 16 && byte < 216) || (byte >= 300 && byte < 400) ? DRIVE_FAULT_IMAGE : DRIVE_FAULT_NONE;
         image[byte] ^= (uint8_t)(1u << bit % 8u);
-        TEST_ASSERT_EQUAL_INT(wants, selftest_image(&seal, image));
+        TEST_ASSERT_EQUAL_INT(expected, selftest_image(&seal, image));
         image[byte] ^= (uint8_t)(1u << bit % 8u);
     }
 }
@@ -60,7 +60,7 @@ static void test_image_that_is_not_sealed_fails(void)
     selftest_seal_t seal = seal_of_image();
     seal.magic           = ~SELFTEST_MAGIC;
     TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_IMAGE, selftest_image(&seal, image));
-    const selftest_seal_t empty = {.magic = SELFTEST_MAGIC}; // its CRC of nothing would be right
+    const selftest_seal_t empty = {.magic = SELFTEST_MAGIC}; // 0 is the right CRC of no data
     TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_IMAGE, selftest_image(&empty, image));
 }
 
@@ -72,7 +72,7 @@ static uint32_t memory[WORDS];
 static size_t   broken_word;
 static uint32_t stuck_high, stuck_low;
 static uint32_t shorted;      ///< these bits read low unless all are high
-static size_t   missing_line; ///< this bit of a word's address is not connected; 0: all are
+static size_t   missing_line; ///< address bit that is not connected; 0: none
 
 static volatile uint32_t *wired(const volatile uint32_t *word)
 {
@@ -110,7 +110,7 @@ static void fill(void)
     missing_line = 0;
 }
 
-static void test_good_ram_passes_and_keeps_what_was_there(void)
+static void test_good_ram_passes_and_keeps_its_contents(void)
 {
     uint32_t before[WORDS];
     fill();
@@ -138,7 +138,7 @@ static void test_ram_with_any_bit_stuck_fails(void)
     }
 }
 
-static void test_ram_with_two_near_bits_shorted_fails(void)
+static void test_ram_with_two_neighbouring_bits_shorted_fails(void)
 {
     for (unsigned distance = 1; distance <= 2u; distance++)
     {
@@ -176,6 +176,27 @@ static void test_golden_vector_of_the_loop_passes(void)
     TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_NONE, selftest_golden());
 }
 
+// --- all of it -----------------------------------------------------------------------------------------------------
+
+static void test_the_whole_self_test_passes_and_restores_the_ram(void)
+{
+    const selftest_seal_t seal = seal_of_image();
+    uint32_t              before[WORDS];
+    fill();
+    memcpy(before, memory, sizeof before);
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_NONE, selftest_run(&seal, image, memory, sizeof memory));
+    TEST_ASSERT_EQUAL_HEX32_ARRAY(before, memory, WORDS);
+}
+
+static void test_the_whole_self_test_returns_the_first_fault(void)
+{
+    selftest_seal_t seal = seal_of_image();
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_RAM, selftest_run(&seal, image, memory, 0));
+    seal.crc ^= 1u;
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_IMAGE, selftest_run(&seal, image, memory, sizeof memory));
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_IMAGE, selftest_run(&seal, image, memory, 0));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -183,11 +204,13 @@ int main(void)
     RUN_TEST(test_image_as_sealed_passes);
     RUN_TEST(test_image_with_any_bit_flipped_fails);
     RUN_TEST(test_image_that_is_not_sealed_fails);
-    RUN_TEST(test_good_ram_passes_and_keeps_what_was_there);
+    RUN_TEST(test_good_ram_passes_and_keeps_its_contents);
     RUN_TEST(test_ram_with_any_bit_stuck_fails);
-    RUN_TEST(test_ram_with_two_near_bits_shorted_fails);
+    RUN_TEST(test_ram_with_two_neighbouring_bits_shorted_fails);
     RUN_TEST(test_ram_with_any_address_line_missing_fails);
     RUN_TEST(test_no_ram_at_all_fails);
     RUN_TEST(test_golden_vector_of_the_loop_passes);
+    RUN_TEST(test_the_whole_self_test_passes_and_restores_the_ram);
+    RUN_TEST(test_the_whole_self_test_returns_the_first_fault);
     return UNITY_END();
 }

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# refused.sh MESSAGE COMPILER [FLAG...]: these flags must stop each f32 source with MESSAGE.
+# refused.sh MESSAGE COMPILER [FLAG...]: these flags must stop each source that computes in float with MESSAGE.
 set -euo pipefail
 lib=$(cd "$(dirname "$0")/../../lib" && pwd)
 
 message=$1
 shift
-for source in "$lib"/src/*_f32.c "$lib/src/quantize_q31.c"; do
+for source in "$lib"/src/*_f32.c "$lib"/src/{arm,biquad,controller,force_loop,friction,headroom}_q31.c; do
     if errors=$("$@" -fsyntax-only -I "$lib/include" "$source" 2>&1); then
         echo "$source compiles: $*"
         exit 1

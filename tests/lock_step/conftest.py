@@ -6,6 +6,7 @@ TRIBO_SIM is the program, TRIBO_PROCESSOR the target's processor, TRIBO_TREE the
 import os
 import pathlib
 import subprocess
+import tempfile
 
 import pytest
 
@@ -17,16 +18,15 @@ TREE = pathlib.Path(os.environ["TRIBO_TREE"])
 class LockStep:
     """tribo-sim in a folder of its own, with the images of this tree."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, temporary):
         self.folder = folder
+        self.temporary = temporary
         self.program = os.environ["TRIBO_SIM"]
         assert os.access(self.program, os.X_OK), f"no {self.program}: see the test lock_step.host"
         self.images = folder / "images"
         self.images.mkdir()
-        self.tree = self.images / PROCESSOR  # where tribo-sim looks, whatever the tree's own name
+        self.tree = self.images / PROCESSOR  # the name that tribo-sim looks for; the tree's own may differ
         self.tree.symlink_to(TREE)
-        self.temporary = folder / "temporary"
-        self.temporary.mkdir()
         self.environment = {**os.environ, "TRIBO_FIRMWARE": str(self.images), "TMPDIR": str(self.temporary)}
 
     def command(self, *arguments):
@@ -54,7 +54,8 @@ class LockStep:
 
 @pytest.fixture
 def sim(tmp_path):
-    return LockStep(tmp_path)
+    with tempfile.TemporaryDirectory() as temporary:  # a short name, which fits any buffer
+        yield LockStep(tmp_path, pathlib.Path(temporary))
 
 
 @pytest.fixture

@@ -1,9 +1,11 @@
-"""What goes wrong with an emulator is told within seconds, and nothing is left behind."""
+"""Failures of an emulator are reported within seconds, and nothing is left behind."""
 
 import os
 import pathlib
+import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -11,6 +13,7 @@ import time
 import pytest
 from conftest import TREE
 
+ROOT = pathlib.Path(__file__).parents[2]
 IMAGE = TREE / "firmware" / "tribo-drive-f32.elf"
 LONG = ["triangle", "--set", "duration_s=3600", "--target", "m4f"]
 SHORT = ["triangle", "--set", "duration_s=0.1", "--set", "metrics.start_s=0", "--target", "m4f"]
@@ -34,7 +37,7 @@ def put_image(sim, content):
 
 
 def start_long_run(sim):
-    """A run in the middle of its ticks: the process and the emulator's number."""
+    """A run in the middle of its ticks: the process and the emulator's process number."""
     process = subprocess.Popen(sim.command(*LONG, "--out", "long"), cwd=sim.folder, env=sim.environment,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
@@ -109,26 +112,47 @@ def test_emulator_that_never_speaks_is_an_error_in_seconds(sim):
     assert time.monotonic() - started < 8
 
 
+@pytest.mark.parametrize("pause_s", [0.06, 0.24, 0.9])
+def test_emulator_that_speaks_byte_by_byte_is_an_error_in_seconds(sim, pause_s):
+    hello = [0x54520001, 3, 2, 0, 0]
+    put_emulator(sim, f"import os, struct, time\nfor byte in struct.pack('<5I', *{hello}) + b'x' * 1000:\n"
+                      f"    os.write(4, bytes([byte]))\n    time.sleep({pause_s})")
+    started = time.monotonic()
+    sim.fails("m4f: the emulator has stopped within a message", *SHORT)
+    assert time.monotonic() - started < 4
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_signal_at_any_moment_of_the_start_leaves_nothing_behind(sim, number):
+    for milliseconds in range(0, 120, 10):
+        process = subprocess.Popen(sim.command(*LONG), cwd=sim.folder, env=sim.environment, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE)
+        time.sleep(milliseconds / 1000)
+        process.send_signal(number)
+        process.communicate(timeout=10)
+        assert process.returncode == -number
+        assert list(sim.temporary.iterdir()) == []
+    assert sorted(path.name for path in sim.folder.iterdir()) == ["images"]
+
+
 def test_nonsense_is_an_error(sim):
-    put_emulator(sim, "open('from_target', 'wb').write(b'x' * 1000)")
+    put_emulator(sim, "import os; os.write(4, b'x' * 1000)")
     sim.fails("m4f: the emulator's program does not speak", *SHORT)
 
 
-# The real emulator in a folder of its own, and one bit of what its target answers turned over on the way.
+# The real emulator behind pipes of its own, with one bit of the target's answers flipped on the way.
 PROXY = """
 import os, struct, subprocess, sys
-os.mkdir("inner")
-pipes = {}
-for name in ("to_target", "from_target"):
-    os.mkfifo("inner/" + name)
-child = subprocess.Popen(["QEMU", *sys.argv[1:]], cwd="inner")
-from_host = open("to_target", "rb", buffering=0)
-to_host = open("from_target", "wb", buffering=0)
-to_target = open("inner/to_target", "wb", buffering=0)
-from_target = open("inner/from_target", "rb", buffering=0)
-for name in ("to_target", "from_target"):
-    os.unlink("inner/" + name)
-os.rmdir("inner")
+target_reads, to_target = os.pipe()
+from_target, target_writes = os.pipe()
+def connect():
+    os.dup2(target_reads, 3)
+    os.dup2(target_writes, 4)
+child = subprocess.Popen(["QEMU", *sys.argv[1:]], close_fds=False, preexec_fn=connect)
+os.close(target_reads)
+os.close(target_writes)
+from_host, to_host = open(3, "rb", buffering=0), open(4, "wb", buffering=0)
+to_target, from_target = open(to_target, "wb", buffering=0), open(from_target, "rb", buffering=0)
 def message(pipe):
     data = b""
     while len(data) < 8 or len(data) < 8 + 4 * struct.unpack_from("<I", data, 4)[0]:
@@ -149,7 +173,7 @@ while True:
 
 
 @pytest.mark.parametrize("word, name", [(0, "the command"), (7, "limited, Q1, Q2, Q"), (8, "e"), (11, "u"), (16, "f_hat")])
-def test_one_other_bit_is_found_and_the_files_are_written(sim, word, name):
+def test_one_flipped_bit_is_found_and_the_files_are_written(sim, word, name):
     script = PROXY.replace("QEMU", shutil.which("qemu-system-arm")).replace("TICK", "17").replace("WORD", str(word))
     put_emulator(sim, script)
     sim.fails(f"m4f: 1 of 100 ticks differ from the host's; the first: {name} of tick 17 is ", *SHORT, "--out", "out")
@@ -168,6 +192,19 @@ def test_self_test_finds_a_changed_image_or_seal(sim, place):
     content[content.index(place)] ^= 0x20
     put_image(sim, content)
     sim.fails("m4f: the drive's self-test failed with fault 1", *SHORT)
+
+
+def test_self_test_finds_a_loop_that_computes_something_else(sim, tmp_path):
+    """An image with a changed coefficient and a seal that fits: only the golden vector can find it."""
+    header = (ROOT / "firmware" / "app" / "golden_f32.h").read_text()
+    b0 = struct.pack("<f", float(re.search(r"\.b0 = (\S+)f,", header)[1]))
+    content = bytearray(IMAGE.read_bytes())
+    content[content.index(b0)] ^= 1
+    image = tmp_path / "changed.elf"
+    image.write_bytes(content)
+    subprocess.run([sys.executable, ROOT / "firmware" / "tools" / "seal_image.py", image], check=True)
+    put_image(sim, image.read_bytes())
+    sim.fails("m4f: the drive's self-test failed with fault 3", *SHORT)
 
 
 def test_unknown_target_and_arithmetic_are_usage_errors(sim):

@@ -1,4 +1,4 @@
-"""The firmware's loop on the emulated target against the host's, to the last bit."""
+"""The firmware's loop on the emulated target computes the host's, to the last bit."""
 
 import json
 

@@ -31,6 +31,6 @@ int main(void)
     {
         force_control_tick(0.5f);
     }
-    printf("asked for 0.5 N, force after 5 s: %.4f N\n", (double)force_n);
+    printf("reference 0.5 N, force after 5 s: %.4f N\n", (double)force_n);
     return force_n > 0.49f && force_n < 0.51f ? 0 : 1;
 }

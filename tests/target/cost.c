@@ -21,9 +21,6 @@ static loop_params_t  other; // to retune to and fro
 static loop_state_t   axis[AXES_MAX];
 static loop_signals_t signals;
 
-static TRIBO(lugre, params_t) lugre_params;
-static TRIBO(lugre, state_t) lugre;
-
 static void step_axes(uint32_t axes, number_t r)
 {
     for (uint32_t i = 0; i < axes; i++)
@@ -40,9 +37,9 @@ static void step_axes(uint32_t axes, number_t r)
 COUNTED(number_t,
         counted_tick,
         (PARAMS(force_loop), STATE(force_loop), number_t r, number_t y, loop_signals_t *out),
-        TRIBO(force_loop, step_with_signals)(params, state, r, y, out))
+        TRIBO(force_loop, step)(params, state, r, y, out))
 COUNTED(number_t,
-        counted_tick_unseen,
+        counted_tick_without_signals,
         (PARAMS(force_loop), STATE(force_loop), number_t r, number_t y),
         TRIBO(force_loop, step)(params, state, r, y, NULL))
 COUNTED(number_t,
@@ -53,6 +50,7 @@ COUNTED(number_t,
         counted_compensator,
         (PARAMS(compensator), STATE(compensator), number_t u, TRIBO(compensator, signals_t) * out),
         TRIBO(compensator, step)(params, state, u, out))
+COUNTED(number_t, counted_cascade, (PARAMS(biquad), STATE(biquad), number_t e), TRIBO(biquad, step)(params, state, e))
 COUNTED(int,
         counted_output,
         (PARAMS(biquad), STATE(biquad), number_t e, TRIBO(biquad, outputs_t) * nodes),
@@ -65,10 +63,6 @@ COUNTED(number_t,
         counted_friction,
         (PARAMS(friction), STATE(friction), number_t u, number_t force, TRIBO(friction, signals_t) * out),
         TRIBO(friction, step)(params, state, u, force, out))
-COUNTED(number_t,
-        counted_lugre,
-        (PARAMS(lugre), STATE(lugre), number_t u, number_t force, TRIBO(lugre, signals_t) * out),
-        TRIBO(lugre, step)(params, state, u, force, out))
 COUNTED(int, counted_arm, (PARAMS(arm), STATE(arm), number_t drive), (TRIBO(arm, step)(params, state, drive), 0))
 COUNTED(uint8_t,
         counted_relay,
@@ -134,7 +128,7 @@ typedef struct
     number_t r, y, slope, error;
 } search_t;
 
-/// What a search for the dearest tick tries: creeping near balance, jumps, limits, bad inputs, any bits at all.
+/// Inputs of the search for the worst tick: creeping near rest, jumps, limits, bad inputs, random bits.
 static void search_step(search_t *s, int32_t tick)
 {
     if (tick % 32 == 0)
@@ -186,7 +180,7 @@ static void print_counts(const char *name, const counts_t *c)
 
 static struct
 {
-    counts_t controller, output, advance, compensator, friction, relay, edge, arm;
+    counts_t controller, cascade, output, advance, compensator, friction, relay, edge, arm;
 } modules;
 
 /// Each module alone, from the state before the tick and with the inputs it had in the tick.
@@ -203,6 +197,10 @@ static void count_modules(const loop_state_t *before)
     counts_add(&modules.controller);
     counted_compensator(&paper.compensator, &s.compensator, u, &out.compensator);
     counts_add(&modules.compensator);
+
+    s = *before;
+    (void)counted_cascade(&paper.controller.cascade, &s.controller.cascade, in->N(e));
+    counts_add(&modules.cascade);
 
     s = *before;
     TRIBO(biquad, outputs_t) nodes;
@@ -231,11 +229,11 @@ static uint32_t hash(uint32_t so_far, number_t u)
 
 static void run_triangle(void)
 {
-    counts_t     tick        = {0};
-    counts_t     tick_unseen = {0};
-    uint32_t     hashed      = 2166136261u;
+    counts_t     tick            = {0};
+    counts_t     without_signals = {0};
+    uint32_t     hashed          = 2166136261u;
     loop_state_t before;
-    loop_state_t unseen;
+    loop_state_t copy;
     plant_reset();
     TRIBO(force_loop, reset)(&axis[0]);
     for (int32_t k = 0; k < TICKS; k++)
@@ -247,9 +245,9 @@ static void run_triangle(void)
         u      = counted_tick(&paper, &axis[0], r, y, &signals);
         counts_add(&tick);
         hashed = hash(hashed, u);
-        unseen = before;
-        (void)counted_tick_unseen(&paper, &unseen, r, y);
-        counts_add(&tick_unseen);
+        copy   = before;
+        (void)counted_tick_without_signals(&paper, &copy, r, y);
+        counts_add(&without_signals);
         if (k % SPLIT_EVERY == 0)
         {
             count_modules(&before);
@@ -257,10 +255,11 @@ static void run_triangle(void)
         plant_step(u);
     }
     print_counts("tick", &tick);
-    print_counts("tick.unseen", &tick_unseen);
+    print_counts("tick.without_signals", &without_signals);
     print_counts("tick.controller", &modules.controller);
-    print_counts("tick.controller.output", &modules.output);
-    print_counts("tick.controller.advance", &modules.advance);
+    print_counts("tick.controller.cascade", &modules.cascade);
+    print_counts("tick.controller.cascade.output", &modules.output);
+    print_counts("tick.controller.cascade.advance", &modules.advance);
     print_counts("tick.compensator", &modules.compensator);
     print_counts("tick.compensator.friction", &modules.friction);
     print_counts("tick.compensator.friction.relay", &modules.relay);
@@ -269,43 +268,13 @@ static void run_triangle(void)
     print("hash", ".triangle", hashed);
 }
 
-/// LuGre in the friction model's place, with the u of the loop and an arm of its own.
-static void run_lugre(void)
-{
-    counts_t tick                 = {0};
-    TRIBO(arm, state_t) arm       = {0};
-    TRIBO(lugre, signals_t) seen  = {0};
-    const TRIBO(arm, params_t) *p = &paper.compensator.arm;
-    plant_reset();
-    TRIBO(force_loop, reset)(&axis[0]);
-    TRIBO(lugre, reset)(&lugre);
-    TRIBO(arm, reset)(&arm);
-    number_t force = number(0);
-    for (int32_t k = 0; k < TICKS / 3; k++)
-    {
-        const number_t u = TRIBO(force_loop, step)(&paper, &axis[0], triangle(k), plant.sensor, &signals);
-        const number_t f = counted_lugre(&lugre_params, &lugre, u, force, &seen);
-        counts_add(&tick);
-        force = TRIBO(arm, step)(p, &arm, seen.N(n) - f);
-        plant_step(u);
-    }
-    print_counts("lugre", &tick);
-}
-
-/// Explicit steps a tick of 1 ms that Eq. (12) would need: below 2 I/(s1 + s2 + b), rounded up.
-static void print_explicit_steps(const tribo_lugre_f32_config_t *config, const tribo_arm_f32_config_t *arm)
-{
-    const float steps = 1e-3f * (config->damping + config->viscous + arm->damping) / (2.0f * arm->inertia);
-    print("lugre.explicit_steps", "", (uint32_t)steps + 1u);
-}
-
 static void run_search(void)
 {
-    counts_t     tick        = {0};
-    counts_t     tick_unseen = {0};
-    uint32_t     hashed      = 2166136261u;
-    search_t     s           = {.kind = 0};
-    loop_state_t unseen;
+    counts_t     tick            = {0};
+    counts_t     without_signals = {0};
+    uint32_t     hashed          = 2166136261u;
+    search_t     s               = {.kind = 0};
+    loop_state_t copy;
     random_state = 0x7ab5u;
     plant_reset();
     TRIBO(force_loop, reset)(&axis[0]);
@@ -313,16 +282,16 @@ static void run_search(void)
     {
         number_t u;
         search_step(&s, k);
-        unseen = axis[0];
-        (void)counted_tick_unseen(&paper, &unseen, s.r, s.y);
-        counts_add(&tick_unseen);
+        copy = axis[0];
+        (void)counted_tick_without_signals(&paper, &copy, s.r, s.y);
+        counts_add(&without_signals);
         u = counted_tick(&paper, &axis[0], s.r, s.y, &signals);
         counts_add(&tick);
         hashed = hash(hashed, u);
         plant_step(u);
     }
     print_counts("search", &tick);
-    print_counts("search.unseen", &tick_unseen);
+    print_counts("search.without_signals", &without_signals);
     print("hash", ".search", hashed);
 }
 
@@ -389,7 +358,28 @@ static inline uint32_t *stack_pointer(void)
     return sp;
 }
 
-/// Bytes of stack below the caller that a tick has used; `swap` is its other params, the same for a plain tick.
+// Both inline: the stack pointer must be that of the caller.
+
+static inline __attribute__((always_inline)) void paint(volatile uint32_t *top)
+{
+    for (uint32_t i = 1; i <= STACK_WORDS; i++)
+    {
+        *(top - i) = PAINT;
+    }
+}
+
+static inline __attribute__((always_inline)) void note_depth(const volatile uint32_t *top, uint32_t *deepest)
+{
+    uint32_t words = STACK_WORDS;
+    while (words > 0u && *(top - words) == PAINT)
+    {
+        words--;
+    }
+    const uint32_t bytes = words * (uint32_t)sizeof(uint32_t);
+    *deepest             = bytes > *deepest ? bytes : *deepest;
+}
+
+/// Bytes of stack that a tick uses below its caller; `swap` is the other params, or the same for a plain tick.
 static __attribute__((noinline)) uint32_t stack_of_ticks(const loop_params_t *swap)
 {
     search_t s   = {.kind = 0};
@@ -401,11 +391,8 @@ static __attribute__((noinline)) uint32_t stack_of_ticks(const loop_params_t *sw
     for (int32_t k = 0; k < 400; k++)
     {
         search_step(&s, k * 5); // a kind lasts 7 ticks
-        for (uint32_t i = 1; i <= STACK_WORDS; i++)
-        {
-            *(top - i) = PAINT;
-        }
         const loop_params_t *params = k % 2 ? swap : &paper;
+        paint(top);
         if (k % 4 < 2)
         {
             (void)TRIBO(force_loop, step)(params, &axis[0], s.r, s.y, &signals);
@@ -414,14 +401,68 @@ static __attribute__((noinline)) uint32_t stack_of_ticks(const loop_params_t *sw
         {
             (void)TRIBO(force_loop, step)(params, &axis[0], s.r, s.y, NULL);
         }
-        uint32_t words = STACK_WORDS;
-        while (words > 0u && *(top - words) == PAINT)
-        {
-            words--;
-        }
-        deepest = words > deepest ? words : deepest;
+        note_depth(top, &deepest);
     }
-    return deepest * (uint32_t)sizeof(uint32_t);
+    return deepest;
+}
+
+/// The same of each module alone, with the signals of a tick before it as its inputs.
+static __attribute__((noinline)) void print_stack_of_modules(void)
+{
+    static struct
+    {
+        uint32_t controller, cascade, compensator, friction, arm, relay, edge;
+    } stack;
+    search_t s   = {.kind = 0};
+    random_state = 0x7ab5u;
+    TRIBO(force_loop, reset)(&axis[0]);
+    plant_reset();
+    volatile uint32_t *const top = stack_pointer();
+    for (int32_t k = 0; k < 400; k++)
+    {
+        search_step(&s, k * 5);
+        const number_t       u   = TRIBO(force_loop, step)(&paper, &axis[0], s.r, s.y, &signals);
+        const loop_signals_t in  = signals;
+        loop_state_t         was = axis[0];
+
+        paint(top);
+        (void)TRIBO(controller,
+                    step)(&paper.controller, &was.controller, in.N(e), in.N(feedforward), &signals.controller);
+        note_depth(top, &stack.controller);
+        paint(top);
+        (void)TRIBO(biquad, step)(&paper.controller.cascade, &was.controller.cascade, in.N(e));
+        note_depth(top, &stack.cascade);
+        paint(top);
+        (void)TRIBO(compensator, step)(&paper.compensator, &was.compensator, u, &signals.compensator);
+        note_depth(top, &stack.compensator);
+        paint(top);
+        (void)TRIBO(friction, step)(&paper.compensator.friction,
+                                    &was.compensator.friction,
+                                    u,
+                                    in.compensator.N(force),
+                                    &signals.compensator.friction);
+        note_depth(top, &stack.friction);
+        paint(top);
+        (void)TRIBO(arm, step)(&paper.compensator.arm, &was.compensator.arm, in.compensator.friction.N(n));
+        note_depth(top, &stack.arm);
+        paint(top);
+        (void)tribo_relay_step(&was.compensator.friction.relay,
+                               paper.compensator.friction.pulse_width,
+                               (uint8_t)(k & 15));
+        note_depth(top, &stack.relay);
+        paint(top);
+        (void)tribo_edge_step(&was.compensator.friction.relay.edge,
+                              paper.compensator.friction.pulse_width,
+                              (uint8_t)(k & 15));
+        note_depth(top, &stack.edge);
+    }
+    print("stack.controller", "", stack.controller);
+    print("stack.cascade", "", stack.cascade);
+    print("stack.compensator", "", stack.compensator);
+    print("stack.friction", "", stack.friction);
+    print("stack.arm", "", stack.arm);
+    print("stack.relay", "", stack.relay);
+    print("stack.edge", "", stack.edge);
 }
 
 #else
@@ -430,6 +471,10 @@ static uint32_t stack_of_ticks(const loop_params_t *swap)
 {
     (void)swap;
     return PAINT & 0u;
+}
+
+static void print_stack_of_modules(void)
+{
 }
 
 #endif
@@ -481,7 +526,7 @@ static __attribute__((noinline)) void run_table(void)
     config.controller.section_count         = 4;
     if (INIT(&other, &config, points) == TRIBO_OK)
     {
-        print("stack.any", "", stack_of_ticks(&other));
+        print("stack.largest", "", stack_of_ticks(&other));
     }
 }
 
@@ -494,12 +539,6 @@ int main(void)
     }
     config.gain = 0.5f;
     if (INIT(&other, &config, NULL) != TRIBO_OK)
-    {
-        return 1;
-    }
-    const tribo_lugre_f32_config_t lugre_config = tribo_lugre_f32_paper();
-    const tribo_arm_f32_config_t   arm_config   = tribo_arm_f32_paper();
-    if (INIT_LUGRE(&lugre_params, &lugre_config, &arm_config) != TRIBO_OK)
     {
         return 1;
     }
@@ -518,11 +557,10 @@ int main(void)
     run_axes();
     print("stack.tick", "", stack_of_ticks(&paper));
     print("stack.retuning", "", stack_of_ticks(&other));
+    print_stack_of_modules();
     print("ram.axis", "", (uint32_t)sizeof(loop_state_t));
     print("flash.params", "", (uint32_t)sizeof(loop_params_t));
     run_table();
-    run_lugre();
-    print_explicit_steps(&lugre_config, &arm_config);
 #endif
     return 0;
 }

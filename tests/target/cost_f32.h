@@ -4,7 +4,6 @@
 #define TESTS_TARGET_COST_F32_H
 
 #include "tribo/force_loop_f32.h"
-#include "tribo/lugre_f32.h"
 
 #include <string.h>
 
@@ -13,7 +12,6 @@
 #define N(field)                         field##_n // of params and signals
 #define ADVANCE(params, state, e, nodes) tribo_biquad_f32_advance(params, state, e, nodes, 0.0f)
 #define INIT(params, config, points)     ((void)(points), tribo_force_loop_f32_init(params, config))
-#define INIT_LUGRE(params, config, arm)  tribo_lugre_f32_init(params, config, arm, 1e-3f)
 
 typedef float                       number_t;
 typedef tribo_breakaway_point_f32_t point_t;

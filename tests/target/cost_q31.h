@@ -12,7 +12,6 @@
 #define N(field)                         field // of params and signals
 #define ADVANCE(params, state, e, nodes) ((void)(e), tribo_biquad_q31_advance(params, state, nodes, 0))
 #define INIT(params, config, points)     tribo_force_loop_q31_init(params, points, config, FULL_SCALE_N, NULL)
-#define INIT_LUGRE(params, config, arm)  tribo_lugre_q31_init(params, config, arm, 1e-3f, FULL_SCALE_N)
 #define FULL_SCALE_N                     2.0f
 
 typedef int32_t                     number_t;

@@ -1,5 +1,5 @@
 // What others take for the same: CMSIS-DSP's cascades on the controller's two sections, one sample a call, and the C
-// library's tanhf. Beside each its error, RMS against a cascade in double, in parts of full scale.
+// library's tanhf. Beside each its error, RMS against a cascade in double, as a fraction of full scale.
 
 #include "counter.h"
 #include "tribo/paper_controller.h"

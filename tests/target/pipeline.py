@@ -5,18 +5,15 @@ import itertools
 import pathlib
 import re
 import subprocess
+import sys
 
 HERE = pathlib.Path(__file__).parent
-# Of a Cortex-M0 and M0+ llvm-mca has no model; of an M3 and M33 its model is the M4's. QEMU's RISC-V cores are no given
-# chip's: these are of cores with just those instructions.
-MODELS = {
-    "cortex-m3": "cortex-m3",
-    "cortex-m4f": "cortex-m4",
-    "cortex-m7": "cortex-m7",
-    "cortex-m33": "cortex-m33",
-    "rv32imc": "syntacore-scr1-max",
-    "rv32imafc": "sifive-e34",
-}
+sys.path.insert(0, str(HERE.parents[1] / "cmake"))
+import boards  # noqa: E402
+
+# llvm-mca has no model of a Cortex-M0 or M0+; for an M3 and M33 it uses the M4's. QEMU's RISC-V cores are not those of a
+# real chip: the models are of cores with exactly these instructions.
+MODELS = {name: row["model"] for name, row in boards.ROWS.items() if "model" in row}
 
 
 def text_of(command, source=None):
@@ -59,7 +56,7 @@ def one_instruction_a_block():
 def executed(processor, program, arithmetic):
     """The instructions of the program's last tick."""
     functions = disassembly(processor, program)
-    name = f"tribo_force_loop_{arithmetic}_step_with_signals"
+    name = f"tribo_force_loop_{arithmetic}_step"
     parts = with_called(functions, name)
     log = program.with_suffix(".log")
     traced = [*parts.values(), functions["main"]]

@@ -8,7 +8,7 @@
 
 void rig_init(rig_t *rig, const sim_truth_ops_t *truth)
 {
-    TEST_ASSERT_LESS_OR_EQUAL_size_t(sizeof rig->parameters, truth->parameters_size);
+    TEST_ASSERT_LESS_OR_EQUAL_size_t(RIG_PARAMETERS_MAX, sim_truth_key_count(truth));
     rig->truth  = truth;
     rig->config = (sim_truth_config_t){
         .friction = {.k_min         = 6.0,
@@ -20,14 +20,30 @@ void rig_init(rig_t *rig, const sim_truth_ops_t *truth)
                      .reset_level   = 0.8,
                      .pulse_width_s = 0.003},
         .arm      = {.inertia_n_s2_per_deg = 1.2e-4, .damping_n_s_per_deg = 0.0288, .stiffness_n_per_deg = 3.84}};
-    rig->drive_error                = (sim_drive_error_t){0};
-    rig->config.friction.parameters = rig->parameters;
-    sim_truth_parameters_default(truth, rig->parameters);
+    rig->drive_error = (sim_drive_error_t){0};
+    rig->config.own  = rig->parameters;
+    sim_truth_numbers(truth, NULL, rig->parameters);
 }
 
 void rig_set(rig_t *rig, const char *name, double value)
 {
-    TEST_ASSERT_TRUE_MESSAGE(sim_truth_parameter_set(rig->truth, rig->parameters, name, value), name);
+    const sim_key_t *key = rig_key(rig->truth, name);
+    TEST_ASSERT_NOT_NULL_MESSAGE(key, name);
+    TEST_ASSERT_TRUE_MESSAGE(value >= key->min && value <= key->max, name);
+    rig->parameters[key - rig->truth->keys] = value;
+}
+
+const sim_key_t *rig_key(const sim_truth_ops_t *truth, const char *name)
+{
+    const size_t count = sim_truth_key_count(truth);
+    for (size_t i = 0; i < count; i++)
+    {
+        if (strcmp(truth->keys[i].name, name) == 0)
+        {
+            return &truth->keys[i];
+        }
+    }
+    return NULL;
 }
 
 void rig_constant_breakaway(rig_t *rig, double level_n)

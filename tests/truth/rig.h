@@ -4,7 +4,7 @@
 #define TRUTH_RIG_H
 
 #include "plant/reference.h"
-#include "plant/truths.h"
+#include "plant/truth.h"
 
 #define RIG_PARAMETERS_MAX 16
 #define RIG_STEP_S         1e-4
@@ -23,6 +23,9 @@ void rig_init(rig_t *rig, const sim_truth_ops_t *truth);
 
 /// Changes a parameter; fails the test if the model does not take it.
 void rig_set(rig_t *rig, const char *name, double value);
+
+/// The model's own key of that name, or null.
+const sim_key_t *rig_key(const sim_truth_ops_t *truth, const char *name);
 
 /// L(F) = level, whatever F: what most published properties are stated for.
 void rig_constant_breakaway(rig_t *rig, double level_n);

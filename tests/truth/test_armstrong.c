@@ -1,6 +1,5 @@
 // Armstrong: breakaway that rises with the time at rest, Stribeck effect, frictional memory, elastic presliding.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

@@ -1,6 +1,5 @@
 // Bliman and Sorine: a peak of breakaway along the path, the same at any speed.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

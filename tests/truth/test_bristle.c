@@ -1,6 +1,5 @@
 // Bristles: noisy sliding about L(F), the same along the same path at any speed, different with another seed.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

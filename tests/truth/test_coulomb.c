@@ -1,6 +1,5 @@
 // Coulomb: stands exactly inside breakaway, slides with L(F) whatever the speed, remembers nothing.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

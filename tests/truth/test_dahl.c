@@ -1,6 +1,5 @@
 // Dahl: the exponential loop in space at any speed, no Stribeck effect, and drift in presliding.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

@@ -1,6 +1,5 @@
 // Elasto-plastic: elastic, and without drift, up to a part of breakaway; beyond that as LuGre.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

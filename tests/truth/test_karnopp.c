@@ -1,6 +1,5 @@
 // Karnopp: inside a zone of speeds the position stands exactly; breakaway may exceed the friction of sliding.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

@@ -1,6 +1,5 @@
 // Leuven: hysteresis of presliding with non-local memory, under LuGre's sliding.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

@@ -1,6 +1,5 @@
 // Lubricated contact: breakaway L at rest, a film that lifts the load off it with speed, and late.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

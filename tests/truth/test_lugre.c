@@ -1,7 +1,6 @@
 // LuGre: Stribeck effect, friction lag, a breakaway that falls with the rate of force, drift; with the paper's
 // parameters no gradual transition.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

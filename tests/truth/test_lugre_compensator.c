@@ -1,6 +1,5 @@
 // The library's LuGre, at 1 kHz in float and in Q31 with its arm model, against Eq. (12) by CVODE with the same input.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "tribo/arm_f32.h"
 #include "tribo/lugre_f32.h"

@@ -1,6 +1,5 @@
 // Maxwell slip: hysteresis with non-local memory by Masing's rules, Stribeck effect, friction lag, no drift.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

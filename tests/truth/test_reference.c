@@ -4,6 +4,7 @@
 #include "unity.h"
 
 #include <stdio.h>
+#include <string.h>
 
 void setUp(void)
 {
@@ -30,10 +31,10 @@ static void compare(const rig_t *rig, const rig_ramp_t *ramps, unsigned count)
 
 static void test_every_model_agrees_with_cvode_to_1_percent_of_force(void)
 {
-    for (size_t i = 0; i < sim_truth_count; i++)
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
         rig_t rig;
-        rig_init(&rig, sim_truths[i]);
+        rig_init(&rig, sim_truth_models[i]);
         compare(&rig, rig_compare_ramps, rig_compare_count);
     }
 }
@@ -42,10 +43,10 @@ static void test_every_model_agrees_with_cvode_to_1_percent_of_force(void)
 static void test_every_model_agrees_on_slow_ramps(void)
 {
     static const rig_ramp_t ramps[] = {{0.5, 1.0}, {0.12, 1.0}, {0.27, 15.0}, {0.17, 10.0}};
-    for (size_t i = 0; i < sim_truth_count; i++)
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
         rig_t rig;
-        rig_init(&rig, sim_truths[i]);
+        rig_init(&rig, sim_truth_models[i]);
         compare(&rig, ramps, sizeof ramps / sizeof ramps[0]);
     }
 }
@@ -55,10 +56,10 @@ static void test_every_model_agrees_on_jumps(void)
 {
     static const rig_ramp_t ramps[] =
         {{0.5, 0.005}, {0.5, 0.195}, {0.1, 0.005}, {0.1, 0.195}, {0.45, 0.005}, {0.45, 0.195}};
-    for (size_t i = 0; i < sim_truth_count; i++)
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
         rig_t rig;
-        rig_init(&rig, sim_truths[i]);
+        rig_init(&rig, sim_truth_models[i]);
         compare(&rig, ramps, sizeof ramps / sizeof ramps[0]);
     }
 }
@@ -66,12 +67,12 @@ static void test_every_model_agrees_on_jumps(void)
 /// Directions that differ, gravity, breakaway from a table.
 static void test_every_model_agrees_with_asymmetry_gravity_and_a_table(void)
 {
-    static sim_breakaway_point_t points[] = {{0.0, 0.010, 0.005}, {0.2, 0.060, 0.080}, {0.5, 0.150, 0.170}};
-    for (size_t i = 0; i < sim_truth_count; i++)
+    static const sim_breakaway_point_t points[] = {{0.0, 0.010, 0.005}, {0.2, 0.060, 0.080}, {0.5, 0.150, 0.170}};
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
         rig_t rig;
-        rig_init(&rig, sim_truths[i]);
-        rig.config.friction.breakaway.table       = points;
+        rig_init(&rig, sim_truth_models[i]);
+        memcpy(rig.config.friction.breakaway.table, points, sizeof points);
         rig.config.friction.breakaway.table_count = 3;
         rig.config.friction.gravity_n             = 0.004;
         compare(&rig, rig_compare_ramps, rig_compare_count);
@@ -81,11 +82,11 @@ static void test_every_model_agrees_with_asymmetry_gravity_and_a_table(void)
 /// Friction of sliding below breakaway, where a model has such a parameter.
 static void test_models_with_a_stribeck_effect_agree(void)
 {
-    for (size_t i = 0; i < sim_truth_count; i++)
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
         rig_t rig;
-        rig_init(&rig, sim_truths[i]);
-        if (sim_truth_parameter_find(sim_truths[i], "sliding_ratio") != NULL)
+        rig_init(&rig, sim_truth_models[i]);
+        if (rig_key(sim_truth_models[i], "sliding_ratio") != NULL)
         {
             rig_set(&rig, "sliding_ratio", 0.9);
             compare(&rig, rig_compare_ramps, rig_compare_count);
@@ -97,15 +98,15 @@ static void test_models_with_a_stribeck_effect_agree(void)
 static void test_every_parameter_agrees(void)
 {
     static const rig_ramp_t ramps[] = {{0.5, 0.4}, {0.5, 0.1}, {0.1, 0.2}, {0.45, 0.005}, {0.45, 0.1}, {-0.2, 0.3}};
-    for (size_t i = 0; i < sim_truth_count; i++)
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
-        for (size_t k = 0; k < sim_truths[i]->parameter_count; k++)
+        for (size_t k = 0; k < sim_truth_key_count(sim_truth_models[i]); k++)
         {
-            const sim_truth_parameter_t *row = &sim_truths[i]->parameters[k];
-            rig_t                        rig;
-            rig_init(&rig, sim_truths[i]);
-            rig_set(&rig, row->name, row->initial == 0.0 ? 0.05 : row->initial * 0.8);
-            printf("%s %g: ", row->name, row->initial == 0.0 ? 0.05 : row->initial * 0.8);
+            const sim_key_t *row = &sim_truth_models[i]->keys[k];
+            rig_t            rig;
+            rig_init(&rig, sim_truth_models[i]);
+            rig_set(&rig, row->name, row->standard == 0.0 ? 0.05 : row->standard * 0.8);
+            printf("%s %g: ", row->name, row->standard == 0.0 ? 0.05 : row->standard * 0.8);
             compare(&rig, ramps, sizeof ramps / sizeof ramps[0]);
         }
     }

@@ -1,6 +1,5 @@
 // Reset integrator: a spring up to breakaway, then at once the lower friction of slipping; no drift.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

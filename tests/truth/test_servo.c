@@ -1,6 +1,5 @@
 // Load-dependent servo model: the published coefficients, scaled to the arm's base, set breakaway with the load.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

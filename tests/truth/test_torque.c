@@ -1,6 +1,5 @@
 // The torque-based model: friction is the net force itself up to breakaway, so the transition is sharp and nothing drifts.
 
-#include "plant/truth/models.h"
 #include "rig.h"
 #include "unity.h"
 

@@ -1,10 +1,12 @@
 #include "tribo/arm_q31.h"
 
 #include "random.h"
+#include "runs.h"
 #include "tribo/quantize_q31.h"
 #include "unity.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -96,20 +98,22 @@ static void test_arm_that_sticks_comes_to_rest_from_both_sides_alike(void)
     TEST_ASSERT_EQUAL_INT32(0, mirror.force_change);
 }
 
-// 2^-33 of full scale a tick, for a million ticks.
+// 2^-33 of full scale a tick.
 static void test_arm_loses_nothing_of_a_slow_push(void)
 {
-    state.force_change = 0;
-    const int32_t d    = 1;
-    int64_t       sum  = 0;
-    for (int k = 0; k < 100000; k++)
+    for (int32_t d = -1; d <= 1; d += 2)
     {
-        sum += tribo_q31_shift_to_zero(params.phi_d * (int64_t)d + params.phi_g * (int64_t)state.force_change,
-                                       params.shift);
-        (void)tribo_arm_q31_step(&params, &state, d);
+        int64_t sum = 0;
+        tribo_arm_q31_reset(&state);
+        for (int k = 0; k < 50000; k++)
+        {
+            sum += tribo_q31_shift_to_zero(params.phi_d * (int64_t)d + params.phi_g * (int64_t)state.force_change,
+                                           params.shift);
+            (void)tribo_arm_q31_step(&params, &state, d);
+        }
+        TEST_ASSERT_EQUAL_INT64(sum, state.force);
+        TEST_ASSERT_TRUE(state.force * d > 0);
     }
-    TEST_ASSERT_EQUAL_INT64(sum, state.force);
-    TEST_ASSERT_TRUE(state.force > 0);
 }
 
 static void test_arm_saturates_at_full_scale_and_counts(void)
@@ -181,8 +185,6 @@ static void test_arm_init_leaves_room_for_the_sum_of_its_products(void)
         if (tribo_arm_q31_init(&params, &config, H) == TRIBO_OK)
         {
             TEST_ASSERT_TRUE(ldexp(abs(params.phi_d), -28) + ldexp(abs(params.phi_g), -28) < 4.0);
-            TEST_ASSERT_EQUAL_INT32(INT32_C(1) << (30 - params.shift), params.power);
-            TEST_ASSERT_EQUAL_UINT32((UINT32_C(1) << params.shift) - 1u, params.below);
             fast += params.gamma_d < 0;
         }
     }
@@ -232,6 +234,97 @@ static void test_arm_init_accepts_exactly_what_is_stable(void)
     TEST_ASSERT_TRUE(accepted > 1000);
 }
 
+/// Jury's conditions on the quantised numbers, in integers: true when the arm that moves under a constant force, and G alone
+/// when it sticks, die away.
+static bool dies_away(const tribo_arm_q31_params_t *p)
+{
+    // F' = (1 - phi_d 2^-s) F + phi_g 2^-s G, G' = -gamma_d F + gamma_g G: over 2^28, and what couples them over 2^(56 + s).
+    const int64_t one        = INT64_C(1) << 28;
+    const double  coupling   = ldexp((double)((int64_t)p->phi_g * p->gamma_d), -56 - p->shift);
+    const double  force_rest = ldexp(p->phi_d, -28 - p->shift); // what F loses a tick
+    const double  speed_rest = ldexp((double)(one - p->gamma_g), -28);
+    const double  at_1       = force_rest * speed_rest + coupling;
+    const double  radius     = force_rest + speed_rest - force_rest * speed_rest - coupling; // 1 - determinant
+    const double  at_minus_1 = (2.0 - force_rest) * (2.0 - speed_rest) + coupling;
+    return at_1 > 0.0 && radius > 0.0 && at_minus_1 > 0.0 && llabs(p->gamma_g) < one;
+}
+
+// Arms at the edge of stability: undamped, critically damped, of a multiple of half a period a tick, slow.
+static void test_arm_init_never_accepts_what_does_not_die_away(void)
+{
+    random_t r          = {12};
+    int      counts[3]  = {0, 0, 0}; // accepted, too fast, not stable
+    int      at_minus_1 = 0;
+    for (int i = 0; i < RUNS(20000, 2000); i++)
+    {
+        const double near  = random_between(&r, -1.0, 1.0) * pow(10.0, random_between(&r, -7.0, -1.0));
+        const double half  = acos(-1.0) * (1.0 + i % 6) * (1.0 + near);
+        const double omega = i % 3 == 0 ? half : pow(10.0, random_between(&r, -4.6, 2.0));
+        const double loss  = pow(10.0, random_between(&r, -9.5, 1.0));
+        const double b     = i % 5 == 0 ? 0.0 : (i % 7 == 0 ? 2.0 * omega * (1.0 + 1e-3 * near) : loss);
+
+        config = (tribo_arm_f32_config_t){.inertia   = 1.0f,
+                                          .damping   = (float)(b / (double)H),
+                                          .stiffness = (float)(omega * omega / (double)H / (double)H)};
+        tribo_arm_f32_params_t twin;
+        if (tribo_arm_f32_init(&twin, &config, H) != TRIBO_OK)
+        {
+            continue;
+        }
+        at_minus_1 += twin.gamma_g == -1.0f;
+        const tribo_status_t status = tribo_arm_q31_init(&params, &config, H);
+        counts[status == TRIBO_OK ? 0 : (status == TRIBO_ERR_ARM_TOO_FAST ? 1 : 2)]++;
+        TEST_ASSERT_TRUE(status == TRIBO_OK || status == TRIBO_ERR_ARM_TOO_FAST || status == TRIBO_ERR_DAMPING);
+        TEST_ASSERT_TRUE(status != TRIBO_OK || dies_away(&params));
+        // Refused for its damping is only what rounding to float and to Q28 may have made undamped.
+        TEST_ASSERT_TRUE(status != TRIBO_ERR_DAMPING || b < 3e-7 * (1.0 + omega));
+    }
+    TEST_ASSERT_TRUE(counts[0] > RUNS(5000, 500) && counts[1] > RUNS(50, 5) && counts[2] > RUNS(1000, 100));
+    TEST_ASSERT_TRUE(at_minus_1 > RUNS(50, 5)); // where one of the conditions is 0 to the last bit
+    // The determinant is a bit below 1.
+    config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 1.61815806e-05f, .stiffness = 359446.656f};
+    init(H);
+}
+
+// gamma_g is 1 in float: nothing slows the arm down when it sticks.
+static void test_arm_init_refuses_what_rounds_to_no_damping(void)
+{
+    config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 1.0e-6f, .stiffness = 2.0e-3f};
+    check_refused(TRIBO_ERR_DAMPING, H);
+}
+
+// With 2^s in them, the coefficients of the drive have all the bits that they can have.
+static void test_arm_init_takes_the_largest_shift_that_fits(void)
+{
+    int shifts[16] = {0};
+    int by_phi     = 0;
+    for (float damping = 0.1f; damping < 3.0e3f; damping *= 9.0f)
+    {
+        for (float stiffness = 1.1e-3f; stiffness < 4.0e7f; stiffness *= RUNS(1.01f, 1.03f))
+        {
+            config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = damping, .stiffness = stiffness};
+            tribo_arm_f32_params_t twin;
+            TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&twin, &config, H));
+            if (tribo_arm_q31_init(&params, &config, H) != TRIBO_OK)
+            {
+                continue;
+            }
+            const double push     = fabs((double)twin.gamma_d);
+            const double move     = fabs((double)twin.phi_d);
+            const double coast    = fabs((double)twin.phi_g);
+            int          expected = 0;
+            while (expected < 15 && ldexp(push, 2 * (expected + 1)) <= 1.0 && ldexp(move, expected + 1) + coast < 3.999)
+            {
+                expected++;
+            }
+            TEST_ASSERT_EQUAL_INT(expected, params.shift);
+            by_phi += expected < 15 && ldexp(push, 2 * (expected + 1)) <= 1.0;
+            shifts[expected]++;
+        }
+    }
+    TEST_ASSERT_TRUE(shifts[0] > 3 && shifts[5] > 3 && shifts[15] > 3 && by_phi > 3);
+}
+
 static void test_arm_does_not_pass_full_scale_by_a_bit(void)
 {
     const int64_t most = (int64_t)INT32_MAX * (INT64_C(1) << 28);
@@ -251,8 +344,6 @@ static void test_arm_moves_in_mirror_image_to_the_last_bit(void)
         tribo_arm_q31_state_t  mirror;
         uint32_t               word = 1;
         p.shift                     = (uint8_t)shift;
-        p.power                     = INT32_C(1) << (30u - shift);
-        p.below                     = (uint16_t)((UINT32_C(1) << shift) - 1u);
         tribo_arm_q31_reset(&state);
         tribo_arm_q31_reset(&mirror);
         for (int k = 0; k < 1000; k++)
@@ -282,8 +373,6 @@ static void test_arm_rounds_towards_zero_to_the_last_bit(void)
 
             const tribo_arm_q31_params_t p = {.phi_d   = gammas[i % 5u],
                                               .gamma_d = gammas[i % 5u],
-                                              .power   = INT32_C(1) << (30u - shift),
-                                              .below   = (uint16_t)((UINT32_C(1) << shift) - 1u),
                                               .shift   = (uint8_t)shift};
             tribo_arm_q31_reset(&state);
             (void)tribo_arm_q31_step(&p, &state, d);
@@ -322,5 +411,8 @@ int main(void)
     RUN_TEST(test_arm_moves_in_mirror_image_to_the_last_bit);
     RUN_TEST(test_arm_rounds_towards_zero_to_the_last_bit);
     RUN_TEST(test_arm_clamps_from_full_scale_on);
+    RUN_TEST(test_arm_init_never_accepts_what_does_not_die_away);
+    RUN_TEST(test_arm_init_refuses_what_rounds_to_no_damping);
+    RUN_TEST(test_arm_init_takes_the_largest_shift_that_fits);
     return UNITY_END();
 }

@@ -10,19 +10,10 @@
 #include <stdio.h>
 #include <string.h>
 
-static const tribo_biquad_f32_section_t paper[]           = TRIBO_PAPER_CONTROLLER_F32;
-static const tribo_biquad_f32_section_t pi[]              = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0)};
-static const tribo_biquad_f32_section_t two_integrators[] = {TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -1.0, 0.0),
-                                                             TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -1.0, 0.0)};
-static const tribo_biquad_f32_section_t pi_first[]        = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0),
-                                                             TRIBO_BIQUAD_F32(1.0, -0.2, 0.0, -0.6, 0.0)};
-// A zero outside the unit circle: D > 0, K(1) < 0 ...
+static const tribo_biquad_f32_section_t paper[] = TRIBO_PAPER_CONTROLLER_F32;
+static const tribo_biquad_f32_section_t pi[]    = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0)};
+// A zero outside the unit circle: D > 0, K(1) < 0.
 static const tribo_biquad_f32_section_t zero_outside[] = {TRIBO_BIQUAD_F32(1.0, -1.2, 0.0, -0.99, 0.0)};
-// ... and the same with an integrator in front.
-static const tribo_biquad_f32_section_t pi_zero_outside[] = {TRIBO_BIQUAD_F32(2.0, -1.9, 0.0, -1.0, 0.0),
-                                                             TRIBO_BIQUAD_F32(1.0, -1.2, 0.0, -0.6, 0.0)};
-static const tribo_biquad_f32_section_t complex_outside[] = {TRIBO_BIQUAD_F32(1.0, -1.8, 1.3, -1.5, 0.6),
-                                                             TRIBO_BIQUAD_F32(0.7, -0.6, 0.0, -0.9999, 0.0)};
 
 // A zero beyond z = -1.
 static const tribo_biquad_f32_section_t zero_behind[] = {TRIBO_BIQUAD_F32(1.0, 1.5, 0.0, -0.9, 0.0)};
@@ -54,113 +45,6 @@ void tearDown(void)
 static float step(float e, float feedforward)
 {
     return tribo_controller_f32_step(&params, &state, e, feedforward, &seen);
-}
-
-static void test_controller_is_its_cascade_plus_the_feedforward(void)
-{
-    tribo_biquad_f32_state_t cascade;
-    tribo_biquad_f32_reset(&cascade);
-    for (int k = 0; k < 1000; k++)
-    {
-        const float e = 0.01f * (float)sin(k * 0.05);
-        const float f = 0.1f * (float)cos(k * 0.01);
-        const float v = tribo_biquad_f32_step(&params.cascade, &cascade, e);
-        const float u = step(e, f);
-        TEST_ASSERT_SAME_FLOAT(v, seen.v_n);
-        TEST_ASSERT_SAME_FLOAT(v + f, u);
-        TEST_ASSERT_SAME_FLOAT(u, seen.u_n);
-        TEST_ASSERT_FALSE(seen.limited);
-    }
-    TEST_ASSERT_EQUAL_UINT32(0, state.limited_ticks);
-}
-
-static void test_controller_keeps_u_within_its_limits(void)
-{
-    TEST_ASSERT_SAME_FLOAT(1.0f, step(5.0f, 0.0f));
-    TEST_ASSERT_TRUE(seen.limited);
-    TEST_ASSERT_SAME_FLOAT(-0.5f, step(-5.0f, 0.0f));
-    TEST_ASSERT_SAME_FLOAT(1.0f, step(0.0f, 5.0f));
-    TEST_ASSERT_EQUAL_UINT32(3, state.limited_ticks);
-    state.limited_ticks = UINT32_MAX;
-    (void)step(5.0f, 0.0f);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, state.limited_ticks);
-}
-
-static void test_controller_is_not_limited_at_its_very_limit(void)
-{
-    TEST_ASSERT_SAME_FLOAT(1.0f, step(0.0f, 1.0f));
-    TEST_ASSERT_FALSE(seen.limited);
-    TEST_ASSERT_SAME_FLOAT(-0.5f, step(0.0f, -0.5f));
-    TEST_ASSERT_FALSE(seen.limited);
-    (void)step(0.0f, 1.0f + FLT_EPSILON);
-    TEST_ASSERT_TRUE(seen.limited);
-    TEST_ASSERT_EQUAL_UINT32(1, state.limited_ticks);
-}
-
-// Hanus: the states go on as if the input had come that gives the limited u.
-static void test_controller_conditions_its_states_on_the_limited_output(void)
-{
-    const float                feedforward = 0.2f;
-    tribo_biquad_f32_outputs_t nodes;
-    tribo_biquad_f32_state_t   cascade    = state.cascade;
-    const float                v          = tribo_biquad_f32_output(&params.cascade, &cascade, 3.0f, &nodes);
-    const float                D          = paper[0].b0 * paper[1].b0;
-    const float                realisable = 3.0f + (1.0f - feedforward - v) / D;
-    tribo_biquad_f32_reset(&cascade);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 1.0f - feedforward, tribo_biquad_f32_step(&params.cascade, &cascade, realisable));
-
-    TEST_ASSERT_SAME_FLOAT(1.0f, step(3.0f, feedforward));
-    for (int i = 0; i < 2; i++)
-    {
-        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cascade.section[i].w1, state.cascade.section[i].w1);
-        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cascade.section[i].w2, state.cascade.section[i].w2);
-    }
-}
-
-static void check_no_windup(const tribo_biquad_f32_section_t *sections, uint32_t count, float e)
-{
-    init(sections, count);
-    float w1[TRIBO_BIQUAD_SECTIONS_MAX] = {0.0f};
-    for (int k = 0; k < 20000; k++)
-    {
-        (void)step(e, 0.0f);
-        for (uint32_t i = 0; i < count && k == 10000; i++)
-        {
-            w1[i] = state.cascade.section[i].w1;
-        }
-    }
-    for (uint32_t i = 0; i < count; i++)
-    {
-        TEST_ASSERT_FLOAT_WITHIN(1e-3f * (1.0f + fabsf(w1[i])), w1[i], state.cascade.section[i].w1);
-        TEST_ASSERT_TRUE(fabsf(w1[i]) < 1.0e3f);
-    }
-    TEST_ASSERT_TRUE(state.limited_ticks > 100u);
-}
-
-static void test_controller_does_not_wind_up_whatever_its_zeros(void)
-{
-    for (float e = -3.0f; e <= 3.0f; e += 6.0f)
-    {
-        check_no_windup(paper, 2, e);
-        check_no_windup(pi, 1, e);
-        check_no_windup(pi_first, 2, e);
-        check_no_windup(two_integrators, 2, e);
-        check_no_windup(zero_outside, 1, e);
-        check_no_windup(zero_behind, 1, e);
-        check_no_windup(pi_zero_outside, 2, e);
-        check_no_windup(complex_outside, 2, e);
-    }
-}
-
-static void test_controller_leaves_its_limit_as_soon_as_the_error_turns(void)
-{
-    for (int k = 0; k < 60000; k++)
-    {
-        (void)step(2.0f, 0.0f);
-    }
-    TEST_ASSERT_SAME_FLOAT(1.0f, step(2.0f, 0.0f));
-    TEST_ASSERT_TRUE(step(-0.01f, 0.0f) < 1.0f); // in the first tick
-    TEST_ASSERT_FALSE(seen.limited);
 }
 
 static void test_controller_takes_the_largest_stable_conditioning(void)
@@ -253,26 +137,6 @@ static void test_controller_finds_an_anti_windup_for_any_stable_cascade(void)
     TEST_ASSERT_TRUE(partly > 20);
 }
 
-// --- change of params --------------------------------------------------------------------------------------------
-
-static void test_controller_changes_params_without_a_bump(void)
-{
-    tribo_controller_f32_params_t other;
-    tribo_controller_f32_config_t other_config = config;
-    other_config.sections                      = pi_first;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_f32_init(&other, &other_config));
-    for (int k = 0; k < 2000; k++)
-    {
-        (void)step(0.002f, 0.1f);
-    }
-    const float before = seen.u_n;
-    tribo_controller_f32_change(&params, &other, &state, 0.002f, 0.0f);
-    const float after = tribo_controller_f32_step(&other, &state, 0.002f, 0.1f, &seen);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, before, after); // it had been rising by 1e-5 a tick
-    tribo_controller_f32_change(&other, &other, &state, 0.002f, -0.05f);
-    TEST_ASSERT_FLOAT_WITHIN(5e-3f, after - 0.05f, tribo_controller_f32_step(&other, &state, 0.002f, 0.1f, &seen));
-}
-
 static void test_controller_change_takes_bad_numbers_for_zero(void)
 {
     (void)step(0.1f, 0.0f);
@@ -289,6 +153,7 @@ static void test_controller_takes_bad_inputs_for_zero_and_counts_them(void)
     const float bad[] = {NAN, -NAN, INFINITY, -INFINITY, FLT_MAX, 4.1e6f};
     (void)step(3.9e6f, -3.9e6f);
     TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
+    tribo_controller_f32_reset(&state); // u is not at a limit, which would hide what was put in
     for (uint32_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
     {
         (void)step(0.01f, 0.1f);
@@ -299,6 +164,7 @@ static void test_controller_takes_bad_inputs_for_zero_and_counts_them(void)
         TEST_ASSERT_EQUAL_UINT32(2u * i + 1u, state.bad_inputs);
         const float with_zero_feedforward = tribo_controller_f32_step(&params, &zeros, 0.01f, 0.0f, &other);
         TEST_ASSERT_SAME_FLOAT(with_zero_feedforward, step(0.01f, bad[i]));
+        TEST_ASSERT_FALSE(seen.limited);
         TEST_ASSERT_EQUAL_UINT32(2u * i + 2u, state.bad_inputs);
     }
 }
@@ -318,7 +184,10 @@ static void test_controller_starts_again_when_its_state_is_lost(void)
             TEST_ASSERT_FALSE(seen.limited);
             TEST_ASSERT_SAME_FLOAT(0.0f, seen.v_n);
             TEST_ASSERT_EQUAL_UINT32(1, state.cascade.bad_inputs);
-            const float u = step(0.01f, 0.3f); // from rest
+            tribo_controller_f32_state_t rest;
+            tribo_controller_f32_reset(&rest);
+            TEST_ASSERT_EQUAL_MEMORY(rest.cascade.section, state.cascade.section, sizeof rest.cascade.section);
+            const float u = step(0.01f, 0.3f);
             tribo_controller_f32_reset(&state);
             TEST_ASSERT_SAME_FLOAT(step(0.01f, 0.3f), u);
         }
@@ -332,25 +201,13 @@ static void test_controller_starts_again_when_its_state_is_lost(void)
     }
 }
 
-// A third section that passes its input on: the same bits by the way of any number of sections.
-static void test_controller_of_two_sections_is_that_of_any_number(void)
+static void test_controller_reset_clears_its_counters(void)
 {
-    const tribo_biquad_f32_section_t three[] = {paper[0], paper[1], {1.0f, 0.5f, 0.25f, 0.5f, 0.25f}};
-    tribo_controller_f32_params_t    two     = params;
-    tribo_controller_f32_state_t     other   = state;
-    random_t                         r       = {9};
-    init(three, 3);
-    for (int k = 0; k < 5000; k++)
-    {
-        const float                    e = (float)random_between(&r, -0.6, 0.6);
-        tribo_controller_f32_signals_t as_two;
-        const float                    u = tribo_controller_f32_step(&two, &other, e, 0.1f, &as_two);
-        TEST_ASSERT_SAME_FLOAT(u, step(e, 0.1f));
-        TEST_ASSERT_SAME_FLOAT(as_two.v_n, seen.v_n);
-        TEST_ASSERT_EQUAL_INT(as_two.limited, seen.limited);
-    }
-    TEST_ASSERT_TRUE(state.limited_ticks > 100u && state.limited_ticks < 4900u);
-    TEST_ASSERT_EQUAL_UINT32(other.limited_ticks, state.limited_ticks);
+    memset(&state, 0x5a, sizeof state);
+    tribo_controller_f32_reset(&state);
+    TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
+    TEST_ASSERT_EQUAL_UINT32(0, state.limited_ticks);
+    TEST_ASSERT_EQUAL_UINT32(0, state.cascade.bad_inputs);
 }
 
 // --- set-up ------------------------------------------------------------------------------------------------------
@@ -420,20 +277,13 @@ static void test_controller_init_refuses_cascades_that_it_cannot_run(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_controller_is_its_cascade_plus_the_feedforward);
-    RUN_TEST(test_controller_keeps_u_within_its_limits);
-    RUN_TEST(test_controller_is_not_limited_at_its_very_limit);
-    RUN_TEST(test_controller_conditions_its_states_on_the_limited_output);
-    RUN_TEST(test_controller_does_not_wind_up_whatever_its_zeros);
-    RUN_TEST(test_controller_leaves_its_limit_as_soon_as_the_error_turns);
     RUN_TEST(test_controller_takes_the_largest_stable_conditioning);
     RUN_TEST(test_controller_finds_an_anti_windup_for_any_stable_cascade);
-    RUN_TEST(test_controller_changes_params_without_a_bump);
     RUN_TEST(test_controller_change_takes_bad_numbers_for_zero);
     RUN_TEST(test_controller_takes_bad_inputs_for_zero_and_counts_them);
     RUN_TEST(test_controller_starts_again_when_its_state_is_lost);
-    RUN_TEST(test_controller_of_two_sections_is_that_of_any_number);
     RUN_TEST(test_controller_init_checks_every_field);
     RUN_TEST(test_controller_init_refuses_cascades_that_it_cannot_run);
+    RUN_TEST(test_controller_reset_clears_its_counters);
     return UNITY_END();
 }

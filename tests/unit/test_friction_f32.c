@@ -249,6 +249,21 @@ static void test_friction_counts_no_net_force_as_positive(void)
     TEST_ASSERT_SAME_FLOAT(0.007f, seen.L_n);
 }
 
+// -0 - 0 + -0 is -0, which the sign bit would count as negative.
+static void test_friction_counts_no_net_force_as_positive_whatever_the_signs_of_its_zeros(void)
+{
+    const float zeros[]      = {0.0f, -0.0f};
+    config.negative.offset_n = 0.02f;
+    for (int i = 0; i < 8; i++)
+    {
+        config.gravity_n = zeros[i % 2];
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
+        tribo_friction_f32_reset(&state);
+        (void)step(zeros[i / 2 % 2], zeros[i / 4]);
+        TEST_ASSERT_SAME_FLOAT(0.007f, seen.L_n);
+    }
+}
+
 static void test_friction_takes_each_direction_from_its_own_law(void)
 {
     config.positive = (tribo_breakaway_f32_t){.offset_n = 0.01f, .slope = 0.25f};
@@ -486,5 +501,6 @@ int main(void)
     RUN_TEST(test_friction_init_checks_sample_time_and_pointers);
     RUN_TEST(test_friction_init_checks_the_table);
     RUN_TEST(test_friction_init_rounds_the_pulse_width_to_samples);
+    RUN_TEST(test_friction_counts_no_net_force_as_positive_whatever_the_signs_of_its_zeros);
     return UNITY_END();
 }

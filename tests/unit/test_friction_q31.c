@@ -2,6 +2,7 @@
 
 #include "plain_relays.h"
 #include "random.h"
+#include "runs.h"
 #include "tribo/quantize_q31.h"
 #include "unity.h"
 
@@ -355,6 +356,49 @@ static void test_friction_table_of_one_point_is_a_constant(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, -0.02, step(-0.9, 0.7));
 }
 
+// --- rounding of params ------------------------------------------------------------------------------------------
+
+// To nearest, halves up; a float of 2^23 units or more has no half.
+static void test_friction_init_rounds_levels_to_the_nearest_unit(void)
+{
+    random_t r = {14};
+    for (int i = 0; i < 6000; i += RUNS(1, 20))
+    {
+        const double units = i < 2000
+                                 ? random_between(&r, 4400.0, 7.4e6)
+                                 : (i < 4000 ? random_between(&r, 7.4e6, 9.3e6) : random_between(&r, 9.3e6, 4.2e9));
+        config.set_level   = (float)ldexp(units, -32);
+        config.reset_level = config.set_level;
+        config.positive    = (tribo_breakaway_f32_t){.offset_n = 1.0f, .slope = (float)ldexp(units, -32)};
+        init();
+        const uint32_t expected = (uint32_t)floor(ldexp((double)config.set_level, 32) + 0.5);
+        TEST_ASSERT_EQUAL_UINT32(expected, params.set_level);
+        TEST_ASSERT_EQUAL_UINT32(expected, params.reset_level);
+        TEST_ASSERT_EQUAL_UINT32(expected, params.law[0].slope);
+    }
+    config.set_level = 1.0f;
+    init();
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, params.set_level);
+}
+
+static void test_friction_init_rounds_forces_to_the_nearest_unit_of_either_sign(void)
+{
+    random_t r = {15};
+    for (int i = 0; i < 6000; i += RUNS(1, 20))
+    {
+        const double units = i < 2000
+                                 ? random_between(&r, 0.1, 7.4e6)
+                                 : (i < 4000 ? random_between(&r, 7.4e6, 9.3e6) : random_between(&r, 9.3e6, 2.1e9));
+        config.gravity_n   = (float)ldexp(units, -30); // at a full scale of 2 N
+        init();
+        const int32_t expected = (int32_t)floor(ldexp((double)config.gravity_n, 30) + 0.5);
+        TEST_ASSERT_EQUAL_INT32(expected, params.gravity);
+        config.gravity_n = -config.gravity_n;
+        init();
+        TEST_ASSERT_EQUAL_INT32(-expected, params.gravity);
+    }
+}
+
 // --- what must never happen --------------------------------------------------------------------------------------
 
 static void test_friction_saturates_net_force_and_breakaway_at_full_scale(void)
@@ -522,5 +566,7 @@ int main(void)
     RUN_TEST(test_friction_takes_a_rise_of_a_bit_for_a_rise);
     RUN_TEST(test_friction_is_at_its_breakaway_however_far_beyond_n_is);
     RUN_TEST(test_friction_breakaway_ends_at_full_scale);
+    RUN_TEST(test_friction_init_rounds_levels_to_the_nearest_unit);
+    RUN_TEST(test_friction_init_rounds_forces_to_the_nearest_unit_of_either_sign);
     return UNITY_END();
 }

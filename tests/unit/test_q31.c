@@ -48,24 +48,58 @@ static void test_q31_sums_saturate_and_count(void)
     TEST_ASSERT_EQUAL_UINT32(4, saturated);
 }
 
-static void test_q31_balances_three_forces_as_64_bits_do(void)
+/// x / 2^shift rounded down, within 32 bits, as 64 bits have it.
+static void check_narrow(int64_t x, uint32_t shift, uint32_t *expected)
 {
-    static const int32_t ends[]   = {INT32_MIN, -INT32_MAX, -2, -1, 0, 1, 2, INT32_MAX - 1, INT32_MAX};
-    uint32_t             expected = 0;
-    random_t             r        = {12};
-    for (uint32_t k = 0; k < 30000u; k++)
+    const int64_t part = x >> shift;
+    const int64_t fit  = part > INT32_MAX ? INT32_MAX : (part < INT32_MIN ? INT32_MIN : part);
+    *expected += fit != part;
+    TEST_ASSERT_EQUAL_INT64(fit, tribo_q31_narrow(x, shift, &saturated));
+    TEST_ASSERT_EQUAL_UINT32(*expected, saturated);
+}
+
+// At both ends of what fits, to the bit, and over all of 64 bits.
+static void test_q31_narrows_as_64_bits_do(void)
+{
+    random_t r        = {21};
+    uint32_t expected = 0;
+    for (uint32_t shift = 1; shift <= 31u; shift++)
     {
-        const int32_t a   = k < 729u ? ends[k % 9u] : (int32_t)(uint32_t)random_bits(&r);
-        const int32_t b   = k < 729u ? ends[k / 9u % 9u] : (int32_t)(uint32_t)random_bits(&r);
-        const int32_t any = k < 729u ? ends[k / 81u] : (int32_t)(uint32_t)random_bits(&r);
-        const int32_t c   = any == INT32_MIN ? INT32_MAX : any;
-        const int64_t sum = (int64_t)a - b + c;
-        const int64_t fit = sum > INT32_MAX ? INT32_MAX : (sum < -INT32_MAX ? -INT32_MAX : sum);
-        expected += fit != sum;
-        TEST_ASSERT_EQUAL_INT64(fit, tribo_q31_balance(a, b, c, &saturated));
-        TEST_ASSERT_EQUAL_UINT32(expected, saturated);
+        const int64_t one   = INT64_C(1) << shift;
+        const int64_t above = one * ((int64_t)INT32_MAX + 1); // the first that does not fit
+        const int64_t below = one * INT32_MIN;                // the last that does
+        const int64_t x[]   = {0,
+                               1,
+                               -1,
+                               one - 1,
+                               one,
+                               -one,
+                               1 - one,
+                               above - 1,
+                               above,
+                               above + 1,
+                               above + above / 2,
+                               below - 1,
+                               below,
+                               below + 1,
+                               2 * below,
+                               above + (above - one),
+                               INT64_MAX,
+                               INT64_MIN,
+                               INT64_MIN + 1};
+        for (size_t i = 0; i < sizeof x / sizeof x[0]; i++)
+        {
+            check_narrow(x[i], shift, &expected);
+        }
+        for (int k = 0; k < 1000; k++)
+        {
+            check_narrow((int64_t)random_bits(&r) >> (random_bits(&r) % 64u), shift, &expected);
+        }
     }
-    TEST_ASSERT_TRUE(expected > 5000u && expected < 20000u);
+    TEST_ASSERT_TRUE(expected > 2000u);
+    saturated = UINT32_MAX;
+    (void)tribo_q31_narrow(INT64_MAX, 28, &saturated);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, saturated);
 }
 
 static void test_q31_widens_to_the_end_of_its_range(void)
@@ -92,7 +126,7 @@ static void test_q31_magnitude_fits_whatever_the_number(void)
 
 static void test_q31_shift_to_zero_treats_both_signs_alike(void)
 {
-    for (uint32_t shift = 0; shift <= 62u; shift++)
+    for (uint32_t shift = 0; shift <= 31u; shift++)
     {
         const int64_t one = INT64_C(1) << shift;
         TEST_ASSERT_EQUAL_INT64(0, tribo_q31_shift_to_zero(1 - one, shift));
@@ -174,12 +208,12 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_q31_saturates_to_a_symmetric_range_and_counts);
     RUN_TEST(test_q31_sums_saturate_and_count);
-    RUN_TEST(test_q31_balances_three_forces_as_64_bits_do);
     RUN_TEST(test_q31_widens_to_the_end_of_its_range);
     RUN_TEST(test_q31_magnitude_fits_whatever_the_number);
     RUN_TEST(test_q31_shift_to_zero_treats_both_signs_alike);
     RUN_TEST(test_q31_leading_zeros_of_every_length);
     RUN_TEST(test_q31_ratio_is_as_close_as_its_header_says);
     RUN_TEST(test_q31_constants_are_in_parts_of_full_scale);
+    RUN_TEST(test_q31_narrows_as_64_bits_do);
     return UNITY_END();
 }

@@ -12,8 +12,7 @@ bool link_open(void)
     return from_host >= 0 && to_host >= 0;
 }
 
-/// Words as the wire has them. All targets are little-endian, and this file does not compile for another.
-typedef char link_needs_little_endian[__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ ? 1 : -1];
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "words are sent as they are in memory");
 
 bool link_send(tribo_wire_kind_t kind, const uint32_t *words, uint32_t count)
 {
@@ -24,10 +23,10 @@ bool link_send(tribo_wire_kind_t kind, const uint32_t *words, uint32_t count)
         return false;
     }
     memcpy(message + TRIBO_WIRE_HEADER_WORDS, words, sizeof(uint32_t) * count);
-    return sys_semihost_write(to_host, message, size) == 0; // what is left to write
+    return sys_semihost_write(to_host, message, size) == 0; // the number of bytes not written
 }
 
-/// Appends what has come to `buffer`, at least a byte; false at the end of the link.
+/// Waits for at least one byte and appends it to `buffer`; false at the end of the link.
 static bool read_more(uint8_t *buffer, size_t size, size_t *have)
 {
     const size_t    room    = size - *have;
@@ -42,7 +41,7 @@ static bool read_more(uint8_t *buffer, size_t size, size_t *have)
 
 bool link_receive(uint32_t *kind, uint32_t words[TRIBO_WIRE_WORDS_MAX], uint32_t *count)
 {
-    // The host waits for an answer, so that what one call brings is never more than one message, and mostly all of it.
+    // The host waits for each answer, so a read never returns more than one message, and mostly a whole one.
     static uint32_t message[TRIBO_WIRE_HEADER_WORDS + TRIBO_WIRE_WORDS_MAX];
     size_t          have = 0;
     size_t          need = sizeof(uint32_t) * TRIBO_WIRE_HEADER_WORDS;

@@ -1,4 +1,4 @@
-/// Messages to and from the host (wire/tribo_wire.h) over two FIFOs and semihosting.
+/// Messages to and from the host (wire/tribo_wire.h) over two pipes and semihosting.
 
 #ifndef EMULATED_LINK_H
 #define EMULATED_LINK_H
@@ -8,12 +8,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// Opens both FIFOs, which waits for the host.
+/// Opens both pipes.
 bool link_open(void);
 
 bool link_send(tribo_wire_kind_t kind, const uint32_t *words, uint32_t count);
 
-/// Waits for the next message. False at the end of the link or for a message that is no message.
+/// Waits for the next message. False at the end of the link or for a message that is too long.
 bool link_receive(uint32_t *kind, uint32_t words[TRIBO_WIRE_WORDS_MAX], uint32_t *count);
 
 #endif

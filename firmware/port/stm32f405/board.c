@@ -4,8 +4,7 @@
 #include "device.h"
 #include "registers.h"
 
-// Every wait is bounded, in turns of its loop: at 16 MHz some 10 cycles each. What follows when the flag does not come is
-// said where it is waited for.
+// Every wait has a time-out, in turns of its loop of about 10 cycles each. Each caller says what happens when it runs out.
 #define WAIT_TURNS 100000u
 
 static bool wait_for_turns(const reg_t *reg, uint32_t mask, uint32_t value, uint32_t turns)
@@ -25,7 +24,7 @@ static bool wait_for(const reg_t *reg, uint32_t mask, uint32_t value)
     return wait_for_turns(reg, mask, value, WAIT_TURNS);
 }
 
-/// A peripheral may lose what is written to it in the first cycles of its clock. Reading back alone is not long enough.
+/// A peripheral may ignore a write in the first cycles of its clock (RM0090); the read-back alone is not long enough.
 static void clock_on(reg_t *enable, uint32_t bits)
 {
     *enable |= bits;
@@ -35,10 +34,11 @@ static void clock_on(reg_t *enable, uint32_t bits)
 
 // --- clock ---------------------------------------------------------------------------------------------------------
 
-/// 168 MHz of `input_mhz` as PLLM, 336 MHz in the VCO. False, and still on HSI, if it does not lock or take over.
+/// 168 MHz: PLLM is `input_mhz`, the VCO runs at 336 MHz. False, with the chip still on HSI, if the PLL does not lock or the
+/// switch to it fails.
 static bool start_pll(uint32_t input_mhz, uint32_t source)
 {
-    // The buses first: their dividers act some cycles after they are written, and the PLL takes longer to lock.
+    // Bus dividers first: they act some cycles after the write, before the PLL has locked.
     RCC->CFGR = RCC_CFGR_PPRE1_DIV4 | RCC_CFGR_PPRE2_DIV2;
     RCC->CR &= ~RCC_CR_PLLON;
     if (!wait_for(&RCC->CR, RCC_CR_PLLRDY, 0))
@@ -52,7 +52,7 @@ static bool start_pll(uint32_t input_mhz, uint32_t source)
         RCC->CR &= ~RCC_CR_PLLON;
         return false;
     }
-    // Flash first: at 168 MHz it needs 5 wait states.
+    // Flash before the switch: it needs 5 wait states at 168 MHz.
     FLASH_ACR = FLASH_ACR_LATENCY_5WS | FLASH_ACR_PRFTEN | FLASH_ACR_ICEN | FLASH_ACR_DCEN;
     if (!wait_for(&FLASH_ACR, FLASH_ACR_LATENCY, FLASH_ACR_LATENCY_5WS))
     {
@@ -67,7 +67,7 @@ static bool start_pll(uint32_t input_mhz, uint32_t source)
     return true;
 }
 
-/// Out of reset the chip runs from HSI, and stays there when nothing better starts.
+/// After reset the chip runs from HSI, and stays there if neither crystal nor PLL starts.
 static board_clock_t start_clock(void)
 {
     clock_on(&RCC->APB1ENR, RCC_APB1ENR_PWREN);
@@ -75,7 +75,7 @@ static board_clock_t start_clock(void)
     RCC->CR |= RCC_CR_HSEON;
     if (wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY) && start_pll(8, RCC_PLLCFGR_PLLSRC_HSE))
     {
-        RCC->CR |= RCC_CR_CSSON; // without the crystal all timers would go wrong alike: an NMI instead
+        RCC->CR |= RCC_CR_CSSON; // a crystal that stops would slow all timers alike: raise an NMI
         return BOARD_CLOCK_HSE;
     }
     RCC->CR &= ~RCC_CR_HSEON;
@@ -97,17 +97,17 @@ static void start_pins(void)
 {
     clock_on(&RCC->AHB1ENR, RCC_AHB1ENR_GPIOAEN | RCC_AHB1ENR_GPIOBEN);
     clock_on(&RCC->APB1ENR, RCC_APB1ENR_DACEN);
-    // The level before the direction, so that the output never shows anything else; zero before the DAC drives its pin.
+    // Set the level before the direction, and zero before the DAC is on, so that neither pin shows another level.
     GPIOB->BSRR = 1u << (ENABLE_PIN + 16);
     GPIOB->MODER |= 1u << (2 * ENABLE_PIN);
     GPIOB->PUPDR |= 1u << (2 * STOP_PIN) | 1u << (2 * FAULT_PIN); // pull-ups: an open wire reads high
     DAC->DHR12R1 = CONVERT_ZERO;
     GPIOA->MODER |= 3u << (2 * 0) | 3u << (2 * 4); // analog
-    DAC->CR |= DAC_CR_BOFF1;                       // its buffer does not reach the ends of the range
+    DAC->CR |= DAC_CR_BOFF1;                       // buffer off: it does not reach the rails
     DAC->CR |= DAC_CR_EN1;
 }
 
-/// Edges of the inputs that stop the drive, for pulses that no tick sees. Pending only: no interrupt is enabled.
+/// Latches edges of the two stop inputs, so that a pulse between two ticks is seen. No interrupt is enabled for them.
 static void start_edges(void)
 {
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_SYSCFGEN);
@@ -117,21 +117,21 @@ static void start_edges(void)
     EXTI->IMR |= 1u << STOP_PIN | 1u << FAULT_PIN;
 }
 
-/// From some 2.9 V down neither the flash at 168 MHz nor the converters can be relied on.
+/// Below about 2.9 V neither the flash at 168 MHz nor the converters are reliable.
 static void watch_supply(void)
 {
     EXTI->RTSR |= 1u << PVD_LINE;
     EXTI->IMR |= 1u << PVD_LINE;
     NVIC_SetPriority(PVD_IRQn, 0);
-    NVIC_EnableIRQ(PVD_IRQn); // leads to Default_Handler
+    NVIC_EnableIRQ(PVD_IRQn); // handled by Default_Handler
     PWR_CR |= PWR_CR_PLS_2V8; // 2.85 to 2.99 V
-    PWR_CR |= PWR_CR_PVDE;    // last: of a supply that is low already this is the only edge
+    PWR_CR |= PWR_CR_PVDE;    // last: if the supply is low already, this gives the only edge
 }
 
 static void start_usart(uint32_t clock_hz)
 {
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_USART1EN);
-    GPIOA->PUPDR |= 1u << (2 * 10);                            // an open wire is silent
+    GPIOA->PUPDR |= 1u << (2 * 10);                            // pull-up: an open wire reads idle
     GPIOA->AFRH |= 7u << (4 * (9 - 8)) | 7u << (4 * (10 - 8)); // AF7
     GPIOA->MODER |= 2u << (2 * 9) | 2u << (2 * 10);
     USART1->BRR = (clock_hz + 57600u) / 115200u;
@@ -143,8 +143,8 @@ static void start_timer(tim_t *timer, uint32_t clock_hz, uint32_t reload, uint32
 {
     timer->PSC  = clock_hz / 1000000u - 1u;
     timer->ARR  = reload;
-    timer->EGR  = TIM_EGR_UG; // takes the prescaler over ...
-    timer->SR   = 0;          // ... and is no tick
+    timer->EGR  = TIM_EGR_UG; // loads the prescaler ...
+    timer->SR   = 0;          // ... without a tick
     timer->DIER = interrupts;
     timer->CR1  = TIM_CR1_CEN;
 }
@@ -185,7 +185,7 @@ bool board_was_reset_by_watchdog(void)
 
 void board_start(void)
 {
-    // One priority for both, so that neither sees the other's data half-way.
+    // One priority for both, so that neither interrupts the other.
     NVIC_SetPriority(TIM2_IRQn, PRIORITY);
     NVIC_SetPriority(ADC_IRQn, PRIORITY);
     NVIC_EnableIRQ(TIM2_IRQn);
@@ -195,13 +195,13 @@ void board_start(void)
     IWDG->KR  = IWDG_KR_ACCESS;
     IWDG->PR  = 0;   // LSI / 4, 8 kHz (4 to 12)
     IWDG->RLR = 240; // 30 ms (20 to 60)
-    // Without these the watchdog goes by its longest time until they come: later, but it does watch.
+    // If this times out the watchdog runs with its longest period until the new one is loaded.
     (void)wait_for(&IWDG->SR, IWDG_SR_PVU | IWDG_SR_RVU, 0);
     board_kick();
     watch_supply();
 
     clock_on(&RCC->APB1ENR, RCC_APB1ENR_TIM2EN | RCC_APB1ENR_TIM5EN);
-    EXTI->PR = 1u << STOP_PIN | 1u << FAULT_PIN; // of the pull-ups
+    EXTI->PR = 1u << STOP_PIN | 1u << FAULT_PIN; // edges that the pull-ups made
     ADC1->CR2 |= ADC_CR2_SWSTART;
     start_timer(TIM5, timer_hz, UINT32_MAX, 0);
     start_timer(TIM2, timer_hz, BOARD_TICK_US - 1u, TIM_DIER_UIE);
@@ -228,16 +228,16 @@ int board_read_byte(void)
     const int byte = (int)(USART1->DR & 0xffu); // clears the errors as well
     if ((status & USART_SR_ORE) != 0u)
     {
-        return BOARD_BYTES_LOST;
+        return BOARD_OVERRUN;
     }
-    return (status & (USART_SR_PE | USART_SR_FE | USART_SR_NF)) == 0u ? byte : BOARD_NO_BYTE;
+    return (status & (USART_SR_PE | USART_SR_FE | USART_SR_NF)) == 0u ? byte : BOARD_BAD_BYTE;
 }
 
 // --- interrupts ----------------------------------------------------------------------------------------------------
 
 #define CONVERSIONS_MIN 4u // in a tick; 42 at 168 MHz, 8 at 16 MHz
 
-static uint32_t adc_sum, adc_count; // of this tick, written in interrupts of one priority only
+static uint32_t adc_sum, adc_count; // since the last tick; only interrupts of one priority write them
 
 void ADC_IRQHandler(void);
 void TIM2_IRQHandler(void);
@@ -294,7 +294,7 @@ static uint32_t inputs(void *context)
 {
     (void)context;
     const uint32_t edges = EXTI->PR & (1u << STOP_PIN | 1u << FAULT_PIN);
-    EXTI->PR             = edges; // cleared by writing ones; one that comes from here on stays for the next tick
+    EXTI->PR             = edges; // writing ones clears; an edge from here on counts in the next tick
     const uint32_t seen  = edges | GPIOB->IDR;
     return ((seen & (1u << STOP_PIN)) != 0u ? PORT_INPUT_EMERGENCY_STOP : 0u) |
            ((seen & (1u << FAULT_PIN)) != 0u ? PORT_INPUT_POWER_FAULT : 0u);
@@ -308,7 +308,7 @@ static uint32_t time_us(void *context)
 
 #define LOG_TURNS 4000u // 0.2 ms at 168 MHz, twice what a byte takes
 
-/// A byte that the USART does not take in time is lost, and the next ones do not wait for it: the watchdog would bite.
+/// If the USART is not ready in time the byte is dropped, and later ones do not wait: the watchdog would reset the chip.
 static void log_byte(void *context, uint8_t byte)
 {
     (void)context;

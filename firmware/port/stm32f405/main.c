@@ -1,7 +1,7 @@
-// The drive on the STM32F405: self-test, then ticks in TIM2's interrupt, and a byte at a time over USART1:
-//
-//     s start    x stop    a acknowledge a fault    ? say the state    + and - reference up and down by 10 mN
+// The drive on the STM32F405: self-test, then ticks in TIM2's interrupt, and in the background the log and commands over
+// USART1 (app/command.h), with 10 mN for a step of the reference.
 
+#include "app/command.h"
 #include "app/drive.h"
 #include "app/selftest.h"
 #include "board.h"
@@ -14,7 +14,7 @@
 #endif
 
 static drive_t          drive;
-static volatile int32_t reference; ///< parts of full scale
+static volatile int32_t reference; ///< Q31 of the full scale
 
 #define REFERENCE_STEP ((int32_t)(0.01f / CONVERT_FULL_SCALE_N * 2147483648.0f)) // 10 mN
 #define REFERENCE_MAX  (100 * REFERENCE_STEP)                                    // 1 N
@@ -23,73 +23,64 @@ static const drive_config_t config = {.period_us = BOARD_TICK_US, .late_us = 50,
 
 void board_tick(void)
 {
-    drive_tick(&drive, loop_force(reference, CONVERT_FULL_SCALE_N));
+    drive_tick(&drive, loop_from_q31(reference, CONVERT_FULL_SCALE_N));
 }
 
-extern uint32_t data_start[], bss_end[];
+extern uint32_t data_start[];
 
-#define STACK_IN_USE 512u // bytes below this frame that the test itself may take
-
-static drive_fault_t self_test(void)
-{
-    const uintptr_t     end   = (uintptr_t)__builtin_frame_address(0) - STACK_IN_USE;
-    const drive_fault_t image = selftest_image(&selftest_seal, 0);
-    if (image != DRIVE_FAULT_NONE)
-    {
-        return image;
-    }
-    const size_t        words = (end - (uintptr_t)data_start) / sizeof(uint32_t);
-    const drive_fault_t ram   = selftest_ram(&selftest_ram_real, data_start, words);
-    return ram != DRIVE_FAULT_NONE ? ram : selftest_golden();
-}
-
-/// The rig's params are for this board's tick and converters.
+/// Whether the rig's params are made for the tick and the converters of this board.
 static drive_fault_t check_params(void)
 {
-    bool ok = RIG_SAMPLE_TIME_S == (float)BOARD_TICK_US / 1e6f && convert_serves(&rig_params);
+    bool ok = RIG_SAMPLE_TIME_S == (float)BOARD_TICK_US / 1e6f && convert_suits(&rig_params);
 #ifdef DRIVE_ARITH_Q31
     ok = ok && RIG_FULL_SCALE_N == CONVERT_FULL_SCALE_N;
 #endif
     return ok ? DRIVE_FAULT_NONE : DRIVE_FAULT_PARAMS;
 }
 
-static void write_text(const char *text)
+static void execute(command_t command)
 {
-    for (; *text != '\0'; text++)
+    switch (command)
     {
-        board_port.log_byte(board_port.context, (uint8_t)*text);
-    }
-}
-
-static void obey(int byte)
-{
-    switch (byte)
-    {
-    case 's':
-        drive_start(&drive);
+    case COMMAND_NONE:
         break;
-    case 'x':
-    case BOARD_BYTES_LOST: // one of them may have been an x
+    case COMMAND_STOP:
         drive_stop(&drive);
         break;
-    case 'a':
+    case COMMAND_START:
+        drive_start(&drive);
+        break;
+    case COMMAND_ACKNOWLEDGE:
         drive_acknowledge(&drive);
         break;
-    case '?':
+    case COMMAND_REPORT:
         drive_report(&drive);
         break;
-    case '+':
+    case COMMAND_UP:
         reference = reference < REFERENCE_MAX ? reference + REFERENCE_STEP : REFERENCE_MAX;
         break;
-    case '-':
+    case COMMAND_DOWN:
         reference = reference > -REFERENCE_MAX ? reference - REFERENCE_STEP : -REFERENCE_MAX;
-        break;
-    default:
         break;
     }
 }
 
-/// The watchdog is kicked only when there are ticks as well: it watches both sides.
+static void read_command(void)
+{
+    static command_reader_t reader;
+    const int               byte = board_read_byte();
+    if (byte >= 0)
+    {
+        execute(command_take(&reader, (uint8_t)byte));
+    }
+    else if (byte != BOARD_NO_BYTE)
+    {
+        command_spoil(&reader);
+        execute(byte == BOARD_OVERRUN ? COMMAND_STOP : COMMAND_NONE); // a lost byte may have been an x
+    }
+}
+
+/// Called by the background, which kicks the watchdog only if there was a tick since: it monitors both.
 static void kick(void)
 {
     static uint32_t kicked_at;
@@ -108,23 +99,21 @@ int main(void)
                                          [BOARD_CLOCK_SLOW] = "16 MHz from HSI, no PLL\n"};
 
     const board_clock_t clock  = board_init();
-    const drive_fault_t tested = self_test(); // no interrupt is on yet
-    const drive_fault_t made   = tested != DRIVE_FAULT_NONE ? tested : check_params();
+    const drive_fault_t tested = selftest_run(&selftest_seal, NULL, data_start, SIZE_MAX); // interrupts are off
+    const drive_fault_t found  = tested != DRIVE_FAULT_NONE ? tested : check_params();
     const drive_fault_t reset  = board_was_reset_by_watchdog() ? DRIVE_FAULT_WATCHDOG : DRIVE_FAULT_NONE;
-    drive_init(&drive, &board_port, &rig_params, &config, made != DRIVE_FAULT_NONE ? made : reset);
-    write_text("tribo ");
-    write_text(loop_arithmetic());
-    write_text(", self-test ");
-    write_text(tested == DRIVE_FAULT_NONE ? "passed, " : "failed, ");
-    write_text(clocks[clock]);
+    drive_init(&drive, &board_port, &rig_params, &config, found != DRIVE_FAULT_NONE ? found : reset);
+    port_write(&board_port, "tribo " LOOP_ARITHMETIC ", self-test ");
+    port_write(&board_port, tested == DRIVE_FAULT_NONE ? "passed, " : "failed, ");
+    port_write(&board_port, clocks[clock]);
     board_start();
 
     for (;;)
     {
         kick();
         drive_log(&drive);
-        kick(); // either may write a line, which takes 9 ms
-        obey(board_read_byte());
+        kick(); // the line before and the one after may each take 9 ms
+        read_command();
         __WFI(); // until the next tick or conversion
     }
 }

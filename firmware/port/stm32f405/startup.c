@@ -1,4 +1,4 @@
-// From reset to main: the vector table, memory as C wants it, the FPU on.
+// From reset to main: vector table, initialised memory, FPU.
 
 #include "board.h"
 #include "device.h"
@@ -16,12 +16,12 @@ void Default_Handler(void);
 void TIM2_IRQHandler(void);
 void ADC_IRQHandler(void);
 
-/// What nobody expects, a crystal that stops (NMI) and a supply that dips (PVD): the outputs go off and stay off, the
-/// watchdog restarts the chip, and the drive waits in FAULT for an acknowledgement. (After a supply that fails, in IDLE.)
+/// Unexpected exceptions, a stopped crystal (NMI) and a low supply (PVD): the outputs go off and stay off until the watchdog
+/// resets the chip; the drive then waits in FAULT for an acknowledgement (in IDLE after a loss of supply).
 void Default_Handler(void)
 {
     board_off();
-    IWDG->KR = IWDG_KR_START; // it may not run yet
+    IWDG->KR = IWDG_KR_START; // in case it does not run yet
     for (;;)
     {
     }
@@ -49,7 +49,7 @@ typedef void (*handler_t)(void);
 
 #define CORE_VECTORS 16
 
-/// Exceptions 1 to 15, then the chip's interrupts. Those without a name here lead to Default_Handler as well.
+/// Exceptions 1 to 15, then the chip's interrupts. Default_Handler handles all that have no handler of their own.
 typedef struct
 {
     const void *stack;

@@ -13,7 +13,6 @@
 // tl, which makes it a differential equation, and the stop is without a jump of f. Scaled as in dahl.c.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 
 #include <math.h>
 
@@ -207,41 +206,28 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_truth_parameter_t parameters[] = {
-    {"stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "kt, while stuck", offsetof(parameters_t, stiffness)},
-    {"sliding_ratio",
-     "-",
-     0.1,
-     1.0,
-     0.95,
-     "r: friction of fast sliding over breakaway after long rest",
-     offsetof(parameters_t, sliding_ratio)},
-    {"viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "Fv, beside the arm's own", offsetof(parameters_t, viscous)},
-    {"stribeck_speed_deg_per_s",
-     "deg/s",
-     1e-5,
-     100.0,
-     0.01,
-     "ws: where half of the excess is left",
-     offsetof(parameters_t, stribeck_speed)},
-    {"memory_s", "s", 1e-4, 1.0, 0.005, "tl: by which friction lags speed", offsetof(parameters_t, memory)},
-    {"dwell_s",
-     "s",
-     1e-3,
-     1e3,
-     1.0,
-     "g: time at rest after which half of the lost breakaway is back",
-     offsetof(parameters_t, dwell)},
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "kt, while stuck"),
+    SIM_TRUTH_KEY(1,
+                  "sliding_ratio",
+                  "-",
+                  0.1,
+                  1.0,
+                  0.95,
+                  "r: friction of fast sliding over breakaway after long rest"),
+    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "Fv, beside the arm's own"),
+    SIM_TRUTH_KEY(3, "stribeck_speed_deg_per_s", "deg/s", 1e-5, 100.0, 0.01, "ws: where half of the excess is left"),
+    SIM_TRUTH_KEY(4, "memory_s", "s", 1e-4, 1.0, 0.005, "tl: by which friction lags speed"),
+    SIM_TRUTH_KEY(5, "dwell_s", "s", 1e-3, 1e3, 1.0, "g: time at rest after which half of the lost breakaway is back"),
+    {0},
 };
 
 const sim_truth_ops_t sim_armstrong_truth = {
-    .name            = "armstrong",
-    .text            = "seven parameters: spring, Stribeck, frictional memory, rising stiction",
-    .create          = create,
-    .reset           = sim_arm_reset,
-    .step            = sim_arm_step,
-    .destroy         = sim_arm_destroy,
-    .parameters      = parameters,
-    .parameter_count = sizeof parameters / sizeof parameters[0],
-    .parameters_size = sizeof(parameters_t),
-    .law             = &law};
+    .name    = "armstrong",
+    .text    = "seven parameters: spring, Stribeck, frictional memory, rising stiction",
+    .create  = create,
+    .reset   = sim_arm_reset,
+    .step    = sim_arm_step,
+    .destroy = sim_arm_destroy,
+    .keys    = keys,
+    .law     = &law};

@@ -10,7 +10,6 @@
 // Conference, 1995; here with L of the load, f1 and f2 in parts of it. Distance scaled to the stiffness in dahl.c.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 
 #include <math.h>
 
@@ -117,37 +116,24 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_truth_parameter_t parameters[] = {
-    {"distance_deg",
-     "deg",
-     1e-6,
-     10.0,
-     0.003,
-     "e: path over which the peak is forgotten",
-     offsetof(parameters_t, distance)},
-    {"fast_ratio",
-     "-",
-     0.01,
-     0.9,
-     0.3,
-     "h: distance of the rise over that of the fall",
-     offsetof(parameters_t, fast_ratio)},
-    {"slow_share",
-     "-",
-     0.0,
-     0.9,
-     0.2,
-     "r: 0 is no peak; friction of sliding falls to (1 - r) over the peak",
-     offsetof(parameters_t, slow_share)},
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "distance_deg", "deg", 1e-6, 10.0, 0.003, "e: path over which the peak is forgotten"),
+    SIM_TRUTH_KEY(1, "fast_ratio", "-", 0.01, 0.9, 0.3, "h: distance of the rise over that of the fall"),
+    SIM_TRUTH_KEY(2,
+                  "slow_share",
+                  "-",
+                  0.0,
+                  0.9,
+                  0.2,
+                  "r: 0 is no peak; friction of sliding falls to (1 - r) over the peak"),
+    {0},
 };
 
-const sim_truth_ops_t sim_bliman_sorine_truth = {.name       = "bliman_sorine",
-                                                 .text       = "a peak of breakaway along the path; rate independent",
-                                                 .create     = create,
-                                                 .reset      = sim_arm_reset,
-                                                 .step       = sim_arm_step,
-                                                 .destroy    = sim_arm_destroy,
-                                                 .parameters = parameters,
-                                                 .parameter_count = sizeof parameters / sizeof parameters[0],
-                                                 .parameters_size = sizeof(parameters_t),
-                                                 .law             = &law};
+const sim_truth_ops_t sim_bliman_sorine_truth = {.name    = "bliman_sorine",
+                                                 .text    = "a peak of breakaway along the path; rate independent",
+                                                 .create  = create,
+                                                 .reset   = sim_arm_reset,
+                                                 .step    = sim_arm_step,
+                                                 .destroy = sim_arm_destroy,
+                                                 .keys    = keys,
+                                                 .law     = &law};

@@ -14,7 +14,6 @@
 // and Control 113(3), 1991, who take 20 to 25 bristles. Deflection scaled to the stiffness in dahl.c.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 
 #include "plant/random.h"
 
@@ -157,26 +156,19 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_truth_parameter_t parameters[] = {
-    {"deflection_deg", "deg", 1e-7, 1.0, 1.2e-3, "d: at which a bond snaps", offsetof(parameters_t, deflection)},
-    {"sliding_ratio",
-     "-",
-     0.1,
-     1.0,
-     0.85,
-     "r: mean friction along a path over L",
-     offsetof(parameters_t, sliding_ratio)},
-    {"damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, of the bonds", offsetof(parameters_t, damping)},
-    {"seed", "-", 0.0, 1e9, 1.0, "of the random places", offsetof(parameters_t, seed)},
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "deflection_deg", "deg", 1e-7, 1.0, 1.2e-3, "d: at which a bond snaps"),
+    SIM_TRUTH_KEY(1, "sliding_ratio", "-", 0.1, 1.0, 0.85, "r: mean friction along a path over L"),
+    SIM_TRUTH_KEY(2, "damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, of the bonds"),
+    SIM_TRUTH_KEY(3, "seed", "-", 0.0, 1e9, 1.0, "of the random places"),
+    {0},
 };
 
-const sim_truth_ops_t sim_bristle_truth = {.name            = "bristle",
-                                           .text            = "20 bonds that snap at random places; noisy sliding",
-                                           .create          = create,
-                                           .reset           = sim_arm_reset,
-                                           .step            = sim_arm_step,
-                                           .destroy         = sim_arm_destroy,
-                                           .parameters      = parameters,
-                                           .parameter_count = sizeof parameters / sizeof parameters[0],
-                                           .parameters_size = sizeof(parameters_t),
-                                           .law             = &law};
+const sim_truth_ops_t sim_bristle_truth = {.name    = "bristle",
+                                           .text    = "20 bonds that snap at random places; noisy sliding",
+                                           .create  = create,
+                                           .reset   = sim_arm_reset,
+                                           .step    = sim_arm_step,
+                                           .destroy = sim_arm_destroy,
+                                           .keys    = keys,
+                                           .law     = &law};

@@ -8,7 +8,6 @@
 // Source: C. A. Coulomb, Theorie des machines simples, 1785; here with L of the load.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 
 #include <math.h>
 

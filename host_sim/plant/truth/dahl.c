@@ -9,7 +9,6 @@
 // is scaled to this arm: F moves by 3 mN before it slides at 0.5 N, as in the paper's gradual transitions.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 
 #include <math.h>
 
@@ -95,17 +94,16 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_truth_parameter_t parameters[] = {
-    {"stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "at small deflection", offsetof(parameters_t, stiffness)},
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "at small deflection"),
+    {0},
 };
 
-const sim_truth_ops_t sim_dahl_truth = {.name            = "dahl",
-                                        .text            = "a spring that yields in space; drifts in presliding",
-                                        .create          = create,
-                                        .reset           = sim_arm_reset,
-                                        .step            = sim_arm_step,
-                                        .destroy         = sim_arm_destroy,
-                                        .parameters      = parameters,
-                                        .parameter_count = sizeof parameters / sizeof parameters[0],
-                                        .parameters_size = sizeof(parameters_t),
-                                        .law             = &law};
+const sim_truth_ops_t sim_dahl_truth = {.name    = "dahl",
+                                        .text    = "a spring that yields in space; drifts in presliding",
+                                        .create  = create,
+                                        .reset   = sim_arm_reset,
+                                        .step    = sim_arm_step,
+                                        .destroy = sim_arm_destroy,
+                                        .keys    = keys,
+                                        .law     = &law};

@@ -11,7 +11,6 @@
 // Automatic Control 47(5), 2002. Stiffness scaled as in dahl.c, bristle damping to the arm's inertia on it.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 #include "plant/truth/stribeck.h"
 
 #include <math.h>
@@ -131,34 +130,27 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_truth_parameter_t parameters[] = {
-    {"stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "s0, of the bristles", offsetof(parameters_t, s0)},
-    {"bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1", offsetof(parameters_t, s1)},
-    {"viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own", offsetof(parameters_t, s2)},
-    {"elastic_ratio",
-     "-",
-     0.0,
-     0.99,
-     0.85,
-     "e: below this part of breakaway presliding is elastic",
-     offsetof(parameters_t, elastic_ratio)},
-    {"sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway", offsetof(parameters_t, sliding_ratio)},
-    {"stribeck_speed_deg_per_s",
-     "deg/s",
-     1e-5,
-     100.0,
-     0.01,
-     "where the Stribeck effect has fallen to 1/e",
-     offsetof(parameters_t, stribeck_speed)},
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "s0, of the bristles"),
+    SIM_TRUTH_KEY(1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, damping of the bristles"),
+    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own"),
+    SIM_TRUTH_KEY(3, "elastic_ratio", "-", 0.0, 0.99, 0.85, "e: below this part of breakaway presliding is elastic"),
+    SIM_TRUTH_KEY(4, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
+    SIM_TRUTH_KEY(5,
+                  "stribeck_speed_deg_per_s",
+                  "deg/s",
+                  1e-5,
+                  100.0,
+                  0.01,
+                  "where the Stribeck effect has fallen to 1/e"),
+    {0},
 };
 
-const sim_truth_ops_t sim_elasto_plastic_truth = {.name       = "elasto_plastic",
-                                                  .text       = "bristle that yields beyond a deflection; no drift",
-                                                  .create     = create,
-                                                  .reset      = sim_arm_reset,
-                                                  .step       = sim_arm_step,
-                                                  .destroy    = sim_arm_destroy,
-                                                  .parameters = parameters,
-                                                  .parameter_count = sizeof parameters / sizeof parameters[0],
-                                                  .parameters_size = sizeof(parameters_t),
-                                                  .law             = &law};
+const sim_truth_ops_t sim_elasto_plastic_truth = {.name    = "elasto_plastic",
+                                                  .text    = "bristle that yields beyond a deflection; no drift",
+                                                  .create  = create,
+                                                  .reset   = sim_arm_reset,
+                                                  .step    = sim_arm_step,
+                                                  .destroy = sim_arm_destroy,
+                                                  .keys    = keys,
+                                                  .law     = &law};

@@ -10,7 +10,6 @@
 // Systems, Measurement, and Control 107, 1985. The dead zone is scaled to the arm: r at 0.01 N/s moves it by 0.0026 deg/s.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 
 #include <math.h>
 
@@ -118,24 +117,17 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_truth_parameter_t parameters[] = {
-    {"dead_zone_deg_per_s",
-     "deg/s",
-     1e-6,
-     1.0,
-     2e-4,
-     "speeds below it count as rest",
-     offsetof(parameters_t, dead_zone)},
-    {"sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway", offsetof(parameters_t, sliding_ratio)},
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "dead_zone_deg_per_s", "deg/s", 1e-6, 1.0, 2e-4, "speeds below it count as rest"),
+    SIM_TRUTH_KEY(1, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
+    {0},
 };
 
-const sim_truth_ops_t sim_karnopp_truth = {.name            = "karnopp",
-                                           .text            = "rest is a zone of speeds, and stands exactly",
-                                           .create          = create,
-                                           .reset           = sim_arm_reset,
-                                           .step            = sim_arm_step,
-                                           .destroy         = sim_arm_destroy,
-                                           .parameters      = parameters,
-                                           .parameter_count = sizeof parameters / sizeof parameters[0],
-                                           .parameters_size = sizeof(parameters_t),
-                                           .law             = &law};
+const sim_truth_ops_t sim_karnopp_truth = {.name    = "karnopp",
+                                           .text    = "rest is a zone of speeds, and stands exactly",
+                                           .create  = create,
+                                           .reset   = sim_arm_reset,
+                                           .step    = sim_arm_step,
+                                           .destroy = sim_arm_destroy,
+                                           .keys    = keys,
+                                           .law     = &law};

@@ -1,7 +1,5 @@
 #include "plant/truth/law.h"
 
-#include "plant/truths.h"
-
 #include <math.h>
 #include <string.h>
 
@@ -17,9 +15,8 @@ double sim_law_limit(const sim_contact_t *contact, double x)
 
 void sim_law_parameters(const sim_truth_ops_t *truth, const sim_truth_config_t *config, void *parameters)
 {
-    sim_truth_parameters_default(truth, parameters);
-    if (config->friction.parameters != NULL)
-    {
-        memcpy(parameters, config->friction.parameters, truth->parameters_size);
-    }
+    double       numbers[SIM_TRUTH_KEYS_MAX];
+    const size_t count = sim_truth_key_count(truth);
+    sim_truth_numbers(truth, config->own, numbers);
+    memcpy(parameters, numbers, count * sizeof numbers[0]);
 }

@@ -80,7 +80,7 @@ double sim_law_breakaway(const sim_contact_t *contact, double sign);
 /// x within -L- to L+.
 double sim_law_limit(const sim_contact_t *contact, double x);
 
-/// Copies the config's parameters, or the defaults, to a law's parameter struct.
+/// The model's own numbers, of the config or the defaults, to a law's parameter struct: doubles in the order of the keys.
 void sim_law_parameters(const sim_truth_ops_t *truth, const sim_truth_config_t *config, void *parameters);
 
 #endif

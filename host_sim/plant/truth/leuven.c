@@ -14,7 +14,6 @@
 // grows with its level, in proportion to L. Stiffness scaled as in dahl.c, damping to the arm's inertia on it.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 #include "plant/truth/stribeck.h"
 
 #include <math.h>
@@ -150,34 +149,33 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_truth_parameter_t parameters[] = {
-    {"distance_deg",
-     "deg",
-     1e-7,
-     1.0,
-     8e-4,
-     "path over which the stiffness at rest would reach breakaway",
-     offsetof(parameters_t, distance)},
-    {"bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1", offsetof(parameters_t, damping)},
-    {"viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own", offsetof(parameters_t, viscous)},
-    {"exponent", "-", 1.0, 20.0, 2.0, "n: how sharply sliding begins", offsetof(parameters_t, exponent)},
-    {"sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway", offsetof(parameters_t, sliding_ratio)},
-    {"stribeck_speed_deg_per_s",
-     "deg/s",
-     1e-5,
-     100.0,
-     0.01,
-     "where the Stribeck effect has fallen to 1/e",
-     offsetof(parameters_t, stribeck_speed)},
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0,
+                  "distance_deg",
+                  "deg",
+                  1e-7,
+                  1.0,
+                  8e-4,
+                  "path over which the stiffness at rest would reach breakaway"),
+    SIM_TRUTH_KEY(1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, damping of the bristles"),
+    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own"),
+    SIM_TRUTH_KEY(3, "exponent", "-", 1.0, 20.0, 2.0, "n: how sharply sliding begins"),
+    SIM_TRUTH_KEY(4, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
+    SIM_TRUTH_KEY(5,
+                  "stribeck_speed_deg_per_s",
+                  "deg/s",
+                  1e-5,
+                  100.0,
+                  0.01,
+                  "where the Stribeck effect has fallen to 1/e"),
+    {0},
 };
 
-const sim_truth_ops_t sim_leuven_truth = {.name            = "leuven",
-                                          .text            = "bristle with hysteresis of non-local memory",
-                                          .create          = create,
-                                          .reset           = sim_arm_reset,
-                                          .step            = sim_arm_step,
-                                          .destroy         = sim_arm_destroy,
-                                          .parameters      = parameters,
-                                          .parameter_count = sizeof parameters / sizeof parameters[0],
-                                          .parameters_size = sizeof(parameters_t),
-                                          .law             = &law};
+const sim_truth_ops_t sim_leuven_truth = {.name    = "leuven",
+                                          .text    = "bristle with hysteresis of non-local memory",
+                                          .create  = create,
+                                          .reset   = sim_arm_reset,
+                                          .step    = sim_arm_step,
+                                          .destroy = sim_arm_destroy,
+                                          .keys    = keys,
+                                          .law     = &law};

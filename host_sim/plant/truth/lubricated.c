@@ -18,7 +18,6 @@
 // film carries all at about 0.4 deg/s.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 
 #include <math.h>
 
@@ -158,45 +157,20 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_truth_parameter_t parameters[] = {
-    {"distance_deg",
-     "deg",
-     1e-7,
-     1.0,
-     8e-4,
-     "d: path over which the asperities shear",
-     offsetof(parameters_t, distance)},
-    {"film_N_s_per_deg",
-     "N s/deg",
-     1e-4,
-     100.0,
-     0.2,
-     "c: load that the film carries, for its speed",
-     offsetof(parameters_t, film)},
-    {"contact_N",
-     "N",
-     0.1,
-     1e4,
-     20.0,
-     "k: load of the asperities for their compression",
-     offsetof(parameters_t, contact)},
-    {"transition",
-     "-",
-     0.1,
-     0.95,
-     0.7,
-     "et: eccentricity at which asperities touch",
-     offsetof(parameters_t, transition)},
-    {"viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.01, "cv: shear of the film", offsetof(parameters_t, viscous)},
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "distance_deg", "deg", 1e-7, 1.0, 8e-4, "d: path over which the asperities shear"),
+    SIM_TRUTH_KEY(1, "film_N_s_per_deg", "N s/deg", 1e-4, 100.0, 0.2, "c: load that the film carries, for its speed"),
+    SIM_TRUTH_KEY(2, "contact_N", "N", 0.1, 1e4, 20.0, "k: load of the asperities for their compression"),
+    SIM_TRUTH_KEY(3, "transition", "-", 0.1, 0.95, 0.7, "et: eccentricity at which asperities touch"),
+    SIM_TRUTH_KEY(4, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.01, "cv: shear of the film"),
+    {0},
 };
 
-const sim_truth_ops_t sim_lubricated_truth = {.name            = "lubricated",
-                                              .text            = "bearing on a film that lifts late; frictional memory",
-                                              .create          = create,
-                                              .reset           = sim_arm_reset,
-                                              .step            = sim_arm_step,
-                                              .destroy         = sim_arm_destroy,
-                                              .parameters      = parameters,
-                                              .parameter_count = sizeof parameters / sizeof parameters[0],
-                                              .parameters_size = sizeof(parameters_t),
-                                              .law             = &law};
+const sim_truth_ops_t sim_lubricated_truth = {.name    = "lubricated",
+                                              .text    = "bearing on a film that lifts late; frictional memory",
+                                              .create  = create,
+                                              .reset   = sim_arm_reset,
+                                              .step    = sim_arm_step,
+                                              .destroy = sim_arm_destroy,
+                                              .keys    = keys,
+                                              .law     = &law};

@@ -12,7 +12,6 @@
 // IEEE Trans. Automatic Control 40(3), 1995; parameters and saturation: the paper's section 4.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 #include "plant/truth/stribeck.h"
 
 #include <math.h>
@@ -117,28 +116,27 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_truth_parameter_t parameters[] = {
-    {"stiffness_N_per_deg", "N/deg", 1.0, 1e7, 1e5, "s0, of the bristles", offsetof(parameters_t, s0)},
-    {"bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e4, 316.22776601683796, "s1", offsetof(parameters_t, s1)},
-    {"viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.4, "s2", offsetof(parameters_t, s2)},
-    {"sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway", offsetof(parameters_t, sliding_ratio)},
-    {"stribeck_speed_deg_per_s",
-     "deg/s",
-     1e-5,
-     100.0,
-     0.01,
-     "where the Stribeck effect has fallen to 1/e",
-     offsetof(parameters_t, stribeck_speed)},
-    {"limited", "-", 0.0, 1.0, 1.0, "1: f within L, as in the paper; 0: as published", offsetof(parameters_t, limited)},
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e7, 1e5, "s0, of the bristles"),
+    SIM_TRUTH_KEY(1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e4, 316.22776601683796, "s1, damping of the bristles"),
+    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.4, "s2, viscous friction"),
+    SIM_TRUTH_KEY(3, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
+    SIM_TRUTH_KEY(4,
+                  "stribeck_speed_deg_per_s",
+                  "deg/s",
+                  1e-5,
+                  100.0,
+                  0.01,
+                  "where the Stribeck effect has fallen to 1/e"),
+    SIM_TRUTH_KEY(5, "limited", "-", 0.0, 1.0, 1.0, "1: f within L, as in the paper; 0: as published"),
+    {0},
 };
 
-const sim_truth_ops_t sim_lugre_truth = {.name            = "lugre",
-                                         .text            = "bristle with damping, Eq. (12); drifts in presliding",
-                                         .create          = create,
-                                         .reset           = sim_arm_reset,
-                                         .step            = sim_arm_step,
-                                         .destroy         = sim_arm_destroy,
-                                         .parameters      = parameters,
-                                         .parameter_count = sizeof parameters / sizeof parameters[0],
-                                         .parameters_size = sizeof(parameters_t),
-                                         .law             = &law};
+const sim_truth_ops_t sim_lugre_truth = {.name    = "lugre",
+                                         .text    = "bristle with damping, Eq. (12); drifts in presliding",
+                                         .create  = create,
+                                         .reset   = sim_arm_reset,
+                                         .step    = sim_arm_step,
+                                         .destroy = sim_arm_destroy,
+                                         .keys    = keys,
+                                         .law     = &law};

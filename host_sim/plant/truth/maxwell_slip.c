@@ -13,7 +13,6 @@
 // IEEE Trans. Automatic Control 50(11), 2005. Stiffness scaled as in dahl.c.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 #include "plant/truth/stribeck.h"
 
 #include <math.h>
@@ -161,33 +160,26 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_truth_parameter_t parameters[] = {
-    {"stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "of all elements together", offsetof(parameters_t, stiffness)},
-    {"attraction_N_per_s",
-     "N/s",
-     0.1,
-     1e6,
-     80.0,
-     "C: how fast a slipping element goes to its level",
-     offsetof(parameters_t, attraction)},
-    {"viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own", offsetof(parameters_t, viscous)},
-    {"sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway", offsetof(parameters_t, sliding_ratio)},
-    {"stribeck_speed_deg_per_s",
-     "deg/s",
-     1e-5,
-     100.0,
-     0.01,
-     "where the Stribeck effect has fallen to 1/e",
-     offsetof(parameters_t, stribeck_speed)},
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "of all elements together"),
+    SIM_TRUTH_KEY(1, "attraction_N_per_s", "N/s", 0.1, 1e6, 80.0, "C: how fast a slipping element goes to its level"),
+    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own"),
+    SIM_TRUTH_KEY(3, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
+    SIM_TRUTH_KEY(4,
+                  "stribeck_speed_deg_per_s",
+                  "deg/s",
+                  1e-5,
+                  100.0,
+                  0.01,
+                  "where the Stribeck effect has fallen to 1/e"),
+    {0},
 };
 
-const sim_truth_ops_t sim_maxwell_slip_truth = {.name            = "maxwell_slip",
-                                                .text            = "elements that stick or slip; non-local memory",
-                                                .create          = create,
-                                                .reset           = sim_arm_reset,
-                                                .step            = sim_arm_step,
-                                                .destroy         = sim_arm_destroy,
-                                                .parameters      = parameters,
-                                                .parameter_count = sizeof parameters / sizeof parameters[0],
-                                                .parameters_size = sizeof(parameters_t),
-                                                .law             = &law};
+const sim_truth_ops_t sim_maxwell_slip_truth = {.name    = "maxwell_slip",
+                                                .text    = "elements that stick or slip; non-local memory",
+                                                .create  = create,
+                                                .reset   = sim_arm_reset,
+                                                .step    = sim_arm_step,
+                                                .destroy = sim_arm_destroy,
+                                                .keys    = keys,
+                                                .law     = &law};

@@ -27,7 +27,7 @@ const sim_paper_variant_t *sim_paper_variant_find(const char *name)
 
 void sim_paper_variant_apply(const sim_paper_variant_t *variant, sim_truth_config_t *config)
 {
-    config->friction.k_min      = variant->k_min;
-    config->friction.k_max      = variant->k_max;
-    config->friction.parameters = &variant->parameters;
+    config->friction.k_min = variant->k_min;
+    config->friction.k_max = variant->k_max;
+    config->own            = &variant->parameters.limited;
 }

@@ -10,7 +10,6 @@
 // and Control 113(3), 1991. Length scaled to the stiffness in dahl.c, damping to the arm's inertia on it.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 
 #include <math.h>
 
@@ -121,16 +120,11 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_truth_parameter_t parameters[] = {
-    {"length_deg", "deg", 1e-7, 1.0, 8e-4, "z0: stretch at which the bond slips", offsetof(parameters_t, length)},
-    {"stiction",
-     "-",
-     0.0,
-     2.0,
-     0.05,
-     "a: breakaway over friction of slipping, less 1",
-     offsetof(parameters_t, stiction)},
-    {"damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, while the bond holds", offsetof(parameters_t, damping)},
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "length_deg", "deg", 1e-7, 1.0, 8e-4, "z0: stretch at which the bond slips"),
+    SIM_TRUTH_KEY(1, "stiction", "-", 0.0, 2.0, 0.05, "a: breakaway over friction of slipping, less 1"),
+    SIM_TRUTH_KEY(2, "damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, while the bond holds"),
+    {0},
 };
 
 const sim_truth_ops_t sim_reset_integrator_truth = {.name    = "reset_integrator",
@@ -139,7 +133,5 @@ const sim_truth_ops_t sim_reset_integrator_truth = {.name    = "reset_integrator
                                                     .reset   = sim_arm_reset,
                                                     .step    = sim_arm_step,
                                                     .destroy = sim_arm_destroy,
-                                                    .parameters      = parameters,
-                                                    .parameter_count = sizeof parameters / sizeof parameters[0],
-                                                    .parameters_size = sizeof(parameters_t),
-                                                    .law             = &law};
+                                                    .keys    = keys,
+                                                    .law     = &law};

@@ -12,7 +12,6 @@
 // 0.182 N for the four, beside the arm's 0.157.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 
 #include <math.h>
 
@@ -110,29 +109,21 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
     {                                                                                                                  \
         return sim_arm_create(&law_##id, config, step_s);                                                              \
     }                                                                                                                  \
-    static const sim_truth_parameter_t parameters_##id[] = {                                                           \
-        {"base_N_m", "N m", 0.0, 100.0, base_n_m, "friction without load", offsetof(parameters_t, base)},              \
-        {"load", "-", 0.0, 0.9, load_part, "part of the load on the gearbox", offsetof(parameters_t, load)},           \
-        {"newton_per_N_m",                                                                                             \
-         "N/(N m)",                                                                                                    \
-         1e-6,                                                                                                         \
-         1e3,                                                                                                          \
-         0.007 / (base_n_m),                                                                                           \
-         "scale to this arm",                                                                                          \
-         offsetof(parameters_t, newton_per_newton_metre)},                                                             \
-        {"viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "beside the arm's own", offsetof(parameters_t, viscous)},   \
+    static const sim_key_t keys_##id[] = {                                                                             \
+        SIM_TRUTH_KEY(0, "base_N_m", "N m", 0.0, 100.0, base_n_m, "friction without load"),                            \
+        SIM_TRUTH_KEY(1, "load", "-", 0.0, 0.9, load_part, "part of the load on the gearbox"),                         \
+        SIM_TRUTH_KEY(2, "newton_per_N_m", "N/(N m)", 1e-6, 1e3, 0.007 / (base_n_m), "scale to this arm"),             \
+        SIM_TRUTH_KEY(3, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "beside the arm's own"),                    \
+        {0},                                                                                                           \
     };                                                                                                                 \
-    const sim_truth_ops_t sim_servo_##id##_truth = {.name       = "servo_" #id,                                        \
-                                                    .text       = "load-dependent servo (m3), " title,                 \
-                                                    .create     = create_##id,                                         \
-                                                    .reset      = sim_arm_reset,                                       \
-                                                    .step       = sim_arm_step,                                        \
-                                                    .destroy    = sim_arm_destroy,                                     \
-                                                    .parameters = parameters_##id,                                     \
-                                                    .parameter_count =                                                 \
-                                                        sizeof parameters_##id / sizeof(sim_truth_parameter_t),        \
-                                                    .parameters_size = sizeof(parameters_t),                           \
-                                                    .law             = &law_##id}
+    const sim_truth_ops_t sim_servo_##id##_truth = {.name    = "servo_" #id,                                           \
+                                                    .text    = "load-dependent servo (m3), " title,                    \
+                                                    .create  = create_##id,                                            \
+                                                    .reset   = sim_arm_reset,                                          \
+                                                    .step    = sim_arm_step,                                           \
+                                                    .destroy = sim_arm_destroy,                                        \
+                                                    .keys    = keys_##id,                                              \
+                                                    .law     = &law_##id}
 
 SERVO(mx106, "MX-106", 0.1134, 0.108);
 SERVO(mx64, "MX-64", 0.1022, 0.0758);

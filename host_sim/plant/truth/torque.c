@@ -8,7 +8,6 @@
 // L of the load.
 
 #include "plant/truth/arm.h"
-#include "plant/truth/models.h"
 
 typedef struct
 {

@@ -9,8 +9,8 @@
 ///     F += phi_d d + phi_g G
 ///     G  = gamma_d d + gamma_g G
 ///
-/// F stays within +-TRIBO_F32_FORCE_MAX_N; where it is held there, G starts again from 0. So an arm that was driven beyond
-/// comes back, and a state that was lost does.
+/// F stays within +-TRIBO_F32_FORCE_MAX_N; where it is held there, G starts again from 0, and so does an F that is a NaN. F
+/// recovers after clamping or corruption.
 /// No loops, no divisions. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_ARM_F32_H

@@ -1,4 +1,4 @@
-/// The constrained arm, Eq. (2), in Q31: the twin of arm_f32.h.
+/// The constrained arm, Eq. (2), in Q31.
 ///
 ///     F += (phi_d d + phi_g G) 2^-s        d = n - f, the drive
 ///     G  =  gamma_d d + gamma_g G          G, the change of F a tick, times 2^s
@@ -22,11 +22,9 @@ extern "C" {
 /// What a step reads, made by the functions of quantize_q31.h.
 typedef struct
 {
-    int32_t  phi_d, phi_g;     ///< Q28, together within +-4; phi_d with the 2^s of G in it
-    int32_t  gamma_d, gamma_g; ///< Q28, within +-4; gamma_d with the 2^s of G in it
-    int32_t  power;            ///< 2^(30 - s)
-    uint16_t below;            ///< 2^s - 1
-    uint8_t  shift;            ///< s, 0 to 15
+    int32_t phi_d, phi_g;     ///< Q28, together within +-4; phi_d with the 2^s of G in it
+    int32_t gamma_d, gamma_g; ///< Q28, within +-4; gamma_d with the 2^s of G in it
+    uint8_t shift;            ///< s, 0 to 15
 } tribo_arm_q31_params_t;
 
 typedef struct

@@ -9,7 +9,7 @@
 /// by 1e-7. What is rounded off when w2 accumulates is carried into the next sample, so nothing stalls.
 /// A first-order section has its second pole and zero at z = 0: TRIBO_BIQUAD_F32(b0, b1, 0, a1, 0).
 ///
-/// An output beyond 1e15, which no sane cascade reaches, means a lost state: the cascade starts again from rest, gives 0
+/// An output beyond 1e15, which no sane cascade reaches, means a corrupt state: the cascade starts again from rest, gives 0
 /// and counts it with the bad inputs.
 /// No loop but the one over the sections. Not synchronized: one state, one tick.
 /// Source: Middleton & Goodwin, "Digital Control and Estimation: A Unified Approach", ch. 13.
@@ -35,7 +35,7 @@ typedef struct
     float a1, a2;
 } tribo_biquad_f32_section_t;
 
-/// Initialiser of a section from the usual coefficients (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2),
+/// Initialiser of a section from the coefficients in z, (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2),
 /// e.g. a row of MATLAB's sos matrix without its fourth column. Write constants with all their digits: the
 /// conversion is done in double by the compiler, and nothing in double remains in the program.
 #define TRIBO_BIQUAD_F32(b0_, b1_, b2_, a1_, a2_)                                                                      \
@@ -49,9 +49,7 @@ typedef struct
 typedef struct
 {
     tribo_biquad_f32_section_t section[TRIBO_BIQUAD_SECTIONS_MAX]; ///< the first is nearest to the input
-    uint32_t                   count;                              ///< 1 to TRIBO_BIQUAD_SECTIONS_MAX
-    uint32_t                   pair_input_end; ///< of two sections: above twice the bits of a good input, else 0
-    uint32_t                   output_end;     ///< above twice the bits of an output that is not lost
+    uint32_t                   count; ///< 2 to 4: a lone section is followed by one that passes its input on
 } tribo_biquad_f32_params_t;
 
 typedef struct
@@ -63,13 +61,14 @@ typedef struct
 typedef struct
 {
     tribo_biquad_f32_section_state_t section[TRIBO_BIQUAD_SECTIONS_MAX];
-    uint32_t                         bad_inputs; ///< since reset; stops at UINT32_MAX
+    float    further[TRIBO_BIQUAD_SECTIONS_MAX - 2u]; ///< outputs beyond two, within a tick only
+    uint32_t bad_inputs;                              ///< since reset; stops at UINT32_MAX
 } tribo_biquad_f32_state_t;
 
-/// The outputs of the sections in one tick, on their way from the first half of a step to the second.
+/// The outputs of the first two sections in one tick, on their way from the first half of a step to the second.
 typedef struct
 {
-    float y[TRIBO_BIQUAD_SECTIONS_MAX];
+    float y[2];
 } tribo_biquad_f32_outputs_t;
 
 /// Checks `count` sections and copies them. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SECTION_COUNT,
@@ -84,10 +83,9 @@ void tribo_biquad_f32_reset(tribo_biquad_f32_state_t *state);
 /// Filters one sample. Cannot fail: a bad input (NaN, or beyond 1e7) counts as 0 and is counted.
 float tribo_biquad_f32_step(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x);
 
-/// The first half of a step: the output for `x` (which must be finite), with no state advanced. Writes `outputs` as far as
-/// there are sections.
+/// The first half of a step: the output for `x` (which must be finite), with no w advanced.
 float tribo_biquad_f32_output(const tribo_biquad_f32_params_t *params,
-                              const tribo_biquad_f32_state_t  *state,
+                              tribo_biquad_f32_state_t        *state,
                               float                            x,
                               tribo_biquad_f32_outputs_t      *outputs);
 

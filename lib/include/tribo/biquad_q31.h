@@ -1,4 +1,4 @@
-/// Cascade of second-order sections in Q31, in the delta operator d = z - 1: the twin of biquad_f32.h.
+/// Cascade of second-order sections in Q31, in the delta operator d = z - 1, as biquad_f32.h has it.
 ///
 ///     y   = w1 + b0 x                             b0: Q28, within +-4
 ///     w1 += b0 x + c1 x - a1 y + w2 2^-s          c1 = b1 - b0: Q28, within +-8; a1: Q28, within 4
@@ -6,14 +6,15 @@
 ///
 /// w1 is held in 64 bits, Q59, w2 in Q(59 + s). y is rounded, and what is rounded off it, the rest, stays in w1 and comes
 /// out with the next sample: a constant input is integrated without an end and the noise at the output is one rounding,
-/// whatever the poles. A y that saturates takes w1 with it, so a w1 that was lost is forgotten within a tick; w2 is clamped
+/// whatever the poles. A y that saturates takes w1 with it, so a corrupt w1 is forgotten within a tick; w2 is clamped
 /// to 4 2^-s of full scale and counted.
 /// d2, the product of the poles' distances from z = 1, has a second word, so a slow pole keeps its time constant to 1e-7
 /// while a2 is above 2^-(37 + s); of d2 y only what is below the last bit of w2 (2^-59 of full scale) is dropped.
 ///
-/// Zero-input limit cycles: none in the paper's controller, up to 55 LSB of a node for 20 random pole pairs of radius up
-/// to 0.99 (tests/unit/test_biquad_q31.c). Rounding noise has two zeros at z = 1; a resonance far from there multiplies it
-/// by up to 1/(1 - radius), so a sharper one has larger ones.
+/// Zero-input limit cycles: none in the paper's controller. Rounding noise has two zeros at z = 1, so a section's cycle stays
+/// within half an LSB of its node times the L1 norm of (1 - z^-1)^2 / A(z): at most 52 LSB over 130,000 random pole pairs of
+/// radius up to 0.99 and angle up to 2.7 rad (0.43 of the sampling frequency), but up to 480 LSB for poles nearer to z = -1,
+/// which no force controller has (tests/unit/test_biquad_q31.c). A resonance sharper than that has larger ones.
 ///
 /// Headroom: section i gives y 2^-scale[i], the scale being derived from the worst-case peak gain (L1 norm) so that no
 /// node can overflow for any input in range; see quantize_q31.h. Sums below stay under 2^63 for accepted params.
@@ -36,22 +37,21 @@ extern "C" {
 
 typedef struct
 {
-    int32_t b0, c1;      ///< Q28, with the scales of both nodes in them
-    int32_t minus_a1;    ///< Q28
-    int32_t c2;          ///< Q(28 + shift), with the scales of both nodes in it
-    int32_t d2, d2_low;  ///< Q(28 + shift), and 2^-32 of that, to add
-    int32_t shift_power; ///< 2^(30 - shift)
-    uint8_t shift;       ///< s, 0 to 30
-    uint8_t scale;       ///< 0 to 24, of this section's output node: y is held times 2^-scale
+    int32_t b0, c1;     ///< Q28, with the scales of both nodes in them
+    int32_t minus_a1;   ///< Q28
+    int32_t c2;         ///< Q(28 + shift), with the scales of both nodes in it
+    int32_t d2, d2_low; ///< Q(28 + shift), and 2^-32 of that, to add
+    uint8_t shift;      ///< s, 0 to 30
+    uint8_t scale;      ///< 0 to 24, of this section's output node: y is held times 2^-scale
 } tribo_biquad_q31_section_t;
 
 /// What a step reads, made by the functions of quantize_q31.h. Const from then on; may be shared.
 typedef struct
 {
     tribo_biquad_q31_section_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
-    int32_t                    pair_power; ///< of two sections: 2^(32 - input_scale); of another number: 0
-    uint8_t                    count;
-    uint8_t                    input_scale; ///< 2 to 24, of the input node: x is held times 2^-input_scale
+    uint8_t                    count;        ///< 2 to 4: a lone section is followed by one that passes its input on
+    uint8_t                    input_scale;  ///< 0 to 24, of the input node: x is held times 2^-input_scale
+    uint8_t                    output_scale; ///< that of the last section
 } tribo_biquad_q31_params_t;
 
 typedef struct
@@ -59,19 +59,27 @@ typedef struct
     int64_t w1, w2;
 } tribo_biquad_q31_section_state_t;
 
+/// A section's output in one tick.
+typedef struct
+{
+    int32_t  y;    ///< at its node's scale
+    uint32_t rest; ///< what its rounding has left, Q59
+} tribo_biquad_q31_node_t;
+
 typedef struct
 {
     tribo_biquad_q31_section_state_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    tribo_biquad_q31_node_t          further[TRIBO_BIQUAD_Q31_SECTIONS_MAX - 2u]; ///< beyond two, within a tick only
     uint32_t                         carry;     ///< bits of the input dropped for its scale so far, from bit 31 down
     uint32_t                         saturated; ///< values clamped since reset; stops at UINT32_MAX
 } tribo_biquad_q31_state_t;
 
-/// The nodes of a cascade in one tick, on their way from the first half of a step to the second.
+/// The first nodes of a cascade in one tick, on their way from the first half of a step to the second.
 typedef struct
 {
-    int32_t  x;                                   ///< the input, at the input node's scale
-    int32_t  y[TRIBO_BIQUAD_Q31_SECTIONS_MAX];    ///< the output of each section, at its node's scale
-    uint32_t rest[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< what is left of it, Q59
+    int32_t  x;       ///< the input, at the input node's scale
+    int32_t  y[2];    ///< the outputs of the first two sections, each at its node's scale
+    uint32_t rest[2]; ///< what their rounding has left, Q59
 } tribo_biquad_q31_outputs_t;
 
 /// At rest, counter 0. A zeroed state is half a unit of its outputs away from rest.
@@ -81,7 +89,6 @@ void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state);
 int32_t tribo_biquad_q31_step(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x);
 
 /// The first half of a step: the output for `x`, Q31, unsaturated (up to 2^scale of full scale), with no w advanced.
-/// Writes `outputs` as far as there are sections.
 int64_t tribo_biquad_q31_output(const tribo_biquad_q31_params_t *params,
                                 tribo_biquad_q31_state_t        *state,
                                 int32_t                          x,

@@ -55,7 +55,8 @@ tribo_status_t tribo_compensator_f32_init(tribo_compensator_f32_params_t       *
 void tribo_compensator_f32_reset(tribo_compensator_f32_state_t *state);
 
 /// Estimated friction f^ in N for the manipulated input `u_n` in N as applied, after the actuator limit.
-/// Cannot fail: with a bad `u_n`, or a lost F^, the net force stays as it was and the step is counted.
+/// Cannot fail: with a bad `u_n` the net force stays as it was and the step is counted. A corrupt F^ starts
+/// again from 0.
 /// `signals` is written whole and must not be null.
 float tribo_compensator_f32_step(const tribo_compensator_f32_params_t *params,
                                  tribo_compensator_f32_state_t        *state,

@@ -1,4 +1,4 @@
-/// Friction compensator of Fig. 11 in Q31: the twin of compensator_f32.h. Not synchronized: one state, one tick.
+/// Friction compensator of Fig. 11 in Q31, as compensator_f32.h has it. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_COMPENSATOR_Q31_H
 #define TRIBO_COMPENSATOR_Q31_H

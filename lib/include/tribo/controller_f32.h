@@ -7,8 +7,13 @@
 /// the cascade's direct feedthrough. c = 1 (Hanus' conditioning: the input that would have given just u) needs
 /// zeros inside the unit circle; tribo_controller_f32_init finds the largest |c| = 1, 1/2, 1/4 ... of either sign
 /// for which the conditioned cascade dies away within 2^24 ticks. A stable biproper cascade has such a c, and one with a
-/// pole at z = 1 has one of a sign; with two such poles many have. Refused is what has none of 1e-6 or more: an integrator
-/// that a zero hides, poles slower than some 10^-7 a tick that a zero hides beside a zero outside the unit circle.
+/// pole at z = 1 has one of either sign; with two such poles many have. Rejected if no |c| of 1e-6 or more stabilises it:
+/// an integrator cancelled by a zero, or poles slower than some 10^-7 a tick cancelled by zeros together with a zero
+/// outside the unit circle.
+///
+/// Rounding, against double precision: 1.4e-7 N over the paper's triangle. A ripple that stands for minutes is worse, as
+/// each output is rounded to one side and the slow pole adds that up: with +-20 mN at the Nyquist frequency up to 6e-6 N
+/// in a minute (tests/contract/test_controller.c). In Q31 what is rounded off is carried, 1.7e-8 N for the same ripple.
 ///
 /// tribo_controller_f32_change takes a running controller over to other params without a bump in u.
 ///
@@ -79,7 +84,7 @@ float tribo_controller_f32_step(const tribo_controller_f32_params_t *params,
 
 /// Between two ticks: takes the state over from params `from` to `to`, so that for error `e_n` v is and moves as it would
 /// have under `from`, plus `offset_n` (what v has to make up for in the sum, 0 if nothing). Cannot fail; a bad `e_n` or
-/// `offset_n` counts as 0. Costs up to two usual ticks of the loop.
+/// `offset_n` counts as 0. Costs up to two ticks of the loop.
 void tribo_controller_f32_change(const tribo_controller_f32_params_t *from,
                                  const tribo_controller_f32_params_t *to,
                                  tribo_controller_f32_state_t        *state,

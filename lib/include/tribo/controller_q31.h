@@ -1,4 +1,4 @@
-/// Force controller in Q31: the twin of controller_f32.h, which says how anti-windup and change of params work. What
+/// Force controller in Q31. controller_f32.h says how anti-windup and change of params work. What
 /// anti-windup takes back is rounded down to 16 units of the first node, 2^-27 of its full scale, and to a unit of later ones.
 /// Not synchronized: one state, one tick.
 
@@ -50,7 +50,7 @@ int32_t tribo_controller_q31_step(const tribo_controller_q31_params_t *params,
                                   tribo_controller_q31_signals_t      *signals);
 
 /// Between two ticks: takes the state over from params `from` to `to`, so that for error `e` v is and moves as it would
-/// have under `from`, plus `offset` (Q31). Cannot fail. Costs up to two usual ticks of the loop.
+/// have under `from`, plus `offset` (Q31). Cannot fail. Costs up to two ticks of the loop.
 void tribo_controller_q31_change(const tribo_controller_q31_params_t *from,
                                  const tribo_controller_q31_params_t *to,
                                  tribo_controller_q31_state_t        *state,

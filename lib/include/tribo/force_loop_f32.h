@@ -16,8 +16,8 @@
 /// the old params once more and costs about three ticks: they may go when state.active is the new pointer. Params in use
 /// must not be written to, nor a breakaway table that they point to, and all params of a loop are for one sample time.
 ///
-/// Params of two sections and no breakaway table are the usual ones: built for speed, their ticks have the parts inline.
-/// No heap, no libm, no double, no globals; the same bits on every target. Not synchronized: one state, one tick.
+/// A third and a fourth section, a breakaway table and a change of params are branches that cost more when they are taken;
+/// docs/numbers.md says how much. No heap, no libm, no double, no globals; the same bits on every target. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FORCE_LOOP_F32_H
 #define TRIBO_FORCE_LOOP_F32_H
@@ -43,24 +43,24 @@ typedef struct
     tribo_compensator_f32_config_t compensator;
 } tribo_force_loop_f32_config_t;
 
-#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 2 ///< of the params' fields and what they mean, for params made on a host
+#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 3 ///< of the params' fields and what they mean, for params made on a host
 
 /// What a tick reads, made by tribo_force_loop_f32_init. Const from then on; may be shared by loops.
 typedef struct
 {
-    uint32_t                       usual_input_end; ///< input_end of two sections without a table, else 0
-    uint32_t                       input_end;       ///< twice the bits of input_max_n, and 1: r and y are below
-    float                          gain;
+    float                          input_max_n; ///< largest credible |r| and |y|
+    float                          gain;        ///< eta
     tribo_controller_f32_params_t  controller;
     tribo_compensator_f32_params_t compensator;
 } tribo_force_loop_f32_params_t;
 
 typedef struct
 {
-    const tribo_force_loop_f32_params_t *active;     ///< params of the last tick; null after a reset
-    float                                friction_n; ///< f^ of the last tick
-    uint32_t                             bad_inputs; ///< ticks with a bad r or y since reset; stops at UINT32_MAX
-    tribo_controller_f32_state_t         controller; ///< with limited_ticks
+    const tribo_force_loop_f32_params_t *active;      ///< params of the last tick; null after a reset
+    uintptr_t                            active_seal; ///< ~active, or `active` is corrupt and not followed
+    float                                friction_n;  ///< f^ of the last tick
+    uint32_t                             bad_inputs;  ///< ticks with a bad r or y since reset; stops at UINT32_MAX
+    tribo_controller_f32_state_t         controller;  ///< with limited_ticks
     tribo_compensator_f32_state_t        compensator;
 } tribo_force_loop_f32_state_t;
 
@@ -87,29 +87,13 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
 /// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
 void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state);
 
-/// The two that tribo_force_loop_f32_step chooses from.
-float tribo_force_loop_f32_step_with_signals(const tribo_force_loop_f32_params_t *params,
-                                             tribo_force_loop_f32_state_t        *state,
-                                             float                                r_n,
-                                             float                                y_n,
-                                             tribo_force_loop_f32_signals_t      *signals);
-float tribo_force_loop_f32_step_without_signals(const tribo_force_loop_f32_params_t *params,
-                                                tribo_force_loop_f32_state_t        *state,
-                                                float                                r_n,
-                                                float                                y_n);
-
 /// One tick: reference `r_n` and measured end-point force `y_n` in N give the manipulated input u in N. Cannot fail.
-/// `signals` is written whole; null where nobody looks, which makes a tick of usual params shorter. Inline, so that the
-/// compiler chooses where the call says &log or NULL.
-static inline float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
-                                              tribo_force_loop_f32_state_t        *state,
-                                              float                                r_n,
-                                              float                                y_n,
-                                              tribo_force_loop_f32_signals_t      *signals)
-{
-    return signals != NULL ? tribo_force_loop_f32_step_with_signals(params, state, r_n, y_n, signals)
-                           : tribo_force_loop_f32_step_without_signals(params, state, r_n, y_n);
-}
+/// `signals` is written whole; it may be null.
+float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
+                                tribo_force_loop_f32_state_t        *state,
+                                float                                r_n,
+                                float                                y_n,
+                                tribo_force_loop_f32_signals_t      *signals);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-/// The friction-compensated force loop of Fig. 9 in Q31: the twin of force_loop_f32.h, one call a tick.
+/// The friction-compensated force loop of Fig. 9 in Q31, one call a tick.
 ///
 /// Forces are Q31 of the full scale FS that the params were made for (quantize_q31.h); take FS at least the largest
 /// force and limit. A difference r - y or a net force beyond FS saturates, which the loop is no worse for: friction is at its
@@ -26,25 +26,25 @@
 extern "C" {
 #endif
 
-#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 2 ///< of the params' fields and what they mean, for params made on a host
+#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 3 ///< of the params' fields and what they mean, for params made on a host
 
 /// What a tick reads, made by tribo_force_loop_q31_init. Const from then on; may be shared by loops.
 typedef struct
 {
-    uint32_t usual_input_end; ///< input_end of two sections, plain friction and a gain up to 1, else 0
-    uint32_t input_end;       ///< Q31; r and y are from -input_end to input_end - 1
-    int32_t  gain;            ///< eta, Q29, 0 to 2
+    int32_t                        input_max; ///< largest credible |r| and |y|, Q31
+    int32_t                        gain;      ///< eta, Q29, 0 to 2
     tribo_controller_q31_params_t  controller;
     tribo_compensator_q31_params_t compensator;
 } tribo_force_loop_q31_params_t;
 
 typedef struct
 {
-    const tribo_force_loop_q31_params_t *active;     ///< params of the last tick; null after a reset
-    int32_t                              friction;   ///< f^ of the last tick, Q31
-    uint32_t                             bad_inputs; ///< ticks with a bad r or y since reset; stops at UINT32_MAX
-    uint32_t                             saturated;  ///< errors and feedforwards clamped; stops at UINT32_MAX
-    tribo_controller_q31_state_t         controller; ///< with limited_ticks
+    const tribo_force_loop_q31_params_t *active;      ///< params of the last tick; null after a reset
+    uintptr_t                            active_seal; ///< ~active, or `active` is corrupt and not followed
+    int32_t                              friction;    ///< f^ of the last tick, Q31
+    uint32_t                             bad_inputs;  ///< ticks with a bad r or y since reset; stops at UINT32_MAX
+    uint32_t                             saturated;   ///< errors and feedforwards clamped; stops at UINT32_MAX
+    tribo_controller_q31_state_t         controller;  ///< with limited_ticks
     tribo_compensator_q31_state_t        compensator;
 } tribo_force_loop_q31_state_t;
 
@@ -61,29 +61,13 @@ typedef struct
 /// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
 void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state);
 
-/// The two that tribo_force_loop_q31_step chooses from.
-int32_t tribo_force_loop_q31_step_with_signals(const tribo_force_loop_q31_params_t *params,
-                                               tribo_force_loop_q31_state_t        *state,
-                                               int32_t                              r,
-                                               int32_t                              y,
-                                               tribo_force_loop_q31_signals_t      *signals);
-int32_t tribo_force_loop_q31_step_without_signals(const tribo_force_loop_q31_params_t *params,
-                                                  tribo_force_loop_q31_state_t        *state,
-                                                  int32_t                              r,
-                                                  int32_t                              y);
-
 /// One tick: reference `r` and measured end-point force `y` give the manipulated input u, all Q31. Cannot fail.
-/// `signals` is written whole; null where nobody looks, which makes a tick of usual params shorter. Inline, so that the
-/// compiler chooses where the call says &log or NULL.
-static inline int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
-                                                tribo_force_loop_q31_state_t        *state,
-                                                int32_t                              r,
-                                                int32_t                              y,
-                                                tribo_force_loop_q31_signals_t      *signals)
-{
-    return signals != NULL ? tribo_force_loop_q31_step_with_signals(params, state, r, y, signals)
-                           : tribo_force_loop_q31_step_without_signals(params, state, r, y);
-}
+/// `signals` is written whole; it may be null.
+int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
+                                  tribo_force_loop_q31_state_t        *state,
+                                  int32_t                              r,
+                                  int32_t                              y,
+                                  tribo_force_loop_q31_signals_t      *signals);
 
 #ifdef __cplusplus
 }

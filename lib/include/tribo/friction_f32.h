@@ -13,8 +13,9 @@
 /// the hysteresis inside stiction. Symmetric parameters give f(-u, -F) = -f(u, F) exactly.
 ///
 /// Eq. (5) is computed as the same curve in the form k = (k_max + k_min E)/(1 + E), E = e^(2 m (v/v0 - 1)), and Eq. (3) as
-/// n less a rational function of (n/(k L))^2. k is within 2e-6 of k_max - k_min, f within 1.2e-6 of itself
-/// (tests/unit/test_friction_f32.c measures both). |f| <= L and |f| <= |n| always.
+/// n less a rational function of (n/(k L))^2. f is within 1.2e-6 of itself for that k. k is within (1 + m/12) 1e-6 of
+/// k_max - k_min and 2e-7 of itself: the steeper k(v), the more the rounding of E's exponent counts. That is 2e-6 up to
+/// m = 20 and 7.8e-6 at m = 100 (tests/unit/test_friction_f32.c measures both). |f| <= L and |f| <= |n| always.
 /// One division (two with a table), no loop but the one over a breakaway table's points, always all of them.
 /// Not synchronized: one state, one tick.
 
@@ -60,24 +61,26 @@ typedef struct
     const tribo_breakaway_point_f32_t *table;      ///< null, or points that live as long as the params;
                                                    ///< linear between them, clamped at both ends
     uint32_t table_length;                         ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX
-    float    set_level;                            ///< c1, over 0 to 1, in parts of L
-    float    reset_level;                          ///< c2, over 0 to 1, in parts of L
+    float    set_level;                            ///< c1, over 0 to 1, as a fraction of L
+    float    reset_level;                          ///< c2, over 0 to 1, as a fraction of L
     float    pulse_width_s;                        ///< of the edge detectors, 1 to 63 samples once rounded
     float    gravity_n;                            ///< g, -1e6 to 1e6 N
 } tribo_friction_f32_config_t;
 
+/// k(v) 1.57 (1 + p) / 8 = at_0 + per_power p / 8, p = 2^-|exponent|; see friction_f32_step.h.
+typedef struct
+{
+    float at_0, per_power;
+} tribo_friction_f32_k_t;
+
 /// What a step reads, made by tribo_friction_f32_init. Const from then on; may be shared.
 typedef struct
 {
-    float rate_hz;            ///< 1/h
-    float y_per_rise, y_at_0; ///< E = 2^y, y = y_per_rise v h - y_at_0
-    struct
-    {
-        float at_0, per_w;
-    } k[2];                                      ///< B = at_0 + per_w 2^-|y| / 8, for y above 0 and below, scaled
-    tribo_breakaway_f32_t              law[2];   ///< L+, L-
-    tribo_breakaway_f32_t              reset[2]; ///< c2 L+, c2 L-
-    const tribo_breakaway_point_f32_t *table;    ///< null: the affine laws
+    float                  rate_hz;                             ///< 1/h
+    float                  exponent_per_rise, exponent_at_rest; ///< of E = 2^(exponent_per_rise v h - exponent_at_rest)
+    tribo_friction_f32_k_t k[2];                                ///< for an exponent from 0, and below
+    tribo_breakaway_f32_t  law[2];                              ///< L+, L-
+    const tribo_breakaway_point_f32_t *table;                   ///< null: the affine laws
     float                              set_level, reset_level;
     float                              gravity_n;
     uint8_t                            table_length;

@@ -1,16 +1,16 @@
-/// Hub friction of a constrained arm in Q31: the twin of friction_f32.h, equation for equation.
+/// Hub friction of a constrained arm in Q31, equation for equation as in friction_f32.h.
 ///
 /// Forces are Q31 of one full scale FS. The net force saturates at FS (counted), where friction has long reached its
 /// breakaway. The rate v enters as the change of |n| a tick, exact to the last bit.
 ///
-///     k(v)       y = (2/ln 2) m (v/v0 - 1) in Q22; 2^-|y| in Q32 by the polynomial of friction_f32.h; k 2^-S in Q32, S the
-///                smallest that fits k_max + k_min
+///     k(v)       exponent (2/ln 2) m (v/v0 - 1) in Q22; 2^-|exponent| in Q32 by the polynomial of friction_f32_step.h;
+///                k 2^-S in Q32, S the smallest that fits k_max + k_min
 ///     n/(k L)    as a fraction of two numbers of 32 bits, the larger one normalised
 ///     f          n less the rational function of friction_f32.h, coefficients Q32
 ///
 /// Against the model in double: f within 5e-7 N at a full scale of 2 N for the paper's parameters (tests/contract).
-/// By dense search: k L tanh(n/(k L)) is within 9e-7 of itself and 4 LSB (23 at k_max/k_min = 900), k(v) within 2e-6 of
-/// k_max - k_min (tests/unit/test_friction_q31.c).
+/// By dense search: k L tanh(n/(k L)) is within 9e-7 of itself and 4 LSB (23 at k_max/k_min = 900), k(v) within the bound
+/// that friction_f32.h gives: 1.5e-6 of k_max - k_min up to m = 20, 4.5e-6 at m = 100 (tests/unit/test_friction_q31.c).
 /// Symmetric parameters give f(-u, -F) = -f(u, F) exactly, and |f| <= |n|, |f| <= L always.
 /// Where offset + slope |F| is beyond FS, L is FS.
 /// One 32-bit division, two with a table, and no loop but the one over a table's points. Not synchronized: one state,
@@ -47,20 +47,19 @@ typedef struct
 /// What a step reads, made by tribo_force_loop_q31_init or its kin (quantize_q31.h).
 typedef struct
 {
-    uint32_t                           rise_max;     ///< rises of |n| beyond it are taken for it: y is 32 or more there
-    uint32_t                           rate;         ///< y per rise 2^rise_shift, Q54
-    int32_t                            y_at_0;       ///< y of no rise is minus that, Q22
-    uint32_t                           k[3];         ///< k_min, k_max, k_min, 2^-S, Q32
-    tribo_breakaway_q31_t              law[2];       ///< L+, L-
-    tribo_breakaway_q31_t              reset[2];     ///< c2 L+, c2 L-, where they are plain
-    const tribo_breakaway_point_q31_t *table;        ///< null: the affine laws
-    uint32_t                           set_level;    ///< c1, Q32; 1 is a bit less
-    uint32_t                           reset_level;  ///< c2, Q32
-    int32_t                            gravity;      ///< Q31
-    uint8_t                            law_whole[2]; ///< the slopes' whole parts, 0 to 10
-    uint8_t                            rise_shift;   ///< 1 to 31
-    uint8_t                            k_shift;      ///< S
-    bool                               plain;        ///< no table, slopes below 1 and no L beyond FS
+    uint32_t                           rise_max;         ///< a larger rise of |n| makes E 2^32 or more, as this does
+    uint32_t                           exponent_rate;    ///< of E = 2^exponent, per rise 2^rise_shift, Q54
+    int32_t                            exponent_at_rest; ///< minus the exponent of no rise, Q22
+    uint32_t                           k_min, k_max;     ///< times 2^-S, Q32
+    tribo_breakaway_q31_t              law[2];           ///< L+, L-
+    const tribo_breakaway_point_q31_t *table;            ///< null: the affine laws
+    uint32_t                           set_level;        ///< c1, Q32; 1 is a bit less
+    uint32_t                           reset_level;      ///< c2, Q32
+    int32_t                            gravity;          ///< Q31
+    uint8_t                            law_whole[2];     ///< the slopes' whole parts, 0 to 10
+    uint8_t                            rise_shift;       ///< 1 to 31
+    uint8_t                            k_shift;          ///< S
+    bool                               is_shallow;       ///< no table, slopes below 1, no L beyond FS
     uint8_t                            table_length;
     uint8_t                            pulse_width; ///< samples
 } tribo_friction_q31_params_t;

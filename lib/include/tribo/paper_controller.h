@@ -33,10 +33,10 @@
     {                                                                                                      \
         .cascade = {.section = {                                                                           \
             {.b0 = 244082512, .c1 = -172488264, .minus_a1 = -100651728, .c2 = 409639328, .d2 = -819278656, \
-             .d2_low = 0, .shift_power = 33554432, .shift = 5, .scale = 4},                                \
+             .d2_low = 0, .shift = 5, .scale = 4},                                \
             {.b0 = 203735840, .c1 = -155787392, .minus_a1 = -78052520, .c2 = 126901160, .d2 = -9991,       \
-             .d2_low = 1530920960, .shift_power = 16777216, .shift = 6, .scale = 4},                       \
-        }, .pair_power = 536870912, .count = 2, .input_scale = 3},                                         \
+             .d2_low = 1530920960, .shift = 6, .scale = 4},                       \
+        }, .count = 2, .input_scale = 3, .output_scale = 4},                                         \
         .anti_windup = 1555878016, .taken_max = 1482005627,                                                \
         .u_min = -2147483647, .u_max = 2147483647,                                                         \
         .anti_windup_shift = 2,                                                                            \

@@ -34,62 +34,33 @@ static inline void tribo_q31_count(uint32_t *counter)
     }
 }
 
-/// x, its origin hidden from the compiler. For a factor that is either computed or a bound: gcc widens both to 64 bits
-/// before it joins them, and then multiplies 64 by 64 bits instead of 32 by 32.
-static inline int32_t tribo_q31_opaque(int32_t x)
+/// The largest or the smallest number of 32 bits, by the sign of x.
+static inline int32_t tribo_q31_extreme(int32_t x)
 {
-#if defined(__GNUC__) && !defined(TRIBO_PORTABLE)
-    __asm__("" : "+r"(x));
-#endif
-    return x;
+    return INT32_MAX ^ (x >> 31);
 }
 
-/// The end of all 32 bits on the side of x.
-static inline int32_t tribo_q31_end(int32_t x)
-{
-    // cppcheck-suppress shiftTooManyBitsSigned; see tribo_q31_needs_arithmetic_shifts
-    return (int32_t)((uint32_t)TRIBO_Q31_MAX ^ (uint32_t)(x >> 31));
-}
-
-/// The end that a sum has gone beyond: with it, nobody has to keep what was added.
-static inline int32_t tribo_q31_end_of_wrapped(int32_t sum)
-{
-    // cppcheck-suppress shiftTooManyBitsSigned; see tribo_q31_needs_arithmetic_shifts
-    return (int32_t)((UINT32_C(1) << 31) ^ (uint32_t)(sum >> 31));
-}
-
-/// The end of the symmetric range on the side of x.
-static inline int32_t tribo_q31_symmetric_end(int32_t x)
-{
-    return tribo_q31_end(x) | 1;
-}
-
-/// x within the symmetric range; a saturation is counted. One compare of the two words says that x fits.
+/// x within the symmetric range, -(2^31 - 1) to 2^31 - 1; a saturation is counted.
 static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
 {
-    int32_t result = (int32_t)(uint32_t)x;
-    if ((int32_t)(uint32_t)((uint64_t)x >> 32) != -(int32_t)(result < 0) || result == INT32_MIN)
+    const int32_t result = (int32_t)x;
+    if (result != x || result == INT32_MIN)
     {
         tribo_q31_count(saturated);
-        result = tribo_q31_symmetric_end((int32_t)(uint32_t)((uint64_t)x >> 32));
+        return tribo_q31_extreme((int32_t)(x >> 32)) | 1; // -(2^31 - 1) for the smallest
     }
-    return tribo_q31_opaque(result);
+    return result;
 }
 
-/// a + b within 32 bits, saturated and counted: for values whose magnitude nobody takes.
+/// a + b within 32 bits, saturated and counted: for values whose magnitude nobody takes. A sum whose sign neither has is
+/// beyond.
 static inline int32_t tribo_q31_add(int32_t a, int32_t b, uint32_t *saturated)
 {
-#if defined(__GNUC__) && !defined(TRIBO_PORTABLE)
-    int32_t    sum;
-    const bool over = __builtin_add_overflow(a, b, &sum); // the processor's own flag
-#else
-    int32_t    sum  = (int32_t)((uint32_t)a + (uint32_t)b);
-    const bool over = sum != (int64_t)a + b;
-#endif
-    if (over)
+    const int32_t sum = (int32_t)((uint32_t)a + (uint32_t)b);
+    if (((a ^ sum) & (b ^ sum)) < 0)
     {
         tribo_q31_count(saturated);
-        sum = tribo_q31_end_of_wrapped(sum);
+        return tribo_q31_extreme(a);
     }
     return sum;
 }
@@ -97,70 +68,44 @@ static inline int32_t tribo_q31_add(int32_t a, int32_t b, uint32_t *saturated)
 /// a - b likewise.
 static inline int32_t tribo_q31_subtract(int32_t a, int32_t b, uint32_t *saturated)
 {
-#if defined(__GNUC__) && !defined(TRIBO_PORTABLE)
-    int32_t    difference;
-    const bool over = __builtin_sub_overflow(a, b, &difference);
-#else
-    int32_t    difference = (int32_t)((uint32_t)a - (uint32_t)b);
-    const bool over       = difference != (int64_t)a - b;
-#endif
-    if (over)
+    const int32_t difference = (int32_t)((uint32_t)a - (uint32_t)b);
+    if (((a ^ b) & (a ^ difference)) < 0)
     {
         tribo_q31_count(saturated);
-        difference = tribo_q31_end_of_wrapped(difference);
+        return tribo_q31_extreme(a);
     }
     return difference;
 }
 
-/// a - b + c within the symmetric range, saturated and counted; c is within it. Two sums that both wrap make one that fits.
-static inline int32_t tribo_q31_balance(int32_t a, int32_t b, int32_t c, uint32_t *saturated)
-{
-#if defined(__GNUC__) && !defined(TRIBO_PORTABLE)
-    int32_t difference;
-    int32_t sum;
-    int32_t beyond = a;
-    if (__builtin_expect(!__builtin_sub_overflow(a, b, &difference), 1))
-    {
-        if (__builtin_expect(!__builtin_add_overflow(difference, c, &sum) && sum != INT32_MIN, 1))
-        {
-            return sum;
-        }
-        beyond = difference;
-    }
-    else if (__builtin_add_overflow(tribo_q31_opaque(difference), c, &sum) && sum != INT32_MIN) // not made beforehand
-    {
-        return sum;
-    }
-    tribo_q31_count(saturated);
-    return tribo_q31_symmetric_end(beyond);
-#else
-    return tribo_q31_saturate((int64_t)a - b + c, saturated);
-#endif
-}
-
-/// x / 2^shift, rounded down, saturated and counted as tribo_q31_add. `shift` 1 to 31, a constant: one compare.
+/// x / 2^shift, rounded down, within 32 bits, saturated and counted. `shift` 1 to 31. What fits has a high word from
+/// -2^(shift - 1) to 2^(shift - 1) - 1: one comparison.
 static inline int32_t tribo_q31_narrow(int64_t x, uint32_t shift, uint32_t *saturated)
 {
-    const uint32_t high   = (uint32_t)((uint64_t)x >> 32);
-    const uint32_t half   = UINT32_C(1) << (shift - 1u);
-    int32_t        result = (int32_t)(high << (32u - shift) | (uint32_t)x >> shift);
-    if (high + half >= 2u * half)
+    const int32_t  high = (int32_t)(x >> 32);
+    const uint32_t half = UINT32_C(1) << (shift - 1u);
+    if ((uint32_t)high + half >= 2u * half)
     {
         tribo_q31_count(saturated);
-        result = tribo_q31_end((int32_t)(uint32_t)((uint64_t)x >> 32));
+        return tribo_q31_extreme(high);
     }
-    return result;
+    return (int32_t)((uint32_t)high << (32u - shift) | (uint32_t)x >> shift);
 }
 
-/// x 2^shift, saturated and counted as tribo_q31_add. `shift` 0 to 31.
+/// x 2^shift in 64 bits, from two shifts of 32. `shift` 0 to 31.
+static inline int64_t tribo_q31_lift(int32_t x, uint32_t shift)
+{
+    const uint32_t high = (uint32_t)(x >> 1 >> (31u - shift));
+    return (int64_t)((uint64_t)high << 32 | (uint32_t)x << shift);
+}
+
+/// x 2^shift within 32 bits, saturated and counted. `shift` 0 to 31.
 static inline int32_t tribo_q31_widen(int32_t x, uint32_t shift, uint32_t *saturated)
 {
-    int32_t result = (int32_t)((uint32_t)x << shift);
-    // cppcheck-suppress [shiftTooManyBitsSigned, integerOverflow]; see tribo_q31_needs_arithmetic_shifts
+    const int32_t result = (int32_t)((uint32_t)x << shift);
     if (result >> shift != x)
     {
         tribo_q31_count(saturated);
-        result = tribo_q31_end(x);
+        return tribo_q31_extreme(x);
     }
     return result;
 }
@@ -229,24 +174,23 @@ static inline int64_t tribo_q31_shift(int64_t x, uint32_t shift)
     return (int64_t)((uint64_t)(uint32_t)(high >> shift) << 32 | (moved | (uint32_t)x >> shift));
 }
 
-/// All ones where x is negative. (A shift: gcc 14 makes branches of a comparison.)
-static inline uint64_t tribo_q31_sign(int64_t x)
+/// What makes x / 2^shift, rounded down, round towards zero: 2^shift - 1 for a negative x, else 0. `shift` 0 to 31.
+static inline int64_t tribo_q31_up(int64_t x, uint32_t shift)
 {
-    // cppcheck-suppress [shiftTooManyBitsSigned, shiftNegativeLHS]; see tribo_q31_needs_arithmetic_shifts
-    return (uint64_t)(x >> 63);
+    const int32_t sign = (int32_t)(x >> 32) >> 31;
+    return (uint32_t)sign & ((UINT32_C(1) << shift) - 1u);
 }
 
-/// x / 2^shift towards zero, so that what decays reaches zero from both sides. `shift` 0 to 62.
+/// x / 2^shift towards zero, so that what decays reaches zero from both sides. `shift` 0 to 31.
 static inline int64_t tribo_q31_shift_to_zero(int64_t x, uint32_t shift)
 {
-    const uint64_t up = tribo_q31_sign(x) & ((UINT64_C(1) << shift) - 1u);
-    return (x + (int64_t)up) >> shift;
+    return tribo_q31_shift(x + tribo_q31_up(x, shift), shift);
 }
 
 /// Leading zeros of x, which is not 0.
 static inline uint32_t tribo_q31_leading_zeros(uint32_t x)
 {
-#if defined(__GNUC__) && !defined(TRIBO_PORTABLE)
+#if defined(__GNUC__) && !defined(TRIBO_PORTABLE_BUILTINS)
     return (uint32_t)__builtin_clz(x);
 #else
     uint32_t zeros = 0;

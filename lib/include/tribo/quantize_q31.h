@@ -1,6 +1,6 @@
 /// From physical parameters to Q31 params, checked: the set-up side of the _q31 modules.
 ///
-/// These functions take the same config structs as their f32 twins and the full scale FS, the force in N that is 2^31. They
+/// These functions take the same config structs as the f32 functions, and the full scale FS, the force in N that is 2^31. They
 /// check every field, quantise, check again on the quantised numbers (stability, range, headroom), and write all or
 /// nothing. They use float, so they live in a file of their own: a program whose params were made on the host links none
 /// of it. Not for the tick; a cascade takes some 10^5 float operations to measure, a slow one up to 10^8.
@@ -28,7 +28,7 @@
 extern "C" {
 #endif
 
-/// Worst-case peaks in parts of full scale, as bounded by L1 norms on the quantised numbers.
+/// Worst-case peaks as a fraction of full scale, as bounded by L1 norms on the quantised numbers.
 typedef struct
 {
     float input;                                 ///< of the input node

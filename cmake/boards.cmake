@@ -1,0 +1,31 @@
+# boards.json, the list of boards (boards.py says what is in a row), for CMake.
+include_guard(DIRECTORY)
+file(READ ${CMAKE_CURRENT_LIST_DIR}/boards.json tribo_boards)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/boards.json)
+
+# The words of a row's value as a list; empty if the row has no such key.
+function(tribo_board out name key)
+  string(JSON value ERROR_VARIABLE missing GET "${tribo_boards}" "${name}" "${key}")
+  if(missing)
+    set(value "")
+  endif()
+  separate_arguments(value UNIX_COMMAND "${value}")
+  set(${out} "${value}" PARENT_SCOPE)
+endfunction()
+
+# The emulated processors as the X-macro SIM_BOARDS of a header, a row each: name of the target, name of its preset, command.
+function(tribo_write_boards header)
+  set(rows "")
+  string(JSON last LENGTH "${tribo_boards}")
+  math(EXPR last "${last} - 1")
+  foreach(i RANGE ${last})
+    string(JSON name MEMBER "${tribo_boards}" ${i})
+    tribo_board(qemu ${name} qemu)
+    if(qemu)
+      string(REPLACE ";" "\", \"" command "${qemu}")
+      string(REGEX REPLACE "^cortex-" "" target ${name})
+      string(APPEND rows " \\\n    BOARD(\"${target}\", \"${name}\", \"${command}\")")
+    endif()
+  endforeach()
+  file(CONFIGURE OUTPUT ${header} CONTENT "// Written from cmake/boards.json.\n#define SIM_BOARDS(BOARD)${rows}\n" @ONLY)
+endfunction()

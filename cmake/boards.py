@@ -1,0 +1,90 @@
+#!/usr/bin/env -S python3 -B
+"""The list of boards, boards.json, for the tools; boards.cmake reads it for CMake. A row is all that a new board needs beside
+its folder. Run as a program it writes presets/boards.json, the presets of every row.
+
+A row of an emulated processor is a QEMU machine, all of which share firmware/port/emulated:
+
+    what         one line about it
+    tools        prefix of its compiler and binutils
+    flags        of the compiler
+    qemu         the command that starts its machine
+    memory       start and size of flash, start and size of RAM, size of the stack
+    model        llvm-mca's CPU; left out if there is none
+    test_qemu, test_memory    more RAM for the tests, where the machine's own does not hold them
+
+A row with `processor` is a board with a port of its own: the folder firmware/port/NAME, for that processor.
+"""
+
+import json
+import pathlib
+
+HERE = pathlib.Path(__file__).resolve().parent
+PRESETS = HERE / "presets" / "boards.json"
+ROWS = json.loads((HERE / "boards.json").read_text())
+EMULATED = [name for name, row in ROWS.items() if "processor" not in row]
+PORTS = [name for name, row in ROWS.items() if "processor" in row]
+
+
+def processor(name):
+    """The row that has a board's compiler."""
+    return ROWS[ROWS[name].get("processor", name)]
+
+
+def test_machine(name):
+    """The QEMU command for an emulated processor's tests."""
+    return ROWS[name]["qemu"].split() + ROWS[name].get("test_qemu", "").split()
+
+
+def configure_presets(name):
+    row = ROWS[name]
+    variables = {"TRIBO_PROCESSOR": row.get("processor", name)}
+    if name in PORTS:
+        variables["TRIBO_BOARD"] = name
+    preset = {"name": name, "displayName": row["what"], "inherits": "target", "cacheVariables": variables}
+    yield preset
+    if name in EMULATED:
+        small = {"name": f"{name}-os", "displayName": f"{row['what']}; at -Os"}
+        yield preset | small | {"cacheVariables": variables | {"CMAKE_C_FLAGS_RELEASE": "-Os"}}
+
+
+def presets():
+    configure = [preset for name in ROWS for preset in configure_presets(name)]
+    names = [preset["name"] for preset in configure]
+    target = {
+        "name": "target",
+        "hidden": True,
+        "inherits": "base",
+        "toolchainFile": "${sourceDir}/cmake/toolchain.cmake",
+        "cacheVariables": {
+            "CMAKE_BUILD_TYPE": "Release",
+            "CMAKE_C_FLAGS_RELEASE": "-O2",
+            "TRIBO_HOST_SIM": "OFF",
+            "TRIBO_PACKAGE_TESTS": "OFF",
+        },
+    }
+    return {
+        "version": 6,
+        "include": ["base.json"],
+        "configurePresets": [target, *configure],
+        "buildPresets": [{"name": name, "configurePreset": name} for name in names],
+        "testPresets": [{"name": name, "inherits": "base", "configurePreset": name} for name in names],
+        "workflowPresets": [
+            {"name": name, "steps": [{"type": step, "name": name} for step in ("configure", "build", "test")]} for name in names
+        ],
+    }
+
+
+def presets_text():
+    """A preset a line."""
+    parts = []
+    for key, value in presets().items():
+        if isinstance(value, list):
+            lines = ",\n".join(f"    {json.dumps(item)}" for item in value)
+            parts.append(f'  "{key}": [\n{lines}\n  ]')
+        else:
+            parts.append(f'  "{key}": {json.dumps(value)}')
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+if __name__ == "__main__":
+    PRESETS.write_text(presets_text())

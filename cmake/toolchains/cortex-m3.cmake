@@ -1,6 +1,0 @@
-# Cortex-M3: ARMv7-M, no FPU.
-set(CMAKE_SYSTEM_NAME Generic)
-set(CMAKE_SYSTEM_PROCESSOR cortex-m3)
-set(CMAKE_C_COMPILER arm-none-eabi-gcc)
-set(CMAKE_C_FLAGS_INIT "-mthumb -mcpu=cortex-m3")
-set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)

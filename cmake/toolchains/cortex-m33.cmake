@@ -1,6 +1,0 @@
-# Cortex-M33: ARMv8-M Mainline, FPU of single precision.
-set(CMAKE_SYSTEM_NAME Generic)
-set(CMAKE_SYSTEM_PROCESSOR cortex-m33)
-set(CMAKE_C_COMPILER arm-none-eabi-gcc)
-set(CMAKE_C_FLAGS_INIT "-mthumb -mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard")
-set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)

@@ -1,0 +1,39 @@
+/// Commands to the drive over a serial line, byte by byte. A stop is the single byte x, which acts at once, wherever it comes.
+/// Everything else is a whole line, so that no noise and no lost or added byte starts a drive:
+///
+///     x    stop    start    start    ack    acknowledge a fault    ?    report the state    + and -    reference up and down
+
+#ifndef DRIVE_COMMAND_H
+#define DRIVE_COMMAND_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum
+{
+    COMMAND_NONE,
+    COMMAND_STOP,
+    COMMAND_START,
+    COMMAND_ACKNOWLEDGE,
+    COMMAND_REPORT,
+    COMMAND_UP,
+    COMMAND_DOWN
+} command_t;
+
+#define COMMAND_LENGTH_MAX 5u
+
+/// Zero before the first byte.
+typedef struct
+{
+    char    line[COMMAND_LENGTH_MAX + 1u]; ///< ends with 0
+    uint8_t length;
+    bool    spoilt; ///< ignore the line up to its end
+} command_reader_t;
+
+/// Takes a byte; returns the command that it completes, or COMMAND_NONE. CR and LF both end a line.
+command_t command_take(command_reader_t *reader, uint8_t byte);
+
+/// A byte was lost or wrong: the line that it was in is ignored.
+void command_spoil(command_reader_t *reader);
+
+#endif

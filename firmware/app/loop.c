@@ -1,0 +1,30 @@
+#include "app/loop.h"
+
+void loop_reset(loop_state_t *state)
+{
+    LOOP(reset)(state);
+}
+
+loop_force_t loop_step(const loop_params_t *params,
+                       loop_state_t        *state,
+                       loop_force_t         r,
+                       loop_force_t         y,
+                       loop_signals_t      *signals)
+{
+    return LOOP(step)(params, state, r, y, signals);
+}
+
+loop_force_t loop_u_min(const loop_params_t *params)
+{
+    return params->controller.LOOP_N(u_min);
+}
+
+loop_force_t loop_u_max(const loop_params_t *params)
+{
+    return params->controller.LOOP_N(u_max);
+}
+
+void loop_words(const loop_signals_t *signals, uint32_t words[TRIBO_SIGNAL_WORDS])
+{
+    LOOP_TO_WORDS(signals, words);
+}

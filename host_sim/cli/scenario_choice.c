@@ -1,0 +1,93 @@
+#include "cli/scenario_choice.h"
+
+#include "cli/commands.h"
+#include "support/text.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+const char *sim_scenario_folder(void)
+{
+    const char *chosen = getenv("TRIBO_SCENARIOS");
+    if (chosen != NULL && chosen[0] != '\0')
+    {
+        return chosen;
+    }
+    return access(TRIBO_SCENARIOS_SOURCE, R_OK) == 0 ? TRIBO_SCENARIOS_SOURCE : TRIBO_SCENARIOS_INSTALLED;
+}
+
+static bool exists(const char *path)
+{
+    return access(path, F_OK) == 0;
+}
+
+char *sim_scenario_path(const char *name)
+{
+    static const char *const endings[] = {"", ".yaml"};
+    for (size_t i = 0; i < 2 && !exists(name) && strchr(name, '/') == NULL; i++)
+    {
+        char *path = sim_text_format("%s/%s%s", sim_scenario_folder(), name, endings[i]);
+        if (path == NULL || exists(path))
+        {
+            return path;
+        }
+        free(path);
+    }
+    return strdup(name);
+}
+
+int sim_scenario_take_set(sim_scenario_choice_t *choice, const char *assignment)
+{
+    if (strchr(assignment, '=') == NULL || assignment[0] == '=')
+    {
+        return sim_usage("--set %s: key=value is wanted", assignment);
+    }
+    const char **larger =
+        (const char **)realloc((void *)choice->sets, ((size_t)choice->set_count + 1) * sizeof *larger);
+    if (larger == NULL)
+    {
+        return sim_failure("out of memory");
+    }
+    choice->sets                      = larger;
+    choice->sets[choice->set_count++] = assignment;
+    return 0;
+}
+
+void sim_scenario_choice_free(sim_scenario_choice_t *choice)
+{
+    free((void *)choice->sets);
+}
+
+static bool load(sim_scenario_t *scenario, const sim_scenario_choice_t *choice, const char *path, sim_error_t *error)
+{
+    bool ok = exists(path)
+                  ? sim_scenario_load(scenario, path, error)
+                  : sim_error_set(error,
+                                  "%s: there is no such file, nor such a scenario in %s (tribo-sim list shows them)",
+                                  path,
+                                  sim_scenario_folder());
+    for (int i = 0; ok && i < choice->set_count; i++)
+    {
+        ok = sim_scenario_set(scenario, choice->sets[i], error);
+    }
+    return ok && sim_scenario_check(scenario, error);
+}
+
+sim_scenario_t *sim_scenario_open(const sim_scenario_choice_t *choice, sim_error_t *error)
+{
+    char           *path     = sim_scenario_path(choice->name);
+    sim_scenario_t *scenario = sim_scenario_create();
+    if (path == NULL || scenario == NULL)
+    {
+        (void)sim_error_set(error, "out of memory");
+    }
+    else if (load(scenario, choice, path, error))
+    {
+        free(path);
+        return scenario;
+    }
+    free(path);
+    sim_scenario_destroy(scenario);
+    return NULL;
+}

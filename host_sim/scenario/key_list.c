@@ -1,0 +1,106 @@
+#include "scenario/key_list.h"
+
+#include "scenario/keys.h"
+
+#include <stdio.h>
+#include <string.h>
+
+typedef struct
+{
+    char range[512], standard[64];
+} words_t;
+
+/// A key's range and default as text, "-" if there is none.
+static void describe(words_t *words, const char *path, const sim_key_t *key)
+{
+    *words                  = (words_t){.range = "-", .standard = "-"};
+    const bool has_standard = !key->is_required && strchr(path, '[') == NULL;
+    switch (key->type)
+    {
+    case SIM_KEY_NUMBER:
+    case SIM_KEY_WHOLE:
+    case SIM_KEY_OPTIONAL:
+        (void)snprintf(words->range, sizeof words->range, "%g to %g", key->min, key->max);
+        if (has_standard && key->type != SIM_KEY_OPTIONAL)
+        {
+            (void)snprintf(words->standard, sizeof words->standard, "%g", key->standard);
+        }
+        break;
+    case SIM_KEY_CHOICE:
+        if (has_standard)
+        {
+            (void)snprintf(words->standard, sizeof words->standard, "%s", key->words[(int)key->standard]);
+        }
+        break;
+    default:
+        break;
+    }
+}
+
+static void print_line(void *context, const char *path, const sim_key_t *key)
+{
+    (void)context;
+    char    choices[512];
+    words_t words;
+    describe(&words, path, key);
+    if (key->type == SIM_KEY_CHOICE)
+    {
+        sim_key_words(key, choices, sizeof choices);
+    }
+    if (key->type != SIM_KEY_GROUP)
+    {
+        const char *type = (key->type == SIM_KEY_CHOICE) ? choices : sim_key_type_name(key);
+        (void)printf("%s | %s | %s | %s\n", path, type, words.range, words.standard);
+    }
+}
+
+void sim_key_list_print(void)
+{
+    sim_key_visit(print_line, NULL);
+}
+
+static void print_heading(const char *title)
+{
+    (void)printf("\n### %s\n\n| key | unit | range | default | what |\n|---|---|---|---|---|\n", title);
+}
+
+/// In a cell of a table a '|' would end it.
+static void print_escaped(const char *text)
+{
+    for (; *text != '\0'; text++)
+    {
+        (void)printf("%s%c", *text == '|' ? "\\" : "", *text);
+    }
+}
+
+static void print_row(void *context, const char *path, const sim_key_t *key)
+{
+    (void)context;
+    words_t words;
+    describe(&words, path, key);
+    if (key->type == SIM_KEY_GROUP)
+    {
+        if (strchr(path, '.') == NULL)
+        {
+            print_heading(key->text);
+        }
+        return;
+    }
+    if (key->type == SIM_KEY_CHOICE)
+    {
+        sim_key_words(key, words.range, sizeof words.range);
+    }
+    else if (words.range[0] == '-' && words.range[1] == '\0')
+    {
+        (void)snprintf(words.range, sizeof words.range, "%s", key->type == SIM_KEY_LIST ? "list" : "text");
+    }
+    (void)printf("| `%s` | %s | %s | %s | ", path, key->unit, words.range, words.standard);
+    print_escaped(key->text);
+    (void)fputs(" |\n", stdout);
+}
+
+void sim_key_list_print_markdown(void)
+{
+    print_heading("The run");
+    sim_key_visit(print_row, NULL);
+}

@@ -1,0 +1,285 @@
+"""numbers_md.py [--check]: writes docs/numbers.md and the table of facts in README.md from tests/target/budget.txt (by
+tools/bench-target) and accuracy.txt (by tools/bench). --check writes nothing and fails where they are not current.
+"""
+
+import pathlib
+import sys
+
+HERE = pathlib.Path(__file__).parent
+ROOT = HERE.parents[1]
+for folder in (ROOT / "tests" / "target", ROOT / "cmake"):
+    sys.path.insert(0, str(folder))
+import accuracy  # noqa: E402
+import boards  # noqa: E402
+import budget  # noqa: E402
+
+NUMBERS = ROOT / "docs" / "numbers.md"
+README = ROOT / "README.md"
+START = "<!-- facts: written by tools/bench --update and tools/bench-target --update -->\n"
+END = "<!-- end -->\n"
+TITLES = {"f32": "float32", "q31": "Q31"}
+PROCESSORS = list(boards.EMULATED)
+
+
+def name_of(processor):
+    """As M4F, M0+, RV32IMC."""
+    return processor.replace("cortex-", "").replace("plus", "+").upper()
+
+
+def read_figures():
+    """Figures as text, by processor and name."""
+    lines = [line.split() for line in budget.BUDGET.read_text().splitlines() if line and not line.startswith("#")]
+    processors = lines[0][1:]
+    return {p: {row[0]: row[1 + i] for row in lines[1:] if row[1 + i] != "-"} for i, p in enumerate(processors)}
+
+
+def derived(figures):
+    """With the worst and the cheapest tick of all runs, and the spread between them in percent."""
+    more = dict(figures)
+    for arithmetic in TITLES:
+        for signals in ("", ".without_signals"):
+            worst = max(int(figures[f"{arithmetic}.{run}{signals}.max"]) for run in ("tick", "search"))
+            least = min(int(figures[f"{arithmetic}.{run}{signals}.min"]) for run in ("tick", "search"))
+            more[f"{arithmetic}.worst{signals}"] = worst
+            more[f"{arithmetic}.spread{signals}"] = 100 * (worst / least - 1)
+    return more
+
+
+def number(text):
+    """With commas, as 12,824; without decimals where it is a percentage."""
+    value = float(text)
+    return f"{value:,.0f}"
+
+
+def table(title, columns, rows):
+    lines = [f"| {' | '.join([title, *columns])} |", f"|{'---|' * (1 + len(columns))}"]
+    return "\n".join(lines + [f"| {' | '.join(row)} |" for row in rows]) + "\n"
+
+
+def costs(figures, rows, titles):
+    """Rows of (text, names...) for each arithmetic of `titles`; more names stand side by side."""
+    cells = [
+        [title + text, *(" / ".join(number(figures[p][f"{arithmetic}.{name}"]) for name in names) for p in PROCESSORS)]
+        for arithmetic, title in titles.items()
+        for text, *names in rows
+    ]
+    return table("", [name_of(p) for p in PROCESSORS], cells)
+
+
+def module(name, tick):
+    return [
+        ("instructions, mean / worst", f"{tick}.mean", f"{tick}.max"),
+        ("code / stack, bytes", f"code.{name}", f"stack.{name}"),
+    ]
+
+
+def exactness(record, rows):
+    def cell(name):
+        if name not in record:
+            return "-"
+        found, limit = (text.replace("e-0", "e-") for text in record[name])
+        return found if limit == "-" else f"{found} ({limit.replace('±', ' ± ').replace('>=', 'at least ')})"
+
+    return table("largest error (limit in its test)", TITLES.values(), [[text, cell(f"f32.{name}"), cell(f"q31.{name}")] for text, name in rows])
+
+
+FUNCTIONS = [
+    (
+        "tribo_force_loop_*_step",
+        "The whole tick: controller, limit, anti-windup, friction, arm, relays, counters.",
+        [
+            ("instructions over `triangle`, without signals, mean / worst", "tick.without_signals.mean", "tick.without_signals.max"),
+            ("worst-case instructions, without / with signals", "worst.without_signals", "worst"),
+            ("worst over cheapest tick, %", "spread"),
+            ("worst with a breakaway table of 32 points", "tick.table.max"),
+            ("worst where params change", "retuning.max"),
+            ("stack, bytes / where params change / from or to four sections and a table", "stack.tick", "stack.retuning", "stack.largest"),
+            ("state / params, bytes", "ram.axis", "flash.params"),
+            ("flash at -Os, bytes: loop and params / with set-up", "flash.step", "flash.all"),
+        ],
+        [
+            ("`triangle`, gain 0: RMS of r − F, N", "force_loop.rms_without"),
+            ("`triangle`, gain 0.85: RMS of r − F, N", "force_loop.rms_with"),
+            ("`triangle`: u against the same loop in double, N", "force_loop.u"),
+        ],
+    ),
+    (
+        "tribo_controller_*_step",
+        "Cascade of two sections, limit, anti-windup.",
+        module("controller", "tick.controller"),
+        [
+            ("`triangle`: v against the design in double, N", "controller.design"),
+            ("e = ±20 mN at half the sample rate: v against double, N", "controller.ripple"),
+        ],
+    ),
+    (
+        "tribo_biquad_*_step",
+        "Cascade of two sections alone.",
+        module("cascade", "tick.controller.cascade"),
+        [
+            ("signal to noise at fc/fs 0.1, dB", "cascade.snr_0.1"),
+            ("… 0.01, dB", "cascade.snr_0.01"),
+            ("… 0.001, dB", "cascade.snr_0.001"),
+            ("zero-input limit cycle, random poles up to 2.7 rad, LSB", "cascade.limit_cycle"),
+            ("… poles beyond 2.7 rad, LSB", "cascade.limit_cycle_beyond"),
+            ("… the paper's controller, LSB", "cascade.limit_cycle_paper"),
+        ],
+    ),
+    (
+        "tribo_compensator_*_step",
+        "Friction and arm. Golden vectors: an independent double-precision implementation of the model.",
+        module("compensator", "tick.compensator"),
+        [("golden vectors: F̂, N", "compensator.force"), ("golden vectors: f̂, N", "compensator.friction")],
+    ),
+    (
+        "tribo_friction_*_step",
+        "Net force, breakaway, relays, friction.",
+        module("friction", "tick.compensator.friction"),
+        [
+            ("golden vectors: f, N", "friction.golden"),
+            ("golden vectors: rows of a file whose logic differs", "friction.logic"),
+            ("k = 1.01: k L tanh(n/(k L)), relative", "friction.tanh"),
+        ],
+    ),
+    ("tribo_arm_*_step", "The arm's force; its accuracy is that of the compensator's F̂.", module("arm", "tick.compensator.arm"), []),
+    (
+        "tribo_relay_step",
+        "One function for both arithmetics; exact.",
+        module("relay", "tick.compensator.friction.relay"),
+        [],
+    ),
+    (
+        "tribo_edge_step",
+        "One function for both arithmetics; exact.",
+        module("edge", "tick.compensator.friction.relay.edge"),
+        [],
+    ),
+]
+
+PEERS = [
+    ("`tribo_biquad_f32_step`", "tribo_biquad_f32_step"),
+    ("CMSIS-DSP `arm_biquad_cascade_df2T_f32`", "arm_biquad_cascade_df2T_f32"),
+    ("`tribo_biquad_q31_step`", "tribo_biquad_q31_step"),
+    ("CMSIS-DSP `arm_biquad_cascade_df1_q31`", "arm_biquad_cascade_df1_q31"),
+    ("CMSIS-DSP `arm_biquad_cas_df1_32x64_q31`", "arm_biquad_cas_df1_32x64_q31"),
+]
+
+INTRODUCTION = """# Numbers
+
+Written by `tools/bench --update` and `tools/bench-target --update`; do not edit. **Nothing here was measured on hardware.** Instructions
+were counted by QEMU, exactly and from the call to the return, in code from gcc 12 at -O2; code size and flash are at -Os. A tick
+has two sections and no breakaway table unless stated. The worst-case tick is searched for over 60 s of `triangle` and 20 s of random,
+limiting and bad inputs: it is the worst found, not proven. Modules are counted alone, with what they call, over `triangle`; their code is that
+of the step function without what it calls. Stack was measured by painting it. Results are the same bits on every target, so the host's
+errors hold there as well. Each figure by its name: `tests/target/budget.txt` and `tests/bench/accuracy.txt`; tests fail where one grows.
+"""
+
+
+def peers(figures):
+    rows = []
+    for text, peer in PEERS:
+        found = [figures[p].get(f"peer.{peer}.instructions") for p in PROCESSORS]
+        if not any(found):
+            return ""
+        rows.append([text, *map(number, found), figures[PROCESSORS[0]][f"peer.{peer}.error"]])
+    heading = "## Beside CMSIS-DSP\n\nThe paper's controller, two sections, one sample a call: instructions, and the error's RMS as a fraction of full scale.\n"
+    m4f = figures["cortex-m4f"]
+    ratios = [
+        f"{int(m4f[f'peer.{ours}.instructions']) / int(m4f[f'peer.{theirs}.instructions']):.2f} of `{theirs}`"
+        for ours, theirs in ((PEERS[0][1], PEERS[1][1]), (PEERS[2][1], PEERS[3][1]), (PEERS[2][1], PEERS[4][1]))
+    ]
+    note = f"On the M4F this is {', '.join(ratios)}: reported, not promised.\n"
+    return f"\n{heading}\n{table('', [*(name_of(p) for p in PROCESSORS), 'error'], rows)}\n{note}"
+
+
+def cycles(figures):
+    modelled = [p for p in PROCESSORS if "cycles.model" in figures[p]]
+    if not modelled:
+        return ""
+    rows = [["model", *(figures[p]["cycles.model"] for p in modelled)]]
+    for arithmetic, title in TITLES.items():
+        rows.append([f"{title}: cycles (instructions)", *(f"{number(figures[p][f'cycles.{arithmetic}.tick'])} ({number(figures[p][f'cycles.{arithmetic}.instructions'])})" for p in modelled)])
+    heading = "## Modelled cycles of a tick\n\nOne tick with signals through llvm-mca's model of a core: no wait states, every branch predicted. A lower bound, not a measurement.\n"
+    return f"\n{heading}\n{table('', [name_of(p) for p in modelled], rows)}"
+
+
+def images(figures):
+    board = next(iter(boards.PORTS))
+    rows = [[f"{board}, {title}", *(number(figures[board][f"{arithmetic}.{what}.image"]) for what in ("flash", "ram"))] for arithmetic, title in TITLES.items()]
+    return f"\n## The drive's image\n\nThe firmware with self-test, state machine and the board's port, at -O2; RAM without the stack.\n\n{table('', ['flash, bytes', 'RAM, bytes'], rows)}"
+
+
+def numbers_md(figures, record):
+    parts = [INTRODUCTION]
+    for title, what, rows, exact in FUNCTIONS:
+        titles = {key: f"{name}: " for key, name in TITLES.items()} if "_*_" in title else {"f32": ""}
+        parts.append(f"\n## {title}\n\n{what}\n\n{costs(figures, rows, titles)}")
+        if exact:
+            parts.append(f"\n{exactness(record, exact)}")
+    return "".join(parts) + images(figures) + peers(figures) + cycles(figures)
+
+
+def facts(figures, record):
+    m4f = figures["cortex-m4f"]
+
+    def worst(processor, arithmetic):
+        return " / ".join(number(figures[processor][f"{arithmetic}.{name}"]) for name in ("worst.without_signals", "worst"))
+
+    def both(name, of=m4f):
+        return " / ".join(number(of[f"{arithmetic}.{name}"]) for arithmetic in TITLES)
+
+    def exact(name):
+        return " / ".join(record[f"{arithmetic}.{name}"][0].replace("e-0", "e-") for arithmetic in TITLES)
+
+    def error(name):
+        return f"{float(record[name][0]) * 1e3:.2f} mN"
+
+    targets = ", ".join(name_of(p) for p in PROCESSORS).replace("M0", "Cortex-M0", 1)
+    rows = [
+        [
+            "worst-case tick, instructions, without / with signals",
+            f"Cortex-M4F: float32 {worst('cortex-m4f', 'f32')}, Q31 {worst('cortex-m4f', 'q31')}; Q31 on M3 {worst('cortex-m3', 'q31')},"
+            f" M0+ {worst('cortex-m0plus', 'q31')}, RV32IMC {worst('rv32imc', 'q31')}",
+        ],
+        ["RAM, float32 / Q31", f"{both('ram.axis')} bytes an axis; stack of a tick on the M4F {both('stack.tick')} bytes"],
+        ["flash, float32 / Q31", f"{both('flash.step')} bytes on the M4F at -Os: the loop and its params"],
+        [
+            "accuracy against double, float32 / Q31",
+            f"friction within {exact('friction.golden')} N, u over the benchmark within {exact('force_loop.u')} N; the same bits on"
+            " every target",
+        ],
+        ["targets", f"{targets}, all emulated; Linux; an image for the STM32F405, never on hardware"],
+        [
+            "RMS force error, without / with compensation",
+            f"{error('f32.force_loop.rms_without')} / {error('f32.force_loop.rms_with')}, simulated; the paper measured 3.8 / 1.0 mN",
+        ],
+    ]
+    return table("what", ["measured, [all of it](docs/numbers.md)"], rows)
+
+
+def render():
+    """Text by file."""
+    figures = {p: derived(column) if p in PROCESSORS else column for p, column in read_figures().items()}
+    record = accuracy.read()
+    readme = README.read_text()
+    before, after = readme.index(START) + len(START), readme.index(END)
+    return {NUMBERS: numbers_md(figures, record), README: f"{readme[:before]}\n{facts(figures, record)}\n{readme[after:]}"}
+
+
+def write():
+    for path, text in render().items():
+        path.write_text(text)
+
+
+def main():
+    if "--check" not in sys.argv:
+        write()
+        return 0
+    stale = [path.name for path, text in render().items() if not path.exists() or path.read_text() != text]
+    if stale:
+        print(f"numbers_md.py: not current: {', '.join(stale)}; run tests/bench/numbers_md.py")
+    return bool(stale)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,214 @@
+#include ARITH_HEADER
+#include "plain_relays.h"
+#include "random.h"
+#include "runs.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#define H 1e-3
+
+static tribo_friction_f32_config_t config;
+static friction_t                  friction;
+
+void setUp(void)
+{
+    config = tribo_friction_f32_paper();
+}
+
+void tearDown(void)
+{
+}
+
+static friction_seen_t after(uint8_t armed, double n_before, double n)
+{
+    friction_start(&friction, armed, n_before);
+    return friction_step(&friction, n, 0.0);
+}
+
+// L+ = 0.1 N, L- = 0.02 N, disarmed at 0.08 and 0.016.
+static void test_friction_disarms_by_the_breakaway_of_the_side_where_n_was(void)
+{
+    static const tribo_breakaway_point_f32_t both[] = {{0.0f, 0.1f, 0.02f}, {1.0f, 0.1f, 0.02f}};
+    config.positive                                 = (tribo_breakaway_f32_t){.offset_n = 0.1f, .slope = 0.0f};
+    config.negative                                 = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.0f};
+    for (int by_table = 0; by_table < 2; by_table++)
+    {
+        config.table        = by_table != 0 ? both : NULL;
+        config.table_length = 2;
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&friction, &config, H));
+        TEST_ASSERT_TRUE(after(TRIBO_RELAY_Q2, 0.05, -0.01).q2); // within 0.08, though beyond 0.016
+        TEST_ASSERT_FALSE(after(TRIBO_RELAY_Q2, 0.09, -0.01).q2);
+        TEST_ASSERT_FALSE(after(TRIBO_RELAY_Q1, -0.018, 0.01).q1); // beyond 0.016, though within 0.08
+        TEST_ASSERT_TRUE(after(TRIBO_RELAY_Q1, -0.015, 0.01).q1);
+    }
+}
+
+// Numbers of few bits, so that levels are exact and met: L+ = 1/2 + |F|, L- = 1/4 + |F|/2; c1 = 3/4, c2 = 1/2.
+static void check_relays(random_t *r)
+{
+    plain_relays_t plain    = plain_relays_at_rest();
+    double         before   = 0.0;
+    int            switches = 0;
+    for (int k = 0; k < 20000; k++)
+    {
+        const double F       = (double)(random_bits(r) % 5u) / 8.0 * (random_bits(r) % 2u == 0u ? 1.0 : -1.0);
+        const double level[] = {0.5 + fabs(F), 0.25 + fabs(F) / 2.0};
+        const double n       = random_bits(r) % 4u == 0u ? before : (double)((int)(random_bits(r) % 49u) - 24) / 32.0;
+        const bool   set1    = n < 0.75 * level[0];
+        const bool   set2    = n > -0.75 * level[1];
+        const bool   reset1  = n > before && before < -0.5 * level[1];
+        const bool   reset2  = n < before && before > 0.5 * level[0];
+        const bool   line[]  = {set1, set2, reset1, reset2};
+        const bool   q1      = plain.output[0];
+        plain_relays_step(&plain, friction_pulse_width(&friction), line);
+
+        const friction_seen_t seen = friction_step(&friction, F + n, F);
+        TEST_ASSERT_TRUE(n == seen.n);
+        TEST_ASSERT_EQUAL_INT(plain.output[0], seen.q1);
+        TEST_ASSERT_EQUAL_INT(plain.output[1], seen.q2);
+        TEST_ASSERT_EQUAL_INT(fabs(n) > fabs(before) && (n > 0.0 ? seen.q2 : seen.q1), seen.q);
+        switches += q1 != plain.output[0];
+        before = n;
+    }
+    TEST_ASSERT_TRUE(switches > 200);
+}
+
+static void test_friction_relays_are_those_of_its_comparators(void)
+{
+    static const tribo_breakaway_point_f32_t points[] = {{0.0f, 0.5f, 0.25f},
+                                                         {0.125f, 0.625f, 0.3125f},
+                                                         {0.25f, 0.75f, 0.375f},
+                                                         {0.375f, 0.875f, 0.4375f},
+                                                         {0.5f, 1.0f, 0.5f}};
+    random_t                                 r        = {1};
+    config.positive                                   = (tribo_breakaway_f32_t){.offset_n = 0.5f, .slope = 1.0f};
+    config.negative                                   = (tribo_breakaway_f32_t){.offset_n = 0.25f, .slope = 0.5f};
+    config.reset_level                                = 0.5f;
+    config.table_length                               = 5;
+    for (uint32_t width = 1; width <= 3u; width++)
+    {
+        config.pulse_width_s = (float)(width * H);
+        for (int by_table = 0; by_table < 2; by_table++)
+        {
+            config.table = by_table != 0 ? points : NULL;
+            TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&friction, &config, H));
+            TEST_ASSERT_EQUAL_UINT32(width, friction_pulse_width(&friction));
+            check_relays(&r);
+        }
+    }
+}
+
+/// The friction of `config` and of the same with a table: apart by `tolerance` at most, with the same relays.
+static void check_table_for_law(const tribo_breakaway_point_f32_t *table, uint32_t length, double tolerance)
+{
+    static friction_t           by_table;
+    tribo_friction_f32_config_t with_table = config;
+    random_t                    r          = {4};
+    int                         hysteresis = 0;
+    with_table.table                       = table;
+    with_table.table_length                = length;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&friction, &config, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&by_table, &with_table, H));
+    for (int k = 0; k < RUNS(20000, 3000); k++)
+    {
+        const double          F    = 0.4 * sin(k * 0.001);
+        const double          n    = 0.2 * sin(k * 0.013) + random_between(&r, -0.001, 0.001);
+        const friction_seen_t law  = friction_step(&friction, F + n, F);
+        const friction_seen_t seen = friction_step(&by_table, F + n, F);
+        TEST_ASSERT_DOUBLE_WITHIN(tolerance, law.L, seen.L);
+        TEST_ASSERT_DOUBLE_WITHIN(tolerance, law.f, seen.f);
+        TEST_ASSERT_EQUAL_INT(law.q1, seen.q1);
+        TEST_ASSERT_EQUAL_INT(law.q2, seen.q2);
+        TEST_ASSERT_EQUAL_INT(law.q, seen.q);
+        hysteresis += seen.q;
+    }
+    TEST_ASSERT_TRUE(hysteresis > RUNS(1000, 100));
+}
+
+static void test_friction_of_a_table_that_says_what_a_law_says_is_the_same(void)
+{
+    static const tribo_breakaway_point_f32_t constant[] = {{0.0f, 0.1f, 0.08f}, {1.0f, 0.1f, 0.08f}};
+    static const tribo_breakaway_point_f32_t rising[]   = {{0.0f, 0.07f, 0.05f},
+                                                           {0.3f, 0.145f, 0.2f},
+                                                           {0.8f, 0.27f, 0.45f}};
+    config.positive                                     = (tribo_breakaway_f32_t){.offset_n = 0.1f, .slope = 0.0f};
+    config.negative                                     = (tribo_breakaway_f32_t){.offset_n = 0.08f, .slope = 0.0f};
+    check_table_for_law(constant, 2, 0.0);
+    check_table_for_law(constant, 1, 0.0);
+    config.positive = (tribo_breakaway_f32_t){.offset_n = 0.07f, .slope = 0.25f};
+    config.negative = (tribo_breakaway_f32_t){.offset_n = 0.05f, .slope = 0.5f};
+    check_table_for_law(rising, 3, ROUNDING);
+}
+
+/// The same number in every arithmetic: a multiple of 2^-23 N.
+static double on_grid(double x)
+{
+    return round(x * 0x1p23) * 0x1p-23;
+}
+
+/// f at x = m (v/v0 - 1), with Q, near the saturation of L = 1 N, against Eqs. (3) and (5) in double. What k is off by counts as
+/// far as f shows it: df/dk = L (tanh(s) - s/cosh(s)^2), s = n/(k L). Returns the part of `k_error` that f has used.
+static double check_k(double x, double k_error)
+{
+    const double h     = (double)(float)H;
+    const double range = (double)config.k_max - (double)config.k_min;
+    const double k_mid = ((double)config.k_max + (double)config.k_min) / 2.0;
+    const double v     = config.m > 0.0f ? (x / (double)config.m + 1.0) * (double)config.v0_n_per_s : 1.0;
+    const double about = k_mid - range / 2.0 * tanh(x);
+    const double n     = on_grid(about * atanh(0.98 / about));
+    const double was   = n - on_grid(v * h);
+    friction_start(&friction, TRIBO_RELAY_Q2, was);
+    const friction_seen_t seen = friction_step(&friction, n, 0.0);
+    if (!seen.q)
+    {
+        return 0.0; // v rounded to 0
+    }
+    const double rate  = (n - was) / h;
+    const double k     = k_mid - range / 2.0 * tanh((double)config.m * (rate / (double)config.v0_n_per_s - 1.0));
+    const double s     = n / k;
+    const double slope = tanh(s) - s / pow(cosh(s), 2.0);
+    const double exact = fmin(1.0, k * tanh(s));
+    const double error = fmax(0.0, fabs(seen.f - exact) - FRICTION_CURVE_ERROR * exact);
+    TEST_ASSERT_TRUE(error <= k_error * slope);
+    return error / (k_error * slope);
+}
+
+// Over all k_max/k_min and m that are accepted: within 1e-6 and m/12 times that of k_max - k_min, and 2e-7 of k.
+static void test_friction_k_of_v_is_as_close_as_arithmetic_allows(void)
+{
+    const float ms[]     = {0.0f, 0.3f, 1.0f, 3.0f, 10.0f, 20.0f, 50.0f, 100.0f};
+    const float ratios[] = {1.0f, 1.01f, 1.1f, 1.5f, 2.0f, 3.33f, 20.0f, 900.0f};
+    random_t    r        = {6};
+    double      used     = 0.0;
+    config.positive      = (tribo_breakaway_f32_t){.offset_n = 1.0f, .slope = 0.0f};
+    config.v0_n_per_s    = 1.0f;
+    for (int i = 0; i < 64; i++)
+    {
+        config.m     = ms[i % 8];
+        config.k_min = 1.05f;
+        config.k_max = config.k_min * ratios[i / 8];
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&friction, &config, H));
+        const double range    = (double)config.k_max - (double)config.k_min;
+        const double anywhere = (1.0 + (double)config.m / 12.0) * 1e-6 * range + 2e-7 * (double)config.k_max;
+        // What friction_f32.h and friction_q31.h say, where it holds.
+        const double said = config.m <= 20.0f && ratios[i / 8] >= 2.0f ? 2e-6 * range : anywhere;
+        for (int j = 0; j < RUNS(400, 20); j++)
+        {
+            used = fmax(used, check_k(random_between(&r, -9.0, 9.0), fmin(said, anywhere)));
+        }
+    }
+    TEST_ASSERT_TRUE(used > 0.2); // f shows an error of k
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);
+    RUN_TEST(test_friction_relays_are_those_of_its_comparators);
+    RUN_TEST(test_friction_of_a_table_that_says_what_a_law_says_is_the_same);
+    RUN_TEST(test_friction_k_of_v_is_as_close_as_arithmetic_allows);
+    return UNITY_END();
+}

@@ -1,0 +1,39 @@
+// A CSV file, as replay and a reference read it: what is read is finite, and every row has its place.
+
+#include "fuzz.h"
+
+#include "support/csv.h"
+
+#include <math.h>
+
+static unsigned good;
+
+unsigned fuzz_good_inputs(void)
+{
+    return good;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    static const sim_csv_column_t columns[] = {{.name = "t_s"}, {.name = "u_N"}, {.name = "F_N", .optional = true}};
+
+    sim_error_t error = {""};
+    sim_csv_t   csv;
+    char       *text = fuzz_text(data, size);
+    const bool  ok   = sim_csv_parse(&csv, text, "fuzz.csv", columns, 3, &error);
+    fuzz_check_error(ok, &error);
+    for (size_t i = 0; ok && i < csv.rows; i++)
+    {
+        ALWAYS(isfinite(csv.values[0][i]) && isfinite(csv.values[1][i]));
+        ALWAYS(csv.values[2] == NULL || isfinite(csv.values[2][i]));
+        ALWAYS(csv.positions[i] >= 1 && csv.positions[i] <= size);
+    }
+    ALWAYS(!ok || csv.rows > 0);
+    good += ok ? 1u : 0u;
+    if (ok)
+    {
+        sim_csv_free(&csv);
+    }
+    free(text);
+    return 0;
+}

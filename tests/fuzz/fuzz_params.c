@@ -1,0 +1,80 @@
+// A header of params: the first line of the input is a --set that its comment quotes, the rest the scenario.
+
+#include "fuzz.h"
+
+#include "cli/params_header.h"
+#include "scenario/config.h"
+#include "scenario/loop_config.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static unsigned good;
+
+unsigned fuzz_good_inputs(void)
+{
+    return good;
+}
+
+/// Whatever a user wrote stays in the comment, in ASCII, and no value is one that C cannot read.
+static void check_header(const char *text)
+{
+    const char *guard = strstr(text, "\n#ifndef LOOP_PARAMS_");
+    ALWAYS(guard != NULL && strstr(guard, "nan") == NULL && strstr(guard, "inff") == NULL);
+    ALWAYS(strstr(guard, "-2147483648") == NULL); // no constant of int32_t
+    for (const char *line = text; line < guard; line = strchr(line, '\n') + 1)
+    {
+        ALWAYS(strncmp(line, "///", 3) == 0 || *line == '\n');
+    }
+    for (const unsigned char *p = (const unsigned char *)text; *p != '\0'; p++)
+    {
+        ALWAYS(*p == '\n' || (*p >= 0x20u && *p < 0x7fu));
+    }
+}
+
+static void write_header(const sim_config_t *config, const char *set, bool q31)
+{
+    sim_loop_config_t loop_config;
+    sim_loop_t        loop;
+    char             *text = NULL;
+    size_t            size = 0;
+    sim_loop_config_fill(&loop_config, config);
+    if (sim_loop_init(&loop, q31, &loop_config.config, config->limits.full_scale_n) != TRIBO_OK)
+    {
+        return;
+    }
+    FILE *stream = open_memstream(&text, &size);
+    ALWAYS(stream != NULL);
+    sim_params_header_write(stream,
+                            &(sim_params_header_t){.name      = "loop",
+                                                   .scenario  = set,
+                                                   .sets      = &set,
+                                                   .set_count = 1,
+                                                   .config    = &loop_config.config,
+                                                   .loop      = &loop});
+    ALWAYS(fclose(stream) == 0);
+    check_header(text);
+    free(text);
+    good++;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    sim_error_t     error    = {""};
+    char           *set      = fuzz_text(data, size);
+    sim_scenario_t *scenario = sim_scenario_create();
+    ALWAYS(scenario != NULL);
+    char *rest = strchr(set, '\n');
+    if (rest != NULL)
+    {
+        *rest++ = '\0';
+        if (sim_scenario_load_text(scenario, rest, "fuzz.yaml", &error) && sim_scenario_check(scenario, &error))
+        {
+            write_header(sim_scenario_config(scenario), set, false);
+            write_header(sim_scenario_config(scenario), set, true);
+        }
+    }
+    sim_scenario_destroy(scenario);
+    free(set);
+    return 0;
+}
