@@ -118,7 +118,13 @@ static void *create(const sim_truth_config_t *config, double step_s)
 
 static const sim_key_t keys[] = {
     SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e7, 1e5, "s0, of the bristles"),
-    SIM_TRUTH_KEY(1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e4, 316.22776601683796, "s1, damping of the bristles"),
+    SIM_TRUTH_KEY(1,
+                  "bristle_damping_N_s_per_deg",
+                  "N s/deg",
+                  0.0,
+                  1e4,
+                  316.22776601683796,
+                  "s1, damping of the bristles"),
     SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.4, "s2, viscous friction"),
     SIM_TRUTH_KEY(3, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
     SIM_TRUTH_KEY(4,
