@@ -10,6 +10,7 @@
 #ifndef SIM_PLANT_H
 #define SIM_PLANT_H
 
+#include "plant/drive_error.h"
 #include "plant/truth.h"
 
 typedef struct
@@ -18,6 +19,7 @@ typedef struct
     double             actuator_pole_rad_per_s;
     double             sensor_pole_rad_per_s;
     sim_truth_config_t truth;
+    sim_drive_error_t  drive_error; ///< zero: none
 } sim_plant_config_t;
 
 typedef struct sim_plant sim_plant_t;
@@ -25,7 +27,7 @@ typedef struct sim_plant sim_plant_t;
 /// What one step saw.
 typedef struct
 {
-    double              u_a_n; ///< the actuator's force, which the arm felt
+    double              u_a_n; ///< the actuator's force, which the arm felt, with its ripple
     sim_truth_signals_t truth;
 } sim_plant_signals_t;
 

@@ -3,7 +3,7 @@
 ///
 /// A model is advanced by fixed steps of the plant. One that needs finer steps makes them inside its own step.
 ///
-/// A new model is its file, NAME_truth.c, and one row in SIM_TRUTH_MODELS. Scenarios choose it by `plant.model: NAME`. Keys
+/// A new model is its file in truth/ (README.md there) and one row in SIM_TRUTH_MODELS. Scenarios choose it by `plant.model: NAME`. Keys
 /// that only it has are rows in its file; scenarios write them as `plant.NAME.KEY`.
 
 #ifndef SIM_TRUTH_H
@@ -12,9 +12,28 @@
 #include "plant/truth_config.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 
 /// All of them; the first is the default. NAME stands for sim_NAME_truth.
-#define SIM_TRUTH_MODELS(MODEL) MODEL(paper)
+#define SIM_TRUTH_MODELS(MODEL)                                                                                        \
+    MODEL(paper)                                                                                                       \
+    MODEL(torque)                                                                                                      \
+    MODEL(coulomb)                                                                                                     \
+    MODEL(karnopp)                                                                                                     \
+    MODEL(armstrong)                                                                                                   \
+    MODEL(dahl)                                                                                                        \
+    MODEL(bristle)                                                                                                     \
+    MODEL(reset_integrator)                                                                                            \
+    MODEL(bliman_sorine)                                                                                               \
+    MODEL(lubricated)                                                                                                  \
+    MODEL(lugre)                                                                                                       \
+    MODEL(elasto_plastic)                                                                                              \
+    MODEL(leuven)                                                                                                      \
+    MODEL(maxwell_slip)                                                                                                \
+    MODEL(servo_mx106)                                                                                                 \
+    MODEL(servo_mx64)                                                                                                  \
+    MODEL(servo_xl330)                                                                                                 \
+    MODEL(servo_erob80)
 
 /// What a step saw at its start, for logging. A model without a meaning for a field leaves it 0.
 typedef struct
@@ -43,6 +62,9 @@ typedef struct sim_truth_ops
 
     /// The model's own keys, each made by SIM_TRUTH_KEY, ended by a row of zeros; null if it has none.
     const sim_key_t *keys;
+
+    const char           *text; ///< what it is, one line
+    const struct sim_law *law;  ///< the same model as differential equations (truth/law.h)
 } sim_truth_ops_t;
 
 #define SIM_TRUTH_KEYS_MAX 16
@@ -69,5 +91,14 @@ typedef enum
 } sim_truth_number_t;
 
 extern const sim_truth_ops_t *const sim_truth_models[SIM_TRUTH_COUNT];
+
+/// Null if there is no model of that name.
+const sim_truth_ops_t *sim_truth_find(const char *name);
+
+/// How many keys of its own a model has; they take as many doubles in config->own.
+size_t sim_truth_key_count(const sim_truth_ops_t *truth);
+
+/// Writes the values of the model's own keys, or their defaults where `own` is null, to `numbers`.
+void sim_truth_numbers(const sim_truth_ops_t *truth, const double *own, double numbers[]);
 
 #endif

@@ -7,7 +7,7 @@
 
 typedef struct
 {
-    char range[128], standard[64];
+    char range[512], standard[64];
 } words_t;
 
 /// A key's range and default as text, "-" if there is none.
@@ -40,7 +40,7 @@ static void describe(words_t *words, const char *path, const sim_key_t *key)
 static void print_line(void *context, const char *path, const sim_key_t *key)
 {
     (void)context;
-    char    choices[128];
+    char    choices[512];
     words_t words;
     describe(&words, path, key);
     if (key->type == SIM_KEY_CHOICE)

@@ -119,7 +119,7 @@ static bool take_value(const sim_key_t *key, const char *text, char *at, char *w
     uint64_t       whole     = 0;
     int            word      = 0;
     const char    *complaint = NULL;
-    char           words[SIM_KEY_MAX];
+    int            length    = 0;
     switch (key->type)
     {
     case SIM_KEY_WHOLE:
@@ -127,9 +127,9 @@ static bool take_value(const sim_key_t *key, const char *text, char *at, char *w
         memcpy(at, &whole, sizeof whole);
         break;
     case SIM_KEY_CHOICE:
-        word = find_word(key, text);
-        sim_key_words(key, words, sizeof words);
-        (void)snprintf(what, size, "'%.40s' is not %s", text, words);
+        word   = find_word(key, text);
+        length = snprintf(what, size, "'%.40s' is not ", text);
+        sim_key_words(key, what + length, size - (size_t)length);
         memcpy(at, &word, sizeof word);
         return word >= 0;
     case SIM_KEY_TEXT:
@@ -154,7 +154,7 @@ static bool take_value(const sim_key_t *key, const char *text, char *at, char *w
 
 static bool read_scalar(const reader_t *reader, const sim_key_t *key, const yaml_node_t *node, char *at)
 {
-    char what[2 * SIM_KEY_MAX] = "holds a zero byte";
+    char what[4 * SIM_KEY_MAX] = "holds a zero byte";
     return (!has_zero_byte(node) && take_value(key, scalar(node), at, what, sizeof what)) ||
            complain(reader, "%s: %s", reader->path, what);
 }

@@ -31,14 +31,17 @@ const char *tribo_status_text(tribo_status_t status)
         [TRIBO_ERR_SECTION_COEFFICIENT] = "controller section coefficient: -1e6 to 1e6",
         [TRIBO_ERR_SECTION_FEEDTHROUGH] =
             "controller section b0: magnitude 1e-6 to 1e6, so that the cascade is biproper",
-        [TRIBO_ERR_SECTION_UNSTABLE] = "controller section poles: inside the unit circle, or one of them at z = 1",
-        [TRIBO_ERR_ANTI_WINDUP]      = "controller cascade: no pole at z = 1, nor a slow one, that a zero hides",
-        [TRIBO_ERR_U_MIN]            = "controller u_min_n: -1e6 to 0 N; q31: from -full_scale_n",
-        [TRIBO_ERR_U_MAX]            = "controller u_max_n: 0 to 1e6 N and over u_min_n; q31: to full_scale_n",
-        [TRIBO_ERR_GAIN]             = "force loop gain: 0 to 2",
-        [TRIBO_ERR_INPUT_MAX]        = "force loop input_max_n: over 0 to 1e6 N; q31: to full_scale_n",
-        [TRIBO_ERR_FULL_SCALE]       = "full_scale_n: 1e-3 to 1e6 N",
-        [TRIBO_ERR_HEADROOM]         = "controller cascade: worst-case peak below 2^24 full scales at every node",
+        [TRIBO_ERR_SECTION_UNSTABLE]  = "controller section poles: inside the unit circle, or one of them at z = 1",
+        [TRIBO_ERR_ANTI_WINDUP]       = "controller cascade: no pole at z = 1, nor a slow one, that a zero hides",
+        [TRIBO_ERR_U_MIN]             = "controller u_min_n: -1e6 to 0 N; q31: from -full_scale_n",
+        [TRIBO_ERR_U_MAX]             = "controller u_max_n: 0 to 1e6 N and over u_min_n; q31: to full_scale_n",
+        [TRIBO_ERR_GAIN]              = "force loop gain: 0 to 2",
+        [TRIBO_ERR_INPUT_MAX]         = "force loop input_max_n: over 0 to 1e6 N; q31: to full_scale_n",
+        [TRIBO_ERR_FULL_SCALE]        = "full_scale_n: 1e-3 to 1e6 N",
+        [TRIBO_ERR_HEADROOM]          = "controller cascade: worst-case peak below 2^24 full scales at every node",
+        [TRIBO_ERR_BRISTLE_STIFFNESS] = "lugre stiffness: over 0, stiffness gamma_d/K 1e-6 to 1e6",
+        [TRIBO_ERR_BRISTLE_DAMPING]   = "lugre damping: 0 to 1000 stiffness h; q31: less for stiff bristles",
+        [TRIBO_ERR_BRISTLE_VISCOUS]   = "lugre viscous: 0 to 1000 K h/gamma_d",
     };
     // Compared as unsigned: a status outside the list may be of either sign.
     const size_t index = (size_t)status;

@@ -68,7 +68,7 @@ def test_readme_has_every_key_with_its_range_and_default(sim):
         words = {"text": "text", "a list": "list"}.get(kind, allowed if allowed != "-" else kind)
         assert (key, readme_range, readme_default) == (key, words, default)
         assert len(meaning) > 5
-        suffix = re.search(r"_(N|s|Hz|rad_per_s|N_per_s|N_s2_per_deg|N_s_per_deg|N_per_deg)$", key)
+        suffix = re.search(r"_(N|s|Hz|rad_per_s|N_per_s|N_s2_per_deg|N_s_per_deg|N_per_deg|deg|N_m)$", key)
         assert (unit != "-") == bool(suffix), key
 
 

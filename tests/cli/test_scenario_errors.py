@@ -64,7 +64,9 @@ MISTAKES = {
         ":4: sensor.noise_seed: '18446744073709551616' is too large for a whole number",
     ),
     "unknown controller": ("controller: {kind: pid}", ":3: controller.kind: 'pid' is not paper, z or delta"),
-    "number for a word": ("plant: {model: 0}", ":3: plant.model: '0' is not paper"),
+    "number for a word": ("plant: {model: 0}", ":3: plant.model: '0' is not "
+        "paper, torque, coulomb, karnopp, armstrong, dahl, bristle, reset_integrator, bliman_sorine, "
+        "lubricated, lugre, elasto_plastic, leuven, maxwell_slip, servo_mx106, servo_mx64, servo_xl330 or servo_erob80"),
     "given twice": ("duration_s: 2", ":3: duration_s is given twice, first in line 1"),
     "given twice deeper": (
         "compensator:\n  gain: 1\n  gain: 1",

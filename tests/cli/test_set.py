@@ -14,6 +14,9 @@ TABLE = ".friction.breakaway.table=[{force_N: 0, positive_N: 0.01, negative_N: 0
 
 def companions(key):
     """What has to be set first for this key to exist or to have an effect."""
+    if model_of(key):
+        stribeck = [f"plant.{model_of(key)}.sliding_ratio=0.7"] if "stribeck" in key else []
+        return [f"plant.model={model_of(key)}"] + stribeck
     if key.startswith("controller.sections"):
         return ["controller.kind=z", SECTIONS]
     if ".table[" in key:
@@ -22,8 +25,6 @@ def companions(key):
         return [key.rsplit(".", maxsplit=1)[0] + ".v0_N_per_s=10"]  # some rates below v0
     if key.endswith(".reset_level"):
         return ["sensor.noise_N=0.01"]  # so that n turns round between the levels
-    if key.startswith("plant.") and key.split(".")[1] not in ("friction", "arm") and key.count(".") == 2:
-        return ["plant.model=" + key.split(".")[1]]  # a key that only this truth model has
     return {
         "reference.file": ["reference.kind=csv"],
         "reference.ramp_s": ["reference.kind=ramp"],
@@ -85,7 +86,15 @@ reference: {kind: triangle, low_N: -0.2, high_N: 0.6, period_s: 0.5}
 """
 
 
+def model_of(key):
+    """The truth model that a key is of, or None."""
+    parts = key.split(".")
+    return parts[1] if len(parts) == 3 and parts[0] == "plant" and parts[1] not in ("friction", "arm") else None
+
+
 def value_for(key, default):
+    if model_of(key):  # below the default, which is often the end of the range
+        return {"limited": "0", "curve": "0", "seed": "2", "dead_zone_deg_per_s": "0.05"}.get(key.split(".")[2], f"{0.8 * float(default) or 0.05:.6g}")
     known = [suffix for suffix in VALUES if key == suffix or key.endswith("." + suffix)]
     return VALUES[max(known, key=len)] if known else f"{1.5 * float(default):.6g}"
 

@@ -21,6 +21,8 @@
 
 #include "tribo/force_loop_f32.h"
 #include "tribo/force_loop_q31.h"
+#include "tribo/lugre_f32.h"
+#include "tribo/lugre_q31.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -53,6 +55,14 @@ tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *
                                           const tribo_compensator_f32_config_t *config,
                                           float                                 sample_time_s,
                                           float                                 full_scale_n);
+
+/// LuGre, with the arm that it drives. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_FULL_SCALE or what tribo_lugre_f32_init
+/// says; TRIBO_ERR_BRISTLE_DAMPING also where 1 + a + b (lugre_f32.h) is 2^21 or more.
+tribo_status_t tribo_lugre_q31_init(tribo_lugre_q31_params_t       *params,
+                                    const tribo_lugre_f32_config_t *config,
+                                    const tribo_arm_f32_config_t   *arm,
+                                    float                           sample_time_s,
+                                    float                           full_scale_n);
 
 /// A plain cascade. Returns TRIBO_OK or what tribo_biquad_f32_init says; TRIBO_ERR_HEADROOM when a peak has no bound (an
 /// integrator), none that can be told (two poles of some 10^-6 a tick or slower) or is 2^24 full scales or more. `headroom` may be null.

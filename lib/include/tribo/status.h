@@ -36,13 +36,16 @@ typedef enum
     TRIBO_ERR_SECTION_COEFFICIENT, ///< biquad cascade: a coefficient is not finite or too large
     TRIBO_ERR_SECTION_FEEDTHROUGH, ///< biquad cascade: b0 of a section is zero or too small (not biproper)
     TRIBO_ERR_SECTION_UNSTABLE,    ///< biquad cascade: a pole outside the unit circle, or two at z = 1
-    TRIBO_ERR_ANTI_WINDUP, ///< controller: no stable anti-windup (an integrator or a slow pole that a zero hides)
-    TRIBO_ERR_U_MIN,       ///< controller u_min_n
-    TRIBO_ERR_U_MAX,       ///< controller u_max_n
-    TRIBO_ERR_GAIN,        ///< force loop gain
-    TRIBO_ERR_INPUT_MAX,   ///< force loop input_max_n
-    TRIBO_ERR_FULL_SCALE,  ///< q31 full_scale_n
-    TRIBO_ERR_HEADROOM     ///< q31 cascade: a node's worst-case peak has no bound or is 2^24 full scales or more
+    TRIBO_ERR_ANTI_WINDUP,       ///< controller: no stable anti-windup (an integrator or a slow pole that a zero hides)
+    TRIBO_ERR_U_MIN,             ///< controller u_min_n
+    TRIBO_ERR_U_MAX,             ///< controller u_max_n
+    TRIBO_ERR_GAIN,              ///< force loop gain
+    TRIBO_ERR_INPUT_MAX,         ///< force loop input_max_n
+    TRIBO_ERR_FULL_SCALE,        ///< q31 full_scale_n
+    TRIBO_ERR_HEADROOM,          ///< q31 cascade: a node's worst-case peak has no bound or is 2^24 full scales or more
+    TRIBO_ERR_BRISTLE_STIFFNESS, ///< lugre stiffness
+    TRIBO_ERR_BRISTLE_DAMPING,   ///< lugre damping
+    TRIBO_ERR_BRISTLE_VISCOUS    ///< lugre viscous
 } tribo_status_t;
 
 /// The field that a status names and its allowed range, as one line of English, e.g.

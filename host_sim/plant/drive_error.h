@@ -1,0 +1,36 @@
+/// What is wrong between the command and the arm, whatever the truth model behind it: scale and bias of the command
+/// (torque constant, current offset), and a torque ripple periodic in position (cogging, gear mesh), which on real gears
+/// exceeds L:
+///
+///     actuator input  (1 + scale) u + bias        arm's drive  u_a + ripple sin(2 pi (theta / period + phase))
+///
+/// Zero is a drive without errors.
+
+#ifndef SIM_DRIVE_ERROR_H
+#define SIM_DRIVE_ERROR_H
+
+#include "plant/truth.h"
+
+typedef struct
+{
+    double scale;
+    double bias_n;
+    double ripple_n;
+    double ripple_period_deg;
+    double ripple_phase; ///< in periods
+} sim_drive_error_t;
+
+/// Keys for scenarios: names, units, ranges, defaults; offsets in sim_drive_error_t, which is doubles in this order.
+extern const sim_key_t sim_drive_error_keys[];
+
+double sim_drive_error_command(const sim_drive_error_t *error, double u_n);
+
+/// Ripple at a position, in N, and its first and second derivative by position.
+typedef struct
+{
+    double force_n, slope_n_per_deg, curvature_n_per_deg2;
+} sim_ripple_t;
+
+sim_ripple_t sim_drive_error_ripple(const sim_drive_error_t *error, double position_deg);
+
+#endif

@@ -1,0 +1,381 @@
+#include "plant/reference.h"
+
+#include <cvode/cvode.h>
+#include <math.h>
+#include <nvector/nvector_serial.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+#include <time.h>
+
+enum
+{
+    POSITION,
+    SPEED,
+    LAW ///< its own states from here on
+};
+
+/// Events without progress in time after which the run is given up.
+#define STALLED_EVENTS_MAX 1000
+#define STALLED_S          1e-13
+
+#define INTERNAL_STEPS_MAX 1000000L
+
+/// Debian 12 has SUNDIALS 6, Debian 13 has 7.
+#if SUNDIALS_VERSION_MAJOR >= 7
+#define NO_COMMUNICATOR SUN_COMM_NULL
+#else
+#define NO_COMMUNICATOR NULL
+#endif
+
+struct sim_reference
+{
+    const sim_law_t     *law;
+    sim_truth_config_t   config;
+    sim_drive_error_t    drive_error;
+    void                *friction;
+    sim_drive_at_t       at;
+    const void          *context;
+    double               time_s;
+    double               until_s;
+    SUNContext           sundials;
+    void                *cvode;
+    N_Vector             y, tolerance;
+    SUNMatrix            jacobian;
+    SUNLinearSolver      solver;
+    SUNNonlinearSolver   iteration; ///< without a Jacobian; null: Newton's
+    sim_reference_cost_t cost;      ///< of what CVODE no longer counts itself
+    char                 problem[96];
+};
+
+const sim_reference_options_t sim_reference_defaults = {.relative_tolerance = 1e-8,
+                                                        .position_deg       = 1e-11,
+                                                        .speed_deg_per_s    = 1e-10,
+                                                        .states             = 1e-13};
+
+/// u with the errors of the drive at that position and speed.
+static sim_drive_t drive_at(const sim_reference_t *reference, double time_s, double position, double speed)
+{
+    const sim_drive_error_t *error     = &reference->drive_error;
+    const sim_drive_t        command   = reference->at(reference->context, time_s);
+    const sim_ripple_t       ripple    = sim_drive_error_ripple(error, position);
+    const double             scale     = 1.0 + error->scale;
+    const double             stiffness = reference->config.arm.stiffness_n_per_deg;
+    // The second derivative contains w', which is asked for where w' = u'' / K (the sliding mode of paper.c).
+    const double second = scale * command.rate_n_per_s2 + ripple.curvature_n_per_deg2 * speed * speed;
+    return (sim_drive_t){.u_n           = sim_drive_error_command(error, command.u_n) + ripple.force_n,
+                         .rate_n_per_s  = scale * command.rate_n_per_s + ripple.slope_n_per_deg * speed,
+                         .rate_n_per_s2 = second * stiffness / (stiffness - ripple.slope_n_per_deg)};
+}
+
+static sim_contact_t contact_at(const sim_reference_t *reference, double time_s, const double y[])
+{
+    const sim_drive_t drive = drive_at(reference, time_s, y[POSITION], y[SPEED]);
+    const double      force = reference->config.arm.stiffness_n_per_deg * y[POSITION];
+    return (sim_contact_t){.time_s          = time_s,
+                           .u_n             = drive.u_n,
+                           .n_n             = drive.u_n + reference->config.friction.gravity_n - force,
+                           .force_n         = force,
+                           .speed_deg_per_s = y[SPEED],
+                           .breakaway       = sim_breakaway_at(&reference->config.friction.breakaway, force),
+                           .u_rate_n_per_s  = drive.rate_n_per_s,
+                           .u_rate_n_per_s2 = drive.rate_n_per_s2,
+                           .n_rate_n_per_s = drive.rate_n_per_s - reference->config.arm.stiffness_n_per_deg * y[SPEED]};
+}
+
+static int right_hand_side(sunrealtype time_s, N_Vector y_vector, N_Vector rate_vector, void *user)
+{
+    const sim_reference_t  *reference = user;
+    const sim_arm_config_t *arm       = &reference->config.arm;
+    const double           *y         = N_VGetArrayPointer(y_vector);
+    double                 *rate      = N_VGetArrayPointer(rate_vector);
+
+    const sim_contact_t now    = contact_at(reference, time_s, y);
+    const double        f      = reference->law->friction(reference->friction, &now, y + LAW);
+    const bool          stands = reference->law->stands != NULL && reference->law->stands(reference->friction);
+    rate[POSITION]             = stands ? 0.0 : y[SPEED];
+    rate[SPEED]                = (now.n_n - arm->damping_n_s_per_deg * rate[POSITION] - f) / arm->inertia_n_s2_per_deg;
+    if (reference->law->rates != NULL)
+    {
+        reference->law->rates(reference->friction, &now, y + LAW, rate + LAW);
+    }
+    return 0;
+}
+
+static int guards(sunrealtype time_s, N_Vector y_vector, sunrealtype *g, void *user)
+{
+    const sim_reference_t *reference = user;
+    const double          *y         = N_VGetArrayPointer(y_vector);
+    const sim_contact_t    now       = contact_at(reference, time_s, y);
+    reference->law->guards(reference->friction, &now, y + LAW, g);
+    return 0;
+}
+
+static sim_drive_t no_drive(const void *context, double time_s)
+{
+    (void)context;
+    (void)time_s;
+    return (sim_drive_t){0};
+}
+
+static bool allocate(sim_reference_t *reference, const sim_reference_options_t *options)
+{
+    const sunindextype size = LAW + (sunindextype)reference->law->state_count;
+    reference->friction     = calloc(1, reference->law->size);
+    if (reference->friction == NULL || SUNContext_Create(NO_COMMUNICATOR, &reference->sundials) != 0)
+    {
+        return false;
+    }
+    reference->y         = N_VNew_Serial(size, reference->sundials);
+    reference->tolerance = N_VNew_Serial(size, reference->sundials);
+    reference->jacobian  = SUNDenseMatrix(size, size, reference->sundials);
+    reference->cvode     = CVodeCreate(options->adams ? CV_ADAMS : CV_BDF, reference->sundials);
+    if (reference->y == NULL || reference->tolerance == NULL || reference->jacobian == NULL || reference->cvode == NULL)
+    {
+        return false;
+    }
+    if (options->adams)
+    {
+        reference->iteration = SUNNonlinSol_FixedPoint(reference->y, 0, reference->sundials);
+        return reference->iteration != NULL;
+    }
+    reference->solver = SUNLinSol_Dense(reference->y, reference->jacobian, reference->sundials);
+    return reference->solver != NULL;
+}
+
+/// What CVODE has to say comes back as a status.
+static bool be_silent(sim_reference_t *reference)
+{
+#if SUNDIALS_VERSION_MAJOR >= 7
+    return SUNContext_ClearErrHandlers(reference->sundials) == 0;
+#else
+    return CVodeSetErrFile(reference->cvode, NULL) == CV_SUCCESS;
+#endif
+}
+
+static bool set_up(sim_reference_t *reference, const sim_reference_options_t *options)
+{
+    double *tolerance = N_VGetArrayPointer(reference->tolerance);
+    for (unsigned i = 0; i < reference->law->state_count; i++)
+    {
+        tolerance[LAW + i] = options->states;
+    }
+    tolerance[POSITION] = options->position_deg;
+    tolerance[SPEED]    = options->speed_deg_per_s;
+    N_VConst(0.0, reference->y);
+    reference->law->reset(reference->friction, &reference->config, N_VGetArrayPointer(reference->y) + LAW);
+
+    void     *cvode = reference->cvode;
+    const int count = (int)reference->law->guard_count;
+    bool      done  = CVodeInit(cvode, right_hand_side, 0.0, reference->y) == CV_SUCCESS;
+    done            = done && CVodeSVtolerances(cvode, options->relative_tolerance, reference->tolerance) == CV_SUCCESS;
+    done            = done && CVodeSetUserData(cvode, reference) == CV_SUCCESS;
+    done            = done && (options->adams ? CVodeSetNonlinearSolver(cvode, reference->iteration)
+                                              : CVodeSetLinearSolver(cvode, reference->solver, reference->jacobian)) == CV_SUCCESS;
+    done            = done && CVodeSetMaxNumSteps(cvode, INTERNAL_STEPS_MAX) == CV_SUCCESS;
+    done            = done && CVodeSetMaxStep(cvode, options->max_step_s) == CV_SUCCESS;
+    done            = done && be_silent(reference);
+    if (done && count > 0)
+    {
+        int falling[SIM_LAW_GUARDS_MAX];
+        for (int i = 0; i < count; i++)
+        {
+            falling[i] = -1;
+        }
+        done = CVodeRootInit(cvode, count, guards) == CV_SUCCESS;
+        done = done && CVodeSetRootDirection(cvode, falling) == CV_SUCCESS;
+        done = done && CVodeSetNoInactiveRootWarn(cvode) == CV_SUCCESS;
+    }
+    return done;
+}
+
+sim_reference_t *sim_reference_create(const sim_truth_ops_t         *truth,
+                                      const sim_truth_config_t      *config,
+                                      const sim_reference_options_t *options)
+{
+    sim_reference_t *reference = calloc(1, sizeof *reference);
+    if (reference == NULL)
+    {
+        return NULL;
+    }
+    reference->law    = truth->law;
+    reference->config = *config;
+    reference->at     = no_drive;
+    if (!allocate(reference, options) || !set_up(reference, options))
+    {
+        sim_reference_destroy(reference);
+        return NULL;
+    }
+    return reference;
+}
+
+void sim_reference_set_drive_error(sim_reference_t *reference, const sim_drive_error_t *error)
+{
+    reference->drive_error = *error;
+}
+
+void sim_reference_destroy(sim_reference_t *reference)
+{
+    if (reference == NULL)
+    {
+        return;
+    }
+    CVodeFree(&reference->cvode);
+    (void)SUNNonlinSolFree(reference->iteration);
+    (void)SUNLinSolFree(reference->solver);
+    SUNMatDestroy(reference->jacobian);
+    N_VDestroy(reference->tolerance);
+    N_VDestroy(reference->y);
+    (void)SUNContext_Free(&reference->sundials);
+    free(reference->friction);
+    free(reference);
+}
+
+/// What CVODE has counted since it was last started.
+static sim_reference_cost_t counted(const sim_reference_t *reference)
+{
+    long steps    = 0;
+    long calls    = 0;
+    long jacobian = 0;
+    (void)CVodeGetNumSteps(reference->cvode, &steps);
+    (void)CVodeGetNumRhsEvals(reference->cvode, &calls);
+    (void)CVodeGetNumLinRhsEvals(reference->cvode, &jacobian);
+    return (sim_reference_cost_t){.steps = steps, .right_hand_sides = calls + jacobian};
+}
+
+static bool failed(sim_reference_t *reference, const char *what, int flag)
+{
+    (void)snprintf(reference->problem, sizeof reference->problem, "%s (%d) at %.9g s", what, flag, reference->time_s);
+    return false;
+}
+
+/// CVODE's counters start again with it.
+static bool restart(sim_reference_t *reference)
+{
+    const sim_reference_cost_t past = counted(reference);
+    reference->cost.steps += past.steps;
+    reference->cost.right_hand_sides += past.right_hand_sides;
+
+    int flag = CVodeReInit(reference->cvode, reference->time_s, reference->y);
+    if (flag == CV_SUCCESS)
+    {
+        flag = CVodeSetStopTime(reference->cvode, reference->until_s);
+    }
+    return flag == CV_SUCCESS || failed(reference, "CVODE does not start", flag);
+}
+
+/// A break of the input may leave guards negative, which CVODE would not see: their events happen now.
+static void cross_at_break(sim_reference_t *reference)
+{
+    const sim_law_t *law = reference->law;
+    double           g[SIM_LAW_GUARDS_MAX];
+    double          *y = N_VGetArrayPointer(reference->y);
+    for (unsigned i = 0; i < law->guard_count; i++)
+    {
+        sim_contact_t now = contact_at(reference, reference->time_s, y);
+        law->guards(reference->friction, &now, y + LAW, g);
+        if (g[i] < 0.0)
+        {
+            law->cross(reference->friction, &now, y + LAW, i);
+            y[SPEED] = now.speed_deg_per_s;
+        }
+    }
+}
+
+bool sim_reference_drive(sim_reference_t *reference, sim_drive_at_t at, const void *context, double until_s)
+{
+    reference->at      = at;
+    reference->context = context;
+    reference->until_s = until_s;
+    cross_at_break(reference);
+    return restart(reference);
+}
+
+static bool switch_modes(sim_reference_t *reference)
+{
+    int found[SIM_LAW_GUARDS_MAX] = {0};
+    (void)CVodeGetRootInfo(reference->cvode, found);
+
+    double       *y   = N_VGetArrayPointer(reference->y);
+    sim_contact_t now = contact_at(reference, reference->time_s, y);
+    for (unsigned i = 0; i < reference->law->guard_count; i++)
+    {
+        if (found[i] != 0)
+        {
+            reference->law->cross(reference->friction, &now, y + LAW, i);
+            reference->cost.events++;
+        }
+    }
+    y[SPEED] = now.speed_deg_per_s;
+    return restart(reference);
+}
+
+static bool integrate(sim_reference_t *reference, double time_s)
+{
+    int    stalled = 0;
+    double last_s  = -1.0;
+    while (reference->time_s < time_s)
+    {
+        const int flag = CVode(reference->cvode, time_s, reference->y, &reference->time_s, CV_NORMAL);
+        if (flag < 0)
+        {
+            return failed(reference, "CVODE gave up", flag);
+        }
+        if (flag == CV_ROOT_RETURN)
+        {
+            stalled = reference->time_s - last_s > STALLED_S ? 0 : stalled + 1;
+            last_s  = reference->time_s;
+            if (stalled > STALLED_EVENTS_MAX)
+            {
+                return failed(reference, "modes change without end", flag);
+            }
+            if (!switch_modes(reference))
+            {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+bool sim_reference_advance(sim_reference_t *reference, double time_s)
+{
+    const clock_t start = clock();
+    const bool    done  = integrate(reference, time_s);
+    reference->cost.seconds += (double)(clock() - start) / CLOCKS_PER_SEC;
+    return done;
+}
+
+const char *sim_reference_problem(const sim_reference_t *reference)
+{
+    return reference->problem;
+}
+
+double sim_reference_force(const sim_reference_t *reference)
+{
+    return reference->config.arm.stiffness_n_per_deg * N_VGetArrayPointer(reference->y)[POSITION];
+}
+
+double sim_reference_speed(const sim_reference_t *reference)
+{
+    return N_VGetArrayPointer(reference->y)[SPEED];
+}
+
+double sim_reference_friction(const sim_reference_t *reference)
+{
+    const double       *y   = N_VGetArrayPointer(reference->y);
+    const sim_contact_t now = contact_at(reference, reference->time_s, y);
+    return reference->law->friction(reference->friction, &now, y + LAW);
+}
+
+sim_reference_cost_t sim_reference_cost(const sim_reference_t *reference)
+{
+    const sim_reference_cost_t past = counted(reference);
+    sim_reference_cost_t       cost = reference->cost;
+    cost.steps += past.steps;
+    cost.right_hand_sides += past.right_hand_sides;
+    return cost;
+}

@@ -1,0 +1,32 @@
+/// The arm of Eq. (2) with a friction law, by fixed steps: the arm by its exact zero-order-hold matrices, with the
+/// friction held that belongs to the speed at the step's end. That makes one scalar equation a step,
+///
+///     w1 + c f(w1) = w0,    w0: the speed at the end without friction,  c: what friction takes off it a newton,
+///
+/// with one root, as f does not fall with speed by more than 1/c (Moreau's time stepping; Acary & Brogliato, "Numerical
+/// Methods for Nonsmooth Dynamical Systems", 2008). Friction that jumps at rest stands there exactly, and the root
+/// stays where a stiff law would need steps of a microsecond. First order in the step, see tests/bench/truth_bench.c.
+
+#ifndef SIM_ARM_H
+#define SIM_ARM_H
+
+#include "plant/truth/law.h"
+
+/// An arm at rest with that law, null if there is no memory.
+void *sim_arm_create(const sim_law_t *law, const sim_truth_config_t *config, double step_s);
+
+/// reset, step and destroy of sim_truth_ops_t.
+void   sim_arm_reset(void *model);
+double sim_arm_step(void *model, double u_n, sim_truth_signals_t *signals);
+void   sim_arm_destroy(void *model);
+
+/// The exact step of the arm with d = u + g - f - F held at its start: F += phi_d d + phi_g G, G = gamma_d d + gamma_g G,
+/// with G the speed in N/s.
+typedef struct
+{
+    double phi_d, phi_g, gamma_d, gamma_g;
+} sim_arm_matrices_t;
+
+sim_arm_matrices_t sim_arm_matrices(const sim_arm_config_t *arm, double step_s);
+
+#endif

@@ -1,0 +1,139 @@
+// Bliman and Sorine, second order: friction is a linear filter of the direction of motion along the path.
+//
+//     s = integral |w| dt        df1/ds = -f1 / (h e) + c1 L sgn(w) / (h e)        df2/ds = -f2 / e - c2 L sgn(w) / e
+//     f = f1 + f2,  h < 1:  the slower of the two opposes, so that f overshoots to breakaway L and falls to (c1 - c2) L
+//
+// c1 is chosen so that the peak is L; c2 = r c1. Rate independent, and yet with a peak of breakaway: the Stribeck effect
+// is over a distance, not over a speed. With r = 0 it is Dahl's model.
+//
+// Source: P.-A. Bliman, M. Sorine, "Easy-to-use realistic dry friction models for automatic control", European Control
+// Conference, 1995; here with L of the load, f1 and f2 in parts of it. Distance scaled to the stiffness in dahl.c.
+
+#include "plant/truth/arm.h"
+
+#include <math.h>
+
+typedef struct
+{
+    double distance;
+    double fast_ratio;
+    double slow_share;
+} parameters_t;
+
+typedef struct
+{
+    parameters_t p;
+    double       c1, c2;
+    int          way;
+} bliman_sorine_t;
+
+/// Highest f1 + f2 along a path from rest, with c1 = 1.
+static double peak(const parameters_t *p)
+{
+    if (p->slow_share == 0.0)
+    {
+        return 1.0;
+    }
+    const double path = p->fast_ratio / (1.0 - p->fast_ratio) * log(1.0 / (p->fast_ratio * p->slow_share));
+    return -expm1(-path / p->fast_ratio) + p->slow_share * expm1(-path);
+}
+
+static void reset(void *law, const sim_truth_config_t *config, double z[])
+{
+    bliman_sorine_t *sorine = law;
+    (void)z;
+    sim_law_parameters(&sim_bliman_sorine_truth, config, &sorine->p);
+    sorine->c1  = 1.0 / peak(&sorine->p);
+    sorine->c2  = sorine->p.slow_share * sorine->c1;
+    sorine->way = 1;
+}
+
+static double friction(const void *law, const sim_contact_t *now, const double z[])
+{
+    (void)law;
+    const double f = z[0] + z[1];
+    return f * sim_law_breakaway(now, f);
+}
+
+static double update(const void          *law,
+                     const sim_contact_t *start,
+                     const double         z[],
+                     double               end_speed,
+                     double               step_s,
+                     double               z_end[])
+{
+    const bliman_sorine_t *sorine = law;
+    const double           slow   = step_s * end_speed / sorine->p.distance;
+    const double           fast   = slow / sorine->p.fast_ratio;
+    z_end[0]                      = (z[0] + fast * sorine->c1) / (1.0 + fabs(fast));
+    z_end[1]                      = (z[1] - slow * sorine->c2) / (1.0 + fabs(slow));
+    return friction(law, start, z_end);
+}
+
+static void rates(const void *law, const sim_contact_t *now, const double z[], double dz[])
+{
+    const bliman_sorine_t *sorine = law;
+    const double           slow   = now->speed_deg_per_s / sorine->p.distance;
+    const double           fast   = slow / sorine->p.fast_ratio;
+    dz[0]                         = fast * sorine->c1 - fabs(fast) * z[0];
+    dz[1]                         = -slow * sorine->c2 - fabs(slow) * z[1];
+}
+
+enum
+{
+    TURNS,
+    GUARDS
+};
+
+/// Nothing switches; the integrator restarts at the kink of |w|.
+static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
+{
+    (void)z;
+    g[TURNS] = ((const bliman_sorine_t *)law)->way * now->speed_deg_per_s + SIM_LAW_TURN_DEG_PER_S;
+}
+
+static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
+{
+    bliman_sorine_t *sorine = law;
+    (void)now;
+    (void)z;
+    (void)guard;
+    sorine->way = -sorine->way;
+}
+
+static const sim_law_t law = {.size        = sizeof(bliman_sorine_t),
+                              .state_count = 2,
+                              .guard_count = GUARDS,
+                              .reset       = reset,
+                              .update      = update,
+                              .friction    = friction,
+                              .rates       = rates,
+                              .guards      = guards,
+                              .cross       = cross};
+
+static void *create(const sim_truth_config_t *config, double step_s)
+{
+    return sim_arm_create(&law, config, step_s);
+}
+
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "distance_deg", "deg", 1e-6, 10.0, 0.003, "e: path over which the peak is forgotten"),
+    SIM_TRUTH_KEY(1, "fast_ratio", "-", 0.01, 0.9, 0.3, "h: distance of the rise over that of the fall"),
+    SIM_TRUTH_KEY(2,
+                  "slow_share",
+                  "-",
+                  0.0,
+                  0.9,
+                  0.2,
+                  "r: 0 is no peak; friction of sliding falls to (1 - r) over the peak"),
+    {0},
+};
+
+const sim_truth_ops_t sim_bliman_sorine_truth = {.name    = "bliman_sorine",
+                                                 .text    = "a peak of breakaway along the path; rate independent",
+                                                 .create  = create,
+                                                 .reset   = sim_arm_reset,
+                                                 .step    = sim_arm_step,
+                                                 .destroy = sim_arm_destroy,
+                                                 .keys    = keys,
+                                                 .law     = &law};

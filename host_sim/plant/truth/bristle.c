@@ -1,0 +1,174 @@
+// Bristles: many bonds at random places, each of which snaps at a deflection and holds again elsewhere.
+//
+//     f = s sum (x - b_i) + s1 w,  i = 1 .. 20      |x - b_i| = d: the bond snaps, and x - b_i = d u sgn(x - b_i), u random
+//
+// u is uniform in 0 to 1. Sliding is noisy, r L(F) on average: s = 1.5 r L / (20 d), as a bond's deflection is 2/3 d on
+// average along its path. An arm that is driven slowly waits at the peaks of this noise; with r = 0.85 it takes about L to
+// move it. The bonds depend on the path alone: rate independent but for s1, the same for the same seed.
+//
+// The published model has no damping (its authors note that it rings); without it each snap of this arm sets off others
+// by chance and no two solvers agree for long. s1 is the arm's critical damping on its bonds. Snaps are taken at the end
+// of a step, hence twenty of them in one of the plant's.
+//
+// Source: D. A. Haessig, B. Friedland, "On the modeling and simulation of friction", ASME J. Dynamic Systems, Measurement,
+// and Control 113(3), 1991, who take 20 to 25 bristles. Deflection scaled to the stiffness in dahl.c.
+
+#include "plant/truth/arm.h"
+
+#include "plant/random.h"
+
+#include <math.h>
+
+#define BRISTLES 20
+
+typedef struct
+{
+    double deflection;
+    double sliding_ratio;
+    double damping;
+    double seed;
+} parameters_t;
+
+typedef struct
+{
+    parameters_t p;
+    double       origin[BRISTLES];     ///< b, where x is the path from the start
+    double       sum, lowest, highest; ///< of the origins
+    sim_random_t random[BRISTLES];     ///< each its own, so that the order of snaps in a step does not matter
+} bristle_t;
+
+static void sum_up(bristle_t *bristle)
+{
+    bristle->sum     = 0.0;
+    bristle->lowest  = bristle->origin[0];
+    bristle->highest = bristle->origin[0];
+    for (int i = 0; i < BRISTLES; i++)
+    {
+        bristle->sum += bristle->origin[i];
+        bristle->lowest  = fmin(bristle->lowest, bristle->origin[i]);
+        bristle->highest = fmax(bristle->highest, bristle->origin[i]);
+    }
+}
+
+static void reset(void *law, const sim_truth_config_t *config, double z[])
+{
+    bristle_t *bristle = law;
+    (void)z;
+    sim_law_parameters(&sim_bristle_truth, config, &bristle->p);
+    for (int i = 0; i < BRISTLES; i++)
+    {
+        // Spread evenly, so that they do not all snap at once, and balanced.
+        bristle->origin[i] = bristle->p.deflection * (BRISTLES - 1 - 2 * i) / BRISTLES;
+        sim_random_seed(&bristle->random[i], (uint64_t)bristle->p.seed * BRISTLES + (uint64_t)i);
+    }
+    sum_up(bristle);
+}
+
+static double force(const bristle_t *bristle, const sim_contact_t *contact, double x, double w)
+{
+    const double sum   = BRISTLES * x - bristle->sum;
+    const double level = bristle->p.sliding_ratio * sim_law_breakaway(contact, sum);
+    return 1.5 * level * sum / (BRISTLES * bristle->p.deflection) + bristle->p.damping * w;
+}
+
+/// Snaps happen at the end of the step.
+static double update(const void          *law,
+                     const sim_contact_t *start,
+                     const double         z[],
+                     double               end_speed,
+                     double               step_s,
+                     double               z_end[])
+{
+    z_end[0] = z[0] + step_s * end_speed;
+    return force(law, start, z_end[0], end_speed);
+}
+
+/// As at the very place where the deflection was reached, so that the bonds depend on the path alone.
+static void snap(bristle_t *bristle, int i, double x)
+{
+    const double part = (double)(sim_random_bits(&bristle->random[i]) >> 11) * 0x1p-53;
+    bristle->origin[i] += copysign((1.0 - part) * bristle->p.deflection, x - bristle->origin[i]);
+}
+
+static void settle(void *law, const sim_contact_t *end, double z[])
+{
+    bristle_t *bristle = law;
+    (void)end;
+    if (z[0] - bristle->lowest < bristle->p.deflection && bristle->highest - z[0] < bristle->p.deflection)
+    {
+        return;
+    }
+    for (int i = 0; i < BRISTLES; i++)
+    {
+        while (fabs(z[0] - bristle->origin[i]) >= bristle->p.deflection)
+        {
+            snap(bristle, i, z[0]);
+        }
+    }
+    sum_up(bristle);
+}
+
+static double friction(const void *law, const sim_contact_t *now, const double z[])
+{
+    return force(law, now, z[0], now->speed_deg_per_s);
+}
+
+static void rates(const void *law, const sim_contact_t *now, const double z[], double dz[])
+{
+    (void)law;
+    (void)z;
+    dz[0] = now->speed_deg_per_s;
+}
+
+#define GUARDS BRISTLES
+
+static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
+{
+    const bristle_t *bristle = law;
+    (void)now;
+    for (int i = 0; i < BRISTLES; i++)
+    {
+        g[i] = bristle->p.deflection - fabs(z[0] - bristle->origin[i]);
+    }
+}
+
+static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
+{
+    (void)now;
+    snap(law, (int)guard, z[0]);
+    sum_up(law);
+}
+
+static const sim_law_t law = {.size        = sizeof(bristle_t),
+                              .state_count = 1,
+                              .guard_count = GUARDS,
+                              .steps       = 20,
+                              .reset       = reset,
+                              .update      = update,
+                              .settle      = settle,
+                              .friction    = friction,
+                              .rates       = rates,
+                              .guards      = guards,
+                              .cross       = cross};
+
+static void *create(const sim_truth_config_t *config, double step_s)
+{
+    return sim_arm_create(&law, config, step_s);
+}
+
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "deflection_deg", "deg", 1e-7, 1.0, 1.2e-3, "d: at which a bond snaps"),
+    SIM_TRUTH_KEY(1, "sliding_ratio", "-", 0.1, 1.0, 0.85, "r: mean friction along a path over L"),
+    SIM_TRUTH_KEY(2, "damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, of the bonds"),
+    SIM_TRUTH_KEY(3, "seed", "-", 0.0, 1e9, 1.0, "of the random places"),
+    {0},
+};
+
+const sim_truth_ops_t sim_bristle_truth = {.name    = "bristle",
+                                           .text    = "20 bonds that snap at random places; noisy sliding",
+                                           .create  = create,
+                                           .reset   = sim_arm_reset,
+                                           .step    = sim_arm_step,
+                                           .destroy = sim_arm_destroy,
+                                           .keys    = keys,
+                                           .law     = &law};

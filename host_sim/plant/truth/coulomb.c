@@ -1,0 +1,96 @@
+// Coulomb friction, set-valued at rest.
+//
+//     f = L(F) sgn(w)       while w is not 0
+//     f = n, |n| <= L(F)    at rest
+//
+// The arm stands exactly, or slides with all of L against it: no presliding motion, no memory.
+//
+// Source: C. A. Coulomb, Theorie des machines simples, 1785; here with L of the load.
+
+#include "plant/truth/arm.h"
+
+#include <math.h>
+
+typedef struct
+{
+    int way; ///< direction of sliding, 0 at rest
+} coulomb_t;
+
+static void reset(void *law, const sim_truth_config_t *config, double z[])
+{
+    coulomb_t *coulomb = law;
+    (void)config;
+    (void)z;
+    coulomb->way = 0;
+}
+
+static double update(const void          *law,
+                     const sim_contact_t *start,
+                     const double         z[],
+                     double               end_speed,
+                     double               step_s,
+                     double               z_end[])
+{
+    (void)law;
+    (void)z;
+    (void)step_s;
+    (void)z_end;
+    return copysign(sim_law_breakaway(start, end_speed), end_speed);
+}
+
+static double friction(const void *law, const sim_contact_t *now, const double z[])
+{
+    const coulomb_t *coulomb = law;
+    (void)z;
+    return coulomb->way == 0 ? now->n_n : coulomb->way * sim_law_breakaway(now, coulomb->way);
+}
+
+enum
+{
+    STOPS_OR_SLIDES_UP,
+    SLIDES_DOWN,
+    GUARDS
+};
+
+static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
+{
+    const coulomb_t *coulomb = law;
+    (void)z;
+    const bool moves      = coulomb->way != 0;
+    g[STOPS_OR_SLIDES_UP] = moves ? coulomb->way * now->speed_deg_per_s : now->breakaway.positive_n - now->n_n;
+    g[SLIDES_DOWN]        = moves ? 1.0 : now->breakaway.negative_n + now->n_n;
+}
+
+static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
+{
+    coulomb_t *coulomb = law;
+    (void)z;
+    if (coulomb->way == 0)
+    {
+        coulomb->way = guard == SLIDES_DOWN ? -1 : 1;
+        return;
+    }
+    now->speed_deg_per_s = 0.0;
+    coulomb->way         = now->n_n > now->breakaway.positive_n ? 1 : now->n_n < -now->breakaway.negative_n ? -1 : 0;
+}
+
+static const sim_law_t law = {.size        = sizeof(coulomb_t),
+                              .guard_count = GUARDS,
+                              .reset       = reset,
+                              .update      = update,
+                              .friction    = friction,
+                              .guards      = guards,
+                              .cross       = cross};
+
+static void *create(const sim_truth_config_t *config, double step_s)
+{
+    return sim_arm_create(&law, config, step_s);
+}
+
+const sim_truth_ops_t sim_coulomb_truth = {.name    = "coulomb",
+                                           .text    = "L(F) against the motion; stands exactly inside breakaway",
+                                           .create  = create,
+                                           .reset   = sim_arm_reset,
+                                           .step    = sim_arm_step,
+                                           .destroy = sim_arm_destroy,
+                                           .law     = &law};

@@ -1,0 +1,156 @@
+// Elasto-plastic: LuGre's bristle, which yields only beyond a deflection, so that presliding below it is elastic.
+//
+//     f = s0 z + s1 dz/dt + s2 w        dz/dt = w - a(z, w) s0 |w| z / g(w)        z_max = g(w) / s0
+//     a = 0 for |z| <= e z_max or z against w;  1 for |z| >= z_max;
+//         1/2 + 1/2 sin(pi (|z| - (1 + e) z_max / 2) / ((1 - e) z_max)) between
+//
+// No drift in presliding under a swing below e L, unlike Dahl and LuGre: the stiction that they lack.
+// g(w) and breakaway as in lugre.c.
+//
+// Source: P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE Trans.
+// Automatic Control 47(5), 2002. Stiffness scaled as in dahl.c, bristle damping to the arm's inertia on it.
+
+#include "plant/truth/arm.h"
+#include "plant/truth/stribeck.h"
+
+#include <math.h>
+
+#define PI 3.14159265358979323846
+
+typedef struct
+{
+    double s0, s1, s2;
+    double elastic_ratio;
+    double sliding_ratio;
+    double stribeck_speed;
+} parameters_t;
+
+typedef struct
+{
+    parameters_t p;
+    int          way;
+} elasto_plastic_t;
+
+static void reset(void *law, const sim_truth_config_t *config, double z[])
+{
+    elasto_plastic_t *plastic = law;
+    (void)z;
+    sim_law_parameters(&sim_elasto_plastic_truth, config, &plastic->p);
+    plastic->way = 1;
+}
+
+/// a(z, w) with deflections in parts of z_max.
+static double yielding(const elasto_plastic_t *plastic, double part, double w)
+{
+    const double elastic = plastic->p.elastic_ratio;
+    const double along   = signbit(w) ? -part : part;
+    if (along <= elastic)
+    {
+        return 0.0;
+    }
+    return along >= 1.0 ? 1.0 : 0.5 + 0.5 * sin(PI * (along - 0.5 * (1.0 + elastic)) / (1.0 - elastic));
+}
+
+static double level(const elasto_plastic_t *plastic, const sim_contact_t *contact, double w)
+{
+    return sim_stribeck(plastic->p.sliding_ratio, w, plastic->p.stribeck_speed) * sim_law_breakaway(contact, w);
+}
+
+static double force(const elasto_plastic_t *plastic, double z, double dz, double w)
+{
+    return plastic->p.s0 * z + plastic->p.s1 * dz + plastic->p.s2 * w;
+}
+
+static double update(const void          *law,
+                     const sim_contact_t *start,
+                     const double         z[],
+                     double               end_speed,
+                     double               step_s,
+                     double               z_end[])
+{
+    const elasto_plastic_t *plastic = law;
+    const double            x       = step_s * end_speed;
+    const double            slope = plastic->p.s0 / level(plastic, start, copysign(start->speed_deg_per_s, end_speed));
+    // a from the start, then from the mean of start and end.
+    const double at_start = slope * fabs(x) * yielding(plastic, slope * z[0], end_speed);
+    const double middle   = 0.5 * (z[0] + (z[0] + x) / (1.0 + at_start));
+    z_end[0]              = (z[0] + x) / (1.0 + slope * fabs(x) * yielding(plastic, slope * middle, end_speed));
+    return force(plastic, z_end[0], (z_end[0] - z[0]) / step_s, end_speed);
+}
+
+static void rates(const void *law, const sim_contact_t *now, const double z[], double dz[])
+{
+    const elasto_plastic_t *plastic = law;
+    const double            w       = now->speed_deg_per_s;
+    const double            part    = plastic->p.s0 * z[0] / level(plastic, now, w);
+    dz[0]                           = w - yielding(plastic, part, w) * fabs(w) * part;
+}
+
+static double friction(const void *law, const sim_contact_t *now, const double z[])
+{
+    double dz;
+    rates(law, now, z, &dz);
+    return force(law, z[0], dz, now->speed_deg_per_s);
+}
+
+enum
+{
+    TURNS,
+    GUARDS
+};
+
+/// Nothing switches; the integrator restarts at the kink of |w|.
+static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
+{
+    (void)z;
+    g[TURNS] = ((const elasto_plastic_t *)law)->way * now->speed_deg_per_s + SIM_LAW_TURN_DEG_PER_S;
+}
+
+static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
+{
+    elasto_plastic_t *plastic = law;
+    (void)now;
+    (void)z;
+    (void)guard;
+    plastic->way = -plastic->way;
+}
+
+static const sim_law_t law = {.size        = sizeof(elasto_plastic_t),
+                              .state_count = 1,
+                              .guard_count = GUARDS,
+                              .reset       = reset,
+                              .update      = update,
+                              .friction    = friction,
+                              .rates       = rates,
+                              .guards      = guards,
+                              .cross       = cross};
+
+static void *create(const sim_truth_config_t *config, double step_s)
+{
+    return sim_arm_create(&law, config, step_s);
+}
+
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "s0, of the bristles"),
+    SIM_TRUTH_KEY(1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, damping of the bristles"),
+    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own"),
+    SIM_TRUTH_KEY(3, "elastic_ratio", "-", 0.0, 0.99, 0.85, "e: below this part of breakaway presliding is elastic"),
+    SIM_TRUTH_KEY(4, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
+    SIM_TRUTH_KEY(5,
+                  "stribeck_speed_deg_per_s",
+                  "deg/s",
+                  1e-5,
+                  100.0,
+                  0.01,
+                  "where the Stribeck effect has fallen to 1/e"),
+    {0},
+};
+
+const sim_truth_ops_t sim_elasto_plastic_truth = {.name    = "elasto_plastic",
+                                                  .text    = "bristle that yields beyond a deflection; no drift",
+                                                  .create  = create,
+                                                  .reset   = sim_arm_reset,
+                                                  .step    = sim_arm_step,
+                                                  .destroy = sim_arm_destroy,
+                                                  .keys    = keys,
+                                                  .law     = &law};

@@ -1,0 +1,86 @@
+/// A friction law on the arm of Eq. (2),
+///
+///     I w' = u + g - F - b w - f,   theta' = w,   F = K theta,   n = u + g - F,
+///
+/// in two forms of the same equations. The plant's fixed steps (arm.h) ask for the friction at a step's end from the speed
+/// there (`update`), so that a stiff law needs no finer steps and a set-valued one stands without chatter. The reference
+/// solver (../reference.h) integrates the law as it is published: friction, rates of its states, and modes that change
+/// where a guard reaches 0.
+///
+/// Where motion is positive, friction is positive. A law's own struct holds its parameters and modes; its continuous
+/// states z are the solver's.
+
+#ifndef SIM_LAW_H
+#define SIM_LAW_H
+
+#include "plant/breakaway.h"
+#include "plant/truth.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#define SIM_LAW_STATES_MAX 8u  ///< continuous states z
+#define SIM_LAW_GUARDS_MAX 32u ///< events at a time
+
+/// A guard that is there for a kink of |w| alone fires beyond this speed, as at rest w is a solver's noise.
+#define SIM_LAW_TURN_DEG_PER_S 1e-7
+
+/// What the contact feels at an instant.
+typedef struct
+{
+    double          time_s;
+    double          u_n;
+    double          n_n;
+    double          force_n;                         ///< F
+    double          speed_deg_per_s;                 ///< w
+    sim_breakaway_t breakaway;                       ///< L+ and L- at F
+    double          u_rate_n_per_s, u_rate_n_per_s2; ///< first and second derivative of u; 0 in fixed steps
+    double          n_rate_n_per_s;                  ///< dn/dt; 0 in fixed steps
+} sim_contact_t;
+
+typedef struct sim_law
+{
+    size_t   size; ///< of the law's struct
+    unsigned state_count;
+    unsigned guard_count;
+    unsigned steps; ///< fixed steps in one of the plant's; 0 is 1
+
+    /// At rest at F = 0, with the config's parameters or the defaults.
+    void (*reset)(void *law, const sim_truth_config_t *config, double z[]);
+
+    /// Fixed steps: friction and states at the end of a step that starts at `start` with `z` and ends with `end_speed`.
+    /// Where friction jumps with the direction of motion, +0.0 and -0.0 are the two sides. `z_end` is not `z`. Null: the
+    /// model makes its own steps.
+    double (*update)(const void          *law,
+                     const sim_contact_t *start,
+                     const double         z[],
+                     double               end_speed,
+                     double               step_s,
+                     double               z_end[]);
+
+    /// Fixed steps: modes after a step; z and `end` are those of its end, but L, which is the one that the step was made
+    /// with. Null: the law has no modes.
+    void (*settle)(void *law, const sim_contact_t *end, double z[]);
+
+    /// Whether the position stands in this mode, whatever the speed. Null: never.
+    bool (*stands)(const void *law);
+
+    /// Continuous time, at constant mode.
+    double (*friction)(const void *law, const sim_contact_t *now, const double z[]);
+    void (*rates)(const void *law, const sim_contact_t *now, const double z[], double dz[]);
+
+    /// Continuous time: each guard is positive until its event happens; `cross` then changes modes, states, speed.
+    void (*guards)(const void *law, const sim_contact_t *now, const double z[], double g[]);
+    void (*cross)(void *law, sim_contact_t *now, double z[], unsigned guard);
+} sim_law_t;
+
+/// L on the side that `sign` shows (-0.0 is negative), unsigned.
+double sim_law_breakaway(const sim_contact_t *contact, double sign);
+
+/// x within -L- to L+.
+double sim_law_limit(const sim_contact_t *contact, double x);
+
+/// The model's own numbers, of the config or the defaults, to a law's parameter struct: doubles in the order of the keys.
+void sim_law_parameters(const sim_truth_ops_t *truth, const sim_truth_config_t *config, void *parameters);
+
+#endif

@@ -1,0 +1,185 @@
+// Generalised Maxwell slip: elements in parallel, each of which sticks as a spring or slips towards its part of the
+// Stribeck curve.
+//
+//     sticks:  dF_i/dt = k_i w                                   until |F_i| = a_i s(w)
+//     slips:   dF_i/dt = sgn(w) C (a_i - |F_i| / s(w))           until w turns
+//     f = sum F_i + s2 w,    s(w) = r L + (1 - r) L exp(-(w / ws)^2),   sum a_i = 1
+//
+// Presliding is hysteresis with non-local memory: an inner loop closes and is forgotten (Masing's rules). Friction lag
+// by C. No drift.
+//
+// Source: V. Lampaert, F. Al-Bender, J. Swevers, "A generalized Maxwell-slip friction model appropriate for control
+// purposes", IEEE Physics and Control, 2003; F. Al-Bender, V. Lampaert, J. Swevers, "The generalized Maxwell-slip model",
+// IEEE Trans. Automatic Control 50(11), 2005. Stiffness scaled as in dahl.c.
+
+#include "plant/truth/arm.h"
+#include "plant/truth/stribeck.h"
+
+#include <math.h>
+
+#define ELEMENTS 4
+
+/// Parts of breakaway and of stiffness of each element: they yield one after the other, the stiffest first.
+static const double level_part[ELEMENTS]     = {0.1, 0.2, 0.3, 0.4};
+static const double stiffness_part[ELEMENTS] = {0.4, 0.3, 0.2, 0.1};
+
+typedef struct
+{
+    double stiffness;
+    double attraction;
+    double viscous;
+    double sliding_ratio;
+    double stribeck_speed;
+} parameters_t;
+
+typedef struct
+{
+    parameters_t p;
+    int          way[ELEMENTS]; ///< direction of slip, 0 while the element sticks
+} maxwell_slip_t;
+
+static void reset(void *law, const sim_truth_config_t *config, double z[])
+{
+    maxwell_slip_t *maxwell = law;
+    (void)z;
+    sim_law_parameters(&sim_maxwell_slip_truth, config, &maxwell->p);
+    for (int i = 0; i < ELEMENTS; i++)
+    {
+        maxwell->way[i] = 0;
+    }
+}
+
+/// s on the side that `side` shows, at speed w.
+static double level(const maxwell_slip_t *maxwell, const sim_contact_t *contact, double side, double w)
+{
+    return sim_stribeck(maxwell->p.sliding_ratio, w, maxwell->p.stribeck_speed) * sim_law_breakaway(contact, side);
+}
+
+static double update(const void          *law,
+                     const sim_contact_t *start,
+                     const double         z[],
+                     double               end_speed,
+                     double               step_s,
+                     double               z_end[])
+{
+    const maxwell_slip_t *maxwell = law;
+    const double          pull    = maxwell->p.attraction * step_s;
+
+    double f = maxwell->p.viscous * end_speed;
+    for (int i = 0; i < ELEMENTS; i++)
+    {
+        const int way = maxwell->way[i];
+        if (way != 0 && (signbit(end_speed) != 0) == (way < 0))
+        {
+            const double s = level(maxwell, start, way, start->speed_deg_per_s);
+            z_end[i]       = (z[i] + pull * level_part[i] * way) / (1.0 + pull / s);
+        }
+        else
+        {
+            const double up     = level_part[i] * level(maxwell, start, 1.0, start->speed_deg_per_s);
+            const double down   = level_part[i] * level(maxwell, start, -1.0, start->speed_deg_per_s);
+            const double spring = z[i] + stiffness_part[i] * maxwell->p.stiffness * step_s * end_speed;
+            // Beyond its level already, as that has fallen: it stays until it slips.
+            z_end[i] = fmin(fmax(up, z[i]), fmax(fmin(-down, z[i]), spring));
+        }
+        f += z_end[i];
+    }
+    return f;
+}
+
+static void settle(void *law, const sim_contact_t *end, double z[])
+{
+    maxwell_slip_t *maxwell = law;
+    const double    w       = end->speed_deg_per_s;
+    const int       way     = w > 0.0 ? 1 : w < 0.0 ? -1 : 0;
+    for (int i = 0; i < ELEMENTS; i++)
+    {
+        const bool slips =
+            maxwell->way[i] != 0 ? maxwell->way[i] == way : way * z[i] >= level_part[i] * level(maxwell, end, way, w);
+        maxwell->way[i] = slips ? way : 0;
+    }
+}
+
+static double friction(const void *law, const sim_contact_t *now, const double z[])
+{
+    double f = ((const maxwell_slip_t *)law)->p.viscous * now->speed_deg_per_s;
+    for (int i = 0; i < ELEMENTS; i++)
+    {
+        f += z[i];
+    }
+    return f;
+}
+
+static void rates(const void *law, const sim_contact_t *now, const double z[], double dz[])
+{
+    const maxwell_slip_t *maxwell = law;
+    const double          w       = now->speed_deg_per_s;
+    for (int i = 0; i < ELEMENTS; i++)
+    {
+        const int way = maxwell->way[i];
+        dz[i]         = way == 0 ? stiffness_part[i] * maxwell->p.stiffness * w
+                                 : maxwell->p.attraction * (level_part[i] * way - z[i] / level(maxwell, now, way, w));
+    }
+}
+
+#define GUARDS ELEMENTS
+
+/// A stuck element may be beyond its level, which falls with speed, as long as the motion unloads it.
+static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
+{
+    const maxwell_slip_t *maxwell = law;
+    const double          w       = now->speed_deg_per_s;
+    for (int i = 0; i < ELEMENTS; i++)
+    {
+        const double room      = level_part[i] * level(maxwell, now, z[i], w) - fabs(z[i]);
+        const double unloading = -copysign(1.0, z[i]) * w;
+        g[i]                   = maxwell->way[i] != 0 ? maxwell->way[i] * w : fmax(room, unloading);
+    }
+}
+
+static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
+{
+    maxwell_slip_t *maxwell = law;
+    (void)now;
+    maxwell->way[guard] = maxwell->way[guard] != 0 ? 0 : z[guard] > 0.0 ? 1 : -1;
+}
+
+static const sim_law_t law = {.size        = sizeof(maxwell_slip_t),
+                              .state_count = ELEMENTS,
+                              .guard_count = GUARDS,
+                              .reset       = reset,
+                              .update      = update,
+                              .settle      = settle,
+                              .friction    = friction,
+                              .rates       = rates,
+                              .guards      = guards,
+                              .cross       = cross};
+
+static void *create(const sim_truth_config_t *config, double step_s)
+{
+    return sim_arm_create(&law, config, step_s);
+}
+
+static const sim_key_t keys[] = {
+    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "of all elements together"),
+    SIM_TRUTH_KEY(1, "attraction_N_per_s", "N/s", 0.1, 1e6, 80.0, "C: how fast a slipping element goes to its level"),
+    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own"),
+    SIM_TRUTH_KEY(3, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
+    SIM_TRUTH_KEY(4,
+                  "stribeck_speed_deg_per_s",
+                  "deg/s",
+                  1e-5,
+                  100.0,
+                  0.01,
+                  "where the Stribeck effect has fallen to 1/e"),
+    {0},
+};
+
+const sim_truth_ops_t sim_maxwell_slip_truth = {.name    = "maxwell_slip",
+                                                .text    = "elements that stick or slip; non-local memory",
+                                                .create  = create,
+                                                .reset   = sim_arm_reset,
+                                                .step    = sim_arm_step,
+                                                .destroy = sim_arm_destroy,
+                                                .keys    = keys,
+                                                .law     = &law};

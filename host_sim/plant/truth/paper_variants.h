@@ -1,0 +1,41 @@
+/// The paper's model with parts left out: the five steps of its section 3 and the lines of Figs. 2 to 8.
+
+#ifndef SIM_PAPER_VARIANTS_H
+#define SIM_PAPER_VARIANTS_H
+
+#include "plant/truth.h"
+
+/// When the gradual curve of Eq. (3) holds instead of f = n.
+typedef enum
+{
+    SIM_PAPER_CURVE_NEVER,
+    SIM_PAPER_CURVE_ALWAYS,
+    SIM_PAPER_CURVE_RISING, ///< while v > 0, without relays
+    SIM_PAPER_CURVE_RELAYS  ///< Eq. (8)
+} sim_paper_curve_t;
+
+/// The parameters of sim_paper_truth beside those of sim_friction_config_t.
+typedef struct
+{
+    double limited; ///< 1: f within -L to L; 0: not
+    double curve;   ///< a sim_paper_curve_t
+} sim_paper_parameters_t;
+
+typedef struct
+{
+    const char            *name;
+    const char            *text; ///< where the paper has it
+    double                 k_min, k_max;
+    sim_paper_parameters_t parameters;
+} sim_paper_variant_t;
+
+extern const sim_paper_variant_t sim_paper_variants[];
+extern const size_t              sim_paper_variant_count;
+
+/// Null if there is no variant of that name.
+const sim_paper_variant_t *sim_paper_variant_find(const char *name);
+
+/// Makes a config for sim_paper_truth that variant. The variant must outlive it.
+void sim_paper_variant_apply(const sim_paper_variant_t *variant, sim_truth_config_t *config);
+
+#endif

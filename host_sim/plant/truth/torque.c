@@ -1,0 +1,57 @@
+// Torque-based friction: the contact takes up what drives it, up to breakaway, whatever the speed.
+//
+//     f = sat(n, L(F))                                                            Eq. (11) of the paper
+//
+// Inside breakaway I w' = -b w: the arm glides to a stop within I/b (4 ms), then stands. No states, no hysteresis.
+//
+// Source: the paper's references 22 to 24 (the torque-based model of constrained arms), in the form of its Eq. (11), with
+// L of the load.
+
+#include "plant/truth/arm.h"
+
+typedef struct
+{
+    char nothing; ///< the law remembers nothing
+} torque_t;
+
+static void reset(void *law, const sim_truth_config_t *config, double z[])
+{
+    (void)law;
+    (void)config;
+    (void)z;
+}
+
+static double friction(const void *law, const sim_contact_t *now, const double z[])
+{
+    (void)law;
+    (void)z;
+    return sim_law_limit(now, now->n_n);
+}
+
+static double update(const void          *law,
+                     const sim_contact_t *start,
+                     const double         z[],
+                     double               end_speed,
+                     double               step_s,
+                     double               z_end[])
+{
+    (void)end_speed;
+    (void)step_s;
+    (void)z_end;
+    return friction(law, start, z);
+}
+
+static const sim_law_t law = {.size = sizeof(torque_t), .reset = reset, .update = update, .friction = friction};
+
+static void *create(const sim_truth_config_t *config, double step_s)
+{
+    return sim_arm_create(&law, config, step_s);
+}
+
+const sim_truth_ops_t sim_torque_truth = {.name    = "torque",
+                                          .text    = "saturation of the net force alone (references 22 to 24)",
+                                          .create  = create,
+                                          .reset   = sim_arm_reset,
+                                          .step    = sim_arm_step,
+                                          .destroy = sim_arm_destroy,
+                                          .law     = &law};

@@ -1,0 +1,100 @@
+/// What the tests of the truth models share: the paper's arm, inputs made of ramps, a law under prescribed motion.
+
+#ifndef TRUTH_RIG_H
+#define TRUTH_RIG_H
+
+#include "plant/reference.h"
+#include "plant/truth.h"
+
+#define RIG_PARAMETERS_MAX 16
+#define RIG_STEP_S         1e-4
+
+/// A model and its parameters, the defaults until rig_set changes them.
+typedef struct
+{
+    const sim_truth_ops_t *truth;
+    sim_truth_config_t     config;
+    sim_drive_error_t      drive_error; ///< none
+    double                 parameters[RIG_PARAMETERS_MAX];
+} rig_t;
+
+/// The paper's values. The rig must not move in memory: its config points into it.
+void rig_init(rig_t *rig, const sim_truth_ops_t *truth);
+
+/// Changes a parameter; fails the test if the model does not take it.
+void rig_set(rig_t *rig, const char *name, double value);
+
+/// The model's own key of that name, or null.
+const sim_key_t *rig_key(const sim_truth_ops_t *truth, const char *name);
+
+/// L(F) = level, whatever F: what most published properties are stated for.
+void rig_constant_breakaway(rig_t *rig, double level_n);
+
+/// A ramp of u, from where the last one ended.
+typedef struct
+{
+    double to_n, seconds;
+} rig_ramp_t;
+
+/// Runs ramps through the fixed steps or the reference. After each step (or sample, `every_s` apart) `see` is called.
+typedef struct
+{
+    double time_s, u_n, force_n, f_n, speed_deg_per_s;
+} rig_sample_t;
+typedef void (*rig_see_t)(void *context, const rig_sample_t *sample);
+
+void rig_run(const rig_t *rig, double step_s, const rig_ramp_t *ramps, unsigned count, rig_see_t see, void *context);
+void rig_run_reference(const rig_t                   *rig,
+                       const sim_reference_options_t *options,
+                       double                         every_s,
+                       const rig_ramp_t              *ramps,
+                       unsigned                       count,
+                       rig_see_t                      see,
+                       void                          *context,
+                       sim_reference_cost_t          *cost);
+
+/// F after each of `count` ramps.
+void rig_forces(const rig_t *rig, const rig_ramp_t *ramps, unsigned count, double forces_n[]);
+
+/// Presliding drift: slides up to u = 0.5 N, goes back to no net force, then swings u 50 times between net forces of
+/// 0.2 L and 0.8 L, reckoned from F at the start. Returns how far F moves from the end of the first swing to the last.
+double rig_drift(const rig_t *rig, double swing_s);
+
+/// The ramps that models are compared on: deep and shallow falls, a small loop inside stiction, through zero.
+extern const rig_ramp_t rig_compare_ramps[];
+extern const unsigned   rig_compare_count;
+
+/// Largest difference of F between fixed steps and reference, over the largest |F|.
+typedef struct
+{
+    double difference; ///< of F, as a part of the largest |F|
+    double largest_n;  ///< |F|
+    double at_s;
+} rig_comparison_t;
+rig_comparison_t rig_compare(const rig_t          *rig,
+                             double                step_s,
+                             const rig_ramp_t     *ramps,
+                             unsigned              count,
+                             sim_reference_cost_t *cost);
+
+/// A law under prescribed motion at constant F.
+typedef struct
+{
+    const sim_law_t *law;
+    void            *friction;
+    sim_contact_t    contact;
+    double           z[SIM_LAW_STATES_MAX];
+    double           position_deg;
+    double           f_n;
+} rig_slide_t;
+
+void rig_slide_start(rig_slide_t *slide, const rig_t *rig, double force_n);
+void rig_slide_end(rig_slide_t *slide);
+
+/// One step at this speed; returns friction at its end.
+double rig_slide_step(rig_slide_t *slide, double speed_deg_per_s, double step_s);
+
+/// Moves by `distance_deg` at `speed_deg_per_s` (unsigned), in whole steps of at most `step_s`; returns friction there.
+double rig_slide_by(rig_slide_t *slide, double distance_deg, double speed_deg_per_s, double step_s);
+
+#endif

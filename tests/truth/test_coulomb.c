@@ -1,0 +1,55 @@
+// Coulomb: stands exactly inside breakaway, slides with L(F) whatever the speed, remembers nothing.
+
+#include "rig.h"
+#include "unity.h"
+
+#include <math.h>
+
+static rig_t rig;
+
+void setUp(void)
+{
+    rig_init(&rig, &sim_coulomb_truth);
+}
+
+void tearDown(void)
+{
+}
+
+static void test_it_stands_to_the_last_bit_inside_breakaway(void)
+{
+    TEST_ASSERT_TRUE(rig_drift(&rig, 0.1) == 0.0);
+}
+
+static void test_it_breaks_away_at_breakaway_in_both_directions(void)
+{
+    // From F = 0 breakaway is 0.007 N.
+    const rig_ramp_t ramps[] = {{0.0069, 1.0}, {-0.0069, 2.0}, {-0.0171, 1.0}, {-0.0171, 0.2}, {0.0051, 1.0}};
+    double           forces[5];
+    rig_forces(&rig, ramps, 5, forces);
+    TEST_ASSERT_TRUE(forces[0] == 0.0 && forces[1] == 0.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, -0.0101 / 1.3, forces[3]);
+    // -0.0078 N: 0.0093 N of breakaway, n is 0.0128 N at 0.0051 N: it has moved.
+    TEST_ASSERT_TRUE(forces[4] > forces[3] + 1e-3);
+}
+
+static void test_friction_of_sliding_does_not_depend_on_speed(void)
+{
+    rig_slide_t slide;
+    rig_slide_start(&slide, &rig, 0.5);
+    for (double speed = 1e-4; speed < 100.0; speed *= 10.0)
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-15, 0.157, rig_slide_step(&slide, speed, RIG_STEP_S));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-15, -0.157, rig_slide_step(&slide, -speed, RIG_STEP_S));
+    }
+    rig_slide_end(&slide);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_it_stands_to_the_last_bit_inside_breakaway);
+    RUN_TEST(test_it_breaks_away_at_breakaway_in_both_directions);
+    RUN_TEST(test_friction_of_sliding_does_not_depend_on_speed);
+    return UNITY_END();
+}

@@ -1,0 +1,105 @@
+// Leuven: hysteresis of presliding with non-local memory, under LuGre's sliding.
+
+#include "rig.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static rig_t       rig;
+static rig_slide_t slide;
+
+void setUp(void)
+{
+    rig_init(&rig, &sim_leuven_truth);
+}
+
+void tearDown(void)
+{
+    rig_slide_end(&slide);
+    slide.friction = NULL;
+}
+
+#define L 0.157
+
+/// Path: up, down, and up again to the first turn, with and without a small loop on the way. Returns how much it matters.
+static double memory_of_an_inner_loop(void)
+{
+    rig_slide_start(&slide, &rig, 0.5);
+    (void)rig_slide_by(&slide, 8e-4, 1e-4, 1e-4);
+    (void)rig_slide_by(&slide, -8e-4, 1e-4, 1e-4);
+    const double plain = rig_slide_by(&slide, 6e-4, 1e-4, 1e-4);
+    rig_slide_end(&slide);
+
+    rig_slide_start(&slide, &rig, 0.5);
+    (void)rig_slide_by(&slide, 8e-4, 1e-4, 1e-4);
+    (void)rig_slide_by(&slide, -8e-4, 1e-4, 1e-4);
+    const double corner = rig_slide_by(&slide, 4e-4, 1e-4, 1e-4);
+    (void)rig_slide_by(&slide, -2e-4, 1e-4, 1e-4);
+    const double closed = rig_slide_by(&slide, 2e-4, 1e-4, 1e-4);
+    const double beyond = rig_slide_by(&slide, 2e-4, 1e-4, 1e-4);
+    rig_slide_end(&slide);
+    slide.friction = NULL;
+    printf("%s: corner %.5f, closed %.5f; plain %.5f, with inner loop %.5f N\n",
+           rig.truth->name,
+           corner,
+           closed,
+           plain,
+           beyond);
+    return fmax(fabs(closed - corner), fabs(beyond - plain));
+}
+
+static void test_an_inner_loop_closes_and_is_forgotten(void)
+{
+    rig_set(&rig, "exponent", 20.0); // presliding is then all the hysteresis'
+    rig_set(&rig, "bristle_damping_N_s_per_deg", 0.0);
+    const double leuven = memory_of_an_inner_loop();
+    rig_init(&rig, &sim_dahl_truth);
+    TEST_ASSERT_TRUE(leuven < 0.1 * memory_of_an_inner_loop());
+    TEST_ASSERT_TRUE(leuven < 1e-3 * L);
+}
+
+/// Elements yield at 2.0e-4, 5.3e-4, 1.2e-3 deg: the slope falls by steps. Far from sliding z is x.
+static void test_presliding_starts_with_the_stiffness_of_all_elements(void)
+{
+    rig_set(&rig, "exponent", 20.0);
+    rig_set(&rig, "bristle_damping_N_s_per_deg", 0.0);
+    rig_slide_start(&slide, &rig, 0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * L, L / 8e-4 * 1.5e-4, rig_slide_by(&slide, 1.5e-4, 1e-3, 1e-4));
+    const double x = 4e-4;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * L, L * (0.1 + 0.6 * x / 8e-4), rig_slide_by(&slide, x - 1.5e-4, 1e-3, 1e-4));
+}
+
+static void test_steady_friction_follows_the_stribeck_curve(void)
+{
+    rig_set(&rig, "sliding_ratio", 0.7);
+    rig_set(&rig, "viscous_N_s_per_deg", 0.1);
+    rig_slide_start(&slide, &rig, 0.5);
+    for (double speed = 0.001; speed < 0.1; speed *= 2.0)
+    {
+        const double part = speed / 0.01;
+        const double f    = L * (0.7 + 0.3 * exp(-part * part)) + 0.1 * speed;
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3 * L, f, rig_slide_by(&slide, 0.05, speed, 1e-4));
+    }
+}
+
+/// The bristle's yielding makes it creep, but less the sharper sliding begins.
+static void test_drift_falls_with_the_exponent(void)
+{
+    rig_set(&rig, "exponent", 1.0);
+    const double blunt = rig_drift(&rig, 0.1);
+    rig_set(&rig, "exponent", 20.0);
+    const double sharp = rig_drift(&rig, 0.1);
+    printf("drift in 50 swings: %.5f and %.5f N\n", blunt, sharp);
+    TEST_ASSERT_TRUE(fabs(sharp) < 0.1 * fabs(blunt));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_an_inner_loop_closes_and_is_forgotten);
+    RUN_TEST(test_presliding_starts_with_the_stiffness_of_all_elements);
+    RUN_TEST(test_steady_friction_follows_the_stribeck_curve);
+    RUN_TEST(test_drift_falls_with_the_exponent);
+    return UNITY_END();
+}

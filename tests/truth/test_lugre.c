@@ -1,0 +1,137 @@
+// LuGre: Stribeck effect, friction lag, a breakaway that falls with the rate of force, drift; with the paper's
+// parameters no gradual transition.
+
+#include "rig.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static rig_t       rig;
+static rig_slide_t slide;
+
+void setUp(void)
+{
+    rig_init(&rig, &sim_lugre_truth);
+}
+
+void tearDown(void)
+{
+    rig_slide_end(&slide);
+    slide.friction = NULL;
+}
+
+/// The bristles of the other models of this folder: presliding that can be seen.
+static void soften(void)
+{
+    rig_set(&rig, "stiffness_N_per_deg", 200.0);
+    rig_set(&rig, "bristle_damping_N_s_per_deg", 0.3);
+    rig_set(&rig, "viscous_N_s_per_deg", 0.0);
+}
+
+#define L 0.157
+
+static void test_steady_friction_follows_the_stribeck_curve(void)
+{
+    soften();
+    rig_set(&rig, "sliding_ratio", 0.7);
+    rig_slide_start(&slide, &rig, 0.5);
+    for (double speed = 0.001; speed < 0.1; speed *= 2.0)
+    {
+        const double part = speed / 0.01;
+        const double g    = L * (0.7 + 0.3 * exp(-part * part));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * L, g, rig_slide_by(&slide, 0.01, speed, 1e-4));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * L, -g, rig_slide_by(&slide, -0.01, speed, 1e-4));
+    }
+}
+
+/// The speed goes up and down between 0.002 and 0.02 deg/s: on the way up friction is higher (it lags).
+static void test_friction_lags_speed(void)
+{
+    soften();
+    rig_set(&rig, "sliding_ratio", 0.7);
+    rig_slide_start(&slide, &rig, 0.5);
+    (void)rig_slide_by(&slide, 0.01, 0.002, 1e-4);
+    const int steps = 500; // 0.05 s each way
+    double    up    = 0.0;
+    double    down  = 0.0;
+    for (int i = 0; i < 2 * steps; i++)
+    {
+        const int    k     = i < steps ? i : 2 * steps - i;
+        const double speed = 0.002 + 0.018 * k / steps;
+        const double f     = rig_slide_step(&slide, speed, 1e-4);
+        up                 = i == steps / 2 ? f : up;
+        down               = i == steps + steps / 2 ? f : down;
+    }
+    printf("at 0.011 deg/s: up %.4f N, down %.4f N\n", up, down);
+    TEST_ASSERT_TRUE(up > down + 0.02 * L);
+}
+
+static void find_highest(void *context, const rig_sample_t *sample)
+{
+    *(double *)context = fmax(*(double *)context, sample->f_n);
+}
+
+/// Highest friction while u goes up from rest in this time.
+static double breakaway(double seconds)
+{
+    const rig_ramp_t ramps[] = {{0.3, seconds}};
+    double           highest = 0.0;
+    rig_run(&rig, RIG_STEP_S, ramps, 1, find_highest, &highest);
+    return highest;
+}
+
+static void test_breakaway_falls_with_the_rate_of_force(void)
+{
+    soften();
+    rig_set(&rig, "sliding_ratio", 0.7);
+    rig_constant_breakaway(&rig, 0.1);
+    const double slow = breakaway(30.0);
+    const double fast = breakaway(1.0);
+    printf("breakaway at 0.01 and 0.3 N/s: %.4f, %.4f N\n", slow, fast);
+    TEST_ASSERT_TRUE(fast < 0.97 * slow);
+    TEST_ASSERT_TRUE(slow < 0.1 + 1e-9);
+}
+
+static void test_it_drifts_in_presliding(void)
+{
+    soften();
+    const double drift = rig_drift(&rig, 0.1);
+    printf("drift in 50 swings: %.4f N\n", drift);
+    TEST_ASSERT_TRUE(drift > 1e-3);
+}
+
+/// Fig. 8: after a deep fall the paper's own model lifts F by 5 mN before it breaks away.
+static void test_with_the_papers_parameters_no_transition_is_gradual(void)
+{
+    rig_ramp_t ramps[] = {{0.6, 3.0}, {0.12, 2.4}, {0.12, 0.1}, {0.0, 1.0}};
+    double     forces[4];
+    rig_forces(&rig, ramps, 3, forces);
+    const double bottom = forces[2];
+    ramps[3].to_n       = bottom + 0.9 * (0.007 + 0.3 * bottom);
+    rig_forces(&rig, ramps, 4, forces);
+    printf("lift: %.2e N\n", forces[3] - bottom);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-5, bottom, forces[3]);
+}
+
+static void test_without_its_limit_viscous_friction_adds_to_breakaway(void)
+{
+    rig_slide_start(&slide, &rig, 0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, L, rig_slide_by(&slide, 0.01, 0.1, 1e-4));
+    rig_slide_end(&slide);
+    rig_set(&rig, "limited", 0.0);
+    rig_slide_start(&slide, &rig, 0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, L + 0.4 * 0.1, rig_slide_by(&slide, 0.01, 0.1, 1e-4));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_steady_friction_follows_the_stribeck_curve);
+    RUN_TEST(test_friction_lags_speed);
+    RUN_TEST(test_breakaway_falls_with_the_rate_of_force);
+    RUN_TEST(test_it_drifts_in_presliding);
+    RUN_TEST(test_with_the_papers_parameters_no_transition_is_gradual);
+    RUN_TEST(test_without_its_limit_viscous_friction_adds_to_breakaway);
+    return UNITY_END();
+}

@@ -1,0 +1,129 @@
+// Maxwell slip: hysteresis with non-local memory by Masing's rules, Stribeck effect, friction lag, no drift.
+
+#include "rig.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static rig_t       rig;
+static rig_slide_t slide;
+
+void setUp(void)
+{
+    rig_init(&rig, &sim_maxwell_slip_truth);
+}
+
+void tearDown(void)
+{
+    rig_slide_end(&slide);
+    slide.friction = NULL;
+}
+
+#define L 0.157
+
+/// Path: up, down, and up again to the first turn, with and without a small loop on the way. Returns how much it matters.
+static double memory_of_an_inner_loop(void)
+{
+    rig_slide_start(&slide, &rig, 0.5);
+    (void)rig_slide_by(&slide, 8e-4, 1e-4, 1e-4);
+    (void)rig_slide_by(&slide, -8e-4, 1e-4, 1e-4);
+    const double plain = rig_slide_by(&slide, 6e-4, 1e-4, 1e-4);
+    rig_slide_end(&slide);
+
+    rig_slide_start(&slide, &rig, 0.5);
+    (void)rig_slide_by(&slide, 8e-4, 1e-4, 1e-4);
+    (void)rig_slide_by(&slide, -8e-4, 1e-4, 1e-4);
+    const double corner = rig_slide_by(&slide, 4e-4, 1e-4, 1e-4);
+    (void)rig_slide_by(&slide, -2e-4, 1e-4, 1e-4);
+    const double closed = rig_slide_by(&slide, 2e-4, 1e-4, 1e-4);
+    const double beyond = rig_slide_by(&slide, 2e-4, 1e-4, 1e-4);
+    rig_slide_end(&slide);
+    slide.friction = NULL;
+    printf("%s: corner %.5f, closed %.5f; plain %.5f, with inner loop %.5f N\n",
+           rig.truth->name,
+           corner,
+           closed,
+           plain,
+           beyond);
+    return fmax(fabs(closed - corner), fabs(beyond - plain));
+}
+
+static void test_an_inner_loop_closes_and_is_forgotten(void)
+{
+    TEST_ASSERT_TRUE(memory_of_an_inner_loop() < 1e-4 * L);
+    // One state cannot do that.
+    rig_init(&rig, &sim_dahl_truth);
+    TEST_ASSERT_TRUE(memory_of_an_inner_loop() > 0.005 * L);
+}
+
+/// f after a turn at x0 is f0 - 2 f_virgin((x0 - x) / 2).
+static void test_a_branch_is_the_first_curve_at_twice_the_scale(void)
+{
+    const double x0 = 1.5e-3;
+    for (double x = 2e-4; x < 3e-3; x += 4e-4)
+    {
+        rig_slide_start(&slide, &rig, 0.5);
+        const double virgin = rig_slide_by(&slide, 0.5 * x, 1e-3, 1e-4);
+        const double f0     = rig_slide_by(&slide, x0 - 0.5 * x, 1e-3, 1e-4);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3 * L, f0 - 2.0 * virgin, rig_slide_by(&slide, -x, 1e-3, 1e-4));
+        rig_slide_end(&slide);
+    }
+    slide.friction = NULL;
+}
+
+static void test_presliding_does_not_depend_on_speed(void)
+{
+    rig_slide_start(&slide, &rig, 0.5);
+    const double slow = rig_slide_by(&slide, 4e-4, 1e-3, 1e-3);
+    rig_slide_end(&slide);
+    rig_slide_start(&slide, &rig, 0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3 * L, slow, rig_slide_by(&slide, 4e-4, 1.0, 1e-6));
+}
+
+static void test_steady_friction_follows_the_stribeck_curve(void)
+{
+    rig_set(&rig, "sliding_ratio", 0.7);
+    rig_slide_start(&slide, &rig, 0.5);
+    for (double speed = 0.001; speed < 0.1; speed *= 2.0)
+    {
+        const double part = speed / 0.01;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * L,
+                                  L * (0.7 + 0.3 * exp(-part * part)),
+                                  rig_slide_by(&slide, 0.02, speed, 1e-4));
+    }
+}
+
+/// C = 80 N/s: after a jump of speed friction goes to the new level with a time constant of s / C, here 1.4 ms.
+static void test_friction_lags_speed(void)
+{
+    rig_set(&rig, "sliding_ratio", 0.7);
+    rig_slide_start(&slide, &rig, 0.5);
+    const double before = rig_slide_by(&slide, 0.02, 0.001, 1e-4);
+    for (int i = 0; i < 140; i++)
+    {
+        (void)rig_slide_step(&slide, 0.1, 1e-5);
+    }
+    const double after = 0.7 * L;
+    const double lag   = 0.0014 * 80.0 / after;
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * L, after + (before - after) * exp(-lag), slide.f_n);
+}
+
+static void test_it_does_not_drift_in_presliding(void)
+{
+    const double drift = rig_drift(&rig, 0.1);
+    printf("drift in 50 swings: %.2e N\n", drift);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-6, 0.0, drift);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_an_inner_loop_closes_and_is_forgotten);
+    RUN_TEST(test_a_branch_is_the_first_curve_at_twice_the_scale);
+    RUN_TEST(test_presliding_does_not_depend_on_speed);
+    RUN_TEST(test_steady_friction_follows_the_stribeck_curve);
+    RUN_TEST(test_friction_lags_speed);
+    RUN_TEST(test_it_does_not_drift_in_presliding);
+    return UNITY_END();
+}

@@ -1,0 +1,138 @@
+// The paper's model and its variants. Fixed steps and relays: also tests/closed_loop/test_open_loop.c.
+
+#include "plant/truth/paper_variants.h"
+#include "rig.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static rig_t rig;
+
+void setUp(void)
+{
+    rig_init(&rig, &sim_paper_truth);
+}
+
+void tearDown(void)
+{
+}
+
+static void become(const char *name)
+{
+    const sim_paper_variant_t *variant = sim_paper_variant_find(name);
+    TEST_ASSERT_NOT_NULL_MESSAGE(variant, name);
+    sim_paper_variant_apply(variant, &rig.config);
+}
+
+/// After a fall to `bottom_n` and a stop there, a rise at 0.2 N/s to u - F = 0.9 L of where F stood: how far F has moved.
+static double lift(double bottom_n, double seconds)
+{
+    rig_ramp_t ramps[] = {{0.6, 3.0}, {bottom_n, 2.4}, {bottom_n, 0.1}, {0.0, 0.0}};
+    double     forces[4];
+    rig_forces(&rig, ramps, 3, forces);
+    const double bottom = forces[2];
+    ramps[3]            = (rig_ramp_t){bottom + 0.9 * (0.007 + 0.3 * bottom), seconds};
+    rig_forces(&rig, ramps, 4, forces);
+    printf("from %.4f N in %g s: %.5f N\n", bottom, seconds, forces[3] - bottom);
+    return forces[3] - bottom;
+}
+
+static void test_step_1_of_section_3_does_not_feel_the_drive(void)
+{
+    // I w' + b w = 0: an arm at rest stays, whatever u.
+    const rig_ramp_t ramps[] = {{0.6, 1.0}};
+    double           force;
+    become("unlimited");
+    rig_forces(&rig, ramps, 1, &force);
+    TEST_ASSERT_TRUE(force == 0.0);
+}
+
+static void test_saturation_alone_is_sharp(void)
+{
+    become("saturation");
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, lift(0.12, 1.0));
+}
+
+static void test_without_switching_the_transition_is_gradual_from_anywhere(void)
+{
+    become("always_k6");
+    TEST_ASSERT_TRUE(lift(0.12, 1.0) > 1e-3);
+    TEST_ASSERT_TRUE(lift(0.42, 1.0) > 1e-3);
+}
+
+static void test_without_relays_the_transition_is_gradual_from_deep_and_shallow(void)
+{
+    become("no_relays");
+    TEST_ASSERT_TRUE(lift(0.12, 1.0) > 1e-3);
+    TEST_ASSERT_TRUE(lift(0.42, 1.0) > 1e-3);
+}
+
+static void test_with_relays_it_is_gradual_from_deep_and_sharp_from_shallow(void)
+{
+    become("full");
+    TEST_ASSERT_TRUE(lift(0.12, 1.0) > 1e-3);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.0, lift(0.42, 1.0));
+}
+
+static void test_constant_k_lifts_the_force_more_the_slower_it_is_and_k_of_v_hardly(void)
+{
+    become("constant_k6");
+    const double constant_fast = lift(0.12, 2.0);
+    const double constant_slow = lift(0.12, 20.0);
+    become("full");
+    const double full_fast = lift(0.12, 2.0);
+    const double full_slow = lift(0.12, 20.0);
+    printf("2 and 20 s: k = 6 %.4f, %.4f N; k(v) %.4f, %.4f N\n", constant_fast, constant_slow, full_fast, full_slow);
+    TEST_ASSERT_TRUE(constant_slow > 3.0 * constant_fast);
+    TEST_ASSERT_TRUE(full_slow < 2.0 * full_fast);
+}
+
+static void test_a_smaller_k_has_a_wider_gap(void)
+{
+    become("constant_k6");
+    const double narrow = lift(0.12, 1.0);
+    become("constant_k1.1");
+    TEST_ASSERT_TRUE(lift(0.12, 1.0) > 2.0 * narrow);
+}
+
+static void test_every_variant_agrees_with_cvode(void)
+{
+    for (size_t i = 0; i < sim_paper_variant_count; i++)
+    {
+        sim_paper_variant_apply(&sim_paper_variants[i], &rig.config);
+        if (sim_paper_variants[i].parameters.limited == 0.0)
+        {
+            continue; // never moves
+        }
+        const rig_comparison_t comparison = rig_compare(&rig, RIG_STEP_S, rig_compare_ramps, rig_compare_count, NULL);
+        printf("%-14s %.4f %% at %.3f s\n", sim_paper_variants[i].name, 100.0 * comparison.difference, comparison.at_s);
+        TEST_ASSERT_TRUE_MESSAGE(comparison.difference <= 0.01, sim_paper_variants[i].name);
+    }
+}
+
+/// At 0.01 N/s v is held at 0, F' = u': the fixed steps chatter about it, CVODE follows Filippov's solution.
+static void test_a_rise_too_slow_for_the_curve_agrees_with_cvode(void)
+{
+    const rig_ramp_t       ramps[]    = {{0.5, 1.0}, {0.12, 1.0}, {0.25, 13.0}, {0.15, 10.0}};
+    sim_reference_cost_t   cost       = {0};
+    const rig_comparison_t comparison = rig_compare(&rig, RIG_STEP_S, ramps, sizeof ramps / sizeof ramps[0], &cost);
+    printf("0.01 N/s: %.4f %% at %.3f s, %ld events\n", 100.0 * comparison.difference, comparison.at_s, cost.events);
+    TEST_ASSERT_TRUE(comparison.difference <= 0.01);
+    TEST_ASSERT_TRUE(cost.events < 100);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_step_1_of_section_3_does_not_feel_the_drive);
+    RUN_TEST(test_saturation_alone_is_sharp);
+    RUN_TEST(test_without_switching_the_transition_is_gradual_from_anywhere);
+    RUN_TEST(test_without_relays_the_transition_is_gradual_from_deep_and_shallow);
+    RUN_TEST(test_with_relays_it_is_gradual_from_deep_and_sharp_from_shallow);
+    RUN_TEST(test_constant_k_lifts_the_force_more_the_slower_it_is_and_k_of_v_hardly);
+    RUN_TEST(test_a_smaller_k_has_a_wider_gap);
+    RUN_TEST(test_every_variant_agrees_with_cvode);
+    RUN_TEST(test_a_rise_too_slow_for_the_curve_agrees_with_cvode);
+    return UNITY_END();
+}

@@ -1,0 +1,147 @@
+// Every truth model by the plant's fixed steps against its own equations by CVODE, to 1 % of force.
+
+#include "rig.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void compare(const rig_t *rig, const rig_ramp_t *ramps, unsigned count)
+{
+    sim_reference_cost_t   cost       = {0};
+    const rig_comparison_t comparison = rig_compare(rig, RIG_STEP_S, ramps, count, &cost);
+    printf("%-16s %7.4f %% of %.3f N, at %6.3f s (CVODE: %ld steps, %ld right-hand sides, %ld events)\n",
+           rig->truth->name,
+           100.0 * comparison.difference,
+           comparison.largest_n,
+           comparison.at_s,
+           cost.steps,
+           cost.right_hand_sides,
+           cost.events);
+    TEST_ASSERT_TRUE_MESSAGE(comparison.difference <= 0.01, rig->truth->name);
+}
+
+static void test_every_model_agrees_with_cvode_to_1_percent_of_force(void)
+{
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truth_models[i]);
+        compare(&rig, rig_compare_ramps, rig_compare_count);
+    }
+}
+
+/// As slow as the paper's waveforms, 0.01 N/s.
+static void test_every_model_agrees_on_slow_ramps(void)
+{
+    static const rig_ramp_t ramps[] = {{0.5, 1.0}, {0.12, 1.0}, {0.27, 15.0}, {0.17, 10.0}};
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truth_models[i]);
+        compare(&rig, ramps, sizeof ramps / sizeof ramps[0]);
+    }
+}
+
+/// As from steps of the reference: 0.5 N within 5 ms.
+static void test_every_model_agrees_on_jumps(void)
+{
+    static const rig_ramp_t ramps[] =
+        {{0.5, 0.005}, {0.5, 0.195}, {0.1, 0.005}, {0.1, 0.195}, {0.45, 0.005}, {0.45, 0.195}};
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truth_models[i]);
+        compare(&rig, ramps, sizeof ramps / sizeof ramps[0]);
+    }
+}
+
+/// Directions that differ, gravity, breakaway from a table.
+static void test_every_model_agrees_with_asymmetry_gravity_and_a_table(void)
+{
+    static const sim_breakaway_point_t points[] = {{0.0, 0.010, 0.005}, {0.2, 0.060, 0.080}, {0.5, 0.150, 0.170}};
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truth_models[i]);
+        memcpy(rig.config.friction.breakaway.table, points, sizeof points);
+        rig.config.friction.breakaway.table_count = 3;
+        rig.config.friction.gravity_n             = 0.004;
+        compare(&rig, rig_compare_ramps, rig_compare_count);
+    }
+}
+
+/// Friction of sliding below breakaway, where a model has such a parameter.
+static void test_models_with_a_stribeck_effect_agree(void)
+{
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truth_models[i]);
+        if (rig_key(sim_truth_models[i], "sliding_ratio") != NULL)
+        {
+            rig_set(&rig, "sliding_ratio", 0.9);
+            compare(&rig, rig_compare_ramps, rig_compare_count);
+        }
+    }
+}
+
+/// Each parameter of each model away from its default: both forms of the law must take it alike.
+static void test_every_parameter_agrees(void)
+{
+    static const rig_ramp_t ramps[] = {{0.5, 0.4}, {0.5, 0.1}, {0.1, 0.2}, {0.45, 0.005}, {0.45, 0.1}, {-0.2, 0.3}};
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        for (size_t k = 0; k < sim_truth_key_count(sim_truth_models[i]); k++)
+        {
+            const sim_key_t *row = &sim_truth_models[i]->keys[k];
+            rig_t            rig;
+            rig_init(&rig, sim_truth_models[i]);
+            rig_set(&rig, row->name, row->standard == 0.0 ? 0.05 : row->standard * 0.8);
+            printf("%s %g: ", row->name, row->standard == 0.0 ? 0.05 : row->standard * 0.8);
+            compare(&rig, ramps, sizeof ramps / sizeof ramps[0]);
+        }
+    }
+}
+
+static void keep_last(void *context, const rig_sample_t *sample)
+{
+    *(double *)context = sample->force_n;
+}
+
+static void test_both_of_cvodes_methods_give_the_same(void)
+{
+    const rig_ramp_t        ramps[]  = {{0.5, 0.5}, {0.1, 0.5}};
+    sim_reference_options_t options  = sim_reference_defaults;
+    double                  stiff    = 0.0;
+    double                  nonstiff = 0.0;
+    rig_t                   rig;
+    rig_init(&rig, sim_truth_find("paper"));
+    rig_run_reference(&rig, &options, 1e-3, ramps, 2, keep_last, &stiff, NULL);
+    options.adams      = true;
+    options.max_step_s = 1e-3;
+    rig_run_reference(&rig, &options, 1e-3, ramps, 2, keep_last, &nonstiff, NULL);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, stiff, nonstiff);
+    TEST_ASSERT_TRUE(stiff > 0.1);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_model_agrees_with_cvode_to_1_percent_of_force);
+    RUN_TEST(test_every_model_agrees_on_slow_ramps);
+    RUN_TEST(test_every_model_agrees_on_jumps);
+    RUN_TEST(test_every_model_agrees_with_asymmetry_gravity_and_a_table);
+    RUN_TEST(test_models_with_a_stribeck_effect_agree);
+    RUN_TEST(test_every_parameter_agrees);
+    RUN_TEST(test_both_of_cvodes_methods_give_the_same);
+    return UNITY_END();
+}

@@ -1,0 +1,54 @@
+// The torque-based model: friction is the net force itself up to breakaway, so the transition is sharp and nothing drifts.
+
+#include "rig.h"
+#include "unity.h"
+
+#include <math.h>
+
+static rig_t rig;
+
+void setUp(void)
+{
+    rig_init(&rig, &sim_torque_truth);
+}
+
+void tearDown(void)
+{
+}
+
+static void test_it_does_not_drift_in_presliding(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, rig_drift(&rig, 0.1));
+}
+
+/// After a fall to 0.12 N, which lifts F by 2.6 mN in the paper's model (tests/closed_loop/test_open_loop.c).
+static void test_a_rise_after_a_deep_fall_does_not_lift_the_force_before_breakaway(void)
+{
+    rig_ramp_t ramps[] = {{0.6, 3.0}, {0.12, 2.4}, {0.12, 0.1}, {0.0, 1.0}};
+    double     forces[4];
+    rig_forces(&rig, ramps, 3, forces);
+    const double bottom = forces[2];
+    const double rise   = 0.9 * (0.007 + 0.3 * bottom);
+    ramps[3]            = (rig_ramp_t){bottom + rise, 1.0};
+    rig_forces(&rig, ramps, 4, forces);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, bottom, forces[3]);
+}
+
+/// u = F + L(F) while it slides slowly, but for the arm's damping b F'/K.
+static void test_sliding_friction_is_breakaway_of_the_load(void)
+{
+    const rig_ramp_t ramps[] = {{0.6, 6.0}};
+    double           force;
+    rig_forces(&rig, ramps, 1, &force);
+    const double rate = 0.1 / 1.3;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.6 - 0.0288 * rate / 3.84, force + 0.007 + 0.3 * force);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_it_does_not_drift_in_presliding);
+    RUN_TEST(test_a_rise_after_a_deep_fall_does_not_lift_the_force_before_breakaway);
+    RUN_TEST(test_sliding_friction_is_breakaway_of_the_load);
+    return UNITY_END();
+}

@@ -1,0 +1,136 @@
+// The list of truth models: names, parameter tables, and what every model must do.
+
+#include "rig.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void test_names_are_unique_and_found(void)
+{
+    TEST_ASSERT_EQUAL_PTR(&sim_paper_truth, sim_truth_models[0]);
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        TEST_ASSERT_EQUAL_PTR(sim_truth_models[i], sim_truth_find(sim_truth_models[i]->name));
+        TEST_ASSERT_TRUE(strlen(sim_truth_models[i]->text) > 0);
+    }
+    TEST_ASSERT_NULL(sim_truth_find("no such model"));
+}
+
+static void test_parameter_tables_are_sound(void)
+{
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        const sim_truth_ops_t *truth = sim_truth_models[i];
+        for (size_t k = 0; k < sim_truth_key_count(truth); k++)
+        {
+            const sim_key_t *row = &truth->keys[k];
+            TEST_ASSERT_EQUAL_PTR_MESSAGE(row, rig_key(truth, row->name), row->name);
+            TEST_ASSERT_TRUE_MESSAGE(row->min < row->max, row->name);
+            TEST_ASSERT_TRUE_MESSAGE(row->standard >= row->min && row->standard <= row->max, row->name);
+            TEST_ASSERT_TRUE_MESSAGE(strlen(row->text) > 0 && strlen(row->unit) > 0, row->name);
+            // Each its own double, and the table covers the struct.
+            TEST_ASSERT_EQUAL_size_t_MESSAGE(k * sizeof(double), row->offset, row->name);
+        }
+        TEST_ASSERT_LESS_OR_EQUAL_size_t_MESSAGE(SIM_TRUTH_KEYS_MAX, sim_truth_key_count(truth), truth->name);
+    }
+}
+
+/// A rise in 6 s: each slides with about the friction that the arm has at that force, so that they can be compared.
+static void test_all_models_slide_with_breakaway_of_the_load(void)
+{
+    static const rig_ramp_t ramps[] = {{0.6, 6.0}};
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truth_models[i]);
+        double force;
+        rig_forces(&rig, ramps, 1, &force);
+        printf("%-18s F %.4f N, u - F %.4f N, L(F) %.4f N\n", rig.truth->name, force, 0.6 - force, 0.007 + 0.3 * force);
+        if (strncmp(rig.truth->name, "servo_", 6) != 0)
+        {
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.12 * (0.6 - force), 0.007 + 0.3 * force, 0.6 - force, rig.truth->name);
+        }
+    }
+}
+
+static double noisy(unsigned long i)
+{
+    // A multiplicative generator; the amplitude goes up to 100 N.
+    const unsigned long x = (i * 2654435761ul + 12345ul) & 0xffffffffu;
+    return ((double)x / 2147483648.0 - 1.0) * (i % 1000 < 900 ? 1.0 : 100.0);
+}
+
+static void test_no_input_makes_a_model_diverge_and_reset_makes_it_new(void)
+{
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truth_models[i]);
+        const sim_truth_ops_t *truth = rig.truth;
+        void                  *model = truth->create(&rig.config, RIG_STEP_S);
+        void                  *other = truth->create(&rig.config, RIG_STEP_S);
+        TEST_ASSERT_NOT_NULL(model);
+        TEST_ASSERT_NOT_NULL(other);
+        sim_truth_signals_t signals = {0};
+        for (unsigned long k = 0; k < 20000; k++)
+        {
+            const double force = truth->step(model, noisy(k), &signals);
+            TEST_ASSERT_TRUE_MESSAGE(fabs(force) < 200.0 && isfinite(signals.f_n), truth->name);
+        }
+        truth->reset(model);
+        for (unsigned long k = 0; k < 2000; k++)
+        {
+            const double u = 0.4 * sin(0.01 * (double)k);
+            TEST_ASSERT_TRUE_MESSAGE(truth->step(model, u, &signals) == truth->step(other, u, &signals), truth->name);
+        }
+        truth->destroy(model);
+        truth->destroy(other);
+    }
+}
+
+/// Directions alike: the mirrored input makes the mirrored force, to the last bit. Bristles are random.
+static void test_models_are_mirror_images_of_themselves(void)
+{
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truth_models[i]);
+        const sim_truth_ops_t *truth = rig.truth;
+        if (strcmp(truth->name, "bristle") == 0)
+        {
+            continue;
+        }
+        void               *model   = truth->create(&rig.config, RIG_STEP_S);
+        void               *mirror  = truth->create(&rig.config, RIG_STEP_S);
+        sim_truth_signals_t signals = {0};
+        for (unsigned long k = 1; k < 20000; k++)
+        {
+            const double u = 0.4 * sin(0.003 * (double)k) + 0.1 * sin(0.05 * (double)k);
+            TEST_ASSERT_TRUE_MESSAGE(truth->step(model, u, &signals) == -truth->step(mirror, -u, &signals),
+                                     truth->name);
+        }
+        truth->destroy(model);
+        truth->destroy(mirror);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_names_are_unique_and_found);
+    RUN_TEST(test_parameter_tables_are_sound);
+    RUN_TEST(test_all_models_slide_with_breakaway_of_the_load);
+    RUN_TEST(test_no_input_makes_a_model_diverge_and_reset_makes_it_new);
+    RUN_TEST(test_models_are_mirror_images_of_themselves);
+    return UNITY_END();
+}

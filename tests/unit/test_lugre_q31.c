@@ -1,0 +1,244 @@
+#include "tribo/lugre_q31.h"
+
+#include "random.h"
+#include "tribo/quantize_q31.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define H          1.0e-3f
+#define FULL_SCALE 2.0f
+
+static tribo_lugre_f32_config_t  config;
+static tribo_arm_f32_config_t    arm_config;
+static tribo_lugre_q31_params_t  params;
+static tribo_lugre_q31_state_t   state;
+static tribo_lugre_q31_signals_t seen;
+static tribo_lugre_f32_params_t  params_f32;
+static tribo_lugre_f32_state_t   state_f32;
+static tribo_lugre_f32_signals_t seen_f32;
+static tribo_arm_f32_params_t    arm_params;
+static tribo_arm_f32_state_t     arm;
+
+static void init_at(float h)
+{
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_q31_init(&params, &config, &arm_config, h, FULL_SCALE));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_f32_init(&params_f32, &config, &arm_config, h));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&arm_params, &arm_config, h));
+    tribo_lugre_q31_reset(&state);
+    tribo_lugre_f32_reset(&state_f32);
+    tribo_arm_f32_reset(&arm);
+}
+
+void setUp(void)
+{
+    config     = tribo_lugre_f32_paper();
+    arm_config = tribo_arm_f32_paper();
+    init_at(H);
+}
+
+void tearDown(void)
+{
+}
+
+static int32_t q31(double force_n)
+{
+    return (int32_t)round(force_n / (double)FULL_SCALE * 2147483648.0);
+}
+
+static double newton(int32_t x)
+{
+    return x / 2147483648.0 * (double)FULL_SCALE;
+}
+
+/// Both modules with the same u and F, the arm driven by the f32 one. Returns how far f is apart.
+static double difference(float u)
+{
+    const float  f = tribo_lugre_f32_step(&params_f32, &state_f32, u, arm.force_n, &seen_f32);
+    const double g = newton(tribo_lugre_q31_step(&params, &state, q31((double)u), q31((double)arm.force_n), &seen));
+    (void)tribo_arm_f32_step(&arm_params, &arm, seen_f32.n_n - f);
+    return fabs((double)f - g);
+}
+
+static void test_it_does_what_the_f32_module_does(void)
+{
+    double largest = 0.0;
+    for (int k = 0; k < 20000; k++)
+    {
+        largest = fmax(largest, difference(0.3f * sinf(0.001f * (float)k) + 0.1f * sinf(0.013f * (float)k)));
+    }
+    printf("paper's parameters: f within %.2e N of f32\n", largest);
+    TEST_ASSERT_TRUE(largest < 2e-7);
+}
+
+static void test_soft_bristles_too(void)
+{
+    config.stiffness = 200.0f;
+    config.damping   = 0.3f;
+    config.viscous   = 0.1f;
+    init_at(1.0e-4f);
+    double largest = 0.0;
+    for (int k = 0; k < 20000; k++)
+    {
+        largest = fmax(largest, difference(0.3f * sinf(0.001f * (float)k)));
+    }
+    printf("soft bristles: f within %.2e N of f32\n", largest);
+    TEST_ASSERT_TRUE(largest < 5e-7);
+}
+
+static void test_directions_may_differ_and_gravity_adds(void)
+{
+    config.negative  = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 2.0f};
+    config.gravity_n = 0.05f;
+    init_at(H);
+    (void)tribo_lugre_q31_step(&params, &state, q31(0.5), q31(0.1), &seen);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.45, newton(seen.n));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.037, newton(seen.f));
+    TEST_ASSERT_EQUAL_INT32(seen.L, seen.f);
+    for (int k = 0; k < 5; k++)
+    {
+        (void)tribo_lugre_q31_step(&params, &state, q31(-0.9), q31(0.1), &seen);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, -0.22, newton(seen.f));
+    TEST_ASSERT_EQUAL_INT32(seen.L, -seen.f);
+    // 0.02 + 2 * 1.5 N is beyond full scale.
+    (void)tribo_lugre_q31_step(&params, &state, q31(-1.0), q31(1.5), &seen);
+    TEST_ASSERT_EQUAL_INT32(TRIBO_Q31_MAX, seen.L);
+}
+
+static void test_it_is_a_mirror_image_of_itself(void)
+{
+    tribo_lugre_q31_state_t   mirror = state;
+    tribo_lugre_q31_signals_t other;
+    random_t                  seed = {3};
+    for (int k = 0; k < 20000; k++)
+    {
+        // Some of them within the stiction of small numbers.
+        const double  scale = k % 3 == 0 ? 1.0 : 1e-6;
+        const int32_t u     = q31(random_between(&seed, -0.6, 0.6) * scale);
+        const int32_t F     = q31(random_between(&seed, -0.5, 0.5) * scale);
+        const int32_t f     = tribo_lugre_q31_step(&params, &state, u, F, &seen);
+        TEST_ASSERT_EQUAL_INT32(f, -tribo_lugre_q31_step(&params, &mirror, -u, -F, &other));
+        TEST_ASSERT_EQUAL_INT32(state.bristle, -mirror.bristle);
+        TEST_ASSERT_TRUE(tribo_q31_magnitude(f) <= (uint32_t)seen.L);
+    }
+}
+
+static void test_any_input_and_any_accepted_params_keep_friction_and_bristles_within_breakaway(void)
+{
+    random_t seed     = {7};
+    int      accepted = 0;
+    for (int i = 0; i < 400; i++)
+    {
+        config.stiffness         = (float)pow(10.0, random_between(&seed, -3.8, 8.0));
+        config.damping           = config.stiffness * (float)pow(10.0, random_between(&seed, -6.0, 0.0));
+        config.viscous           = (float)pow(10.0, random_between(&seed, -3.0, 2.0));
+        config.positive.offset_n = (float)pow(10.0, random_between(&seed, -5.0, 0.2));
+        config.negative.slope    = (float)random_between(&seed, 0.0, 10.0);
+        if (i % 10 == 0)
+        {
+            config.damping = config.viscous = 0.0f;
+        }
+        const tribo_status_t made = tribo_lugre_q31_init(&params, &config, &arm_config, H, FULL_SCALE);
+        if (made != TRIBO_OK)
+        {
+            continue;
+        }
+        accepted++;
+        tribo_lugre_q31_reset(&state);
+        uint32_t largest = 0;
+        for (int k = 0; k < 300; k++)
+        {
+            const uint64_t bits = random_bits(&seed);
+            const int32_t  u    = k % 4 == 0 ? (int32_t)(uint32_t)bits : (int32_t)(uint32_t)bits >> 20;
+            const int32_t  F    = k % 8 == 0 ? (int32_t)(uint32_t)(bits >> 32) : (int32_t)(uint32_t)(bits >> 32) >> 18;
+            const int32_t  f    = tribo_lugre_q31_step(&params, &state, u, F, &seen);
+            TEST_ASSERT_TRUE(tribo_q31_magnitude(f) <= (uint32_t)seen.L);
+            for (unsigned side = 0; side < 2; side++)
+            {
+                const double L    = params.offset[side] + params.slope[side] / 268435456.0 * tribo_q31_magnitude(F);
+                const double most = fmin(L, 2147483647.0);
+                largest           = (uint32_t)most > largest ? (uint32_t)most : largest;
+            }
+            TEST_ASSERT_TRUE(tribo_q31_magnitude(state.bristle) <= largest);
+        }
+    }
+    printf("%d params\n", accepted);
+    TEST_ASSERT_TRUE(accepted > 150);
+}
+
+static void test_a_net_force_beyond_full_scale_is_clamped_and_counted(void)
+{
+    (void)tribo_lugre_q31_step(&params, &state, TRIBO_Q31_MAX, -TRIBO_Q31_MAX, &seen);
+    TEST_ASSERT_EQUAL_INT32(TRIBO_Q31_MAX, seen.n);
+    TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
+}
+
+static void test_it_stands_to_the_last_bit(void)
+{
+    for (int k = 0; k < 2000; k++)
+    {
+        (void)tribo_lugre_q31_step(&params, &state, 1000, 0, &seen);
+    }
+    const tribo_lugre_q31_state_t before = state;
+    (void)tribo_lugre_q31_step(&params, &state, 1000, 0, &seen);
+    TEST_ASSERT_EQUAL_INT32(before.bristle, state.bristle);
+    TEST_ASSERT_EQUAL_INT32(0, state.drive);
+    TEST_ASSERT_EQUAL_INT32(1000, seen.f);
+}
+
+static void test_reset_is_at_rest(void)
+{
+    (void)tribo_lugre_q31_step(&params, &state, TRIBO_Q31_MAX, -TRIBO_Q31_MAX, &seen);
+    tribo_lugre_q31_reset(&state);
+    TEST_ASSERT_EQUAL_INT32(0, state.bristle);
+    TEST_ASSERT_EQUAL_INT32(0, state.drive);
+    TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
+}
+
+static void expect(tribo_status_t status)
+{
+    tribo_lugre_q31_params_t before;
+    memset(&before, 0x5a, sizeof before);
+    params = before;
+    TEST_ASSERT_EQUAL_INT(status, tribo_lugre_q31_init(&params, &config, &arm_config, H, FULL_SCALE));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof before);
+    config = tribo_lugre_f32_paper();
+}
+
+static void test_init_names_the_field_that_is_wrong(void)
+{
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_lugre_q31_init(NULL, &config, &arm_config, H, FULL_SCALE));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_lugre_q31_init(&params, NULL, &arm_config, H, FULL_SCALE));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_FULL_SCALE, tribo_lugre_q31_init(&params, &config, &arm_config, H, 0.0f));
+    config.damping = -1.0f;
+    expect(TRIBO_ERR_BRISTLE_DAMPING);
+    config.stiffness = 1.0e8f; // c = 7e5
+    config.damping   = 1.0e6f;
+    expect(TRIBO_ERR_BRISTLE_DAMPING);
+    config.positive.offset_n = 1.0e-6f;
+    expect(TRIBO_ERR_BREAKAWAY_OFFSET);
+    config.positive.offset_n = 2.0f;
+    expect(TRIBO_ERR_BREAKAWAY_OFFSET);
+    config.negative.offset_n = 2.0f;
+    expect(TRIBO_ERR_BREAKAWAY_OFFSET);
+    config.gravity_n = 2.1f;
+    expect(TRIBO_ERR_GRAVITY);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_it_does_what_the_f32_module_does);
+    RUN_TEST(test_soft_bristles_too);
+    RUN_TEST(test_directions_may_differ_and_gravity_adds);
+    RUN_TEST(test_it_is_a_mirror_image_of_itself);
+    RUN_TEST(test_any_input_and_any_accepted_params_keep_friction_and_bristles_within_breakaway);
+    RUN_TEST(test_a_net_force_beyond_full_scale_is_clamped_and_counted);
+    RUN_TEST(test_it_stands_to_the_last_bit);
+    RUN_TEST(test_reset_is_at_rest);
+    RUN_TEST(test_init_names_the_field_that_is_wrong);
+    return UNITY_END();
+}
