@@ -46,6 +46,8 @@ def is_true(error, data, kind):
         if error.cause == "contradicting weights":
             at = re.search(r"contradict each other at ([0-9.e+-]+) rad/s", text)
             return lower_bound(data, float(at.group(1))) > 4.9 if at and "S = 1" not in text and "T = 1" not in text else "gamma" in text
+        if error.cause == "time limit":  # the clock says so; a dead time of 40 ticks makes K of order 50
+            return True
         if error.cause == "unstable controller":
             return "pole" in text
         return False
