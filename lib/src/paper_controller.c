@@ -1,5 +1,5 @@
 // Made by tribo-design; see paper_controller.h. Input: paper.yaml, SHA-256
-// e296fafb681c2c259aa3f884bc98d63099046c99f2955777a305ba4f044cea26.
+// 913234c6dce60bf29bb06d12e94b6322d8e15eca24864d499df0b9dee508b476.
 
 #include "tribo/biquad_f32.h"
 #include "tribo/controller_q31.h"

@@ -1,6 +1,6 @@
 /// Coefficients of the controller "paper", made by tribo-design: change its input, not this file.
 ///
-///     input     paper.yaml, SHA-256 e296fafb681c2c259aa3f884bc98d63099046c99f2955777a305ba4f044cea26
+///     input     paper.yaml, SHA-256 913234c6dce60bf29bb06d12e94b6322d8e15eca24864d499df0b9dee508b476
 ///     tool      tribo-design 0.1.0 (python-control 0.10.2, slycot 0.7.1)
 ///     plant     gain 0.86, zeros none, poles -55, -200, -139+203j, -139-203j, -56778
 ///     weights   wp = [0.909090909 20] / [1 0.002]; wu = 1; wT = [1 18.2] / [0.0001 20]
@@ -33,10 +33,10 @@
     {                                                                                                      \
         .cascade = {.section = {                                                                           \
             {.b0 = 244082512, .c1 = -172488264, .minus_a1 = -100651728, .c2 = 409639328, .d2 = -819278656, \
-             .d2_low = 0, .shift = 5, .scale = 4},                                \
+             .d2_low = 0, .shift = 5, .scale = 4},                                                         \
             {.b0 = 203735840, .c1 = -155787392, .minus_a1 = -78052520, .c2 = 126901160, .d2 = -9991,       \
-             .d2_low = 1530920960, .shift = 6, .scale = 4},                       \
-        }, .count = 2, .input_scale = 3, .output_scale = 4},                                         \
+             .d2_low = 1530920960, .shift = 6, .scale = 4},                                                \
+        }, .count = 2, .input_scale = 3, .output_scale = 4},                                               \
         .anti_windup = 1555878016, .taken_max = 1482005627,                                                \
         .u_min = -2147483647, .u_max = 2147483647,                                                         \
         .anti_windup_shift = 2,                                                                            \
