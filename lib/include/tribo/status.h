@@ -45,7 +45,31 @@ typedef enum
     TRIBO_ERR_HEADROOM,          ///< q31 cascade: a node's worst-case peak has no bound or is 2^24 full scales or more
     TRIBO_ERR_BRISTLE_STIFFNESS, ///< lugre stiffness
     TRIBO_ERR_BRISTLE_DAMPING,   ///< lugre damping
-    TRIBO_ERR_BRISTLE_VISCOUS    ///< lugre viscous
+    TRIBO_ERR_BRISTLE_VISCOUS,   ///< lugre viscous
+    TRIBO_ERR_ACTUATOR_POLE,     ///< path actuator_pole_rad_per_s
+    TRIBO_ERR_SENSOR_POLE,       ///< path sensor_pole_rad_per_s
+    TRIBO_ERR_REVERSAL_WIDTH,    ///< feedforward reversal_n
+    TRIBO_ERR_JUMP_TIME,         ///< feedforward jump_time_s
+    TRIBO_ERR_LEAD,              ///< feedforward lead
+    TRIBO_ERR_REFERENCE_NOISE,   ///< feedforward noise_gain or noise_time_s
+    TRIBO_ERR_REFERENCE_RATE,    ///< feedforward rate_time_s or rate_max_n_per_s
+    TRIBO_ERR_OFFSET_TIME,       ///< feedforward offset_time_s
+    TRIBO_ERR_SLIDE_WIDTH,       ///< feedforward slide_width_n
+    TRIBO_ERR_SLIDE_FILTER,      ///< feedforward slide_filter_time_s
+    TRIBO_ERR_SLIDE_RATE,        ///< feedforward slide_rate_max_n_per_s
+    TRIBO_ERR_SLIDE_RUN_IN,      ///< feedforward slide_run_in_n
+    TRIBO_ERR_SLIDE_ERROR,       ///< feedforward slide_error_max_n
+    TRIBO_ERR_LEARNING_SPREAD,   ///< learning spread_scale or spread_offset_n
+    TRIBO_ERR_LEARNING_CORRELATION, ///< learning correlation or correlation_faded
+    TRIBO_ERR_LEARNING_TRUST,       ///< learning trust
+    TRIBO_ERR_LEARNING_WEIGHT,      ///< learning weight_n
+    TRIBO_ERR_LEARNING_FORGETTING,  ///< learning forgetting_per_n
+    TRIBO_ERR_LEARNING_BOUNDS,      ///< learning scale_min or scale_max
+    TRIBO_ERR_HOLD_GAIN,            ///< hold gain
+    TRIBO_ERR_HOLD_TIME,            ///< hold still_time_s or quick_time_s
+    TRIBO_ERR_HOLD_MARGIN,          ///< hold margin
+    TRIBO_ERR_HOLD_CAUTION,         ///< hold caution_travel_n
+    TRIBO_ERR_HOLD_DEADBAND         ///< hold deadband_time_s
 } tribo_status_t;
 
 /// The field that a status names and its allowed range, as one line of English, e.g.

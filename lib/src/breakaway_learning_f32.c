@@ -1,0 +1,125 @@
+#include "tribo/breakaway_learning_f32.h"
+
+#include "breakaway_learning_f32_step.h"
+
+#include <stddef.h>
+
+#define PRIOR_MIN_N 1.0e-6f
+#define PRIOR_MAX_N 2.0e7f // above offset + slope |F| of any friction params
+
+tribo_breakaway_learning_f32_config_t tribo_breakaway_learning_f32_default(void)
+{
+    const tribo_breakaway_learning_f32_config_t standard = {.spread_scale      = 0.4f,
+                                                            .spread_offset_n   = 0.01f,
+                                                            .correlation       = 0.7f,
+                                                            .correlation_faded = 0.1f,
+                                                            .trust             = 0.5f,
+                                                            .weight_n          = 2.0e-4f,
+                                                            .forgetting_per_n  = 0.1f,
+                                                            .scale_min         = 0.2f,
+                                                            .scale_max         = 3.0f};
+    return standard;
+}
+
+static tribo_status_t check(const tribo_breakaway_learning_f32_config_t *config)
+{
+    if (!within(config->spread_scale, 1.0e-3f, 2.0f) ||
+        !within(config->spread_offset_n, 1.0e-9f, TRIBO_F32_FORCE_MAX_N))
+    {
+        return TRIBO_ERR_LEARNING_SPREAD;
+    }
+    if (!within(config->correlation, 0.0f, 0.99f) || !within(config->correlation_faded, 0.0f, 0.99f))
+    {
+        return TRIBO_ERR_LEARNING_CORRELATION;
+    }
+    if (!within(config->trust, 0.0f, 1.0f))
+    {
+        return TRIBO_ERR_LEARNING_TRUST;
+    }
+    if (!within(config->weight_n, 1.0e-9f, TRIBO_F32_FORCE_MAX_N))
+    {
+        return TRIBO_ERR_LEARNING_WEIGHT;
+    }
+    if (!within(config->forgetting_per_n, 0.0f, 1.0e6f))
+    {
+        return TRIBO_ERR_LEARNING_FORGETTING;
+    }
+    if (!within(config->scale_min, 1.0e-3f, 1.0f) || !within(config->scale_max, 1.0f, 10.0f))
+    {
+        return TRIBO_ERR_LEARNING_BOUNDS;
+    }
+    return TRIBO_OK;
+}
+
+tribo_status_t tribo_breakaway_learning_f32_init(tribo_breakaway_learning_f32_params_t       *params,
+                                                 const tribo_breakaway_learning_f32_config_t *config)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    const tribo_status_t status = check(config);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    params->scale_most       = 3.0f * config->spread_scale;
+    params->offset_most_n    = 3.0f * config->spread_offset_n;
+    params->scale_variance   = config->spread_scale * config->spread_scale;
+    params->offset_variance  = config->spread_offset_n * config->spread_offset_n;
+    params->scale_shared     = config->correlation_faded * params->scale_variance;
+    params->offset_shared    = config->correlation_faded * params->offset_variance;
+    params->correlation      = config->correlation;
+    params->distrust         = 1.0f - config->trust;
+    params->weight_n         = config->weight_n;
+    params->forgetting_per_n = config->forgetting_per_n;
+    params->scale_min        = config->scale_min;
+    params->scale_max        = config->scale_max;
+    return TRIBO_OK;
+}
+
+void tribo_breakaway_learning_f32_reset(const tribo_breakaway_learning_f32_params_t *params,
+                                        tribo_breakaway_learning_f32_state_t        *state)
+{
+    const tribo_breakaway_learned_f32_t nothing = {.ss = params->scale_variance, .oo = params->offset_variance};
+    *state                                      = (tribo_breakaway_learning_f32_state_t){.of     = {nothing, nothing},
+                                                                                         .shared = {params->correlation * params->scale_variance,
+                                                                                                    0.0f,
+                                                                                                    0.0f,
+                                                                                                    params->correlation * params->offset_variance}};
+}
+
+tribo_breakaway_learning_f32_signals_t tribo_breakaway_learning_f32_at(
+    const tribo_breakaway_learning_f32_params_t *params,
+    const tribo_breakaway_learning_f32_state_t  *state,
+    uint32_t                                     direction,
+    float                                        prior_n)
+{
+    const float prior = within(prior_n, PRIOR_MIN_N, PRIOR_MAX_N) ? prior_n : PRIOR_MIN_N;
+    return breakaway_learning_f32_at(params, state, direction & 1u, prior);
+}
+
+bool tribo_breakaway_learning_f32_is_at_bound(const tribo_breakaway_learning_f32_params_t *params,
+                                              const tribo_breakaway_learning_f32_state_t  *state,
+                                              uint32_t                                     direction,
+                                              float                                        prior_n)
+{
+    const tribo_breakaway_learned_f32_t *of = &state->of[direction & 1u];
+    const float                          L  = breakaway_learning_f32_estimate(of, prior_n);
+    return !(L > params->scale_min * prior_n && L < params->scale_max * prior_n &&
+             magnitude(of->scale) < params->scale_most && magnitude(of->offset_n) < params->offset_most_n);
+}
+
+void tribo_breakaway_learning_f32_step(const tribo_breakaway_learning_f32_params_t *params,
+                                       tribo_breakaway_learning_f32_state_t        *state,
+                                       uint32_t                                     direction,
+                                       float                                        travel_n,
+                                       float                                        prior_n,
+                                       float                                        measured_n)
+{
+    if (within(travel_n, FLT_MIN, TRIBO_F32_FORCE_MAX_N) && within(prior_n, PRIOR_MIN_N, PRIOR_MAX_N) &&
+        !exceeds(measured_n, TRIBO_F32_FORCE_MAX_N))
+    {
+        breakaway_learning_f32_step(params, state, direction & 1u, travel_n, prior_n, measured_n);
+    }
+}

@@ -1,0 +1,105 @@
+#include "tribo/breakaway_learning_q31.h"
+
+#include "breakaway_learning_q31_step.h"
+#include "tribo/quantize_feedforward_q31.h"
+#include "units_q31.h"
+
+#include <stddef.h>
+
+#define MEASURED_MAX (INT32_C(1) << 30)
+
+static uint32_t good_prior(uint32_t prior)
+{
+    const uint32_t below = prior < BREAKAWAY_LEARNING_Q31_FULL ? prior : BREAKAWAY_LEARNING_Q31_FULL - 1u;
+    return below > 0u ? below : 1u;
+}
+
+tribo_status_t tribo_breakaway_learning_q31_init(tribo_breakaway_learning_q31_params_t       *params,
+                                                 const tribo_breakaway_learning_f32_config_t *design,
+                                                 float                                        full_scale_n)
+{
+    if (params == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_breakaway_learning_f32_params_t unused;
+    const tribo_status_t                  status = tribo_breakaway_learning_f32_init(&unused, design);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    if (!full_scale_ok(full_scale_n))
+    {
+        return TRIBO_ERR_FULL_SCALE;
+    }
+    if (!(design->spread_scale <= 1.0f) || !fits(design->spread_offset_n, full_scale_n))
+    {
+        return TRIBO_ERR_LEARNING_SPREAD;
+    }
+    if (!within(design->weight_n / full_scale_n, FIXED_Q31_SMALLEST, 0.0625f))
+    {
+        return TRIBO_ERR_LEARNING_WEIGHT;
+    }
+    const float forgetting = design->forgetting_per_n * full_scale_n;
+    if (!(forgetting < 32.0f))
+    {
+        return TRIBO_ERR_LEARNING_FORGETTING;
+    }
+    params->spread_scale      = fixed_unsigned(design->spread_scale, 32);
+    params->spread_offset     = (uint32_t)units(design->spread_offset_n, full_scale_n);
+    params->correlation       = fixed(design->correlation, 30);
+    params->correlation_faded = fixed_unsigned(design->correlation_faded, 32);
+    params->distrust          = fixed_unsigned(1.0f - design->trust, 32);
+    params->weight            = (uint32_t)fixed(design->weight_n / full_scale_n, 33);
+    params->forgetting        = fixed_unsigned(forgetting, 27);
+    params->scale_min         = fixed_unsigned(design->scale_min, 28);
+    params->scale_max         = fixed_unsigned(design->scale_max, 28);
+    return TRIBO_OK;
+}
+
+void tribo_breakaway_learning_q31_reset(const tribo_breakaway_learning_q31_params_t *params,
+                                        tribo_breakaway_learning_q31_state_t        *state)
+{
+    const tribo_breakaway_learned_q31_t nothing = {.ss = BREAKAWAY_LEARNING_Q31_ONE, .oo = BREAKAWAY_LEARNING_Q31_ONE};
+    *state                                      = (tribo_breakaway_learning_q31_state_t){.of     = {nothing, nothing},
+                                                                                         .shared = {params->correlation, 0, 0, params->correlation}};
+}
+
+tribo_breakaway_learning_q31_signals_t tribo_breakaway_learning_q31_at(
+    const tribo_breakaway_learning_q31_params_t *params,
+    const tribo_breakaway_learning_q31_state_t  *state,
+    uint32_t                                     direction,
+    uint32_t                                     prior)
+{
+    return breakaway_learning_q31_at(params, state, direction & 1u, good_prior(prior));
+}
+
+bool tribo_breakaway_learning_q31_is_at_bound(const tribo_breakaway_learning_q31_params_t *params,
+                                              const tribo_breakaway_learning_q31_state_t  *state,
+                                              uint32_t                                     direction,
+                                              uint32_t                                     prior)
+{
+    const tribo_breakaway_learned_q31_t *of = &state->of[direction & 1u];
+    const breakaway_learning_q31_prior_t at = breakaway_learning_q31_prior(params, good_prior(prior));
+
+    const int32_t estimate = at.l / 16 + breakaway_learning_q31_deviation(of, &at);
+    return estimate <= (int32_t)tribo_q31_high((uint32_t)at.l, params->scale_min) ||
+           estimate >= (int32_t)tribo_q31_high((uint32_t)at.l, params->scale_max) ||
+           tribo_q31_magnitude(of->scale) >= BREAKAWAY_LEARNING_Q31_T_MAX ||
+           tribo_q31_magnitude(of->offset) >= BREAKAWAY_LEARNING_Q31_T_MAX;
+}
+
+void tribo_breakaway_learning_q31_step(const tribo_breakaway_learning_q31_params_t *params,
+                                       tribo_breakaway_learning_q31_state_t        *state,
+                                       uint32_t                                     direction,
+                                       uint32_t                                     travel,
+                                       uint32_t                                     prior,
+                                       int32_t                                      measured)
+{
+    breakaway_learning_q31_step(params,
+                                state,
+                                direction & 1u,
+                                travel < BREAKAWAY_LEARNING_Q31_TRAVEL_MAX ? travel : BREAKAWAY_LEARNING_Q31_TRAVEL_MAX,
+                                good_prior(prior),
+                                limit_q31(measured, -MEASURED_MAX, MEASURED_MAX));
+}

@@ -1,0 +1,340 @@
+// One tick of the feed-forward in its three parts, for inputs that are known to be good.
+
+#ifndef TRIBO_FEEDFORWARD_F32_STEP_H
+#define TRIBO_FEEDFORWARD_F32_STEP_H
+
+#include "tribo/feedforward_f32.h"
+
+#include "breakaway_learning_f32_step.h"
+#include "friction_f32_step.h"
+#include "friction_meter_f32_step.h"
+#include "hold_f32_step.h"
+#include "path_f32_step.h"
+#include "play_f32_step.h"
+
+#include <stddef.h>
+
+/// L in `direction` at `force` before anything is learned.
+static inline float feedforward_f32_prior(const tribo_friction_f32_params_t *friction, uint32_t direction, float force)
+{
+    const float load = magnitude(force);
+    if (friction->table != NULL)
+    {
+        float L[2];
+        tribo_friction_f32_look_up(friction, load, L);
+        return L[direction];
+    }
+    return friction_f32_affine(&friction->law[direction], load);
+}
+
+/// The direction of a way that is not 0.
+static inline uint32_t feedforward_f32_direction(int32_t way)
+{
+    return way < 0 ? TRIBO_BREAKAWAY_NEGATIVE : TRIBO_BREAKAWAY_POSITIVE;
+}
+
+/// Friction between that of the way that r went before and that of the way it goes, exactly these at the ends.
+static inline float feedforward_f32_friction(const tribo_feedforward_f32_signals_t *signals, float sigma)
+{
+    const float way  = (float)signals->way;
+    const float done = 0.5f + 0.5f * way * sigma;
+    return way * (done * signals->ahead.weighted_n - (1.0f - done) * signals->behind.weighted_n);
+}
+
+/// Everything stands where y is.
+static inline void feedforward_f32_start(tribo_feedforward_f32_state_t *state, float r, float y)
+{
+    state->running       = true;
+    state->limited       = 0;
+    state->r_n[0]        = r;
+    state->r_n[1]        = r;
+    state->noise_n       = 0.0f;
+    state->reached_n     = y;
+    state->rate_n_s      = 0.0f;
+    state->sigma         = 0.0f;
+    state->offset_n      = 0.0f;
+    state->held_n[0]     = 0.0f;
+    state->held_n[1]     = 0.0f;
+    state->error_n       = 0.0f;
+    state->distance_n    = 0.0f;
+    state->u_n           = y;
+    state->f_n           = 0.0f;
+    state->hold.active   = false; // caution is kept, as what was learned is
+    state->hold.still    = 0;
+    state->hold.anchor_n = y;
+    tribo_play_f32_reset(&state->reversal, y);
+    tribo_play_f32_reset(&state->slide, y);
+    tribo_path_f32_reset(&state->path);
+    tribo_friction_meter_f32_reset(&state->meter, y);
+}
+
+/// Mean second difference of r. A single one counts up to four times the mean, so that a reversal or a step is no noise.
+static inline float feedforward_f32_noise(const tribo_feedforward_f32_params_t *params,
+                                          tribo_feedforward_f32_state_t        *state,
+                                          float                                 r)
+{
+    const float second = magnitude((r - state->r_n[0]) - (state->r_n[0] - state->r_n[1]));
+    const float most   = 4.0f * state->noise_n + params->noise_floor_n;
+    state->noise_n     = first_order_f32_step(state->noise_n, second < most ? second : most, params->noise_part);
+    state->r_n[1]      = state->r_n[0];
+    state->r_n[0]      = r;
+    return params->noise_gain * state->noise_n;
+}
+
+/// Moves rs towards r, but not further into a limit of u, and its rate. Returns by how much; more than step_n is a step.
+static inline float feedforward_f32_reach(const tribo_feedforward_f32_params_t *params,
+                                          tribo_feedforward_f32_state_t        *state,
+                                          float                                 r)
+{
+    float       change  = r - state->reached_n;
+    const float further = (float)state->limited * change;
+    change              = further > 0.0f ? 0.0f : change;
+    const bool  step    = magnitude(change) > params->step_n;
+    const float rate    = step ? 0.0f : change * params->rate_hz;
+    state->reached_n    = state->reached_n + change;
+    state->rate_n_s     = first_order_f32_step(state->rate_n_s, rate, params->rate_part);
+    return change;
+}
+
+/// What is known of L in `direction` at rs.
+static inline tribo_breakaway_learning_f32_signals_t feedforward_f32_breakaway(
+    const tribo_feedforward_f32_params_t *params,
+    const tribo_friction_f32_params_t    *friction,
+    const tribo_feedforward_f32_state_t  *state,
+    uint32_t                              direction)
+{
+    const float prior = feedforward_f32_prior(friction, direction, state->reached_n);
+    return breakaway_learning_f32_at(&params->learning, &state->learning, direction, prior);
+}
+
+/// f while r moves: sigma goes to the way of r. `first` tells of the first reversal, `step` of one that r has jumped to.
+static inline void feedforward_f32_follow(const tribo_feedforward_f32_params_t *params,
+                                          tribo_feedforward_f32_state_t        *state,
+                                          bool                                  first,
+                                          bool                                  step,
+                                          tribo_feedforward_f32_signals_t      *signals)
+{
+    const float way = (float)signals->way;
+    state->offset_n -= params->offset_part * state->offset_n;
+    // The first reversal, and a step into a direction that is little known, are the controller's alone: f jumps and b with it.
+    if (signals->turns && (first || (step && signals->ahead.doubt > 0.5f)))
+    {
+        const float f_before = feedforward_f32_friction(signals, state->sigma);
+        state->sigma         = way;
+        state->offset_n += feedforward_f32_friction(signals, way) - f_before;
+        signals->turns = false;
+    }
+    state->sigma += bound_f32(way - state->sigma, params->jump);
+    signals->f_n = feedforward_f32_friction(signals, state->sigma);
+}
+
+/// f while r stands: what the arm holds back.
+static inline void feedforward_f32_hold(const tribo_feedforward_f32_params_t *params,
+                                        tribo_feedforward_f32_state_t        *state,
+                                        tribo_feedforward_f32_signals_t      *signals)
+{
+    const bool  falls    = signals->way < 0;
+    const float positive = falls ? signals->behind.L_n : signals->ahead.L_n;
+    const float negative = falls ? signals->ahead.L_n : signals->behind.L_n;
+    const bool  enters   = !state->hold.active;
+    if (enters)
+    {
+        hold_f32_enter(&state->hold, state->u_n, state->f_n, signals->way, signals->y_n);
+    }
+    signals->f_n = hold_f32_step(&params->hold, &state->hold, state->u_n, positive, negative);
+    signals->e_n = hold_f32_deadband(&params->hold, &state->hold, signals->e_n, signals->y_n);
+    if (enters)
+    {
+        state->offset_n += signals->f_n - state->f_n;
+    }
+    state->sigma   = 0.0f;
+    signals->turns = false;
+}
+
+/// f in the first tick after a hold: where u has been left by it.
+static inline void feedforward_f32_leave(tribo_feedforward_f32_state_t *state, tribo_feedforward_f32_signals_t *signals)
+{
+    const float    way       = (float)signals->way;
+    const float    ahead     = signals->ahead.weighted_n;
+    const float    behind    = signals->behind.weighted_n;
+    const uint32_t direction = feedforward_f32_direction(signals->way);
+
+    state->sigma = way;
+    if (state->hold.play.way != signals->way && ahead + behind > 0.0f)
+    {
+        // Along the way that r goes, from that behind to that ahead.
+        const float f = limit_f32(way * (state->u_n - signals->lin_n - state->held_n[direction]), -behind, ahead);
+        state->sigma  = way * (1.0f - 2.0f * (ahead - f) / (ahead + behind));
+    }
+    signals->f_n       = feedforward_f32_friction(signals, state->sigma);
+    signals->turns     = false;
+    signals->leaves    = true;
+    state->hold.active = false;
+}
+
+static inline float feedforward_f32_before(const tribo_feedforward_f32_params_t *params,
+                                           const tribo_friction_f32_params_t    *friction,
+                                           tribo_feedforward_f32_state_t        *state,
+                                           float                                 r_n,
+                                           float                                 y_n,
+                                           tribo_feedforward_f32_signals_t      *signals)
+{
+    const bool bad_r = exceeds(r_n, params->input_max_n);
+    const bool bad_y = exceeds(y_n, params->input_max_n);
+    if (bad_r || bad_y)
+    {
+        count(&state->bad_inputs);
+    }
+    const float r = bad_r ? state->r_n[0] : r_n;
+    const float y = bad_y ? state->meter.y_n : y_n;
+    if (!state->running)
+    {
+        feedforward_f32_start(state, r, y);
+    }
+
+    const float noise = feedforward_f32_noise(params, state, r);
+    const float moved = feedforward_f32_reach(params, state, r);
+    const bool  step  = magnitude(moved) > params->step_n;
+    const float width = params->reversal_n + noise;
+    const float half  = 0.5f * width;
+
+    // Reversal: the way that rs has gone by more than the width.
+    const int32_t before = state->reversal.way;
+    (void)play_f32_step(&state->reversal, state->reached_n, half, half);
+    const int32_t way    = state->reversal.way;
+    const bool    stands = hold_f32_stands(&params->hold, &state->hold, state->reached_n, half, step) && way != 0;
+    const bool    leaves = state->hold.active && !stands;
+
+    // Where r is noisy its rate is not worth much.
+    const float ahead = params->lead_s * state->rate_n_s * (params->reversal_n / width);
+
+    // y expected is of the end of the last tick, as y is.
+    signals->e_n = bad_y ? 0.0f : (state->reached_n - y) + (state->path.sensor_n - moved);
+    (void)path_f32_step(&params->path, &state->path, moved, ahead);
+    signals->lin_n     = state->reached_n + ahead;
+    signals->y_n       = y;
+    signals->reached_n = state->reached_n;
+    signals->way       = (int8_t)way;
+    signals->turns     = way != before;
+    signals->leaves    = false;
+    signals->y_good    = !bad_y;
+
+    // The other direction counts only while f is not at the end of the one that r goes.
+    const uint32_t direction = feedforward_f32_direction(way);
+    signals->ahead           = feedforward_f32_breakaway(params, friction, state, direction);
+    signals->behind          = (tribo_breakaway_learning_f32_signals_t){.L_n = 0.0f};
+    if (stands || state->sigma != (float)way)
+    {
+        signals->behind = feedforward_f32_breakaway(params, friction, state, 1u - direction);
+    }
+    if (stands)
+    {
+        feedforward_f32_hold(params, state, signals);
+    }
+    else if (leaves)
+    {
+        feedforward_f32_leave(state, signals);
+    }
+    else
+    {
+        feedforward_f32_follow(params, state, before == 0, step, signals);
+    }
+    state->f_n     = signals->f_n;
+    signals->sigma = state->sigma;
+    return signals->e_n;
+}
+
+static inline float feedforward_f32_added(const tribo_feedforward_f32_params_t *params,
+                                          tribo_feedforward_f32_state_t        *state,
+                                          float                                 v,
+                                          tribo_feedforward_f32_signals_t      *signals)
+{
+    const float wanted = signals->lin_n + signals->f_n;
+    float       b      = state->offset_n;
+    if (signals->turns)
+    {
+        b = v - state->held_n[feedforward_f32_direction(signals->way)]; // what v wound up while F stood
+    }
+    if (signals->leaves)
+    {
+        b = v + wanted - state->u_n;
+    }
+    if (state->entering)
+    {
+        b               = wanted - state->entry_n;
+        state->entering = false;
+    }
+    state->offset_n  = bound_f32(b, params->offset_max_n);
+    signals->b_n     = state->offset_n;
+    signals->added_n = wanted - state->offset_n;
+    return signals->added_n;
+}
+
+/// How far the arm has slid in this tick, if something can be learned from it, else 0.
+static inline float feedforward_f32_travel(const tribo_feedforward_f32_params_t  *params,
+                                           tribo_feedforward_f32_state_t         *state,
+                                           const tribo_feedforward_f32_signals_t *signals)
+{
+    const int32_t before = state->slide.way;
+    const float   moved =
+        magnitude(play_f32_step(&state->slide, signals->meter.force_n, params->slide_half_n, params->slide_half_n));
+    const int32_t way      = state->slide.way;
+    const float   distance = (way == before ? state->distance_n : 0.0f) + moved;
+    // Slides as asked: the way of F, of the friction fed forward and of r agree, and F is where r is.
+    const bool slides = state->sigma == (float)way && signals->way == way &&
+                        magnitude(state->error_n) <= params->slide_error_max_n && state->limited == 0;
+    state->distance_n = slides ? distance : 0.0f;
+    const bool steady = state->distance_n > params->slide_run_in_n &&
+                        magnitude(signals->meter.change_n) < params->slide_change_max_n && signals->y_good;
+    return steady ? moved : 0.0f;
+}
+
+/// The arm has slid by `travel` the way that r goes.
+static inline void feedforward_f32_learn(const tribo_feedforward_f32_params_t  *params,
+                                         const tribo_friction_f32_params_t     *friction,
+                                         tribo_feedforward_f32_state_t         *state,
+                                         float                                  v,
+                                         float                                  travel,
+                                         const tribo_feedforward_f32_signals_t *signals)
+{
+    const float    way       = (float)signals->way;
+    const uint32_t direction = feedforward_f32_direction(signals->way);
+    const float    prior     = feedforward_f32_prior(friction, direction, signals->meter.force_n);
+    breakaway_learning_f32_step(&params->learning,
+                                &state->learning,
+                                direction,
+                                travel,
+                                prior,
+                                way * signals->meter.friction_n);
+
+    // What f will move by, b moves by as well: learning does not move u.
+    const tribo_breakaway_learning_f32_signals_t now   = feedforward_f32_breakaway(params, friction, state, direction);
+    const float                                  moved = way * (now.weighted_n - signals->ahead.weighted_n);
+    const float                                  held  = state->held_n[direction];
+    const float                                  holds = bound_f32(v - state->offset_n, params->offset_max_n);
+
+    hold_f32_learned(&params->hold, &state->hold, travel);
+    state->held_n[direction] = held + travel / (travel + params->slide_run_in_n) * (holds - held) - moved;
+    state->offset_n += moved;
+}
+
+static inline void feedforward_f32_after(const tribo_feedforward_f32_params_t *params,
+                                         const tribo_friction_f32_params_t    *friction,
+                                         tribo_feedforward_f32_state_t        *state,
+                                         float                                 v,
+                                         float                                 u,
+                                         bool                                  limited,
+                                         tribo_feedforward_f32_signals_t      *signals)
+{
+    state->limited = limited ? (v + signals->added_n > u ? 1 : -1) : 0;
+    state->u_n     = u;
+    friction_meter_f32_step(&params->meter, &state->meter, u, signals->y_n, &signals->meter);
+    state->error_n    = first_order_f32_step(state->error_n, signals->e_n, params->meter.filter_part);
+    signals->travel_n = feedforward_f32_travel(params, state, signals);
+    if (signals->travel_n > 0.0f)
+    {
+        feedforward_f32_learn(params, friction, state, v, signals->travel_n, signals);
+    }
+}
+
+#endif
