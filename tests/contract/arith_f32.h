@@ -3,6 +3,7 @@
 #ifndef TESTS_CONTRACT_ARITH_F32_H
 #define TESTS_CONTRACT_ARITH_F32_H
 
+#include "feedforward_f32.h"
 #include "seen.h"
 #include "tribo/force_loop_f32.h"
 

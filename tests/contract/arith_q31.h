@@ -3,6 +3,7 @@
 #ifndef TESTS_CONTRACT_ARITH_Q31_H
 #define TESTS_CONTRACT_ARITH_Q31_H
 
+#include "feedforward_q31.h"
 #include "seen.h"
 #include "tribo/quantize_q31.h"
 

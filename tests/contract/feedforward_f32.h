@@ -1,0 +1,131 @@
+// The f32 feed-forward as the contract suite sees it: physical units in double.
+
+#ifndef TESTS_CONTRACT_FEEDFORWARD_ARITH_F32_H
+#define TESTS_CONTRACT_FEEDFORWARD_ARITH_F32_H
+
+#include "feedforward_seen.h"
+#include "tribo/controller_f32.h"
+#include "tribo/feedforward_f32.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#define GOLDEN_FEEDFORWARD_TOLERANCE_N 1e-5 // of e, lin, f, b, z, L
+#define GOLDEN_LEARNING_TOLERANCE      2e-4 // of what is learned, in prior spreads
+
+typedef struct
+{
+    tribo_feedforward_f32_params_t  params;
+    tribo_friction_f32_params_t     friction;
+    tribo_feedforward_f32_state_t   state;
+    tribo_feedforward_f32_signals_t signals;
+    double                          spread_scale, spread_offset;
+} feedforward_t;
+
+static inline tribo_status_t feedforward_init(feedforward_t                        *x,
+                                              const tribo_feedforward_f32_config_t *config,
+                                              const tribo_compensator_f32_config_t *model,
+                                              double                                input_max,
+                                              double                                h)
+{
+    x->spread_scale       = (double)config->learning.spread_scale;
+    x->spread_offset      = (double)config->learning.spread_offset_n;
+    tribo_status_t status = tribo_friction_f32_init(&x->friction, &model->friction, (float)h);
+    if (status == TRIBO_OK)
+    {
+        status = tribo_feedforward_f32_init(&x->params, config, model, (float)input_max, (float)h);
+    }
+    if (status == TRIBO_OK)
+    {
+        tribo_feedforward_f32_reset(&x->params, &x->state);
+    }
+    return status;
+}
+
+static inline double feedforward_before(feedforward_t *x, double r, double y)
+{
+    return (double)tribo_feedforward_f32_before(&x->params, &x->friction, &x->state, (float)r, (float)y, &x->signals);
+}
+
+static inline double feedforward_added(feedforward_t *x, double v)
+{
+    return (double)tribo_feedforward_f32_added(&x->params, &x->state, (float)v, &x->signals);
+}
+
+static inline void feedforward_after(feedforward_t *x, double v, double u, bool limited)
+{
+    tribo_feedforward_f32_after(&x->params, &x->friction, &x->state, (float)v, (float)u, limited, &x->signals);
+}
+
+static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
+{
+    const tribo_feedforward_f32_signals_t *s    = &x->signals;
+    feedforward_seen_t                     seen = {.e      = (double)s->e_n,
+                                                   .lin    = (double)s->lin_n,
+                                                   .f      = (double)s->f_n,
+                                                   .b      = (double)s->b_n,
+                                                   .added  = (double)s->added_n,
+                                                   .sigma  = (double)s->sigma,
+                                                   .z      = (double)s->meter.friction_n,
+                                                   .travel = (double)s->travel_n,
+                                                   .bad    = x->state.bad_inputs};
+    for (int d = 0; d < 2; d++)
+    {
+        seen.rho[d]       = (double)x->state.learning.of[d].scale / x->spread_scale;
+        seen.off[d]       = (double)x->state.learning.of[d].offset_n / x->spread_offset;
+        const float load  = fabsf(s->reached_n);
+        const float prior = x->friction.law[d].offset_n + x->friction.law[d].slope * load;
+        const tribo_breakaway_learning_f32_signals_t at =
+            tribo_breakaway_learning_f32_at(&x->params.learning, &x->state.learning, (uint32_t)d, prior);
+        seen.L[d]     = (double)at.weighted_n;
+        seen.doubt[d] = (double)at.doubt;
+    }
+    return seen;
+}
+
+/// Controller and feed-forward, as the force loop joins them.
+typedef struct
+{
+    tribo_controller_f32_params_t  controller;
+    tribo_controller_f32_state_t   controller_state;
+    tribo_controller_f32_signals_t controller_signals;
+    feedforward_t                  feedforward;
+    bool                           off; // no compensation
+} fed_loop_t;
+
+static inline tribo_status_t fed_loop_init(fed_loop_t                           *x,
+                                           const tribo_controller_f32_config_t  *controller,
+                                           const tribo_feedforward_f32_config_t *config,
+                                           const tribo_compensator_f32_config_t *model,
+                                           double                                input_max,
+                                           double                                h)
+{
+    x->off                      = config == NULL;
+    const tribo_status_t status = tribo_controller_f32_init(&x->controller, controller);
+    tribo_controller_f32_reset(&x->controller_state);
+    if (status != TRIBO_OK || x->off)
+    {
+        return status;
+    }
+    return feedforward_init(&x->feedforward, config, model, input_max, h);
+}
+
+/// One tick; returns u.
+static inline double fed_loop_step(fed_loop_t *x, double r, double y)
+{
+    const double                 e = x->off ? (double)((float)r - (float)y) : feedforward_before(&x->feedforward, r, y);
+    tribo_controller_f32_state_t copy = x->controller_state;
+    tribo_controller_f32_signals_t signals;
+    (void)tribo_controller_f32_step(&x->controller, &copy, (float)e, 0.0f, &signals);
+    const double v     = (double)signals.v_n; // before the limit
+    const double added = x->off ? 0.0 : feedforward_added(&x->feedforward, v);
+    const float  u =
+        tribo_controller_f32_step(&x->controller, &x->controller_state, (float)e, (float)added, &x->controller_signals);
+    if (!x->off)
+    {
+        feedforward_after(&x->feedforward, v, (double)u, x->controller_signals.limited);
+    }
+    return (double)u;
+}
+
+#endif

@@ -1,0 +1,172 @@
+// The Q31 feed-forward as the contract suite sees it: physical units in double, at a full scale of 2 N or what the build says.
+
+#ifndef TESTS_CONTRACT_FEEDFORWARD_ARITH_Q31_H
+#define TESTS_CONTRACT_FEEDFORWARD_ARITH_Q31_H
+
+#include "feedforward_seen.h"
+#include "tribo/controller_f32.h"
+#include "tribo/quantize_feedforward_q31.h"
+#include "tribo/quantize_q31.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#ifndef FULL_SCALE_N
+#define FULL_SCALE_N 2.0
+#endif
+#define GOLDEN_FEEDFORWARD_TOLERANCE_N 1e-5 // of e, lin, f, b, z, L
+#define GOLDEN_LEARNING_TOLERANCE      2e-4 // of what is learned, in prior spreads
+
+typedef struct
+{
+    tribo_feedforward_q31_params_t  params;
+    tribo_friction_q31_params_t     friction;
+    tribo_breakaway_point_q31_t     table[TRIBO_BREAKAWAY_POINTS_MAX];
+    tribo_feedforward_q31_state_t   state;
+    tribo_feedforward_q31_signals_t signals;
+} feedforward_t;
+
+/// To Q31 as a drive would do it: a force beyond full scale, or no number at all, shows as beyond it.
+static inline int32_t feedforward_to_q31(double force_n)
+{
+    const double x = round(force_n / FULL_SCALE_N * 2147483648.0);
+    return isnan(x) ? INT32_MIN : (int32_t)fmin(2147483647.0, fmax(-2147483648.0, x));
+}
+
+static inline double feedforward_from_q31(int32_t x)
+{
+    return x / 2147483648.0 * FULL_SCALE_N;
+}
+
+/// From the units inside, Q29.
+static inline double feedforward_from_units(int64_t x)
+{
+    return (double)x / 536870912.0 * FULL_SCALE_N;
+}
+
+static inline tribo_status_t feedforward_init(feedforward_t                        *x,
+                                              const tribo_feedforward_f32_config_t *config,
+                                              const tribo_compensator_f32_config_t *model,
+                                              double                                input_max,
+                                              double                                h)
+{
+    const float    FS     = (float)FULL_SCALE_N;
+    tribo_status_t status = tribo_friction_q31_init(&x->friction, x->table, &model->friction, (float)h, FS);
+    if (status == TRIBO_OK)
+    {
+        status = tribo_feedforward_q31_init(&x->params, config, model, (float)input_max, (float)h, FS);
+    }
+    if (status == TRIBO_OK)
+    {
+        tribo_feedforward_q31_reset(&x->params, &x->state);
+    }
+    return status;
+}
+
+static inline double feedforward_before(feedforward_t *x, double r, double y)
+{
+    return feedforward_from_q31(tribo_feedforward_q31_before(&x->params,
+                                                             &x->friction,
+                                                             &x->state,
+                                                             feedforward_to_q31(r),
+                                                             feedforward_to_q31(y),
+                                                             &x->signals));
+}
+
+static inline double feedforward_added(feedforward_t *x, double v)
+{
+    return feedforward_from_q31(tribo_feedforward_q31_added(&x->params, &x->state, feedforward_to_q31(v), &x->signals));
+}
+
+static inline void feedforward_after(feedforward_t *x, double v, double u, bool limited)
+{
+    tribo_feedforward_q31_after(&x->params,
+                                &x->friction,
+                                &x->state,
+                                feedforward_to_q31(v),
+                                feedforward_to_q31(u),
+                                limited,
+                                &x->signals);
+}
+
+static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
+{
+    const tribo_feedforward_q31_signals_t *s    = &x->signals;
+    feedforward_seen_t                     seen = {.e      = feedforward_from_q31(s->e),
+                                                   .lin    = feedforward_from_units(s->lin),
+                                                   .f      = feedforward_from_units(s->f),
+                                                   .b      = feedforward_from_units(s->b),
+                                                   .added  = feedforward_from_q31(s->added),
+                                                   .sigma  = s->sigma / 536870912.0,
+                                                   .z      = feedforward_from_units(s->meter.friction),
+                                                   .travel = feedforward_from_units(s->travel),
+                                                   .bad    = x->state.bad_inputs};
+    for (int d = 0; d < 2; d++)
+    {
+        const uint32_t load  = 4u * tribo_q31_magnitude(s->reached);
+        const uint32_t prior = (x->friction.law[d].offset + tribo_q31_high(x->friction.law[d].slope, load)) / 4u;
+        const tribo_breakaway_learning_q31_signals_t at =
+            tribo_breakaway_learning_q31_at(&x->params.learning, &x->state.learning, (uint32_t)d, prior);
+        seen.rho[d]   = x->state.learning.of[d].scale / 268435456.0;
+        seen.off[d]   = x->state.learning.of[d].offset / 268435456.0;
+        seen.L[d]     = feedforward_from_units(at.weighted);
+        seen.doubt[d] = at.doubt / 2147483648.0;
+    }
+    return seen;
+}
+
+/// Controller and feed-forward, as the force loop joins them.
+typedef struct
+{
+    tribo_controller_q31_params_t  controller;
+    tribo_controller_q31_state_t   controller_state;
+    tribo_controller_q31_signals_t controller_signals;
+    feedforward_t                  feedforward;
+    bool                           off; // no compensation
+} fed_loop_t;
+
+static inline tribo_status_t fed_loop_init(fed_loop_t                           *x,
+                                           const tribo_controller_f32_config_t  *controller,
+                                           const tribo_feedforward_f32_config_t *config,
+                                           const tribo_compensator_f32_config_t *model,
+                                           double                                input_max,
+                                           double                                h)
+{
+    x->off                      = config == NULL;
+    const tribo_status_t status = tribo_controller_q31_init(&x->controller, controller, (float)FULL_SCALE_N, NULL);
+    tribo_controller_q31_reset(&x->controller_state);
+    if (status != TRIBO_OK || x->off)
+    {
+        return status;
+    }
+    return feedforward_init(&x->feedforward, config, model, input_max, h);
+}
+
+/// One tick; returns u.
+static inline double fed_loop_step(fed_loop_t *x, double r, double y)
+{
+    feedforward_t *const f = &x->feedforward;
+    const int32_t        R = feedforward_to_q31(r);
+    const int32_t        Y = feedforward_to_q31(y);
+    const int32_t        e =
+        x->off ? R - Y : tribo_feedforward_q31_before(&f->params, &f->friction, &f->state, R, Y, &f->signals);
+    tribo_controller_q31_state_t   copy = x->controller_state;
+    tribo_controller_q31_signals_t signals;
+    (void)tribo_controller_q31_step(&x->controller, &copy, e, 0, &signals);
+    const int32_t v     = signals.v; // before the limit
+    const int32_t added = x->off ? 0 : tribo_feedforward_q31_added(&f->params, &f->state, v, &f->signals);
+    const int32_t u = tribo_controller_q31_step(&x->controller, &x->controller_state, e, added, &x->controller_signals);
+    if (!x->off)
+    {
+        tribo_feedforward_q31_after(&f->params,
+                                    &f->friction,
+                                    &f->state,
+                                    v,
+                                    u,
+                                    x->controller_signals.limited,
+                                    &f->signals);
+    }
+    return feedforward_from_q31(u);
+}
+
+#endif

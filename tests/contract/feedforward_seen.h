@@ -1,0 +1,18 @@
+// What the feed-forward saw, in N, whatever arithmetic it ran in.
+
+#ifndef TESTS_CONTRACT_FEEDFORWARD_SEEN_H
+#define TESTS_CONTRACT_FEEDFORWARD_SEEN_H
+
+#include <stdint.h>
+
+typedef struct
+{
+    double   e, lin, f, b, added, sigma;
+    double   z, travel;
+    double   rho[2], off[2]; // of L+ and L-, in prior spreads
+    double   L[2];           // weighted, at rs
+    double   doubt[2];
+    uint32_t bad;
+} feedforward_seen_t;
+
+#endif
