@@ -326,8 +326,9 @@ static inline void feedforward_f32_after(const tribo_feedforward_f32_params_t *p
                                          bool                                  limited,
                                          tribo_feedforward_f32_signals_t      *signals)
 {
-    state->limited = limited ? (v + signals->added_n > u ? 1 : -1) : 0;
-    state->u_n     = u;
+    const float wanted = v + signals->added_n;
+    state->limited     = (int8_t)(limited ? (wanted > u) - (wanted < u) : 0);
+    state->u_n         = u;
     friction_meter_f32_step(&params->meter, &state->meter, u, signals->y_n, &signals->meter);
     state->error_n    = first_order_f32_step(state->error_n, signals->e_n, params->meter.filter_part);
     signals->travel_n = feedforward_f32_travel(params, state, signals);

@@ -385,8 +385,9 @@ static inline void feedforward_q31_after(const tribo_feedforward_q31_params_t *p
                                          bool                                  limited,
                                          tribo_feedforward_q31_signals_t      *signals)
 {
-    state->limited = (int8_t)(limited ? ((int64_t)v + signals->added > u ? 1 : -1) : 0);
-    state->u       = feedforward_q31_inside(u);
+    const int64_t wanted = (int64_t)v + signals->added;
+    state->limited       = (int8_t)(limited ? (wanted > u) - (wanted < u) : 0);
+    state->u             = feedforward_q31_inside(u);
     friction_meter_q31_step(&params->meter, &state->meter, state->u, signals->y, &signals->meter);
     state->error    = first_order_q31_step(state->error, signals->error, params->meter.filter_part);
     signals->travel = feedforward_q31_travel(params, state, signals);

@@ -8,6 +8,7 @@
 #include "tribo/feedforward_f32.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 #define GOLDEN_FEEDFORWARD_TOLERANCE_N 1e-5 // of e, lin, f, b, z, L
@@ -22,12 +23,15 @@ typedef struct
     double                          spread_scale, spread_offset;
 } feedforward_t;
 
-static inline tribo_status_t feedforward_init(feedforward_t                        *x,
-                                              const tribo_feedforward_f32_config_t *config,
-                                              const tribo_compensator_f32_config_t *model,
-                                              double                                input_max,
-                                              double                                h)
+/// With all forces of a config times `scale`.
+static inline tribo_status_t feedforward_init_scaled(feedforward_t                        *x,
+                                                     const tribo_feedforward_f32_config_t *config,
+                                                     const tribo_compensator_f32_config_t *model,
+                                                     double                                input_max,
+                                                     double                                h,
+                                                     double                                scale)
 {
+    (void)scale; // a float has none
     x->spread_scale       = (double)config->learning.spread_scale;
     x->spread_offset      = (double)config->learning.spread_offset_n;
     tribo_status_t status = tribo_friction_f32_init(&x->friction, &model->friction, (float)h);
@@ -40,6 +44,49 @@ static inline tribo_status_t feedforward_init(feedforward_t                     
         tribo_feedforward_f32_reset(&x->params, &x->state);
     }
     return status;
+}
+
+static inline void feedforward_restart(feedforward_t *x)
+{
+    tribo_feedforward_f32_restart(&x->state);
+}
+
+static inline void feedforward_reset(feedforward_t *x)
+{
+    tribo_feedforward_f32_reset(&x->params, &x->state);
+}
+
+static inline void feedforward_enter(feedforward_t *x, double added)
+{
+    tribo_feedforward_f32_enter(&x->state, (float)added);
+}
+
+/// Keeps this tick from being learned from.
+static inline void feedforward_do_not_learn(feedforward_t *x)
+{
+    x->signals.y_good = false;
+}
+
+static inline bool feedforward_holds(const feedforward_t *x)
+{
+    return x->state.hold.active;
+}
+
+/// What was learned is the same, of the other direction where `mirrored`.
+static inline bool feedforward_knows_the_same(const feedforward_t *a, const feedforward_t *b, bool mirrored)
+{
+    const tribo_breakaway_learning_f32_state_t *p    = &a->state.learning;
+    const tribo_breakaway_learning_f32_state_t *q    = &b->state.learning;
+    bool                                        same = p->shared[0] == q->shared[0] && p->shared[3] == q->shared[3] &&
+                p->shared[1] == q->shared[mirrored ? 2 : 1] && p->shared[2] == q->shared[mirrored ? 1 : 2];
+    for (int d = 0; d < 2; d++)
+    {
+        const tribo_breakaway_learned_f32_t *m = &p->of[d];
+        const tribo_breakaway_learned_f32_t *n = &q->of[mirrored ? 1 - d : d];
+        same = same && m->scale == n->scale && m->offset_n == n->offset_n && m->ss == n->ss && m->so == n->so &&
+               m->oo == n->oo && p->travel_n[d] == q->travel_n[mirrored ? 1 - d : d];
+    }
+    return same;
 }
 
 static inline double feedforward_before(feedforward_t *x, double r, double y)
@@ -107,7 +154,7 @@ static inline tribo_status_t fed_loop_init(fed_loop_t                           
     {
         return status;
     }
-    return feedforward_init(&x->feedforward, config, model, input_max, h);
+    return feedforward_init_scaled(&x->feedforward, config, model, input_max, h, 1.0);
 }
 
 /// One tick; returns u.

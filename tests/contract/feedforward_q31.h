@@ -24,33 +24,37 @@ typedef struct
     tribo_breakaway_point_q31_t     table[TRIBO_BREAKAWAY_POINTS_MAX];
     tribo_feedforward_q31_state_t   state;
     tribo_feedforward_q31_signals_t signals;
+    double                          full_scale;
 } feedforward_t;
 
 /// To Q31 as a drive would do it: a force beyond full scale, or no number at all, shows as beyond it.
-static inline int32_t feedforward_to_q31(double force_n)
+static inline int32_t feedforward_to_q31(const feedforward_t *x, double force_n)
 {
-    const double x = round(force_n / FULL_SCALE_N * 2147483648.0);
-    return isnan(x) ? INT32_MIN : (int32_t)fmin(2147483647.0, fmax(-2147483648.0, x));
+    const double q = round(force_n / x->full_scale * 2147483648.0);
+    return isnan(q) ? INT32_MIN : (int32_t)fmin(2147483647.0, fmax(-2147483647.0, q));
 }
 
-static inline double feedforward_from_q31(int32_t x)
+static inline double feedforward_from_q31(const feedforward_t *x, int32_t q)
 {
-    return x / 2147483648.0 * FULL_SCALE_N;
+    return q / 2147483648.0 * x->full_scale;
 }
 
 /// From the units inside, Q29.
-static inline double feedforward_from_units(int64_t x)
+static inline double feedforward_from_units(const feedforward_t *x, int64_t units)
 {
-    return (double)x / 536870912.0 * FULL_SCALE_N;
+    return (double)units / 536870912.0 * x->full_scale;
 }
 
-static inline tribo_status_t feedforward_init(feedforward_t                        *x,
-                                              const tribo_feedforward_f32_config_t *config,
-                                              const tribo_compensator_f32_config_t *model,
-                                              double                                input_max,
-                                              double                                h)
+/// With all forces of a config, and full scale, times `scale`.
+static inline tribo_status_t feedforward_init_scaled(feedforward_t                        *x,
+                                                     const tribo_feedforward_f32_config_t *config,
+                                                     const tribo_compensator_f32_config_t *model,
+                                                     double                                input_max,
+                                                     double                                h,
+                                                     double                                scale)
 {
-    const float    FS     = (float)FULL_SCALE_N;
+    x->full_scale         = scale * FULL_SCALE_N;
+    const float    FS     = (float)x->full_scale;
     tribo_status_t status = tribo_friction_q31_init(&x->friction, x->table, &model->friction, (float)h, FS);
     if (status == TRIBO_OK)
     {
@@ -63,19 +67,65 @@ static inline tribo_status_t feedforward_init(feedforward_t                     
     return status;
 }
 
+static inline void feedforward_restart(feedforward_t *x)
+{
+    tribo_feedforward_q31_restart(&x->state);
+}
+
+static inline void feedforward_reset(feedforward_t *x)
+{
+    tribo_feedforward_q31_reset(&x->params, &x->state);
+}
+
+static inline void feedforward_enter(feedforward_t *x, double added)
+{
+    tribo_feedforward_q31_enter(&x->state, feedforward_to_q31(x, added));
+}
+
+/// Keeps this tick from being learned from.
+static inline void feedforward_do_not_learn(feedforward_t *x)
+{
+    x->signals.y_good = false;
+}
+
+static inline bool feedforward_holds(const feedforward_t *x)
+{
+    return x->state.hold.active;
+}
+
+/// What was learned is the same, of the other direction where `mirrored`.
+static inline bool feedforward_knows_the_same(const feedforward_t *a, const feedforward_t *b, bool mirrored)
+{
+    const tribo_breakaway_learning_q31_state_t *p    = &a->state.learning;
+    const tribo_breakaway_learning_q31_state_t *q    = &b->state.learning;
+    bool                                        same = p->shared[0] == q->shared[0] && p->shared[3] == q->shared[3] &&
+                p->shared[1] == q->shared[mirrored ? 2 : 1] && p->shared[2] == q->shared[mirrored ? 1 : 2];
+    for (int d = 0; d < 2; d++)
+    {
+        const tribo_breakaway_learned_q31_t *m = &p->of[d];
+        const tribo_breakaway_learned_q31_t *n = &q->of[mirrored ? 1 - d : d];
+        same = same && m->scale == n->scale && m->offset == n->offset && m->ss == n->ss && m->so == n->so &&
+               m->oo == n->oo && p->travel[d] == q->travel[mirrored ? 1 - d : d];
+    }
+    return same;
+}
+
 static inline double feedforward_before(feedforward_t *x, double r, double y)
 {
-    return feedforward_from_q31(tribo_feedforward_q31_before(&x->params,
+    return feedforward_from_q31(x,
+                                tribo_feedforward_q31_before(&x->params,
                                                              &x->friction,
                                                              &x->state,
-                                                             feedforward_to_q31(r),
-                                                             feedforward_to_q31(y),
+                                                             feedforward_to_q31(x, r),
+                                                             feedforward_to_q31(x, y),
                                                              &x->signals));
 }
 
 static inline double feedforward_added(feedforward_t *x, double v)
 {
-    return feedforward_from_q31(tribo_feedforward_q31_added(&x->params, &x->state, feedforward_to_q31(v), &x->signals));
+    return feedforward_from_q31(
+        x,
+        tribo_feedforward_q31_added(&x->params, &x->state, feedforward_to_q31(x, v), &x->signals));
 }
 
 static inline void feedforward_after(feedforward_t *x, double v, double u, bool limited)
@@ -83,8 +133,8 @@ static inline void feedforward_after(feedforward_t *x, double v, double u, bool 
     tribo_feedforward_q31_after(&x->params,
                                 &x->friction,
                                 &x->state,
-                                feedforward_to_q31(v),
-                                feedforward_to_q31(u),
+                                feedforward_to_q31(x, v),
+                                feedforward_to_q31(x, u),
                                 limited,
                                 &x->signals);
 }
@@ -92,14 +142,14 @@ static inline void feedforward_after(feedforward_t *x, double v, double u, bool 
 static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
 {
     const tribo_feedforward_q31_signals_t *s    = &x->signals;
-    feedforward_seen_t                     seen = {.e      = feedforward_from_q31(s->e),
-                                                   .lin    = feedforward_from_units(s->lin),
-                                                   .f      = feedforward_from_units(s->f),
-                                                   .b      = feedforward_from_units(s->b),
-                                                   .added  = feedforward_from_q31(s->added),
+    feedforward_seen_t                     seen = {.e      = feedforward_from_q31(x, s->e),
+                                                   .lin    = feedforward_from_units(x, s->lin),
+                                                   .f      = feedforward_from_units(x, s->f),
+                                                   .b      = feedforward_from_units(x, s->b),
+                                                   .added  = feedforward_from_q31(x, s->added),
                                                    .sigma  = s->sigma / 536870912.0,
-                                                   .z      = feedforward_from_units(s->meter.friction),
-                                                   .travel = feedforward_from_units(s->travel),
+                                                   .z      = feedforward_from_units(x, s->meter.friction),
+                                                   .travel = feedforward_from_units(x, s->travel),
                                                    .bad    = x->state.bad_inputs};
     for (int d = 0; d < 2; d++)
     {
@@ -109,7 +159,7 @@ static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
             tribo_breakaway_learning_q31_at(&x->params.learning, &x->state.learning, (uint32_t)d, prior);
         seen.rho[d]   = x->state.learning.of[d].scale / 268435456.0;
         seen.off[d]   = x->state.learning.of[d].offset / 268435456.0;
-        seen.L[d]     = feedforward_from_units(at.weighted);
+        seen.L[d]     = feedforward_from_units(x, at.weighted);
         seen.doubt[d] = at.doubt / 2147483648.0;
     }
     return seen;
@@ -133,21 +183,22 @@ static inline tribo_status_t fed_loop_init(fed_loop_t                           
                                            double                                h)
 {
     x->off                      = config == NULL;
+    x->feedforward.full_scale   = FULL_SCALE_N;
     const tribo_status_t status = tribo_controller_q31_init(&x->controller, controller, (float)FULL_SCALE_N, NULL);
     tribo_controller_q31_reset(&x->controller_state);
     if (status != TRIBO_OK || x->off)
     {
         return status;
     }
-    return feedforward_init(&x->feedforward, config, model, input_max, h);
+    return feedforward_init_scaled(&x->feedforward, config, model, input_max, h, 1.0);
 }
 
 /// One tick; returns u.
 static inline double fed_loop_step(fed_loop_t *x, double r, double y)
 {
     feedforward_t *const f = &x->feedforward;
-    const int32_t        R = feedforward_to_q31(r);
-    const int32_t        Y = feedforward_to_q31(y);
+    const int32_t        R = feedforward_to_q31(f, r);
+    const int32_t        Y = feedforward_to_q31(f, y);
     const int32_t        e =
         x->off ? R - Y : tribo_feedforward_q31_before(&f->params, &f->friction, &f->state, R, Y, &f->signals);
     tribo_controller_q31_state_t   copy = x->controller_state;
@@ -166,7 +217,7 @@ static inline double fed_loop_step(fed_loop_t *x, double r, double y)
                                     x->controller_signals.limited,
                                     &f->signals);
     }
-    return feedforward_from_q31(u);
+    return feedforward_from_q31(f, u);
 }
 
 #endif

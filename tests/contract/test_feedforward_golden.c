@@ -69,7 +69,7 @@ static void check(const char *name)
     csv_t                                csv;
     double                               worst[COLUMN_COUNT] = {0.0};
     config.hold.gain                                         = 0.0f; // the reference has none
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, feedforward_init(&x, &config, &model, INPUT_MAX, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, feedforward_init_scaled(&x, &config, &model, INPUT_MAX, H, 1.0));
     csv_open(&csv, name, COLUMNS);
     while (csv_next(&csv))
     {

@@ -1,0 +1,600 @@
+// What the feed-forward promises whatever the signals: symmetry, scale, rest, bounds, no bump. It runs open loop, with made-up
+// v and y, or around a plant that is a play: an arm without mass that sticks within its breakaway.
+
+#define FULL_SCALE_N 4.0 // of Q31, so that an input beyond input_max shows as such
+#include ARITH_HEADER
+#include "random.h"
+#include "unity.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define SEED      0xfeedu
+#define H         1e-3
+#define INPUT_MAX 2.0
+#define L0        0.007 // the paper's breakaway
+#define L1        0.3
+
+static random_t                       r;
+static tribo_feedforward_f32_config_t config;
+static tribo_compensator_f32_config_t model;
+static feedforward_t                  x;
+static feedforward_t                  other;
+
+void setUp(void)
+{
+    r.state = SEED;
+    config  = tribo_feedforward_f32_default();
+    model   = tribo_compensator_f32_paper();
+}
+
+void tearDown(void)
+{
+}
+
+static void init(feedforward_t *f)
+{
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, feedforward_init_scaled(f, &config, &model, INPUT_MAX, H, 1.0));
+}
+
+/// An arm without mass that sticks within its breakaway, actuator and sensor as in the paper, and an integrating controller.
+typedef struct
+{
+    double positive, negative; // breakaway over the paper's
+    double noise;
+    double u, actuator, F, y;
+    double v;
+} plant_t;
+
+static double normal(void)
+{
+    double sum = 0.0;
+    for (int i = 0; i < 12; i++)
+    {
+        sum += random_between(&r, -0.5, 0.5);
+    }
+    return sum;
+}
+
+static double measure(const plant_t *p)
+{
+    return p->y + p->noise * normal();
+}
+
+static void move(plant_t *p, double u)
+{
+    p->u = u;
+    p->actuator += 0.18 * (u - p->actuator);
+    const double L = L0 + L1 * fabs(p->F);
+    p->F           = fmax(p->actuator - p->positive * L, fmin(p->actuator + p->negative * L, p->F));
+    p->y += 0.0535 * (p->F - p->y);
+}
+
+static double control(plant_t *p, double e)
+{
+    p->v += 0.02 * e;
+    return p->v + 0.5 * e;
+}
+
+/// A tick of the feed-forward around the plant. Returns u.
+static double tick(feedforward_t *f, plant_t *p, double reference)
+{
+    const double y = measure(p);
+    const double v = control(p, feedforward_before(f, reference, y));
+    const double u = v + feedforward_added(f, v);
+    feedforward_after(f, v, u, false);
+    move(p, u);
+    return u;
+}
+
+static double triangle(int k)
+{
+    const double phase = fmod(k * H, 20.0);
+    return 0.2 + 0.04 * (phase < 10.0 ? phase : 20.0 - phase);
+}
+
+/// A reference with everything in it: creeps, ramps, jumps, stands, swings, within +-0.9 N.
+typedef struct
+{
+    double at, slope;
+    int    left;
+} wanderer_t;
+
+static double wander(wanderer_t *w)
+{
+    if (w->left == 0)
+    {
+        const double kind = random_between(&r, 0.0, 1.0);
+        w->left           = 1 + (int)random_between(&r, 0.0, kind < 0.2 ? 3000.0 : 800.0);
+        w->slope = kind < 0.2 ? 0.0 : random_between(&r, -1.0, 1.0) * pow(10.0, random_between(&r, -6.0, -3.0));
+        w->at    = kind > 0.9 ? random_between(&r, -0.9, 0.9) : w->at;
+    }
+    w->left--;
+    w->at = fmin(0.9, fmax(-0.9, w->at + w->slope));
+    return w->at;
+}
+
+/// The same number in every arithmetic: a multiple of 2^-22 N.
+static double on_grid(double force)
+{
+    return round(force * 4194304.0) / 4194304.0;
+}
+
+static void test_feedforward_is_a_mirror_image_to_the_last_bit(void)
+{
+    plant_t    plant   = {.positive = 1.2, .negative = 0.8, .noise = 2e-4};
+    wanderer_t w       = {0.0, 0.0, 0};
+    int        learned = 0;
+    int        held    = 0;
+    int        turns   = 0;
+    init(&x);
+    init(&other);
+    for (int k = 0; k < 200000; k++)
+    {
+        const double reference = on_grid(wander(&w));
+        const double y         = on_grid(measure(&plant));
+        const double e         = feedforward_before(&x, reference, y);
+        TEST_ASSERT_TRUE(feedforward_before(&other, -reference, -y) == -e);
+        const double v     = on_grid(control(&plant, e));
+        const double added = feedforward_added(&x, v);
+        TEST_ASSERT_TRUE(feedforward_added(&other, -v) == -added);
+        const double wanted = on_grid(v + added);
+        const double u      = fmin(0.875, fmax(-0.875, wanted));
+        plant.v += u - wanted; // anti-windup
+        feedforward_after(&x, v, u, u != wanted);
+        feedforward_after(&other, -v, -u, u != wanted);
+        const feedforward_seen_t a = feedforward_seen(&x);
+        const feedforward_seen_t b = feedforward_seen(&other);
+        TEST_ASSERT_TRUE(a.f == -b.f && a.b == -b.b && a.z == -b.z && a.sigma == -b.sigma && a.travel == b.travel);
+        TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, true));
+        learned += a.travel > 0.0;
+        held += feedforward_holds(&x);
+        turns += a.sigma != 0.0 && fabs(a.sigma) < 1.0;
+        move(&plant, u);
+    }
+    printf("%d ticks learned, %d held, %d turned\n", learned, held, turns);
+    TEST_ASSERT_TRUE(learned > 5000 && held > 1000 && turns > 1000); // all of it was there
+}
+
+/// All forces of the configs times 2.
+static void double_forces(void)
+{
+    config.reversal_n *= 2.0f;
+    config.rate_max_n_per_s *= 2.0f;
+    config.slide_width_n *= 2.0f;
+    config.slide_rate_max_n_per_s *= 2.0f;
+    config.slide_run_in_n *= 2.0f;
+    config.slide_error_max_n *= 2.0f;
+    config.learning.spread_offset_n *= 2.0f;
+    config.learning.weight_n *= 2.0f;
+    config.learning.forgetting_per_n *= 0.5f;
+    config.hold.caution_travel_n *= 2.0f;
+    model.friction.positive.offset_n *= 2.0f;
+    model.friction.negative.offset_n *= 2.0f;
+    model.arm.inertia *= 2.0f;
+    model.arm.damping *= 2.0f;
+    model.arm.stiffness *= 2.0f;
+}
+
+static void test_feedforward_of_forces_twice_as_large_gives_forces_twice_as_large(void)
+{
+    plant_t    plant   = {.positive = 1.3, .negative = 0.7, .noise = 2e-4};
+    wanderer_t w       = {0.0, 0.0, 0};
+    int        learned = 0;
+    init(&x);
+    double_forces();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, feedforward_init_scaled(&other, &config, &model, 2.0 * INPUT_MAX, H, 2.0));
+    for (int k = 0; k < 100000; k++)
+    {
+        const double reference = on_grid(wander(&w));
+        const double y         = on_grid(measure(&plant));
+        const double e         = feedforward_before(&x, reference, y);
+        TEST_ASSERT_TRUE(feedforward_before(&other, 2.0 * reference, 2.0 * y) == 2.0 * e);
+        const double v     = on_grid(control(&plant, e));
+        const double added = feedforward_added(&x, v);
+        TEST_ASSERT_TRUE(feedforward_added(&other, 2.0 * v) == 2.0 * added);
+        const double u = on_grid(v + added);
+        feedforward_after(&x, v, u, false);
+        feedforward_after(&other, 2.0 * v, 2.0 * u, false);
+        learned += feedforward_seen(&x).travel > 0.0;
+        TEST_ASSERT_TRUE(feedforward_seen(&other).z == 2.0 * feedforward_seen(&x).z);
+        move(&plant, u);
+    }
+    printf("%d ticks learned\n", learned);
+    TEST_ASSERT_TRUE(learned > 1000);
+}
+
+static void test_nothing_is_learned_and_no_friction_moves_while_r_and_y_stand(void)
+{
+    plant_t plant    = {.positive = 1.0, .negative = 1.0};
+    config.hold.gain = 0.0f;
+    init(&x);
+    for (int k = 0; k < 33000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    const double y = plant.y;
+    for (int k = 0; k < 1000; k++)
+    {
+        (void)feedforward_before(&x, triangle(33000), y);
+        (void)feedforward_added(&x, 0.1);
+        feedforward_after(&x, 0.1, 0.5, false);
+    }
+    other                         = x;
+    const feedforward_seen_t seen = feedforward_seen(&x);
+    TEST_ASSERT_TRUE(fabs(seen.f) > 0.05);
+    for (int k = 0; k < 200000; k++)
+    {
+        (void)feedforward_before(&x, triangle(33000), y);
+        (void)feedforward_added(&x, 0.1);
+        feedforward_after(&x, 0.1, 0.5, false);
+        const feedforward_seen_t now = feedforward_seen(&x);
+        TEST_ASSERT_TRUE(now.f == seen.f && now.sigma == seen.sigma && now.L[0] == seen.L[0] && now.L[1] == seen.L[1]);
+    }
+    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
+}
+
+static void test_nothing_is_learned_in_a_hold(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0, .noise = 1e-3};
+    init(&x);
+    for (int k = 0; k < 35000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    for (int k = 0; k < 2000; k++)
+    {
+        (void)tick(&x, &plant, triangle(35000));
+    }
+    TEST_ASSERT_TRUE(feedforward_holds(&x));
+    other = x;
+    for (int k = 0; k < 100000; k++)
+    {
+        (void)tick(&x, &plant, triangle(35000));
+        TEST_ASSERT_TRUE(feedforward_holds(&x));
+    }
+    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
+}
+
+static void test_learning_does_not_move_u(void)
+{
+    plant_t plant   = {.positive = 1.5, .negative = 0.5, .noise = 2e-4};
+    double  worst   = 0.0;
+    int     learned = 0;
+    init(&x);
+    for (int k = 0; k < 60000; k++)
+    {
+        const double y = measure(&plant);
+        const double v = control(&plant, feedforward_before(&x, triangle(k), y));
+        const double u = v + feedforward_added(&x, v);
+        other          = x;
+        feedforward_do_not_learn(&other);
+        feedforward_after(&x, v, u, false);
+        feedforward_after(&other, v, u, false);
+        if (feedforward_seen(&x).travel > 0.0)
+        {
+            TEST_ASSERT_FALSE(feedforward_knows_the_same(&x, &other, false));
+            feedforward_t next = x; // the tick after it, as it will be
+            (void)feedforward_before(&next, triangle(k + 1), y);
+            (void)feedforward_before(&other, triangle(k + 1), y);
+            worst = fmax(worst, fabs(feedforward_added(&next, v) - feedforward_added(&other, v)));
+            learned++;
+        }
+        move(&plant, u);
+    }
+    printf("u moves by up to %.1e N as something is learned, %d times\n", worst, learned);
+    TEST_ASSERT_TRUE(learned > 10000);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, worst);
+}
+
+static double any_force(void)
+{
+    static const double odd[] = {(double)NAN,
+                                 (double)INFINITY,
+                                 -(double)INFINITY,
+                                 (double)FLT_MAX,
+                                 -(double)FLT_MAX,
+                                 1e-45,
+                                 2.0,
+                                 -2.0,
+                                 2.000001,
+                                 0.0,
+                                 -0.0,
+                                 3.9,
+                                 -3.9,
+                                 1e9};
+    const double        kind  = random_between(&r, 0.0, 1.0);
+    return kind < 0.3 ? odd[(int)random_between(&r, 0.0, sizeof odd / sizeof odd[0])] : random_between(&r, -2.0, 2.0);
+}
+
+static void test_error_friction_and_offset_are_bounded_for_any_input(void)
+{
+    wanderer_t w = {0.0, 0.0, 0};
+    for (int set = 0; set < 2; set++)
+    {
+        config.learning.trust = (float)set; // 0: friction may be weighted by nothing
+        init(&x);
+        for (int k = 0; k < 200000; k++)
+        {
+            const bool   calm = (k / 5000) % 2 == 1;
+            const double e   = feedforward_before(&x, calm ? wander(&w) : any_force(), calm ? wander(&w) : any_force());
+            const double v = calm ? random_between(&r, -0.1, 0.1) : any_force();
+            const double add = feedforward_added(&x, v);
+            feedforward_after(&x, v, any_force(), k % 3 == 0);
+            const feedforward_seen_t s = feedforward_seen(&x);
+            TEST_ASSERT_TRUE(fabs(e) <= 3.0 * INPUT_MAX);
+            TEST_ASSERT_TRUE(fabs(s.f) <= 3.0 * (L0 + L1 * INPUT_MAX) && fabs(s.sigma) <= 1.0);
+            TEST_ASSERT_TRUE(fabs(s.b) <= 4.0 * INPUT_MAX);
+            TEST_ASSERT_TRUE(fabs(add) <= 8.0 * INPUT_MAX);
+            TEST_ASSERT_TRUE(isfinite(s.z));
+            for (int d = 0; d < 2; d++)
+            {
+                TEST_ASSERT_TRUE(fabs(s.rho[d]) <= 3.00001 && fabs(s.off[d]) <= 3.00001);
+                TEST_ASSERT_TRUE(s.L[d] >= -1e-6 && s.L[d] <= 3.0 * (L0 + L1 * INPUT_MAX));
+            }
+        }
+    }
+}
+
+static void test_feedforward_recovers_from_any_input(void)
+{
+    init(&x);
+    for (int k = 0; k < 50000; k++)
+    {
+        (void)feedforward_before(&x, any_force(), any_force());
+        (void)feedforward_added(&x, any_force());
+        feedforward_after(&x, any_force(), any_force(), k % 2 == 0);
+    }
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    double  worst = 0.0;
+    for (int k = 0; k < 200000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+        worst = k > 180000 ? fmax(worst, fabs(plant.F - triangle(k))) : worst;
+    }
+    TEST_ASSERT_TRUE(worst < 0.01);
+}
+
+static void test_a_bad_reading_gives_no_error_and_is_counted(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; k < 20000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    other = x;
+    TEST_ASSERT_TRUE(feedforward_before(&x, triangle(20000), (double)NAN) == 0.0);
+    TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).bad);
+    (void)feedforward_added(&x, plant.v);
+    feedforward_after(&x, plant.v, plant.u, false);
+    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
+    // A bad reference counts as the last one.
+    const double e = feedforward_before(&other, 3.0, plant.y);
+    TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&other).bad);
+    TEST_ASSERT_TRUE(fabs(e) < 0.01);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, triangle(20000), feedforward_seen(&other).lin);
+}
+
+static void test_feedforward_after_a_reset_runs_the_same_bit_for_bit(void)
+{
+    static double first[20000];
+    init(&x);
+    for (int run = 0; run < 2; run++)
+    {
+        plant_t plant = {.positive = 1.2, .negative = 0.9, .noise = 1e-3};
+        r.state       = SEED;
+        feedforward_reset(&x);
+        for (int k = 0; k < 20000; k++)
+        {
+            const double u = tick(&x, &plant, triangle(k));
+            TEST_ASSERT_TRUE(run == 0 || u == first[k]);
+            first[k] = u;
+        }
+    }
+}
+
+static void test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it(void)
+{
+    plant_t plant = {.positive = 1.4, .negative = 0.6};
+    init(&x);
+    other = x;
+    for (int k = 0; k < 40000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    feedforward_t learned = x;
+    feedforward_restart(&x);
+    (void)feedforward_before(&x, 0.3, 0.3);
+    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &learned, false));
+    TEST_ASSERT_TRUE(feedforward_seen(&x).sigma == 0.0 && feedforward_seen(&x).f == 0.0);
+    feedforward_reset(&x);
+    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
+}
+
+static void test_entering_adds_what_was_added_before(void)
+{
+    init(&x);
+    feedforward_enter(&x, 0.0625);
+    (void)feedforward_before(&x, 0.4, 0.39);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0625, feedforward_added(&x, 0.3));
+    feedforward_after(&x, 0.3, 0.3625, false);
+    // And goes on from there.
+    (void)feedforward_before(&x, 0.4, 0.39);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0625, feedforward_added(&x, 0.3));
+}
+
+static void test_u_does_not_jump_where_a_hold_begins_or_ends(void)
+{
+    plant_t plant   = {.positive = 1.1, .negative = 0.9};
+    double  last    = 0.0;
+    double  entry   = 0.0;
+    double  leaving = 0.0;
+    int     changes = 0;
+    bool    before  = false;
+    init(&x);
+    for (int k = 0; k < 100000; k++)
+    {
+        // Ramps of 3 s, each followed by 5 s at rest; every other one goes back.
+        const int    leg       = k / 8000;
+        const double part      = fmin(1.0, (k % 8000) / 3000.0);
+        const double from      = 0.3 + 0.15 * (leg % 3);
+        const double to        = 0.3 + 0.15 * ((leg + 1) % 3);
+        const double reference = from + (to - from) * part;
+        const double u         = tick(&x, &plant, reference);
+        const bool   holds     = feedforward_holds(&x);
+        if (holds && !before)
+        {
+            entry = fmax(entry, fabs(u - last));
+            changes++;
+        }
+        if (!holds && before)
+        {
+            leaving = fmax(leaving, fabs(u - last));
+            changes++;
+        }
+        before = holds;
+        last   = u;
+    }
+    printf("u moves by up to %.1e N as a hold begins, %.1e N as it ends, %d changes\n", entry, leaving, changes);
+    TEST_ASSERT_TRUE(changes > 20);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-5, 0.0, entry); // b leaks no more, by up to 3e-5 N a tick here
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, leaving);
+}
+
+static void test_a_step_in_a_hold_is_fed_back(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; k < 45000; k++)
+    {
+        (void)tick(&x, &plant, k < 35000 ? triangle(k) : triangle(35000));
+    }
+    TEST_ASSERT_TRUE(feedforward_holds(&x));
+    for (int k = 0; k < 3000; k++)
+    {
+        (void)tick(&x, &plant, triangle(35000) - 0.05);
+        TEST_ASSERT_TRUE(feedforward_holds(&x));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3, triangle(35000) - 0.05, plant.F);
+}
+
+static double learned_L(int direction)
+{
+    // At 0.4 N, unweighted: weighted is (1 - doubt/2) L at a trust of 1/2.
+    const feedforward_seen_t s = feedforward_seen(&x);
+    return s.L[direction] / (1.0 - 0.5 * s.doubt[direction]);
+}
+
+static void test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals(void)
+{
+    static const double scale[][2] = {{1.3, 0.7}, {0.7, 0.7}, {1.3, 1.3}, {0.7, 1.3}};
+    for (int i = 0; i < 4; i++)
+    {
+        plant_t plant = {.positive = scale[i][0], .negative = scale[i][1], .noise = 1e-3};
+        init(&x);
+        for (int k = 0; k < 45000; k++) // reversals at 10, 20, 30, 40 s
+        {
+            (void)tick(&x, &plant, triangle(k));
+        }
+        // At 0.4 N, in the middle of the triangle.
+        const double L = L0 + L1 * triangle(45000);
+        for (int d = 0; d < 2; d++)
+        {
+            TEST_ASSERT_DOUBLE_WITHIN(0.05 * scale[i][d] * L, scale[i][d] * L, learned_L(d));
+            TEST_ASSERT_TRUE(feedforward_seen(&x).doubt[d] < 0.05);
+        }
+    }
+}
+
+static void test_a_table_serves_as_a_prior_as_a_law_does(void)
+{
+    static const tribo_breakaway_point_f32_t table[] = {{0.0f, 0.007f, 0.014f},
+                                                        {0.5f, 0.157f, 0.264f},
+                                                        {1.0f, 0.307f, 0.514f}};
+
+    plant_t plant                    = {.positive = 1.0, .negative = 1.5};
+    model.friction.negative.offset_n = 0.014f;
+    model.friction.negative.slope    = 0.5f;
+    init(&x);
+    model.friction.table        = table;
+    model.friction.table_length = 3;
+    init(&other);
+    int learned = 0;
+    for (int k = 0; k < 50000; k++)
+    {
+        const double reference = k % 20000 < 10000 ? triangle(k) : triangle(k) - 0.4; // through 0 as well
+        const double y         = measure(&plant);
+        const double e         = feedforward_before(&x, reference, y);
+        const double v         = control(&plant, e);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, e, feedforward_before(&other, reference, y));
+        const double added = feedforward_added(&x, v);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-5, added, feedforward_added(&other, v));
+        feedforward_after(&x, v, v + added, false);
+        feedforward_after(&other, v, v + added, false);
+        learned += feedforward_seen(&x).travel > 0.0;
+        move(&plant, v + added);
+    }
+    TEST_ASSERT_TRUE(learned > 5000);
+}
+
+static void test_friction_goes_over_within_the_jump_time_after_a_reversal(void)
+{
+    init(&x);
+    config.jump_time_s = 1e-6f; // at once
+    init(&other);
+    double reference = 0.3;
+    for (int k = 0; k < 1000; k++)
+    {
+        reference += k < 500 ? 1e-4 : -1e-4;
+        for (int i = 0; i < 2; i++)
+        {
+            feedforward_t *f = i == 0 ? &x : &other;
+            (void)feedforward_before(f, reference, reference);
+            (void)feedforward_added(f, 0.0);
+            feedforward_after(f, 0.0, reference, false);
+        }
+        // r has come back by the width 5 ticks after its peak, give or take a rounding, or two.
+        if (k == 504)
+        {
+            TEST_ASSERT_TRUE(feedforward_seen(&x).sigma == 1.0 && feedforward_seen(&other).sigma == 1.0);
+        }
+        if (k == 506)
+        {
+            TEST_ASSERT_TRUE(feedforward_seen(&other).sigma == -1.0);
+            TEST_ASSERT_TRUE(feedforward_seen(&x).sigma < 1.0 && feedforward_seen(&x).sigma > 0.6);
+        }
+        if (k == 516)
+        {
+            TEST_ASSERT_TRUE(fabs(feedforward_seen(&x).sigma) < 0.3);
+        }
+        if (k == 528)
+        {
+            TEST_ASSERT_TRUE(feedforward_seen(&x).sigma == -1.0);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_feedforward_is_a_mirror_image_to_the_last_bit);
+    RUN_TEST(test_feedforward_of_forces_twice_as_large_gives_forces_twice_as_large);
+    RUN_TEST(test_nothing_is_learned_and_no_friction_moves_while_r_and_y_stand);
+    RUN_TEST(test_nothing_is_learned_in_a_hold);
+    RUN_TEST(test_learning_does_not_move_u);
+    RUN_TEST(test_error_friction_and_offset_are_bounded_for_any_input);
+    RUN_TEST(test_feedforward_recovers_from_any_input);
+    RUN_TEST(test_a_bad_reading_gives_no_error_and_is_counted);
+    RUN_TEST(test_feedforward_after_a_reset_runs_the_same_bit_for_bit);
+    RUN_TEST(test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it);
+    RUN_TEST(test_entering_adds_what_was_added_before);
+    RUN_TEST(test_u_does_not_jump_where_a_hold_begins_or_ends);
+    RUN_TEST(test_a_step_in_a_hold_is_fed_back);
+    RUN_TEST(test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals);
+    RUN_TEST(test_a_table_serves_as_a_prior_as_a_law_does);
+    RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
+    return UNITY_END();
+}
