@@ -6,6 +6,7 @@
 
 #include "tribo/breakaway_learning_q31.h"
 
+#include "first_order_q31.h"
 #include "limit_q31.h"
 
 #define BREAKAWAY_LEARNING_Q31_T_MAX      (3 * (INT32_C(1) << 28))
@@ -24,12 +25,6 @@ static inline int32_t high_q31(int32_t a, int32_t b)
 static inline int32_t high_sum_q31(int32_t a, int32_t b, int32_t c, int32_t d)
 {
     return (int32_t)(uint32_t)((uint64_t)(tribo_q31_multiply(a, b) + tribo_q31_multiply(c, d)) >> 32);
-}
-
-/// a/b in Q31, a little below 1 where a is not below b.
-static inline uint32_t ratio_q31(uint32_t a, uint32_t b)
-{
-    return tribo_q31_ratio(a < b ? a : b - 1u, b);
 }
 
 /// A prior shifted left until it is between 1/2 and 1, and its spreads likewise, Q31.

@@ -280,9 +280,9 @@ static inline float feedforward_f32_travel(const tribo_feedforward_f32_params_t 
         magnitude(play_f32_step(&state->slide, signals->meter.force_n, params->slide_half_n, params->slide_half_n));
     const int32_t way      = state->slide.way;
     const float   distance = (way == before ? state->distance_n : 0.0f) + moved;
-    // Slides as asked: the way of F, of the friction fed forward and of r agree, and F is where r is.
-    const bool slides = state->sigma == (float)way && signals->way == way &&
-                        magnitude(state->error_n) <= params->slide_error_max_n && state->limited == 0;
+    // Slides as asked: the friction fed forward is all of the way that F goes, and so does r; and F is where r is.
+    const bool slides =
+        state->sigma == (float)way && magnitude(state->error_n) <= params->slide_error_max_n && state->limited == 0;
     state->distance_n = slides ? distance : 0.0f;
     const bool steady = state->distance_n > params->slide_run_in_n &&
                         magnitude(signals->meter.change_n) < params->slide_change_max_n && signals->y_good;

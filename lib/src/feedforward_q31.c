@@ -94,8 +94,8 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
     {
         status = TRIBO_ERR_FULL_SCALE;
     }
-    status = status != TRIBO_OK ? status : check(&f32, full_scale_n);
     status = status != TRIBO_OK ? status : quantize_parts(&made, config, model, sample_time_s, full_scale_n);
+    status = status != TRIBO_OK ? status : check(&f32, full_scale_n);
     if (status != TRIBO_OK)
     {
         return status;

@@ -29,13 +29,12 @@ static inline int32_t feedforward_q31_outside(int32_t x, uint32_t *saturated)
     return tribo_q31_saturate((int64_t)x * 4, saturated);
 }
 
-/// L in `direction` at `force` before anything is learned, 1 unit to FS.
+/// L in `direction` at `force` before anything is learned. Good forces are below FS.
 static inline uint32_t feedforward_q31_prior(const tribo_friction_q31_params_t *friction,
                                              uint32_t                           direction,
                                              int32_t                            force)
 {
-    const uint32_t size = tribo_q31_magnitude(force);
-    const uint32_t load = size < (uint32_t)FEEDFORWARD_Q31_FULL ? 4u * size : (uint32_t)TRIBO_Q31_MAX; // Q31
+    const uint32_t load = 4u * tribo_q31_magnitude(force); // Q31
     uint32_t       L    = friction_q31_affine(&friction->law[direction], load);
     if (!friction->is_shallow)
     {
@@ -43,7 +42,7 @@ static inline uint32_t feedforward_q31_prior(const tribo_friction_q31_params_t *
         tribo_friction_q31_look_up(friction, load, both);
         L = both[direction];
     }
-    return L < 4u ? 1u : L / 4u; // below 2^29, as L is below 2^31
+    return L / 4u; // L is over 1e-6 FS and below FS
 }
 
 /// The direction of a way that is not 0.
@@ -212,7 +211,7 @@ static inline void feedforward_q31_leave(tribo_feedforward_q31_state_t *state, t
     const uint32_t direction = feedforward_q31_direction(signals->way);
 
     int32_t along = FEEDFORWARD_Q31_FULL;
-    if (state->hold.play.way != signals->way && ahead + behind > 0)
+    if (state->hold.play.way != signals->way)
     {
         // Along the way that r goes, from that behind to that ahead.
         const int32_t left = signals->way * (state->u - signals->lin - state->held[direction]);
@@ -338,10 +337,9 @@ static inline uint32_t feedforward_q31_travel(const tribo_feedforward_q31_params
     const uint32_t moved =
         tribo_q31_magnitude(play_q31_step(&state->slide, signals->meter.force, params->slide_half, params->slide_half));
     const int32_t  way      = state->slide.way;
-    const uint32_t sum      = (way == before ? state->distance : 0u) + moved;
-    const uint32_t distance = sum < UINT32_C(1) << 31 ? sum : UINT32_C(1) << 31;
-    // Slides as asked: the way of F, of the friction fed forward and of r agree, and F is where r is.
-    const bool slides = state->sigma == way * FEEDFORWARD_Q31_FULL && signals->way == way &&
+    const uint32_t distance = (way == before ? state->distance : 0u) + moved; // up to 2 FS
+    // Slides as asked: the friction fed forward is all of the way that F goes, and so does r; and F is where r is.
+    const bool slides = state->sigma == way * FEEDFORWARD_Q31_FULL &&
                         tribo_q31_magnitude(state->error) <= (uint32_t)params->slide_error_max && state->limited == 0;
     state->distance   = slides ? distance : 0u;
     const bool steady = state->distance > params->slide_run_in &&

@@ -1,4 +1,4 @@
-// Products and first-order low passes in fixed point, rounded towards zero: mirrored inputs give mirrored results, and what
+// Products, ratios and first-order low passes in fixed point, rounded towards zero: mirrored inputs give mirrored results, and what
 // decays comes to rest.
 
 #ifndef TRIBO_FIRST_ORDER_Q31_H
@@ -11,6 +11,12 @@ static inline int32_t part_of_q31(int32_t x, uint32_t part)
 {
     const int32_t size = (int32_t)tribo_q31_high(tribo_q31_magnitude(x), part);
     return x < 0 ? -size : size;
+}
+
+/// a/b in Q31, a little below 1 where a is not below b.
+static inline uint32_t ratio_q31(uint32_t a, uint32_t b)
+{
+    return tribo_q31_ratio(a < b ? a : b - 1u, b);
 }
 
 /// The state after a tick of the low pass with `part`, Q32; the difference of the two must fit. It stops short of its input by

@@ -58,8 +58,8 @@ tribo_status_t tribo_hold_f32_init(tribo_hold_f32_params_t       *params,
         return status;
     }
     params->on            = config->gain > 0.0f;
-    params->still_ticks   = (uint32_t)(config->still_time_s / sample_time_s) + 1u;
-    params->quick_ticks   = (uint32_t)(config->quick_time_s / sample_time_s) + 1u;
+    params->still_ticks   = (uint32_t)(config->still_time_s / sample_time_s + 0.5f) + 1u;
+    params->quick_ticks   = (uint32_t)(config->quick_time_s / sample_time_s + 0.5f) + 1u;
     params->gain          = config->gain;
     params->margin        = config->margin;
     params->caution_per_n = 1.0f / config->caution_travel_n;

@@ -10,6 +10,7 @@
 #include "play_f32_step.h"
 
 #define HOLD_F32_QUICK_CHANGES 4u
+#define HOLD_F32_CHANGED_MIN   1.0e-6f
 
 static inline bool hold_f32_stands(const tribo_hold_f32_params_t *params,
                                    tribo_hold_f32_state_t        *state,
@@ -80,15 +81,16 @@ static inline float hold_f32_deadband(const tribo_hold_f32_params_t *params,
 {
     const float change = y - state->y_n[0];
     const float second = change - (state->y_n[0] - state->y_n[1]);
-    if (change != 0.0f)
-    {
-        state->noise_n = first_order_f32_step(state->noise_n, magnitude(second), params->deadband_part);
-    }
-    state->changed = first_order_f32_step(state->changed, change != 0.0f ? 1.0f : 0.0f, params->deadband_part);
-    state->error_n = first_order_f32_step(state->error_n, e, params->deadband_part);
-    state->y_n[1]  = state->y_n[0];
-    state->y_n[0]  = y;
-    return e - bound_f32(state->error_n, state->noise_n * (0.6f - 0.5f * state->changed));
+    const bool  moves  = change != 0.0f;
+    state->noise_n     = first_order_f32_step(state->noise_n, moves ? magnitude(second) : 0.0f, params->deadband_part);
+    state->changed     = first_order_f32_step(state->changed, moves ? 1.0f : 0.0f, params->deadband_part);
+    state->error_n     = first_order_f32_step(state->error_n, e, params->deadband_part);
+    state->y_n[1]      = state->y_n[0];
+    state->y_n[0]      = y;
+
+    // Over the ticks in which y changed; none where it has not for long.
+    const float mean = state->changed > HOLD_F32_CHANGED_MIN ? state->noise_n / state->changed : 0.0f;
+    return e - bound_f32(state->error_n, mean * (0.6f - 0.5f * state->changed));
 }
 
 static inline void hold_f32_learned(const tribo_hold_f32_params_t *params, tribo_hold_f32_state_t *state, float travel)

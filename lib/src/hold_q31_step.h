@@ -10,7 +10,9 @@
 #include "play_q31_step.h"
 
 #define HOLD_Q31_QUICK_CHANGES 4u
-#define HOLD_Q31_TENTH         429496730u  // Q32
+#define HOLD_Q31_TENTH         429496730u // Q32
+#define HOLD_Q31_CHANGED_MIN   4295u      // 1e-6
+#define HOLD_Q31_NOISE_MAX     (UINT32_C(1) << 31)
 #define HOLD_Q31_SELDOM        2576980378u // 0.6: deadband over the mean second difference, where y seldom changes
 
 static inline bool hold_q31_stands(const tribo_hold_q31_params_t *params,
@@ -88,23 +90,23 @@ static inline int32_t hold_q31_deadband(const tribo_hold_q31_params_t *params,
                                         int32_t                        e,
                                         int32_t                        y)
 {
-    const int32_t change = y - state->y[0];
-    const bool    moves  = change != 0;
-    if (moves)
-    {
-        // Up to 2^31, which wraps to a number of the same magnitude; the mean of it fits all the same.
-        const uint32_t before = (uint32_t)(state->y[0] - state->y[1]);
-        const uint32_t second = tribo_q31_magnitude((int32_t)((uint32_t)change - before));
-        state->noise          = second > state->noise
-                                    ? state->noise + tribo_q31_high(second - state->noise, params->deadband_part)
-                                    : state->noise - tribo_q31_high(state->noise - second, params->deadband_part);
-    }
+    // Second differences up to 2^31, which wrap to a number of the same magnitude.
+    const int32_t  change = y - state->y[0];
+    const uint32_t before = (uint32_t)(state->y[0] - state->y[1]);
+    const uint32_t second = tribo_q31_magnitude((int32_t)((uint32_t)change - before));
+    const uint32_t fine   = second < HOLD_Q31_NOISE_MAX >> 8 ? second << 8 : HOLD_Q31_NOISE_MAX;
+    const bool     moves  = change != 0;
+    const uint32_t noise  = moves ? fine : 0u;
+    state->noise   = noise > state->noise ? state->noise + tribo_q31_high(noise - state->noise, params->deadband_part)
+                                          : state->noise - tribo_q31_high(state->noise - noise, params->deadband_part);
     state->changed = hold_q31_share(state->changed, moves, params->deadband_part);
     state->error   = first_order_q31_step(state->error, e, params->deadband_part);
     state->y[1]    = state->y[0];
     state->y[0]    = y;
 
-    const int32_t most = (int32_t)tribo_q31_high(state->noise, HOLD_Q31_SELDOM - state->changed / 2u);
+    // Over the ticks in which y changed, up to 2^24 units; none where it has not for long.
+    const uint32_t mean = state->changed > HOLD_Q31_CHANGED_MIN ? ratio_q31(state->noise, state->changed) >> 7 : 0u;
+    const int32_t  most = (int32_t)tribo_q31_high(mean, HOLD_Q31_SELDOM - state->changed / 2u);
     return e - limit_q31(state->error, -most, most);
 }
 

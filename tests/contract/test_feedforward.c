@@ -481,6 +481,19 @@ static void test_a_step_in_a_hold_is_fed_back(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, triangle(35000) - 0.05, plant.F);
 }
 
+static void test_a_reference_that_has_never_moved_is_not_held(void)
+{
+    init(&x);
+    for (int k = 0; k < 5000; k++)
+    {
+        const double e = feedforward_before(&x, 0.3, 0.3);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.0, e);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.3, feedforward_added(&x, 0.0)); // nobody knows which way friction acts
+        feedforward_after(&x, 0.0, 0.3, false);
+        TEST_ASSERT_FALSE(feedforward_holds(&x));
+    }
+}
+
 static double learned_L(int direction)
 {
     // At 0.4 N, unweighted: weighted is (1 - doubt/2) L at a trust of 1/2.
@@ -593,6 +606,7 @@ int main(void)
     RUN_TEST(test_entering_adds_what_was_added_before);
     RUN_TEST(test_u_does_not_jump_where_a_hold_begins_or_ends);
     RUN_TEST(test_a_step_in_a_hold_is_fed_back);
+    RUN_TEST(test_a_reference_that_has_never_moved_is_not_held);
     RUN_TEST(test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals);
     RUN_TEST(test_a_table_serves_as_a_prior_as_a_law_does);
     RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);

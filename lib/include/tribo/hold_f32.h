@@ -13,7 +13,7 @@
 /// A deadband keeps the controller from following its own sensor's noise: what the filtered error is, up to a share of the mean
 /// second difference of y, is taken from the error. It is smaller where y changes in every tick (noise that averages out) than
 /// where it seldom does (a coarse converter).
-/// No loops, no divisions. Not synchronized: one state, one tick.
+/// No loops, one division. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_HOLD_F32_H
 #define TRIBO_HOLD_F32_H
@@ -59,7 +59,7 @@ typedef struct
     tribo_play_f32_state_t play;     ///< the arm's force, and the side of it on which u is
     float                  error_n;  ///< filtered error
     float                  y_n[2];   ///< the last reading, and the one before
-    float                  noise_n;  ///< mean second difference of y where it changed
+    float                  noise_n;  ///< mean second difference of y, of ticks in which it changed, 0 in others
     float                  changed;  ///< share of ticks in which it did
 } tribo_hold_f32_state_t;
 

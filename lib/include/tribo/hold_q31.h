@@ -2,7 +2,7 @@
 ///
 /// Forces are in one unit, within +-2^29 of them. Shares are Q32; products are rounded towards zero, so mirrored forces give
 /// mirrored results. The deadband's filters stop short by less than 1/part units.
-/// No loops, no divisions. Not synchronized: one state, one tick.
+/// No loops, one division of 32 bits. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_HOLD_Q31_H
 #define TRIBO_HOLD_Q31_H
@@ -37,8 +37,8 @@ typedef struct
     tribo_play_q31_state_t play;    ///< the arm's force, and the side of it on which u is
     int32_t                error;   ///< filtered error
     int32_t                y[2];    ///< the last reading, and the one before
-    uint32_t               noise;   ///< mean second difference of y where it changed
-    uint32_t               changed; ///< share of ticks in which it did, Q32
+    uint32_t noise;   ///< mean second difference of y, of ticks in which it changed, 0 in others, 1/256 units
+    uint32_t changed; ///< share of ticks in which it did, Q32
 } tribo_hold_q31_state_t;
 
 /// Not in hold, the reference just having come to `force`; no caution.

@@ -1,0 +1,85 @@
+// The benchmark with the feed-forward, and where the paper's method is better than a feed-forward alone. The figures of the
+// design; compensation_study prints many more.
+
+#include "compensation.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static compensation_truth_t          truth;
+static const compensation_triangle_t benchmark = {0.4, 0.6, 0.02};
+
+void setUp(void)
+{
+    truth = compensation_nominal();
+}
+
+void tearDown(void)
+{
+}
+
+static compensation_result_t run(compensation_t method, const tribo_feedforward_f32_config_t *config)
+{
+    const compensation_result_t x = compensation_run_triangle(method, config, &truth, benchmark);
+    printf("RMS %.6f N, peak %.2f mN, total variation %.3f N\n", x.rms, 1e3 * x.peak, x.variation);
+    return x;
+}
+
+static void test_triangle_has_a_twentieth_of_the_error(void)
+{
+    const compensation_result_t off = run(COMPENSATION_OFF, NULL);
+    const compensation_result_t x   = run(COMPENSATION_FEEDFORWARD, NULL);
+    TEST_ASSERT_TRUE(x.rms <= 0.00022);
+    TEST_ASSERT_TRUE(x.peak <= 0.0035);
+    TEST_ASSERT_TRUE(x.variation <= 1.10 * off.variation);
+}
+
+static void test_triangle_without_the_rate_of_the_reference(void)
+{
+    tribo_feedforward_f32_config_t config = tribo_feedforward_f32_default();
+    config.lead                           = 0.0f;
+    TEST_ASSERT_TRUE(run(COMPENSATION_FEEDFORWARD, &config).rms <= 0.00036);
+}
+
+static void test_triangle_with_half_and_one_and_a_half_times_the_breakaway_and_noise(void)
+{
+    static const double scale[] = {0.5, 1.5};
+    for (int i = 0; i < 2; i++)
+    {
+        truth.breakaway_positive = scale[i];
+        truth.breakaway_negative = scale[i];
+        truth.noise_n            = 1e-3;
+        const double off         = run(COMPENSATION_OFF, NULL).rms;
+        TEST_ASSERT_TRUE(off / run(COMPENSATION_FEEDFORWARD, NULL).rms >= 3.4);
+    }
+}
+
+static double square(const void *context, double t)
+{
+    return fmod(t, 10.0) < 5.0 ? 0.4 : *(const double *)context;
+}
+
+static double ratio(double high)
+{
+    const double off = compensation_run(COMPENSATION_OFF, NULL, &truth, square, &high, 10.0, 20.0).rms;
+    const double x   = compensation_run(COMPENSATION_FEEDFORWARD, NULL, &truth, square, &high, 10.0, 20.0).rms;
+    printf("steps 0.4/%.2f: %.2f times\n", high, off / x);
+    return off / x;
+}
+
+static void test_steps_are_fed_back_while_the_reference_stands(void)
+{
+    TEST_ASSERT_TRUE(ratio(0.6) >= 1.9);
+    TEST_ASSERT_TRUE(ratio(0.42) >= 2.3);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_triangle_has_a_twentieth_of_the_error);
+    RUN_TEST(test_triangle_without_the_rate_of_the_reference);
+    RUN_TEST(test_triangle_with_half_and_one_and_a_half_times_the_breakaway_and_noise);
+    RUN_TEST(test_steps_are_fed_back_while_the_reference_stands);
+    return UNITY_END();
+}

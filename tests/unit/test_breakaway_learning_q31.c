@@ -1,0 +1,195 @@
+#include "tribo/breakaway_learning_q31.h"
+
+#include "random.h"
+#include "tribo/quantize_feedforward_q31.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#define POSITIVE TRIBO_BREAKAWAY_POSITIVE
+#define NEGATIVE TRIBO_BREAKAWAY_NEGATIVE
+#define FS       2.0
+#define UNIT     (FS / 536870912.0) // N
+
+static tribo_breakaway_learning_f32_config_t config;
+static tribo_breakaway_learning_q31_params_t params;
+static tribo_breakaway_learning_q31_state_t  learning;
+
+void setUp(void)
+{
+    config = tribo_breakaway_learning_f32_default();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_breakaway_learning_q31_init(&params, &config, (float)FS));
+    tribo_breakaway_learning_q31_reset(&params, &learning);
+}
+
+void tearDown(void)
+{
+}
+
+static uint32_t units(double force_n)
+{
+    return (uint32_t)lround(force_n / UNIT);
+}
+
+static tribo_breakaway_learning_q31_signals_t at(uint32_t direction, double prior)
+{
+    return tribo_breakaway_learning_q31_at(&params, &learning, direction, units(prior));
+}
+
+static void teach(uint32_t direction, double travel, double prior, double measured)
+{
+    tribo_breakaway_learning_q31_step(&params,
+                                      &learning,
+                                      direction,
+                                      units(travel),
+                                      units(prior),
+                                      (int32_t)lround(measured / UNIT));
+}
+
+static void test_learning_follows_its_twin(void)
+{
+    tribo_breakaway_learning_f32_params_t twin_params;
+    tribo_breakaway_learning_f32_state_t  twin;
+    random_t                              r           = {11};
+    double                                worst_L     = 0.0;
+    double                                worst_doubt = 0.0;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_breakaway_learning_f32_init(&twin_params, &config));
+    tribo_breakaway_learning_f32_reset(&twin_params, &twin);
+    for (int k = 0; k < 50000; k++)
+    {
+        const uint32_t direction = (uint32_t)(k / 4000) % 2u;
+        const double   prior     = random_between(&r, 0.02, 0.2);
+        const double   truth     = direction == POSITIVE ? 1.3 * prior : 0.8 * prior + 0.005;
+        const double   measured  = truth + random_between(&r, -0.01, 0.01);
+        const double   travel    = random_between(&r, 0.0, 1e-4);
+        teach(direction, travel, prior, measured);
+        tribo_breakaway_learning_f32_step(&twin_params, &twin, direction, (float)travel, (float)prior, (float)measured);
+        for (uint32_t d = 0; d < 2u; d++)
+        {
+            const tribo_breakaway_learning_q31_signals_t a = at(d, prior);
+            const tribo_breakaway_learning_f32_signals_t b =
+                tribo_breakaway_learning_f32_at(&twin_params, &twin, d, (float)prior);
+            worst_L     = fmax(worst_L, fabs(a.L * UNIT - (double)b.L_n));
+            worst_L     = fmax(worst_L, fabs(a.weighted * UNIT - (double)b.weighted_n));
+            worst_doubt = fmax(worst_doubt, fabs(a.doubt / 2147483648.0 - (double)b.doubt));
+        }
+    }
+    printf("L within %.1e N, doubt within %.1e\n", worst_L, worst_doubt);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.0, worst_L);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, worst_doubt);
+}
+
+static void test_nothing_is_known_at_first(void)
+{
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        TEST_ASSERT_UINT32_WITHIN(2, units(0.1), at(d, 0.1).L);
+        TEST_ASSERT_UINT32_WITHIN(128, UINT32_C(1) << 31, at(d, 0.1).doubt);
+        TEST_ASSERT_UINT32_WITHIN(4, units(0.05), at(d, 0.1).weighted);
+        TEST_ASSERT_FALSE(tribo_breakaway_learning_q31_is_at_bound(&params, &learning, d, units(0.1)));
+    }
+}
+
+static void test_learning_takes_extremes_without_leaving_its_ranges(void)
+{
+    random_t       r        = {12};
+    const uint32_t prior[]  = {0, 1, 2, 1000, 1u << 20, (1u << 29) - 1u, 1u << 29, UINT32_MAX};
+    const int32_t  z[]      = {INT32_MIN, INT32_MAX, 0, 1, -1, 1 << 30, 1 << 20};
+    const uint32_t travel[] = {0, 1, 1000, 1u << 20, UINT32_MAX};
+    for (int k = 0; k < 200000; k++)
+    {
+        const uint32_t p = prior[random_bits(&r) % 8u];
+        tribo_breakaway_learning_q31_step(&params,
+                                          &learning,
+                                          (uint32_t)random_bits(&r) % 2u,
+                                          travel[random_bits(&r) % 5u],
+                                          p,
+                                          z[random_bits(&r) % 7u]);
+        for (uint32_t d = 0; d < 2u; d++)
+        {
+            const tribo_breakaway_learned_q31_t *of = &learning.of[d];
+            TEST_ASSERT_TRUE(of->scale <= 3 << 28 && of->scale >= -(3 << 28));
+            TEST_ASSERT_TRUE(of->offset <= 3 << 28 && of->offset >= -(3 << 28));
+            TEST_ASSERT_TRUE(of->ss <= (1 << 30) + 64 && of->ss >= -64 && of->oo <= (1 << 30) + 64 && of->oo >= -64);
+            const tribo_breakaway_learning_q31_signals_t s = tribo_breakaway_learning_q31_at(&params, &learning, d, p);
+            TEST_ASSERT_TRUE(s.L <= 1u << 29 && s.weighted <= s.L && s.doubt < 1u << 31);
+        }
+    }
+}
+
+static void test_what_was_learned_stays_within_its_bounds_and_says_so(void)
+{
+    for (int k = 0; k < 100000; k++)
+    {
+        teach(NEGATIVE, 1e-3, 0.1, 1.9);
+    }
+    TEST_ASSERT_EQUAL_INT32(3 << 28, learning.of[NEGATIVE].scale);
+    TEST_ASSERT_TRUE(tribo_breakaway_learning_q31_is_at_bound(&params, &learning, NEGATIVE, units(0.1)));
+    TEST_ASSERT_TRUE(at(NEGATIVE, 0.1).L <= units(0.3));
+    tribo_breakaway_learning_q31_reset(&params, &learning);
+    learning.of[POSITIVE].offset = 3 << 28;
+    TEST_ASSERT_TRUE(tribo_breakaway_learning_q31_is_at_bound(&params, &learning, POSITIVE, units(0.1)));
+    learning.of[POSITIVE].offset = (3 << 28) - 1;
+    TEST_ASSERT_FALSE(tribo_breakaway_learning_q31_is_at_bound(&params, &learning, POSITIVE, units(0.1)));
+    learning.of[POSITIVE].scale = (3 << 28) - 1; // L over 3 times: 1 + 3 0.4 + 3 0.9
+    TEST_ASSERT_TRUE(tribo_breakaway_learning_q31_is_at_bound(&params, &learning, POSITIVE, units(0.011)));
+    TEST_ASSERT_UINT32_WITHIN(2, 3u * units(0.011), at(POSITIVE, 0.011).L);
+    learning.of[POSITIVE].scale  = -(2 << 28);
+    learning.of[POSITIVE].offset = -(1 << 28);
+    TEST_ASSERT_TRUE(tribo_breakaway_learning_q31_is_at_bound(&params, &learning, POSITIVE, units(0.02)));
+    TEST_ASSERT_UINT32_WITHIN(2, units(0.2 * 0.02), at(POSITIVE, 0.02).L);
+    TEST_ASSERT_FALSE(tribo_breakaway_learning_q31_is_at_bound(&params, &learning, NEGATIVE, UINT32_MAX));
+    TEST_ASSERT_EQUAL_UINT32(at(NEGATIVE, 1.99).L > 0u, 1);
+    learning.of[NEGATIVE].scale = 3 << 27;
+    TEST_ASSERT_EQUAL_UINT32(1u << 29, tribo_breakaway_learning_q31_at(&params, &learning, NEGATIVE, UINT32_MAX).L);
+}
+
+static void test_no_travel_teaches_nothing(void)
+{
+    for (int k = 0; k < 100; k++)
+    {
+        teach(POSITIVE, 1e-4, 0.1, 0.13);
+    }
+    const tribo_breakaway_learning_q31_state_t before = learning;
+    teach(POSITIVE, 0.0, 0.1, 0.2);
+    teach(NEGATIVE, 0.0, 0.05, -0.2);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &learning, sizeof learning);
+    TEST_ASSERT_EQUAL_UINT64(100u * units(1e-4), learning.travel[POSITIVE]);
+}
+
+static void check(float *field, float value, tribo_status_t status)
+{
+    const tribo_breakaway_learning_q31_params_t before = params;
+    const float                                 kept   = *field;
+    *field                                             = value;
+    TEST_ASSERT_EQUAL_INT(status, tribo_breakaway_learning_q31_init(&params, &config, (float)FS));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof params);
+    *field = kept;
+}
+
+static void test_learning_init_names_the_field(void)
+{
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_breakaway_learning_q31_init(NULL, &config, (float)FS));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_breakaway_learning_q31_init(&params, NULL, (float)FS));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_FULL_SCALE, tribo_breakaway_learning_q31_init(&params, &config, 0.0f));
+    check(&config.spread_scale, 1.1f, TRIBO_ERR_LEARNING_SPREAD);
+    check(&config.spread_offset_n, 1e-6f, TRIBO_ERR_LEARNING_SPREAD);
+    check(&config.spread_offset_n, 0.6f, TRIBO_ERR_LEARNING_SPREAD);
+    check(&config.weight_n, 1e-6f, TRIBO_ERR_LEARNING_WEIGHT);
+    check(&config.weight_n, 0.2f, TRIBO_ERR_LEARNING_WEIGHT);
+    check(&config.forgetting_per_n, 17.0f, TRIBO_ERR_LEARNING_FORGETTING);
+    check(&config.trust, -0.1f, TRIBO_ERR_LEARNING_TRUST);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_learning_follows_its_twin);
+    RUN_TEST(test_nothing_is_known_at_first);
+    RUN_TEST(test_learning_takes_extremes_without_leaving_its_ranges);
+    RUN_TEST(test_what_was_learned_stays_within_its_bounds_and_says_so);
+    RUN_TEST(test_no_travel_teaches_nothing);
+    RUN_TEST(test_learning_init_names_the_field);
+    return UNITY_END();
+}
