@@ -193,6 +193,7 @@ static inline float feedforward_f32_before(const tribo_feedforward_f32_params_t 
     }
 
     const float noise = feedforward_f32_noise(params, state, r);
+    const float was   = state->reached_n;
     const float moved = feedforward_f32_reach(params, state, r);
     const bool  step  = magnitude(moved) > params->step_n;
     const float width = params->reversal_n + noise;
@@ -208,8 +209,8 @@ static inline float feedforward_f32_before(const tribo_feedforward_f32_params_t 
     // Where r is noisy its rate is not worth much.
     const float ahead = params->lead_s * state->rate_n_s * (params->reversal_n / width);
 
-    // y expected is of the end of the last tick, as y is.
-    signals->e_n = bad_y ? 0.0f : (state->reached_n - y) + (state->path.sensor_n - moved);
+    // y expected is of the end of the last tick, as y is; and so is the r that it is a distance from.
+    signals->e_n = bad_y ? 0.0f : (was - y) + state->path.sensor_n;
     (void)path_f32_step(&params->path, &state->path, moved, ahead);
     signals->lin_n     = state->reached_n + ahead;
     signals->y_n       = y;

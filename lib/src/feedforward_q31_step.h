@@ -23,10 +23,10 @@ static inline int32_t feedforward_q31_inside(int32_t x)
     return x / 4;
 }
 
-/// Q29 to Q31, saturated and counted.
-static inline int32_t feedforward_q31_outside(int32_t x, uint32_t *saturated)
+/// Q29 to Q31, within full scale.
+static inline int32_t feedforward_q31_outside(int32_t x)
 {
-    return tribo_q31_saturate((int64_t)x * 4, saturated);
+    return 4 * limit_q31(x, 1 - FEEDFORWARD_Q31_FULL, FEEDFORWARD_Q31_FULL - 1);
 }
 
 /// L in `direction` at `force` before anything is learned. Good forces are below FS.
@@ -54,12 +54,16 @@ static inline uint32_t feedforward_q31_direction(int32_t way)
 /// Friction between that of the way that r went before and that of the way it goes, exactly these at the ends.
 static inline int32_t feedforward_q31_friction(const tribo_feedforward_q31_signals_t *signals, int32_t sigma)
 {
-    const int32_t  along  = signals->way < 0 ? -sigma : sigma;
-    const uint32_t done   = (uint32_t)(FEEDFORWARD_Q31_FULL + along); // Q30
-    const uint32_t undone = (uint32_t)(FEEDFORWARD_Q31_FULL - along);
-    const int32_t  f      = (int32_t)(tribo_q31_product(done, signals->ahead.weighted) >> 30) -
-                      (int32_t)(tribo_q31_product(undone, signals->behind.weighted) >> 30);
-    return signals->way < 0 ? -f : (signals->way > 0 ? f : 0);
+    const int32_t along = signals->way < 0 ? -sigma : sigma;
+    int32_t       f     = (int32_t)signals->ahead.weighted;
+    if (along != FEEDFORWARD_Q31_FULL)
+    {
+        const uint32_t done   = (uint32_t)(FEEDFORWARD_Q31_FULL + along); // Q30
+        const uint32_t undone = (uint32_t)(FEEDFORWARD_Q31_FULL - along);
+        f                     = (int32_t)(tribo_q31_product(done, signals->ahead.weighted) >> 30) -
+            (int32_t)(tribo_q31_product(undone, signals->behind.weighted) >> 30);
+    }
+    return f * signals->way;
 }
 
 /// b in Q29, rounded towards zero.
@@ -123,7 +127,7 @@ static inline int32_t feedforward_q31_reach(const tribo_feedforward_q31_params_t
                                             int32_t                               r)
 {
     int32_t change = r - state->reached;
-    if ((state->limited > 0 && change > 0) || (state->limited < 0 && change < 0))
+    if (state->limited * change > 0)
     {
         change = 0;
     }
@@ -247,6 +251,7 @@ static inline int32_t feedforward_q31_before(const tribo_feedforward_q31_params_
     }
 
     const uint32_t noise = feedforward_q31_noise(params, state, r);
+    const int32_t  was   = state->reached;
     const int32_t  moved = feedforward_q31_reach(params, state, r);
     const bool     step  = tribo_q31_magnitude(moved) > (uint32_t)params->step;
     const uint32_t width = params->reversal + noise;
@@ -261,9 +266,8 @@ static inline int32_t feedforward_q31_before(const tribo_feedforward_q31_params_
 
     const int32_t ahead = feedforward_q31_ahead(params, state, width);
 
-    // y expected is of the end of the last tick, as y is. A path that is driven by lin is within a few FS, so this fits.
-    const int32_t behind = tribo_q31_subtract(state->path.sensor, moved, &state->saturated);
-    const int32_t error  = bad_y ? 0 : tribo_q31_add(state->reached - y, behind, &state->saturated);
+    // y expected is of the end of the last tick, as y is; and so is the r that it is a distance from.
+    const int32_t error = bad_y ? 0 : tribo_q31_add(was - y, state->path.sensor, &state->path.saturated);
     (void)path_q31_step(&params->path, &state->path, moved, ahead);
     signals->error   = limit_q31(error, -FEEDFORWARD_Q31_FULL, FEEDFORWARD_Q31_FULL);
     signals->lin     = state->reached + ahead;
@@ -296,7 +300,7 @@ static inline int32_t feedforward_q31_before(const tribo_feedforward_q31_params_
     }
     state->f       = signals->f;
     signals->sigma = state->sigma;
-    signals->e     = feedforward_q31_outside(signals->error, &state->saturated);
+    signals->e     = feedforward_q31_outside(signals->error);
     return signals->e;
 }
 
@@ -324,7 +328,7 @@ static inline int32_t feedforward_q31_added(const tribo_feedforward_q31_params_t
     const int64_t most = (int64_t)params->offset_max * (INT64_C(1) << 32);
     state->offset      = b > most ? most : b < -most ? -most : b;
     signals->b         = feedforward_q31_offset(state);
-    signals->added     = feedforward_q31_outside(wanted - signals->b, &state->saturated);
+    signals->added     = feedforward_q31_outside(wanted - signals->b);
     return signals->added;
 }
 
@@ -383,9 +387,13 @@ static inline void feedforward_q31_after(const tribo_feedforward_q31_params_t *p
                                          bool                                  limited,
                                          tribo_feedforward_q31_signals_t      *signals)
 {
-    const int64_t wanted = (int64_t)v + signals->added;
-    state->limited       = (int8_t)(limited ? (wanted > u) - (wanted < u) : 0);
-    state->u             = feedforward_q31_inside(u);
+    state->limited = 0;
+    if (limited)
+    {
+        const int64_t wanted = (int64_t)v + signals->added;
+        state->limited       = (int8_t)((wanted > u) - (wanted < u));
+    }
+    state->u = feedforward_q31_inside(u);
     friction_meter_q31_step(&params->meter, &state->meter, state->u, signals->y, &signals->meter);
     state->error    = first_order_q31_step(state->error, signals->error, params->meter.filter_part);
     signals->travel = feedforward_q31_travel(params, state, signals);

@@ -93,6 +93,16 @@ static inline bool feedforward_holds(const feedforward_t *x)
     return x->state.hold.active;
 }
 
+static inline void feedforward_set_caution(feedforward_t *x, double caution)
+{
+    x->state.hold.caution = (uint32_t)(caution * 4294967295.0);
+}
+
+static inline double feedforward_caution(const feedforward_t *x)
+{
+    return x->state.hold.caution / 4294967295.0;
+}
+
 /// What was learned is the same, of the other direction where `mirrored`.
 static inline bool feedforward_knows_the_same(const feedforward_t *a, const feedforward_t *b, bool mirrored)
 {

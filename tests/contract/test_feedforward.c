@@ -178,6 +178,12 @@ static void double_forces(void)
     model.arm.stiffness *= 2.0f;
 }
 
+/// To the last bit, but for what is too small for all of a float's.
+static bool is_twice(double twice, double force)
+{
+    return twice == 2.0 * force || fabs(twice) < 1e-36;
+}
+
 static void test_feedforward_of_forces_twice_as_large_gives_forces_twice_as_large(void)
 {
     plant_t    plant   = {.positive = 1.3, .negative = 0.7, .noise = 2e-4};
@@ -191,15 +197,15 @@ static void test_feedforward_of_forces_twice_as_large_gives_forces_twice_as_larg
         const double reference = on_grid(wander(&w));
         const double y         = on_grid(measure(&plant));
         const double e         = feedforward_before(&x, reference, y);
-        TEST_ASSERT_TRUE(feedforward_before(&other, 2.0 * reference, 2.0 * y) == 2.0 * e);
+        TEST_ASSERT_TRUE(is_twice(feedforward_before(&other, 2.0 * reference, 2.0 * y), e));
         const double v     = on_grid(control(&plant, e));
         const double added = feedforward_added(&x, v);
-        TEST_ASSERT_TRUE(feedforward_added(&other, 2.0 * v) == 2.0 * added);
+        TEST_ASSERT_TRUE(is_twice(feedforward_added(&other, 2.0 * v), added));
         const double u = on_grid(v + added);
         feedforward_after(&x, v, u, false);
         feedforward_after(&other, 2.0 * v, 2.0 * u, false);
         learned += feedforward_seen(&x).travel > 0.0;
-        TEST_ASSERT_TRUE(feedforward_seen(&other).z == 2.0 * feedforward_seen(&x).z);
+        TEST_ASSERT_TRUE(is_twice(feedforward_seen(&other).z, feedforward_seen(&x).z));
         move(&plant, u);
     }
     printf("%d ticks learned\n", learned);
@@ -481,6 +487,58 @@ static void test_a_step_in_a_hold_is_fed_back(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, triangle(35000) - 0.05, plant.F);
 }
 
+static void test_the_first_reversal_is_the_controllers_alone(void)
+{
+    init(&x);
+    double before = 0.3;
+    for (int k = 0; k < 100; k++)
+    {
+        const double reference = 0.3 + 1e-5 * k; // turns after 0.25 mN, far from a step
+        (void)feedforward_before(&x, reference, 0.3);
+        const double added = feedforward_added(&x, 0.0);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-4, before, added); // no jump, though f jumps
+        feedforward_after(&x, 0.0, 0.3, false);
+        before = added;
+    }
+    const feedforward_seen_t seen = feedforward_seen(&x);
+    TEST_ASSERT_TRUE(seen.sigma == 1.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.5 * (L0 + L1 * 0.3), seen.f);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3, seen.f, seen.b); // which has leaked
+}
+
+static void test_nothing_is_learned_while_u_is_limited(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    int learned = 0;
+    for (int k = 0; k < 10000; k++)
+    {
+        const double v = control(&plant, feedforward_before(&x, triangle(k), measure(&plant)));
+        const double u = v + feedforward_added(&x, v);
+        // Told to be limited, and so that the reference is not held back by it: on the side it does not go to.
+        feedforward_after(&x, v, k > 8000 ? u + 1e-3 : u, k > 8000);
+        TEST_ASSERT_TRUE(k <= 8000 || feedforward_seen(&x).travel == 0.0);
+        learned += feedforward_seen(&x).travel > 0.0;
+        move(&plant, u);
+    }
+    TEST_ASSERT_TRUE(learned > 3000);
+}
+
+static void test_learning_takes_the_caution_of_holds_back(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; k < 50000; k++)
+    {
+        if (k == 10000)
+        {
+            feedforward_set_caution(&x, 0.5);
+        }
+        (void)tick(&x, &plant, triangle(k));
+    }
+    TEST_ASSERT_TRUE(feedforward_caution(&x) < 0.5 * exp(-8.0)); // 1.5 N of learning or so, 0.1 N a factor e
+}
+
 static void test_a_reference_that_has_never_moved_is_not_held(void)
 {
     init(&x);
@@ -606,6 +664,9 @@ int main(void)
     RUN_TEST(test_entering_adds_what_was_added_before);
     RUN_TEST(test_u_does_not_jump_where_a_hold_begins_or_ends);
     RUN_TEST(test_a_step_in_a_hold_is_fed_back);
+    RUN_TEST(test_the_first_reversal_is_the_controllers_alone);
+    RUN_TEST(test_nothing_is_learned_while_u_is_limited);
+    RUN_TEST(test_learning_takes_the_caution_of_holds_back);
     RUN_TEST(test_a_reference_that_has_never_moved_is_not_held);
     RUN_TEST(test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals);
     RUN_TEST(test_a_table_serves_as_a_prior_as_a_law_does);

@@ -11,7 +11,7 @@
 ///     sigma                                   Q29, within +-1
 ///
 /// Breakaway is learned in units of its prior spread (breakaway_learning_q31.h). Mirrored inputs give mirrored bits; all forces
-/// and FS times 2 give the same bits. e and the sum lin + f - b saturate at FS.
+/// and FS times 2 give the same bits. e and the sum lin + f - b are limited to FS.
 /// A tick has three divisions of 32 bits where f changes over, five where it learns, and four more with a table. The tick
 /// that learns is the longest. Not synchronized: one state, one tick.
 
@@ -77,7 +77,6 @@ typedef struct
     int32_t                              error;      ///< LP(e)
     uint32_t                             distance;   ///< D, travelled without a break
     uint32_t                             bad_inputs; ///< ticks with a bad r or y since reset; stops at UINT32_MAX
-    uint32_t                             saturated;  ///< errors and sums clamped since reset; stops at UINT32_MAX
     tribo_play_q31_state_t               reversal;   ///< rp and s
     tribo_play_q31_state_t               slide;      ///< m and dir
     tribo_path_q31_state_t               path;
