@@ -11,6 +11,8 @@
 
 #define HOLD_F32_QUICK_CHANGES 4u
 #define HOLD_F32_CHANGED_MIN   1.0e-6f
+#define HOLD_F32_SELDOM        0.6f  // deadband over the mean second difference of y, where y seldom changes
+#define HOLD_F32_ALWAYS        0.13f // and where it always does: 0.1 lets F slip within minutes at 0.3 mN of noise
 
 static inline bool hold_f32_stands(const tribo_hold_f32_params_t *params,
                                    tribo_hold_f32_state_t        *state,
@@ -90,7 +92,8 @@ static inline float hold_f32_deadband(const tribo_hold_f32_params_t *params,
 
     // Over the ticks in which y changed; none where it has not for long.
     const float mean = state->changed > HOLD_F32_CHANGED_MIN ? state->noise_n / state->changed : 0.0f;
-    return e - bound_f32(state->error_n, mean * (0.6f - 0.5f * state->changed));
+    return e -
+           bound_f32(state->error_n, mean * (HOLD_F32_SELDOM - (HOLD_F32_SELDOM - HOLD_F32_ALWAYS) * state->changed));
 }
 
 static inline void hold_f32_learned(const tribo_hold_f32_params_t *params, tribo_hold_f32_state_t *state, float travel)

@@ -13,7 +13,8 @@
 #define HOLD_Q31_TENTH         429496730u // Q32
 #define HOLD_Q31_CHANGED_MIN   4295u      // 1e-6
 #define HOLD_Q31_NOISE_MAX     (UINT32_C(1) << 31)
-#define HOLD_Q31_SELDOM        2576980378u // 0.6: deadband over the mean second difference, where y seldom changes
+#define HOLD_Q31_SELDOM        2576980378u // Q32: deadband over the mean second difference, where y seldom changes
+#define HOLD_Q31_ALWAYS        558345748u  // and where it always does
 
 static inline bool hold_q31_stands(const tribo_hold_q31_params_t *params,
                                    tribo_hold_q31_state_t        *state,
@@ -106,7 +107,9 @@ static inline int32_t hold_q31_deadband(const tribo_hold_q31_params_t *params,
 
     // Over the ticks in which y changed, up to 2^24 units; none where it has not for long.
     const uint32_t mean = state->changed > HOLD_Q31_CHANGED_MIN ? ratio_q31(state->noise, state->changed) >> 7 : 0u;
-    const int32_t  most = (int32_t)tribo_q31_high(mean, HOLD_Q31_SELDOM - state->changed / 2u);
+    const int32_t  most =
+        (int32_t)tribo_q31_high(mean,
+                                HOLD_Q31_SELDOM - tribo_q31_high(state->changed, HOLD_Q31_SELDOM - HOLD_Q31_ALWAYS));
     return e - limit_q31(state->error, -most, most);
 }
 

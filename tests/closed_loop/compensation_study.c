@@ -222,6 +222,38 @@ static void study_hold(void)
     }
 }
 
+static void study_long_hold(void)
+{
+    static const double noise[] = {0.0, 0.3e-3, 1e-3};
+    for (int i = 0; i < 3; i++)
+    {
+        compensation_truth_t truth = compensation_nominal();
+        char                 name[64];
+        truth.noise_n = noise[i];
+        (void)snprintf(name, sizeof name, "hold of 5 min, noise %.1f mN", 1e3 * noise[i]);
+        three(name, &truth, ramp_and_hold, NULL, 40.0, 300.0);
+    }
+}
+
+/// 0.5 N and 0.1 N of a sine.
+static double sine(const void *context, double t)
+{
+    const double *hz = context;
+    return 0.5 + 0.1 * sin(6.283185307179586 * *hz * t);
+}
+
+static void study_sines(void)
+{
+    static const double hz[] = {0.05, 0.1, 0.2, 0.5, 1.0};
+    for (int i = 0; i < 5; i++)
+    {
+        const compensation_truth_t truth = compensation_nominal();
+        char                       name[64];
+        (void)snprintf(name, sizeof name, "sine of %.2f Hz", hz[i]);
+        three(name, &truth, sine, &hz[i], 1.0 / hz[i], fmax(2.0 / hz[i], 10.0));
+    }
+}
+
 static bool wanted(int argc, char **argv, const char *name)
 {
     bool found = argc < 2;
@@ -254,6 +286,14 @@ int main(int argc, char **argv)
     if (wanted(argc, argv, "hold"))
     {
         study_hold();
+    }
+    if (wanted(argc, argv, "long"))
+    {
+        study_long_hold();
+    }
+    if (wanted(argc, argv, "sines"))
+    {
+        study_sines();
     }
     if (wanted(argc, argv, "many"))
     {
