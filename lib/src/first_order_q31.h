@@ -13,10 +13,11 @@ static inline int32_t part_of_q31(int32_t x, uint32_t part)
     return x < 0 ? -size : size;
 }
 
-/// a/b in Q31, a little below 1 where a is not below b.
+/// a/b in Q31 for b over 0, a little below 1 where a is not below b.
 static inline uint32_t ratio_q31(uint32_t a, uint32_t b)
 {
-    return tribo_q31_ratio(a < b ? a : b - 1u, b);
+    const uint32_t odd = b | 1u; // not 0, whatever a corrupt state makes of b; and next to b otherwise
+    return tribo_q31_ratio(a < odd ? a : odd - 1u, odd);
 }
 
 /// The state after a tick of the low pass with `part`, Q32; the difference of the two must fit. It stops short of its input by

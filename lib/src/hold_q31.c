@@ -8,7 +8,7 @@
 
 #define FORCE_MAX (INT32_C(1) << 29)
 
-static int32_t force(int32_t x)
+static int32_t within_range(int32_t x)
 {
     return limit_q31(x, -FORCE_MAX, FORCE_MAX);
 }
@@ -56,9 +56,9 @@ tribo_status_t tribo_hold_q31_init(tribo_hold_q31_params_t       *params,
     return TRIBO_OK;
 }
 
-void tribo_hold_q31_reset(tribo_hold_q31_state_t *state, int32_t at)
+void tribo_hold_q31_reset(tribo_hold_q31_state_t *state, int32_t force)
 {
-    *state = (tribo_hold_q31_state_t){.anchor = force(at)};
+    *state = (tribo_hold_q31_state_t){.anchor = within_range(force)};
 }
 
 bool tribo_hold_q31_stands(const tribo_hold_q31_params_t *params,
@@ -67,12 +67,12 @@ bool tribo_hold_q31_stands(const tribo_hold_q31_params_t *params,
                            uint32_t                       half,
                            bool                           step)
 {
-    return hold_q31_stands(params, state, force(reference), half, step);
+    return hold_q31_stands(params, state, within_range(reference), half, step);
 }
 
 void tribo_hold_q31_enter(tribo_hold_q31_state_t *state, int32_t u, int32_t f, int32_t way, int32_t y)
 {
-    hold_q31_enter(state, force(u), force(f), way, force(y));
+    hold_q31_enter(state, within_range(u), within_range(f), way, within_range(y));
 }
 
 int32_t tribo_hold_q31_step(const tribo_hold_q31_params_t *params,
@@ -81,7 +81,7 @@ int32_t tribo_hold_q31_step(const tribo_hold_q31_params_t *params,
                             uint32_t                       positive,
                             uint32_t                       negative)
 {
-    return hold_q31_step(params, state, force(u), breakaway(positive), breakaway(negative));
+    return hold_q31_step(params, state, within_range(u), breakaway(positive), breakaway(negative));
 }
 
 int32_t tribo_hold_q31_deadband(const tribo_hold_q31_params_t *params,
@@ -89,7 +89,7 @@ int32_t tribo_hold_q31_deadband(const tribo_hold_q31_params_t *params,
                                 int32_t                        e,
                                 int32_t                        y)
 {
-    return hold_q31_deadband(params, state, force(e), force(y));
+    return hold_q31_deadband(params, state, within_range(e), within_range(y));
 }
 
 void tribo_hold_q31_learned(const tribo_hold_q31_params_t *params, tribo_hold_q31_state_t *state, uint32_t travel)
