@@ -160,7 +160,7 @@ static inline tribo_status_t fed_loop_init(fed_loop_t                           
     x->off                      = config == NULL;
     const tribo_status_t status = tribo_controller_f32_init(&x->controller, controller);
     tribo_controller_f32_reset(&x->controller_state);
-    if (status != TRIBO_OK || x->off)
+    if (status != TRIBO_OK || config == NULL)
     {
         return status;
     }

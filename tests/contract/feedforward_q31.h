@@ -196,7 +196,7 @@ static inline tribo_status_t fed_loop_init(fed_loop_t                           
     x->feedforward.full_scale   = FULL_SCALE_N;
     const tribo_status_t status = tribo_controller_q31_init(&x->controller, controller, (float)FULL_SCALE_N, NULL);
     tribo_controller_q31_reset(&x->controller_state);
-    if (status != TRIBO_OK || x->off)
+    if (status != TRIBO_OK || config == NULL)
     {
         return status;
     }

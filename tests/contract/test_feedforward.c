@@ -312,7 +312,7 @@ static double any_force(void)
                                  -3.9,
                                  1e9};
     const double        kind  = random_between(&r, 0.0, 1.0);
-    return kind < 0.3 ? odd[(int)random_between(&r, 0.0, sizeof odd / sizeof odd[0])] : random_between(&r, -2.0, 2.0);
+    return kind < 0.3 ? odd[random_bits(&r) % (sizeof odd / sizeof odd[0])] : random_between(&r, -2.0, 2.0);
 }
 
 static void test_error_friction_and_offset_are_bounded_for_any_input(void)
