@@ -33,9 +33,16 @@ typedef double (*compensation_reference_t)(const void *context, double t);
 
 typedef struct
 {
-    double rms, peak, variation; // of r - F, of r - F, total variation of u, over the second part of the run
-    double first_rms;            // of r - F, over the first part
+    double rms, peak, variation;  // of r - F, of r - F, total variation of u, over the second part of the run
+    double first_rms, first_peak; // of r - F, over the first part
 } compensation_result_t;
+
+/// Told of each tick: its time in s, reference and true force in N. `tick` may be null.
+typedef struct
+{
+    void (*tick)(void *context, double t, double r, double force);
+    void *context;
+} compensation_watch_t;
 
 compensation_truth_t compensation_nominal(void);
 
@@ -52,6 +59,16 @@ typedef struct
 {
     double low, high, slope; // N, N, N/s
 } compensation_triangle_t;
+
+/// compensation_run with somebody who watches.
+compensation_result_t compensation_run_watched(compensation_t                        method,
+                                               const tribo_feedforward_f32_config_t *config,
+                                               const compensation_truth_t           *truth,
+                                               compensation_reference_t              reference,
+                                               const void                           *context,
+                                               double                                first_s,
+                                               double                                second_s,
+                                               compensation_watch_t                  watch);
 
 /// From its low end.
 double compensation_triangle(const void *context, double t);

@@ -1,6 +1,8 @@
 // Prints the tables that compare the ways to compensate friction. Not a test; run it by hand:
 //
 //     build/host-release/tests/closed_loop/compensation_study_f32 [triangle|many|...]
+//
+// With --trace alone it prints the last period of the benchmark as CSV, for tools/compensation_report.py.
 
 #include "compensation.h"
 #include "unity.h"
@@ -20,7 +22,7 @@ void tearDown(void)
 
 static void print(const char *name, compensation_result_t x, compensation_result_t off)
 {
-    printf("%-28s RMS %.6f N (%5.2f times), peak %.2f mN, TV %.3f N (%.3f), first %.6f (%.2f)\n",
+    printf("%-32s RMS %.6f N (%5.2f times), peak %.2f mN, TV %.3f N (%.3f), first %.6f (%.2f), peak %.2f mN\n",
            name,
            x.rms,
            off.rms / x.rms,
@@ -28,7 +30,8 @@ static void print(const char *name, compensation_result_t x, compensation_result
            x.variation,
            x.variation / off.variation,
            x.first_rms,
-           off.first_rms / x.first_rms);
+           off.first_rms / x.first_rms,
+           1e3 * x.first_peak);
 }
 
 static const compensation_triangle_t benchmark = {0.4, 0.6, 0.02};
@@ -83,7 +86,7 @@ static void study_many(const char *name, compensation_t method, compensation_tru
         }
     }
     qsort(ratio, 32, sizeof ratio[0], ascending);
-    printf("%-40s least %.2f median %.2f, first period least %.2f, TV most %.3f\n",
+    printf("%-42s least %.2f median %.2f, first period least %.2f, TV most %.3f\n",
            name,
            ratio[0],
            0.5 * (ratio[15] + ratio[16]),
@@ -102,7 +105,9 @@ static void study_breakaway(double noise)
         truth.breakaway_positive = scale[i];
         truth.breakaway_negative = scale[i];
         truth.noise_n            = noise;
-        (void)snprintf(name, sizeof name, "breakaway %.1f, noise %.0f mN", scale[i], 1e3 * noise);
+        (void)snprintf(name, sizeof name, "paper, breakaway %.1f, noise %.0f mN", scale[i], 1e3 * noise);
+        study_many(name, COMPENSATION_PAPER, truth);
+        (void)snprintf(name, sizeof name, "feed-forward, breakaway %.1f, noise %.0f mN", scale[i], 1e3 * noise);
         study_many(name, COMPENSATION_FEEDFORWARD, truth);
     }
 }
@@ -117,8 +122,8 @@ static void study_variants(void)
                    {"delay 3 ms", 1.0, 1.0, 3e-3, 0.0},
                    {"stiffness 0.5", 0.5, 1.0, 0.0, 0.0},
                    {"stiffness 1.5", 1.5, 1.0, 0.0, 0.0},
-                   {"actuator gain 0.86", 1.0, 0.86, 0.0, 0.0},
-                   {"12 bit of +-2 N", 1.0, 1.0, 0.0, 4.0 / 4096.0}};
+                   {"12 bit of +-2 N", 1.0, 1.0, 0.0, 4.0 / 4096.0},
+                   {"actuator gain 0.86", 1.0, 0.86, 0.0, 0.0}};
     for (size_t i = 0; i < sizeof variant / sizeof variant[0]; i++)
     {
         compensation_truth_t truth      = compensation_nominal();
@@ -127,8 +132,23 @@ static void study_variants(void)
         truth.delay_s                   = variant[i].delay;
         truth.quantisation_n            = variant[i].quantisation;
         const compensation_result_t off = compensation_run_triangle(COMPENSATION_OFF, NULL, &truth, benchmark);
-        print(variant[i].name, compensation_run_triangle(COMPENSATION_FEEDFORWARD, NULL, &truth, benchmark), off);
+        char                        name[64];
+        (void)snprintf(name, sizeof name, "paper, %s", variant[i].name);
+        print(name, compensation_run_triangle(COMPENSATION_PAPER, NULL, &truth, benchmark), off);
+        (void)snprintf(name, sizeof name, "feed-forward, %s", variant[i].name);
+        print(name, compensation_run_triangle(COMPENSATION_FEEDFORWARD, NULL, &truth, benchmark), off);
     }
+
+    // What the first direction teaches about the other one is wrong when u has the wrong scale.
+    compensation_truth_t           truth  = compensation_nominal();
+    tribo_feedforward_f32_config_t config = tribo_feedforward_f32_default();
+    truth.actuator_gain                   = 0.86;
+    config.learning.correlation           = 0.0f;
+    config.learning.correlation_faded     = 0.0f;
+    const compensation_result_t off       = compensation_run_triangle(COMPENSATION_OFF, NULL, &truth, benchmark);
+    print("  the same, correlation 0",
+          compensation_run_triangle(COMPENSATION_FEEDFORWARD, &config, &truth, benchmark),
+          off);
 }
 
 /// A square wave from its low end.
@@ -163,15 +183,17 @@ static void three(const char                 *name,
         compensation_run(COMPENSATION_PAPER, NULL, truth, reference, context, first_s, second_s);
     const compensation_result_t x =
         compensation_run(COMPENSATION_FEEDFORWARD, NULL, truth, reference, context, first_s, second_s);
-    printf("%-30s off %.3f mN, paper %.3f (%.2f times), feed-forward %.3f (%.2f times, TV %.2f, peak %.2f mN)\n",
+    printf("%-30s off %.3f mN, paper %.3f (%.2f times), feed-forward %.3f (%.2f times), "
+           "peak %.2f mN, TV %.3f N (%.2f)\n",
            name,
            1e3 * off.rms,
            1e3 * paper.rms,
            off.rms / paper.rms,
            1e3 * x.rms,
            off.rms / x.rms,
-           x.variation / off.variation,
-           1e3 * x.peak);
+           1e3 * x.peak,
+           x.variation,
+           x.variation / off.variation);
     (void)fflush(stdout);
 }
 
@@ -254,6 +276,50 @@ static void study_sines(void)
     }
 }
 
+#define TRACE_TICKS 20000L // of 1 ms: a period of the benchmark
+
+/// The forces of the three methods over the last period.
+typedef struct
+{
+    double  r[TRACE_TICKS];
+    double  force[3][TRACE_TICKS];
+    double *into; // of the method that runs
+} trace_t;
+
+static void record(void *context, double t, double r, double force)
+{
+    trace_t   *trace = context;
+    const long k     = lround(1e3 * t) - 2 * TRACE_TICKS;
+    if (k >= 0)
+    {
+        trace->r[k]    = r;
+        trace->into[k] = force;
+    }
+}
+
+static void print_trace(void)
+{
+    static trace_t             trace;
+    const compensation_truth_t truth  = compensation_nominal();
+    const compensation_t       each[] = {COMPENSATION_OFF, COMPENSATION_PAPER, COMPENSATION_FEEDFORWARD};
+    for (int i = 0; i < 3; i++)
+    {
+        trace.into                       = trace.force[i];
+        const compensation_watch_t watch = {record, &trace};
+        (void)compensation_run_watched(each[i], NULL, &truth, compensation_triangle, &benchmark, 20.0, 40.0, watch);
+    }
+    printf("t_s,r_N,F_off_N,F_paper_N,F_feedforward_N\n");
+    for (long k = 0; k < TRACE_TICKS; k++)
+    {
+        printf("%.3f,%.9g,%.9g,%.9g,%.9g\n",
+               40.0 + 1e-3 * (double)k,
+               trace.r[k],
+               trace.force[0][k],
+               trace.force[1][k],
+               trace.force[2][k]);
+    }
+}
+
 static bool wanted(int argc, char **argv, const char *name)
 {
     bool found = argc < 2;
@@ -267,6 +333,11 @@ static bool wanted(int argc, char **argv, const char *name)
 int main(int argc, char **argv)
 {
     UNITY_BEGIN(); // for the asserts of the rig
+    if (argc == 2 && strcmp(argv[1], "--trace") == 0)
+    {
+        print_trace();
+        return 0;
+    }
     if (wanted(argc, argv, "triangle"))
     {
         study_triangle();
