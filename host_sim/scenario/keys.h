@@ -43,6 +43,9 @@ void sim_key_set_defaults(sim_config_t *config);
 /// What a value of this type is called in a message, e.g. "a number".
 const char *sim_key_type_name(const sim_key_t *key);
 
+/// Room for the words of the longest choice.
+#define SIM_WORDS_MAX 512u
+
 /// The words of a choice, "triangle, sine or step", in `text`.
 void sim_key_words(const sim_key_t *key, char *text, size_t size);
 

@@ -119,7 +119,8 @@ static bool take_value(const sim_key_t *key, const char *text, char *at, char *w
     uint64_t       whole     = 0;
     int            word      = 0;
     const char    *complaint = NULL;
-    int            length    = 0;
+    char           words[SIM_WORDS_MAX];
+    const char    *meant = NULL;
     switch (key->type)
     {
     case SIM_KEY_WHOLE:
@@ -127,9 +128,17 @@ static bool take_value(const sim_key_t *key, const char *text, char *at, char *w
         memcpy(at, &whole, sizeof whole);
         break;
     case SIM_KEY_CHOICE:
-        word   = find_word(key, text);
-        length = snprintf(what, size, "'%.40s' is not ", text);
-        sim_key_words(key, what + length, size - (size_t)length);
+        word  = find_word(key, text);
+        meant = sim_suggest_word(key, text);
+        sim_key_words(key, words, sizeof words);
+        (void)snprintf(what,
+                       size,
+                       "'%.40s' is not %s%s%s%s",
+                       text,
+                       words,
+                       meant != NULL ? ", did you mean " : "",
+                       meant != NULL ? meant : "",
+                       meant != NULL ? "?" : "");
         memcpy(at, &word, sizeof word);
         return word >= 0;
     case SIM_KEY_TEXT:
@@ -154,7 +163,7 @@ static bool take_value(const sim_key_t *key, const char *text, char *at, char *w
 
 static bool read_scalar(const reader_t *reader, const sim_key_t *key, const yaml_node_t *node, char *at)
 {
-    char what[4 * SIM_KEY_MAX] = "holds a zero byte";
+    char what[2 * SIM_WORDS_MAX] = "holds a zero byte";
     return (!has_zero_byte(node) && take_value(key, scalar(node), at, what, sizeof what)) ||
            complain(reader, "%s: %s", reader->path, what);
 }

@@ -67,12 +67,34 @@ static void compare(void *context, const char *path, const sim_key_t *key)
     }
 }
 
+/// One more than may differ: a third of the letters, and two at least.
+static size_t too_far(const char *word)
+{
+    const size_t third = strlen(word) / 3;
+    return (third > 2 ? third : 2) + 1;
+}
+
 bool sim_suggest(const char *path, char suggestion[SIM_KEY_MAX])
 {
-    // A third of the letters of the last part may differ, and two at least.
-    const size_t third  = strlen(last_part(path)) / 3;
-    search_t     search = {.path = path, .best = (third > 2 ? third : 2) + 1, .key = suggestion};
-    suggestion[0]       = '\0';
+    search_t search = {.path = path, .best = too_far(last_part(path)), .key = suggestion};
+    suggestion[0]   = '\0';
     sim_key_visit(compare, &search);
     return suggestion[0] != '\0';
+}
+
+const char *sim_suggest_word(const sim_key_t *key, const char *text)
+{
+    // Not a word of which every letter differs.
+    const char *nearest = NULL;
+    size_t      best    = smaller(too_far(text), strlen(text));
+    for (const char *const *word = key->words; *word != NULL; word++)
+    {
+        const size_t found = distance(text, *word);
+        if (found < best)
+        {
+            best    = found;
+            nearest = *word;
+        }
+    }
+    return nearest;
 }

@@ -173,7 +173,7 @@ WHOLE_FILES = {
         "duration_s: 1\nreference:\n  kind: csv\n",
         ":2: reference.file: is missing, reference.kind is csv",
     ),
-    "other kind": ("duration_s: 1\nreference: {kind: steps}\n", f":2: reference.kind: 'steps' is not {KINDS}"),
+    "other kind": ("duration_s: 1\nreference: {kind: steps}\n", f":2: reference.kind: 'steps' is not {KINDS}, did you mean step?"),
     "no duration": ("duration_s: 0\nreference: {kind: step}\n", ":1: duration_s: 0 is outside 0.001 to 86400"),
     "shorter than a sample": (
         "duration_s: 0.001\nsample_time_s: 0.01\nreference: {kind: step}\n",
