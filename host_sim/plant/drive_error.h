@@ -9,19 +9,14 @@
 #ifndef SIM_DRIVE_ERROR_H
 #define SIM_DRIVE_ERROR_H
 
-#include "plant/truth.h"
-
 typedef struct
 {
-    double scale;
+    double scale; ///< error of it
     double bias_n;
     double ripple_n;
     double ripple_period_deg;
     double ripple_phase; ///< in periods
 } sim_drive_error_t;
-
-/// Keys for scenarios: names, units, ranges, defaults; offsets in sim_drive_error_t, which is doubles in this order.
-extern const sim_key_t sim_drive_error_keys[];
 
 double sim_drive_error_command(const sim_drive_error_t *error, double u_n);
 

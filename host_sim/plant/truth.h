@@ -3,8 +3,8 @@
 ///
 /// A model is advanced by fixed steps of the plant. One that needs finer steps makes them inside its own step.
 ///
-/// A new model is its file in truth/ (README.md there) and one row in SIM_TRUTH_MODELS. Scenarios choose it by `plant.model: NAME`. Keys
-/// that only it has are rows in its file; scenarios write them as `plant.NAME.KEY`.
+/// A new model is its file, truth/NAME.c, and one row in SIM_TRUTH_MODELS. Scenarios choose it by `plant.model: NAME`.
+/// Its own parameters are a struct and rows in its file; scenarios write them as `plant.NAME.KEY`.
 
 #ifndef SIM_TRUTH_H
 #define SIM_TRUTH_H
@@ -12,28 +12,29 @@
 #include "plant/truth_config.h"
 
 #include <stdbool.h>
-#include <stddef.h>
 
+// clang-format off: one row a model
 /// All of them; the first is the default. NAME stands for sim_NAME_truth.
-#define SIM_TRUTH_MODELS(MODEL)                                                                                        \
-    MODEL(paper)                                                                                                       \
-    MODEL(torque)                                                                                                      \
-    MODEL(coulomb)                                                                                                     \
-    MODEL(karnopp)                                                                                                     \
-    MODEL(armstrong)                                                                                                   \
-    MODEL(dahl)                                                                                                        \
-    MODEL(bristle)                                                                                                     \
-    MODEL(reset_integrator)                                                                                            \
-    MODEL(bliman_sorine)                                                                                               \
-    MODEL(lubricated)                                                                                                  \
-    MODEL(lugre)                                                                                                       \
-    MODEL(elasto_plastic)                                                                                              \
-    MODEL(leuven)                                                                                                      \
-    MODEL(maxwell_slip)                                                                                                \
-    MODEL(servo_mx106)                                                                                                 \
-    MODEL(servo_mx64)                                                                                                  \
-    MODEL(servo_xl330)                                                                                                 \
-    MODEL(servo_erob80)
+#define SIM_TRUTH_MODELS(MODEL) \
+    MODEL(paper,            "breakaway of the load, hysteresis by relays") \
+    MODEL(torque,           "saturation of the net force alone (references 22 to 24)") \
+    MODEL(coulomb,          "L(F) against the motion; stands exactly inside breakaway") \
+    MODEL(karnopp,          "rest is a zone of speeds, and stands exactly") \
+    MODEL(armstrong,        "seven parameters: spring, Stribeck, frictional memory, rising stiction") \
+    MODEL(dahl,             "a spring that yields in space; drifts in presliding") \
+    MODEL(bristle,          "20 bonds that snap at random places; noisy sliding") \
+    MODEL(reset_integrator, "a bond that slips at a length, stronger while it holds") \
+    MODEL(bliman_sorine,    "a peak of breakaway along the path; rate independent") \
+    MODEL(lubricated,       "bearing on a film that lifts late; frictional memory") \
+    MODEL(lugre,            "bristle with damping, Eq. (12); drifts in presliding") \
+    MODEL(elasto_plastic,   "bristle that yields beyond a deflection; no drift") \
+    MODEL(leuven,           "bristle with hysteresis of non-local memory") \
+    MODEL(maxwell_slip,     "elements that stick or slip; non-local memory") \
+    MODEL(servo_mx106,      "load-dependent servo, MX-106") \
+    MODEL(servo_mx64,       "load-dependent servo, MX-64") \
+    MODEL(servo_xl330,      "load-dependent servo, XL-330") \
+    MODEL(servo_erob80,     "load-dependent servo, eRob80:100")
+// clang-format on
 
 /// What a step saw at its start, for logging. A model without a meaning for a field leaves it 0.
 typedef struct
@@ -45,7 +46,7 @@ typedef struct
     bool   q1, q2, q; ///< relays and Eq. (8)
 } sim_truth_signals_t;
 
-typedef struct sim_truth_ops
+typedef struct
 {
     const char *name;
 
@@ -60,28 +61,48 @@ typedef struct sim_truth_ops
 
     void (*destroy)(void *model);
 
-    /// The model's own keys, each made by SIM_TRUTH_KEY, ended by a row of zeros; null if it has none.
+    /// Rows of the model's own parameters, ended by SIM_TRUTH_END; null if it has none. Their offsets are in the struct that
+    /// config->own points to.
     const sim_key_t *keys;
 
-    const char           *text; ///< what it is, one line
-    const struct sim_law *law;  ///< the same model as differential equations (truth/law.h)
+    const struct sim_law *law; ///< the same model as differential equations (truth/law.h)
 } sim_truth_ops_t;
 
-#define SIM_TRUTH_KEYS_MAX 16
+/// Room for a model's struct of parameters.
+#define SIM_TRUTH_DOUBLES_MAX 16
 
-/// The row of a model's own number: `index` is where create finds it in config->own.
-#define SIM_TRUTH_KEY(index, name_, unit_, min_, max_, standard_, text_)                                               \
+#define SIM_TRUTH_NUMBER(type_, member, name_, unit_, min_, max_, standard_, text_)                                    \
     {.name     = (name_),                                                                                              \
      .type     = SIM_KEY_NUMBER,                                                                                       \
-     .offset   = (index) * sizeof(double),                                                                             \
+     .offset   = offsetof(type_, member),                                                                              \
      .unit     = (unit_),                                                                                              \
      .min      = (min_),                                                                                               \
      .max      = (max_),                                                                                               \
      .standard = (standard_),                                                                                          \
      .text     = (text_)}
+/// A uint64_t.
+#define SIM_TRUTH_WHOLE(type_, member, name_, min_, max_, standard_, text_)                                            \
+    {.name     = (name_),                                                                                              \
+     .type     = SIM_KEY_WHOLE,                                                                                        \
+     .offset   = offsetof(type_, member),                                                                              \
+     .unit     = "-",                                                                                                  \
+     .min      = (min_),                                                                                               \
+     .max      = (max_),                                                                                               \
+     .standard = (standard_),                                                                                          \
+     .text     = (text_)}
+/// An int or an enum, the index of a word.
+#define SIM_TRUTH_CHOICE(type_, member, name_, words_, standard_, text_)                                               \
+    {.name     = (name_),                                                                                              \
+     .type     = SIM_KEY_CHOICE,                                                                                       \
+     .offset   = offsetof(type_, member),                                                                              \
+     .unit     = "-",                                                                                                  \
+     .words    = (words_),                                                                                             \
+     .standard = (standard_),                                                                                          \
+     .text     = (text_)}
+#define SIM_TRUTH_END {.name = NULL}
 
-#define SIM_TRUTH_DECLARE(name)   extern const sim_truth_ops_t sim_##name##_truth;
-#define SIM_TRUTH_NUMBER_OF(name) SIM_TRUTH_##name,
+#define SIM_TRUTH_DECLARE(name, text)   extern const sim_truth_ops_t sim_##name##_truth;
+#define SIM_TRUTH_NUMBER_OF(name, text) SIM_TRUTH_##name,
 SIM_TRUTH_MODELS(SIM_TRUTH_DECLARE)
 
 /// The models by number.
@@ -91,14 +112,5 @@ typedef enum
 } sim_truth_number_t;
 
 extern const sim_truth_ops_t *const sim_truth_models[SIM_TRUTH_COUNT];
-
-/// Null if there is no model of that name.
-const sim_truth_ops_t *sim_truth_find(const char *name);
-
-/// How many keys of its own a model has; they take as many doubles in config->own.
-size_t sim_truth_key_count(const sim_truth_ops_t *truth);
-
-/// Writes the values of the model's own keys, or their defaults where `own` is null, to `numbers`.
-void sim_truth_numbers(const sim_truth_ops_t *truth, const double *own, double numbers[]);
 
 #endif

@@ -50,7 +50,7 @@ typedef struct
 {
     sim_friction_config_t friction;
     sim_arm_config_t      arm;
-    const double         *own; ///< of the model's own keys, in the order of their rows; not read by a model without any
+    const void *own; ///< the model's own parameters, see sim_truth_ops_t; a model without any does not read it
 } sim_truth_config_t;
 
 #endif

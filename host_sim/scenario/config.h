@@ -47,7 +47,8 @@ typedef struct
     double                actuator_pole_rad_per_s;
     sim_friction_config_t friction;
     sim_arm_config_t      arm;
-    double                own[SIM_TRUTH_COUNT][SIM_TRUTH_KEYS_MAX]; ///< the models' own keys
+    sim_drive_error_t     drive_error;
+    double                own[SIM_TRUTH_COUNT][SIM_TRUTH_DOUBLES_MAX]; ///< the models' own parameters, each a struct
 } sim_plant_keys_t;
 
 typedef struct

@@ -7,7 +7,7 @@
 
 typedef struct
 {
-    char range[512], standard[64];
+    char range[SIM_WORDS_MAX], standard[64];
 } words_t;
 
 /// A key's range and default as text, "-" if there is none.
@@ -40,7 +40,7 @@ static void describe(words_t *words, const char *path, const sim_key_t *key)
 static void print_line(void *context, const char *path, const sim_key_t *key)
 {
     (void)context;
-    char    choices[512];
+    char    choices[SIM_WORDS_MAX];
     words_t words;
     describe(&words, path, key);
     if (key->type == SIM_KEY_CHOICE)
@@ -73,9 +73,16 @@ static void print_escaped(const char *text)
     }
 }
 
+static void print_models(void)
+{
+    (void)printf("\n### Truth models\n\n| `plant.model` | what |\n|---|---|\n");
+#define PRINT_MODEL(name, text) (void)printf("| `%s` | %s |\n", #name, text);
+    SIM_TRUTH_MODELS(PRINT_MODEL)
+}
+
 static void print_row(void *context, const char *path, const sim_key_t *key)
 {
-    (void)context;
+    bool   *has_models = context;
     words_t words;
     describe(&words, path, key);
     if (key->type == SIM_KEY_GROUP)
@@ -83,6 +90,12 @@ static void print_row(void *context, const char *path, const sim_key_t *key)
         if (strchr(path, '.') == NULL)
         {
             print_heading(key->text);
+        }
+        else if (key->keys_of_model != NULL && !*has_models)
+        {
+            print_models();
+            print_heading("Plant: keys that only one truth model has");
+            *has_models = true;
         }
         return;
     }
@@ -101,6 +114,7 @@ static void print_row(void *context, const char *path, const sim_key_t *key)
 
 void sim_key_list_print_markdown(void)
 {
+    bool has_models = false;
     print_heading("The run");
-    sim_key_visit(print_row, NULL);
+    sim_key_visit(print_row, &has_models);
 }

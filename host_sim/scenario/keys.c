@@ -79,16 +79,29 @@ static const sim_key_t reference_keys[] = {
          "csv: columns `t_s` (rising) and `r_N`; from the scenario file's folder, or from the current one if given by `--set`"),
     END};
 
-#define MODEL_WORD(name_) #name_,
-#define MODEL_KEYS(name_) {.name = #name_, .type = SIM_KEY_GROUP, AT(sim_plant_keys_t, own[SIM_TRUTH_##name_]), .keys_of_model = &sim_##name_##_truth.keys},
+static const sim_key_t command_keys[] = {
+    NUMBER("scale_error", AT(sim_drive_error_t, scale),  RANGE("-", -0.9, 9.0, 0.0), "the drive makes 1 + this of the commanded force (torque constant)"),
+    NUMBER("bias_N",      AT(sim_drive_error_t, bias_n), RANGE("N", -1e6, 1e6, 0.0), "and adds this (offset of its current sensor)"),
+    END};
+
+static const sim_key_t ripple_keys[] = {
+    NUMBER("amplitude_N", AT(sim_drive_error_t, ripple_n),          RANGE("N", 0.0, 1e6, 0.0),       "torque ripple, a sine of position (cogging, gear mesh); 0: none"),
+    NUMBER("period_deg",  AT(sim_drive_error_t, ripple_period_deg), RANGE("deg", 1e-3, 360.0, 0.1),  "of the ripple; the paper's arm moves by 0.26 deg for 1 N"),
+    NUMBER("phase",       AT(sim_drive_error_t, ripple_phase),      RANGE("-", 0.0, 1.0, 0.0),       "of the ripple at F = 0, in periods"),
+    END};
+
+#define MODEL_WORD(name_, text_) #name_,
+#define MODEL_KEYS(name_, text_) {.name = #name_, .type = SIM_KEY_GROUP, AT(sim_plant_keys_t, own[SIM_TRUTH_##name_]), .keys_of_model = &sim_##name_##_truth.keys},
 static const char *const models[] = {SIM_TRUTH_MODELS(MODEL_WORD) NULL};
 
 static const sim_key_t plant_keys[] = {
-    CHOICE("model",                   AT(sim_plant_keys_t, model),                   models, 0.0, "the truth model"),
+    CHOICE("model",                   AT(sim_plant_keys_t, model),                   models, 0.0, "the truth model, see below"),
     NUMBER("step_s",                  AT(sim_plant_keys_t, step_s),                  RANGE("s", 1e-7, 0.1, 1e-4),      "plant step; must go into `sample_time_s` a whole number of times"),
     NUMBER("actuator_pole_rad_per_s", AT(sim_plant_keys_t, actuator_pole_rad_per_s), RANGE("rad/s", 1e-3, 1e9, 200.0), "first-order actuator"),
     GROUP("friction",                 AT(sim_plant_keys_t, friction),                friction_keys, 0, ""),
     GROUP("arm",                      AT(sim_plant_keys_t, arm),                     arm_keys, 0, ""),
+    GROUP("command",                  AT(sim_plant_keys_t, drive_error),             command_keys, 0, ""),
+    GROUP("ripple",                   AT(sim_plant_keys_t, drive_error),             ripple_keys, 0, ""),
     SIM_TRUTH_MODELS(MODEL_KEYS)
     END};
 

@@ -52,7 +52,8 @@ static bool set_up_plant(run_t *run, sim_error_t *error)
                                                       .sensor_pole_rad_per_s   = config->sensor.pole_rad_per_s,
                                                       .truth                   = {.friction = config->plant.friction,
                                                                                   .arm      = config->plant.arm,
-                                                                                  .own      = config->plant.own[config->plant.model]}};
+                                                                                  .own      = config->plant.own[config->plant.model]},
+                                                      .drive_error             = config->plant.drive_error};
     if (!sim_sensor_init(&run->sensor, &config->sensor.sampling, run->plant_config.step_s))
     {
         return sim_error_set(error, "out of memory");

@@ -72,15 +72,15 @@ static void ignore(void *context, const rig_sample_t *sample)
     (void)sample;
 }
 
-static sim_reference_cost_t run_cvode(const rig_t *rig, double tolerance, bool adams)
+static cvode_cost_t run_cvode(const rig_t *rig, double tolerance, bool adams)
 {
-    sim_reference_options_t options = sim_reference_defaults;
-    options.relative_tolerance      = tolerance;
-    options.position_deg *= tolerance / sim_reference_defaults.relative_tolerance;
-    options.speed_deg_per_s *= tolerance / sim_reference_defaults.relative_tolerance;
-    options.states *= tolerance / sim_reference_defaults.relative_tolerance;
-    options.adams             = adams;
-    sim_reference_cost_t cost = {0};
+    cvode_options_t options    = cvode_defaults;
+    options.relative_tolerance = tolerance;
+    options.position_deg *= tolerance / cvode_defaults.relative_tolerance;
+    options.speed_deg_per_s *= tolerance / cvode_defaults.relative_tolerance;
+    options.states *= tolerance / cvode_defaults.relative_tolerance;
+    options.adams     = adams;
+    cvode_cost_t cost = {0};
     rig_run_reference(rig, &options, 0.1, sawtooth, SAWTOOTH_COUNT, ignore, NULL, &cost);
     return cost;
 }
@@ -98,7 +98,7 @@ static double count_update(const void          *law,
                            double               z_end[])
 {
     evaluations++;
-    return sim_truth_find("lugre")->law->update(law, start, z, end_speed, step_s, z_end);
+    return sim_lugre_truth.law->update(law, start, z, end_speed, step_s, z_end);
 }
 
 static void *create_counted(const sim_truth_config_t *config, double step_s)
@@ -200,8 +200,8 @@ static void compare_costs(void)
 {
     rig_t paper;
     rig_t lugre;
-    rig_init(&paper, sim_truth_find("paper"));
-    rig_init(&lugre, sim_truth_find("lugre"));
+    rig_init(&paper, &sim_paper_truth);
+    rig_init(&lugre, &sim_lugre_truth);
     printf("\nSection 4: LuGre beside the paper's model, one sawtooth of %g s\n", SAWTOOTH_SECONDS);
     printf("%-34s %-8s %10s %10s %10s\n", "", "", "steps", "rhs", "ms");
     for (int adams = 0; adams < 2; adams++)
@@ -210,8 +210,8 @@ static void compare_costs(void)
         {
             char method[64];
             (void)snprintf(method, sizeof method, "CVODE %s, %g", adams ? "Adams" : "BDF", tolerance);
-            const sim_reference_cost_t of_paper = run_cvode(&paper, tolerance, adams != 0);
-            const sim_reference_cost_t of_lugre = run_cvode(&lugre, tolerance, adams != 0);
+            const cvode_cost_t of_paper = run_cvode(&paper, tolerance, adams != 0);
+            const cvode_cost_t of_lugre = run_cvode(&lugre, tolerance, adams != 0);
             print_cost(method, "paper", of_paper.steps, of_paper.right_hand_sides, of_paper.seconds);
             print_cost(method, "lugre", of_lugre.steps, of_lugre.right_hand_sides, of_lugre.seconds);
             print_ratio(method,

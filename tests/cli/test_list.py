@@ -68,7 +68,7 @@ def test_readme_has_every_key_with_its_range_and_default(sim):
         words = {"text": "text", "a list": "list"}.get(kind, allowed if allowed != "-" else kind)
         assert (key, readme_range, readme_default) == (key, words, default)
         assert len(meaning) > 5
-        suffix = re.search(r"_(N|s|Hz|rad_per_s|N_per_s|N_s2_per_deg|N_s_per_deg|N_per_deg|deg|N_m)$", key)
+        suffix = re.search(r"_(N|s|Hz|deg|rad_per_s|deg_per_s|N_per_s|N_s2_per_deg|N_s_per_deg|N_per_deg|N_m)$", key)
         assert (unit != "-") == bool(suffix), key
 
 
@@ -77,6 +77,12 @@ def test_the_readmes_tables_are_current(sim):
     readme = (SCENARIOS / "README.md").read_text(encoding="utf-8")
     made = re.search(r"<!-- made by [^\n]*\n(.*)<!-- end -->", readme, re.S)[1]
     assert made == sim.ok("list", "--markdown")
+
+
+def test_readme_says_what_each_truth_model_is(sim):
+    readme = (SCENARIOS / "README.md").read_text(encoding="utf-8")
+    table = re.search(r"\| `plant.model` \| what \|\n\|---\|---\|\n((?:\|.*\n)*)", readme)[1]
+    assert re.findall(r"\| `(\w+)` \| .{10,} \|\n", table) == re.split(", | or ", keys(sim)["plant.model"][0])
 
 
 def test_every_number_has_a_range(sim):

@@ -4,6 +4,7 @@ import cmath
 import json
 import math
 import os
+import re
 import resource
 import signal
 import statistics
@@ -13,6 +14,7 @@ import time
 import pytest
 
 from conftest import ROOT, SHORT, read_csv
+from test_list import keys
 
 # Spec section 8; the issue allows 2 %.
 BENCHMARK = {0: (0.003858, 0.004012), 0.85: (0.001068, 0.001294)}
@@ -34,6 +36,36 @@ def test_triangle_reproduces_the_benchmark(sim, gain):
 
 def test_gain_1_overcompensates(sim):
     assert sim.summary("triangle", "--set", "compensator.gain=1")["rms_error_N"] == pytest.approx(0.003216, rel=0.05)
+
+
+def test_every_truth_model_runs_and_is_none_of_the_others(sim):
+    short = ("--set", "duration_s=4", "--set", "metrics.start_s=0", "--set", "reference.period_s=2")
+    seen = set()
+    for model in re.split(", | or ", keys(sim)["plant.model"][0]):
+        trace = sim.trace("triangle", *short, "--set", "plant.model=" + model)
+        assert 0.3 < max(trace["F_N"]) < 0.7, model
+        assert max(trace["f_N"]) > 0.05, model
+        assert trace["F_N"] not in seen, model
+        seen.add(trace["F_N"])
+    assert len(seen) >= 18
+
+
+def test_the_paper_is_the_truth_if_none_is_chosen(sim):
+    assert sim.trace("sawtooth") == sim.trace("sawtooth", "--set", "plant.model=paper")
+
+
+def test_command_errors_are_those_of_the_actuators_force(sim):
+    trace = sim.trace("ramp", "--set", "plant.command={scale_error: 0.1, bias_N: 0.02}")
+    # Standing long after the ramp, the actuator has settled.
+    assert trace["u_a_N"][-1] == pytest.approx(1.1 * trace["u_N"][-1] + 0.02, abs=1e-6)
+
+
+def test_ripple_is_a_sine_of_the_arms_position(sim):
+    """u_a with the ripple, of two arms that stand still, is apart from u by it alone."""
+    ripple = {"amplitude_N": 0.01, "period_deg": 0.1, "phase": 0.25}
+    trace = sim.trace("ramp", *(word for key, value in ripple.items() for word in ("--set", f"plant.ripple.{key}={value}")))
+    angle = 2 * math.pi * (trace["F_N"][-1] / 3.84 / 0.1 + 0.25)
+    assert trace["u_a_N"][-1] - trace["u_N"][-1] == pytest.approx(0.01 * math.sin(angle), abs=1e-6)
 
 
 @pytest.mark.parametrize("step_s", ["0.00005", "0.00001"])

@@ -3,12 +3,13 @@
 import pytest
 
 from conftest import SCENARIOS, SHORT
+from test_list import keys
 
 SECTION = "{b0: 1, b1: 0, b2: 0, a1: -0.5, a2: 0}"
 POINT = "{force_N: %s, positive_N: 1, negative_N: 1}"
 KINDS = "triangle, sine, step, ramp, sawtooth, chirp or csv"
 
-# What is appended to SHORT, and the message without the leading file name.
+# What is appended to SHORT, and the message without the leading file name; MODELS are the truth models.
 MISTAKES = {
     "unknown key": ("foo: 1", ":3: unknown key foo"),
     "misspelt mapping": ("compensater: {gain: 1}", ":3: unknown key compensater, did you mean compensator?"),
@@ -64,9 +65,31 @@ MISTAKES = {
         ":4: sensor.noise_seed: '18446744073709551616' is too large for a whole number",
     ),
     "unknown controller": ("controller: {kind: pid}", ":3: controller.kind: 'pid' is not paper, z or delta"),
-    "number for a word": ("plant: {model: 0}", ":3: plant.model: '0' is not "
-        "paper, torque, coulomb, karnopp, armstrong, dahl, bristle, reset_integrator, bliman_sorine, "
-        "lubricated, lugre, elasto_plastic, leuven, maxwell_slip, servo_mx106, servo_mx64, servo_xl330 or servo_erob80"),
+    "number for a word": ("plant: {model: 0}", ":3: plant.model: '0' is not MODELS"),
+    "misspelt word": ("plant: {model: lugr}", ":3: plant.model: 'lugr' is not MODELS, did you mean lugre?"),
+    "word with nothing of another": ("plant: {paper: {limited: ja}}", ":3: plant.paper.limited: 'ja' is not no or yes"),
+    "above a model's range": (
+        "plant:\n  model: dahl\n  dahl:\n    stiffness_N_per_deg: 1.01e6",
+        ":6: plant.dahl.stiffness_N_per_deg: 1010000 is outside 1 to 1e+06",
+    ),
+    "below a model's range": (
+        "plant: {lugre: {sliding_ratio: 0.099}}",
+        ":3: plant.lugre.sliding_ratio: 0.099 is outside 0.1 to 1",
+    ),
+    "negative bristle seed": (
+        "plant: {bristle: {seed: -1}}",
+        ":3: plant.bristle.seed: '-1' is not a whole number of 0 or more",
+    ),
+    "key of another model": (
+        "plant: {dahl: {sliding_ratio: 1}}",
+        ":3: unknown key plant.dahl.sliding_ratio, did you mean plant.karnopp.sliding_ratio?",
+    ),
+    "model without keys": ("plant: {coulomb: {}}", ":3: unknown key plant.coulomb"),
+    "ripple without length": (
+        "plant:\n  ripple: {amplitude_N: 0.1, period_deg: 0}",
+        ":4: plant.ripple.period_deg: 0 is outside 0.001 to 360",
+    ),
+    "negative drive": ("plant: {command: {scale_error: -1}}", ":3: plant.command.scale_error: -1 is outside -0.9 to 9"),
     "given twice": ("duration_s: 2", ":3: duration_s is given twice, first in line 1"),
     "given twice deeper": (
         "compensator:\n  gain: 1\n  gain: 1",
@@ -158,6 +181,7 @@ MISTAKES = {
 def test_a_mistake_is_named_with_file_and_line(sim, mistake):
     text, message = MISTAKES[mistake]
     sim.write("x.yaml", SHORT + text)
+    message = message.replace("MODELS", keys(sim)["plant.model"][0])
     sim.fails("x.yaml" + message, "run", "x.yaml")
 
 

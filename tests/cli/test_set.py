@@ -14,9 +14,6 @@ TABLE = ".friction.breakaway.table=[{force_N: 0, positive_N: 0.01, negative_N: 0
 
 def companions(key):
     """What has to be set first for this key to exist or to have an effect."""
-    if model_of(key):
-        stribeck = [f"plant.{model_of(key)}.sliding_ratio=0.7"] if "stribeck" in key else []
-        return [f"plant.model={model_of(key)}"] + stribeck
     if key.startswith("controller.sections"):
         return ["controller.kind=z", SECTIONS]
     if ".table[" in key:
@@ -25,6 +22,12 @@ def companions(key):
         return [key.rsplit(".", maxsplit=1)[0] + ".v0_N_per_s=10"]  # some rates below v0
     if key.endswith(".reset_level"):
         return ["sensor.noise_N=0.01"]  # so that n turns round between the levels
+    if key.startswith("plant.ripple.") and not key.endswith(".amplitude_N"):
+        return ["plant.ripple.amplitude_N=0.05"]
+    group = key.split(".")[1] if key.startswith("plant.") and key.count(".") == 2 else ""
+    if group not in ("", "friction", "arm", "command", "ripple"):  # a key that only this truth model has
+        stribeck = [f"plant.{group}.sliding_ratio=0.8"] if key.endswith(".stribeck_speed_deg_per_s") else []
+        return ["plant.model=" + group, *stribeck]
     return {
         "reference.file": ["reference.kind=csv"],
         "reference.ramp_s": ["reference.kind=ramp"],
@@ -73,6 +76,17 @@ VALUES = {
     "pulse_width_s": "0.05",
     "gravity_N": "0.05",
     "inertia_N_s2_per_deg": "0.001",
+    "scale_error": "0.1",
+    "bias_N": "0.02",
+    "ripple.amplitude_N": "0.05",
+    "ripple.phase": "0.25",
+    "limited": "no",
+    "paper.curve": "always",
+    "bristle.seed": "2",
+    "sliding_ratio": "0.8",
+    "elastic_ratio": "0.5",
+    "transition": "0.9",
+    "viscous_N_s_per_deg": "0.1",
     "limits.u_min_N": "-0.01",
     "limits.u_max_N": "0.3",
     "limits.input_max_N": "0.3",
@@ -86,15 +100,7 @@ reference: {kind: triangle, low_N: -0.2, high_N: 0.6, period_s: 0.5}
 """
 
 
-def model_of(key):
-    """The truth model that a key is of, or None."""
-    parts = key.split(".")
-    return parts[1] if len(parts) == 3 and parts[0] == "plant" and parts[1] not in ("friction", "arm") else None
-
-
 def value_for(key, default):
-    if model_of(key):  # below the default, which is often the end of the range
-        return {"limited": "0", "curve": "0", "seed": "2", "dead_zone_deg_per_s": "0.05"}.get(key.split(".")[2], f"{0.8 * float(default) or 0.05:.6g}")
     known = [suffix for suffix in VALUES if key == suffix or key.endswith("." + suffix)]
     return VALUES[max(known, key=len)] if known else f"{1.5 * float(default):.6g}"
 

@@ -41,7 +41,9 @@ static void open_rig(rig_t *rig, const compensation_truth_t *truth)
     rig->config                  = (sim_plant_config_t){.step_s                  = H / STEPS_A_TICK,
                                                         .actuator_pole_rad_per_s = defaults->plant.actuator_pole_rad_per_s,
                                                         .sensor_pole_rad_per_s   = defaults->sensor.pole_rad_per_s,
-                                                        .truth = {.friction = defaults->plant.friction, .arm = defaults->plant.arm}};
+                                                        .truth                   = {.friction = defaults->plant.friction,
+                                                                                    .arm      = defaults->plant.arm,
+                                                                                    .own      = defaults->plant.own[SIM_TRUTH_paper]}};
 
     sim_breakaway_config_t *breakaway = &rig->config.truth.friction.breakaway;
     breakaway->negative_offset_n      = (sim_optional_t){true, truth->breakaway_negative * breakaway->offset_n};

@@ -10,12 +10,13 @@ void rig_open(rig_t *rig, const tribo_force_loop_f32_config_t *config)
     rig->scenario = sim_scenario_create();
     TEST_ASSERT_NOT_NULL(rig->scenario);
     const sim_config_t *defaults = sim_scenario_config(rig->scenario);
-    rig->plant_config =
-        (sim_plant_config_t){.step_s                  = 1e-3 / RIG_STEPS_A_TICK,
-                             .actuator_pole_rad_per_s = defaults->plant.actuator_pole_rad_per_s,
-                             .sensor_pole_rad_per_s   = defaults->sensor.pole_rad_per_s,
-                             .truth = {.friction = defaults->plant.friction, .arm = defaults->plant.arm}};
-    rig->plant = sim_plant_create(&rig->plant_config, &sim_paper_truth);
+    rig->plant_config            = (sim_plant_config_t){.step_s                  = 1e-3 / RIG_STEPS_A_TICK,
+                                                        .actuator_pole_rad_per_s = defaults->plant.actuator_pole_rad_per_s,
+                                                        .sensor_pole_rad_per_s   = defaults->sensor.pole_rad_per_s,
+                                                        .truth                   = {.friction = defaults->plant.friction,
+                                                                                    .arm      = defaults->plant.arm,
+                                                                                    .own      = defaults->plant.own[SIM_TRUTH_paper]}};
+    rig->plant                   = sim_plant_create(&rig->plant_config, &sim_paper_truth);
     TEST_ASSERT_NOT_NULL(rig->plant);
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&rig->loop, config));
 }

@@ -23,8 +23,10 @@ void setUp(void)
 {
     scenario                     = sim_scenario_create();
     const sim_config_t *defaults = sim_scenario_config(scenario);
-    config = (sim_truth_config_t){.friction = defaults->plant.friction, .arm = defaults->plant.arm};
-    truth  = NULL;
+    config                       = (sim_truth_config_t){.friction = defaults->plant.friction,
+                                                        .arm      = defaults->plant.arm,
+                                                        .own      = defaults->plant.own[SIM_TRUTH_paper]};
+    truth                        = NULL;
 }
 
 void tearDown(void)

@@ -1,14 +1,34 @@
 #include "rig.h"
 
+#include "scenario/keys.h"
 #include "unity.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+static void write_value(rig_t *rig, const sim_key_t *key, double value)
+{
+    char          *at    = (char *)rig->own + key->offset;
+    const uint64_t whole = (uint64_t)value;
+    const int      word  = (int)value;
+    switch (key->type)
+    {
+    case SIM_KEY_WHOLE:
+        memcpy(at, &whole, sizeof whole);
+        break;
+    case SIM_KEY_CHOICE:
+        memcpy(at, &word, sizeof word);
+        break;
+    default:
+        TEST_ASSERT_EQUAL_INT(SIM_KEY_NUMBER, key->type);
+        memcpy(at, &value, sizeof value);
+        break;
+    }
+}
+
 void rig_init(rig_t *rig, const sim_truth_ops_t *truth)
 {
-    TEST_ASSERT_LESS_OR_EQUAL_size_t(RIG_PARAMETERS_MAX, sim_truth_key_count(truth));
     rig->truth  = truth;
     rig->config = (sim_truth_config_t){
         .friction = {.k_min         = 6.0,
@@ -21,29 +41,25 @@ void rig_init(rig_t *rig, const sim_truth_ops_t *truth)
                      .pulse_width_s = 0.003},
         .arm      = {.inertia_n_s2_per_deg = 1.2e-4, .damping_n_s_per_deg = 0.0288, .stiffness_n_per_deg = 3.84}};
     rig->drive_error = (sim_drive_error_t){0};
-    rig->config.own  = rig->parameters;
-    sim_truth_numbers(truth, NULL, rig->parameters);
+    rig->config.own  = rig->own;
+    memset(rig->own, 0, sizeof rig->own);
+    for (const sim_key_t *key = truth->keys; key != NULL && key->name != NULL; key++)
+    {
+        write_value(rig, key, key->standard);
+    }
+}
+
+bool rig_has(const rig_t *rig, const char *name)
+{
+    return sim_key_in(rig->truth->keys, name, strlen(name)) != NULL;
 }
 
 void rig_set(rig_t *rig, const char *name, double value)
 {
-    const sim_key_t *key = rig_key(rig->truth, name);
+    const sim_key_t *key = sim_key_in(rig->truth->keys, name, strlen(name));
     TEST_ASSERT_NOT_NULL_MESSAGE(key, name);
-    TEST_ASSERT_TRUE_MESSAGE(value >= key->min && value <= key->max, name);
-    rig->parameters[key - rig->truth->keys] = value;
-}
-
-const sim_key_t *rig_key(const sim_truth_ops_t *truth, const char *name)
-{
-    const size_t count = sim_truth_key_count(truth);
-    for (size_t i = 0; i < count; i++)
-    {
-        if (strcmp(truth->keys[i].name, name) == 0)
-        {
-            return &truth->keys[i];
-        }
-    }
-    return NULL;
+    TEST_ASSERT_TRUE_MESSAGE(key->type == SIM_KEY_CHOICE || (value >= key->min && value <= key->max), name);
+    write_value(rig, key, value);
 }
 
 void rig_constant_breakaway(rig_t *rig, double level_n)
@@ -145,42 +161,42 @@ typedef struct
     double start_s, from_n, rate_n_per_s;
 } line_t;
 
-static sim_drive_t on_line(const void *context, double time_s)
+static cvode_drive_t on_line(const void *context, double time_s)
 {
     const line_t *line = context;
-    return (sim_drive_t){.u_n          = line->from_n + line->rate_n_per_s * (time_s - line->start_s),
-                         .rate_n_per_s = line->rate_n_per_s};
+    return (cvode_drive_t){.u_n          = line->from_n + line->rate_n_per_s * (time_s - line->start_s),
+                           .rate_n_per_s = line->rate_n_per_s};
 }
 
-void rig_run_reference(const rig_t                   *rig,
-                       const sim_reference_options_t *options,
-                       double                         every_s,
-                       const rig_ramp_t              *ramps,
-                       unsigned                       count,
-                       rig_see_t                      see,
-                       void                          *context,
-                       sim_reference_cost_t          *cost)
+void rig_run_reference(const rig_t           *rig,
+                       const cvode_options_t *options,
+                       double                 every_s,
+                       const rig_ramp_t      *ramps,
+                       unsigned               count,
+                       rig_see_t              see,
+                       void                  *context,
+                       cvode_cost_t          *cost)
 {
-    sim_reference_t *reference = sim_reference_create(rig->truth, &rig->config, options);
+    cvode_t *reference = cvode_create(rig->truth, &rig->config, options);
     TEST_ASSERT_NOT_NULL(reference);
-    sim_reference_set_drive_error(reference, &rig->drive_error);
+    cvode_set_drive_error(reference, &rig->drive_error);
     line_t line = {0};
     long   done = 0;
     for (unsigned i = 0; i < count; i++)
     {
         line.rate_n_per_s = (ramps[i].to_n - line.from_n) / ramps[i].seconds;
-        TEST_ASSERT_TRUE(sim_reference_drive(reference, on_line, &line, line.start_s + ramps[i].seconds));
+        TEST_ASSERT_TRUE(cvode_drive(reference, on_line, &line, line.start_s + ramps[i].seconds));
         const long samples = lround(ramps[i].seconds / every_s);
         for (long k = 1; k <= samples; k++)
         {
             const double until = line.start_s + ramps[i].seconds * (double)k / (double)samples;
-            TEST_ASSERT_TRUE_MESSAGE(sim_reference_advance(reference, until), sim_reference_problem(reference));
+            TEST_ASSERT_TRUE_MESSAGE(cvode_advance(reference, until), cvode_problem(reference));
             done++;
             const rig_sample_t sample = {.time_s          = (double)done * every_s,
                                          .u_n             = on_line(&line, until).u_n,
-                                         .force_n         = sim_reference_force(reference),
-                                         .f_n             = sim_reference_friction(reference),
-                                         .speed_deg_per_s = sim_reference_speed(reference)};
+                                         .force_n         = cvode_force(reference),
+                                         .f_n             = cvode_friction(reference),
+                                         .speed_deg_per_s = cvode_speed(reference)};
             see(context, &sample);
         }
         line.start_s += ramps[i].seconds;
@@ -188,9 +204,9 @@ void rig_run_reference(const rig_t                   *rig,
     }
     if (cost != NULL)
     {
-        *cost = sim_reference_cost(reference);
+        *cost = cvode_cost(reference);
     }
-    sim_reference_destroy(reference);
+    cvode_destroy(reference);
 }
 
 const rig_ramp_t rig_compare_ramps[] =
@@ -215,11 +231,11 @@ static void record_if_due(void *context, const rig_sample_t *sample)
     }
 }
 
-rig_comparison_t rig_compare(const rig_t          *rig,
-                             double                step_s,
-                             const rig_ramp_t     *ramps,
-                             unsigned              count,
-                             sim_reference_cost_t *cost)
+rig_comparison_t rig_compare(const rig_t      *rig,
+                             double            step_s,
+                             const rig_ramp_t *ramps,
+                             unsigned          count,
+                             cvode_cost_t     *cost)
 {
     double seconds = 0.0;
     for (unsigned i = 0; i < count; i++)
@@ -232,7 +248,7 @@ rig_comparison_t rig_compare(const rig_t          *rig,
     TEST_ASSERT_NOT_NULL(fixed.force_n);
     TEST_ASSERT_NOT_NULL(exact.force_n);
     rig_run(rig, step_s, ramps, count, record_if_due, &fixed);
-    rig_run_reference(rig, &sim_reference_defaults, SAMPLE_S, ramps, count, record_if_due, &exact, cost);
+    rig_run_reference(rig, &cvode_defaults, SAMPLE_S, ramps, count, record_if_due, &exact, cost);
     TEST_ASSERT_EQUAL_INT64(size, fixed.count);
     TEST_ASSERT_EQUAL_INT64(size, exact.count);
 

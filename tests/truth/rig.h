@@ -3,29 +3,29 @@
 #ifndef TRUTH_RIG_H
 #define TRUTH_RIG_H
 
-#include "plant/reference.h"
+#include "cvode.h"
+#include "plant/drive_error.h"
 #include "plant/truth.h"
 
-#define RIG_PARAMETERS_MAX 16
-#define RIG_STEP_S         1e-4
+#define RIG_STEP_S 1e-4
 
 /// A model and its parameters, the defaults until rig_set changes them.
 typedef struct
 {
     const sim_truth_ops_t *truth;
     sim_truth_config_t     config;
-    sim_drive_error_t      drive_error; ///< none
-    double                 parameters[RIG_PARAMETERS_MAX];
+    sim_drive_error_t      drive_error;                ///< none
+    double                 own[SIM_TRUTH_DOUBLES_MAX]; ///< the model's parameters
 } rig_t;
 
 /// The paper's values. The rig must not move in memory: its config points into it.
 void rig_init(rig_t *rig, const sim_truth_ops_t *truth);
 
-/// Changes a parameter; fails the test if the model does not take it.
-void rig_set(rig_t *rig, const char *name, double value);
+/// Whether the model has a parameter of that name.
+bool rig_has(const rig_t *rig, const char *name);
 
-/// The model's own key of that name, or null.
-const sim_key_t *rig_key(const sim_truth_ops_t *truth, const char *name);
+/// Changes a parameter, of a choice to the word of that index; fails the test if there is none or the value is out of range.
+void rig_set(rig_t *rig, const char *name, double value);
 
 /// L(F) = level, whatever F: what most published properties are stated for.
 void rig_constant_breakaway(rig_t *rig, double level_n);
@@ -44,14 +44,14 @@ typedef struct
 typedef void (*rig_see_t)(void *context, const rig_sample_t *sample);
 
 void rig_run(const rig_t *rig, double step_s, const rig_ramp_t *ramps, unsigned count, rig_see_t see, void *context);
-void rig_run_reference(const rig_t                   *rig,
-                       const sim_reference_options_t *options,
-                       double                         every_s,
-                       const rig_ramp_t              *ramps,
-                       unsigned                       count,
-                       rig_see_t                      see,
-                       void                          *context,
-                       sim_reference_cost_t          *cost);
+void rig_run_reference(const rig_t           *rig,
+                       const cvode_options_t *options,
+                       double                 every_s,
+                       const rig_ramp_t      *ramps,
+                       unsigned               count,
+                       rig_see_t              see,
+                       void                  *context,
+                       cvode_cost_t          *cost);
 
 /// F after each of `count` ramps.
 void rig_forces(const rig_t *rig, const rig_ramp_t *ramps, unsigned count, double forces_n[]);
@@ -71,11 +71,11 @@ typedef struct
     double largest_n;  ///< |F|
     double at_s;
 } rig_comparison_t;
-rig_comparison_t rig_compare(const rig_t          *rig,
-                             double                step_s,
-                             const rig_ramp_t     *ramps,
-                             unsigned              count,
-                             sim_reference_cost_t *cost);
+rig_comparison_t rig_compare(const rig_t      *rig,
+                             double            step_s,
+                             const rig_ramp_t *ramps,
+                             unsigned          count,
+                             cvode_cost_t     *cost);
 
 /// A law under prescribed motion at constant F.
 typedef struct

@@ -76,7 +76,7 @@ static compensator_t run(const rig_ramp_t *ramps, unsigned count)
     tribo_lugre_q31_reset(&own.q31);
     tribo_arm_f32_reset(&own.f32_arm);
     tribo_arm_q31_reset(&own.q31_arm);
-    rig_run_reference(&rig, &sim_reference_defaults, H, ramps, count, tick, &own, NULL);
+    rig_run_reference(&rig, &cvode_defaults, H, ramps, count, tick, &own, NULL);
     printf("f^: rms error %.2e N, largest %.2e N; F^: largest %.2e N in float, %.2e N in Q31\n",
            sqrt(own.f_square / (double)own.count),
            own.largest_f,

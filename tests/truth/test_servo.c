@@ -33,8 +33,8 @@ static void test_breakaway_is_the_base_and_a_part_of_the_load(void)
     for (unsigned i = 0; i < 4; i++)
     {
         rig_init(&rig, rows[i].truth);
-        TEST_ASSERT_EQUAL_DOUBLE(rows[i].base, rig.parameters[0]);
-        TEST_ASSERT_EQUAL_DOUBLE(rows[i].load, rig.parameters[1]);
+        TEST_ASSERT_EQUAL_DOUBLE(rows[i].base, rig.own[0]);
+        TEST_ASSERT_EQUAL_DOUBLE(rows[i].load, rig.own[1]);
         rig_ramp_t ramps[] = {{0.6, 3.0}, {0.0, 0.5}, {0.0, 1.0}};
         double     forces[3];
         rig_forces(&rig, ramps, 1, forces);
@@ -65,7 +65,7 @@ static void test_the_scale_makes_newtons_of_newton_metres(void)
 {
     rig_init(&rig, &sim_servo_mx106_truth);
     rig_set(&rig, "load", 0.0);
-    rig_set(&rig, "newton_per_N_m", 0.5);
+    rig_set(&rig, "scale_N_per_N_m", 0.5);
     const rig_ramp_t ramps[] = {{0.3, 30.0}};
     double           force;
     rig_forces(&rig, ramps, 1, &force);

@@ -1,47 +1,96 @@
-// The list of truth models: names, parameter tables, and what every model must do.
+// The list of truth models: names, rows of parameters, and what every model must do.
 
 #include "rig.h"
+#include "scenario/config.h"
+#include "scenario/keys.h"
 #include "unity.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
+static sim_scenario_t *scenario;
+
 void setUp(void)
 {
+    scenario = sim_scenario_create();
+    TEST_ASSERT_NOT_NULL(scenario);
 }
 
 void tearDown(void)
 {
+    sim_scenario_destroy(scenario);
 }
 
-static void test_names_are_unique_and_found(void)
+static void test_a_scenario_chooses_each_model_by_its_own_name(void)
 {
-    TEST_ASSERT_EQUAL_PTR(&sim_paper_truth, sim_truth_models[0]);
+    TEST_ASSERT_EQUAL_PTR(&sim_paper_truth, sim_truth_models[sim_scenario_config(scenario)->plant.model]);
     for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
-        TEST_ASSERT_EQUAL_PTR(sim_truth_models[i], sim_truth_find(sim_truth_models[i]->name));
-        TEST_ASSERT_TRUE(strlen(sim_truth_models[i]->text) > 0);
+        char        assignment[64];
+        sim_error_t error;
+        (void)snprintf(assignment, sizeof assignment, "plant.model=%s", sim_truth_models[i]->name);
+        TEST_ASSERT_TRUE_MESSAGE(sim_scenario_set(scenario, assignment, &error), assignment);
+        TEST_ASSERT_EQUAL_size_t(i, sim_scenario_config(scenario)->plant.model);
     }
-    TEST_ASSERT_NULL(sim_truth_find("no such model"));
 }
 
-static void test_parameter_tables_are_sound(void)
+static size_t size_of(const sim_key_t *key)
+{
+    switch (key->type)
+    {
+    case SIM_KEY_NUMBER:
+        return sizeof(double);
+    case SIM_KEY_WHOLE:
+        return sizeof(uint64_t);
+    case SIM_KEY_CHOICE:
+        return sizeof(int);
+    default:
+        TEST_FAIL_MESSAGE(key->name);
+        return 0;
+    }
+}
+
+static void check_row(const sim_key_t *row, bool used[])
+{
+    const bool is_number = row->type != SIM_KEY_CHOICE;
+    TEST_ASSERT_TRUE_MESSAGE(strlen(row->text) > 0 && strlen(row->unit) > 0, row->name);
+    TEST_ASSERT_TRUE_MESSAGE(!is_number || row->min < row->max, row->name);
+    TEST_ASSERT_TRUE_MESSAGE(!is_number || (row->standard >= row->min && row->standard <= row->max), row->name);
+    for (size_t byte = row->offset; byte < row->offset + size_of(row); byte++)
+    {
+        TEST_ASSERT_TRUE_MESSAGE(byte < sizeof(double[SIM_TRUTH_DOUBLES_MAX]), row->name);
+        TEST_ASSERT_FALSE_MESSAGE(used[byte], row->name);
+        used[byte] = true;
+    }
+}
+
+/// Each row has room of its own, and rows are unique.
+static void test_rows_of_parameters_are_sound(void)
 {
     for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
-        const sim_truth_ops_t *truth = sim_truth_models[i];
-        for (size_t k = 0; k < sim_truth_key_count(truth); k++)
+        const sim_truth_ops_t *truth                                       = sim_truth_models[i];
+        bool                   used[sizeof(double[SIM_TRUTH_DOUBLES_MAX])] = {false};
+        for (const sim_key_t *row = truth->keys; row != NULL && row->name != NULL; row++)
         {
-            const sim_key_t *row = &truth->keys[k];
-            TEST_ASSERT_EQUAL_PTR_MESSAGE(row, rig_key(truth, row->name), row->name);
-            TEST_ASSERT_TRUE_MESSAGE(row->min < row->max, row->name);
-            TEST_ASSERT_TRUE_MESSAGE(row->standard >= row->min && row->standard <= row->max, row->name);
-            TEST_ASSERT_TRUE_MESSAGE(strlen(row->text) > 0 && strlen(row->unit) > 0, row->name);
-            // Each its own double, and the table covers the struct.
-            TEST_ASSERT_EQUAL_size_t_MESSAGE(k * sizeof(double), row->offset, row->name);
+            TEST_ASSERT_EQUAL_PTR_MESSAGE(row, sim_key_in(truth->keys, row->name, strlen(row->name)), row->name);
+            check_row(row, used);
         }
-        TEST_ASSERT_LESS_OR_EQUAL_size_t_MESSAGE(SIM_TRUTH_KEYS_MAX, sim_truth_key_count(truth), truth->name);
+    }
+}
+
+/// What the other tests of this folder start from is what a scenario starts from.
+static void test_a_scenarios_defaults_are_those_of_the_rows(void)
+{
+    for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
+    {
+        rig_t rig;
+        rig_init(&rig, sim_truth_models[i]);
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(sim_scenario_config(scenario)->plant.own[i],
+                                         rig.own,
+                                         sizeof rig.own,
+                                         rig.truth->name);
     }
 }
 
@@ -127,8 +176,9 @@ static void test_models_are_mirror_images_of_themselves(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_names_are_unique_and_found);
-    RUN_TEST(test_parameter_tables_are_sound);
+    RUN_TEST(test_a_scenario_chooses_each_model_by_its_own_name);
+    RUN_TEST(test_rows_of_parameters_are_sound);
+    RUN_TEST(test_a_scenarios_defaults_are_those_of_the_rows);
     RUN_TEST(test_all_models_slide_with_breakaway_of_the_load);
     RUN_TEST(test_no_input_makes_a_model_diverge_and_reset_makes_it_new);
     RUN_TEST(test_models_are_mirror_images_of_themselves);

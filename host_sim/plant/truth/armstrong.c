@@ -15,6 +15,7 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
+#include <string.h>
 
 typedef struct
 {
@@ -44,7 +45,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     armstrong_t *armstrong = law;
     (void)z;
-    sim_law_parameters(&sim_armstrong_truth, config, &armstrong->p);
+    memcpy(&armstrong->p, config->own, sizeof armstrong->p);
     armstrong->way     = 0;
     armstrong->share   = 1.0; // it has stood for ever
     armstrong->stuck_s = 0.0;
@@ -207,27 +208,47 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "kt, while stuck"),
-    SIM_TRUTH_KEY(1,
-                  "sliding_ratio",
-                  "-",
-                  0.1,
-                  1.0,
-                  0.95,
-                  "r: friction of fast sliding over breakaway after long rest"),
-    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "Fv, beside the arm's own"),
-    SIM_TRUTH_KEY(3, "stribeck_speed_deg_per_s", "deg/s", 1e-5, 100.0, 0.01, "ws: where half of the excess is left"),
-    SIM_TRUTH_KEY(4, "memory_s", "s", 1e-4, 1.0, 0.005, "tl: by which friction lags speed"),
-    SIM_TRUTH_KEY(5, "dwell_s", "s", 1e-3, 1e3, 1.0, "g: time at rest after which half of the lost breakaway is back"),
-    {0},
+    SIM_TRUTH_NUMBER(parameters_t, stiffness, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "kt, while stuck"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     sliding_ratio,
+                     "sliding_ratio",
+                     "-",
+                     0.1,
+                     1.0,
+                     0.95,
+                     "r: friction of fast sliding over breakaway after long rest"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     viscous,
+                     "viscous_N_s_per_deg",
+                     "N s/deg",
+                     0.0,
+                     10.0,
+                     0.0,
+                     "Fv, beside the arm's own"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     stribeck_speed,
+                     "stribeck_speed_deg_per_s",
+                     "deg/s",
+                     1e-5,
+                     100.0,
+                     0.01,
+                     "ws: where half of the excess is left"),
+    SIM_TRUTH_NUMBER(parameters_t, memory, "memory_s", "s", 1e-4, 1.0, 0.005, "tl: by which friction lags speed"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     dwell,
+                     "dwell_s",
+                     "s",
+                     1e-3,
+                     1e3,
+                     1.0,
+                     "g: time at rest after which half of the lost breakaway is back"),
+    SIM_TRUTH_END,
 };
 
-const sim_truth_ops_t sim_armstrong_truth = {
-    .name    = "armstrong",
-    .text    = "seven parameters: spring, Stribeck, frictional memory, rising stiction",
-    .create  = create,
-    .reset   = sim_arm_reset,
-    .step    = sim_arm_step,
-    .destroy = sim_arm_destroy,
-    .keys    = keys,
-    .law     = &law};
+const sim_truth_ops_t sim_armstrong_truth = {.name    = "armstrong",
+                                             .create  = create,
+                                             .reset   = sim_arm_reset,
+                                             .step    = sim_arm_step,
+                                             .destroy = sim_arm_destroy,
+                                             .keys    = keys,
+                                             .law     = &law};

@@ -12,6 +12,7 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
+#include <string.h>
 
 typedef struct
 {
@@ -42,7 +43,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     bliman_sorine_t *sorine = law;
     (void)z;
-    sim_law_parameters(&sim_bliman_sorine_truth, config, &sorine->p);
+    memcpy(&sorine->p, config->own, sizeof sorine->p);
     sorine->c1  = 1.0 / peak(&sorine->p);
     sorine->c2  = sorine->p.slow_share * sorine->c1;
     sorine->way = 1;
@@ -117,20 +118,34 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0, "distance_deg", "deg", 1e-6, 10.0, 0.003, "e: path over which the peak is forgotten"),
-    SIM_TRUTH_KEY(1, "fast_ratio", "-", 0.01, 0.9, 0.3, "h: distance of the rise over that of the fall"),
-    SIM_TRUTH_KEY(2,
-                  "slow_share",
-                  "-",
-                  0.0,
-                  0.9,
-                  0.2,
-                  "r: 0 is no peak; friction of sliding falls to (1 - r) over the peak"),
-    {0},
+    SIM_TRUTH_NUMBER(parameters_t,
+                     distance,
+                     "distance_deg",
+                     "deg",
+                     1e-6,
+                     10.0,
+                     0.003,
+                     "e: path over which the peak is forgotten"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     fast_ratio,
+                     "fast_ratio",
+                     "-",
+                     0.01,
+                     0.9,
+                     0.3,
+                     "h: distance of the rise over that of the fall"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     slow_share,
+                     "slow_share",
+                     "-",
+                     0.0,
+                     0.9,
+                     0.2,
+                     "r: 0 is no peak; friction of sliding falls to (1 - r) over the peak"),
+    SIM_TRUTH_END,
 };
 
 const sim_truth_ops_t sim_bliman_sorine_truth = {.name    = "bliman_sorine",
-                                                 .text    = "a peak of breakaway along the path; rate independent",
                                                  .create  = create,
                                                  .reset   = sim_arm_reset,
                                                  .step    = sim_arm_step,

@@ -18,15 +18,16 @@
 #include "plant/random.h"
 
 #include <math.h>
+#include <string.h>
 
 #define BRISTLES 20
 
 typedef struct
 {
-    double deflection;
-    double sliding_ratio;
-    double damping;
-    double seed;
+    double   deflection;
+    double   sliding_ratio;
+    double   damping;
+    uint64_t seed;
 } parameters_t;
 
 typedef struct
@@ -54,12 +55,12 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     bristle_t *bristle = law;
     (void)z;
-    sim_law_parameters(&sim_bristle_truth, config, &bristle->p);
+    memcpy(&bristle->p, config->own, sizeof bristle->p);
     for (int i = 0; i < BRISTLES; i++)
     {
         // Spread evenly, so that they do not all snap at once, and balanced.
         bristle->origin[i] = bristle->p.deflection * (BRISTLES - 1 - 2 * i) / BRISTLES;
-        sim_random_seed(&bristle->random[i], (uint64_t)bristle->p.seed * BRISTLES + (uint64_t)i);
+        sim_random_seed(&bristle->random[i], bristle->p.seed * BRISTLES + (uint64_t)i);
     }
     sum_up(bristle);
 }
@@ -157,15 +158,21 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0, "deflection_deg", "deg", 1e-7, 1.0, 1.2e-3, "d: at which a bond snaps"),
-    SIM_TRUTH_KEY(1, "sliding_ratio", "-", 0.1, 1.0, 0.85, "r: mean friction along a path over L"),
-    SIM_TRUTH_KEY(2, "damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, of the bonds"),
-    SIM_TRUTH_KEY(3, "seed", "-", 0.0, 1e9, 1.0, "of the random places"),
-    {0},
+    SIM_TRUTH_NUMBER(parameters_t, deflection, "deflection_deg", "deg", 1e-7, 1.0, 1.2e-3, "d: at which a bond snaps"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     sliding_ratio,
+                     "sliding_ratio",
+                     "-",
+                     0.1,
+                     1.0,
+                     0.85,
+                     "r: mean friction along a path over L"),
+    SIM_TRUTH_NUMBER(parameters_t, damping, "damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, of the bonds"),
+    SIM_TRUTH_WHOLE(parameters_t, seed, "seed", 0.0, 18446744073709551615.0, 1.0, "of the random places"),
+    SIM_TRUTH_END,
 };
 
 const sim_truth_ops_t sim_bristle_truth = {.name    = "bristle",
-                                           .text    = "20 bonds that snap at random places; noisy sliding",
                                            .create  = create,
                                            .reset   = sim_arm_reset,
                                            .step    = sim_arm_step,

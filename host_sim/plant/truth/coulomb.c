@@ -88,7 +88,6 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 const sim_truth_ops_t sim_coulomb_truth = {.name    = "coulomb",
-                                           .text    = "L(F) against the motion; stands exactly inside breakaway",
                                            .create  = create,
                                            .reset   = sim_arm_reset,
                                            .step    = sim_arm_step,

@@ -11,6 +11,7 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
+#include <string.h>
 
 typedef struct
 {
@@ -27,7 +28,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     dahl_t *dahl = law;
     (void)z;
-    sim_law_parameters(&sim_dahl_truth, config, &dahl->p);
+    memcpy(&dahl->p, config->own, sizeof dahl->p);
     dahl->way = 1;
 }
 
@@ -95,12 +96,11 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "at small deflection"),
-    {0},
+    SIM_TRUTH_NUMBER(parameters_t, stiffness, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "at small deflection"),
+    SIM_TRUTH_END,
 };
 
 const sim_truth_ops_t sim_dahl_truth = {.name    = "dahl",
-                                        .text    = "a spring that yields in space; drifts in presliding",
                                         .create  = create,
                                         .reset   = sim_arm_reset,
                                         .step    = sim_arm_step,

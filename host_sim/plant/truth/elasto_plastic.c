@@ -14,6 +14,7 @@
 #include "plant/truth/stribeck.h"
 
 #include <math.h>
+#include <string.h>
 
 #define PI 3.14159265358979323846
 
@@ -35,7 +36,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     elasto_plastic_t *plastic = law;
     (void)z;
-    sim_law_parameters(&sim_elasto_plastic_truth, config, &plastic->p);
+    memcpy(&plastic->p, config->own, sizeof plastic->p);
     plastic->way = 1;
 }
 
@@ -131,23 +132,37 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "s0, of the bristles"),
-    SIM_TRUTH_KEY(1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, damping of the bristles"),
-    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own"),
-    SIM_TRUTH_KEY(3, "elastic_ratio", "-", 0.0, 0.99, 0.85, "e: below this part of breakaway presliding is elastic"),
-    SIM_TRUTH_KEY(4, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
-    SIM_TRUTH_KEY(5,
-                  "stribeck_speed_deg_per_s",
-                  "deg/s",
-                  1e-5,
-                  100.0,
-                  0.01,
-                  "where the Stribeck effect has fallen to 1/e"),
-    {0},
+    SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "s0: of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t, s1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1: of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t, s2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     elastic_ratio,
+                     "elastic_ratio",
+                     "-",
+                     0.0,
+                     0.99,
+                     0.85,
+                     "e: below this part of breakaway presliding is elastic"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     sliding_ratio,
+                     "sliding_ratio",
+                     "-",
+                     0.1,
+                     1.0,
+                     1.0,
+                     "friction of sliding over breakaway"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     stribeck_speed,
+                     "stribeck_speed_deg_per_s",
+                     "deg/s",
+                     1e-5,
+                     100.0,
+                     0.01,
+                     "where the Stribeck effect has fallen to 1/e"),
+    SIM_TRUTH_END,
 };
 
 const sim_truth_ops_t sim_elasto_plastic_truth = {.name    = "elasto_plastic",
-                                                  .text    = "bristle that yields beyond a deflection; no drift",
                                                   .create  = create,
                                                   .reset   = sim_arm_reset,
                                                   .step    = sim_arm_step,

@@ -12,6 +12,7 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
+#include <string.h>
 
 typedef struct
 {
@@ -29,7 +30,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     karnopp_t *karnopp = law;
     (void)z;
-    sim_law_parameters(&sim_karnopp_truth, config, &karnopp->p);
+    memcpy(&karnopp->p, config->own, sizeof karnopp->p);
     karnopp->way = 0;
 }
 
@@ -118,13 +119,26 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0, "dead_zone_deg_per_s", "deg/s", 1e-6, 1.0, 2e-4, "speeds below it count as rest"),
-    SIM_TRUTH_KEY(1, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
-    {0},
+    SIM_TRUTH_NUMBER(parameters_t,
+                     dead_zone,
+                     "dead_zone_deg_per_s",
+                     "deg/s",
+                     1e-6,
+                     1.0,
+                     2e-4,
+                     "speeds below it count as rest"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     sliding_ratio,
+                     "sliding_ratio",
+                     "-",
+                     0.1,
+                     1.0,
+                     1.0,
+                     "friction of sliding over breakaway"),
+    SIM_TRUTH_END,
 };
 
 const sim_truth_ops_t sim_karnopp_truth = {.name    = "karnopp",
-                                           .text    = "rest is a zone of speeds, and stands exactly",
                                            .create  = create,
                                            .reset   = sim_arm_reset,
                                            .step    = sim_arm_step,

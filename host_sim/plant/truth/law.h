@@ -4,7 +4,7 @@
 ///
 /// in two forms of the same equations. The plant's fixed steps (arm.h) ask for the friction at a step's end from the speed
 /// there (`update`), so that a stiff law needs no finer steps and a set-valued one stands without chatter. The reference
-/// solver (../reference.h) integrates the law as it is published: friction, rates of its states, and modes that change
+/// solver (tests/truth/cvode.h) integrates the law as it is published: friction, rates of its states, and modes that change
 /// where a guard reaches 0.
 ///
 /// Where motion is positive, friction is positive. A law's own struct holds its parameters and modes; its continuous
@@ -45,7 +45,7 @@ typedef struct sim_law
     unsigned guard_count;
     unsigned steps; ///< fixed steps in one of the plant's; 0 is 1
 
-    /// At rest at F = 0, with the config's parameters or the defaults.
+    /// At rest at F = 0, with the config's own parameters.
     void (*reset)(void *law, const sim_truth_config_t *config, double z[]);
 
     /// Fixed steps: friction and states at the end of a step that starts at `start` with `z` and ends with `end_speed`.
@@ -79,8 +79,5 @@ double sim_law_breakaway(const sim_contact_t *contact, double sign);
 
 /// x within -L- to L+.
 double sim_law_limit(const sim_contact_t *contact, double x);
-
-/// The model's own numbers, of the config or the defaults, to a law's parameter struct: doubles in the order of the keys.
-void sim_law_parameters(const sim_truth_ops_t *truth, const sim_truth_config_t *config, void *parameters);
 
 #endif

@@ -17,6 +17,7 @@
 #include "plant/truth/stribeck.h"
 
 #include <math.h>
+#include <string.h>
 
 #define ELEMENTS 4
 
@@ -44,7 +45,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     leuven_t *leuven = law;
     (void)z;
-    sim_law_parameters(&sim_leuven_truth, config, &leuven->p);
+    memcpy(&leuven->p, config->own, sizeof leuven->p);
     for (int i = 0; i < ELEMENTS; i++)
     {
         leuven->way[i] = 0;
@@ -150,29 +151,51 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0,
-                  "distance_deg",
-                  "deg",
-                  1e-7,
-                  1.0,
-                  8e-4,
-                  "path over which the stiffness at rest would reach breakaway"),
-    SIM_TRUTH_KEY(1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, damping of the bristles"),
-    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own"),
-    SIM_TRUTH_KEY(3, "exponent", "-", 1.0, 20.0, 2.0, "n: how sharply sliding begins"),
-    SIM_TRUTH_KEY(4, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
-    SIM_TRUTH_KEY(5,
-                  "stribeck_speed_deg_per_s",
-                  "deg/s",
-                  1e-5,
-                  100.0,
-                  0.01,
-                  "where the Stribeck effect has fallen to 1/e"),
-    {0},
+    SIM_TRUTH_NUMBER(parameters_t,
+                     distance,
+                     "distance_deg",
+                     "deg",
+                     1e-7,
+                     1.0,
+                     8e-4,
+                     "path over which the stiffness at rest would reach breakaway"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     damping,
+                     "bristle_damping_N_s_per_deg",
+                     "N s/deg",
+                     0.0,
+                     1e3,
+                     0.3,
+                     "s1: of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     viscous,
+                     "viscous_N_s_per_deg",
+                     "N s/deg",
+                     0.0,
+                     10.0,
+                     0.0,
+                     "s2, beside the arm's own"),
+    SIM_TRUTH_NUMBER(parameters_t, exponent, "exponent", "-", 1.0, 20.0, 2.0, "n: how sharply sliding begins"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     sliding_ratio,
+                     "sliding_ratio",
+                     "-",
+                     0.1,
+                     1.0,
+                     1.0,
+                     "friction of sliding over breakaway"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     stribeck_speed,
+                     "stribeck_speed_deg_per_s",
+                     "deg/s",
+                     1e-5,
+                     100.0,
+                     0.01,
+                     "where the Stribeck effect has fallen to 1/e"),
+    SIM_TRUTH_END,
 };
 
 const sim_truth_ops_t sim_leuven_truth = {.name    = "leuven",
-                                          .text    = "bristle with hysteresis of non-local memory",
                                           .create  = create,
                                           .reset   = sim_arm_reset,
                                           .step    = sim_arm_step,

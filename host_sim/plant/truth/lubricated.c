@@ -20,6 +20,7 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
+#include <string.h>
 
 #define PI 3.14159265358979323846
 
@@ -61,7 +62,7 @@ static double load(const sim_contact_t *contact)
 static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     lubricated_t *bearing = law;
-    sim_law_parameters(&sim_lubricated_truth, config, &bearing->p);
+    memcpy(&bearing->p, config->own, sizeof bearing->p);
     bearing->way                = 1;
     bearing->touches            = true;
     const sim_contact_t contact = {.breakaway = sim_breakaway_at(&config->friction.breakaway, 0.0)};
@@ -158,16 +159,43 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0, "distance_deg", "deg", 1e-7, 1.0, 8e-4, "d: path over which the asperities shear"),
-    SIM_TRUTH_KEY(1, "film_N_s_per_deg", "N s/deg", 1e-4, 100.0, 0.2, "c: load that the film carries, for its speed"),
-    SIM_TRUTH_KEY(2, "contact_N", "N", 0.1, 1e4, 20.0, "k: load of the asperities for their compression"),
-    SIM_TRUTH_KEY(3, "transition", "-", 0.1, 0.95, 0.7, "et: eccentricity at which asperities touch"),
-    SIM_TRUTH_KEY(4, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.01, "cv: shear of the film"),
-    {0},
+    SIM_TRUTH_NUMBER(parameters_t,
+                     distance,
+                     "distance_deg",
+                     "deg",
+                     1e-7,
+                     1.0,
+                     8e-4,
+                     "d: path over which the asperities shear"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     film,
+                     "film_N_s_per_deg",
+                     "N s/deg",
+                     1e-4,
+                     100.0,
+                     0.2,
+                     "c: load that the film carries, for its speed"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     contact,
+                     "contact_N",
+                     "N",
+                     0.1,
+                     1e4,
+                     20.0,
+                     "k: load of the asperities for their compression"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     transition,
+                     "transition",
+                     "-",
+                     0.1,
+                     0.95,
+                     0.7,
+                     "et: eccentricity at which asperities touch"),
+    SIM_TRUTH_NUMBER(parameters_t, viscous, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.01, "cv: shear of the film"),
+    SIM_TRUTH_END,
 };
 
 const sim_truth_ops_t sim_lubricated_truth = {.name    = "lubricated",
-                                              .text    = "bearing on a film that lifts late; frictional memory",
                                               .create  = create,
                                               .reset   = sim_arm_reset,
                                               .step    = sim_arm_step,

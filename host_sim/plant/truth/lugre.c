@@ -15,13 +15,14 @@
 #include "plant/truth/stribeck.h"
 
 #include <math.h>
+#include <string.h>
 
 typedef struct
 {
     double s0, s1, s2;
     double sliding_ratio;
     double stribeck_speed;
-    double limited;
+    int    limited; ///< 0 or 1
 } parameters_t;
 
 typedef struct
@@ -34,14 +35,14 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     lugre_t *lugre = law;
     (void)z;
-    sim_law_parameters(&sim_lugre_truth, config, &lugre->p);
+    memcpy(&lugre->p, config->own, sizeof lugre->p);
     lugre->way = 1;
 }
 
 static double force(const lugre_t *lugre, const sim_contact_t *contact, double z, double dz, double w)
 {
     const double f = lugre->p.s0 * z + lugre->p.s1 * dz + lugre->p.s2 * w;
-    return lugre->p.limited != 0.0 ? sim_law_limit(contact, f) : f;
+    return lugre->p.limited != 0 ? sim_law_limit(contact, f) : f;
 }
 
 static double level(const lugre_t *lugre, const sim_contact_t *contact, double w)
@@ -116,30 +117,52 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
+static const char *const no_or_yes[] = {"no", "yes", NULL};
+
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e7, 1e5, "s0, of the bristles"),
-    SIM_TRUTH_KEY(1,
-                  "bristle_damping_N_s_per_deg",
-                  "N s/deg",
-                  0.0,
-                  1e4,
-                  316.22776601683796,
-                  "s1, damping of the bristles"),
-    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.4, "s2, viscous friction"),
-    SIM_TRUTH_KEY(3, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
-    SIM_TRUTH_KEY(4,
-                  "stribeck_speed_deg_per_s",
-                  "deg/s",
-                  1e-5,
-                  100.0,
-                  0.01,
-                  "where the Stribeck effect has fallen to 1/e"),
-    SIM_TRUTH_KEY(5, "limited", "-", 0.0, 1.0, 1.0, "1: f within L, as in the paper; 0: as published"),
-    {0},
+    SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1.0, 1e7, 1e5, "s0: of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     s1,
+                     "bristle_damping_N_s_per_deg",
+                     "N s/deg",
+                     0.0,
+                     1e4,
+                     316.22776601683796,
+                     "s1: of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     s2,
+                     "viscous_N_s_per_deg",
+                     "N s/deg",
+                     0.0,
+                     10.0,
+                     0.4,
+                     "s2: of sliding, beside the arm's own"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     sliding_ratio,
+                     "sliding_ratio",
+                     "-",
+                     0.1,
+                     1.0,
+                     1.0,
+                     "friction of sliding over breakaway"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     stribeck_speed,
+                     "stribeck_speed_deg_per_s",
+                     "deg/s",
+                     1e-5,
+                     100.0,
+                     0.01,
+                     "where the Stribeck effect has fallen to 1/e"),
+    SIM_TRUTH_CHOICE(parameters_t,
+                     limited,
+                     "limited",
+                     no_or_yes,
+                     1,
+                     "whether f ends at L: yes as in the paper, no as first published"),
+    SIM_TRUTH_END,
 };
 
 const sim_truth_ops_t sim_lugre_truth = {.name    = "lugre",
-                                         .text    = "bristle with damping, Eq. (12); drifts in presliding",
                                          .create  = create,
                                          .reset   = sim_arm_reset,
                                          .step    = sim_arm_step,

@@ -16,6 +16,7 @@
 #include "plant/truth/stribeck.h"
 
 #include <math.h>
+#include <string.h>
 
 #define ELEMENTS 4
 
@@ -42,7 +43,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     maxwell_slip_t *maxwell = law;
     (void)z;
-    sim_law_parameters(&sim_maxwell_slip_truth, config, &maxwell->p);
+    memcpy(&maxwell->p, config->own, sizeof maxwell->p);
     for (int i = 0; i < ELEMENTS; i++)
     {
         maxwell->way[i] = 0;
@@ -161,22 +162,50 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "of all elements together"),
-    SIM_TRUTH_KEY(1, "attraction_N_per_s", "N/s", 0.1, 1e6, 80.0, "C: how fast a slipping element goes to its level"),
-    SIM_TRUTH_KEY(2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, beside the arm's own"),
-    SIM_TRUTH_KEY(3, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
-    SIM_TRUTH_KEY(4,
-                  "stribeck_speed_deg_per_s",
-                  "deg/s",
-                  1e-5,
-                  100.0,
-                  0.01,
-                  "where the Stribeck effect has fallen to 1/e"),
-    {0},
+    SIM_TRUTH_NUMBER(parameters_t,
+                     stiffness,
+                     "stiffness_N_per_deg",
+                     "N/deg",
+                     1.0,
+                     1e6,
+                     200.0,
+                     "of all elements together"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     attraction,
+                     "attraction_N_per_s",
+                     "N/s",
+                     0.1,
+                     1e6,
+                     80.0,
+                     "C: how fast a slipping element goes to its level"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     viscous,
+                     "viscous_N_s_per_deg",
+                     "N s/deg",
+                     0.0,
+                     10.0,
+                     0.0,
+                     "s2, beside the arm's own"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     sliding_ratio,
+                     "sliding_ratio",
+                     "-",
+                     0.1,
+                     1.0,
+                     1.0,
+                     "friction of sliding over breakaway"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     stribeck_speed,
+                     "stribeck_speed_deg_per_s",
+                     "deg/s",
+                     1e-5,
+                     100.0,
+                     0.01,
+                     "where the Stribeck effect has fallen to 1/e"),
+    SIM_TRUTH_END,
 };
 
 const sim_truth_ops_t sim_maxwell_slip_truth = {.name    = "maxwell_slip",
-                                                .text    = "elements that stick or slip; non-local memory",
                                                 .create  = create,
                                                 .reset   = sim_arm_reset,
                                                 .step    = sim_arm_step,

@@ -72,7 +72,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
     {
         return NULL;
     }
-    sim_law_parameters(&sim_paper_truth, config, &truth->p);
+    memcpy(&truth->p, config->own, sizeof truth->p);
     truth->friction = config->friction;
     truth->arm      = sim_arm_matrices(&config->arm, step_s);
     truth->rate_hz  = 1.0 / step_s;
@@ -121,7 +121,7 @@ static double gradual(const sim_friction_config_t *friction, double n, double L,
 /// Whether the curve counts, from v > 0 and the output of the relay on the side of n.
 static bool on_curve(const sim_paper_parameters_t *p, bool rises, bool armed)
 {
-    switch ((sim_paper_curve_t)p->curve)
+    switch (p->curve)
     {
     case SIM_PAPER_CURVE_ALWAYS:
         return true;
@@ -149,7 +149,7 @@ static double friction_step(paper_truth_t *truth, double n, sim_truth_signals_t 
     signals->q           = on_curve(&truth->p, signals->v_n_per_s > 0.0, armed);
 
     double f = signals->q ? gradual(&truth->friction, n, signals->L_n, signals->v_n_per_s) : n;
-    if (truth->p.limited != 0.0)
+    if (truth->p.limited != 0)
     {
         f = (f > breakaway.positive_n) ? breakaway.positive_n : (f < -breakaway.negative_n) ? -breakaway.negative_n : f;
     }
@@ -207,7 +207,7 @@ static void law_reset(void *law, const sim_truth_config_t *config, double z[])
                            .above    = true,
                            .relay1   = {.set_s = LONG_AGO_S, .reset_s = LONG_AGO_S, .set = true},
                            .relay2   = {.set_s = LONG_AGO_S, .reset_s = LONG_AGO_S, .set = true}};
-    sim_law_parameters(&sim_paper_truth, config, &paper->p);
+    memcpy(&paper->p, config->own, sizeof paper->p);
 }
 
 /// A sample-and-hold of the set pulse, triggered by the rising edge of (set pulse or reset pulse).
@@ -231,7 +231,7 @@ static void relay_take(relay_t *relay, bool set, bool reset, double time_s, doub
 
 static double limited(const paper_law_t *paper, const sim_contact_t *now, double f)
 {
-    return paper->p.limited != 0.0 ? sim_law_limit(now, f) : f;
+    return paper->p.limited != 0 ? sim_law_limit(now, f) : f;
 }
 
 static double on_the_curve(const paper_law_t *paper, const sim_contact_t *now, double v)
@@ -372,29 +372,28 @@ static const sim_law_t law = {.size        = sizeof(paper_law_t),
                               .guards      = law_guards,
                               .cross       = law_cross};
 
+static const char *const curves[]    = {[SIM_PAPER_CURVE_NEVER]  = "never",
+                                        [SIM_PAPER_CURVE_ALWAYS] = "always",
+                                        [SIM_PAPER_CURVE_RISING] = "rising",
+                                        [SIM_PAPER_CURVE_RELAYS] = "relays",
+                                        NULL};
+static const char *const no_or_yes[] = {"no", "yes", NULL};
+
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0,
-                  "limited",
-                  "-",
-                  0.0,
-                  1.0,
-                  1.0,
-                  "1: friction ends at breakaway; 0: it does not (step 1 of section 3)"),
-    SIM_TRUTH_KEY(1,
-                  "curve",
-                  "-",
-                  SIM_PAPER_CURVE_NEVER,
-                  SIM_PAPER_CURVE_RELAYS,
-                  SIM_PAPER_CURVE_RELAYS,
-                  "the gradual curve 0: never; 1: always; 2: while v > 0; 3: by Eq. (8)"),
-    {0},
+    SIM_TRUTH_CHOICE(sim_paper_parameters_t,
+                     limited,
+                     "limited",
+                     no_or_yes,
+                     1,
+                     "whether f ends at L; no: step 1 of section 3"),
+    SIM_TRUTH_CHOICE(sim_paper_parameters_t,
+                     curve,
+                     "curve",
+                     curves,
+                     SIM_PAPER_CURVE_RELAYS,
+                     "when the gradual curve holds: relays is Eq. (8), rising is v > 0"),
+    SIM_TRUTH_END,
 };
 
-const sim_truth_ops_t sim_paper_truth = {.name    = "paper",
-                                         .create  = create,
-                                         .reset   = reset,
-                                         .step    = step,
-                                         .destroy = destroy,
-                                         .text    = "the paper's model: breakaway of the load, hysteresis by relays",
-                                         .keys    = keys,
-                                         .law     = &law};
+const sim_truth_ops_t sim_paper_truth =
+    {.name = "paper", .create = create, .reset = reset, .step = step, .destroy = destroy, .keys = keys, .law = &law};

@@ -17,8 +17,8 @@ typedef enum
 /// The parameters of sim_paper_truth beside those of sim_friction_config_t.
 typedef struct
 {
-    double limited; ///< 1: f within -L to L; 0: not
-    double curve;   ///< a sim_paper_curve_t
+    int               limited; ///< 1: f within -L to L; 0: not
+    sim_paper_curve_t curve;
 } sim_paper_parameters_t;
 
 typedef struct

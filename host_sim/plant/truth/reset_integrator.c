@@ -12,6 +12,7 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
+#include <string.h>
 
 typedef struct
 {
@@ -30,7 +31,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     reset_integrator_t *bond = law;
     (void)z;
-    sim_law_parameters(&sim_reset_integrator_truth, config, &bond->p);
+    memcpy(&bond->p, config->own, sizeof bond->p);
     bond->way = 0;
 }
 
@@ -121,14 +122,27 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 static const sim_key_t keys[] = {
-    SIM_TRUTH_KEY(0, "length_deg", "deg", 1e-7, 1.0, 8e-4, "z0: stretch at which the bond slips"),
-    SIM_TRUTH_KEY(1, "stiction", "-", 0.0, 2.0, 0.05, "a: breakaway over friction of slipping, less 1"),
-    SIM_TRUTH_KEY(2, "damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, while the bond holds"),
-    {0},
+    SIM_TRUTH_NUMBER(parameters_t, length, "length_deg", "deg", 1e-7, 1.0, 8e-4, "z0: stretch at which the bond slips"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     stiction,
+                     "stiction",
+                     "-",
+                     0.0,
+                     2.0,
+                     0.05,
+                     "a: breakaway over friction of slipping, less 1"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     damping,
+                     "damping_N_s_per_deg",
+                     "N s/deg",
+                     0.0,
+                     1e3,
+                     0.3,
+                     "s1, while the bond holds"),
+    SIM_TRUTH_END,
 };
 
 const sim_truth_ops_t sim_reset_integrator_truth = {.name    = "reset_integrator",
-                                                    .text    = "a bond that slips at a length, stronger while it holds",
                                                     .create  = create,
                                                     .reset   = sim_arm_reset,
                                                     .step    = sim_arm_step,

@@ -14,12 +14,13 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
+#include <string.h>
 
 typedef struct
 {
     double base;
     double load;
-    double newton_per_newton_metre;
+    double scale;
     double viscous;
 } parameters_t;
 
@@ -31,13 +32,14 @@ typedef struct
 
 static double limit(const servo_t *servo, const sim_contact_t *contact)
 {
-    return servo->p.base * servo->p.newton_per_newton_metre + servo->p.load * fabs(contact->u_n + contact->force_n);
+    return servo->p.base * servo->p.scale + servo->p.load * fabs(contact->u_n + contact->force_n);
 }
 
-static void reset_as(const sim_truth_ops_t *truth, void *law, const sim_truth_config_t *config)
+static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     servo_t *servo = law;
-    sim_law_parameters(truth, config, &servo->p);
+    (void)z;
+    memcpy(&servo->p, config->own, sizeof servo->p);
     servo->way = 0;
 }
 
@@ -91,39 +93,56 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
     servo->way           = fabs(now->n_n) <= limit(servo, now) ? 0 : now->n_n > 0.0 ? 1 : -1;
 }
 
-/// One actuator: its parameters, its law, its row.
+static const sim_law_t law = {.size        = sizeof(servo_t),
+                              .guard_count = GUARDS,
+                              .reset       = reset,
+                              .update      = update,
+                              .friction    = friction,
+                              .guards      = guards,
+                              .cross       = cross};
+
+static void *create(const sim_truth_config_t *config, double step_s)
+{
+    return sim_arm_create(&law, config, step_s);
+}
+
+/// One actuator: its defaults and its row.
 #define SERVO(id, title, base_n_m, load_part)                                                                          \
-    static void reset_##id(void *law, const sim_truth_config_t *config, double z[])                                    \
-    {                                                                                                                  \
-        (void)z;                                                                                                       \
-        reset_as(&sim_servo_##id##_truth, law, config);                                                                \
-    }                                                                                                                  \
-    static const sim_law_t law_##id = {.size        = sizeof(servo_t),                                                 \
-                                       .guard_count = GUARDS,                                                          \
-                                       .reset       = reset_##id,                                                      \
-                                       .update      = update,                                                          \
-                                       .friction    = friction,                                                        \
-                                       .guards      = guards,                                                          \
-                                       .cross       = cross};                                                                \
-    static void           *create_##id(const sim_truth_config_t *config, double step_s)                                \
-    {                                                                                                                  \
-        return sim_arm_create(&law_##id, config, step_s);                                                              \
-    }                                                                                                                  \
     static const sim_key_t keys_##id[] = {                                                                             \
-        SIM_TRUTH_KEY(0, "base_N_m", "N m", 0.0, 100.0, base_n_m, "friction without load"),                            \
-        SIM_TRUTH_KEY(1, "load", "-", 0.0, 0.9, load_part, "part of the load on the gearbox"),                         \
-        SIM_TRUTH_KEY(2, "newton_per_N_m", "N/(N m)", 1e-6, 1e3, 0.007 / (base_n_m), "scale to this arm"),             \
-        SIM_TRUTH_KEY(3, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "beside the arm's own"),                    \
-        {0},                                                                                                           \
+        SIM_TRUTH_NUMBER(parameters_t,                                                                                 \
+                         base,                                                                                         \
+                         "base_N_m",                                                                                   \
+                         "N m",                                                                                        \
+                         0.0,                                                                                          \
+                         100.0,                                                                                        \
+                         base_n_m,                                                                                     \
+                         "friction without load, " title),                                                             \
+        SIM_TRUTH_NUMBER(parameters_t, load, "load", "-", 0.0, 0.9, load_part, "part of the load on the gearbox"),     \
+        SIM_TRUTH_NUMBER(parameters_t,                                                                                 \
+                         scale,                                                                                        \
+                         "scale_N_per_N_m",                                                                            \
+                         "N/(N m)",                                                                                    \
+                         1e-6,                                                                                         \
+                         1e3,                                                                                          \
+                         0.007 / (base_n_m),                                                                           \
+                         "force at this arm for the actuator's torque"),                                               \
+        SIM_TRUTH_NUMBER(parameters_t,                                                                                 \
+                         viscous,                                                                                      \
+                         "viscous_N_s_per_deg",                                                                        \
+                         "N s/deg",                                                                                    \
+                         0.0,                                                                                          \
+                         10.0,                                                                                         \
+                         0.0,                                                                                          \
+                         "beside the arm's own"),                                                                      \
+        SIM_TRUTH_END,                                                                                                 \
     };                                                                                                                 \
     const sim_truth_ops_t sim_servo_##id##_truth = {.name    = "servo_" #id,                                           \
-                                                    .text    = "load-dependent servo (m3), " title,                    \
-                                                    .create  = create_##id,                                            \
+                                                    .create  = create,                                                 \
                                                     .reset   = sim_arm_reset,                                          \
                                                     .step    = sim_arm_step,                                           \
                                                     .destroy = sim_arm_destroy,                                        \
                                                     .keys    = keys_##id,                                              \
-                                                    .law     = &law_##id}
+                                                    .law     = &law}
 
 SERVO(mx106, "MX-106", 0.1134, 0.108);
 SERVO(mx64, "MX-64", 0.1022, 0.0758);

@@ -49,7 +49,6 @@ static void *create(const sim_truth_config_t *config, double step_s)
 }
 
 const sim_truth_ops_t sim_torque_truth = {.name    = "torque",
-                                          .text    = "saturation of the net force alone (references 22 to 24)",
                                           .create  = create,
                                           .reset   = sim_arm_reset,
                                           .step    = sim_arm_step,

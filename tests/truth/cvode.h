@@ -1,9 +1,8 @@
 /// A truth model's law integrated by SUNDIALS CVODE, with its root finding for the changes of mode: the reference for the
-/// plant's fixed steps. Open loop: u is a given function of time. A library of its own, tribo_reference, as only tests
-/// and measurements need it.
+/// plant's fixed steps. Open loop: u is a given function of time.
 
-#ifndef SIM_REFERENCE_H
-#define SIM_REFERENCE_H
+#ifndef TRUTH_CVODE_H
+#define TRUTH_CVODE_H
 
 #include "plant/drive_error.h"
 #include "plant/truth/law.h"
@@ -13,9 +12,9 @@
 typedef struct
 {
     double u_n, rate_n_per_s, rate_n_per_s2; ///< u and its first two derivatives
-} sim_drive_t;
+} cvode_drive_t;
 
-typedef sim_drive_t (*sim_drive_at_t)(const void *context, double time_s);
+typedef cvode_drive_t (*cvode_drive_at_t)(const void *context, double time_s);
 
 typedef struct
 {
@@ -26,39 +25,37 @@ typedef struct
     bool   adams;      ///< and fixed-point iteration, for problems that are not stiff; otherwise backward
                        ///< differentiation and Newton's
     double max_step_s; ///< 0: no limit
-} sim_reference_options_t;
+} cvode_options_t;
 
 /// Backward differentiation, 1e-8, and absolute tolerances far below what moves F by a micronewton.
-extern const sim_reference_options_t sim_reference_defaults;
+extern const cvode_options_t cvode_defaults;
 
 typedef struct
 {
     long   steps, right_hand_sides, events; ///< right-hand sides include those of Jacobians
     double seconds;                         ///< processor time
-} sim_reference_cost_t;
+} cvode_cost_t;
 
-typedef struct sim_reference sim_reference_t;
+typedef struct cvode cvode_t;
 
 /// At rest at F = 0 and time 0. Null if there is no memory. The config is copied, but not its breakaway table.
-sim_reference_t *sim_reference_create(const sim_truth_ops_t         *truth,
-                                      const sim_truth_config_t      *config,
-                                      const sim_reference_options_t *options);
+cvode_t *cvode_create(const sim_truth_ops_t *truth, const sim_truth_config_t *config, const cvode_options_t *options);
 
 /// Errors of the drive, none at first; of the command, there being no actuator here, at once. Before the first drive.
-void sim_reference_set_drive_error(sim_reference_t *reference, const sim_drive_error_t *error);
-void sim_reference_destroy(sim_reference_t *reference);
+void cvode_set_drive_error(cvode_t *reference, const sim_drive_error_t *error);
+void cvode_destroy(cvode_t *reference);
 
 /// From now to `until_s` u is `at(context, time)`, smooth. To be called at the start and at each break of the input.
-bool sim_reference_drive(sim_reference_t *reference, sim_drive_at_t at, const void *context, double until_s);
+bool cvode_drive(cvode_t *reference, cvode_drive_at_t at, const void *context, double until_s);
 
 /// Integrates to `time_s`, within the drive's span. False if CVODE gave up or modes changed without end; then
-/// sim_reference_problem says which.
-bool        sim_reference_advance(sim_reference_t *reference, double time_s);
-const char *sim_reference_problem(const sim_reference_t *reference);
+/// cvode_problem says which.
+bool        cvode_advance(cvode_t *reference, double time_s);
+const char *cvode_problem(const cvode_t *reference);
 
-double               sim_reference_force(const sim_reference_t *reference);
-double               sim_reference_speed(const sim_reference_t *reference);
-double               sim_reference_friction(const sim_reference_t *reference);
-sim_reference_cost_t sim_reference_cost(const sim_reference_t *reference);
+double       cvode_force(const cvode_t *reference);
+double       cvode_speed(const cvode_t *reference);
+double       cvode_friction(const cvode_t *reference);
+cvode_cost_t cvode_cost(const cvode_t *reference);
 
 #endif

@@ -1,4 +1,4 @@
-#include "plant/reference.h"
+#include "cvode.h"
 
 #include <cvode/cvode.h>
 #include <math.h>
@@ -31,50 +31,50 @@ enum
 #define NO_COMMUNICATOR NULL
 #endif
 
-struct sim_reference
+struct cvode
 {
-    const sim_law_t     *law;
-    sim_truth_config_t   config;
-    sim_drive_error_t    drive_error;
-    void                *friction;
-    sim_drive_at_t       at;
-    const void          *context;
-    double               time_s;
-    double               until_s;
-    SUNContext           sundials;
-    void                *cvode;
-    N_Vector             y, tolerance;
-    SUNMatrix            jacobian;
-    SUNLinearSolver      solver;
-    SUNNonlinearSolver   iteration; ///< without a Jacobian; null: Newton's
-    sim_reference_cost_t cost;      ///< of what CVODE no longer counts itself
-    char                 problem[96];
+    const sim_law_t   *law;
+    sim_truth_config_t config;
+    sim_drive_error_t  drive_error;
+    void              *friction;
+    cvode_drive_at_t   at;
+    const void        *context;
+    double             time_s;
+    double             until_s;
+    SUNContext         sundials;
+    void              *cvode;
+    N_Vector           y, tolerance;
+    SUNMatrix          jacobian;
+    SUNLinearSolver    solver;
+    SUNNonlinearSolver iteration; ///< without a Jacobian; null: Newton's
+    cvode_cost_t       cost;      ///< of what CVODE no longer counts itself
+    char               problem[96];
 };
 
-const sim_reference_options_t sim_reference_defaults = {.relative_tolerance = 1e-8,
-                                                        .position_deg       = 1e-11,
-                                                        .speed_deg_per_s    = 1e-10,
-                                                        .states             = 1e-13};
+const cvode_options_t cvode_defaults = {.relative_tolerance = 1e-8,
+                                        .position_deg       = 1e-11,
+                                        .speed_deg_per_s    = 1e-10,
+                                        .states             = 1e-13};
 
 /// u with the errors of the drive at that position and speed.
-static sim_drive_t drive_at(const sim_reference_t *reference, double time_s, double position, double speed)
+static cvode_drive_t drive_at(const cvode_t *reference, double time_s, double position, double speed)
 {
     const sim_drive_error_t *error     = &reference->drive_error;
-    const sim_drive_t        command   = reference->at(reference->context, time_s);
+    const cvode_drive_t      command   = reference->at(reference->context, time_s);
     const sim_ripple_t       ripple    = sim_drive_error_ripple(error, position);
     const double             scale     = 1.0 + error->scale;
     const double             stiffness = reference->config.arm.stiffness_n_per_deg;
     // The second derivative contains w', which is asked for where w' = u'' / K (the sliding mode of paper.c).
     const double second = scale * command.rate_n_per_s2 + ripple.curvature_n_per_deg2 * speed * speed;
-    return (sim_drive_t){.u_n           = sim_drive_error_command(error, command.u_n) + ripple.force_n,
-                         .rate_n_per_s  = scale * command.rate_n_per_s + ripple.slope_n_per_deg * speed,
-                         .rate_n_per_s2 = second * stiffness / (stiffness - ripple.slope_n_per_deg)};
+    return (cvode_drive_t){.u_n           = sim_drive_error_command(error, command.u_n) + ripple.force_n,
+                           .rate_n_per_s  = scale * command.rate_n_per_s + ripple.slope_n_per_deg * speed,
+                           .rate_n_per_s2 = second * stiffness / (stiffness - ripple.slope_n_per_deg)};
 }
 
-static sim_contact_t contact_at(const sim_reference_t *reference, double time_s, const double y[])
+static sim_contact_t contact_at(const cvode_t *reference, double time_s, const double y[])
 {
-    const sim_drive_t drive = drive_at(reference, time_s, y[POSITION], y[SPEED]);
-    const double      force = reference->config.arm.stiffness_n_per_deg * y[POSITION];
+    const cvode_drive_t drive = drive_at(reference, time_s, y[POSITION], y[SPEED]);
+    const double        force = reference->config.arm.stiffness_n_per_deg * y[POSITION];
     return (sim_contact_t){.time_s          = time_s,
                            .u_n             = drive.u_n,
                            .n_n             = drive.u_n + reference->config.friction.gravity_n - force,
@@ -88,7 +88,7 @@ static sim_contact_t contact_at(const sim_reference_t *reference, double time_s,
 
 static int right_hand_side(sunrealtype time_s, N_Vector y_vector, N_Vector rate_vector, void *user)
 {
-    const sim_reference_t  *reference = user;
+    const cvode_t          *reference = user;
     const sim_arm_config_t *arm       = &reference->config.arm;
     const double           *y         = N_VGetArrayPointer(y_vector);
     double                 *rate      = N_VGetArrayPointer(rate_vector);
@@ -107,21 +107,21 @@ static int right_hand_side(sunrealtype time_s, N_Vector y_vector, N_Vector rate_
 
 static int guards(sunrealtype time_s, N_Vector y_vector, sunrealtype *g, void *user)
 {
-    const sim_reference_t *reference = user;
-    const double          *y         = N_VGetArrayPointer(y_vector);
-    const sim_contact_t    now       = contact_at(reference, time_s, y);
+    const cvode_t      *reference = user;
+    const double       *y         = N_VGetArrayPointer(y_vector);
+    const sim_contact_t now       = contact_at(reference, time_s, y);
     reference->law->guards(reference->friction, &now, y + LAW, g);
     return 0;
 }
 
-static sim_drive_t no_drive(const void *context, double time_s)
+static cvode_drive_t no_drive(const void *context, double time_s)
 {
     (void)context;
     (void)time_s;
-    return (sim_drive_t){0};
+    return (cvode_drive_t){0};
 }
 
-static bool allocate(sim_reference_t *reference, const sim_reference_options_t *options)
+static bool allocate(cvode_t *reference, const cvode_options_t *options)
 {
     const sunindextype size = LAW + (sunindextype)reference->law->state_count;
     reference->friction     = calloc(1, reference->law->size);
@@ -147,7 +147,7 @@ static bool allocate(sim_reference_t *reference, const sim_reference_options_t *
 }
 
 /// What CVODE has to say comes back as a status.
-static bool be_silent(sim_reference_t *reference)
+static bool be_silent(cvode_t *reference)
 {
 #if SUNDIALS_VERSION_MAJOR >= 7
     return SUNContext_ClearErrHandlers(reference->sundials) == 0;
@@ -156,7 +156,7 @@ static bool be_silent(sim_reference_t *reference)
 #endif
 }
 
-static bool set_up(sim_reference_t *reference, const sim_reference_options_t *options)
+static bool set_up(cvode_t *reference, const cvode_options_t *options)
 {
     double *tolerance = N_VGetArrayPointer(reference->tolerance);
     for (unsigned i = 0; i < reference->law->state_count; i++)
@@ -192,11 +192,9 @@ static bool set_up(sim_reference_t *reference, const sim_reference_options_t *op
     return done;
 }
 
-sim_reference_t *sim_reference_create(const sim_truth_ops_t         *truth,
-                                      const sim_truth_config_t      *config,
-                                      const sim_reference_options_t *options)
+cvode_t *cvode_create(const sim_truth_ops_t *truth, const sim_truth_config_t *config, const cvode_options_t *options)
 {
-    sim_reference_t *reference = calloc(1, sizeof *reference);
+    cvode_t *reference = calloc(1, sizeof *reference);
     if (reference == NULL)
     {
         return NULL;
@@ -206,18 +204,18 @@ sim_reference_t *sim_reference_create(const sim_truth_ops_t         *truth,
     reference->at     = no_drive;
     if (!allocate(reference, options) || !set_up(reference, options))
     {
-        sim_reference_destroy(reference);
+        cvode_destroy(reference);
         return NULL;
     }
     return reference;
 }
 
-void sim_reference_set_drive_error(sim_reference_t *reference, const sim_drive_error_t *error)
+void cvode_set_drive_error(cvode_t *reference, const sim_drive_error_t *error)
 {
     reference->drive_error = *error;
 }
 
-void sim_reference_destroy(sim_reference_t *reference)
+void cvode_destroy(cvode_t *reference)
 {
     if (reference == NULL)
     {
@@ -235,7 +233,7 @@ void sim_reference_destroy(sim_reference_t *reference)
 }
 
 /// What CVODE has counted since it was last started.
-static sim_reference_cost_t counted(const sim_reference_t *reference)
+static cvode_cost_t counted(const cvode_t *reference)
 {
     long steps    = 0;
     long calls    = 0;
@@ -243,19 +241,19 @@ static sim_reference_cost_t counted(const sim_reference_t *reference)
     (void)CVodeGetNumSteps(reference->cvode, &steps);
     (void)CVodeGetNumRhsEvals(reference->cvode, &calls);
     (void)CVodeGetNumLinRhsEvals(reference->cvode, &jacobian);
-    return (sim_reference_cost_t){.steps = steps, .right_hand_sides = calls + jacobian};
+    return (cvode_cost_t){.steps = steps, .right_hand_sides = calls + jacobian};
 }
 
-static bool failed(sim_reference_t *reference, const char *what, int flag)
+static bool failed(cvode_t *reference, const char *what, int flag)
 {
     (void)snprintf(reference->problem, sizeof reference->problem, "%s (%d) at %.9g s", what, flag, reference->time_s);
     return false;
 }
 
 /// CVODE's counters start again with it.
-static bool restart(sim_reference_t *reference)
+static bool restart(cvode_t *reference)
 {
-    const sim_reference_cost_t past = counted(reference);
+    const cvode_cost_t past = counted(reference);
     reference->cost.steps += past.steps;
     reference->cost.right_hand_sides += past.right_hand_sides;
 
@@ -268,7 +266,7 @@ static bool restart(sim_reference_t *reference)
 }
 
 /// A break of the input may leave guards negative, which CVODE would not see: their events happen now.
-static void cross_at_break(sim_reference_t *reference)
+static void cross_at_break(cvode_t *reference)
 {
     const sim_law_t *law = reference->law;
     double           g[SIM_LAW_GUARDS_MAX];
@@ -285,7 +283,7 @@ static void cross_at_break(sim_reference_t *reference)
     }
 }
 
-bool sim_reference_drive(sim_reference_t *reference, sim_drive_at_t at, const void *context, double until_s)
+bool cvode_drive(cvode_t *reference, cvode_drive_at_t at, const void *context, double until_s)
 {
     reference->at      = at;
     reference->context = context;
@@ -294,7 +292,7 @@ bool sim_reference_drive(sim_reference_t *reference, sim_drive_at_t at, const vo
     return restart(reference);
 }
 
-static bool switch_modes(sim_reference_t *reference)
+static bool switch_modes(cvode_t *reference)
 {
     int found[SIM_LAW_GUARDS_MAX] = {0};
     (void)CVodeGetRootInfo(reference->cvode, found);
@@ -313,7 +311,7 @@ static bool switch_modes(sim_reference_t *reference)
     return restart(reference);
 }
 
-static bool integrate(sim_reference_t *reference, double time_s)
+static bool integrate(cvode_t *reference, double time_s)
 {
     int    stalled = 0;
     double last_s  = -1.0;
@@ -341,7 +339,7 @@ static bool integrate(sim_reference_t *reference, double time_s)
     return true;
 }
 
-bool sim_reference_advance(sim_reference_t *reference, double time_s)
+bool cvode_advance(cvode_t *reference, double time_s)
 {
     const clock_t start = clock();
     const bool    done  = integrate(reference, time_s);
@@ -349,32 +347,32 @@ bool sim_reference_advance(sim_reference_t *reference, double time_s)
     return done;
 }
 
-const char *sim_reference_problem(const sim_reference_t *reference)
+const char *cvode_problem(const cvode_t *reference)
 {
     return reference->problem;
 }
 
-double sim_reference_force(const sim_reference_t *reference)
+double cvode_force(const cvode_t *reference)
 {
     return reference->config.arm.stiffness_n_per_deg * N_VGetArrayPointer(reference->y)[POSITION];
 }
 
-double sim_reference_speed(const sim_reference_t *reference)
+double cvode_speed(const cvode_t *reference)
 {
     return N_VGetArrayPointer(reference->y)[SPEED];
 }
 
-double sim_reference_friction(const sim_reference_t *reference)
+double cvode_friction(const cvode_t *reference)
 {
     const double       *y   = N_VGetArrayPointer(reference->y);
     const sim_contact_t now = contact_at(reference, reference->time_s, y);
     return reference->law->friction(reference->friction, &now, y + LAW);
 }
 
-sim_reference_cost_t sim_reference_cost(const sim_reference_t *reference)
+cvode_cost_t cvode_cost(const cvode_t *reference)
 {
-    const sim_reference_cost_t past = counted(reference);
-    sim_reference_cost_t       cost = reference->cost;
+    const cvode_cost_t past = counted(reference);
+    cvode_cost_t       cost = reference->cost;
     cost.steps += past.steps;
     cost.right_hand_sides += past.right_hand_sides;
     return cost;
