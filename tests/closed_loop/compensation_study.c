@@ -63,7 +63,7 @@ static void study_many(const char *name, compensation_t method, compensation_tru
         {{0.1, 0.3}, {0.2, 0.5}, {0.2, 0.6}, {0.3, 0.5}, {0.4, 0.6}, {0.1, 0.5}, {-0.2, 0.2}, {-0.4, 0.4}};
     static const double slope[4] = {0.01, 0.015, 0.02, 0.04};
     double              ratio[32];
-    double              first     = INFINITY;
+    double              first     = (double)INFINITY;
     double              variation = 0.0;
     for (int i = 0; i < 32; i++)
     {
