@@ -37,6 +37,7 @@ struct cvode
     sim_truth_config_t config;
     sim_drive_error_t  drive_error;
     void              *friction;
+    int                way; ///< sign of the speed, where the law turns
     cvode_drive_at_t   at;
     const void        *context;
     double             time_s;
@@ -105,12 +106,43 @@ static int right_hand_side(sunrealtype time_s, N_Vector y_vector, N_Vector rate_
     return 0;
 }
 
+static unsigned guard_count(const sim_law_t *law)
+{
+    return law->turns ? 1 : law->guard_count;
+}
+
+/// The law's guards or, at a kink of |w|, where nothing switches, the one for the integrator to start again.
+static void guards_at(const cvode_t *reference, const sim_contact_t *now, const double y[], double g[])
+{
+    if (reference->law->turns)
+    {
+        g[0] = reference->way * now->speed_deg_per_s + SIM_LAW_TURN_DEG_PER_S;
+    }
+    else if (reference->law->guards != NULL)
+    {
+        reference->law->guards(reference->friction, now, y + LAW, g);
+    }
+}
+
+static void cross(cvode_t *reference, sim_contact_t *now, double y[], unsigned guard)
+{
+    if (reference->law->turns)
+    {
+        reference->way = -reference->way;
+    }
+    else
+    {
+        reference->law->cross(reference->friction, now, y + LAW, guard);
+        y[SPEED] = now->speed_deg_per_s;
+    }
+}
+
 static int guards(sunrealtype time_s, N_Vector y_vector, sunrealtype *g, void *user)
 {
     const cvode_t      *reference = user;
     const double       *y         = N_VGetArrayPointer(y_vector);
     const sim_contact_t now       = contact_at(reference, time_s, y);
-    reference->law->guards(reference->friction, &now, y + LAW, g);
+    guards_at(reference, &now, y, g);
     return 0;
 }
 
@@ -169,7 +201,7 @@ static bool set_up(cvode_t *reference, const cvode_options_t *options)
     reference->law->reset(reference->friction, &reference->config, N_VGetArrayPointer(reference->y) + LAW);
 
     void     *cvode = reference->cvode;
-    const int count = (int)reference->law->guard_count;
+    const int count = (int)guard_count(reference->law);
     bool      done  = CVodeInit(cvode, right_hand_side, 0.0, reference->y) == CV_SUCCESS;
     done            = done && CVodeSVtolerances(cvode, options->relative_tolerance, reference->tolerance) == CV_SUCCESS;
     done            = done && CVodeSetUserData(cvode, reference) == CV_SUCCESS;
@@ -201,6 +233,7 @@ cvode_t *cvode_create(const sim_truth_ops_t *truth, const sim_truth_config_t *co
     }
     reference->law    = truth->law;
     reference->config = *config;
+    reference->way    = 1;
     reference->at     = no_drive;
     if (!allocate(reference, options) || !set_up(reference, options))
     {
@@ -268,17 +301,15 @@ static bool restart(cvode_t *reference)
 /// A break of the input may leave guards negative, which CVODE would not see: their events happen now.
 static void cross_at_break(cvode_t *reference)
 {
-    const sim_law_t *law = reference->law;
-    double           g[SIM_LAW_GUARDS_MAX];
-    double          *y = N_VGetArrayPointer(reference->y);
-    for (unsigned i = 0; i < law->guard_count; i++)
+    double  g[SIM_LAW_GUARDS_MAX];
+    double *y = N_VGetArrayPointer(reference->y);
+    for (unsigned i = 0; i < guard_count(reference->law); i++)
     {
         sim_contact_t now = contact_at(reference, reference->time_s, y);
-        law->guards(reference->friction, &now, y + LAW, g);
+        guards_at(reference, &now, y, g);
         if (g[i] < 0.0)
         {
-            law->cross(reference->friction, &now, y + LAW, i);
-            y[SPEED] = now.speed_deg_per_s;
+            cross(reference, &now, y, i);
         }
     }
 }
@@ -299,15 +330,14 @@ static bool switch_modes(cvode_t *reference)
 
     double       *y   = N_VGetArrayPointer(reference->y);
     sim_contact_t now = contact_at(reference, reference->time_s, y);
-    for (unsigned i = 0; i < reference->law->guard_count; i++)
+    for (unsigned i = 0; i < guard_count(reference->law); i++)
     {
         if (found[i] != 0)
         {
-            reference->law->cross(reference->friction, &now, y + LAW, i);
+            cross(reference, &now, y, i);
             reference->cost.events++;
         }
     }
-    y[SPEED] = now.speed_deg_per_s;
     return restart(reference);
 }
 

@@ -25,7 +25,6 @@ typedef struct
 {
     parameters_t p;
     double       c1, c2;
-    int          way;
 } bliman_sorine_t;
 
 /// Highest f1 + f2 along a path from rest, with c1 = 1.
@@ -44,9 +43,8 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     bliman_sorine_t *sorine = law;
     (void)z;
     memcpy(&sorine->p, config->own, sizeof sorine->p);
-    sorine->c1  = 1.0 / peak(&sorine->p);
-    sorine->c2  = sorine->p.slow_share * sorine->c1;
-    sorine->way = 1;
+    sorine->c1 = 1.0 / peak(&sorine->p);
+    sorine->c2 = sorine->p.slow_share * sorine->c1;
 }
 
 static double friction(const void *law, const sim_contact_t *now, const double z[])
@@ -80,37 +78,13 @@ static void rates(const void *law, const sim_contact_t *now, const double z[], d
     dz[1]                         = -slow * sorine->c2 - fabs(slow) * z[1];
 }
 
-enum
-{
-    TURNS,
-    GUARDS
-};
-
-/// Nothing switches; the integrator restarts at the kink of |w|.
-static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
-{
-    (void)z;
-    g[TURNS] = ((const bliman_sorine_t *)law)->way * now->speed_deg_per_s + SIM_LAW_TURN_DEG_PER_S;
-}
-
-static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
-{
-    bliman_sorine_t *sorine = law;
-    (void)now;
-    (void)z;
-    (void)guard;
-    sorine->way = -sorine->way;
-}
-
 static const sim_law_t law = {.size        = sizeof(bliman_sorine_t),
                               .state_count = 2,
-                              .guard_count = GUARDS,
+                              .turns       = true,
                               .reset       = reset,
                               .update      = update,
                               .friction    = friction,
-                              .rates       = rates,
-                              .guards      = guards,
-                              .cross       = cross};
+                              .rates       = rates};
 
 static void *create(const sim_truth_config_t *config, double step_s)
 {

@@ -21,7 +21,6 @@ typedef struct
 typedef struct
 {
     parameters_t p;
-    int          way;
 } dahl_t;
 
 static void reset(void *law, const sim_truth_config_t *config, double z[])
@@ -29,7 +28,6 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     dahl_t *dahl = law;
     (void)z;
     memcpy(&dahl->p, config->own, sizeof dahl->p);
-    dahl->way = 1;
 }
 
 static double update(const void          *law,
@@ -58,37 +56,13 @@ static void rates(const void *law, const sim_contact_t *now, const double z[], d
     dz[0]          = w - ((const dahl_t *)law)->p.stiffness * fabs(w) * z[0] / sim_law_breakaway(now, w);
 }
 
-enum
-{
-    TURNS,
-    GUARDS
-};
-
-/// Nothing switches; the integrator restarts at the kink of |w|.
-static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
-{
-    (void)z;
-    g[TURNS] = ((const dahl_t *)law)->way * now->speed_deg_per_s + SIM_LAW_TURN_DEG_PER_S;
-}
-
-static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
-{
-    dahl_t *dahl = law;
-    (void)now;
-    (void)z;
-    (void)guard;
-    dahl->way = -dahl->way;
-}
-
 static const sim_law_t law = {.size        = sizeof(dahl_t),
                               .state_count = 1,
-                              .guard_count = GUARDS,
+                              .turns       = true,
                               .reset       = reset,
                               .update      = update,
                               .friction    = friction,
-                              .rates       = rates,
-                              .guards      = guards,
-                              .cross       = cross};
+                              .rates       = rates};
 
 static void *create(const sim_truth_config_t *config, double step_s)
 {

@@ -29,7 +29,6 @@ typedef struct
 typedef struct
 {
     parameters_t p;
-    int          way;
 } elasto_plastic_t;
 
 static void reset(void *law, const sim_truth_config_t *config, double z[])
@@ -37,7 +36,6 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     elasto_plastic_t *plastic = law;
     (void)z;
     memcpy(&plastic->p, config->own, sizeof plastic->p);
-    plastic->way = 1;
 }
 
 /// a(z, w) with deflections in parts of z_max.
@@ -94,37 +92,13 @@ static double friction(const void *law, const sim_contact_t *now, const double z
     return force(law, z[0], dz, now->speed_deg_per_s);
 }
 
-enum
-{
-    TURNS,
-    GUARDS
-};
-
-/// Nothing switches; the integrator restarts at the kink of |w|.
-static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
-{
-    (void)z;
-    g[TURNS] = ((const elasto_plastic_t *)law)->way * now->speed_deg_per_s + SIM_LAW_TURN_DEG_PER_S;
-}
-
-static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
-{
-    elasto_plastic_t *plastic = law;
-    (void)now;
-    (void)z;
-    (void)guard;
-    plastic->way = -plastic->way;
-}
-
 static const sim_law_t law = {.size        = sizeof(elasto_plastic_t),
                               .state_count = 1,
-                              .guard_count = GUARDS,
+                              .turns       = true,
                               .reset       = reset,
                               .update      = update,
                               .friction    = friction,
-                              .rates       = rates,
-                              .guards      = guards,
-                              .cross       = cross};
+                              .rates       = rates};
 
 static void *create(const sim_truth_config_t *config, double step_s)
 {

@@ -22,7 +22,7 @@
 #define SIM_LAW_STATES_MAX 8u  ///< continuous states z
 #define SIM_LAW_GUARDS_MAX 32u ///< events at a time
 
-/// A guard that is there for a kink of |w| alone fires beyond this speed, as at rest w is a solver's noise.
+/// A kink of |w| counts as passed beyond this speed, as at rest w is a solver's noise.
 #define SIM_LAW_TURN_DEG_PER_S 1e-7
 
 /// What the contact feels at an instant.
@@ -43,6 +43,7 @@ typedef struct sim_law
     size_t   size; ///< of the law's struct
     unsigned state_count;
     unsigned guard_count;
+    bool     turns; ///< no modes and no guards, but a kink where w changes its sign
     unsigned steps; ///< fixed steps in one of the plant's; 0 is 1
 
     /// At rest at F = 0, with the config's own parameters.

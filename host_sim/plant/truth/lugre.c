@@ -28,7 +28,6 @@ typedef struct
 typedef struct
 {
     parameters_t p;
-    int          way;
 } lugre_t;
 
 static void reset(void *law, const sim_truth_config_t *config, double z[])
@@ -36,7 +35,6 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     lugre_t *lugre = law;
     (void)z;
     memcpy(&lugre->p, config->own, sizeof lugre->p);
-    lugre->way = 1;
 }
 
 static double force(const lugre_t *lugre, const sim_contact_t *contact, double z, double dz, double w)
@@ -79,38 +77,14 @@ static double friction(const void *law, const sim_contact_t *now, const double z
     return force(law, now, z[0], dz, now->speed_deg_per_s);
 }
 
-enum
-{
-    TURNS,
-    GUARDS
-};
-
-/// Nothing switches; the integrator restarts at the kink of |w|.
-static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
-{
-    (void)z;
-    g[TURNS] = ((const lugre_t *)law)->way * now->speed_deg_per_s + SIM_LAW_TURN_DEG_PER_S;
-}
-
-static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
-{
-    lugre_t *lugre = law;
-    (void)now;
-    (void)z;
-    (void)guard;
-    lugre->way = -lugre->way;
-}
-
 static const sim_law_t law = {.size        = sizeof(lugre_t),
                               .state_count = 1,
-                              .guard_count = GUARDS,
+                              .turns       = true,
                               .steps       = 2,
                               .reset       = reset,
                               .update      = update,
                               .friction    = friction,
-                              .rates       = rates,
-                              .guards      = guards,
-                              .cross       = cross};
+                              .rates       = rates};
 
 static void *create(const sim_truth_config_t *config, double step_s)
 {
