@@ -18,6 +18,7 @@
 #ifndef DRIVE_DRIVE_H
 #define DRIVE_DRIVE_H
 
+#include "app/config.h"
 #include "app/loop.h"
 #include "port/port.h"
 
@@ -59,14 +60,6 @@ typedef enum
     DRIVE_FAULT_TICK_OVERRUN,   ///< longer than budget_us from its start to its command
     DRIVE_FAULTS
 } drive_fault_t;
-
-typedef struct
-{
-    uint32_t period_us;   ///< of the ticks
-    uint32_t late_us;     ///< jitter allowed, below period_us
-    uint32_t budget_us;   ///< for a tick, from its start to its command
-    uint32_t stuck_ticks; ///< readings without a change that only a dead sensor gives; 0: not checked
-} drive_config_t;
 
 /// Read only: the functions below write it.
 typedef struct

@@ -1,0 +1,64 @@
+/// What a drive is told about its rig and its board: the bounds of its faults, the scaling of sensor and command, its clock.
+/// Const from drive_init on. The list of fields below is the only place that knows them: a field is one line with its unit,
+/// its range, its default and its meaning.
+///
+/// Scaling, with sensor and command in the units of the port, e.g. codes of a converter:
+///
+///     y       =  sensor_n_per_unit (reading - sensor_zero_units)        with the sign of sensor_reversed
+///     output  =  command_zero_units + u / command_n_per_unit            with the sign of command_reversed
+
+#ifndef DRIVE_CONFIG_H
+#define DRIVE_CONFIG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/// FIELD(type, name, unit, low, high, off, default, text): `off` is 1 if 0 is allowed as well and turns the field's check off.
+/// The type is uint32_t or float. A 1 in a flag is a yes.
+#define DRIVE_CONFIG_FIELDS(FIELD)                                                                                     \
+    FIELD(uint32_t, period_us, "us", 10, 100000, 0, 1000, "of the ticks")                                              \
+    FIELD(uint32_t, late_us, "us", 0, 100000, 0, 50, "jitter allowed, below period_us")                                \
+    FIELD(uint32_t, budget_us, "us", 1, 100000, 0, 250, "for a tick, from its start to its command")                   \
+    FIELD(uint32_t, stuck_ticks, "ticks", 1, 1000000, 1, 0, "readings without any change: the sensor is dead")         \
+    FIELD(float, residual_n, "N", 1e-6f, 1e6f, 1, 0.0f, "|y - F^| beyond this ...")                                    \
+    FIELD(uint32_t, residual_ms, "ms", 1, 10000, 0, 50, "... for this long: the sensor is wrong")                      \
+    FIELD(uint32_t, command_limit_ms, "ms", 1, 600000, 1, 0, "u at a limit for longer")                                \
+    FIELD(uint32_t, reference_ms, "ms", 1, 600000, 1, 0, "the reference not renewed for longer, in RUN")               \
+    FIELD(uint32_t, ready_ms, "ms", 1, 10000, 1, 0, "for the power stage to become ready after it is enabled")         \
+    FIELD(uint32_t, ready_level, "", 0, 1, 0, 1, "of the power stage's ready output when it is ready: 1 is high")      \
+    FIELD(uint32_t, fault_level, "", 0, 1, 0, 1, "of the power stage's fault output in a fault: 1 is high")            \
+    FIELD(float, sensor_n_per_unit, "N", 1e-12f, 1e6f, 0, 1.0f, "a unit of the sensor")                                \
+    FIELD(float, sensor_zero_units, "", -1e6f, 1e6f, 0, 0.0f, "reading at 0 N; a tare moves it")                       \
+    FIELD(uint32_t, sensor_reversed, "", 0, 1, 0, 0, "the reading falls as the force rises")                           \
+    FIELD(float, tare_max_n, "N", 1e-6f, 1e6f, 1, 0.0f, "largest force that a tare takes for 0 N; 0: no tare")         \
+    FIELD(float, command_n_per_unit, "N", 1e-12f, 1e6f, 0, 1.0f, "a unit of the output")                               \
+    FIELD(float, command_zero_units, "", -1e6f, 1e6f, 0, 0.0f, "output at no current")                                 \
+    FIELD(uint32_t, command_reversed, "", 0, 1, 0, 0, "the output falls as u rises")                                   \
+    FIELD(float, command_n_per_a, "N/A", 1e-6f, 1e6f, 0, 1.0f, "force of an ampere of motor current")                  \
+    FIELD(float, current_max_a, "A", 1e-6f, 1e6f, 1, 0.0f, "largest current that u may ask for")                       \
+    FIELD(uint32_t, crystal_hz, "Hz", 4000000, 26000000, 0, 8000000, "of the board's crystal")                         \
+    FIELD(uint32_t, degraded_clock, "", 0, 1, 0, 0, "the drive may run from the internal oscillator")
+
+typedef struct
+{
+#define DRIVE_CONFIG_MEMBER(type, name, unit, low, high, off, normal, text) type name; ///< see the list
+    DRIVE_CONFIG_FIELDS(DRIVE_CONFIG_MEMBER)
+#undef DRIVE_CONFIG_MEMBER
+} drive_config_t;
+
+/// The default of every field.
+drive_config_t drive_config_default(void);
+
+/// Why a config is refused: a field's value and the range that is allowed, which may depend on another field.
+typedef struct
+{
+    const char *field;
+    float       value, low, high;
+    bool        off; ///< 0 is allowed as well
+} drive_config_error_t;
+
+/// Checks every field, then fields against each other. False and `error` for the first that is out of range; a NaN is.
+/// Pure: reads nothing else, so that it also checks a config that has not been staged yet.
+bool drive_config_check(const drive_config_t *config, drive_config_error_t *error);
+
+#endif
