@@ -147,11 +147,24 @@ static char *simulate(const sim_scenario_t *scenario,
     return json;
 }
 
+static void print_activity(const char *where, const sim_activity_t *activity)
+{
+    (void)printf("u varies%-18s%.4g N, r %.4g N; chatter in %" PRIu64 " of %" PRIu64 " ticks, Q switches %" PRIu64
+                 " times\n",
+                 where,
+                 activity->u_variation_n,
+                 activity->r_variation_n,
+                 activity->chatter_ticks,
+                 activity->ticks,
+                 activity->q_switches);
+}
+
 static void print_table(const sim_summary_t *summary, const options_t *options)
 {
     (void)printf("%-26s%.6f N\n", "RMS error, r - F", summary->result.rms_error_n);
     (void)printf("%-26s%.6f N\n", "largest error, r - F", summary->result.max_error_n);
     (void)printf("%-26s%.6f N\n", "RMS measured error, r - y", summary->result.rms_measured_error_n);
+    print_activity("", &summary->result.activity);
     (void)printf("%-26s%" PRIu64 " (limited %" PRIu64 ", bad inputs %" PRIu64 ")\n",
                  "ticks",
                  summary->ticks,
@@ -174,6 +187,7 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
     if (summary->both)
     {
         (void)printf("%-26s%.6f N\n", "RMS error in Q31", summary->result_q31.rms_error_n);
+        print_activity(" in Q31", &summary->result_q31.activity);
         (void)printf("%-26su %.3g N, F %.3g N (RMS %.3g, %.3g)\n",
                      "largest Q31 - f32",
                      summary->difference.max_u_n,

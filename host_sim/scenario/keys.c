@@ -140,7 +140,7 @@ static const sim_key_t limits_keys[] = {
     CHECKED("u_min_N",      AT(sim_limits_config_t, u_min_n),      RANGE("N", -1e6, 0.0, -2.0), STATUS(U_MIN),      "actuator limit"),
     CHECKED("u_max_N",      AT(sim_limits_config_t, u_max_n),      RANGE("N", 0.0, 1e6, 2.0),   STATUS(U_MAX),      "actuator limit"),
     CHECKED("input_max_N",  AT(sim_limits_config_t, input_max_n),  RANGE("N", 1e-6, 1e6, 2.0),  STATUS(INPUT_MAX),  "largest credible reference and measurement; beyond it an input is bad"),
-    CHECKED("full_scale_N", AT(sim_limits_config_t, full_scale_n), RANGE("N", 1e-3, 1e6, 2.0),  STATUS(FULL_SCALE), "what 2^31 stands for in Q31: every force of the loop fits into it, better twice; not used in f32"),
+    CHECKED("full_scale_N", AT(sim_limits_config_t, full_scale_n), RANGE("N", 1e-3, 1e6, 2.0),  STATUS(FULL_SCALE), "what 2^31 stands for in Q31: every force of the loop fits into it, better twice; in f32 only what chatter is measured by"),
     END};
 
 static const sim_key_t metrics_keys[] = {

@@ -31,6 +31,7 @@ typedef struct
     sim_loop_t        loop;
     sim_target_t     *target; ///< null: the loop runs here
     metrics_t         metrics;
+    sim_activity_t    activity;
 
     uint64_t ticks;
     unsigned steps; ///< of the plant, a tick
@@ -83,6 +84,7 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_opt
                                          .options = *options,
                                          .ticks   = (uint64_t)round(config->duration_s / config->sample_time_s),
                                          .steps   = (unsigned)round(config->sample_time_s / config->plant.step_s)};
+    run->activity              = (sim_activity_t){.move_n = SIM_ACTIVITY_MOVE * config->limits.full_scale_n};
     sim_loop_config_fill(&run->loop_config, config);
     // A target has a loop of its own; this one then only checks the config.
     const bool           q31    = run->options.q31;
@@ -146,14 +148,16 @@ static bool in_window(const sim_config_t *config, const sim_row_t *row)
     return t_s >= config->metrics.start_s && t_s <= end_s;
 }
 
-static void measure(metrics_t *metrics, const sim_row_t *row)
+static void measure(run_t *run, const sim_row_t *row)
 {
+    metrics_t   *metrics        = &run->metrics;
     const double error          = row->r_n - row->force_n;
     const double measured_error = row->r_n - row->y_n;
     metrics->error_squares += error * error;
     metrics->measured_squares += measured_error * measured_error;
     metrics->max_error_n = fmax(metrics->max_error_n, fabs(error));
     metrics->count++;
+    sim_activity_add(&run->activity, row->r_n, row->u_n, (row->loop.compensator.friction.relays & TRIBO_RELAY_Q) != 0u);
 }
 
 /// Adds a tick's squares; the sums become the RMS at the end.
@@ -178,6 +182,7 @@ static sim_result_t result_of(const run_t *run)
     return (sim_result_t){.rms_error_n          = mean_root(metrics->error_squares, metrics),
                           .max_error_n          = metrics->max_error_n,
                           .rms_measured_error_n = mean_root(metrics->measured_squares, metrics),
+                          .activity             = run->activity,
                           .limited_ticks        = sim_loop_limited_ticks(&run->loop),
                           .bad_inputs           = sim_loop_bad_inputs(&run->loop)};
 }
@@ -211,7 +216,7 @@ static bool advance_all(run_t *runs, unsigned count, uint64_t tick, sim_row_t *r
         }
         if (in_window(runs[i].config, &rows[i]))
         {
-            measure(&runs[i].metrics, &rows[i]);
+            measure(&runs[i], &rows[i]);
         }
     }
     rows[0].q31 = (count == 2u) ? &rows[1] : NULL;

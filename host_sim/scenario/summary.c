@@ -23,12 +23,17 @@ static bool add(cJSON *object, const number_t *numbers, size_t count)
 #define ADD(object, ...)                                                                                               \
     add(object, (const number_t[]){__VA_ARGS__}, sizeof((const number_t[]){__VA_ARGS__}) / sizeof(number_t))
 
-static bool add_errors(cJSON *object, const sim_result_t *result)
+static bool add_measures(cJSON *object, const sim_result_t *result)
 {
+    const sim_activity_t *activity = &result->activity;
     return ADD(object,
                {"rms_error_N", result->rms_error_n},
                {"max_error_N", result->max_error_n},
-               {"rms_measured_error_N", result->rms_measured_error_n});
+               {"rms_measured_error_N", result->rms_measured_error_n},
+               {"u_variation_N", activity->u_variation_n},
+               {"variation_ratio", sim_activity_variation_ratio(activity)}, // NaN becomes null
+               {"chatter_ticks", (double)activity->chatter_ticks},
+               {"Q_switches", (double)activity->q_switches});
 }
 
 static bool add_counters(cJSON *object, const sim_result_t *result)
@@ -48,7 +53,7 @@ static bool add_target(cJSON *object, const sim_summary_t *summary)
 static bool add_q31(cJSON *object, const sim_summary_t *summary)
 {
     cJSON *q31 = cJSON_AddObjectToObject(object, "q31");
-    return add_errors(q31, &summary->result_q31) && add_counters(q31, &summary->result_q31) &&
+    return add_measures(q31, &summary->result_q31) && add_counters(q31, &summary->result_q31) &&
            ADD(cJSON_AddObjectToObject(object, "difference"),
                {"max_u_N", summary->difference.max_u_n},
                {"rms_u_N", summary->difference.rms_u_n},
@@ -59,7 +64,7 @@ static bool add_q31(cJSON *object, const sim_summary_t *summary)
 char *sim_summary_to_json(const sim_summary_t *summary)
 {
     cJSON     *object = cJSON_CreateObject();
-    const bool ok     = add_errors(object, &summary->result) && ADD(object, {"ticks", (double)summary->ticks}) &&
+    const bool ok     = add_measures(object, &summary->result) && ADD(object, {"ticks", (double)summary->ticks}) &&
                     add_counters(object, &summary->result) &&
                     ADD(object,
                         {"simulated_s", summary->simulated_s},

@@ -1,8 +1,9 @@
-/// What a run amounts to. The errors are over the metrics window, the counters over the whole run.
+/// What a run amounts to. Errors, variation, chatter and switches are over the metrics window, the other counters over the whole run.
 
 #ifndef SIM_SUMMARY_H
 #define SIM_SUMMARY_H
 
+#include "scenario/activity.h"
 #include "target/target.h"
 
 #include <stdbool.h>
@@ -11,11 +12,12 @@
 /// One loop on its plant.
 typedef struct
 {
-    double   rms_error_n;          ///< of r - F
-    double   max_error_n;          ///< largest |r - F|
-    double   rms_measured_error_n; ///< of r - y
-    uint64_t limited_ticks;
-    uint64_t bad_inputs;
+    double         rms_error_n;          ///< of r - F
+    double         max_error_n;          ///< largest |r - F|
+    double         rms_measured_error_n; ///< of r - y
+    sim_activity_t activity;
+    uint64_t       limited_ticks;
+    uint64_t       bad_inputs;
 } sim_result_t;
 
 /// Of two loops over the metrics window: Q31 minus f32.
@@ -43,9 +45,10 @@ typedef struct
 } sim_summary_t;
 
 /// The summary as a JSON object, to be freed with free(); null if there is no memory. Keys carry their units:
-/// rms_error_N, max_error_N, rms_measured_error_N, ticks, limited_ticks, bad_inputs, simulated_s, wall_s,
-/// real_time_factor; with a target also target, arithmetic, different_ticks and lock_step_ticks_per_s; with both arithmetics
-/// also q31 (the errors and counters once more) and difference (max_u_N, rms_u_N, max_F_N, rms_F_N).
+/// rms_error_N, max_error_N, rms_measured_error_N, u_variation_N, variation_ratio (null if r stands still), chatter_ticks, Q_switches,
+/// ticks, limited_ticks, bad_inputs, simulated_s, wall_s, real_time_factor; with a target also target, arithmetic, different_ticks and
+/// lock_step_ticks_per_s; with both arithmetics also q31 (errors and counters once more) and difference (max_u_N, rms_u_N, max_F_N,
+/// rms_F_N).
 char *sim_summary_to_json(const sim_summary_t *summary);
 
 #endif

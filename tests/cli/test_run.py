@@ -21,8 +21,9 @@ BENCHMARK = {0: (0.003858, 0.004012), 0.85: (0.001068, 0.001294)}
 
 COLUMNS = ("t_s,r_N,y_N,F_N,e_N,controller_N,friction_term_N,u_N,limited,F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N,"
            "u_a_N,plant_n_N,plant_L_N,plant_v_N_per_s,plant_Q1,plant_Q2,plant_Q,f_N").split(",")
-SUMMARY = ("rms_error_N max_error_N rms_measured_error_N ticks limited_ticks bad_inputs simulated_s wall_s "
-           "real_time_factor").split()
+ACTIVITY = "u_variation_N variation_ratio chatter_ticks Q_switches".split()
+SUMMARY = ["rms_error_N", "max_error_N", "rms_measured_error_N", *ACTIVITY, "ticks", "limited_ticks", "bad_inputs", "simulated_s",
+           "wall_s", "real_time_factor"]
 
 
 @pytest.mark.parametrize("gain", BENCHMARK)
@@ -95,6 +96,58 @@ def test_summary_and_trace_are_written_and_agree(sim):
     assert printed["rms_error_N"] == pytest.approx(math.sqrt(statistics.fmean(e * e for e in errors)), rel=1e-6)
     assert printed["max_error_N"] == pytest.approx(max(map(abs, errors)), rel=1e-6)
     assert printed["rms_measured_error_N"] == pytest.approx(math.sqrt(statistics.fmean(e * e for e in measured)), rel=1e-6)
+
+
+def activity_of(trace, window, move_n):
+    """u_variation_N, variation_ratio, chatter_ticks, Q_switches, from the columns."""
+    u, r, q = (trace[name][window] for name in ("u_N", "r_N", "Q"))
+    moves = [after - before for before, after in zip(u, u[1:])]
+    turns = [min(abs(a), abs(b)) > move_n and (a > 0) != (b > 0) for a, b in zip(moves, moves[1:])]
+    variation = sum(map(abs, moves))
+    of_r = sum(abs(after - before) for before, after in zip(r, r[1:]))
+    return [variation, variation / of_r if of_r else None, sum(a and b for a, b in zip(turns, turns[1:])),
+            sum(before != after for before, after in zip(q, q[1:]))]
+
+
+@pytest.mark.parametrize("options, window", [
+    # A third of the slope at which the benchmark's command is calm, from its second to its third period.
+    (["triangle", "--set", "reference.period_s=60"], slice(20000, 60000)),
+    (["triangle"], slice(20000, 60000)),
+    (["triangle", "--arith", "q31", "--set", "reference.period_s=60", "--set", "metrics.end_s=50"], slice(20000, 50000)),
+    (["noisy", "--set", "limits.full_scale_N=4"], slice(20000, 60000)),
+    (["step"], slice(2000, 10000)),
+], ids=["slow", "benchmark", "q31", "noise", "still"])
+def test_activity_is_that_of_the_trace(sim, options, window):
+    printed = sim.summary(*options, "--out", "x")
+    trace = read_csv(sim.folder / "x" / "trace.csv")
+    variation, ratio, chatter, switches = activity_of(trace, window, 4e-5 if "noisy" in options else 2e-5)
+    assert printed["u_variation_N"] == pytest.approx(variation, rel=1e-5)
+    assert printed["variation_ratio"] == (pytest.approx(ratio, rel=1e-5) if ratio else None)
+    # The trace's ninth digit may move a tick at the threshold.
+    assert printed["chatter_ticks"] == pytest.approx(chatter, abs=2)
+    assert printed["Q_switches"] == switches
+
+
+def test_a_slow_triangle_chatters_and_the_benchmark_does_not(sim):
+    """Independent figures of the slow one, over the whole run: Q toggles in about 53,500 of 120,000 ticks, u varies by 7.6 N."""
+    slow = sim.summary("triangle", "--set", "reference.period_s=40", "--set", "duration_s=120", "--set", "metrics.start_s=0")
+    assert slow["u_variation_N"] == pytest.approx(7.6, abs=0.05)
+    assert slow["variation_ratio"] == pytest.approx(7.6 / 1.2, rel=0.01)
+    assert slow["Q_switches"] == pytest.approx(53530, rel=0.02)
+    assert slow["chatter_ticks"] == pytest.approx(53530, rel=0.02)
+    fast = sim.summary("triangle")
+    assert fast["chatter_ticks"] < 20 and fast["Q_switches"] < 20
+    without = sim.summary("triangle", "--set", "compensator.gain=0")
+    assert without["chatter_ticks"] == 0
+
+
+def test_the_table_shows_the_activity(sim):
+    summary = sim.summary("triangle", "--arith", "both")
+    table = sim.ok("run", "triangle", "--arith", "both")
+    for name, one in (("u varies        ", summary), ("u varies in Q31 ", summary["q31"])):
+        line = next(line for line in table.splitlines() if line.startswith(name))
+        assert line.endswith(f"{one['u_variation_N']:.4g} N, r 0.8 N; chatter in {one['chatter_ticks']} of 40000 ticks, "
+                             f"Q switches {one['Q_switches']} times")
 
 
 def test_trace_columns_are_what_the_loop_says_they_are(sim):
@@ -535,7 +588,7 @@ def test_both_is_the_two_runs_and_their_difference(sim):
     assert list(both) == SUMMARY + ["q31", "difference"]
     assert left_in(sim.folder / "d") == ["summary.json", "trace.csv", "trace_q31.csv"]
     f32, q31 = (sim.summary(*options, "--arith", arith, "--out", arith) for arith in ("f32", "q31"))
-    for key in SUMMARY[:6]:
+    for key in SUMMARY[:10]:
         assert both[key] == f32[key]
         assert key == "ticks" or both["q31"][key] == q31[key]
     for ours, its in (("trace.csv", "f32"), ("trace_q31.csv", "q31")):
@@ -570,7 +623,7 @@ def test_full_scale_must_hold_the_loops_forces_and_shows_in_the_resolution(sim):
     for arith in ("q31", "both"):
         result = sim("run", "x.yaml", "--arith", arith, "--set", "limits.full_scale_N=1")
         assert result.returncode == 1 and "limits.input_max_N" in result.stderr
-    sim.ok("run", "x.yaml", "--set", "limits.full_scale_N=1")  # not used in f32
+    sim.ok("run", "x.yaml", "--set", "limits.full_scale_N=1")  # f32 has none
     coarse = sim.trace("x.yaml", "--arith", "q31", "--set", "limits.full_scale_N=1e5", "--set",
                        "compensator.friction.breakaway.offset_N=1", "--set", "compensator.friction.v0_N_per_s=1")
     assert all(abs(u / 1e5 * 2**31 - round(u / 1e5 * 2**31)) < 1e-2 for u in coarse["u_N"])

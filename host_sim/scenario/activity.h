@@ -1,0 +1,35 @@
+/// How restless a loop is: chatter and total variation of its command u, and the switches of Q, Eq. (8).
+///
+/// RMS and peak of the error do not see a command that turns at every tick, as the plant filters it; a motor and its gear do.
+
+#ifndef SIM_ACTIVITY_H
+#define SIM_ACTIVITY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/// A move of u counts if it is larger than this part of full scale: a turn is such a move after one the other way.
+#define SIM_ACTIVITY_MOVE 1e-5
+
+/// All zeros but `move_n` to begin with.
+typedef struct
+{
+    double move_n; ///< SIM_ACTIVITY_MOVE times full scale
+
+    uint64_t ticks;
+    uint64_t chatter_ticks; ///< in which u turned, as in the tick before
+    uint64_t q_switches;    ///< of Q, on and off
+    double   u_variation_n; ///< sum of |u(k) - u(k - 1)|
+    double   r_variation_n; ///< likewise of the reference
+
+    double r_n, u_n, last_move_n; ///< of the last tick
+    bool   q, turned;
+} sim_activity_t;
+
+/// Takes a tick.
+void sim_activity_add(sim_activity_t *activity, double r_n, double u_n, bool q);
+
+/// Total variation of u over that of r; NaN if r did not move.
+double sim_activity_variation_ratio(const sim_activity_t *activity);
+
+#endif
