@@ -125,13 +125,14 @@ static bool check_controller(const sim_scenario_t *scenario, sim_error_t *error)
 {
     const sim_config_t *config = sim_scenario_config(scenario);
     const bool          paper  = config->controller.kind == SIM_CONTROLLER_PAPER;
-    if (paper && config->controller.section_count > 0)
+    const bool own = config->controller.kind == SIM_CONTROLLER_Z || config->controller.kind == SIM_CONTROLLER_DELTA;
+    if (!own && config->controller.section_count > 0)
     {
-        return complain(scenario, "controller.sections", "go with controller.kind z or delta, not with paper", error);
+        return complain(scenario, "controller.sections", "go with controller.kind z or delta alone", error);
     }
-    if (!paper && config->controller.section_count == 0)
+    if (own && config->controller.section_count == 0)
     {
-        return complain(scenario, "controller.sections", "is missing, controller.kind is not paper", error);
+        return complain(scenario, "controller.sections", "is missing, controller.kind is z or delta", error);
     }
     if (paper && fabs(config->sample_time_s - 1e-3) > 1e-9)
     {
@@ -196,6 +197,12 @@ bool sim_check_status(const sim_scenario_t *scenario, tribo_status_t status, sim
 bool sim_check_compensator(const sim_scenario_t *scenario, sim_error_t *error)
 {
     return check_friction(scenario, &sim_scenario_config(scenario)->compensator.friction, "compensator", error);
+}
+
+bool sim_check_has_loop(const sim_scenario_t *scenario, sim_error_t *error)
+{
+    return sim_scenario_config(scenario)->controller.kind != SIM_CONTROLLER_NONE ||
+           complain(scenario, "controller.kind", "none is open loop, without a loop for a drive", error);
 }
 
 bool sim_scenario_check(const sim_scenario_t *scenario, sim_error_t *error)

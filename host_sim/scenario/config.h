@@ -66,7 +66,8 @@ typedef enum
 {
     SIM_CONTROLLER_PAPER, ///< tribo/paper_controller.h
     SIM_CONTROLLER_Z,     ///< sections in z^-1
-    SIM_CONTROLLER_DELTA  ///< sections in d = z - 1, as tribo/biquad_f32.h has them
+    SIM_CONTROLLER_DELTA, ///< sections in d = z - 1, as tribo/biquad_f32.h has them
+    SIM_CONTROLLER_NONE   ///< open loop: u is r within the limits
 } sim_controller_kind_t;
 
 typedef struct

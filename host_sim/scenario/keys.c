@@ -121,10 +121,10 @@ static const sim_key_t section_keys[] = {
     REQUIRED("a2", AT(sim_section_t, a2), RANGE("-", -4.0, 4.0, 0.0), "likewise"),
     END};
 
-static const char *const controller_kinds[] = {[SIM_CONTROLLER_PAPER] = "paper", [SIM_CONTROLLER_Z] = "z", [SIM_CONTROLLER_DELTA] = "delta", NULL};
+static const char *const controller_kinds[] = {[SIM_CONTROLLER_PAPER] = "paper", [SIM_CONTROLLER_Z] = "z", [SIM_CONTROLLER_DELTA] = "delta", [SIM_CONTROLLER_NONE] = "none", NULL};
 
 static const sim_key_t controller_keys[] = {
-    CHOICE("kind", AT(sim_controller_config_t, kind), controller_kinds, 0.0, "`paper`: tribo/paper_controller.h, at 1 ms only; `z`, `delta`: `sections` in z⁻¹ or in z − 1"),
+    CHOICE("kind", AT(sim_controller_config_t, kind), controller_kinds, 0.0, "`paper`: tribo/paper_controller.h, at 1 ms only; `z`, `delta`: `sections` in z⁻¹ or in z − 1; `none`: open loop, u is r within the limits"),
     LIST("sections", sim_controller_config_t, sections, section_count, SIM_SECTIONS_MAX, section_keys,
          STATUS(SECTION_COUNT) | STATUS(SECTION_COEFFICIENT) | STATUS(SECTION_FEEDTHROUGH) | STATUS(SECTION_UNSTABLE) | STATUS(ANTI_WINDUP) | STATUS(HEADROOM),
          "1 to 4 second-order sections, the first nearest to the error"),

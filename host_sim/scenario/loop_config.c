@@ -62,7 +62,7 @@ static void fill_controller(sim_loop_config_t *loop, const sim_config_t *config)
     controller->sections                      = loop->sections;
     controller->u_min_n                       = (float)config->limits.u_min_n;
     controller->u_max_n                       = (float)config->limits.u_max_n;
-    if (config->controller.kind == SIM_CONTROLLER_PAPER)
+    if (config->controller.kind == SIM_CONTROLLER_PAPER || config->controller.kind == SIM_CONTROLLER_NONE)
     {
         memcpy(loop->sections, paper, sizeof paper);
         controller->section_count = TRIBO_PAPER_CONTROLLER_SECTION_COUNT;

@@ -30,6 +30,7 @@ typedef struct
     sim_loop_config_t loop_config;
     sim_loop_t        loop;
     sim_target_t     *target; ///< null: the loop runs here
+    uint64_t          open_limited_ticks;
     metrics_t         metrics;
     sim_activity_t    activity;
 
@@ -63,11 +64,15 @@ static bool set_up_plant(run_t *run, sim_error_t *error)
     return run->plant != NULL || sim_error_set(error, "out of memory");
 }
 
-static bool set_up_target(run_t *run, sim_error_t *error)
+static bool set_up_target(run_t *run, const sim_scenario_t *scenario, sim_error_t *error)
 {
     if (run->options.target == NULL)
     {
         return true;
+    }
+    if (!sim_check_has_loop(scenario, error))
+    {
+        return false;
     }
     run->target = sim_target_start(run->options.target,
                                    run->options.q31,
@@ -90,7 +95,7 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_opt
     const bool           q31    = run->options.q31;
     const tribo_status_t status = sim_loop_init(&run->loop, q31, &run->loop_config.config, config->limits.full_scale_n);
     const bool ok = sim_check_status(scenario, status, error) && sim_reference_init(&run->reference, scenario, error) &&
-                    set_up_plant(run, error) && set_up_target(run, error);
+                    set_up_plant(run, error) && set_up_target(run, scenario, error);
     if (!ok)
     {
         tear_down(run);
@@ -116,6 +121,16 @@ static bool check_row(const sim_row_t *row, sim_error_t *error)
     return true;
 }
 
+/// u is r within the limits; of the loop's signals there is the command alone.
+static void open_loop(const sim_limits_config_t *limits, sim_row_t *row)
+{
+    row->u_n                     = fmin(fmax(row->r_n, limits->u_min_n), limits->u_max_n);
+    row->loop                    = (tribo_force_loop_f32_signals_t){.e_n = (float)(row->r_n - row->y_n)};
+    row->loop.controller.v_n     = (float)row->r_n;
+    row->loop.controller.u_n     = (float)row->u_n;
+    row->loop.controller.limited = row->u_n != row->r_n;
+}
+
 /// One tick and the plant steps after it.
 static bool advance(run_t *run, uint64_t tick, sim_row_t *row, sim_error_t *error)
 {
@@ -123,7 +138,12 @@ static bool advance(run_t *run, uint64_t tick, sim_row_t *row, sim_error_t *erro
     row->r_n     = sim_reference_at(&run->reference, row->t_s);
     row->force_n = sim_plant_force(run->plant);
     row->y_n     = sim_sensor_read(&run->sensor, sim_plant_filtered_force(run->plant));
-    if (run->target == NULL)
+    if (run->config->controller.kind == SIM_CONTROLLER_NONE)
+    {
+        open_loop(&run->config->limits, row);
+        run->open_limited_ticks += row->loop.controller.limited;
+    }
+    else if (run->target == NULL)
     {
         row->u_n = sim_loop_step(&run->loop, row->r_n, row->y_n, &row->loop);
     }
@@ -183,7 +203,7 @@ static sim_result_t result_of(const run_t *run)
                           .max_error_n          = metrics->max_error_n,
                           .rms_measured_error_n = mean_root(metrics->measured_squares, metrics),
                           .activity             = run->activity,
-                          .limited_ticks        = sim_loop_limited_ticks(&run->loop),
+                          .limited_ticks        = sim_loop_limited_ticks(&run->loop) + run->open_limited_ticks,
                           .bad_inputs           = sim_loop_bad_inputs(&run->loop)};
 }
 

@@ -642,3 +642,32 @@ def test_arith_wants_a_word_it_knows(sim):
     result = sim("run", "triangle", "--arith", "q15")
     assert result.returncode == 2
     assert result.stderr.startswith("tribo-sim: --arith q15: there are f32, q31, both")
+
+
+OPEN_LOOP = ("duration_s: 4\nreference: {kind: sawtooth, low_N: 0, high_N: 0.4, period_s: 4}\n"
+             "controller: {kind: none}\nplant: {model: torque}\n")
+
+
+def test_open_loop_is_the_plant_alone(sim):
+    sim.write("x.yaml", OPEN_LOOP)
+    trace = sim.trace("x.yaml")
+    assert trace["u_N"] == pytest.approx(trace["r_N"], rel=1e-7)
+    assert not any(trace["friction_term_N"])
+    # At its end the arm slides upwards behind the actuator's lag: u_a = F + 0.007 N + 0.3 F.
+    assert trace["F_N"][-1] == pytest.approx((trace["u_a_N"][-1] - 0.007) / 1.3, abs=1e-3)
+
+
+def test_open_loop_keeps_the_limits_and_counts_their_ticks(sim):
+    sim.write("x.yaml", OPEN_LOOP)
+    trace = sim.trace("x.yaml", "--set", "limits.u_max_N=0.3")
+    assert trace["u_N"] == pytest.approx([min(r, 0.3) for r in trace["r_N"]], rel=1e-7)
+    beyond = sum(r > 0.3 for r in trace["r_N"])
+    assert sum(trace["limited"]) == beyond > 900
+    assert sim.summary("x.yaml", "--set", "limits.u_max_N=0.3")["limited_ticks"] == beyond
+
+
+def test_open_loop_has_nothing_for_a_drive(sim):
+    sim.write("x.yaml", OPEN_LOOP)
+    message = "x.yaml:3: controller.kind: none is open loop, without a loop for a drive"
+    sim.fails(message, "params", "x.yaml")
+    sim.fails(message, "run", "x.yaml", "--target", "m4f")

@@ -64,7 +64,7 @@ MISTAKES = {
         "sensor:\n  noise_seed: 18446744073709551616",
         ":4: sensor.noise_seed: '18446744073709551616' is too large for a whole number",
     ),
-    "unknown controller": ("controller: {kind: pid}", ":3: controller.kind: 'pid' is not paper, z or delta"),
+    "unknown controller": ("controller: {kind: pid}", ":3: controller.kind: 'pid' is not paper, z, delta or none"),
     "number for a word": ("plant: {model: 0}", ":3: plant.model: '0' is not MODELS"),
     "misspelt word": ("plant: {model: lugr}", ":3: plant.model: 'lugr' is not MODELS, did you mean lugre?"),
     "word with nothing of another": ("plant: {paper: {limited: ja}}", ":3: plant.paper.limited: 'ja' is not no or yes"),
@@ -144,13 +144,17 @@ MISTAKES = {
         + POINT % 0 + "\n        - " + POINT % 1 + "\n        - " + POINT % 1,
         ":9: compensator.friction.breakaway.table[2].force_N: must be larger than in the point before",
     ),
+    "sections in open loop": (
+        "controller: {kind: none, sections: [" + SECTION + "]}",
+        ":3: controller.sections: go with controller.kind z or delta alone",
+    ),
     "sections with the paper's": (
         "controller: {sections: [" + SECTION + "]}",
-        ":3: controller.sections: go with controller.kind z or delta, not with paper",
+        ":3: controller.sections: go with controller.kind z or delta alone",
     ),
     "no sections": (
         "controller: {kind: delta}",
-        ":3: controller.sections: is missing, controller.kind is not paper",
+        ":3: controller.sections: is missing, controller.kind is z or delta",
     ),
     "other sample time": (
         "sample_time_s: 0.002",
