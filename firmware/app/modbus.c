@@ -1,0 +1,266 @@
+#include "app/modbus.h"
+
+#include "app/crc16.h"
+
+#include <string.h>
+
+#define FRAME_MIN           4u // unit, function, CRC
+#define WRITE_MAX_WITH_READ 121u
+
+enum
+{
+    READ_REGISTERS       = 3,
+    WRITE_REGISTER       = 6,
+    WRITE_REGISTERS      = 16,
+    READ_WRITE_REGISTERS = 23
+};
+
+// --- the line ------------------------------------------------------------------------------------------------------
+
+/// 3.5 characters of 11 bits, but 1.75 ms over 19200 baud; the byte before a silence may have come at the end of its tick.
+void modbus_init(modbus_t *modbus, uint8_t unit, uint32_t baud, uint32_t period_us)
+{
+    const uint32_t silence_us = baud > 19200u ? 1750u : 38500000u / baud;
+    *modbus                   = (modbus_t){.unit = unit, .silent_ticks = (silence_us + period_us - 1u) / period_us};
+}
+
+#define TICK_BYTES 64u // what is left comes in the next tick
+
+void modbus_receive(modbus_t *modbus, const modbus_line_t *line)
+{
+    uint8_t   bytes[TICK_BYTES];
+    const int count = line->receive(line->context, bytes, sizeof bytes);
+    if (count == 0)
+    {
+        modbus->silence += modbus->silence != UINT32_MAX;
+        if (modbus->silence == modbus->silent_ticks)
+        {
+            if (modbus->spoilt && !modbus->complete)
+            {
+                modbus->length = 0;
+            }
+            modbus->complete = modbus->complete || modbus->length > 0u;
+            modbus->spoilt   = false;
+        }
+        return;
+    }
+    modbus->silence = 0;
+    if (count < 0 || modbus->complete || (size_t)count > sizeof modbus->frame - modbus->length)
+    {
+        modbus->spoilt = true;
+    }
+    if (!modbus->spoilt)
+    {
+        memcpy(modbus->frame + modbus->length, bytes, (size_t)count);
+        modbus->length = (uint16_t)(modbus->length + (unsigned)count);
+    }
+}
+
+void modbus_serve(modbus_t *modbus, const modbus_line_t *line, const modbus_registers_t *registers)
+{
+    if (modbus->complete)
+    {
+        modbus->answer_length =
+            (uint16_t)modbus_execute(modbus, registers, modbus->frame, modbus->length, modbus->answer);
+        modbus->answer_sent = 0;
+        modbus->length      = 0;
+        modbus->complete    = false; // last: from here on the tick writes the frame
+    }
+    if (modbus->answer_sent < modbus->answer_length)
+    {
+        const size_t left   = (size_t)modbus->answer_length - modbus->answer_sent;
+        const size_t sent   = line->send(line->context, modbus->answer + modbus->answer_sent, left);
+        modbus->answer_sent = (uint16_t)(modbus->answer_sent + sent);
+    }
+}
+
+// --- a frame -------------------------------------------------------------------------------------------------------
+
+static uint16_t get(const uint8_t *bytes)
+{
+    return (uint16_t)(bytes[0] << 8 | bytes[1]);
+}
+
+static void put(uint8_t *bytes, uint16_t value)
+{
+    bytes[0] = (uint8_t)(value >> 8);
+    bytes[1] = (uint8_t)value;
+}
+
+/// What a request asks for. A count of 0: nothing of that kind.
+typedef struct
+{
+    uint16_t       read_address, read_count;
+    uint16_t       write_address, write_count;
+    const uint8_t *values; ///< to be written
+} request_t;
+
+static bool fits(uint16_t address, uint16_t count)
+{
+    return (uint32_t)address + count <= 0x10000u;
+}
+
+/// `data` are the `size` bytes between function and CRC.
+static modbus_status_t parse(request_t *request, uint8_t function, const uint8_t *data, size_t size)
+{
+    size_t   head      = 0; // up to the values
+    uint16_t read_max  = 0;
+    uint16_t write_max = 0;
+    *request           = (request_t){0};
+    switch (function)
+    {
+    case READ_REGISTERS:
+        head     = 4;
+        read_max = MODBUS_READ_MAX;
+        break;
+    case WRITE_REGISTER:
+        head      = 2;
+        write_max = 1;
+        break;
+    case WRITE_REGISTERS:
+        head      = 5;
+        write_max = MODBUS_WRITE_MAX;
+        break;
+    case READ_WRITE_REGISTERS:
+        head      = 9;
+        read_max  = MODBUS_READ_MAX;
+        write_max = WRITE_MAX_WITH_READ;
+        break;
+    default:
+        return MODBUS_ILLEGAL_FUNCTION;
+    }
+    if (size < head)
+    {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    if (read_max > 0u)
+    {
+        request->read_address = get(data);
+        request->read_count   = get(data + 2);
+    }
+    if (write_max > 0u)
+    {
+        const uint8_t *part    = data + (read_max > 0u ? 4 : 0);
+        request->write_address = get(part);
+        request->write_count   = function == WRITE_REGISTER ? 1u : get(part + 2);
+        request->values        = data + head;
+    }
+    const bool counted = function == WRITE_REGISTERS || function == READ_WRITE_REGISTERS; // has a byte count
+    const bool good    = (read_max == 0u || (request->read_count >= 1u && request->read_count <= read_max)) &&
+                      (write_max == 0u || (request->write_count >= 1u && request->write_count <= write_max)) &&
+                      size == head + 2u * request->write_count &&
+                      (!counted || data[head - 1u] == 2u * request->write_count);
+    if (!good)
+    {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    return fits(request->read_address, request->read_count) && fits(request->write_address, request->write_count)
+               ? MODBUS_OK
+               : MODBUS_ILLEGAL_ADDRESS;
+}
+
+static modbus_status_t write_values(const modbus_registers_t *registers, const request_t *request)
+{
+    uint16_t values[MODBUS_WRITE_MAX];
+    for (size_t i = 0; i < request->write_count; i++)
+    {
+        values[i] = get(request->values + 2u * i);
+    }
+    return registers->write(registers->context, request->write_address, request->write_count, values);
+}
+
+static modbus_status_t read_values(const modbus_registers_t *registers, const request_t *request, uint16_t *values)
+{
+    return registers->read(registers->context, request->read_address, request->read_count, values);
+}
+
+/// With function 23 the write comes first; but before it a trial of the read, so that a refused request writes nothing.
+static modbus_status_t perform(const modbus_registers_t *registers, const request_t *request, uint16_t *values)
+{
+    modbus_status_t status = MODBUS_OK;
+    if (request->read_count > 0u)
+    {
+        status = read_values(registers, request, values);
+    }
+    if (status == MODBUS_OK && request->write_count > 0u)
+    {
+        status = write_values(registers, request);
+        if (status == MODBUS_OK && request->read_count > 0u)
+        {
+            status = read_values(registers, request, values);
+        }
+    }
+    return status;
+}
+
+/// From the function's code on; returns the length up to the CRC.
+static size_t write_answer(uint8_t *answer, const uint8_t *frame, const request_t *request, const uint16_t *values)
+{
+    if (request->read_count == 0u)
+    {
+        memcpy(answer, frame, 6); // address, and value or count
+        return 6;
+    }
+    answer[2] = (uint8_t)(2u * request->read_count);
+    for (size_t i = 0; i < request->read_count; i++)
+    {
+        put(answer + 3u + 2u * i, values[i]);
+    }
+    return 3u + 2u * (size_t)request->read_count;
+}
+
+static bool crc_is_right(const uint8_t *frame, size_t length)
+{
+    const uint16_t crc = crc16(frame, length - 2u);
+    return frame[length - 2u] == (uint8_t)crc && frame[length - 1u] == (uint8_t)(crc >> 8);
+}
+
+size_t modbus_execute(modbus_t                 *modbus,
+                      const modbus_registers_t *registers,
+                      const uint8_t            *frame,
+                      size_t                    length,
+                      uint8_t                   answer[MODBUS_FRAME_MAX])
+{
+    if (length < FRAME_MIN || length > MODBUS_FRAME_MAX || !crc_is_right(frame, length))
+    {
+        modbus->bad_frames++;
+        return 0;
+    }
+    const bool    all      = frame[0] == MODBUS_BROADCAST;
+    const uint8_t function = frame[1];
+    if (frame[0] != modbus->unit && !(all && (function == WRITE_REGISTER || function == WRITE_REGISTERS)))
+    {
+        return 0;
+    }
+
+    request_t       request;
+    uint16_t        values[MODBUS_READ_MAX];
+    modbus_status_t status = parse(&request, function, frame + 2, length - FRAME_MIN);
+    if (status == MODBUS_OK)
+    {
+        status = perform(registers, &request, values);
+    }
+    modbus->frames++;
+    if (all)
+    {
+        return 0;
+    }
+
+    size_t size = 3;
+    answer[0]   = frame[0];
+    if (status == MODBUS_OK)
+    {
+        answer[1] = function;
+        size      = write_answer(answer, frame, &request, values);
+    }
+    else
+    {
+        modbus->exceptions++;
+        answer[1] = (uint8_t)(function | 0x80u);
+        answer[2] = (uint8_t)status;
+    }
+    const uint16_t crc = crc16(answer, size);
+    answer[size]       = (uint8_t)crc;
+    answer[size + 1u]  = (uint8_t)(crc >> 8);
+    return size + 2u;
+}

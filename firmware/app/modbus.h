@@ -1,0 +1,93 @@
+/// A Modbus RTU server for functions 3, 6, 16 and 23. No heap. The tick copies bytes (modbus_receive); all else is done by the
+/// background (modbus_serve).
+///
+/// A frame ends after 3.5 characters of silence, measured in whole ticks. The shorter silence of 1.5 characters within a frame
+/// is not measured: a frame that lost a byte has a wrong CRC. Only a frame with the right CRC, addressed to this unit or, for
+/// functions 6 and 16, to all (unit 0, no answer), is executed. Of a write that is refused nothing is written.
+///
+/// Source: MODBUS Application Protocol Specification V1.1b3; MODBUS over Serial Line V1.02, 2.5.1.
+
+#ifndef DRIVE_MODBUS_H
+#define DRIVE_MODBUS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define MODBUS_FRAME_MAX 256u
+#define MODBUS_READ_MAX  125u ///< registers in a frame
+#define MODBUS_WRITE_MAX 123u ///< with function 23: 121
+#define MODBUS_UNIT_MAX  247u
+#define MODBUS_BROADCAST 0u
+
+/// Also the exception codes of an answer.
+typedef enum
+{
+    MODBUS_OK,
+    MODBUS_ILLEGAL_FUNCTION,
+    MODBUS_ILLEGAL_ADDRESS,
+    MODBUS_ILLEGAL_VALUE,
+    MODBUS_FAILURE,
+    MODBUS_BUSY = 6
+} modbus_status_t;
+
+/// The registers behind the server. Both functions do all or nothing; `count` is 1 to MODBUS_READ_MAX or MODBUS_WRITE_MAX,
+/// and the last address at most 0xffff.
+typedef struct
+{
+    void *context;
+    modbus_status_t (*read)(void *context, uint16_t address, uint16_t count, uint16_t *values);
+    modbus_status_t (*write)(void *context, uint16_t address, uint16_t count, const uint16_t *values);
+} modbus_registers_t;
+
+/// The line. `receive` is called in the tick: copies up to `room` bytes that have come since the last call and returns how
+/// many, or MODBUS_LINE_ERROR if one was lost or wrong. `send` is called in the background: takes up to `count` bytes without
+/// waiting and returns how many.
+typedef struct
+{
+    void *context;
+    int (*receive)(void *context, uint8_t *bytes, size_t room);
+    size_t (*send)(void *context, const uint8_t *bytes, size_t count);
+} modbus_line_t;
+
+#define MODBUS_LINE_ERROR (-1)
+
+typedef struct
+{
+    uint8_t  unit;
+    uint32_t silent_ticks; ///< that end a frame
+
+    // Written by the tick while `complete` is false, by the background while it is true.
+    uint8_t           frame[MODBUS_FRAME_MAX];
+    volatile uint16_t length;
+    volatile bool     complete;
+
+    // Written by the tick only.
+    uint32_t silence; ///< ticks
+    bool     spoilt;  ///< ignore what comes up to the next silence
+
+    // The background's.
+    uint8_t  answer[MODBUS_FRAME_MAX];
+    uint16_t answer_length, answer_sent;
+    uint32_t frames;     ///< executed; wraps
+    uint32_t bad_frames; ///< with a wrong CRC or too short; wraps
+    uint32_t exceptions; ///< answered; wraps
+} modbus_t;
+
+/// `unit` is 1 to MODBUS_UNIT_MAX; `baud` and the period of the ticks give the silence that ends a frame.
+void modbus_init(modbus_t *modbus, uint8_t unit, uint32_t baud, uint32_t period_us);
+
+/// In the tick: copies what has come.
+void modbus_receive(modbus_t *modbus, const modbus_line_t *line);
+
+/// In the background: executes a complete frame, and sends as much of the answer as the line takes.
+void modbus_serve(modbus_t *modbus, const modbus_line_t *line, const modbus_registers_t *registers);
+
+/// Executes one frame; returns the length of `answer`, 0 if there is none. For modbus_serve and tests.
+size_t modbus_execute(modbus_t                 *modbus,
+                      const modbus_registers_t *registers,
+                      const uint8_t            *frame,
+                      size_t                    length,
+                      uint8_t                   answer[MODBUS_FRAME_MAX]);
+
+#endif
