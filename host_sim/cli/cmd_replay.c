@@ -1,12 +1,14 @@
 // Runs a recorded log through the compensator: what it would have estimated on the user's own rig.
 
 #include "cli/commands.h"
+#include "cli/log_options.h"
 #include "cli/progress.h"
 #include "cli/trace.h"
+#include "log/plot.h"
+#include "log/verdict.h"
 #include "scenario/check.h"
 #include "scenario/loop.h"
 #include "scenario/loop_config.h"
-#include "support/csv.h"
 #include "support/file.h"
 #include "support/number.h"
 #include "support/output_file.h"
@@ -15,16 +17,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define JITTER 0.01 ///< of the time stamps, as a fraction of an interval
-
 typedef struct
 {
-    const char *log;
-    const char *params; ///< null: the paper's
-    const char *out;    ///< null: standard output
-    bool        measured;
-    bool        f32, q31; ///< what to run, one or both
-    double      full_scale_n;
+    sim_log_arguments_t logs;
+    const char         *params; ///< null: the paper's
+    const char         *out;    ///< null: standard output
+    const char         *plot;   ///< null: none
+    bool                measured;
+    bool                f32, q31; ///< what to run, one or both
+    double              full_scale_n;
 } options_t;
 
 /// The compensator in both arithmetics; of Q31 the params are made only if it is wanted.
@@ -39,29 +40,34 @@ typedef struct
     tribo_breakaway_point_q31_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
     uint64_t                       beyond_full_scale;    ///< rows
     double                         max_force_n, max_f_n; ///< largest differences
+    sim_replayed_t                 replayed;             ///< by row, for the verdict
 } replay_t;
 
-enum
+static int check_result(const options_t *options, const char *option, const char *result)
 {
-    COLUMN_T,
-    COLUMN_U,
-    COLUMN_F,
-    COLUMN_COUNT
-};
-
-/// A recording cannot be made again: the result must not take its place, nor that of the params.
-static int check_out(const options_t *options)
-{
-    const char *out = options->out;
-    if (out != NULL && sim_file_is_same(out, options->log))
+    for (size_t i = 0; result != NULL && i < options->logs.count; i++)
     {
-        return sim_usage("replay: --out %s is the same file as the log %s", out, options->log);
+        if (sim_file_is_same(result, options->logs.paths[i]))
+        {
+            return sim_usage("replay: --%s %s is the same file as the log %s", option, result, options->logs.paths[i]);
+        }
     }
-    if (out != NULL && options->params != NULL && sim_file_is_same(out, options->params))
+    if (result != NULL && options->params != NULL && sim_file_is_same(result, options->params))
     {
-        return sim_usage("replay: --out %s is the same file as --params %s", out, options->params);
+        return sim_usage("replay: --%s %s is the same file as --params %s", option, result, options->params);
     }
     return 0;
+}
+
+/// A recording cannot be made again: a result must not take its place, nor that of the params.
+static int check_results(const options_t *options)
+{
+    if (options->out != NULL && options->plot != NULL && strcmp(options->out, options->plot) == 0)
+    {
+        return sim_usage("replay: --out and --plot are the same file %s", options->out);
+    }
+    const int status = check_result(options, "out", options->out);
+    return status != 0 ? status : check_result(options, "plot", options->plot);
 }
 
 enum
@@ -69,6 +75,7 @@ enum
     OPTION_PARAMS = SIM_OPTION_FIRST,
     OPTION_FORCE,
     OPTION_OUT,
+    OPTION_PLOT,
     OPTION_ARITH,
     OPTION_FULL_SCALE
 };
@@ -78,8 +85,10 @@ static const struct argp_option known[] = {
     {.name = "params", .key = OPTION_PARAMS, .arg = "FILE.yaml", .doc = "keys of a scenario's `compensator`; the paper's values if left out"},
     {.name = "force", .key = OPTION_FORCE, .arg = "own|measured", .doc = "F is the compensator's own arm model's (if left out), or the log's F_N"},
     {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "where the result goes; standard output if left out"},
+    {.name = "plot", .key = OPTION_PLOT, .arg = "OUT.svg", .doc = "draws u and F, friction, what is left of it, and breakaway over force"},
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: Q31's columns after f32's, and how they differ"},
     {.name = "full-scale", .key = OPTION_FULL_SCALE, .arg = "N", .doc = "what 2^31 stands for in Q31; 2 N if left out"},
+    SIM_LOG_OPTIONS,
     {.name = NULL}};
 // clang-format on
 
@@ -99,74 +108,22 @@ static int take(void *context, int key, const char *value)
     case OPTION_OUT:
         options->out = value;
         return 0;
+    case OPTION_PLOT:
+        options->plot = value;
+        return 0;
     case OPTION_ARITH:
         word         = sim_option_word(&sim_command_replay, key, value);
         options->f32 = word != 1;
         options->q31 = word != 0;
         break;
-    default:
+    case OPTION_FULL_SCALE:
         return sim_number_parse(value, &options->full_scale_n) == NULL
                    ? 0
                    : sim_usage("--full-scale %s: a number of N is wanted", value);
+    default:
+        return sim_log_take(&options->logs, key, value);
     }
     return word >= 0 ? 0 : SIM_EXIT_USAGE;
-}
-
-static int compare_numbers(const void *a, const void *b)
-{
-    double x, y;
-    memcpy(&x, a, sizeof x);
-    memcpy(&y, b, sizeof y);
-    return (x > y) - (x < y);
-}
-
-/// The middle one of the intervals, which no gap moves; negative if there is no memory.
-static double median_interval(const double *t, size_t rows)
-{
-    const size_t count     = rows - 1;
-    double      *intervals = malloc(count * sizeof *intervals);
-    if (intervals == NULL)
-    {
-        return -1.0;
-    }
-    for (size_t i = 0; i < count; i++)
-    {
-        intervals[i] = t[i + 1] - t[i];
-    }
-    qsort(intervals, count, sizeof *intervals, compare_numbers);
-    const double median = intervals[count / 2];
-    free(intervals);
-    return median;
-}
-
-/// The sample time that the time stamps keep, all of them.
-static bool find_sample_time(const sim_csv_t *log, double *sample_time_s, sim_error_t *error)
-{
-    const double *t = log->values[COLUMN_T];
-    if (log->rows < 2)
-    {
-        return sim_csv_complain(log, 0, error, "t_s: one row has no sample time, two at least are wanted");
-    }
-    const double median = median_interval(t, log->rows);
-    if (!sim_csv_check_rising(log, "t_s", error) || median < 0.0)
-    {
-        return sim_error_set(error, "out of memory"); // if not said otherwise
-    }
-    for (size_t i = 1; i < log->rows; i++)
-    {
-        const double interval = t[i] - t[i - 1];
-        if (!(fabs(interval - median) <= JITTER * median))
-        {
-            return sim_csv_complain(log,
-                                    i,
-                                    error,
-                                    "t_s: %.6g s after the row before, where the log's interval is %.6g s",
-                                    interval,
-                                    median);
-        }
-    }
-    *sample_time_s = (t[log->rows - 1] - t[0]) / (double)(log->rows - 1);
-    return true;
 }
 
 static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, double measured_n)
@@ -225,14 +182,27 @@ static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, do
     return signals_from_q31(&signals, full_scale_n, replay->sample_time_s);
 }
 
-static void replay_row(replay_t *replay, const sim_csv_t *log, size_t row, FILE *file)
+/// Keeps what the verdict looks at, of the arithmetic that comes first.
+static void keep(replay_t *replay, size_t row, const tribo_compensator_f32_signals_t *signals, double measured_n)
 {
-    const double                    u = log->values[COLUMN_U][row];
-    const double                    F = replay->options->measured ? log->values[COLUMN_F][row] : 0.0;
-    tribo_compensator_f32_signals_t f32;
-    tribo_compensator_f32_signals_t q31;
+    const tribo_friction_f32_signals_t *friction = &signals->friction;
+    // With F from the arm's model n is the model's; the verdict asks for that of the log.
+    const float n           = friction->n_n + (signals->force_n - (float)measured_n);
+    replay->replayed.n[row] = n;
+    replay->replayed.L[row] = friction->L_n;
+    replay->replayed.f[row] = friction->f_n;
+    replay->replayed.q[row] = (friction->relays & TRIBO_RELAY_Q) != 0u;
+}
+
+static void replay_row(replay_t *replay, const sim_log_t *log, size_t row, FILE *file)
+{
+    const bool                      has_force = log->values[SIM_LOG_F] != NULL;
+    const double                    u         = log->values[SIM_LOG_U][row];
+    const double                    F         = has_force ? log->values[SIM_LOG_F][row] : 0.0;
+    tribo_compensator_f32_signals_t f32       = {.force_n = 0.0f};
+    tribo_compensator_f32_signals_t q31       = {.force_n = 0.0f};
     // 15 digits give a time stamp back as it was written, whatever its origin.
-    (void)fprintf(file, "%.15g,%.9g,", log->values[COLUMN_T][row], u);
+    (void)fprintf(file, "%.15g,%.9g,", log->values[SIM_LOG_T][row], u);
     if (replay->options->f32)
     {
         f32 = step_f32(replay, u, F);
@@ -240,7 +210,7 @@ static void replay_row(replay_t *replay, const sim_csv_t *log, size_t row, FILE 
     }
     if (replay->options->q31)
     {
-        q31 = step_q31(replay, u, F);
+        q31 = step_q31(replay, u, replay->options->measured ? F : 0.0);
         (void)fputs(replay->options->f32 ? "," : "", file);
         sim_trace_write_compensator(file, &q31);
     }
@@ -249,23 +219,39 @@ static void replay_row(replay_t *replay, const sim_csv_t *log, size_t row, FILE 
         replay->max_force_n = fmax(replay->max_force_n, fabs((double)q31.force_n - (double)f32.force_n));
         replay->max_f_n     = fmax(replay->max_f_n, fabs((double)q31.friction.f_n - (double)f32.friction.f_n));
     }
+    const tribo_compensator_f32_signals_t *shown = replay->options->f32 ? &f32 : &q31;
+    keep(replay, row, shown, has_force ? F : (double)shown->force_n);
+    if (has_force)
+    {
+        (void)fprintf(file, ",%.9g,%.9g", F, (double)replay->replayed.n[row] - (double)shown->friction.f_n);
+    }
     (void)fputs("\n", file);
 }
 
 static const char q31_columns[] = ",F_hat_q31_N,n_q31_N,L_q31_N,v_q31_N_per_s,Q1_q31,Q2_q31,Q_q31,f_hat_q31_N";
 
-static void step_through(replay_t *replay, const sim_csv_t *log, FILE *file)
+static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
 {
-    tribo_compensator_f32_reset(&replay->state_f32);
-    tribo_compensator_q31_reset(&replay->state_q31);
-    sim_progress_t progress = {.calls = 0};
-    const bool     both     = replay->options->f32 && replay->options->q31;
-    (void)fprintf(file, "t_s,u_N,%s%s\n", SIM_TRACE_COMPENSATOR, both ? q31_columns : "");
-    for (size_t i = 0; i < log->rows && !ferror(file); i++)
+    sim_progress_t progress   = {.calls = 0};
+    const bool     both       = replay->options->f32 && replay->options->q31;
+    uint32_t       bad_inputs = 0;
+    (void)fprintf(file,
+                  "t_s,u_N,%s%s%s\n",
+                  SIM_TRACE_COMPENSATOR,
+                  both ? q31_columns : "",
+                  log->values[SIM_LOG_F] != NULL ? ",F_N,residual_N" : "");
+    for (size_t s = 0; s < log->segments; s++)
     {
-        replay_row(replay, log, i, file);
-        sim_progress_update(&progress, (double)i / (double)log->rows);
+        tribo_compensator_f32_reset(&replay->state_f32);
+        tribo_compensator_q31_reset(&replay->state_q31);
+        for (size_t i = log->starts[s]; i < log->starts[s + 1] && !ferror(file); i++)
+        {
+            replay_row(replay, log, i, file);
+            sim_progress_update(&progress, (double)i / (double)log->rows);
+        }
+        bad_inputs += replay->state_f32.friction.bad_inputs;
     }
+    replay->state_f32.friction.bad_inputs = bad_inputs; // of all segments
     sim_progress_end(&progress);
 }
 
@@ -273,31 +259,68 @@ static void warn(const options_t *options, uint64_t rows, const char *of_what)
 {
     if (rows > 0)
     {
-        (void)
-            fprintf(stderr, "tribo-sim: %s: warning: %u rows hold forces %s\n", options->log, (unsigned)rows, of_what);
+        (void)fprintf(stderr,
+                      "tribo-sim: %s: warning: %u rows hold forces %s\n",
+                      options->logs.paths[0],
+                      (unsigned)rows,
+                      of_what);
     }
 }
 
-static bool replay_log(replay_t *replay, const sim_csv_t *log, sim_error_t *error)
+/// Writes the table and the picture, then the verdict: beside the table if that goes to a file, else on stderr.
+static bool write_results(replay_t *replay, const sim_log_t *log, sim_error_t *error)
 {
-    const options_t  *options = replay->options;
-    sim_output_file_t file;
-    if (!sim_output_open(&file, options->out, error))
+    const options_t  *options  = replay->options;
+    sim_output_file_t files[2] = {{.stream = NULL}};
+    size_t            count    = 0;
+    sim_verdict_t     verdict;
+    if (!sim_output_open(&files[count++], options->out, error))
     {
         return false;
     }
-    step_through(replay, log, file.stream);
-    if (!sim_output_commit(&file, 1, error))
+    if (options->plot != NULL && !sim_output_open(&files[count++], options->plot, error))
+    {
+        sim_output_discard(files, 1);
+        return false;
+    }
+    step_through(replay, log, files[0].stream);
+    if (options->plot != NULL)
+    {
+        sim_plot_write(files[1].stream, options->logs.paths[0], log, &replay->replayed);
+    }
+    if (!sim_output_commit(files, count, error) || !sim_verdict_make(&verdict, log, &replay->replayed, error))
     {
         return false;
     }
+    sim_log_report(log, options->logs.paths[0]);
     warn(options, replay->state_f32.friction.bad_inputs, "too large for the compensator");
     warn(options, replay->beyond_full_scale, "beyond full scale");
     if (options->f32 && options->q31)
     {
         (void)fprintf(stderr, "largest Q31 - f32: F_hat %.3g N, f_hat %.3g N\n", replay->max_force_n, replay->max_f_n);
     }
-    return true;
+    if (options->out == NULL)
+    {
+        return true; // the table is for the next program; the verdict comes with --out
+    }
+    sim_verdict_write(&verdict, log, stdout);
+    return sim_output_flush(error);
+}
+
+static bool replay_log(replay_t *replay, const sim_log_t *log, sim_error_t *error)
+{
+    sim_replayed_t *replayed = &replay->replayed;
+    replayed->n              = malloc(log->rows * sizeof *replayed->n);
+    replayed->L              = malloc(log->rows * sizeof *replayed->L);
+    replayed->f              = malloc(log->rows * sizeof *replayed->f);
+    replayed->q              = malloc(log->rows);
+    const bool is_room       = replayed->n != NULL && replayed->L != NULL && replayed->f != NULL && replayed->q != NULL;
+    const bool ok            = is_room ? write_results(replay, log, error) : sim_error_set(error, "out of memory");
+    free(replayed->n);
+    free(replayed->L);
+    free(replayed->f);
+    free(replayed->q);
+    return ok;
 }
 
 /// The compensator's params for the log's sample time.
@@ -328,7 +351,7 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
     {
         return sim_error_set(error,
                              "%s: its sample time is %.6g s; %s",
-                             options->log,
+                             options->logs.paths[0],
                              replay->sample_time_s,
                              tribo_status_text(status));
     }
@@ -339,20 +362,17 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
     return sim_check_status(scenario, status, error);
 }
 
-static bool replay_with(const options_t *options, sim_scenario_t *scenario, const sim_csv_t *log, sim_error_t *error)
+static bool replay_with(const options_t *options, sim_scenario_t *scenario, const sim_log_t *log, sim_error_t *error)
 {
-    replay_t replay = {.options = options};
-    return find_sample_time(log, &replay.sample_time_s, error) && make_params(&replay, scenario, error) &&
-           replay_log(&replay, log, error);
+    replay_t replay = {.options = options, .sample_time_s = log->sample_time_s};
+    return make_params(&replay, scenario, error) && replay_log(&replay, log, error);
 }
 
-static bool replay(const options_t *options, sim_error_t *error)
+static bool replay(options_t *options, sim_error_t *error)
 {
-    const sim_csv_column_t columns[COLUMN_COUNT] = {[COLUMN_T] = {.name = "t_s"},
-                                                    [COLUMN_U] = {.name = "u_N"},
-                                                    [COLUMN_F] = {.name = "F_N", .optional = !options->measured}};
-    sim_csv_t              log;
-    if (!sim_csv_read(&log, options->log, columns, COLUMN_COUNT, error))
+    sim_log_t log;
+    options->logs.options.wanted[SIM_LOG_F] |= options->measured || options->plot != NULL;
+    if (!sim_log_read(&log, options->logs.paths, options->logs.count, &options->logs.options, error))
     {
         return false;
     }
@@ -360,7 +380,7 @@ static bool replay(const options_t *options, sim_error_t *error)
     const bool      ok =
         (scenario != NULL) ? replay_with(options, scenario, &log, error) : sim_error_set(error, "out of memory");
     sim_scenario_destroy(scenario);
-    sim_csv_free(&log);
+    sim_log_free(&log);
     return ok;
 }
 
@@ -368,10 +388,10 @@ static int run(int count, char **arguments)
 {
     options_t   options = {.f32 = true, .full_scale_n = 2.0};
     sim_error_t error   = {""};
-    int         status  = sim_options_parse(&sim_command_replay, count, arguments, &options, &options.log);
+    int         status  = sim_options_parse(&sim_command_replay, count, arguments, &options, NULL);
     if (status == 0)
     {
-        status = check_out(&options);
+        status = check_results(&options);
     }
     if (status != 0)
     {
@@ -382,9 +402,11 @@ static int run(int count, char **arguments)
 
 const sim_command_t sim_command_replay = {
     .name     = "replay",
-    .argument = "LOG.csv",
+    .argument = "LOG.csv...",
     .noun     = "log",
-    .text     = "Runs a recorded log (columns t_s, u_N and maybe F_N) through the friction compensator.",
-    .options  = known,
-    .run      = run,
-    .take     = take};
+    .is_many  = true,
+    .text =
+        "Runs recorded logs (time, command and maybe force) through the friction compensator, and judges its params.",
+    .options = known,
+    .run     = run,
+    .take    = take};

@@ -11,6 +11,7 @@
 
 extern const sim_command_t sim_command_run;
 extern const sim_command_t sim_command_replay;
+extern const sim_command_t sim_command_log;
 extern const sim_command_t sim_command_params;
 extern const sim_command_t sim_command_list;
 

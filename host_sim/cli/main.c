@@ -12,6 +12,7 @@
 
 static const sim_command_t *const commands[] = {&sim_command_run,
                                                 &sim_command_replay,
+                                                &sim_command_log,
                                                 &sim_command_params,
                                                 &sim_command_list};
 
@@ -59,7 +60,7 @@ int main(int count, char **arguments)
 
     if (count < 2)
     {
-        return sim_usage("a command is wanted: run, replay, params or list");
+        return sim_usage("a command is wanted: run, replay, log, params or list");
     }
     for (int i = 1; i < count && strcmp(arguments[i], "--") != 0; i++)
     {

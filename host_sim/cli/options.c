@@ -43,7 +43,8 @@ static error_t take(int key, char *value, struct argp_state *state)
     {
         parse->argument = value;
         parse->arguments++;
-        return 0;
+        parse->status = command->is_many ? command->take(parse->context, SIM_OPTION_ARGUMENT, value) : 0;
+        return parse->status == 0 ? 0 : EINVAL;
     }
     if (key >= SIM_OPTION_FIRST && key <= OPTION_LAST)
     {
@@ -62,10 +63,17 @@ int sim_options_parse(const sim_command_t *command, int count, char **arguments,
     const struct argp argp  = {.options = command->options, .parser = take};
     parse_t           parse = {.command = command, .context = context};
     (void)argp_parse(&argp, count, arguments, ARGP_NO_ERRS | ARGP_NO_HELP | ARGP_NO_EXIT, NULL, &parse);
-    *argument = parse.argument;
+    if (argument != NULL)
+    {
+        *argument = parse.argument;
+    }
     if (parse.status != 0)
     {
         return parse.status;
+    }
+    if (command->is_many)
+    {
+        return parse.arguments > 0 ? 0 : sim_usage("%s: one %s at least is wanted", command->name, command->noun);
     }
     if (command->argument == NULL)
     {

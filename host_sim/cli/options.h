@@ -4,6 +4,7 @@
 #define SIM_OPTIONS_H
 
 #include <argp.h>
+#include <stdbool.h>
 
 /// A command of tribo-sim.
 typedef struct
@@ -12,6 +13,7 @@ typedef struct
     const char *argument; ///< what it is about, as the help shows it; null: nothing
     const char *noun;     ///< the same in a message: "one NOUN is wanted"
     const char *text;     ///< what it does, for the help
+    bool        is_many;  ///< one argument or more, each given to `take` as SIM_OPTION_ARGUMENT
 
     /// Keys count from SIM_OPTION_FIRST. An `arg` of words ("f32|q31") is what sim_option_word chooses from.
     const struct argp_option *options;
@@ -23,9 +25,10 @@ typedef struct
     int (*take)(void *context, int key, const char *value);
 } sim_command_t;
 
-#define SIM_OPTION_FIRST 256 ///< below it argp takes a key for a letter
+#define SIM_OPTION_FIRST    256 ///< below it argp takes a key for a letter
+#define SIM_OPTION_ARGUMENT 1   ///< the key of an argument of a command that takes many
 
-/// Takes all options and puts the command's argument into `*argument`; 0, or the status to exit with.
+/// Takes all options and puts the command's argument into `*argument` (null for a command of many); 0, or the status to exit with.
 int sim_options_parse(const sim_command_t *command, int count, char **arguments, void *context, const char **argument);
 
 /// The index of `value` among the words of option `key`; less than 0 is not one of them, and said so.

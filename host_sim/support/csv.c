@@ -16,6 +16,8 @@ typedef struct
     const sim_csv_column_t *wanted;
     size_t                  count; ///< of wanted columns
     sim_error_t            *error;
+    bool                    is_log;
+    char                    separator;
     char                   *next; ///< the next byte to read
     char                   *line_start;
     size_t                  line;
@@ -31,9 +33,10 @@ typedef struct
     bool   is_last;        ///< in its line
 } field_t;
 
-static bool is_blank(char c)
+/// Blanks around a field: a tab is none where it separates.
+static const char *blanks(const reader_t *reader)
 {
-    return c == ' ' || c == '\t';
+    return reader->separator == ' ' ? "" : reader->separator == '\t' ? " " : " \t";
 }
 
 static bool complain(const reader_t *reader, size_t position, const char *what)
@@ -60,9 +63,10 @@ static char *unquote(char **p)
 
 static bool read_field(reader_t *reader, field_t *field)
 {
-    char *p   = reader->next + strspn(reader->next, " \t");
-    char *end = NULL;
-    *field    = (field_t){.text = p, .line = reader->line, .position = (size_t)(p - reader->line_start) + 1};
+    char *p       = reader->next + strspn(reader->next, blanks(reader));
+    char *end     = NULL;
+    char  stops[] = {reader->separator, '\n', '\0'};
+    *field        = (field_t){.text = p, .line = reader->line, .position = (size_t)(p - reader->line_start) + 1};
     if (*p == '"')
     {
         end = unquote(&p);
@@ -70,23 +74,23 @@ static bool read_field(reader_t *reader, field_t *field)
         {
             return complain(reader, field->position, "a quote is opened and not closed in its line");
         }
-        p += strspn(p, " \t");
+        p += strspn(p, blanks(reader));
     }
     else
     {
-        p += strcspn(p, ",\n");
+        p += strcspn(p, stops);
         end = (p > field->text && *p == '\n' && p[-1] == '\r') ? p - 1 : p;
-        while (end > field->text && is_blank(end[-1]))
+        while (end > field->text && strchr(blanks(reader), end[-1]) != NULL) // a text has no zero byte
         {
             end--;
         }
     }
     p += (p[0] == '\r' && p[1] == '\n') ? 1 : 0;
-    if (*p != ',' && *p != '\n' && *p != '\0')
+    if (*p != reader->separator && *p != '\n' && *p != '\0')
     {
         return complain(reader, (size_t)(p - reader->line_start) + 1, "text after a quoted field");
     }
-    field->is_last = *p != ',';
+    field->is_last = *p != reader->separator;
     reader->next   = (*p != '\0') ? p + 1 : p;
     *end           = '\0';
     if (field->is_last)
@@ -95,6 +99,13 @@ static bool read_field(reader_t *reader, field_t *field)
         reader->line_start = reader->next;
     }
     return true;
+}
+
+/// Whether a header's field is the wanted column: by name, or in a log by its number.
+static bool is_wanted(const reader_t *reader, const char *wanted, const char *text)
+{
+    return strcmp(text, wanted) == 0 ||
+           (reader->is_log && wanted[0] == '#' && strtoul(wanted + 1, NULL, 10) == reader->fields);
 }
 
 static bool read_header(reader_t *reader)
@@ -109,7 +120,7 @@ static bool read_header(reader_t *reader)
         reader->fields++;
         for (size_t i = 0; i < reader->count; i++)
         {
-            const bool is_it = strcmp(field.text, reader->wanted[i].name) == 0;
+            const bool is_it = is_wanted(reader, reader->wanted[i].name, field.text);
             if (is_it && reader->place[i] != 0)
             {
                 return sim_error_set(reader->error,
@@ -152,6 +163,11 @@ static bool allocate(sim_csv_t *csv, const reader_t *reader)
 /// Takes the number of a wanted column.
 static bool take_number(const reader_t *reader, const field_t *field, size_t column, double *value)
 {
+    char *comma = (reader->separator != ',') ? strchr(field->text, ',') : NULL;
+    if (comma != NULL && strchr(field->text, '.') == NULL)
+    {
+        *comma = '.';
+    }
     const sim_csv_column_t *wanted    = &reader->wanted[column];
     const double            max       = (wanted->max > 0.0) ? wanted->max : SIM_CSV_NUMBER_MAX;
     const char             *complaint = sim_number_parse(field->text, value);
@@ -220,13 +236,96 @@ static bool read_row(sim_csv_t *csv, reader_t *reader)
                                                      reader->fields);
 }
 
+/// What separates the fields of a log's first line.
+static char find_separator(const char *line)
+{
+    static const char separators[] = ",;\t";
+    size_t            most         = 0;
+    char              best         = ' ';
+    for (const char *separator = separators; *separator != '\0'; separator++)
+    {
+        size_t times  = 0;
+        bool   quoted = false;
+        for (const char *p = line; *p != '\0' && *p != '\n'; p++)
+        {
+            quoted = quoted != (*p == '"');
+            times += (!quoted && *p == *separator) ? 1u : 0u;
+        }
+        // Decimal commas are as many as semicolons or more: what cannot be in a number separates.
+        if (times > 0 && (times > most || best == ','))
+        {
+            most = times;
+            best = *separator;
+        }
+    }
+    return best;
+}
+
+/// Leaves one blank between the fields of each line, none at its ends.
+static void squeeze_blanks(char *text)
+{
+    char *out = text;
+    for (const char *p = text; *p != '\0'; p++)
+    {
+        const bool is_blank = *p == ' ' || *p == '\t';
+        const bool is_kept  = out > text && out[-1] != '\n' && strchr(" \t\r\n", p[1]) == NULL;
+        if (!is_blank)
+        {
+            *out++ = *p;
+        }
+        else if (is_kept)
+        {
+            *out++ = ' ';
+        }
+    }
+    *out = '\0';
+}
+
+/// The fields of a log without a header, and where the wanted columns are, which go by number.
+static bool count_fields(reader_t *reader, size_t length)
+{
+    reader->fields = 1;
+    for (size_t i = 0; i < length; i++)
+    {
+        reader->fields += (reader->next[i] == reader->separator) ? 1u : 0u;
+    }
+    for (size_t i = 0; i < reader->count; i++)
+    {
+        const sim_csv_column_t *wanted = &reader->wanted[i];
+        const size_t            number = (wanted->name[0] == '#') ? strtoul(wanted->name + 1, NULL, 10) : 0;
+        reader->place[i]               = (number <= reader->fields) ? number : 0;
+        if (reader->place[i] == 0 && !wanted->optional)
+        {
+            return sim_error_set(reader->error,
+                                 "%s:1:1: no header, so that no column is %s: there are #1 to #%zu",
+                                 reader->name,
+                                 wanted->name,
+                                 reader->fields);
+        }
+    }
+    return true;
+}
+
 static bool read_all(sim_csv_t *csv, reader_t *reader)
 {
     if (reader->next[strspn(reader->next, " \t\r\n")] == '\0')
     {
         return complain(reader, 1, "the file is empty");
     }
-    if (!read_header(reader) || !allocate(csv, reader))
+    if (reader->is_log)
+    {
+        reader->separator = find_separator(reader->next);
+        reader->next += strspn(reader->next, "# "); // as NumPy's savetxt writes a header
+        if (reader->separator == ' ')
+        {
+            squeeze_blanks(reader->next);
+        }
+    }
+    const size_t length     = strcspn(reader->next, "\r\n");
+    const bool   headerless = reader->is_log && strspn(reader->next, "+-.,;\t 0123456789eE") >= length;
+    const bool   ok         = headerless ? count_fields(reader, length) : read_header(reader);
+    csv->first_line         = headerless ? 1 : 2;
+    if (!ok || !allocate(csv, reader))
     {
         return false;
     }
@@ -244,17 +343,25 @@ static bool read_all(sim_csv_t *csv, reader_t *reader)
     return csv->rows > 0 || complain(reader, 1, "no rows after the header");
 }
 
-bool sim_csv_parse(sim_csv_t              *csv,
-                   char                   *text,
-                   const char             *name,
-                   const sim_csv_column_t *wanted,
-                   size_t                  count,
-                   sim_error_t            *error)
+static bool parse(sim_csv_t              *csv,
+                  char                   *text,
+                  const char             *name,
+                  const sim_csv_column_t *wanted,
+                  size_t                  count,
+                  bool                    is_log,
+                  sim_error_t            *error)
 {
-    reader_t reader =
-        {.name = name, .wanted = wanted, .count = count, .error = error, .next = text, .line_start = text, .line = 1};
-    *csv          = (sim_csv_t){.name = name};
-    const bool ok = read_all(csv, &reader);
+    reader_t reader = {.name       = name,
+                       .wanted     = wanted,
+                       .count      = count,
+                       .error      = error,
+                       .is_log     = is_log,
+                       .separator  = ',',
+                       .next       = text,
+                       .line_start = text,
+                       .line       = 1};
+    *csv            = (sim_csv_t){.name = name};
+    const bool ok   = read_all(csv, &reader);
     if (!ok)
     {
         sim_csv_free(csv);
@@ -262,10 +369,42 @@ bool sim_csv_parse(sim_csv_t              *csv,
     return ok;
 }
 
+bool sim_csv_parse(sim_csv_t              *csv,
+                   char                   *text,
+                   const char             *name,
+                   const sim_csv_column_t *wanted,
+                   size_t                  count,
+                   sim_error_t            *error)
+{
+    return parse(csv, text, name, wanted, count, false, error);
+}
+
+bool sim_csv_parse_log(sim_csv_t              *csv,
+                       char                   *text,
+                       const char             *name,
+                       const sim_csv_column_t *wanted,
+                       size_t                  count,
+                       sim_error_t            *error)
+{
+    return parse(csv, text, name, wanted, count, true, error);
+}
+
 bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error)
 {
     char      *text = sim_file_read(path, SIM_CSV_BYTES_MAX, error);
-    const bool ok   = text != NULL && sim_csv_parse(csv, text, path, wanted, count, error);
+    const bool ok   = text != NULL && parse(csv, text, path, wanted, count, false, error);
+    free(text);
+    return ok;
+}
+
+bool sim_csv_read_log(sim_csv_t              *csv,
+                      const char             *path,
+                      const sim_csv_column_t *wanted,
+                      size_t                  count,
+                      sim_error_t            *error)
+{
+    char      *text = sim_file_read(path, SIM_CSV_BYTES_MAX, error);
+    const bool ok   = text != NULL && parse(csv, text, path, wanted, count, true, error);
     free(text);
     return ok;
 }
@@ -277,8 +416,8 @@ bool sim_csv_complain(const sim_csv_t *csv, size_t row, sim_error_t *error, cons
     va_start(args, format);
     (void)sim_error_set_list(&what, format, args);
     va_end(args);
-    // Row 0 is in line 2: no field goes over a line's end, and no line is left out.
-    return sim_error_set(error, "%s:%zu:%zu: %s", csv->name, row + 2, csv->positions[row], what.text);
+    // No field goes over a line's end, and no line is left out.
+    return sim_error_set(error, "%s:%zu:%zu: %s", csv->name, row + csv->first_line, csv->positions[row], what.text);
 }
 
 bool sim_csv_check_rising(const sim_csv_t *csv, const char *name, sim_error_t *error)

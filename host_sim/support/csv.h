@@ -3,6 +3,9 @@
 /// The first line names the columns; every other line has as many fields. Read without a word: CRLF, a byte order
 /// mark, quoted fields, spaces around a field, empty lines at the end, a missing last newline, columns that are
 /// not requested. Everything else is an error with file, line and column (the position in the line, in bytes, from 1).
+///
+/// Recorded logs are read with less ceremony: the separator is whichever of `,` `;` tab and blanks the first line has most of,
+/// decimal commas are taken where the comma is not the separator, and without a header columns go by number.
 
 #ifndef SIM_CSV_H
 #define SIM_CSV_H
@@ -18,7 +21,7 @@
 
 typedef struct
 {
-    const char *name;
+    const char *name; ///< "#3" is the third column, in a recorded log
     bool        optional;
     double      max; ///< of a number's magnitude; 0: SIM_CSV_NUMBER_MAX
 } sim_csv_column_t;
@@ -27,6 +30,7 @@ typedef struct
 {
     const char *name; ///< of the file, for messages
     size_t      rows;
+    size_t      first_line;                  ///< of row 0, from 1
     double     *values[SIM_CSV_COLUMNS_MAX]; ///< by wanted column; null: optional and not there
     size_t     *positions;                   ///< by row: where in its line the first wanted column is
 } sim_csv_t;
@@ -34,13 +38,28 @@ typedef struct
 /// Reads the `count` columns `wanted`. On failure nothing is left to free.
 bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error);
 
-/// The same from text, which is changed in place; `name` stands for the file in messages.
+/// The same for a recorded log.
+bool sim_csv_read_log(sim_csv_t              *csv,
+                      const char             *path,
+                      const sim_csv_column_t *wanted,
+                      size_t                  count,
+                      sim_error_t            *error);
+
+/// As sim_csv_read from text, which is changed in place; `name` stands for the file in messages.
 bool sim_csv_parse(sim_csv_t              *csv,
                    char                   *text,
                    const char             *name,
                    const sim_csv_column_t *wanted,
                    size_t                  count,
                    sim_error_t            *error);
+
+/// As sim_csv_read_log from text, likewise.
+bool sim_csv_parse_log(sim_csv_t              *csv,
+                       char                   *text,
+                       const char             *name,
+                       const sim_csv_column_t *wanted,
+                       size_t                  count,
+                       sim_error_t            *error);
 
 /// A complaint about the first wanted column of a row: "FILE:LINE:COLUMN: " and the rest. Always false.
 bool sim_csv_complain(const sim_csv_t *csv, size_t row, sim_error_t *error, const char *format, ...);

@@ -5,7 +5,7 @@ import pytest
 HINT = " (tribo-sim --help shows what there is)"
 
 MISTAKES = {
-    (): "a command is wanted: run, replay, params or list",
+    (): "a command is wanted: run, replay, log, params or list",
     ("fly",): "unknown command fly",
     ("run",): "run: one scenario is wanted, not 0",
     ("run", "a", "b"): "run: one scenario is wanted, not 2",
@@ -14,8 +14,17 @@ MISTAKES = {
     ("run", "a", "--out"): "run: --out wants a value",
     ("run", "a", "--set", "compensator.gain"): "--set compensator.gain: key=value is wanted",
     ("run", "a", "--set", "=1"): "--set =1: key=value is wanted",
-    ("replay",): "replay: one log is wanted, not 0",
-    ("replay", "a", "b"): "replay: one log is wanted, not 2",
+    ("replay",): "replay: one log at least is wanted",
+    ("log",): "log: one log at least is wanted",
+    ("log", "a", "--column", "z=1"): "--column z=1: t, u, F, x or v and = and a value is wanted",
+    ("log", "a", "--column", "u="): "--column u=: t, u, F, x or v and = and a value is wanted",
+    ("log", "a", "--column", "u=#x"): "--column u=#x: a number of 1 or more is wanted after #",
+    ("log", "a", "--scale", "u=0"): "--scale u=0: 0 is outside its range",
+    ("log", "a", "--scale", "u=x"): "--scale u=x: 'x' is not a number",
+    ("log", "a", "--bias", "u=1e10"): "--bias u=1e10: '1e10' is outside -1e9 to 1e9",
+    ("log", "a", "--resample=0"): "--resample 0: a number over 0 to 86400 s is wanted",
+    ("log", "a", "--gap", "nan"): "--gap nan: a number over 0 to 86400 s is wanted",
+    ("replay", "a", "--out", "x", "--plot", "x"): "replay: --out and --plot are the same file x",
     ("replay", "a", "--fast"): "replay: unknown option --fast",
     ("replay", "a", "--params"): "replay: --params wants a value",
     ("replay", "a", "--force", "mine"): "--force mine: there are own, measured",

@@ -124,8 +124,7 @@ MISTAKES = {
     "one row": ("t_s,u_N\n0,0.1\n", ":2:1: t_s: one row has no sample time, two at least are wanted"),
     "no time": ("t,u_N\n0,0.1\n", ":1:1: no column is named t_s"),
     "no input": ("t_s,u\n0,0.1\n", ":1:1: no column is named u_N"),
-    "no header": ("0,0.1\n0.001,0.2\n", ":1:1: no column is named t_s"),
-    "other separator": ("t_s;u_N\n0;0.1\n", ":1:1: no column is named t_s"),
+    "no header": ("0,0.1\n0.001,0.2\n", ":1:1: no header, so that no column is t_s: there are #1 to #2"),
     "column twice": ("t_s,u_N,x,u_N\n0,0.1,0,0.1\n", ":1:11: column u_N is there twice"),
     "text": ("t_s,u_N\n0,0.1\n0.001,abc\n", ":3:7: u_N: 'abc' is not a number"),
     "text in a number": ("t_s,u_N\n0,0.1\n0.001,0.2N\n", ":3:7: u_N: '0.2N' is not a number"),
@@ -145,15 +144,15 @@ MISTAKES = {
     "time goes back": ("u_N,t_s\n0.1,0\n0.2,0.001\n0.3,0\n", ":4:5: t_s: 0 does not come after 0.001"),
     "gap": (
         "t_s,u_N\n0,0\n0.001,0\n0.002,0\n0.004,0\n0.005,0\n",
-        ":5:1: t_s: 0.002 s after the row before, where the log's interval is 0.001 s",
+        ":5:1: t_s: 0.002 s after the row before, where the log's interval is 0.001 s (--resample mends it)",
     ),
     "large gap at the start": (
         "t_s,u_N\n0,0\n100,0\n100.001,0\n100.002,0\n",
-        ":3:1: t_s: 100 s after the row before, where the log's interval is 0.001 s",
+        ":3:1: t_s: 100 s after the row before, where the log's interval is 0.001 s (--resample mends it)",
     ),
     "too much jitter": (
         "t_s,u_N\n0,0\n0.001,0\n0.002,0\n0.00298,0\n0.004,0\n0.005,0\n",
-        ":5:1: t_s: 0.00098 s after the row before, where the log's interval is 0.001 s",
+        ":5:1: t_s: 0.00098 s after the row before, where the log's interval is 0.001 s (--resample mends it)",
     ),
     "sample time too long": (
         "t_s,u_N\n0,0\n1,0\n2,0\n",

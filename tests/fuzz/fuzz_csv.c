@@ -1,4 +1,4 @@
-// A CSV file, as replay and a reference read it: what is read is finite, and every row has its place.
+// A CSV file, as a reference reads it and as logs are read: what is read is finite, and every row has its place.
 
 #include "fuzz.h"
 
@@ -13,14 +13,15 @@ unsigned fuzz_good_inputs(void)
     return good;
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+static void check(const uint8_t *data, size_t size, bool is_log)
 {
     static const sim_csv_column_t columns[] = {{.name = "t_s"}, {.name = "u_N"}, {.name = "F_N", .optional = true}};
 
     sim_error_t error = {""};
     sim_csv_t   csv;
     char       *text = fuzz_text(data, size);
-    const bool  ok   = sim_csv_parse(&csv, text, "fuzz.csv", columns, 3, &error);
+    const bool  ok   = is_log ? sim_csv_parse_log(&csv, text, "fuzz.csv", columns, 3, &error)
+                              : sim_csv_parse(&csv, text, "fuzz.csv", columns, 3, &error);
     fuzz_check_error(ok, &error);
     for (size_t i = 0; ok && i < csv.rows; i++)
     {
@@ -35,5 +36,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         sim_csv_free(&csv);
     }
     free(text);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    check(data, size, false);
+    check(data, size, true);
     return 0;
 }

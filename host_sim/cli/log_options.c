@@ -1,0 +1,74 @@
+#include "cli/log_options.h"
+
+#include "cli/commands.h"
+#include "support/number.h"
+
+#include <stdio.h>
+
+static int seconds(double *value, const char *option, const char *text)
+{
+    return sim_number_parse(text, value) == NULL && *value > 0.0 && *value <= 86400.0
+               ? 0
+               : sim_usage("--%s %s: a number over 0 to 86400 s is wanted", option, text);
+}
+
+static int refusal(const sim_error_t *error)
+{
+    return sim_usage("%s", error->text);
+}
+
+int sim_log_take(sim_log_arguments_t *arguments, int key, const char *value)
+{
+    sim_log_options_t *options = &arguments->options;
+    sim_error_t        error   = {""};
+    switch (key)
+    {
+    case SIM_OPTION_ARGUMENT:
+        if (arguments->count == SIM_LOG_FILES_MAX)
+        {
+            return sim_usage("more than %u logs", SIM_LOG_FILES_MAX);
+        }
+        arguments->paths[arguments->count++] = value;
+        return 0;
+    case SIM_LOG_OPTION_COLUMN:
+        return sim_log_set_column(options, value, &error) ? 0 : refusal(&error);
+    case SIM_LOG_OPTION_UNIT:
+        return sim_log_set_unit(options, value, &error) ? 0 : refusal(&error);
+    case SIM_LOG_OPTION_SCALE:
+        return sim_log_set_scale(options, value, &error) ? 0 : refusal(&error);
+    case SIM_LOG_OPTION_BIAS:
+        return sim_log_set_bias(options, value, &error) ? 0 : refusal(&error);
+    case SIM_LOG_OPTION_RESAMPLE:
+        options->resample = true;
+        return value == NULL ? 0 : seconds(&options->rate_s, "resample", value);
+    case SIM_LOG_OPTION_GAP:
+        return seconds(&options->gap_s, "gap", value);
+    default:
+        return -1;
+    }
+}
+
+void sim_log_report(const sim_log_t *log, const char *path)
+{
+    const sim_log_report_t *report = &log->report;
+    if (report->resampled)
+    {
+        (void)fprintf(stderr,
+                      "%s: resampled %zu rows to %zu at %.6g s: %zu intervals off by more than 1 %%, %zu gaps (the "
+                      "longest %.3g s), "
+                      "%zu stamps twice, split at %zu gaps\n",
+                      path,
+                      report->rows_read,
+                      log->rows,
+                      log->sample_time_s,
+                      report->jittery,
+                      report->gaps,
+                      report->largest_s,
+                      report->repeated,
+                      report->splits);
+    }
+    if (report->moved > 0)
+    {
+        (void)fprintf(stderr, "%s: the stamps of %zu files are moved to follow the file before\n", path, report->moved);
+    }
+}

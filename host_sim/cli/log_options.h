@@ -1,0 +1,43 @@
+/// The options by which a command reads logs: the same for all of them.
+
+#ifndef SIM_CLI_LOG_OPTIONS_H
+#define SIM_CLI_LOG_OPTIONS_H
+
+#include "cli/options.h"
+#include "log/log.h"
+
+enum
+{
+    SIM_LOG_OPTION_COLUMN = 0x4000,
+    SIM_LOG_OPTION_UNIT,
+    SIM_LOG_OPTION_SCALE,
+    SIM_LOG_OPTION_BIAS,
+    SIM_LOG_OPTION_RESAMPLE,
+    SIM_LOG_OPTION_GAP
+};
+
+// clang-format off: one row an option
+#define SIM_LOG_OPTIONS \
+    {.name = "column", .key = SIM_LOG_OPTION_COLUMN, .arg = "ROLE=NAME", .doc = "where t, u, F, x (position) or v (speed) is, e.g. u=torque_cmd, or u=#2 for the second column"}, \
+    {.name = "unit", .key = SIM_LOG_OPTION_UNIT, .arg = "ROLE=UNIT", .doc = "e.g. t=ms, F=mN; u='N m', A or V with a scale"}, \
+    {.name = "scale", .key = SIM_LOG_OPTION_SCALE, .arg = "ROLE=X", .doc = "multiplies it; `-` changes its sign; in N a N m for a torque (1/lever)"}, \
+    {.name = "bias", .key = SIM_LOG_OPTION_BIAS, .arg = "ROLE=X", .doc = "adds this, in s, N or deg, after the scale"}, \
+    {.name = "resample", .key = SIM_LOG_OPTION_RESAMPLE, .arg = "S", .flags = OPTION_ARG_OPTIONAL, .doc = "mends stamps that jitter and small gaps, linear between rows; to this interval, or else the median one"}, \
+    {.name = "gap", .key = SIM_LOG_OPTION_GAP, .arg = "S", .doc = "with --resample: a longer gap splits the log; ten intervals if left out"}
+// clang-format on
+
+/// A command's logs.
+typedef struct
+{
+    sim_log_options_t options;
+    const char       *paths[SIM_LOG_FILES_MAX];
+    size_t            count;
+} sim_log_arguments_t;
+
+/// Takes one of SIM_LOG_OPTIONS, or a path for SIM_OPTION_ARGUMENT; 0, or the status to exit with. Less than 0: not of these.
+int sim_log_take(sim_log_arguments_t *arguments, int key, const char *value);
+
+/// Says on stderr what had to be mended, if anything.
+void sim_log_report(const sim_log_t *log, const char *path);
+
+#endif

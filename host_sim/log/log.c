@@ -1,0 +1,519 @@
+#include "log/log.h"
+
+#include "support/csv.h"
+#include "support/number.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define JITTER    0.01 ///< of the intervals, as a fraction
+#define GAP       1.5  ///< intervals, from which a longer one is a gap
+#define GAP_MAX   10.0 ///< intervals bridged if not said otherwise
+#define ROWS_MAX  100000000.0
+#define BETWEEN_S 1.0 ///< files whose stamps do not follow each other
+
+static const char *const role_words[SIM_LOG_ROLES] = {"t", "u", "F", "x", "v"};
+static const char *const role_names[SIM_LOG_ROLES] = {"t_s", "u_N", "F_N", "x_deg", "w_deg_per_s"};
+
+typedef struct
+{
+    const char *name;
+    const char *roles; ///< words of the roles it is for
+    double      factor;
+    bool        is_torque;
+} unit_t;
+
+// clang-format off: one row a unit
+static const unit_t units[] = {
+    {"s", "t", 1.0, false}, {"ms", "t", 1e-3, false}, {"us", "t", 1e-6, false}, {"ns", "t", 1e-9, false}, {"min", "t", 60.0, false},
+    {"N", "uF", 1.0, false}, {"mN", "uF", 1e-3, false}, {"kN", "uF", 1e3, false},
+    {"N m", "uF", 1.0, true}, {"Nm", "uF", 1.0, true}, {"mN m", "uF", 1e-3, true}, {"mNm", "uF", 1e-3, true}, {"A", "uF", 1.0, true},
+    {"bar", "F", 1.0, true}, {"V", "uF", 1.0, true},
+    {"deg", "x", 1.0, false}, {"rad", "x", 57.295779513082323, false}, {"m", "x", 1.0, false}, {"mm", "x", 1.0, false},
+    {"deg/s", "v", 1.0, false}, {"rad/s", "v", 57.295779513082323, false}, {"m/s", "v", 1.0, false}, {"mm/s", "v", 1.0, false}};
+// clang-format on
+
+#define UNITS (sizeof units / sizeof units[0])
+
+/// The column and what is behind the `=`; null with the error filled in.
+static sim_log_column_t *split(sim_log_options_t *options,
+                               const char        *option,
+                               const char        *text,
+                               const char       **value,
+                               sim_error_t       *error)
+{
+    for (size_t i = 0; i < SIM_LOG_ROLES; i++)
+    {
+        if (text[0] == role_words[i][0] && text[1] == '=' && text[2] != '\0')
+        {
+            *value = text + 2;
+            return &options->columns[i];
+        }
+    }
+    (void)sim_error_set(error, "--%s %s: t, u, F, x or v and = and a value is wanted", option, text);
+    return NULL;
+}
+
+bool sim_log_set_column(sim_log_options_t *options, const char *text, sim_error_t *error)
+{
+    const char       *value  = NULL;
+    sim_log_column_t *column = split(options, "column", text, &value, error);
+    if (column != NULL && value[0] == '#' && (value[1] == '\0' || value[1 + strspn(value + 1, "0123456789")] != '\0'))
+    {
+        return sim_error_set(error, "--column %s: a number of 1 or more is wanted after #", text);
+    }
+    if (column != NULL)
+    {
+        column->name                               = value;
+        options->wanted[column - options->columns] = true;
+    }
+    return column != NULL;
+}
+
+bool sim_log_set_unit(sim_log_options_t *options, const char *text, sim_error_t *error)
+{
+    const char       *value  = NULL;
+    sim_log_column_t *column = split(options, "unit", text, &value, error);
+    for (size_t i = 0; column != NULL && i < UNITS; i++)
+    {
+        if (strcmp(value, units[i].name) == 0 && strchr(units[i].roles, text[0]) != NULL)
+        {
+            column->unit      = units[i].factor;
+            column->is_torque = units[i].is_torque;
+            return true;
+        }
+    }
+    return column != NULL &&
+           sim_error_set(
+               error,
+               "--unit %s: there are s, ms, us, ns, min for t; N, mN, kN, N m, mN m, A, V for u and F, bar for F; "
+               "deg, rad, m, mm for x and the same by /s for v",
+               text);
+}
+
+static bool set_number(double *number, const char *option, const char *text, const char *value, sim_error_t *error)
+{
+    const char *complaint = sim_number_parse(value, number);
+    if (complaint == NULL && fabs(*number) > 1e9)
+    {
+        complaint = "is outside -1e9 to 1e9";
+    }
+    return complaint == NULL || sim_error_set(error, "--%s %s: '%s' %s", option, text, value, complaint);
+}
+
+bool sim_log_set_scale(sim_log_options_t *options, const char *text, sim_error_t *error)
+{
+    const char       *value  = NULL;
+    sim_log_column_t *column = split(options, "scale", text, &value, error);
+    if (column == NULL)
+    {
+        return false;
+    }
+    if (strcmp(value, "-") == 0)
+    {
+        column->scale = -1.0;
+        return true;
+    }
+    return set_number(&column->scale, "scale", text, value, error) &&
+           (column->scale != 0.0 || sim_error_set(error, "--scale %s: 0 is outside its range", text));
+}
+
+bool sim_log_set_bias(sim_log_options_t *options, const char *text, sim_error_t *error)
+{
+    const char       *value  = NULL;
+    sim_log_column_t *column = split(options, "bias", text, &value, error);
+    return column != NULL && set_number(&column->bias, "bias", text, value, error);
+}
+
+static int compare_numbers(const void *a, const void *b)
+{
+    double x, y;
+    memcpy(&x, a, sizeof x);
+    memcpy(&y, b, sizeof y);
+    return (x > y) - (x < y);
+}
+
+/// The middle one of the intervals, which no gap moves; negative if there is no memory.
+static double median_interval(const double *t, size_t rows)
+{
+    const size_t count     = rows - 1;
+    double      *intervals = malloc(count * sizeof *intervals);
+    if (intervals == NULL)
+    {
+        return -1.0;
+    }
+    for (size_t i = 0; i < count; i++)
+    {
+        intervals[i] = t[i + 1] - t[i];
+    }
+    qsort(intervals, count, sizeof *intervals, compare_numbers);
+    const double median = intervals[count / 2];
+    free(intervals);
+    return median;
+}
+
+static double value_of(const sim_log_column_t *column, double field)
+{
+    const double unit  = (column->unit != 0.0) ? column->unit : 1.0;
+    const double scale = (column->scale != 0.0) ? column->scale : 1.0;
+    return unit == 1.0 && scale == 1.0 && column->bias == 0.0 ? field : scale * (unit * field) + column->bias;
+}
+
+/// One file as a log of one segment, not yet resampled.
+static bool read_file(sim_log_t               *log,
+                      const char              *path,
+                      const sim_log_options_t *options,
+                      sim_csv_t               *csv,
+                      sim_error_t             *error)
+{
+    sim_csv_column_t columns[SIM_LOG_ROLES + 1];
+    for (size_t i = 0; i < SIM_LOG_ROLES; i++)
+    {
+        const sim_log_column_t *column = &options->columns[i];
+        const bool required = options->wanted[i] || i == SIM_LOG_T || (i == SIM_LOG_U && !options->command_optional);
+        columns[i] =
+            (sim_csv_column_t){.name = column->name != NULL ? column->name : role_names[i], .optional = !required};
+    }
+    // A trace has the true force and the sensor's: the true one, unless there is only the other.
+    const bool either      = options->columns[SIM_LOG_F].name == NULL;
+    columns[SIM_LOG_ROLES] = (sim_csv_column_t){.name = either ? "y_N" : columns[SIM_LOG_F].name, .optional = true};
+    if (!sim_csv_read_log(csv, path, columns, SIM_LOG_ROLES + (either ? 1u : 0u), error))
+    {
+        return false;
+    }
+    if (csv->values[SIM_LOG_F] == NULL && either)
+    {
+        csv->values[SIM_LOG_F]     = csv->values[SIM_LOG_ROLES];
+        csv->values[SIM_LOG_ROLES] = NULL;
+    }
+    if (csv->rows < 2)
+    {
+        return sim_csv_complain(csv,
+                                0,
+                                error,
+                                "%s: one row has no sample time, two at least are wanted",
+                                columns[0].name);
+    }
+    log->rows = csv->rows;
+    for (size_t i = 0; i < SIM_LOG_ROLES; i++)
+    {
+        for (size_t k = 0; csv->values[i] != NULL && k < csv->rows; k++)
+        {
+            csv->values[i][k] = value_of(&options->columns[i], csv->values[i][k]);
+        }
+        log->values[i] = csv->values[i];
+    }
+    return true;
+}
+
+/// Stamps that are there twice: the first row of each stays.
+static size_t drop_repeated(sim_log_t *log)
+{
+    const double *t    = log->values[SIM_LOG_T];
+    size_t        kept = 1;
+    for (size_t k = 1; k < log->rows; k++)
+    {
+        if (t[k] != t[kept - 1])
+        {
+            for (size_t i = 0; i < SIM_LOG_ROLES; i++)
+            {
+                if (log->values[i] != NULL)
+                {
+                    log->values[i][kept] = log->values[i][k];
+                }
+            }
+            kept++;
+        }
+    }
+    const size_t dropped = log->rows - kept;
+    log->rows            = kept;
+    return dropped;
+}
+
+static void judge_stamps(sim_log_report_t *report, const double *t, size_t rows, double median)
+{
+    for (size_t k = 1; k < rows; k++)
+    {
+        const double interval = t[k] - t[k - 1];
+        report->gaps += interval > GAP * median;
+        report->jittery += !(fabs(interval - median) <= JITTER * median);
+        report->largest_s = fmax(report->largest_s, interval);
+    }
+}
+
+/// Refuses stamps that are not even.
+static bool check_even(const sim_csv_t *csv, const char *name, double median, sim_error_t *error)
+{
+    const double *t = csv->values[SIM_LOG_T];
+    for (size_t k = 1; k < csv->rows; k++)
+    {
+        const double interval = t[k] - t[k - 1];
+        if (!(fabs(interval - median) <= JITTER * median))
+        {
+            return sim_csv_complain(
+                csv,
+                k,
+                error,
+                "%s: %.6g s after the row before, where the log's interval is %.6g s (--resample mends it)",
+                name,
+                interval,
+                median);
+        }
+    }
+    return true;
+}
+
+static bool grow(double **values, size_t rows, sim_error_t *error)
+{
+    double *larger = realloc(*values, rows * sizeof **values);
+    *values        = larger != NULL ? larger : *values;
+    return larger != NULL || sim_error_set(error, "out of memory");
+}
+
+/// Room for `rows` more in every column that the file has.
+static bool make_room(sim_log_t *log, const sim_log_t *file, size_t rows, sim_error_t *error)
+{
+    for (size_t i = 0; i < SIM_LOG_ROLES; i++)
+    {
+        if (file->values[i] != NULL && !grow(&log->values[i], log->rows + rows, error))
+        {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool begin_segment(sim_log_t *log, sim_error_t *error)
+{
+    size_t *starts = realloc(log->starts, (log->segments + 2) * sizeof *starts);
+    if (starts == NULL)
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    log->starts                  = starts;
+    log->starts[log->segments++] = log->rows;
+    return true;
+}
+
+/// Rows `first` to `last` of the file onto the grid of the log, as a segment.
+static bool resample_run(sim_log_t       *log,
+                         const sim_log_t *file,
+                         size_t           first,
+                         size_t           last,
+                         double           by_s,
+                         sim_error_t     *error)
+{
+    const double *t    = file->values[SIM_LOG_T];
+    const double  h    = log->sample_time_s;
+    const double  span = floor((t[last] - t[first]) / h + 1e-6) + 1.0;
+    const size_t  rows = span < ROWS_MAX ? (size_t)span : 0;
+    if (rows == 0)
+    {
+        return sim_error_set(error, "%.3g s at %.3g s an interval are too many rows", t[last] - t[first], h);
+    }
+    if (rows < 2)
+    {
+        return true; // a lone row between two gaps
+    }
+    if (!begin_segment(log, error) || !make_room(log, file, rows, error))
+    {
+        return false;
+    }
+    size_t k = first;
+    for (size_t j = 0; j < rows; j++)
+    {
+        const double at = fmin(t[first] + (double)j * h, t[last]);
+        while (k + 1 < last && t[k + 1] <= at)
+        {
+            k++;
+        }
+        const double part = (at - t[k]) / (t[k + 1] - t[k]);
+        for (size_t i = 0; i < SIM_LOG_ROLES; i++)
+        {
+            const double *x = file->values[i];
+            if (x != NULL)
+            {
+                log->values[i][log->rows + j] = i == SIM_LOG_T ? at + by_s : x[k] + part * (x[k + 1] - x[k]);
+            }
+        }
+    }
+    log->rows += rows;
+    return true;
+}
+
+static bool append_resampled(sim_log_t *log, const sim_log_t *file, double gap_s, double by_s, sim_error_t *error)
+{
+    const double *t     = file->values[SIM_LOG_T];
+    size_t        first = 0;
+    for (size_t k = 1; k <= file->rows; k++)
+    {
+        if (k == file->rows || t[k] - t[k - 1] > gap_s)
+        {
+            log->report.splits += k < file->rows;
+            if (!resample_run(log, file, first, k - 1, by_s, error))
+            {
+                return false;
+            }
+            first = k;
+        }
+    }
+    return true;
+}
+
+static bool append(sim_log_t *log, const sim_log_t *file, double by_s, sim_error_t *error)
+{
+    if (!begin_segment(log, error) || !make_room(log, file, file->rows, error))
+    {
+        return false;
+    }
+    for (size_t i = 0; i < SIM_LOG_ROLES; i++)
+    {
+        for (size_t k = 0; file->values[i] != NULL && k < file->rows; k++)
+        {
+            log->values[i][log->rows + k] = file->values[i][k] + (i == SIM_LOG_T ? by_s : 0.0);
+        }
+    }
+    log->rows += file->rows;
+    return true;
+}
+
+/// By how much a file's stamps have to move to come after those of the log so far.
+static double shift_of(sim_log_t *log, const sim_log_t *file)
+{
+    const double start = file->values[SIM_LOG_T][0];
+    if (log->rows == 0 || start > log->values[SIM_LOG_T][log->rows - 1])
+    {
+        return 0.0;
+    }
+    log->report.moved++;
+    return log->values[SIM_LOG_T][log->rows - 1] + BETWEEN_S - start;
+}
+
+/// Stamps that rise, and their interval.
+static bool find_interval(sim_log_t               *log,
+                          sim_log_t               *file,
+                          sim_csv_t               *csv,
+                          const sim_log_options_t *options,
+                          double                  *median,
+                          sim_error_t             *error)
+{
+    const char *name =
+        options->columns[SIM_LOG_T].name != NULL ? options->columns[SIM_LOG_T].name : role_names[SIM_LOG_T];
+    if (options->resample)
+    {
+        for (size_t k = 1; k < file->rows; k++)
+        {
+            if (file->values[SIM_LOG_T][k] < file->values[SIM_LOG_T][k - 1])
+            {
+                return sim_csv_complain(csv,
+                                        k,
+                                        error,
+                                        "%s: goes back by %.6g s",
+                                        name,
+                                        file->values[SIM_LOG_T][k - 1] - file->values[SIM_LOG_T][k]);
+            }
+        }
+        log->report.repeated += drop_repeated(file);
+    }
+    else if (!sim_csv_check_rising(csv, name, error))
+    {
+        return false;
+    }
+    if (file->rows < 2)
+    {
+        return sim_error_set(error, "%s: all stamps are the same", csv->name);
+    }
+    *median = median_interval(file->values[SIM_LOG_T], file->rows);
+    if (*median < 0.0)
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    judge_stamps(&log->report, file->values[SIM_LOG_T], file->rows, *median);
+    return options->resample || check_even(csv, name, *median, error);
+}
+
+static bool add_file(sim_log_t *log, const char *path, const sim_log_options_t *options, sim_error_t *error)
+{
+    sim_log_t file   = {.rows = 0};
+    sim_csv_t csv    = {.rows = 0};
+    double    median = 0.0;
+    if (!read_file(&file, path, options, &csv, error))
+    {
+        sim_csv_free(&csv);
+        return false;
+    }
+    log->report.rows_read += file.rows;
+    log->report.files++;
+    bool ok = find_interval(log, &file, &csv, options, &median, error);
+    for (size_t i = 0; ok && log->rows > 0 && i < SIM_LOG_ROLES; i++)
+    {
+        ok = (log->values[i] != NULL) == (file.values[i] != NULL) ||
+             sim_error_set(error, "%s: column %s is in one file and not in another", path, role_names[i]);
+    }
+    if (ok && log->sample_time_s == 0.0)
+    {
+        const double *t    = file.values[SIM_LOG_T];
+        log->sample_time_s = !options->resample      ? (t[file.rows - 1] - t[0]) / (double)(file.rows - 1)
+                             : options->rate_s > 0.0 ? options->rate_s
+                                                     : median;
+    }
+    else if (ok && !options->resample && !(fabs(median / log->sample_time_s - 1.0) <= JITTER))
+    {
+        ok = sim_error_set(error,
+                           "%s: its interval is %.6g s, that of the file before %.6g s (--resample makes them alike)",
+                           path,
+                           median,
+                           log->sample_time_s);
+    }
+    if (ok)
+    {
+        const double by_s  = shift_of(log, &file);
+        const double gap_s = options->gap_s > 0.0 ? options->gap_s : GAP_MAX * median;
+        ok = options->resample ? append_resampled(log, &file, gap_s, by_s, error) : append(log, &file, by_s, error);
+    }
+    sim_csv_free(&csv);
+    return ok;
+}
+
+bool sim_log_read(sim_log_t               *log,
+                  const char *const       *paths,
+                  size_t                   count,
+                  const sim_log_options_t *options,
+                  sim_error_t             *error)
+{
+    *log    = (sim_log_t){.report = {.resampled = options->resample}};
+    bool ok = true;
+    for (size_t i = 0; ok && i < SIM_LOG_ROLES; i++)
+    {
+        ok = !options->columns[i].is_torque || options->columns[i].scale != 0.0 ||
+             sim_error_set(error,
+                           "--unit %s=...: is no force: --scale %s=NUMBER says how many N it stands for (1/lever for a "
+                           "torque in N m)",
+                           role_words[i],
+                           role_words[i]);
+    }
+    for (size_t i = 0; ok && i < count; i++)
+    {
+        ok = add_file(log, paths[i], options, error);
+    }
+    ok = ok && (log->rows > 0 || sim_error_set(error, "%s: no two rows without a gap between them", paths[0]));
+    if (!ok)
+    {
+        sim_log_free(log);
+        return false;
+    }
+    log->starts[log->segments] = log->rows;
+    return true;
+}
+
+void sim_log_free(sim_log_t *log)
+{
+    for (size_t i = 0; i < SIM_LOG_ROLES; i++)
+    {
+        free(log->values[i]);
+    }
+    free(log->starts);
+    *log = (sim_log_t){.rows = 0};
+}

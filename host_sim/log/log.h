@@ -1,0 +1,88 @@
+/// Recorded logs as they come: any column names, units, scales and signs, stamps that jitter, gaps, several files as one
+/// experiment.
+///
+///     value = scale * unit * field + bias          per column, in N, s, m or deg
+///
+/// Stamps are to be even within 1 % of the median interval. Otherwise the log is refused, or resampled: linear between rows, at
+/// the median interval. A gap of more than `gap_s` is not bridged: there the log is split into segments. Each file begins a
+/// segment of its own; if its stamps do not come after those of the file before, they are moved to a second behind them.
+
+#ifndef SIM_LOG_H
+#define SIM_LOG_H
+
+#include "support/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#define SIM_LOG_FILES_MAX 64u
+
+typedef enum
+{
+    SIM_LOG_T, ///< time
+    SIM_LOG_U, ///< command, as end-point force
+    SIM_LOG_F, ///< end-point force
+    SIM_LOG_X, ///< position, whose changes give the direction of motion
+    SIM_LOG_V, ///< speed, likewise
+    SIM_LOG_ROLES
+} sim_log_role_t;
+
+/// How a column is read. All zeros: by its default name and unit.
+typedef struct
+{
+    const char *name;  ///< null: t_s, u_N, F_N (or y_N), x_deg, w_deg_per_s; "#3" is the third
+    double      unit;  ///< of a field, in s or N; 0: 1
+    double      scale; ///< 0: 1
+    double      bias;
+    bool        is_torque; ///< the unit is a torque's: a scale is required
+} sim_log_column_t;
+
+typedef struct
+{
+    sim_log_column_t columns[SIM_LOG_ROLES];
+    bool             wanted[SIM_LOG_ROLES]; ///< an error if it is not there; time and command always are
+    bool             command_optional;
+    bool             resample;
+    double           gap_s;  ///< longest gap to bridge; 0: ten intervals
+    double           rate_s; ///< interval to resample to; 0: the median
+} sim_log_options_t;
+
+/// What was found and what was done about it.
+typedef struct
+{
+    size_t rows_read, files;
+    size_t jittery;   ///< intervals off by more than 1 %
+    size_t gaps;      ///< intervals of more than 1.5 of the median's
+    size_t repeated;  ///< stamps that were there twice and left out
+    size_t splits;    ///< gaps at which the log was split
+    size_t moved;     ///< files whose stamps were moved
+    double largest_s; ///< interval
+    bool   resampled;
+} sim_log_report_t;
+
+typedef struct
+{
+    size_t           rows, segments;
+    double           sample_time_s;
+    double          *values[SIM_LOG_ROLES]; ///< null: not there
+    size_t          *starts;                ///< of the segments, and at last `rows`
+    sim_log_report_t report;
+} sim_log_t;
+
+/// "u=torque_cmd" into the column's name; likewise "u=mN", "u=0.5", "u=-0.1" and "u=-" for the others. `text` must live as long.
+/// False with the error filled in.
+bool sim_log_set_column(sim_log_options_t *options, const char *text, sim_error_t *error);
+bool sim_log_set_unit(sim_log_options_t *options, const char *text, sim_error_t *error);
+bool sim_log_set_scale(sim_log_options_t *options, const char *text, sim_error_t *error);
+bool sim_log_set_bias(sim_log_options_t *options, const char *text, sim_error_t *error);
+
+/// Reads `count` files, 1 to SIM_LOG_FILES_MAX. On failure nothing is left to free.
+bool sim_log_read(sim_log_t               *log,
+                  const char *const       *paths,
+                  size_t                   count,
+                  const sim_log_options_t *options,
+                  sim_error_t             *error);
+
+void sim_log_free(sim_log_t *log);
+
+#endif

@@ -1,0 +1,58 @@
+/// What a replayed log says about the friction params, and whether it can say anything.
+///
+/// While the arm slides slowly, n = u - F + g is +L in a rise of F and -L in a fall, whatever the compensator made of it. A least
+/// squares fit over these ticks,
+///
+///     n = scale_error F + bias + ratio (+-L(F)),
+///
+/// tells a wrong scale of u (common to both directions, grows with F), a bias (common, constant) and a wrong L (differs by
+/// direction) apart. An L that is too large leaves no residual while f = n; here it shows as a ratio below 1.
+/// Slides are found from F alone: a play that is wider than its noise, moved on by more than a run-in.
+
+#ifndef SIM_VERDICT_H
+#define SIM_VERDICT_H
+
+#include "log/log.h"
+
+#include <stdio.h>
+
+/// What the replay made of each row of the log.
+typedef struct
+{
+    float         *n, *L, *f; ///< L on the side of n
+    unsigned char *q;
+} sim_replayed_t;
+
+typedef struct
+{
+    size_t ticks;
+    bool   has_force;
+
+    double net_rms_n, net_peak_n;           ///< of n: u - F + g
+    double residual_rms_n, residual_peak_n; ///< of n - f
+    double limit_share;                     ///< of ticks with f at +-L
+    double q_per_s;                         ///< switches of Q
+
+    size_t moving;        ///< ticks of slow sliding, which alone tell L
+    size_t rising;        ///< of these, with F rising
+    double low_n, high_n; ///< of F in them
+    size_t against;       ///< of these, where friction opposes the motion
+    size_t has_motion; ///< of these, where speed or position is known; `against` counts those, or all if there is none
+
+    bool   is_fitted;
+    double scale_error, bias_n, ratio;
+    bool   scale_is_fitted; ///< the forces differ enough
+
+    size_t fault_count;
+    char   words[8][192];
+} sim_verdict_t;
+
+/// Judges. `log` has a force, or little can be said.
+bool sim_verdict_make(sim_verdict_t *verdict, const sim_log_t *log, const sim_replayed_t *replayed, sim_error_t *error);
+
+void sim_verdict_write(const sim_verdict_t *verdict, const sim_log_t *log, FILE *file);
+
+/// +1, -1 or 0 for each row: the way of a slow slide, in `ways` of log->rows.
+bool sim_verdict_find_slides(const sim_log_t *log, const float *n, signed char *ways, sim_error_t *error);
+
+#endif

@@ -1,0 +1,291 @@
+"""Logs as they come: names, units, separators, stamps, several files; and what `replay` says of the params."""
+
+import math
+import random
+import xml.dom.minidom
+
+import pytest
+
+from conftest import read_csv
+
+GOOD = "t_s,u_N,F_N\n0,0.1,0.01\n0.001,0.2,0.02\n0.002,0.3,0.03\n"
+
+WAYS = {
+    "names": (GOOD.replace("t_s,u_N,F_N", "time,torque cmd,\"force, measured\""),
+              ["--column", "t=time", "--column", "u=torque cmd", "--column", "F=force, measured"]),
+    "numbers of columns": (GOOD, ["--column", "t=#1", "--column", "u=#2", "--column", "F=#3"]),
+    "no header": (GOOD.split("\n", 1)[1], ["--column", "t=#1", "--column", "u=#2", "--column", "F=#3"]),
+    "semicolons": (GOOD.replace(",", ";"), []),
+    "decimal commas": (GOOD.replace(",", ";").replace(".", ","), []),
+    "decimal commas, no header": (GOOD.split("\n", 1)[1].replace(",", ";").replace(".", ","),
+                                  ["--column", "t=#1", "--column", "u=#2", "--column", "F=#3"]),
+    "tabs": (GOOD.replace(",", "\t"), []),
+    "blanks": ("# " + GOOD.replace(",", "  "), []),
+    "indented blanks": (GOOD.replace(",", "   ").replace("\n0", "\n   0").replace("\n", " \n"), []),
+    "Windows": (GOOD.replace("\n", "\r\n"), []),
+    "milliseconds and millinewton": ("t_s,u_N,F_N\n0,100,10\n1,200,20\n2,300,30\n",
+                                     ["--unit", "t=ms", "--unit", "u=mN", "--unit", "F=mN"]),
+    "torque": ("t_s,u_N,F_N\n0,0.02,0.01\n0.001,0.04,0.02\n0.002,0.06,0.03\n", ["--unit", "u=N m", "--scale", "u=5"]),
+    "sign": ("t_s,u_N,F_N\n0,-0.1,0.01\n0.001,-0.2,0.02\n0.002,-0.3,0.03\n", ["--scale", "u=-"]),
+    "scale and bias": ("t_s,u_N,F_N\n0,0.3,0.01\n0.001,0.5,0.02\n0.002,0.7,0.03\n", ["--scale", "u=0.5", "--bias", "u=-0.05"]),
+    "sensor under its own name": (GOOD.replace("F_N", "y_N"), []),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_log_is_read_as_it_comes(sim, way):
+    content, options = WAYS[way]
+    sim.write("log.csv", content)
+    sim.ok("log", "log.csv", *options, "--out", "clean.csv")
+    clean = read_csv(sim.folder / "clean.csv")
+    assert list(clean) == ["t_s", "u_N", "F_N", "segment"]
+    assert clean["t_s"] == pytest.approx([0, 0.001, 0.002], abs=1e-15)
+    assert clean["u_N"] == pytest.approx([0.1, 0.2, 0.3], rel=1e-8)
+    assert clean["F_N"] == pytest.approx([0.01, 0.02, 0.03], rel=1e-8)
+    assert clean["segment"] == (0, 0, 0)
+
+
+def test_the_true_force_goes_before_the_sensors(sim):
+    sim.write("log.csv", "t_s,u_N,y_N,F_N\n0,0,1,2\n0.001,0,1,2\n")
+    assert sim.ok("log", "log.csv").splitlines()[1] == "0,0,2,0"
+    assert sim.ok("log", "log.csv", "--column", "F=y_N").splitlines()[1] == "0,0,1,0"
+
+
+def test_position_and_speed_are_read(sim):
+    sim.write("log.csv", "t_s,u_N,pos,w_deg_per_s\n0,0,1,3\n0.001,0,2,4\n")
+    assert sim.ok("log", "log.csv", "--column", "x=pos", "--unit", "x=rad").splitlines()[:2] == [
+        "t_s,u_N,x_deg,w_deg_per_s,segment", "0,0,57.2957795,3,0"]
+
+
+REFUSED = {
+    "torque without a scale": (GOOD, ["--unit", "u=N m"], "--unit u=...: is no force: --scale u=NUMBER says how many N it"
+                               " stands for (1/lever for a torque in N m)"),
+    "no such column": (GOOD, ["--column", "u=torque"], "log.csv:1:1: no column is named torque"),
+    "no such number": (GOOD.split("\n", 1)[1], ["--column", "t=#1", "--column", "u=#9"],
+                       "log.csv:1:1: no header, so that no column is #9: there are #1 to #3"),
+    "mapped force": (GOOD, ["--column", "F=force"], "log.csv:1:1: no column is named force"),
+    "back in time": ("t_s,u_N\n0,0\n0.002,0\n0.001,0\n", ["--resample"], "log.csv:4:1: t_s: goes back by 0.001 s"),
+    "one stamp": ("t_s,u_N\n0,0\n0,0\n", ["--resample"], "log.csv: all stamps are the same"),
+    "gaps only": ("t_s,u_N\n0,0\n1,0\n2,0\n", ["--resample", "--gap", "0.1"], "log.csv: no two rows without a gap between them"),
+    "a missing file": (GOOD, ["none.csv"], "none.csv: cannot be opened: No such file or directory"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_read_is_refused(sim, case):
+    content, options, message = REFUSED[case]
+    sim.write("log.csv", content)
+    sim.fails(message, "log", "log.csv", *options, "--out", "out.csv")
+    assert not (sim.folder / "out.csv").exists()
+
+
+def test_a_wrong_unit_lists_what_there_is(sim):
+    sim.write("log.csv", GOOD)
+    for unit in ("u=ms", "t=N", "u=lbf"):
+        result = sim("log", "log.csv", "--unit", unit)
+        assert result.returncode == 2 and result.stderr.startswith(f"tribo-sim: --unit {unit}: there are s, ms, us")
+
+
+def test_the_clean_log_is_not_written_over_the_log(sim):
+    sim.write("log.csv", GOOD)
+    sim.fails("log: --out log.csv is the same file as the log log.csv (tribo-sim --help shows what there is)",
+              "log", "log.csv", "--out", "log.csv", status=2)
+    assert (sim.folder / "log.csv").read_text(encoding="ascii") == GOOD
+
+
+def test_jitter_and_small_gaps_are_mended_and_said(sim):
+    stamps = [0, 1.2, 2, 3, 3, 4.1, 5, 8, 9, 10, 11]
+    sim.write("log.csv", "t_s,u_N\n" + "".join(f"{t},{2 * t}\n" for t in stamps))
+    result = sim("log", "log.csv", "--unit", "t=ms", "--resample", "--out", "out.csv")
+    assert result.returncode == 0
+    assert result.stderr == ("log.csv: resampled 11 rows to 12 at 0.001 s: 5 intervals off by more than 1 %, 1 gaps"
+                             " (the longest 0.003 s), 1 stamps twice, split at 0 gaps\n")
+    out = read_csv(sim.folder / "out.csv")
+    assert out["t_s"] == pytest.approx([k * 0.001 for k in range(12)])
+    assert out["u_N"] == pytest.approx([2 * k for k in range(12)], abs=1e-8)
+
+
+def test_a_gap_beyond_the_bound_splits_the_log(sim):
+    stamps = [0, 1, 2, 3, 53, 54, 55]
+    sim.write("log.csv", "t_s,u_N\n" + "".join(f"{t / 1000},{t}\n" for t in stamps))
+    result = sim("log", "log.csv", "--resample", "--out", "out.csv")
+    assert "split at 1 gaps" in result.stderr
+    assert read_csv(sim.folder / "out.csv")["segment"] == (0, 0, 0, 0, 1, 1, 1)
+    assert len(read_csv(sim.folder / "out.csv")["t_s"]) == 7
+    sim("log", "log.csv", "--resample", "--gap", "0.06", "--out", "out.csv")
+    bridged = read_csv(sim.folder / "out.csv")
+    assert set(bridged["segment"]) == {0} and len(bridged["t_s"]) == 56
+    assert bridged["u_N"] == pytest.approx([k for k in range(56)], abs=1e-6)
+
+
+def test_resampling_to_another_interval(sim):
+    sim.write("log.csv", GOOD)
+    sim("log", "log.csv", "--resample=0.0005", "--out", "out.csv")
+    assert read_csv(sim.folder / "out.csv")["u_N"] == pytest.approx([0.1, 0.15, 0.2, 0.25, 0.3])
+
+
+def test_several_files_are_one_experiment(sim):
+    sim.write("a.csv", GOOD)
+    sim.write("b.csv", GOOD.replace("0.1", "0.5"))
+    result = sim("log", "a.csv", "b.csv", "--out", "out.csv")
+    assert result.stderr == "a.csv: the stamps of 1 files are moved to follow the file before\n"
+    out = read_csv(sim.folder / "out.csv")
+    assert out["segment"] == (0, 0, 0, 1, 1, 1)
+    assert out["u_N"] == (0.1, 0.2, 0.3, 0.5, 0.2, 0.3)
+    assert all(b > a for a, b in zip(out["t_s"], out["t_s"][1:]))
+    sim.write("slow.csv", "t_s,u_N,F_N\n0,0,0\n0.002,0,0\n")
+    sim.fails("slow.csv: its interval is 0.002 s, that of the file before 0.001 s (--resample makes them alike)",
+              "log", "a.csv", "slow.csv")
+    sim.write("blind.csv", "t_s,u_N\n0,0\n0.001,0\n")
+    sim.fails("blind.csv: column F_N is in one file and not in another", "log", "a.csv", "blind.csv")
+
+
+def test_a_segment_starts_the_compensator_anew(sim):
+    rows = [(k * 0.001, 0.3 * math.sin(k / 150)) for k in range(1000)]
+    text = "t_s,u_N\n" + "".join(f"{t:.3f},{u:.9g}\n" for t, u in rows)
+    sim.write("a.csv", text)
+    once = sim.ok("replay", "a.csv").splitlines()[1:]
+    twice = sim("replay", "a.csv", "a.csv").stdout.splitlines()[1:]
+    assert [line.split(",", 1)[1] for line in twice] == [line.split(",", 1)[1] for line in once] * 2
+
+
+def slow_triangle(sim, name="log.csv", L=lambda F: 0.007 + 0.3 * F, u_of=lambda u: u, F_of=lambda F: F, noise=0.001, turns=4, dt=0.005,
+                  motion=False):
+    """An arm that stands within L and slides beyond it, whatever the library thinks: u goes up and down between 0.3 and 0.9 N."""
+    source = random.Random(3)
+    F, lines = 0.25, []
+    for k in range(int(turns * 20 / dt)):
+        t = k * dt
+        phase = t / 20 % 1
+        u = 0.3 + 0.6 * (2 * phase if phase < 0.5 else 2 - 2 * phase)
+        before = F
+        if u - F > L(F):
+            F += (u - F - L(F)) / (1 + 0.3)
+        elif u - F < -L(F):
+            F += (u - F + L(F)) / (1 - 0.3)
+        row = f"{t:.3f},{u_of(u):.9g},{F_of(F) + source.gauss(0, noise):.9g}"
+        lines.append(row + (f",{F - before:.9g}" if motion else ""))
+    sim.write(name, "t_s,u_N,F_N" + (",w_deg_per_s" if motion else "") + "\n" + "\n".join(lines) + "\n")
+
+
+def verdict(sim, *options, log="log.csv"):
+    out = sim.ok("replay", log, "--force", "measured", "--out", "out.csv", *options)
+    return [line[10:] for line in out.splitlines() if line.startswith("verdict")], out
+
+
+def breakaway(sim, offset, slope):
+    sim.write("p.yaml", f"friction:\n  breakaway: {{offset_N: {offset}, slope: {slope}}}\n")
+    return ["--params", "p.yaml"]
+
+
+def test_params_that_fit_are_said_to(sim):
+    slow_triangle(sim)
+    words, out = verdict(sim)
+    assert words == ["the params fit this log"]
+    assert float(out.split("sliding   at ")[1].split()[0]) == pytest.approx(1, abs=0.03)
+    assert float(out.split("opposes the motion in ")[1].split()[0]) > 99
+
+
+@pytest.mark.parametrize("times", [1.5, 3, 20])
+def test_an_L_that_is_too_large_is_named_though_nothing_is_left_over(sim, times):
+    slow_triangle(sim, noise=0)
+    words, out = verdict(sim, *breakaway(sim, 0.007 * times, 0.3 * times))
+    assert len(words) == 1 and words[0].endswith(f"the arm slides at {1 / times:.2f} of it")
+    assert float(words[0].split("L is ")[1].split()[0]) == pytest.approx(times, rel=0.05)
+    if times == 20:
+        assert float(out.split("less f    rms ")[1].split()[0]) < 1e-3
+
+
+def test_an_L_that_is_too_small_is_named(sim):
+    slow_triangle(sim)
+    words, _ = verdict(sim, *breakaway(sim, 0.0035, 0.15))
+    assert len(words) == 1 and float(words[0].split("slides at ")[1].split()[0]) == pytest.approx(2, rel=0.05)
+
+
+def test_a_wrong_sign_is_named(sim):
+    slow_triangle(sim, u_of=lambda u: -u)
+    words, _ = verdict(sim)
+    assert len(words) == 1 and words[0].startswith("wrong sign")
+    assert verdict(sim, "--scale", "u=-")[0] == ["the params fit this log"]
+
+
+@pytest.mark.parametrize("scale", [0.6, 0.85, 1.2])
+def test_a_wrong_scale_is_named_with_its_factor(sim, scale):
+    slow_triangle(sim, u_of=lambda u: u * scale)
+    words, _ = verdict(sim)
+    assert words[0].startswith("wrong scale")
+    assert float(words[0].split("multiply u by ")[1].split()[0]) == pytest.approx(1 / scale, rel=0.03)
+
+
+@pytest.mark.parametrize("factor", [1000, 0.001])
+def test_units_off_by_a_thousand_are_named(sim, factor):
+    slow_triangle(sim, F_of=lambda F: F * factor, noise=0)
+    words, _ = verdict(sim)
+    assert len(words) == 1 and words[0].startswith("units: ")
+
+
+def test_a_silent_sensor_is_named(sim):
+    slow_triangle(sim, F_of=lambda F: 0.4, noise=0)
+    assert verdict(sim)[0] == ["F does not move: the sensor is silent, or u stays within stiction; nothing can be said about L"]
+
+
+def test_one_direction_says_nothing_about_L(sim):
+    slow_triangle(sim, turns=0.5)
+    words, _ = verdict(sim)
+    assert "F slides in one direction only: L cannot be told from scale and bias of u" in words
+
+
+def test_a_log_without_a_force_is_not_judged(sim):
+    sim.write("log.csv", GOOD.replace("F_N", "other"))
+    out = sim.ok("replay", "log.csv", "--out", "out.csv")
+    assert "the log has no force" in out and "u - F" not in out
+
+
+def test_the_sign_of_friction_power_is_of_the_motion_where_it_is_known(sim):
+    slow_triangle(sim, motion=True)
+    _, out = verdict(sim)
+    assert "friction opposes the motion in 100 % of these ticks (by the log's motion)" in out
+    _, out = verdict(sim, "--scale", "v=-")
+    assert "friction opposes the motion in 0 % of these ticks (by the log's motion)" in out
+
+
+def test_the_columns_are_force_and_residual(sim):
+    slow_triangle(sim)
+    verdict(sim)
+    out = read_csv(sim.folder / "out.csv")
+    assert list(out)[-2:] == ["F_N", "residual_N"]
+    assert out["residual_N"] == pytest.approx([n - f for n, f in zip(out["n_N"], out["f_hat_N"])], abs=1e-7)
+
+
+def test_the_verdicts_figures_are_those_of_the_table(sim):
+    slow_triangle(sim)
+    _, text = verdict(sim)
+    out = read_csv(sim.folder / "out.csv")
+    rms = lambda x: math.sqrt(sum(v * v for v in x) / len(x))
+    shown = [float(line.split(word)[1].split()[0].rstrip(",")) for line in text.splitlines()[1:3] for word in ("rms", "peak")]
+    expected = [rms(out["n_N"]), max(map(abs, out["n_N"])), rms(out["residual_N"]), max(map(abs, out["residual_N"]))]
+    assert shown == pytest.approx(expected, rel=1e-3)
+    limit = sum(abs(f) >= 0.999 * L for f, L in zip(out["f_hat_N"], out["L_N"])) / len(out["L_N"])
+    assert float(text.split("f at L ")[1].split()[0]) == pytest.approx(100 * limit, rel=0.01)
+    switches = sum(a != b for a, b in zip(out["Q"], out["Q"][1:]))
+    assert float(text.split("Q switches ")[1].split()[0]) == pytest.approx(switches / 80, rel=0.01)
+
+
+def test_the_picture_has_four_panels_and_the_whole_log(sim):
+    slow_triangle(sim)
+    verdict(sim, "--plot", "out.svg")
+    picture = xml.dom.minidom.parse(str(sim.folder / "out.svg"))
+    frames = [r for r in picture.getElementsByTagName("rect") if r.getAttribute("fill") == "none"]
+    assert len(frames) == 4
+    lines = [p for p in picture.getElementsByTagName("path") if p.getAttribute("stroke") not in ("#ddd", "")]
+    assert len(lines) == 8
+    assert (sim.folder / "out.svg").stat().st_size < 600_000
+    for path in lines[:6]:  # from edge to edge of its panel
+        x = [float(word.split()[0].split("V")[0]) for word in path.getAttribute("d").replace("M", "L").split("L")[1:]]
+        assert max(x) - min(x) > 400
+
+
+def test_a_title_cannot_break_the_picture(sim):
+    slow_triangle(sim, name="a<b&c.csv")
+    verdict(sim, "--plot", "out.svg", log="a<b&c.csv")
+    assert "a<b&c.csv" in [t.firstChild.data for t in xml.dom.minidom.parse(str(sim.folder / "out.svg")).getElementsByTagName("text")]
