@@ -1,4 +1,4 @@
-"""Every form of import on many controllers: python tests/design/study_import.py [COUNT, default 500]
+"""Every form of import on many controllers: python tests/design/study_import.py [COUNT, default 500 [FIRST SEED, default 0]]
 
 Prints how many files of each form were accepted with an equal response, refused, or accepted wrongly (which must be none).
 """
@@ -17,11 +17,11 @@ from controllers import FORMS, outcome, random_controller, synthesised
 from tribo_design.config import load_design
 
 
-def main(count):
+def main(count=500, first=0):
     design, _ = load_design(PAPER)
     total = collections.Counter()
     with tempfile.TemporaryDirectory() as folder:
-        made = seed = 0
+        made, seed = 0, first
         while made < count:
             k = synthesised(seed) if seed % 4 < 2 else random_controller(seed)
             seed += 1
@@ -33,11 +33,11 @@ def main(count):
                 kind = found.split(":")[0].split(" by")[0]
                 total[form, kind] += 1
                 if kind in ("WRONG", "refused"):
-                    print(f"seed {seed - 1} {form}: {found[:150]}")
+                    print(f"seed {seed - 1} {form}: {found[:150]}", flush=True)
     for form in FORMS:
         print(f"{form:20s}", ", ".join(f"{kind} {n}" for (f, kind), n in sorted(total.items()) if f == form))
     return any(kind == "WRONG" for _, kind in total)
 
 
 if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1]) if len(sys.argv) > 1 else 500))
+    sys.exit(main(*map(int, sys.argv[1:])))

@@ -1,4 +1,4 @@
-"""Random problems of every kind in the default domain: python tests/design/study_synthesis.py [COUNT, default 300]
+"""Random problems of every kind in the default domain: python tests/design/study_synthesis.py [COUNT, default 300 [FIRST SEED, default 0]]
 
 Each result is closed again by independent.py on a dense grid; each refusal is printed with what makes it true or not.
 """
@@ -67,17 +67,17 @@ def lower_bound(data, omega):
     return float(np.sqrt(a * b / (a + b))[0])
 
 
-def main(count):
+def main(count=300, first=0):
     total = collections.Counter()
-    for seed in range(count):
+    for seed in range(first, first + count):
         kind, verdict, text = one(seed)
         total[kind, verdict] += 1
         if verdict != "verified":
-            print(f"seed {seed} {kind}: {verdict}: {text[:300]}")
+            print(f"seed {seed} {kind}: {verdict}: {text[:300]}", flush=True)
     for kind in dict.fromkeys(k for k, _ in total):
         print(f"{kind:20s}", ", ".join(f"{v} {n}" for (k, v), n in sorted(total.items()) if k == kind))
     return any(verdict == "WRONG" for _, verdict in total)
 
 
 if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1]) if len(sys.argv) > 1 else 300))
+    sys.exit(main(*map(int, sys.argv[1:])))

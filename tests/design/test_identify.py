@@ -178,6 +178,24 @@ def test_intervals_and_refusals_over_records_of_every_kind():
     assert np.mean(np.array(halves) <= 1) > 0.75  # of some 20, at 95 %
 
 
+def test_a_walk_that_hides_in_the_noise_widens_the_interval():
+    """Steps of an eighth of the noise: no test sees them, and gain and pole take half of them with them. The likelihood of the best fit said
+    "no walk", and the gain was 3.7 half widths off in the first of these."""
+    judgement = judged(136)
+    assert judgement[1] == "answered" and max(judgement[2].values()) < 2.5
+    off = []
+    for seed in range(8):
+        rng = np.random.default_rng(50_000 + seed)
+        u = staircase(rng, 300)
+        y = linear([-10.0], 1.0, False, 0.0, u, 0.02, fine=1)
+        noise = 3e-3 * np.ptp(y)
+        y = y + rng.normal(0, noise, 300) + np.cumsum(rng.normal(0, 0.1 * noise, 300))
+        found = identify(Data(np.arange(300) * 0.02, u, y), order=1)[0]
+        off.append((found["gain"] - 1) / found["gain_half_width"])
+    assert max(np.abs(off)) < 2 and np.sum(np.abs(off) <= 1) >= 6
+    assert np.std(off) > 0.2  # and not padded
+
+
 def test_intervals_go_into_a_design_as_percentages(run, tmp_path):
     from tribo_design.config import Plant
 

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from . import commands, emit, pipeline, quantise, reduction, robustness, sections, synthesis
-from .config import load_design, read_text
+from .config import load_design
+from .reading import read_text
 from .errors import DisagreementError, InputError
 from .loop import Continuous, Metrics, SampledSections, SampledZpk
 from .zpk import Zpk

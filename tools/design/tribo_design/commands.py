@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from . import emit, friction, pipeline, robustness
-from .config import load_design, read_text
+from .config import load_design
+from .reading import read_text
 from .errors import InputError
 from .output import check_replaceable, write_directory
 

@@ -1,12 +1,8 @@
 """DESIGN.yaml: what is allowed in it, and errors that name file, line, field, value and range."""
 
-import csv
-import hashlib
 import io
 import math
 import re
-import urllib.parse
-from pathlib import Path
 from typing import Annotated, Literal, Optional
 
 import numpy as np
@@ -15,6 +11,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from .errors import InputError
 from .exact import Ratio
+from .reading import format_root, read_text
 from .zpk import Zpk
 
 ROOT_MAX = 1e12  # rad/s
@@ -81,11 +78,6 @@ def check_conjugates(roots, what):
         if twin is None:
             raise ValueError(f"{what} {format_root(root)} has no complex conjugate: complex roots come in pairs")
         left.remove(twin)
-
-
-def format_root(root):
-    root = complex(root)
-    return f"{root.real:g}" if root.imag == 0 else f"{root.real:g}{root.imag:+g}j"
 
 
 class System(Strict):
@@ -406,37 +398,6 @@ class Design(Strict):
             raise ValueError(f"discretisation.prewarp_rad_s: must be below the Nyquist frequency, "
                              f"{math.pi / self.sample_time_s:.6g} rad/s")
         return self
-
-
-def read_text(path):
-    path = Path(path)
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    if len(data) > 50_000_000:
-        raise InputError(f"{path}: too large: {len(data)} bytes, at most 50 MB")
-    try:
-        return data.decode("utf-8-sig"), hashlib.sha256(data).hexdigest()
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not UTF-8 text (byte {error.start})") from None
-
-
-def read_rows(path, text):
-    """(line, cells) of a CSV file, without comments and empty rows."""
-    try:
-        rows = [(i, [c.strip() for c in row]) for i, row in enumerate(csv.reader(io.StringIO(text)), 1)
-                if any(c.strip() for c in row) and not row[0].lstrip().startswith("#")]
-    except csv.Error as error:
-        raise InputError(f"{path}: not a CSV file: {error}") from None
-    if not rows:
-        raise InputError(f"{path}: is empty")
-    return rows
-
-
-def printable(name):
-    """A file's name for generated files: a newline or a backslash in it must not become C or YAML."""
-    return urllib.parse.quote(name, safe=" -._~+,=@()%")
 
 
 def load_design(path):

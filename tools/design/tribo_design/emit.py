@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 
-from .config import format_root
+from .reading import format_root
 from .quantise import FIELDS, Q31
 
 WIDTH = 118

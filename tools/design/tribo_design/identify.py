@@ -9,7 +9,8 @@ Noise       white, plus a random walk (an integrated moving average with one par
             many lags (Ljung-Box); where it is not, gain and friction are taken from the plateaus alone, whose scatter
             says how far they can be trusted, or nothing is said.
 Structure   the one with the least BIC of all orders, with and without dead time and integrator, each from several starts. Responses are
-            sums of modes in closed form. Intervals are 95 %, from the optimum's Jacobian and Student's t.
+            sums of modes in closed form. Intervals are 95 %, from the optimum's Jacobian and Student's t, over all sizes that the walk may
+            have, weighted by their restricted likelihood.
 """
 
 import json
@@ -17,19 +18,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import scipy.ndimage
+import scipy.linalg
 import scipy.optimize
-import scipy.signal
 import scipy.special
 
 from . import __version__
-from .config import format_root, printable, read_rows, read_text
+from .reading import format_root, printable, read_rows, read_text
 from .errors import DesignError, InputError
 
 SAMPLES_MIN, SAMPLES_MAX = 20, 200_000
 SEARCH_ROWS, FIT_ROWS = 600, 4000  # of the record, that the search for a structure and the last fit look at
 CHANGES_LOOP = 200  # of u, up to which modes are carried from change to change; beyond, from sample to sample
 ORDER_MAX = 6
+FINE, COARSE = {"xtol": 1e-8, "ftol": 1e-9, "gtol": 1e-10}, {"xtol": 1e-6, "ftol": 1e-7, "gtol": 1e-8}
 SPACING = 2e-3  # least relative distance of two poles in a sum of modes
 LOGIT_MAX = 7.0
 WHITE = 1e-3  # probability of a residual as coloured as this, if it were noise
@@ -99,6 +100,17 @@ def load_step(path, step_size=None):
     return Data(time - time[0], u, y)
 
 
+def recursion(memory, columns):
+    """y[n] = memory y[n-1] + x[n], down each column."""
+    bands = np.ones((2, len(columns)), columns.dtype)
+    bands[1] = -memory
+    return scipy.linalg.get_lapack_funcs("tbtrs", (bands,))(bands, columns, uplo="L")[0]
+
+
+def running_median(values, width):
+    padded = np.pad(values, width // 2, mode="edge")
+    return np.median(np.lib.stride_tricks.sliding_window_view(padded, width), axis=-1)
+
 
 class Record:
     """The rows that a fit looks at, and the inputs as changes: of u, of the direction, of "has begun"."""
@@ -123,7 +135,7 @@ class Record:
         if "load" in friction:
             signs = np.sign(change)
             last = signs[np.maximum.accumulate(np.where(signs != 0, np.arange(n), 0))]
-            smooth = scipy.ndimage.median_filter(data.y, min(n // 50 * 2 + 1, 9), mode="nearest")
+            smooth = running_median(data.y, min(n // 50 * 2 + 1, 9))
             inputs.append(np.diff(last * np.abs(smooth - data.y[: max(at[0], 1)].mean()), prepend=0.0))
         self.names = ["u", *(["direction", "began"] if "coulomb" in friction else []), *(["load"] if "load" in friction else [])]
         self._seen = None
@@ -137,14 +149,13 @@ class Record:
     def amplitudes(self, poles):
         """Of each mode just after each change, for each input."""
         k, m = self.change.shape
-        out = np.zeros((k + 1, len(poles), m), complex)
+        out = np.zeros((k + 1, len(poles), m), poles.dtype)
         if self.dense:
             for i, p in enumerate(poles):
-                out[1:, i] = scipy.signal.lfilter([1.0], [1.0, -np.exp(p * self.dt)], self.change.astype(complex), axis=0)
+                out[1:, i] = recursion(np.exp(p * self.dt), self.change.astype(poles.dtype))
             return out
-        decay = np.exp(np.diff(self.at, prepend=self.at[0])[:, None] * poles[None, :])
-        for j in range(k):
-            out[j + 1] = out[j] * decay[j][:, None] + self.change[j]
+        since = np.maximum(self.at[:, None] - self.at, 0.0)
+        out[1:] = np.einsum("jip,im->jpm", np.exp(since[:, :, None] * poles) * np.tri(k)[:, :, None], self.change)
         return out
 
     def response(self, poles, tau, integrator):
@@ -153,6 +164,8 @@ class Record:
             seen = np.searchsorted(self.at, self.t - tau + 1e-6 * self.dt, side="right")
             self._seen = tau, seen, np.minimum(np.where(seen > 0, self.t - tau - self.at[np.maximum(seen - 1, 0)], 0.0), self.span)[:, None], self.level[seen]
         _, seen, since, level = self._seen
+        if not np.any(poles.imag):
+            poles = poles.real  # four times faster
         upper = poles[poles.imag >= 0]
         apart = poles[None, :] - poles[:, None]
         np.fill_diagonal(apart, 1.0)
@@ -207,7 +220,7 @@ class Noise:
         return np.array(out).T
 
     def whitened(self, columns):
-        return columns if self.memory >= 1 else scipy.signal.lfilter([1.0, -1.0], [1.0, -self.memory], columns, axis=0)
+        return columns if self.memory >= 1 else recursion(self.memory, np.r_[columns[:1], np.diff(columns, axis=0)])
 
 
 @dataclass
@@ -245,21 +258,28 @@ def poles_of(structure, theta):
 
 
 def _matrix(record, structure, theta, noise_columns):
+    return np.hstack([_responses(record, structure, theta), noise_columns])
+
+
+def _responses(record, structure, theta):
     limited = theta.copy()
     limited[: structure.order] = np.clip(limited[: structure.order], -40, 40)
     poles = poles_of(structure, limited)
     tau = min(abs(theta[-1]), record.span) if structure.delay else 0.0
-    return np.hstack([record.response(poles, tau, structure.integrator), noise_columns])
+    return record.response(poles, tau, structure.integrator)
 
 
 def _solve(record, structure, theta, noise, noise_columns, y):
-    matrix = noise.whitened(_matrix(record, structure, theta, noise_columns))
+    """The linear parameters, and the whitened residual; y is whitened already."""
+    return _least_squares(noise.whitened(_matrix(record, structure, theta, noise_columns)), y)
+
+
+def _least_squares(matrix, y):
     scale = np.sqrt(np.einsum("ij,ij->j", matrix, matrix))
     scale[scale == 0] = 1.0
-    matrix /= scale
+    matrix = matrix / scale
     q, r = np.linalg.qr(matrix)
-    diagonal = np.abs(np.diag(r))
-    if diagonal.min() > 1e-9:
+    if np.abs(np.diag(r)).min() > 1e-9:
         solution = np.linalg.solve(r, q.T @ y)
     else:
         solution = np.linalg.lstsq(matrix, y, rcond=1e-9)[0]
@@ -273,8 +293,12 @@ def fit(record, structure, noise, starts, thorough=False):
     best = None
     sizes = np.array([i for i in range(structure.order) if i >= 2 * structure.pairs or i % 2 == 0], int)
 
+    aside = np.linalg.qr(noise.whitened(noise_columns))[0]  # what the noise columns can take is taken once
+    y_aside = y - aside @ (aside.T @ y)
+
     def misfit(theta):
-        residual = _solve(record, structure, theta, noise, noise_columns, y)[1]
+        columns = noise.whitened(_responses(record, structure, theta))
+        residual = _least_squares(columns - aside @ (aside.T @ columns), y_aside)[1]
         # Beyond what the record can show the response no longer changes: a gentle slope back keeps the fit from running away.
         beyond = np.maximum(theta[sizes] - high, 0) + np.maximum(low - theta[sizes], 0)
         logits = theta[1 : 2 * structure.pairs : 2]
@@ -284,13 +308,17 @@ def fit(record, structure, noise, starts, thorough=False):
     if structure.size and not thorough and len(starts) > 2:
         with np.errstate(all="ignore"):
             starts = sorted(starts, key=lambda start: np.nan_to_num(float(np.sum(misfit(start) ** 2)), nan=np.inf))[:2]
+    size = np.r_[np.full(structure.order, 0.5), np.full(int(structure.delay), max(record.row_dt, 1e-3 * record.span))]
     for start in starts:
         if structure.size == 0:
             theta = np.zeros(0)
         else:
             try:
-                theta = scipy.optimize.least_squares(misfit, start, method="lm", xtol=1e-8, ftol=1e-9, gtol=1e-10, max_nfev=(30 if thorough else 12) * (structure.size + 2), x_scale=np.r_[
-                    np.full(structure.order, 0.5), np.full(int(structure.delay), max(record.row_dt, 1e-3 * record.span))]).x
+                # MINPACK's own differences: those of least_squares take a fifth of the time.
+                theta, *_, stopped = scipy.optimize.leastsq(misfit, start, full_output=True, diag=1 / size, maxfev=(30 if thorough else 12) * (structure.size + 2) * (structure.size + 1),
+                                                            **(FINE if thorough else COARSE))
+                if stopped not in range(1, 9):
+                    continue
             except (ValueError, np.linalg.LinAlgError):
                 continue
         try:
@@ -404,7 +432,7 @@ def find_noise(record, best):
     memory, drifts = _memory(record, best, noise)
     if drifts:
         straight = replace(noise, trend=True)
-        noise = min((noise, straight), key=lambda n: _log_cost(record, best, n, _memory(record, best, n)[0]) + n.trend * np.log(record.n))
+        noise = min((noise, straight), key=lambda n: float(walks(record, best, n).costs.min()) + n.trend * np.log(record.n))
         memory, drifts = _memory(record, best, noise)
     return replace(noise, memory=memory, drifts=drifts or noise.trend)
 
@@ -419,7 +447,7 @@ def _strongest_sine(record, residual):
     if np.count_nonzero(inside) < 10:
         return None
     shaped = np.where(inside, power, 0.0) / np.maximum(2 - 2 * np.cos(w * record.row_dt), 1e-9) ** 0.5  # between a walk and white
-    local = scipy.ndimage.median_filter(shaped, 31, mode="nearest") / np.log(2)
+    local = running_median(shaped, 31) / np.log(2)
     ratio = np.where(inside, shaped / np.maximum(local, 1e-300), 0)
     i = int(np.argmax(ratio))
     if ratio[i] < 2.5 * np.log(np.count_nonzero(inside) / 1e-4):
@@ -440,21 +468,73 @@ def _strongest_sine(record, residual):
 
 
 HIDDEN, HIDDEN_DOUBT = (4.0, 8.0, 16.0), 2.0  # a pole so many times faster than the fastest, as long as -2 log likelihood grows by no more
-MEMORY_DOUBT = 1.0  # of -2 log likelihood
-MEMORIES = (1.0, 0.998, 0.995, 0.99, 0.98, 0.96, 0.93, 0.88, 0.8, 0.7, 0.55, 0.35, 0.0)
+WALKS = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0, 90.0, 135.0, 200.0, 300.0, 450.0, 675.0, 1000.0, 1500.0, 2200.0, 3300.0, 5000.0)  # rows x (1 - memory)
 
 
-def _log_cost(record, best, noise, memory):
-    trial = replace(noise, memory=memory)
-    residual = _solve(record, best.structure, best.theta, trial, trial.columns(record), trial.whitened(record.y))[1]
-    return record.n * np.log(max(float(residual @ residual), 1e-300))
+def _jacobian(record, best, noise):
+    """Of the rows by the nonlinear and then the linear parameters, unwhitened."""
+    columns = noise.columns(record)
+    sides = []
+    for i in range(best.structure.size):
+        step = 1e-4 * (1.0 if i < best.structure.order else max(record.row_dt, abs(best.theta[i])))
+        for sign in (1, -1):
+            theta = best.theta.copy()
+            theta[i] += sign * step
+            sides.append(_matrix(record, best.structure, theta, columns)[:, : len(record.names)] @ best.linear[: len(record.names)] / (2 * sign * step))
+    nonlinear = [sides[2 * i] + sides[2 * i + 1] for i in range(best.structure.size)]
+    return np.c_[np.array(nonlinear).reshape(-1, record.n).T, _matrix(record, best.structure, best.theta, columns)]
+
+
+@dataclass(frozen=True)
+class Walks:
+    """Of random walks from none to nothing else, a row each."""
+
+    memories: np.ndarray
+    costs: np.ndarray  # -2 log likelihood of the best fit with it
+    restricted: np.ndarray  # the same of the residual's distribution alone
+    moves: np.ndarray  # from the fit's parameters, without those of the noise
+    covariances: np.ndarray
+
+    @property
+    def weights(self):
+        """The probability of each, all sizes being as probable beforehand."""
+        size = 1 - self.memories
+        edges = np.r_[0.0, (size[1:] + size[:-1]) / 2, size[-1]]
+        weights = np.exp(-0.5 * (self.restricted - self.restricted.min())) * np.diff(edges)
+        return weights / weights.sum()
+
+
+def walks(record, best, noise):
+    """Linear about the fit. Gain and poles take a part of a walk with them, so that the likelihood of the best fit sees too small a walk or none; the
+    restricted one does not."""
+    jacobian = _jacobian(record, best, noise)
+    scale = np.linalg.norm(jacobian, axis=0)
+    scale[scale == 0] = 1.0
+    used = len(record.names) + best.structure.size
+    names = np.r_[best.linear[: len(record.names)], np.zeros(jacobian.shape[1] - used)]
+    residual = record.y - jacobian[:, best.structure.size :] @ names  # without the noise columns, which are fitted again
+    n, p = jacobian.shape
+    memories = [1 - w / n for w in WALKS if w < n] + [0.0]
+    costs, restricted, moves, covariances = [], [], [], []
+    for memory in memories:
+        trial = replace(noise, memory=memory)
+        both = trial.whitened(np.c_[jacobian / scale, residual])
+        u, s, v = np.linalg.svd(both[:, :-1], full_matrices=False)
+        s = np.maximum(s, 1e-10 * s[0])
+        along = u.T @ both[:, -1]
+        rest = max(float(both[:, -1] @ both[:, -1] - along @ along), 1e-300)
+        costs.append(n * np.log(rest))
+        restricted.append(max(n - p, 1) * np.log(rest) + 2 * float(np.sum(np.log(s))))
+        inverse = v.T[:used] / s
+        moves.append(inverse @ along / scale[:used])
+        covariances.append(inverse @ inverse.T * rest / max(n - p, 1) / np.outer(scale, scale)[:used, :used])
+    return Walks(np.array(memories), np.array(costs), np.array(restricted), np.array(moves), np.array(covariances))
 
 
 def _memory(record, best, noise):
-    """(memory, whether y drifts): of all walks that the residual does not speak against, the largest, as a small one hides in white noise and
-    moves the gain all the same."""
-    costs = np.array([_log_cost(record, best, noise, m) for m in MEMORIES])
-    return MEMORIES[int(np.flatnonzero(costs <= costs.min() + MEMORY_DOUBT)[-1])], bool(costs[0] - costs.min() > 6)
+    """(memory, whether y drifts)."""
+    seen = walks(record, best, noise)
+    return float(seen.weights @ seen.memories), bool(seen.restricted[0] - seen.restricted.min() > 6)
 
 
 def whiteness(residual, parameters):
@@ -596,28 +676,23 @@ def _per_label(fits):
 def figures(record, best, candidates, data, way):
     """The numbers of one fit with their intervals."""
     structure, noise = best.structure, best.noise
-    noise_columns = noise.columns(record)
-    nonlinear, linear = structure.size, len(best.linear)
-    base = noise.whitened(_matrix(record, structure, best.theta, noise_columns))
-    jacobian = np.zeros((record.n, nonlinear + linear))
-    jacobian[:, nonlinear:] = base
-    for i in range(nonlinear):
-        step = 1e-4 * (1.0 if i < structure.order else max(record.row_dt, abs(best.theta[i])))
-        sides = []
-        for sign in (1, -1):
-            theta = best.theta.copy()
-            theta[i] += sign * step
-            sides.append(noise.whitened(_matrix(record, structure, theta, noise_columns)) @ best.linear)
-        jacobian[:, i] = (sides[0] - sides[1]) / (2 * step)
-    parameters = nonlinear + linear + len(noise.hum)
-    free = max(record.n - parameters, 1)
-    variance = float(best.residual @ best.residual) / free
-    scale = np.linalg.norm(jacobian, axis=0)
-    scale[scale == 0] = 1.0
-    _, s, v = np.linalg.svd(jacobian / scale, full_matrices=False)
-    covariance = (v.T / np.maximum(s, 1e-10 * s[0]) ** 2) @ v * variance / np.outer(scale, scale)
-    t = float(scipy.special.stdtrit(free, 0.975))
-    half = t * np.sqrt(np.maximum(np.diag(covariance), 0))
+    nonlinear, parameters = structure.size, structure.size + len(best.linear) + len(noise.hum)
+    seen = walks(record, best, noise)
+    weights = seen.weights
+
+    def half_width(gradient):
+        """95 % of what all walks together leave of this combination of parameters."""
+        off = seen.moves @ gradient
+        size = np.sqrt(np.maximum(np.einsum("i,kij,j->k", gradient, seen.covariances, gradient), 1e-300))
+        low, high = 0.0, float(np.max(np.abs(off) + 1e3 * size))
+        free = max(record.n - parameters, 1)
+        for _ in range(60):
+            middle = (low + high) / 2
+            inside = weights @ (scipy.special.stdtr(free, (middle - off) / size) - scipy.special.stdtr(free, (-middle - off) / size))
+            low, high = (middle, high) if inside < 0.95 else (low, middle)
+        return high
+
+    half = np.array([half_width(row) for row in np.eye(nonlinear + 1, nonlinear + len(record.names))])
     poles = []
 
     def entry(pole, size_half, part_half):
@@ -627,9 +702,9 @@ def figures(record, best, candidates, data, way):
 
     for i in range(structure.pairs):
         size, damping = np.exp(best.theta[2 * i]), 1 / (1 + np.exp(-best.theta[2 * i + 1]))
-        gradient = np.array([-size * damping, -size * damping * (1 - damping)])
-        block = covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]
-        part = t * float(np.sqrt(max(gradient @ block @ gradient, 0)))
+        gradient = np.zeros(nonlinear + len(record.names))
+        gradient[2 * i : 2 * i + 2] = -size * damping, -size * damping * (1 - damping)
+        part = half_width(gradient)
         pole = size * complex(-damping, np.sqrt(1 - damping**2))
         poles += [entry(pole, half[2 * i], part), entry(np.conj(pole), half[2 * i], part)]
     for i in range(2 * structure.pairs, structure.order):
@@ -832,11 +907,11 @@ def plant_yaml(found, source):
 
 
 def _plot(record, best):
-    from .plots import _figure, _png
+    from .drawing import figure_of, png
 
     plain = replace(best.noise, memory=1.0)
     model = _matrix(record, best.structure, best.theta, plain.columns(record)) @ best.linear
-    figure, axes = _figure(2, 1, (9, 6))
+    figure, axes = figure_of(2, 1, (9, 6))
     axes[0, 0].plot(record.t, record.y, color="#56B4E9", lw=2.5, label="measured")
     axes[0, 0].plot(record.t, model, color="#000000", lw=1.2, ls="--", label=f"model of order {best.structure}")
     axes[0, 0].legend()
@@ -844,4 +919,4 @@ def _plot(record, best):
     axes[1, 0].plot(record.t, record.y - model, color="#D55E00", lw=0.9)
     axes[1, 0].set_ylabel("residual")
     axes[1, 0].set_xlabel("time [s]")
-    return _png(figure)
+    return png(figure)

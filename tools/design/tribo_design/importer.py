@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .config import check_conjugates, format_root, printable, read_rows, read_text
+from .config import check_conjugates
+from .reading import format_root, printable, read_rows, read_text
 from .errors import InputError
 from .exact import Ratio, state_space_response
 from .zpk import Zpk

@@ -7,7 +7,7 @@ from typing import Optional
 import numpy as np
 
 from . import __version__, discretise, quantise, reduction, robustness, sections, structured, synthesis
-from .config import format_root, printable
+from .reading import format_root, printable
 from .errors import DesignError, IllPosedError, LimitError
 from .loop import Continuous, Loop, Metrics, SampledPlant, SampledSections, SampledZpk
 

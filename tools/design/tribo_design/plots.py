@@ -1,14 +1,8 @@
 """The report's plots, as PNG bytes."""
 
-import io
-
-import matplotlib
-
-matplotlib.use("Agg")
-
 import numpy as np
-from matplotlib.figure import Figure
 
+from .drawing import figure_of, png
 from .pipeline import TITLES
 
 # One look per step; the later, the thinner and the more broken, so that lines on top of each other stay visible.
@@ -27,25 +21,9 @@ CAPTIONS = {
 
 
 def draw_all(result):
-    extra = {"friction": _png(_friction(result))} if result.traces else {}
-    return extra | {name: _png(draw(result)) for name, draw in
+    extra = {"friction": png(_friction(result))} if result.traces else {}
+    return extra | {name: png(draw(result)) for name, draw in
             (("sensitivity", _sensitivity), ("nyquist", _nyquist), ("controller", _controller), ("step", _step), ("ramp", _ramp), ("sections", _sections))}
-
-
-def _png(figure):
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=100, metadata={"Software": None})
-    return buffer.getvalue()
-
-
-def _figure(rows, columns, size):
-    figure = Figure(figsize=size)
-    figure.subplots_adjust(left=0.9 / size[0], right=1 - 0.2 / size[0], bottom=0.6 / size[1], top=1 - 0.4 / size[1], wspace=0.25, hspace=0.3)
-    axes = figure.subplots(rows, columns, squeeze=False)
-    for axis in axes.flat:
-        axis.grid(True, which="major", color="#dddddd", lw=0.6)
-        axis.set_axisbelow(True)
-    return figure, axes
 
 
 def _span(result):
@@ -72,7 +50,7 @@ def _nyquist_line(axis, result):
 
 
 def _sensitivity(result):
-    figure, axes = _figure(2, 2, (12, 8.4))
+    figure, axes = figure_of(2, 2, (12, 8.4))
     span = _span(result)
     for axis, index, name, weight in zip(axes.flat, range(4), ("S", "T", "KS", "GS"), ("wp", "wT", "wu", "wGS")):
         low, high = np.inf, 0
@@ -95,7 +73,7 @@ def _sensitivity(result):
 
 
 def _nyquist(result):
-    figure, axes = _figure(1, 2, (12, 5.6))
+    figure, axes = figure_of(1, 2, (12, 5.6))
     span = _span(result)
     whole, near = axes[0]
     for stage in result.stages:
@@ -124,7 +102,7 @@ def _nyquist(result):
 
 
 def _controller(result):
-    figure, axes = _figure(2, 1, (9, 6.2))
+    figure, axes = figure_of(2, 1, (9, 6.2))
     span = _span(result)
     for stage in result.stages:
         omega = _omega(stage.loop, span)
@@ -149,7 +127,7 @@ def _duration(result):
 
 
 def _step(result):
-    figure, axes = _figure(1, 2, (12, 4.6))
+    figure, axes = figure_of(1, 2, (12, 4.6))
     for stage in result.stages:
         time, _, y, u = stage.loop.responses(_duration(result))
         axes[0, 0].plot(time, y, label=TITLES[stage.step], **LOOKS[stage.step])
@@ -163,7 +141,7 @@ def _step(result):
 
 
 def _ramp(result):
-    figure, axes = _figure(1, 2, (12, 4.6))
+    figure, axes = figure_of(1, 2, (12, 4.6))
     ramp = result.design.ramp
     duration = min(ramp.duration_s, _duration(result))
     for stage in result.stages:
@@ -184,7 +162,7 @@ def _ramp(result):
 
 
 def _friction(result):
-    figure, axes = _figure(1, 2, (12, 4.6))
+    figure, axes = figure_of(1, 2, (12, 4.6))
     for (gain, (time, r, force)), color in zip(sorted(result.traces.items()), ("#D55E00", "#009E73")):
         label = "without compensation" if gain == "0" else "with compensation"
         axes[0, 0].plot(time, force, color=color, lw=1.4, label=label)
@@ -203,7 +181,7 @@ def _sections(result):
 
     h = result.design.sample_time_s
     count = len(result.f32)
-    figure, axes = _figure(2, count + 1, (4.2 * (count + 1), 6.4))
+    figure, axes = figure_of(2, count + 1, (4.2 * (count + 1), 6.4))
     omega = np.geomspace(max(_span(result)[0], 1e-6 / h), np.pi / h, 1200)
     design = SampledSections(result.cascade.sections, h).section_responses(omega)
     coded = {"f32": SampledSections(result.f32, h).section_responses(omega), "q31": SampledSections(result.q31.values(), h).section_responses(omega)}

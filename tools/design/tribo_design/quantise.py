@@ -18,6 +18,7 @@ import numpy as np
 
 from .errors import DesignError
 
+PARTS = ("biquad_f32", "biquad_q31", "controller_f32", "controller_q31", "headroom_q31", "status")  # of the library, that quantise_q31.c needs
 FIELDS = ("b0", "c1", "minus_a1", "c2", "d2", "d2_low", "shift", "scale")
 
 
@@ -97,7 +98,7 @@ def _program():
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     program = Path(folder) / "quantise_q31"
     done = subprocess.run([compiler, "-std=c11", "-O0", "-ffp-contract=off", "-I", lib / "include", Path(__file__).with_name("quantise_q31.c"),
-                           *sorted((lib / "src").glob("*.c")), "-o", program], capture_output=True, text=True, timeout=120, check=False)
+                           *(lib / "src" / f"{name}.c" for name in PARTS), "-o", program], capture_output=True, text=True, timeout=120, check=False)
     if done.returncode != 0:
         first = next((line for line in done.stderr.splitlines() if "error" in line), "no message")
         raise DesignError(f"q31: the library does not compile with {compiler}: {first}")

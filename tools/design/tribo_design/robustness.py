@@ -10,7 +10,7 @@ import itertools
 import numpy as np
 import slycot
 
-from .config import format_root
+from .reading import format_root
 from .errors import DesignError
 from .loop import Loop, SampledPlant
 from .systems import state_space

@@ -16,7 +16,7 @@ import scipy.linalg
 import slycot
 
 from . import discretise, wplane
-from .config import format_root
+from .reading import format_root
 from .errors import IllPosedError
 from .loop import Continuous, Loop, SampledPlant, SampledZpk
 from .exact import zpk_of
