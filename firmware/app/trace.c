@@ -1,0 +1,154 @@
+#include "app/trace.h"
+
+#include <stddef.h>
+#include <string.h>
+
+void trace_init(trace_t *trace, uint32_t *ring, uint32_t ring_words)
+{
+    *trace = (trace_t){.ring = ring, .ring_words = ring_words};
+}
+
+static bool needs_force(trace_trigger_t trigger)
+{
+    return trigger == TRACE_REVERSAL || trigger == TRACE_RISE || trigger == TRACE_FALL;
+}
+
+bool trace_arm(trace_t *trace, const trace_setup_t *setup)
+{
+    const uint32_t channels = setup->channel_count;
+    const bool     good     = channels >= 1u && channels <= TRACE_CHANNELS_MAX && setup->decimation >= 1u &&
+                      setup->trigger >= TRACE_NEVER && setup->trigger < TRACE_TRIGGERS &&
+                      setup->after < trace->ring_words / channels &&
+                      (!needs_force(setup->trigger) || setup->watched != NULL);
+    if (!good)
+    {
+        return false;
+    }
+    trace->state = TRACE_STOPPED; // until the last line the tick leaves it alone
+    *trace       = (trace_t){.ring       = trace->ring,
+                             .ring_words = trace->ring_words,
+                             .setup      = *setup,
+                             .capacity   = trace->ring_words / channels};
+    trace->state = TRACE_ARMED;
+    return true;
+}
+
+void trace_stop(trace_t *trace)
+{
+    trace->state = TRACE_STOPPED;
+}
+
+// --- the tick ------------------------------------------------------------------------------------------------------
+
+static bool reverses(trace_t *trace, loop_force_t now)
+{
+    const int was       = trace->direction;
+    const int direction = now > trace->last ? 1 : now < trace->last ? -1 : was;
+    trace->direction    = direction;
+    return was != 0 && direction != was;
+}
+
+static bool fires(trace_t *trace, bool is_fault)
+{
+    const trace_setup_t *setup    = &trace->setup;
+    const bool           begun    = trace->begun;
+    const bool           faulted  = is_fault && !trace->was_fault;
+    const loop_force_t   last     = trace->last;
+    const loop_force_t   now      = setup->watched != NULL ? *setup->watched : 0;
+    const bool           reversed = begun && reverses(trace, now);
+    trace->begun                  = true;
+    trace->was_fault              = is_fault;
+    trace->last                   = now;
+    switch (setup->trigger)
+    {
+    case TRACE_FAULT:
+        return begun && faulted;
+    case TRACE_REVERSAL:
+        return reversed;
+    case TRACE_RISE:
+        return begun && last < setup->level && now >= setup->level;
+    case TRACE_FALL:
+        return begun && last > setup->level && now <= setup->level;
+    default:
+        return false;
+    }
+}
+
+static void take_sample(trace_t *trace)
+{
+    uint32_t *to = trace->ring + trace->place;
+    for (uint32_t i = 0; i < trace->setup.channel_count; i++)
+    {
+        memcpy(to + i, trace->setup.channels[i], sizeof *to); // a float as its bits
+    }
+    const uint32_t next = trace->place + trace->setup.channel_count;
+    trace->place        = next < trace->capacity * trace->setup.channel_count ? next : 0u;
+    trace->wait         = trace->setup.decimation;
+    trace->held         = trace->held < trace->capacity ? trace->held + 1u : trace->capacity;
+    trace->count        = trace->count + 1u; // last, for trace_read
+}
+
+void trace_step(trace_t *trace, uint32_t tick, bool is_fault)
+{
+    if (trace->state != TRACE_ARMED && trace->state != TRACE_TRIGGERED)
+    {
+        return;
+    }
+    if (!trace->begun)
+    {
+        trace->first_tick = tick;
+    }
+    else
+    {
+        trace->wait--;
+    }
+    if (trace->wait == 0u)
+    {
+        take_sample(trace);
+        if (trace->state == TRACE_TRIGGERED && --trace->left == 0u)
+        {
+            trace->state = TRACE_DONE;
+        }
+    }
+    if (fires(trace, is_fault) && trace->state == TRACE_ARMED)
+    {
+        trace->trigger_sample = trace->count - 1u;
+        trace->left           = trace->setup.after;
+        trace->state          = trace->left == 0u ? TRACE_DONE : TRACE_TRIGGERED;
+    }
+}
+
+// --- the background ------------------------------------------------------------------------------------------------
+
+// Numbers of samples wrap: a trace may wait for its trigger for years.
+
+uint32_t trace_first(const trace_t *trace)
+{
+    return trace->count - trace->held;
+}
+
+/// Of the sample that is `age` samples older than the next one.
+static uint32_t place_of(const trace_t *trace, uint32_t next_place, uint32_t age)
+{
+    const uint32_t back = age * trace->setup.channel_count;
+    return next_place >= back ? next_place - back : next_place + trace->capacity * trace->setup.channel_count - back;
+}
+
+bool trace_read(const trace_t *trace, uint32_t number, uint32_t *words, uint32_t count)
+{
+    const uint32_t next       = trace->count;
+    const uint32_t next_place = trace->place;
+    const uint32_t channels   = trace->setup.channel_count;
+    const uint32_t age        = next - number;
+    if (next != trace->count || age == 0u || age > trace->held || count == 0u || (count - 1u) / channels >= age)
+    {
+        return false;
+    }
+    uint32_t place = place_of(trace, next_place, age);
+    for (uint32_t i = 0; i < count; i++)
+    {
+        words[i] = trace->ring[place];
+        place    = place + 1u < trace->capacity * channels ? place + 1u : 0u;
+    }
+    return trace->count - number <= trace->capacity; // else the tick has overwritten them meanwhile
+}
