@@ -1,0 +1,80 @@
+"""The paper's claims come out as docs/reproduction.md has them, and the report holds them."""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+
+from reproduction import claims  # noqa: E402
+from reproduction.runs import ramps  # noqa: E402
+
+QUICK = ("fig3", "fig5", "fig6", "fig10", "fig14")
+
+
+def reproduce(out, *arguments):
+    return subprocess.run([sys.executable, "-B", "-m", "reproduction", "--sim", os.environ["TRIBO_SIM"], "--bench", "none",
+                           "--out", str(out), *arguments], cwd=ROOT, env={**os.environ, "PYTHONPATH": "tools"},
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    out = tmp_path_factory.mktemp("report")
+    result = reproduce(out, *QUICK)
+    assert (result.returncode, result.stderr) == (0, "")
+    return out
+
+
+def rows(markdown):
+    """The claims' rows: where, what the run shows, verdict."""
+    table = [line.split(" | ") for line in markdown.splitlines() if re.search(r"\| (agrees|partly|differs) \|", line)]
+    return {cells[0].lstrip("| "): (cells[2], cells[3]) for cells in table}
+
+
+def test_quick_claims_come_out_as_the_document_says(report):
+    now = rows((report / "report.md").read_text(encoding="utf-8"))
+    document = rows((ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8"))
+    assert len(now) == 11
+    for where, row in now.items():
+        assert document[where] == row
+
+
+def test_the_report_is_one_file_with_its_figures(report):
+    page = (report / "report.html").read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") == len(QUICK)
+    assert "src=\"report/" not in page and "http" not in page
+    assert sorted(file.stem for file in (report / "report").glob("*.png")) == sorted(QUICK)
+
+
+def test_every_figure_and_section_is_in_the_document():
+    document = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
+    for name, experiment in claims.EXPERIMENTS.items():
+        assert f"## {experiment.__doc__}\n" in document
+        assert f"](reproduction/{name}.png)" not in document or (ROOT / "docs" / "reproduction" / f"{name}.png").exists()
+
+
+def test_an_unknown_claim_is_named(tmp_path):
+    result = reproduce(tmp_path, "fig9")
+    assert result.returncode == 2 and "no claim 'fig9'; there are fig2, fig3" in result.stderr
+
+
+def test_ramps_are_corners_of_a_polygon():
+    corners = claims.np.array(ramps((0.6, 0.2), (2.0, 0), (0.4, 0.1)))
+    assert corners == pytest.approx(claims.np.array([(0, 0), (3.0, 0.6), (5.0, 0.6), (7.0, 0.4)]))
+
+
+def test_k_is_recovered_from_friction():
+    f = 7.5 * 0.1 * claims.np.tanh(0.08 / (7.5 * 0.1))
+    assert claims.k_of(f, 0.08, 0.1) == pytest.approx(7.5)
+
+
+def test_a_step_response_is_that_of_its_poles():
+    t = claims.np.array([0.0, 0.1, 5.0])
+    one = claims.step_of(claims.np.array([-2.0]), 3.0, t)
+    assert one == pytest.approx(3 * (1 - claims.np.exp(-2 * t)))
