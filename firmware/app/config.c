@@ -1,5 +1,24 @@
 #include "app/config.h"
 
+#include <stddef.h>
+#include <string.h>
+
+const drive_config_field_t drive_config_fields[DRIVE_CONFIG_COUNT] = {
+#define FIELD(type, name, unit, low, high, off, normal, text)                                                          \
+    {#name, offsetof(drive_config_t, name), (type)0.5 != 0, (off) != 0, (float)(low), (float)(high)},
+    DRIVE_CONFIG_FIELDS(FIELD)
+#undef FIELD
+};
+
+float drive_config_value(const drive_config_t *config, const drive_config_field_t *field)
+{
+    uint32_t word;
+    float    number;
+    memcpy(&word, (const unsigned char *)config + field->offset, sizeof word);
+    memcpy(&number, &word, sizeof number);
+    return field->is_float ? number : (float)word;
+}
+
 drive_config_t drive_config_default(void)
 {
 #define DEFAULT(type, name, unit, low, high, off, normal, text) .name = (normal),
@@ -31,13 +50,15 @@ static bool check_each_other(const drive_config_t *config, drive_config_error_t 
 
 bool drive_config_check(const drive_config_t *config, drive_config_error_t *error)
 {
-#define CHECK(type, name, unit, low, high, off, normal, text)                                                          \
-    *error = (drive_config_error_t){#name, (float)config->name, (float)(low), (float)(high), (off) != 0};              \
-    if (!is_within(error))                                                                                             \
-    {                                                                                                                  \
-        return false;                                                                                                  \
+    for (unsigned i = 0; i < DRIVE_CONFIG_COUNT; i++)
+    {
+        const drive_config_field_t *field = &drive_config_fields[i];
+        const float                 value = drive_config_value(config, field);
+        *error = (drive_config_error_t){field->name, value, field->low, field->high, field->off};
+        if (!is_within(error))
+        {
+            return false;
+        }
     }
-    DRIVE_CONFIG_FIELDS(CHECK)
-#undef CHECK
     return check_each_other(config, error);
 }

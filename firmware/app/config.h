@@ -20,13 +20,21 @@
     FIELD(uint32_t, late_us, "us", 0, 100000, 0, 50, "jitter allowed, below period_us")                                \
     FIELD(uint32_t, budget_us, "us", 1, 100000, 0, 250, "for a tick, from its start to its command")                   \
     FIELD(uint32_t, stuck_ticks, "ticks", 1, 1000000, 1, 0, "readings without any change: the sensor is dead")         \
-    FIELD(float, residual_n, "N", 1e-6f, 1e6f, 1, 0.0f, "|y - F^| beyond this ...")                                    \
+    FIELD(float, residual_n, "N", 1e-6f, 1e6f, 1, 0.2f, "|y - F^| beyond this ...")                                    \
     FIELD(uint32_t, residual_ms, "ms", 1, 10000, 0, 50, "... for this long: the sensor is wrong")                      \
-    FIELD(uint32_t, command_limit_ms, "ms", 1, 600000, 1, 0, "u at a limit for longer")                                \
+    FIELD(uint32_t, command_limit_ms, "ms", 1, 600000, 1, 500, "u at a limit for longer")                              \
     FIELD(uint32_t, reference_ms, "ms", 1, 600000, 1, 0, "the reference not renewed for longer, in RUN")               \
     FIELD(uint32_t, ready_ms, "ms", 1, 10000, 1, 0, "for the power stage to become ready after it is enabled")         \
     FIELD(uint32_t, ready_level, "", 0, 1, 0, 1, "of the power stage's ready output when it is ready: 1 is high")      \
     FIELD(uint32_t, fault_level, "", 0, 1, 0, 1, "of the power stage's fault output in a fault: 1 is high")            \
+    FIELD(float,                                                                                                       \
+          full_scale_n,                                                                                                \
+          "N",                                                                                                         \
+          1e-6f,                                                                                                       \
+          1e6f,                                                                                                        \
+          0,                                                                                                           \
+          4.0f,                                                                                                        \
+          "2^31 in Q31, as the loop's params have it; not read in f32")                                                \
     FIELD(float, sensor_n_per_unit, "N", 1e-12f, 1e6f, 0, 1.0f, "a unit of the sensor")                                \
     FIELD(float, sensor_zero_units, "", -1e6f, 1e6f, 0, 0.0f, "reading at 0 N; a tare moves it")                       \
     FIELD(uint32_t, sensor_reversed, "", 0, 1, 0, 0, "the reading falls as the force rises")                           \
@@ -45,6 +53,28 @@ typedef struct
     DRIVE_CONFIG_FIELDS(DRIVE_CONFIG_MEMBER)
 #undef DRIVE_CONFIG_MEMBER
 } drive_config_t;
+
+/// The list as a table.
+typedef struct
+{
+    const char *name;
+    uint32_t    offset; ///< in drive_config_t
+    bool        is_float, off;
+    float       low, high;
+} drive_config_field_t;
+
+enum
+{
+#define DRIVE_CONFIG_PLACE(type, name, unit, low, high, off, normal, text) DRIVE_CONFIG_##name,
+    DRIVE_CONFIG_FIELDS(DRIVE_CONFIG_PLACE)
+#undef DRIVE_CONFIG_PLACE
+        DRIVE_CONFIG_COUNT
+};
+
+extern const drive_config_field_t drive_config_fields[DRIVE_CONFIG_COUNT];
+
+/// The value of a field.
+float drive_config_value(const drive_config_t *config, const drive_config_field_t *field);
 
 /// The default of every field.
 drive_config_t drive_config_default(void);

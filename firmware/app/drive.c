@@ -1,8 +1,28 @@
 #include "app/drive.h"
 
+#include <float.h>
+#include <stddef.h>
+
+bool drive_setup_init(drive_setup_t        *setup,
+                      const drive_config_t *config,
+                      const loop_params_t  *params,
+                      const port_t         *port,
+                      drive_config_error_t *error)
+{
+    setup->config = *config;
+    setup->params = params;
+    if (!scaling_init(&setup->scaling, config, port, error) ||
+        !scaling_suits(&setup->scaling, config, port, params, error))
+    {
+        return false;
+    }
+    faults_init(&setup->bounds, config);
+    return true;
+}
+
 static void off(const drive_t *drive)
 {
-    drive->port->command(drive->port->context, 0);
+    drive->port->command(drive->port->context, drive->setup->scaling.no_current);
     drive->port->enable(drive->port->context, false);
 }
 
@@ -13,16 +33,16 @@ static void stop_with(drive_t *drive, drive_fault_t cause)
     drive->fault      = cause;
     drive->fault_tick = drive->ticks;
     drive->limits     = 0;
+    drive->reference  = 0;
 }
 
-void drive_init(drive_t              *drive,
-                const port_t         *port,
-                const loop_params_t  *params,
-                const drive_config_t *config,
-                drive_fault_t         found)
+void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, drive_fault_t found)
 {
-    *drive =
-        (drive_t){.port = port, .params = params, .config = *config, .state = DRIVE_IDLE, .logged_state = DRIVE_FAULT};
+    *drive = (drive_t){.port         = port,
+                       .setup        = setup,
+                       .sensor_zero  = setup->scaling.sensor_zero,
+                       .state        = DRIVE_IDLE,
+                       .logged_state = DRIVE_FAULT};
     loop_reset(&drive->loop);
     off(drive);
     if (found != DRIVE_FAULT_NONE)
@@ -34,21 +54,29 @@ void drive_init(drive_t              *drive,
 
 // --- the checks of a tick ------------------------------------------------------------------------------------------
 
-static drive_fault_t check_inputs(const drive_t *drive)
+static drive_fault_t check_inputs(const drive_t *drive, uint32_t inputs)
 {
-    const uint32_t inputs = drive->port->inputs(drive->port->context);
     if ((inputs & PORT_INPUT_EMERGENCY_STOP) != 0u)
     {
         return DRIVE_FAULT_EMERGENCY_STOP;
     }
-    return (inputs & PORT_INPUT_POWER_FAULT) != 0u ? DRIVE_FAULT_POWER : DRIVE_FAULT_NONE;
+    if ((inputs & PORT_INPUT_SUPPLY) != 0u)
+    {
+        return DRIVE_FAULT_SUPPLY;
+    }
+    if ((inputs & PORT_INPUT_POWER_FAULT) != 0u)
+    {
+        return DRIVE_FAULT_POWER;
+    }
+    const bool must_be_ready = drive->state == DRIVE_RUN && drive->setup->bounds.ready_ticks > 0u;
+    return must_be_ready && (inputs & PORT_INPUT_NOT_READY) != 0u ? DRIVE_FAULT_NOT_READY : DRIVE_FAULT_NONE;
 }
 
 /// Each tick is due one period after the last due time, so that jitter does not add up. After a tick that is too early or too
 /// late, the next one is due a period after that tick.
 static drive_fault_t check_time(drive_t *drive, uint32_t now_us)
 {
-    const drive_config_t *config = &drive->config;
+    const drive_config_t *config = &drive->setup->config;
     const uint32_t        late   = now_us - drive->due_us; // modulo 2^32: an early tick gives a value near 2^32
     const uint32_t        early  = drive->due_us - now_us;
     drive_fault_t         found  = DRIVE_FAULT_NONE;
@@ -71,26 +99,36 @@ static drive_fault_t check_time(drive_t *drive, uint32_t now_us)
     return found;
 }
 
-static drive_fault_t check_sensor(drive_t *drive, loop_force_t r, loop_force_t *y)
+/// Reads the sensor, and checks it and the reference.
+static drive_fault_t check_sensor(drive_t *drive, loop_force_t *reading)
 {
-    *y = 0;
-    if (!drive->port->read_force(drive->port->context, y))
+    const drive_setup_t *setup = drive->setup;
+    if (!drive->port->read_sensor(drive->port->context, reading))
     {
         return DRIVE_FAULT_SENSOR_SILENT;
     }
-    if (loop_is_nan(*y) || loop_is_nan(r))
+    const loop_force_t y = scaling_force(&setup->scaling, drive->sensor_zero, *reading);
+    drive->y             = y;
+    if (loop_is_nan(y) || loop_is_nan(drive->r))
     {
         return DRIVE_FAULT_NAN;
     }
-    const bool same = loop_word(*y) == loop_word(drive->last_y);
-    drive->same_y   = same ? drive->same_y + (drive->same_y != UINT32_MAX) : 0u;
-    drive->last_y   = *y;
-    if (!loop_is_credible(drive->params, *y))
+    const bool same     = loop_word(*reading) == loop_word(drive->last_reading);
+    drive->same_reading = same ? drive->same_reading + (drive->same_reading != UINT32_MAX) : 0u;
+    drive->last_reading = *reading;
+    if (!loop_is_credible(setup->params, y))
     {
         return DRIVE_FAULT_SENSOR_RANGE;
     }
-    return drive->config.stuck_ticks > 0u && drive->same_y >= drive->config.stuck_ticks ? DRIVE_FAULT_SENSOR_STUCK
-                                                                                        : DRIVE_FAULT_NONE;
+    return setup->config.stuck_ticks > 0u && drive->same_reading >= setup->config.stuck_ticks ? DRIVE_FAULT_SENSOR_STUCK
+                                                                                              : DRIVE_FAULT_NONE;
+}
+
+static drive_fault_t check_reference(drive_t *drive, bool renewed)
+{
+    return drive->state == DRIVE_RUN && faults_reference(&drive->setup->bounds, &drive->lasting, renewed)
+               ? DRIVE_FAULT_REFERENCE
+               : DRIVE_FAULT_NONE;
 }
 
 static drive_fault_t first_of(drive_fault_t a, drive_fault_t b)
@@ -102,46 +140,168 @@ static drive_fault_t first_of(drive_fault_t a, drive_fault_t b)
 
 typedef struct
 {
-    bool start, stop, acknowledge;
+    bool start, stop, acknowledge, tare, renewed;
 } requests_t;
+
+static bool take_request(const volatile uint8_t *count, uint8_t *seen)
+{
+    const uint8_t now   = *count;
+    const bool    asked = now != *seen;
+    *seen               = now;
+    return asked;
+}
 
 /// A request is valid for the next tick only: executed there or dropped.
 static requests_t take_requests(drive_t *drive)
 {
-    const uint8_t    starts           = drive->starts;
-    const uint8_t    stops            = drive->stops;
-    const uint8_t    acknowledgements = drive->acknowledgements;
-    const requests_t requests         = {.start       = starts != drive->starts_seen,
-                                         .stop        = stops != drive->stops_seen,
-                                         .acknowledge = acknowledgements != drive->acknowledgements_seen};
-    drive->starts_seen                = starts;
-    drive->stops_seen                 = stops;
-    drive->acknowledgements_seen      = acknowledgements;
-    return requests;
+    return (requests_t){.start       = take_request(&drive->starts, &drive->starts_seen),
+                        .stop        = take_request(&drive->stops, &drive->stops_seen),
+                        .acknowledge = take_request(&drive->acknowledgements, &drive->acknowledgements_seen),
+                        .tare        = take_request(&drive->tares, &drive->tares_seen),
+                        .renewed     = take_request(&drive->references, &drive->references_seen)};
 }
 
-static void run_loop(drive_t *drive, loop_force_t r, loop_force_t y, uint32_t start_us)
+static void take_setup(drive_t *drive)
 {
-    const loop_force_t u    = loop_step(drive->params, &drive->loop, r, y, &drive->signals);
-    const uint32_t     took = drive->port->time_us(drive->port->context) - start_us;
-    drive->max_tick_us      = took > drive->max_tick_us ? took : drive->max_tick_us;
-    if (took > drive->config.budget_us)
+    const drive_setup_t *next = drive->next;
+    if (next == NULL || next == drive->setup)
+    {
+        return;
+    }
+    if (next->config.sensor_zero_units != drive->setup->config.sensor_zero_units)
+    {
+        drive->sensor_zero = next->scaling.sensor_zero;
+    }
+    drive->setup = next;
+}
+
+static void run_loop(drive_t *drive, uint32_t start_us)
+{
+    const drive_setup_t *setup = drive->setup;
+    const loop_force_t   r     = drive->r;
+    const loop_force_t   y     = drive->y;
+    const loop_force_t   u     = loop_step(setup->params, &drive->loop, r, y, &drive->signals);
+
+    const bool limited  = drive->signals.controller.limited;
+    const bool residual = faults_residual(&setup->bounds, &drive->lasting, y, loop_f_hat(&drive->signals));
+    const bool at_limit = faults_command_limit(&setup->bounds, &drive->lasting, limited);
+
+    const uint32_t took = drive->port->time_us(drive->port->context) - start_us;
+    drive->max_tick_us  = took > drive->max_tick_us ? took : drive->max_tick_us;
+    if (took > setup->config.budget_us)
     {
         drive->overruns += drive->overruns != UINT32_MAX;
         stop_with(drive, DRIVE_FAULT_TICK_OVERRUN);
         return;
     }
-    drive->limits = (drive->signals.controller.limited ? (uint32_t)DRIVE_LIMIT_COMMAND : 0u) |
-                    (loop_is_credible(drive->params, r) ? 0u : (uint32_t)DRIVE_LIMIT_REFERENCE);
-    drive->port->command(drive->port->context, u);
+    if (residual || at_limit)
+    {
+        stop_with(drive, residual ? DRIVE_FAULT_RESIDUAL : DRIVE_FAULT_COMMAND_LIMIT);
+        return;
+    }
+    drive->limits = (limited ? (uint32_t)DRIVE_LIMIT_COMMAND : 0u) |
+                    (loop_is_credible(setup->params, r) ? 0u : (uint32_t)DRIVE_LIMIT_REFERENCE);
+    drive->port->command(drive->port->context, scaling_output(&setup->scaling, u));
+}
+
+/// The mean of DRIVE_TARE_TICKS readings becomes 0 N, if it is near what the config takes for 0 N.
+static void take_tare(drive_t *drive, bool requested, loop_force_t reading)
+{
+    const drive_setup_t *setup = drive->setup;
+    if (requested)
+    {
+        drive->tare_ticks = DRIVE_TARE_TICKS;
+        drive->tare_sum   = 0;
+        drive->tare       = setup->bounds.tare_max > 0 ? DRIVE_TARE_BUSY : DRIVE_TARE_REFUSED;
+    }
+    if (drive->tare != DRIVE_TARE_BUSY)
+    {
+        return;
+    }
+    drive->tare_sum += reading;
+    if (--drive->tare_ticks > 0u)
+    {
+        return;
+    }
+    const loop_force_t zero  = (loop_force_t)(drive->tare_sum / (scaling_sum_t)DRIVE_TARE_TICKS);
+    const loop_force_t moved = scaling_force(&setup->scaling, setup->scaling.sensor_zero, zero);
+    const bool         near  = moved <= setup->bounds.tare_max && moved >= -setup->bounds.tare_max;
+    drive->sensor_zero       = near ? zero : drive->sensor_zero;
+    drive->tare              = near ? DRIVE_TARE_DONE : DRIVE_TARE_REFUSED;
+}
+
+/// Whatever is not IDLE ends a tare and refuses a new one.
+static void refuse_tare(drive_t *drive, bool requested)
+{
+    if (requested || drive->tare == DRIVE_TARE_BUSY)
+    {
+        drive->tare = DRIVE_TARE_REFUSED;
+    }
 }
 
 static bool is_for_good(drive_fault_t fault)
 {
-    return fault >= DRIVE_FAULT_IMAGE && fault <= DRIVE_FAULT_PARAMS;
+    return fault >= DRIVE_FAULT_IMAGE && fault <= DRIVE_FAULT_CLOCK;
 }
 
-void drive_tick(drive_t *drive, loop_force_t r)
+static void change_state(drive_t *drive, const requests_t *requests)
+{
+    if (requests->stop)
+    {
+        drive->state     = DRIVE_IDLE;
+        drive->reference = 0;
+    }
+    else if (drive->state == DRIVE_IDLE && requests->start)
+    {
+        loop_reset(&drive->loop);
+        drive->lasting = (faults_state_t){0};
+        drive->port->enable(drive->port->context, true);
+        drive->state = drive->setup->bounds.ready_ticks > 0u ? DRIVE_STARTING : DRIVE_RUN;
+    }
+}
+
+/// The power stage was off in the tick of the start, so its ready input counts from the next one on.
+static void wait_for_ready(drive_t *drive, bool begun, uint32_t inputs)
+{
+    if (begun && (inputs & PORT_INPUT_NOT_READY) == 0u)
+    {
+        drive->state = DRIVE_RUN;
+    }
+    else if (faults_starting(&drive->setup->bounds, &drive->lasting))
+    {
+        stop_with(drive, DRIVE_FAULT_NOT_READY);
+    }
+    else
+    {
+        drive->limits = 0;
+        drive->port->command(drive->port->context, drive->setup->scaling.no_current);
+    }
+}
+
+/// Without a fault.
+static void go_on(drive_t *drive, const requests_t *requests, uint32_t inputs, loop_force_t reading, uint32_t start_us)
+{
+    const bool begun = drive->state == DRIVE_STARTING;
+    change_state(drive, requests);
+    if (drive->state == DRIVE_STARTING)
+    {
+        wait_for_ready(drive, begun, inputs);
+    }
+    if (drive->state == DRIVE_RUN)
+    {
+        run_loop(drive, start_us);
+    }
+    if (drive->state == DRIVE_IDLE)
+    {
+        drive->limits = 0;
+        off(drive);
+        take_tare(drive, requests->tare, reading);
+        return;
+    }
+    refuse_tare(drive, requests->tare);
+}
+
+void drive_tick(drive_t *drive)
 {
     const uint32_t   start_us = drive->port->time_us(drive->port->context);
     const requests_t requests = take_requests(drive);
@@ -149,19 +309,29 @@ void drive_tick(drive_t *drive, loop_force_t r)
     if (drive->state == DRIVE_FAULT && is_for_good(drive->fault))
     {
         off(drive); // after a failed self-test or without valid params nothing else runs
+        refuse_tare(drive, requests.tare);
         return;
     }
 
     // Every check runs in every tick, so that the state of one does not depend on the result of another.
-    loop_force_t        y;
-    const drive_fault_t input  = check_inputs(drive);
-    const drive_fault_t timing = check_time(drive, start_us);
-    const drive_fault_t sensor = check_sensor(drive, r, &y);
-    const drive_fault_t found  = first_of(input, first_of(timing, sensor));
+    take_setup(drive);
+    drive->r                      = drive->reference;
+    loop_force_t        reading   = 0;
+    const uint32_t      inputs    = drive->port->inputs(drive->port->context);
+    const drive_fault_t input     = check_inputs(drive, inputs);
+    const drive_fault_t timing    = check_time(drive, start_us);
+    const drive_fault_t sensor    = check_sensor(drive, &reading);
+    const drive_fault_t reference = check_reference(drive, requests.renewed);
+    const drive_fault_t found     = first_of(first_of(input, timing), first_of(sensor, reference));
 
     if (drive->state == DRIVE_FAULT)
     {
         off(drive);
+        refuse_tare(drive, requests.tare);
+        if (requests.acknowledge)
+        {
+            drive->reference = 0;
+        }
         if (requests.acknowledge && found == DRIVE_FAULT_NONE)
         {
             drive->state = DRIVE_IDLE;
@@ -172,28 +342,19 @@ void drive_tick(drive_t *drive, loop_force_t r)
     if (found != DRIVE_FAULT_NONE)
     {
         stop_with(drive, found);
+        refuse_tare(drive, requests.tare);
         return;
     }
-    if (drive->state == DRIVE_IDLE && requests.start && !requests.stop)
-    {
-        loop_reset(&drive->loop);
-        drive->port->enable(drive->port->context, true);
-        drive->state = DRIVE_RUN;
-    }
-    else if (requests.stop)
-    {
-        drive->state = DRIVE_IDLE;
-    }
-    if (drive->state == DRIVE_RUN)
-    {
-        run_loop(drive, r, y, start_us);
-        return;
-    }
-    drive->limits = 0;
-    off(drive);
+    go_on(drive, &requests, inputs, reading, start_us);
 }
 
 // --- from the background -------------------------------------------------------------------------------------------
+
+void drive_reference(drive_t *drive, loop_force_t r)
+{
+    drive->reference  = r;
+    drive->references = (uint8_t)(drive->references + 1u);
+}
 
 void drive_start(drive_t *drive)
 {
@@ -210,6 +371,26 @@ void drive_acknowledge(drive_t *drive)
     drive->acknowledgements = (uint8_t)(drive->acknowledgements + 1u);
 }
 
+void drive_tare(drive_t *drive)
+{
+    drive->tares = (uint8_t)(drive->tares + 1u);
+}
+
+void drive_change(drive_t *drive, const drive_setup_t *setup)
+{
+    drive->next = setup;
+}
+
+const drive_setup_t *drive_setup(const drive_t *drive)
+{
+    return drive->setup;
+}
+
+float drive_sensor_zero_units(const drive_t *drive)
+{
+    return scaling_value(drive->sensor_zero, drive->port->sensor.full_units);
+}
+
 const char *drive_fault_text(drive_fault_t fault)
 {
     static const char *const texts[] = {[DRIVE_FAULT_NONE]           = "none",
@@ -217,9 +398,16 @@ const char *drive_fault_text(drive_fault_t fault)
                                         [DRIVE_FAULT_RAM]            = "self-test: RAM",
                                         [DRIVE_FAULT_GOLDEN]         = "self-test: golden vector",
                                         [DRIVE_FAULT_PARAMS]         = "params refused",
+                                        [DRIVE_FAULT_CLOCK]          = "clock",
                                         [DRIVE_FAULT_WATCHDOG]       = "reset by the watchdog",
+                                        [DRIVE_FAULT_EXCEPTION]      = "reset after an exception",
+                                        [DRIVE_FAULT_CRYSTAL]        = "reset after the crystal stopped",
+                                        [DRIVE_FAULT_BROWN_OUT]      = "reset by a low supply",
+                                        [DRIVE_FAULT_RESTART]        = "reset by software",
                                         [DRIVE_FAULT_EMERGENCY_STOP] = "emergency stop",
+                                        [DRIVE_FAULT_SUPPLY]         = "supply",
                                         [DRIVE_FAULT_POWER]          = "power stage",
+                                        [DRIVE_FAULT_NOT_READY]      = "power stage not ready",
                                         [DRIVE_FAULT_TICK_MISSED]    = "tick missed",
                                         [DRIVE_FAULT_TICK_LATE]      = "tick late",
                                         [DRIVE_FAULT_TICK_EARLY]     = "tick early",
@@ -227,7 +415,10 @@ const char *drive_fault_text(drive_fault_t fault)
                                         [DRIVE_FAULT_NAN]            = "not a number",
                                         [DRIVE_FAULT_SENSOR_RANGE]   = "sensor out of range",
                                         [DRIVE_FAULT_SENSOR_STUCK]   = "sensor stuck",
-                                        [DRIVE_FAULT_TICK_OVERRUN]   = "tick overrun"};
+                                        [DRIVE_FAULT_REFERENCE]      = "reference not renewed",
+                                        [DRIVE_FAULT_TICK_OVERRUN]   = "tick overrun",
+                                        [DRIVE_FAULT_RESIDUAL]       = "sensor and model differ",
+                                        [DRIVE_FAULT_COMMAND_LIMIT]  = "command at its limit"};
     return (unsigned)fault < DRIVE_FAULTS ? texts[fault] : "unknown";
 }
 
@@ -243,9 +434,46 @@ static void write_number(const port_t *port, uint32_t number)
     port_write(port, digit);
 }
 
+/// Six digits, e.g. 26000000, -125e-4.
+static void write_decimal(const port_t *port, float value)
+{
+    if (!(value >= -FLT_MAX && value <= FLT_MAX))
+    {
+        port_write(port, "no number");
+        return;
+    }
+    int32_t power = 0;
+    float   size  = value < 0.0f ? -value : value;
+    for (; size >= 1e6f; power++)
+    {
+        size /= 10.0f;
+    }
+    for (; size != 0.0f && size < 1e5f; power--)
+    {
+        size *= 10.0f;
+    }
+    uint32_t digits = (uint32_t)(size + 0.5f);
+    for (; power < 0 && digits % 10u == 0u && digits != 0u; power++)
+    {
+        digits /= 10u;
+    }
+    port_write(port, value < 0.0f ? "-" : "");
+    write_number(port, digits);
+    for (; power > 0 && power <= 4; power--)
+    {
+        port_write(port, "0");
+    }
+    if (power != 0)
+    {
+        port_write(port, power < 0 ? "e-" : "e");
+        write_number(port, (uint32_t)(power < 0 ? -power : power));
+    }
+}
+
 void drive_report(drive_t *drive)
 {
-    static const char *const names[] = {[DRIVE_IDLE] = "idle", [DRIVE_RUN] = "run", [DRIVE_FAULT] = "fault: "};
+    static const char *const names[] =
+        {[DRIVE_IDLE] = "idle", [DRIVE_RUN] = "run", [DRIVE_FAULT] = "fault: ", [DRIVE_STARTING] = "starting"};
 
     const port_t       *port  = drive->port;
     const drive_state_t state = drive->state;
@@ -264,6 +492,34 @@ void drive_report(drive_t *drive)
     port_write(port, " us, latest ");
     write_number(port, drive->max_late_us);
     port_write(port, " us\n");
+}
+
+void drive_report_off(const port_t *port, const drive_config_t *config)
+{
+    port_write(port, "off:");
+    for (unsigned i = 0; i < DRIVE_CONFIG_COUNT; i++)
+    {
+        const drive_config_field_t *field = &drive_config_fields[i];
+        if (field->off && drive_config_value(config, field) == 0.0f)
+        {
+            port_write(port, " ");
+            port_write(port, field->name);
+        }
+    }
+    port_write(port, "\n");
+}
+
+void drive_report_refused(const port_t *port, const drive_config_error_t *error)
+{
+    port_write(port, "refused: ");
+    port_write(port, error->field);
+    port_write(port, " ");
+    write_decimal(port, error->value);
+    port_write(port, ", allowed ");
+    write_decimal(port, error->low);
+    port_write(port, " to ");
+    write_decimal(port, error->high);
+    port_write(port, error->off ? " or 0\n" : "\n");
 }
 
 void drive_log(drive_t *drive)

@@ -1,25 +1,30 @@
 /// The drive: when the force loop may run, and what stops it. No registers; the board is a port_t.
 ///
-///     power-up --self-test--> IDLE <--start, stop--> RUN
-///                  |           |  ^                   |
-///                  |     fault |  | acknowledge       | fault
-///                  v           v  | (cause gone)      v
-///                FAULT        FAULT <-----------------'
+///     power-up --self-test--> IDLE --start--> STARTING --ready--> RUN
+///                  |           ^ |  ^            |  |              | |
+///                  |           | |  '---stop-----'--|--------------' |
+///                  |  acknowl. | | fault            | fault          | fault
+///                  v  (cause   | v                  v                v
+///                FAULT  gone) FAULT <-------------------------------'
 ///                (for good)
 ///
 /// A limit acts and the loop runs on; a fault stops the drive. Within the tick that detects a fault the command goes to 0
 /// and the power stage off, and the cause is latched. Only an acknowledgement leaves FAULT, to IDLE, and only once the
-/// cause is gone. A start requested before that is dropped, so the drive never restarts by itself. A failed self-test or
-/// wrong params last until the next power-up. After a reset by the watchdog the drive begins in FAULT.
+/// cause is gone. A start requested before that is dropped, so the drive never restarts by itself. A failed self-test, wrong
+/// params and a wrong clock last until the next power-up. After a reset that nobody asked for the drive begins in FAULT.
 ///
-/// Call drive_tick in the timer interrupt; drive_start, drive_stop, drive_acknowledge and drive_log in the background, one
-/// caller each.
+/// In STARTING the power stage is on and the command 0 until the stage is ready; without a ready input (ready_ms of 0) the
+/// tick of the start is the first in RUN. The reference is 0 after every stop, fault and acknowledgement, until a new one.
+///
+/// Call drive_tick in the timer interrupt, and the functions at the end of this file in the background, one caller each.
 
 #ifndef DRIVE_DRIVE_H
 #define DRIVE_DRIVE_H
 
 #include "app/config.h"
+#include "app/faults.h"
 #include "app/loop.h"
+#include "app/scaling.h"
 #include "port/port.h"
 
 #include <stdbool.h>
@@ -29,7 +34,8 @@ typedef enum
 {
     DRIVE_IDLE,
     DRIVE_RUN,
-    DRIVE_FAULT
+    DRIVE_FAULT,
+    DRIVE_STARTING ///< the power stage is on, but not ready
 } drive_state_t;
 
 /// Limits that acted in a tick, as bits; the loop runs on.
@@ -46,10 +52,17 @@ typedef enum
     DRIVE_FAULT_IMAGE,          ///< self-test: the image differs from the one built; for good
     DRIVE_FAULT_RAM,            ///< self-test: for good
     DRIVE_FAULT_GOLDEN,         ///< self-test: the loop computes a wrong result; for good
-    DRIVE_FAULT_PARAMS,         ///< the loop's params are not for this drive; for good
+    DRIVE_FAULT_PARAMS,         ///< config or params are not for this drive; for good
+    DRIVE_FAULT_CLOCK,          ///< no crystal, or not the one that the config names; for good
     DRIVE_FAULT_WATCHDOG,       ///< at power-up: the watchdog ended the last run
+    DRIVE_FAULT_EXCEPTION,      ///< at power-up: a hard fault or an unexpected exception did
+    DRIVE_FAULT_CRYSTAL,        ///< at power-up: the crystal stopped
+    DRIVE_FAULT_BROWN_OUT,      ///< at power-up: the supply fell so far that the chip was reset
+    DRIVE_FAULT_RESTART,        ///< at power-up: the software reset the chip
     DRIVE_FAULT_EMERGENCY_STOP, ///< the input
+    DRIVE_FAULT_SUPPLY,         ///< the input: the supply is low
     DRIVE_FAULT_POWER,          ///< the power stage's fault input
+    DRIVE_FAULT_NOT_READY,      ///< the power stage: ready_ms after it was enabled, or in RUN
     DRIVE_FAULT_TICK_MISSED,    ///< a whole period or more late
     DRIVE_FAULT_TICK_LATE,      ///< by more than late_us
     DRIVE_FAULT_TICK_EARLY,     ///< by more than late_us: a clock runs wrong
@@ -57,16 +70,39 @@ typedef enum
     DRIVE_FAULT_NAN,            ///< the sensor or the reference
     DRIVE_FAULT_SENSOR_RANGE,   ///< |y| beyond input_max
     DRIVE_FAULT_SENSOR_STUCK,   ///< stuck_ticks readings in a row without a change
+    DRIVE_FAULT_REFERENCE,      ///< not renewed for reference_ms, in RUN
     DRIVE_FAULT_TICK_OVERRUN,   ///< longer than budget_us from its start to its command
+    DRIVE_FAULT_RESIDUAL,       ///< the sensor does not show the force that the loop commands
+    DRIVE_FAULT_COMMAND_LIMIT,  ///< u at a limit for command_limit_ms
     DRIVE_FAULTS
 } drive_fault_t;
+
+/// What a tick reads and nothing writes: the loop's params, and the config as the arithmetic has it. Made by
+/// drive_setup_init.
+typedef struct
+{
+    const loop_params_t *params;
+    drive_config_t       config;
+    scaling_t            scaling;
+    faults_bounds_t      bounds;
+} drive_setup_t;
+
+/// Of the last tare that was requested.
+typedef enum
+{
+    DRIVE_TARE_NONE,
+    DRIVE_TARE_BUSY,
+    DRIVE_TARE_DONE,
+    DRIVE_TARE_REFUSED ///< not in IDLE, turned off, or the mean force is beyond tare_max_n
+} drive_tare_t;
+
+#define DRIVE_TARE_TICKS 256u ///< whose mean reading becomes 0 N
 
 /// Read only: the functions below write it.
 typedef struct
 {
-    const port_t        *port;
-    const loop_params_t *params;
-    drive_config_t       config;
+    const port_t *port;
+    const drive_setup_t *volatile setup;
 
     volatile drive_state_t state;
 
@@ -74,11 +110,15 @@ typedef struct
     uint32_t       limits; ///< drive_limit_t bits of the last tick
     loop_state_t   loop;
     loop_signals_t signals; ///< of the last tick in RUN
+    loop_force_t   r, y;    ///< of the last tick; y without a fault of the sensor
+    faults_state_t lasting;
 
-    uint32_t     due_us; ///< when the next tick should start
-    bool         timed;  ///< due_us is valid
-    loop_force_t last_y;
-    uint32_t     same_y; ///< readings equal to the one before
+    loop_force_t sensor_zero; ///< reading at 0 N, by the config or by the last tare
+    loop_force_t last_reading;
+    uint32_t     same_reading; ///< readings equal to the one before
+
+    uint32_t due_us; ///< when the next tick should start
+    bool     timed;  ///< due_us is valid
 
     uint32_t ticks;       ///< since power-up; wraps
     uint32_t fault_tick;  ///< the tick that latched the cause
@@ -86,34 +126,61 @@ typedef struct
     uint32_t max_late_us; ///< latest start
     uint32_t overruns;    ///< ticks over budget; stops at UINT32_MAX
 
+    volatile drive_tare_t tare;
+    uint32_t              tare_ticks; ///< left
+    scaling_sum_t         tare_sum;
+
     // Requests are counters, incremented by the background; the tick copies them. This needs no lock.
-    volatile uint8_t starts, stops, acknowledgements;
-    uint8_t          starts_seen, stops_seen, acknowledgements_seen;
+    volatile loop_force_t reference;
+    const drive_setup_t *volatile next; ///< a setup to go on with; null: none
+    volatile uint8_t starts, stops, acknowledgements, tares, references;
+    uint8_t          starts_seen, stops_seen, acknowledgements_seen, tares_seen, references_seen;
     drive_state_t    logged_state;
 } drive_t;
 
-/// The drive after power-up: outputs off. With the fault `found` by the self-test (selftest.h), or DRIVE_FAULT_PARAMS, the
-/// drive is in FAULT for good; with DRIVE_FAULT_WATCHDOG it is in FAULT until acknowledged, with DRIVE_FAULT_NONE idle.
-/// `port` must outlive the drive, and so must `params`, which may be null if the fault is for good.
-void drive_init(drive_t              *drive,
-                const port_t         *port,
-                const loop_params_t  *params,
-                const drive_config_t *config,
-                drive_fault_t         found);
+/// Checks `config` by itself, with the port's converters and with the loop's params, and makes `setup`. False with `error`
+/// for the first field that does not fit: then `setup` is not to be used. `params` must outlive it. Not for the tick.
+bool drive_setup_init(drive_setup_t        *setup,
+                      const drive_config_t *config,
+                      const loop_params_t  *params,
+                      const port_t         *port,
+                      drive_config_error_t *error);
 
-/// One tick with reference `r`: reads the inputs, checks them, runs the loop in RUN, and writes the command.
-void drive_tick(drive_t *drive, loop_force_t r);
+/// The drive after power-up: outputs off. With the fault `found` the drive is in FAULT: for good, if it is the self-test's
+/// (selftest.h), DRIVE_FAULT_PARAMS or DRIVE_FAULT_CLOCK, else until acknowledged. `port` must outlive the drive, and so must
+/// `setup`, of which nothing but the config is read if the fault is for good.
+void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, drive_fault_t found);
 
-/// Requests for the next tick. A start acts only in IDLE, an acknowledgement only in FAULT.
+/// One tick: reads the inputs, checks them, runs the loop in RUN, and writes the command.
+void drive_tick(drive_t *drive);
+
+/// The reference from the next tick on. Renew it as often as reference_ms says.
+void drive_reference(drive_t *drive, loop_force_t r);
+
+/// Requests for the next tick. A start acts only in IDLE, an acknowledgement only in FAULT, a tare only in IDLE.
 void drive_start(drive_t *drive);
 void drive_stop(drive_t *drive);
 void drive_acknowledge(drive_t *drive);
+void drive_tare(drive_t *drive);
+
+/// The next tick goes on with `setup`, which must have been made for the same port, tick and full scale; the loop takes its
+/// state over without a bump in u. A tare is lost if sensor_zero_units differs. The old one may be reused once drive_setup
+/// returns the new one.
+void                 drive_change(drive_t *drive, const drive_setup_t *setup);
+const drive_setup_t *drive_setup(const drive_t *drive);
+
+/// The reading at 0 N in units: after a tare the sensor_zero_units to keep.
+float drive_sensor_zero_units(const drive_t *drive);
 
 /// Writes a line to the log if the state has changed: the state, and for a fault its cause and tick.
 void drive_log(drive_t *drive);
 
 /// Writes that line unconditionally.
 void drive_report(drive_t *drive);
+
+/// Writes which checks the config turns off, or why it was refused.
+void drive_report_off(const port_t *port, const drive_config_t *config);
+void drive_report_refused(const port_t *port, const drive_config_error_t *error);
 
 /// A few words for a log. Never null.
 const char *drive_fault_text(drive_fault_t fault);

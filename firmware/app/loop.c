@@ -24,6 +24,16 @@ loop_force_t loop_u_max(const loop_params_t *params)
     return params->controller.LOOP_N(u_max);
 }
 
+loop_force_t loop_input_max(const loop_params_t *params)
+{
+    return params->LOOP_N(input_max);
+}
+
+loop_force_t loop_f_hat(const loop_signals_t *signals)
+{
+    return signals->compensator.LOOP_N(force);
+}
+
 void loop_words(const loop_signals_t *signals, uint32_t words[TRIBO_SIGNAL_WORDS])
 {
     LOOP_TO_WORDS(signals, words);

@@ -35,6 +35,12 @@ loop_force_t loop_step(const loop_params_t *params,
 loop_force_t loop_u_min(const loop_params_t *params);
 loop_force_t loop_u_max(const loop_params_t *params);
 
+/// The largest credible reference or reading.
+loop_force_t loop_input_max(const loop_params_t *params);
+
+/// F^, the force of the arm that the loop commands.
+loop_force_t loop_f_hat(const loop_signals_t *signals);
+
 /// A tick's signals as tribo_signal_words.h orders them.
 void loop_words(const loop_signals_t *signals, uint32_t words[TRIBO_SIGNAL_WORDS]);
 

@@ -6,23 +6,35 @@
 #ifndef DRIVE_PORT_H
 #define DRIVE_PORT_H
 
+#include "app/config.h"
 #include "app/loop.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/// Fault inputs that are active now or, if the port detects edges, were active since the last tick.
+/// Inputs that are active now or, if the port detects edges, were active since the last tick. A port asks port_inputs which
+/// levels are active.
 #define PORT_INPUT_EMERGENCY_STOP 1u
 #define PORT_INPUT_POWER_FAULT    2u
+#define PORT_INPUT_NOT_READY      4u ///< the power stage; means nothing while it is off
+#define PORT_INPUT_SUPPLY         8u ///< below the level at which the chip and its converters are reliable
+
+/// A converter, or what a port has in its place. A number of units is a float in f32, and a fraction of full_units in Q31.
+typedef struct
+{
+    float full_units;            ///< 2^31 in Q31; not read in f32
+    float low_units, high_units; ///< the ends of its range, sensor: of what a working sensor reads; equal: it has none
+} port_range_t;
 
 typedef struct
 {
-    void *context; ///< passed to every function
+    void        *context; ///< passed to every function
+    port_range_t sensor, output;
 
-    /// The latest force; false if there is no new reading since the last call.
-    bool (*read_force)(void *context, loop_force_t *y);
-    /// Sets the motor current that makes the force u; no current at 0.
-    void (*command)(void *context, loop_force_t u);
+    /// The latest reading; false if there is no new one since the last call.
+    bool (*read_sensor)(void *context, loop_force_t *reading);
+    /// Sets the output, which is drive_config_t.command_zero_units for no current.
+    void (*command)(void *context, loop_force_t output);
     /// Turns the power stage on or off.
     void (*enable)(void *context, bool on);
     /// PORT_INPUT_ bits that are active. A broken wire must read as active.
@@ -31,6 +43,14 @@ typedef struct
     uint32_t (*time_us)(void *context);
     void (*log_byte)(void *context, uint8_t byte);
 } port_t;
+
+/// The levels of the pins of emergency stop, power fault and ready, as the drive's inputs: which were `high`, and which were
+/// `low`, since the last tick. Both if they changed. A broken wire of the emergency stop reads high.
+static inline uint32_t port_inputs(const drive_config_t *config, uint32_t high, uint32_t low)
+{
+    return (high & PORT_INPUT_EMERGENCY_STOP) | ((config->fault_level != 0u ? high : low) & PORT_INPUT_POWER_FAULT) |
+           ((config->ready_level != 0u ? low : high) & PORT_INPUT_NOT_READY);
+}
 
 /// Writes `text` to the log, from the background.
 static inline void port_write(const port_t *port, const char *text)

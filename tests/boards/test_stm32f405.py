@@ -73,6 +73,7 @@ def image_of(arithmetic):
 def test_boot_passes_the_self_test_ticks_and_finds_the_sensor_silent(start, arithmetic):
     board = start(image_of(arithmetic))
     assert board.line() == f"tribo {arithmetic}, self-test passed, 16 MHz from HSI, no PLL"
+    assert board.line() == "off: reference_ms ready_ms"
     assert board.line().startswith("idle at tick 0, ")
     assert board.line().startswith("fault: sensor silent since tick 1 at tick ")
 
@@ -93,6 +94,7 @@ def test_changed_image_does_not_get_past_the_self_test(start, tmp_path, arithmet
     changed.write_bytes(content)
     board = start(changed)
     assert board.line() == f"tribo {arithmetic}, self-test failed, 16 MHz from HSI, no PLL"
+    assert board.line() == "off: reference_ms ready_ms"
     assert board.line().startswith("fault: self-test: image since tick 0 at tick ")
     for command in (b"start\n", b"ack\n", b"start\n"):
         board.send(command)

@@ -1,17 +1,17 @@
 #include "board.h"
 
-static bool read_force(void *context, loop_force_t *y)
+static bool read_sensor(void *context, loop_force_t *reading)
 {
     const board_t *board = context;
-    *y                   = board->y;
+    *reading             = board->y;
     return !board->silent;
 }
 
-static void command(void *context, loop_force_t u)
+static void command(void *context, loop_force_t output)
 {
     board_t *board         = context;
-    board->moved_while_off = board->moved_while_off || (!board->enabled && u != 0);
-    board->command         = u;
+    board->moved_while_off = board->moved_while_off || (!board->enabled && output != 0);
+    board->command         = output;
     board->commands++;
 }
 
@@ -47,13 +47,15 @@ static void log_byte(void *context, uint8_t byte)
 void board_init(board_t *board, uint32_t now_us)
 {
     *board      = (board_t){.now_us = now_us, .tick_us = 20, .command = board_force(1.0), .enabled = true};
-    board->port = (port_t){.context    = board,
-                           .read_force = read_force,
-                           .command    = command,
-                           .enable     = enable,
-                           .inputs     = inputs,
-                           .time_us    = time_us,
-                           .log_byte   = log_byte};
+    board->port = (port_t){.context     = board,
+                           .sensor      = {.full_units = BOARD_FULL_SCALE_N},
+                           .output      = {.full_units = BOARD_FULL_SCALE_N},
+                           .read_sensor = read_sensor,
+                           .command     = command,
+                           .enable      = enable,
+                           .inputs      = inputs,
+                           .time_us     = time_us,
+                           .log_byte    = log_byte};
 }
 
 loop_force_t board_force(double force_n)

@@ -31,7 +31,7 @@ typedef struct
     unsigned     log_length;
 } board_t;
 
-/// A healthy board with its clock at `now_us`.
+/// A healthy board with its clock at `now_us`. Its sensor and its output are in N.
 void board_init(board_t *board, uint32_t now_us);
 
 /// A force in N, converted to the drive's arithmetic.

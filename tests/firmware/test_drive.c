@@ -14,28 +14,40 @@
 #define BUDGET_US   500u
 #define STUCK_TICKS 5u
 
-static const drive_config_t config = {.period_us   = PERIOD_US,
-                                      .late_us     = LATE_US,
-                                      .budget_us   = BUDGET_US,
-                                      .stuck_ticks = STUCK_TICKS};
+static board_t        board;
+static drive_t        drive;
+static drive_config_t config;
+static drive_setup_t  drive_setup_used;
+static loop_setup_t   setup;
+static loop_force_t   reference;
+static unsigned       ticks;
 
-static board_t      board;
-static drive_t      drive;
-static loop_setup_t setup;
-static loop_force_t reference;
-static unsigned     ticks;
-
-/// The clock starts near its wrap, so that every run crosses it.
-static void power_up(void)
+/// A drive that begins with the fault `found`. The clock starts near its wrap, so that every run crosses it.
+static void power_up_with(drive_fault_t found)
 {
+    drive_config_error_t error;
     board_init(&board, UINT32_MAX - 20u * PERIOD_US);
-    drive_init(&drive, &board.port, &setup.params, &config, DRIVE_FAULT_NONE);
+    TEST_ASSERT_TRUE(drive_setup_init(&drive_setup_used, &config, &setup.params, &board.port, &error));
+    drive_init(&drive, &board.port, &drive_setup_used, found);
     reference = board_force(0.5);
     ticks     = 0;
 }
 
+static void power_up(void)
+{
+    power_up_with(DRIVE_FAULT_NONE);
+}
+
+/// The sensor here does not follow the command, so the rig's faults are off: they have tests of their own.
 void setUp(void)
 {
+    config                  = drive_config_default();
+    config.period_us        = PERIOD_US;
+    config.late_us          = LATE_US;
+    config.budget_us        = BUDGET_US;
+    config.stuck_ticks      = STUCK_TICKS;
+    config.residual_n       = 0.0f;
+    config.command_limit_ms = 0;
     power_up();
 }
 
@@ -49,7 +61,8 @@ static void tick(void)
 {
     board_new_tick(&board);
     board.y = board_force(0.3 + 0.001 * (double)(ticks % 7u));
-    drive_tick(&drive, reference);
+    drive_reference(&drive, reference);
+    drive_tick(&drive);
     ticks++;
     board.now_us += PERIOD_US;
 }
@@ -93,6 +106,11 @@ static void emergency_stop(void)
 static void power_fault(void)
 {
     board.inputs = PORT_INPUT_POWER_FAULT;
+}
+
+static void supply_low(void)
+{
+    board.inputs = PORT_INPUT_SUPPLY;
 }
 
 static void miss_a_tick(void)
@@ -147,6 +165,7 @@ typedef struct
 static const injection_t injections[] = {
     {"emergency stop", DRIVE_FAULT_EMERGENCY_STOP, emergency_stop, 0.0, 0.0},
     {"power stage", DRIVE_FAULT_POWER, power_fault, 0.0, 0.0},
+    {"supply", DRIVE_FAULT_SUPPLY, supply_low, 0.0, 0.0},
     {"a tick missed", DRIVE_FAULT_TICK_MISSED, miss_a_tick, 0.0, 0.0},
     {"many ticks missed", DRIVE_FAULT_TICK_MISSED, miss_many_ticks, 0.0, 0.0},
     {"late", DRIVE_FAULT_TICK_LATE, be_late, 0.0, 0.0},
@@ -193,7 +212,8 @@ static void tick_with(const injection_t *injection)
     {
         set_force(&r, injection->r_n);
     }
-    drive_tick(&drive, r);
+    drive_reference(&drive, r);
+    drive_tick(&drive);
     ticks++;
     board.now_us += PERIOD_US;
 }
@@ -366,7 +386,8 @@ static void test_of_causes_in_one_tick_the_first_of_the_list_is_latched(void)
 static void tick_stuck(void)
 {
     board_new_tick(&board);
-    drive_tick(&drive, reference);
+    drive_reference(&drive, reference);
+    drive_tick(&drive);
     ticks++;
     board.now_us += PERIOD_US;
 }
@@ -412,7 +433,8 @@ static void test_a_change_in_the_last_moment_is_not_stuck(void)
 
 static void test_a_still_sensor_may_be_allowed(void)
 {
-    drive.config.stuck_ticks = 0;
+    config.stuck_ticks = 0;
+    power_up();
     start();
     for (unsigned i = 0; i < 1000u; i++)
     {
@@ -538,11 +560,16 @@ static void test_the_loop_that_runs_is_the_librarys(void)
 
 static void test_a_failed_self_test_lasts_whatever_is_requested(void)
 {
-    const drive_fault_t found[] = {DRIVE_FAULT_IMAGE, DRIVE_FAULT_RAM, DRIVE_FAULT_GOLDEN, DRIVE_FAULT_PARAMS};
+    const drive_fault_t found[] = {DRIVE_FAULT_IMAGE,
+                                   DRIVE_FAULT_RAM,
+                                   DRIVE_FAULT_GOLDEN,
+                                   DRIVE_FAULT_PARAMS,
+                                   DRIVE_FAULT_CLOCK};
+    const drive_setup_t nothing = {.params = NULL}; // must not be read
     for (unsigned i = 0; i < sizeof found / sizeof found[0]; i++)
     {
         board_init(&board, 0);
-        drive_init(&drive, &board.port, NULL, &config, found[i]); // null params: they must not be read
+        drive_init(&drive, &board.port, &nothing, found[i]);
         check_off();
         for (unsigned k = 0; k < 50u; k++)
         {
@@ -558,11 +585,9 @@ static void test_a_failed_self_test_lasts_whatever_is_requested(void)
     }
 }
 
-static void test_after_a_reset_by_the_watchdog_the_drive_waits_for_an_acknowledgement(void)
+static void check_waits_after(drive_fault_t found, const char *line)
 {
-    board_init(&board, 0);
-    drive_init(&drive, &board.port, &setup.params, &config, DRIVE_FAULT_WATCHDOG);
-    reference = board_force(0.5);
+    power_up_with(found);
     check_off();
     for (unsigned k = 0; k < 20u; k++)
     {
@@ -570,11 +595,10 @@ static void test_after_a_reset_by_the_watchdog_the_drive_waits_for_an_acknowledg
         tick();
         check_off();
         TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
-        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_WATCHDOG, drive.fault);
+        TEST_ASSERT_EQUAL_INT(found, drive.fault);
     }
     drive_log(&drive);
-    TEST_ASSERT_EQUAL_STRING("fault: reset by the watchdog since tick 0 at tick 20, longest tick 0 us, latest 0 us\n",
-                             board.log);
+    TEST_ASSERT_EQUAL_STRING(line, board.log);
     emergency_stop();
     drive_acknowledge(&drive);
     tick();
@@ -585,6 +609,264 @@ static void test_after_a_reset_by_the_watchdog_the_drive_waits_for_an_acknowledg
     TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
     check_off();
     start();
+}
+
+static void test_after_a_reset_that_nobody_asked_for_the_drive_waits_for_an_acknowledgement(void)
+{
+#define TAIL " since tick 0 at tick 20, longest tick 0 us, latest 0 us\n"
+    check_waits_after(DRIVE_FAULT_WATCHDOG, "fault: reset by the watchdog" TAIL);
+    check_waits_after(DRIVE_FAULT_EXCEPTION, "fault: reset after an exception" TAIL);
+    check_waits_after(DRIVE_FAULT_CRYSTAL, "fault: reset after the crystal stopped" TAIL);
+    check_waits_after(DRIVE_FAULT_BROWN_OUT, "fault: reset by a low supply" TAIL);
+    check_waits_after(DRIVE_FAULT_RESTART, "fault: reset by software" TAIL);
+}
+
+// --- the reference -------------------------------------------------------------------------------------------------
+
+/// A tick without a new reference.
+static void tick_on(void)
+{
+    board_new_tick(&board);
+    board.y = board_force(0.3 + 0.001 * (double)(ticks % 7u));
+    drive_tick(&drive);
+    ticks++;
+    board.now_us += PERIOD_US;
+}
+
+static void check_reference_is_0(const char *when)
+{
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, loop_word(drive.reference), when);
+    tick_on();
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, loop_word(drive.r), when);
+}
+
+static void test_the_reference_returns_to_0_at_every_stop_fault_and_acknowledgement(void)
+{
+    start();
+    drive_stop(&drive);
+    tick();
+    check_reference_is_0("a stop in RUN");
+    tick();
+    drive_stop(&drive);
+    tick();
+    check_reference_is_0("a stop in IDLE");
+    for (unsigned i = 0; i < INJECTIONS; i++)
+    {
+        power_up();
+        start();
+        tick_with(&injections[i]);
+        check_latched(&injections[i]);
+        check_reference_is_0(injections[i].name);
+        repair();
+        tick(); // a reference that comes during the fault ...
+        drive_acknowledge(&drive);
+        tick(); // ... and with the acknowledgement
+        TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+        check_reference_is_0("an acknowledgement");
+    }
+}
+
+static void test_a_reference_lasts_until_the_next_if_it_need_not_be_renewed(void)
+{
+    start();
+    for (unsigned i = 0; i < 1000u; i++)
+    {
+        tick_on();
+        check_running();
+        TEST_ASSERT_EQUAL_HEX32(loop_word(reference), loop_word(drive.r));
+    }
+}
+
+// --- scaling and tare ----------------------------------------------------------------------------------------------
+
+static double newton(loop_force_t force)
+{
+    return loop_to_q31(force, BOARD_FULL_SCALE_N) / 2147483648.0 * (double)BOARD_FULL_SCALE_N;
+}
+
+static void tick_reading(double units)
+{
+    board.y = board_force(units);
+    tick_stuck();
+}
+
+static void test_readings_and_outputs_are_scaled_as_the_config_says(void)
+{
+    config.sensor_n_per_unit  = 0.5f;
+    config.sensor_zero_units  = 0.25f;
+    config.sensor_reversed    = 1;
+    config.command_n_per_unit = 2.0f;
+    config.command_zero_units = 0.125f;
+    config.command_reversed   = 1;
+    power_up();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.125, newton(board.command));
+    tick_reading(0.75);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, -0.25, newton(drive.y));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.125, newton(board.command));
+    drive_start(&drive);
+    tick_reading(0.75);
+    const double u_n = newton(drive.signals.controller.LOOP_N(u));
+    TEST_ASSERT_TRUE(u_n > 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.125 - u_n / 2.0, newton(board.command));
+    emergency_stop();
+    tick_reading(0.75);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.125, newton(board.command));
+    TEST_ASSERT_FALSE(board.enabled);
+    board.moved_while_off = false; // 0.125 units are no current
+}
+
+/// The mean of the readings is 40 mN.
+static void tick_until_tared(void)
+{
+    for (unsigned i = 0; i < DRIVE_TARE_TICKS; i++)
+    {
+        TEST_ASSERT_EQUAL_INT(i == 0u ? DRIVE_TARE_NONE : DRIVE_TARE_BUSY, drive.tare);
+        tick_reading(i % 2u == 0u ? 0.05 : 0.03);
+    }
+}
+
+static void test_a_tare_makes_the_mean_reading_0_n(void)
+{
+    config.tare_max_n = 0.1f;
+    power_up();
+    drive_tare(&drive);
+    tick_until_tared();
+    TEST_ASSERT_EQUAL_INT(DRIVE_TARE_DONE, drive.tare);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.04, (double)drive_sensor_zero_units(&drive));
+    tick_reading(0.04);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, newton(drive.y));
+    tick_reading(0.54);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, newton(drive.y));
+
+    // It lasts over a start and another setup of the same sensor, and ends with a setup of another zero.
+    static drive_setup_t other;
+    drive_config_error_t error;
+    drive_start(&drive);
+    tick_reading(0.3);
+    check_running();
+    config.stuck_ticks = 300;
+    TEST_ASSERT_TRUE(drive_setup_init(&other, &config, &setup.params, &board.port, &error));
+    drive_change(&drive, &other);
+    tick_reading(0.54);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, newton(drive.y));
+    static drive_setup_t moved;
+    config.sensor_zero_units = 0.01f;
+    TEST_ASSERT_TRUE(drive_setup_init(&moved, &config, &setup.params, &board.port, &error));
+    drive_change(&drive, &moved);
+    tick_reading(0.51);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, newton(drive.y));
+}
+
+static void check_tare_refused(void)
+{
+    TEST_ASSERT_EQUAL_INT(DRIVE_TARE_REFUSED, drive.tare);
+    TEST_ASSERT_TRUE(drive_sensor_zero_units(&drive) == 0.0f);
+}
+
+static void test_a_tare_is_refused_while_the_drive_runs_or_has_a_fault(void)
+{
+    config.tare_max_n = 0.1f;
+    power_up();
+    start();
+    drive_tare(&drive);
+    tick();
+    check_running();
+    check_tare_refused();
+    emergency_stop();
+    tick();
+    drive.tare = DRIVE_TARE_NONE;
+    drive_tare(&drive);
+    tick();
+    check_tare_refused();
+    power_up_with(DRIVE_FAULT_PARAMS);
+    drive_tare(&drive);
+    tick();
+    check_tare_refused();
+}
+
+static void test_a_start_or_a_fault_ends_a_tare(void)
+{
+    config.tare_max_n = 0.1f;
+    power_up();
+    drive_tare(&drive);
+    run_until(100);
+    TEST_ASSERT_EQUAL_INT(DRIVE_TARE_BUSY, drive.tare);
+    start();
+    check_tare_refused();
+    power_up();
+    drive_tare(&drive);
+    run_until(100);
+    emergency_stop();
+    tick();
+    check_tare_refused();
+}
+
+static void test_a_tare_beyond_its_bound_is_refused(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        config.tare_max_n = 0.0399f;
+        power_up();
+        drive_tare(&drive);
+        for (unsigned i = 0; i < DRIVE_TARE_TICKS; i++)
+        {
+            tick_reading(sign * (i % 2u == 0u ? 0.05 : 0.03));
+        }
+        check_tare_refused();
+    }
+    config.tare_max_n = 0.0f; // off
+    power_up();
+    drive_tare(&drive);
+    tick();
+    check_tare_refused();
+}
+
+// --- another setup -------------------------------------------------------------------------------------------------
+
+static void test_a_changed_setup_is_used_from_the_next_tick_on(void)
+{
+    static drive_setup_t other;
+    drive_config_error_t error;
+    config.stuck_ticks = 50;
+    TEST_ASSERT_TRUE(drive_setup_init(&other, &config, &setup.params, &board.port, &error));
+    start();
+    for (unsigned i = 1; i < STUCK_TICKS; i++)
+    {
+        tick_stuck();
+    }
+    drive_change(&drive, &other);
+    TEST_ASSERT_TRUE(drive_setup(&drive) == &drive_setup_used);
+    for (unsigned i = STUCK_TICKS; i < 50u; i++)
+    {
+        tick_stuck();
+        check_running();
+        TEST_ASSERT_TRUE(drive_setup(&drive) == &other);
+    }
+    tick_stuck();
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_SENSOR_STUCK, drive.fault);
+}
+
+static void test_a_changed_setup_goes_on_without_a_bump(void)
+{
+    static drive_setup_t          other;
+    static loop_setup_t           other_loop;
+    drive_config_error_t          error;
+    tribo_force_loop_f32_config_t loop = tribo_force_loop_f32_paper();
+    loop.gain                          = 0.4f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_setup(&other_loop, &loop, BOARD_FULL_SCALE_N));
+    TEST_ASSERT_TRUE(drive_setup_init(&other, &config, &other_loop.params, &board.port, &error));
+    start();
+    run_until(30);
+    const int64_t before = loop_to_q31(board.command, BOARD_FULL_SCALE_N);
+    tick();
+    const int64_t without = loop_to_q31(board.command, BOARD_FULL_SCALE_N) - before;
+    drive_change(&drive, &other);
+    const int64_t last = loop_to_q31(board.command, BOARD_FULL_SCALE_N);
+    tick();
+    const int64_t with = loop_to_q31(board.command, BOARD_FULL_SCALE_N) - last;
+    check_running();
+    TEST_ASSERT_TRUE(drive.loop.active == &other_loop.params);
+    TEST_ASSERT_INT64_WITHIN(1 << 22, without, with); // 8 mN of 4 N
 }
 
 static void test_the_log_reports_each_change_once(void)
@@ -647,7 +929,16 @@ int main(void)
     RUN_TEST(test_every_start_begins_with_the_loop_at_rest);
     RUN_TEST(test_the_loop_that_runs_is_the_librarys);
     RUN_TEST(test_a_failed_self_test_lasts_whatever_is_requested);
-    RUN_TEST(test_after_a_reset_by_the_watchdog_the_drive_waits_for_an_acknowledgement);
+    RUN_TEST(test_after_a_reset_that_nobody_asked_for_the_drive_waits_for_an_acknowledgement);
+    RUN_TEST(test_the_reference_returns_to_0_at_every_stop_fault_and_acknowledgement);
+    RUN_TEST(test_a_reference_lasts_until_the_next_if_it_need_not_be_renewed);
+    RUN_TEST(test_readings_and_outputs_are_scaled_as_the_config_says);
+    RUN_TEST(test_a_tare_makes_the_mean_reading_0_n);
+    RUN_TEST(test_a_tare_is_refused_while_the_drive_runs_or_has_a_fault);
+    RUN_TEST(test_a_start_or_a_fault_ends_a_tare);
+    RUN_TEST(test_a_tare_beyond_its_bound_is_refused);
+    RUN_TEST(test_a_changed_setup_is_used_from_the_next_tick_on);
+    RUN_TEST(test_a_changed_setup_goes_on_without_a_bump);
     RUN_TEST(test_the_log_reports_each_change_once);
     RUN_TEST(test_every_fault_has_a_text_of_its_own);
     return UNITY_END();

@@ -21,17 +21,17 @@ typedef struct
     bool         enabled;
 } board_t;
 
-static bool read_force(void *context, loop_force_t *y)
+static bool read_sensor(void *context, loop_force_t *reading)
 {
     const board_t *board = context;
-    *y                   = loop_from_word(board->tick[TRIBO_TICK_Y]);
+    *reading             = loop_from_word(board->tick[TRIBO_TICK_Y]);
     return board->tick[TRIBO_TICK_SILENT] == 0u;
 }
 
-static void command(void *context, loop_force_t u)
+static void command(void *context, loop_force_t output)
 {
     board_t *board = context;
-    board->command = u;
+    board->command = output;
 }
 
 static void enable(void *context, bool on)
@@ -59,14 +59,15 @@ static void log_byte(void *context, uint8_t byte)
     (void)sys_semihost_putc((char)byte, NULL);
 }
 
-static board_t      board;
-static const port_t port = {.context    = &board,
-                            .read_force = read_force,
-                            .command    = command,
-                            .enable     = enable,
-                            .inputs     = inputs,
-                            .time_us    = time_us,
-                            .log_byte   = log_byte};
+/// Sensor and output are in N, which the host has scaled: `ranges` are set with the full scale.
+static board_t board;
+static port_t  port = {.context     = &board,
+                       .read_sensor = read_sensor,
+                       .command     = command,
+                       .enable      = enable,
+                       .inputs      = inputs,
+                       .time_us     = time_us,
+                       .log_byte    = log_byte};
 
 // --- lock-step -----------------------------------------------------------------------------------------------------
 
@@ -86,7 +87,8 @@ static void tick(drive_t *drive, const uint32_t *words)
     {
         drive_acknowledge(drive);
     }
-    drive_tick(drive, loop_from_word(words[TRIBO_TICK_R]));
+    drive_reference(drive, loop_from_word(words[TRIBO_TICK_R]));
+    drive_tick(drive);
 }
 
 static bool answer(const drive_t *drive)
@@ -103,12 +105,27 @@ static bool answer(const drive_t *drive)
     return link_send(TRIBO_WIRE_TOCK, tock, TRIBO_TOCK_WORDS);
 }
 
+/// The faults of the rig are off: a scenario's plant may be any, and is often meant to be wrong.
+static drive_config_t config_of(const tribo_setup_t *setup)
+{
+    drive_config_t config   = drive_config_default();
+    config.period_us        = setup->period_us;
+    config.late_us          = setup->late_us;
+    config.budget_us        = setup->budget_us;
+    config.stuck_ticks      = setup->stuck_ticks;
+    config.full_scale_n     = setup->full_scale_n;
+    config.residual_n       = 0.0f;
+    config.command_limit_ms = 0;
+    return config;
+}
+
 /// Returns the program's exit status.
 static int serve(drive_fault_t found)
 {
     static drive_t       drive;
     static tribo_setup_t setup;
     static loop_setup_t  loop;
+    static drive_setup_t drive_setup;
     static uint32_t      words[TRIBO_WIRE_WORDS_MAX];
 
     uint32_t kind;
@@ -118,16 +135,20 @@ static int serve(drive_fault_t found)
         return 3;
     }
     tribo_setup_from_words(&setup, words);
-    const drive_config_t config = {.period_us   = setup.period_us,
-                                   .late_us     = setup.late_us,
-                                   .budget_us   = setup.budget_us,
-                                   .stuck_ticks = setup.stuck_ticks};
+    const drive_config_t config = config_of(&setup);
     const uint32_t       status = (uint32_t)loop_setup(&loop, &setup.loop, setup.full_scale_n);
-    if (found == DRIVE_FAULT_NONE && status != TRIBO_OK)
+    drive_config_error_t error;
+    port.sensor.full_units = port.output.full_units = setup.full_scale_n;
+    const bool suits = status == TRIBO_OK && drive_setup_init(&drive_setup, &config, &loop.params, &port, &error);
+    if (status == TRIBO_OK && !suits)
+    {
+        drive_report_refused(&port, &error);
+    }
+    if (found == DRIVE_FAULT_NONE && !suits)
     {
         found = DRIVE_FAULT_PARAMS;
     }
-    drive_init(&drive, &port, &loop.params, &config, found);
+    drive_init(&drive, &port, &drive_setup, found);
     bool ok = link_send(TRIBO_WIRE_READY, &status, TRIBO_READY_WORDS);
     while (ok && link_receive(&kind, words, &count))
     {

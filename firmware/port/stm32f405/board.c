@@ -263,7 +263,7 @@ void TIM2_IRQHandler(void)
 
 // --- the drive's port ----------------------------------------------------------------------------------------------
 
-static bool read_force(void *context, loop_force_t *y)
+static bool read_sensor(void *context, loop_force_t *reading)
 {
     (void)context;
     const uint32_t count = adc_count;
@@ -274,14 +274,14 @@ static bool read_force(void *context, loop_force_t *y)
     {
         return false;
     }
-    *y = convert_sensor(sum, count);
+    *reading = convert_sensor(sum, count);
     return true;
 }
 
-static void command(void *context, loop_force_t u)
+static void command(void *context, loop_force_t output)
 {
     (void)context;
-    DAC->DHR12R1 = convert_command(u);
+    DAC->DHR12R1 = convert_output(output);
 }
 
 static void enable(void *context, bool on)
@@ -320,10 +320,12 @@ static void log_byte(void *context, uint8_t byte)
     }
 }
 
-const port_t board_port = {.context    = 0,
-                           .read_force = read_force,
-                           .command    = command,
-                           .enable     = enable,
-                           .inputs     = inputs,
-                           .time_us    = time_us,
-                           .log_byte   = log_byte};
+const port_t board_port = {.context     = 0,
+                           .sensor      = CONVERT_SENSOR_RANGE,
+                           .output      = CONVERT_OUTPUT_RANGE,
+                           .read_sensor = read_sensor,
+                           .command     = command,
+                           .enable      = enable,
+                           .inputs      = inputs,
+                           .time_us     = time_us,
+                           .log_byte    = log_byte};

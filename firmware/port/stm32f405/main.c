@@ -5,37 +5,60 @@
 #include "app/drive.h"
 #include "app/selftest.h"
 #include "board.h"
-#include "convert.h"
 #include "device.h"
+#include "rig_config.h"
 #ifdef DRIVE_ARITH_Q31
 #include "rig_q31.h"
 #else
 #include "rig_f32.h"
 #endif
 
-static drive_t          drive;
-static volatile int32_t reference; ///< Q31 of the full scale
+static drive_t       drive;
+static drive_setup_t drive_setup_used;
 
-#define REFERENCE_STEP ((int32_t)(0.01f / CONVERT_FULL_SCALE_N * 2147483648.0f)) // 10 mN
-#define REFERENCE_MAX  (100 * REFERENCE_STEP)                                    // 1 N
-
-static const drive_config_t config = {.period_us = BOARD_TICK_US, .late_us = 50, .budget_us = 250, .stuck_ticks = 200};
+#define REFERENCE_STEP 0.01f // N
+#define REFERENCE_MAX  1.0f
 
 void board_tick(void)
 {
-    drive_tick(&drive, loop_from_q31(reference, CONVERT_FULL_SCALE_N));
+    drive_tick(&drive);
 }
 
 extern uint32_t data_start[];
 
-/// Whether the rig's params are made for the tick and the converters of this board.
-static drive_fault_t check_params(void)
+/// Whether config and params are made for each other, and for the tick and the converters of this board.
+static drive_fault_t set_up(drive_config_error_t *error)
 {
-    bool ok = RIG_SAMPLE_TIME_S == (float)BOARD_TICK_US / 1e6f && convert_suits(&rig_params);
+    bool ok = drive_setup_init(&drive_setup_used, &rig_config, &rig_params, &board_port, error);
+    if (ok && rig_config.period_us != BOARD_TICK_US)
+    {
+        *error = (drive_config_error_t){"period_us", (float)rig_config.period_us, BOARD_TICK_US, BOARD_TICK_US, false};
+        ok     = false;
+    }
+    if (ok && RIG_SAMPLE_TIME_S != (float)BOARD_TICK_US / 1e6f)
+    {
+        const float sample_us = RIG_SAMPLE_TIME_S * 1e6f;
+        *error                = (drive_config_error_t){"period_us", (float)BOARD_TICK_US, sample_us, sample_us, false};
+        ok                    = false;
+    }
 #ifdef DRIVE_ARITH_Q31
-    ok = ok && RIG_FULL_SCALE_N == CONVERT_FULL_SCALE_N;
+    if (ok && RIG_FULL_SCALE_N != rig_config.full_scale_n)
+    {
+        *error =
+            (drive_config_error_t){"full_scale_n", rig_config.full_scale_n, RIG_FULL_SCALE_N, RIG_FULL_SCALE_N, false};
+        ok = false;
+    }
 #endif
     return ok ? DRIVE_FAULT_NONE : DRIVE_FAULT_PARAMS;
+}
+
+/// Moves the reference, which is 0 after every stop.
+static void move_reference(float step_n)
+{
+    const float now_n  = scaling_value(drive.reference, rig_config.full_scale_n);
+    const float next_n = now_n + step_n;
+    const float r_n    = next_n > REFERENCE_MAX ? REFERENCE_MAX : next_n < -REFERENCE_MAX ? -REFERENCE_MAX : next_n;
+    drive_reference(&drive, scaling_number(r_n, rig_config.full_scale_n));
 }
 
 static void execute(command_t command)
@@ -57,10 +80,10 @@ static void execute(command_t command)
         drive_report(&drive);
         break;
     case COMMAND_UP:
-        reference = reference < REFERENCE_MAX ? reference + REFERENCE_STEP : REFERENCE_MAX;
+        move_reference(REFERENCE_STEP);
         break;
     case COMMAND_DOWN:
-        reference = reference > -REFERENCE_MAX ? reference - REFERENCE_STEP : -REFERENCE_MAX;
+        move_reference(-REFERENCE_STEP);
         break;
     }
 }
@@ -98,14 +121,21 @@ int main(void)
                                          [BOARD_CLOCK_HSI]  = "168 MHz from HSI, no HSE\n",
                                          [BOARD_CLOCK_SLOW] = "16 MHz from HSI, no PLL\n"};
 
-    const board_clock_t clock  = board_init();
-    const drive_fault_t tested = selftest_run(&selftest_seal, NULL, data_start, SIZE_MAX); // interrupts are off
-    const drive_fault_t found  = tested != DRIVE_FAULT_NONE ? tested : check_params();
-    const drive_fault_t reset  = board_was_reset_by_watchdog() ? DRIVE_FAULT_WATCHDOG : DRIVE_FAULT_NONE;
-    drive_init(&drive, &board_port, &rig_params, &config, found != DRIVE_FAULT_NONE ? found : reset);
+    drive_config_error_t error;
+    const board_clock_t  clock  = board_init();
+    const drive_fault_t  tested = selftest_run(&selftest_seal, NULL, data_start, SIZE_MAX); // interrupts are off
+    const drive_fault_t  fits   = set_up(&error);
+    const drive_fault_t  found  = tested != DRIVE_FAULT_NONE ? tested : fits;
+    const drive_fault_t  reset  = board_was_reset_by_watchdog() ? DRIVE_FAULT_WATCHDOG : DRIVE_FAULT_NONE;
+    drive_init(&drive, &board_port, &drive_setup_used, found != DRIVE_FAULT_NONE ? found : reset);
     port_write(&board_port, "tribo " LOOP_ARITHMETIC ", self-test ");
     port_write(&board_port, tested == DRIVE_FAULT_NONE ? "passed, " : "failed, ");
     port_write(&board_port, clocks[clock]);
+    drive_report_off(&board_port, &rig_config);
+    if (fits != DRIVE_FAULT_NONE)
+    {
+        drive_report_refused(&board_port, &error);
+    }
     board_start();
 
     for (;;)

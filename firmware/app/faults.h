@@ -1,0 +1,42 @@
+/// Faults of the rig that one tick cannot tell: each is a condition that has lasted for longer than its bound. A bound of 0
+/// turns its fault off.
+
+#ifndef DRIVE_FAULTS_H
+#define DRIVE_FAULTS_H
+
+#include "app/config.h"
+#include "app/loop.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/// The bounds of drive_config_t in forces of the arithmetic and in ticks.
+typedef struct
+{
+    loop_force_t residual; ///< 0: off
+    loop_force_t tare_max; ///< 0: off
+    uint32_t     residual_ticks, command_limit_ticks, reference_ticks, ready_ticks;
+} faults_bounds_t;
+
+/// Ticks in a row. Zero at a start.
+typedef struct
+{
+    uint32_t residual, command_limit, reference, starting;
+} faults_state_t;
+
+void faults_init(faults_bounds_t *bounds, const drive_config_t *config);
+
+/// Each takes a tick and returns true once its bound is exceeded.
+
+/// y and F^ of the same tick. F^ is the arm's that the loop commands, so a healthy sensor follows it within its own lag and
+/// the error of the model; a sensor that is detached, frozen or reversed, or that reads half, does not.
+bool faults_residual(const faults_bounds_t *bounds, faults_state_t *state, loop_force_t y, loop_force_t f_hat);
+
+bool faults_command_limit(const faults_bounds_t *bounds, faults_state_t *state, bool limited);
+
+bool faults_reference(const faults_bounds_t *bounds, faults_state_t *state, bool renewed);
+
+/// While the power stage is on but not ready.
+bool faults_starting(const faults_bounds_t *bounds, faults_state_t *state);
+
+#endif

@@ -1,0 +1,88 @@
+/// From the units of a port's sensor to newton, and from newton to those of its output (config.h has the equations).
+///
+///     f32    a reading and an output are in units of the port, a force is in N
+///     q31    a reading and an output are fractions of port_range_t.full_units, a force is one of the full scale
+///
+/// With a unit of 1 N, a zero of 0 and a full of the full scale every force passes with all its bits.
+
+#ifndef DRIVE_SCALING_H
+#define DRIVE_SCALING_H
+
+#include "app/config.h"
+#include "app/loop.h"
+#include "port/port.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef DRIVE_ARITH_Q31
+
+#include "tribo/q31.h"
+
+/// mantissa / 2^shift, shift 1 to 31
+typedef struct
+{
+    int32_t  mantissa;
+    uint32_t shift;
+} scaling_gain_t;
+
+typedef int64_t scaling_sum_t; ///< of readings
+
+static inline loop_force_t scaling_apply(const scaling_gain_t *gain, loop_force_t x, uint32_t *saturated)
+{
+    return tribo_q31_narrow(tribo_q31_multiply(x, gain->mantissa), gain->shift, saturated);
+}
+
+#else
+
+typedef float scaling_gain_t;
+typedef float scaling_sum_t; ///< of readings
+
+#endif
+
+typedef struct
+{
+    scaling_gain_t sensor, command;
+    loop_force_t   sensor_zero, command_zero; ///< a reading, an output
+    loop_force_t   no_current;                ///< the output, whatever the rest of the config is
+} scaling_t;
+
+/// Makes `scaling` for a port. False with `error` if a field is out of its range or has no number in the arithmetic; no_current
+/// is made nevertheless.
+bool scaling_init(scaling_t *scaling, const drive_config_t *config, const port_t *port, drive_config_error_t *error);
+
+/// The force of a reading, `zero` being the reading at 0 N.
+static inline loop_force_t scaling_force(const scaling_t *scaling, loop_force_t zero, loop_force_t reading)
+{
+#ifdef DRIVE_ARITH_Q31
+    uint32_t unused = 0;
+    return scaling_apply(&scaling->sensor, tribo_q31_subtract(reading, zero, &unused), &unused);
+#else
+    return (reading - zero) * scaling->sensor;
+#endif
+}
+
+/// The output for a force.
+static inline loop_force_t scaling_output(const scaling_t *scaling, loop_force_t u)
+{
+#ifdef DRIVE_ARITH_Q31
+    uint32_t unused = 0;
+    return tribo_q31_add(scaling_apply(&scaling->command, u, &unused), scaling->command_zero, &unused);
+#else
+    return u * scaling->command + scaling->command_zero;
+#endif
+}
+
+/// Not for the tick: a number in units or N as a reading, output or force, whose 2^31 is `full`, and back.
+loop_force_t scaling_number(float x, float full);
+float        scaling_value(loop_force_t x, float full);
+
+/// Whether the converters suit the loop: an output for each u within its limits, no more current than allowed, and at either
+/// end of the sensor's range a reading that the loop does not accept. False with `error`, which names the field to change.
+bool scaling_suits(const scaling_t      *scaling,
+                   const drive_config_t *config,
+                   const port_t         *port,
+                   const loop_params_t  *params,
+                   drive_config_error_t *error);
+
+#endif

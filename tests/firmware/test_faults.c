@@ -1,0 +1,502 @@
+// The rig's faults: conditions that last, each from 50 different ticks on. The sensor here follows the arm that the loop commands
+// through the lag of a real one, until it breaks.
+
+#include "app/drive.h"
+#include "app/loop_setup.h"
+#include "board.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define PERIOD_US    1000u
+#define WITHIN_TICKS 100u // of the fault: the command is 0
+
+static board_t        board;
+static drive_t        drive;
+static drive_config_t config;
+static drive_setup_t  setup;
+static loop_setup_t   loop;
+static double         shown_n; ///< by a sensor that works
+static double         reference_n;
+static unsigned       ticks;
+static uint32_t       noise;
+
+static void power_up(void)
+{
+    drive_config_error_t error;
+    board_init(&board, 0);
+    TEST_ASSERT_TRUE(drive_setup_init(&setup, &config, &loop.params, &board.port, &error));
+    drive_init(&drive, &board.port, &setup, DRIVE_FAULT_NONE);
+    shown_n     = 0.0;
+    reference_n = 0.5;
+    ticks       = 0;
+    noise       = 1;
+}
+
+void setUp(void)
+{
+    config           = drive_config_default();
+    config.budget_us = 500;
+    power_up();
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_FALSE_MESSAGE(board.moved_while_off, "a command while the power stage was off");
+}
+
+static double newton(loop_force_t force)
+{
+    return loop_to_q31(force, BOARD_FULL_SCALE_N) / 2147483648.0 * (double)BOARD_FULL_SCALE_N;
+}
+
+/// Within 1 mN, another one each tick.
+static double noise_n(void)
+{
+    noise = noise * 1664525u + 1013904223u;
+    return ((double)(noise >> 16) / 32768.0 - 1.0) * 1e-3;
+}
+
+// --- sensors -------------------------------------------------------------------------------------------------------
+
+static double frozen_n;
+
+static double healthy(void)
+{
+    return shown_n;
+}
+
+static double detached(void)
+{
+    return 0.0;
+}
+
+static double frozen(void)
+{
+    return frozen_n;
+}
+
+static double reversed(void)
+{
+    return -shown_n;
+}
+
+static double half_scale(void)
+{
+    return 0.5 * shown_n;
+}
+
+/// A tick in which the sensor shows `sensor()`, with noise.
+static void tick_with(double (*sensor)(void), bool renew)
+{
+    board_new_tick(&board);
+    board.y = board_force(sensor() + noise_n());
+    if (renew)
+    {
+        drive_reference(&drive, board_force(reference_n));
+    }
+    drive_tick(&drive);
+    ticks++;
+    board.now_us += PERIOD_US;
+    const double f_hat_n = drive.state == DRIVE_RUN ? newton(loop_f_hat(&drive.signals)) : 0.0;
+    shown_n += 0.0535 * (f_hat_n - shown_n); // 55 rad/s
+}
+
+static void tick(void)
+{
+    tick_with(healthy, true);
+}
+
+static void run_until(unsigned count)
+{
+    while (ticks < count)
+    {
+        tick();
+    }
+}
+
+static void check_off(void)
+{
+    TEST_ASSERT_EQUAL_HEX32(0, loop_word(board.command));
+    TEST_ASSERT_FALSE(board.enabled);
+}
+
+static void check_running(void)
+{
+    TEST_ASSERT_EQUAL_STRING("none", drive_fault_text(drive.fault));
+    TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
+    TEST_ASSERT_TRUE(board.enabled);
+}
+
+static void start(void)
+{
+    drive_start(&drive);
+    tick();
+    check_running();
+}
+
+/// It lasts without its cause and against starts, until it is acknowledged. Then the drive runs again.
+static void check_latched_until_acknowledged(drive_fault_t cause)
+{
+    for (unsigned i = 0; i < 20u; i++)
+    {
+        check_off();
+        TEST_ASSERT_EQUAL_STRING(drive_fault_text(cause), drive_fault_text(drive.fault));
+        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
+        TEST_ASSERT_EQUAL_HEX32(0, loop_word(drive.reference));
+        drive_start(&drive);
+        tick_with(healthy, false);
+    }
+    drive_acknowledge(&drive);
+    tick();
+    TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+    TEST_ASSERT_EQUAL_HEX32(0, loop_word(drive.reference));
+    shown_n = 0.0;
+    start();
+    run_until(ticks + 300u);
+    check_running();
+}
+
+// --- residual ------------------------------------------------------------------------------------------------------
+
+static const struct
+{
+    const char *name;
+    double (*sensor)(void);
+} sensors[] = {{"detached", detached}, {"frozen", frozen}, {"reversed", reversed}, {"half-scale", half_scale}};
+
+/// Ticks from the fault to the command of 0.
+static unsigned stop_after(double (*sensor)(void), unsigned at)
+{
+    power_up();
+    start();
+    run_until(at);
+    check_running();
+    frozen_n         = shown_n;
+    unsigned passing = 0;
+    while (drive.state == DRIVE_RUN && passing < 2u * WITHIN_TICKS)
+    {
+        tick_with(sensor, true);
+        passing++;
+    }
+    return passing;
+}
+
+static void test_a_wrong_sensor_stops_at_50_ticks_within_100_ms(void)
+{
+    for (unsigned i = 0; i < sizeof sensors / sizeof sensors[0]; i++)
+    {
+        unsigned longest = 0;
+        for (unsigned at = 1; at <= 50u; at++)
+        {
+            const unsigned passing = stop_after(sensors[i].sensor, at);
+            longest                = passing > longest ? passing : longest;
+            TEST_ASSERT_TRUE_MESSAGE(passing <= WITHIN_TICKS, sensors[i].name);
+            check_latched_until_acknowledged(DRIVE_FAULT_RESIDUAL);
+        }
+        printf("%s: stopped after at most %u ms\n", sensors[i].name, longest);
+    }
+}
+
+static void test_a_healthy_sensor_runs_on(void)
+{
+    start();
+    for (unsigned i = 0; i < 5000u; i++)
+    {
+        reference_n = i / 500u % 2u == 0u ? 0.5 : -0.2;
+        tick();
+        check_running();
+    }
+}
+
+/// y - F^ stands at what the test says, from a tick on.
+static double offset_n;
+
+static double offset(void)
+{
+    return newton(loop_f_hat(&drive.signals)) + offset_n;
+}
+
+/// F^ of the tick to come is a little ahead of the last one's, and the noise 1 mN: 10 mN of room.
+static void check_residual_of(double residual_n, bool stops)
+{
+    offset_n                = residual_n;
+    config.command_limit_ms = 0;
+    power_up();
+    reference_n = 0.0;
+    start();
+    for (unsigned i = 0; i <= config.residual_ms; i++)
+    {
+        check_running();
+        tick_with(offset, true);
+    }
+    TEST_ASSERT_EQUAL_INT(stops ? DRIVE_FAULT_RESIDUAL : DRIVE_FAULT_NONE, drive.fault);
+}
+
+static void test_the_residual_has_two_signs_and_a_bound(void)
+{
+    config.residual_ms = 3;
+    check_residual_of(0.8, true);
+    check_residual_of(-0.8, true);
+    config.residual_n = 1.0f;
+    check_residual_of(0.8, false);
+    check_residual_of(-0.8, false);
+    config.residual_n = 0.0f;
+    check_residual_of(1.9, false);
+}
+
+// --- command at its limit ------------------------------------------------------------------------------------------
+
+static void test_a_command_at_its_limit_stops_at_50_ticks_once_it_lasts(void)
+{
+    config.residual_n       = 0.0f;
+    config.command_limit_ms = 7;
+    for (unsigned at = 1; at <= 50u; at++)
+    {
+        power_up();
+        start();
+        run_until(at);
+        while ((drive.limits & DRIVE_LIMIT_COMMAND) == 0u)
+        {
+            check_running();
+            tick_with(detached, true);
+        }
+        for (unsigned i = 1; i < 7u; i++)
+        {
+            tick_with(detached, true);
+            check_running();
+            TEST_ASSERT_EQUAL_UINT32(DRIVE_LIMIT_COMMAND, drive.limits);
+        }
+        tick_with(detached, true);
+        check_latched_until_acknowledged(DRIVE_FAULT_COMMAND_LIMIT);
+    }
+}
+
+static void test_a_command_at_its_limit_may_be_allowed(void)
+{
+    config.residual_n       = 0.0f;
+    config.command_limit_ms = 0;
+    power_up();
+    start();
+    for (unsigned i = 0; i < 5000u; i++)
+    {
+        tick_with(detached, true);
+        check_running();
+    }
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_LIMIT_COMMAND, drive.limits);
+}
+
+// --- reference -----------------------------------------------------------------------------------------------------
+
+static void test_a_reference_that_is_not_renewed_stops_at_50_ticks(void)
+{
+    config.reference_ms = 9;
+    for (unsigned at = 1; at <= 50u; at++)
+    {
+        power_up();
+        start();
+        run_until(at);
+        for (unsigned i = 0; i < 9u; i++)
+        {
+            tick_with(healthy, false);
+            check_running();
+        }
+        tick(); // in the last moment
+        for (unsigned i = 0; i < 9u; i++)
+        {
+            tick_with(healthy, false);
+            check_running();
+        }
+        tick_with(healthy, false);
+        check_latched_until_acknowledged(DRIVE_FAULT_REFERENCE);
+    }
+}
+
+static void test_an_idle_drive_needs_no_reference(void)
+{
+    config.reference_ms = 9;
+    power_up();
+    for (unsigned i = 0; i < 1000u; i++)
+    {
+        tick_with(healthy, false);
+        TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+    }
+    start(); // begins to count anew
+}
+
+// --- the power stage's ready input ---------------------------------------------------------------------------------
+
+#define READY_MS 12u
+
+/// Enabled, without a command, as long as the stage is not ready.
+static void start_and_wait(unsigned count)
+{
+    config.ready_ms = READY_MS;
+    power_up();
+    board.inputs = PORT_INPUT_NOT_READY;
+    run_until(5);
+    TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state); // while it is off it need not be ready
+    drive_start(&drive);
+    for (unsigned i = 0; i < count; i++)
+    {
+        tick();
+        TEST_ASSERT_EQUAL_INT(DRIVE_STARTING, drive.state);
+        TEST_ASSERT_TRUE(board.enabled);
+        TEST_ASSERT_EQUAL_HEX32(0, loop_word(board.command));
+    }
+}
+
+static void test_the_loop_starts_once_the_power_stage_is_ready(void)
+{
+    for (unsigned count = 1; count <= READY_MS; count++)
+    {
+        start_and_wait(count);
+        board.inputs = 0;
+        tick();
+        check_running();
+        TEST_ASSERT_NOT_EQUAL(0, loop_word(board.command));
+    }
+}
+
+static void test_the_ready_input_counts_only_after_the_tick_of_the_start(void)
+{
+    config.ready_ms = READY_MS;
+    power_up();
+    drive_start(&drive);
+    tick();
+    TEST_ASSERT_EQUAL_INT(DRIVE_STARTING, drive.state);
+    tick();
+    check_running();
+}
+
+static void test_a_power_stage_that_does_not_become_ready_stops(void)
+{
+    start_and_wait(READY_MS);
+    tick();
+    board.inputs = 0;
+    check_off();
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_NOT_READY, drive.fault);
+    drive_acknowledge(&drive);
+    tick();
+    TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+}
+
+static void test_a_power_stage_that_is_no_longer_ready_stops_at_50_ticks(void)
+{
+    config.ready_ms = READY_MS;
+    for (unsigned at = 2; at <= 51u; at++)
+    {
+        power_up();
+        drive_start(&drive);
+        run_until(at);
+        check_running();
+        board.inputs = PORT_INPUT_NOT_READY;
+        tick();
+        check_off();
+        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_NOT_READY, drive.fault);
+    }
+}
+
+static void test_without_a_settle_time_the_ready_input_is_not_read(void)
+{
+    board.inputs = PORT_INPUT_NOT_READY;
+    start();
+    run_until(50);
+    check_running();
+}
+
+static void test_a_start_can_be_stopped_and_faults_stop_it(void)
+{
+    start_and_wait(3);
+    drive_stop(&drive);
+    tick();
+    TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+    check_off();
+    start_and_wait(3);
+    board.inputs = PORT_INPUT_EMERGENCY_STOP;
+    tick();
+    check_off();
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_EMERGENCY_STOP, drive.fault);
+}
+
+// --- levels --------------------------------------------------------------------------------------------------------
+
+static void test_levels_are_active_as_the_config_says_and_when_they_changed(void)
+{
+    const uint32_t stop  = PORT_INPUT_EMERGENCY_STOP;
+    const uint32_t fault = PORT_INPUT_POWER_FAULT;
+    const uint32_t ready = PORT_INPUT_NOT_READY;
+    const uint32_t pins  = stop | fault | ready;
+    for (uint32_t levels = 0; levels < 4u; levels++)
+    {
+        config.fault_level  = levels & 1u;
+        config.ready_level  = levels >> 1;
+        const uint32_t high = stop | (config.fault_level != 0u ? fault : 0u) | (config.ready_level != 0u ? 0u : ready);
+        const uint32_t low  = pins & ~high;
+        for (uint32_t seen = 0; seen <= pins; seen++)
+        {
+            // Each pin alone, still at one level ...
+            TEST_ASSERT_EQUAL_HEX32((seen & high) | (~seen & low & pins), port_inputs(&config, seen, pins & ~seen));
+        }
+        TEST_ASSERT_EQUAL_HEX32(pins, port_inputs(&config, pins, pins)); // ... and all that have changed
+    }
+}
+
+// --- what is off ---------------------------------------------------------------------------------------------------
+
+static void test_the_boot_report_says_what_is_off(void)
+{
+    config.tare_max_n    = 0.1f;
+    config.current_max_a = 3.0f;
+    drive_report_off(&board.port, &config);
+    TEST_ASSERT_EQUAL_STRING("off: stuck_ticks reference_ms ready_ms\n", board.log);
+    power_up();
+    config.residual_n       = 0.0f;
+    config.command_limit_ms = 0;
+    config.stuck_ticks      = 200;
+    drive_report_off(&board.port, &config);
+    TEST_ASSERT_EQUAL_STRING("off: residual_n command_limit_ms reference_ms ready_ms\n", board.log);
+}
+
+static void test_a_refused_config_is_reported_with_its_range(void)
+{
+    drive_config_error_t error;
+    config.residual_n = -0.0125f;
+    TEST_ASSERT_FALSE(drive_setup_init(&setup, &config, &loop.params, &board.port, &error));
+    drive_report_refused(&board.port, &error);
+    TEST_ASSERT_EQUAL_STRING("refused: residual_n -125e-4, allowed 1e-6 to 1000000 or 0\n", board.log);
+    config            = drive_config_default();
+    config.crystal_hz = 3000000;
+    board.log_length  = 0;
+    TEST_ASSERT_FALSE(drive_setup_init(&setup, &config, &loop.params, &board.port, &error));
+    drive_report_refused(&board.port, &error);
+    TEST_ASSERT_EQUAL_STRING("refused: crystal_hz 3000000, allowed 4000000 to 26000000\n", board.log);
+}
+
+int main(void)
+{
+    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
+    if (loop_setup(&loop, &paper, BOARD_FULL_SCALE_N) != TRIBO_OK)
+    {
+        return 1;
+    }
+    UNITY_BEGIN();
+    RUN_TEST(test_a_wrong_sensor_stops_at_50_ticks_within_100_ms);
+    RUN_TEST(test_a_healthy_sensor_runs_on);
+    RUN_TEST(test_the_residual_has_two_signs_and_a_bound);
+    RUN_TEST(test_a_command_at_its_limit_stops_at_50_ticks_once_it_lasts);
+    RUN_TEST(test_a_command_at_its_limit_may_be_allowed);
+    RUN_TEST(test_a_reference_that_is_not_renewed_stops_at_50_ticks);
+    RUN_TEST(test_an_idle_drive_needs_no_reference);
+    RUN_TEST(test_the_loop_starts_once_the_power_stage_is_ready);
+    RUN_TEST(test_the_ready_input_counts_only_after_the_tick_of_the_start);
+    RUN_TEST(test_a_power_stage_that_does_not_become_ready_stops);
+    RUN_TEST(test_a_power_stage_that_is_no_longer_ready_stops_at_50_ticks);
+    RUN_TEST(test_without_a_settle_time_the_ready_input_is_not_read);
+    RUN_TEST(test_a_start_can_be_stopped_and_faults_stop_it);
+    RUN_TEST(test_levels_are_active_as_the_config_says_and_when_they_changed);
+    RUN_TEST(test_the_boot_report_says_what_is_off);
+    RUN_TEST(test_a_refused_config_is_reported_with_its_range);
+    return UNITY_END();
+}
