@@ -17,7 +17,7 @@ bool trace_arm(trace_t *trace, const trace_setup_t *setup)
 {
     const uint32_t channels = setup->channel_count;
     const bool     good     = channels >= 1u && channels <= TRACE_CHANNELS_MAX && setup->decimation >= 1u &&
-                      setup->trigger >= TRACE_NEVER && setup->trigger < TRACE_TRIGGERS &&
+                      (uint32_t)setup->trigger < (uint32_t)TRACE_TRIGGERS &&
                       setup->after < trace->ring_words / channels &&
                       (!needs_force(setup->trigger) || setup->watched != NULL);
     if (!good)
