@@ -63,9 +63,12 @@ const char *tribo_status_text(tribo_status_t status)
         [TRIBO_ERR_HOLD_MARGIN]          = "hold margin: 0.1 to 1",
         [TRIBO_ERR_HOLD_CAUTION]         = "hold caution_travel_n: 1e-9 to 1e6 N",
         [TRIBO_ERR_HOLD_DEADBAND]        = "hold deadband_time_s: 1e-6 to 1e3 s",
-        [TRIBO_ERR_BRISTLE_STIFFNESS]    = "lugre stiffness: over 0, stiffness gamma_d/K 1e-6 to 1e6",
-        [TRIBO_ERR_BRISTLE_DAMPING]      = "lugre damping: 0 to 1000 stiffness h; q31: less for stiff bristles",
-        [TRIBO_ERR_BRISTLE_VISCOUS]      = "lugre viscous: 0 to 1000 K h/gamma_d",
+        [TRIBO_ERR_GUARD_TURN]           = "guard turn_n: 1e-9 to 1e6 N; q31: 1e-6 to under 1 full_scale_n",
+        [TRIBO_ERR_GUARD_TIME]  = "guard quick_time_s: 1e-6 to 1e3 s and up to 1e5 samples; fade_time_s: 1e-6 to 1e3 s",
+        [TRIBO_ERR_GUARD_STRAY] = "guard stray_n: 1e-9 to 1e6 N; q31: 1e-6 to under 1 full_scale_n",
+        [TRIBO_ERR_BRISTLE_STIFFNESS] = "lugre stiffness: over 0, stiffness gamma_d/K 1e-6 to 1e6",
+        [TRIBO_ERR_BRISTLE_DAMPING]   = "lugre damping: 0 to 1000 stiffness h; q31: less for stiff bristles",
+        [TRIBO_ERR_BRISTLE_VISCOUS]   = "lugre viscous: 0 to 1000 K h/gamma_d",
     };
     // Compared as unsigned: a status outside the list may be of either sign.
     const size_t index = (size_t)status;

@@ -13,7 +13,7 @@ void tearDown(void)
 
 static void test_every_status_names_its_field_and_range_once(void)
 {
-    for (int i = TRIBO_OK; i <= TRIBO_ERR_HOLD_DEADBAND; i++)
+    for (int i = TRIBO_OK; i <= TRIBO_ERR_GUARD_STRAY; i++)
     {
         const char *text = tribo_status_text((tribo_status_t)i);
         TEST_ASSERT_NOT_NULL(text);
@@ -31,7 +31,7 @@ static void test_every_status_names_its_field_and_range_once(void)
 
 static void test_an_unknown_status_has_a_text_too(void)
 {
-    TEST_ASSERT_EQUAL_STRING("unknown status", tribo_status_text((tribo_status_t)(TRIBO_ERR_HOLD_DEADBAND + 1)));
+    TEST_ASSERT_EQUAL_STRING("unknown status", tribo_status_text((tribo_status_t)(TRIBO_ERR_GUARD_STRAY + 1)));
 }
 
 int main(void)

@@ -21,6 +21,8 @@
 
 #include "tribo/force_loop_f32.h"
 #include "tribo/force_loop_q31.h"
+#include "tribo/guard_f32.h"
+#include "tribo/guard_q31.h"
 #include "tribo/lugre_f32.h"
 #include "tribo/lugre_q31.h"
 
@@ -61,6 +63,13 @@ tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *
 tribo_status_t tribo_lugre_q31_init(tribo_lugre_q31_params_t       *params,
                                     const tribo_lugre_f32_config_t *config,
                                     const tribo_arm_f32_config_t   *arm,
+                                    float                           sample_time_s,
+                                    float                           full_scale_n);
+
+/// The guard. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE or what tribo_guard_f32_init says; turn_n and stray_n are 1e-6 FS to under FS.
+/// Writes nothing unless TRIBO_OK.
+tribo_status_t tribo_guard_q31_init(tribo_guard_q31_params_t       *params,
+                                    const tribo_guard_f32_config_t *config,
                                     float                           sample_time_s,
                                     float                           full_scale_n);
 

@@ -69,7 +69,10 @@ typedef enum
     TRIBO_ERR_HOLD_TIME,            ///< hold still_time_s or quick_time_s
     TRIBO_ERR_HOLD_MARGIN,          ///< hold margin
     TRIBO_ERR_HOLD_CAUTION,         ///< hold caution_travel_n
-    TRIBO_ERR_HOLD_DEADBAND         ///< hold deadband_time_s
+    TRIBO_ERR_HOLD_DEADBAND,        ///< hold deadband_time_s
+    TRIBO_ERR_GUARD_TURN,           ///< guard turn_n
+    TRIBO_ERR_GUARD_TIME,           ///< guard quick_time_s or fade_time_s
+    TRIBO_ERR_GUARD_STRAY           ///< guard stray_n
 } tribo_status_t;
 
 /// The field that a status names and its allowed range, as one line of English, e.g.
