@@ -11,6 +11,8 @@
 #include <string.h>
 
 static const sim_command_t *const commands[] = {&sim_command_run,
+                                                &sim_command_sweep,
+                                                &sim_command_merge,
                                                 &sim_command_replay,
                                                 &sim_command_log,
                                                 &sim_command_params,
@@ -60,7 +62,7 @@ int main(int count, char **arguments)
 
     if (count < 2)
     {
-        return sim_usage("a command is wanted: run, replay, log, params or list");
+        return sim_usage("a command is wanted: run, sweep, merge, replay, log, params or list");
     }
     for (int i = 1; i < count && strcmp(arguments[i], "--") != 0; i++)
     {

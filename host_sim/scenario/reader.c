@@ -1,15 +1,12 @@
 #include "scenario/reader.h"
 
+#include "scenario/document.h"
 #include "scenario/suggest.h"
 #include "support/number.h"
-
-#include <yaml.h>
 
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-
-#define DEPTH_MAX 16
 
 /// Where the walk through the document is.
 typedef struct
@@ -324,72 +321,6 @@ static bool read_mapping(reader_t *reader, const sim_key_t *keys, const yaml_nod
 
 // --- the document --------------------------------------------------------------------------------------------------
 
-static bool complain_yaml(reader_t *reader, const yaml_parser_t *parser)
-{
-    reader->line = parser->problem_mark.line + 1;
-    if (parser->error == YAML_READER_ERROR) // has an offset alone
-    {
-        reader->line = 1;
-        for (size_t i = 0; i < parser->problem_offset && reader->text->text[i] != '\0'; i++)
-        {
-            reader->line += (reader->text->text[i] == '\n') ? 1u : 0u;
-        }
-    }
-    return complain(reader, "not valid YAML: %s", parser->problem != NULL ? parser->problem : "unreadable");
-}
-
-typedef struct
-{
-    unsigned depth, nodes, documents;
-} shape_t;
-
-static bool check_event(reader_t *reader, shape_t *shape, const yaml_event_t *event)
-{
-    const yaml_event_type_t type  = event->type;
-    const bool              opens = type == YAML_SEQUENCE_START_EVENT || type == YAML_MAPPING_START_EVENT;
-    const bool              ends  = type == YAML_SEQUENCE_END_EVENT || type == YAML_MAPPING_END_EVENT;
-    reader->line                  = event->start_mark.line + 1;
-    shape->depth                  = shape->depth + (opens ? 1u : 0u) - (ends ? 1u : 0u);
-    shape->nodes += (opens || type == YAML_SCALAR_EVENT) ? 1u : 0u;
-    shape->documents += (type == YAML_DOCUMENT_START_EVENT) ? 1u : 0u;
-    if (shape->documents == 0 && type == YAML_STREAM_END_EVENT)
-    {
-        reader->line = 1;
-        return complain(reader, "the file is empty");
-    }
-    const char *what = (shape->documents > 1)                ? "a second document in one file"
-                       : (type == YAML_ALIAS_EVENT)          ? "aliases are not supported"
-                       : (shape->depth > DEPTH_MAX)          ? "nested too deeply"
-                       : (shape->nodes > SIM_FILE_NODES_MAX) ? "more than 1000 keys and values"
-                                                             : NULL;
-    return what == NULL || complain(reader, "%s", what);
-}
-
-/// Looks at the events first: libyaml takes a time that grows with the square of a document's depth, minutes for a file of
-/// brackets.
-static bool check_shape(reader_t *reader)
-{
-    yaml_parser_t parser;
-    yaml_event_t  event;
-    shape_t       shape = {0};
-    bool          ok    = yaml_parser_initialize(&parser) == 1;
-    bool          more  = ok;
-    yaml_parser_set_input_string(&parser, (const unsigned char *)reader->text->text, strlen(reader->text->text));
-    while (ok && more)
-    {
-        if (!yaml_parser_parse(&parser, &event))
-        {
-            ok = complain_yaml(reader, &parser);
-            break;
-        }
-        ok   = check_event(reader, &shape, &event);
-        more = event.type != YAML_STREAM_END_EVENT;
-        yaml_event_delete(&event);
-    }
-    yaml_parser_delete(&parser);
-    return ok;
-}
-
 static bool read_document(reader_t *reader)
 {
     const yaml_node_t *root = yaml_document_get_root_node(&reader->document);
@@ -401,20 +332,14 @@ static bool read_document(reader_t *reader)
 
 bool sim_read(const sim_text_t *text, sim_sources_t *sources, sim_error_t *error)
 {
-    reader_t      reader = {.text = text, .sources = sources, .error = error};
-    yaml_parser_t parser;
-    if (!check_shape(&reader))
+    reader_t               reader = {.text = text, .sources = sources, .error = error};
+    sim_document_problem_t problem;
+    if (!sim_document_load(&reader.document, text->text, SIM_FILE_NODES_MAX, &problem))
     {
-        return false;
+        reader.line = problem.line;
+        return complain(&reader, "%s", problem.what);
     }
-    bool ok = yaml_parser_initialize(&parser) == 1;
-    yaml_parser_set_input_string(&parser, (const unsigned char *)text->text, strlen(text->text));
-    ok = ok && yaml_parser_load(&parser, &reader.document) == 1;
-    if (ok)
-    {
-        ok = read_document(&reader);
-        yaml_document_delete(&reader.document);
-    }
-    yaml_parser_delete(&parser);
-    return ok || sim_error_set(error, "out of memory");
+    const bool ok = read_document(&reader);
+    yaml_document_delete(&reader.document);
+    return ok;
 }

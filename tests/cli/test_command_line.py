@@ -5,7 +5,7 @@ import pytest
 HINT = " (tribo-sim --help shows what there is)"
 
 MISTAKES = {
-    (): "a command is wanted: run, replay, log, params or list",
+    (): "a command is wanted: run, sweep, merge, replay, log, params or list",
     ("fly",): "unknown command fly",
     ("run",): "run: one scenario is wanted, not 0",
     ("run", "a", "b"): "run: one scenario is wanted, not 2",

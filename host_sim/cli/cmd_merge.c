@@ -1,0 +1,169 @@
+// Joins the rows of a study's shards to what one sweep would have written.
+
+#include "cli/commands.h"
+#include "cli/scenario_choice.h"
+#include "cli/sweep_options.h"
+#include "support/output_file.h"
+#include "support/text.h"
+#include "sweep/rows.h"
+#include "sweep/sweep.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct
+{
+    const char *study;
+    const char *folder;
+} options_t;
+
+enum
+{
+    OPTION_OUT = SIM_OPTION_FIRST
+};
+
+// clang-format off: one row an option
+static const struct argp_option known[] = {
+    {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "the folder of all DIR/rows-I-of-N.csv; DIR/rows.csv and DIR/summary.json are made of them"},
+    {.name = NULL}};
+// clang-format on
+
+static int take(void *context, int key, const char *value)
+{
+    (void)key;
+    options_t *options = context;
+    options->folder    = value;
+    return 0;
+}
+
+/// How many shards the files in the folder are of; all must say the same.
+static bool count_shards(const char *folder, uint64_t *shards, sim_error_t *error)
+{
+    DIR *entries = opendir(folder);
+    bool ok      = true;
+    *shards      = 0;
+    if (entries == NULL)
+    {
+        return sim_error_set(error, "%s: cannot be read: %s", folder, strerror(errno));
+    }
+    for (const struct dirent *entry = readdir(entries); ok && entry != NULL; entry = readdir(entries))
+    {
+        uint64_t index = 0, count = 0;
+        int      length = 0;
+        if (sscanf(entry->d_name, "rows-%" SCNu64 "-of-%" SCNu64 ".csv%n", &index, &count, &length) == 2 &&
+            length > 0 && entry->d_name[length] == '\0')
+        {
+            ok = *shards == 0 || *shards == count ||
+                 sim_error_set(error,
+                               "%s: holds parts of %" PRIu64 " and of %" PRIu64 ": remove those of an earlier sweep",
+                               folder,
+                               *shards < count ? *shards : count,
+                               *shards < count ? count : *shards);
+            *shards = count;
+        }
+    }
+    (void)closedir(entries);
+    return ok && (*shards > 0 || sim_error_set(error, "%s: holds no rows-I-of-N.csv", folder));
+}
+
+/// A shard's rows while they are read.
+typedef struct
+{
+    char *text, *next;
+} part_t;
+
+static bool read_parts(part_t            *parts,
+                       uint64_t           shards,
+                       const sim_study_t *study,
+                       const char        *folder,
+                       const char        *header,
+                       sim_error_t       *error)
+{
+    bool ok = true;
+    for (uint64_t i = 0; ok && i < shards; i++)
+    {
+        char            *path = sim_sweep_rows_path(folder, i, shards);
+        const sim_rows_t file = {.path = path, .id = study->id, .shard = {.index = i, .count = shards}};
+        parts[i].text         = path != NULL ? sim_rows_read(&file, header, study->rows, &parts[i].next, error) : NULL;
+        ok                    = parts[i].text != NULL;
+        free(path);
+    }
+    return ok;
+}
+
+static bool write_rows(part_t            *parts,
+                       uint64_t           shards,
+                       const sim_study_t *study,
+                       const char        *folder,
+                       const char        *header,
+                       sim_error_t       *error)
+{
+    sim_output_file_t file = {.stream = NULL};
+    char             *path = sim_sweep_rows_path(folder, 0, 1);
+    bool              ok   = path != NULL && sim_output_open(&file, path, error);
+    if (ok)
+    {
+        (void)fprintf(file.stream, "%s\n", header);
+        for (uint64_t row = 0; row < study->rows; row++)
+        {
+            part_t *part = &parts[row % shards];
+            (void)fprintf(file.stream, "%s\n", part->next);
+            part->next += strlen(part->next) + 1;
+        }
+        ok = sim_output_commit(&file, 1, error);
+    }
+    free(path);
+    return ok;
+}
+
+static bool merge(const sim_study_t *study, const char *folder, sim_error_t *error)
+{
+    uint64_t shards = 0;
+    if (!count_shards(folder, &shards, error))
+    {
+        return false;
+    }
+    char   *header = sim_sweep_header(study);
+    part_t *parts  = calloc(shards, sizeof *parts);
+    // One shard's name would be rows.csv's: there is nothing to join then.
+    const bool ok = header != NULL && parts != NULL && sim_sweep_forget_summary(folder, error) &&
+                    read_parts(parts, shards, study, folder, header, error) &&
+                    write_rows(parts, shards, study, folder, header, error);
+    for (uint64_t i = 0; parts != NULL && i < shards; i++)
+    {
+        free(parts[i].text);
+    }
+    free(parts);
+    free(header);
+    return ok ? sim_sweep_report(study, folder, error) : sim_error_set(error, "out of memory"); // if not said otherwise
+}
+
+static int run(int count, char **arguments)
+{
+    options_t options = {.folder = NULL};
+    int       status  = sim_options_parse(&sim_command_merge, count, arguments, &options, &options.study);
+    if (status == 0 && options.folder == NULL)
+    {
+        status = sim_usage("merge: --out DIR is wanted");
+    }
+    if (status == 0)
+    {
+        sim_error_t  error = {""};
+        sim_study_t *study = sim_study_open(options.study, sim_scenario_path, &error);
+        const bool   ok    = study != NULL && merge(study, options.folder, &error);
+        sim_study_close(study);
+        status = ok ? SIM_EXIT_OK : sim_failure(error.text);
+    }
+    return status;
+}
+
+const sim_command_t sim_command_merge = {.name     = "merge",
+                                         .argument = "STUDY.yaml",
+                                         .noun     = "study",
+                                         .text     = "Joins the rows of all shards of a sweep in a folder.",
+                                         .options  = known,
+                                         .run      = run,
+                                         .take     = take};
