@@ -202,3 +202,21 @@ def test_intervals_go_into_a_design_as_percentages(run, tmp_path):
     identified(run, write(tmp_path / "step.csv", [-30.0, -150.0], 1.2, 2e-3, count=300))
     plant = Plant.model_validate(ruamel.yaml.YAML(typ="safe").load((tmp_path / "found" / "plant.yaml").read_text())["plant"])
     assert 0 < plant.gain_percent < 2 and len(plant.poles_percent) == 2 and 0 < min(plant.poles_percent) < 20
+
+
+def test_a_lag_that_noise_takes_for_a_dead_time_is_in_the_interval():
+    """A complex pair and an integrator in so much noise that a dead time fits better: 17 half widths off, once. And friction that leaves only the
+    plateaus, which are not quite at rest: 3.1 half widths off."""
+    lag, rest = judged(245), judged(291)
+    assert lag[1] == rest[1] == "answered"
+    assert lag[2]["delay"] < 2 and lag[2]["gain"] < 2
+    assert "the plateaus" in rest[3] and rest[2]["gain"] < 2
+
+
+def test_a_record_of_impossible_size_is_refused_by_line(run, tmp_path):
+    path = write(tmp_path / "step.csv", [-40.0], 1.5, 1e-5, count=60)
+    lines = path.read_text().splitlines()
+    for value in ("1e300", "1e-300", "1" * 400, "inf"):
+        (tmp_path / "bad.csv").write_text("\n".join([*lines[:9], lines[9].rsplit(",", 1)[0] + "," + value, *lines[10:]]) + "\n")
+        code, _, err = run("identify-plant", tmp_path / "bad.csv")
+        assert code == 2 and "bad.csv:10: y: value" in err and "must be finite: 0, or of a size within 1e-100 and 1e+100" in err and len(err) < 300

@@ -27,6 +27,7 @@ from .reading import format_root, printable, read_rows, read_text
 from .errors import DesignError, InputError
 
 SAMPLES_MIN, SAMPLES_MAX = 20, 200_000
+SIZE_MIN, SIZE_MAX = 1e-100, 1e100
 SEARCH_ROWS, FIT_ROWS = 600, 4000  # of the record, that the search for a structure and the last fit look at
 CHANGES_LOOP = 200  # of u, up to which modes are carried from change to change; beyond, from sample to sample
 ORDER_MAX = 6
@@ -73,9 +74,9 @@ def load_step(path, step_size=None):
             try:
                 value = float(text)
             except ValueError:
-                raise InputError(f"{path}:{line}: {name}: value {text!r}: must be a number") from None
-            if not np.isfinite(value):
-                raise InputError(f"{path}:{line}: {name}: value {text!r}: must be finite")
+                raise InputError(f"{path}:{line}: {name}: value {text[:60]!r}: must be a number") from None
+            if value and not SIZE_MIN <= abs(value) <= SIZE_MAX:  # squares of it stay numbers
+                raise InputError(f"{path}:{line}: {name}: value {text[:60]!r}: must be finite: 0, or of a size within {SIZE_MIN:g} and {SIZE_MAX:g}")
             values[name].append(value)
     time, y = np.array(values["t"]), np.array(values["y"])
     if not SAMPLES_MIN <= len(time) <= SAMPLES_MAX:
@@ -162,7 +163,7 @@ class Record:
         """Of the model of unit gain to each input, at the rows."""
         if self._seen is None or self._seen[0] != tau:
             seen = np.searchsorted(self.at, self.t - tau + 1e-6 * self.dt, side="right")
-            self._seen = tau, seen, np.minimum(np.where(seen > 0, self.t - tau - self.at[np.maximum(seen - 1, 0)], 0.0), self.span)[:, None], self.level[seen]
+            self._seen = tau, seen, np.clip(np.where(seen > 0, self.t - tau - self.at[np.maximum(seen - 1, 0)], 0.0), 0.0, self.span)[:, None], self.level[seen]
         _, seen, since, level = self._seen
         if not np.any(poles.imag):
             poles = poles.real  # four times faster
@@ -467,6 +468,7 @@ def _strongest_sine(record, residual):
     return found if max(abs(w - np.mean(waves)) for w in waves) < 0.6 * abs(np.mean(waves)) else None
 
 
+LAG_DOUBT = 12.0  # of -2 log likelihood
 HIDDEN, HIDDEN_DOUBT = (4.0, 8.0, 16.0), 2.0  # a pole so many times faster than the fastest, as long as -2 log likelihood grows by no more
 WALKS = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0, 90.0, 135.0, 200.0, 300.0, 450.0, 675.0, 1000.0, 1500.0, 2200.0, 3300.0, 5000.0)  # rows x (1 - memory)
 
@@ -564,10 +566,10 @@ def steps_of(data):
 
 
 def levels(data):
-    """A row a plateau: u, direction, has begun, 1, and the mean of y's last quarter, its scatter."""
+    """A row a plateau: u, direction, has begun, 1, and of y's last quarter the mean and the scatter; the means of the two quarters before."""
     at, sizes = steps_of(data)
     if at is None:
-        return np.zeros((0, 6))
+        return np.zeros((0, 8))
     rows = []
     edges = np.r_[data.time[0] - 1 if at[0] > data.time[0] else at[0], at, data.time[-1] + 1e-9]
     edges = np.unique(edges)
@@ -575,10 +577,12 @@ def levels(data):
         inside = (data.time >= a) & (data.time < b)
         if np.count_nonzero(inside) < 8:
             continue
-        tail = np.flatnonzero(inside)[-max(np.count_nonzero(inside) // 4, 4) :]
+        inside = np.flatnonzero(inside)
+        n = max(len(inside) // 4, 4)
+        tail, third, second = inside[-n:], inside[-2 * n : -n], inside[-3 * n : -2 * n] if len(inside) >= 3 * n else inside[-2 * n : -n]
         k = int(np.searchsorted(at, data.time[tail[0]], side="right"))
-        rows.append([data.u[tail[0]], np.sign(sizes[k - 1]) if k else 0.0, float(k > 0), 1.0, float(np.mean(data.y[tail])), float(np.ptp(data.y[tail]))])
-    return np.array(rows) if rows else np.zeros((0, 6))
+        rows.append([data.u[tail[0]], np.sign(sizes[k - 1]) if k else 0.0, float(k > 0), 1.0, float(np.mean(data.y[tail])), float(np.ptp(data.y[tail])), float(np.mean(data.y[third])), float(np.mean(data.y[second]))])
+    return np.array(rows) if rows else np.zeros((0, 8))
 
 
 def friction_of(data):
@@ -750,6 +754,7 @@ def _judge(found, data, friction, way, record, best, candidates):
             p["size_low"], p["size_high"] = min(p["size_low"], nearest["size_low"]), max(p["size_high"], nearest["size_high"])
             p["identifiable"] = p["identifiable"] and p["size_high"] < 2 * size and p["size_low"] > size / 2
     _allow_for_a_hidden_pole(found, record, best)
+    _allow_for_lag_and_dead_time(found, record, best, remarks)
     near = [f for f in candidates if f.structure.integrator != best.structure.integrator and f.bic - best.bic < BIC_CLOSE]
     slow = [p for p in found["poles"] if np.hypot(p["re"], p["im"]) * record.span < 1.0]
     if near or slow:
@@ -797,6 +802,40 @@ def _allow_for_a_hidden_pole(found, record, best):
             p["identifiable"] = p["identifiable"] and p["size_high"] < 2 * size and p["size_low"] > size / 2
 
 
+def _allow_for_lag_and_dead_time(found, record, best, remarks):
+    """A dead time and fast poles look alike when there is noise. A wrong structure beats the true one by LAG_DOUBT once in some 400 records:
+    up to there both count, however many parameters they have."""
+    s, noise = best.structure, best.noise
+    others = []
+    if s.delay:
+        tau = max(best.tau, 0.1 * record.row_dt)
+        for more in (1, 2):
+            others.append((Structure(s.order + more, s.pairs, False, s.integrator), np.r_[best.theta[: s.order], np.log(more / tau) + 0.3 * np.arange(more)]))
+        others.append((Structure(s.order + 2, s.pairs + 1, False, s.integrator), np.r_[np.log(1.4 / tau), 1.0, best.theta[: s.order]]))
+    elif s.order > 2 * s.pairs:
+        reals = np.sort(best.theta[2 * s.pairs :])
+        others += [(Structure(s.order - 1, s.pairs, True, s.integrator), np.r_[best.theta[: 2 * s.pairs], reals[:-1], np.exp(-reals[-1])])]
+    elif s.pairs:
+        others += [(Structure(s.order - 2, s.pairs - 1, True, s.integrator), np.r_[best.theta[2 : s.order], 1.4 * np.exp(-best.theta[0])])]
+    least, doubt = float(best.residual @ best.residual), False
+    for structure, start in others:
+        other = fit(record, structure, noise, [start], thorough=True)
+        if other is None or record.n * np.log(float(other.residual @ other.residual) / max(least, 1e-300)) > LAG_DOUBT:
+            continue
+        if s.delay and len(other.poles) and np.max(np.abs(other.poles)) > 10 / max(best.tau, 0.1 * record.row_dt):
+            continue  # a pole too fast to stand for the dead time
+        doubt = True
+        found["gain_half_width"] = max(found["gain_half_width"], abs(float(other.linear[0]) - found["gain"]) + found["gain_half_width"])
+        found["delay_half_width_s"] = max(found["delay_half_width_s"], abs(other.tau - found["delay_s"]) + found["delay_half_width_s"])
+        for p in found["poles"]:
+            size = np.hypot(p["re"], p["im"])
+            moved = min(np.abs(other.poles), key=lambda q, size=size: abs(np.log(q / size)), default=np.inf) / size
+            p["size_low"], p["size_high"] = p["size_low"] * min(moved, 1), p["size_high"] * max(moved, 1)
+            p["identifiable"] = bool(p["identifiable"] and p["size_high"] < 2 * size and p["size_low"] > size / 2)
+    if doubt:
+        remarks.append("dead time and fast poles are not separable in this record: " + ("there may be a lag instead of the dead time" if s.delay else "there may be a dead time instead of the fastest poles"))
+
+
 def _from_levels(found, data, friction, remarks):
     """Gain and friction from the plateaus alone, whatever happens between them; False where there are too few."""
     table = levels(data)
@@ -814,10 +853,14 @@ def _from_levels(found, data, friction, remarks):
     free = len(table) - matrix.shape[1]
     if free < 2 or np.linalg.matrix_rank(matrix) < matrix.shape[1]:
         return False
-    solution, *_ = np.linalg.lstsq(matrix, table[:, 4], rcond=None)
+    inverse = np.linalg.pinv(matrix)
+    solution = inverse @ table[:, 4]
     residual = table[:, 4] - matrix @ solution
-    covariance = np.linalg.inv(matrix.T @ matrix) * float(residual @ residual) / free
-    half = scipy.special.stdtrit(free, 0.975) * np.sqrt(np.diag(covariance))
+    half = scipy.special.stdtrit(free, 0.975) * np.sqrt(np.diag(inverse @ inverse.T) * float(residual @ residual) / free)
+    # The plateaus are not quite at rest: what they still have to go, if they go on as they did, moves the gain with them.
+    last, before = table[:, 4] - table[:, 6], table[:, 6] - table[:, 7]
+    ratio = np.clip(float(last @ before) / max(float(before @ before), 1e-300), 0.0, 0.9)
+    half += np.abs(inverse @ last) * ratio / (1 - ratio)
     if not half[0] < 0.25 * abs(solution[0]):
         return False
     found.update(gain=float(solution[0]), gain_half_width=float(half[0]), gain_from="the plateaus", friction_n=-float(solution[1]) / float(solution[0]) if friction else None)
@@ -869,6 +912,8 @@ def describe(found):
         lines.append(f"friction {found['friction_n']:.4g} N" + (f" + {found['friction_per_force']:.3g} |F|" if found["friction_per_force"] is not None else ""))
     if found["delay_s"]:
         lines.append(f"delay {found['delay_s']:.6g} s" + (f" +- {found['delay_half_width_s']:.2g} (95 %)" if found["trusted"] and found["delay_half_width_s"] is not None else ""))
+    elif found["delay_half_width_s"]:
+        lines.append(f"delay none found, up to {found['delay_half_width_s']:.2g} s possible")
     for p in found["poles"]:
         if not p["identifiable"]:
             lines.append(f"pole  {p['pole']} rad/s: NOT identifiable from this record")
