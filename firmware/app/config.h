@@ -45,7 +45,8 @@
     FIELD(float, command_n_per_a, "N/A", 1e-6f, 1e6f, 0, 1.0f, "force of an ampere of motor current")                  \
     FIELD(float, current_max_a, "A", 1e-6f, 1e6f, 1, 0.0f, "largest current that u may ask for")                       \
     FIELD(uint32_t, crystal_hz, "Hz", 4000000, 26000000, 0, 8000000, "of the board's crystal")                         \
-    FIELD(uint32_t, degraded_clock, "", 0, 1, 0, 0, "the drive may run from the internal oscillator")
+    FIELD(uint32_t, degraded_clock, "", 0, 1, 0, 0, "the drive may run from the internal oscillator")                  \
+    FIELD(uint32_t, bus_unit, "", 1, 247, 0, 1, "address on the bus")
 
 typedef struct
 {

@@ -399,6 +399,7 @@ const char *drive_fault_text(drive_fault_t fault)
                                         [DRIVE_FAULT_GOLDEN]         = "self-test: golden vector",
                                         [DRIVE_FAULT_PARAMS]         = "params refused",
                                         [DRIVE_FAULT_CLOCK]          = "clock",
+                                        [DRIVE_FAULT_STORE]          = "saved params damaged",
                                         [DRIVE_FAULT_WATCHDOG]       = "reset by the watchdog",
                                         [DRIVE_FAULT_EXCEPTION]      = "reset after an exception",
                                         [DRIVE_FAULT_CRYSTAL]        = "reset after the crystal stopped",

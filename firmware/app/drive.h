@@ -54,6 +54,7 @@ typedef enum
     DRIVE_FAULT_GOLDEN,         ///< self-test: the loop computes a wrong result; for good
     DRIVE_FAULT_PARAMS,         ///< config or params are not for this drive; for good
     DRIVE_FAULT_CLOCK,          ///< no crystal, or not the one that the config names; for good
+    DRIVE_FAULT_STORE,          ///< at power-up: the saved params are damaged or of other firmware
     DRIVE_FAULT_WATCHDOG,       ///< at power-up: the watchdog ended the last run
     DRIVE_FAULT_EXCEPTION,      ///< at power-up: a hard fault or an unexpected exception did
     DRIVE_FAULT_CRYSTAL,        ///< at power-up: the crystal stopped

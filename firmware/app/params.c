@@ -1,0 +1,148 @@
+#include "app/params.h"
+
+#include "app/crc32.h"
+
+#include "tribo/paper_controller.h"
+
+#include <stddef.h>
+#include <string.h>
+
+params_set_t params_default(void)
+{
+    static const tribo_biquad_f32_section_t paper[TRIBO_PAPER_CONTROLLER_SECTION_COUNT] = TRIBO_PAPER_CONTROLLER_F32;
+#define DEFAULT(type, symbol, member, name, unit, low, high, normal, status, text) .symbol = (normal),
+    params_set_t set = {.drive = drive_config_default(), .loop = {PARAMS_LOOP_FIELDS(DEFAULT)}};
+#undef DEFAULT
+    memcpy(set.sections, paper, sizeof paper);
+    return set;
+}
+
+uint32_t params_layout(void)
+{
+    uint32_t crc = PARAMS_LOOP_COUNT;
+    for (unsigned i = 0; i < DRIVE_CONFIG_COUNT; i++)
+    {
+        crc = crc32_update(crc, drive_config_fields[i].name, strlen(drive_config_fields[i].name));
+    }
+    return crc;
+}
+
+// --- refusals ------------------------------------------------------------------------------------------------------
+
+/// What a refusal is about, of a list its first word, and the range. The fields of the loop come first.
+typedef struct
+{
+    uint8_t status, word;
+    float   low, high;
+} refusal_t;
+
+static const refusal_t refusals[] = {
+#define FIELD(type, symbol, member, name, unit, low, high, normal, status, text)                                       \
+    {TRIBO_ERR_##status, (uint8_t)((int)PARAMS_LOOP_AT + (int)PARAMS_##symbol), (float)(low), (float)(high)},
+    PARAMS_LOOP_FIELDS(FIELD)
+#undef FIELD
+        {TRIBO_ERR_SECTION_COEFFICIENT, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
+    {TRIBO_ERR_SECTION_FEEDTHROUGH, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
+    {TRIBO_ERR_SECTION_UNSTABLE, PARAMS_SECTIONS_AT + 3, -4.0f, 4.0f},
+    {TRIBO_ERR_ANTI_WINDUP, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
+    {TRIBO_ERR_HEADROOM, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
+    {TRIBO_ERR_TABLE_FORCE, PARAMS_TABLE_AT, 0.0f, 1e6f},
+    {TRIBO_ERR_TABLE_BREAKAWAY, PARAMS_TABLE_AT + 1, 1e-6f, 1e6f},
+    {TRIBO_ERR_ARM_TOO_FAST, (uint8_t)((int)PARAMS_LOOP_AT + (int)PARAMS_inertia), 1e-12f, 1e12f},
+    {TRIBO_ERR_FULL_SCALE, DRIVE_CONFIG_full_scale_n, 1e-3f, 1e6f},
+};
+
+static float number_of(const params_set_t *set, uint32_t word)
+{
+    uint32_t bits;
+    float    number;
+    memcpy(&bits, (const unsigned char *)set + word * sizeof bits, sizeof bits);
+    memcpy(&number, &bits, sizeof number);
+    const bool whole = word < (uint32_t)PARAMS_LOOP_AT ? !drive_config_fields[word].is_float
+                                                       : word == (uint32_t)PARAMS_LOOP_AT + PARAMS_section_count ||
+                                                             word == (uint32_t)PARAMS_LOOP_AT + PARAMS_table_length;
+    return whole ? (float)bits : number;
+}
+
+static bool is_within(const refusal_t *refusal, float value)
+{
+    return value >= refusal->low && value <= refusal->high;
+}
+
+static bool refuse(params_error_t *error, const params_set_t *set, const refusal_t *refusal, tribo_status_t status)
+{
+    *error = (params_error_t){refusal->word, number_of(set, refusal->word), refusal->low, refusal->high, status};
+    return false;
+}
+
+/// The ranges of the list, which in places are narrower than the library's.
+static bool check_ranges(params_error_t *error, const params_set_t *set)
+{
+    for (size_t i = 0; i < PARAMS_LOOP_COUNT; i++)
+    {
+        if (!is_within(&refusals[i], number_of(set, refusals[i].word)))
+        {
+            return refuse(error, set, &refusals[i], (tribo_status_t)refusals[i].status);
+        }
+    }
+    return true;
+}
+
+static bool refuse_loop(params_error_t *error, const params_set_t *set, tribo_status_t status)
+{
+    size_t i = 0;
+    while (i + 1u < sizeof refusals / sizeof refusals[0] && refusals[i].status != (uint8_t)status)
+    {
+        i++;
+    }
+    return refuse(error, set, &refusals[i], status);
+}
+
+static bool refuse_drive(params_error_t *error, const drive_config_error_t *by_drive)
+{
+    uint32_t word = 0;
+    while (word + 1u < DRIVE_CONFIG_COUNT && strcmp(drive_config_fields[word].name, by_drive->field) != 0)
+    {
+        word++;
+    }
+    *error = (params_error_t){word, by_drive->value, by_drive->low, by_drive->high, TRIBO_OK};
+    return false;
+}
+
+// --- params --------------------------------------------------------------------------------------------------------
+
+static tribo_force_loop_f32_config_t config_of(const params_set_t *set)
+{
+    tribo_force_loop_f32_config_t config = {.gain = 0.0f};
+#define COPY(type, symbol, member, name, unit, low, high, normal, status, text) config.member = set->loop.symbol;
+    PARAMS_LOOP_FIELDS(COPY)
+#undef COPY
+    config.controller.sections        = set->sections;
+    config.compensator.friction.table = set->loop.table_length > 0u ? set->table : NULL;
+    return config;
+}
+
+bool params_make(params_t *params, const port_t *port, params_error_t *error)
+{
+    const params_set_t                 *set    = &params->set;
+    const tribo_force_loop_f32_config_t config = config_of(set);
+    if (!check_ranges(error, set))
+    {
+        return false;
+    }
+    const tribo_status_t status = loop_setup(&params->loop, &config, set->drive.full_scale_n);
+    if (status != TRIBO_OK)
+    {
+        return refuse_loop(error, set, status);
+    }
+    const float period_s = (float)set->drive.period_us / 1e6f;
+    if (!(set->loop.sample_time >= 0.9999f * period_s && set->loop.sample_time <= 1.0001f * period_s))
+    {
+        *error =
+            (params_error_t){PARAMS_LOOP_AT + PARAMS_sample_time, set->loop.sample_time, period_s, period_s, TRIBO_OK};
+        return false;
+    }
+    drive_config_error_t by_drive;
+    return drive_setup_init(&params->drive, &set->drive, &params->loop.params, port, &by_drive) ||
+           refuse_drive(error, &by_drive);
+}

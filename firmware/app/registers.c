@@ -1,0 +1,601 @@
+#include "app/registers.h"
+
+#include <stddef.h>
+#include <string.h>
+
+typedef uint32_t word_t;
+
+static word_t bits_of(float x)
+{
+    word_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static const drive_config_t *config_of(const registers_t *registers)
+{
+    return &registers->active->set.drive;
+}
+
+static bool is_running(const registers_t *registers)
+{
+    return registers->drive.state == DRIVE_RUN || registers->drive.state == DRIVE_STARTING;
+}
+
+// --- set-up --------------------------------------------------------------------------------------------------------
+
+static bool make(registers_t *registers, params_t *params)
+{
+    registers->is_refused = !params_make(params, registers->board.port, &registers->refused);
+    return !registers->is_refused;
+}
+
+static params_set_t defaults_of(const registers_t *registers)
+{
+    return registers->board.defaults != NULL ? *registers->board.defaults : params_default();
+}
+
+/// The other of the two, which the drive does not run with.
+static params_t *spare_of(registers_t *registers)
+{
+    return registers->active == &registers->params[0] ? &registers->params[1] : &registers->params[0];
+}
+
+/// What was saved takes the place of the defaults. What is refused stays staged, to be looked at.
+static void load(registers_t *registers)
+{
+    const store_flash_t *flash = registers->board.flash;
+    word_t               words[PARAMS_WORDS];
+    registers->store = flash != NULL ? store_read(flash, params_layout(), words, PARAMS_WORDS) : STORE_EMPTY;
+    if (registers->store == STORE_OK)
+    {
+        params_t *const saved = spare_of(registers);
+        memcpy(&saved->set, words, sizeof saved->set);
+        registers->staged = saved->set;
+        registers->store  = make(registers, saved) ? STORE_OK : STORE_FOREIGN;
+        registers->active = registers->store == STORE_OK ? saved : registers->active;
+    }
+    registers->is_known = registers->store == STORE_OK || registers->store == STORE_EMPTY;
+}
+
+static const void *signal_of(const registers_t *registers, uint32_t signal);
+
+static void arm_fault_trace(registers_t *registers)
+{
+    const trace_setup_t setup = {.channels      = {signal_of(registers, REGISTERS_SIGNAL_r),
+                                                   signal_of(registers, REGISTERS_SIGNAL_y),
+                                                   signal_of(registers, REGISTERS_SIGNAL_u),
+                                                   signal_of(registers, REGISTERS_SIGNAL_f_hat)},
+                                 .channel_count = REGISTERS_FAULT_CHANNELS,
+                                 .decimation    = 1,
+                                 .after         = REGISTERS_FAULT_AFTER,
+                                 .trigger       = TRACE_FAULT};
+    (void)trace_arm(&registers->fault_trace, &setup);
+}
+
+#define FAULT_SIGNALS                                                                                                  \
+    (1u << REGISTERS_SIGNAL_r | 1u << REGISTERS_SIGNAL_y | 1u << REGISTERS_SIGNAL_u | 1u << REGISTERS_SIGNAL_f_hat)
+
+void registers_init(registers_t *registers, const registers_board_t *board, drive_fault_t found)
+{
+    memset(registers, 0, sizeof *registers);
+    registers->board  = *board;
+    registers->active = &registers->params[0];
+#define DEFAULT(symbol, name, type, unit, normal, text) .symbol = (normal),
+    registers->requests                                         = (registers_requests_t){REGISTERS_REQUESTS(DEFAULT)};
+#undef DEFAULT
+
+    registers->active->set = defaults_of(registers);
+    registers->staged      = registers->active->set;
+    if (!make(registers, registers->active))
+    {
+        found = found != DRIVE_FAULT_NONE ? found : DRIVE_FAULT_PARAMS;
+    }
+    else
+    {
+        load(registers);
+        const bool for_good = found >= DRIVE_FAULT_IMAGE && found <= DRIVE_FAULT_CLOCK;
+        found               = registers->is_known || for_good ? found : DRIVE_FAULT_STORE;
+    }
+    drive_init(&registers->drive, board->port, &registers->active->drive, found);
+    trace_init(&registers->trace, board->ring, board->ring_words);
+    trace_init(&registers->fault_trace,
+               registers->fault_ring,
+               sizeof registers->fault_ring / sizeof registers->fault_ring[0]);
+    arm_fault_trace(registers);
+    modbus_init(&registers->modbus,
+                (uint8_t)config_of(registers)->bus_unit,
+                board->baud,
+                config_of(registers)->period_us);
+}
+
+// --- signals -------------------------------------------------------------------------------------------------------
+
+static const void *signal_of(const registers_t *registers, uint32_t signal)
+{
+    switch (signal)
+    {
+#define SIGNAL(symbol, name, unit, member, text)                                                                       \
+    case REGISTERS_SIGNAL_##symbol:                                                                                    \
+        return &registers->member;
+        REGISTERS_SIGNALS(SIGNAL)
+#undef SIGNAL
+    default:
+        return NULL;
+    }
+}
+
+/// A force of the drive's arithmetic as the float on the bus.
+static word_t to_bus(const registers_t *registers, word_t force)
+{
+    return bits_of(scaling_value(loop_from_word(force), config_of(registers)->full_scale_n));
+}
+
+static word_t signal_word(const registers_t *registers, uint32_t signal)
+{
+    word_t word;
+    memcpy(&word, signal_of(registers, signal), sizeof word);
+    return to_bus(registers, word);
+}
+
+// --- the tick ------------------------------------------------------------------------------------------------------
+
+void registers_tick(registers_t *registers)
+{
+    drive_t   *drive = &registers->drive;
+    const bool ran   = drive->state == DRIVE_RUN;
+    modbus_receive(&registers->modbus, registers->board.line);
+    drive_tick(drive);
+    const bool runs    = drive->state == DRIVE_RUN;
+    registers->applied = runs ? drive->signals.controller.LOOP_N(u) : 0;
+    trace_step(&registers->trace, drive->ticks, drive->state == DRIVE_FAULT);
+    trace_step(&registers->fault_trace, drive->ticks, drive->state == DRIVE_FAULT);
+    if (runs && !ran && registers->fault_trace.state == TRACE_DONE)
+    {
+        arm_fault_trace(registers); // of the last fault until the next run
+    }
+}
+
+// --- commands ------------------------------------------------------------------------------------------------------
+
+/// What only a drive at rest, or not even that, can take over.
+static bool check_fixed(registers_t *registers, const params_set_t *next)
+{
+    const drive_config_t *is    = config_of(registers);
+    params_error_t       *error = &registers->refused;
+    const float           scale = is->full_scale_n;
+    if (next->drive.period_us != is->period_us)
+    {
+        const float period_us = (float)is->period_us;
+        *error = (params_error_t){DRIVE_CONFIG_period_us, (float)next->drive.period_us, period_us, period_us, TRIBO_OK};
+        registers->is_refused = true;
+    }
+    else if (is_running(registers) && next->drive.full_scale_n != scale)
+    {
+        *error = (params_error_t){DRIVE_CONFIG_full_scale_n, next->drive.full_scale_n, scale, scale, TRIBO_OK};
+        registers->is_refused = true;
+    }
+    return !registers->is_refused;
+}
+
+static registers_outcome_t apply(registers_t *registers)
+{
+    drive_t        *drive = &registers->drive;
+    params_t *const next  = spare_of(registers);
+    if (drive_setup(drive) != &registers->active->drive)
+    {
+        return REGISTERS_BUSY; // the tick still runs with the spare
+    }
+    next->set = registers->staged;
+    if (!make(registers, next) || !check_fixed(registers, &next->set))
+    {
+        return REGISTERS_SET_REFUSED;
+    }
+    registers->active      = next;
+    registers->is_known    = true;
+    registers->modbus.unit = (uint8_t)next->set.drive.bus_unit; // the answer still has the request's
+    drive_change(drive, &next->drive);
+    return REGISTERS_DONE;
+}
+
+static registers_outcome_t arm_trace(registers_t *registers)
+{
+    const registers_requests_t *asked = &registers->requests;
+    const uint32_t              none  = (uint32_t)TRACE_TRIGGERS;
+    trace_setup_t               setup = {.decimation = asked->decimation, .after = asked->after};
+    bool good     = asked->signals >> REGISTERS_SIGNAL_COUNT == 0u && asked->level == asked->level; // not for a NaN
+    setup.trigger = (trace_trigger_t)(asked->trigger < none ? asked->trigger : none);
+    setup.watched = signal_of(registers, asked->watched);
+    setup.level   = good ? scaling_number(asked->level, config_of(registers)->full_scale_n) : 0;
+    for (uint32_t i = 0; good && i < REGISTERS_SIGNAL_COUNT; i++)
+    {
+        if ((asked->signals >> i & 1u) != 0u)
+        {
+            good                                              = setup.channel_count < TRACE_CHANNELS_MAX;
+            setup.channels[good ? setup.channel_count++ : 0u] = signal_of(registers, i);
+        }
+    }
+    if (!good || !trace_arm(&registers->trace, &setup))
+    {
+        return REGISTERS_TRACE_REFUSED;
+    }
+    registers->trace_signals = asked->signals;
+    return REGISTERS_DONE;
+}
+
+static registers_outcome_t when(bool possible, void (*request)(drive_t *drive), drive_t *drive)
+{
+    if (possible)
+    {
+        request(drive);
+    }
+    return possible ? REGISTERS_DONE : REGISTERS_WRONG_STATE;
+}
+
+static registers_outcome_t acknowledge(registers_t *registers)
+{
+    if (!registers->is_known)
+    {
+        return REGISTERS_NO_PARAMS;
+    }
+    return when(registers->drive.state == DRIVE_FAULT, drive_acknowledge, &registers->drive);
+}
+
+/// A stop always acts. The answer of a save goes out before the flash is busy.
+static modbus_status_t execute(registers_t *registers, uint16_t command)
+{
+    drive_t            *drive   = &registers->drive;
+    registers_outcome_t outcome = REGISTERS_DONE;
+    switch (command)
+    {
+    case REGISTERS_START:
+        outcome = when(drive->state == DRIVE_IDLE, drive_start, drive);
+        break;
+    case REGISTERS_STOP:
+        drive_stop(drive);
+        break;
+    case REGISTERS_ACKNOWLEDGE:
+        outcome = acknowledge(registers);
+        break;
+    case REGISTERS_TARE:
+        outcome = when(drive->state == DRIVE_IDLE, drive_tare, drive);
+        break;
+    case REGISTERS_APPLY:
+        outcome = apply(registers);
+        break;
+    case REGISTERS_REVERT:
+        registers->staged = registers->active->set;
+        break;
+    case REGISTERS_DEFAULTS:
+        registers->staged = defaults_of(registers);
+        break;
+    case REGISTERS_SAVE:
+        registers->must_save = !is_running(registers) && registers->is_known;
+        outcome              = registers->must_save  ? REGISTERS_BUSY
+                               : registers->is_known ? REGISTERS_WRONG_STATE
+                                                     : REGISTERS_NO_PARAMS;
+        break;
+    case REGISTERS_TRACE:
+        outcome = arm_trace(registers);
+        break;
+    case REGISTERS_TRACE_STOP:
+        trace_stop(&registers->trace);
+        break;
+    default:
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    registers->outcome  = outcome;
+    const bool accepted = outcome == REGISTERS_DONE || registers->must_save;
+    return accepted ? MODBUS_OK : outcome == REGISTERS_BUSY ? MODBUS_BUSY : MODBUS_FAILURE;
+}
+
+static void save(registers_t *registers)
+{
+    const store_flash_t *flash = registers->board.flash;
+    params_set_t         set   = registers->active->set;
+    word_t               words[PARAMS_WORDS];
+    set.drive.sensor_zero_units = drive_sensor_zero_units(&registers->drive);
+    memcpy(words, &set, sizeof words);
+    const bool possible  = flash != NULL && !is_running(registers);
+    const bool saved     = possible && store_write(flash, params_layout(), words, PARAMS_WORDS) == STORE_OK;
+    registers->must_save = false;
+    registers->outcome   = saved ? REGISTERS_DONE : REGISTERS_NOT_SAVED;
+    registers->store     = saved ? STORE_OK : possible ? STORE_FAILED : registers->store;
+}
+
+void registers_run(registers_t *registers)
+{
+    const modbus_registers_t map = registers_map(registers);
+    modbus_serve(&registers->modbus, registers->board.line, &map);
+    if (registers->must_save && registers->modbus.answer_sent == registers->modbus.answer_length)
+    {
+        save(registers);
+    }
+}
+
+// --- reading -------------------------------------------------------------------------------------------------------
+
+static const trace_t *shown_trace(const registers_t *registers)
+{
+    return registers->requests.which == 0u ? &registers->trace : &registers->fault_trace;
+}
+
+/// The Modbus address of a word of the staged set.
+static uint32_t register_of(uint32_t word)
+{
+    static const struct
+    {
+        uint16_t first, at;
+    } blocks[] = {{PARAMS_TABLE_AT, REGISTERS_TABLE_AT},
+                  {PARAMS_SECTIONS_AT, REGISTERS_SECTIONS_AT},
+                  {PARAMS_LOOP_AT, REGISTERS_LOOP_AT},
+                  {0, REGISTERS_DRIVE_AT}};
+    size_t i   = 0;
+    while (word < blocks[i].first)
+    {
+        i++;
+    }
+    return REGISTERS_STAGED_AT + blocks[i].at + 2u * (word - blocks[i].first);
+}
+
+static word_t state_word(const registers_t *registers, uint32_t place)
+{
+    const drive_t *drive                        = &registers->drive;
+    const trace_t *trace                        = shown_trace(registers);
+    const bool     own                          = trace == &registers->trace;
+    const word_t   words[REGISTERS_STATE_COUNT] = {
+        [REGISTERS_STATE_version]               = REGISTERS_VERSION,
+        [REGISTERS_STATE_q31]                   = LOOP_IS_Q31,
+        [REGISTERS_STATE_state]                 = (word_t)drive->state,
+        [REGISTERS_STATE_fault]                 = (word_t)drive->fault,
+        [REGISTERS_STATE_fault_tick]            = drive->fault_tick,
+        [REGISTERS_STATE_tick]                  = drive->ticks,
+        [REGISTERS_STATE_limits]                = drive->limits,
+        [REGISTERS_STATE_max_tick_us]           = drive->max_tick_us,
+        [REGISTERS_STATE_max_late_us]           = drive->max_late_us,
+        [REGISTERS_STATE_overruns]              = drive->overruns,
+        [REGISTERS_STATE_limited_ticks]         = drive->loop.controller.limited_ticks,
+        [REGISTERS_STATE_bad_inputs]            = drive->loop.bad_inputs,
+        [REGISTERS_STATE_tare]                  = (word_t)drive->tare,
+        [REGISTERS_STATE_store]                 = (word_t)registers->store,
+        [REGISTERS_STATE_outcome]               = (word_t)registers->outcome,
+        [REGISTERS_STATE_refused_register]      = registers->is_refused ? register_of(registers->refused.word) : 0u,
+        [REGISTERS_STATE_refused_status]        = (word_t)registers->refused.status,
+        [REGISTERS_STATE_refused_value]         = bits_of(registers->refused.value),
+        [REGISTERS_STATE_refused_low]           = bits_of(registers->refused.low),
+        [REGISTERS_STATE_refused_high]          = bits_of(registers->refused.high),
+        [REGISTERS_STATE_frames]                = registers->modbus.frames,
+        [REGISTERS_STATE_bad_frames]            = registers->modbus.bad_frames,
+        [REGISTERS_STATE_exceptions]            = registers->modbus.exceptions,
+        [REGISTERS_STATE_trace_state]           = (word_t)trace->state,
+        [REGISTERS_STATE_trace_count]           = trace->count,
+        [REGISTERS_STATE_trace_held]            = trace->held,
+        [REGISTERS_STATE_trace_first_tick]      = trace->first_tick,
+        [REGISTERS_STATE_trace_trigger]         = trace->trigger_sample,
+        [REGISTERS_STATE_trace_signals_seen]    = own ? registers->trace_signals : FAULT_SIGNALS,
+        [REGISTERS_STATE_trace_decimation_seen] = trace->setup.decimation,
+    };
+    return place == REGISTERS_STATE_layout ? params_layout() : words[place];
+}
+
+/// Blocks of 32-bit words, each at `at` in Modbus registers.
+typedef enum
+{
+    NOWHERE,
+    STATE,
+    SIGNALS,
+    REQUESTS,
+    WINDOW,
+    STAGED,
+    ACTIVE
+} block_kind_t;
+
+typedef struct
+{
+    block_kind_t kind;
+    uint32_t     word; ///< in the block, of a set in the set
+    bool         low;  ///< the second Modbus register of it
+} place_t;
+
+static place_t find(uint32_t address)
+{
+    static const struct
+    {
+        uint16_t at, words, first;
+        uint8_t  kind;
+    } blocks[] = {
+        {REGISTERS_STATE_AT, REGISTERS_STATE_COUNT, 0, STATE},
+        {REGISTERS_SIGNALS_AT, REGISTERS_SIGNAL_COUNT, 0, SIGNALS},
+        {REGISTERS_REQUESTS_AT, sizeof(registers_requests_t) / sizeof(word_t), 0, REQUESTS},
+        {REGISTERS_WINDOW_AT, REGISTERS_WINDOW, 0, WINDOW},
+#define SET(base, kind)                                                                                                \
+    {(base) + REGISTERS_DRIVE_AT, DRIVE_CONFIG_COUNT, 0, (kind)},                                                      \
+        {(base) + REGISTERS_LOOP_AT, PARAMS_LOOP_COUNT, PARAMS_LOOP_AT, (kind)},                                       \
+        {(base) + REGISTERS_SECTIONS_AT, PARAMS_TABLE_AT - PARAMS_SECTIONS_AT, PARAMS_SECTIONS_AT, (kind)},            \
+    {                                                                                                                  \
+        (base) + REGISTERS_TABLE_AT, PARAMS_WORDS - PARAMS_TABLE_AT, PARAMS_TABLE_AT, (kind)                           \
+    }
+        SET(REGISTERS_STAGED_AT, STAGED),
+        SET(REGISTERS_ACTIVE_AT, ACTIVE),
+#undef SET
+    };
+    for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++)
+    {
+        const uint32_t offset = address - blocks[i].at;
+        if (address >= blocks[i].at && offset < 2u * blocks[i].words)
+        {
+            return (place_t){(block_kind_t)blocks[i].kind, blocks[i].first + offset / 2u, offset % 2u != 0u};
+        }
+    }
+    return (place_t){NOWHERE, 0, false};
+}
+
+static word_t word_in(const void *words, uint32_t place)
+{
+    word_t word;
+    memcpy(&word, (const unsigned char *)words + place * sizeof word, sizeof word);
+    return word;
+}
+
+/// Of the trace's window, of which only whole frames are there.
+static bool read_window(const registers_t *registers, uint32_t place, word_t *word)
+{
+    const trace_t *trace    = shown_trace(registers);
+    const uint32_t channels = trace->setup.channel_count;
+    word_t         samples[TRACE_CHANNELS_MAX];
+    if (channels == 0u || !trace_read(trace, registers->requests.position + place / channels, samples, channels))
+    {
+        return false;
+    }
+    *word = to_bus(registers, samples[place % channels]);
+    return true;
+}
+
+static bool read_word(const registers_t *registers, const place_t *place, word_t *word)
+{
+    switch (place->kind)
+    {
+    case STATE:
+        *word = state_word(registers, place->word);
+        return true;
+    case SIGNALS:
+        *word = signal_word(registers, place->word);
+        return true;
+    case REQUESTS:
+        *word = place->word == 0u ? to_bus(registers, loop_word(registers->drive.reference))
+                                  : word_in(&registers->requests, place->word);
+        return true;
+    case WINDOW:
+        return read_window(registers, place->word, word);
+    case STAGED:
+        *word = word_in(&registers->staged, place->word);
+        return true;
+    case ACTIVE:
+        *word = place->word == DRIVE_CONFIG_sensor_zero_units ? bits_of(drive_sensor_zero_units(&registers->drive))
+                                                              : word_in(&registers->active->set, place->word);
+        return true;
+    default:
+        return false;
+    }
+}
+
+static modbus_status_t read_once(const registers_t *registers, uint16_t address, uint16_t count, uint16_t *values)
+{
+    for (uint32_t i = 0; i < count; i++)
+    {
+        const place_t place = find(address + i);
+        word_t        word  = 0;
+        if (address + i != REGISTERS_COMMAND_AT && !read_word(registers, &place, &word))
+        {
+            return MODBUS_ILLEGAL_ADDRESS;
+        }
+        values[i] = (uint16_t)(place.low ? word : word >> 16);
+    }
+    return MODBUS_OK;
+}
+
+#define READ_TRIALS 4
+
+/// All of one tick: if a tick came in between, once more.
+static modbus_status_t read_registers(void *context, uint16_t address, uint16_t count, uint16_t *values)
+{
+    const registers_t       *registers = context;
+    const volatile uint32_t *ticks     = &registers->drive.ticks;
+    modbus_status_t          status    = MODBUS_OK;
+    for (int trial = 0; trial < READ_TRIALS; trial++)
+    {
+        const uint32_t tick = *ticks;
+        status              = read_once(registers, address, count, values);
+        if (tick == *ticks)
+        {
+            break;
+        }
+    }
+    return status;
+}
+
+// --- writing -------------------------------------------------------------------------------------------------------
+
+static bool take_reference(registers_t *registers, word_t word, bool only_check)
+{
+    float       r;
+    const float most = registers->active->set.loop.input_max;
+    memcpy(&r, &word, sizeof r);
+    if (!(r >= -most && r <= most))
+    {
+        return false;
+    }
+    if (!only_check)
+    {
+        drive_reference(&registers->drive, scaling_number(r, config_of(registers)->full_scale_n));
+    }
+    return true;
+}
+
+static modbus_status_t write_word(registers_t *registers, const place_t *place, word_t word, bool only_check)
+{
+    void *words = NULL;
+    switch (place->kind)
+    {
+    case REQUESTS:
+        if (place->word == 0u)
+        {
+            return take_reference(registers, word, only_check) ? MODBUS_OK : MODBUS_ILLEGAL_VALUE;
+        }
+        words = &registers->requests;
+        break;
+    case STAGED:
+        words = &registers->staged;
+        break;
+    default:
+        return MODBUS_ILLEGAL_ADDRESS;
+    }
+    if (!only_check)
+    {
+        memcpy((unsigned char *)words + place->word * sizeof word, &word, sizeof word);
+    }
+    return MODBUS_OK;
+}
+
+static modbus_status_t write_words(registers_t    *registers,
+                                   uint16_t        address,
+                                   uint16_t        count,
+                                   const uint16_t *values,
+                                   bool            only_check)
+{
+    for (uint32_t i = 0; i < count; i += 2u)
+    {
+        const place_t place = find(address + i);
+        const word_t  word  = (word_t)values[i] << 16 | (i + 1u < count ? values[i + 1u] : 0u);
+        if (place.low || i + 1u >= count)
+        {
+            return MODBUS_ILLEGAL_ADDRESS; // half a register
+        }
+        const modbus_status_t status = write_word(registers, &place, word, only_check);
+        if (status != MODBUS_OK)
+        {
+            return status;
+        }
+    }
+    return MODBUS_OK;
+}
+
+static modbus_status_t write_registers(void *context, uint16_t address, uint16_t count, const uint16_t *values)
+{
+    registers_t *registers = context;
+    if (registers->must_save)
+    {
+        return MODBUS_BUSY;
+    }
+    if (address == REGISTERS_COMMAND_AT && count == 1u)
+    {
+        return execute(registers, values[0]);
+    }
+    const modbus_status_t status = write_words(registers, address, count, values, true);
+    return status == MODBUS_OK ? write_words(registers, address, count, values, false) : status;
+}
+
+modbus_registers_t registers_map(registers_t *registers)
+{
+    return (modbus_registers_t){.context = registers, .read = read_registers, .write = write_registers};
+}

@@ -1,0 +1,226 @@
+/// The drive as a bus sees it: Modbus registers, of which every list is here or where params.h and config.h take it from.
+/// docs/registers.md is made of them, and tribo-link knows registers by these names.
+///
+/// All registers are of 32 bits, two Modbus registers with the high one first, except the command. A write must hold whole
+/// ones; a read may cut one.
+///
+///     0x0000   states and counters                0x0200   a window into a trace
+///     0x0080   signals of the last tick           0x1000   the staged set of params, read and written
+///     0x0100   command, one Modbus register       0x2000   the set that the drive runs with, at the same places
+///     0x0110   requests
+///
+/// Params are written to the staged set, where nothing is checked. REGISTERS_APPLY makes params of it, checked as a whole, and
+/// the drive goes on with them from one tick to the next. If they are refused the drive goes on as it was, and refused_* name
+/// the register of the staged set and its range. REGISTERS_SAVE writes what the drive runs with into the store.
+///
+/// At power-up the drive runs with what the store holds, or if nothing was ever saved with the defaults of its board. If the
+/// store is damaged or of other firmware it is in DRIVE_FAULT_STORE, which cannot be acknowledged before a set was applied.
+
+#ifndef DRIVE_REGISTERS_H
+#define DRIVE_REGISTERS_H
+
+#include "app/drive.h"
+#include "app/modbus.h"
+#include "app/params.h"
+#include "app/store.h"
+#include "app/trace.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define REGISTERS_VERSION 1u ///< of the lists in this file
+
+#define REGISTERS_STATE_AT    0x0000u
+#define REGISTERS_SIGNALS_AT  0x0080u
+#define REGISTERS_COMMAND_AT  0x0100u
+#define REGISTERS_REQUESTS_AT 0x0110u
+#define REGISTERS_WINDOW_AT   0x0200u
+#define REGISTERS_STAGED_AT   0x1000u
+#define REGISTERS_ACTIVE_AT   0x2000u
+#define REGISTERS_WINDOW      62u ///< words that one frame can read
+
+// Places in a set, in Modbus registers.
+#define REGISTERS_DRIVE_AT    0x000u
+#define REGISTERS_LOOP_AT     0x100u
+#define REGISTERS_SECTIONS_AT 0x300u
+#define REGISTERS_TABLE_AT    0x400u
+
+/// REGISTER(symbol, name, type, unit, text): read only.
+// clang-format off: one row a register
+#define REGISTERS_STATE(REGISTER) \
+    REGISTER(version, "version", uint32_t, "", "of these lists") \
+    REGISTER(layout, "layout", uint32_t, "", "of a set of params: CRC-32 of its names") \
+    REGISTER(q31, "q31", uint32_t, "", "1: the drive computes in Q31") \
+    REGISTER(state, "state", uint32_t, "", "0 idle, 1 run, 2 fault, 3 starting") \
+    REGISTER(fault, "fault", uint32_t, "", "the cause of the fault, see below") \
+    REGISTER(fault_tick, "fault_tick", uint32_t, "ticks", "the tick that latched it") \
+    REGISTER(tick, "tick", uint32_t, "ticks", "since power-up; wraps") \
+    REGISTER(limits, "limits", uint32_t, "", "of the last tick: 1 u is limited, 2 the reference is not credible") \
+    REGISTER(max_tick_us, "max_tick_us", uint32_t, "us", "longest from a tick's start to its command") \
+    REGISTER(max_late_us, "max_late_us", uint32_t, "us", "latest start") \
+    REGISTER(overruns, "overruns", uint32_t, "ticks", "over budget") \
+    REGISTER(limited_ticks, "limited_ticks", uint32_t, "ticks", "with u at a limit, since the start") \
+    REGISTER(bad_inputs, "bad_inputs", uint32_t, "ticks", "with a bad reference or reading, since the start") \
+    REGISTER(tare, "tare", uint32_t, "", "of the last tare: 0 none, 1 busy, 2 done, 3 refused") \
+    REGISTER(store, "store", uint32_t, "", "0 read, 1 empty, 2 of other firmware, 3 damaged, 4 not writable") \
+    REGISTER(outcome, "outcome", uint32_t, "", "of the last command, see below") \
+    REGISTER(refused_register, "refused_register", uint32_t, "", "the staged register that was refused; 0: none") \
+    REGISTER(refused_status, "refused_status", uint32_t, "", "the library's refusal (tribo/status.h); 0: the drive's") \
+    REGISTER(refused_value, "refused_value", float, "", "the value that was refused") \
+    REGISTER(refused_low, "refused_low", float, "", "allowed from") \
+    REGISTER(refused_high, "refused_high", float, "", "to; fields that depend on each other may narrow it") \
+    REGISTER(frames, "frames", uint32_t, "", "of the bus that were executed") \
+    REGISTER(bad_frames, "bad_frames", uint32_t, "", "of the bus with a wrong CRC") \
+    REGISTER(exceptions, "exceptions", uint32_t, "", "answered") \
+    REGISTER(trace_state, "trace_state", uint32_t, "", "0 stopped, 1 armed, 2 triggered, 3 done") \
+    REGISTER(trace_count, "trace_count", uint32_t, "samples", "since it was armed; wraps") \
+    REGISTER(trace_held, "trace_held", uint32_t, "samples", "of these, those that can still be read") \
+    REGISTER(trace_first_tick, "trace_first_tick", uint32_t, "ticks", "of sample 0") \
+    REGISTER(trace_trigger, "trace_trigger_sample", uint32_t, "samples", "once triggered") \
+    REGISTER(trace_signals_seen, "trace_signals_seen", uint32_t, "", "trace.signals of what it holds") \
+    REGISTER(trace_decimation_seen, "trace_decimation_seen", uint32_t, "ticks", "trace.decimation of what it holds")
+// clang-format on
+
+/// The signals, in the order of a sample's channels: SIGNAL(symbol, name, unit, member, text), `member` of registers_t.
+// clang-format off: one row a signal
+#define REGISTERS_SIGNALS(SIGNAL) \
+    SIGNAL(r, "r_N", "N", drive.r, "reference") \
+    SIGNAL(y, "F_N", "N", drive.y, "measured force") \
+    SIGNAL(u, "u_N", "N", applied, "command as applied: 0 unless the drive runs") \
+    SIGNAL(e, "e_N", "N", drive.signals.LOOP_N(e), "error") \
+    SIGNAL(v, "controller_N", "N", drive.signals.controller.LOOP_N(v), "the controller's part of u") \
+    SIGNAL(added, "friction_term_N", "N", drive.signals.LOOP_N(feedforward), "the compensation's part of u") \
+    SIGNAL(f_hat, "F_hat_N", "N", drive.signals.compensator.LOOP_N(force), "the arm model's force") \
+    SIGNAL(n, "n_N", "N", drive.signals.compensator.friction.LOOP_N(n), "net force") \
+    SIGNAL(l, "L_N", "N", drive.signals.compensator.friction.LOOP_N(L), "breakaway on the side of n") \
+    SIGNAL(f, "f_hat_N", "N", drive.signals.compensator.friction.LOOP_N(f), "estimated friction")
+// clang-format on
+
+/// REGISTER(symbol, name, type, unit, default, text): read and written; checked by what uses them.
+// clang-format off: one row a register
+#define REGISTERS_REQUESTS(REGISTER) \
+    REGISTER(reference, "reference", float, "N", 0.0f, "0 after every stop, fault and acknowledgement; renew it within drive.reference_ms") \
+    REGISTER(which, "trace.which", uint32_t, "", 0u, "that states and window are of: 0 the trace, 1 the one kept for faults") \
+    REGISTER(position, "trace.position", uint32_t, "samples", 0u, "where the window begins") \
+    REGISTER(signals, "trace.signals", uint32_t, "", 0x47u, "bits, by the order of the signals; 8 at most") \
+    REGISTER(decimation, "trace.decimation", uint32_t, "ticks", 1u, "from sample to sample") \
+    REGISTER(trigger, "trace.trigger", uint32_t, "", 1u, "0 none, 1 fault, 2 reversal, 3 rises to level, 4 falls to level") \
+    REGISTER(watched, "trace.watched", uint32_t, "", 0u, "the signal of a reversal or level, by its order") \
+    REGISTER(level, "trace.level", float, "N", 0.0f, "of the trigger") \
+    REGISTER(after, "trace.after", uint32_t, "samples", 100u, "recorded after the trigger's")
+// clang-format on
+
+/// COMMAND(symbol, number, text)
+#define REGISTERS_COMMANDS(COMMAND)                                                                                    \
+    COMMAND(START, 1, "start; in idle")                                                                                \
+    COMMAND(STOP, 2, "stop")                                                                                           \
+    COMMAND(ACKNOWLEDGE, 3, "acknowledge the fault; in fault, once its cause is gone")                                 \
+    COMMAND(TARE, 4, "the mean of the next readings is 0 N; in idle")                                                  \
+    COMMAND(APPLY, 5, "go on with the staged set")                                                                     \
+    COMMAND(REVERT, 6, "stage the set that the drive runs with")                                                       \
+    COMMAND(DEFAULTS, 7, "stage the defaults of the board")                                                            \
+    COMMAND(SAVE, 8, "write what the drive runs with, and its tare, into the store; not in run")                       \
+    COMMAND(TRACE, 9, "begin a trace as trace.* say")                                                                  \
+    COMMAND(TRACE_STOP, 10, "end it")
+
+/// OUTCOME(symbol, text)
+#define REGISTERS_OUTCOMES(OUTCOME)                                                                                    \
+    OUTCOME(DONE, "done, or for a start, acknowledgement or tare: requested")                                          \
+    OUTCOME(BUSY, "under way")                                                                                         \
+    OUTCOME(WRONG_STATE, "not in this state of the drive")                                                             \
+    OUTCOME(SET_REFUSED, "the set is refused, see refused_*")                                                          \
+    OUTCOME(NO_PARAMS, "the store is damaged or of other firmware: a set must be applied first")                       \
+    OUTCOME(NOT_SAVED, "the flash does not take it")                                                                   \
+    OUTCOME(TRACE_REFUSED, "trace.* are out of range")
+
+typedef enum
+{
+#define REGISTERS_COMMAND(symbol, number, text) REGISTERS_##symbol = (number),
+    REGISTERS_COMMANDS(REGISTERS_COMMAND)
+#undef REGISTERS_COMMAND
+} registers_command_t;
+
+typedef enum
+{
+#define REGISTERS_OUTCOME(symbol, text) REGISTERS_##symbol,
+    REGISTERS_OUTCOMES(REGISTERS_OUTCOME)
+#undef REGISTERS_OUTCOME
+} registers_outcome_t;
+
+enum
+{
+#define REGISTERS_PLACE(symbol, name, type, unit, text) REGISTERS_STATE_##symbol,
+    REGISTERS_STATE(REGISTERS_PLACE)
+#undef REGISTERS_PLACE
+        REGISTERS_STATE_COUNT
+};
+
+enum
+{
+#define REGISTERS_PLACE(symbol, name, unit, member, text) REGISTERS_SIGNAL_##symbol,
+    REGISTERS_SIGNALS(REGISTERS_PLACE)
+#undef REGISTERS_PLACE
+        REGISTERS_SIGNAL_COUNT
+};
+
+/// Words as they were written.
+typedef struct
+{
+#define REGISTERS_MEMBER(symbol, name, type, unit, normal, text) type symbol;
+    REGISTERS_REQUESTS(REGISTERS_MEMBER)
+#undef REGISTERS_MEMBER
+} registers_requests_t;
+
+#define REGISTERS_FAULT_CHANNELS 4u ///< r, y, u and F^
+#define REGISTERS_FAULT_AFTER    15u
+#define REGISTERS_FAULT_SAMPLES  216u ///< 200 before the fault's own, and those after it
+
+/// What the registers are put in front of. All must outlive them.
+typedef struct
+{
+    const port_t        *port;
+    const modbus_line_t *line;
+    const store_flash_t *flash;    ///< null: there is none, and nothing can be saved
+    const params_set_t  *defaults; ///< of the board; null: params_default
+    uint32_t             baud;
+    uint32_t            *ring; ///< of the trace
+    uint32_t             ring_words;
+} registers_board_t;
+
+/// Read only; the functions below write it.
+typedef struct
+{
+    registers_board_t board;
+    drive_t           drive;
+    loop_force_t      applied; ///< u of the last tick
+    params_set_t      staged;
+    params_t          params[2];
+    params_t         *active;   ///< of `params`
+    bool              is_known; ///< the params were saved once, or applied since power-up
+    store_status_t    store;
+
+    registers_requests_t requests;
+    registers_outcome_t  outcome;
+    params_error_t       refused;
+    bool                 is_refused;
+    bool                 must_save;
+
+    trace_t  trace, fault_trace;
+    uint32_t trace_signals; ///< of what the trace holds
+    uint32_t fault_ring[REGISTERS_FAULT_CHANNELS * REGISTERS_FAULT_SAMPLES];
+    modbus_t modbus;
+} registers_t;
+
+/// Reads the store, makes params, and sets up the drive. `found` as drive_init has it.
+void registers_init(registers_t *registers, const registers_board_t *board, drive_fault_t found);
+
+/// In the timer's interrupt: a tick of the drive, the traces, and the bytes that have come.
+void registers_tick(registers_t *registers);
+
+/// In the background, again and again: frames, and commands that take long.
+void registers_run(registers_t *registers);
+
+/// The registers behind registers->modbus.
+modbus_registers_t registers_map(registers_t *registers);
+
+#endif

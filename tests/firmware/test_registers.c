@@ -1,0 +1,719 @@
+// The drive through its registers: params staged, checked and swapped, the store at power-up, commands, traces.
+
+#include "app/registers.h"
+#include "board.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PERIOD_US    1000u
+#define RING_WORDS   800u
+#define SECTOR_WORDS (STORE_HEAD_WORDS + PARAMS_WORDS + 1u)
+
+static board_t            board;
+static registers_t        registers;
+static modbus_registers_t map;
+static params_set_t       defaults;
+static uint32_t           ring[RING_WORDS];
+static uint32_t           sectors[STORE_SECTORS][SECTOR_WORDS];
+static double             force_n; ///< of a plant that follows u with a lag
+static unsigned           ticks;
+
+// --- a board -------------------------------------------------------------------------------------------------------
+
+static int receive_nothing(void *context, uint8_t *bytes, size_t room)
+{
+    (void)context;
+    (void)bytes;
+    (void)room;
+    return 0;
+}
+
+static size_t send_all(void *context, const uint8_t *bytes, size_t count)
+{
+    (void)context;
+    (void)bytes;
+    return count;
+}
+
+static const modbus_line_t line = {.receive = receive_nothing, .send = send_all};
+
+static uint32_t read_flash(void *context, unsigned sector, uint32_t word)
+{
+    (void)context;
+    return sectors[sector][word];
+}
+
+static bool erase_flash(void *context, unsigned sector)
+{
+    (void)context;
+    memset(sectors[sector], 0xff, sizeof sectors[sector]);
+    return true;
+}
+
+static bool write_flash(void *context, unsigned sector, uint32_t word, uint32_t value)
+{
+    (void)context;
+    sectors[sector][word] &= value;
+    return true;
+}
+
+static const store_flash_t flash = {.sector_words = SECTOR_WORDS,
+                                    .read         = read_flash,
+                                    .erase        = erase_flash,
+                                    .write        = write_flash};
+
+static void power_up_with(drive_fault_t found)
+{
+    const registers_board_t parts = {.port       = &board.port,
+                                     .line       = &line,
+                                     .flash      = &flash,
+                                     .defaults   = &defaults,
+                                     .baud       = 115200,
+                                     .ring       = ring,
+                                     .ring_words = RING_WORDS};
+    board_init(&board, UINT32_MAX - 20u * PERIOD_US);
+    registers_init(&registers, &parts, found);
+    map     = registers_map(&registers);
+    force_n = 0.0;
+    ticks   = 0;
+}
+
+static void power_up(void)
+{
+    power_up_with(DRIVE_FAULT_NONE);
+}
+
+void setUp(void)
+{
+    memset(sectors, 0xff, sizeof sectors);
+    defaults                        = params_default();
+    defaults.drive.residual_n       = 0.0f;
+    defaults.drive.command_limit_ms = 0;
+    power_up();
+}
+
+void tearDown(void)
+{
+}
+
+static double in_newton(loop_force_t x)
+{
+    return (double)scaling_value(x, BOARD_FULL_SCALE_N);
+}
+
+static void tick(void)
+{
+    board_new_tick(&board);
+    board.y = board_force(force_n);
+    registers_tick(&registers);
+    registers_run(&registers);
+    force_n += (in_newton(board.command) - force_n) * 0.02;
+    ticks++;
+    board.now_us += PERIOD_US;
+}
+
+static void run(unsigned count)
+{
+    for (unsigned i = 0; i < count; i++)
+    {
+        tick();
+    }
+}
+
+// --- a host --------------------------------------------------------------------------------------------------------
+
+static uint32_t read_word(uint32_t address)
+{
+    uint16_t values[2] = {0, 0};
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, map.read(map.context, (uint16_t)address, 2, values));
+    return (uint32_t)values[0] << 16 | values[1];
+}
+
+static double read_number(uint32_t address)
+{
+    const uint32_t word = read_word(address);
+    float          number;
+    memcpy(&number, &word, sizeof number);
+    return (double)number;
+}
+
+static modbus_status_t try_word(uint32_t address, uint32_t word)
+{
+    const uint16_t values[2] = {(uint16_t)(word >> 16), (uint16_t)word};
+    return map.write(map.context, (uint16_t)address, 2, values);
+}
+
+static modbus_status_t try_number(uint32_t address, float number)
+{
+    uint32_t word;
+    memcpy(&word, &number, sizeof word);
+    return try_word(address, word);
+}
+
+static void write_number(uint32_t address, float number)
+{
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, try_number(address, number));
+}
+
+static void write_word(uint32_t address, uint32_t word)
+{
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, try_word(address, word));
+}
+
+static modbus_status_t try_command(uint16_t command)
+{
+    return map.write(map.context, REGISTERS_COMMAND_AT, 1, &command);
+}
+
+static void command(uint16_t number)
+{
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, try_command(number));
+}
+
+#define STATE_OF(symbol)    read_word(REGISTERS_STATE_AT + 2u * REGISTERS_STATE_##symbol)
+#define NUMBER_OF(symbol)   read_number(REGISTERS_STATE_AT + 2u * REGISTERS_STATE_##symbol)
+#define SIGNAL_OF(symbol)   read_number(REGISTERS_SIGNALS_AT + 2u * REGISTERS_SIGNAL_##symbol)
+#define LOOP_AT(symbol)     (REGISTERS_STAGED_AT + REGISTERS_LOOP_AT + 2u * PARAMS_##symbol)
+#define DRIVE_AT(symbol)    (REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT + 2u * DRIVE_CONFIG_##symbol)
+#define REQUEST_AT(symbol)  (REGISTERS_REQUESTS_AT + (uint32_t)offsetof(registers_requests_t, symbol) / 2u)
+#define TO_ACTIVE(register) ((register) - REGISTERS_STAGED_AT + REGISTERS_ACTIVE_AT)
+
+static void start(void)
+{
+    tick();
+    command(REGISTERS_START);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+}
+
+// --- params --------------------------------------------------------------------------------------------------------
+
+static void test_defaults_are_the_papers_loop(void)
+{
+    const params_set_t                  set   = params_default();
+    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
+#define COMPARE(type, symbol, member, name, unit, low, high, normal, status, text)                                     \
+    TEST_ASSERT_TRUE_MESSAGE(set.loop.symbol == paper.member, name);
+    PARAMS_LOOP_FIELDS(COMPARE)
+#undef COMPARE
+    TEST_ASSERT_EQUAL_MEMORY(paper.controller.sections, set.sections, 2 * sizeof set.sections[0]);
+}
+
+static void test_every_word_of_the_staged_set_has_its_register(void)
+{
+    static const struct
+    {
+        uint32_t at, words;
+    } blocks[]                = {{REGISTERS_DRIVE_AT, DRIVE_CONFIG_COUNT},
+                                 {REGISTERS_LOOP_AT, PARAMS_LOOP_COUNT},
+                                 {REGISTERS_SECTIONS_AT, 20},
+                                 {REGISTERS_TABLE_AT, 96}};
+    const params_set_t before = registers.active->set;
+    uint32_t           word   = 0x01020304u;
+    for (size_t i = 0; i < 4; i++)
+    {
+        for (uint32_t k = 0; k < blocks[i].words; k++)
+        {
+            write_word(REGISTERS_STAGED_AT + blocks[i].at + 2u * k, word++);
+        }
+        TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS,
+                              try_word(REGISTERS_STAGED_AT + blocks[i].at + 2u * blocks[i].words, 0));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0x01020304u + PARAMS_WORDS, word);
+    uint32_t words[PARAMS_WORDS];
+    memcpy(words, &registers.staged, sizeof words);
+    for (uint32_t i = 0; i < PARAMS_WORDS; i++)
+    {
+        TEST_ASSERT_EQUAL_HEX32(0x01020304u + i, words[i]);
+    }
+    TEST_ASSERT_EQUAL_HEX32(0x01020304u, read_word(REGISTERS_STAGED_AT));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &registers.active->set, sizeof before);
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, try_word(REGISTERS_ACTIVE_AT, 0));
+    command(REGISTERS_REVERT);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &registers.staged, sizeof before);
+}
+
+static void test_a_set_is_swapped_in_run_without_a_bump(void)
+{
+    start();
+    write_number(REQUEST_AT(reference), 0.5f);
+    for (int change = 0; change < 20; change++)
+    {
+        run(400);
+        write_number(LOOP_AT(gain), change % 2 == 0 ? 0.2f : 0.85f);
+        write_number(LOOP_AT(offset_up), change % 2 == 0 ? 0.02f : 0.007f);
+        write_number(REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT, change % 2 == 0 ? 1.5f : 1.81855643f);
+        const double u = in_newton(board.command);
+        command(REGISTERS_APPLY);
+        TEST_ASSERT_EQUAL_INT(MODBUS_BUSY, try_command(REGISTERS_APPLY)); // until the tick has taken it
+        tick();
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, u, in_newton(board.command));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, change % 2 == 0 ? 0.2 : 0.85, read_number(TO_ACTIVE(LOOP_AT(gain))));
+        TEST_ASSERT_EQUAL_PTR(&registers.active->drive, drive_setup(&registers.drive));
+        TEST_ASSERT_EQUAL_PTR(&registers.active->loop.params, registers.drive.loop.active);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.5, force_n);
+}
+
+/// Applies a set in RUN with this word in `address`: it must be refused, and the drive must not notice.
+static void check_refused(const char *name, uint32_t address, uint32_t word, float value, float low, float high)
+{
+    char message[160];
+    (void)snprintf(message, sizeof message, "%s = %g", name, (double)value);
+    const drive_setup_t *setup  = drive_setup(&registers.drive);
+    const params_set_t   active = registers.active->set;
+    write_word(address, word);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(MODBUS_FAILURE, try_command(REGISTERS_APPLY), message);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(REGISTERS_SET_REFUSED, STATE_OF(outcome), message);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(address, STATE_OF(refused_register), message);
+    TEST_ASSERT_EQUAL_FLOAT_MESSAGE(low, (float)NUMBER_OF(refused_low), message);
+    TEST_ASSERT_EQUAL_FLOAT_MESSAGE(high, (float)NUMBER_OF(refused_high), message);
+    TEST_ASSERT_TRUE_MESSAGE(isnan(value) || NUMBER_OF(refused_value) == (double)value, message);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+    TEST_ASSERT_EQUAL_PTR(setup, drive_setup(&registers.drive));
+    TEST_ASSERT_EQUAL_MEMORY(&active, &registers.active->set, sizeof active);
+    command(REGISTERS_REVERT);
+}
+
+static void check_number_refused(const char *name, uint32_t address, float value, float low, float high)
+{
+    uint32_t word;
+    memcpy(&word, &value, sizeof word);
+    check_refused(name, address, word, value, low, high);
+}
+
+static void test_a_refused_field_is_named_with_its_range(void)
+{
+    start();
+    const float above = 1.5f;
+#define CHECK_float(symbol, name, low, high)                                                                           \
+    check_number_refused(name, LOOP_AT(symbol), (high) > 0.0f ? (high) * above : 1.0f, low, high);                     \
+    check_number_refused(name, LOOP_AT(symbol), (low) < 0.0f ? (low) * above : (low) / 2.0f - 1e-20f, low, high);      \
+    check_number_refused(name, LOOP_AT(symbol), NAN, low, high);
+#define CHECK_uint32_t(symbol, name, low, high)                                                                        \
+    check_refused(name, LOOP_AT(symbol), (uint32_t)(high) + 1u, (float)((high) + 1), low, high);
+#define CHECK(type, symbol, member, name, unit, low, high, normal, status, text) CHECK_##type(symbol, name, low, high)
+    PARAMS_LOOP_FIELDS(CHECK)
+#undef CHECK
+    for (uint32_t i = 0; i < DRIVE_CONFIG_COUNT; i++)
+    {
+        const drive_config_field_t *field   = &drive_config_fields[i];
+        const uint32_t              address = REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT + 2u * i;
+        if (i == DRIVE_CONFIG_full_scale_n && LOOP_IS_Q31)
+        {
+            continue; // the library refuses it first
+        }
+        if (field->is_float)
+        {
+            check_number_refused(field->name, address, 2.0f * field->high, field->low, field->high);
+            check_number_refused(field->name, address, NAN, field->low, field->high);
+        }
+        else if (i != DRIVE_CONFIG_period_us) // this one must fit sample_time_s first
+        {
+            check_refused(field->name,
+                          address,
+                          2u * (uint32_t)field->high,
+                          2.0f * field->high,
+                          field->low,
+                          field->high);
+        }
+    }
+}
+
+static void test_fields_that_do_not_fit_each_other_are_refused(void)
+{
+    start();
+    check_number_refused("sample_time_s", LOOP_AT(sample_time), 0.002f, 0.001f, 0.001f);
+    check_number_refused("k_min over k_max", LOOP_AT(k_min), 21.0f, 1.01f, 1000.0f);
+    check_number_refused("unstable", REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT + 6, -1.0f, -4.0f, 4.0f);
+    check_number_refused("pulse", LOOP_AT(pulse_width), 0.07f, 1e-6f, 6.3f);
+    check_refused("late_us", DRIVE_AT(late_us), 1000, 1000.0f, 0.0f, 999.0f);
+}
+
+static void test_the_period_stays_that_of_the_board(void)
+{
+    start();
+    write_word(DRIVE_AT(period_us), 2000);
+    write_number(LOOP_AT(sample_time), 0.002f);
+    write_number(LOOP_AT(pulse_width), 0.006f);
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_APPLY));
+    TEST_ASSERT_EQUAL_HEX32(DRIVE_AT(period_us), STATE_OF(refused_register));
+    TEST_ASSERT_TRUE(NUMBER_OF(refused_low) == 1000.0 && NUMBER_OF(refused_high) == 1000.0);
+}
+
+static void test_the_full_scale_stays_in_run(void)
+{
+    start();
+    write_number(DRIVE_AT(full_scale_n), 8.0f);
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_APPLY));
+    TEST_ASSERT_EQUAL_HEX32(DRIVE_AT(full_scale_n), STATE_OF(refused_register));
+    command(REGISTERS_STOP);
+    tick();
+    command(REGISTERS_APPLY);
+}
+
+static void test_a_breakaway_table_is_used(void)
+{
+    write_word(LOOP_AT(table_length), 2);
+    const float points[] = {0.0f, 0.01f, 0.01f, 1.0f, 0.3f, 0.3f};
+    for (uint32_t i = 0; i < 6; i++)
+    {
+        write_number(REGISTERS_STAGED_AT + REGISTERS_TABLE_AT + 2u * i, points[i]);
+    }
+    command(REGISTERS_APPLY);
+    start();
+    TEST_ASSERT_EQUAL_UINT32(2, registers.active->loop.params.compensator.friction.table_length);
+    run(10);
+    write_number(REGISTERS_STAGED_AT + REGISTERS_TABLE_AT + 6u, 0.0f); // falls
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_APPLY));
+    TEST_ASSERT_EQUAL_HEX32(REGISTERS_STAGED_AT + REGISTERS_TABLE_AT, STATE_OF(refused_register));
+    TEST_ASSERT_EQUAL_UINT32(TRIBO_ERR_TABLE_FORCE, STATE_OF(refused_status));
+}
+
+// --- what may be written -------------------------------------------------------------------------------------------
+
+static void test_half_a_register_is_neither_written_nor_half_a_frame(void)
+{
+    const uint16_t     values[6] = {1, 2, 3, 4, 5, 6};
+    const params_set_t before    = registers.staged;
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.write(map.context, REGISTERS_STAGED_AT, 1, values));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.write(map.context, REGISTERS_STAGED_AT + 1u, 2, values));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.write(map.context, REGISTERS_STAGED_AT, 3, values));
+    const uint16_t last = REGISTERS_STAGED_AT + REGISTERS_TABLE_AT + 2u * 95u;
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.write(map.context, last, 4, values));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.write(map.context, REGISTERS_STATE_AT, 2, values));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.write(map.context, REGISTERS_SIGNALS_AT, 2, values));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.write(map.context, REGISTERS_WINDOW_AT, 2, values));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.write(map.context, REGISTERS_COMMAND_AT, 2, values));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.write(map.context, 0xfffe, 2, values));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &registers.staged, sizeof before);
+    uint16_t one = 0;
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, map.read(map.context, REGISTERS_STAGED_AT + 1u, 1, &one));
+    TEST_ASSERT_EQUAL_UINT16(1000, one);
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.read(map.context, 0x0fff, 2, &one));
+}
+
+static void test_a_reference_beyond_what_is_credible_is_refused(void)
+{
+    start();
+    write_number(REQUEST_AT(reference), 0.25f);
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_number(REQUEST_AT(reference), NAN));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_number(REQUEST_AT(reference), INFINITY));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_number(REQUEST_AT(reference), 2.01f));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_number(REQUEST_AT(reference), -2.01f));
+    tick();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.25, SIGNAL_OF(r));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.25, read_number(REQUEST_AT(reference)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, in_newton(board.command), SIGNAL_OF(u));
+    TEST_ASSERT_TRUE(SIGNAL_OF(u) != 0.0);
+    command(REGISTERS_STOP);
+    tick();
+    TEST_ASSERT_TRUE(SIGNAL_OF(u) == 0.0);
+    tick();
+    TEST_ASSERT_TRUE(SIGNAL_OF(r) == 0.0);
+}
+
+static void test_a_silent_bus_is_the_fault_of_the_reference(void)
+{
+    write_word(DRIVE_AT(reference_ms), 20);
+    command(REGISTERS_APPLY);
+    start();
+    for (int i = 0; i < 100; i++)
+    {
+        write_number(REQUEST_AT(reference), 0.1f);
+        run(15);
+    }
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+    (void)STATE_OF(state); // reading does not renew it
+    run(15);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT, STATE_OF(state));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_REFERENCE, STATE_OF(fault));
+}
+
+static void test_commands_act_in_their_states(void)
+{
+    tick();
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_ACKNOWLEDGE));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_WRONG_STATE, STATE_OF(outcome));
+    start();
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, STATE_OF(outcome));
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_START));
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_TARE));
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_SAVE));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_WRONG_STATE, STATE_OF(outcome));
+    for (uint32_t unknown = 0; unknown <= UINT16_MAX; unknown++)
+    {
+        if (unknown == 0u || unknown > REGISTERS_TRACE_STOP)
+        {
+            TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_command((uint16_t)unknown));
+        }
+    }
+    board.inputs = PORT_INPUT_EMERGENCY_STOP;
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT, STATE_OF(state));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_EMERGENCY_STOP, STATE_OF(fault));
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_START));
+    board.inputs = 0;
+    command(REGISTERS_ACKNOWLEDGE);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_IDLE, STATE_OF(state));
+}
+
+// --- the store -----------------------------------------------------------------------------------------------------
+
+static void save(void)
+{
+    command(REGISTERS_SAVE);
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_BUSY, STATE_OF(outcome));
+    TEST_ASSERT_EQUAL_INT(MODBUS_BUSY, try_command(REGISTERS_STOP));
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, STATE_OF(outcome));
+}
+
+static void test_saved_params_are_those_of_the_next_power_up(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(STORE_EMPTY, STATE_OF(store));
+    write_number(LOOP_AT(gain), 0.5f);
+    command(REGISTERS_APPLY);
+    tick();
+    save();
+    power_up();
+    TEST_ASSERT_EQUAL_UINT32(STORE_OK, STATE_OF(store));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_IDLE, STATE_OF(state));
+    TEST_ASSERT_TRUE(read_number(TO_ACTIVE(LOOP_AT(gain))) == 0.5);
+    TEST_ASSERT_TRUE(read_number(LOOP_AT(gain)) == 0.5);
+    command(REGISTERS_DEFAULTS);
+    TEST_ASSERT_TRUE(read_number(LOOP_AT(gain)) == (double)0.85f);
+    start();
+}
+
+static void test_a_start_just_before_a_save_prevents_it(void)
+{
+    tick();
+    command(REGISTERS_START);
+    command(REGISTERS_SAVE);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_NOT_SAVED, STATE_OF(outcome));
+    TEST_ASSERT_EQUAL_HEX32(0xffffffff, sectors[0][2]);
+}
+
+static void test_a_tare_is_saved(void)
+{
+    write_number(DRIVE_AT(tare_max_n), 0.5f);
+    command(REGISTERS_APPLY);
+    tick();
+    force_n = 0.2;
+    command(REGISTERS_TARE);
+    for (unsigned i = 0; i <= DRIVE_TARE_TICKS; i++)
+    {
+        force_n = 0.2;
+        tick();
+    }
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_TARE_DONE, STATE_OF(tare));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.2, read_number(TO_ACTIVE(DRIVE_AT(sensor_zero_units))));
+    save();
+    power_up();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.2, read_number(DRIVE_AT(sensor_zero_units)));
+}
+
+/// The store does not hold what the drive can run with: it says so and waits for a set.
+static void check_waits(store_status_t status)
+{
+    power_up();
+    run(3);
+    TEST_ASSERT_EQUAL_UINT32(status, STATE_OF(store));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT, STATE_OF(state));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_STORE, STATE_OF(fault));
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_ACKNOWLEDGE));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_NO_PARAMS, STATE_OF(outcome));
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_SAVE));
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_START));
+    run(3);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT, STATE_OF(state));
+    command(REGISTERS_DEFAULTS);
+    command(REGISTERS_APPLY);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT, STATE_OF(state));
+    command(REGISTERS_ACKNOWLEDGE);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_IDLE, STATE_OF(state));
+    save();
+    power_up();
+    TEST_ASSERT_EQUAL_UINT32(STORE_OK, STATE_OF(store));
+    start();
+}
+
+static void test_a_damaged_store_is_said_and_waited_for(void)
+{
+    save();
+    sectors[0][STORE_HEAD_WORDS + 3u] ^= 0x100u;
+    check_waits(STORE_DAMAGED);
+}
+
+static void test_a_store_of_other_firmware_is_said_and_waited_for(void)
+{
+    uint32_t words[PARAMS_WORDS] = {0};
+    TEST_ASSERT_EQUAL_INT(STORE_OK, store_write(&flash, params_layout() + 1u, words, PARAMS_WORDS));
+    check_waits(STORE_FOREIGN);
+}
+
+static void test_saved_params_that_the_board_refuses_are_said_and_waited_for(void)
+{
+    uint32_t words[PARAMS_WORDS];
+    defaults.loop.gain = 3.0f;
+    memcpy(words, &defaults, sizeof words);
+    TEST_ASSERT_EQUAL_INT(STORE_OK, store_write(&flash, params_layout(), words, PARAMS_WORDS));
+    defaults.loop.gain = 0.85f;
+    power_up();
+    TEST_ASSERT_EQUAL_HEX32(LOOP_AT(gain), STATE_OF(refused_register));
+    TEST_ASSERT_TRUE(read_number(LOOP_AT(gain)) == 3.0); // what was saved is there to be looked at
+    check_waits(STORE_FOREIGN);
+}
+
+static void test_a_failed_self_test_comes_before_the_store(void)
+{
+    save();
+    sectors[0][STORE_HEAD_WORDS] ^= 1u;
+    power_up_with(DRIVE_FAULT_RAM);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_RAM, STATE_OF(fault));
+    power_up_with(DRIVE_FAULT_WATCHDOG);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_STORE, STATE_OF(fault));
+}
+
+// --- traces --------------------------------------------------------------------------------------------------------
+
+static double sample_of(uint32_t number, uint32_t channel)
+{
+    write_word(REQUEST_AT(position), number);
+    return read_number(REGISTERS_WINDOW_AT + 2u * channel);
+}
+
+static void test_a_fault_keeps_200_ticks_before_it(void)
+{
+    double y[2000], u[2000];
+    start();
+    for (unsigned i = 0; i < 500; i++)
+    {
+        write_number(REQUEST_AT(reference), 0.3f + 0.001f * (float)(i % 100u));
+        y[ticks + 1u] = force_n;
+        tick();
+        u[ticks] = in_newton(board.command);
+    }
+    board.inputs = PORT_INPUT_EMERGENCY_STOP;
+    run(100);
+    write_word(REQUEST_AT(which), 1);
+    TEST_ASSERT_EQUAL_UINT32(TRACE_DONE, STATE_OF(trace_state));
+    TEST_ASSERT_EQUAL_UINT32(0x47, STATE_OF(trace_signals_seen));
+    const uint32_t trigger = STATE_OF(trace_trigger);
+    const uint32_t tick_0  = STATE_OF(trace_first_tick);
+    TEST_ASSERT_EQUAL_UINT32(STATE_OF(fault_tick), tick_0 + trigger);
+    TEST_ASSERT_EQUAL_UINT32(216, STATE_OF(trace_held));
+    for (uint32_t i = trigger - 200u; i < trigger; i++)
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, y[tick_0 + i], sample_of(i, 1));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, u[tick_0 + i], sample_of(i, 2));
+    }
+    TEST_ASSERT_TRUE(sample_of(trigger, 2) == 0.0);
+
+    board.inputs = 0; // the fault can still be read after its acknowledgement, up to the next start
+    command(REGISTERS_ACKNOWLEDGE);
+    run(10);
+    TEST_ASSERT_EQUAL_UINT32(TRACE_DONE, STATE_OF(trace_state));
+    command(REGISTERS_START);
+    run(10);
+    TEST_ASSERT_EQUAL_UINT32(TRACE_ARMED, STATE_OF(trace_state));
+}
+
+static void test_a_trace_is_read_while_the_drive_runs(void)
+{
+    start();
+    write_number(REQUEST_AT(reference), 0.5f);
+    write_word(REQUEST_AT(signals), 1u << REGISTERS_SIGNAL_y | 1u << REGISTERS_SIGNAL_e);
+    write_word(REQUEST_AT(decimation), 3);
+    write_word(REQUEST_AT(trigger), TRACE_RISE);
+    write_word(REQUEST_AT(watched), REGISTERS_SIGNAL_y);
+    write_number(REQUEST_AT(level), 0.25f);
+    write_word(REQUEST_AT(after), 50);
+    command(REGISTERS_TRACE);
+    TEST_ASSERT_EQUAL_UINT32(TRACE_ARMED, STATE_OF(trace_state));
+    run(1000);
+    TEST_ASSERT_EQUAL_UINT32(TRACE_DONE, STATE_OF(trace_state));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+    const uint32_t trigger = STATE_OF(trace_trigger);
+    TEST_ASSERT_EQUAL_UINT32(trigger + 51u, STATE_OF(trace_count));
+    TEST_ASSERT_TRUE(sample_of(trigger, 0) < 0.26 && sample_of(trigger + 1u, 0) >= 0.25);
+    uint16_t values[2u * REGISTERS_WINDOW];
+    write_word(REQUEST_AT(position), trigger);
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, map.read(map.context, REGISTERS_WINDOW_AT, 102 * 2 > 124 ? 124 : 204, values));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.read(map.context, REGISTERS_WINDOW_AT + 120, 6, values));
+    write_word(REQUEST_AT(position), trigger + 51u); // not recorded
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.read(map.context, REGISTERS_WINDOW_AT, 2, values));
+    for (uint32_t i = 0; i < trigger + 51u; i++)
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, sample_of(i, 0) + sample_of(i, 1));
+    }
+    command(REGISTERS_TRACE_STOP);
+    TEST_ASSERT_EQUAL_UINT32(TRACE_STOPPED, STATE_OF(trace_state));
+}
+
+static void test_a_trace_out_of_range_is_refused(void)
+{
+    static const struct
+    {
+        uint32_t at, word;
+    } wrong[] = {{REQUEST_AT(signals), 0},
+                 {REQUEST_AT(signals), 0x1ff},
+                 {REQUEST_AT(signals), 1u << REGISTERS_SIGNAL_COUNT},
+                 {REQUEST_AT(decimation), 0},
+                 {REQUEST_AT(trigger), TRACE_TRIGGERS},
+                 {REQUEST_AT(trigger), UINT32_MAX},
+                 {REQUEST_AT(after), RING_WORDS},
+                 {REQUEST_AT(level), 0x7fc00000u}};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++)
+    {
+        const uint32_t was = read_word(wrong[i].at);
+        write_word(wrong[i].at, wrong[i].word);
+        TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_TRACE));
+        TEST_ASSERT_EQUAL_UINT32(REGISTERS_TRACE_REFUSED, STATE_OF(outcome));
+        write_word(wrong[i].at, was);
+    }
+    write_word(REQUEST_AT(trigger), TRACE_RISE);
+    write_word(REQUEST_AT(watched), REGISTERS_SIGNAL_COUNT);
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_TRACE));
+    write_word(REQUEST_AT(watched), 0);
+    command(REGISTERS_TRACE);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_defaults_are_the_papers_loop);
+    RUN_TEST(test_every_word_of_the_staged_set_has_its_register);
+    RUN_TEST(test_a_set_is_swapped_in_run_without_a_bump);
+    RUN_TEST(test_a_refused_field_is_named_with_its_range);
+    RUN_TEST(test_fields_that_do_not_fit_each_other_are_refused);
+    RUN_TEST(test_the_period_stays_that_of_the_board);
+    RUN_TEST(test_the_full_scale_stays_in_run);
+    RUN_TEST(test_a_breakaway_table_is_used);
+    RUN_TEST(test_half_a_register_is_neither_written_nor_half_a_frame);
+    RUN_TEST(test_a_reference_beyond_what_is_credible_is_refused);
+    RUN_TEST(test_a_silent_bus_is_the_fault_of_the_reference);
+    RUN_TEST(test_commands_act_in_their_states);
+    RUN_TEST(test_saved_params_are_those_of_the_next_power_up);
+    RUN_TEST(test_a_start_just_before_a_save_prevents_it);
+    RUN_TEST(test_a_tare_is_saved);
+    RUN_TEST(test_a_damaged_store_is_said_and_waited_for);
+    RUN_TEST(test_a_store_of_other_firmware_is_said_and_waited_for);
+    RUN_TEST(test_saved_params_that_the_board_refuses_are_said_and_waited_for);
+    RUN_TEST(test_a_failed_self_test_comes_before_the_store);
+    RUN_TEST(test_a_fault_keeps_200_ticks_before_it);
+    RUN_TEST(test_a_trace_is_read_while_the_drive_runs);
+    RUN_TEST(test_a_trace_out_of_range_is_refused);
+    return UNITY_END();
+}
