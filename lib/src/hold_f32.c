@@ -6,7 +6,7 @@
 
 tribo_hold_f32_config_t tribo_hold_f32_default(void)
 {
-    const tribo_hold_f32_config_t standard = {.gain             = 0.94f,
+    const tribo_hold_f32_config_t standard = {.gain             = 0.95f,
                                               .still_time_s     = 1.5f,
                                               .margin           = 0.85f,
                                               .quick_time_s     = 0.2f,

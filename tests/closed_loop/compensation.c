@@ -31,6 +31,7 @@ typedef struct
     double             gain;
     double             environment_n, environment_rad_per_s;
     double             t;
+    double             friction_n; // of the plant's last step
 } rig_t;
 
 static void open_rig(rig_t *rig, const compensation_truth_t *truth)
@@ -55,6 +56,7 @@ static void open_rig(rig_t *rig, const compensation_truth_t *truth)
     rig->environment_n         = truth->environment_n;
     rig->environment_rad_per_s = 2.0 * 3.14159265358979 * truth->environment_hz;
     rig->t                     = 0.0;
+    rig->friction_n            = 0.0;
     rig->plant                 = sim_plant_create(&rig->config, &sim_paper_truth);
     TEST_ASSERT_NOT_NULL(rig->plant);
     const sim_sensor_config_t sensor = {.noise_n        = truth->noise_n,
@@ -96,12 +98,48 @@ static double filtered_force(const rig_t *rig)
 
 static void tick_rig(rig_t *rig, double u)
 {
-    sim_plant_signals_t unused;
+    sim_plant_signals_t seen;
     for (int i = 0; i < STEPS_A_TICK; i++)
     {
         sim_sensor_push(&rig->sensor, filtered_force(rig));
-        sim_plant_step(rig->plant, rig->gain * u + environment_in_front(rig), &unused);
+        sim_plant_step(rig->plant, rig->gain * u + environment_in_front(rig), &seen);
         rig->t += rig->config.step_s;
+        rig->friction_n = seen.truth.f_n;
+    }
+}
+
+/// How far the feed-forward's L is off, over slides that have gone on for a while: from the friction that the plant has, and
+/// from the truth's L, which a slow fall on the curve of the paper's law does not reach.
+typedef struct
+{
+    double sigma, friction_n; // of the last tick; filtered
+    long   steady, counted;   // ticks
+} slide_t;
+
+#define SLIDE_TICKS 2000  // before it counts
+#define SLIDE_PART  0.002 // of the filter, in a tick
+
+static void judge_learning(slide_t               *slide,
+                           const rig_t           *rig,
+                           const fed_loop_t      *loop,
+                           double                 trust,
+                           double                 r,
+                           compensation_result_t *result)
+{
+    const sim_breakaway_config_t *truth = &rig->config.truth.friction.breakaway;
+    const feedforward_seen_t      seen  = feedforward_seen(&loop->feedforward);
+    const int                     d     = seen.sigma < 0.0 ? 1 : 0;
+    slide->steady                       = seen.sigma == slide->sigma ? slide->steady + 1 : 0;
+    slide->sigma                        = seen.sigma;
+    slide->friction_n += SLIDE_PART * (fabs(rig->friction_n) - slide->friction_n);
+    if (slide->steady > SLIDE_TICKS)
+    {
+        const double offset = d == 0 ? truth->offset_n : truth->negative_offset_n.value;
+        const double slope  = d == 0 ? truth->slope : truth->negative_slope.value;
+        const double L      = seen.L[d] / (1.0 - (1.0 - trust) * seen.doubt[d]);
+        slide->counted++;
+        result->friction_off += (fabs(L / slide->friction_n - 1.0) - result->friction_off) / (double)slide->counted;
+        result->breakaway_off = fmax(result->breakaway_off, fabs(L / (offset + slope * fabs(r)) - 1.0));
     }
 }
 
@@ -132,6 +170,7 @@ compensation_result_t compensation_run_watched(compensation_t                   
                                         (double)paper.input_max_n,
                                         H));
 
+    slide_t               slide  = {.sigma = 0.0};
     compensation_result_t result = {.rms = 0.0};
     const long            first  = lround(first_s / H);
     const long            settle = lround(fmin(truth->settle_s, 0.5 * first_s) / H);
@@ -161,6 +200,10 @@ compensation_result_t compensation_run_watched(compensation_t                   
             result.rms += error * error;
             result.peak = fmax(result.peak, fabs(error));
             result.variation += fabs(u - last_u);
+            if (method == COMPENSATION_FEEDFORWARD)
+            {
+                judge_learning(&slide, &rig, &loop, (double)used->learning.trust, r, &result);
+            }
         }
         last_u = u;
         tick_rig(&rig, u);

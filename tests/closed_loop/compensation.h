@@ -35,6 +35,9 @@ typedef struct
 {
     double rms, peak, variation;  // of r - F, of r - F, total variation of u, over the second part of the run
     double first_rms, first_peak; // of r - F, over the first part
+    // The feed-forward's L in slides of the second part: mean difference from the plant's friction there, largest one from
+    // the truth's L, as fractions.
+    double friction_off, breakaway_off;
 } compensation_result_t;
 
 /// Told of each tick: its time in s, reference and true force in N. `tick` may be null.

@@ -276,6 +276,25 @@ static void study_sines(void)
     }
 }
 
+/// How far off L is after four reversals, where it was believed to be 30 % more or less.
+static void study_learned(void)
+{
+    static const double scale[] = {0.7, 1.3};
+    for (int i = 0; i < 2; i++)
+    {
+        compensation_truth_t truth = compensation_nominal();
+        truth.breakaway_positive   = scale[i];
+        truth.breakaway_negative   = scale[i];
+        truth.noise_n              = 1e-3;
+        const compensation_result_t x =
+            compensation_run(COMPENSATION_FEEDFORWARD, NULL, &truth, compensation_triangle, &benchmark, 40.0, 20.0);
+        printf("learned L, breakaway %.1f: %.1f %% off the friction of slides, %.1f %% off the truth's L\n",
+               scale[i],
+               1e2 * x.friction_off,
+               1e2 * x.breakaway_off);
+    }
+}
+
 #define TRACE_TICKS 20000L // of 1 ms: a period of the benchmark
 
 /// The forces of the three methods over the last period.
@@ -361,6 +380,10 @@ int main(int argc, char **argv)
     if (wanted(argc, argv, "long"))
     {
         study_long_hold();
+    }
+    if (wanted(argc, argv, "learned"))
+    {
+        study_learned();
     }
     if (wanted(argc, argv, "sines"))
     {
