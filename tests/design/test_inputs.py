@@ -28,6 +28,10 @@ DESIGNS = [
     ("-55, -200", "-55, two", ["plant.poles[1]", "'two'", "complex number like"]),
     ("-55, -200", "-55, -1e15", ["plant.poles[1]", "1e+12"]),
     ("gain: 0.86", "gain: .nan", ["plant.gain", "finite"]),
+    ("gain: 0.86", "gain: 1e-300", ["plant.gain", "size within 1e-60 and 1e+60"]),
+    ("gain: 0.86", f"gain: {'1' * 400}", ["plant.gain", "finite"]),
+    ("num: [0.9090909090909091, 20]", "num: [1e300, 20]", ["weights.wp.num[0]", "size within 1e-60 and 1e+60"]),
+    ("wu: 1", "wu: {a: [[-1e80]], b: [1], c: [1]}", ["weights.wu.a[0][0]", "size within 1e-60 and 1e+60"]),
     ("gain: 0.86", "gain: 0", ["plant", "gain is 0"]),
     ("gain: 0.86", "gain: 1\n  k: 2", ["plant", "either gain"]),
     ("gain: 0.86", "num: [1]", ["plant", "exactly one of the forms", "zpk and tf"]),
@@ -226,3 +230,11 @@ def test_step_size_and_order_are_checked(run, tmp_path):
     assert "--step-size" in run("identify-plant", path)[2]
     assert "--step-size" in run("identify-plant", path, "--step-size", "0")[2]
     assert "--order" in run("identify-plant", path, "--step-size", "0.2", "--order", "9")[2]
+
+
+def test_extreme_coefficients_never_give_an_internal_error(run, tmp_path):
+    """1e300 in a weight once ended in one."""
+    for old, new in (("num: [0.9090909090909091, 20]", "num: [1e60, 20]"), ("gain: 0.86", "gain: 1e60"), ("gain: 0.86", "gain: 1e-60"), ("wu: 1", "wu: 1e60")):
+        (tmp_path / "d.yaml").write_text(PAPER.read_text().replace(old, new).replace("time_limit_s: 60", "time_limit_s: 2"))
+        code, _, err = run("synthesize", tmp_path / "d.yaml", "--out", tmp_path / "out")
+        assert code in (3, 4) and err, (new, code, err)

@@ -16,6 +16,7 @@ from .zpk import Zpk
 
 ROOT_MAX = 1e12  # rad/s
 GAIN_MAX = 1e12
+COEFFICIENT_MIN, COEFFICIENT_MAX = 1e-60, 1e60
 ORDER_MAX = 20
 DESIGN_SIZE_MAX = 200_000
 DELAY_TICKS_MAX = 40
@@ -61,7 +62,15 @@ def _root(value):
     return value
 
 
+def _coefficient(value):
+    value = _number(value)
+    if value and not COEFFICIENT_MIN <= abs(value) <= COEFFICIENT_MAX:  # products of squares stay numbers
+        raise ValueError(f"must be 0, or of a size within {COEFFICIENT_MIN:g} and {COEFFICIENT_MAX:g}")
+    return value
+
+
 Number = Annotated[float, BeforeValidator(_number)]
+Coefficient = Annotated[float, BeforeValidator(_coefficient)]
 Root = Annotated[complex, BeforeValidator(_root)]
 Positive = Annotated[Number, Field(gt=0, le=GAIN_MAX)]
 
@@ -83,16 +92,16 @@ def check_conjugates(roots, what):
 class System(Strict):
     """A system in one of the forms: {gain|k, zeros, poles}, {num, den}, {a, b, c, d}, or a plain number."""
 
-    gain: Optional[Number] = None  # steady-state gain
-    k: Optional[Number] = None  # gain of the zpk form, the ratio of the leading coefficients
+    gain: Optional[Coefficient] = None  # steady-state gain
+    k: Optional[Coefficient] = None  # gain of the zpk form, the ratio of the leading coefficients
     zeros: Annotated[list[Root], Field(max_length=ORDER_MAX)] = []
     poles: Annotated[list[Root], Field(max_length=ORDER_MAX)] = []
-    num: Optional[Annotated[list[Number], Field(min_length=1, max_length=ORDER_MAX + 1)]] = None
-    den: Optional[Annotated[list[Number], Field(min_length=1, max_length=ORDER_MAX + 1)]] = None
-    a: Optional[list[list[Number]]] = None
-    b: Optional[list[list[Number]]] = None
-    c: Optional[list[list[Number]]] = None
-    d: Optional[list[list[Number]]] = None
+    num: Optional[Annotated[list[Coefficient], Field(min_length=1, max_length=ORDER_MAX + 1)]] = None
+    den: Optional[Annotated[list[Coefficient], Field(min_length=1, max_length=ORDER_MAX + 1)]] = None
+    a: Optional[list[list[Coefficient]]] = None
+    b: Optional[list[list[Coefficient]]] = None
+    c: Optional[list[list[Coefficient]]] = None
+    d: Optional[list[list[Coefficient]]] = None
 
     @model_validator(mode="before")
     @classmethod
@@ -128,9 +137,6 @@ class System(Strict):
     def _check_zpk(self):
         if (self.gain is None) == (self.k is None):
             raise ValueError("give either gain (steady state) or k (leading coefficients), not both")
-        value = self.gain if self.gain is not None else self.k
-        if abs(value) > 1e60:
-            raise ValueError("gain must be at most 1e60")
         check_conjugates(self.zeros, "zeros:")
         check_conjugates(self.poles, "poles:")
         if self.gain is not None and any(r == 0 for r in [*self.zeros, *self.poles]):

@@ -208,18 +208,18 @@ def lower_bound(problem, gamma_max):
     corners = corners[corners > 1e-9]
     omega = np.geomspace(corners.min() / 100, corners.max() * 100, 4000) if len(corners) else np.ones(1)
     points = 1j * omega
-    a = np.abs(weights["wp"](points)) ** 2
-    by_u = np.abs(weights["wu"](points)) ** 2 / np.maximum(np.abs(plant(points)) ** 2, 1e-300)
-    by_t = np.abs(weights["wT"](points)) ** 2 if "wT" in weights else np.zeros(len(omega))
-    b = by_t + by_u
-    value = np.sqrt(a * b / (a + b))
+    a = np.abs(weights["wp"](points))
+    by_u = np.abs(weights["wu"](points)) / np.maximum(np.abs(plant(points)), 1e-150)
+    by_t = np.abs(weights["wT"](points)) if "wT" in weights else np.zeros(len(omega))
+    b = np.hypot(by_t, by_u)
+    value = a * b / np.maximum(np.hypot(a, b), 1e-300)
     i = int(np.flatnonzero(value >= 0.99 * value.max())[0])  # of a plateau, its lower end
     over = omega[value > gamma_max]
     band = f" (the contradiction reaches from {problem.omega(over[0]):.3g} to {problem.omega(over[-1]):.3g} rad/s)" if len(over) else ""
     other = "wu |1/G|" if by_u[i] > by_t[i] else "wT"
-    size = np.sqrt(max(by_u[i], by_t[i]))
+    size = max(by_u[i], by_t[i])
     best = (float(value[i]), float(omega[i]),
-            f"|wp| is {np.sqrt(a[i]):.4g} (the error must stay below {1 / np.sqrt(a[i]):.3g}) and |{other}| is {size:.4g} "
+            f"|wp| is {a[i]:.4g} (the error must stay below {1 / a[i]:.3g}) and |{other}| is {size:.4g} "
             + ("(the plant passes too little of the allowed controller output)" if other != "wT" else "(T must stay below "
                f"{1 / size:.3g}), but S + T = 1"), band)
     for zero in plant.zeros[plant.zeros.real > AXIS * np.abs(plant.zeros)]:
@@ -328,8 +328,8 @@ def solve(problem, synthesis, off_percent=0.0):
         if known:
             raise IllPosedError(known[0], f"the solver finds no controller: {known[1]}")
         if timed_out:
-            raise IllPosedError("time limit", f"no controller within {synthesis.time_limit_s:g} s (synthesis.time_limit_s). Problems that are this hard are almost "
-                                              f"always badly scaled; the weights come closest to a contradiction at {bound_omega:.4g} rad/s")
+            raise IllPosedError("time limit", f"no controller within {synthesis.time_limit_s:g} s (synthesis.time_limit_s). A dead time of many ticks, each a "
+                                              f"state, or roots that are decades apart make the solver slow; the weights come closest to a contradiction at {bound_omega:.4g} rad/s")
         raise IllPosedError("numerical", "the solver finds no controller that stands a check "
                                          f"({'; '.join(sorted({text for _, text in infos}))}): the problem's frequencies are too far apart or a weight is too close to singular; "
                                          f"the weights come closest to a contradiction at {bound_omega:.4g} rad/s")
