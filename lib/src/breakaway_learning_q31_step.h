@@ -97,7 +97,7 @@ static inline void breakaway_learning_q31_move(int32_t *t, int32_t pull, int32_t
 /// What is left of a covariance after a measurement, gain q[i] q[j] less, and after fading.
 static inline int32_t breakaway_learning_q31_left(int32_t P, int32_t gain_q, int32_t q, int32_t fade)
 {
-    const int32_t left = P - 16 * high_q31(gain_q, q);
+    const int32_t left = difference_q31(P, 16 * high_q31(gain_q, q));
     return left - high_q31(left, fade);
 }
 

@@ -37,16 +37,15 @@ static inline float controller_f32_restart(const tribo_controller_f32_params_t *
     return u;
 }
 
-/// u for the error `e_n`, within u_min_n to u_max_n whatever the state is.
-static inline float controller_f32_step(const tribo_controller_f32_params_t *params,
-                                        tribo_controller_f32_state_t        *state,
-                                        float                                e_n,
-                                        float                                feedforward_n,
-                                        tribo_controller_f32_signals_t      *signals)
+/// Second half of a tick: u for the cascade's output `v`, and its states. u is within u_min_n to u_max_n whatever they are.
+static inline float controller_f32_apply(const tribo_controller_f32_params_t *params,
+                                         tribo_controller_f32_state_t        *state,
+                                         float                                e_n,
+                                         float                                v,
+                                         float                                feedforward_n,
+                                         const tribo_biquad_f32_outputs_t    *outputs,
+                                         tribo_controller_f32_signals_t      *signals)
 {
-    tribo_biquad_f32_outputs_t outputs;
-
-    const float v       = biquad_f32_output(&params->cascade, &state->cascade, e_n, &outputs);
     const float wanted  = v + feedforward_n;
     const bool  limited = !within(wanted, params->u_min_n, params->u_max_n);
     float       u       = wanted;
@@ -67,8 +66,21 @@ static inline float controller_f32_step(const tribo_controller_f32_params_t *par
     // Anti-windup: the states advance as if the error had been e + (u - wanted) c/D. D is the direct feedthrough of the
     // cascade, so c = 1 makes the conditioned output exactly u; where that is unstable init has chosen a smaller |c|. Not
     // limited, the correction is 0.
-    biquad_f32_advance(&params->cascade, &state->cascade, e_n, &outputs, (u - wanted) * params->anti_windup);
+    biquad_f32_advance(&params->cascade, &state->cascade, e_n, outputs, (u - wanted) * params->anti_windup);
     return u;
+}
+
+/// u for the error `e_n`.
+static inline float controller_f32_step(const tribo_controller_f32_params_t *params,
+                                        tribo_controller_f32_state_t        *state,
+                                        float                                e_n,
+                                        float                                feedforward_n,
+                                        tribo_controller_f32_signals_t      *signals)
+{
+    tribo_biquad_f32_outputs_t outputs;
+
+    const float v = biquad_f32_output(&params->cascade, &state->cascade, e_n, &outputs);
+    return controller_f32_apply(params, state, e_n, v, feedforward_n, &outputs, signals);
 }
 
 #endif

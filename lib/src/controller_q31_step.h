@@ -32,18 +32,17 @@ static inline int32_t controller_q31_correction(const tribo_controller_q31_param
     return (int32_t)((uint32_t)back << params->anti_windup_shift); // fits as |taken| <= taken_max
 }
 
-/// u for the error `e`, within u_min to u_max whatever the state is.
-static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *params,
-                                          tribo_controller_q31_state_t        *state,
-                                          int32_t                              e,
-                                          int32_t                              feedforward,
-                                          tribo_controller_q31_signals_t      *signals)
+/// Second half of a tick: u for the cascade's last node `y`, and its states. u is within u_min to u_max whatever they are.
+static inline int32_t controller_q31_apply(const tribo_controller_q31_params_t *params,
+                                           tribo_controller_q31_state_t        *state,
+                                           int32_t                              y,
+                                           int32_t                              feedforward,
+                                           tribo_biquad_q31_outputs_t          *outputs,
+                                           tribo_controller_q31_signals_t      *signals)
 {
-    tribo_biquad_q31_outputs_t outputs;
-    uint32_t                   not_counted = 0;
-    uint32_t *const            saturated   = &state->cascade.saturated;
+    uint32_t        not_counted = 0;
+    uint32_t *const saturated   = &state->cascade.saturated;
 
-    const int32_t  y      = biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
     const uint32_t scale  = params->cascade.output_scale;
     const int64_t  wanted = tribo_q31_lift(y, scale) + feedforward; // v + feedforward, Q31 in 64 bits
 
@@ -64,9 +63,22 @@ static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *p
     signals->limited = limited;
 
     // Anti-windup: the states advance as if the error had been larger by `correction`, which is 0 while u is not limited.
-    biquad_q31_correct(&params->cascade, &state->cascade, &outputs, correction);
-    biquad_q31_advance(&params->cascade, &state->cascade, &outputs);
+    biquad_q31_correct(&params->cascade, &state->cascade, outputs, correction);
+    biquad_q31_advance(&params->cascade, &state->cascade, outputs);
     return u;
+}
+
+/// u for the error `e`.
+static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *params,
+                                          tribo_controller_q31_state_t        *state,
+                                          int32_t                              e,
+                                          int32_t                              feedforward,
+                                          tribo_controller_q31_signals_t      *signals)
+{
+    tribo_biquad_q31_outputs_t outputs;
+
+    const int32_t y = biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
+    return controller_q31_apply(params, state, y, feedforward, &outputs, signals);
 }
 
 #endif

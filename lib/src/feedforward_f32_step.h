@@ -27,6 +27,12 @@ static inline float feedforward_f32_prior(const tribo_friction_f32_params_t *fri
     return friction_f32_affine(&friction->law[direction], load);
 }
 
+/// -1, 0 or 1: a way, whatever a flipped bit has made of it.
+static inline int32_t feedforward_f32_sign(int32_t way)
+{
+    return (way > 0) - (way < 0);
+}
+
 /// The direction of a way that is not 0.
 static inline uint32_t feedforward_f32_direction(int32_t way)
 {
@@ -41,15 +47,16 @@ static inline float feedforward_f32_friction(const tribo_feedforward_f32_signals
     return way * (done * signals->ahead.weighted_n - (1.0f - done) * signals->behind.weighted_n);
 }
 
-/// Everything stands where y is.
+/// Everything stands where y is; beside a controller that has followed r already, what follows r where r is.
 static inline void feedforward_f32_start(tribo_feedforward_f32_state_t *state, float r, float y)
 {
+    const float at       = state->entering ? r : y;
     state->running       = true;
     state->limited       = 0;
     state->r_n[0]        = r;
     state->r_n[1]        = r;
     state->noise_n       = 0.0f;
-    state->reached_n     = y;
+    state->reached_n     = at;
     state->rate_n_s      = 0.0f;
     state->sigma         = 0.0f;
     state->offset_n      = 0.0f;
@@ -61,8 +68,8 @@ static inline void feedforward_f32_start(tribo_feedforward_f32_state_t *state, f
     state->f_n           = 0.0f;
     state->hold.active   = false; // caution is kept, as what was learned is
     state->hold.still    = 0;
-    state->hold.anchor_n = y;
-    tribo_play_f32_reset(&state->reversal, y);
+    state->hold.anchor_n = at;
+    tribo_play_f32_reset(&state->reversal, at);
     tribo_play_f32_reset(&state->slide, y);
     tribo_path_f32_reset(&state->path);
     tribo_friction_meter_f32_reset(&state->meter, y);
@@ -124,8 +131,13 @@ static inline void feedforward_f32_follow(const tribo_feedforward_f32_params_t *
         state->offset_n += feedforward_f32_friction(signals, way) - f_before;
         signals->turns = false;
     }
-    state->sigma += bound_f32(way - state->sigma, params->jump);
-    signals->f_n = feedforward_f32_friction(signals, state->sigma);
+    const float before = state->sigma;
+    state->sigma       = bound_f32(before + bound_f32(way - before, params->jump), 1.0f); // also where it was corrupt
+    signals->f_n       = feedforward_f32_friction(signals, state->sigma);
+    if (state->entering)
+    {
+        state->entry_n += signals->f_n - feedforward_f32_friction(signals, before); // a jump goes on
+    }
 }
 
 /// f while r stands: what the arm holds back.
@@ -142,7 +154,10 @@ static inline void feedforward_f32_hold(const tribo_feedforward_f32_params_t *pa
         hold_f32_enter(&state->hold, state->u_n, state->f_n, signals->way, signals->y_n);
     }
     signals->f_n = hold_f32_step(&params->hold, &state->hold, state->u_n, positive, negative);
-    signals->e_n = hold_f32_deadband(&params->hold, &state->hold, signals->e_n, signals->y_n);
+    if (signals->y_good)
+    {
+        signals->e_n = hold_f32_deadband(&params->hold, &state->hold, signals->e_n, signals->y_n);
+    }
     if (enters)
     {
         state->offset_n += signals->f_n - state->f_n;
@@ -185,10 +200,11 @@ static inline float feedforward_f32_before(const tribo_feedforward_f32_params_t 
     {
         count(&state->bad_inputs);
     }
-    const float r = bad_r ? state->r_n[0] : r_n;
     const float y = bad_y ? state->meter.y_n : y_n;
+    float       r = bad_r ? state->r_n[0] : r_n;
     if (!state->running)
     {
+        r = bad_r && state->entering ? y : r; // no reference of a former run
         feedforward_f32_start(state, r, y);
     }
 
@@ -200,9 +216,9 @@ static inline float feedforward_f32_before(const tribo_feedforward_f32_params_t 
     const float half  = 0.5f * width;
 
     // Reversal: the way that rs has gone by more than the width.
-    const int32_t before = state->reversal.way;
+    const int32_t before = feedforward_f32_sign(state->reversal.way);
     (void)play_f32_step(&state->reversal, state->reached_n, half, half);
-    const int32_t way    = state->reversal.way;
+    const int32_t way    = feedforward_f32_sign(state->reversal.way);
     const bool    stands = hold_f32_stands(&params->hold, &state->hold, state->reached_n, half, step) && way != 0;
     const bool    leaves = state->hold.active && !stands;
 
@@ -219,6 +235,7 @@ static inline float feedforward_f32_before(const tribo_feedforward_f32_params_t 
     signals->turns     = way != before;
     signals->leaves    = false;
     signals->y_good    = !bad_y;
+    signals->r_good    = !bad_r;
 
     // The other direction counts only while f is not at the end of the one that r goes.
     const uint32_t direction = feedforward_f32_direction(way);
@@ -263,7 +280,7 @@ static inline float feedforward_f32_added(const tribo_feedforward_f32_params_t *
     if (state->entering)
     {
         b               = wanted - state->entry_n;
-        state->entering = false;
+        state->entering = !signals->r_good; // until there is one
     }
     state->offset_n  = bound_f32(b, params->offset_max_n);
     signals->b_n     = state->offset_n;

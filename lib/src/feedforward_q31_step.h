@@ -73,15 +73,16 @@ static inline int32_t feedforward_q31_offset(const tribo_feedforward_q31_state_t
     return high + (int32_t)(high < 0 && (uint32_t)state->offset != 0u);
 }
 
-/// Everything stands where y is.
+/// Everything stands where y is; beside a controller that has followed r already, what follows r where r is.
 static inline void feedforward_q31_start(tribo_feedforward_q31_state_t *state, int32_t r, int32_t y)
 {
+    const int32_t at   = state->entering ? r : y;
     state->running     = true;
     state->limited     = 0;
     state->r[0]        = r;
     state->r[1]        = r;
     state->noise       = 0;
-    state->reached     = y;
+    state->reached     = at;
     state->rate        = 0;
     state->sigma       = 0;
     state->offset      = 0;
@@ -93,8 +94,8 @@ static inline void feedforward_q31_start(tribo_feedforward_q31_state_t *state, i
     state->f           = 0;
     state->hold.active = false; // caution is kept, as what was learned is
     state->hold.still  = 0;
-    state->hold.anchor = y;
-    tribo_play_q31_reset(&state->reversal, y);
+    state->hold.anchor = at;
+    tribo_play_q31_reset(&state->reversal, at);
     tribo_play_q31_reset(&state->slide, y);
     tribo_path_q31_reset(&state->path);
     tribo_friction_meter_q31_reset(&state->meter, y);
@@ -107,8 +108,8 @@ static inline uint32_t feedforward_q31_noise(const tribo_feedforward_q31_params_
                                              int32_t                               r)
 {
     // Up to 2^31, which wraps to a number of the same magnitude.
-    const uint32_t change = (uint32_t)(r - state->r[0]);
-    const uint32_t second = tribo_q31_magnitude((int32_t)(change - (uint32_t)(state->r[0] - state->r[1])));
+    const int32_t  change = difference_q31(r, state->r[0]);
+    const uint32_t second = tribo_q31_magnitude(difference_q31(change, difference_q31(state->r[0], state->r[1])));
     const uint32_t fine   = second < FEEDFORWARD_Q31_NOISE_MAX >> 8 ? second << 8 : FEEDFORWARD_Q31_NOISE_MAX; // Q37
     const uint32_t mean   = state->noise;
     const uint32_t known =
@@ -180,8 +181,13 @@ static inline void feedforward_q31_follow(const tribo_feedforward_q31_params_t *
         feedforward_q31_move_offset(state, feedforward_q31_friction(signals, way) - f_before);
         signals->turns = false;
     }
-    state->sigma += limit_q31(way - state->sigma, -params->jump, params->jump);
-    signals->f = feedforward_q31_friction(signals, state->sigma);
+    const int32_t before = state->sigma;
+    state->sigma         = before + limit_q31(way - before, -params->jump, params->jump);
+    signals->f           = feedforward_q31_friction(signals, state->sigma);
+    if (state->entering)
+    {
+        state->entry += 4 * (signals->f - feedforward_q31_friction(signals, before)); // a jump goes on
+    }
 }
 
 /// f while r stands: what the arm holds back.
@@ -197,8 +203,11 @@ static inline void feedforward_q31_hold(const tribo_feedforward_q31_params_t *pa
     {
         hold_q31_enter(&state->hold, state->u, state->f, signals->way, signals->y);
     }
-    signals->f     = hold_q31_step(&params->hold, &state->hold, state->u, positive, negative);
-    signals->error = hold_q31_deadband(&params->hold, &state->hold, signals->error, signals->y);
+    signals->f = hold_q31_step(&params->hold, &state->hold, state->u, positive, negative);
+    if (signals->y_good)
+    {
+        signals->error = hold_q31_deadband(&params->hold, &state->hold, signals->error, signals->y);
+    }
     if (enters)
     {
         feedforward_q31_move_offset(state, signals->f - state->f);
@@ -242,11 +251,12 @@ static inline int32_t feedforward_q31_before(const tribo_feedforward_q31_params_
     {
         tribo_q31_count(&state->bad_inputs);
     }
-    const int32_t r = bad_r ? state->r[0] : feedforward_q31_inside(r_q31);
     const int32_t y = bad_y ? state->y : feedforward_q31_inside(y_q31);
+    int32_t       r = bad_r ? state->r[0] : feedforward_q31_inside(r_q31);
     state->y        = y;
     if (!state->running)
     {
+        r = bad_r && state->entering ? y : r; // no reference of a former run
         feedforward_q31_start(state, r, y);
     }
 
@@ -267,7 +277,7 @@ static inline int32_t feedforward_q31_before(const tribo_feedforward_q31_params_
     const int32_t ahead = feedforward_q31_ahead(params, state, width);
 
     // y expected is of the end of the last tick, as y is; and so is the r that it is a distance from.
-    const int32_t error = bad_y ? 0 : tribo_q31_add(was - y, state->path.sensor, &state->path.saturated);
+    const int32_t error = bad_y ? 0 : tribo_q31_add(difference_q31(was, y), state->path.sensor, &state->path.saturated);
     (void)path_q31_step(&params->path, &state->path, moved, ahead);
     signals->error   = limit_q31(error, -FEEDFORWARD_Q31_FULL, FEEDFORWARD_Q31_FULL);
     signals->lin     = state->reached + ahead;
@@ -277,6 +287,7 @@ static inline int32_t feedforward_q31_before(const tribo_feedforward_q31_params_
     signals->turns   = way != before;
     signals->leaves  = false;
     signals->y_good  = !bad_y;
+    signals->r_good  = !bad_r;
 
     // The other direction counts only while f is not at the end of the one that r goes.
     const uint32_t direction = feedforward_q31_direction(way);
@@ -323,7 +334,7 @@ static inline int32_t feedforward_q31_added(const tribo_feedforward_q31_params_t
     if (state->entering)
     {
         b               = (int64_t)(wanted - feedforward_q31_inside(state->entry)) * (INT64_C(1) << 32);
-        state->entering = false;
+        state->entering = !signals->r_good; // until there is one
     }
     const int64_t most = (int64_t)params->offset_max * (INT64_C(1) << 32);
     state->offset      = b > most ? most : b < -most ? -most : b;

@@ -6,6 +6,8 @@
 
 #include "tribo/q31.h"
 
+#include "limit_q31.h"
+
 /// x part, `part` in Q32.
 static inline int32_t part_of_q31(int32_t x, uint32_t part)
 {
@@ -24,7 +26,7 @@ static inline uint32_t ratio_q31(uint32_t a, uint32_t b)
 /// less than 1/part units.
 static inline int32_t first_order_q31_step(int32_t x, int32_t input, uint32_t part)
 {
-    return x + part_of_q31(input - x, part);
+    return sum_q31(x, part_of_q31(difference_q31(input, x), part));
 }
 
 #endif

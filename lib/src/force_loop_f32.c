@@ -2,6 +2,7 @@
 
 #include "compensator_f32_step.h"
 #include "controller_f32_step.h"
+#include "force_loop_f32_step.h"
 #include "tribo/paper_controller.h"
 
 #include <stddef.h>
@@ -62,26 +63,10 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     return status;
 }
 
-// state.active points to the params of the last tick. Its complement is kept as a seal, so that a pointer with a flipped bit
-// is recognised and not followed.
-
-static void activate(tribo_force_loop_f32_state_t *state, const tribo_force_loop_f32_params_t *params)
-{
-    state->active      = params;
-    state->active_seal = ~(uintptr_t)params;
-}
-
-/// The params of the last tick; `params` after a reset or if the pointer is corrupt, which means no change.
-static const tribo_force_loop_f32_params_t *active(const tribo_force_loop_f32_state_t  *state,
-                                                   const tribo_force_loop_f32_params_t *params)
-{
-    const bool good = state->active != NULL && state->active_seal == ~(uintptr_t)state->active;
-    return good ? state->active : params;
-}
-
 void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state)
 {
-    activate(state, NULL);
+    force_loop_f32_activate(state, NULL);
+    force_loop_f32_attach(state, NULL);
     state->friction_n = 0.0f;
     state->bad_inputs = 0;
     tribo_controller_f32_reset(&state->controller);
@@ -107,12 +92,55 @@ static float friction_under(const tribo_force_loop_f32_params_t *params,
     return f;
 }
 
-/// Before the controller's step: converts its state to the new params and subtracts the jump by which a new gain would move u
-/// in this tick.
-static void change_controller(const tribo_force_loop_f32_params_t *params, tribo_force_loop_f32_state_t *state, float e)
+float tribo_force_loop_f32_wanted(const tribo_force_loop_f32_params_t *from,
+                                  tribo_force_loop_f32_state_t        *state,
+                                  float                                r_n,
+                                  float                                y_n)
 {
-    const tribo_force_loop_f32_params_t *const from = active(state, params);
-    if (from != params)
+    if (from->method != NULL)
+    {
+        return from->method->wanted(from, state, r_n, y_n);
+    }
+    const float e = force_loop_f32_bad(from, r_n, y_n) ? 0.0f : r_n - y_n;
+    return force_loop_f32_v(&from->controller, &state->controller, e) + from->gain * state->friction_n;
+}
+
+// The compensator starts where the sensor says that the arm is, and friction is what holds it there.
+void tribo_force_loop_f32_hand_over(const tribo_force_loop_f32_params_t *from,
+                                    const tribo_force_loop_f32_params_t *params,
+                                    tribo_force_loop_f32_state_t        *state,
+                                    float                                r_n,
+                                    float                                y_n,
+                                    float                                e)
+{
+    tribo_compensator_f32_state_t *const compensator = &state->compensator;
+
+    const float wanted = tribo_force_loop_f32_wanted(from, state, r_n, y_n);
+    const float u      = limit_f32(wanted, params->controller.u_min_n, params->controller.u_max_n);
+    tribo_compensator_f32_reset(compensator);
+    compensator->arm.force_n  = exceeds(y_n, params->input_max_n) ? u : y_n;
+    compensator->friction.n_n = compensator_f32_net_force(&params->compensator, compensator, u);
+    state->friction_n         = friction_under(params, compensator, u);
+
+    const float v     = force_loop_f32_v(&from->controller, &state->controller, e);
+    const float added = params->gain * state->friction_n;
+    tribo_controller_f32_change(&from->controller, &params->controller, &state->controller, e, wanted - added - v);
+}
+
+/// Before the controller's step: converts its state to the new params and subtracts the jump by which a new gain or method would
+/// move u in this tick.
+static void change_controller(const tribo_force_loop_f32_params_t *params,
+                              tribo_force_loop_f32_state_t        *state,
+                              float                                r_n,
+                              float                                y_n,
+                              float                                e)
+{
+    const tribo_force_loop_f32_params_t *const from = force_loop_f32_active(state, params);
+    if (from->method != NULL)
+    {
+        from->method->hand_over(from, params, state, r_n, y_n, e);
+    }
+    else if (from != params)
     {
         const float jump = (params->gain - from->gain) * state->friction_n;
         tribo_controller_f32_change(&from->controller, &params->controller, &state->controller, e, -jump);
@@ -126,14 +154,14 @@ static void change_friction(const tribo_force_loop_f32_params_t *params,
                             float                                e,
                             float                                u)
 {
-    const tribo_force_loop_f32_params_t *const from = active(state, params);
-    if (from != params)
+    const tribo_force_loop_f32_params_t *const from = force_loop_f32_active(state, params);
+    if (from != params && from->method == NULL)
     {
         const float was  = friction_under(from, &state->compensator, u);
         const float jump = params->gain * (friction_under(params, &state->compensator, u) - was);
         tribo_controller_f32_change(&params->controller, &params->controller, &state->controller, e, -jump);
     }
-    activate(state, params);
+    force_loop_f32_activate(state, params);
 }
 
 float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
@@ -142,11 +170,15 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
                                 float                                y_n,
                                 tribo_force_loop_f32_signals_t      *signals)
 {
+    if (params->method != NULL)
+    {
+        return params->method->step(params, state, r_n, y_n, signals);
+    }
     tribo_force_loop_f32_signals_t        unseen;
     tribo_force_loop_f32_signals_t *const seen = signals != NULL ? signals : &unseen; // cppcheck-suppress uninitvar
 
     float e = r_n - y_n;
-    if (exceeds(r_n, params->input_max_n) || exceeds(y_n, params->input_max_n))
+    if (force_loop_f32_bad(params, r_n, y_n))
     {
         e = 0.0f; // u coasts on the controller's state
         count(&state->bad_inputs);
@@ -155,7 +187,7 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
     const bool change = state->active != params;
     if (change)
     {
-        change_controller(params, state, e);
+        change_controller(params, state, r_n, y_n, e);
     }
 
     const float feedforward = params->gain * state->friction_n;

@@ -3,6 +3,7 @@
 #include "compensator_q31_step.h"
 #include "controller_q31_step.h"
 #include "fixed_q31.h"
+#include "force_loop_q31_step.h"
 #include "relay_step.h"
 #include "tribo/quantize_q31.h"
 
@@ -55,26 +56,10 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     return TRIBO_OK;
 }
 
-// state.active points to the params of the last tick. Its complement is kept as a seal, so that a pointer with a flipped bit
-// is recognised and not followed.
-
-static void activate(tribo_force_loop_q31_state_t *state, const tribo_force_loop_q31_params_t *params)
-{
-    state->active      = params;
-    state->active_seal = ~(uintptr_t)params;
-}
-
-/// The params of the last tick; `params` after a reset or if the pointer is corrupt, which means no change.
-static const tribo_force_loop_q31_params_t *active(const tribo_force_loop_q31_state_t  *state,
-                                                   const tribo_force_loop_q31_params_t *params)
-{
-    const bool good = state->active != NULL && state->active_seal == ~(uintptr_t)state->active;
-    return good ? state->active : params;
-}
-
 void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
 {
-    activate(state, NULL);
+    force_loop_q31_activate(state, NULL);
+    force_loop_q31_attach(state, NULL);
     state->friction   = 0;
     state->bad_inputs = 0;
     state->saturated  = 0;
@@ -120,13 +105,61 @@ static void change_controller(const tribo_force_loop_q31_params_t *from,
     tribo_controller_q31_change(&from->controller, &to->controller, &state->controller, e, offset);
 }
 
-/// Before the controller's step: converts its state to the new params and subtracts the jump by which a new gain would move u
-/// in this tick.
-static void change_gain(const tribo_force_loop_q31_params_t *params, tribo_force_loop_q31_state_t *state, int32_t e)
+int32_t tribo_force_loop_q31_wanted(const tribo_force_loop_q31_params_t *from,
+                                    tribo_force_loop_q31_state_t        *state,
+                                    int32_t                              r,
+                                    int32_t                              y)
 {
-    const tribo_force_loop_q31_params_t *const from        = active(state, params);
+    uint32_t not_counted = 0;
+    if (from->method != NULL)
+    {
+        return from->method->wanted(from, state, r, y);
+    }
+    const int32_t e = force_loop_q31_error(from, r, y, &not_counted);
+    return tribo_q31_add(force_loop_q31_v(&from->controller, &state->controller, e),
+                         feedforward_of(from, state->friction, &not_counted),
+                         &not_counted);
+}
+
+// The compensator starts where the sensor says that the arm is, and friction is what holds it there.
+void tribo_force_loop_q31_hand_over(const tribo_force_loop_q31_params_t *from,
+                                    const tribo_force_loop_q31_params_t *params,
+                                    tribo_force_loop_q31_state_t        *state,
+                                    int32_t                              r,
+                                    int32_t                              y,
+                                    int32_t                              e)
+{
+    tribo_compensator_q31_state_t *const compensator = &state->compensator;
+    uint32_t                             not_counted = 0;
+
+    const int32_t wanted = tribo_force_loop_q31_wanted(from, state, r, y);
+    const int32_t u      = limit_q31(wanted, params->controller.u_min, params->controller.u_max);
+    const int32_t F      = force_loop_q31_exceeds(y, params->input_max) ? u : y;
+    tribo_compensator_q31_reset(compensator);
+    compensator->arm.force  = (int64_t)F * (INT64_C(1) << ARM_Q31_FRACTION);
+    compensator->friction.n = tribo_q31_saturate((int64_t)u - F + params->compensator.friction.gravity, &not_counted);
+    state->friction         = friction_under(params, compensator, u);
+
+    const int32_t v     = force_loop_q31_v(&from->controller, &state->controller, e);
+    const int64_t added = feedforward_of(params, state->friction, &not_counted);
+    change_controller(from, params, state, e, v + added - wanted);
+}
+
+/// Before the controller's step: converts its state to the new params and subtracts the jump by which a new gain or method would
+/// move u in this tick.
+static void change_gain(const tribo_force_loop_q31_params_t *params,
+                        tribo_force_loop_q31_state_t        *state,
+                        int32_t                              r,
+                        int32_t                              y,
+                        int32_t                              e)
+{
+    const tribo_force_loop_q31_params_t *const from        = force_loop_q31_active(state, params);
     uint32_t                                   not_counted = 0;
-    if (from != params)
+    if (from->method != NULL)
+    {
+        from->method->hand_over(from, params, state, r, y, e);
+    }
+    else if (from != params)
     {
         const int64_t was = feedforward_of(from, state->friction, &not_counted);
         change_controller(from, params, state, e, feedforward_of(params, state->friction, &not_counted) - was);
@@ -140,22 +173,16 @@ static void change_friction(const tribo_force_loop_q31_params_t *params,
                             int32_t                              e,
                             int32_t                              u)
 {
-    const tribo_force_loop_q31_params_t *const from        = active(state, params);
+    const tribo_force_loop_q31_params_t *const from        = force_loop_q31_active(state, params);
     uint32_t                                   not_counted = 0;
-    if (from != params)
+    if (from != params && from->method == NULL)
     {
         const int32_t f_before = friction_under(from, &state->compensator, u);
         const int32_t f        = friction_under(params, &state->compensator, u);
         const int64_t was      = feedforward_of(params, f_before, &not_counted);
         change_controller(params, params, state, e, feedforward_of(params, f, &not_counted) - was);
     }
-    activate(state, params);
-}
-
-/// True if |x| > max >= 0. x + max is within 0 to 2 max otherwise, and 2 max fits an unsigned number.
-static inline bool exceeds_force(int32_t x, int32_t max)
-{
-    return (uint32_t)x + (uint32_t)max > 2u * (uint32_t)max;
+    force_loop_q31_activate(state, params);
 }
 
 int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
@@ -164,11 +191,15 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
                                   int32_t                              y,
                                   tribo_force_loop_q31_signals_t      *signals)
 {
+    if (params->method != NULL)
+    {
+        return params->method->step(params, state, r, y, signals);
+    }
     tribo_force_loop_q31_signals_t        unseen;
     tribo_force_loop_q31_signals_t *const seen = signals != NULL ? signals : &unseen; // cppcheck-suppress uninitvar
 
     int32_t e = 0; // for a bad input: u coasts on the controller's state
-    if (exceeds_force(r, params->input_max) || exceeds_force(y, params->input_max))
+    if (force_loop_q31_bad(params, r, y))
     {
         tribo_q31_count(&state->bad_inputs);
     }
@@ -180,7 +211,7 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
     const bool change = state->active != params;
     if (change)
     {
-        change_gain(params, state, e);
+        change_gain(params, state, r, y, e);
     }
 
     const int32_t feedforward = feedforward_of(params, state->friction, &state->saturated);

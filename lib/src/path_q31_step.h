@@ -26,7 +26,7 @@ static inline int32_t path_q31_step(const tribo_path_q31_params_t *params,
     const int32_t u        = path_q31_pass(actuator, ahead, params->actuator_part, saturated);
 
     const int32_t before = tribo_q31_subtract(tribo_arm_q31_force(&state->arm), moved, saturated);
-    state->arm.force -= (int64_t)moved * (INT32_C(1) << 28);
+    state->arm.force     = (int64_t)((uint64_t)state->arm.force - ((uint64_t)(int64_t)moved << 28)); // wraps if corrupt
     arm_q31_step(&params->arm, &state->arm, tribo_q31_subtract(u, before, saturated));
 
     const int32_t sensor = tribo_q31_subtract(state->sensor, moved, saturated);

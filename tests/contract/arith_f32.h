@@ -5,7 +5,7 @@
 
 #include "feedforward_f32.h"
 #include "seen.h"
-#include "tribo/force_loop_f32.h"
+#include "tribo/force_loop_feedforward_f32.h"
 
 #include <stddef.h>
 
@@ -44,8 +44,10 @@ typedef struct
 
 typedef struct
 {
-    tribo_force_loop_f32_params_t params;
-    tribo_force_loop_f32_state_t  state;
+    tribo_force_loop_f32_params_t  params;
+    tribo_force_loop_f32_state_t   state;
+    tribo_feedforward_f32_params_t feedforward; // not to be copied: params and state point to these
+    tribo_feedforward_f32_memory_t memory;
 } loop_t;
 
 static inline friction_seen_t friction_seen(const tribo_friction_f32_signals_t *s)
@@ -186,6 +188,37 @@ static inline tribo_status_t loop_init(loop_t *x, const tribo_force_loop_f32_con
     return tribo_force_loop_f32_init(&x->params, config);
 }
 
+/// At rest, what was learned kept.
+static inline void loop_restart_with_memory(loop_t *x)
+{
+    loop_reset(x);
+    tribo_force_loop_feedforward_f32_attach(&x->state, &x->memory);
+}
+
+/// A loop of which nothing is learned, with the feed-forward, or with null the paper's method and memory for a feed-forward.
+static inline tribo_status_t loop_init_feedforward(loop_t                               *x,
+                                                   const tribo_force_loop_f32_config_t  *config,
+                                                   const tribo_feedforward_f32_config_t *feedforward)
+{
+    const tribo_feedforward_f32_config_t standard = tribo_feedforward_f32_default();
+    const tribo_status_t                 status   = tribo_force_loop_feedforward_f32_init(&x->params,
+                                                                        &x->feedforward,
+                                                                        config,
+                                                                        feedforward != NULL ? feedforward : &standard);
+    tribo_feedforward_f32_reset(&x->feedforward, &x->memory.state);
+    loop_restart_with_memory(x);
+    return status == TRIBO_OK && feedforward == NULL ? tribo_force_loop_f32_init(&x->params, config) : status;
+}
+
+/// Loop `x` as it is, with a memory of its own.
+static inline void loop_copy(loop_t *to, const loop_t *x)
+{
+    *to                    = *x;
+    to->params.feedforward = &to->feedforward;
+    to->state.memory       = x->state.memory != NULL ? &to->memory : NULL;
+    to->state.memory_seal  = ~(uintptr_t)to->state.memory;
+}
+
 /// A tick of loop `x` under the params of loop `by`, which may be another.
 static inline loop_seen_t loop_step_by(loop_t *x, const loop_t *by, double r, double y)
 {
@@ -208,6 +241,12 @@ static inline double loop_step_unseen_by(loop_t *x, const loop_t *by, double r, 
 static inline loop_seen_t loop_step(loop_t *x, double r, double y)
 {
     return loop_step_by(x, x, r, y);
+}
+
+/// Of both directions, in N.
+static inline double loop_learned_travel(const loop_t *x)
+{
+    return (double)x->memory.state.learning.travel_n[0] + (double)x->memory.state.learning.travel_n[1];
 }
 
 static inline uint32_t loop_bad_inputs(const loop_t *x)

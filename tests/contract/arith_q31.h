@@ -5,6 +5,7 @@
 
 #include "feedforward_q31.h"
 #include "seen.h"
+#include "tribo/force_loop_feedforward_q31.h"
 #include "tribo/quantize_q31.h"
 
 #include <math.h>
@@ -52,10 +53,12 @@ typedef struct
 
 typedef struct
 {
-    tribo_force_loop_q31_params_t params;
-    tribo_force_loop_q31_state_t  state;
-    tribo_breakaway_point_q31_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
-    double                        sample_time_s;
+    tribo_force_loop_q31_params_t  params;
+    tribo_force_loop_q31_state_t   state;
+    tribo_feedforward_q31_params_t feedforward; // not to be copied: params and state point to these
+    tribo_feedforward_q31_memory_t memory;
+    tribo_breakaway_point_q31_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
+    double                         sample_time_s;
 } loop_t;
 
 /// To Q31 as a drive would do it: a force beyond full scale shows as full scale.
@@ -211,6 +214,45 @@ static inline tribo_status_t loop_init(loop_t *x, const tribo_force_loop_f32_con
     return tribo_force_loop_q31_init(&x->params, x->table, config, (float)FULL_SCALE_N, NULL);
 }
 
+/// At rest, what was learned kept.
+static inline void loop_restart_with_memory(loop_t *x)
+{
+    loop_reset(x);
+    tribo_force_loop_feedforward_q31_attach(&x->state, &x->memory);
+}
+
+/// A loop of which nothing is learned, with the feed-forward, or with null the paper's method and memory for a feed-forward.
+static inline tribo_status_t loop_init_feedforward(loop_t                               *x,
+                                                   const tribo_force_loop_f32_config_t  *config,
+                                                   const tribo_feedforward_f32_config_t *feedforward)
+{
+    const tribo_feedforward_f32_config_t standard = tribo_feedforward_f32_default();
+    const tribo_status_t                 status   = tribo_force_loop_feedforward_q31_init(&x->params,
+                                                                        x->table,
+                                                                        &x->feedforward,
+                                                                        config,
+                                                                        feedforward != NULL ? feedforward : &standard,
+                                                                        (float)FULL_SCALE_N,
+                                                                        NULL);
+    x->sample_time_s                              = (double)config->sample_time_s;
+    tribo_feedforward_q31_reset(&x->feedforward, &x->memory.state);
+    loop_restart_with_memory(x);
+    if (status == TRIBO_OK && feedforward == NULL)
+    {
+        return tribo_force_loop_q31_init(&x->params, x->table, config, (float)FULL_SCALE_N, NULL);
+    }
+    return status;
+}
+
+/// Loop `x` as it is, with a memory of its own.
+static inline void loop_copy(loop_t *to, const loop_t *x)
+{
+    *to                    = *x;
+    to->params.feedforward = &to->feedforward;
+    to->state.memory       = x->state.memory != NULL ? &to->memory : NULL;
+    to->state.memory_seal  = ~(uintptr_t)to->state.memory;
+}
+
 /// A tick of loop `x` under the params of loop `by`, which may be another.
 static inline loop_seen_t loop_step_by(loop_t *x, const loop_t *by, double r, double y)
 {
@@ -233,6 +275,13 @@ static inline double loop_step_unseen_by(loop_t *x, const loop_t *by, double r, 
 static inline loop_seen_t loop_step(loop_t *x, double r, double y)
 {
     return loop_step_by(x, x, r, y);
+}
+
+/// Of both directions, in N.
+static inline double loop_learned_travel(const loop_t *x)
+{
+    return ((double)x->memory.state.learning.travel[0] + (double)x->memory.state.learning.travel[1]) / 536870912.0 *
+           FULL_SCALE_N;
 }
 
 static inline uint32_t loop_bad_inputs(const loop_t *x)

@@ -95,8 +95,8 @@ typedef struct
 
 typedef struct
 {
-    bool                                 running;    ///< false before the first tick
-    bool                                 entering;   ///< the first tick is to add what entry_n says
+    uint8_t                              running;    ///< 0 before the first tick
+    uint8_t                              entering;   ///< 1: the next tick is to add what entry_n says
     int8_t                               limited;    ///< side on which u was limited in the last tick, or 0
     float                                entry_n;    ///< see tribo_feedforward_f32_enter
     float                                r_n[2];     ///< last good r, and the one before
@@ -138,6 +138,7 @@ typedef struct
     bool                                   turns;  ///< a reversal that the offset answers
     bool                                   leaves; ///< the first tick after a hold: u goes on
     bool                                   y_good; ///< something may be learned
+    bool                                   r_good;
 } tribo_feedforward_f32_signals_t;
 
 /// Defaults, for forces about 1 N and the paper's poles.
@@ -159,7 +160,7 @@ void tribo_feedforward_f32_reset(const tribo_feedforward_f32_params_t *params, t
 void tribo_feedforward_f32_restart(tribo_feedforward_f32_state_t *state);
 
 /// Like a restart, for a controller that goes on: the first tick adds `added_n` to v, which is what was added before, so
-/// that u does not jump. A bad `added_n` counts as 0.
+/// that u does not jump, and e is r - y. A bad `added_n` counts as 0.
 void tribo_feedforward_f32_enter(tribo_feedforward_f32_state_t *state, float added_n);
 
 /// First call of a tick: reference `r_n` and reading `y_n` in N give the error for the controller. `friction` gives the

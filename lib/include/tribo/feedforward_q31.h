@@ -60,8 +60,8 @@ typedef struct
 
 typedef struct
 {
-    bool                                 running;    ///< false before the first tick
-    bool                                 entering;   ///< the first tick is to add what entry says
+    uint8_t                              running;    ///< 0 before the first tick
+    uint8_t                              entering;   ///< 1: the next tick is to add what entry says
     int8_t                               limited;    ///< side on which u was limited in the last tick, or 0
     int32_t                              entry;      ///< see tribo_feedforward_q31_enter
     int32_t                              r[2];       ///< last good r, and the one before
@@ -106,6 +106,7 @@ typedef struct
     bool                                   turns;  ///< a reversal that the offset answers
     bool                                   leaves; ///< the first tick after a hold: u goes on
     bool                                   y_good; ///< something may be learned
+    bool                                   r_good;
 } tribo_feedforward_q31_signals_t;
 
 /// Nothing learned, counters 0; the next tick is the first.
@@ -115,7 +116,7 @@ void tribo_feedforward_q31_reset(const tribo_feedforward_q31_params_t *params, t
 void tribo_feedforward_q31_restart(tribo_feedforward_q31_state_t *state);
 
 /// Like a restart, for a controller that goes on: the first tick adds `added`, Q31, to v, which is what was added before, so
-/// that u does not jump.
+/// that u does not jump, and e is r - y.
 void tribo_feedforward_q31_enter(tribo_feedforward_q31_state_t *state, int32_t added);
 
 /// First call of a tick: reference `r` and reading `y` give the error for the controller, all Q31. `friction` gives the prior.

@@ -28,7 +28,7 @@ typedef struct
 
 typedef struct
 {
-    bool                   active;
+    uint8_t                active;  ///< 0 or 1
     uint8_t                quick;   ///< changes of side in quick succession, up to 4
     int32_t                anchor;  ///< where the reference stands
     uint32_t               still;   ///< ticks for which it has, up to still_ticks

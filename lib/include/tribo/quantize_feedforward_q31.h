@@ -11,6 +11,7 @@
 
 #include "tribo/feedforward_f32.h"
 #include "tribo/feedforward_q31.h"
+#include "tribo/quantize_q31.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -48,6 +49,17 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
                                           float                                 input_max_n,
                                           float                                 sample_time_s,
                                           float                                 full_scale_n);
+
+/// The whole loop with the feed-forward, as tribo_force_loop_feedforward_f32_init: `params` will point to `feedforward`. `table`
+/// and `headroom` as for tribo_force_loop_q31_init. Returns what that and then tribo_feedforward_q31_init say; `table` is written
+/// if the first is content.
+tribo_status_t tribo_force_loop_feedforward_q31_init(tribo_force_loop_q31_params_t        *params,
+                                                     tribo_breakaway_point_q31_t          *table,
+                                                     tribo_feedforward_q31_params_t       *feedforward,
+                                                     const tribo_force_loop_f32_config_t  *config,
+                                                     const tribo_feedforward_f32_config_t *feedforward_config,
+                                                     float                                 full_scale_n,
+                                                     tribo_headroom_q31_t                 *headroom);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,478 @@
+// The loop with the feed-forward in place of the paper's compensator, and changes between the two and to none, around a plant
+// that is a play: an arm without mass that sticks within its breakaway.
+
+#define FULL_SCALE_N 4.0 // of Q31, so that an input beyond input_max shows as such
+#include ARITH_HEADER
+#include "random.h"
+#include "runs.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define H     1e-3
+#define TICKS RUNS(41000, 13000)
+#define L0    0.007 // the paper's breakaway
+#define L1    0.3
+
+static tribo_force_loop_f32_config_t  config;
+static tribo_feedforward_f32_config_t feedforward;
+static loop_t                         loop;
+static loop_t                         other;
+static loop_t                         unchanged;
+static loop_seen_t                    seen;
+
+typedef struct
+{
+    double actuator, F, y;
+} plant_t;
+
+static plant_t plant;
+
+static void move(plant_t *p, double u)
+{
+    p->actuator += 0.18 * (u - p->actuator);
+    const double L = L0 + L1 * fabs(p->F);
+    p->F           = fmax(p->actuator - L, fmin(p->actuator + L, p->F));
+    p->y += 0.0535 * (p->F - p->y);
+}
+
+/// 0.4 to 0.6 N, period 20 s.
+static double triangle(int k)
+{
+    const double phase = fmod(k * H, 20.0);
+    return 0.4 + 0.02 * (phase < 10.0 ? phase : 20.0 - phase);
+}
+
+static void tick(int k)
+{
+    seen = loop_step(&loop, triangle(k), plant.y);
+    move(&plant, seen.u);
+}
+
+static void run(int from, int to)
+{
+    for (int k = from; k < to; k++)
+    {
+        tick(k);
+    }
+}
+
+static void begin(void)
+{
+    plant = (plant_t){0};
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&loop, &config, &feedforward));
+}
+
+void setUp(void)
+{
+    config      = tribo_force_loop_f32_paper();
+    feedforward = tribo_feedforward_f32_default();
+    begin();
+}
+
+void tearDown(void)
+{
+}
+
+// --- the tick ----------------------------------------------------------------------------------------------------
+
+/// With everything in it: ramps, steps, stands, limits and bad inputs.
+static double rough(int k)
+{
+    const double jump = k % 6000 > 5600 ? 0.7 : 0.0;
+    const double way  = k % 9000 > 6500 ? triangle(6500) : triangle(9 * k);
+    return k % 700 == 699 ? 2.5 : way - jump;
+}
+
+static void test_loop_is_controller_and_feedforward_joined(void)
+{
+    static fed_loop_t parts;
+    config.controller.u_max_n = 0.72f;
+    begin();
+    TEST_ASSERT_EQUAL_INT(
+        TRIBO_OK,
+        fed_loop_init(&parts, &config.controller, &feedforward, &config.compensator, (double)config.input_max_n, H));
+    for (int k = 0; k < TICKS; k++)
+    {
+        const double y = k % 800 == 799 ? 3.0 : plant.y;
+        const double u = fed_loop_step(&parts, rough(k), y);
+        seen           = loop_step(&loop, rough(k), y);
+        TEST_ASSERT_TRUE(seen.u == u);
+        TEST_ASSERT_TRUE(k % 800 != 799 || seen.e == 0.0);
+        const feedforward_seen_t inner = feedforward_seen(&parts.feedforward);
+        TEST_ASSERT_TRUE(seen.e == inner.e && seen.feedforward == inner.added);
+        TEST_ASSERT_DOUBLE_WITHIN(4.0 * ROUNDING, inner.f, seen.compensator.friction.f);
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDING, seen.u, seen.compensator.F + seen.compensator.friction.n);
+        move(&plant, u);
+    }
+    TEST_ASSERT_TRUE(loop_limited_ticks(&loop) > 100u);
+    TEST_ASSERT_EQUAL_UINT32(TICKS / 700 + TICKS / 800 - TICKS / 5600, loop_bad_inputs(&loop));
+    TEST_ASSERT_TRUE(loop_learned_travel(&loop) > 0.1);
+}
+
+static void test_loop_with_a_feedforward_is_the_same_without_signals(void)
+{
+    loop_copy(&other, &loop);
+    for (int k = 0; k < 3000; k++)
+    {
+        const double u = loop_step(&loop, rough(k), plant.y).u;
+        TEST_ASSERT_TRUE(u == loop_step_unseen_by(&other, &loop, rough(k), plant.y));
+        move(&plant, u);
+    }
+}
+
+static void test_loop_with_a_feedforward_follows_closely(void)
+{
+    double worst = 0.0;
+    for (int k = 0; k < RUNS(60000, 31000); k++)
+    {
+        const double F = plant.F;
+        tick(k);
+        worst = k > 20000 ? fmax(worst, fabs(triangle(k) - F)) : worst;
+    }
+    TEST_ASSERT_TRUE(worst < 0.004);
+}
+
+static void test_loop_without_memory_is_the_controller_alone(void)
+{
+    static controller_t controller;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, controller_init(&controller, &config.controller));
+    loop_reset(&loop);
+    for (int k = 0; k < 1000; k++)
+    {
+        const double y = k == 500 ? 3.0 : plant.y; // a bad input
+        seen           = loop_step(&loop, triangle(k), y);
+        TEST_ASSERT_TRUE(seen.u == controller_step(&controller, seen.e, 0.0).u);
+        TEST_ASSERT_DOUBLE_WITHIN(4.0 * ROUNDING, k == 500 ? 0.0 : triangle(k) - y, seen.e);
+        TEST_ASSERT_TRUE(seen.feedforward == 0.0 && seen.compensator.friction.f == 0.0);
+        move(&plant, seen.u);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1, loop_bad_inputs(&loop));
+}
+
+static void test_loop_restarts_with_or_without_what_was_learned(void)
+{
+    run(0, 25000);
+    const double learned = loop_learned_travel(&loop);
+    TEST_ASSERT_TRUE(learned > 0.2);
+    loop_restart_with_memory(&loop);
+    TEST_ASSERT_TRUE(loop_learned_travel(&loop) == learned);
+    seen = loop_step(&loop, 0.0, 0.0);
+    TEST_ASSERT_TRUE(seen.u == 0.0);
+    TEST_ASSERT_EQUAL_UINT32(0, loop_bad_inputs(&loop));
+    TEST_ASSERT_TRUE(loop_learned_travel(&loop) == learned);
+    begin();
+    TEST_ASSERT_TRUE(loop_learned_travel(&loop) == 0.0);
+}
+
+static void test_loop_init_passes_on_what_its_parts_refuse(void)
+{
+    static loop_t untouched;
+    memset(&untouched, 0x5a, sizeof untouched);
+    config.gain = 3.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_GAIN, loop_init_feedforward(&loop, &config, &feedforward));
+    config.gain            = 0.5f;
+    feedforward.reversal_n = 0.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_REVERSAL_WIDTH, loop_init_feedforward(&loop, &config, &feedforward));
+}
+
+// --- change of method --------------------------------------------------------------------------------------------
+
+typedef enum
+{
+    OFF,
+    PAPER,
+    FEEDFORWARD,
+    METHODS
+} method_t;
+
+static loop_t by[METHODS]; // params
+
+static void make_methods(void)
+{
+    const float gain = config.gain;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&by[PAPER], &config, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&by[FEEDFORWARD], &config, &feedforward));
+    config.gain = 0.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&by[OFF], &config, NULL));
+    config.gain = gain;
+}
+
+typedef struct
+{
+    double in_tick, in_slide, in_stick; // u beside one that goes on; its steps in the ticks after
+} bump_t;
+
+/// Changes from one method to the other at tick k of a run under the first.
+static void change_at(int k, method_t from, method_t to, bump_t *bump)
+{
+    plant_t changed_plant = plant;
+    loop_copy(&unchanged, &loop);
+    loop_copy(&other, &loop);
+    plant_t      old_plant = plant;
+    const double old_u     = loop_step_by(&unchanged, &by[from], triangle(k), plant.y).u;
+    double       u         = loop_step_by(&other, &by[to], triangle(k), plant.y).u;
+    bump->in_tick          = fmax(bump->in_tick, fabs(u - old_u));
+    double last            = u;
+    double old_last        = old_u;
+    for (int i = 1; i <= 5; i++)
+    {
+        const bool sticks = changed_plant.F == plant.F;
+        move(&changed_plant, last);
+        move(&old_plant, old_last);
+        const double old = loop_step_by(&unchanged, &by[from], triangle(k + i), old_plant.y).u;
+        u                = loop_step_by(&other, &by[to], triangle(k + i), changed_plant.y).u;
+        // A step of u that the loop would not have made: a reversal of f is not meant.
+        const double step = fmin(fabs(u - last), fabs((u - last) - (old - old_last)));
+        double      *most = sticks && i > 1 ? &bump->in_stick : &bump->in_slide;
+        *most             = fmax(*most, step);
+        last              = u;
+        old_last          = old;
+    }
+}
+
+static void check_change(method_t from, method_t to)
+{
+    bump_t bump = {0};
+    make_methods();
+    begin();
+    for (int k = 0; k < TICKS; k++)
+    {
+        if (k > 3000 && k % RUNS(97, 970) == 0)
+        {
+            change_at(k, from, to, &bump);
+        }
+        seen = loop_step_by(&loop, &by[from], triangle(k), plant.y);
+        move(&plant, seen.u);
+    }
+    static const char *const names[] = {"off", "paper", "feedforward"};
+    printf(
+        "%s to %s: u moves by %.1e N in the tick, by steps of up to %.2e N in a slide, %.2e N in mid-stick after it\n",
+        names[from],
+        names[to],
+        bump.in_tick,
+        bump.in_slide,
+        bump.in_stick);
+    TEST_ASSERT_TRUE(bump.in_tick <= 2.0 * CHANGE_TOLERANCE_N);
+    TEST_ASSERT_TRUE(bump.in_slide <= 1.5e-3);
+    TEST_ASSERT_TRUE(bump.in_stick <= 8e-3);
+}
+
+static void test_loop_changes_between_off_the_papers_method_and_the_feedforward_without_a_bump(void)
+{
+    for (int from = OFF; from < METHODS; from++)
+    {
+        for (int to = OFF; to < METHODS; to++)
+        {
+            if (from != to)
+            {
+                check_change((method_t)from, (method_t)to);
+            }
+        }
+    }
+}
+
+static void test_loop_compensates_soon_after_a_change_of_method(void)
+{
+    make_methods();
+    begin();
+    method_t now   = OFF;
+    double   worst = 0.0;
+    double   still = 0.0;
+    for (int k = 0; k < 100000; k++)
+    {
+        now            = (method_t)(k / 20000 % 3);
+        const double F = plant.F;
+        seen           = loop_step_by(&loop, &by[now], triangle(k), plant.y);
+        move(&plant, seen.u);
+        if (now == FEEDFORWARD && k % 20000 > 500)
+        {
+            worst = fmax(worst, fabs(triangle(k) - F));
+        }
+        else if (now == OFF)
+        {
+            still = fmax(still, fabs(triangle(k) - F));
+        }
+    }
+    printf("worst error %.1e N with, %.1e N without\n", worst, still);
+    TEST_ASSERT_TRUE(worst < 0.3 * still);
+    TEST_ASSERT_TRUE(loop_learned_travel(&loop) > 0.1);
+}
+
+static void test_loop_taken_up_again_knows_what_it_had_learned(void)
+{
+    make_methods();
+    begin();
+    run(0, 25000);
+    const double learned = loop_learned_travel(&loop);
+    for (int k = 25000; k < 30000; k++)
+    {
+        seen = loop_step_by(&loop, &by[PAPER], triangle(k), plant.y);
+        move(&plant, seen.u);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, learned, loop_learned_travel(&loop)); // a last tick may have learned
+    (void)loop_step_by(&loop, &by[FEEDFORWARD], triangle(30000), plant.y);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, learned, loop_learned_travel(&loop));
+}
+
+static void test_loop_changes_the_params_of_its_feedforward_without_a_bump(void)
+{
+    double worst = 0.0;
+    make_methods();
+    begin();
+    feedforward.lead                           = 0.5f;
+    feedforward.jump_time_s                    = 0.04f;
+    feedforward.learning.trust                 = 0.9f;
+    config.compensator.friction.positive.slope = 0.2f;
+    config.controller.u_max_n                  = 1.5f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&by[OFF], &config, &feedforward)); // which it is not
+    for (int k = 0; k < TICKS; k++)
+    {
+        if (k > 3000 && (k % RUNS(97, 970) == 0 || k % 10000 < RUNS(60, 6)))
+        {
+            loop_copy(&unchanged, &loop);
+            loop_copy(&other, &loop);
+            const double old_u = loop_step_by(&unchanged, &by[FEEDFORWARD], triangle(k), plant.y).u;
+            const double u     = loop_step_by(&other, &by[OFF], triangle(k), plant.y).u;
+            const double next  = loop_step_by(&other, &by[OFF], triangle(k + 1), plant.y).u;
+            const double was   = loop_step_by(&unchanged, &by[FEEDFORWARD], triangle(k + 1), plant.y).u;
+            TEST_ASSERT_DOUBLE_WITHIN(0.017, old_u, u); // a tick of a jump, which is longer now
+            worst = k % 10000 > 100 ? fmax(worst, fmax(fabs(u - old_u), fabs(next - was))) : worst;
+        }
+        seen = loop_step_by(&loop, &by[FEEDFORWARD], triangle(k), plant.y);
+        move(&plant, seen.u);
+    }
+    printf("u moves by up to %.1e N\n", worst);
+    TEST_ASSERT_TRUE(worst <= 1.5e-3);
+}
+
+static void test_loop_with_a_feedforward_keeps_new_limits_at_once(void)
+{
+    make_methods();
+    config.controller.u_max_n = 0.1f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&by[OFF], &config, &feedforward));
+    for (int from = PAPER; from <= FEEDFORWARD; from++)
+    {
+        begin();
+        for (int k = 0; k < 3000; k++)
+        {
+            seen = loop_step_by(&loop, &by[from], triangle(k), plant.y);
+            move(&plant, seen.u);
+        }
+        TEST_ASSERT_TRUE(seen.u > 0.2);
+        seen = loop_step_by(&loop, &by[OFF], triangle(3000), plant.y);
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDING, 0.1, seen.u);
+        TEST_ASSERT_TRUE(seen.limited);
+    }
+}
+
+static void test_loop_changes_method_beside_a_bad_input(void)
+{
+    make_methods();
+    for (int bad_r = 0; bad_r < 2; bad_r++)
+    {
+        for (int to = PAPER; to <= FEEDFORWARD; to++)
+        {
+            const method_t from = to == PAPER ? FEEDFORWARD : PAPER;
+            begin();
+            for (int k = 0; k < 8000; k++)
+            {
+                seen = loop_step_by(&loop, &by[from], triangle(k), plant.y);
+                move(&plant, seen.u);
+            }
+            double last = seen.u;
+            for (int k = 8000; k < 8010; k++)
+            {
+                const bool bad = k < 8003;
+                seen           = loop_step_by(&loop,
+                                    &by[to],
+                                    bad && bad_r == 1 ? 3.0 : triangle(k),
+                                    bad && bad_r == 0 ? -3.0 : plant.y);
+                TEST_ASSERT_DOUBLE_WITHIN(1.5e-3, last, seen.u);
+                last = seen.u;
+                move(&plant, seen.u);
+            }
+            TEST_ASSERT_EQUAL_UINT32(3, loop_bad_inputs(&loop));
+        }
+    }
+}
+
+// --- what must never happen --------------------------------------------------------------------------------------
+
+static void flip(void *object, uint32_t bit)
+{
+    unsigned char *const bytes = object;
+    bytes[bit / 8u] ^= (unsigned char)(1u << bit % 8u);
+}
+
+/// Any bit of what the loop and its feed-forward know: u is within its limits, and in the end F is where r is.
+static void test_loop_with_a_flipped_bit_in_its_memory_keeps_its_limits_and_recovers(void)
+{
+    static loop_t  before;
+    const uint32_t step       = RUNS(1, 101);
+    config.controller.u_max_n = 0.9f;
+    config.controller.u_min_n = -0.2f;
+    begin();
+    run(0, 12000);
+    const plant_t plant_before = plant;
+    loop_copy(&before, &loop);
+    double worst = 0.0;
+    for (uint32_t bit = 0; bit < 8u * sizeof loop.memory; bit += step)
+    {
+        loop_copy(&loop, &before);
+        plant = plant_before;
+        flip(&loop.memory, bit);
+        for (int k = 12000; k < 12300; k++)
+        {
+            tick(k);
+            TEST_ASSERT_TRUE(seen.u >= -0.2 - ROUNDING && seen.u <= 0.9 + ROUNDING);
+        }
+        if (bit % RUNS(29, 8) == 0)
+        {
+            run(12300, 52000);
+            worst = fmax(worst, fabs(plant.F - triangle(52000)));
+        }
+    }
+    printf("an error of up to %.1e N is left 40 s later\n", worst);
+    TEST_ASSERT_TRUE(worst < 5e-3);
+}
+
+static void test_loop_with_a_flipped_bit_in_its_state_keeps_its_limits(void)
+{
+    static loop_t before;
+    begin();
+    run(0, 3000);
+    loop_copy(&before, &loop);
+    for (uint32_t bit = 0; bit < 8u * sizeof loop.state; bit++)
+    {
+        loop_copy(&loop, &before);
+        flip(&loop.state, bit);
+        for (int k = 3000; k < 3020; k++)
+        {
+            tick(k);
+            TEST_ASSERT_TRUE(seen.u >= -2.0 && seen.u <= 2.0);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_loop_is_controller_and_feedforward_joined);
+    RUN_TEST(test_loop_with_a_feedforward_is_the_same_without_signals);
+    RUN_TEST(test_loop_with_a_feedforward_follows_closely);
+    RUN_TEST(test_loop_without_memory_is_the_controller_alone);
+    RUN_TEST(test_loop_restarts_with_or_without_what_was_learned);
+    RUN_TEST(test_loop_init_passes_on_what_its_parts_refuse);
+    RUN_TEST(test_loop_changes_between_off_the_papers_method_and_the_feedforward_without_a_bump);
+    RUN_TEST(test_loop_compensates_soon_after_a_change_of_method);
+    RUN_TEST(test_loop_taken_up_again_knows_what_it_had_learned);
+    RUN_TEST(test_loop_changes_the_params_of_its_feedforward_without_a_bump);
+    RUN_TEST(test_loop_with_a_feedforward_keeps_new_limits_at_once);
+    RUN_TEST(test_loop_changes_method_beside_a_bad_input);
+    RUN_TEST(test_loop_with_a_flipped_bit_in_its_memory_keeps_its_limits_and_recovers);
+    RUN_TEST(test_loop_with_a_flipped_bit_in_its_state_keeps_its_limits);
+    return UNITY_END();
+}
