@@ -76,6 +76,26 @@ void tearDown(void)
 {
 }
 
+typedef enum
+{
+    OFF,
+    PAPER,
+    FEEDFORWARD,
+    METHODS
+} method_t;
+
+static loop_t by[METHODS]; // params
+
+static void make_methods(void)
+{
+    const float gain = config.gain;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&by[PAPER], &config, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&by[FEEDFORWARD], &config, &feedforward));
+    config.gain = 0.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&by[OFF], &config, NULL));
+    config.gain = gain;
+}
+
 // --- the tick ----------------------------------------------------------------------------------------------------
 
 /// With everything in it: ramps, steps, stands, limits and bad inputs.
@@ -152,6 +172,25 @@ static void test_loop_without_memory_is_the_controller_alone(void)
     TEST_ASSERT_EQUAL_UINT32(1, loop_bad_inputs(&loop));
 }
 
+static void test_loop_that_never_had_memory_hands_over_to_the_papers_method(void)
+{
+    make_methods();
+    loop_reset(&loop);
+    for (int k = 0; k < 500; k++)
+    {
+        seen = loop_step_by(&loop, &by[FEEDFORWARD], k == 250 ? 3.0 : triangle(k), plant.y);
+        move(&plant, seen.u);
+    }
+    for (int bad = 0; bad < 2; bad++)
+    {
+        loop_copy(&other, &loop);
+        loop_copy(&unchanged, &loop);
+        const double r   = bad != 0 ? 3.0 : triangle(500);
+        const double old = loop_step_by(&unchanged, &by[FEEDFORWARD], r, plant.y).u;
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * CHANGE_TOLERANCE_N, old, loop_step_by(&other, &by[PAPER], r, plant.y).u);
+    }
+}
+
 static void test_loop_restarts_with_or_without_what_was_learned(void)
 {
     run(0, 25000);
@@ -165,12 +204,11 @@ static void test_loop_restarts_with_or_without_what_was_learned(void)
     TEST_ASSERT_TRUE(loop_learned_travel(&loop) == learned);
     begin();
     TEST_ASSERT_TRUE(loop_learned_travel(&loop) == 0.0);
+    TEST_ASSERT_TRUE(loop_step(&loop, 3.0, 0.0).u == 0.0); // a bad first reference
 }
 
 static void test_loop_init_passes_on_what_its_parts_refuse(void)
 {
-    static loop_t untouched;
-    memset(&untouched, 0x5a, sizeof untouched);
     config.gain = 3.0f;
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_GAIN, loop_init_feedforward(&loop, &config, &feedforward));
     config.gain            = 0.5f;
@@ -179,26 +217,6 @@ static void test_loop_init_passes_on_what_its_parts_refuse(void)
 }
 
 // --- change of method --------------------------------------------------------------------------------------------
-
-typedef enum
-{
-    OFF,
-    PAPER,
-    FEEDFORWARD,
-    METHODS
-} method_t;
-
-static loop_t by[METHODS]; // params
-
-static void make_methods(void)
-{
-    const float gain = config.gain;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&by[PAPER], &config, NULL));
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&by[FEEDFORWARD], &config, &feedforward));
-    config.gain = 0.0f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&by[OFF], &config, NULL));
-    config.gain = gain;
-}
 
 typedef struct
 {
@@ -464,6 +482,7 @@ int main(void)
     RUN_TEST(test_loop_with_a_feedforward_is_the_same_without_signals);
     RUN_TEST(test_loop_with_a_feedforward_follows_closely);
     RUN_TEST(test_loop_without_memory_is_the_controller_alone);
+    RUN_TEST(test_loop_that_never_had_memory_hands_over_to_the_papers_method);
     RUN_TEST(test_loop_restarts_with_or_without_what_was_learned);
     RUN_TEST(test_loop_init_passes_on_what_its_parts_refuse);
     RUN_TEST(test_loop_changes_between_off_the_papers_method_and_the_feedforward_without_a_bump);

@@ -1,4 +1,4 @@
-#include "tribo/force_loop_f32.h"
+#include "tribo/force_loop_feedforward_f32.h"
 
 #include "same.h"
 #include "unity.h"
@@ -159,6 +159,29 @@ static void test_loop_init_checks_every_field_and_passes_on_what_its_parts_refus
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&params, &config));
 }
 
+static void test_loop_with_a_feedforward_init_writes_nothing_unless_ok(void)
+{
+    tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_default();
+    tribo_feedforward_f32_params_t made;
+    tribo_force_loop_f32_params_t  untouched;
+    memset(&params, 0x5a, sizeof params);
+    memset(&made, 0x5a, sizeof made);
+    untouched             = params;
+    feedforward.hold.gain = 1.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_feedforward_f32_init(NULL, &made, &config, &feedforward));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_HOLD_GAIN,
+                          tribo_force_loop_feedforward_f32_init(&params, &made, &config, &feedforward));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_feedforward_f32_init(&params, &made, NULL, &feedforward));
+    TEST_ASSERT_EQUAL_MEMORY(&untouched, &params, sizeof params);
+    TEST_ASSERT_EACH_EQUAL_HEX8(0x5a, &made, sizeof made);
+    feedforward.hold.gain = 0.94f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&params, &made, &config, &feedforward));
+    TEST_ASSERT_EQUAL_PTR(&tribo_force_loop_feedforward_f32, params.method);
+    TEST_ASSERT_EQUAL_PTR(&made, params.feedforward);
+    tribo_force_loop_feedforward_f32_attach(&state, NULL);
+    TEST_ASSERT_NULL(state.memory);
+}
+
 static void test_loop_state_and_params_of_one_axis_take_at_most_400_bytes(void)
 {
     const size_t pointers = 7u * (sizeof(void *) - 4u); // 4 bytes each on the targets
@@ -174,5 +197,6 @@ int main(void)
     RUN_TEST(test_loop_takes_inputs_to_the_end_of_their_range_and_denormals);
     RUN_TEST(test_loop_init_checks_every_field_and_passes_on_what_its_parts_refuse);
     RUN_TEST(test_loop_state_and_params_of_one_axis_take_at_most_400_bytes);
+    RUN_TEST(test_loop_with_a_feedforward_init_writes_nothing_unless_ok);
     return UNITY_END();
 }

@@ -1,7 +1,8 @@
 #include "tribo/force_loop_q31.h"
 
 #include "random.h"
-#include "tribo/quantize_q31.h"
+#include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/quantize_feedforward_q31.h"
 #include "unity.h"
 
 #include <math.h>
@@ -118,6 +119,40 @@ static void test_loop_stays_within_its_limits_whatever_comes(void)
 
 // --- set-up ------------------------------------------------------------------------------------------------------
 
+static void test_loop_with_a_feedforward_init_writes_nothing_unless_ok(void)
+{
+    config                                     = tribo_force_loop_f32_paper();
+    tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_default();
+    tribo_feedforward_q31_params_t made;
+    tribo_force_loop_q31_params_t  untouched;
+    tribo_headroom_q31_t           headroom = {.input = -1.0f};
+    memset(&params, 0x5a, sizeof params);
+    memset(&made, 0x5a, sizeof made);
+    untouched             = params;
+    feedforward.hold.gain = 1.0f;
+    TEST_ASSERT_EQUAL_INT(
+        TRIBO_ERR_NULL,
+        tribo_force_loop_feedforward_q31_init(NULL, NULL, &made, &config, &feedforward, 2.0f, &headroom));
+    TEST_ASSERT_EQUAL_INT(
+        TRIBO_ERR_HOLD_GAIN,
+        tribo_force_loop_feedforward_q31_init(&params, NULL, &made, &config, &feedforward, 2.0f, &headroom));
+    TEST_ASSERT_EQUAL_INT(
+        TRIBO_ERR_NULL,
+        tribo_force_loop_feedforward_q31_init(&params, NULL, &made, NULL, &feedforward, 2.0f, &headroom));
+    TEST_ASSERT_EQUAL_MEMORY(&untouched, &params, sizeof params);
+    TEST_ASSERT_EACH_EQUAL_HEX8(0x5a, &made, sizeof made);
+    TEST_ASSERT_TRUE(headroom.input == -1.0f);
+    feedforward.hold.gain = 0.94f;
+    TEST_ASSERT_EQUAL_INT(
+        TRIBO_OK,
+        tribo_force_loop_feedforward_q31_init(&params, NULL, &made, &config, &feedforward, 2.0f, &headroom));
+    TEST_ASSERT_EQUAL_PTR(&tribo_force_loop_feedforward_q31, params.method);
+    TEST_ASSERT_EQUAL_PTR(&made, params.feedforward);
+    TEST_ASSERT_TRUE(headroom.input > 0.0f);
+    tribo_force_loop_feedforward_q31_attach(&state, NULL);
+    TEST_ASSERT_NULL(state.memory);
+}
+
 static void test_loop_state_and_params_of_one_axis_take_at_most_480_bytes(void)
 {
     const size_t pointers = 7u * (sizeof(void *) - 4u); // 4 bytes each on the targets
@@ -144,5 +179,6 @@ int main(void)
     RUN_TEST(test_loop_stays_within_its_limits_whatever_comes);
     RUN_TEST(test_loop_state_and_params_of_one_axis_take_at_most_480_bytes);
     RUN_TEST(test_loop_reset_clears_the_counts_of_saturations);
+    RUN_TEST(test_loop_with_a_feedforward_init_writes_nothing_unless_ok);
     return UNITY_END();
 }
