@@ -104,6 +104,8 @@ static const tribo_force_loop_q31_params_t golden_table_params = {
             .shift = 2u,
         },
     },
+    .method = NULL,
+    .feedforward = NULL,
 };
 // clang-format on
 

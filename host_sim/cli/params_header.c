@@ -16,9 +16,11 @@ typedef enum
     UINT32,
     INT32,
     BOOL,
-    TABLE,  ///< pointer to breakaway points, which stand before the params
-    STRUCT, ///< with rows of its own, a line each
-    SMALL   ///< the same on one line
+    TABLE,       ///< pointer to breakaway points, which stand before the params
+    METHOD,      ///< pointer to a way to compensate friction
+    FEEDFORWARD, ///< pointer to its params, which stand before these
+    STRUCT,      ///< with rows of its own, a line each
+    SMALL        ///< the same on one line
 } kind_t;
 
 typedef struct field
@@ -34,7 +36,9 @@ typedef struct field
 // A field's kind follows from its type, so that a row is its name. T is the struct that the rows are about.
 // clang-format off
 // NOLINTBEGIN(bugprone-macro-parentheses,bugprone-sizeof-expression): the arguments are names, one of them of a pointer
-#define KIND(x) _Generic((x), float: FLOAT, uint8_t: UINT8, uint16_t: UINT16, uint32_t: UINT32, int32_t: INT32, bool: BOOL, default: TABLE)
+#define KIND(x) _Generic((x), float: FLOAT, uint8_t: UINT8, uint16_t: UINT16, uint32_t: UINT32, int32_t: INT32, bool: BOOL, \
+    const tribo_force_loop_f32_method_t *: METHOD, const tribo_force_loop_q31_method_t *: METHOD, \
+    const tribo_feedforward_f32_params_t *: FEEDFORWARD, const tribo_feedforward_q31_params_t *: FEEDFORWARD, default: TABLE)
 #define AT(member) (((T *)0)->member)
 #define F(member) {.name = #member, .kind = KIND(AT(member)), .offset = offsetof(T, member), .size = sizeof AT(member)}
 #define ARRAY(member) {.name = #member, .kind = KIND(AT(member[0])), .offset = offsetof(T, member), .size = sizeof AT(member[0]), .count = sizeof AT(member) / sizeof AT(member[0])}
@@ -74,7 +78,25 @@ static const field_t arm_f32[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), EN
 static const field_t compensator_f32[] = {S(friction, friction_f32), S(arm, arm_f32), END};
 #undef T
 #define T tribo_force_loop_f32_params_t
-static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), END};
+static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), F(method), F(feedforward), END};
+#undef T
+#define T tribo_path_f32_params_t
+static const field_t path_f32[] = {F(actuator_part), F(sensor_part), S(arm, arm_f32), END};
+#undef T
+#define T tribo_friction_meter_f32_params_t
+static const field_t meter_f32[] = {F(actuator_part), F(sensor_part), F(filter_part), F(damping), END};
+#undef T
+#define T tribo_breakaway_learning_f32_params_t
+static const field_t learning_f32[] = {F(scale_most), F(offset_most_n), F(scale_variance), F(offset_variance), F(scale_shared), F(offset_shared),
+    F(correlation), F(distrust), F(weight_n), F(forgetting_per_n), F(scale_min), F(scale_max), END};
+#undef T
+#define T tribo_hold_f32_params_t
+static const field_t hold_f32[] = {F(on), F(still_ticks), F(quick_ticks), F(gain), F(margin), F(caution_per_n), F(deadband_part), END};
+#undef T
+#define T tribo_feedforward_f32_params_t
+static const field_t feedforward_f32[] = {S(path, path_f32), S(meter, meter_f32), S(learning, learning_f32), S(hold, hold_f32), F(input_max_n),
+    F(offset_max_n), F(reversal_n), F(jump), F(lead_s), F(noise_gain), F(noise_part), F(noise_floor_n), F(rate_hz), F(rate_part), F(step_n),
+    F(offset_part), F(slide_half_n), F(slide_change_max_n), F(slide_run_in_n), F(slide_error_max_n), END};
 #undef T
 
 #define T tribo_biquad_q31_section_t
@@ -103,7 +125,25 @@ static const field_t arm_q31[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), F(
 static const field_t compensator_q31[] = {S(friction, friction_q31), S(arm, arm_q31), END};
 #undef T
 #define T tribo_force_loop_q31_params_t
-static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), END};
+static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), F(method), F(feedforward), END};
+#undef T
+#define T tribo_path_q31_params_t
+static const field_t path_q31[] = {F(actuator_part), F(sensor_part), S(arm, arm_q31), END};
+#undef T
+#define T tribo_friction_meter_q31_params_t
+static const field_t meter_q31[] = {F(actuator_part), F(sensor_part), F(filter_part), F(damping), F(change_max), F(damping_shift), END};
+#undef T
+#define T tribo_breakaway_learning_q31_params_t
+static const field_t learning_q31[] = {F(spread_scale), F(spread_offset), F(correlation), F(correlation_faded), F(distrust), F(weight),
+    F(forgetting), F(scale_min), F(scale_max), END};
+#undef T
+#define T tribo_hold_q31_params_t
+static const field_t hold_q31[] = {F(on), F(still_ticks), F(quick_ticks), F(gain), F(margin), F(caution_per_unit), F(deadband_part), END};
+#undef T
+#define T tribo_feedforward_q31_params_t
+static const field_t feedforward_q31[] = {S(path, path_q31), S(meter, meter_q31), S(learning, learning_q31), S(hold, hold_q31), F(input_max),
+    F(offset_max), F(reversal), F(jump), F(lead), F(lead_shift), F(noise_gain), F(noise_part), F(noise_floor), F(rate_part), F(step),
+    F(offset_part), F(slide_half), F(slide_change_max), F(slide_run_in), F(slide_error_max), END};
 #undef T
 // NOLINTEND(bugprone-macro-parentheses,bugprone-sizeof-expression)
 // clang-format on
@@ -113,7 +153,8 @@ static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controll
 typedef struct
 {
     FILE       *stream;
-    const char *name; ///< of the params
+    const char *name;   ///< of the params
+    const char *suffix; ///< of their arithmetic
 } sheet_t;
 
 static uint32_t unsigned_at(const char *at, size_t size)
@@ -123,6 +164,22 @@ static uint32_t unsigned_at(const char *at, size_t size)
     uint32_t word = 0;
     memcpy(size == 1 ? (void *)&byte : size == 2 ? (void *)&half : (void *)&word, at, size);
     return byte + half + word;
+}
+
+static void put_pointer(const sheet_t *sheet, kind_t kind, bool is_there)
+{
+    if (!is_there)
+    {
+        (void)fputs("NULL", sheet->stream);
+    }
+    else if (kind == METHOD)
+    {
+        (void)fprintf(sheet->stream, "&tribo_force_loop_feedforward_%s", sheet->suffix);
+    }
+    else
+    {
+        (void)fprintf(sheet->stream, kind == TABLE ? "%s_table" : "&%s_feedforward", sheet->name);
+    }
 }
 
 static void put_scalar(const sheet_t *sheet, const field_t *field, const char *at)
@@ -144,8 +201,10 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
         (void)fputs(unsigned_at(at, field->size) != 0 ? "true" : "false", sheet->stream);
         break;
     case TABLE:
+    case METHOD:
+    case FEEDFORWARD:
         memcpy((void *)&pointer, at, sizeof pointer);
-        (void)fprintf(sheet->stream, "%s%s", pointer != NULL ? sheet->name : "NULL", pointer != NULL ? "_table" : "");
+        put_pointer(sheet, field->kind, pointer != NULL);
         break;
     default:
         (void)fprintf(sheet->stream, "%" PRIu32 "u", unsigned_at(at, field->size));
@@ -227,7 +286,6 @@ static void put_rows(const sheet_t *sheet, const field_t *rows, const char *at, 
 static void put_loop(const sheet_t *sheet, const sim_loop_t *loop)
 {
     const bool     q31    = loop->q31;
-    const char    *suffix = q31 ? "q31" : "f32";
     const void    *table  = loop->params_f32.compensator.friction.table;
     uint32_t       points = loop->params_f32.compensator.friction.table_length;
     const field_t  point  = {.kind = SMALL,
@@ -241,11 +299,25 @@ static void put_loop(const sheet_t *sheet, const sim_loop_t *loop)
     }
     if (table != NULL)
     {
-        (void)fprintf(sheet->stream, "static const tribo_breakaway_point_%s_t %s_table[] = ", suffix, sheet->name);
+        (void)
+            fprintf(sheet->stream, "static const tribo_breakaway_point_%s_t %s_table[] = ", sheet->suffix, sheet->name);
         put_structs(sheet, &point, table, points, 0);
         (void)fputs(";\n", sheet->stream);
     }
-    (void)fprintf(sheet->stream, "static const tribo_force_loop_%s_params_t %s_params = {\n", suffix, sheet->name);
+    if (loop->params_f32.method != NULL || loop->params_q31.method != NULL)
+    {
+        (void)fprintf(sheet->stream,
+                      "static const tribo_feedforward_%s_params_t %s_feedforward = {\n",
+                      sheet->suffix,
+                      sheet->name);
+        put_rows(sheet,
+                 q31 ? feedforward_q31 : feedforward_f32,
+                 q31 ? (const char *)loop->params_q31.feedforward : (const char *)loop->params_f32.feedforward,
+                 4);
+        (void)fputs("};\n", sheet->stream);
+    }
+    (void)
+        fprintf(sheet->stream, "static const tribo_force_loop_%s_params_t %s_params = {\n", sheet->suffix, sheet->name);
     put_rows(sheet, rows, q31 ? (const char *)&loop->params_q31 : (const char *)&loop->params_f32, 4);
     (void)fputs("};\n", sheet->stream);
 }
@@ -327,11 +399,13 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
         put_upper(stream, header->name);
         (void)fprintf(stream, "_PARAMS_%s_H\n", upper);
     }
+    const bool method = header->loop->params_f32.method != NULL || header->loop->params_q31.method != NULL;
     (void)fprintf(stream,
-                  "\n#include \"tribo/force_loop_%s.h\"\n\n"
+                  "\n#include \"tribo/force_loop_%s%s.h\"\n\n"
                   "#if TRIBO_FORCE_LOOP_%s_PARAMS_VERSION != %d\n"
                   "#error \"made for another version of tribo: run tribo-sim params again\"\n"
                   "#endif\n\n// clang-format off\n",
+                  method ? "feedforward_" : "",
                   q31 ? "q31" : "f32",
                   upper,
                   versions[q31]);
@@ -341,6 +415,6 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
         put_define(stream, header, "FULL_SCALE_N", (double)(float)header->loop->full_scale_n);
     }
     (void)fputs("\n", stream);
-    put_loop(&(sheet_t){.stream = stream, .name = header->name}, header->loop);
+    put_loop(&(sheet_t){.stream = stream, .name = header->name, .suffix = q31 ? "q31" : "f32"}, header->loop);
     (void)fputs("// clang-format on\n\n#endif\n", stream);
 }

@@ -74,6 +74,8 @@ static const tribo_force_loop_f32_params_t rig_params = {
             .gamma_g = 7.73008466e-01f,
         },
     },
+    .method = NULL,
+    .feedforward = NULL,
 };
 // clang-format on
 

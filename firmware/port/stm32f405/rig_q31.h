@@ -89,6 +89,8 @@ static const tribo_force_loop_q31_params_t rig_params = {
             .shift = 2u,
         },
     },
+    .method = NULL,
+    .feedforward = NULL,
 };
 // clang-format on
 
