@@ -30,6 +30,7 @@ static const drive_config_t rig_config = {
     .current_max_a      = 2.0f,
     .crystal_hz         = 8000000,
     .degraded_clock     = 0,
+    .bus_unit           = 1,
 };
 
 #endif
