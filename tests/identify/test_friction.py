@@ -1,0 +1,267 @@
+"""tribo-identify: against truths that are known, and against logs that cannot tell. The long versions are in study.py."""
+
+import csv
+import os
+import subprocess
+
+import numpy as np
+import pytest
+import synthetic
+from synthetic import L_of
+
+from tribo_identify import cli, events, friction, native
+from tribo_identify.events import Refusal
+from tribo_identify.plan import Plan
+
+FORCE = np.linspace(0.1, 0.6, 11)
+ROOT = synthetic.ROOT
+
+
+@pytest.fixture(scope="module")
+def experiment():
+    """A rig's truth, the rows of its planned experiment, and what is found in it."""
+    truth, rows = synthetic.sound(1)
+    return truth, rows, friction.identify(synthetic.log_of(rows))
+
+
+def found(result):
+    return {e.name: e for e in result.estimates}
+
+
+def test_the_librarys_own_code_is_the_model(experiment):
+    # An independent way through the same code: tribo-sim's plant with the paper's friction, noise left out.
+    truth, rows, result = experiment
+    error = rows[:, 2] - result.model[0]
+    assert np.std(events.binned(error, 20)) < 0.3e-3
+
+
+@pytest.mark.parametrize("name, part", [("offset", 0.03), ("slope", 0.005), ("scale", 0.002), ("k_min", 0.03)])
+def test_parameters_are_found_within_and_beside_their_intervals(experiment, name, part):
+    truth, _, result = experiment
+    estimate = found(result)[name]
+    assert estimate.verdict == "identified"
+    assert abs(estimate.value / truth[name] - 1) < part
+    assert 0 < estimate.half < 2 * part * truth[name]
+
+
+def test_bias_of_the_command_comes_out_as_gravity(experiment):
+    truth, _, result = experiment
+    assert found(result)["gravity"].value == pytest.approx(truth["bias"], abs=3e-4)
+
+
+def test_L_is_within_three_percent_over_the_loads(experiment):
+    truth, _, result = experiment
+    L = result.params["offset_positive"] + result.params["slope_positive"] * FORCE
+    assert np.max(np.abs(L / L_of(truth, FORCE) - 1)) < 0.03
+
+
+def test_what_the_log_does_not_show_is_said_with_the_experiment(experiment):
+    estimate = found(experiment[2])["k_max"]
+    assert estimate.verdict == "not identifiable" and "plan --hysteresis" in estimate.remark
+
+
+def test_each_event_is_where_the_force_begins_to_move(experiment):
+    truth, rows, result = experiment
+    assert len(result.events) >= 16
+    ways = [e.way for e in result.events]
+    assert ways.count(1) >= 8 and ways.count(-1) >= 8
+    u_true = truth["scale"] * rows[:, 1] + truth["bias"]
+    for e in result.events[1:]:
+        share = e.way * (u_true[e.start] - e.force) / L_of(truth, e.force)
+        assert 0.2 < share < 1.6  # creeps from 0.3 L on, and u goes on while F leaves the noise
+        assert e.way * (rows[min(e.start + 400, len(rows) - 1), 2] - e.force) > 0
+
+
+@pytest.mark.parametrize("flaw", synthetic.FLAWS)
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_flaw_is_refused_or_answered_rightly(flaw, seed):
+    truth, rows = synthetic.flawed(flaw, seed)
+    try:
+        result = friction.identify(synthetic.log_of(rows))
+    except Refusal as refusal:
+        if flaw in ("one direction", "silent", "saturated", "few loads"):
+            assert refusal.cause == flaw
+        return
+    assert flaw == "ripple" or flaw == "few loads"  # of the others none is answered
+    L = result.params["offset_positive"] + result.params["slope_positive"] * FORCE
+    weak = any(e.verdict != "identified" for e in result.estimates if e.name in ("offset", "slope", "scale"))
+    assert weak or np.max(np.abs(L / L_of(truth, FORCE) - 1)) < 0.1
+
+
+def test_a_wrong_sign_is_named(experiment):
+    _, rows, _ = experiment
+    for column in (1, 2):
+        wrong = rows.copy()
+        wrong[:, column] *= -1
+        with pytest.raises(Refusal, match="sign"):
+            friction.identify(synthetic.log_of(wrong))
+
+
+def test_directions_that_differ_are_told_apart_when_u_is_calibrated():
+    truth = {**synthetic.truth_of(5), "scale": 1.0, "bias": 0.0}
+    import tempfile
+    from pathlib import Path
+
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        sets = synthetic.settings(truth)
+        sets[0] = ("plant.friction={k_min: 6, k_max: 20, breakaway: {offset_N: 0.01, slope: 0.25, negative_offset_N: 0.005, negative_slope: 0.35}}")
+        synthetic.play(folder, synthetic.write_plan(folder, Plan(0.1, 0.6, noise=0.001).check()), sets)
+        result = friction.identify(synthetic.log_of(synthetic.trace(folder)), assume="calibrated")
+    assert not result.table
+    plus, minus = (result.params[f"offset_{d}"] + result.params[f"slope_{d}"] * FORCE for d in ("positive", "negative"))
+    assert plus == pytest.approx(0.01 + 0.25 * FORCE, rel=0.03)
+    assert minus == pytest.approx(0.005 + 0.35 * FORCE, rel=0.03)
+
+
+def test_breakaway_that_bends_needs_the_table():
+    truth = {**synthetic.truth_of(2), "scale": 1.0, "bias": 0.0, "k_min": 6.0, "k_max": 20.0}
+    import tempfile
+    from pathlib import Path
+
+    points = [(0.05, 0.05), (0.2, 0.06), (0.35, 0.08), (0.5, 0.2), (0.65, 0.22)]
+    table = ", ".join(f"{{force_N: {f}, positive_N: {L}, negative_N: {L}}}" for f, L in points)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        sets = synthetic.settings(truth)
+        sets[0] = f"plant.friction={{breakaway: {{table: [{table}]}}}}"
+        synthetic.play(folder, synthetic.write_plan(folder, Plan(0.1, 0.6, levels=6, noise=0.001).check()), sets)
+        result = friction.identify(synthetic.log_of(synthetic.trace(folder)), assume="calibrated")
+    assert len(result.table) >= 4
+    at, plus, _ = np.array(result.table).T
+    force = np.linspace(0.15, 0.55, 9)
+    assert np.interp(force, at, plus) == pytest.approx(np.interp(force, *zip(*points)), rel=0.35)
+    assert any("breakaway is no line" in r for r in result.remarks)
+
+
+def identify(capsys, *arguments):
+    status = cli.main([str(a) for a in arguments])
+    told = capsys.readouterr()
+    return status, told.out, told.err
+
+
+def seal(name):
+    files = [ROOT / f"tests/identify/data/{name}_{bar}bar.tsv" for bar in (1, 3, 5, 7)]
+    return [*files, "--column", "t=#1", "--unit", "t=ms", "--column", "u=#3", "--column", "x=#2", "--unit", "x=mm", "--resample", "--gap", "0.5"]
+
+
+def test_measured_o_ring_is_as_an_independent_fit_has_it(capsys):
+    status, out, _ = identify(capsys, "friction", *seal("O-ring"))
+    assert status == 0
+    words = out.split("offset ")[1].split()
+    assert float(words[0]) == pytest.approx(4.83, abs=0.1) and float(words[2]) == pytest.approx(0.46, abs=0.15)
+    words = out.split("slope ")[1].split()
+    assert float(words[0]) == pytest.approx(0.0173, abs=5e-4) and float(words[2]) == pytest.approx(0.0020, abs=7e-4)
+    loads = [float(line.split("load ")[1].split()[0]) for line in out.splitlines() if "load " in line and "friction" in line][:4]
+    friction_n = [float(line.split("friction ")[1].split()[0]) for line in out.splitlines() if "pairs of strokes" in line]
+    assert loads == pytest.approx([49, 149, 248, 346], abs=1.5)
+    assert friction_n == pytest.approx([5.64, 7.52, 9.04, 10.86], abs=0.05)
+
+
+def test_measured_x_ring_needs_the_table(capsys, tmp_path):
+    status, out, _ = identify(capsys, "friction", *seal("X-ring257"), "--out", tmp_path / "out")
+    assert status == 0 and "no line: " in out and "a table of 4 loads" in out
+    text = (tmp_path / "out/friction.yaml").read_text(encoding="utf-8")
+    assert text.count("force_N") == 4
+    log = tmp_path / "log.csv"
+    log.write_text("t_s,u_N\n0,0\n0.001,0\n", encoding="ascii")
+    native.run_tribo_sim("replay", log, "--params", tmp_path / "out/friction.yaml", "--out", tmp_path / "replayed.csv")
+
+
+def test_measured_kdn_shows_no_slope(capsys):
+    status, out, _ = identify(capsys, "friction", *seal("KDN"))
+    assert status == 0 and "slope: weak" in out and "no line" not in out
+
+
+def test_strokes_at_three_loads_are_refused(capsys):
+    arguments = seal("O-ring")
+    status, _, err = identify(capsys, "friction", *arguments[1:])
+    assert status == 3 and err.startswith("tribo-identify: few loads: 3;")
+
+
+@pytest.fixture
+def log(experiment, tmp_path):
+    return synthetic.write_log(tmp_path, experiment[1])
+
+
+def test_the_result_is_what_tribo_sim_and_the_drive_take(experiment, log, tmp_path, capsys):
+    status, out, _ = identify(capsys, "friction", log, "--out", tmp_path / "out", "--scenario", ROOT / "host_sim/scenarios/triangle.yaml", "--arith", "q31")
+    assert status == 0
+    assert sorted(os.listdir(tmp_path / "out")) == ["friction.yaml", "loop.yaml", "loop_params.h", "report.html"]
+    native.run_tribo_sim("replay", log, "--params", tmp_path / "out/friction.yaml", "--out", tmp_path / "replayed.csv")
+    native.run_tribo_sim("run", tmp_path / "out/loop.yaml", "--set", "duration_s=1", "--set", "metrics.start_s=0")
+    header = tmp_path / "out/loop_params.h"
+    program = tmp_path / "main.c"
+    program.write_text('#include "loop_params.h"\nint main(void) { return loop_params.input_max == 0; }\n', encoding="ascii")
+    subprocess.run(["cc", "-std=c11", "-Wall", "-Werror", "-I", ROOT / "lib/include", "-I", tmp_path / "out", "-fsyntax-only", program], check=True)
+    assert header.read_text(encoding="ascii").count("loop.yaml") == 1
+    page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
+    assert page.count("<img src=\"data:image/png;base64,") >= 3 and "http" not in page
+    for line in out.splitlines()[:5]:
+        assert line.split("  ")[0] in page
+    assert not list((ROOT / "host_sim/scenarios").glob(".*"))
+
+
+def test_a_refusal_writes_nothing(log, tmp_path, capsys):
+    rows = log.read_text(encoding="ascii").splitlines()
+    log.write_text("\n".join(rows[:1] + [f"{r.rsplit(',', 1)[0]},0.3" for r in rows[1:]]) + "\n", encoding="ascii")
+    status, out, err = identify(capsys, "friction", log, "--out", tmp_path / "out")
+    assert status == 3 and out == "" and "silent" in err
+    assert not (tmp_path / "out").exists()
+
+
+BAD = {
+    "no file": (["friction", "none.csv"], "none.csv: cannot be opened"),
+    "no column": (["friction", "LOG", "--column", "F=force"], "no column is named force"),
+    "unit": (["friction", "LOG", "--unit", "u=lbf"], "--unit u=lbf: there are"),
+    "actuator": (["friction", "LOG", "--actuator", "-1"], "--actuator: value -1: must be 0 or"),
+    "lag": (["friction", "LOG", "--lag", "nan"], "--lag: value nan: must be"),
+    "scenario": (["friction", "LOG", "--scenario", "none.yaml"], "--scenario none.yaml: is not a file"),
+    "levels": (["plan", "--low", "0.1", "--high", "0.6", "--levels", "3", "--out", "OUT"], "--levels: value 3: must be 4 to 32"),
+    "range": (["plan", "--low", "0.6", "--high", "0.1", "--out", "OUT"], "--high: value 0.1: must be above --low"),
+    "repeats": (["plan", "--low", "0.1", "--high", "0.6", "--repeats", "1", "--out", "OUT"], "--repeats: value 1: must be 2 to 100"),
+    "limit": (["plan", "--low", "0.1", "--high", "0.6", "--u-max", "0.5", "--out", "OUT"], "--u-max: value 0.5:"),
+    "NaN": (["plan", "--low", "nan", "--high", "0.6", "--out", "OUT"], "--low: value nan: must be finite"),
+    "noise": (["plan", "--low", "0.1", "--high", "0.6", "--noise", "0.1", "--out", "OUT"], "--noise: value 0.1:"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_mistake_is_named(case, log, tmp_path, capsys):
+    arguments, message = BAD[case]
+    places = {"LOG": str(log), "OUT": str(tmp_path / "plan")}
+    status, _, err = identify(capsys, *(places.get(a, a) for a in arguments))
+    assert status == 2 and err.startswith("tribo-identify: ") and message in err
+    assert not (tmp_path / "plan").exists()
+
+
+def test_a_plan_is_played_by_tribo_sim_and_stays_in_its_limits(tmp_path, capsys):
+    status, out, _ = identify(capsys, "plan", "--low", "0.1", "--high", "0.6", "--noise", "0.001", "--u-max", "1.2", "--out", tmp_path / "plan")
+    assert status == 0 and "4 loads from 0.1 to 0.6 N in both directions" in out
+    with open(tmp_path / "plan/plan.csv", encoding="ascii") as file:
+        rows = list(csv.reader(file))
+    assert rows[0] == ["t_s", "r_N"]
+    native.run_tribo_sim("run", tmp_path / "plan/plan.yaml", "--out", tmp_path / "run")
+    trace = np.genfromtxt(tmp_path / "run/trace.csv", delimiter=",", names=True)
+    assert trace["limited"].sum() == 0
+    both, count = events.loads(events.find(synthetic.log_of(np.c_[trace["t_s"], trace["u_N"], trace["F_N"]]))[0])
+    assert count >= 4 and both[0][0] < 0.2 and both[-1][1] > 0.55
+
+
+def test_a_second_run_replaces_its_own_output_only(tmp_path, capsys):
+    arguments = ["plan", "--low", "0.1", "--high", "0.6", "--out", tmp_path / "plan"]
+    assert identify(capsys, *arguments)[0] == 0
+    assert identify(capsys, *arguments)[0] == 0
+    (tmp_path / "plan/mine.txt").write_text("", encoding="ascii")
+    status, _, err = identify(capsys, *arguments)
+    assert status == 2 and "has other files in it" in err
+
+
+def test_intervals_are_of_repeats_not_of_samples(experiment):
+    # Twice the samples of the same half-cycles tell nothing new.
+    _, rows, result = experiment
+    t = np.arange(2 * len(rows)) * 0.0005
+    dense = np.c_[t, np.repeat(rows[:, 1], 2), np.repeat(rows[:, 2], 2)]
+    again = friction.identify(synthetic.log_of(dense))
+    for name in ("offset", "slope"):
+        assert found(again)[name].half > 0.6 * found(result)[name].half

@@ -1,0 +1,132 @@
+"""tribo-identify friction: reads, fits, says and writes."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+from ruamel.yaml import YAML
+
+from tribo_design.config import printable
+from tribo_design.errors import InputError
+from tribo_design.output import check_replaceable, write_directory
+
+from . import friction, logs, native, report, strokes
+
+NAMES = ("friction.yaml", "report.html", "loop*.yaml", "loop*_params.h")
+
+
+def rig_of(options):
+    rig = {}
+    for name in ("actuator", "sensor"):
+        value = getattr(options, name)
+        if value is not None:
+            if not (value == 0 or 1e-3 <= value <= 1e9):
+                raise InputError(f"--{name}: value {value:g}: must be 0 or 0.001 to 1e9 rad/s")
+            rig[name] = value
+    if options.lag is not None:
+        if not 1e-5 <= options.lag <= 10:
+            raise InputError(f"--lag: value {options.lag:g}: must be 1e-5 to 10 s")
+        rig["damping"] = options.lag * native.PAPER["stiffness"]
+    return rig
+
+
+def run(options):
+    if options.out:
+        check_replaceable(options.out, NAMES)
+    base = Path(options.scenario).resolve() if options.scenario else None
+    if base and not base.is_file():
+        raise InputError(f"--scenario {options.scenario}: is not a file")
+    log = logs.read(options.logs, logs.arguments_of(options))
+    if all(s.force is None for s in log.segments):
+        return _strokes(log, options)
+    result = friction.identify(log, rig_of(options), options.assume)
+    lines = [*friction.line_of(result), *_summary(result)]
+    print("\n".join(lines))
+    if options.out:
+        files = {"friction.yaml": friction_yaml(result, options).encode(), "report.html": report.html(log, result, lines).encode()}
+        files |= _loop(base, result, options)
+        write_directory(options.out, files, NAMES)
+        print(f"wrote {options.out}: {', '.join(sorted(files))}")
+    return 0
+
+
+def _summary(result):
+    lines = [f"{len(result.events)} break-aways at F from {result.loads[0][0]:.3g} to {result.loads[-1][1]:.3g} N; L in the middle of it within {100 * result.L_half:.2g} % (95 %)",
+             f"F is met within {result.residual_rms:.2g} N rms, in half-cycles that were held out {result.held_out:.2f} times that; delay {result.delay_s:.2g} s, ripple {result.ripple:.2g} N"]
+    scale = next((e.value for e in result.estimates if e.name == "scale"), 1.0)
+    if abs(scale - 1) > 0.02:
+        lines.append(f"u: your command makes {scale:.4g} N for 1 N; divide it by that, or the parameters do not hold")
+    return lines + [f"note: {r}" for r in result.remarks]
+
+
+def _mapping(result):
+    """The keys of a scenario's compensator.friction."""
+    p = result.params
+    number = lambda x: float(f"{x:.6g}")
+    if result.table:
+        breakaway = {"table": [{"force_N": number(f), "positive_N": number(a), "negative_N": number(b)} for f, a, b in result.table]}
+    else:
+        breakaway = {"offset_N": number(p["offset_positive"]), "slope": number(p["slope_positive"])}
+        if result.assume == "calibrated":
+            breakaway |= {"negative_offset_N": number(p["offset_negative"]), "negative_slope": number(p["slope_negative"])}
+    keys = {"breakaway": breakaway, "k_min": number(p["k_min"]), "k_max": number(p["k_max"]), "m": number(p["m"]), "v0_N_per_s": number(p["v0"])}
+    if abs(p["gravity"]) > 1e-9:
+        keys["gravity_N"] = number(p["gravity"])
+    return keys
+
+
+def _dump(tree):
+    yaml, out = YAML(), io.StringIO()
+    yaml.width = 200
+    yaml.dump(tree, out)
+    return out.getvalue()
+
+
+def friction_yaml(result, options):
+    head = [f"# Friction from {', '.join(printable(Path(p).name) for p in options.logs)} by tribo-identify; for tribo-sim replay --params."]
+    head += [f"# {line}" for line in [*friction.line_of(result), *_summary(result)]]
+    return "\n".join(head) + "\n" + _dump({"friction": _mapping(result)})
+
+
+def _loop(base, result, options):
+    """The rig's loop with this friction, checked by the library, and its params for the drive."""
+    if base is None:
+        return {}
+    tree = YAML().load(base.read_text(encoding="utf-8"))
+    if not isinstance(tree, dict):
+        raise InputError(f"--scenario {options.scenario}: is not a scenario")
+    tree.setdefault("compensator", {})["friction"] = _mapping(result)
+    text = _dump(tree)
+    trial = base.with_name(f".{base.stem}.identified.yaml")  # beside it, as it may name files
+    try:
+        trial.write_text(text, encoding="utf-8")
+        header, _ = native.run_tribo_sim("params", trial, "--arith", options.arith, "--name", "loop")
+    finally:
+        trial.unlink(missing_ok=True)
+    return {"loop.yaml": text.encode(), "loop_params.h": header.replace(trial.name, "loop.yaml").encode()}
+
+
+def _strokes(log, options):
+    if any(s.position is None for s in log.segments):
+        raise InputError(f"{options.logs[0]}: there is no force: name its column (--column F=...); or, for strokes at speed, that of the position (--column x=...)")
+    law = strokes.identify(log)
+    lines = [f"{v.file}: load {v.load:.5g} N, friction {v.friction:.4g} N, {len(v.repeats)} pairs of strokes, standard error {np.std(v.repeats, ddof=min(1, len(v.repeats) - 1)) / len(v.repeats) ** 0.5:.2g} N"
+             for v in law.levels]
+    if law.is_table:
+        lines.append(f"no line: off by up to {100 * law.deviation:.2g} % at a load, far beyond the scatter of the repeats; a table of {len(law.levels)} loads")
+    else:
+        lines.append(f"offset {law.offset:.4g} +- {law.offset_half:.2g} N, slope {law.slope:.3g} +- {law.slope_half:.2g} (95 %), R2 {law.r2:.4f}")
+        if not law.slope_shown:
+            lines.append("slope: weak: these loads do not show one; more loads would tell")
+    lines.append("note: friction of sliding at these speeds; breakaway, k_min, k_max, m and v0 need a log of u and F (tribo-identify plan)")
+    lines += [f"note: {r}" for r in log.remarks]
+    print("\n".join(lines))
+    if options.out:
+        number = lambda x: float(f"{x:.6g}")
+        breakaway = {"table": [{"force_N": number(v.load), "positive_N": number(v.friction), "negative_N": number(v.friction)} for v in law.levels]}
+        if not law.is_table and law.slope > 0 and law.offset > 0:
+            breakaway = {"offset_N": number(law.offset), "slope": number(law.slope)}
+        text = "\n".join(f"# {line}" for line in lines) + "\n" + _dump({"friction": {"breakaway": breakaway}})
+        write_directory(options.out, {"friction.yaml": text.encode(), "report.html": report.strokes_html(log, law, lines).encode()}, NAMES)
+        print(f"wrote {options.out}: friction.yaml, report.html")
+    return 0

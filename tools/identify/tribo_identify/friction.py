@@ -1,0 +1,509 @@
+"""tribo-identify friction: breakaway, command and hysteresis from logs.
+
+1. Events (events.py), and a linear fit of F over u and direction while the arm slides, as the start.
+2. Output error: the library's compensator plays u (native.c) and must give the recorded F. Gauss-Newton over averages of 20 ms; blocks that fit far worse
+   than the others are left out, and said. A delay between u and F is found first.
+3. Intervals: block bootstrap. A block is a half-cycle, from one break-away to the next of the other direction, so that repeats are what counts and not
+   the number of samples. Each draw solves the linearised fit anew; Student's t for the number of blocks.
+4. Lack of fit: what each block's own L differs by, over the loads, against the scatter between repeats at a load: a table where a line is refused.
+5. A quarter of the blocks, held out, must fit as the others do.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.ndimage
+import scipy.special
+import scipy.stats
+
+from . import native
+from .events import Refusal, bin_size, binned, check, check_events, find, loads, saturated
+
+STEPS_MAX = 1_500_000  # of a simulation, beyond which its steps grow
+K_STARTS = (3.0, 5.0, 8.0, 14.0)  # of k_min, and L over the friction of slow slides: the fit has more than one valley
+L_STARTS = (1.0, 1.2, 1.5, 2.0)
+FINE_S = 1e-4  # step of the last fit, and of the fits before it
+COARSE_S = 5e-4
+DRAWS = 999
+SYMMETRIC = ("offset", "slope", "scale", "gravity")
+CALIBRATED = ("offset_positive", "slope_positive", "offset_negative", "slope_negative")
+HYSTERESIS = ("k_min", "k_max", "m", "v0")
+# What a log need not show has a prior, about the paper's values (as logarithms) or 0: it is part of the intervals of all others.
+PRIOR = {"k_min": 1.0, "k_max": 0.6, "m": 0.4, "v0": 0.6, "delay": 0.005}
+LOGARITHMIC = HYSTERESIS
+UNITS = {"offset": "N", "offset_positive": "N", "offset_negative": "N", "gravity": "N", "v0": "N/s", "delay": "s"}
+DESCRIBED = {"offset": "breakaway offset", "slope": "breakaway slope", "offset_positive": "L+ offset", "slope_positive": "L+ slope", "offset_negative": "L- offset",
+             "slope_negative": "L- slope", "scale": "command scale", "gravity": "bias or gravity", "delay": "delay", "k_min": "k_min", "k_max": "k_max", "m": "m", "v0": "v0"}
+EXPERIMENT = {"k_min": "ramps inside stiction (tribo-identify plan --hysteresis)", "k_max": "slow ramps inside stiction (tribo-identify plan --hysteresis)",
+              "m": "ramps inside stiction at rates about v0, many times (plan --hysteresis --repeats 5)", "v0": "ramps inside stiction at several slow rates (plan --hysteresis)"}
+BOUNDS = {"k_min": (1.02, 500.0), "k_max": (1.02, 1000.0), "m": (0.3, 30.0), "v0": (1e-5, 1e4)}
+
+
+@dataclass
+class Estimate:
+    name: str
+    value: float
+    half: float  # 95 %
+    verdict: str  # identified, weak, not identifiable, assumed
+    remark: str = ""
+
+
+@dataclass
+class Result:
+    estimates: list
+    params: dict  # for native.simulate
+    table: list  # (F, L+, L-), empty: the line
+    events: list
+    model: list  # F by segment
+    residual_rms: float
+    held_out: float  # rms of the held-out blocks over that of the others
+    ripple: float
+    delay_s: float
+    loads: list
+    assume: str
+    remarks: list = field(default_factory=list)
+    L_half: float = 0.0  # of L in the middle of the loads, relative
+    rate_effect: float = 0.0  # of breakaway, relative, for ten times the rate
+    lack_of_fit: tuple = (0.0, 1.0)  # largest deviation from the line, relative; probability by chance
+
+
+class Fit:
+    """The output-error problem: residuals in bins over all segments."""
+
+    def __init__(self, log, events, rig, assume):
+        self.log, self.events, self.assume = log, events, assume
+        self.base = {**native.PAPER, **rig}
+        h = log.sample_time_s
+        self.step(COARSE_S)
+        self.size = bin_size(h)
+        self.y = np.concatenate([binned(s.force, self.size) for s in log.segments])
+        self.start = [float(np.mean(s.force[: self.size])) for s in log.segments]
+        self.full = np.concatenate([binned(saturated(s).astype(float), self.size) > 0 for s in log.segments])
+        self._blocks()
+        self.table_at = None  # loads of a table
+        self.weight = np.ones(self.count)
+
+    def step(self, step_s):
+        wanted = max(int(np.ceil(self.log.sample_time_s / step_s - 1e-6)), 1)
+        self.substeps = max(min(wanted, STEPS_MAX // max(self.log.rows, 1)), 1)
+
+    def _blocks(self):
+        """A block begins where F breaks away in another direction than before, and with each segment."""
+        block, number, first = [], -1, 0
+        self.of_event = {}
+        for index, s in enumerate(self.log.segments):
+            bins = len(s.u) // self.size
+            mine = np.zeros(bins, int)
+            number += 1
+            way = 0
+            for i, e in enumerate(self.events):
+                if e.segment != index:
+                    continue
+                if way and e.way != way:
+                    number += 1
+                    mine[min(e.start // self.size, bins - 1) :] += 1
+                way = e.way
+                self.of_event[i] = number
+            block.append(first + mine)
+            first = number + 1
+        self.block = np.concatenate(block)
+        self.count = int(self.block.max()) + 1
+
+    def params(self, names, theta):
+        p = dict(self.base)
+        table = []
+        values = dict(zip(names, theta))
+        for name, value in values.items():
+            if name in LOGARITHMIC:
+                value = float(np.clip(np.exp(value), *BOUNDS[name]))
+            if name in ("offset", "slope"):
+                value = max(value, 1e-6) if name == "offset" else max(value, 0.0)
+                p[f"{name}_positive"] = p[f"{name}_negative"] = value
+            elif name.startswith("table"):
+                continue
+            else:
+                p[name] = max(value, 1e-6) if name.startswith("offset") else max(value, 0.0) if name.startswith("slope") else value
+        if self.table_at is not None:
+            plus = [max(values[f"table_{i}"], 1e-6) for i in range(len(self.table_at))]
+            minus = [max(values.get(f"table_minus_{i}", values[f"table_{i}"]), 1e-6) for i in range(len(self.table_at))]
+            table = list(zip(self.table_at, plus, minus))
+        p["k_max"] = max(p["k_max"], p["k_min"])
+        return p, table
+
+    def model(self, names, theta):
+        p, table = self.params(names, theta)
+        return [native.simulate(p, s.u, s.h, y0, self.substeps, table) for s, y0 in zip(self.log.segments, self.start)]
+
+    def outputs(self, names, theta):
+        return np.concatenate([binned(y, self.size) for y in self.model(names, theta)])
+
+    def residual(self, names, theta):
+        return self.y - self.outputs(names, theta)
+
+    def use(self):
+        return self.weight[self.block] * ~self.full
+
+    def step_of(self, name):
+        if name in LOGARITHMIC:
+            return {"k_min": 0.05, "k_max": 0.1, "m": 0.2, "v0": 0.1}[name]
+        return {"delay": 5e-4, "scale": 0.004, "slope": 0.006, "slope_positive": 0.006, "slope_negative": 0.006}.get(name, 0.01 * self.level)
+
+    def jacobian(self, names, theta, residual, pool):
+        here = self.y - residual
+
+        def column(i):
+            d = self.step_of(names[i])
+            there = theta.copy()
+            there[i] += d
+            return (self.outputs(names, there) - here) / d
+
+        return np.array(list(pool.map(column, range(len(names))))).T
+
+    def prior(self, names):
+        """Means, and inverse variances."""
+        mean = np.array([np.log(native.PAPER[n]) if n in LOGARITHMIC else 0.0 for n in names])
+        return mean, np.array([1 / PRIOR[n] ** 2 if n in PRIOR else 0.0 for n in names])
+
+    def solve(self, names, theta, iterations=8, reuse=False):
+        names = list(names)
+        theta = np.array(theta, float)
+        damping = 1e-3
+        with ThreadPoolExecutor(2) as pool:
+            residual = self.residual(names, theta)
+            for _ in range(iterations):
+                w = self.use()
+                mean, inverse = self.prior(names)
+                variance = float(np.sum(w * residual**2) / max(np.sum(w), 1))
+                penalty = inverse * variance
+                cost = float(np.sum(w * residual**2) + penalty @ (theta - mean) ** 2)
+                j = self.j if reuse else self.jacobian(names, theta, residual, pool)
+                a, g = j.T @ (w[:, None] * j) + np.diag(penalty), j.T @ (w * residual) - penalty * (theta - mean)
+                done = True
+                for _ in range(5):
+                    delta = np.linalg.lstsq(a + damping * np.diag(np.diag(a) + 1e-12 * np.trace(a)), g, rcond=None)[0]
+                    delta = self._bounded(names, delta)
+                    trial = self.residual(names, theta + delta)
+                    lower = float(np.sum(w * trial**2) + penalty @ (theta + delta - mean) ** 2)
+                    if lower < cost:
+                        done = lower > (1 - 1e-3) * cost
+                        theta, residual, damping = self._within(names, theta + delta), trial, damping * 0.2
+                        break
+                    damping *= 10
+                if done:
+                    break
+            if not reuse:
+                self.j = self.jacobian(names, theta, residual, pool)
+        return theta, residual
+
+    def _within(self, names, theta):
+        """What the library takes: offsets above 0, slopes from 0."""
+        for i, name in enumerate(names):
+            if name.startswith(("offset", "table")):
+                theta[i] = max(theta[i], 1e-3 * self.level)
+            elif name.startswith("slope"):
+                theta[i] = max(theta[i], 0.0)
+        return theta
+
+    def _bounded(self, names, delta):
+        for i, name in enumerate(names):
+            most = 0.02 if name == "delay" else 0.7 if name in LOGARITHMIC else 0.2 if name in ("scale",) or name.startswith("slope") else 2 * self.level
+            delta[i] = np.clip(delta[i], -most, most)
+        return delta
+
+    def sums(self, residual):
+        """J'J and J'r of each block."""
+        w = self.use()
+        p = self.j.shape[1]
+        a, g = np.zeros((self.count, p, p)), np.zeros((self.count, p))
+        np.add.at(a, self.block, w[:, None, None] * self.j[:, :, None] * self.j[:, None, :])
+        np.add.at(g, self.block, (w * residual)[:, None] * self.j)
+        return a, g
+
+    def bootstrap(self, names, residual, seed=1):
+        """Draws of the difference from the fit; the factor for few blocks is in them. The priors are drawn as well."""
+        a, g = self.sums(residual)
+        used = np.flatnonzero(np.trace(a, axis1=1, axis2=2) > 0)
+        n, p = len(used), self.j.shape[1]
+        a, g = a[used], g[used]
+        g = g - g.mean(0)  # at the optimum it is 0 but for the prior's share and the last step
+        source = np.random.default_rng(seed)
+        draws = source.multinomial(n, np.full(n, 1 / n), size=DRAWS)
+        free = max(n - len(SYMMETRIC), 1)
+        wider = np.sqrt(n / free) * scipy.special.stdtrit(free, 0.975) / 1.96
+        w = self.use()
+        penalty = self.prior(names)[1] * float(np.sum(w * residual**2) / np.sum(w))
+        ridge = 1e-9 * np.diag(np.diag(a.sum(0)) + 1e-12 * np.trace(a.sum(0)))
+        pull = np.sqrt(penalty * float(np.sum(w * residual**2) / np.sum(w))) * source.normal(size=(DRAWS, p))
+        return np.linalg.solve(np.tensordot(draws, a, 1) + ridge + np.diag(penalty), (wider * (draws @ g) + pull)[..., None])[..., 0]
+
+
+def start(log, rig, ways):
+    """F = scale u + gravity - way (offset + slope F), over the faster slides, in which friction is nearest to L; and the rows of slow slides."""
+    lag = sum(1 / rig[n] for n in ("actuator", "sensor") if rig[n] > 0) + rig["damping"] / rig["stiffness"]
+    fast, slow = [], []
+    for s, way in zip(log.segments, ways):
+        size = bin_size(s.h)
+        w, u, y = binned(way.astype(float), size), binned(s.u, size), binned(s.force, size)
+        if len(y) < 5:
+            continue
+        rate = np.gradient(scipy.ndimage.median_filter(y, 3), size * s.h)
+        steady = np.abs(scipy.ndimage.minimum_filter1d(np.sign(rate), 5) + scipy.ndimage.maximum_filter1d(np.sign(rate), 5)) == 2
+        on = steady & (np.abs(rate) > 0.3 * np.percentile(np.abs(rate), 98))
+        for rows, direction, mask in ((fast, np.sign(rate), on), (slow, w, np.abs(w) == 1)):
+            rows.append(np.c_[u, np.ones(len(u)), -direction, -direction * np.abs(y), y + lag * rate, y][mask])
+    fast, slow = np.concatenate(fast), np.concatenate(slow)
+    rows = fast if len(fast) > 20 and len(set(fast[:, 2])) == 2 else slow
+    matrix, target = rows[:, :4], rows[:, 4]
+    keep = np.ones(len(rows), bool)
+    for _ in range(4):
+        solution = np.linalg.lstsq(matrix[keep], target[keep], rcond=None)[0]
+        error = np.abs(target - matrix @ solution)
+        keep = error <= 4 * np.median(error) + 1e-12
+    return solution, slow
+
+
+def ripple_of(rows, solution):
+    """Amplitude of what u has to overcome beside the line and friction, the same in both directions: periodic in position, so in F."""
+    scale, gravity, offset, slope = solution
+    force, way = rows[:, 5], -rows[:, 2]
+    net = scale * rows[:, 0] + gravity - force - way * (offset + slope * np.abs(force))
+    edges = np.linspace(force.min(), force.max(), 61)
+    place = np.clip(np.digitize(force, edges) - 1, 0, 59)
+    common = []
+    for i in range(60):
+        up, down = net[(place == i) & (way > 0)], net[(place == i) & (way < 0)]
+        if len(up) > 2 and len(down) > 2:
+            common.append((np.median(up) + np.median(down)) / 2)
+    return float(np.sqrt(2) * np.std(common)) if len(common) > 5 else 0.0
+
+
+def _verdict(name, value, half):
+    if name in ("gravity", "delay"):
+        return "identified"
+    part = half / max(abs(value), 1e-12)
+    if name in HYSTERESIS:
+        return "identified" if part <= 0.15 else "weak" if part <= 0.5 else "not identifiable"
+    if name in ("scale",):
+        return "identified" if part <= 0.05 else "weak"
+    return "identified" if part <= 0.2 else "weak"
+
+
+def identify(log, rig=None, assume="symmetric"):
+    """The parameters of the friction that the log shows, or Refusal. `rig` has what is known: actuator, sensor, damping, stiffness, inertia."""
+    check(log)
+    events, ways = find(log)
+    check_events(log, events)
+    solution, rows = start(log, {**native.PAPER, **(rig or {})}, ways)
+    scale, gravity, offset, slope = solution
+    if scale < 0:
+        raise Refusal("sign", "wrong sign: F falls where u rises (--scale u=- or --scale F=-)")
+    if not 0.2 <= scale <= 5:
+        raise Refusal("units", f"units: F moves by {scale:.3g} N for a newton of u; give the scale of u (--scale u=...), within a factor of 5")
+    middle = float(np.median(rows[:, 5]))
+    level = offset + slope * abs(middle)
+    if not level > 0:
+        raise Refusal("sign", "friction would push the way that F goes: a sign is wrong, or u and F are not of the same time")
+    ripple = ripple_of(rows, solution)
+    if ripple > level:
+        raise Refusal("ripple", f"ripple: u has to overcome {ripple:.3g} N that changes with position, more than breakaway, {level:.3g} N; average over whole turns, or take it out of u")
+    fit = Fit(log, events, rig or {}, assume)
+    fit.level = level
+    names = list(SYMMETRIC if assume == "symmetric" else CALIBRATED)
+    theta = [max(offset, 0.02 * level), max(slope, 0.0), scale, gravity] if assume == "symmetric" else [max(offset, 0.02 * level), max(slope, 0.0)] * 2
+    theta, k = _valley(fit, names, theta)
+    names = [*names, "k_min", "k_max", "v0", "m", "delay"]
+    theta, residual = fit.solve(names, [*theta, np.log(k), *(np.log(native.PAPER[n]) for n in ("k_max", "v0", "m")), 0.0], 6)
+    remarks = list(log.remarks) + _leave_out(fit, residual)
+    theta, residual = fit.solve(names, theta, 3)
+    fit.step(FINE_S)
+    theta, residual = fit.solve(names, theta, 4, reuse=True)
+    delay = float(theta[-1])
+    _explained(fit, residual, level)
+    if not -3 * log.sample_time_s - 0.003 <= delay <= 0.1:
+        raise Refusal("clock", f"clock: F comes {delay:.3g} s after u{', before it was commanded' if delay < 0 else ''}; the stamps of u and F are not of one clock")
+    return _finish(fit, names, theta, residual, events, remarks, ripple, level)
+
+
+def _valley(fit, names, theta):
+    """A start from which Gauss-Newton finds the best fit: the best two of a grid, each gone down a little."""
+    grid = []
+    for k in K_STARTS:
+        fit.base["k_min"] = k
+        for times in L_STARTS:
+            start_at = [x * times if n.startswith(("offset", "slope")) else x for n, x in zip(names, theta)]
+            left = fit.residual(names, start_at)
+            grid.append((float(left @ left), k, start_at))
+    tried = []
+    for _, k, start_at in sorted(grid, key=lambda g: g[0])[:3]:
+        fit.base["k_min"] = k
+        solved, left = fit.solve([*names, "k_min"], [*start_at, np.log(k)], 4)
+        tried.append((float(left @ left), solved[:-1], float(np.exp(solved[-1]))))
+    fit.base["k_min"] = native.PAPER["k_min"]
+    return min(tried, key=lambda t: t[0])[1:]
+
+
+def _leave_out(fit, residual):
+    """Blocks that fit far worse than the others."""
+    w = ~fit.full
+    rms = np.sqrt(np.bincount(fit.block, w * residual**2, fit.count) / np.maximum(np.bincount(fit.block, w, fit.count), 1))
+    bad = rms > 6 * np.median(rms) + 1e-9
+    if bad.mean() > 0.3:
+        return [f"{bad.sum()} of {fit.count} half-cycles fit far worse than the others; none is left out"]
+    fit.weight[bad] = 0.0
+    return [f"{bad.sum()} of {fit.count} half-cycles fit far worse than the others and are left out"] if bad.any() else []
+
+
+def _own(fit, names, residual, L_columns):
+    """By how much each event's own L differs from the fitted, from its block alone."""
+    column = fit.j[:, L_columns].sum(1)
+    w = fit.use()
+    up = np.bincount(fit.block, w * column * residual, fit.count)
+    down = np.bincount(fit.block, w * column**2, fit.count)
+    return up / np.maximum(down, 1e-300), down
+
+
+def _table(fit, names, theta, residual, events, level):
+    """Deviation from the line by load, its size and probability; loads for a table."""
+    offset_at = [i for i, n in enumerate(names) if n.startswith("offset")]
+    own, sure = _own(fit, names, residual, offset_at)
+    seen = {}
+    for i, e in enumerate(events):
+        b = fit.of_event[i]
+        e.error, e.weight = float(own[b]), float(fit.weight[b])
+        if fit.weight[b] > 0 and sure[b] > 1e-3 * np.median(sure[sure > 0]):
+            seen.setdefault(b, []).append(((e.low + e.high) / 2, e.way))
+    if len(seen) < 8:
+        return (0.0, 1.0), None
+    where = np.array([np.mean([f for f, _ in v]) for v in seen.values()])
+    error = np.array([own[b] for b in seen])
+    count = min(max(len(seen) // 4, 4), 8)
+    edges = np.quantile(where, np.linspace(0, 1, count + 1))
+    group = np.clip(np.searchsorted(edges, where, "right") - 1, 0, count - 1)
+    groups = [g for g in range(count) if np.sum(group == g) >= 2]
+    if len(groups) < 4:
+        return (0.0, 1.0), None
+    at = np.array([where[group == g].mean() for g in groups])
+    mean = np.array([np.median(error[group == g]) for g in groups])
+    line = np.polyfit(at, mean, 1)
+    off = mean - np.polyval(line, at)
+    within = np.concatenate([error[group == g] - error[group == g].mean() for g in groups])
+    free = len(within) - len(groups)
+    number = np.array([np.sum(group == g) for g in groups])
+    between = float(np.sum(number * off**2)) / (len(groups) - 2)
+    f = between / max(float(within @ within) / max(free, 1), 1e-300)
+    chance = float(scipy.stats.f.sf(f, len(groups) - 2, max(free, 1)))
+    return (float(np.max(np.abs(off)) / level), chance), at
+
+
+def _rate_effect(events, level):
+    """Relative change of breakaway for ten times the ramp's rate, from the events."""
+    rate = np.array([e.rate for e in events if e.weight > 0 and e.rate > 0])
+    error = np.array([e.error for e in events if e.weight > 0 and e.rate > 0])
+    if len(rate) < 6 or rate.max() < 2 * rate.min():
+        return 0.0
+    return float(np.polyfit(np.log10(rate), error, 1)[0] / level)
+
+
+def _finish(fit, names, theta, residual, events, remarks, ripple, level):
+    lack, at = _table(fit, names, theta, residual, events, level)
+    if at is not None and lack[0] > 0.1 and lack[1] < 0.01:
+        names, theta = _to_table(fit, names, theta, at)
+        theta, residual = fit.solve(names, theta)
+        remarks.append(f"breakaway is no line: off by up to {100 * lack[0]:.2g} % at a load (by chance: {lack[1]:.1g}); a table of {len(at)} loads")
+    changes = fit.bootstrap(names, residual)
+    half = (np.percentile(changes, 97.5, axis=0) - np.percentile(changes, 2.5, axis=0)) / 2
+    estimates = [_estimate(fit, name, value, h) for name, value, h in zip(names, theta, half)]
+    params, table = fit.params(names, theta)
+    both, _ = loads(events)
+    rms = float(np.sqrt(np.sum(fit.use() * residual**2) / np.sum(fit.use())))
+    result = Result(estimates, params, table, events, fit.model(names, theta), rms, _hold_out(fit, residual), ripple, params["delay"], both, fit.assume, remarks, lack_of_fit=lack)
+    result.rate_effect = _rate_effect(events, level)
+    result.L_half = _relative_half(fit, names, theta, changes, both)
+    _judge(fit, result, level)
+    return result
+
+
+def _estimate(fit, name, value, half):
+    if name in LOGARITHMIC:
+        value, half = float(np.clip(np.exp(value), *BOUNDS[name])), float(np.exp(value) * np.expm1(min(half, 5.0)))
+    verdict, remark = _verdict(name.split("_")[0] if name.startswith("table") else name, value, half), ""
+    if verdict == "not identifiable":
+        remark = f"not shown by this log; {EXPERIMENT[name]} would"
+    elif verdict == "weak":
+        remark = EXPERIMENT.get(name, "more repeats, more loads or less noise would narrow it")
+    if name.startswith("table"):
+        name = f"L{'-' if 'minus' in name else ''}({fit.table_at[int(name.split('_')[-1])]:.4g} N)"
+    return Estimate(name, float(value), float(half), verdict, remark)
+
+
+def _to_table(fit, names, theta, at):
+    values = dict(zip(names, theta))
+    fit.table_at = [float(x) for x in at]
+    rest = [n for n in names if not n.startswith(("offset", "slope"))]
+    table = {}
+    if fit.assume == "symmetric":
+        table = {f"table_{i}": values["offset"] + values["slope"] * x for i, x in enumerate(at)}
+    else:
+        table = {f"table_{i}": values["offset_positive"] + values["slope_positive"] * x for i, x in enumerate(at)}
+        table |= {f"table_minus_{i}": values["offset_negative"] + values["slope_negative"] * x for i, x in enumerate(at)}
+    return [*table, *rest], [*table.values(), *(values[n] for n in rest)]
+
+
+def _relative_half(fit, names, theta, changes, both):
+    middle = (both[0][0] + both[-1][1]) / 2
+    row = np.zeros(len(names))
+    for i, n in enumerate(names):
+        row[i] = {"offset": 1, "slope": middle, "offset_positive": 0.5, "slope_positive": 0.5 * middle, "offset_negative": 0.5, "slope_negative": 0.5 * middle}.get(n, 0)
+    if fit.table_at is not None:
+        at = int(np.argmin(np.abs(np.array(fit.table_at) - middle)))
+        row[names.index(f"table_{at}")] = 1
+    L = float(row @ theta)
+    spread = changes @ row
+    return float((np.percentile(spread, 97.5) - np.percentile(spread, 2.5)) / 2 / max(L, 1e-12))
+
+
+def _hold_out(fit, residual):
+    """Every fourth block out, the fit to the others, and its rms there over theirs."""
+    a, g = fit.sums(residual)
+    out = np.arange(fit.count) % 4 == 2
+    if not out.any() or not (fit.weight[out] > 0).any():
+        return 1.0
+    change = np.linalg.lstsq(a[~out].sum(0), g[~out].sum(0), rcond=None)[0]
+    left = residual - fit.j @ change
+    w, held = fit.use(), out[fit.block]
+    inside, outside = (np.sqrt(np.sum((w * left**2)[m]) / max(np.sum(w[m]), 1)) for m in (~held, held))
+    return float(outside / max(inside, 1e-300))
+
+
+def _explained(fit, residual, level):
+    rms = float(np.sqrt(np.sum(fit.use() * residual**2) / max(np.sum(fit.use()), 1)))
+    if rms > 0.25 * level:
+        raise Refusal("model", f"the model does not explain the log: F is off by {rms:.3g} N rms, where breakaway is {level:.3g} N; no answer is better than this one")
+
+
+def _judge(fit, result, level):
+    """What casts doubt on all of it."""
+    doubt = None
+    if result.residual_rms > 0.08 * level:
+        doubt = f"F is off by {result.residual_rms:.3g} N rms, {100 * result.residual_rms / level:.2g} % of breakaway: the friction differs from the model's"
+    if result.held_out > 2.5:
+        doubt = f"half-cycles that were held out fit {result.held_out:.2g} times worse"
+    if result.ripple > 0.3 * level:
+        doubt = f"a ripple of {result.ripple:.3g} N with position, {100 * result.ripple / level:.2g} % of breakaway: average over whole turns"
+    if doubt:
+        result.remarks.append(doubt)
+        for e in result.estimates:
+            if e.verdict == "identified":
+                e.verdict = "weak"
+    if abs(result.rate_effect) > 0.1:
+        result.remarks.append(f"breakaway differs from the model's by {100 * result.rate_effect:+.2g} % for ten times the ramp's rate")
+    if result.assume == "symmetric":
+        result.remarks.append("L+ = L- is assumed, which tells scale and bias of u; without it only L+ + L- is known (--assume calibrated: u is right, L+ and L- may differ)")
+    else:
+        result.remarks.append("u is taken as right, so that L+ and L- are told apart; a bias of u would show as their difference")
+
+
+def line_of(result):
+    return [f"{DESCRIBED.get(e.name, e.name):<18}{e.value:11.5g}"
+            + (f" +- {e.half:<9.2g}" if np.isfinite(e.half) else " " * 13) + f" {UNITS.get(e.name, ''):<4}{e.verdict}" + (f": {e.remark}" if e.remark else "") for e in result.estimates]

@@ -1,0 +1,75 @@
+"""Logs, read by `tribo-sim log`: the same reader as replay's, with the same options."""
+
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from . import native
+
+OPTIONS = ("column", "unit", "scale", "bias")
+COLUMNS = {"t_s": "t", "u_N": "u", "F_N": "force", "x_deg": "position", "w_deg_per_s": "speed"}
+
+
+@dataclass
+class Segment:
+    file: str
+    t: np.ndarray
+    u: np.ndarray
+    force: np.ndarray | None = None
+    position: np.ndarray | None = None
+    speed: np.ndarray | None = None
+    h: float = 0.0
+
+
+@dataclass
+class Log:
+    segments: list
+    sample_time_s: float
+    remarks: list = field(default_factory=list)
+
+    @property
+    def rows(self):
+        return sum(len(s.t) for s in self.segments)
+
+
+def add_options(command):
+    command.add_argument("logs", nargs="+", metavar="LOG.csv")
+    command.add_argument("--column", action="append", default=[], metavar="ROLE=NAME", help="where t, u, F, x or v is, e.g. u=torque_cmd or u=#2; as in tribo-sim replay")
+    command.add_argument("--unit", action="append", default=[], metavar="ROLE=UNIT", help="e.g. t=ms, F=mN")
+    command.add_argument("--scale", action="append", default=[], metavar="ROLE=X", help="multiplies a column; `-` changes its sign")
+    command.add_argument("--bias", action="append", default=[], metavar="ROLE=X", help="added after the scale")
+    command.add_argument("--resample", nargs="?", const="", metavar="S", help="mends stamps that jitter, and small gaps")
+    command.add_argument("--gap", metavar="S", help="with --resample: a longer gap splits the log")
+
+
+def arguments_of(options):
+    words = []
+    for name in OPTIONS:
+        for value in getattr(options, name):
+            words += [f"--{name}", value]
+    if options.resample is not None:
+        words.append("--resample" + (f"={options.resample}" if options.resample else ""))
+    if options.gap:
+        words += ["--gap", options.gap]
+    return words
+
+
+def read(paths, words=()):
+    """Each file, each segment of it; segments of one experiment."""
+    segments, remarks = [], []
+    for path in paths:
+        with tempfile.TemporaryDirectory() as folder:
+            clean = Path(folder) / "clean.csv"
+            _, said = native.run_tribo_sim("log", path, *words, "--out", clean)
+            remarks += said.strip().splitlines()
+            with open(clean, encoding="ascii") as file:
+                names = file.readline().strip().split(",")
+            table = np.loadtxt(clean, delimiter=",", skiprows=1, ndmin=2)
+        for number in np.unique(table[:, -1]):
+            rows = table[table[:, -1] == number]
+            columns = {COLUMNS[n]: np.ascontiguousarray(rows[:, i]) for i, n in enumerate(names[:-1])}
+            t = columns["t"]
+            segments.append(Segment(file=Path(path).name, h=float((t[-1] - t[0]) / (len(t) - 1)), u=columns.pop("u", np.zeros(len(t))), **columns))
+    return Log(segments, float(np.median([s.h for s in segments])), remarks)

@@ -1,0 +1,122 @@
+// What tribo-identify calls of the C code: the library's compensator behind an actuator and in front of a sensor, and the slides
+// of a log as replay finds them.
+
+#include "log/verdict.h"
+#include "tribo/compensator_f32.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum
+{
+    K_MIN,
+    K_MAX,
+    M,
+    V0,
+    OFFSET_POSITIVE,
+    SLOPE_POSITIVE,
+    OFFSET_NEGATIVE,
+    SLOPE_NEGATIVE,
+    SET_LEVEL,
+    RESET_LEVEL,
+    PULSE_WIDTH,
+    GRAVITY,
+    SCALE, ///< of the command
+    INERTIA,
+    DAMPING,
+    STIFFNESS,
+    ACTUATOR, ///< pole, rad/s
+    SENSOR,
+    PARAMETERS
+};
+
+const int identify_parameters = PARAMETERS;
+
+static tribo_compensator_f32_config_t config_of(const double *p, const tribo_breakaway_point_f32_t *table, int points)
+{
+    return (tribo_compensator_f32_config_t){
+        .friction = {.k_min         = (float)p[K_MIN],
+                     .k_max         = (float)p[K_MAX],
+                     .m             = (float)p[M],
+                     .v0_n_per_s    = (float)p[V0],
+                     .positive      = {.offset_n = (float)p[OFFSET_POSITIVE], .slope = (float)p[SLOPE_POSITIVE]},
+                     .negative      = {.offset_n = (float)p[OFFSET_NEGATIVE], .slope = (float)p[SLOPE_NEGATIVE]},
+                     .table         = points > 0 ? table : NULL,
+                     .table_length  = (uint32_t)points,
+                     .set_level     = (float)p[SET_LEVEL],
+                     .reset_level   = (float)p[RESET_LEVEL],
+                     .pulse_width_s = (float)p[PULSE_WIDTH],
+                     .gravity_n     = (float)p[GRAVITY]},
+        .arm      = {.inertia = (float)p[INERTIA], .damping = (float)p[DAMPING], .stiffness = (float)p[STIFFNESS]}};
+}
+
+/// y of a segment from its u, each held for one interval that is cut into `substeps`. F begins at `start_n`. `table` has three numbers
+/// a point. Returns the status of the library, 0 for success.
+int identify_simulate(const double *p,
+                      const double *table,
+                      int           points,
+                      const double *u,
+                      size_t        rows,
+                      double        interval_s,
+                      int           substeps,
+                      double        start_n,
+                      double       *y)
+{
+    tribo_breakaway_point_f32_t    table_f32[TRIBO_BREAKAWAY_POINTS_MAX];
+    tribo_compensator_f32_params_t params;
+    tribo_compensator_f32_state_t  state;
+    for (int i = 0; i < points; i++)
+    {
+        table_f32[i] =
+            (tribo_breakaway_point_f32_t){(float)table[3 * i], (float)table[3 * i + 1], (float)table[3 * i + 2]};
+    }
+    const tribo_compensator_f32_config_t config = config_of(p, table_f32, points);
+    const double                         h      = interval_s / substeps;
+    const tribo_status_t                 status = tribo_compensator_f32_init(&params, &config, (float)h);
+    if (status != TRIBO_OK)
+    {
+        return (int)status;
+    }
+    tribo_compensator_f32_reset(&state);
+    const double actuator = p[ACTUATOR] > 0.0 ? -expm1(-p[ACTUATOR] * h) : 1.0;
+    const double sensor   = p[SENSOR] > 0.0 ? -expm1(-p[SENSOR] * h) : 1.0;
+    double       u_a      = p[SCALE] * u[0];
+    double       y_s      = start_n;
+    state.arm.force_n     = (float)start_n;
+    state.friction.n_n    = (float)(u_a - start_n + p[GRAVITY]);
+    for (size_t k = 0; k < rows; k++)
+    {
+        y[k] = y_s;
+        for (size_t i = 0; i < (size_t)substeps; i++)
+        {
+            tribo_compensator_f32_signals_t signals;
+            // As the plant: the arm sees the actuator's force at the end of the step.
+            u_a += actuator * (p[SCALE] * u[k] - u_a);
+            (void)tribo_compensator_f32_step(&params, &state, (float)u_a, &signals);
+            y_s += sensor * ((double)state.arm.force_n - y_s);
+        }
+    }
+    return 0;
+}
+
+const char *identify_status_text(int status)
+{
+    return tribo_status_text((tribo_status_t)status);
+}
+
+/// The ways of slow slides in a segment, as replay's verdict finds them. 0, or -1 without memory.
+int identify_slides(const double *u, double *force, size_t rows, double interval_s, signed char *ways)
+{
+    sim_error_t error     = {""};
+    size_t      starts[]  = {0, rows};
+    float      *n         = malloc(rows * sizeof *n);
+    sim_log_t   log       = {.rows = rows, .segments = 1, .sample_time_s = interval_s, .starts = starts};
+    log.values[SIM_LOG_F] = force;
+    for (size_t k = 0; n != NULL && k < rows; k++)
+    {
+        n[k] = (float)(u[k] - force[k]);
+    }
+    const int status = n != NULL && sim_verdict_find_slides(&log, n, ways, &error) ? 0 : -1;
+    free(n);
+    return status;
+}

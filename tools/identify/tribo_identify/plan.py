@@ -1,0 +1,171 @@
+"""The experiment that makes the friction parameters identifiable: a reference for the force loop, as CSV and as a scenario.
+
+It is played with the controller K(z) = 1/(1 + s/10) and without compensation, which makes u follow r - F slowly, whatever the friction:
+an experiment in u, with the force sensor's noise filtered out of it. At each level F goes up and down by a little, at three rates, in every
+repeat; the levels are visited upwards and downwards in turn. With hysteresis, ramps inside stiction at three slow rates follow, each after
+a fall to the other end of it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribo_design.errors import InputError
+
+POLE = 10.0  # rad/s, of the controller
+STEP_S = 0.01  # between rows of the reference
+RATES = (1.0, 3.0, 10.0)  # by which a cycle is slower
+SLOW = (40.0, 120.0, 400.0)  # and the ramps inside stiction
+
+
+@dataclass
+class Plan:
+    low: float
+    high: float
+    levels: int = 4
+    repeats: int = 2
+    rate: float | None = None  # N/s of u
+    offset: float | None = None  # guess of the breakaway
+    slope: float = 0.3
+    noise: float = 0.0
+    u_max: float | None = None
+    sample_time_s: float = 1e-3
+    hysteresis: bool = False
+
+    def check(self):
+        def refuse(name, value, allowed):
+            raise InputError(f"--{name}: value {value:g}: must be {allowed}")
+
+        for name in ("low", "high", "slope", "noise", "sample_time_s"):
+            if not np.isfinite(getattr(self, name)):
+                refuse(name.replace("_", "-"), getattr(self, name), "finite")
+        if not 0 <= self.low < 1e6:
+            refuse("low", self.low, "0 to 1e6 N")
+        if not self.low < self.high <= 1e6:
+            refuse("high", self.high, "above --low and at most 1e6 N")
+        if not 4 <= self.levels <= 32:
+            refuse("levels", self.levels, "4 to 32: with fewer a bend of L(F) does not show")
+        if not 2 <= self.repeats <= 100:
+            refuse("repeats", self.repeats, "2 to 100: intervals come from repeats")
+        if not 0 <= self.slope <= 0.9:
+            refuse("slope", self.slope, "0 to 0.9")
+        if not 0 <= self.noise < self.high:
+            refuse("noise", self.noise, "0 to --high")
+        if not 1e-6 <= self.sample_time_s <= 0.1:
+            refuse("sample-time", self.sample_time_s, "1e-6 to 0.1 s")
+        self.offset = 0.01 * self.high if self.offset is None else self.offset
+        if not 0 < self.offset <= 10 * self.high:
+            refuse("offset", self.offset, "over 0 to 10 times --high")
+        self.rate = 2 * self.high if self.rate is None else self.rate
+        if not 1e-6 <= self.rate <= 1e6:
+            refuse("rate", self.rate, "1e-6 to 1e6 N/s")
+        swing = self.swing()
+        step = (self.high - self.low) / (self.levels - 1)
+        if 2 * swing > 1.8 * step and self.noise > 0 and swing > 0.25 * step + 8 * self.noise:
+            raise InputError(f"--noise: value {self.noise:g}: levels {step:g} N apart do not stand out of it; fewer levels or a wider range")
+        top = self.high + swing + self.breakaway(self.high + swing)
+        if self.u_max is not None and not self.u_max >= 1.2 * top:
+            raise InputError(f"--u-max: value {self.u_max:g}: {1.2 * top:.3g} N are needed for --high {self.high:g} (with 20 % in hand); lower --high")
+        return self
+
+    def breakaway(self, force):
+        return self.offset + self.slope * abs(force)
+
+    def swing(self):
+        """By which F goes beyond a level."""
+        step = (self.high - self.low) / (self.levels - 1)
+        return max(0.25 * step, 10 * self.noise, 0.1 * self.breakaway(self.high))
+
+    def corners(self):
+        """(time, u, F as it is expected) of the corners of the experiment."""
+        corners = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)]
+
+        def go(to, rate):
+            time, u, force = corners[-1]
+            span = abs(to - u) / rate
+            pieces = max(int(np.ceil(span / STEP_S)), 1)
+            for i in range(1, pieces + 1):
+                at = u + (to - u) * i / pieces
+                if at - force > self.breakaway(force):
+                    force += (at - force - self.breakaway(force)) / (1 + self.slope)
+                elif force - at > self.breakaway(force):
+                    force -= (force - at - self.breakaway(force)) / (1 - self.slope)
+                corners.append((time + span * i / pieces, at, force))
+
+        def around(level, rate):
+            swing = self.swing()
+            low = max(level - swing, 0.1 * swing)
+            go(level + swing + self.breakaway(level + swing), rate)
+            go(low - self.breakaway(low), rate)
+
+        levels = np.linspace(self.low, self.high, self.levels)
+        for repeat in range(self.repeats):
+            for level in levels if repeat % 2 == 0 else levels[::-1]:
+                for slower in RATES:
+                    around(level, self.rate / slower)
+        if self.hysteresis:
+            level = levels[len(levels) // 2]
+            for _ in range(self.repeats):
+                for slow in SLOW:
+                    around(level, self.rate)
+                    go(level + self.swing() + self.breakaway(level + self.swing()), self.rate / slow)
+        go(self.low, self.rate / 3)
+        return np.array(corners)
+
+    def reference(self):
+        """Rows t, r. r leads by what the controller and the expected force take."""
+        corners = self.corners()
+        time = np.arange(0, corners[-1, 0], STEP_S)
+        u, force = np.interp(time, corners[:, 0], corners[:, 1]), np.interp(time, corners[:, 0], corners[:, 2])
+        return np.c_[time, u + force + np.gradient(u, STEP_S) / POLE]
+
+    def scenario(self, file):
+        h = self.sample_time_s
+        b = POLE * h / (2 + POLE * h)
+        rows = self.reference()
+        top = float(np.abs(rows[:, 1]).max())
+        limit = self.u_max if self.u_max is not None else 1.5 * top
+        return f"""# An experiment for friction: u = (r - y) / (1 + s/{POLE:g}), no compensation. Made by tribo-identify plan.
+description: "friction identification, {self.low:g} to {self.high:g} N"
+duration_s: {rows[-1, 0]:.3f}
+sample_time_s: {h:.9g}
+reference: {{kind: csv, file: {file}}}
+compensator: {{gain: 0}}
+controller:
+  kind: z
+  sections:
+    - {{b0: {b:.9g}, b1: {b:.9g}, b2: 0, a1: {(POLE * h - 2) / (POLE * h + 2):.12g}, a2: 0}}
+limits: {{u_min_N: {-limit:.6g}, u_max_N: {limit:.6g}, input_max_N: {3 * max(top, limit):.6g}}}
+"""
+
+
+def add_options(command):
+    command.add_argument("--low", type=float, required=True, metavar="N", help="least force of your range")
+    command.add_argument("--high", type=float, required=True, metavar="N", help="largest force")
+    command.add_argument("--levels", type=int, default=4, metavar="N", help="of load, 4 or more (4)")
+    command.add_argument("--repeats", type=int, default=2, metavar="N", help="2 or more (2)")
+    command.add_argument("--rate", type=float, metavar="N/S", help="of u in the fastest cycles (twice --high in a second)")
+    command.add_argument("--offset", type=float, metavar="N", help="a guess of the breakaway without load (0.01 of --high)")
+    command.add_argument("--slope", type=float, default=0.3, metavar="X", help="and of its growth with load (0.3)")
+    command.add_argument("--noise", type=float, default=0.0, metavar="N", help="of the force sensor, rms")
+    command.add_argument("--u-max", type=float, metavar="N", help="largest command of the drive")
+    command.add_argument("--sample-time", type=float, default=1e-3, dest="sample_time_s", metavar="S", help="of the control loop (0.001)")
+    command.add_argument("--hysteresis", action="store_true", help="ramps inside stiction as well, for k_min, k_max, m and v0; minutes")
+    command.add_argument("--out", required=True, metavar="DIR", help="for plan.csv (t_s, r_N) and plan.yaml, the scenario that plays it")
+
+
+NAMES = ("plan.csv", "plan.yaml")
+
+
+def command(options):
+    from tribo_design.output import check_replaceable, write_directory
+
+    plan = Plan(**{name: getattr(options, name) for name in Plan.__dataclass_fields__}).check()
+    check_replaceable(options.out, NAMES)
+    rows = plan.reference()
+    text = "t_s,r_N\n" + "".join(f"{t:.3f},{r:.6g}\n" for t, r in rows)
+    write_directory(options.out, {"plan.csv": text.encode(), "plan.yaml": plan.scenario("plan.csv").encode()}, NAMES)
+    print(f"{plan.levels} loads from {plan.low:g} to {plan.high:g} N in both directions at {', '.join(f'{plan.rate / r:.3g}' for r in RATES)} N/s, {plan.repeats} times"
+          + (f"; ramps inside stiction at {', '.join(f'{plan.rate / s:.3g}' for s in SLOW)} N/s" if plan.hysteresis else "; k_min, k_max, m and v0 need --hysteresis"))
+    print(f"{rows[-1, 0]:.0f} s; play it without compensation: tribo-sim run {options.out}/plan.yaml --out DIR, or plan.csv as the drive's reference with that file's controller")
+    return 0

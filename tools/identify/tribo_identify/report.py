@@ -1,0 +1,129 @@
+"""The report: one HTML file, every event on the picture it came from."""
+
+import base64
+import html as markup
+import io
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import numpy as np
+from matplotlib.figure import Figure
+
+STRIP_S = 40.0
+STRIPS_MAX = 24
+POINTS = 4000  # a line
+COLOURS = {1: "#D55E00", -1: "#009E73"}
+
+
+def _png(figure):
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=85, metadata={"Software": None})
+    return f'<img src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">'
+
+
+def _figure(rows, columns, size):
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False)
+    for axis in axes.flat:
+        axis.grid(True, color="#dddddd", lw=0.6)
+    return figure, axes
+
+
+def _page(title, lines, pictures):
+    table = "\n".join(markup.escape(line) for line in lines)
+    body = "\n".join(f"<h2>{markup.escape(t)}</h2>\n{p}" for t, p in pictures)
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{markup.escape(title)}</title>
+<style>body{{font-family:sans-serif;max-width:1150px;margin:2em auto;padding:0 1em}}pre{{background:#f4f4f4;padding:1em;overflow:auto}}img{{max-width:100%}}</style></head>
+<body><h1>{markup.escape(title)}</h1><pre>{table}</pre>
+{body}
+</body></html>
+"""
+
+
+def _thin(*columns):
+    every = max(len(columns[0]) // POINTS, 1)
+    return [c[::every] for c in columns]
+
+
+def _law(result):
+    figure, axes = _figure(1, 2, (12, 4.5))
+    force = np.linspace(max(result.loads[0][0], 0), result.loads[-1][1], 100)
+    p = result.params
+    for way, name in ((1, "positive"), (-1, "negative")):
+        if result.table:
+            at, plus, minus = np.array(result.table).T
+            L = np.interp(force, at, plus if way > 0 else minus)
+        else:
+            L = p[f"offset_{name}"] + p[f"slope_{name}"] * force
+        axes[0, 0].plot(force, way * L, color=COLOURS[way], label=f"L{'+' if way > 0 else '-'}")
+        mine = [e for e in result.events if e.way == way]
+        at = np.array([(e.low + e.high) / 2 for e in mine])
+        own = np.array([e.error for e in mine]) + np.interp(at, force, L)
+        out = np.array([e.weight == 0 for e in mine], bool)
+        axes[0, 0].plot(at[~out], way * own[~out], "o", ms=4, color=COLOURS[way])
+        axes[0, 0].plot(at[out], way * own[out], "x", ms=6, color="#888888")
+    axes[0, 0].set(xlabel="F [N]", ylabel="breakaway [N]", title="each half-cycle's own L, and the law (x: left out)")
+    axes[0, 0].legend()
+    axes[0, 1].bar(range(len(result.events)), [e.error for e in result.events], color=[COLOURS[e.way] for e in result.events])
+    axes[0, 1].set(xlabel="event", ylabel="own L less the law [N]", title="differences")
+    return _png(figure)
+
+
+def _strip(s, model, events, begin, end):
+    rows = slice(int(np.searchsorted(s.t, begin)), int(np.searchsorted(s.t, end)))
+    figure, axes = _figure(2, 1, (12, 4.6))
+    t, u, force, y = _thin(s.t[rows], s.u[rows], s.force[rows], model[rows])
+    axes[0, 0].plot(t, force, color="#56B4E9", lw=1.8, label="F")
+    axes[0, 0].plot(t, y, color="#000000", lw=0.9, ls="--", label="model")
+    axes[1, 0].plot(t, u - force, color="#999999", lw=0.8, label="u - F")
+    for number, e in events:
+        if begin <= s.t[e.start] < end:
+            for axis, at in ((axes[0, 0], e.force), (axes[1, 0], e.net)):
+                axis.plot([s.t[e.start]], [at], "^" if e.way > 0 else "v", color=COLOURS[e.way], ms=7)
+            axes[0, 0].annotate(str(number), (s.t[e.start], e.force), textcoords="offset points", xytext=(4, 4), fontsize=8)
+    axes[0, 0].set(ylabel="F [N]")
+    axes[1, 0].set(ylabel="u - F [N]", xlabel="time [s]")
+    axes[0, 0].legend(loc="upper right", fontsize=8)
+    axes[1, 0].legend(loc="upper right", fontsize=8)
+    return _png(figure)
+
+
+def html(log, result, lines):
+    pictures = [("Breakaway over load", _law(result))]
+    total = sum(s.t[-1] - s.t[0] for s in log.segments)
+    strip = max(STRIP_S, total / (STRIPS_MAX - len(log.segments)) if len(log.segments) < STRIPS_MAX / 2 else total)
+    for index, s in enumerate(log.segments):
+        events = [(n, e) for n, e in enumerate(result.events) if e.segment == index]
+        for begin in np.arange(s.t[0], s.t[-1], strip):
+            pictures.append((f"{s.file}, {begin:.4g} to {min(begin + strip, s.t[-1]):.4g} s", _strip(s, result.model[index], events, begin, begin + strip)))
+    return _page("Friction", lines, pictures)
+
+
+def strokes_html(log, law, lines):
+    figure, axes = _figure(1, 1, (8, 4.5))
+    load = np.array([v.load for v in law.levels])
+    for v in law.levels:
+        axes[0, 0].plot(np.full(len(v.repeats), v.load), v.repeats, ".", color="#56B4E9")
+    axes[0, 0].plot(load, [v.friction for v in law.levels], "o", color="#000000", label="mean of the repeats")
+    if law.is_table:
+        axes[0, 0].plot(load, [v.friction for v in law.levels], color="#CC79A7", label="table")
+    else:
+        axes[0, 0].plot(load, law.offset + law.slope * load, color="#CC79A7", label="line")
+    axes[0, 0].set(xlabel="load [N]", ylabel="friction [N]")
+    axes[0, 0].legend()
+    pictures = [("Friction over load", _png(figure))]
+    for v in law.levels:
+        figure, axes = _figure(2, 1, (12, 4.6))
+        for number, s in enumerate([s for s in log.segments if s.file == v.file]):
+            axes[0, 0].plot(*_thin(s.t, s.u), color="#56B4E9", lw=0.8)
+            axes[1, 0].plot(*_thin(s.t, s.position), color="#999999", lw=0.8)
+            for n, first, last, way, mean in v.strokes:
+                if n == number:
+                    axes[0, 0].plot(s.t[[first, last - 1]], [mean, mean], color=COLOURS[way], lw=2)
+        axes[0, 0].set(ylabel="u [N]")
+        axes[1, 0].set(ylabel="position", xlabel="time [s]")
+        pictures.append((v.file, _png(figure)))
+    return _page("Friction of strokes", lines, pictures)

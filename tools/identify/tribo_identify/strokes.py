@@ -1,0 +1,117 @@
+"""Friction from strokes at speed: logs of force and position, without a force at the load.
+
+Each file is one load. A stroke is a run of the position one way; u is averaged over the middle of its travel. The load is the mean of both
+directions, friction half their difference; repeats are the pairs of strokes. It shows L(F) of sliding, and nothing of stiction.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.stats
+
+from .events import Refusal, binned
+
+CUT = 0.15  # of the travel, left out at both ends
+SHORT = 0.5  # of the longest stroke: shorter ones are left out
+SMOOTH_S = 0.1
+DRAWS = 999
+
+
+@dataclass
+class Level:
+    file: str
+    load: float
+    friction: float
+    repeats: np.ndarray  # friction of each pair of strokes
+    strokes: list  # (segment, first row, last row, way, mean u)
+
+
+@dataclass
+class Law:
+    levels: list
+    offset: float
+    slope: float
+    offset_half: float
+    slope_half: float
+    r2: float
+    is_table: bool
+    deviation: float  # largest from the line, relative
+    slope_shown: bool
+
+
+def strokes_of(segment):
+    """(first, last, way) rows of the middle of each stroke."""
+    size = max(int(round(SMOOTH_S / segment.h)), 1)
+    x = binned(segment.position, size)
+    if len(x) < 4:
+        return []
+    range_ = np.ptp(segment.position)
+    rate = np.diff(x)
+    way = np.where(np.abs(rate) > 0.1 * np.percentile(np.abs(rate), 90), np.sign(rate), 0)
+    way = np.r_[way, 0]
+    cuts = np.flatnonzero(np.diff(way)) + 1
+    found = []
+    for run in np.split(np.arange(len(way)), cuts):
+        if way[run[0]] == 0 or len(run) < 3:
+            continue
+        found.append((int(run[0]), int(min(run[-1] + 1, len(x) - 1)), int(way[run[0]])))
+    merged = []
+    for first, last, w in found:  # a pause inside a stroke does not end it
+        if merged and merged[-1][2] == w:
+            merged[-1] = (merged[-1][0], last, w)
+        else:
+            merged.append((first, last, w))
+    low, high = np.percentile(x, 2), np.percentile(x, 98)
+    out = []
+    for first, last, w in merged:
+        if abs(x[last] - x[first]) < SHORT * range_:
+            continue
+        rows = np.arange(first * size, min((last + 1) * size, len(segment.u)))
+        inside = rows[(segment.position[rows] > low + CUT * (high - low)) & (segment.position[rows] < high - CUT * (high - low))]
+        if len(inside) > 10:
+            out.append((int(inside[0]), int(inside[-1]) + 1, w))
+    return out
+
+
+def level_of(file, segments):
+    both = {1: [], -1: []}
+    strokes = []
+    for number, s in enumerate(segments):
+        for first, last, w in strokes_of(s):
+            both[w].append(float(np.mean(s.u[first:last])))
+            strokes.append((number, first, last, w, both[w][-1]))
+    if not both[1] or not both[-1]:
+        raise Refusal("one direction", f"{file}: one direction only: friction is half the difference of both")
+    pairs = min(len(both[1]), len(both[-1]))
+    up, down = np.array(both[1]), np.array(both[-1])
+    half = (np.mean(up) - np.mean(down)) / 2
+    repeats = (up[:pairs] - down[:pairs]) / 2
+    return Level(file, float((np.mean(up) + np.mean(down)) / 2), float(abs(half)), np.abs(repeats), strokes)
+
+
+def identify(log):
+    """Levels and the law through them."""
+    files = {}
+    for s in log.segments:
+        files.setdefault(s.file, []).append(s)
+    levels = sorted((level_of(file, segments) for file, segments in files.items()), key=lambda level: level.load)
+    if len(levels) < 4:
+        raise Refusal("few loads", f"few loads: {len(levels)}; each file of strokes is one load, four at least tell a line from a bend")
+    load, friction = np.array([v.load for v in levels]), np.array([v.friction for v in levels])
+    if np.ptp(load) < 0.15 * np.abs(load).max():
+        raise Refusal("few loads", f"few loads: all are within {np.ptp(load):.3g} N of each other")
+    fit = scipy.stats.linregress(load, friction)
+    t = scipy.stats.t.ppf(0.975, len(levels) - 2)
+    # Of the repeats as well: the line through levels that are each drawn anew from their own pairs.
+    source = np.random.default_rng(1)
+    draws = np.array([np.polyfit(load, [source.choice(v.repeats, len(v.repeats)).mean() for v in levels], 1) for _ in range(DRAWS)])
+    spread = (np.percentile(draws, 97.5, axis=0) - np.percentile(draws, 2.5, axis=0)) / 2
+    slope_half, offset_half = max(t * fit.stderr, spread[0]), max(t * fit.intercept_stderr, spread[1])
+    deviation = float(np.max(np.abs(friction - fit.intercept - fit.slope * load) / friction))
+    within = np.concatenate([v.repeats - v.repeats.mean() for v in levels])
+    free = max(len(within) - len(levels), 1)
+    number = np.array([len(v.repeats) for v in levels])
+    between = float(np.sum(number * (friction - fit.intercept - fit.slope * load) ** 2)) / (len(levels) - 2)
+    chance = float(scipy.stats.f.sf(between / max(float(within @ within) / free, 1e-300), len(levels) - 2, free))
+    return Law(levels, float(fit.intercept), float(fit.slope), float(offset_half), float(slope_half), float(fit.rvalue**2), bool(deviation > 0.1 and chance < 0.01), deviation,
+               bool(abs(fit.slope) > slope_half))
