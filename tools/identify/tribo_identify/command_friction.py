@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from ruamel.yaml import YAML
 
-from tribo_design.config import printable
+from tribo_design.reading import printable
 from tribo_design.errors import InputError
 from tribo_design.output import check_replaceable, write_directory
 
