@@ -16,6 +16,7 @@ import time
 
 import pytest
 
+from conftest import ROOT
 from test_hostile_input import NO_TANH, preload
 
 MEASURES = ("rms_error_N max_error_N rms_measured_error_N u_variation_N variation_ratio chatter_ticks Q_switches window_ticks "
@@ -479,6 +480,54 @@ def test_progress_has_the_time_left(sim):
         pass
     assert process.wait() == 0
     assert re.search(rb"\r *\d+ %, \d+ of 30 rows, \d+ s left", seen)
+
+
+# The studies and the pictures that come with the project
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "host_sim" / "studies").glob("*.yaml")), ids=lambda path: path.stem)
+def test_the_projects_studies_can_be_played(sim, path):
+    commands = sim.ok("sweep", path, "--row", 0).splitlines()
+    assert len(commands) == 2
+    sim.ok("run", *shlex.split(commands[0])[2:], "--set", "metrics.start_s=0", "--set", "duration_s=0.01")
+
+
+def report(sim, folder):
+    return subprocess.run(["/usr/bin/python3", ROOT / "tools" / "sweep_report.py", folder], cwd=sim.folder, capture_output=True,
+                          text=True, check=False, timeout=100)
+
+
+@pytest.mark.parametrize("paired", [True, False])
+def test_the_report_has_a_table_and_a_panel_for_each_axis(sim, paired):
+    rows = sweep(sim, STUDY if paired else STUDY.replace("without: {compensator.gain: 0}\n", ""))
+    result = report(sim, "o")
+    assert result.returncode == 0, result.stderr
+    pictures = ["chatter.png", "ratio.png", "rms.png"] if paired else ["chatter.png", "rms.png"]
+    assert sorted(path.name for path in (sim.folder / "o").glob("*.png")) == pictures
+    assert all((sim.folder / "o" / name).read_bytes().startswith(b"\x89PNG") for name in pictures)
+    text = (sim.folder / "o/report.md").read_text(encoding="utf-8")
+    for axis in list(rows[0])[2:10]:
+        assert f"| {axis} | rows | " in text
+    line = next(line for line in text.splitlines() if line.startswith("| lugre | 12 | ")).split(" | ")
+    lugre = [row for row in rows if row["plant.model"] == "lugre"]
+    assert float(line[2]) == pytest.approx(1e3 * quantile(column(lugre, "rms_error_N"), 0.5), rel=0.01)
+    if paired:
+        assert float(line[7]) == pytest.approx(quantile(column(lugre, "ratio"), 0.5), rel=0.01)
+        assert line[9] == f"{100 * sum(ratio < 1 for ratio in column(lugre, 'ratio')) / 12:.3g} %"
+    assert sim.ok("sweep", "study.yaml", "--row", 3).splitlines()[0].count("--set") > 5
+    worst = json.loads((sim.folder / "o/summary.json").read_text())["worst"]["rms_error_N"][0]
+    assert f"    {worst['command']}\n" in text
+    before = [(sim.folder / "o" / name).read_bytes() for name in (*pictures, "report.md")]
+    report(sim, "o")
+    assert [(sim.folder / "o" / name).read_bytes() for name in (*pictures, "report.md")] == before
+
+
+def test_the_report_wants_a_sweep_that_has_come_to_its_end(sim, study):
+    assert "rows.csv: there is none" in report(sim, "nowhere").stderr
+    sim.ok("sweep", "study.yaml", "--out", "o", "--shard", "1/1")
+    (sim.folder / "o/summary.json").unlink()
+    result = report(sim, "o")
+    assert result.returncode == 1 and "summary.json: there is none" in result.stderr
 
 
 # Errors
