@@ -148,6 +148,7 @@ def test_two_heights_in_both_directions_separate_gain_from_friction(static):
     assert abs(found["gain"] - 1.2) <= 2 * found["gain_half_width"] and found["gain_half_width"] < 0.05
     if static == 0.12:
         assert found["friction_n"] == pytest.approx(0.12, rel=0.1)
+    assert not any("would tell" in r for r in found["remarks"])  # it has been given
 
 
 def test_a_dead_time_is_a_dead_time_and_no_mode():

@@ -767,7 +767,8 @@ def _judge(found, data, friction, way, record, best, candidates):
     if found["integrator"]:
         remarks.append("an integrator: the gain is that of 1/s, in y per u and second")
     if "coulomb" in way and "load" not in way:
-        remarks.append("friction is taken as the same at every force; u = 0, h, 2h, h, 0 would tell")
+        remarks.append("friction is the same at every force, as far as this record tells" if "load" in friction else
+                       "friction is taken as the same at every force; u = 0, h, 2h, h, 0 would tell")
     if found["drift"]:
         remarks.append("y drifts like a random walk; the intervals allow for it")
     if found["hum_rad_s"]:
