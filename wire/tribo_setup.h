@@ -4,7 +4,7 @@
 #ifndef TRIBO_SETUP_H
 #define TRIBO_SETUP_H
 
-#include "tribo/force_loop_f32.h"
+#include "tribo/force_loop_feedforward_f32.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -13,11 +13,13 @@
 /// Not to be moved: `loop` points to the sections and to the table beside it.
 typedef struct
 {
-    uint32_t                      period_us, late_us, budget_us, stuck_ticks; ///< of drive_config_t
-    float                         full_scale_n;                               ///< of Q31; f32 ignores it
-    tribo_force_loop_f32_config_t loop;
-    tribo_biquad_f32_section_t    sections[TRIBO_BIQUAD_SECTIONS_MAX];
-    tribo_breakaway_point_f32_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
+    uint32_t                       period_us, late_us, budget_us, stuck_ticks; ///< of drive_config_t
+    float                          full_scale_n;                               ///< of Q31; f32 ignores it
+    tribo_force_loop_f32_config_t  loop;
+    uint32_t                       feeds_forward; ///< 1: instead of the paper's method
+    tribo_feedforward_f32_config_t feedforward;
+    tribo_biquad_f32_section_t     sections[TRIBO_BIQUAD_SECTIONS_MAX];
+    tribo_breakaway_point_f32_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
 } tribo_setup_t;
 
 /// Every member but the two arrays, which follow whole. Each is a float or a uint32_t.
@@ -48,7 +50,38 @@ typedef struct
     FIELD(loop.compensator.friction.gravity_n)                                                                         \
     FIELD(loop.compensator.arm.inertia)                                                                                \
     FIELD(loop.compensator.arm.damping)                                                                                \
-    FIELD(loop.compensator.arm.stiffness)
+    FIELD(loop.compensator.arm.stiffness)                                                                              \
+    FIELD(feeds_forward)                                                                                               \
+    FIELD(feedforward.actuator_pole_rad_per_s)                                                                         \
+    FIELD(feedforward.sensor_pole_rad_per_s)                                                                           \
+    FIELD(feedforward.reversal_n)                                                                                      \
+    FIELD(feedforward.jump_time_s)                                                                                     \
+    FIELD(feedforward.lead)                                                                                            \
+    FIELD(feedforward.noise_gain)                                                                                      \
+    FIELD(feedforward.noise_time_s)                                                                                    \
+    FIELD(feedforward.rate_time_s)                                                                                     \
+    FIELD(feedforward.rate_max_n_per_s)                                                                                \
+    FIELD(feedforward.offset_time_s)                                                                                   \
+    FIELD(feedforward.slide_width_n)                                                                                   \
+    FIELD(feedforward.slide_filter_time_s)                                                                             \
+    FIELD(feedforward.slide_rate_max_n_per_s)                                                                          \
+    FIELD(feedforward.slide_run_in_n)                                                                                  \
+    FIELD(feedforward.slide_error_max_n)                                                                               \
+    FIELD(feedforward.learning.spread_scale)                                                                           \
+    FIELD(feedforward.learning.spread_offset_n)                                                                        \
+    FIELD(feedforward.learning.correlation)                                                                            \
+    FIELD(feedforward.learning.correlation_faded)                                                                      \
+    FIELD(feedforward.learning.trust)                                                                                  \
+    FIELD(feedforward.learning.weight_n)                                                                               \
+    FIELD(feedforward.learning.forgetting_per_n)                                                                       \
+    FIELD(feedforward.learning.scale_min)                                                                              \
+    FIELD(feedforward.learning.scale_max)                                                                              \
+    FIELD(feedforward.hold.gain)                                                                                       \
+    FIELD(feedforward.hold.still_time_s)                                                                               \
+    FIELD(feedforward.hold.margin)                                                                                     \
+    FIELD(feedforward.hold.quick_time_s)                                                                               \
+    FIELD(feedforward.hold.caution_travel_n)                                                                           \
+    FIELD(feedforward.hold.deadband_time_s)
 
 #define TRIBO_SETUP_ONE(member)   +1u
 #define TRIBO_SETUP_FIELD_WORDS   (0u TRIBO_SETUP_FIELDS(TRIBO_SETUP_ONE))

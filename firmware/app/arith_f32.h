@@ -3,7 +3,7 @@
 #ifndef DRIVE_ARITH_F32_H
 #define DRIVE_ARITH_F32_H
 
-#include "tribo/force_loop_f32.h"
+#include "tribo/force_loop_feedforward_f32.h"
 #include "tribo_signal_words.h"
 
 #include <stdbool.h>
@@ -13,6 +13,8 @@
 #define LOOP_ARITHMETIC "f32"
 #define LOOP_IS_Q31     0
 #define LOOP(name)      tribo_force_loop_f32_##name
+#define FEED(name)      tribo_feedforward_f32_##name
+#define LOOP_ATTACH     tribo_force_loop_feedforward_f32_attach
 #define LOOP_N(field)   field##_n // a force in a struct of the library
 #define LOOP_TO_WORDS   tribo_signal_words_f32
 

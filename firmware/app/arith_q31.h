@@ -3,7 +3,7 @@
 #ifndef DRIVE_ARITH_Q31_H
 #define DRIVE_ARITH_Q31_H
 
-#include "tribo/force_loop_q31.h"
+#include "tribo/force_loop_feedforward_q31.h"
 #include "tribo_signal_words.h"
 
 #include <stdbool.h>
@@ -12,6 +12,8 @@
 #define LOOP_ARITHMETIC "q31"
 #define LOOP_IS_Q31     1
 #define LOOP(name)      tribo_force_loop_q31_##name
+#define FEED(name)      tribo_feedforward_q31_##name
+#define LOOP_ATTACH     tribo_force_loop_feedforward_q31_attach
 #define LOOP_N(field)   field // a force in a struct of the library
 #define LOOP_TO_WORDS   tribo_signal_words_q31
 

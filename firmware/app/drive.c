@@ -254,6 +254,7 @@ static void change_state(drive_t *drive, const requests_t *requests)
     else if (drive->state == DRIVE_IDLE && requests->start)
     {
         loop_reset(&drive->loop);
+        loop_attach(&drive->loop, drive->memory);
         drive->lasting = (faults_state_t){0};
         drive->port->enable(drive->port->context, true);
         drive->state = drive->setup->bounds.ready_ticks > 0u ? DRIVE_STARTING : DRIVE_RUN;
@@ -299,6 +300,11 @@ static void go_on(drive_t *drive, const requests_t *requests, uint32_t inputs, l
         return;
     }
     refuse_tare(drive, requests->tare);
+}
+
+void drive_attach(drive_t *drive, loop_memory_t *memory)
+{
+    drive->memory = memory;
 }
 
 void drive_tick(drive_t *drive)

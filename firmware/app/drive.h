@@ -110,6 +110,7 @@ typedef struct
     drive_fault_t  fault;  ///< the cause, as long as the state is DRIVE_FAULT
     uint32_t       limits; ///< drive_limit_t bits of the last tick
     loop_state_t   loop;
+    loop_memory_t *memory;  ///< of a feed-forward; null: none
     loop_signals_t signals; ///< of the last tick in RUN
     loop_force_t   r, y;    ///< of the last tick; y without a fault of the sensor
     faults_state_t lasting;
@@ -151,6 +152,10 @@ bool drive_setup_init(drive_setup_t        *setup,
 /// (selftest.h), DRIVE_FAULT_PARAMS or DRIVE_FAULT_CLOCK, else until acknowledged. `port` must outlive the drive, and so must
 /// `setup`, of which nothing but the config is read if the fault is for good.
 void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, drive_fault_t found);
+
+/// Memory for a loop with a feed-forward, of which loop_forget or an earlier run has made a beginning: what is learned outlasts
+/// stops and faults. Once, before the first tick; without it such a loop compensates nothing.
+void drive_attach(drive_t *drive, loop_memory_t *memory);
 
 /// One tick: reads the inputs, checks them, runs the loop in RUN, and writes the command.
 void drive_tick(drive_t *drive);

@@ -1,8 +1,23 @@
 #include "app/loop.h"
 
+#include <stddef.h>
+
 void loop_reset(loop_state_t *state)
 {
     LOOP(reset)(state);
+}
+
+void loop_attach(loop_state_t *state, loop_memory_t *memory)
+{
+    LOOP_ATTACH(state, memory);
+}
+
+void loop_forget(const loop_params_t *params, loop_memory_t *memory)
+{
+    if (params->feedforward != NULL)
+    {
+        FEED(reset)(params->feedforward, &memory->state);
+    }
 }
 
 loop_force_t loop_step(const loop_params_t *params,

@@ -21,8 +21,16 @@
 typedef LOOP(params_t) loop_params_t;
 typedef LOOP(state_t) loop_state_t;
 typedef LOOP(signals_t) loop_signals_t;
+typedef FEED(params_t) loop_feedforward_params_t;
+typedef FEED(memory_t) loop_memory_t;
 
 void loop_reset(loop_state_t *state);
+
+/// After a reset: `memory` for a feed-forward, which keeps what it has learned; null: none.
+void loop_attach(loop_state_t *state, loop_memory_t *memory);
+
+/// Nothing learned yet, for params with a feed-forward; nothing happens for others.
+void loop_forget(const loop_params_t *params, loop_memory_t *memory);
 
 /// One tick. Cannot fail.
 loop_force_t loop_step(const loop_params_t *params,

@@ -1,6 +1,6 @@
 #include "app/loop_setup.h"
 
-#include "tribo/quantize_q31.h"
+#include "tribo/quantize_feedforward_q31.h"
 
 #include <stddef.h>
 
@@ -11,5 +11,24 @@ tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config
 #else
     (void)full_scale_n;
     return tribo_force_loop_f32_init(&setup->params, config);
+#endif
+}
+
+tribo_status_t loop_setup_feedforward(loop_setup_t                         *setup,
+                                      const tribo_force_loop_f32_config_t  *config,
+                                      const tribo_feedforward_f32_config_t *feedforward,
+                                      float                                 full_scale_n)
+{
+#ifdef DRIVE_ARITH_Q31
+    return tribo_force_loop_feedforward_q31_init(&setup->params,
+                                                 setup->table,
+                                                 &setup->feedforward,
+                                                 config,
+                                                 feedforward,
+                                                 full_scale_n,
+                                                 NULL);
+#else
+    (void)full_scale_n;
+    return tribo_force_loop_feedforward_f32_init(&setup->params, &setup->feedforward, config, feedforward);
 #endif
 }

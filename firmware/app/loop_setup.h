@@ -11,7 +11,8 @@
 /// Must not move after set-up: params may point to the table.
 typedef struct
 {
-    loop_params_t params;
+    loop_params_t             params;
+    loop_feedforward_params_t feedforward; ///< if there is one
 #ifdef DRIVE_ARITH_Q31
     tribo_breakaway_point_q31_t table[TRIBO_BREAKAWAY_POINTS_MAX];
 #endif
@@ -20,5 +21,11 @@ typedef struct
 /// Checks `config` and computes `setup->params`. f32 ignores `full_scale_n` (see tribo/quantize_q31.h), and its params point
 /// to the breakaway table of `config`, which must outlive them. Writes all or nothing. Not for the tick.
 tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config_t *config, float full_scale_n);
+
+/// The same of a loop that feeds friction forward. Its memory: loop_forget and drive_attach.
+tribo_status_t loop_setup_feedforward(loop_setup_t                         *setup,
+                                      const tribo_force_loop_f32_config_t  *config,
+                                      const tribo_feedforward_f32_config_t *feedforward,
+                                      float                                 full_scale_n);
 
 #endif

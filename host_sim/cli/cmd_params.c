@@ -117,7 +117,7 @@ static bool make(const options_t *options, const sim_scenario_t *scenario, sim_e
     sim_loop_config_t   loop_config;
     sim_loop_t          loop;
     sim_loop_config_fill(&loop_config, config);
-    const tribo_status_t status = sim_loop_init(&loop, options->q31, &loop_config.config, config->limits.full_scale_n);
+    const tribo_status_t status = sim_loop_init(&loop, options->q31, &loop_config, config->limits.full_scale_n);
     return sim_check_has_loop(scenario, error) && sim_check_status(scenario, status, error) &&
            write_header(options,
                         &(sim_params_header_t){.name      = options->name,

@@ -1,7 +1,7 @@
 #include "scenario/check.h"
 
 #include "scenario/keys.h"
-#include "scenario/loop_config.h"
+#include "scenario/loop.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -214,8 +214,8 @@ bool sim_scenario_check(const sim_scenario_t *scenario, sim_error_t *error)
     {
         return false;
     }
-    sim_loop_config_t             loop;
-    tribo_force_loop_f32_params_t params;
-    sim_loop_config_fill(&loop, config);
-    return sim_check_status(scenario, tribo_force_loop_f32_init(&params, &loop.config), error);
+    sim_loop_config_t loop_config;
+    sim_loop_t        loop;
+    sim_loop_config_fill(&loop_config, config);
+    return sim_check_status(scenario, sim_loop_init(&loop, false, &loop_config, config->limits.full_scale_n), error);
 }

@@ -77,11 +77,54 @@ typedef struct
     unsigned              section_count;
 } sim_controller_config_t;
 
+typedef enum
+{
+    SIM_METHOD_PAPER,
+    SIM_METHOD_FEEDFORWARD,
+    SIM_METHOD_OFF
+} sim_method_t;
+
 typedef struct
 {
-    double                gain;
-    sim_friction_config_t friction;
-    sim_arm_config_t      arm;
+    double spread_scale, spread_offset_n;
+    double correlation, correlation_faded;
+    double trust;
+    double weight_n;
+    double forgetting_per_n;
+    double scale_min, scale_max;
+} sim_learning_config_t;
+
+typedef struct
+{
+    double gain;
+    double still_time_s;
+    double margin;
+    double quick_time_s;
+    double caution_travel_n;
+    double deadband_time_s;
+} sim_hold_config_t;
+
+typedef struct
+{
+    double                actuator_pole_rad_per_s, sensor_pole_rad_per_s;
+    double                reversal_n;
+    double                jump_time_s;
+    double                lead;
+    double                noise_gain, noise_time_s;
+    double                rate_time_s, rate_max_n_per_s;
+    double                offset_time_s;
+    double                slide_width_n, slide_filter_time_s, slide_rate_max_n_per_s, slide_run_in_n, slide_error_max_n;
+    sim_learning_config_t learning;
+    sim_hold_config_t     hold;
+} sim_feedforward_config_t;
+
+typedef struct
+{
+    sim_method_t             method;
+    double                   gain;
+    sim_friction_config_t    friction;
+    sim_arm_config_t         arm;
+    sim_feedforward_config_t feedforward;
 } sim_compensator_config_t;
 
 typedef struct

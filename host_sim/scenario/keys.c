@@ -130,10 +130,55 @@ static const sim_key_t controller_keys[] = {
          "1 to 4 second-order sections, the first nearest to the error"),
     END};
 
+static const sim_key_t learning_keys[] = {
+    CHECKED("spread_scale",      AT(sim_learning_config_t, spread_scale),      RANGE("-", 1e-3, 2.0, 0.4),   STATUS(LEARNING_SPREAD), "how far off the believed breakaway may be as a factor: standard deviation; in Q31 at most 1"),
+    NUMBER("spread_offset_N",    AT(sim_learning_config_t, spread_offset_n),   RANGE("N", 1e-9, 1e6, 0.01),  "and as an offset"),
+    CHECKED("correlation",       AT(sim_learning_config_t, correlation),       RANGE("-", 0.0, 0.99, 0.7),   STATUS(LEARNING_CORRELATION), "of the directions before anything is learned"),
+    NUMBER("correlation_faded",  AT(sim_learning_config_t, correlation_faded), RANGE("-", 0.0, 0.99, 0.1),   "and once forgotten"),
+    CHECKED("trust",             AT(sim_learning_config_t, trust),             RANGE("-", 0.0, 1.0, 0.5),    STATUS(LEARNING_TRUST),      "share of the believed breakaway that is fed forward before anything is learned"),
+    CHECKED("weight_N",          AT(sim_learning_config_t, weight_n),          RANGE("N", 1e-9, 1e6, 2e-4),  STATUS(LEARNING_WEIGHT),     "travel over which noise averages out; larger is slower"),
+    CHECKED("forgetting_per_N",  AT(sim_learning_config_t, forgetting_per_n),  RANGE("1/N", 0.0, 1e6, 0.1),  STATUS(LEARNING_FORGETTING), "share of the first doubt that comes back per newton; 1 for friction that drifts"),
+    CHECKED("scale_min",         AT(sim_learning_config_t, scale_min),         RANGE("-", 1e-3, 1.0, 0.2),   STATUS(LEARNING_BOUNDS),     "what is learned stays above this share of the believed breakaway"),
+    NUMBER("scale_max",          AT(sim_learning_config_t, scale_max),         RANGE("-", 1.0, 10.0, 3.0),   "and below this multiple"),
+    END};
+
+static const sim_key_t hold_keys[] = {
+    CHECKED("gain",             AT(sim_hold_config_t, gain),             RANGE("-", 0.0, 0.99, 0.94),   STATUS(HOLD_GAIN),     "E: friction fed back while r stands; 0: never"),
+    CHECKED("still_time_s",     AT(sim_hold_config_t, still_time_s),     RANGE("s", 1e-6, 1e3, 1.5),    STATUS(HOLD_TIME),     "r stands when it has for that long"),
+    CHECKED("margin",           AT(sim_hold_config_t, margin),           RANGE("-", 0.1, 1.0, 0.85),    STATUS(HOLD_MARGIN),   "of the learned breakaway, that is fed back"),
+    NUMBER("quick_time_s",      AT(sim_hold_config_t, quick_time_s),     RANGE("s", 1e-6, 1e3, 0.2),    "changes of side within that time are chatter, and make it cautious"),
+    CHECKED("caution_travel_N", AT(sim_hold_config_t, caution_travel_n), RANGE("N", 1e-9, 1e6, 0.1),    STATUS(HOLD_CAUTION),  "learning over which caution fades"),
+    CHECKED("deadband_time_s",  AT(sim_hold_config_t, deadband_time_s),  RANGE("s", 1e-6, 1e3, 0.3),    STATUS(HOLD_DEADBAND), "filters of the deadband that keeps noise of y from moving u"),
+    END};
+
+static const sim_key_t feedforward_keys[] = {
+    CHECKED("actuator_pole_rad_per_s", AT(sim_feedforward_config_t, actuator_pole_rad_per_s), RANGE("rad/s", 1e-3, 1e6, 200.0), STATUS(ACTUATOR_POLE), "what the loop believes of the actuator"),
+    CHECKED("sensor_pole_rad_per_s",   AT(sim_feedforward_config_t, sensor_pole_rad_per_s),   RANGE("rad/s", 1e-3, 1e6, 55.0),  STATUS(SENSOR_POLE),   "and of the sensor"),
+    CHECKED("reversal_N",              AT(sim_feedforward_config_t, reversal_n),              RANGE("N", 1e-9, 1e6, 0.5e-3),    STATUS(REVERSAL_WIDTH), "w: r has turned when it has come back by that much; the error at a reversal is at least about w"),
+    CHECKED("jump_time_s",             AT(sim_feedforward_config_t, jump_time_s),             RANGE("s", 1e-6, 1e3, 0.02),      STATUS(JUMP_TIME),      "over which friction changes sign at a reversal"),
+    CHECKED("lead",                    AT(sim_feedforward_config_t, lead),                    RANGE("-", 0.0, 1.0, 1.0),        STATUS(LEAD),           "share of the lag from u to F that the rate of r makes up for; 0: no rate is used"),
+    NUMBER("noise_gain",               AT(sim_feedforward_config_t, noise_gain),              RANGE("-", 0.0, 8.0, 4.0),        "widens `reversal_N` by the noise of r; 0 for a clean r"),
+    CHECKED("noise_time_s",            AT(sim_feedforward_config_t, noise_time_s),            RANGE("s", 1e-6, 1e3, 0.25),      STATUS(REFERENCE_NOISE), "over which the noise of r is averaged"),
+    NUMBER("rate_time_s",              AT(sim_feedforward_config_t, rate_time_s),             RANGE("s", 1e-6, 1e3, 0.01),      "filter of the rate of r"),
+    CHECKED("rate_max_N_per_s",        AT(sim_feedforward_config_t, rate_max_n_per_s),        RANGE("N/s", 1e-6, 1e9, 2.0),     STATUS(REFERENCE_RATE), "a faster r is a step"),
+    CHECKED("offset_time_s",           AT(sim_feedforward_config_t, offset_time_s),           RANGE("s", 1e-6, 1e3, 5.0),       STATUS(OFFSET_TIME),    "with which the offset leaks away"),
+    CHECKED("slide_width_N",           AT(sim_feedforward_config_t, slide_width_n),           RANGE("N", 1e-9, 1e6, 3e-3),      STATUS(SLIDE_WIDTH),    "tells travel of y from its noise"),
+    CHECKED("slide_filter_time_s",     AT(sim_feedforward_config_t, slide_filter_time_s),     RANGE("s", 1e-6, 10.0, 0.02),     STATUS(SLIDE_FILTER),   "of friction meter and slide detector"),
+    CHECKED("slide_rate_max_N_per_s",  AT(sim_feedforward_config_t, slide_rate_max_n_per_s),  RANGE("N/s", 1e-6, 1e9, 0.5),     STATUS(SLIDE_RATE),     "nothing is learned from a faster y"),
+    CHECKED("slide_run_in_N",          AT(sim_feedforward_config_t, slide_run_in_n),          RANGE("N", 1e-9, 1e6, 5e-3),      STATUS(SLIDE_RUN_IN),   "travelled before learning begins"),
+    CHECKED("slide_error_max_N",       AT(sim_feedforward_config_t, slide_error_max_n),       RANGE("N", 1e-9, 1e6, 1e-3),      STATUS(SLIDE_ERROR),    "nothing is learned with a larger filtered error"),
+    GROUP("learning",                  AT(sim_feedforward_config_t, learning),                learning_keys, 0, ""),
+    GROUP("hold",                      AT(sim_feedforward_config_t, hold),                    hold_keys, 0, ""),
+    END};
+
+static const char *const methods[] = {[SIM_METHOD_PAPER] = "paper", [SIM_METHOD_FEEDFORWARD] = "feedforward", [SIM_METHOD_OFF] = "off", NULL};
+
 static const sim_key_t compensator_keys[] = {
-    CHECKED("gain",   AT(sim_compensator_config_t, gain),     RANGE("-", 0.0, 2.0, 0.85), STATUS(GAIN), "η: how much of the estimated friction is fed back; 0 turns the compensation off"),
+    CHOICE("method",  AT(sim_compensator_config_t, method),   methods, 0.0, "how friction is compensated: `paper`, fed back from an estimate that follows u; `feedforward`, fed forward from the reversals of r and learned; `off`"),
+    CHECKED("gain",   AT(sim_compensator_config_t, gain),     RANGE("-", 0.0, 2.0, 0.85), STATUS(GAIN), "η of `paper`: how much of the estimated friction is fed back; 0 turns the compensation off"),
     GROUP("friction", AT(sim_compensator_config_t, friction), friction_keys, 0, ""),
     GROUP("arm",      AT(sim_compensator_config_t, arm),      arm_keys, STATUS(ARM_TOO_FAST), ""),
+    GROUP("feedforward", AT(sim_compensator_config_t, feedforward), feedforward_keys, 0, ""),
     END};
 
 static const sim_key_t limits_keys[] = {

@@ -14,16 +14,82 @@ double sim_n_from_q31(int32_t x, double full_scale_n)
     return x / 2147483648.0 * full_scale_n;
 }
 
-tribo_status_t sim_loop_init(sim_loop_t                          *loop,
-                             bool                                 q31,
-                             const tribo_force_loop_f32_config_t *config,
-                             double                               full_scale_n)
+static tribo_status_t init_f32(sim_loop_t *loop, const sim_loop_config_t *config)
 {
-    *loop = (sim_loop_t){.q31 = q31, .full_scale_n = full_scale_n, .sample_time_s = (double)config->sample_time_s};
+    return config->feeds_forward ? tribo_force_loop_feedforward_f32_init(&loop->params_f32,
+                                                                         &loop->feedforward_f32,
+                                                                         &config->config,
+                                                                         &config->feedforward)
+                                 : tribo_force_loop_f32_init(&loop->params_f32, &config->config);
+}
+
+static tribo_status_t init_q31(sim_loop_t *loop, const sim_loop_config_t *config)
+{
+    const float FS = (float)loop->full_scale_n;
+    return config->feeds_forward ? tribo_force_loop_feedforward_q31_init(&loop->params_q31,
+                                                                         loop->table,
+                                                                         &loop->feedforward_q31,
+                                                                         &config->config,
+                                                                         &config->feedforward,
+                                                                         FS,
+                                                                         NULL)
+                                 : tribo_force_loop_q31_init(&loop->params_q31, loop->table, &config->config, FS, NULL);
+}
+
+tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const sim_loop_config_t *config, double full_scale_n)
+{
+    *loop =
+        (sim_loop_t){.q31 = q31, .full_scale_n = full_scale_n, .sample_time_s = (double)config->config.sample_time_s};
+    const tribo_status_t status = q31 ? init_q31(loop, config) : init_f32(loop, config);
     tribo_force_loop_f32_reset(&loop->state_f32);
     tribo_force_loop_q31_reset(&loop->state_q31);
-    return q31 ? tribo_force_loop_q31_init(&loop->params_q31, loop->table, config, (float)full_scale_n, NULL)
-               : tribo_force_loop_f32_init(&loop->params_f32, config);
+    if (status == TRIBO_OK && config->feeds_forward)
+    {
+        tribo_feedforward_f32_reset(&loop->feedforward_f32, &loop->memory_f32.state);
+        tribo_feedforward_q31_reset(&loop->feedforward_q31, &loop->memory_q31.state);
+        tribo_force_loop_feedforward_f32_attach(&loop->state_f32, &loop->memory_f32);
+        tribo_force_loop_feedforward_q31_attach(&loop->state_q31, &loop->memory_q31);
+    }
+    return status;
+}
+
+bool sim_loop_feeds_forward(const sim_loop_t *loop)
+{
+    return loop->params_f32.method != NULL || loop->params_q31.method != NULL;
+}
+
+sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n)
+{
+    const double  unit_n  = loop->full_scale_n / 536870912.0;
+    const int32_t force   = sim_q31_from_n(force_n, loop->full_scale_n);
+    sim_learned_t learned = {.breakaway_n = {0.0}};
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        if (loop->q31)
+        {
+            const tribo_feedforward_q31_learned_t at =
+                tribo_feedforward_q31_learned(&loop->feedforward_q31,
+                                              &loop->params_q31.compensator.friction,
+                                              &loop->memory_q31.state,
+                                              d,
+                                              force);
+            learned.breakaway_n[d] = at.L * unit_n;
+            learned.doubt[d]       = at.doubt / 2147483648.0;
+            learned.travel_n[d]    = (double)at.travel * unit_n;
+            learned.at_bound[d]    = at.at_bound;
+            continue;
+        }
+        const tribo_feedforward_f32_learned_t at = tribo_feedforward_f32_learned(&loop->feedforward_f32,
+                                                                                 &loop->params_f32.compensator.friction,
+                                                                                 &loop->memory_f32.state,
+                                                                                 d,
+                                                                                 (float)force_n);
+        learned.breakaway_n[d]                   = (double)at.L_n;
+        learned.doubt[d]                         = (double)at.doubt;
+        learned.travel_n[d]                      = (double)at.travel_n;
+        learned.at_bound[d]                      = at.at_bound;
+    }
+    return learned;
 }
 
 static uint32_t float_word(float x)

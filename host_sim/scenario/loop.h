@@ -3,7 +3,10 @@
 #ifndef SIM_LOOP_H
 #define SIM_LOOP_H
 
-#include "tribo/quantize_q31.h"
+#include "scenario/loop_config.h"
+#include "tribo/force_loop_feedforward_f32.h"
+#include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/quantize_feedforward_q31.h"
 #include "tribo_signal_words.h"
 
 #include <stdbool.h>
@@ -18,18 +21,32 @@ typedef struct
     bool   q31;
     double full_scale_n, sample_time_s;
 
-    tribo_force_loop_f32_params_t params_f32;
-    tribo_force_loop_f32_state_t  state_f32;
-    tribo_force_loop_q31_params_t params_q31;
-    tribo_force_loop_q31_state_t  state_q31;
-    tribo_breakaway_point_q31_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
+    tribo_force_loop_f32_params_t  params_f32;
+    tribo_force_loop_f32_state_t   state_f32;
+    tribo_feedforward_f32_params_t feedforward_f32;
+    tribo_feedforward_f32_memory_t memory_f32;
+    tribo_force_loop_q31_params_t  params_q31;
+    tribo_force_loop_q31_state_t   state_q31;
+    tribo_feedforward_q31_params_t feedforward_q31;
+    tribo_feedforward_q31_memory_t memory_q31;
+    tribo_breakaway_point_q31_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
 } sim_loop_t;
 
-/// A loop at rest. Returns what tribo_force_loop_f32_init or tribo_force_loop_q31_init says.
-tribo_status_t sim_loop_init(sim_loop_t                          *loop,
-                             bool                                 q31,
-                             const tribo_force_loop_f32_config_t *config,
-                             double                               full_scale_n);
+/// What a feed-forward has learned of breakaway, L+ and L-.
+typedef struct
+{
+    double breakaway_n[2];
+    double doubt[2];    ///< 0 to 1
+    double travel_n[2]; ///< learned from
+    bool   at_bound[2];
+} sim_learned_t;
+
+/// A loop at rest, of which nothing is learned. Returns what the library's init function says.
+tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const sim_loop_config_t *config, double full_scale_n);
+
+/// At the end-point force `force_n`, for a loop that feeds friction forward.
+sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n);
+bool          sim_loop_feeds_forward(const sim_loop_t *loop);
 
 /// One tick; returns u in N, exact.
 double   sim_loop_step(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_f32_signals_t *seen);

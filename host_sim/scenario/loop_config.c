@@ -75,14 +75,53 @@ static void fill_controller(sim_loop_config_t *loop, const sim_config_t *config)
     }
 }
 
+static void fill_feedforward(sim_loop_config_t *loop, const sim_feedforward_config_t *config)
+{
+    const sim_learning_config_t *learning = &config->learning;
+    const sim_hold_config_t     *hold     = &config->hold;
+    loop->feedforward =
+        (tribo_feedforward_f32_config_t){.actuator_pole_rad_per_s = (float)config->actuator_pole_rad_per_s,
+                                         .sensor_pole_rad_per_s   = (float)config->sensor_pole_rad_per_s,
+                                         .reversal_n              = (float)config->reversal_n,
+                                         .jump_time_s             = (float)config->jump_time_s,
+                                         .lead                    = (float)config->lead,
+                                         .noise_gain              = (float)config->noise_gain,
+                                         .noise_time_s            = (float)config->noise_time_s,
+                                         .rate_time_s             = (float)config->rate_time_s,
+                                         .rate_max_n_per_s        = (float)config->rate_max_n_per_s,
+                                         .offset_time_s           = (float)config->offset_time_s,
+                                         .slide_width_n           = (float)config->slide_width_n,
+                                         .slide_filter_time_s     = (float)config->slide_filter_time_s,
+                                         .slide_rate_max_n_per_s  = (float)config->slide_rate_max_n_per_s,
+                                         .slide_run_in_n          = (float)config->slide_run_in_n,
+                                         .slide_error_max_n       = (float)config->slide_error_max_n,
+                                         .learning                = {.spread_scale      = (float)learning->spread_scale,
+                                                                     .spread_offset_n   = (float)learning->spread_offset_n,
+                                                                     .correlation       = (float)learning->correlation,
+                                                                     .correlation_faded = (float)learning->correlation_faded,
+                                                                     .trust             = (float)learning->trust,
+                                                                     .weight_n          = (float)learning->weight_n,
+                                                                     .forgetting_per_n  = (float)learning->forgetting_per_n,
+                                                                     .scale_min         = (float)learning->scale_min,
+                                                                     .scale_max         = (float)learning->scale_max},
+                                         .hold                    = {.gain             = (float)hold->gain,
+                                                                     .still_time_s     = (float)hold->still_time_s,
+                                                                     .margin           = (float)hold->margin,
+                                                                     .quick_time_s     = (float)hold->quick_time_s,
+                                                                     .caution_travel_n = (float)hold->caution_travel_n,
+                                                                     .deadband_time_s  = (float)hold->deadband_time_s}};
+}
+
 void sim_loop_config_fill(sim_loop_config_t *loop, const sim_config_t *config)
 {
     *loop                      = (sim_loop_config_t){0};
     loop->config.sample_time_s = (float)config->sample_time_s;
     loop->config.input_max_n   = (float)config->limits.input_max_n;
-    loop->config.gain          = (float)config->compensator.gain;
+    loop->config.gain          = config->compensator.method == SIM_METHOD_OFF ? 0.0f : (float)config->compensator.gain;
+    loop->feeds_forward        = config->compensator.method == SIM_METHOD_FEEDFORWARD;
     fill_controller(loop, config);
     fill_friction(loop, &config->compensator.friction);
+    fill_feedforward(loop, &config->compensator.feedforward);
     loop->config.compensator.arm =
         (tribo_arm_f32_config_t){.inertia   = (float)config->compensator.arm.inertia_n_s2_per_deg,
                                  .damping   = (float)config->compensator.arm.damping_n_s_per_deg,

@@ -6,12 +6,16 @@
 #include "scenario/config.h"
 #include "tribo/force_loop_f32.h"
 
+#include <stdbool.h>
+
 /// The configuration and the arrays it points to: not to be moved, and to outlive the params made of it.
 typedef struct
 {
-    tribo_force_loop_f32_config_t config;
-    tribo_biquad_f32_section_t    sections[TRIBO_BIQUAD_SECTIONS_MAX];
-    tribo_breakaway_point_f32_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
+    tribo_force_loop_f32_config_t  config;
+    bool                           feeds_forward; ///< instead of the paper's method
+    tribo_feedforward_f32_config_t feedforward;
+    tribo_biquad_f32_section_t     sections[TRIBO_BIQUAD_SECTIONS_MAX];
+    tribo_breakaway_point_f32_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
 } sim_loop_config_t;
 
 void sim_loop_config_fill(sim_loop_config_t *loop, const sim_config_t *config);

@@ -76,7 +76,7 @@ static bool set_up_target(run_t *run, const sim_scenario_t *scenario, sim_error_
     }
     run->target = sim_target_start(run->options.target,
                                    run->options.q31,
-                                   &run->loop_config.config,
+                                   &run->loop_config,
                                    run->config->limits.full_scale_n,
                                    error);
     return run->target != NULL;
@@ -93,7 +93,7 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_opt
     sim_loop_config_fill(&run->loop_config, config);
     // A target has a loop of its own; this one then only checks the config.
     const bool           q31    = run->options.q31;
-    const tribo_status_t status = sim_loop_init(&run->loop, q31, &run->loop_config.config, config->limits.full_scale_n);
+    const tribo_status_t status = sim_loop_init(&run->loop, q31, &run->loop_config, config->limits.full_scale_n);
     const bool ok = sim_check_status(scenario, status, error) && sim_reference_init(&run->reference, scenario, error) &&
                     set_up_plant(run, error) && set_up_target(run, scenario, error);
     if (!ok)

@@ -128,20 +128,20 @@ static bool start_emulator(sim_target_t *target, sim_error_t *error)
 }
 
 /// Time in the emulator is exact, and a simulated sensor may read the same value for long: that is no fault here.
-static void fill_setup(uint32_t                             words[TRIBO_SETUP_WORDS],
-                       const sim_target_t                  *target,
-                       const tribo_force_loop_f32_config_t *config)
+static void fill_setup(uint32_t words[TRIBO_SETUP_WORDS], const sim_target_t *target, const sim_loop_config_t *config)
 {
     tribo_setup_t setup = {.period_us    = target->period_us,
                            .late_us      = target->period_us / 10u,
                            .budget_us    = target->period_us / 2u,
                            .stuck_ticks  = 0,
                            .full_scale_n = (float)target->host.full_scale_n};
-    tribo_setup_take_loop(&setup, config);
+    tribo_setup_take_loop(&setup, &config->config);
+    setup.feeds_forward = config->feeds_forward;
+    setup.feedforward   = config->feedforward;
     tribo_setup_to_words(&setup, words);
 }
 
-static bool say_hello(sim_target_t *target, const tribo_force_loop_f32_config_t *config, sim_error_t *error)
+static bool say_hello(sim_target_t *target, const sim_loop_config_t *config, sim_error_t *error)
 {
     uint32_t hello[TRIBO_HELLO_WORDS];
     uint32_t setup[TRIBO_SETUP_WORDS];
@@ -170,11 +170,11 @@ static bool say_hello(sim_target_t *target, const tribo_force_loop_f32_config_t 
                          tribo_status_text((tribo_status_t)ready[TRIBO_READY_STATUS]));
 }
 
-sim_target_t *sim_target_start(const char                          *name,
-                               bool                                 q31,
-                               const tribo_force_loop_f32_config_t *config,
-                               double                               full_scale_n,
-                               sim_error_t                         *error)
+sim_target_t *sim_target_start(const char              *name,
+                               bool                     q31,
+                               const sim_loop_config_t *config,
+                               double                   full_scale_n,
+                               sim_error_t             *error)
 {
     sim_target_t *target = calloc(1, sizeof *target);
     if (target == NULL)
@@ -183,7 +183,7 @@ sim_target_t *sim_target_start(const char                          *name,
         return NULL;
     }
     target->model               = model_of(name);
-    target->period_us           = (uint32_t)fmax(1.0, round(1e6 * (double)config->sample_time_s));
+    target->period_us           = (uint32_t)fmax(1.0, round(1e6 * (double)config->config.sample_time_s));
     const tribo_status_t status = sim_loop_init(&target->host, q31, config, full_scale_n);
     if (status != TRIBO_OK)
     {

@@ -4,8 +4,8 @@
 #ifndef SIM_TARGET_H
 #define SIM_TARGET_H
 
+#include "scenario/loop_config.h"
 #include "support/error.h"
-#include "tribo/force_loop_f32.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -25,11 +25,11 @@ typedef struct
 
 /// Starts the image for target `name` in its emulator and sets up its loop with `config`, which must outlive it, and in q31
 /// with `full_scale_n`. Null on failure. Images are in the folder named by TRIBO_FIRMWARE, or else where they are built.
-sim_target_t *sim_target_start(const char                          *name,
-                               bool                                 q31,
-                               const tribo_force_loop_f32_config_t *config,
-                               double                               full_scale_n,
-                               sim_error_t                         *error);
+sim_target_t *sim_target_start(const char              *name,
+                               bool                     q31,
+                               const sim_loop_config_t *config,
+                               double                   full_scale_n,
+                               sim_error_t             *error);
 
 /// One tick of the drive. `u_n` is the command, exactly as the power stage receives it.
 bool sim_target_step(sim_target_t                   *target,

@@ -176,3 +176,21 @@ void tribo_feedforward_f32_after(const tribo_feedforward_f32_params_t *params,
     }
     feedforward_f32_after(params, friction, state, v_n, u_n, limited, signals);
 }
+
+tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_feedforward_f32_params_t *params,
+                                                              const tribo_friction_f32_params_t    *friction,
+                                                              const tribo_feedforward_f32_state_t  *state,
+                                                              uint32_t                              direction,
+                                                              float                                 force_n)
+{
+    const float force = exceeds(force_n, TRIBO_F32_FORCE_MAX_N) ? 0.0f : force_n;
+    const float prior = feedforward_f32_prior(friction, direction, force);
+
+    const tribo_breakaway_learning_f32_signals_t known =
+        breakaway_learning_f32_at(&params->learning, &state->learning, direction, prior);
+    return (tribo_feedforward_f32_learned_t){
+        .L_n      = known.L_n,
+        .doubt    = known.doubt,
+        .travel_n = state->learning.travel_n[direction],
+        .at_bound = tribo_breakaway_learning_f32_is_at_bound(&params->learning, &state->learning, direction, prior)};
+}

@@ -177,3 +177,20 @@ void tribo_feedforward_q31_after(const tribo_feedforward_q31_params_t *params,
 {
     feedforward_q31_after(params, friction, state, v, u, limited, signals);
 }
+
+tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_feedforward_q31_params_t *params,
+                                                              const tribo_friction_q31_params_t    *friction,
+                                                              const tribo_feedforward_q31_state_t  *state,
+                                                              uint32_t                              direction,
+                                                              int32_t                               force)
+{
+    const uint32_t prior = feedforward_q31_prior(friction, direction, feedforward_q31_inside(force));
+
+    const tribo_breakaway_learning_q31_signals_t known =
+        breakaway_learning_q31_at(&params->learning, &state->learning, direction, prior);
+    return (tribo_feedforward_q31_learned_t){
+        .L        = known.L,
+        .doubt    = known.doubt,
+        .travel   = state->learning.travel[direction],
+        .at_bound = tribo_breakaway_learning_q31_is_at_bound(&params->learning, &state->learning, direction, prior)};
+}

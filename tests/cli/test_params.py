@@ -45,6 +45,9 @@ compensator:
     reset_level: 0.3
     pulse_width_s: 0.02
 """,
+    "feedforward": """
+compensator: {method: feedforward, feedforward: {lead: 0.5, hold: {gain: 0}}}
+""",
     "table": """
 compensator:
   friction:
@@ -70,8 +73,11 @@ STEPPER = """
 #include "loop.h"
 #include <stdio.h>
 #ifdef Q31
+#include "tribo/force_loop_feedforward_q31.h"
 typedef int32_t number_t;
 #define LOOP(what) tribo_force_loop_q31_##what
+#define FEED(what) tribo_feedforward_q31_##what
+#define ATTACH tribo_force_loop_feedforward_q31_attach
 #define PART(n) ((n) / (double)LOOP_FULL_SCALE_N * 2147483648.0)
 #define GIVEN(n) (PART(n) < 2147483647.0 ? (int32_t)PART(n) : INT32_MAX)
 #define NEWTON(x) (double)(float)((x) / 2147483648.0 * (double)LOOP_FULL_SCALE_N)
@@ -79,7 +85,10 @@ typedef int32_t number_t;
 #define RATE (double)(float)(FRICTION.rise / 2147483648.0 * (double)LOOP_FULL_SCALE_N / (double)LOOP_SAMPLE_TIME_S)
 #define SEEN NEWTON(seen.controller.u), NEWTON(FRICTION.L), RATE, NEWTON(FRICTION.f)
 #else
+#include "tribo/force_loop_feedforward_f32.h"
 #define LOOP(what) tribo_force_loop_f32_##what
+#define FEED(what) tribo_feedforward_f32_##what
+#define ATTACH tribo_force_loop_feedforward_f32_attach
 #define GIVEN(n) ((float)(n))
 #define FRICTION seen.compensator.friction
 #define SEEN (double)seen.controller.u_n, (double)FRICTION.L_n, (double)FRICTION.v_n_per_s, (double)FRICTION.f_n
@@ -87,8 +96,14 @@ typedef int32_t number_t;
 int main(void)
 {
     static LOOP(state_t) state;
+    static FEED(memory_t) memory;
     double r, y;
     LOOP(reset)(&state);
+    if (loop_params.feedforward != NULL)
+    {
+        FEED(reset)(loop_params.feedforward, &memory.state);
+        ATTACH(&state, &memory);
+    }
     while (scanf("%lf,%lf", &r, &y) == 2)
     {
         LOOP(signals_t) seen;

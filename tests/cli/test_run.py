@@ -35,6 +35,19 @@ def test_triangle_reproduces_the_benchmark(sim, gain):
     assert summary["simulated_s"] == 60
 
 
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_feedforward_leaves_a_twentieth_of_the_error(sim, arithmetic):
+    summary = sim.summary("triangle", "--set", "compensator.method=feedforward", "--arith", arithmetic)
+    assert summary["rms_error_N"] <= 0.00022
+    assert summary["max_error_N"] <= 0.0035
+
+
+def test_without_a_method_nothing_is_compensated(sim):
+    off = sim.trace("ramp", "--set", "compensator.method=off")
+    assert off == sim.trace("ramp", "--set", "compensator.gain=0")
+    assert set(off["friction_term_N"]) == {0.0}
+
+
 def test_gain_1_overcompensates(sim):
     assert sim.summary("triangle", "--set", "compensator.gain=1")["rms_error_N"] == pytest.approx(0.003216, rel=0.05)
 

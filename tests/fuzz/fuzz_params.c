@@ -39,7 +39,7 @@ static void write_header(const sim_config_t *config, const char *set, bool q31)
     char             *text = NULL;
     size_t            size = 0;
     sim_loop_config_fill(&loop_config, config);
-    if (sim_loop_init(&loop, q31, &loop_config.config, config->limits.full_scale_n) != TRIBO_OK)
+    if (sim_loop_init(&loop, q31, &loop_config, config->limits.full_scale_n) != TRIBO_OK)
     {
         return;
     }

@@ -26,7 +26,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         sim_loop_config_t config;
         sim_loop_t        loop;
         sim_loop_config_fill(&config, sim_scenario_config(scenario));
-        ALWAYS(sim_loop_init(&loop, false, &config.config, 2.0) == TRIBO_OK);
+        ALWAYS(sim_loop_init(&loop, false, &config, 2.0) == TRIBO_OK);
         good++;
     }
     sim_scenario_destroy(scenario);

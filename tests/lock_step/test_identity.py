@@ -7,6 +7,8 @@ import pytest
 # The first is the paper's, from rest and with both turns; in the second everything differs by direction, there is noise,
 # and the command reaches its limits.
 SCENARIOS = {
+    "feedforward": ["asymmetric", "--set", "duration_s=5", "--set", "reference.period_s=1.6", "--set", "metrics.start_s=0",
+                    "--set", "sensor.noise_N=0.001", "--set", "compensator.method=feedforward"],
     "triangle": ["triangle", "--set", "duration_s=5", "--set", "reference.period_s=2", "--set", "metrics.start_s=0"],
     "asymmetric": ["asymmetric", "--set", "duration_s=5", "--set", "reference.period_s=2", "--set", "metrics.start_s=0",
                    "--set", "sensor.noise_N=0.001", "--set", "limits.u_max_N=0.7"],

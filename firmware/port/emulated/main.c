@@ -119,12 +119,20 @@ static drive_config_t config_of(const tribo_setup_t *setup)
     return config;
 }
 
+static uint32_t set_up_loop(loop_setup_t *loop, const tribo_setup_t *setup)
+{
+    return setup->feeds_forward != 0u
+               ? (uint32_t)loop_setup_feedforward(loop, &setup->loop, &setup->feedforward, setup->full_scale_n)
+               : (uint32_t)loop_setup(loop, &setup->loop, setup->full_scale_n);
+}
+
 /// Returns the program's exit status.
 static int serve(drive_fault_t found)
 {
     static drive_t       drive;
     static tribo_setup_t setup;
     static loop_setup_t  loop;
+    static loop_memory_t memory;
     static drive_setup_t drive_setup;
     static uint32_t      words[TRIBO_WIRE_WORDS_MAX];
 
@@ -136,7 +144,7 @@ static int serve(drive_fault_t found)
     }
     tribo_setup_from_words(&setup, words);
     const drive_config_t config = config_of(&setup);
-    const uint32_t       status = (uint32_t)loop_setup(&loop, &setup.loop, setup.full_scale_n);
+    const uint32_t       status = set_up_loop(&loop, &setup);
     drive_config_error_t error;
     port.sensor.full_units = port.output.full_units = setup.full_scale_n;
     const bool suits = status == TRIBO_OK && drive_setup_init(&drive_setup, &config, &loop.params, &port, &error);
@@ -149,6 +157,11 @@ static int serve(drive_fault_t found)
         found = DRIVE_FAULT_PARAMS;
     }
     drive_init(&drive, &port, &drive_setup, found);
+    if (status == TRIBO_OK)
+    {
+        loop_forget(&loop.params, &memory);
+        drive_attach(&drive, &memory);
+    }
     bool ok = link_send(TRIBO_WIRE_READY, &status, TRIBO_READY_WORDS);
     while (ok && link_receive(&kind, words, &count))
     {

@@ -141,6 +141,16 @@ typedef struct
     bool                                   r_good;
 } tribo_feedforward_f32_signals_t;
 
+/// What was learned of breakaway in one direction.
+typedef struct
+{
+    float L_n;      ///< estimate at some force
+    float doubt;    ///< 0 to 1: how much of the prior's spread is left there
+    float travel_n; ///< learned from
+    bool
+        at_bound; ///< the prior is further off than the params allow, or what is measured is not friction: not to be trusted
+} tribo_feedforward_f32_learned_t;
+
 /// Defaults, for forces about 1 N and the paper's poles.
 tribo_feedforward_f32_config_t tribo_feedforward_f32_default(void);
 
@@ -162,6 +172,14 @@ void tribo_feedforward_f32_restart(tribo_feedforward_f32_state_t *state);
 /// Like a restart, for a controller that goes on: the first tick adds `added_n` to v, which is what was added before, so
 /// that u does not jump, and e is r - y. A bad `added_n` counts as 0.
 void tribo_feedforward_f32_enter(tribo_feedforward_f32_state_t *state, float added_n);
+
+/// What is known of breakaway in `direction` (TRIBO_BREAKAWAY_POSITIVE or _NEGATIVE) at the end-point force `force_n`. A bad
+/// force counts as 0. Not for every tick.
+tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_feedforward_f32_params_t *params,
+                                                              const tribo_friction_f32_params_t    *friction,
+                                                              const tribo_feedforward_f32_state_t  *state,
+                                                              uint32_t                              direction,
+                                                              float                                 force_n);
 
 /// First call of a tick: reference `r_n` and reading `y_n` in N give the error for the controller. `friction` gives the
 /// prior. Cannot fail: a bad r (NaN, or beyond input_max_n) counts as the last good one, a bad y gives e = 0 and nothing is

@@ -109,6 +109,16 @@ typedef struct
     bool                                   r_good;
 } tribo_feedforward_q31_signals_t;
 
+/// What was learned of breakaway in one direction.
+typedef struct
+{
+    uint32_t L;      ///< estimate at some force, Q29
+    uint32_t doubt;  ///< 0 to 1, Q31: how much of the prior's spread is left there
+    uint64_t travel; ///< learned from, Q29
+    bool
+        at_bound; ///< the prior is further off than the params allow, or what is measured is not friction: not to be trusted
+} tribo_feedforward_q31_learned_t;
+
 /// Nothing learned, counters 0; the next tick is the first.
 void tribo_feedforward_q31_reset(const tribo_feedforward_q31_params_t *params, tribo_feedforward_q31_state_t *state);
 
@@ -118,6 +128,14 @@ void tribo_feedforward_q31_restart(tribo_feedforward_q31_state_t *state);
 /// Like a restart, for a controller that goes on: the first tick adds `added`, Q31, to v, which is what was added before, so
 /// that u does not jump, and e is r - y.
 void tribo_feedforward_q31_enter(tribo_feedforward_q31_state_t *state, int32_t added);
+
+/// What is known of breakaway in `direction` (TRIBO_BREAKAWAY_POSITIVE or _NEGATIVE) at the end-point force `force`, Q31. Not
+/// for every tick.
+tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_feedforward_q31_params_t *params,
+                                                              const tribo_friction_q31_params_t    *friction,
+                                                              const tribo_feedforward_q31_state_t  *state,
+                                                              uint32_t                              direction,
+                                                              int32_t                               force);
 
 /// First call of a tick: reference `r` and reading `y` give the error for the controller, all Q31. `friction` gives the prior.
 /// Cannot fail: an r beyond input_max counts as the last good one, such a y gives e = 0 and nothing is learned; both are
