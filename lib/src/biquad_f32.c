@@ -59,28 +59,28 @@ static uint32_t sections(const tribo_biquad_f32_params_t *params)
     return params->count < TRIBO_BIQUAD_SECTIONS_MAX ? params->count : TRIBO_BIQUAD_SECTIONS_MAX;
 }
 
-float tribo_biquad_f32_further_output(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
+float tribo_biquad_f32_long_output(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
 {
     float y = x;
-    for (uint32_t i = 2; i < sections(params); i++)
+    for (uint32_t i = 0; i < sections(params); i++)
     {
-        y                      = biquad_f32_section_output(&params->section[i], &state->section[i], y);
-        state->further[i - 2u] = y;
+        y           = biquad_f32_section_output(&params->section[i], &state->section[i], y);
+        state->y[i] = y;
     }
     return y;
 }
 
-void tribo_biquad_f32_further_advance(const tribo_biquad_f32_params_t *params,
-                                      tribo_biquad_f32_state_t        *state,
-                                      float                            x,
-                                      float                            correction)
+void tribo_biquad_f32_long_advance(const tribo_biquad_f32_params_t *params,
+                                   tribo_biquad_f32_state_t        *state,
+                                   float                            x,
+                                   float                            correction)
 {
-    float in = x;
+    float in = x + correction;
     float c  = correction;
-    for (uint32_t i = 2; i < sections(params); i++)
+    for (uint32_t i = 0; i < sections(params); i++)
     {
         c *= params->section[i].b0;
-        const float y = state->further[i - 2u] + c;
+        const float y = state->y[i] + c;
         biquad_f32_section_advance(&params->section[i], &state->section[i], in, y);
         in = y;
     }

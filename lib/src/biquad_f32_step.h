@@ -41,16 +41,14 @@ static inline void biquad_f32_section_advance(const tribo_biquad_f32_section_t *
     state->w2_carry = change - (w2 - w2_before); // rounded off by the sum
 }
 
-// Third and fourth section: the rare case. Every cascade has at least two sections (tribo_biquad_f32_init). Between the halves
-// of a tick the outputs of these two are held in the state.
+// Three or four sections, the rare case: both halves are loops, and between them the outputs are held in the state. Every cascade
+// has at least two sections (tribo_biquad_f32_init).
 
-float tribo_biquad_f32_further_output(const tribo_biquad_f32_params_t *params,
-                                      tribo_biquad_f32_state_t        *state,
-                                      float                            x);
-void  tribo_biquad_f32_further_advance(const tribo_biquad_f32_params_t *params,
-                                       tribo_biquad_f32_state_t        *state,
-                                       float                            x,
-                                       float                            correction);
+float tribo_biquad_f32_long_output(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x);
+void  tribo_biquad_f32_long_advance(const tribo_biquad_f32_params_t *params,
+                                    tribo_biquad_f32_state_t        *state,
+                                    float                            x,
+                                    float                            correction);
 
 /// First half: the output of each section for the input `x`. Returns the last one; no state advances.
 static inline float biquad_f32_output(const tribo_biquad_f32_params_t *params,
@@ -58,10 +56,15 @@ static inline float biquad_f32_output(const tribo_biquad_f32_params_t *params,
                                       float                            x,
                                       tribo_biquad_f32_outputs_t      *outputs)
 {
+    if (params->count > 2u)
+    {
+        *outputs = (tribo_biquad_f32_outputs_t){.y = {0.0f}};
+        return tribo_biquad_f32_long_output(params, state, x);
+    }
     // Sections in series: the output of one is the input of the next within the same sample.
     outputs->y[0] = biquad_f32_section_output(&params->section[0], &state->section[0], x);
     outputs->y[1] = biquad_f32_section_output(&params->section[1], &state->section[1], outputs->y[0]);
-    return params->count > 2u ? tribo_biquad_f32_further_output(params, state, outputs->y[1]) : outputs->y[1];
+    return outputs->y[1];
 }
 
 /// Second half: the states advance as if the input had been x + `correction`. Within the sample a correction reaches each
@@ -72,16 +75,17 @@ static inline void biquad_f32_advance(const tribo_biquad_f32_params_t  *params,
                                       const tribo_biquad_f32_outputs_t *outputs,
                                       float                             correction)
 {
+    if (params->count > 2u)
+    {
+        tribo_biquad_f32_long_advance(params, state, x, correction);
+        return;
+    }
     const float c0 = correction * params->section[0].b0;
     const float c1 = c0 * params->section[1].b0;
     const float y0 = outputs->y[0] + c0;
     const float y1 = outputs->y[1] + c1;
     biquad_f32_section_advance(&params->section[0], &state->section[0], x + correction, y0);
     biquad_f32_section_advance(&params->section[1], &state->section[1], y0, y1);
-    if (params->count > 2u)
-    {
-        tribo_biquad_f32_further_advance(params, state, y1, c1);
-    }
 }
 
 /// Puts a corrupt cascade to rest and counts it with the bad inputs.

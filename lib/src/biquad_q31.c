@@ -42,43 +42,37 @@ static uint32_t sections(const tribo_biquad_q31_params_t *params)
     return params->count < TRIBO_BIQUAD_Q31_SECTIONS_MAX ? params->count : TRIBO_BIQUAD_Q31_SECTIONS_MAX;
 }
 
-int32_t tribo_biquad_q31_further_output(const tribo_biquad_q31_params_t *params,
-                                        tribo_biquad_q31_state_t        *state,
-                                        int32_t                          x)
+int32_t tribo_biquad_q31_long_output(const tribo_biquad_q31_params_t *params,
+                                     tribo_biquad_q31_state_t        *state,
+                                     int32_t                          x)
 {
     int32_t y = x;
-    for (uint32_t i = 2; i < sections(params); i++)
+    for (uint32_t i = 0; i < sections(params); i++)
     {
-        tribo_biquad_q31_node_t *const node = &state->further[i - 2u];
+        tribo_biquad_q31_node_t *const node = &state->node[i];
         y = biquad_q31_section_output(&params->section[i], state->section[i].w1, y, &node->rest, &state->saturated);
         node->y = y;
     }
     return y;
 }
 
-void tribo_biquad_q31_further_correct(const tribo_biquad_q31_params_t *params,
-                                      tribo_biquad_q31_state_t        *state,
-                                      int32_t                          correction)
+void tribo_biquad_q31_long_advance(const tribo_biquad_q31_params_t *params,
+                                   tribo_biquad_q31_state_t        *state,
+                                   int32_t                          x,
+                                   int32_t                          correction)
 {
-    int32_t c = correction;
-    for (uint32_t i = 2; i < sections(params); i++)
+    uint32_t *const saturated = &state->saturated;
+    int32_t         c         = correction;
+    int32_t         in        = tribo_q31_add(x, c, saturated);
+    for (uint32_t i = 0; i < sections(params); i++)
     {
-        tribo_biquad_q31_node_t *const node = &state->further[i - 2u];
-        c       = (int32_t)(tribo_q31_multiply(params->section[i].b0, c) >> BIQUAD_Q31_FRACTION);
-        node->y = tribo_q31_add(node->y, c, &state->saturated);
-    }
-}
+        const tribo_biquad_q31_section_t *const section = &params->section[i];
+        const tribo_biquad_q31_node_t           node    = state->node[i];
 
-void tribo_biquad_q31_further_advance(const tribo_biquad_q31_params_t *params,
-                                      tribo_biquad_q31_state_t        *state,
-                                      int32_t                          x)
-{
-    int32_t in = x;
-    for (uint32_t i = 2; i < sections(params); i++)
-    {
-        const tribo_biquad_q31_node_t node = state->further[i - 2u];
-        biquad_q31_section_advance(&params->section[i], &state->section[i], in, node.y, node.rest, &state->saturated);
-        in = node.y;
+        c               = i == 0u ? biquad_q31_first_correction(section, c) : biquad_q31_later_correction(section, c);
+        const int32_t y = tribo_q31_add(node.y, c, saturated);
+        biquad_q31_section_advance(section, &state->section[i], in, y, node.rest, saturated);
+        in = y;
     }
 }
 
@@ -95,16 +89,21 @@ void tribo_biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
                               const tribo_biquad_q31_outputs_t *outputs,
                               int32_t                           correction)
 {
-    tribo_biquad_q31_outputs_t corrected = *outputs;
-    biquad_q31_correct(params, state, &corrected, correction);
-    biquad_q31_advance(params, state, &corrected);
+    biquad_q31_advance(params, state, outputs, correction);
 }
 
 int32_t tribo_biquad_q31_step(const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x)
 {
     tribo_biquad_q31_outputs_t outputs;
     const int64_t              y = tribo_biquad_q31_output(params, state, x, &outputs);
-    biquad_q31_advance(params, state, &outputs);
+    if (params->count > 2u)
+    {
+        tribo_biquad_q31_long_advance(params, state, outputs.x, 0);
+    }
+    else
+    {
+        biquad_q31_two_advance(params, state, &outputs);
+    }
     return tribo_q31_saturate(y, &state->saturated);
 }
 

@@ -77,18 +77,16 @@ static inline void biquad_q31_section_advance(const tribo_biquad_q31_section_t *
     state->w2 = w2;
 }
 
-// Third and fourth section: the rare case. Every cascade has at least two sections (tribo_biquad_f32_init). Between the halves
-// of a tick the outputs of these two are held in the state.
+// Three or four sections, the rare case: both halves are loops, and between them the nodes are held in the state. Every cascade
+// has at least two sections (tribo_biquad_f32_init).
 
-int32_t tribo_biquad_q31_further_output(const tribo_biquad_q31_params_t *params,
-                                        tribo_biquad_q31_state_t        *state,
-                                        int32_t                          x);
-void    tribo_biquad_q31_further_correct(const tribo_biquad_q31_params_t *params,
-                                         tribo_biquad_q31_state_t        *state,
-                                         int32_t                          correction);
-void    tribo_biquad_q31_further_advance(const tribo_biquad_q31_params_t *params,
-                                         tribo_biquad_q31_state_t        *state,
-                                         int32_t                          x);
+int32_t tribo_biquad_q31_long_output(const tribo_biquad_q31_params_t *params,
+                                     tribo_biquad_q31_state_t        *state,
+                                     int32_t                          x);
+void    tribo_biquad_q31_long_advance(const tribo_biquad_q31_params_t *params,
+                                      tribo_biquad_q31_state_t        *state,
+                                      int32_t                          x,
+                                      int32_t                          correction);
 
 /// First half: the nodes of the cascade for the input `x`. Returns the last node at its scale; no w advances.
 static inline int32_t biquad_q31_output(const tribo_biquad_q31_params_t *params,
@@ -100,50 +98,65 @@ static inline int32_t biquad_q31_output(const tribo_biquad_q31_params_t *params,
     const tribo_biquad_q31_section_state_t *const w         = state->section;
     uint32_t *const                               saturated = &state->saturated;
 
-    outputs->x    = biquad_q31_input(params, &state->carry, x);
-    outputs->y[0] = biquad_q31_section_output(&s[0], w[0].w1, outputs->x, &outputs->rest[0], saturated);
-    outputs->y[1] = biquad_q31_section_output(&s[1], w[1].w1, outputs->y[0], &outputs->rest[1], saturated);
-    return params->count > 2u ? tribo_biquad_q31_further_output(params, state, outputs->y[1]) : outputs->y[1];
-}
-
-/// The nodes as if the input node had been larger by `correction`. Within the sample a correction reaches each output by the
-/// direct feedthrough alone, times b0 of each section on the way. The controller bounds it so that it fits at each node.
-static inline void biquad_q31_correct(const tribo_biquad_q31_params_t *params,
-                                      tribo_biquad_q31_state_t        *state,
-                                      tribo_biquad_q31_outputs_t      *outputs,
-                                      int32_t                          correction)
-{
-    const tribo_biquad_q31_section_t *const s         = params->section;
-    uint32_t *const                         saturated = &state->saturated;
-
-    // c0 keeps 28 of its 32 bits: accurate enough at the first section. tribo-design puts slow poles, where a bias would
-    // accumulate, in later sections; c1 is rounded to a unit.
-    const int32_t c0 = (int32_t)((uint32_t)(tribo_q31_multiply(s[0].b0, correction) >> 32) << 4);
-    const int32_t c1 = (int32_t)(tribo_q31_multiply(s[1].b0, c0) >> BIQUAD_Q31_FRACTION);
-    outputs->x       = tribo_q31_add(outputs->x, correction, saturated);
-    outputs->y[0]    = tribo_q31_add(outputs->y[0], c0, saturated);
-    outputs->y[1]    = tribo_q31_add(outputs->y[1], c1, saturated);
+    outputs->x = biquad_q31_input(params, &state->carry, x);
     if (params->count > 2u)
     {
-        tribo_biquad_q31_further_correct(params, state, c1);
+        *outputs = (tribo_biquad_q31_outputs_t){.x = outputs->x};
+        return tribo_biquad_q31_long_output(params, state, outputs->x);
     }
+    // Sections in series: the output of one is the input of the next within the same sample.
+    outputs->y[0] = biquad_q31_section_output(&s[0], w[0].w1, outputs->x, &outputs->rest[0], saturated);
+    outputs->y[1] = biquad_q31_section_output(&s[1], w[1].w1, outputs->y[0], &outputs->rest[1], saturated);
+    return outputs->y[1];
 }
 
-/// Second half: the states of all sections after a tick with these nodes.
-static inline void biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
-                                      tribo_biquad_q31_state_t         *state,
-                                      const tribo_biquad_q31_outputs_t *outputs)
+/// What a `correction` of the first section's input adds to its output: within the sample it acts by the direct feedthrough
+/// alone. 28 of its 32 bits are kept, accurate enough at the first section: tribo-design puts slow poles, where a bias would
+/// accumulate, in later ones.
+static inline int32_t biquad_q31_first_correction(const tribo_biquad_q31_section_t *section, int32_t correction)
+{
+    return (int32_t)((uint32_t)(tribo_q31_multiply(section->b0, correction) >> 32) << 4);
+}
+
+/// The same of a later section, rounded down to a unit.
+static inline int32_t biquad_q31_later_correction(const tribo_biquad_q31_section_t *section, int32_t correction)
+{
+    return (int32_t)(tribo_q31_multiply(section->b0, correction) >> BIQUAD_Q31_FRACTION);
+}
+
+/// The states of two sections after a tick with these nodes.
+static inline void biquad_q31_two_advance(const tribo_biquad_q31_params_t  *params,
+                                          tribo_biquad_q31_state_t         *state,
+                                          const tribo_biquad_q31_outputs_t *node)
 {
     const tribo_biquad_q31_section_t *const s         = params->section;
     tribo_biquad_q31_section_state_t *const w         = state->section;
     uint32_t *const                         saturated = &state->saturated;
 
-    biquad_q31_section_advance(&s[0], &w[0], outputs->x, outputs->y[0], outputs->rest[0], saturated);
-    biquad_q31_section_advance(&s[1], &w[1], outputs->y[0], outputs->y[1], outputs->rest[1], saturated);
+    biquad_q31_section_advance(&s[0], &w[0], node->x, node->y[0], node->rest[0], saturated);
+    biquad_q31_section_advance(&s[1], &w[1], node->y[0], node->y[1], node->rest[1], saturated);
+}
+
+/// Second half: the states of all sections after a tick with these outputs, as if the input node had been larger by
+/// `correction`. The controller bounds it so that it fits at each node; the sums fit, too, but after a change of params.
+static inline void biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
+                                      tribo_biquad_q31_state_t         *state,
+                                      const tribo_biquad_q31_outputs_t *outputs,
+                                      int32_t                           correction)
+{
     if (params->count > 2u)
     {
-        tribo_biquad_q31_further_advance(params, state, outputs->y[1]);
+        tribo_biquad_q31_long_advance(params, state, outputs->x, correction);
+        return;
     }
+    uint32_t *const                  saturated = &state->saturated;
+    const int32_t                    c0        = biquad_q31_first_correction(&params->section[0], correction);
+    const int32_t                    c1        = biquad_q31_later_correction(&params->section[1], c0);
+    const tribo_biquad_q31_outputs_t corrected = {
+        .x    = tribo_q31_add(outputs->x, correction, saturated),
+        .y    = {tribo_q31_add(outputs->y[0], c0, saturated), tribo_q31_add(outputs->y[1], c1, saturated)},
+        .rest = {outputs->rest[0], outputs->rest[1]}};
+    biquad_q31_two_advance(params, state, &corrected);
 }
 
 #endif

@@ -1,10 +1,10 @@
 // One tick of the controller in Q31: v = K(z) e, u = limit(v + feedforward), anti-windup as in controller_f32_step.h.
 //
-//     y, u, taken   at the scale of the last node      correction   at the scale of the input node
-//     v, wanted     Q31 in 64 bits                     feedforward  Q31
+//     y, wanted, taken   at the scale of the last node      correction   at the scale of the input node
+//     v, u, feedforward  Q31
 //
-// A node of the cascade holds its value times 2^-scale; v may exceed full scale by 2^output_scale. The limit compares in 64
-// bits at full scale, the correction works at the scales of the nodes, where it fits 32 bits.
+// A node of the cascade holds its value times 2^-scale, so v = y 2^output_scale may exceed full scale. The sum v + feedforward
+// is therefore `wanted` at the scale of the last node, rounded down, where it fits 32 bits.
 
 #ifndef TRIBO_CONTROLLER_Q31_STEP_H
 #define TRIBO_CONTROLLER_Q31_STEP_H
@@ -13,8 +13,8 @@
 
 #include "biquad_q31_step.h"
 
-/// (u - wanted) c/D, the correction of the error, at the input node. `u` and `wanted` are at the scale of the last node.
-/// anti_windup is c/D as a mantissa of 31 bits, with the exponent anti_windup_shift - 32.
+/// (u - wanted) c/D, the correction of the error, at the input node; 0 while u is not limited. `u` and `wanted` are at the scale
+/// of the last node. anti_windup is c/D as a mantissa of 31 bits, with the exponent anti_windup_shift - 32.
 static inline int32_t controller_q31_correction(const tribo_controller_q31_params_t *params,
                                                 int32_t                              u,
                                                 int32_t                              wanted,
@@ -37,34 +37,30 @@ static inline int32_t controller_q31_apply(const tribo_controller_q31_params_t *
                                            tribo_controller_q31_state_t        *state,
                                            int32_t                              y,
                                            int32_t                              feedforward,
-                                           tribo_biquad_q31_outputs_t          *outputs,
+                                           const tribo_biquad_q31_outputs_t    *outputs,
                                            tribo_controller_q31_signals_t      *signals)
 {
     uint32_t        not_counted = 0;
     uint32_t *const saturated   = &state->cascade.saturated;
 
     const uint32_t scale  = params->cascade.output_scale;
-    const int64_t  wanted = tribo_q31_lift(y, scale) + feedforward; // v + feedforward, Q31 in 64 bits
+    const int32_t  wanted = tribo_q31_add(y, feedforward >> scale, saturated);
 
-    int32_t    u          = (int32_t)wanted;
-    int32_t    correction = 0;
-    const bool limited    = u != wanted || u < params->u_min || u > params->u_max;
+    // v + feedforward in Q31. Where that does not fit it wraps, and is not `wanted` at the scale of the last node.
+    int32_t    u       = (int32_t)(((uint32_t)y << scale) + (uint32_t)feedforward);
+    const bool limited = u >> scale != wanted || u < params->u_min || u > params->u_max;
     if (limited)
     {
-        // u_min <= 0 <= u_max, so the sign of the sum tells which limit it exceeds. The difference is formed at the scale of
-        // the last node: 64 bits of headroom are not needed there, and add saturates.
-        u = wanted < 0 ? params->u_min : params->u_max;
-        correction =
-            controller_q31_correction(params, u >> scale, tribo_q31_add(y, feedforward >> scale, saturated), saturated);
+        u = wanted < 0 ? params->u_min : params->u_max; // u_min <= 0 <= u_max
         tribo_q31_count(&state->limited_ticks);
     }
     signals->v       = tribo_q31_widen(y, scale, &not_counted);
     signals->u       = u;
     signals->limited = limited;
 
-    // Anti-windup: the states advance as if the error had been larger by `correction`, which is 0 while u is not limited.
-    biquad_q31_correct(&params->cascade, &state->cascade, outputs, correction);
-    biquad_q31_advance(&params->cascade, &state->cascade, outputs);
+    // Anti-windup: the states advance as if the error had been larger by the correction.
+    const int32_t correction = controller_q31_correction(params, u >> scale, wanted, saturated);
+    biquad_q31_advance(&params->cascade, &state->cascade, outputs, correction);
     return u;
 }
 

@@ -99,7 +99,7 @@ static double exact_step(exact_t *x, double in)
 /// The output of a section in the tick that was or is under way.
 static int32_t node_of(uint32_t section)
 {
-    return section < 2u ? nodes.y[section] : state.further[section - 2u].y;
+    return params.count > 2u ? state.node[section].y : nodes.y[section];
 }
 
 /// One step without the narrowing at its end.

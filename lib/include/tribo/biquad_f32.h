@@ -61,8 +61,8 @@ typedef struct
 typedef struct
 {
     tribo_biquad_f32_section_state_t section[TRIBO_BIQUAD_SECTIONS_MAX];
-    float    further[TRIBO_BIQUAD_SECTIONS_MAX - 2u]; ///< outputs beyond two, within a tick only
-    uint32_t bad_inputs;                              ///< since reset; stops at UINT32_MAX
+    float    y[TRIBO_BIQUAD_SECTIONS_MAX]; ///< outputs of three or four sections, within a tick only
+    uint32_t bad_inputs;                   ///< since reset; stops at UINT32_MAX
 } tribo_biquad_f32_state_t;
 
 /// The outputs of the first two sections in one tick, on their way from the first half of a step to the second.

@@ -69,9 +69,9 @@ typedef struct
 typedef struct
 {
     tribo_biquad_q31_section_state_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
-    tribo_biquad_q31_node_t          further[TRIBO_BIQUAD_Q31_SECTIONS_MAX - 2u]; ///< beyond two, within a tick only
-    uint32_t                         carry;     ///< bits of the input dropped for its scale so far, from bit 31 down
-    uint32_t                         saturated; ///< values clamped since reset; stops at UINT32_MAX
+    tribo_biquad_q31_node_t node[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< of three or four sections, within a tick only
+    uint32_t                carry;     ///< bits of the input dropped for its scale so far, from bit 31 down
+    uint32_t                saturated; ///< values clamped since reset; stops at UINT32_MAX
 } tribo_biquad_q31_state_t;
 
 /// The first nodes of a cascade in one tick, on their way from the first half of a step to the second.
