@@ -7,6 +7,7 @@
 #include "tribo/compensator_q31.h"
 
 #include "arm_q31_step.h"
+#include "friction_q31_step.h"
 
 /// f^ for this tick; the arm advances to the next.
 static inline int32_t compensator_q31_step(const tribo_compensator_q31_params_t *params,
@@ -16,10 +17,8 @@ static inline int32_t compensator_q31_step(const tribo_compensator_q31_params_t 
 {
     const int32_t F = tribo_arm_q31_force(&state->arm);
     signals->force  = F;
-    // The public function: the friction model is the longest part of a tick, and with a change of params a second copy of it
-    // would be in flash.
-    const int32_t f = tribo_friction_q31_step(&params->friction, &state->friction, u, F, &signals->friction);
-    const int32_t n = state->friction.n;
+    const int32_t n = friction_q31_net_force(&params->friction, &state->friction, u, F);
+    const int32_t f = friction_q31_step(&params->friction, &state->friction, n, F, &signals->friction);
     // The drive d = u + g - F^ - f^. As |f^| <= |n| and both have one sign, it cannot overflow; below breakaway f^ = n, so
     // it is exactly 0 and the arm sticks.
     arm_q31_step(&params->arm, &state->arm, n - f);

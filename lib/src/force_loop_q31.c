@@ -73,20 +73,22 @@ static int32_t feedforward_of(const tribo_force_loop_q31_params_t *params, int32
     return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), GAIN_FRACTION, saturated);
 }
 
-/// The f^ that `params` would give in this tick: a step of the friction model whose effect on the state is undone.
+/// The f^ that `params` would give in this tick: a step of the compensator whose effect on the state is undone. `signals` is
+/// scratch.
 static int32_t friction_under(const tribo_force_loop_q31_params_t *params,
                               tribo_compensator_q31_state_t       *state,
-                              int32_t                              u)
+                              int32_t                              u,
+                              tribo_compensator_q31_signals_t     *signals)
 {
     tribo_friction_q31_state_t *const friction  = &state->friction;
     const relay_snapshot_t            relay     = relay_snapshot(&friction->relay);
     const int32_t                     n_before  = friction->n;
     const uint32_t                    saturated = friction->saturated;
-    tribo_friction_q31_signals_t      unseen;
+    const tribo_arm_q31_state_t       arm       = state->arm;
 
-    const int32_t F = tribo_arm_q31_force(&state->arm);
-    const int32_t f = tribo_friction_q31_step(&params->compensator.friction, friction, u, F, &unseen);
+    const int32_t f = tribo_compensator_q31_step(&params->compensator, state, u, signals);
 
+    state->arm = arm;
     relay_restore(&friction->relay, relay);
     friction->n         = n_before;
     friction->saturated = saturated;
@@ -130,6 +132,7 @@ void tribo_force_loop_q31_hand_over(const tribo_force_loop_q31_params_t *from,
                                     int32_t                              e)
 {
     tribo_compensator_q31_state_t *const compensator = &state->compensator;
+    tribo_compensator_q31_signals_t      unseen;
     uint32_t                             not_counted = 0;
 
     const int32_t wanted = tribo_force_loop_q31_wanted(from, state, r, y);
@@ -138,7 +141,7 @@ void tribo_force_loop_q31_hand_over(const tribo_force_loop_q31_params_t *from,
     tribo_compensator_q31_reset(compensator);
     compensator->arm.force  = (int64_t)F * (INT64_C(1) << ARM_Q31_FRACTION);
     compensator->friction.n = tribo_q31_saturate((int64_t)u - F + params->compensator.friction.gravity, &not_counted);
-    state->friction         = friction_under(params, compensator, u);
+    state->friction         = friction_under(params, compensator, u, &unseen);
 
     const int32_t v     = force_loop_q31_v(&from->controller, &state->controller, e);
     const int64_t added = feedforward_of(params, state->friction, &not_counted);
@@ -146,7 +149,7 @@ void tribo_force_loop_q31_hand_over(const tribo_force_loop_q31_params_t *from,
 }
 
 /// Before the controller's step: converts its state to the new params and subtracts the jump by which a new gain or method would
-/// move u in this tick.
+/// move u in this tick. After a reset there is nothing to convert.
 static void change_gain(const tribo_force_loop_q31_params_t *params,
                         tribo_force_loop_q31_state_t        *state,
                         int32_t                              r,
@@ -164,6 +167,10 @@ static void change_gain(const tribo_force_loop_q31_params_t *params,
         const int64_t was = feedforward_of(from, state->friction, &not_counted);
         change_controller(from, params, state, e, feedforward_of(params, state->friction, &not_counted) - was);
     }
+    else
+    {
+        force_loop_q31_activate(state, params);
+    }
 }
 
 /// Before the compensator's step: the controller subtracts the jump by which a new friction model would move u from the next
@@ -171,14 +178,15 @@ static void change_gain(const tribo_force_loop_q31_params_t *params,
 static void change_friction(const tribo_force_loop_q31_params_t *params,
                             tribo_force_loop_q31_state_t        *state,
                             int32_t                              e,
-                            int32_t                              u)
+                            int32_t                              u,
+                            tribo_compensator_q31_signals_t     *signals)
 {
     const tribo_force_loop_q31_params_t *const from        = force_loop_q31_active(state, params);
     uint32_t                                   not_counted = 0;
-    if (from != params && from->method == NULL)
+    if (from->method == NULL)
     {
-        const int32_t f_before = friction_under(from, &state->compensator, u);
-        const int32_t f        = friction_under(params, &state->compensator, u);
+        const int32_t f_before = friction_under(from, &state->compensator, u, signals);
+        const int32_t f        = friction_under(params, &state->compensator, u, signals);
         const int64_t was      = feedforward_of(params, f_before, &not_counted);
         change_controller(params, params, state, e, feedforward_of(params, f, &not_counted) - was);
     }
@@ -208,8 +216,7 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
         e = tribo_q31_subtract(r, y, &state->saturated);
     }
 
-    const bool change = state->active != params;
-    if (change)
+    if (state->active != params)
     {
         change_gain(params, state, r, y, e);
     }
@@ -220,10 +227,10 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
 
     const int32_t u = controller_q31_step(&params->controller, &state->controller, e, feedforward, &seen->controller);
 
-    if (change)
+    if (state->active != params)
     {
-        change_friction(params, state, e, u);
+        change_friction(params, state, seen->e, u, &seen->compensator);
     }
-    state->friction = compensator_q31_step(&params->compensator, &state->compensator, u, &seen->compensator);
+    state->friction = tribo_compensator_q31_step(&params->compensator, &state->compensator, u, &seen->compensator);
     return u;
 }
