@@ -164,17 +164,17 @@ void tribo_friction_f32_reset(tribo_friction_f32_state_t *state)
 /// Linear between the points, clamped at both ends. Visits every point, whatever the load.
 void tribo_friction_f32_look_up(const tribo_friction_f32_params_t *params, float load_n, float L_n[2])
 {
+    if (params->table == NULL) // a bit of table_length has flipped
+    {
+        L_n[0] = friction_f32_affine(&params->law[0], load_n);
+        L_n[1] = friction_f32_affine(&params->law[1], load_n);
+        return;
+    }
     const uint32_t length = params->table_length;
     uint32_t       below  = 0; // points at or below the load
     for (uint32_t i = 0; i < length; i++)
     {
         below += load_n >= params->table[i].force_n;
-    }
-    if (length == 0u) // no table: a bit of its pointer has flipped
-    {
-        L_n[0] = friction_f32_affine(&params->law[0], load_n);
-        L_n[1] = friction_f32_affine(&params->law[1], load_n);
-        return;
     }
     const tribo_breakaway_point_f32_t *lower = &params->table[below > 0u ? below - 1u : 0u];
     const tribo_breakaway_point_f32_t *upper = &params->table[below < length ? below : length - 1u];

@@ -88,9 +88,6 @@ static inline float friction_f32_step(const tribo_friction_f32_params_t *params,
                                       tribo_friction_f32_signals_t      *signals)
 {
     const float    n_before     = state->n_n;
-    const float    size         = magnitude(n);
-    const float    size_before  = magnitude(n_before);
-    const float    rise         = size - size_before; // v h, Eq. (6)
     const uint32_t negative     = less(n, 0.0f);
     const uint32_t was_negative = less(n_before, 0.0f);
     const float    load         = magnitude(force_n);
@@ -98,13 +95,16 @@ static inline float friction_f32_step(const tribo_friction_f32_params_t *params,
     // Each comparator of the relays uses the breakaway of its own side: L on the side of n, L_before on that of n[k-1].
     float L        = friction_f32_affine(&params->law[negative], load);
     float L_before = friction_f32_affine(&params->law[was_negative], load);
-    if (params->table != NULL)
+    if (params->table_length > 0u)
     {
         float both[2];
         tribo_friction_f32_look_up(params, load, both);
         L        = both[negative];
         L_before = both[was_negative];
     }
+    const float size        = magnitude(n);
+    const float size_before = magnitude(n_before);
+    const float rise        = size - size_before; // v h, Eq. (6)
 
     state->n_n         = n;
     signals->n_n       = n;
@@ -117,7 +117,7 @@ static inline float friction_f32_step(const tribo_friction_f32_params_t *params,
     const uint32_t back   = less(rise, 0.0f) | (negative ^ was_negative);
     const uint32_t events = relay_events(negative, was_negative, inside, deep, back);
     const uint32_t relays = relay_step(&state->relay, params->pulse_width, events);
-    const uint32_t Q      = relay_q(relays, negative, less(0.0f, rise));
+    const uint32_t Q      = relay_q(relays, negative, less(size_before, size));
     signals->relays       = (uint8_t)(relays | Q * TRIBO_RELAY_Q);
 
     // Eq. (3): without Q the argument is 0 and the curve is n itself. Eq. (4) then limits f to breakaway.

@@ -119,9 +119,6 @@ static inline int32_t friction_q31_step(const tribo_friction_q31_params_t *param
                                         tribo_friction_q31_signals_t      *signals)
 {
     const int32_t  n_before     = state->n;
-    const uint32_t size         = tribo_q31_magnitude(n);
-    const uint32_t size_before  = tribo_q31_magnitude(n_before);
-    const int32_t  rise         = (int32_t)(size - size_before); // v h, Eq. (6)
     const uint32_t negative     = sign_bit(n);
     const uint32_t was_negative = sign_bit(n_before);
     const uint32_t load         = tribo_q31_magnitude(force);
@@ -136,6 +133,9 @@ static inline int32_t friction_q31_step(const tribo_friction_q31_params_t *param
         L        = both[negative];
         L_before = both[was_negative];
     }
+    const uint32_t size        = tribo_q31_magnitude(n);
+    const uint32_t size_before = tribo_q31_magnitude(n_before);
+    const int32_t  rise        = (int32_t)(size - size_before); // v h, Eq. (6)
 
     state->n      = n;
     signals->n    = n;

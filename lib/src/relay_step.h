@@ -54,9 +54,9 @@ static inline uint32_t relay_events(uint32_t negative,
                                     uint32_t back)
 {
     // set2 = n > -c1 L- is true for every n >= 0, and for n < 0 while it is inside; set1 is its mirror image.
-    const uint32_t set = TRIBO_RELAY_SET2 >> negative | inside * (TRIBO_RELAY_SET1 | TRIBO_RELAY_SET2);
+    const uint32_t set = (TRIBO_RELAY_SET2 - negative) | inside * (TRIBO_RELAY_SET1 | TRIBO_RELAY_SET2);
     // Reset looks at n[k-1], so that one large step from above L2 to below it still counts as a crossing (Fig. 5).
-    const uint32_t reset = (deep & back) * (TRIBO_RELAY_RESET2 >> was_negative);
+    const uint32_t reset = (deep & back) * (TRIBO_RELAY_SET2 - was_negative) * TRIBO_RELAY_RESET1;
     return set | reset;
 }
 
