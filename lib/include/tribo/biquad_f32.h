@@ -65,7 +65,8 @@ typedef struct
     uint32_t bad_inputs;                   ///< since reset; stops at UINT32_MAX
 } tribo_biquad_f32_state_t;
 
-/// The outputs of the first two sections in one tick, on their way from the first half of a step to the second.
+/// The outputs of two sections in one tick, on their way from the first half of a step to the second. Those of more are in the
+/// state.
 typedef struct
 {
     float y[2];

@@ -74,7 +74,8 @@ typedef struct
     uint32_t                saturated; ///< values clamped since reset; stops at UINT32_MAX
 } tribo_biquad_q31_state_t;
 
-/// The first nodes of a cascade in one tick, on their way from the first half of a step to the second.
+/// The nodes of two sections in one tick, on their way from the first half of a step to the second. Of more sections only x is
+/// used: the others are in the state.
 typedef struct
 {
     int32_t  x;       ///< the input, at the input node's scale
