@@ -64,25 +64,27 @@ float tribo_biquad_f32_long_output(const tribo_biquad_f32_params_t *params, trib
     float y = x;
     for (uint32_t i = 0; i < sections(params); i++)
     {
-        y           = biquad_f32_section_output(&params->section[i], &state->section[i], y);
-        state->y[i] = y;
+        y = biquad_f32_section_output(&params->section[i], &state->section[i], y);
     }
     return y;
 }
 
+// Each section's output of the first half is computed again: to keep it would take a word a section of every state.
 void tribo_biquad_f32_long_advance(const tribo_biquad_f32_params_t *params,
                                    tribo_biquad_f32_state_t        *state,
                                    float                            x,
                                    float                            correction)
 {
     float in = x + correction;
+    float y  = x;
     float c  = correction;
     for (uint32_t i = 0; i < sections(params); i++)
     {
+        y = biquad_f32_section_output(&params->section[i], &state->section[i], y);
         c *= params->section[i].b0;
-        const float y = state->y[i] + c;
-        biquad_f32_section_advance(&params->section[i], &state->section[i], in, y);
-        in = y;
+        const float corrected = y + c;
+        biquad_f32_section_advance(&params->section[i], &state->section[i], in, corrected);
+        in = corrected;
     }
 }
 

@@ -41,8 +41,7 @@ static inline void biquad_f32_section_advance(const tribo_biquad_f32_section_t *
     state->w2_carry = change - (w2 - w2_before); // rounded off by the sum
 }
 
-// Three or four sections, the rare case: both halves are loops, and between them the outputs are held in the state. Every cascade
-// has at least two sections (tribo_biquad_f32_init).
+// Three or four sections, the rare case: both halves are loops. Every cascade has at least two sections (tribo_biquad_f32_init).
 
 float tribo_biquad_f32_long_output(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x);
 void  tribo_biquad_f32_long_advance(const tribo_biquad_f32_params_t *params,

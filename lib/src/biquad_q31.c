@@ -46,33 +46,36 @@ int32_t tribo_biquad_q31_long_output(const tribo_biquad_q31_params_t *params,
                                      tribo_biquad_q31_state_t        *state,
                                      int32_t                          x)
 {
-    int32_t y = x;
+    uint32_t rest;
+    int32_t  y = x;
     for (uint32_t i = 0; i < sections(params); i++)
     {
-        tribo_biquad_q31_node_t *const node = &state->node[i];
-        y = biquad_q31_section_output(&params->section[i], state->section[i].w1, y, &node->rest, &state->saturated);
-        node->y = y;
+        y = biquad_q31_section_output(&params->section[i], state->section[i].w1, y, &rest, &state->saturated);
     }
     return y;
 }
 
+// Each section's output of the first half is computed again: to keep it would take a word a section of every state.
 void tribo_biquad_q31_long_advance(const tribo_biquad_q31_params_t *params,
                                    tribo_biquad_q31_state_t        *state,
                                    int32_t                          x,
                                    int32_t                          correction)
 {
-    uint32_t *const saturated = &state->saturated;
-    int32_t         c         = correction;
-    int32_t         in        = tribo_q31_add(x, c, saturated);
+    uint32_t *const saturated   = &state->saturated;
+    uint32_t        not_counted = 0;
+    uint32_t        rest;
+    int32_t         c  = correction;
+    int32_t         y  = x;
+    int32_t         in = tribo_q31_add(x, c, saturated);
     for (uint32_t i = 0; i < sections(params); i++)
     {
         const tribo_biquad_q31_section_t *const section = &params->section[i];
-        const tribo_biquad_q31_node_t           node    = state->node[i];
 
-        c               = i == 0u ? biquad_q31_first_correction(section, c) : biquad_q31_later_correction(section, c);
-        const int32_t y = tribo_q31_add(node.y, c, saturated);
-        biquad_q31_section_advance(section, &state->section[i], in, y, node.rest, saturated);
-        in = y;
+        y = biquad_q31_section_output(section, state->section[i].w1, y, &rest, &not_counted);
+        c = i == 0u ? biquad_q31_first_correction(section, c) : biquad_q31_later_correction(section, c);
+        const int32_t corrected = tribo_q31_add(y, c, saturated);
+        biquad_q31_section_advance(section, &state->section[i], in, corrected, rest, saturated);
+        in = corrected;
     }
 }
 

@@ -77,8 +77,7 @@ static inline void biquad_q31_section_advance(const tribo_biquad_q31_section_t *
     state->w2 = w2;
 }
 
-// Three or four sections, the rare case: both halves are loops, and between them the nodes are held in the state. Every cascade
-// has at least two sections (tribo_biquad_f32_init).
+// Three or four sections, the rare case: both halves are loops. Every cascade has at least two sections (tribo_biquad_f32_init).
 
 int32_t tribo_biquad_q31_long_output(const tribo_biquad_q31_params_t *params,
                                      tribo_biquad_q31_state_t        *state,

@@ -236,11 +236,15 @@ static void test_biquad_change_takes_another_number_of_sections(void)
             tribo_biquad_f32_change(&params, &to, &state, 0.7f, 0.0f);
             const float before = tribo_biquad_f32_step(&params, &old, 0.7f);
             const float after  = tribo_biquad_f32_output(&to, &state, 0.7f, &nodes);
+            float       in     = 0.7f; // to the last section
+            for (uint32_t i = 0; i + 1u < to_count; i++)
+            {
+                in = to.section[i].b0 * in + state.section[i].w1;
+            }
             tribo_biquad_f32_advance(&to, &state, 0.7f, &nodes, 0.0f);
             TEST_ASSERT_FLOAT_WITHIN(2e-6f, before, after);
             if (to_count > from_count)
             {
-                const float in = to_count > 2u ? state.y[to_count - 2u] : nodes.y[0]; // to the last
                 // The last section is new: it stands still for one more sample.
                 TEST_ASSERT_FLOAT_WITHIN(1e-6f,
                                          after,

@@ -61,12 +61,11 @@ typedef struct
 typedef struct
 {
     tribo_biquad_f32_section_state_t section[TRIBO_BIQUAD_SECTIONS_MAX];
-    float    y[TRIBO_BIQUAD_SECTIONS_MAX]; ///< outputs of three or four sections, within a tick only
-    uint32_t bad_inputs;                   ///< since reset; stops at UINT32_MAX
+    uint32_t                         bad_inputs; ///< since reset; stops at UINT32_MAX
 } tribo_biquad_f32_state_t;
 
-/// The outputs of two sections in one tick, on their way from the first half of a step to the second. Those of more are in the
-/// state.
+/// The outputs of two sections in one tick, on their way from the first half of a step to the second. Those of more are
+/// computed again.
 typedef struct
 {
     float y[2];

@@ -59,23 +59,15 @@ typedef struct
     int64_t w1, w2;
 } tribo_biquad_q31_section_state_t;
 
-/// A section's output in one tick.
-typedef struct
-{
-    int32_t  y;    ///< at its node's scale
-    uint32_t rest; ///< what its rounding has left, Q59
-} tribo_biquad_q31_node_t;
-
 typedef struct
 {
     tribo_biquad_q31_section_state_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
-    tribo_biquad_q31_node_t node[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< of three or four sections, within a tick only
-    uint32_t                carry;     ///< bits of the input dropped for its scale so far, from bit 31 down
-    uint32_t                saturated; ///< values clamped since reset; stops at UINT32_MAX
+    uint32_t                         carry;     ///< bits of the input dropped for its scale so far, from bit 31 down
+    uint32_t                         saturated; ///< values clamped since reset; stops at UINT32_MAX
 } tribo_biquad_q31_state_t;
 
 /// The nodes of two sections in one tick, on their way from the first half of a step to the second. Of more sections only x is
-/// used: the others are in the state.
+/// kept: the others are computed again.
 typedef struct
 {
     int32_t  x;       ///< the input, at the input node's scale
