@@ -6,6 +6,7 @@
 #include "cli/trace.h"
 #include "log/plot.h"
 #include "log/verdict.h"
+#include "scenario/activity.h"
 #include "scenario/check.h"
 #include "scenario/loop.h"
 #include "scenario/loop_config.h"
@@ -13,6 +14,7 @@
 #include "support/number.h"
 #include "support/output_file.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -41,6 +43,7 @@ typedef struct
     uint64_t                       beyond_full_scale;    ///< rows
     double                         max_force_n, max_f_n; ///< largest differences
     sim_replayed_t                 replayed;             ///< by row, for the verdict
+    sim_activity_t                 activity, activity_q31;
 } replay_t;
 
 static int check_result(const options_t *options, const char *option, const char *result)
@@ -219,6 +222,8 @@ static void replay_row(replay_t *replay, const sim_log_t *log, size_t row, FILE 
         replay->max_force_n = fmax(replay->max_force_n, fabs((double)q31.force_n - (double)f32.force_n));
         replay->max_f_n     = fmax(replay->max_f_n, fabs((double)q31.friction.f_n - (double)f32.friction.f_n));
     }
+    sim_activity_add(&replay->activity, 0.0, u, (f32.friction.relays & TRIBO_RELAY_Q) != 0u);
+    sim_activity_add(&replay->activity_q31, 0.0, u, (q31.friction.relays & TRIBO_RELAY_Q) != 0u);
     const tribo_compensator_f32_signals_t *shown = replay->options->f32 ? &f32 : &q31;
     keep(replay, row, shown, has_force ? F : (double)shown->force_n);
     if (has_force)
@@ -235,6 +240,8 @@ static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
     sim_progress_t progress   = {.calls = 0};
     const bool     both       = replay->options->f32 && replay->options->q31;
     uint32_t       bad_inputs = 0;
+    replay->activity          = (sim_activity_t){.move_n = SIM_ACTIVITY_MOVE * replay->options->full_scale_n};
+    replay->activity_q31      = replay->activity;
     (void)fprintf(file,
                   "t_s,u_N,%s%s%s\n",
                   SIM_TRACE_COMPENSATOR,
@@ -244,6 +251,8 @@ static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
     {
         tribo_compensator_f32_reset(&replay->state_f32);
         tribo_compensator_q31_reset(&replay->state_q31);
+        sim_activity_break(&replay->activity);
+        sim_activity_break(&replay->activity_q31);
         for (size_t i = log->starts[s]; i < log->starts[s + 1] && !ferror(file); i++)
         {
             replay_row(replay, log, i, file);
@@ -265,6 +274,25 @@ static void warn(const options_t *options, uint64_t rows, const char *of_what)
                       (unsigned)rows,
                       of_what);
     }
+}
+
+/// How restless the log's command is, and the compensator with it.
+static void print_activity(const replay_t *replay)
+{
+    const sim_activity_t *activity = &replay->activity;
+    (void)printf("activity  u varies %.4g N, chatter in %" PRIu64 " of %" PRIu64 " ticks; Q switches",
+                 activity->u_variation_n,
+                 activity->chatter_ticks,
+                 activity->ticks);
+    if (replay->options->f32)
+    {
+        (void)printf(" %" PRIu64 " times", activity->q_switches);
+    }
+    if (replay->options->q31)
+    {
+        (void)printf("%s %" PRIu64 " times in Q31", replay->options->f32 ? "," : "", replay->activity_q31.q_switches);
+    }
+    (void)puts("");
 }
 
 /// Writes the table and the picture, then the verdict: beside the table if that goes to a file, else on stderr.
@@ -304,6 +332,7 @@ static bool write_results(replay_t *replay, const sim_log_t *log, sim_error_t *e
         return true; // the table is for the next program; the verdict comes with --out
     }
     sim_verdict_write(&verdict, log, stdout);
+    print_activity(replay);
     return sim_output_flush(error);
 }
 

@@ -4,7 +4,7 @@
 
 void sim_activity_add(sim_activity_t *activity, double r_n, double u_n, bool q)
 {
-    if (activity->ticks++ > 0)
+    if (activity->continues)
     {
         const double move   = u_n - activity->u_n;
         const bool   turned = (move > activity->move_n && activity->last_move_n < -activity->move_n) ||
@@ -19,6 +19,15 @@ void sim_activity_add(sim_activity_t *activity, double r_n, double u_n, bool q)
     activity->r_n = r_n;
     activity->u_n = u_n;
     activity->q   = q;
+    activity->ticks++;
+    activity->continues = true;
+}
+
+void sim_activity_break(sim_activity_t *activity)
+{
+    activity->continues   = false;
+    activity->turned      = false;
+    activity->last_move_n = 0.0;
 }
 
 double sim_activity_variation_ratio(const sim_activity_t *activity)

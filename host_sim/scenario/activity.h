@@ -24,10 +24,14 @@ typedef struct
 
     double r_n, u_n, last_move_n; ///< of the last tick
     bool   q, turned;
+    bool   continues; ///< there is a last tick
 } sim_activity_t;
 
 /// Takes a tick.
 void sim_activity_add(sim_activity_t *activity, double r_n, double u_n, bool q);
+
+/// The next tick does not follow the last one.
+void sim_activity_break(sim_activity_t *activity);
 
 /// Total variation of u over that of r; NaN if r did not move.
 double sim_activity_variation_ratio(const sim_activity_t *activity);

@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import re
 import stat
 import subprocess
 
@@ -342,3 +343,22 @@ def test_full_scale_of_a_replay(sim):
     assert sim("replay", "log.csv", "--arith", "q31", "--full-scale", "0").stderr.startswith("tribo-sim: --full-scale 0: ")
     assert sim("replay", "log.csv", "--full-scale", "x").returncode == 2
     assert sim("replay", "log.csv", "--arith", "x").returncode == 2
+
+
+def test_the_activity_is_that_of_the_log(sim):
+    """The same counts as the run's that made the log; a gap is no move."""
+    summary = sim.summary("triangle", "--set", "reference.period_s=60", "--set", "metrics.start_s=0", "--out", "d")
+    assert summary["chatter_ticks"] > 1000
+    for options, counted in ((("--arith", "f32"), r"Q switches (\d+) times"),
+                             (("--arith", "q31"), r"Q switches (\d+) times in Q31"),
+                             (("--arith", "both"), r"Q switches (\d+) times, (\d+) times in Q31")):
+        line = sim("replay", "d/trace.csv", "--out", "r.csv", *options).stdout.splitlines()[-1]
+        found = re.fullmatch(r"activity  u varies (\S+) N, chatter in (\d+) of 60000 ticks; " + counted, line)
+        assert found, line
+        assert float(found[1]) == pytest.approx(summary["u_variation_N"], rel=1e-3)
+        assert int(found[2]) == pytest.approx(summary["chatter_ticks"], abs=2)
+        assert all(int(switches) == pytest.approx(summary["Q_switches"], rel=0.01) for switches in found.groups()[2:])
+    sim.write("a.csv", "t_s,u_N\n" + "".join(f"{i / 1000},0.1\n" for i in range(50)))
+    sim.write("b.csv", "t_s,u_N\n" + "".join(f"{i / 1000},0.3\n" for i in range(50)))
+    line = sim("replay", "a.csv", "b.csv", "--out", "r.csv").stdout.splitlines()[-1]
+    assert line == "activity  u varies 0 N, chatter in 0 of 100 ticks; Q switches 0 times"
