@@ -143,7 +143,7 @@ static const sim_key_t learning_keys[] = {
     END};
 
 static const sim_key_t hold_keys[] = {
-    CHECKED("gain",             AT(sim_hold_config_t, gain),             RANGE("-", 0.0, 0.99, 0.94),   STATUS(HOLD_GAIN),     "E: friction fed back while r stands; 0: never"),
+    CHECKED("gain",             AT(sim_hold_config_t, gain),             RANGE("-", 0.0, 0.99, 0.95),   STATUS(HOLD_GAIN),     "E: friction fed back while r stands; 0: never"),
     CHECKED("still_time_s",     AT(sim_hold_config_t, still_time_s),     RANGE("s", 1e-6, 1e3, 1.5),    STATUS(HOLD_TIME),     "r stands when it has for that long"),
     CHECKED("margin",           AT(sim_hold_config_t, margin),           RANGE("-", 0.1, 1.0, 0.85),    STATUS(HOLD_MARGIN),   "of the learned breakaway, that is fed back"),
     NUMBER("quick_time_s",      AT(sim_hold_config_t, quick_time_s),     RANGE("s", 1e-6, 1e3, 0.2),    "changes of side within that time are chatter, and make it cautious"),

@@ -122,6 +122,7 @@ void tribo_feedforward_f32_reset(const tribo_feedforward_f32_params_t *params, t
 {
     state->r_n[0] = 0.0f;
     tribo_friction_meter_f32_reset(&state->meter, 0.0f);
+    state->share      = 1.0f;
     state->bad_inputs = 0;
     tribo_breakaway_learning_f32_reset(&params->learning, &state->learning);
     tribo_hold_f32_reset(&state->hold, 0.0f);

@@ -103,15 +103,18 @@ static inline float feedforward_f32_reach(const tribo_feedforward_f32_params_t *
     return change;
 }
 
-/// What is known of L in `direction` at rs.
+/// What is known of L in `direction` at rs, weighted by what a guard leaves of it, too.
 static inline tribo_breakaway_learning_f32_signals_t feedforward_f32_breakaway(
     const tribo_feedforward_f32_params_t *params,
     const tribo_friction_f32_params_t    *friction,
     const tribo_feedforward_f32_state_t  *state,
     uint32_t                              direction)
 {
-    const float prior = feedforward_f32_prior(friction, direction, state->reached_n);
-    return breakaway_learning_f32_at(&params->learning, &state->learning, direction, prior);
+    const float                            prior = feedforward_f32_prior(friction, direction, state->reached_n);
+    tribo_breakaway_learning_f32_signals_t L =
+        breakaway_learning_f32_at(&params->learning, &state->learning, direction, prior);
+    L.weighted_n *= state->share;
+    return L;
 }
 
 /// f while r moves: sigma goes to the way of r. `first` tells of the first reversal, `step` of one that r has jumped to.
@@ -146,8 +149,8 @@ static inline void feedforward_f32_hold(const tribo_feedforward_f32_params_t *pa
                                         tribo_feedforward_f32_signals_t      *signals)
 {
     const bool  falls    = signals->way < 0;
-    const float positive = falls ? signals->behind.L_n : signals->ahead.L_n;
-    const float negative = falls ? signals->ahead.L_n : signals->behind.L_n;
+    const float positive = state->share * (falls ? signals->behind.L_n : signals->ahead.L_n);
+    const float negative = state->share * (falls ? signals->ahead.L_n : signals->behind.L_n);
     const bool  enters   = !state->hold.active;
     if (enters)
     {

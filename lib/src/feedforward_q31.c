@@ -129,6 +129,7 @@ void tribo_feedforward_q31_reset(const tribo_feedforward_q31_params_t *params, t
 {
     state->r[0]       = 0;
     state->y          = 0;
+    state->share      = UINT32_MAX;
     state->bad_inputs = 0;
     tribo_breakaway_learning_q31_reset(&params->learning, &state->learning);
     tribo_hold_q31_reset(&state->hold, 0);

@@ -147,15 +147,24 @@ static inline int32_t feedforward_q31_ahead(const tribo_feedforward_q31_params_t
     return part_of_q31(state->rate, tribo_q31_high(params->lead, share)) * (int32_t)(UINT32_C(1) << params->lead_shift);
 }
 
-/// What is known of L in `direction` at rs.
+/// What a guard leaves of a force.
+static inline uint32_t feedforward_q31_left(const tribo_feedforward_q31_state_t *state, uint32_t force)
+{
+    return state->share == UINT32_MAX ? force : tribo_q31_high(force, state->share);
+}
+
+/// What is known of L in `direction` at rs, weighted by what a guard leaves of it, too.
 static inline tribo_breakaway_learning_q31_signals_t feedforward_q31_breakaway(
     const tribo_feedforward_q31_params_t *params,
     const tribo_friction_q31_params_t    *friction,
     const tribo_feedforward_q31_state_t  *state,
     uint32_t                              direction)
 {
-    const uint32_t prior = feedforward_q31_prior(friction, direction, state->reached);
-    return breakaway_learning_q31_at(&params->learning, &state->learning, direction, prior);
+    const uint32_t                         prior = feedforward_q31_prior(friction, direction, state->reached);
+    tribo_breakaway_learning_q31_signals_t L =
+        breakaway_learning_q31_at(&params->learning, &state->learning, direction, prior);
+    L.weighted = feedforward_q31_left(state, L.weighted);
+    return L;
 }
 
 /// Moves b by a force.
@@ -196,8 +205,8 @@ static inline void feedforward_q31_hold(const tribo_feedforward_q31_params_t *pa
                                         tribo_feedforward_q31_signals_t      *signals)
 {
     const bool     falls    = signals->way < 0;
-    const uint32_t positive = falls ? signals->behind.L : signals->ahead.L;
-    const uint32_t negative = falls ? signals->ahead.L : signals->behind.L;
+    const uint32_t positive = feedforward_q31_left(state, falls ? signals->behind.L : signals->ahead.L);
+    const uint32_t negative = feedforward_q31_left(state, falls ? signals->ahead.L : signals->behind.L);
     const bool     enters   = !state->hold.active;
     if (enters)
     {

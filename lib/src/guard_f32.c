@@ -41,6 +41,7 @@ tribo_status_t tribo_guard_f32_init(tribo_guard_f32_params_t       *params,
     }
     params->half_n      = 0.5f * config->turn_n;
     params->stray_n     = config->stray_n;
+    params->work_n2     = config->turn_n * config->stray_n;
     params->fade        = limit_f32(sample_time_s / config->fade_time_s, 0.0f, 1.0f);
     params->quick_ticks = (uint32_t)(config->quick_time_s / sample_time_s + 0.5f) + 1u;
     return TRIBO_OK;

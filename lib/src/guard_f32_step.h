@@ -26,7 +26,7 @@ static inline void guard_f32_turn(const tribo_guard_f32_params_t *params, tribo_
     {
         // high is 0 or more, low 0 or less: the larger error less the other one, so much to the wrong side.
         const float wrong = (float)-way * (state->high_n + state->low_n);
-        const bool  hunts = state->since < params->quick_ticks && state->work_n2 > 0.0f;
+        const bool  hunts = state->since < params->quick_ticks && state->work_n2 > params->work_n2;
         state->turns      = guard_count(state->turns, hunts, GUARD_TURNS);
         state->strays     = guard_count(state->strays, wrong > params->stray_n, GUARD_STRAYS);
         state->cause      = guard_judge(state->cause, state->turns, state->strays);

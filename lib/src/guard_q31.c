@@ -35,6 +35,7 @@ tribo_status_t tribo_guard_q31_init(tribo_guard_q31_params_t       *params,
     }
     params->half        = fixed(f32.half_n / full_scale_n, 29);
     params->stray       = fixed(f32.stray_n / full_scale_n, 28);
+    params->work        = (int64_t)fixed(f32.half_n / full_scale_n, 29) * fixed(f32.stray_n / full_scale_n, 28) / 8192;
     params->fade        = fixed_unsigned(f32.fade, 32);
     params->quick_ticks = f32.quick_ticks;
     return TRIBO_OK;

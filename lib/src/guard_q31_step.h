@@ -25,7 +25,7 @@ static inline void guard_q31_turn(const tribo_guard_q31_params_t *params, tribo_
     {
         // high is 0 or more, low 0 or less: the larger error less the other one, so much to the wrong side.
         const int64_t wrong = -way * ((int64_t)state->high + state->low);
-        const bool    hunts = state->since < params->quick_ticks && state->work > 0;
+        const bool    hunts = state->since < params->quick_ticks && state->work > params->work;
         state->turns        = guard_count(state->turns, hunts, GUARD_TURNS);
         state->strays       = guard_count(state->strays, wrong > params->stray, GUARD_STRAYS);
         state->cause        = guard_judge(state->cause, state->turns, state->strays);

@@ -6,6 +6,7 @@
 #include "feedforward_f32.h"
 #include "seen.h"
 #include "tribo/force_loop_feedforward_f32.h"
+#include "tribo/force_loop_guard_f32.h"
 
 #include <stddef.h>
 
@@ -241,6 +242,45 @@ static inline double loop_step_unseen_by(loop_t *x, const loop_t *by, double r, 
 static inline loop_seen_t loop_step(loop_t *x, double r, double y)
 {
     return loop_step_by(x, x, r, y);
+}
+
+/// The guard beside a loop.
+typedef struct
+{
+    tribo_guard_f32_params_t params;
+    tribo_guard_f32_state_t  state;
+} guard_t;
+
+static inline tribo_status_t guard_init(guard_t *x, double sample_time_s)
+{
+    const tribo_guard_f32_config_t standard = tribo_guard_f32_default();
+    tribo_guard_f32_reset(&x->state);
+    return tribo_guard_f32_init(&x->params, &standard, (float)sample_time_s);
+}
+
+static inline void guard_restore(guard_t *x)
+{
+    tribo_guard_f32_restore(&x->state);
+}
+
+static inline double guard_share(const guard_t *x)
+{
+    return (double)x->state.share;
+}
+
+/// One tick of a loop with a guard; returns u.
+static inline double loop_step_guarded(loop_t *x, guard_t *guard, double r, double y)
+{
+    tribo_force_loop_f32_signals_t signals;
+    const float                    u = tribo_force_loop_f32_step(&x->params, &x->state, (float)r, (float)y, &signals);
+    tribo_force_loop_guard_f32_watch(&guard->params,
+                                     &guard->state,
+                                     &x->params,
+                                     &x->state,
+                                     (float)r,
+                                     (float)y,
+                                     &signals);
+    return (double)u;
 }
 
 /// Of both directions, in N.

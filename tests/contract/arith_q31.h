@@ -6,6 +6,7 @@
 #include "feedforward_q31.h"
 #include "seen.h"
 #include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/force_loop_guard_q31.h"
 #include "tribo/quantize_q31.h"
 
 #include <math.h>
@@ -275,6 +276,41 @@ static inline double loop_step_unseen_by(loop_t *x, const loop_t *by, double r, 
 static inline loop_seen_t loop_step(loop_t *x, double r, double y)
 {
     return loop_step_by(x, x, r, y);
+}
+
+/// The guard beside a loop.
+typedef struct
+{
+    tribo_guard_q31_params_t params;
+    tribo_guard_q31_state_t  state;
+} guard_t;
+
+static inline tribo_status_t guard_init(guard_t *x, double sample_time_s)
+{
+    const tribo_guard_f32_config_t standard = tribo_guard_f32_default();
+    tribo_guard_q31_reset(&x->state);
+    return tribo_guard_q31_init(&x->params, &standard, (float)sample_time_s, (float)FULL_SCALE_N);
+}
+
+static inline void guard_restore(guard_t *x)
+{
+    tribo_guard_q31_restore(&x->state);
+}
+
+static inline double guard_share(const guard_t *x)
+{
+    return x->state.share == UINT32_MAX ? 1.0 : (double)x->state.share / 4294967296.0;
+}
+
+/// One tick of a loop with a guard; returns u.
+static inline double loop_step_guarded(loop_t *x, guard_t *guard, double r, double y)
+{
+    tribo_force_loop_q31_signals_t signals;
+    const int32_t                  r_q31 = to_q31(r);
+    const int32_t                  y_q31 = to_q31(y);
+    const int32_t                  u     = tribo_force_loop_q31_step(&x->params, &x->state, r_q31, y_q31, &signals);
+    tribo_force_loop_guard_q31_watch(&guard->params, &guard->state, &x->params, &x->state, r_q31, y_q31, &signals);
+    return from_q31(u);
 }
 
 /// Of both directions, in N.

@@ -110,6 +110,7 @@ typedef struct
     float                                held_n[2];  ///< vh, mean v - b in slides of each direction
     float                                error_n;    ///< LP(e)
     float                                distance_n; ///< D, travelled without a break
+    float                                share;      ///< of f that is fed forward, 0 to 1; a guard moves it
     uint32_t                             bad_inputs; ///< ticks with a bad r or y since reset; stops at UINT32_MAX
     tribo_play_f32_state_t               reversal;   ///< rp and s
     tribo_play_f32_state_t               slide;      ///< m and dir

@@ -76,6 +76,7 @@ typedef struct
     int32_t                              held[2];    ///< vh, mean v - b in slides of each direction
     int32_t                              error;      ///< LP(e)
     uint32_t                             distance;   ///< D, travelled without a break
+    uint32_t                             share;      ///< of f, Q32; UINT32_MAX is all of it; a guard moves it
     uint32_t                             bad_inputs; ///< ticks with a bad r or y since reset; stops at UINT32_MAX
     tribo_play_q31_state_t               reversal;   ///< rp and s
     tribo_play_q31_state_t               slide;      ///< m and dir

@@ -8,13 +8,14 @@
 ///
 /// and judges at the turn:
 ///
-///     hunting      the last turn was less than quick_time_s ago, and W > 0: f drives y where r does not go. 16 in succession.
+///     hunting      the last turn was less than quick_time_s ago, and W is over turn_n stray_n: f drives y where r does not go.
+///                  16 in succession.
 ///     overshoot    the largest error was of the wrong sign, y beyond r the way that f pushes, by stray_n more than of the
 ///                  right one: F broke away before r asked for it, and further. 4 in succession.
 ///
 /// An arm that is compensated too little breaks away late, with an error of the right sign, and its friction turns when r does,
-/// at most a few times more. Over the closed-loop tables of docs/compensation.md no more than 10 turns and 2 overshoots follow
-/// one another where the compensation helps; a loop that hunts has 10 to 30 turns a second.
+/// at most a few times more. Over the closed-loop tables of docs/compensation.md no more than 8 turns and 2 overshoots follow
+/// one another with the feed-forward; a loop that hunts has 10 to 30 turns a second.
 ///
 /// The cause is latched, and the share of friction goes from 1 to 0 within fade_time_s; tribo_guard_f32_restore lets it back as slowly.
 /// One product a tick, no loops. Not synchronized: one state, one tick.
@@ -46,7 +47,8 @@ typedef struct
 {
     float    half_n;
     float    stray_n;
-    float    fade; ///< of the share in a tick
+    float    work_n2; ///< of hunting
+    float    fade;    ///< of the share in a tick
     uint32_t quick_ticks;
 } tribo_guard_f32_params_t;
 

@@ -22,6 +22,7 @@ typedef struct
 {
     int32_t  half;        ///< 2^-29 full scales
     int32_t  stray;       ///< 2^-28 full scales
+    int64_t  work;        ///< of hunting, 2^-43 full scales squared
     uint32_t fade;        ///< of the share in a tick, Q32
     uint32_t quick_ticks; ///< up to 2^17
 } tribo_guard_q31_params_t;
