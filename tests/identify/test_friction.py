@@ -265,3 +265,20 @@ def test_intervals_are_of_repeats_not_of_samples(experiment):
     again = friction.identify(synthetic.log_of(dense))
     for name in ("offset", "slope"):
         assert found(again)[name].half > 0.6 * found(result)[name].half
+
+
+def test_on_line_and_off_line_agree_on_the_same_log(tmp_path):
+    program = os.environ.get("TRIBO_LEARNING")
+    if not program:
+        pytest.skip("TRIBO_LEARNING is not set: the program of test_learning_alone.c")
+    path = tmp_path / "log.csv"
+    told = subprocess.run([program], env={**os.environ, "TRIBO_LEARNING_LOG": str(path)}, capture_output=True, text=True, check=True).stdout
+    line = told.splitlines()[0]
+    on_line = [float(line.split(f"{name} ")[1].split()[0].rstrip(",")) for name in ("L+", "L-")]
+    from tribo_identify import logs
+
+    result = friction.identify(logs.read([path]))
+    off_line = (result.params["offset_positive"] + 0.5 * result.params["slope_positive"]) / 0.157
+    # Off line scale and bias of u are fitted as well; of the sum of both directions neither assumes anything.
+    scale = found(result)["scale"]
+    assert np.mean(on_line) == pytest.approx(off_line / scale.value, abs=0.01 + result.L_half + scale.half)
