@@ -429,18 +429,6 @@ const char *drive_fault_text(drive_fault_t fault)
     return (unsigned)fault < DRIVE_FAULTS ? texts[fault] : "unknown";
 }
 
-static void write_number(const port_t *port, uint32_t number)
-{
-    char  digits[11] = "";
-    char *digit      = digits + sizeof digits - 1;
-    do
-    {
-        *--digit = (char)('0' + number % 10u);
-        number /= 10u;
-    } while (number > 0u);
-    port_write(port, digit);
-}
-
 /// Six digits, e.g. 26000000, -125e-4.
 static void write_decimal(const port_t *port, float value)
 {
@@ -465,7 +453,7 @@ static void write_decimal(const port_t *port, float value)
         digits /= 10u;
     }
     port_write(port, value < 0.0f ? "-" : "");
-    write_number(port, digits);
+    port_write_number(port, digits);
     for (; power > 0 && power <= 4; power--)
     {
         port_write(port, "0");
@@ -473,7 +461,7 @@ static void write_decimal(const port_t *port, float value)
     if (power != 0)
     {
         port_write(port, power < 0 ? "e-" : "e");
-        write_number(port, (uint32_t)(power < 0 ? -power : power));
+        port_write_number(port, (uint32_t)(power < 0 ? -power : power));
     }
 }
 
@@ -490,14 +478,14 @@ void drive_report(drive_t *drive)
     {
         port_write(port, drive_fault_text(drive->fault));
         port_write(port, " since tick ");
-        write_number(port, drive->fault_tick);
+        port_write_number(port, drive->fault_tick);
     }
     port_write(port, " at tick ");
-    write_number(port, drive->ticks);
+    port_write_number(port, drive->ticks);
     port_write(port, ", longest tick ");
-    write_number(port, drive->max_tick_us);
+    port_write_number(port, drive->max_tick_us);
     port_write(port, " us, latest ");
-    write_number(port, drive->max_late_us);
+    port_write_number(port, drive->max_late_us);
     port_write(port, " us\n");
 }
 

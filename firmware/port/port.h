@@ -61,4 +61,16 @@ static inline void port_write(const port_t *port, const char *text)
     }
 }
 
+static inline void port_write_number(const port_t *port, uint32_t number)
+{
+    char  digits[11] = "";
+    char *digit      = digits + sizeof digits - 1;
+    do
+    {
+        *--digit = (char)('0' + number % 10u);
+        number /= 10u;
+    } while (number > 0u);
+    port_write(port, digit);
+}
+
 #endif

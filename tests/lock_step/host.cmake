@@ -1,6 +1,9 @@
-# Brings the host's tribo-sim up to date in the tree of the preset host-release. One at a time: the trees of several
+# Brings the host's tribo-sim, or the program -DTARGET=..., up to date in the tree of the preset host-release. One at a time: the trees of several
 # targets may be tested at once.
 set(root ${CMAKE_CURRENT_LIST_DIR}/../..)
+if(NOT TARGET)
+  set(TARGET tribo-sim)
+endif()
 set(way_out "lock-step tests need the host's tribo-sim: 'tools/setup check' installs what it needs, or give -DTRIBO_SIM=...")
 file(MAKE_DIRECTORY ${root}/build)
 file(LOCK ${root}/build/host-release.lock GUARD PROCESS)
@@ -10,7 +13,7 @@ if(NOT EXISTS ${root}/build/host-release/build.ninja)
     message(FATAL_ERROR "${way_out}")
   endif()
 endif()
-execute_process(COMMAND ${CMAKE_COMMAND} --build --preset host-release --target tribo-sim WORKING_DIRECTORY ${root}
+execute_process(COMMAND ${CMAKE_COMMAND} --build --preset host-release --target ${TARGET} WORKING_DIRECTORY ${root}
                 RESULT_VARIABLE failed)
 if(failed)
   message(FATAL_ERROR "${way_out}")

@@ -1,131 +1,61 @@
 #include "board.h"
 
 #include "convert.h"
-#include "device.h"
-#include "registers.h"
-
-// Every wait has a time-out, in turns of its loop of about 10 cycles each. Each caller says what happens when it runs out.
-#define WAIT_TURNS 100000u
-
-static bool wait_for_turns(const reg_t *reg, uint32_t mask, uint32_t value, uint32_t turns)
-{
-    for (uint32_t turn = 0; turn < turns; turn++)
-    {
-        if ((*reg & mask) == value)
-        {
-            return true;
-        }
-    }
-    return false;
-}
-
-static bool wait_for(const reg_t *reg, uint32_t mask, uint32_t value)
-{
-    return wait_for_turns(reg, mask, value, WAIT_TURNS);
-}
-
-/// A peripheral may ignore a write in the first cycles of its clock (RM0090); the read-back alone is not long enough.
-static void clock_on(reg_t *enable, uint32_t bits)
-{
-    *enable |= bits;
-    (void)*enable;
-    __DSB();
-}
-
-// --- clock ---------------------------------------------------------------------------------------------------------
-
-/// 168 MHz: PLLM is `input_mhz`, the VCO runs at 336 MHz. False, with the chip still on HSI, if the PLL does not lock or the
-/// switch to it fails.
-static bool start_pll(uint32_t input_mhz, uint32_t source)
-{
-    // Bus dividers first: they act some cycles after the write, before the PLL has locked.
-    RCC->CFGR = RCC_CFGR_PPRE1_DIV4 | RCC_CFGR_PPRE2_DIV2;
-    RCC->CR &= ~RCC_CR_PLLON;
-    if (!wait_for(&RCC->CR, RCC_CR_PLLRDY, 0))
-    {
-        return false;
-    }
-    RCC->PLLCFGR = input_mhz | 336u << RCC_PLLCFGR_PLLN_Pos | source | 7u << RCC_PLLCFGR_PLLQ_Pos;
-    RCC->CR |= RCC_CR_PLLON;
-    if (!wait_for(&RCC->CR, RCC_CR_PLLRDY, RCC_CR_PLLRDY))
-    {
-        RCC->CR &= ~RCC_CR_PLLON;
-        return false;
-    }
-    // Flash before the switch: it needs 5 wait states at 168 MHz.
-    FLASH_ACR = FLASH_ACR_LATENCY_5WS | FLASH_ACR_PRFTEN | FLASH_ACR_ICEN | FLASH_ACR_DCEN;
-    if (!wait_for(&FLASH_ACR, FLASH_ACR_LATENCY, FLASH_ACR_LATENCY_5WS))
-    {
-        return false;
-    }
-    RCC->CFGR |= RCC_CFGR_SW_PLL;
-    if (!wait_for(&RCC->CFGR, RCC_CFGR_SWS, RCC_CFGR_SWS_PLL))
-    {
-        RCC->CFGR &= ~RCC_CFGR_SW;
-        return false;
-    }
-    return true;
-}
-
-/// After reset the chip runs from HSI, and stays there if neither crystal nor PLL starts.
-static board_clock_t start_clock(void)
-{
-    clock_on(&RCC->APB1ENR, RCC_APB1ENR_PWREN);
-    PWR_CR |= PWR_CR_VOS;
-    RCC->CR |= RCC_CR_HSEON;
-    if (wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY) && start_pll(8, RCC_PLLCFGR_PLLSRC_HSE))
-    {
-        RCC->CR |= RCC_CR_CSSON; // a crystal that stops would slow all timers alike: raise an NMI
-        return BOARD_CLOCK_HSE;
-    }
-    RCC->CR &= ~RCC_CR_HSEON;
-    if (start_pll(16, 0))
-    {
-        return BOARD_CLOCK_HSI;
-    }
-    RCC->CFGR = 0; // the internal oscillator, undivided
-    return BOARD_CLOCK_SLOW;
-}
+#include "wait.h"
 
 // --- pins and peripherals ------------------------------------------------------------------------------------------
 
 #define ENABLE_PIN 0
 #define STOP_PIN   1
 #define FAULT_PIN  12
+#define READY_PIN  13
 
-static void start_pins(void)
+#define STOP_LINE  (1u << STOP_PIN)
+#define FAULT_LINE (1u << FAULT_PIN)
+
+static uint32_t              off_code = CONVERT_ZERO; ///< of no current
+static const drive_config_t *board_config;
+
+/// Pulls a pin of port B to a level, which an open wire then has.
+static void pull(uint32_t pin, bool up)
+{
+    GPIOB->PUPDR |= (up ? 1u : 2u) << (2 * pin);
+}
+
+static void start_pins(const drive_config_t *config)
 {
     clock_on(&RCC->AHB1ENR, RCC_AHB1ENR_GPIOAEN | RCC_AHB1ENR_GPIOBEN);
     clock_on(&RCC->APB1ENR, RCC_APB1ENR_DACEN);
     // Set the level before the direction, and zero before the DAC is on, so that neither pin shows another level.
     GPIOB->BSRR = 1u << (ENABLE_PIN + 16);
     GPIOB->MODER |= 1u << (2 * ENABLE_PIN);
-    GPIOB->PUPDR |= 1u << (2 * STOP_PIN) | 1u << (2 * FAULT_PIN); // pull-ups: an open wire reads high
-    DAC->DHR12R1 = CONVERT_ZERO;
+    pull(STOP_PIN, true);
+    pull(FAULT_PIN, config->fault_level != 0u);
+    pull(READY_PIN, config->ready_level == 0u);
+    DAC->DHR12R1 = off_code;
     GPIOA->MODER |= 3u << (2 * 0) | 3u << (2 * 4); // analog
     DAC->CR |= DAC_CR_BOFF1;                       // buffer off: it does not reach the rails
     DAC->CR |= DAC_CR_EN1;
 }
 
-/// Latches edges of the two stop inputs, so that a pulse between two ticks is seen. No interrupt is enabled for them.
-static void start_edges(void)
+/// An interrupt when emergency stop or power fault become active, which also latches a pulse between two ticks.
+static void start_edges(const drive_config_t *config)
 {
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_SYSCFGEN);
     SYSCFG->EXTICR[STOP_PIN / 4] |= SYSCFG_EXTICR_PB << (4 * (STOP_PIN % 4));
     SYSCFG->EXTICR[FAULT_PIN / 4] |= SYSCFG_EXTICR_PB << (4 * (FAULT_PIN % 4));
-    EXTI->RTSR |= 1u << STOP_PIN | 1u << FAULT_PIN;
-    EXTI->IMR |= 1u << STOP_PIN | 1u << FAULT_PIN;
+    EXTI->RTSR |= STOP_LINE | (config->fault_level != 0u ? FAULT_LINE : 0u);
+    EXTI->FTSR |= config->fault_level != 0u ? 0u : FAULT_LINE;
+    EXTI->IMR |= STOP_LINE | FAULT_LINE;
 }
 
 /// Below about 2.9 V neither the flash at 168 MHz nor the converters are reliable.
 static void watch_supply(void)
 {
-    EXTI->RTSR |= 1u << PVD_LINE;
-    EXTI->IMR |= 1u << PVD_LINE;
-    NVIC_SetPriority(PVD_IRQn, 0);
-    NVIC_EnableIRQ(PVD_IRQn); // handled by Default_Handler
+    EXTI->RTSR |= PVD_LINE;
+    EXTI->IMR |= PVD_LINE;
     PWR_CR |= PWR_CR_PLS_2V8; // 2.85 to 2.99 V
-    PWR_CR |= PWR_CR_PVDE;    // last: if the supply is low already, this gives the only edge
+    PWR_CR |= PWR_CR_PVDE;
 }
 
 static void start_usart(uint32_t clock_hz)
@@ -162,34 +92,54 @@ static void start_adc(void)
 
 static uint32_t timer_hz;
 
-board_clock_t board_init(void)
+board_clock_t board_init(const drive_config_t *config, loop_force_t no_current)
 {
-    start_pins();
-    start_edges();
-    const board_clock_t clock = start_clock();
-    const bool          slow  = clock == BOARD_CLOCK_SLOW;
-    timer_hz                  = slow ? 16000000u : 84000000u; // twice APB1's clock where that is divided
-    start_usart(slow ? 16000000u : 84000000u);
+    board_config = config;
+    off_code     = convert_output(no_current);
+    start_pins(config);
+    start_edges(config);
+    const board_clock_t clock = clock_start(config->crystal_hz);
+    timer_hz                  = clock.apb_hz; // twice APB1's clock where that is divided
+    start_usart(clock.apb_hz);
     start_adc();
     return clock;
 }
 
-bool board_was_reset_by_watchdog(void)
+#define TICK_PRIORITY 8u // of 0 to 15
+#define STOP_PRIORITY 0u // stops interrupt a tick
+
+// From the linker script.
+extern uint32_t stack_guard[];
+
+#define STORE_SECTORS_MASK 0xc0u // subregions of 128 KiB: the last two sectors hold the drive's params
+
+/// Flash cannot be written, but for the sectors of the params; the stack ends at a guard; RAM holds no instructions. Whatever
+/// breaks this is a hard fault, in whose handler none of it applies.
+static void start_mpu(void)
 {
-    const uint32_t causes = RCC->CSR;
-    RCC->CSR |= RCC_CSR_RMVF;
-    return (causes & RCC_CSR_IWDGRSTF) != 0u;
+    ARM_MPU_Disable();
+    ARM_MPU_SetRegionEx(0,
+                        0x08000000u,
+                        ARM_MPU_RASR(0, ARM_MPU_AP_RO, 0, 0, 1, 0, STORE_SECTORS_MASK, ARM_MPU_REGION_SIZE_1MB));
+    ARM_MPU_SetRegionEx(1, 0x20000000u, ARM_MPU_RASR(1, ARM_MPU_AP_FULL, 0, 1, 1, 0, 0, ARM_MPU_REGION_SIZE_128KB));
+    ARM_MPU_SetRegionEx(2,
+                        (uint32_t)stack_guard,
+                        ARM_MPU_RASR(1, ARM_MPU_AP_NONE, 0, 1, 1, 0, 0, ARM_MPU_REGION_SIZE_256B));
+    ARM_MPU_Enable(MPU_CTRL_PRIVDEFENA_Msk);
 }
 
-#define PRIORITY 8u // of 0 to 15
+static void start_interrupt(IRQn_Type interrupt, uint32_t priority)
+{
+    NVIC_SetPriority(interrupt, priority);
+    NVIC_EnableIRQ(interrupt);
+}
 
 void board_start(void)
 {
+    start_mpu();
     // One priority for both, so that neither interrupts the other.
-    NVIC_SetPriority(TIM2_IRQn, PRIORITY);
-    NVIC_SetPriority(ADC_IRQn, PRIORITY);
-    NVIC_EnableIRQ(TIM2_IRQn);
-    NVIC_EnableIRQ(ADC_IRQn);
+    start_interrupt(TIM2_IRQn, TICK_PRIORITY);
+    start_interrupt(ADC_IRQn, TICK_PRIORITY);
 
     IWDG->KR  = IWDG_KR_START;
     IWDG->KR  = IWDG_KR_ACCESS;
@@ -199,9 +149,12 @@ void board_start(void)
     (void)wait_for(&IWDG->SR, IWDG_SR_PVU | IWDG_SR_RVU, 0);
     board_kick();
     watch_supply();
+    EXTI->PR = STOP_LINE | FAULT_LINE | PVD_LINE; // edges that the pull-ups made
+    start_interrupt(EXTI1_IRQn, STOP_PRIORITY);
+    start_interrupt(EXTI15_10_IRQn, STOP_PRIORITY);
+    start_interrupt(PVD_IRQn, STOP_PRIORITY);
 
     clock_on(&RCC->APB1ENR, RCC_APB1ENR_TIM2EN | RCC_APB1ENR_TIM5EN);
-    EXTI->PR = 1u << STOP_PIN | 1u << FAULT_PIN; // edges that the pull-ups made
     ADC1->CR2 |= ADC_CR2_SWSTART;
     start_timer(TIM5, timer_hz, UINT32_MAX, 0);
     start_timer(TIM2, timer_hz, BOARD_TICK_US - 1u, TIM_DIER_UIE);
@@ -215,7 +168,7 @@ void board_kick(void)
 void board_off(void)
 {
     GPIOB->BSRR  = 1u << (ENABLE_PIN + 16);
-    DAC->DHR12R1 = CONVERT_ZERO;
+    DAC->DHR12R1 = off_code;
 }
 
 int board_read_byte(void)
@@ -241,6 +194,9 @@ static uint32_t adc_sum, adc_count; // since the last tick; only interrupts of o
 
 void ADC_IRQHandler(void);
 void TIM2_IRQHandler(void);
+void EXTI1_IRQHandler(void);
+void EXTI15_10_IRQHandler(void);
+void PVD_IRQHandler(void);
 
 void ADC_IRQHandler(void)
 {
@@ -259,6 +215,55 @@ void TIM2_IRQHandler(void)
 {
     TIM2->SR = ~TIM_SR_UIF;
     board_tick();
+}
+
+/// The stops that an interrupt has detected since the last tick. Only the interrupt writes `count`, and only the tick `seen`.
+typedef struct
+{
+    volatile uint8_t count;
+    uint8_t          seen;
+} trip_t;
+
+static trip_t stop_trip, fault_trip, supply_trip;
+
+/// Turns the outputs off at once; the next tick makes it a fault, and enables the interrupt again. So an input that bounces
+/// takes no more time than one interrupt a tick.
+static void trip(trip_t *of, uint32_t line, IRQn_Type interrupt)
+{
+    board_off();
+    of->count = (uint8_t)(of->count + 1u);
+    NVIC_DisableIRQ(interrupt);
+    EXTI->PR = line;
+    (void)EXTI->PR; // the write has arrived before the interrupt returns
+}
+
+void EXTI1_IRQHandler(void)
+{
+    trip(&stop_trip, STOP_LINE, EXTI1_IRQn);
+}
+
+void EXTI15_10_IRQHandler(void)
+{
+    trip(&fault_trip, FAULT_LINE, EXTI15_10_IRQn);
+}
+
+void PVD_IRQHandler(void)
+{
+    trip(&supply_trip, PVD_LINE, PVD_IRQn);
+}
+
+static bool has_tripped(const trip_t *of)
+{
+    return of->count != of->seen;
+}
+
+/// After each write to an output: a stop may have come between the tick's checks and the write.
+static void obey_trips(void)
+{
+    if (has_tripped(&stop_trip) || has_tripped(&fault_trip) || has_tripped(&supply_trip))
+    {
+        board_off();
+    }
 }
 
 // --- the drive's port ----------------------------------------------------------------------------------------------
@@ -282,22 +287,45 @@ static void command(void *context, loop_force_t output)
 {
     (void)context;
     DAC->DHR12R1 = convert_output(output);
+    obey_trips();
 }
 
 static void enable(void *context, bool on)
 {
     (void)context;
     GPIOB->BSRR = on ? 1u << ENABLE_PIN : 1u << (ENABLE_PIN + 16);
+    obey_trips();
+}
+
+static bool take_trip(trip_t *of, IRQn_Type interrupt)
+{
+    const bool tripped = has_tripped(of);
+    of->seen           = of->count;
+    NVIC_EnableIRQ(interrupt);
+    return tripped;
+}
+
+/// The bit of an input, in the set `seen` if it was at that level.
+static uint32_t input_of(uint32_t pins, uint32_t pin, uint32_t input)
+{
+    return (pins >> pin & 1u) != 0u ? input : 0u;
+}
+
+static uint32_t levels_of(uint32_t pins)
+{
+    return input_of(pins, STOP_PIN, PORT_INPUT_EMERGENCY_STOP) | input_of(pins, FAULT_PIN, PORT_INPUT_POWER_FAULT) |
+           input_of(pins, READY_PIN, PORT_INPUT_NOT_READY);
 }
 
 static uint32_t inputs(void *context)
 {
     (void)context;
-    const uint32_t edges = EXTI->PR & (1u << STOP_PIN | 1u << FAULT_PIN);
-    EXTI->PR             = edges; // writing ones clears; an edge from here on counts in the next tick
-    const uint32_t seen  = edges | GPIOB->IDR;
-    return ((seen & (1u << STOP_PIN)) != 0u ? PORT_INPUT_EMERGENCY_STOP : 0u) |
-           ((seen & (1u << FAULT_PIN)) != 0u ? PORT_INPUT_POWER_FAULT : 0u);
+    const uint32_t edges = (take_trip(&stop_trip, EXTI1_IRQn) ? STOP_LINE : 0u) |
+                           (take_trip(&fault_trip, EXTI15_10_IRQn) ? FAULT_LINE : 0u);
+    const bool     low  = take_trip(&supply_trip, PVD_IRQn) || (PWR_CSR & PWR_CSR_PVDO) != 0u;
+    const uint32_t pins = GPIOB->IDR;
+    return port_inputs(board_config, levels_of(pins | edges), levels_of(~pins | edges)) |
+           (low ? PORT_INPUT_SUPPLY : 0u);
 }
 
 static uint32_t time_us(void *context)

@@ -16,8 +16,10 @@ typedef enum
     PendSV_IRQn           = -2,
     SysTick_IRQn          = -1,
     PVD_IRQn              = 1,
+    EXTI1_IRQn            = 7,
     ADC_IRQn              = 18,
-    TIM2_IRQn             = 28
+    TIM2_IRQn             = 28,
+    EXTI15_10_IRQn        = 40
 } IRQn_Type;
 
 #define __CM4_REV              0x0001U // r0p1

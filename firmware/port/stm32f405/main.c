@@ -1,4 +1,4 @@
-// The drive on the STM32F405: self-test, then ticks in TIM2's interrupt, and in the background the log and commands over
+// The drive on the STM32F405: clock, self-test, then ticks in TIM2's interrupt, and in the background the log and commands over
 // USART1 (app/command.h), with 10 mN for a step of the reference.
 
 #include "app/command.h"
@@ -6,6 +6,7 @@
 #include "app/selftest.h"
 #include "board.h"
 #include "device.h"
+#include "reset.h"
 #include "rig_config.h"
 #ifdef DRIVE_ARITH_Q31
 #include "rig_q31.h"
@@ -26,30 +27,27 @@ void board_tick(void)
 
 extern uint32_t data_start[];
 
-/// Whether config and params are made for each other, and for the tick and the converters of this board.
-static drive_fault_t set_up(drive_config_error_t *error)
+/// Refuses a field for which only one value is right.
+static bool is_right(drive_config_error_t *error, const char *field, float value, float right)
 {
-    bool ok = drive_setup_init(&drive_setup_used, &rig_config, &rig_params, &board_port, error);
-    if (ok && rig_config.period_us != BOARD_TICK_US)
-    {
-        *error = (drive_config_error_t){"period_us", (float)rig_config.period_us, BOARD_TICK_US, BOARD_TICK_US, false};
-        ok     = false;
-    }
-    if (ok && RIG_SAMPLE_TIME_S != (float)BOARD_TICK_US / 1e6f)
-    {
-        const float sample_us = RIG_SAMPLE_TIME_S * 1e6f;
-        *error                = (drive_config_error_t){"period_us", (float)BOARD_TICK_US, sample_us, sample_us, false};
-        ok                    = false;
-    }
+    *error = (drive_config_error_t){.field = field, .value = value, .low = right, .high = right};
+    return value == right;
+}
+
+/// Whether config and params are made for each other, and for the tick, the converters and the clock of this board.
+static bool set_up(drive_config_error_t *error)
+{
+    const float crystal_hz = (float)rig_config.crystal_hz;
+    const float usable_hz  = (float)(rig_config.crystal_hz / CLOCK_CRYSTAL_STEP_HZ * CLOCK_CRYSTAL_STEP_HZ);
+    const bool  same_tick  = RIG_SAMPLE_TIME_S == (float)BOARD_TICK_US / 1e6f; // as the params' own rounding has it
+    const float sample_us  = same_tick ? (float)BOARD_TICK_US : RIG_SAMPLE_TIME_S * 1e6f;
+    return drive_setup_init(&drive_setup_used, &rig_config, &rig_params, &board_port, error) &&
+           is_right(error, "period_us", (float)rig_config.period_us, (float)BOARD_TICK_US) &&
+           is_right(error, "period_us", (float)BOARD_TICK_US, sample_us) &&
 #ifdef DRIVE_ARITH_Q31
-    if (ok && RIG_FULL_SCALE_N != rig_config.full_scale_n)
-    {
-        *error =
-            (drive_config_error_t){"full_scale_n", rig_config.full_scale_n, RIG_FULL_SCALE_N, RIG_FULL_SCALE_N, false};
-        ok = false;
-    }
+           is_right(error, "full_scale_n", rig_config.full_scale_n, RIG_FULL_SCALE_N) &&
 #endif
-    return ok ? DRIVE_FAULT_NONE : DRIVE_FAULT_PARAMS;
+           is_right(error, "crystal_hz", crystal_hz, usable_hz);
 }
 
 /// Moves the reference, which is 0 after every stop.
@@ -115,24 +113,77 @@ static void kick(void)
     }
 }
 
+/// In hexadecimal.
+static void write_word(uint32_t word)
+{
+    char text[] = "00000000";
+    for (unsigned i = 0; i < 8u; i++)
+    {
+        text[7u - i] = "0123456789abcdef"[word >> (4u * i) & 15u];
+    }
+    port_write(&board_port, text);
+}
+
+static void report_clock(const board_clock_t *clock)
+{
+    static const char *const texts[] = {[CLOCK_CRYSTAL]  = "168 MHz from HSE",
+                                        [CLOCK_INTERNAL] = "168 MHz from HSI, no HSE",
+                                        [CLOCK_SLOW]     = "16 MHz from HSI, no PLL",
+                                        [CLOCK_WRONG]    = "168 MHz from HSI, wrong HSE"};
+    port_write(&board_port, "clock: ");
+    port_write(&board_port, texts[clock->source]);
+    port_write(&board_port, ", HSE ");
+    port_write_number(&board_port, clock->crystal_khz);
+    port_write(&board_port, " kHz\n");
+}
+
+static void report_reset(const reset_t *reset)
+{
+    port_write(&board_port, "reset: ");
+    port_write(&board_port, reset_text(reset->cause));
+    if (reset->cause == RESET_EXCEPTION)
+    {
+        port_write(&board_port, " ");
+        port_write_number(&board_port, reset->exception);
+        port_write(&board_port, " at ");
+        write_word(reset->address);
+        port_write(&board_port, ", status ");
+        write_word(reset->status);
+    }
+    port_write(&board_port, "\n");
+}
+
+static drive_fault_t check_clock(const board_clock_t *clock)
+{
+    const bool allowed = drive_setup_used.config.degraded_clock != 0u;
+    const bool good    = clock->source == CLOCK_CRYSTAL || (clock->source != CLOCK_WRONG && allowed);
+    return good ? DRIVE_FAULT_NONE : DRIVE_FAULT_CLOCK;
+}
+
 int main(void)
 {
-    static const char *const clocks[] = {[BOARD_CLOCK_HSE]  = "168 MHz from HSE\n",
-                                         [BOARD_CLOCK_HSI]  = "168 MHz from HSI, no HSE\n",
-                                         [BOARD_CLOCK_SLOW] = "16 MHz from HSI, no PLL\n"};
-
     drive_config_error_t error;
-    const board_clock_t  clock  = board_init();
-    const drive_fault_t  tested = selftest_run(&selftest_seal, NULL, data_start, SIZE_MAX); // interrupts are off
-    const drive_fault_t  fits   = set_up(&error);
-    const drive_fault_t  found  = tested != DRIVE_FAULT_NONE ? tested : fits;
-    const drive_fault_t  reset  = board_was_reset_by_watchdog() ? DRIVE_FAULT_WATCHDOG : DRIVE_FAULT_NONE;
-    drive_init(&drive, &board_port, &drive_setup_used, found != DRIVE_FAULT_NONE ? found : reset);
-    port_write(&board_port, "tribo " LOOP_ARITHMETIC ", self-test ");
-    port_write(&board_port, tested == DRIVE_FAULT_NONE ? "passed, " : "failed, ");
-    port_write(&board_port, clocks[clock]);
-    drive_report_off(&board_port, &rig_config);
-    if (fits != DRIVE_FAULT_NONE)
+    const reset_t        reset   = reset_take();
+    const bool           fits    = set_up(&error);
+    const board_clock_t  clock   = board_init(&drive_setup_used.config, drive_setup_used.scaling.no_current);
+    const drive_fault_t  tested  = selftest_run(&selftest_seal, NULL, data_start, SIZE_MAX); // interrupts are off
+    const drive_fault_t  found[] = {tested,
+                                   fits ? DRIVE_FAULT_NONE : DRIVE_FAULT_PARAMS,
+                                    check_clock(&clock),
+                                    reset_fault(reset.cause)};
+    unsigned             first   = 0;
+    while (first < sizeof found / sizeof found[0] - 1u && found[first] == DRIVE_FAULT_NONE)
+    {
+        first++;
+    }
+    drive_init(&drive, &board_port, &drive_setup_used, found[first]);
+    port_write(&board_port,
+               tested == DRIVE_FAULT_NONE ? "tribo " LOOP_ARITHMETIC ", self-test passed\n"
+                                          : "tribo " LOOP_ARITHMETIC ", self-test failed\n");
+    report_reset(&reset);
+    report_clock(&clock);
+    drive_report_off(&board_port, &drive_setup_used.config);
+    if (!fits)
     {
         drive_report_refused(&board_port, &error);
     }

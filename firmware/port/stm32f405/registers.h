@@ -21,6 +21,9 @@ typedef struct
 
 #define RCC ((rcc_t *)0x40023800u)
 
+#define RCC_CIR_CSSF (1u << 7)
+#define RCC_CIR_CSSC (1u << 23)
+
 #define RCC_CR_HSION           (1u << 0)
 #define RCC_CR_HSIRDY          (1u << 1)
 #define RCC_CR_HSEON           (1u << 16)
@@ -35,6 +38,7 @@ typedef struct
 #define RCC_CFGR_SW_PLL        (2u << 0)
 #define RCC_CFGR_SWS           (3u << 2)
 #define RCC_CFGR_SWS_PLL       (2u << 2)
+#define RCC_CFGR_RTCPRE_Pos    16
 #define RCC_CFGR_PPRE1_DIV4    (5u << 10)
 #define RCC_CFGR_PPRE2_DIV2    (4u << 13)
 #define RCC_AHB1ENR_GPIOAEN    (1u << 0)
@@ -46,8 +50,14 @@ typedef struct
 #define RCC_APB2ENR_USART1EN   (1u << 4)
 #define RCC_APB2ENR_ADC1EN     (1u << 8)
 #define RCC_APB2ENR_SYSCFGEN   (1u << 14)
+#define RCC_APB2ENR_TIM11EN    (1u << 18)
 #define RCC_CSR_RMVF           (1u << 24)
+#define RCC_CSR_BORRSTF        (1u << 25)
+#define RCC_CSR_PINRSTF        (1u << 26)
+#define RCC_CSR_PORRSTF        (1u << 27)
+#define RCC_CSR_SFTRSTF        (1u << 28)
 #define RCC_CSR_IWDGRSTF       (1u << 29)
+#define RCC_CSR_WWDGRSTF       (1u << 30)
 
 // --- FLASH and PWR -------------------------------------------------------------------------------------------------
 
@@ -59,11 +69,13 @@ typedef struct
 #define FLASH_ACR_ICEN        (1u << 9)
 #define FLASH_ACR_DCEN        (1u << 10)
 
-#define PWR_CR (*(reg_t *)0x40007000u)
+#define PWR_CR  (*(reg_t *)0x40007000u)
+#define PWR_CSR (*(reg_t *)0x40007004u)
 
 #define PWR_CR_PVDE    (1u << 4)
 #define PWR_CR_PLS_2V8 (6u << 5)
 #define PWR_CR_VOS     (1u << 14)
+#define PWR_CSR_PVDO   (1u << 2)
 
 // --- SYSCFG and EXTI: edges of pins, and the supply ----------------------------------------------------------------
 
@@ -83,7 +95,7 @@ typedef struct
 
 #define EXTI ((exti_t *)0x40013c00u)
 
-#define PVD_LINE 16 // rises when the supply falls below the level
+#define PVD_LINE (1u << 16) // rises when the supply falls below the level
 
 // --- GPIO ----------------------------------------------------------------------------------------------------------
 
@@ -95,15 +107,24 @@ typedef struct
 #define GPIOA ((gpio_t *)0x40020000u)
 #define GPIOB ((gpio_t *)0x40020400u)
 
-// --- timers TIM2 and TIM5 ------------------------------------------------------------------------------------------
+// --- timers TIM2, TIM5 and TIM11 -----------------------------------------------------------------------------------
 
 typedef struct
 {
     reg_t CR1, CR2, SMCR, DIER, SR, EGR, CCMR1, CCMR2, CCER, CNT, PSC, ARR;
+    reg_t RCR, CCR1, CCR2, CCR3, CCR4, BDTR, DCR, DMAR, OR;
 } tim_t;
 
-#define TIM2 ((tim_t *)0x40000000u)
-#define TIM5 ((tim_t *)0x40000c00u)
+#define TIM2  ((tim_t *)0x40000000u)
+#define TIM5  ((tim_t *)0x40000c00u)
+#define TIM11 ((tim_t *)0x40014800u)
+
+#define TIM_CCMR1_CC1S_TI1    (1u << 0)
+#define TIM_CCMR1_IC1PSC_DIV8 (3u << 2)
+#define TIM_CCER_CC1E         (1u << 0)
+#define TIM_SR_CC1IF          (1u << 1)
+#define TIM_SR_CC1OF          (1u << 9)
+#define TIM11_OR_TI1_HSE_RTC  (2u << 0)
 
 #define TIM_CR1_CEN  (1u << 0)
 #define TIM_DIER_UIE (1u << 0)

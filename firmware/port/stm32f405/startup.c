@@ -1,8 +1,8 @@
-// From reset to main: vector table, initialised memory, FPU.
+// From reset to main: vector table, initialised memory, FPU; and what ends in a reset.
 
-#include "board.h"
 #include "device.h"
 #include "registers.h"
+#include "reset.h"
 
 #include <stddef.h>
 
@@ -11,27 +11,75 @@ extern const uint32_t data_source[];
 
 int main(void);
 
+typedef void (*handler_t)(void);
+
+#define CORE_VECTORS 16
+
+/// Exceptions 1 to 15, then the chip's interrupts.
+typedef struct
+{
+    const void *stack;
+    handler_t   exceptions[CORE_VECTORS - 1];
+    handler_t   interrupts[82];
+} vectors_t;
+
+extern const vectors_t vectors;
+
 void Reset_Handler(void);
-void Default_Handler(void);
+void NMI_Handler(void);
+void Exception_Handler(void);
+void startup_end(const uint32_t *frame);
+void EXTI1_IRQHandler(void);
+void EXTI15_10_IRQHandler(void);
+void PVD_IRQHandler(void);
 void TIM2_IRQHandler(void);
 void ADC_IRQHandler(void);
 
-/// Unexpected exceptions, a stopped crystal (NMI) and a low supply (PVD): the outputs go off and stay off until the watchdog
-/// resets the chip; the drive then waits in FAULT for an acknowledgement (in IDLE after a loss of supply).
-void Default_Handler(void)
+#define FRAME_PC 6 // of the words that an exception pushes
+
+/// A hard fault or an exception that has no handler: outputs off, and a reset that tells where it was.
+__attribute__((used)) void startup_end(const uint32_t *frame)
 {
-    board_off();
-    IWDG->KR = IWDG_KR_START; // in case it does not run yet
-    for (;;)
-    {
-    }
+    const uint32_t status  = SCB->CFSR;
+    const bool     stacked = (status & (SCB_CFSR_MSTKERR_Msk | SCB_CFSR_STKERR_Msk)) == 0u;
+    const reset_t  reset   = {.cause     = RESET_EXCEPTION,
+                              .exception = __get_IPSR(),
+                              .address   = stacked ? frame[FRAME_PC] : 0u,
+                              .status    = status};
+    reset_now(&reset);
 }
+
+/// Hands over where the exception's frame is, which a prologue of C would move.
+__attribute__((naked)) void Exception_Handler(void)
+{
+    __asm volatile("mov r0, sp\n b startup_end");
+}
+
+void NMI_Handler(void)
+{
+    const bool crystal = (RCC->CIR & RCC_CIR_CSSF) != 0u;
+    RCC->CIR |= RCC_CIR_CSSC;
+    const reset_t reset = {.cause = crystal ? RESET_CRYSTAL : RESET_EXCEPTION, .exception = __get_IPSR()};
+    reset_now(&reset);
+}
+
+#define NVIC_WORDS 3 // of the chip's 82 interrupts
 
 void Reset_Handler(void)
 {
+    // A boot loader leaves its own vectors, and perhaps interrupts.
+    __disable_irq();
+    SysTick->CTRL = 0;
+    for (unsigned i = 0; i < NVIC_WORDS; i++)
+    {
+        NVIC->ICER[i] = UINT32_MAX;
+        NVIC->ICPR[i] = UINT32_MAX;
+    }
+    SCB->VTOR = (uint32_t)&vectors;
     SCB->CPACR |= 0xfu << 20; // CP10 and CP11: the FPU, before any float
     __DSB();
     __ISB();
+    __enable_irq(); // none is enabled yet
     const uint32_t *source = data_source;
     for (uint32_t *word = data_start; word < data_end; word++)
     {
@@ -42,60 +90,32 @@ void Reset_Handler(void)
         *word = 0;
     }
     (void)main();
-    Default_Handler();
+    const reset_t reset = {.cause = RESET_SOFTWARE};
+    reset_now(&reset);
 }
 
-typedef void (*handler_t)(void);
+// The chip's interrupts: those without a handler of their own end in Exception_Handler.
+#define X      Exception_Handler
+#define FIVE   X, X, X, X, X
+#define NINE   FIVE, X, X, X, X
+#define ELEVEN NINE, X, X
 
-#define CORE_VECTORS 16
-
-/// Exceptions 1 to 15, then the chip's interrupts. Default_Handler handles all that have no handler of their own.
-typedef struct
-{
-    const void *stack;
-    handler_t   exceptions[CORE_VECTORS - 1];
-    handler_t   interrupts[82];
-} vectors_t;
-
-#define UP_TO_17                                                                                                       \
-    Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler,              \
-        Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler,          \
-        Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler
-#define NINE                                                                                                           \
-    Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler,              \
-        Default_Handler, Default_Handler, Default_Handler
-
-__attribute__((section(".vectors"), used)) const vectors_t vectors = {.stack      = stack_top,
-                                                                      .exceptions = {Reset_Handler,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler,
-                                                                                     NULL,
-                                                                                     NULL,
-                                                                                     NULL,
-                                                                                     NULL,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler,
-                                                                                     NULL,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler},
-                                                                      // 0 to 17, ADC, 19 to 27, TIM2, 29 to 81
-                                                                      .interrupts = {UP_TO_17,
-                                                                                     ADC_IRQHandler,
-                                                                                     NINE,
-                                                                                     TIM2_IRQHandler,
-                                                                                     NINE,
-                                                                                     NINE,
-                                                                                     NINE,
-                                                                                     NINE,
-                                                                                     NINE,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler,
-                                                                                     Default_Handler}};
+__attribute__((section(".vectors"), used)) const vectors_t vectors = {
+    .stack      = stack_top,
+    .exceptions = {Reset_Handler, NMI_Handler, X, X, X, X, NULL, NULL, NULL, NULL, X, X, NULL, X, X},
+    .interrupts = {X, // 0
+                   PVD_IRQHandler,
+                   FIVE, // 2 to 6
+                   EXTI1_IRQHandler,
+                   FIVE, // 8 to 17
+                   FIVE,
+                   ADC_IRQHandler,
+                   NINE, // 19 to 27
+                   TIM2_IRQHandler,
+                   ELEVEN, // 29 to 39
+                   EXTI15_10_IRQHandler,
+                   NINE, // 41 to 81
+                   NINE,
+                   NINE,
+                   NINE,
+                   FIVE}};

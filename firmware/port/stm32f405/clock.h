@@ -1,0 +1,30 @@
+/// The chip's clock: 168 MHz from the crystal, once that has been measured against the internal oscillator.
+
+#ifndef STM32F405_CLOCK_H
+#define STM32F405_CLOCK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum
+{
+    CLOCK_CRYSTAL, ///< 168 MHz from the crystal that the config names
+    CLOCK_INTERNAL, ///< 168 MHz from the internal oscillator (HSI): the crystal does not start. 1 % off at 25 C, 8 % in the cold
+    CLOCK_SLOW, ///< 16 MHz, the internal oscillator itself: the PLL does not lock
+    CLOCK_WRONG ///< 168 MHz from the internal oscillator: the crystal runs, but is another than the config names
+} clock_source_t;
+
+typedef struct
+{
+    clock_source_t source;
+    uint32_t       crystal_khz; ///< measured to 8 %, the error of the internal oscillator; 0: it does not run
+    uint32_t       apb_hz;      ///< of USART1, of TIM2 and of TIM5 as well
+} board_clock_t;
+
+#define CLOCK_CRYSTAL_STEP_HZ 1000000u ///< the PLL's input is 1 MHz: a crystal is a multiple of it
+
+/// Starts the clock from whatever state it is in. Every way it can fail ends on a slower or less exact clock. If the crystal
+/// stops later, an NMI comes.
+board_clock_t clock_start(uint32_t crystal_hz);
+
+#endif

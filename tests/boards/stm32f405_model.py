@@ -1,0 +1,566 @@
+"""An STM32F405 as far as its image touches it: the registers of RM0090 around Unicorn's Cortex-M4, by facts of the manual.
+
+Time passes in cycles of the system clock, which the image sets: an access to a register takes 20 with the instructions around it, an
+instruction that is counted 1.5. Timers, converters, USART and watchdog run by that clock, and by the crystal and the oscillators that the model is given, so a
+wrong divider shows as a wrong rate. A peripheral whose clock is off reads 0 and ignores writes. Exceptions are entered by priority
+through the vector table at VTOR; only the instructions are Unicorn's.
+"""
+
+import struct
+
+from elftools.elf.elffile import ELFFile
+from unicorn import (UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_HOOK_MEM_FETCH_UNMAPPED, UC_HOOK_MEM_READ_UNMAPPED,
+                     UC_HOOK_MEM_WRITE_UNMAPPED, UC_MODE_MCLASS, UC_MODE_THUMB, Uc)
+from unicorn.arm_const import (UC_ARM_REG_IPSR, UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3,
+                               UC_ARM_REG_R12, UC_ARM_REG_S0, UC_ARM_REG_SP)
+from unicorn.arm_const import UC_CPU_ARM_CORTEX_M4
+
+FLASH, FLASH_SIZE = 0x08000000, 1 << 20
+RAM, RAM_SIZE = 0x20000000, 128 << 10
+RETURN = 0x1FFF8000  # where a function or handler that is called returns to
+BOOT_LOADER = 0x1FFF0000
+WFI, LOOP = b"\x30\xbf", b"\xfe\xe7"
+
+NEVER = float("inf")
+ACCESS_CYCLES = 20  # with the instructions around it
+INSTRUCTION_CYCLES = 1.5
+
+NMI, HARD_FAULT = 2, 3
+PVD, EXTI1, ADC, TIM2, EXTI15_10 = 1, 7, 18, 28, 40
+
+RCC, RCC_SIZE = 0x40023800, 0x400
+PERIPHERALS = {  # base: name, offset and bit of its clock
+    0x40000000: ("TIM2", 0x40, 0), 0x40000C00: ("TIM5", 0x40, 3), 0x40003000: ("IWDG", None, None),
+    0x40007000: ("PWR", 0x40, 28), 0x40007400: ("DAC", 0x40, 29), 0x40011000: ("USART1", 0x44, 4), 0x40012000: ("ADC", 0x44, 8),
+    0x40013800: ("SYSCFG", 0x44, 14), 0x40013C00: ("EXTI", None, None), 0x40014800: ("TIM11", 0x44, 18),
+    0x40020000: ("GPIOA", 0x30, 0), 0x40020400: ("GPIOB", 0x30, 1), 0x40023800: ("RCC", None, None),
+    0x40023C00: ("FLASH", None, None),
+}
+
+POWER_ON = 1 << 27 | 1 << 26 | 1 << 25  # reset flags: POR, pin, BOR
+PIN = 1 << 26
+BROWN_OUT = 1 << 26 | 1 << 25
+WATCHDOG = 1 << 29 | PIN
+SOFTWARE = 1 << 28 | PIN
+
+
+class Reset(Exception):
+    """The chip was reset; args[0] are the flags it starts with."""
+
+
+class Chip:
+    """One power-up of an image. `ram` and `flags` are those of a chip that has run before."""
+
+    def __init__(self, image, crystal_hz=8_000_000, hsi_hz=16_000_000, flags=POWER_ON, ram=None, pll_locks=True):
+        with open(image, "rb") as file:
+            elf = ELFFile(file)
+            self.sizes = {s.name: (s["st_value"], s["st_size"]) for s in elf.get_section_by_name(".symtab").iter_symbols()}
+            self.symbols = {name: value for name, (value, _) in self.sizes.items()}
+            segments = [(s["p_paddr"], s.data()) for s in elf.iter_segments() if s["p_type"] == "PT_LOAD" and s["p_filesz"]]
+        self.crystal_hz, self.hsi_hz, self.pll_locks = crystal_hz, hsi_hz, pll_locks
+        self.uc = uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
+        uc.ctl_set_cpu_model(UC_CPU_ARM_CORTEX_M4)
+        uc.mem_map(FLASH, FLASH_SIZE)
+        uc.mem_map(RAM, RAM_SIZE)
+        uc.mem_map(BOOT_LOADER, 0x10000)
+        uc.mmio_map(0x40000000, 0x80000, self._read, 0x40000000, self._write, 0x40000000)
+        uc.mmio_map(0xE0000000, 0x100000, self._read, 0xE0000000, self._write, 0xE0000000)
+        for address, data in segments:
+            uc.mem_write(address, data)
+            for at in range(0, len(data), 2):
+                if data[at:at + 2] == WFI:
+                    uc.hook_add(UC_HOOK_CODE, self._on_wfi, begin=address + at, end=address + at)
+        uc.mem_write(RETURN, LOOP)
+        start = self.symbols["board_start"] & ~1
+        self.started = False
+        self.start_hook = uc.hook_add(UC_HOOK_CODE, self._on_start, begin=start, end=start)
+        uc.hook_add(UC_HOOK_CODE, lambda *_: uc.emu_stop(), begin=RETURN, end=RETURN)
+        uc.hook_add(UC_HOOK_MEM_READ_UNMAPPED | UC_HOOK_MEM_WRITE_UNMAPPED | UC_HOOK_MEM_FETCH_UNMAPPED, self._on_unmapped)
+        uc.mem_write(RAM, ram if ram is not None else bytes([0xA5]) * RAM_SIZE)
+
+        self.registers = {RCC + 0x00: 0x83, RCC + 0x74: flags, 0xE000ED08: BOOT_LOADER}  # VTOR: as the boot loader left it
+        self.next_due_s = NEVER
+        self.now_s, self.cycle_s = 0.0, 1 / hsi_hz
+        self.error = None          # what a callback raised
+        self.sleeping = False
+        self.enabled, self.pended, self.active = set(), set(), []
+        self.priorities = {}
+        self.mpu = {}
+        self.log, self.received, self.bad_baud = bytearray(), [], False
+        self.sent_s, self.fast_usart = 0.0, False
+        self.sensor_v = 1.65       # at PA0
+        self.supply_v = 3.3
+        self.pins = 0              # of port B, as wired: PB1 and PB12 closed to ground
+        self.kicked_s = None       # the watchdog's last reload
+        self.tick_due_s = self.conversion_due_s = None
+        self.timer_started_s = {}
+        self.captures_s = 0.0
+        self.tick_count = self.counted = 0
+        self.on_tick = lambda: None
+        self.on_output = lambda: None
+        sp, pc = struct.unpack("<II", uc.mem_read(FLASH, 8))
+        uc.reg_write(UC_ARM_REG_SP, sp)
+        self.pc = pc & ~1
+
+    # --- clocks ------------------------------------------------------------------------------------------------------
+
+    def reg(self, address):
+        return self.registers.get(address, 0)
+
+    def field(self, address, position, width):
+        return self.reg(address) >> position & ((1 << width) - 1)
+
+    def system_hz(self):
+        """As the registers have it now."""
+        if self.field(RCC + 8, 0, 2) != 2:
+            return self.hsi_hz
+        source = self.crystal_hz if self.field(RCC + 4, 22, 1) else self.hsi_hz
+        return source / self.field(RCC + 4, 0, 6) * self.field(RCC + 4, 6, 9) / (2 * (self.field(RCC + 4, 16, 2) + 1))
+
+    def apb_hz(self, number):
+        divider = self.field(RCC + 8, 10 if number == 1 else 13, 3)
+        return self.system_hz() / (1 if divider < 4 else 2 << (divider - 4))
+
+    def timer_hz(self, base):
+        number = 1 if base < 0x40010000 else 2
+        divider = self.field(RCC + 8, 10 if number == 1 else 13, 3)
+        return self.apb_hz(number) * (1 if divider < 4 else 2) / (self.reg(base + 0x28) + 1)
+
+
+    # --- registers ---------------------------------------------------------------------------------------------------
+
+    def _guard(self, function, *arguments):
+        """Python's exceptions do not cross the emulator."""
+        try:
+            return function(*arguments)
+        except Exception as error:  # pylint: disable=broad-except
+            self.error = self.error or error
+            self.uc.emu_stop()
+            return 0
+
+    def _read(self, _uc, offset, size, base):
+        return self._guard(self.read, base + offset, size)
+
+    def _write(self, _uc, offset, size, value, base):
+        self._guard(self.write, base + offset, size, value)
+
+    def _is_clocked(self, address):
+        _, enable, bit = PERIPHERALS[self._base(address)]
+        return enable is None or self.field(RCC + enable, bit, 1) == 1
+
+    @staticmethod
+    def _base(address):
+        for base in PERIPHERALS:
+            if base <= address < base + 0x400:
+                return base
+        raise AssertionError(f"no such register: {address:#x}")
+
+    def read(self, address, size):
+        self.now_s += ACCESS_CYCLES * self.cycle_s
+        if address == 0x40011000:  # a wait for the USART reads it thousands of times
+            return self._read_usart1(0)
+        if address >= 0xE0000000:
+            return self._read_core(address)
+        assert size == 4, f"{address:#x} is read by {size} bytes"
+        base = self._base(address)
+        if not self._is_clocked(address):
+            return 0
+        handler = getattr(self, f"_read_{PERIPHERALS[base][0].lower()}", None)
+        return handler(address - base) if handler else self.reg(address)
+
+    def write(self, address, size, value):
+        self.now_s += ACCESS_CYCLES * self.cycle_s
+        if address >= 0xE0000000:
+            self._write_core(address, size, value)
+            return
+        assert size == 4, f"{address:#x} is written by {size} bytes"
+        base = self._base(address)
+        if not self._is_clocked(address):
+            return
+        handler = getattr(self, f"_write_{PERIPHERALS[base][0].lower()}", None)
+        if not handler or not handler(address - base, value):
+            self.registers[address] = value
+        if base == RCC:
+            self.cycle_s = 1 / self.system_hz()
+
+    def _read_rcc(self, offset):
+        value = self.reg(RCC + offset)
+        if offset == 0x00:
+            value = value & ~(1 << 1 | 1 << 17 | 1 << 25) | (value & 1) << 1
+            value |= (value >> 16 & 1 & bool(self.crystal_hz)) << 17
+            value |= (value >> 24 & 1 & self.pll_locks) << 25
+        if offset == 0x08:
+            value = value & ~0xC | (value & 3) << 2
+        return value
+
+    def _write_rcc(self, offset, value):
+        if offset == 0x74 and value & 1 << 24:
+            self.registers[RCC + 0x74] = 0
+            return True
+        if offset == 0x0C:
+            self.registers[RCC + 0x0C] = self.reg(RCC + 0x0C) & ~(value >> 16 & 0xFF)
+            return True
+        return False
+
+    def _read_pwr(self, offset):
+        low = self.field(0x40007000, 4, 1) and self.supply_v < 2.92
+        return self.reg(0x40007000 + offset) | (low << 2 if offset == 4 else 0)
+
+    # pins and their interrupts
+
+    def _read_gpiob(self, offset):
+        return self.levels() if offset == 0x10 else self.reg(0x40020400 + offset)
+
+    def _write_gpiob(self, offset, value):
+        if offset == 0x18:
+            out = self.reg(0x40020414)
+            self.registers[0x40020414] = (out | value & 0xFFFF) & ~(value >> 16)
+            self.on_output()
+        return offset == 0x18
+
+    def levels(self):
+        return self.pins | self.reg(0x40020414) & 1
+
+    def power_is_on(self):
+        return self.field(0x40020400, 0, 2) == 1 and self.field(0x40020414, 0, 1) == 1
+
+    def set_pin(self, pin, high):
+        before = self.pins
+        self.pins = self.pins | 1 << pin if high else self.pins & ~(1 << pin)
+        if before != self.pins and self.field(0x40013808 + pin // 4 * 4, pin % 4 * 4, 4) == 1:
+            self._edge(pin, high)
+
+    def set_supply(self, volts):
+        low = self.supply_v < 2.92
+        self.supply_v = volts
+        if self.field(0x40007000, 4, 1) and low != (volts < 2.92):
+            self._edge(16, volts < 2.92)
+
+    def _edge(self, line, rising):
+        if self.field(0x40013C08 if rising else 0x40013C0C, line, 1):
+            self.registers[0x40013C14] = self.reg(0x40013C14) | 1 << line
+            self._request_lines()
+
+    def _request_lines(self):
+        lines = self.reg(0x40013C14) & self.reg(0x40013C00)
+        for mask, interrupt in ((1 << 1, EXTI1), (0x3F << 10, EXTI15_10), (1 << 16, PVD)):
+            if lines & mask:
+                self.pended.add(interrupt)
+
+    def _write_exti(self, offset, value):
+        if offset == 0x14:
+            self.registers[0x40013C14] = self.reg(0x40013C14) & ~value
+            for mask, interrupt in ((1 << 1, EXTI1), (0x3F << 10, EXTI15_10), (1 << 16, PVD)):
+                if value & mask and interrupt not in self.active:
+                    self.pended.discard(interrupt)
+        return offset == 0x14
+
+    # timers
+
+    def _timer_count(self, base):
+        started = self.timer_started_s.get(base)
+        return 0 if started is None else int((self.now_s - started) * self.timer_hz(base))
+
+    def _write_timer(self, base, offset, value):
+        if offset == 0x00 and value & 1 and base not in self.timer_started_s:
+            self.timer_started_s[base] = self.now_s
+            if base == 0x40000000:
+                self.tick_due_s = self.now_s + (self.reg(base + 0x2C) + 1) / self.timer_hz(base)
+                self.next_due_s = self.now_s  # look again at what is due
+        if offset == 0x00 and not value & 1:
+            self.timer_started_s.pop(base, None)
+
+    def _write_tim2(self, offset, value):
+        self._write_timer(0x40000000, offset, value)
+        if offset == 0x10:
+            self.registers[0x40000010] = self.reg(0x40000010) & value
+        return offset == 0x10
+
+    def _write_tim5(self, offset, value):
+        self._write_timer(0x40000C00, offset, value)
+        return False
+
+    def _read_tim5(self, offset):
+        return self._timer_count(0x40000C00) & 0xFFFFFFFF if offset == 0x24 else self.reg(0x40000C00 + offset)
+
+    def _write_tim11(self, offset, value):
+        self._write_timer(0x40014800, offset, value)
+        self.captures_s = self.now_s if offset == 0x00 and value & 1 else self.captures_s
+        return offset == 0x10
+
+    def _capture_period_s(self):
+        """Of the crystal, divided for the RTC, at input 1 with its prescaler."""
+        divider = self.field(RCC + 8, 16, 5)
+        wired = self.reg(0x40014850) == 2 and self.field(0x40014818, 0, 2) == 1 and self.reg(0x40014820) & 1
+        if not wired or divider < 2 or not self.crystal_hz or not self.field(RCC, 16, 1):
+            return None
+        return divider * (1 << self.field(0x40014818, 2, 2)) / self.crystal_hz
+
+    def _read_tim11(self, offset):
+        period_s = self._capture_period_s()
+        running = 0x40014800 in self.timer_started_s
+        waiting = int((self.now_s - self.captures_s) / period_s) if running and period_s else 0
+        if offset == 0x10:
+            return (waiting > 0) << 1 | (waiting > 1) << 9
+        if offset == 0x34 and waiting:
+            self.captures_s += waiting * period_s
+            return int((self.captures_s - self.timer_started_s[0x40014800]) * self.timer_hz(0x40014800)) & 0xFFFF
+        return self.reg(0x40014800 + offset)
+
+    # converters
+
+    def _write_adc(self, offset, value):
+        if offset == 0x08 and value & 1 << 30 and value & 1:
+            self.conversion_due_s = self.now_s + self._conversion_s()
+            self.next_due_s = self.now_s
+        return False
+
+    def _conversion_s(self):
+        cycles = (3, 15, 28, 56, 84, 112, 144, 480)[self.field(0x40012010, 0, 3)] + 12
+        rate_hz = self.apb_hz(2) / (2 * (self.field(0x40012304, 16, 2) + 1))
+        assert rate_hz <= 36e6, "the converter's clock is too fast"
+        return cycles / rate_hz
+
+    def _read_adc(self, offset):
+        if offset == 0x4C:
+            self.registers[0x40012000] = self.reg(0x40012000) & ~2
+            return min(4095, max(0, int(self.sensor_v / 3.3 * 4096)))
+        return self.reg(0x40012000 + offset)
+
+    def _write_dac(self, offset, value):
+        self.registers[0x40007400 + offset] = value
+        self.on_output()
+        return True
+
+    def output_code(self):
+        """Of the converter; None while it is off."""
+        return self.reg(0x40007408) & 0xFFF if self.field(0x40007400, 0, 1) else None
+
+    # USART1 and watchdog
+
+    def _read_usart1(self, offset):
+        if offset == 0x00:
+            return (self.now_s >= self.sent_s) << 7 | bool(self.received) << 5
+        if offset == 0x04 and self.received:
+            return self.received.pop(0)
+        return self.reg(0x40011000 + offset)
+
+    def _write_usart1(self, offset, value):
+        if offset == 0x04:
+            baud = self.apb_hz(2) / self.reg(0x40011008)
+            self.bad_baud = self.bad_baud or abs(baud / 115200 - 1) > 0.03
+            self.log.append(value)
+            self.sent_s = max(self.now_s, self.sent_s) + (0 if self.fast_usart else 10 / baud)
+        return False
+
+    def _write_iwdg(self, offset, value):
+        if offset == 0 and value in (0xCCCC, 0xAAAA):
+            self.kicked_s = self.now_s if value == 0xCCCC or self.kicked_s is not None else None
+        return False
+
+    def _watchdog_s(self):
+        return (4 << self.reg(0x40003004)) * ((self.reg(0x40003008) or 0xFFF) + 1) / 32000
+
+    # --- the core's own registers ------------------------------------------------------------------------------------
+
+    def _read_core(self, address):
+        if 0xE000E100 <= address < 0xE000E180:
+            return self._bits(self.enabled, address)
+        return self.reg(address)
+
+    @staticmethod
+    def _bits(interrupts, address):
+        first = (address & 0x7F) // 4 * 32
+        return sum(1 << (i - first) for i in interrupts if first <= i < first + 32)
+
+    def _write_core(self, address, size, value):
+        if 0xE000E100 <= address < 0xE000E300:
+            first = (address & 0x7F) // 4 * 32
+            named = {first + i for i in range(32) if value >> i & 1}
+            if address < 0xE000E180:
+                self.enabled |= named
+                self._request_lines()
+            elif address < 0xE000E200:
+                self.enabled -= named
+            elif address >= 0xE000E280:
+                self.pended -= named
+            return
+        if 0xE000E400 <= address < 0xE000E500:
+            self.priorities[address - 0xE000E400] = value >> 4
+            return
+        if address == 0xE000ED0C and value & 4:
+            raise Reset(SOFTWARE)
+        if address == 0xE000EDA0:
+            self.mpu[self.reg(0xE000ED98)] = (self.reg(0xE000ED9C), value)
+        if address == 0xE000ED9C and value & 0x10:
+            self.registers[0xE000ED98] = value & 0xF
+        self.registers[address] = value
+
+    # --- running -----------------------------------------------------------------------------------------------------
+
+    def _on_start(self, *_):
+        """The self-test's millions of blocks are behind: from here on an interrupt may end the background at any block."""
+        self.started = True
+        self.uc.emu_stop()
+
+    def _on_block(self, *_):
+        if self.now_s >= self.next_due_s:
+            self.uc.emu_stop()
+
+    def _on_wfi(self, *_):
+        self.sleeping = True
+        self.uc.emu_stop()
+
+    def _on_unmapped(self, _uc, _access, address, _size, _value, _user):
+        self.error = self.error or AssertionError(f"access to {address:#x} from {self.uc.reg_read(UC_ARM_REG_PC):#x}")
+        return False
+
+    def _emulate(self, pc, count=0):
+        try:
+            self.uc.emu_start(pc | 1, RETURN, count=count)
+        except Exception as error:  # pylint: disable=broad-except
+            self.error = self.error or error
+        if self.error:
+            error, self.error = self.error, None
+            raise error
+        return self.uc.reg_read(UC_ARM_REG_PC) & ~1
+
+    def functions(self, *names):
+        """Start and size of those that there are, with the compiler's parts of them."""
+        return [(at & ~1, size) for name, (at, size) in self.sizes.items() if name.split(".")[0] in names and size]
+
+    def count_in(self, *names):
+        """Counts the instructions of these functions from now on, in `counted`. Before the first of them runs."""
+        for at, size in self.functions(*names):
+            self.uc.hook_add(UC_HOOK_CODE, self._on_counted, begin=at, end=at + size - 1)
+
+    def _on_counted(self, *_):
+        self.counted += 1
+
+    def emulate_count(self, pc, instructions):
+        return self._emulate(pc, instructions)
+
+    def step_to_tick(self):
+        """Background and conversions until a tick is about to be entered; false, for run_until."""
+        while TIM2 not in self.pended:
+            self.now_s = max(self.now_s, min(self._due()))
+            self._pass_time()
+            number = self.next_interrupt()
+            if number is not None and number != TIM2:
+                self.interrupt(number)
+        return True
+
+    def call(self, function, *arguments, force=None):
+        """A function of the image, as if the background called it; returns r0. `force` goes in the first float register."""
+        context = self.uc.context_save()
+        for register, value in zip((UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3), arguments):
+            self.uc.reg_write(register, value & 0xFFFFFFFF)
+        if force is not None:
+            self.uc.reg_write(UC_ARM_REG_S0, struct.unpack("<I", struct.pack("<f", force))[0])
+        self.uc.reg_write(UC_ARM_REG_LR, RETURN | 1)
+        self._emulate(self.symbols[function])
+        result = self.uc.reg_read(UC_ARM_REG_R0)
+        self.uc.context_restore(context)
+        return result
+
+    def _is_due(self, interrupt):
+        if interrupt not in self.enabled:
+            return False
+        return not self.active or self.priorities.get(interrupt, 0) < self.priorities.get(self.active[-1], 0)
+
+    def next_interrupt(self):
+        due = [i for i in self.pended if self._is_due(i)]
+        return min(due, key=lambda i: (self.priorities.get(i, 0), i)) if due else None
+
+    def exception(self, number, pc, interrupted=None):
+        """Enters exception `number` at `pc` and runs it to its end; `interrupted` is called with the chip at its first instruction."""
+        vectors = self.reg(0xE000ED08)
+        handler = struct.unpack("<I", self.uc.mem_read(vectors + 4 * number, 4))[0]
+        assert handler & 1, f"exception {number}: no handler in the vector table at {vectors:#x}"
+        context = self.uc.context_save()
+        sp = self.uc.reg_read(UC_ARM_REG_SP)
+        frame = (sp - 104) & ~7
+        words = [self.uc.reg_read(r) for r in (UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12,
+                                               UC_ARM_REG_LR)] + [pc, 0x01000000]
+        self.uc.mem_write(frame, struct.pack("<8I", *words))
+        self.uc.reg_write(UC_ARM_REG_SP, frame)
+        self.uc.reg_write(UC_ARM_REG_IPSR, number)
+        self.uc.reg_write(UC_ARM_REG_LR, RETURN | 1)
+        self.now_s += 12 * self.cycle_s
+        at = handler & ~1
+        if interrupted:
+            at = interrupted(at)
+        if at != RETURN:
+            self._emulate(at)
+        self.uc.context_restore(context)
+
+    def interrupt(self, number, interrupted=None):
+        self.pended.discard(number)
+        self.active.append(number)
+        self.exception(16 + number, self.pc, interrupted)
+        self.active.pop()
+        self._request_lines()
+
+    def _pass_time(self):
+        """What has become due by now."""
+        if self.tick_due_s is not None and self.now_s >= self.tick_due_s:
+            self.on_tick()
+            self.tick_count += 1
+            self.tick_due_s += (self.reg(0x4000002C) + 1) / self.timer_hz(0x40000000)
+            self.registers[0x40000010] = self.reg(0x40000010) | 1
+            if self.reg(0x4000000C) & 1:
+                self.pended.add(TIM2)
+        if self.conversion_due_s is not None and self.now_s >= self.conversion_due_s:
+            self.conversion_due_s += self._conversion_s()
+            self.registers[0x40012000] = self.reg(0x40012000) | 2
+            if self.reg(0x40012004) & 1 << 5:
+                self.pended.add(ADC)
+        if self.kicked_s is not None and self.now_s - self.kicked_s > self._watchdog_s():
+            raise Reset(WATCHDOG)
+
+    def _due(self):
+        return [t for t in (self.tick_due_s, self.conversion_due_s) if t is not None]
+
+    def _run_background(self, until_s):
+        self.next_due_s = min([until_s, *self._due()])
+        self.pc = self._emulate(self.pc)
+        self.next_due_s = NEVER
+        if self.started and self.start_hook is not None:
+            self.uc.hook_del(self.start_hook)
+            self.start_hook = None
+            self.uc.ctl_remove_cache(FLASH, FLASH + FLASH_SIZE)
+            self.uc.hook_add(UC_HOOK_BLOCK, self._on_block)
+
+    def run(self, seconds):
+        """Background and interrupts for this long."""
+        until_s = self.now_s + seconds
+        while self.now_s < until_s:
+            self._pass_time()
+            number = self.next_interrupt()
+            if number is not None:
+                self.sleeping = False
+                self.interrupt(number)
+            elif self.sleeping:
+                self.now_s = max(self.now_s, min([until_s, *self._due()]))
+            else:
+                self._run_background(until_s)
+                if self.sleeping:
+                    self.pc += 2  # behind the WFI
+
+    def run_until(self, condition, seconds):
+        until_s = self.now_s + seconds
+        while not condition():
+            assert self.now_s < until_s, f"not within {seconds} s; log: {self.text()}"
+            self.run(0.0005)
+
+    def text(self):
+        return self.log.decode("ascii")
+
+    def lines(self):
+        return self.text().splitlines()
+
+    def send(self, text):
+        self.received += list(text.encode())
+
+    def ram(self):
+        return bytes(self.uc.mem_read(RAM, RAM_SIZE))

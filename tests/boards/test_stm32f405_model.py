@@ -1,0 +1,455 @@
+"""The STM32F405's image on a model of the chip's registers: from power-up to RUN, in a closed loop through the codes of the converters,
+and through everything that resets or stops it."""
+
+import math
+import os
+import pathlib
+import struct
+import subprocess
+import sys
+
+import pytest
+import stm32f405_model as model
+from elftools.elf.elffile import ELFFile
+
+TREE = pathlib.Path(os.environ["TRIBO_TREE"])
+RIG = os.environ["TRIBO_RIG"]
+SEAL = pathlib.Path(__file__).parents[2] / "firmware" / "tools" / "seal_image.py"
+ZERO = 2048  # code of no current
+STOP_PIN, FAULT_PIN = 1, 12
+
+arithmetics = pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+
+
+def image_of(arithmetic):
+    return TREE / "firmware" / f"tribo-stm32f405-{arithmetic}.elf"
+
+
+class Bench:
+    """A chip with the paper's plant at its converters."""
+
+    def __init__(self, arithmetic, **of_chip):
+        self.arithmetic = arithmetic
+        self.chip = model.Chip(of_chip.pop("image", image_of(arithmetic)), **of_chip)
+        self.plant = subprocess.Popen([RIG], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self.force_n = 0.0
+        self.command_wire = self.sensor_wire = True
+        self.chip.on_tick = self.tick
+        self.before_tick = lambda: None
+
+    def current_n(self):
+        code = self.chip.output_code()
+        if not self.chip.power_is_on() or code is None:
+            return 0.0
+        return (code - ZERO) / ZERO * 2.0 if self.command_wire else -2.0  # an open input reads 0 V
+
+    def tick(self):
+        self.plant.stdin.write(struct.pack("<d", self.current_n()))
+        self.plant.stdin.flush()
+        shown_n, self.force_n = struct.unpack("<2d", self.plant.stdout.read(16))
+        self.chip.sensor_v = 1.65 + 0.66 * shown_n if self.sensor_wire else 0.0
+        self.before_tick()
+
+    def refer(self, r_n):
+        drive = self.chip.symbols["drive"]
+        if self.arithmetic == "f32":
+            self.chip.call("drive_reference", drive, force=r_n)
+        else:
+            self.chip.call("drive_reference", drive, int(r_n / 4.0 * 2**31))
+
+    def is_off(self):
+        return not self.chip.power_is_on() and self.chip.output_code() == ZERO
+
+    def wait_for(self, words, seconds=0.3):
+        self.chip.run_until(lambda: words in self.chip.text(), seconds)
+
+    def command(self, text, words, seconds=0.3):
+        """Sends a line and waits for `words` in what is logged after it."""
+        before = len(self.chip.log)
+        self.chip.send(text)
+        self.chip.run_until(lambda: words in self.chip.log[before:].decode(), seconds)
+
+    def run(self, r_n=0.5):
+        self.wait_for("idle at tick")
+        self.chip.run(0.01)
+        self.refer(r_n)
+        self.command("start\n", "run at tick")
+
+    def close(self):
+        self.plant.kill()
+        self.plant.communicate()
+
+
+@pytest.fixture
+def bench():
+    benches = []
+
+    def open_bench(arithmetic="f32", **of_chip):
+        benches.append(Bench(arithmetic, **of_chip))
+        return benches[-1]
+
+    yield open_bench
+    for one in benches:
+        one.close()
+
+
+def changed_image(tmp_path, arithmetic="f32", **fields):
+    """The image with other values in its rig_config, sealed again. A field is its place in the list of app/config.h."""
+    content = bytearray(image_of(arithmetic).read_bytes())
+    with open(image_of(arithmetic), "rb") as file:
+        elf = ELFFile(file)
+        symbol = elf.get_section_by_name(".symtab").get_symbol_by_name("rig_config")[0]
+        section = elf.get_section(symbol["st_shndx"])
+        start = section["sh_offset"] + symbol["st_value"] - section["sh_addr"]
+    names = (pathlib.Path(__file__).parents[2] / "firmware/app/config.h").read_text().split("#define DRIVE_CONFIG_FIELDS")[1]
+    names = [line.split(",")[1].strip() for line in names.split("typedef")[0].splitlines() if line.strip().startswith("FIELD(")]
+    for name, value in fields.items():
+        struct.pack_into("<I", content, start + 4 * names.index(name), value)
+    path = tmp_path / "changed.elf"
+    path.write_bytes(content)
+    subprocess.run([sys.executable, SEAL, path], check=True)
+    return path
+
+
+# --- from power-up to RUN ---------------------------------------------------------------------------------------------
+
+
+@arithmetics
+def test_boot_reports_reset_clock_and_what_is_off_and_waits_in_idle(bench, arithmetic):
+    board = bench(arithmetic)
+    board.wait_for("latest 0 us\n")
+    lines = board.chip.lines()
+    assert lines[:2] == [f"tribo {arithmetic}, self-test passed", "reset: power-on"]
+    assert lines[2].startswith("clock: 168 MHz from HSE, HSE ")
+    assert abs(int(lines[2].split()[-2]) - 8000) < 50
+    assert lines[3] == "off: reference_ms ready_ms"
+    assert lines[4].startswith("idle at tick ")
+    assert board.is_off()
+    assert not board.chip.bad_baud
+    assert board.chip.reg(0xE000ED08) == board.chip.symbols["vectors"]  # VTOR: the boot loader's was another
+
+
+@arithmetics
+def test_drive_tracks_the_triangle_through_codes(bench, arithmetic):
+    """0.4 to 0.6 N in a second and back."""
+    board = bench(arithmetic)
+    board.run(0.4)
+    chip = board.chip
+    start = chip.tick_count
+    errors, codes = [], set()
+
+    def reference(tick):
+        phase = (tick - start) / 1000.0 % 2.0
+        return 0.4 + 0.2 * (phase if phase < 1.0 else 2.0 - phase)
+
+    def observe():
+        errors.append(reference(chip.tick_count) - board.force_n)
+        codes.add(chip.output_code())
+
+    board.before_tick = observe
+    while chip.tick_count < start + 1400:
+        board.refer(reference(chip.tick_count))
+        chip.run(0.001)
+    late = errors[300:]
+    rms = math.sqrt(sum(e * e for e in late) / len(late))
+    print(f"{arithmetic}: {len(late)} ticks, rms of r - F {1000 * rms:.2f} mN, largest {1000 * max(map(abs, late)):.1f} mN")
+    assert rms < 0.012
+    assert len(codes) > 100
+    assert "fault" not in chip.text()
+    board.command("?\n", " us\n")
+    longest_us = int(chip.lines()[-1].split("longest tick ")[1].split()[0])
+    assert longest_us <= 250
+    board.command("x", "idle at tick")
+    assert board.is_off()
+
+
+def test_ticks_come_at_1_khz_of_the_crystal(bench, tmp_path):
+    for crystal_mhz in (4, 8, 12, 25, 26):
+        board = bench(image=changed_image(tmp_path, crystal_hz=crystal_mhz * 10**6), crystal_hz=crystal_mhz * 10**6)
+        board.wait_for("idle at tick")
+        assert "168 MHz from HSE" in board.chip.text()
+        assert abs(board.chip.system_hz() - 168e6) < 1
+        before_s, before = board.chip.now_s, board.chip.tick_count
+        board.chip.run(0.05)
+        assert abs((board.chip.tick_count - before) / (board.chip.now_s - before_s) - 1000) < 25
+        assert not board.chip.bad_baud
+
+
+# --- the clock --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("crystal_mhz", [4, 6, 12, 16, 25])
+def test_another_crystal_than_the_configs_is_a_fault_for_good(bench, crystal_mhz):
+    board = bench(crystal_hz=crystal_mhz * 10**6)
+    board.wait_for("fault: clock since tick 0")
+    assert "168 MHz from HSI, wrong HSE" in board.chip.text()
+    assert not board.chip.bad_baud  # it can still say so
+    board.command("ack\n?\n", "fault: clock")
+    board.command("start\n?\n", "fault: clock")
+    assert board.is_off()
+
+
+@pytest.mark.parametrize("error", [-0.04, 0.04])
+def test_an_internal_oscillator_that_is_off_by_4_percent_finds_the_crystal(bench, error):
+    board = bench(hsi_hz=16e6 * (1 + error))
+    board.wait_for("idle at tick")
+    assert "168 MHz from HSE" in board.chip.text()
+
+
+def test_without_a_crystal_the_clock_is_a_fault_unless_allowed(bench, tmp_path):
+    board = bench(crystal_hz=0)
+    board.wait_for("fault: clock since tick 0")
+    assert "168 MHz from HSI, no HSE, HSE 0 kHz" in board.chip.text()
+    allowed = bench(crystal_hz=0, image=changed_image(tmp_path, degraded_clock=1))
+    allowed.run()
+    assert "168 MHz from HSI, no HSE" in allowed.chip.text()
+    wrong = bench(crystal_hz=12e6, image=changed_image(tmp_path, degraded_clock=1))
+    wrong.wait_for("fault: clock since tick 0")
+
+
+def test_a_pll_that_does_not_lock_is_a_fault(bench):
+    board = bench(pll_locks=False)
+    board.wait_for("fault: clock since tick 0", 1.0)
+    assert "16 MHz from HSI, no PLL" in board.chip.text()
+    assert not board.chip.bad_baud
+
+
+# --- stops ------------------------------------------------------------------------------------------------------------
+
+
+def stop_within_a_tick(board, pin, interrupt, instructions):
+    """Makes the pin active after so many instructions of a tick. Returns the instructions from the interrupt to outputs off."""
+    chip = board.chip
+    seen = {"off": None}
+
+    def output():
+        if seen["off"] is None and board.is_off():
+            seen["off"] = chip.counted
+
+    def interrupted(at):
+        at = chip.emulate_count(at, instructions)
+        chip.on_output = output
+        chip.counted = 0
+        chip.set_pin(pin, True)
+        assert chip.next_interrupt() == interrupt
+        nested = chip.pc
+        chip.pc = at
+        chip.interrupt(interrupt)
+        chip.pc = nested
+        assert board.is_off()
+        chip.on_output = lambda: None
+        return at
+
+    chip.run_until(lambda: model.TIM2 in chip.pended and not chip.active or chip.step_to_tick(), 0.01)
+    chip.sleeping = False
+    chip.interrupt(model.TIM2, interrupted)
+    return seen["off"]
+
+
+CYCLES_AN_INSTRUCTION = 8  # at most: five wait states of flash, and a write to a bus at a quarter of the clock
+
+
+@pytest.mark.parametrize("pin, interrupt, words", [(STOP_PIN, model.EXTI1, "fault: emergency stop"),
+                                                   (FAULT_PIN, model.EXTI15_10, "fault: power stage")])
+def test_a_stop_at_50_instructions_of_a_tick_turns_the_outputs_off_within_20_us(bench, pin, interrupt, words):
+    board = bench()
+    chip = board.chip
+    chip.count_in("EXTI1_IRQHandler", "EXTI15_10_IRQHandler", "board_off", "trip")
+    board.run()
+    chip.fast_usart = True
+    worst = 0
+    for number in range(50):
+        count = stop_within_a_tick(board, pin, interrupt, 1 + 13 * number)
+        assert count >= 4
+        worst = max(worst, count)
+        assert board.is_off(), "the tick that was interrupted turned them on again"
+        chip.set_pin(pin, False)  # a pulse: only the interrupt has seen it
+        board.wait_for(words)
+        board.command("ack\n", "idle at tick")
+        chip.log.clear()
+        board.refer(0.5)
+        board.command("start\n", "run at tick")
+        chip.log.clear()
+    us = (12 + worst * CYCLES_AN_INSTRUCTION) / 168
+    print(f"{words}: outputs off at most {worst} instructions after the interrupt, {us:.1f} us at 8 cycles each")
+    assert us <= 20
+
+
+def test_a_stop_that_is_open_from_the_start_is_found_by_the_tick(bench):
+    board = bench()
+    board.chip.set_pin(STOP_PIN, True)
+    board.wait_for("fault: emergency stop since tick 1")
+    board.command("ack\n?\n", "fault: emergency stop")
+    board.chip.set_pin(STOP_PIN, False)
+    board.command("ack\n", "idle at tick")
+
+
+def test_an_input_that_bounces_does_not_starve_the_tick(bench):
+    board = bench()
+    board.run()
+    chip = board.chip
+    before = chip.tick_count
+    for number in range(400):
+        chip.set_pin(STOP_PIN, number % 2 == 0)
+        chip.run(20e-6)
+    chip.set_pin(STOP_PIN, False)
+    chip.run(0.02)
+    assert chip.tick_count > before + 20
+    assert "tick" not in chip.text().split("fault: ")[1].split(" since")[0]
+    assert board.is_off()
+
+
+def test_a_low_supply_turns_the_outputs_off_and_is_told(bench):
+    board = bench()
+    board.run()
+    board.chip.set_supply(2.8)
+    board.chip.run(20e-6)
+    assert board.is_off()
+    board.wait_for("fault: supply")
+    board.command("ack\n?\n", "fault: supply")
+    board.chip.set_supply(3.3)
+    board.command("ack\n", "idle at tick")
+
+
+@pytest.mark.parametrize("level", [0, 1])
+def test_the_power_stages_levels_are_the_configs(bench, tmp_path, level):
+    image = changed_image(tmp_path, fault_level=level, ready_level=level, ready_ms=20)
+    board = bench(image=image)
+    chip = board.chip
+    chip.set_pin(FAULT_PIN, level == 0)
+    chip.set_pin(13, level == 0)  # not ready
+    pulls = lambda pin: chip.field(0x4002040C, 2 * pin, 2)
+    board.wait_for("idle at tick")
+    assert pulls(FAULT_PIN) == (1 if level else 2)  # an open wire is a fault ...
+    assert pulls(13) == (2 if level else 1)  # ... and not ready
+    chip.log.clear()
+    board.refer(0.5)
+    board.command("start\n", "starting at tick")
+    assert chip.power_is_on() and chip.output_code() == ZERO
+    chip.set_pin(13, level == 1)
+    board.wait_for("run at tick")
+    chip.set_pin(FAULT_PIN, level == 1)
+    chip.run(20e-6)
+    assert board.is_off()
+    board.wait_for("fault: power stage since")
+
+
+def test_broken_wires_stop_the_drive(bench):
+    for wire, words in (("sensor_wire", "fault: sensor out of range"), ("command_wire", "fault: ")):
+        board = bench()
+        board.run()
+        board.chip.run(0.3)
+        setattr(board, wire, False)
+        broken_s = board.chip.now_s
+        board.chip.run_until(board.is_off, 0.2)
+        print(f"{wire} open: off after {1000 * (board.chip.now_s - broken_s):.0f} ms")
+        board.wait_for(words)
+        print(board.chip.lines()[-1])
+
+
+def test_a_converter_that_stops_is_a_silent_sensor(bench):
+    board = bench()
+    board.run()
+    board.chip.conversion_due_s = None
+    board.wait_for("fault: sensor silent since tick")
+    assert board.is_off()
+
+
+# --- resets -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("flags, cause, state", [
+    (model.POWER_ON, "power-on", "idle at"), (model.PIN, "pin", "idle at"),
+    (model.BROWN_OUT, "low supply", "fault: reset by a low supply"),
+    (model.WATCHDOG, "watchdog", "fault: reset by the watchdog"), (model.SOFTWARE, "software", "fault: reset by software")])
+def test_resets_are_told_apart(bench, flags, cause, state):
+    board = bench(flags=flags)
+    board.wait_for(state)
+    assert f"reset: {cause}\n" in board.chip.text()
+    assert board.chip.reg(model.RCC + 0x74) == 0  # the next one shows its own
+    if state != "idle at":
+        board.command("ack\n", "idle at tick")
+
+
+def reset_of(chip, number, pc):
+    with pytest.raises(model.Reset) as reset:
+        chip.exception(number, pc)
+    return reset.value.args[0]
+
+
+def test_a_hard_fault_is_told_with_its_address(bench):
+    board = bench()
+    board.run()
+    board.chip.registers[0xE000ED28] = 1 << 9  # CFSR: a bus fault
+    flags = reset_of(board.chip, model.HARD_FAULT, 0x08001234)
+    assert board.is_off()
+    again = bench(flags=flags, ram=board.chip.ram())
+    again.wait_for("fault: reset after an exception")
+    assert "reset: exception 3 at 08001234, status 00000200" in again.chip.text()
+    third = bench(flags=model.PIN, ram=again.chip.ram())  # it is told once
+    third.wait_for("idle at tick")
+
+
+def test_an_interrupt_without_a_handler_is_told(bench):
+    board = bench()
+    board.run()
+    flags = reset_of(board.chip, 16 + 50, 0x08002468)
+    again = bench(flags=flags, ram=board.chip.ram())
+    again.wait_for("fault: reset after an exception")
+    assert "reset: exception 66 at 08002468" in again.chip.text()
+
+
+def test_a_stack_that_is_lost_has_no_address(bench):
+    board = bench()
+    board.run()
+    board.chip.registers[0xE000ED28] = 1 << 4  # the frame could not be pushed
+    again = bench(flags=reset_of(board.chip, model.HARD_FAULT, 0x08001234), ram=board.chip.ram())
+    again.wait_for("fault: reset after an exception")
+    assert "at 00000000, status 00000010" in again.chip.text()
+
+
+def test_a_crystal_that_stops_is_told_and_then_missing(bench, tmp_path):
+    image = changed_image(tmp_path, degraded_clock=1)
+    board = bench(image=image)
+    board.run()
+    board.chip.registers[model.RCC + 0x0C] = 1 << 7
+    flags = reset_of(board.chip, model.NMI, 0x08001234)
+    assert board.is_off()
+    again = bench(image=image, flags=flags, ram=board.chip.ram(), crystal_hz=0)
+    again.wait_for("fault: reset after the crystal stopped")
+    assert "reset: crystal stopped\n" in again.chip.text()
+
+
+def test_a_tick_that_hangs_ends_in_the_watchdog(bench):
+    board = bench()
+    board.run()
+    board.chip.enabled.discard(model.TIM2)
+    with pytest.raises(model.Reset) as reset:
+        board.chip.run(0.1)
+    assert reset.value.args[0] == model.WATCHDOG
+
+
+# --- memory protection ------------------------------------------------------------------------------------------------
+
+
+def regions(chip):
+    """Start, end, access and subregions left out of the MPU's regions."""
+    found = {}
+    for number, (base, attributes) in chip.mpu.items():
+        size = 2 << (attributes >> 1 & 31)
+        assert attributes & 1 and base & ~31 & (size - 1) == 0
+        found[number] = (base & ~31, (base & ~31) + size, attributes >> 24 & 7, attributes >> 8 & 255)
+    return found
+
+
+def test_the_mpu_guards_the_stack_and_flash(bench):
+    chip = bench().chip
+    chip.run_until(lambda: chip.reg(0xE000ED94) == 5, 0.3)  # on, with the default map for the rest; off in the hard fault's handler
+    seen = regions(chip)
+    flash, ram, guard = (seen[number] for number in range(3))
+    assert flash == (model.FLASH, model.FLASH + model.FLASH_SIZE, 6, 0xC0)  # read only, but for the last two of 128 KiB
+    assert chip.symbols["store_start"] == model.FLASH + model.FLASH_SIZE // 8 * 6
+    assert ram == (model.RAM, model.RAM + model.RAM_SIZE, 3, 0)
+    assert guard == (chip.symbols["stack_guard"], chip.symbols["stack_guard"] + 256, 0, 0)
+    assert chip.symbols["stack_top"] - guard[1] >= 4096
+    assert chip.symbols["bss_end"] <= guard[0]
