@@ -76,15 +76,22 @@ static void change(const tribo_force_loop_f32_params_t *params,
     force_loop_f32_activate(state, params);
 }
 
-/// A tick without memory: the controller alone.
+/// A tick without memory, or with a corrupt one: the controller alone.
 static float step_alone(const tribo_force_loop_f32_params_t *params,
                         tribo_force_loop_f32_state_t        *state,
-                        float                                e,
+                        float                                r_n,
+                        float                                y_n,
                         tribo_force_loop_f32_signals_t      *seen)
 {
-    *seen = (tribo_force_loop_f32_signals_t){.e_n = e};
+    const bool bad = force_loop_f32_bad(params, r_n, y_n);
+
+    *seen = (tribo_force_loop_f32_signals_t){.e_n = bad ? 0.0f : r_n - y_n};
+    if (bad)
+    {
+        count(&state->bad_inputs);
+    }
     force_loop_f32_activate(state, params);
-    return tribo_controller_f32_step(&params->controller, &state->controller, e, 0.0f, &seen->controller);
+    return tribo_controller_f32_step(&params->controller, &state->controller, seen->e_n, 0.0f, &seen->controller);
 }
 
 static float step(const tribo_force_loop_f32_params_t *params,
@@ -99,15 +106,9 @@ static float step(const tribo_force_loop_f32_params_t *params,
     const tribo_feedforward_f32_params_t *const feedforward = params->feedforward;
     const tribo_friction_f32_params_t *const    friction    = &params->compensator.friction;
     tribo_feedforward_f32_memory_t *const       memory      = force_loop_f32_memory(state);
-
-    const bool bad = force_loop_f32_bad(params, r_n, y_n);
-    if (bad)
-    {
-        count(&state->bad_inputs);
-    }
     if (memory == NULL)
     {
-        return step_alone(params, state, bad ? 0.0f : r_n - y_n, seen);
+        return step_alone(params, state, r_n, y_n, seen);
     }
     if (state->active != params)
     {
@@ -117,30 +118,25 @@ static float step(const tribo_force_loop_f32_params_t *params,
     tribo_biquad_f32_outputs_t             outputs;
     tribo_feedforward_f32_signals_t *const inner = &memory->signals;
 
-    float e     = feedforward_f32_before(feedforward, friction, &memory->state, r_n, y_n, inner);
-    float v     = biquad_f32_output(&params->controller.cascade, &state->controller.cascade, e, &outputs);
-    float added = feedforward_f32_added(feedforward, &memory->state, v, inner);
-
-    const bool corrupt =
-        exceeds(e, FORCE_MAX_N) || exceeds(added, FORCE_MAX_N) || exceeds(inner->ahead.doubt, DOUBT_MAX);
-    if (corrupt)
-    {
-        tribo_feedforward_f32_reset(feedforward, &memory->state);
-        *inner = (tribo_feedforward_f32_signals_t){.e_n = 0.0f};
-        e      = 0.0f;
-        v      = biquad_f32_output(&params->controller.cascade, &state->controller.cascade, e, &outputs);
-        added  = 0.0f;
-    }
+    const float e       = feedforward_f32_before(feedforward, friction, &memory->state, r_n, y_n, inner);
+    const float v       = biquad_f32_output(&params->controller.cascade, &state->controller.cascade, e, &outputs);
+    const float added   = feedforward_f32_added(feedforward, &memory->state, v, inner);
     seen->e_n           = e;
     seen->feedforward_n = added;
+    if (!inner->r_good || !inner->y_good)
+    {
+        count(&state->bad_inputs);
+    }
+    if (exceeds(e, FORCE_MAX_N) || exceeds(added, FORCE_MAX_N) || exceeds(inner->ahead.doubt, DOUBT_MAX))
+    {
+        tribo_feedforward_f32_reset(feedforward, &memory->state);
+        return step_alone(params, state, r_n, y_n, seen);
+    }
 
     const float u =
         controller_f32_apply(&params->controller, &state->controller, e, v, added, &outputs, &seen->controller);
 
-    if (!corrupt)
-    {
-        feedforward_f32_after(feedforward, friction, &memory->state, v, u, seen->controller.limited, inner);
-    }
+    feedforward_f32_after(feedforward, friction, &memory->state, v, u, seen->controller.limited, inner);
     const float F = inner->reached_n + memory->state.path.arm.force_n;
     seen->compensator =
         (tribo_compensator_f32_signals_t){.force_n  = F,
@@ -148,27 +144,26 @@ static float step(const tribo_force_loop_f32_params_t *params,
     return u;
 }
 
+/// With what was added in the last tick, and y expected as of then.
 static float wanted(const tribo_force_loop_f32_params_t *params,
                     tribo_force_loop_f32_state_t        *state,
                     float                                r_n,
                     float                                y_n)
 {
-    tribo_feedforward_f32_memory_t *const memory = force_loop_f32_memory(state);
-    if (memory == NULL)
-    {
-        const float e = force_loop_f32_bad(params, r_n, y_n) ? 0.0f : r_n - y_n;
-        return force_loop_f32_v(&params->controller, &state->controller, e);
-    }
-    tribo_feedforward_f32_signals_t *const inner = &memory->signals;
+    const tribo_feedforward_f32_memory_t *const memory = force_loop_f32_memory(state);
 
-    const float e = tribo_feedforward_f32_before(params->feedforward,
-                                                 &params->compensator.friction,
-                                                 &memory->state,
-                                                 r_n,
-                                                 y_n,
-                                                 inner);
-    const float v = force_loop_f32_v(&params->controller, &state->controller, e);
-    return v + tribo_feedforward_f32_added(params->feedforward, &memory->state, v, inner);
+    float e     = r_n - y_n;
+    float added = 0.0f;
+    if (memory != NULL)
+    {
+        e     = memory->signals.e_n + (memory->signals.y_n - y_n);
+        added = memory->signals.added_n;
+    }
+    if (force_loop_f32_bad(params, r_n, y_n))
+    {
+        e = 0.0f;
+    }
+    return force_loop_f32_v(&params->controller, &state->controller, e) + added;
 }
 
 const tribo_force_loop_f32_method_t tribo_force_loop_feedforward_f32 = {.step      = step,

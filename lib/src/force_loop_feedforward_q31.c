@@ -87,9 +87,15 @@ static void change(const tribo_force_loop_q31_params_t *params,
 /// A tick without memory: the controller alone.
 static int32_t step_alone(const tribo_force_loop_q31_params_t *params,
                           tribo_force_loop_q31_state_t        *state,
-                          int32_t                              e,
+                          int32_t                              r,
+                          int32_t                              y,
                           tribo_force_loop_q31_signals_t      *seen)
 {
+    const int32_t e = force_loop_q31_error(params, r, y, &state->saturated);
+    if (force_loop_q31_bad(params, r, y))
+    {
+        tribo_q31_count(&state->bad_inputs);
+    }
     *seen = (tribo_force_loop_q31_signals_t){.e = e};
     force_loop_q31_activate(state, params);
     return tribo_controller_q31_step(&params->controller, &state->controller, e, 0, &seen->controller);
@@ -107,14 +113,9 @@ static int32_t step(const tribo_force_loop_q31_params_t *params,
     const tribo_feedforward_q31_params_t *const feedforward = params->feedforward;
     const tribo_friction_q31_params_t *const    friction    = &params->compensator.friction;
     tribo_feedforward_q31_memory_t *const       memory      = force_loop_q31_memory(state);
-
-    if (force_loop_q31_bad(params, r, y))
-    {
-        tribo_q31_count(&state->bad_inputs);
-    }
     if (memory == NULL)
     {
-        return step_alone(params, state, force_loop_q31_error(params, r, y, &state->saturated), seen);
+        return step_alone(params, state, r, y, seen);
     }
     if (state->active != params)
     {
@@ -131,6 +132,10 @@ static int32_t step(const tribo_force_loop_q31_params_t *params,
     const int32_t added = feedforward_q31_added(feedforward, &memory->state, v, inner);
     seen->e             = e;
     seen->feedforward   = added;
+    if (!inner->r_good || !inner->y_good)
+    {
+        tribo_q31_count(&state->bad_inputs);
+    }
 
     const int32_t u =
         controller_q31_apply(&params->controller, &state->controller, last, added, &outputs, &seen->controller);
@@ -145,24 +150,27 @@ static int32_t step(const tribo_force_loop_q31_params_t *params,
     return u;
 }
 
+/// With what was added in the last tick, and y expected as of then.
 static int32_t wanted(const tribo_force_loop_q31_params_t *params,
                       tribo_force_loop_q31_state_t        *state,
                       int32_t                              r,
                       int32_t                              y)
 {
-    tribo_feedforward_q31_memory_t *const memory      = force_loop_q31_memory(state);
-    uint32_t                              not_counted = 0;
-    if (memory == NULL)
-    {
-        const int32_t e = force_loop_q31_error(params, r, y, &not_counted);
-        return force_loop_q31_v(&params->controller, &state->controller, e);
-    }
-    tribo_feedforward_q31_signals_t *const inner = &memory->signals;
+    const tribo_feedforward_q31_memory_t *const memory = force_loop_q31_memory(state);
 
-    const int32_t e =
-        tribo_feedforward_q31_before(params->feedforward, &params->compensator.friction, &memory->state, r, y, inner);
-    const int32_t v = force_loop_q31_v(&params->controller, &state->controller, e);
-    return tribo_q31_add(v, tribo_feedforward_q31_added(params->feedforward, &memory->state, v, inner), &not_counted);
+    uint32_t not_counted = 0;
+    int32_t  e           = force_loop_q31_error(params, r, y, &not_counted);
+    int32_t  added       = 0;
+    if (memory != NULL)
+    {
+        added = memory->signals.added;
+        if (!force_loop_q31_bad(params, r, y))
+        {
+            const int64_t moved = (int64_t)y - 4 * (int64_t)memory->signals.y;
+            e                   = tribo_q31_saturate(memory->signals.e - moved, &not_counted);
+        }
+    }
+    return tribo_q31_add(force_loop_q31_v(&params->controller, &state->controller, e), added, &not_counted);
 }
 
 const tribo_force_loop_q31_method_t tribo_force_loop_feedforward_q31 = {.step      = step,

@@ -1,9 +1,11 @@
-// Runs five scenarios through the f32 and the Q31 loop and prints a hash of all that each tick saw. The numbers are the
+// Runs seven scenarios through the f32 and the Q31 loop and prints a hash of all that each tick saw. The numbers are the
 // library's alone: references are integers, the plant is the library's own friction, arm and filter. So the same
 // hashes must come out of every compiler, optimisation and machine (expected.txt).
 // A change that is meant to change a bit puts the new ones there: identity_trace >tests/identity/expected.txt
 
-#include "tribo/quantize_q31.h"
+#include "tribo/force_loop_feedforward_f32.h"
+#include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/quantize_feedforward_q31.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -67,13 +69,16 @@ typedef struct
     float u_max_n;
     bool  faults;
     bool  retuning;
+    bool  feeds_forward; // and changes to the paper's method where it is retuned
 } scenario_t;
 
-static const scenario_t scenarios[] = {{"triangle", triangle, 2.0f, false, false},
-                                       {"limits", steps, 0.5f, false, false},
-                                       {"wander", wander, 2.0f, false, false},
-                                       {"faults", wander, 1.0f, true, false},
-                                       {"retuning", triangle, 1.5f, true, true}};
+static const scenario_t scenarios[] = {{"triangle", triangle, 2.0f, false, false, false},
+                                       {"limits", steps, 0.5f, false, false, false},
+                                       {"wander", wander, 2.0f, false, false, false},
+                                       {"faults", wander, 1.0f, true, false, false},
+                                       {"retuning", triangle, 1.5f, true, true, false},
+                                       {"fed", triangle, 2.0f, false, false, true},
+                                       {"methods", steps, 1.0f, true, true, true}};
 
 #define SCENARIOS (sizeof scenarios / sizeof scenarios[0])
 
@@ -113,6 +118,20 @@ static int params_at(const scenario_t *scenario, int k)
     return scenario->retuning ? k / 500 % 3 : 0;
 }
 
+/// The second loop of a scenario with a feed-forward has the paper's method.
+static bool feeds_forward(const scenario_t *scenario, int which)
+{
+    return scenario->feeds_forward && which != 1;
+}
+
+/// Holds after 0.4 s.
+static tribo_feedforward_f32_config_t soon_holding(void)
+{
+    tribo_feedforward_f32_config_t config = tribo_feedforward_f32_default();
+    config.hold.still_time_s              = 0.4f;
+    return config;
+}
+
 static bool faulty(const scenario_t *scenario, int k)
 {
     return scenario->faults && k % 97 < 3;
@@ -135,14 +154,30 @@ static float bad_float(int k)
     return x;
 }
 
+static void hash_f32(const tribo_feedforward_f32_memory_t *memory)
+{
+    const tribo_feedforward_f32_signals_t *s = &memory->signals;
+    const float                            seen[] =
+        {s->b_n, s->sigma, s->travel_n, s->ahead.doubt, s->meter.friction_n, memory->state.hold.caution};
+    for (size_t i = 0; i < sizeof seen / sizeof seen[0]; i++)
+    {
+        hash_float(seen[i]);
+    }
+    hash_word(memory->state.hold.active);
+}
+
 static bool run_f32(const scenario_t *scenario)
 {
-    tribo_force_loop_f32_params_t  params[3];
-    tribo_force_loop_f32_state_t   state;
-    tribo_compensator_f32_params_t plant;
-    tribo_compensator_f32_state_t  plant_state;
-    tribo_biquad_f32_params_t      filter;
-    tribo_biquad_f32_state_t       filter_state;
+    static tribo_feedforward_f32_params_t feedforward[3];
+    static tribo_feedforward_f32_memory_t memory;
+
+    const tribo_feedforward_f32_config_t standard = soon_holding();
+    tribo_force_loop_f32_params_t        params[3];
+    tribo_force_loop_f32_state_t         state;
+    tribo_compensator_f32_params_t       plant;
+    tribo_compensator_f32_state_t        plant_state;
+    tribo_biquad_f32_params_t            filter;
+    tribo_biquad_f32_state_t             filter_state;
 
     const tribo_compensator_f32_config_t truth = tribo_compensator_f32_paper();
     bool                                 ok    = tribo_compensator_f32_init(&plant, &truth, 1.0e-3f) == TRIBO_OK &&
@@ -151,8 +186,15 @@ static bool run_f32(const scenario_t *scenario)
     {
         const tribo_force_loop_f32_config_t config = config_of(scenario, i);
         ok                                         = ok && tribo_force_loop_f32_init(&params[i], &config) == TRIBO_OK;
+        if (feeds_forward(scenario, i))
+        {
+            ok = ok &&
+                 tribo_force_loop_feedforward_f32_init(&params[i], &feedforward[i], &config, &standard) == TRIBO_OK;
+        }
     }
     tribo_force_loop_f32_reset(&state);
+    tribo_feedforward_f32_reset(&feedforward[0], &memory.state);
+    tribo_force_loop_feedforward_f32_attach(&state, &memory);
     tribo_compensator_f32_reset(&plant_state);
     tribo_biquad_f32_reset(&filter_state);
     start();
@@ -181,6 +223,10 @@ static bool run_f32(const scenario_t *scenario)
             hash_float(seen[i]);
         }
         hash_word(s.compensator.friction.relays | (s.controller.limited ? 8u : 0u));
+        if (scenario->feeds_forward)
+        {
+            hash_f32(&memory);
+        }
     }
     hash_word(state.bad_inputs);
     hash_word(state.controller.limited_ticks);
@@ -189,17 +235,33 @@ static bool run_f32(const scenario_t *scenario)
 
 // --- Q31, at a full scale of 2 N ---------------------------------------------------------------------------------
 
+static void hash_q31(const tribo_feedforward_q31_memory_t *memory)
+{
+    const tribo_feedforward_q31_signals_t *s = &memory->signals;
+    hash_word((uint32_t)s->b);
+    hash_word((uint32_t)s->sigma);
+    hash_word(s->travel);
+    hash_word(s->ahead.doubt);
+    hash_word((uint32_t)s->meter.friction);
+    hash_word(memory->state.hold.caution);
+    hash_word(memory->state.hold.active);
+}
+
 static bool run_q31(const scenario_t *scenario)
 {
-    static const int32_t           bad[] = {INT32_MIN, INT32_MAX, -INT32_MAX};
-    tribo_force_loop_q31_params_t  params[3];
-    tribo_force_loop_q31_state_t   state;
-    tribo_breakaway_point_q31_t    points[3][3];
-    tribo_compensator_q31_params_t plant;
-    tribo_compensator_q31_state_t  plant_state;
-    tribo_biquad_q31_params_t      filter;
-    tribo_biquad_q31_state_t       filter_state;
-    tribo_headroom_q31_t           headroom;
+    static const int32_t                  bad[] = {INT32_MIN, INT32_MAX, -INT32_MAX};
+    static tribo_feedforward_q31_params_t feedforward[3];
+    static tribo_feedforward_q31_memory_t memory;
+
+    const tribo_feedforward_f32_config_t standard = soon_holding();
+    tribo_force_loop_q31_params_t        params[3];
+    tribo_force_loop_q31_state_t         state;
+    tribo_breakaway_point_q31_t          points[3][3];
+    tribo_compensator_q31_params_t       plant;
+    tribo_compensator_q31_state_t        plant_state;
+    tribo_biquad_q31_params_t            filter;
+    tribo_biquad_q31_state_t             filter_state;
+    tribo_headroom_q31_t                 headroom;
 
     const tribo_compensator_f32_config_t truth = tribo_compensator_f32_paper();
     bool ok = tribo_compensator_q31_init(&plant, NULL, &truth, 1.0e-3f, 2.0f) == TRIBO_OK &&
@@ -214,8 +276,20 @@ static bool run_q31(const scenario_t *scenario)
         {
             hash_float(headroom.output[j]);
         }
+        if (feeds_forward(scenario, i))
+        {
+            ok = ok && tribo_force_loop_feedforward_q31_init(&params[i],
+                                                             points[i],
+                                                             &feedforward[i],
+                                                             &config,
+                                                             &standard,
+                                                             2.0f,
+                                                             NULL) == TRIBO_OK;
+        }
     }
     tribo_force_loop_q31_reset(&state);
+    tribo_feedforward_q31_reset(&feedforward[0], &memory.state);
+    tribo_force_loop_feedforward_q31_attach(&state, &memory);
     tribo_compensator_q31_reset(&plant_state);
     tribo_biquad_q31_reset(&filter_state);
     for (int k = 0; ok && k < TICKS; k++)
@@ -243,6 +317,10 @@ static bool run_q31(const scenario_t *scenario)
             hash_word((uint32_t)seen[i]);
         }
         hash_word(s.compensator.friction.relays | (s.controller.limited ? 8u : 0u));
+        if (scenario->feeds_forward)
+        {
+            hash_q31(&memory);
+        }
     }
     hash_word(state.bad_inputs);
     hash_word(state.saturated);

@@ -70,7 +70,7 @@ def measure(processor, tree):
             continue
         if processor not in boards.PORTS:
             figures |= code(processor, programs / "libtribo_small.a", arithmetic)
-        for part in () if processor in boards.PORTS else ("step", "all"):
+        for part in () if processor in boards.PORTS else ("step", "fed", "all"):
             figures[f"{arithmetic}.flash.{part}"] = flash(processor, programs / f"image_{arithmetic}_{part}")
         image = tree / "firmware" / f"tribo-{processor if processor in boards.PORTS else 'drive'}-{arithmetic}.elf"
         figures[f"{arithmetic}.flash.image"] = flash(processor, image)

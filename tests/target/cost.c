@@ -21,6 +21,9 @@ static loop_params_t  other; // to retune to and fro
 static loop_state_t   axis[AXES_MAX];
 static loop_signals_t signals;
 
+static TRIBO(feedforward, params_t) feedforward;
+static TRIBO(feedforward, memory_t) memory;
+
 static void step_axes(uint32_t axes, number_t r)
 {
     for (uint32_t i = 0; i < axes; i++)
@@ -379,19 +382,20 @@ static inline __attribute__((always_inline)) void note_depth(const volatile uint
     *deepest             = bytes > *deepest ? bytes : *deepest;
 }
 
-/// Bytes of stack that a tick uses below its caller; `swap` is the other params, or the same for a plain tick.
-static __attribute__((noinline)) uint32_t stack_of_ticks(const loop_params_t *swap)
+/// Bytes of stack that a tick uses below its caller, with params that change from tick to tick, or do not.
+static __attribute__((noinline)) uint32_t stack_of_ticks(const loop_params_t *even, const loop_params_t *odd)
 {
     search_t s   = {.kind = 0};
     random_state = 0x7ab5u;
     TRIBO(force_loop, reset)(&axis[0]);
+    ATTACH(&axis[0], odd->feedforward != NULL ? &memory : NULL);
     plant_reset();
     volatile uint32_t *const top     = stack_pointer();
     uint32_t                 deepest = 0;
     for (int32_t k = 0; k < 400; k++)
     {
         search_step(&s, k * 5); // a kind lasts 7 ticks
-        const loop_params_t *params = k % 2 ? swap : &paper;
+        const loop_params_t *params = k % 2 ? odd : even;
         paint(top);
         if (k % 4 < 2)
         {
@@ -467,9 +471,10 @@ static __attribute__((noinline)) void print_stack_of_modules(void)
 
 #else
 
-static uint32_t stack_of_ticks(const loop_params_t *swap)
+static uint32_t stack_of_ticks(const loop_params_t *even, const loop_params_t *odd)
 {
-    (void)swap;
+    (void)even;
+    (void)odd;
     return PAINT & 0u;
 }
 
@@ -526,8 +531,60 @@ static __attribute__((noinline)) void run_table(void)
     config.controller.section_count         = 4;
     if (INIT(&other, &config, points) == TRIBO_OK)
     {
-        print("stack.largest", "", stack_of_ticks(&other));
+        print("stack.largest", "", stack_of_ticks(&paper, &other));
     }
+}
+
+// --- feed-forward --------------------------------------------------------------------------------------------------
+
+/// Fast triangles, on which breakaway is learned, and after each a stand, in which friction is fed back.
+static number_t triangle_and_stand(int32_t tick)
+{
+    const int32_t phase = tick % 8000;
+    return triangle(phase < 5500 ? 5 * phase : 27500);
+}
+
+/// The loop with the feed-forward; like the table's run out of line.
+static __attribute__((noinline)) void run_feedforward(void)
+{
+    const tribo_force_loop_f32_config_t  config   = tribo_force_loop_f32_paper();
+    const tribo_feedforward_f32_config_t standard = tribo_feedforward_f32_default();
+    if (INIT_FED(&other, &feedforward, &config, &standard) != TRIBO_OK)
+    {
+        return; // the figures will be missed
+    }
+    counts_t tick            = {0};
+    counts_t search          = {0};
+    counts_t without_signals = {0};
+    uint32_t hashed          = 2166136261u;
+    search_t s               = {.kind = 0};
+    random_state             = 0x7ab5u;
+    plant_reset();
+    TRIBO(force_loop, reset)(&axis[0]);
+    TRIBO(feedforward, reset)(&feedforward, &memory.state);
+    ATTACH(&axis[0], &memory);
+    for (int32_t k = 0; k < 16000 + SEARCH_TICKS; k++)
+    {
+        s.r = triangle_and_stand(k);
+        s.y = plant.sensor;
+        if (k >= 16000)
+        {
+            search_step(&s, k);
+        }
+        const number_t u = k % 4 == 3 ? counted_tick_without_signals(&other, &axis[0], s.r, s.y)
+                                      : counted_tick(&other, &axis[0], s.r, s.y, &signals);
+        counts_add(k % 4 == 3 ? &without_signals : k < 16000 ? &tick : &search);
+        hashed = hash(hashed, u);
+        plant_step(u);
+    }
+    print_counts("feedforward.tick", &tick);
+    print_counts("feedforward.search", &search);
+    print_counts("feedforward.without_signals", &without_signals);
+    print("hash", ".feedforward", hashed);
+    print("stack.feedforward", "", stack_of_ticks(&other, &other));
+    print("stack.methods", "", stack_of_ticks(&paper, &other));
+    print("ram.feedforward", "", (uint32_t)sizeof memory);
+    print("flash.feedforward_params", "", (uint32_t)sizeof feedforward);
 }
 
 int main(void)
@@ -555,12 +612,13 @@ int main(void)
     run_search();
     run_retuning();
     run_axes();
-    print("stack.tick", "", stack_of_ticks(&paper));
-    print("stack.retuning", "", stack_of_ticks(&other));
+    print("stack.tick", "", stack_of_ticks(&paper, &paper));
+    print("stack.retuning", "", stack_of_ticks(&paper, &other));
     print_stack_of_modules();
     print("ram.axis", "", (uint32_t)sizeof(loop_state_t));
     print("flash.params", "", (uint32_t)sizeof(loop_params_t));
     run_table();
+    run_feedforward();
 #endif
     return 0;
 }

@@ -3,7 +3,8 @@
 #ifndef TESTS_TARGET_COST_Q31_H
 #define TESTS_TARGET_COST_Q31_H
 
-#include "tribo/quantize_q31.h"
+#include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/quantize_feedforward_q31.h"
 
 #include <stddef.h>
 
@@ -12,7 +13,10 @@
 #define N(field)                         field // of params and signals
 #define ADVANCE(params, state, e, nodes) ((void)(e), tribo_biquad_q31_advance(params, state, nodes, 0))
 #define INIT(params, config, points)     tribo_force_loop_q31_init(params, points, config, FULL_SCALE_N, NULL)
-#define FULL_SCALE_N                     2.0f
+#define INIT_FED(params, feedforward, config, feedforward_config)                                                      \
+    tribo_force_loop_feedforward_q31_init(params, NULL, feedforward, config, feedforward_config, FULL_SCALE_N, NULL)
+#define ATTACH       tribo_force_loop_feedforward_q31_attach
+#define FULL_SCALE_N 2.0f
 
 typedef int32_t                     number_t;
 typedef tribo_breakaway_point_q31_t point_t;

@@ -1,11 +1,15 @@
 // The least program with a loop in it, linked without a C library's start-up: its size is what the loop costs in flash, the
-// compiler's helpers and its params included, which tribo-sim params has made. With IMAGE_INIT it makes them itself.
+// compiler's helpers and its params included, which tribo-sim params has made. With IMAGE_INIT it makes them itself, with
+// IMAGE_FED it feeds friction forward.
 
 #include COST_HEADER
 
 static TRIBO(force_loop, state_t) state;
 static TRIBO(force_loop, signals_t) signals;
 
+#ifdef IMAGE_FED
+static TRIBO(feedforward, memory_t) memory;
+#endif
 #ifdef IMAGE_INIT
 static TRIBO(force_loop, params_t) params;
 #else
@@ -27,6 +31,10 @@ int main(void)
     }
 #endif
     TRIBO(force_loop, reset)(&state);
+#ifdef IMAGE_FED
+    TRIBO(feedforward, reset)(rig_params.feedforward, &memory.state);
+    ATTACH(&state, &memory);
+#endif
     for (;;)
     {
         image_u = TRIBO(force_loop, step)(&params, &state, image_r, image_y, &signals);

@@ -1,0 +1,154 @@
+/// Params of the force loop "rig" in Q31, made by tribo-sim params: change its input, not this file.
+///
+///     scenario     "fed.yaml"
+///     tick         0.001 s
+///     full scale   2 N is 2^31
+///     u            -2 to 2 N
+///     |r| and |y|  up to 2 N
+///     gain         0.85, of a controller of 2 sections
+///
+/// As the library's init function makes them. For one file of a program, which then needs no set-up code.
+
+#ifndef RIG_PARAMS_Q31_H
+#define RIG_PARAMS_Q31_H
+
+#include "tribo/force_loop_feedforward_q31.h"
+
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 3
+#error "made for another version of tribo: run tribo-sim params again"
+#endif
+
+// clang-format off
+#define RIG_SAMPLE_TIME_S 1.00000005e-03f
+#define RIG_FULL_SCALE_N 2.00000000e+00f
+
+static const tribo_feedforward_q31_params_t rig_feedforward = {
+    .path = {
+        .actuator_part = 778545536u,
+        .sensor_part = 229844560u,
+        .arm = {
+            .phi_d = 15842514,
+            .phi_g = 237383136,
+            .gamma_d = 30385040,
+            .gamma_g = 207502880,
+            .shift = 2u,
+        },
+    },
+    .meter = {
+        .actuator_part = 778545536u,
+        .sensor_part = 229844560u,
+        .filter_part = 204522272u,
+        .damping = 4026531584u,
+        .change_max = 134217728,
+        .damping_shift = 3u,
+    },
+    .learning = {
+        .spread_scale = 1717986944u,
+        .spread_offset = 2684355u,
+        .correlation = 751619264,
+        .correlation_faded = 429496736u,
+        .distrust = 2147483648u,
+        .weight = 858993u,
+        .forgetting = 26843546u,
+        .scale_min = 53687092u,
+        .scale_max = 805306368u,
+    },
+    .hold = {
+        .on = true,
+        .still_ticks = 1501u,
+        .quick_ticks = 201u,
+        .gain = 4037269248u,
+        .margin = 3650722304u,
+        .caution_per_unit = 10485760u,
+        .deadband_part = 14268995u,
+    },
+    .input_max = 2147483647u,
+    .offset_max = 536870912,
+    .reversal = 134218u,
+    .jump = 53687097,
+    .lead = 209715168u,
+    .lead_shift = 0u,
+    .noise_gain = 536870912u,
+    .noise_part = 17179870u,
+    .noise_floor = 68719u,
+    .rate_part = 390451584u,
+    .step = 536871,
+    .offset_part = 858994,
+    .slide_half = 402653,
+    .slide_change_max = 134218,
+    .slide_run_in = 1342177u,
+    .slide_error_max = 268435,
+};
+static const tribo_force_loop_q31_params_t rig_params = {
+    .input_max = 2147483647,
+    .gain = 456340288,
+    .controller = {
+        .cascade = {
+            .section = {
+                {
+                    .b0 = 244082512,
+                    .c1 = -172488264,
+                    .minus_a1 = -100651728,
+                    .c2 = 409639328,
+                    .d2 = -819278656,
+                    .d2_low = 0,
+                    .shift = 5u,
+                    .scale = 4u,
+                },
+                {
+                    .b0 = 203735840,
+                    .c1 = -155787392,
+                    .minus_a1 = -78052520,
+                    .c2 = 126901160,
+                    .d2 = -9991,
+                    .d2_low = 1530920960,
+                    .shift = 6u,
+                    .scale = 4u,
+                },
+            },
+            .count = 2u,
+            .input_scale = 3u,
+            .output_scale = 4u,
+        },
+        .anti_windup = 1555878016,
+        .taken_max = 1482005627,
+        .u_min = -2147483647,
+        .u_max = 2147483647,
+        .anti_windup_shift = 2u,
+    },
+    .compensator = {
+        .friction = {
+            .rise_max = 35302u,
+            .exponent_rate = 316568480u,
+            .exponent_at_rest = 36306608,
+            .k_min = 805306368u,
+            .k_max = 2684354560u,
+            .law = {
+                {.offset = 7516193u, .slope = 1288490240u},
+                {.offset = 7516193u, .slope = 1288490240u},
+            },
+            .table = NULL,
+            .set_level = 3221225472u,
+            .reset_level = 3435973888u,
+            .gravity = 0,
+            .law_whole = {0u, 0u},
+            .rise_shift = 16u,
+            .k_shift = 5u,
+            .is_shallow = true,
+            .table_length = 0u,
+            .pulse_width = 3u,
+        },
+        .arm = {
+            .phi_d = 15842514,
+            .phi_g = 237383136,
+            .gamma_d = 30385040,
+            .gamma_g = 207502880,
+            .shift = 2u,
+        },
+    },
+    .method = &tribo_force_loop_feedforward_q31,
+    .feedforward = &rig_feedforward,
+};
+// clang-format on
+
+#endif
