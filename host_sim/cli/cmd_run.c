@@ -175,6 +175,10 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
                  summary->simulated_s,
                  summary->wall_s,
                  summary->real_time_factor);
+    if (summary->result.guard != NULL)
+    {
+        (void)printf("%-26s%s\n", "guard has faded for", summary->result.guard);
+    }
     if (summary->target != NULL)
     {
         (void)printf("%-26s%s, %s: %s, %.0f ticks a second in lock-step\n",

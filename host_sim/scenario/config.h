@@ -120,11 +120,18 @@ typedef struct
 
 typedef struct
 {
+    int    on; ///< 1: yes
+    double turn_n, quick_time_s, stray_n, fade_time_s;
+} sim_guard_config_t;
+
+typedef struct
+{
     sim_method_t             method;
     double                   gain;
     sim_friction_config_t    friction;
     sim_arm_config_t         arm;
     sim_feedforward_config_t feedforward;
+    sim_guard_config_t       guard;
 } sim_compensator_config_t;
 
 typedef struct

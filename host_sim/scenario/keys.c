@@ -173,12 +173,23 @@ static const sim_key_t feedforward_keys[] = {
 
 static const char *const methods[] = {[SIM_METHOD_PAPER] = "paper", [SIM_METHOD_FEEDFORWARD] = "feedforward", [SIM_METHOD_OFF] = "off", NULL};
 
+static const char *const no_yes[] = {"no", "yes", NULL};
+
+static const sim_key_t guard_keys[] = {
+    CHOICE("on",            AT(sim_guard_config_t, on),           no_yes, 0.0, "whether what friction compensation adds is faded out, and stays so, once it makes the loop hunt or overshoot"),
+    CHECKED("turn_N",       AT(sim_guard_config_t, turn_n),       RANGE("N", 1e-9, 1e6, 0.05), STATUS(GUARD_TURN),  "what is added turns when it comes back by that much: about a third of the breakaway"),
+    CHECKED("quick_time_s", AT(sim_guard_config_t, quick_time_s), RANGE("s", 1e-6, 1e3, 0.2),  STATUS(GUARD_TIME),  "turns that are closer may be hunting; up to 100,000 samples"),
+    CHECKED("stray_N",      AT(sim_guard_config_t, stray_n),      RANGE("N", 1e-9, 1e6, 0.01), STATUS(GUARD_STRAY), "of an overshoot: about a fifteenth of the breakaway, and over twice the peaks of noise"),
+    NUMBER("fade_time_s",   AT(sim_guard_config_t, fade_time_s),  RANGE("s", 1e-6, 1e3, 0.5),  "within which it fades"),
+    END};
+
 static const sim_key_t compensator_keys[] = {
     CHOICE("method",  AT(sim_compensator_config_t, method),   methods, 0.0, "how friction is compensated: `paper`, fed back from an estimate that follows u; `feedforward`, fed forward from the reversals of r and learned; `off`"),
     CHECKED("gain",   AT(sim_compensator_config_t, gain),     RANGE("-", 0.0, 2.0, 0.85), STATUS(GAIN), "η of `paper`: how much of the estimated friction is fed back; 0 turns the compensation off"),
     GROUP("friction", AT(sim_compensator_config_t, friction), friction_keys, 0, ""),
     GROUP("arm",      AT(sim_compensator_config_t, arm),      arm_keys, STATUS(ARM_TOO_FAST), ""),
     GROUP("feedforward", AT(sim_compensator_config_t, feedforward), feedforward_keys, 0, ""),
+    GROUP("guard",    AT(sim_compensator_config_t, guard),    guard_keys, 0, ""),
     END};
 
 static const sim_key_t limits_keys[] = {

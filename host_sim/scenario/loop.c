@@ -36,11 +36,30 @@ static tribo_status_t init_q31(sim_loop_t *loop, const sim_loop_config_t *config
                                  : tribo_force_loop_q31_init(&loop->params_q31, loop->table, &config->config, FS, NULL);
 }
 
+static tribo_status_t init_guard(sim_loop_t *loop, const sim_loop_config_t *config)
+{
+    const float h         = config->config.sample_time_s;
+    loop->guarded         = config->guarded;
+    tribo_status_t status = TRIBO_OK;
+    tribo_guard_f32_reset(&loop->guard_f32);
+    tribo_guard_q31_reset(&loop->guard_q31);
+    if (config->guarded)
+    {
+        status = loop->q31 ? tribo_guard_q31_init(&loop->guard_params_q31, &config->guard, h, (float)loop->full_scale_n)
+                           : tribo_guard_f32_init(&loop->guard_params_f32, &config->guard, h);
+    }
+    return status;
+}
+
 tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const sim_loop_config_t *config, double full_scale_n)
 {
     *loop =
         (sim_loop_t){.q31 = q31, .full_scale_n = full_scale_n, .sample_time_s = (double)config->config.sample_time_s};
-    const tribo_status_t status = q31 ? init_q31(loop, config) : init_f32(loop, config);
+    tribo_status_t status = q31 ? init_q31(loop, config) : init_f32(loop, config);
+    if (status == TRIBO_OK)
+    {
+        status = init_guard(loop, config);
+    }
     tribo_force_loop_f32_reset(&loop->state_f32);
     tribo_force_loop_q31_reset(&loop->state_q31);
     if (status == TRIBO_OK && config->feeds_forward)
@@ -126,11 +145,31 @@ void sim_loop_step_words(sim_loop_t *loop, uint32_t r, uint32_t y, uint32_t word
     {
         tribo_force_loop_q31_signals_t signals;
         (void)tribo_force_loop_q31_step(&loop->params_q31, &loop->state_q31, (int32_t)r, (int32_t)y, &signals);
+        if (loop->guarded)
+        {
+            tribo_force_loop_guard_q31_watch(&loop->guard_params_q31,
+                                             &loop->guard_q31,
+                                             &loop->params_q31,
+                                             &loop->state_q31,
+                                             (int32_t)r,
+                                             (int32_t)y,
+                                             &signals);
+        }
         tribo_signal_words_q31(&signals, words);
         return;
     }
     tribo_force_loop_f32_signals_t signals;
     (void)tribo_force_loop_f32_step(&loop->params_f32, &loop->state_f32, word_float(r), word_float(y), &signals);
+    if (loop->guarded)
+    {
+        tribo_force_loop_guard_f32_watch(&loop->guard_params_f32,
+                                         &loop->guard_f32,
+                                         &loop->params_f32,
+                                         &loop->state_f32,
+                                         word_float(r),
+                                         word_float(y),
+                                         &signals);
+    }
     tribo_signal_words_f32(&signals, words);
 }
 
@@ -156,6 +195,13 @@ double sim_loop_step(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_
     sim_loop_step_words(loop, sim_loop_word(loop, r_n), sim_loop_word(loop, y_n), words);
     sim_loop_signals(loop, words, seen);
     return sim_loop_force(loop, words[TRIBO_SIGNAL_U]);
+}
+
+const char *sim_loop_guard_cause(const sim_loop_t *loop)
+{
+    static const char *const words[] =
+        {[TRIBO_GUARD_NONE] = "none", [TRIBO_GUARD_HUNTING] = "hunting", [TRIBO_GUARD_OVERSHOOT] = "overshoot"};
+    return words[loop->q31 ? loop->guard_q31.cause : loop->guard_f32.cause];
 }
 
 uint32_t sim_loop_limited_ticks(const sim_loop_t *loop)

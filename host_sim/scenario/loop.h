@@ -6,6 +6,8 @@
 #include "scenario/loop_config.h"
 #include "tribo/force_loop_feedforward_f32.h"
 #include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/force_loop_guard_f32.h"
+#include "tribo/force_loop_guard_q31.h"
 #include "tribo/quantize_feedforward_q31.h"
 #include "tribo_signal_words.h"
 
@@ -29,7 +31,13 @@ typedef struct
     tribo_force_loop_q31_state_t   state_q31;
     tribo_feedforward_q31_params_t feedforward_q31;
     tribo_feedforward_q31_memory_t memory_q31;
-    tribo_breakaway_point_q31_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
+
+    bool                        guarded;
+    tribo_guard_f32_params_t    guard_params_f32;
+    tribo_guard_f32_state_t     guard_f32;
+    tribo_guard_q31_params_t    guard_params_q31;
+    tribo_guard_q31_state_t     guard_q31;
+    tribo_breakaway_point_q31_t table[TRIBO_BREAKAWAY_POINTS_MAX];
 } sim_loop_t;
 
 /// What a feed-forward has learned of breakaway, L+ and L-.
@@ -47,6 +55,9 @@ tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const sim_loop_config_t
 /// At the end-point force `force_n`, for a loop that feeds friction forward.
 sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n);
 bool          sim_loop_feeds_forward(const sim_loop_t *loop);
+
+/// Why the guard has faded the compensation, in a word: none, hunting or overshoot.
+const char *sim_loop_guard_cause(const sim_loop_t *loop);
 
 /// One tick; returns u in N, exact.
 double   sim_loop_step(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_f32_signals_t *seen);

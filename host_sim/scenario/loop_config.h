@@ -5,6 +5,7 @@
 
 #include "scenario/config.h"
 #include "tribo/force_loop_f32.h"
+#include "tribo/guard_f32.h"
 
 #include <stdbool.h>
 
@@ -14,6 +15,8 @@ typedef struct
     tribo_force_loop_f32_config_t  config;
     bool                           feeds_forward; ///< instead of the paper's method
     tribo_feedforward_f32_config_t feedforward;
+    bool                           guarded;
+    tribo_guard_f32_config_t       guard;
     tribo_biquad_f32_section_t     sections[TRIBO_BIQUAD_SECTIONS_MAX];
     tribo_breakaway_point_f32_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
 } sim_loop_config_t;

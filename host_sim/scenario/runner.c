@@ -204,7 +204,8 @@ static sim_result_t result_of(const run_t *run)
                           .rms_measured_error_n = mean_root(metrics->measured_squares, metrics),
                           .activity             = run->activity,
                           .limited_ticks        = sim_loop_limited_ticks(&run->loop) + run->open_limited_ticks,
-                          .bad_inputs           = sim_loop_bad_inputs(&run->loop)};
+                          .bad_inputs           = sim_loop_bad_inputs(&run->loop),
+                          .guard                = run->loop.guarded ? sim_loop_guard_cause(&run->loop) : NULL};
 }
 
 /// What the target counted and how it compares; nothing without one.

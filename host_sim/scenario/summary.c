@@ -38,7 +38,8 @@ static bool add_measures(cJSON *object, const sim_result_t *result)
 
 static bool add_counters(cJSON *object, const sim_result_t *result)
 {
-    return ADD(object, {"limited_ticks", (double)result->limited_ticks}, {"bad_inputs", (double)result->bad_inputs});
+    return ADD(object, {"limited_ticks", (double)result->limited_ticks}, {"bad_inputs", (double)result->bad_inputs}) &&
+           (result->guard == NULL || cJSON_AddStringToObject(object, "guard", result->guard) != NULL);
 }
 
 static bool add_target(cJSON *object, const sim_summary_t *summary)

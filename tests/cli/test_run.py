@@ -48,6 +48,33 @@ def test_without_a_method_nothing_is_compensated(sim):
     assert set(off["friction_term_N"]) == {0.0}
 
 
+HALF = ("--set", "plant.friction.breakaway.offset_N=0.0035", "--set", "plant.friction.breakaway.slope=0.15")
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_guard_ends_hunting_and_says_why(sim, arithmetic):
+    hunting = (*HALF, "--set", "compensator.gain=1", "--set", "metrics.start_s=20", "--arith", arithmetic)
+    assert sim.summary("triangle", *hunting)["rms_error_N"] > 0.05
+    guarded = sim.summary("triangle", *hunting, "--set", "compensator.guard.on=yes")
+    assert guarded["guard"] == "hunting"
+    off = sim.summary("triangle", *HALF, "--set", "compensator.method=off", "--set", "metrics.start_s=20")["rms_error_N"]
+    assert guarded["rms_error_N"] == pytest.approx(off, rel=1e-3)
+
+
+@pytest.mark.parametrize("method", ["paper", "feedforward"])
+def test_guard_leaves_a_loop_alone_that_is_right(sim, method):
+    right = ("--set", f"compensator.method={method}")
+    without, guarded = (sim.summary("triangle", *right, "--set", f"compensator.guard.on={on}") for on in ("no", "yes"))
+    assert guarded.pop("guard") == "none"
+    assert {key: guarded[key] for key in SUMMARY[:10]} == {key: without[key] for key in SUMMARY[:10]}
+
+
+def test_what_a_drive_has_no_guard_for_is_refused(sim):
+    for command in (("params",), ("run", "--target=m4f")):
+        sim.fails("--set compensator.guard.on=yes: compensator.guard.on: the drive and its params have no guard yet",
+                  *command, "triangle", "--set", "compensator.guard.on=yes")
+
+
 def test_gain_1_overcompensates(sim):
     assert sim.summary("triangle", "--set", "compensator.gain=1")["rms_error_N"] == pytest.approx(0.003216, rel=0.05)
 

@@ -1,0 +1,124 @@
+#include "tribo/force_loop_guard_q31.h"
+
+#include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/quantize_feedforward_q31.h"
+#include "tribo/quantize_q31.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stddef.h>
+
+static tribo_force_loop_q31_params_t  params;
+static tribo_force_loop_q31_state_t   loop;
+static tribo_feedforward_q31_params_t feedforward;
+static tribo_feedforward_q31_memory_t memory;
+static tribo_guard_q31_params_t       guard_params;
+static tribo_guard_q31_state_t        guard;
+static tribo_force_loop_q31_signals_t signals;
+static tribo_breakaway_point_q31_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
+
+#define FS 4.0f
+
+static int32_t q31(double force_n)
+{
+    return (int32_t)lround(force_n / (double)FS * 2147483648.0);
+}
+
+void setUp(void)
+{
+    const tribo_force_loop_f32_config_t config   = tribo_force_loop_f32_paper();
+    const tribo_guard_f32_config_t      standard = tribo_guard_f32_default();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&params, table, &config, FS, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_guard_q31_init(&guard_params, &standard, 1.0e-3f, FS));
+    tribo_force_loop_q31_reset(&loop);
+    tribo_guard_q31_reset(&guard);
+}
+
+void tearDown(void)
+{
+}
+
+static void feed_forward(void)
+{
+    const tribo_force_loop_f32_config_t  config = tribo_force_loop_f32_paper();
+    const tribo_feedforward_f32_config_t method = tribo_feedforward_f32_default();
+    TEST_ASSERT_EQUAL_INT(
+        TRIBO_OK,
+        tribo_force_loop_feedforward_q31_init(&params, table, &feedforward, &config, &method, FS, NULL));
+    tribo_feedforward_q31_reset(&feedforward, &memory.state);
+    tribo_force_loop_feedforward_q31_attach(&loop, &memory);
+}
+
+static void tick(double r, double y)
+{
+    (void)tribo_force_loop_q31_step(&params, &loop, q31(r), q31(y), &signals);
+    tribo_force_loop_guard_q31_watch(&guard_params, &guard, &params, &loop, q31(r), q31(y), &signals);
+}
+
+static void test_a_latched_cause_fades_the_papers_friction(void)
+{
+    for (int k = 0; k < 2000; k++)
+    {
+        tick(0.5, 0.45);
+    }
+    TEST_ASSERT_TRUE(loop.friction != 0);
+    TEST_ASSERT_TRUE(guard.share == UINT32_MAX);
+    guard.cause = TRIBO_GUARD_HUNTING;
+    tick(0.5, 0.45);
+    TEST_ASSERT_TRUE(guard.share < UINT32_MAX && guard.share > 0);
+    for (int k = 0; k < 600; k++)
+    {
+        tick(0.5, 0.45);
+    }
+    TEST_ASSERT_TRUE(loop.friction == 0 && signals.feedforward == 0);
+}
+
+static void test_a_latched_cause_fades_what_is_fed_forward(void)
+{
+    feed_forward();
+    for (int k = 0; k < 1000; k++)
+    {
+        tick(0.3 + 1e-4 * k, 0.3 + 1e-4 * k);
+    }
+    TEST_ASSERT_TRUE(memory.signals.f > 0);
+    guard.cause = TRIBO_GUARD_OVERSHOOT;
+    for (int k = 1000; k < 1600; k++)
+    {
+        tick(0.3 + 1e-4 * k, 0.3 + 1e-4 * k);
+    }
+    TEST_ASSERT_TRUE(memory.state.share == 0);
+    TEST_ASSERT_TRUE(memory.signals.f == 0);
+    for (int k = 0; k < 3000; k++) // r stands: what is fed back fades, too
+    {
+        tick(0.46, k % 500 < 250 ? 0.4 : 0.5);
+    }
+    TEST_ASSERT_TRUE(memory.signals.f == 0);
+}
+
+static void test_bad_inputs_are_not_judged(void)
+{
+    tick(3.0, 0.5);
+    tick(0.5, 3.0);
+
+    TEST_ASSERT_FALSE(guard.running);
+    tick(0.5, 0.5);
+    TEST_ASSERT_TRUE(guard.running);
+}
+
+static void test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds(void)
+{
+    feed_forward();
+    tribo_force_loop_feedforward_q31_attach(&loop, NULL);
+    tick(0.5, 0.5);
+    TEST_ASSERT_TRUE(guard.running && guard.share == UINT32_MAX);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_latched_cause_fades_the_papers_friction);
+    RUN_TEST(test_a_latched_cause_fades_what_is_fed_forward);
+    RUN_TEST(test_bad_inputs_are_not_judged);
+    RUN_TEST(test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds);
+    return UNITY_END();
+}
