@@ -36,7 +36,7 @@ static int take(void *context, int key, const char *value)
     return sim_log_take(&options->logs, key, value);
 }
 
-static const char *const names[SIM_LOG_ROLES] = {"t_s", "u_N", "F_N", "x_deg", "w_deg_per_s"};
+static const char *const names[SIM_LOG_ROLES] = {"t_s", "u_N", "F_N", "x_deg", "w_deg_per_s", "r_N"};
 
 static void write_log(const sim_log_t *log, FILE *file)
 {

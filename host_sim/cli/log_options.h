@@ -18,7 +18,7 @@ enum
 
 // clang-format off: one row an option
 #define SIM_LOG_OPTIONS \
-    {.name = "column", .key = SIM_LOG_OPTION_COLUMN, .arg = "ROLE=NAME", .doc = "where t, u, F, x (position) or v (speed) is, e.g. u=torque_cmd, or u=#2 for the second column"}, \
+    {.name = "column", .key = SIM_LOG_OPTION_COLUMN, .arg = "ROLE=NAME", .doc = "where t, u, F, x (position), v (speed) or r (reference) is, e.g. u=torque_cmd, or u=#2 for the second column"}, \
     {.name = "unit", .key = SIM_LOG_OPTION_UNIT, .arg = "ROLE=UNIT", .doc = "e.g. t=ms, F=mN; u='N m', A or V with a scale"}, \
     {.name = "scale", .key = SIM_LOG_OPTION_SCALE, .arg = "ROLE=X", .doc = "multiplies it; `-` changes its sign; in N a N m for a torque (1/lever)"}, \
     {.name = "bias", .key = SIM_LOG_OPTION_BIAS, .arg = "ROLE=X", .doc = "adds this, in s, N or deg, after the scale"}, \

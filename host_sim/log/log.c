@@ -14,8 +14,8 @@
 #define ROWS_MAX  100000000.0
 #define BETWEEN_S 1.0 ///< files whose stamps do not follow each other
 
-static const char *const role_words[SIM_LOG_ROLES] = {"t", "u", "F", "x", "v"};
-static const char *const role_names[SIM_LOG_ROLES] = {"t_s", "u_N", "F_N", "x_deg", "w_deg_per_s"};
+static const char *const role_words[SIM_LOG_ROLES] = {"t", "u", "F", "x", "v", "r"};
+static const char *const role_names[SIM_LOG_ROLES] = {"t_s", "u_N", "F_N", "x_deg", "w_deg_per_s", "r_N"};
 
 typedef struct
 {
@@ -28,9 +28,9 @@ typedef struct
 // clang-format off: one row a unit
 static const unit_t units[] = {
     {"s", "t", 1.0, false}, {"ms", "t", 1e-3, false}, {"us", "t", 1e-6, false}, {"ns", "t", 1e-9, false}, {"min", "t", 60.0, false},
-    {"N", "uF", 1.0, false}, {"mN", "uF", 1e-3, false}, {"kN", "uF", 1e3, false},
-    {"N m", "uF", 1.0, true}, {"Nm", "uF", 1.0, true}, {"mN m", "uF", 1e-3, true}, {"mNm", "uF", 1e-3, true}, {"A", "uF", 1.0, true},
-    {"bar", "F", 1.0, true}, {"V", "uF", 1.0, true},
+    {"N", "uFr", 1.0, false}, {"mN", "uFr", 1e-3, false}, {"kN", "uFr", 1e3, false},
+    {"N m", "uFr", 1.0, true}, {"Nm", "uFr", 1.0, true}, {"mN m", "uFr", 1e-3, true}, {"mNm", "uFr", 1e-3, true}, {"A", "uFr", 1.0, true},
+    {"bar", "F", 1.0, true}, {"V", "uFr", 1.0, true},
     {"deg", "x", 1.0, false}, {"rad", "x", 57.295779513082323, false}, {"m", "x", 1.0, false}, {"mm", "x", 1.0, false},
     {"deg/s", "v", 1.0, false}, {"rad/s", "v", 57.295779513082323, false}, {"m/s", "v", 1.0, false}, {"mm/s", "v", 1.0, false}};
 // clang-format on
@@ -52,7 +52,7 @@ static sim_log_column_t *split(sim_log_options_t *options,
             return &options->columns[i];
         }
     }
-    (void)sim_error_set(error, "--%s %s: t, u, F, x or v and = and a value is wanted", option, text);
+    (void)sim_error_set(error, "--%s %s: t, u, F, x, v or r and = and a value is wanted", option, text);
     return NULL;
 }
 
@@ -88,7 +88,7 @@ bool sim_log_set_unit(sim_log_options_t *options, const char *text, sim_error_t 
     return column != NULL &&
            sim_error_set(
                error,
-               "--unit %s: there are s, ms, us, ns, min for t; N, mN, kN, N m, mN m, A, V for u and F, bar for F; "
+               "--unit %s: there are s, ms, us, ns, min for t; N, mN, kN, N m, mN m, A, V for u, F and r, bar for F; "
                "deg, rad, m, mm for x and the same by /s for v",
                text);
 }

@@ -24,13 +24,14 @@ typedef enum
     SIM_LOG_F, ///< end-point force
     SIM_LOG_X, ///< position, whose changes give the direction of motion
     SIM_LOG_V, ///< speed, likewise
+    SIM_LOG_R, ///< reference of the force
     SIM_LOG_ROLES
 } sim_log_role_t;
 
 /// How a column is read. All zeros: by its default name and unit.
 typedef struct
 {
-    const char *name;  ///< null: t_s, u_N, F_N (or y_N), x_deg, w_deg_per_s; "#3" is the third
+    const char *name;  ///< null: t_s, u_N, F_N (or y_N), x_deg, w_deg_per_s, r_N; "#3" is the third
     double      unit;  ///< of a field, in s or N; 0: 1
     double      scale; ///< 0: 1
     double      bias;

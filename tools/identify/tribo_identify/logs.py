@@ -9,7 +9,7 @@ import numpy as np
 from . import native
 
 OPTIONS = ("column", "unit", "scale", "bias")
-COLUMNS = {"t_s": "t", "u_N": "u", "F_N": "force", "x_deg": "position", "w_deg_per_s": "speed"}
+COLUMNS = {"t_s": "t", "u_N": "u", "F_N": "force", "x_deg": "position", "w_deg_per_s": "speed", "r_N": "reference"}
 
 
 @dataclass
@@ -20,6 +20,7 @@ class Segment:
     force: np.ndarray | None = None
     position: np.ndarray | None = None
     speed: np.ndarray | None = None
+    reference: np.ndarray | None = None
     h: float = 0.0
 
 
@@ -34,9 +35,10 @@ class Log:
         return sum(len(s.t) for s in self.segments)
 
 
-def add_options(command):
-    command.add_argument("logs", nargs="+", metavar="LOG.csv")
-    command.add_argument("--column", action="append", default=[], metavar="ROLE=NAME", help="where t, u, F, x or v is, e.g. u=torque_cmd or u=#2; as in tribo-sim replay")
+def add_options(command, several=True):
+    if several:
+        command.add_argument("logs", nargs="+", metavar="LOG.csv")
+    command.add_argument("--column", action="append", default=[], metavar="ROLE=NAME", help="where t, u, F, x, v or r is, e.g. u=torque_cmd or u=#2; as in tribo-sim replay")
     command.add_argument("--unit", action="append", default=[], metavar="ROLE=UNIT", help="e.g. t=ms, F=mN")
     command.add_argument("--scale", action="append", default=[], metavar="ROLE=X", help="multiplies a column; `-` changes its sign")
     command.add_argument("--bias", action="append", default=[], metavar="ROLE=X", help="added after the scale")

@@ -127,3 +127,14 @@ def strokes_html(log, law, lines):
         axes[1, 0].set(ylabel="position", xlabel="time [s]")
         pictures.append((v.file, _png(figure)))
     return _page("Friction of strokes", lines, pictures)
+
+
+def accept_html(segments, lines):
+    figure, axes = _figure(4, 2, (12, 11))
+    for row, (case, s) in enumerate(segments.items()):
+        axes[row, 0].plot(*_thin(s.t - s.t[0], s.reference), color="#CC79A7", lw=1, ls=":")
+        axes[row, 0].plot(*_thin(s.t - s.t[0], s.force), color="#56B4E9", lw=1)
+        axes[row, 0].set(ylabel="r, F [N]", title=f"compensation {case}")
+        axes[row, 1].plot(*_thin(s.t - s.t[0], s.reference - s.force), color="#D55E00", lw=0.8)
+        axes[row, 1].set(ylabel="r - F [N]")
+    return _page("Acceptance", lines, [("The sequence", _png(figure))])

@@ -1,0 +1,97 @@
+"""tribo-identify accept: new parameters are taken if the rig is as they say, and only then."""
+
+import json
+
+import pytest
+from test_friction import identify  # the command line in this process
+
+from tribo_identify import accept, native
+
+LOOP = """duration_s: 10
+reference: {kind: triangle}
+compensator:
+  gain: 0.85
+  friction:
+    breakaway: {offset_N: OFFSET, slope: SLOPE}
+"""
+
+
+@pytest.fixture
+def rig(tmp_path, capsys):
+    """Plays the sequence of a loop on a rig whose breakaway is `plant` times the paper's; what accept is given."""
+
+    def play(believed, plant, gain=0.85, sets=()):
+        loop = tmp_path / "loop.yaml"
+        loop.write_text(LOOP.replace("OFFSET", f"{0.007 * believed:.6g}").replace("SLOPE", f"{0.3 * believed:.6g}").replace("0.85", str(gain)), encoding="utf-8")
+        status, _, err = identify(capsys, "accept", loop, "--low", 0.4, "--high", 0.6, "--out", tmp_path / "sequence")
+        assert status == 0, err
+        arguments = ["accept", loop, "--column", "F=y_N", "--out", tmp_path / "verdict"]
+        for case in accept.CASES:
+            words = [w for s in sets for w in ("--set", s)]
+            native.run_tribo_sim("run", tmp_path / f"sequence/{case}.yaml", "--set", f"plant.friction.breakaway={{offset_N: {0.007 * plant}, slope: {0.3 * plant}}}",
+                                 "--set", "sensor={noise_N: 0.0005, noise_seed: 4}", *words, "--out", tmp_path / case)
+            arguments += [f"--{case}", tmp_path / case / "trace.csv"]
+        return arguments
+
+    return play
+
+
+def verdict(tmp_path):
+    return json.loads((tmp_path / "verdict/verdict.json").read_text(encoding="utf-8"))
+
+
+def test_parameters_of_the_rig_are_accepted(rig, tmp_path, capsys):
+    status, out, _ = identify(capsys, *rig(1.0, 1.0))
+    assert status == 0 and "ACCEPTED" in out and verdict(tmp_path)["accepted"]
+    assert (tmp_path / "verdict/accepted.yaml").read_bytes() == (tmp_path / "loop.yaml").read_bytes()
+    assert "<img src=\"data:image/png;base64," in (tmp_path / "verdict/report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("plant, named", [(0.5, ["u chatters with compensation on", "there is no margin"]), (1.6, [])])
+def test_parameters_of_another_rig_are_rejected_and_the_old_stay(rig, tmp_path, capsys, plant, named):
+    arguments = rig(1.0, plant)
+    old = tmp_path / "old.yaml"
+    old.write_text(LOOP.replace("OFFSET", "0.001").replace("SLOPE", "0.01"), encoding="utf-8")
+    status, out, err = identify(capsys, *arguments, "--old", old)
+    assert status == 4 and "rejected" in err and "REJECTED" in out
+    reasons = " ".join(verdict(tmp_path)["reasons"])
+    assert all(reason in reasons for reason in named) and "the parameters are not this rig's" in reasons
+    assert (tmp_path / "verdict/accepted.yaml").read_bytes() == old.read_bytes()
+
+
+def test_without_old_parameters_a_rejection_names_none(rig, tmp_path, capsys):
+    status, out, _ = identify(capsys, *rig(1.0, 0.5))
+    assert status == 4 and "keep the old parameters" in out
+    assert not (tmp_path / "verdict/accepted.yaml").exists()
+
+
+def test_the_sequence_is_the_loop_with_its_breakaway_scaled(rig, tmp_path):
+    rig(1.0, 1.0)
+    trees = {case: accept.load(tmp_path / f"sequence/{case}.yaml") for case in accept.CASES}
+    slopes = [trees[case]["compensator"]["friction"]["breakaway"]["slope"] for case in ("on", "less", "more")]
+    assert slopes == pytest.approx([0.3, 0.24, 0.36])
+    assert trees["off"]["compensator"]["gain"] == 0 and trees["on"]["compensator"]["gain"] == 0.85
+    table = accept.scaled({"breakaway": {"table": [{"force_N": 0.1, "positive_N": 0.2, "negative_N": 0.3}]}}, 0.5)
+    assert table["breakaway"]["table"] == [{"force_N": 0.1, "positive_N": 0.1, "negative_N": 0.15}]
+
+
+def test_mistakes_are_named(rig, tmp_path, capsys):
+    arguments = rig(1.0, 1.0)
+    logs = {arguments[i][2:]: arguments[i + 1] for i in range(len(arguments)) if str(arguments[i])[2:] in accept.CASES}
+    cut = [a for i, a in enumerate(arguments) if a != "--more" and arguments[i - 1] != "--more"]
+    assert "--more: its log is missing" in identify(capsys, *cut)[2]
+    short = tmp_path / "short.csv"
+    short.write_text("\n".join(logs["on"].read_text(encoding="ascii").splitlines()[:5000]) + "\n", encoding="ascii")
+    status, _, err = identify(capsys, *[short if a == logs["on"] else a for a in arguments])
+    assert status == 2 and "lasts 5 s, the sequence 30 s" in err
+    blind = tmp_path / "blind.csv"
+    blind.write_text("t_s,u_N,y_N\n" + "".join(f"{t},0,{t}\n" for t in range(30)), encoding="ascii")
+    status, _, err = identify(capsys, *[blind if a == logs["on"] else a for a in arguments])
+    assert status == 2 and "needs columns of the reference and of the force" in err
+    bare = tmp_path / "bare.yaml"
+    bare.write_text("duration_s: 1\n", encoding="ascii")
+    status, _, err = identify(capsys, "accept", bare, "--low", 0.1, "--high", 0.6, "--out", tmp_path / "x")
+    assert status == 2 and "compensator.friction.breakaway: is missing" in err
+    status, _, err = identify(capsys, "accept", tmp_path / "loop.yaml", "--low", 0.6, "--high", 0.6, "--out", tmp_path / "x")
+    assert status == 2 and "--high: value 0.6: must be above --low" in err
+    assert not (tmp_path / "verdict").exists() and not (tmp_path / "x").exists()

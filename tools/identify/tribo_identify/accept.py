@@ -1,0 +1,245 @@
+"""tribo-identify accept: are the new parameters better on the rig? A fixed, short sequence, and a rule.
+
+Without logs it writes the sequence: four loops on a triangle of force, with compensation off, on, and with L 20 % less and 20 % more. With
+their logs it judges. The new parameters are accepted if
+
+- the error falls by the factor that a simulation with these parameters predicts, within its interval: the simulation with L 10 % less and
+  more in the plant, a tenth added on both sides (a larger factor is welcome);
+- with L 20 % less and more the error is smaller than without compensation;
+- u does not chatter: it varies at most twice as much as predicted, in each of the four;
+- the model follows the log without compensation within 10 % of breakaway.
+
+Otherwise the old ones stay, and the report says why.
+"""
+
+import copy
+import io
+import json
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from ruamel.yaml import YAML
+
+from tribo_design.errors import DesignError, InputError
+from tribo_design.output import check_replaceable, write_directory
+
+from . import events, logs, native, report
+
+CASES = {"off": None, "on": 1.0, "less": 0.8, "more": 1.2}
+PERIOD_S, PERIODS = 10.0, 3
+PLANT = (0.9, 1.0, 1.1)  # L of the simulated plant over the loop's
+ROOM = 0.1
+VARIES = 2.0
+RESIDUAL = 0.1
+SEQUENCE = tuple(f"{case}.yaml" for case in CASES)
+VERDICT = ("report.html", "verdict.json", "accepted.y*ml")
+
+
+class Rejected(DesignError):
+    """The old parameters stay."""
+
+    exit_code = 4
+
+
+@dataclass
+class Played:
+    rms: float  # of r - y, over averages of 20 ms, without the first period
+    variation: float  # of u, per second, likewise
+
+
+def add_options(command):
+    command.add_argument("loop", metavar="LOOP.yaml", help="the loop with the new parameters, as tribo-identify friction --scenario writes it")
+    command.add_argument("--low", type=float, metavar="N", help="least force of the sequence")
+    command.add_argument("--high", type=float, metavar="N", help="largest force")
+    for case, what in (("off", "without compensation"), ("on", "with it"), ("less", "with L 20 %% less"), ("more", "with L 20 %% more")):
+        command.add_argument(f"--{case}", metavar="LOG.csv", help=f"log of the rig {what}: t, r, u, F")
+    command.add_argument("--old", metavar="OLD.yaml", help="the loop with the old parameters, which stays if the new ones are rejected")
+    logs.add_options(command, several=False)
+    command.add_argument("--out", required=True, metavar="DIR", help="without logs for the sequence, off.yaml to more.yaml; with them for accepted.yaml and report.html")
+
+
+def load(path):
+    if not Path(path).is_file():
+        raise InputError(f"{path}: is not a file")
+    tree = YAML(typ="safe").load(Path(path).read_text(encoding="utf-8"))
+    if not isinstance(tree, dict) or not isinstance(tree.get("compensator"), dict) or "breakaway" not in (tree["compensator"].get("friction") or {}):
+        raise InputError(f"{path}: compensator.friction.breakaway: is missing; tribo-identify friction --scenario writes such a loop")
+    return tree
+
+
+def scaled(friction, times):
+    """The friction with L times `times`."""
+    friction = copy.deepcopy(friction)
+    breakaway = friction["breakaway"]
+    for key in ("offset_N", "slope", "negative_offset_N", "negative_slope"):
+        if key in breakaway:
+            breakaway[key] *= times
+    for point in breakaway.get("table", []):
+        point["positive_N"] *= times
+        point["negative_N"] *= times
+    return friction
+
+
+def case_of(loop, case, low, high):
+    tree = copy.deepcopy(loop)
+    tree["reference"] = {"kind": "triangle", "low_N": low, "high_N": high, "period_s": PERIOD_S}
+    tree["duration_s"] = PERIOD_S * PERIODS
+    tree["metrics"] = {"start_s": PERIOD_S}
+    tree["description"] = f"acceptance, compensation {case}"
+    if CASES[case] is None:
+        tree["compensator"]["gain"] = 0
+    else:
+        tree["compensator"]["friction"] = scaled(tree["compensator"]["friction"], CASES[case])
+    return tree
+
+
+def _text(tree):
+    out = io.StringIO()
+    yaml = YAML()
+    yaml.width = 200
+    yaml.dump(tree, out)
+    return out.getvalue()
+
+
+def check_range(low, high):
+    for name, value in (("low", low), ("high", high)):
+        if value is None or not np.isfinite(value) or abs(value) > 1e6:
+            raise InputError(f"--{name}: value {value}: must be given, within -1e6 to 1e6 N")
+    if not low < high:
+        raise InputError(f"--high: value {high:g}: must be above --low")
+
+
+def judged(t, r, u, y):
+    h = float(np.median(np.diff(t)))
+    rows = t - t[0] >= PERIOD_S
+    size = events.bin_size(h)
+    error = events.binned(r[rows] - y[rows], size)
+    return Played(float(np.sqrt(np.mean(error**2))), float(np.sum(np.abs(np.diff(u[rows]))) / (h * max(rows.sum(), 1))))
+
+
+def predict(loop, low, high, noise):
+    """By case, of the plants with less L, the same, more."""
+    found = {}
+    with tempfile.TemporaryDirectory() as name:
+        for case in CASES:
+            tree = case_of(loop, case, low, high)
+            runs = []
+            for times in PLANT:
+                # The plant's friction is the loop's own, whatever the case does to the loop's.
+                plant = copy.deepcopy(tree)
+                plant["plant"] = {**plant.get("plant", {}), "friction": scaled(loop["compensator"]["friction"], times)}
+                runs.append(_run(plant, noise, Path(name)))
+            found[case] = runs
+    return found
+
+
+def _run(tree, noise, folder):
+    if "arm" in tree["compensator"]:
+        tree["plant"]["arm"] = tree["compensator"]["arm"]
+    tree["sensor"] = {**tree.get("sensor", {}), "noise_N": noise, "noise_seed": 1}
+    (folder / "case.yaml").write_text(_text(tree), encoding="utf-8")
+    native.run_tribo_sim("run", folder / "case.yaml", "--out", folder / "run")
+    with open(folder / "run/trace.csv", encoding="ascii") as file:
+        names = file.readline().strip().split(",")
+    return judged(*np.loadtxt(folder / "run/trace.csv", delimiter=",", skiprows=1, usecols=[names.index(n) for n in ("t_s", "r_N", "u_N", "y_N")]).T)
+
+
+def params_of(loop):
+    f, p = loop["compensator"]["friction"], dict(native.PAPER)
+    b = f["breakaway"]
+    for ours, key in (("k_min", "k_min"), ("k_max", "k_max"), ("m", "m"), ("v0", "v0_N_per_s"), ("gravity", "gravity_N")):
+        p[ours] = f.get(key, p[ours])
+    p["offset_positive"], p["slope_positive"] = b.get("offset_N", p["offset_positive"]), b.get("slope", p["slope_positive"])
+    p["offset_negative"], p["slope_negative"] = b.get("negative_offset_N", p["offset_positive"]), b.get("negative_slope", p["slope_positive"])
+    for ours, key in (("inertia", "inertia_N_s2_per_deg"), ("damping", "damping_N_s_per_deg"), ("stiffness", "stiffness_N_per_deg")):
+        p[ours] = (loop["compensator"].get("arm") or {}).get(key, p[ours])
+    return p, [(q["force_N"], q["positive_N"], q["negative_N"]) for q in b.get("table", [])]
+
+
+def level_of(loop, force):
+    p, table = params_of(loop)
+    return float(np.interp(force, *np.array(table).T[:2])) if table else p["offset_positive"] + p["slope_positive"] * abs(force)
+
+
+def residual(loop, segment):
+    """Of the model over the log, over averages of 20 ms."""
+    p, table = params_of(loop)
+    y = native.simulate(p, segment.u, segment.h, float(np.mean(segment.force[: events.bin_size(segment.h)])), 5, table)
+    late = segment.t - segment.t[0] >= PERIOD_S / 2
+    error = events.binned((segment.force - y)[late], events.bin_size(segment.h))
+    return float(np.sqrt(np.mean(error**2)))
+
+
+def rule(measured, predicted, left, level):
+    """Lines of the verdict, and the reasons against."""
+    factor = measured["off"].rms / max(measured["on"].rms, 1e-300)
+    factors = [off.rms / max(on.rms, 1e-300) for off, on in zip(predicted["off"], predicted["on"])]
+    low, high = (1 - ROOM) * min(factors), (1 + ROOM) * max(factors)
+    lines = [f"error of r - y: off {measured['off'].rms:.4g} N, on {measured['on'].rms:.4g} N, L 20 % less {measured['less'].rms:.4g} N, more {measured['more'].rms:.4g} N",
+             f"it falls by {factor:.3g}; predicted {factors[1]:.3g}, {low:.3g} to {high:.3g}",
+             f"the model follows the log without compensation within {left:.2g} N rms, {100 * left / level:.2g} % of breakaway"]
+    against = []
+    if factor < low:
+        against.append(f"the error falls by {factor:.3g} only, where {low:.3g} to {high:.3g} are predicted")
+    if factor > high:
+        lines.append("it falls by more than predicted")
+    for case, what in (("less", "less"), ("more", "more")):
+        if not measured[case].rms < measured["off"].rms:
+            against.append(f"with L 20 % {what} the error is {measured[case].rms / measured['off'].rms:.3g} times that without compensation: there is no margin")
+    for case in CASES:
+        most = VARIES * max(p.variation for p in predicted[case])
+        if measured[case].variation > most:
+            against.append(f"u chatters with compensation {case}: it varies by {measured[case].variation:.3g} N/s, at most {most:.3g} N/s are sound")
+    if left > RESIDUAL * level:
+        against.append(f"the model is off by {left:.2g} N rms without compensation, {100 * left / level:.2g} % of breakaway: the parameters are not this rig's")
+    return lines, against
+
+
+def _read(path, words):
+    log = logs.read([path], words)
+    segment = max(log.segments, key=lambda s: len(s.t))
+    if segment.force is None or segment.reference is None:
+        raise InputError(f"{path}: needs columns of the reference and of the force (--column r=..., --column F=...)")
+    if segment.t[-1] - segment.t[0] < 2 * PERIOD_S:
+        raise InputError(f"{path}: lasts {segment.t[-1] - segment.t[0]:.3g} s, the sequence {PERIOD_S * PERIODS:g} s")
+    return segment
+
+
+def command(options):
+    loop = load(options.loop)
+    given = [case for case in CASES if getattr(options, case)]
+    if not given:
+        check_range(options.low, options.high)
+        files = {f"{case}.yaml": _text(case_of(loop, case, options.low, options.high)).encode() for case in CASES}
+        write_directory(options.out, files, SEQUENCE)
+        print(f"wrote {options.out}: {', '.join(files)}; play each for {PERIOD_S * PERIODS:g} s, then give the logs to accept (--off, --on, --less, --more)")
+        return 0
+    if len(given) < len(CASES):
+        raise InputError(f"--{next(c for c in CASES if c not in given)}: its log is missing: the rule needs all four")
+    check_replaceable(options.out, VERDICT)
+    old = load(options.old) if options.old else None
+    segments = {case: _read(getattr(options, case), logs.arguments_of(options)) for case in CASES}
+    measured = {case: judged(s.t, s.reference, s.u, s.force) for case, s in segments.items()}
+    off = segments["off"]
+    low, high = float(off.reference.min()), float(off.reference.max())
+    for case, s in segments.items():
+        if abs(s.reference.min() - low) > 0.02 * (high - low) or abs(s.reference.max() - high) > 0.02 * (high - low):
+            raise InputError(f"{getattr(options, case)}: its reference goes from {s.reference.min():.4g} to {s.reference.max():.4g} N, that of the first log from {low:.4g} to {high:.4g} N")
+    noise = float(np.median(np.abs(np.diff(off.force, 2))) / (0.6745 * np.sqrt(6)))
+    lines, against = rule(measured, predict(loop, low, high, noise), residual(loop, off), level_of(loop, (low + high) / 2))
+    lines += [f"REJECTED: {reason}" for reason in against] or ["ACCEPTED: the new parameters"]
+    if against:
+        lines.append(f"the old parameters stay: {options.old}" if old else "keep the old parameters")
+    print("\n".join(lines))
+    files = {"report.html": report.accept_html(segments, lines).encode(),
+             "verdict.json": (json.dumps({"accepted": not against, "reasons": against, "rms_N": {c: m.rms for c, m in measured.items()}}, indent=1) + "\n").encode()}
+    kept = Path(options.loop) if not against else Path(options.old) if old else None
+    if kept:
+        files["accepted.yaml"] = kept.read_bytes()
+    write_directory(options.out, files, VERDICT)
+    print(f"wrote {options.out}: {', '.join(sorted(files))}")
+    if against:
+        raise Rejected("the new parameters are rejected")
+    return 0
