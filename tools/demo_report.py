@@ -1,9 +1,9 @@
 """The table and the pictures of tools/demo.
 
-    demo_report.py WITHOUT_DIR WITH_DIR REPLAY_CSV OUT_DIR
+    demo_report.py WITHOUT_DIR PAPER_DIR FEEDFORWARD_DIR REPLAY_CSV OUT_DIR
 
-Reads what two runs of tribo-sim wrote, without and with friction compensation, and the output of tribo-sim replay for
-the friction law with k = 1.1. Prints the table, writes PNG and SVG. The same data give the same files: no date, no
+Reads what three runs of tribo-sim wrote, without friction compensation and with its two methods, and the output of tribo-sim
+replay for the friction law with k = 1.1. Prints the table, writes PNG and SVG. The same data give the same files: no date, no
 random ids.
 """
 
@@ -129,40 +129,42 @@ def by_direction(trace, values):
     )
 
 
-def draw_force(axes, without, with_):
+def draw_force(axes, without, with_, fed):
     axes.plot(without["t_s"], without["F_N"], color=WITHOUT, label="without compensation")
-    axes.plot(with_["t_s"], with_["F_N"], color=WITH, label="with compensation")
+    axes.plot(with_["t_s"], with_["F_N"], color=WITH, label="the paper's method")
+    axes.plot(fed["t_s"], fed["F_N"], color=THIRD, label="feed-forward")
     axes.plot(with_["t_s"], with_["r_N"], color=REFERENCE, linestyle=(0, (4, 2)), linewidth=1.1, label="reference")
     axes.set_ylabel("force (N)")
     label_time(axes, with_)
 
 
-def draw_errors(rows, without, with_):
+def draw_errors(rows, *traces):
     """Below each other at one scale: `rows` share their axes."""
-    for axes, trace, colour, name in zip(rows, (without, with_), (WITHOUT, WITH), ("Without", "With")):
+    names = "Without compensation", "The paper's method", "Feed-forward"
+    for axes, trace, colour, name in zip(rows, traces, (WITHOUT, WITH, THIRD), names):
         axes.axhline(0.0, color=GUIDE, linewidth=0.8)
         axes.plot(trace["t_s"], trace.error_mn(), color=colour)
         axes.set_ylabel("r − F (mN)")
-        axes.set_title(f"{name} compensation: {rms(trace.error_mn()):.2f} mN RMS")
-    label_time(rows[-1], with_)
+        axes.set_title(f"{name}: {rms(trace.error_mn()):.2f} mN RMS")
+    label_time(rows[-1], traces[-1])
 
 
-def force_figure(without, with_):
+def force_figure(*traces):
     figure, (whole, up, down) = plt.subplots(1, 3, figsize=(12, 4.2), width_ratios=(2, 1, 1))
     title(figure, "Force, triangle benchmark")
-    draw_force(whole, without, with_)
+    draw_force(whole, *traces)
     whole.set_title("Two periods")
     for axes, time_s, way in ((up, TURNS_UP_S, "up"), (down, TURNS_DOWN_S, "down")):
-        draw_force(axes, without.around(time_s, 1.5), with_.around(time_s, 1.5))
+        draw_force(axes, *(trace.around(time_s, 1.5) for trace in traces))
         axes.set_title(f"Where it turns {way}")
     legend(figure, whole)
     return figure
 
 
-def error_figure(without, with_):
-    figure, rows = plt.subplots(2, 1, figsize=(10, 5.2), sharex=True, sharey=True)
+def error_figure(*traces):
+    figure, rows = plt.subplots(3, 1, figsize=(10, 6.6), sharex=True, sharey=True)
     title(figure, "Error, triangle benchmark")
-    draw_errors(rows, without, with_)
+    draw_errors(rows, *traces)
     return figure
 
 
@@ -221,17 +223,18 @@ def relay_figure(with_):
     return figure
 
 
-def hero_figure(without, with_):
-    figure = plt.figure(figsize=(12, 5))
+def hero_figure(*traces):
+    figure = plt.figure(figsize=(12, 5.6))
     title(figure, "Friction-compensated force control")
-    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.25))
+    grid = figure.add_gridspec(3, 2, width_ratios=(1, 1.25))
     force = figure.add_subplot(grid[:, 0])
-    draw_force(force, without.around(TURNS_DOWN_S, 1.8), with_.around(TURNS_DOWN_S, 1.8))
+    draw_force(force, *(trace.around(TURNS_DOWN_S, 1.8) for trace in traces))
     force.set_title("The force where its reference turns")
-    upper = figure.add_subplot(grid[0, 1])
-    lower = figure.add_subplot(grid[1, 1], sharex=upper, sharey=upper)
-    draw_errors((upper, lower), without, with_)
-    upper.tick_params(labelbottom=False)
+    rows = [figure.add_subplot(grid[0, 1])]
+    rows += [figure.add_subplot(grid[row, 1], sharex=rows[0], sharey=rows[0]) for row in (1, 2)]
+    draw_errors(rows, *traces)
+    for axes in rows[:-1]:
+        axes.tick_params(labelbottom=False)
     legend(figure, force)
     return figure
 
@@ -240,32 +243,34 @@ def print_table(folders):
     """The benchmark's figure beside the paper's."""
     measured = [json.loads((folder / "summary.json").read_text(encoding="utf-8"))["rms_error_N"] for folder in folders]
     rows = [
-        ("without compensation (gain 0)", *(1e3 * values[0] for values in (PAPER_RMS_N, measured)), " mN"),
-        ("with compensation (gain 0.85)", *(1e3 * values[1] for values in (PAPER_RMS_N, measured)), " mN"),
-        ("without / with", *(values[0] / values[1] for values in (PAPER_RMS_N, measured)), "   "),
+        ("without compensation", *(1e3 * values[0] for values in (PAPER_RMS_N, measured)), " mN"),
+        ("the paper's method (gain 0.85)", *(1e3 * values[1] for values in (PAPER_RMS_N, measured)), " mN"),
+        ("without / the paper's", *(values[0] / values[1] for values in (PAPER_RMS_N, measured)), "   "),
     ]
     print(f"{'RMS of r - F, triangle':<32}{'paper':>10}{'this run':>12}{'ratio':>8}")
     for name, paper, run, unit in rows:
         print(f"{name:<32}{paper:7.2f}{unit}{run:9.3f}{unit}{run / paper:8.2f}")
+    print(f"{'feed-forward':<32}{'':10}{1e3 * measured[2]:9.3f} mN")
+    print(f"{'without / feed-forward':<32}{'':10}{measured[0] / measured[2]:9.3f}")
 
 
 def main():
-    if len(sys.argv) != 5:
+    if len(sys.argv) != 6:
         sys.exit(__doc__)
-    folders = [pathlib.Path(folder) for folder in sys.argv[1:3]]
+    folders = [pathlib.Path(folder) for folder in sys.argv[1:4]]
     print_table(folders)
-    without, with_ = (
+    traces = tuple(
         Trace.read(folder / "trace.csv").between(SETTLED_S, SETTLED_S + 2 * PERIOD_S) for folder in folders
     )
-    replay = Trace.read(sys.argv[3]).between(4.0, 8.0)
-    out = pathlib.Path(sys.argv[4])
+    replay = Trace.read(sys.argv[4]).between(4.0, 8.0)
+    out = pathlib.Path(sys.argv[5])
     out.mkdir(parents=True, exist_ok=True)
     figures = {
-        "hero": hero_figure(without, with_),
-        "force": force_figure(without, with_),
-        "error": error_figure(without, with_),
-        "hysteresis": hysteresis_figure(replay, with_),
-        "relays": relay_figure(with_),
+        "hero": hero_figure(*traces),
+        "force": force_figure(*traces),
+        "error": error_figure(*traces),
+        "hysteresis": hysteresis_figure(replay, traces[1]),
+        "relays": relay_figure(traces[1]),
     }
     for name, figure in figures.items():
         figure.savefig(out / f"{name}.png", metadata={"Software": None})

@@ -143,14 +143,13 @@ static void judge_learning(slide_t               *slide,
     }
 }
 
-compensation_result_t compensation_run_watched(compensation_t                        method,
-                                               const tribo_feedforward_f32_config_t *config,
-                                               const compensation_truth_t           *truth,
-                                               compensation_reference_t              reference,
-                                               const void                           *context,
-                                               double                                first_s,
-                                               double                                second_s,
-                                               compensation_watch_t                  watch)
+compensation_result_t compensation_run(compensation_t                        method,
+                                       const tribo_feedforward_f32_config_t *config,
+                                       const compensation_truth_t           *truth,
+                                       compensation_reference_t              reference,
+                                       const void                           *context,
+                                       double                                first_s,
+                                       double                                second_s)
 {
     const tribo_force_loop_f32_config_t   paper    = tribo_force_loop_f32_paper();
     const tribo_feedforward_f32_config_t  standard = tribo_feedforward_f32_default();
@@ -185,10 +184,6 @@ compensation_result_t compensation_run_watched(compensation_t                   
         const double u     = method == COMPENSATION_PAPER
                                  ? (double)tribo_force_loop_f32_step(&paper_params, &paper_state, (float)r, (float)y, NULL)
                                  : fed_loop_step(&loop, r, y);
-        if (watch.tick != NULL)
-        {
-            watch.tick(watch.context, (double)k * H, r, F);
-        }
         if (k < first)
         {
             const double counted = k >= settle ? error : 0.0;
@@ -212,18 +207,6 @@ compensation_result_t compensation_run_watched(compensation_t                   
     result.first_rms = first > 0 ? sqrt(result.first_rms / (double)(first - settle)) : 0.0;
     result.rms       = sqrt(result.rms / (double)(all - first));
     return result;
-}
-
-compensation_result_t compensation_run(compensation_t                        method,
-                                       const tribo_feedforward_f32_config_t *config,
-                                       const compensation_truth_t           *truth,
-                                       compensation_reference_t              reference,
-                                       const void                           *context,
-                                       double                                first_s,
-                                       double                                second_s)
-{
-    const compensation_watch_t nobody = {.tick = NULL};
-    return compensation_run_watched(method, config, truth, reference, context, first_s, second_s, nobody);
 }
 
 double compensation_triangle(const void *context, double t)

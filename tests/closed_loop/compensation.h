@@ -40,13 +40,6 @@ typedef struct
     double friction_off, breakaway_off;
 } compensation_result_t;
 
-/// Told of each tick: its time in s, reference and true force in N. `tick` may be null.
-typedef struct
-{
-    void (*tick)(void *context, double t, double r, double force);
-    void *context;
-} compensation_watch_t;
-
 compensation_truth_t compensation_nominal(void);
 
 /// Runs for `first_s` + `second_s` seconds. `config` of the feed-forward, null: the defaults.
@@ -62,16 +55,6 @@ typedef struct
 {
     double low, high, slope; // N, N, N/s
 } compensation_triangle_t;
-
-/// compensation_run with somebody who watches.
-compensation_result_t compensation_run_watched(compensation_t                        method,
-                                               const tribo_feedforward_f32_config_t *config,
-                                               const compensation_truth_t           *truth,
-                                               compensation_reference_t              reference,
-                                               const void                           *context,
-                                               double                                first_s,
-                                               double                                second_s,
-                                               compensation_watch_t                  watch);
 
 /// From its low end.
 double compensation_triangle(const void *context, double t);

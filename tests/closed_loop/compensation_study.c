@@ -2,7 +2,7 @@
 //
 //     build/host-release/tests/closed_loop/compensation_study_f32 [triangle|many|...]
 //
-// With --trace alone it prints the last period of the benchmark as CSV, for tools/compensation_report.py.
+// tools/bench-compensation measures more, on tribo-sim; what moves the environment and what was learned is from here.
 
 #include "compensation.h"
 #include "unity.h"
@@ -295,50 +295,6 @@ static void study_learned(void)
     }
 }
 
-#define TRACE_TICKS 20000L // of 1 ms: a period of the benchmark
-
-/// The forces of the three methods over the last period.
-typedef struct
-{
-    double  r[TRACE_TICKS];
-    double  force[3][TRACE_TICKS];
-    double *into; // of the method that runs
-} trace_t;
-
-static void record(void *context, double t, double r, double force)
-{
-    trace_t   *trace = context;
-    const long k     = lround(1e3 * t) - 2 * TRACE_TICKS;
-    if (k >= 0)
-    {
-        trace->r[k]    = r;
-        trace->into[k] = force;
-    }
-}
-
-static void print_trace(void)
-{
-    static trace_t             trace;
-    const compensation_truth_t truth  = compensation_nominal();
-    const compensation_t       each[] = {COMPENSATION_OFF, COMPENSATION_PAPER, COMPENSATION_FEEDFORWARD};
-    for (int i = 0; i < 3; i++)
-    {
-        trace.into                       = trace.force[i];
-        const compensation_watch_t watch = {record, &trace};
-        (void)compensation_run_watched(each[i], NULL, &truth, compensation_triangle, &benchmark, 20.0, 40.0, watch);
-    }
-    printf("t_s,r_N,F_off_N,F_paper_N,F_feedforward_N\n");
-    for (long k = 0; k < TRACE_TICKS; k++)
-    {
-        printf("%.3f,%.9g,%.9g,%.9g,%.9g\n",
-               40.0 + 1e-3 * (double)k,
-               trace.r[k],
-               trace.force[0][k],
-               trace.force[1][k],
-               trace.force[2][k]);
-    }
-}
-
 static bool wanted(int argc, char **argv, const char *name)
 {
     bool found = argc < 2;
@@ -352,11 +308,6 @@ static bool wanted(int argc, char **argv, const char *name)
 int main(int argc, char **argv)
 {
     UNITY_BEGIN(); // for the asserts of the rig
-    if (argc == 2 && strcmp(argv[1], "--trace") == 0)
-    {
-        print_trace();
-        return 0;
-    }
     if (wanted(argc, argv, "triangle"))
     {
         study_triangle();
