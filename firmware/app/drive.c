@@ -312,6 +312,7 @@ void drive_tick(drive_t *drive)
     const uint32_t   start_us = drive->port->time_us(drive->port->context);
     const requests_t requests = take_requests(drive);
     drive->ticks++;
+    take_setup(drive);
     if (drive->state == DRIVE_FAULT && is_for_good(drive->fault))
     {
         off(drive); // after a failed self-test or without valid params nothing else runs
@@ -320,7 +321,6 @@ void drive_tick(drive_t *drive)
     }
 
     // Every check runs in every tick, so that the state of one does not depend on the result of another.
-    take_setup(drive);
     drive->r                      = drive->reference;
     loop_force_t        reading   = 0;
     const uint32_t      inputs    = drive->port->inputs(drive->port->context);

@@ -174,7 +174,8 @@ static modbus_status_t read_values(const modbus_registers_t *registers, const re
     return registers->read(registers->context, request->read_address, request->read_count, values);
 }
 
-/// With function 23 the write comes first; but before it a trial of the read, so that a refused request writes nothing.
+/// With function 23 the write comes first; but before it a trial of the read, so that nothing is written if there are no such
+/// registers. Whether they can be read now may depend on what is written.
 static modbus_status_t perform(const modbus_registers_t *registers, const request_t *request, uint16_t *values)
 {
     modbus_status_t status = MODBUS_OK;
@@ -182,7 +183,7 @@ static modbus_status_t perform(const modbus_registers_t *registers, const reques
     {
         status = read_values(registers, request, values);
     }
-    if (status == MODBUS_OK && request->write_count > 0u)
+    if (status != MODBUS_ILLEGAL_ADDRESS && request->write_count > 0u)
     {
         status = write_values(registers, request);
         if (status == MODBUS_OK && request->read_count > 0u)

@@ -11,7 +11,9 @@ params_set_t params_default(void)
 {
     static const tribo_biquad_f32_section_t paper[TRIBO_PAPER_CONTROLLER_SECTION_COUNT] = TRIBO_PAPER_CONTROLLER_F32;
 #define DEFAULT(type, symbol, member, name, unit, low, high, normal, status, text) .symbol = (normal),
-    params_set_t set = {.drive = drive_config_default(), .loop = {PARAMS_LOOP_FIELDS(DEFAULT)}};
+    params_set_t set = {.drive = drive_config_default(),
+                        .loop  = {PARAMS_LOOP_FIELDS(DEFAULT)},
+                        .feed  = {PARAMS_FEED_FIELDS(DEFAULT)}};
 #undef DEFAULT
     memcpy(set.sections, paper, sizeof paper);
     return set;
@@ -19,7 +21,7 @@ params_set_t params_default(void)
 
 uint32_t params_layout(void)
 {
-    uint32_t crc = PARAMS_LOOP_COUNT;
+    uint32_t crc = (uint32_t)PARAMS_LOOP_COUNT << 8 | PARAMS_FEED_COUNT;
     for (unsigned i = 0; i < DRIVE_CONFIG_COUNT; i++)
     {
         crc = crc32_update(crc, drive_config_fields[i].name, strlen(drive_config_fields[i].name));
@@ -41,7 +43,12 @@ static const refusal_t refusals[] = {
     {TRIBO_ERR_##status, (uint8_t)((int)PARAMS_LOOP_AT + (int)PARAMS_##symbol), (float)(low), (float)(high)},
     PARAMS_LOOP_FIELDS(FIELD)
 #undef FIELD
-        {TRIBO_ERR_SECTION_COEFFICIENT, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
+#define FIELD(type, symbol, member, name, unit, low, high, normal, status, text)                                       \
+    {TRIBO_ERR_##status, (uint8_t)((int)PARAMS_FEED_AT + (int)PARAMS_FEED_##symbol), (float)(low), (float)(high)},
+        PARAMS_FEED_FIELDS(FIELD)
+#undef FIELD
+            {TRIBO_OK, PARAMS_METHOD_AT, PARAMS_METHOD_PAPER, PARAMS_METHOD_FEEDFORWARD},
+    {TRIBO_ERR_SECTION_COEFFICIENT, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
     {TRIBO_ERR_SECTION_FEEDTHROUGH, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
     {TRIBO_ERR_SECTION_UNSTABLE, PARAMS_SECTIONS_AT + 3, -4.0f, 4.0f},
     {TRIBO_ERR_ANTI_WINDUP, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
@@ -59,7 +66,8 @@ static float number_of(const params_set_t *set, uint32_t word)
     memcpy(&bits, (const unsigned char *)set + word * sizeof bits, sizeof bits);
     memcpy(&number, &bits, sizeof number);
     const bool whole = word < (uint32_t)PARAMS_LOOP_AT ? !drive_config_fields[word].is_float
-                                                       : word == (uint32_t)PARAMS_LOOP_AT + PARAMS_section_count ||
+                                                       : word == (uint32_t)PARAMS_METHOD_AT ||
+                                                             word == (uint32_t)PARAMS_LOOP_AT + PARAMS_section_count ||
                                                              word == (uint32_t)PARAMS_LOOP_AT + PARAMS_table_length;
     return whole ? (float)bits : number;
 }
@@ -78,7 +86,7 @@ static bool refuse(params_error_t *error, const params_set_t *set, const refusal
 /// The ranges of the list, which in places are narrower than the library's.
 static bool check_ranges(params_error_t *error, const params_set_t *set)
 {
-    for (size_t i = 0; i < PARAMS_LOOP_COUNT; i++)
+    for (size_t i = 0; i < PARAMS_LOOP_COUNT + PARAMS_FEED_COUNT + 1u; i++)
     {
         if (!is_within(&refusals[i], number_of(set, refusals[i].word)))
         {
@@ -122,6 +130,46 @@ static tribo_force_loop_f32_config_t config_of(const params_set_t *set)
     return config;
 }
 
+/// More sections or points than fit are left out, and the count is refused.
+void params_take_loop(params_set_t                         *set,
+                      const tribo_force_loop_f32_config_t  *config,
+                      const tribo_feedforward_f32_config_t *feedforward)
+{
+    const tribo_friction_f32_config_t *friction = &config->compensator.friction;
+#define TAKE(type, symbol, member, name, unit, low, high, normal, status, text) set->loop.symbol = config->member;
+    PARAMS_LOOP_FIELDS(TAKE)
+#undef TAKE
+    set->method = feedforward != NULL ? PARAMS_METHOD_FEEDFORWARD : PARAMS_METHOD_PAPER;
+    if (feedforward != NULL)
+    {
+#define TAKE(type, symbol, member, name, unit, low, high, normal, status, text) set->feed.symbol = feedforward->member;
+        PARAMS_FEED_FIELDS(TAKE)
+#undef TAKE
+    }
+    for (uint32_t i = 0; i < config->controller.section_count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
+    {
+        set->sections[i] = config->controller.sections[i];
+    }
+    for (uint32_t i = 0; friction->table != NULL && i < friction->table_length && i < TRIBO_BREAKAWAY_POINTS_MAX; i++)
+    {
+        set->table[i] = friction->table[i];
+    }
+}
+
+static tribo_status_t set_up_loop(params_t *params, const tribo_force_loop_f32_config_t *config)
+{
+    const params_set_t *set = &params->set;
+    if (set->method != PARAMS_METHOD_FEEDFORWARD)
+    {
+        return loop_setup(&params->loop, config, set->drive.full_scale_n);
+    }
+    tribo_feedforward_f32_config_t feedforward;
+#define COPY(type, symbol, member, name, unit, low, high, normal, status, text) feedforward.member = set->feed.symbol;
+    PARAMS_FEED_FIELDS(COPY)
+#undef COPY
+    return loop_setup_feedforward(&params->loop, config, &feedforward, set->drive.full_scale_n);
+}
+
 bool params_make(params_t *params, const port_t *port, params_error_t *error)
 {
     const params_set_t                 *set    = &params->set;
@@ -130,14 +178,17 @@ bool params_make(params_t *params, const port_t *port, params_error_t *error)
     {
         return false;
     }
-    const tribo_status_t status = loop_setup(&params->loop, &config, set->drive.full_scale_n);
+    const tribo_status_t status = set_up_loop(params, &config);
     if (status != TRIBO_OK)
     {
         return refuse_loop(error, set, status);
     }
-    const float period_s = (float)set->drive.period_us / 1e6f;
-    if (!(set->loop.sample_time >= 0.9999f * period_s && set->loop.sample_time <= 1.0001f * period_s))
+    const float sample_us = 1e6f * set->loop.sample_time;
+    const float period_us = (float)set->drive.period_us;
+    if (!(sample_us >= period_us - 0.51f &&
+          sample_us <= period_us + 0.51f)) // a period is a whole number of microseconds
     {
+        const float period_s = period_us / 1e6f;
         *error =
             (params_error_t){PARAMS_LOOP_AT + PARAMS_sample_time, set->loop.sample_time, period_s, period_s, TRIBO_OK};
         return false;

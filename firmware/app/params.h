@@ -39,6 +39,39 @@
     FIELD(float, stiffness, compensator.arm.stiffness, "compensator.arm.stiffness_N_per_deg", "N/deg", 1e-12f, 1e12f, 3.84f, STIFFNESS, "of the arm") \
     FIELD(uint32_t, section_count, controller.section_count, "controller.section_count", "", 1, 4, 2, SECTION_COUNT, "second-order sections of the controller") \
     FIELD(uint32_t, table_length, compensator.friction.table_length, "compensator.friction.breakaway.table_length", "", 0, 32, 0, TABLE_LENGTH, "points of the breakaway table; 0: offset and slope")
+
+/// The same of tribo_feedforward_f32_config_t, of a loop whose compensator.method is 1.
+#define PARAMS_FEED_FIELDS(FIELD) \
+    FIELD(float, actuator_pole, actuator_pole_rad_per_s, "compensator.feedforward.actuator_pole_rad_per_s", "rad/s", 1e-3f, 1e6f, 200.0f, ACTUATOR_POLE, "what the loop believes of the actuator") \
+    FIELD(float, sensor_pole, sensor_pole_rad_per_s, "compensator.feedforward.sensor_pole_rad_per_s", "rad/s", 1e-3f, 1e6f, 55.0f, SENSOR_POLE, "and of the sensor") \
+    FIELD(float, reversal, reversal_n, "compensator.feedforward.reversal_N", "N", 1e-9f, 1e6f, 0.5e-3f, REVERSAL_WIDTH, "w: r has turned when it has come back by that much; the error at a reversal is at least about w") \
+    FIELD(float, jump_time, jump_time_s, "compensator.feedforward.jump_time_s", "s", 1e-6f, 1e3f, 0.02f, JUMP_TIME, "over which friction changes sign at a reversal") \
+    FIELD(float, lead, lead, "compensator.feedforward.lead", "", 0.0f, 1.0f, 1.0f, LEAD, "share of the lag from u to F that the rate of r makes up for; 0: no rate is used") \
+    FIELD(float, noise_gain, noise_gain, "compensator.feedforward.noise_gain", "", 0.0f, 8.0f, 4.0f, REFERENCE_NOISE, "widens reversal_N by the noise of r; 0 for a clean r") \
+    FIELD(float, noise_time, noise_time_s, "compensator.feedforward.noise_time_s", "s", 1e-6f, 1e3f, 0.25f, REFERENCE_NOISE, "over which the noise of r is averaged") \
+    FIELD(float, rate_time, rate_time_s, "compensator.feedforward.rate_time_s", "s", 1e-6f, 1e3f, 0.01f, REFERENCE_RATE, "filter of the rate of r") \
+    FIELD(float, rate_max, rate_max_n_per_s, "compensator.feedforward.rate_max_N_per_s", "N/s", 1e-6f, 1e9f, 2.0f, REFERENCE_RATE, "a faster r is a step") \
+    FIELD(float, offset_time, offset_time_s, "compensator.feedforward.offset_time_s", "s", 1e-6f, 1e3f, 5.0f, OFFSET_TIME, "with which the offset leaks away") \
+    FIELD(float, slide_width, slide_width_n, "compensator.feedforward.slide_width_N", "N", 1e-9f, 1e6f, 3e-3f, SLIDE_WIDTH, "tells travel of y from its noise") \
+    FIELD(float, slide_filter_time, slide_filter_time_s, "compensator.feedforward.slide_filter_time_s", "s", 1e-6f, 10.0f, 0.02f, SLIDE_FILTER, "of friction meter and slide detector") \
+    FIELD(float, slide_rate_max, slide_rate_max_n_per_s, "compensator.feedforward.slide_rate_max_N_per_s", "N/s", 1e-6f, 1e9f, 0.5f, SLIDE_RATE, "nothing is learned from a faster y") \
+    FIELD(float, slide_run_in, slide_run_in_n, "compensator.feedforward.slide_run_in_N", "N", 1e-9f, 1e6f, 5e-3f, SLIDE_RUN_IN, "travelled before learning begins") \
+    FIELD(float, slide_error_max, slide_error_max_n, "compensator.feedforward.slide_error_max_N", "N", 1e-9f, 1e6f, 1e-3f, SLIDE_ERROR, "nothing is learned with a larger filtered error") \
+    FIELD(float, learning_spread_scale, learning.spread_scale, "compensator.feedforward.learning.spread_scale", "", 1e-3f, 2.0f, 0.4f, LEARNING_SPREAD, "how far off the believed breakaway may be as a factor: standard deviation; in Q31 at most 1") \
+    FIELD(float, learning_spread_offset, learning.spread_offset_n, "compensator.feedforward.learning.spread_offset_N", "N", 1e-9f, 1e6f, 0.01f, LEARNING_SPREAD, "and as an offset") \
+    FIELD(float, learning_correlation, learning.correlation, "compensator.feedforward.learning.correlation", "", 0.0f, 0.99f, 0.7f, LEARNING_CORRELATION, "of the directions before anything is learned") \
+    FIELD(float, learning_correlation_faded, learning.correlation_faded, "compensator.feedforward.learning.correlation_faded", "", 0.0f, 0.99f, 0.1f, LEARNING_CORRELATION, "and once forgotten") \
+    FIELD(float, learning_trust, learning.trust, "compensator.feedforward.learning.trust", "", 0.0f, 1.0f, 0.5f, LEARNING_TRUST, "share of the believed breakaway that is fed forward before anything is learned") \
+    FIELD(float, learning_weight, learning.weight_n, "compensator.feedforward.learning.weight_N", "N", 1e-9f, 1e6f, 2e-4f, LEARNING_WEIGHT, "travel over which noise averages out; larger is slower") \
+    FIELD(float, learning_forgetting, learning.forgetting_per_n, "compensator.feedforward.learning.forgetting_per_N", "1/N", 0.0f, 1e6f, 0.1f, LEARNING_FORGETTING, "share of the first doubt that comes back per newton; 1 for friction that drifts") \
+    FIELD(float, learning_scale_min, learning.scale_min, "compensator.feedforward.learning.scale_min", "", 1e-3f, 1.0f, 0.2f, LEARNING_BOUNDS, "what is learned stays above this share of the believed breakaway") \
+    FIELD(float, learning_scale_max, learning.scale_max, "compensator.feedforward.learning.scale_max", "", 1.0f, 10.0f, 3.0f, LEARNING_BOUNDS, "and below this multiple") \
+    FIELD(float, hold_gain, hold.gain, "compensator.feedforward.hold.gain", "", 0.0f, 0.99f, 0.95f, HOLD_GAIN, "E: friction fed back while r stands; 0: never") \
+    FIELD(float, hold_still_time, hold.still_time_s, "compensator.feedforward.hold.still_time_s", "s", 1e-6f, 1e3f, 1.5f, HOLD_TIME, "r stands when it has for that long") \
+    FIELD(float, hold_margin, hold.margin, "compensator.feedforward.hold.margin", "", 0.1f, 1.0f, 0.85f, HOLD_MARGIN, "of the learned breakaway, that is fed back") \
+    FIELD(float, hold_quick_time, hold.quick_time_s, "compensator.feedforward.hold.quick_time_s", "s", 1e-6f, 1e3f, 0.2f, HOLD_TIME, "changes of side within that time are chatter, and make it cautious") \
+    FIELD(float, hold_caution_travel, hold.caution_travel_n, "compensator.feedforward.hold.caution_travel_N", "N", 1e-9f, 1e6f, 0.1f, HOLD_CAUTION, "learning over which caution fades") \
+    FIELD(float, hold_deadband_time, hold.deadband_time_s, "compensator.feedforward.hold.deadband_time_s", "s", 1e-6f, 1e3f, 0.3f, HOLD_DEADBAND, "filters of the deadband that keeps noise of y from moving u")
 // clang-format on
 
 /// A member of each element of the two lists that follow: FIELD(member, name, unit, low, high, text).
@@ -61,6 +94,21 @@ typedef struct
 #undef PARAMS_MEMBER
 } params_loop_t;
 
+typedef struct
+{
+#define PARAMS_MEMBER(type, symbol, member, name, unit, low, high, normal, status, text) type symbol; ///< see the list
+    PARAMS_FEED_FIELDS(PARAMS_MEMBER)
+#undef PARAMS_MEMBER
+} params_feed_t;
+
+enum
+{
+#define PARAMS_PLACE(type, symbol, member, name, unit, low, high, normal, status, text) PARAMS_FEED_##symbol,
+    PARAMS_FEED_FIELDS(PARAMS_PLACE)
+#undef PARAMS_PLACE
+        PARAMS_FEED_COUNT
+};
+
 enum
 {
 #define PARAMS_PLACE(type, symbol, member, name, unit, low, high, normal, status, text) PARAMS_##symbol,
@@ -69,11 +117,17 @@ enum
         PARAMS_LOOP_COUNT
 };
 
+#define PARAMS_METHOD_PAPER       0u ///< fed back with compensator.gain; 0 turns it off
+#define PARAMS_METHOD_FEEDFORWARD 1u
+#define PARAMS_METHOD_TEXT        "0: fed back with compensator.gain, as the paper does; 1: fed forward"
+
 /// Words in this order.
 typedef struct
 {
     drive_config_t              drive;
     params_loop_t               loop;
+    uint32_t                    method; ///< PARAMS_METHOD_: how friction is compensated
+    params_feed_t               feed;
     tribo_biquad_f32_section_t  sections[TRIBO_BIQUAD_SECTIONS_MAX];
     tribo_breakaway_point_f32_t table[TRIBO_BREAKAWAY_POINTS_MAX];
 } params_set_t;
@@ -81,7 +135,9 @@ typedef struct
 enum
 {
     PARAMS_LOOP_AT     = (int)DRIVE_CONFIG_COUNT, ///< word of the set
-    PARAMS_SECTIONS_AT = (int)PARAMS_LOOP_AT + (int)PARAMS_LOOP_COUNT,
+    PARAMS_METHOD_AT   = (int)PARAMS_LOOP_AT + (int)PARAMS_LOOP_COUNT,
+    PARAMS_FEED_AT     = (int)PARAMS_METHOD_AT + 1,
+    PARAMS_SECTIONS_AT = (int)PARAMS_FEED_AT + (int)PARAMS_FEED_COUNT,
     PARAMS_TABLE_AT    = PARAMS_SECTIONS_AT + 5 * (int)TRIBO_BIQUAD_SECTIONS_MAX,
     PARAMS_WORDS       = PARAMS_TABLE_AT + 3 * (int)TRIBO_BREAKAWAY_POINTS_MAX
 };
@@ -99,13 +155,22 @@ typedef struct
 /// A set and what a drive runs with. Not to be moved once made.
 typedef struct
 {
-    params_set_t  set;
+    union
+    {
+        params_set_t set;
+        uint32_t     words[PARAMS_WORDS];
+    };
     loop_setup_t  loop;
     drive_setup_t drive;
 } params_t;
 
 /// The default of every field: the paper's loop.
 params_set_t params_default(void);
+
+/// Takes over what `config` says of the loop, with its sections and its table, and `feedforward`; null: the paper's method.
+void params_take_loop(params_set_t                         *set,
+                      const tribo_force_loop_f32_config_t  *config,
+                      const tribo_feedforward_f32_config_t *feedforward);
 
 /// Makes params of params->set, checked as a whole by the library and by the drive. False with `error` for the first field
 /// that is refused: then `params` are not to be used. Not for the tick.

@@ -26,13 +26,10 @@ static bool is_running(const registers_t *registers)
 
 static bool make(registers_t *registers, params_t *params)
 {
-    registers->is_refused = !params_make(params, registers->board.port, &registers->refused);
+    const registers_board_t *board = &registers->board;
+    registers->is_refused          = !params_make(params, board->port, &registers->refused) ||
+                            (board->suits != NULL && !board->suits(&params->set, &registers->refused));
     return !registers->is_refused;
-}
-
-static params_set_t defaults_of(const registers_t *registers)
-{
-    return registers->board.defaults != NULL ? *registers->board.defaults : params_default();
 }
 
 /// The other of the two, which the drive does not run with.
@@ -45,15 +42,14 @@ static params_t *spare_of(registers_t *registers)
 static void load(registers_t *registers)
 {
     const store_flash_t *flash = registers->board.flash;
-    word_t               words[PARAMS_WORDS];
-    registers->store = flash != NULL ? store_read(flash, params_layout(), words, PARAMS_WORDS) : STORE_EMPTY;
+    params_t *const      saved = spare_of(registers);
+    registers->store = flash != NULL ? store_read(flash, params_layout(), saved->words, PARAMS_WORDS) : STORE_EMPTY;
     if (registers->store == STORE_OK)
     {
-        params_t *const saved = spare_of(registers);
-        memcpy(&saved->set, words, sizeof saved->set);
-        registers->staged = saved->set;
-        registers->store  = make(registers, saved) ? STORE_OK : STORE_FOREIGN;
-        registers->active = registers->store == STORE_OK ? saved : registers->active;
+        registers->staged  = saved->set;
+        registers->store   = make(registers, saved) ? STORE_OK : STORE_FOREIGN;
+        registers->active  = registers->store == STORE_OK ? saved : registers->active;
+        registers->is_made = registers->is_made || registers->store == STORE_OK;
     }
     registers->is_known = registers->store == STORE_OK || registers->store == STORE_EMPTY;
 }
@@ -76,7 +72,7 @@ static void arm_fault_trace(registers_t *registers)
 #define FAULT_SIGNALS                                                                                                  \
     (1u << REGISTERS_SIGNAL_r | 1u << REGISTERS_SIGNAL_y | 1u << REGISTERS_SIGNAL_u | 1u << REGISTERS_SIGNAL_f_hat)
 
-void registers_init(registers_t *registers, const registers_board_t *board, drive_fault_t found)
+void registers_load(registers_t *registers, const registers_board_t *board)
 {
     memset(registers, 0, sizeof *registers);
     registers->board  = *board;
@@ -84,29 +80,39 @@ void registers_init(registers_t *registers, const registers_board_t *board, driv
 #define DEFAULT(symbol, name, type, unit, normal, text) .symbol = (normal),
     registers->requests                                         = (registers_requests_t){REGISTERS_REQUESTS(DEFAULT)};
 #undef DEFAULT
+    registers->active->set = *board->defaults;
+    registers->staged      = *board->defaults;
+    registers->is_made     = make(registers, registers->active);
+    load(registers);
+}
 
-    registers->active->set = defaults_of(registers);
-    registers->staged      = registers->active->set;
-    if (!make(registers, registers->active))
+/// Of the self-test, of params that the board itself has wrong, of the store, then the others.
+static drive_fault_t first_fault(const registers_t *registers, drive_fault_t found)
+{
+    if (found >= DRIVE_FAULT_IMAGE && found < DRIVE_FAULT_PARAMS)
     {
-        found = found != DRIVE_FAULT_NONE ? found : DRIVE_FAULT_PARAMS;
+        return found;
     }
-    else
+    if (!registers->is_made)
     {
-        load(registers);
-        const bool for_good = found >= DRIVE_FAULT_IMAGE && found <= DRIVE_FAULT_CLOCK;
-        found               = registers->is_known || for_good ? found : DRIVE_FAULT_STORE;
+        return DRIVE_FAULT_PARAMS;
     }
-    drive_init(&registers->drive, board->port, &registers->active->drive, found);
+    return registers->is_known || found == DRIVE_FAULT_CLOCK ? found : DRIVE_FAULT_STORE;
+}
+
+void registers_start(registers_t *registers, drive_fault_t found)
+{
+    const registers_board_t    *board  = &registers->board;
+    const drive_config_t *const config = config_of(registers);
+    drive_init(&registers->drive, board->port, &registers->active->drive, first_fault(registers, found));
+    loop_forget(&registers->active->loop.params, &registers->memory);
+    drive_attach(&registers->drive, &registers->memory);
     trace_init(&registers->trace, board->ring, board->ring_words);
     trace_init(&registers->fault_trace,
                registers->fault_ring,
                sizeof registers->fault_ring / sizeof registers->fault_ring[0]);
     arm_fault_trace(registers);
-    modbus_init(&registers->modbus,
-                (uint8_t)config_of(registers)->bus_unit,
-                board->baud,
-                config_of(registers)->period_us);
+    modbus_init(&registers->modbus, (uint8_t)config->bus_unit, board->baud, config->period_us);
 }
 
 // --- signals -------------------------------------------------------------------------------------------------------
@@ -178,11 +184,17 @@ static bool check_fixed(registers_t *registers, const params_set_t *next)
     return !registers->is_refused;
 }
 
+/// The tick has taken over the last set: the spare is free.
+static bool is_taken(const registers_t *registers)
+{
+    return drive_setup(&registers->drive) == &registers->active->drive;
+}
+
 static registers_outcome_t apply(registers_t *registers)
 {
     drive_t        *drive = &registers->drive;
     params_t *const next  = spare_of(registers);
-    if (drive_setup(drive) != &registers->active->drive)
+    if (!is_taken(registers))
     {
         return REGISTERS_BUSY; // the tick still runs with the spare
     }
@@ -190,6 +202,10 @@ static registers_outcome_t apply(registers_t *registers)
     if (!make(registers, next) || !check_fixed(registers, &next->set))
     {
         return REGISTERS_SET_REFUSED;
+    }
+    if (registers->active->set.method != PARAMS_METHOD_FEEDFORWARD)
+    {
+        loop_forget(&next->loop.params, &registers->memory); // not in use by the loop that runs
     }
     registers->active      = next;
     registers->is_known    = true;
@@ -267,7 +283,7 @@ static modbus_status_t execute(registers_t *registers, uint16_t command)
         registers->staged = registers->active->set;
         break;
     case REGISTERS_DEFAULTS:
-        registers->staged = defaults_of(registers);
+        registers->staged = *registers->board.defaults;
         break;
     case REGISTERS_SAVE:
         registers->must_save = !is_running(registers) && registers->is_known;
@@ -289,25 +305,28 @@ static modbus_status_t execute(registers_t *registers, uint16_t command)
     return accepted ? MODBUS_OK : outcome == REGISTERS_BUSY ? MODBUS_BUSY : MODBUS_FAILURE;
 }
 
+/// The spare's words are what is written.
 static void save(registers_t *registers)
 {
     const store_flash_t *flash = registers->board.flash;
-    params_set_t         set   = registers->active->set;
-    word_t               words[PARAMS_WORDS];
-    set.drive.sensor_zero_units = drive_sensor_zero_units(&registers->drive);
-    memcpy(words, &set, sizeof words);
-    const bool possible  = flash != NULL && !is_running(registers);
-    const bool saved     = possible && store_write(flash, params_layout(), words, PARAMS_WORDS) == STORE_OK;
-    registers->must_save = false;
-    registers->outcome   = saved ? REGISTERS_DONE : REGISTERS_NOT_SAVED;
-    registers->store     = saved ? STORE_OK : possible ? STORE_FAILED : registers->store;
+    params_t *const      spare = spare_of(registers);
+    registers->must_save       = false;
+    registers->outcome         = REGISTERS_NOT_SAVED;
+    if (flash == NULL || is_running(registers))
+    {
+        return;
+    }
+    spare->set                         = registers->active->set;
+    spare->set.drive.sensor_zero_units = drive_sensor_zero_units(&registers->drive);
+    registers->store                   = store_write(flash, params_layout(), spare->words, PARAMS_WORDS);
+    registers->outcome                 = registers->store == STORE_OK ? REGISTERS_DONE : REGISTERS_NOT_SAVED;
 }
 
 void registers_run(registers_t *registers)
 {
     const modbus_registers_t map = registers_map(registers);
     modbus_serve(&registers->modbus, registers->board.line, &map);
-    if (registers->must_save && registers->modbus.answer_sent == registers->modbus.answer_length)
+    if (registers->must_save && is_taken(registers) && registers->modbus.answer_sent == registers->modbus.answer_length)
     {
         save(registers);
     }
@@ -328,6 +347,8 @@ static uint32_t register_of(uint32_t word)
         uint16_t first, at;
     } blocks[] = {{PARAMS_TABLE_AT, REGISTERS_TABLE_AT},
                   {PARAMS_SECTIONS_AT, REGISTERS_SECTIONS_AT},
+                  {PARAMS_FEED_AT, REGISTERS_FEED_AT},
+                  {PARAMS_METHOD_AT, REGISTERS_METHOD_AT},
                   {PARAMS_LOOP_AT, REGISTERS_LOOP_AT},
                   {0, REGISTERS_DRIVE_AT}};
     size_t i   = 0;
@@ -411,6 +432,8 @@ static place_t find(uint32_t address)
 #define SET(base, kind)                                                                                                \
     {(base) + REGISTERS_DRIVE_AT, DRIVE_CONFIG_COUNT, 0, (kind)},                                                      \
         {(base) + REGISTERS_LOOP_AT, PARAMS_LOOP_COUNT, PARAMS_LOOP_AT, (kind)},                                       \
+        {(base) + REGISTERS_METHOD_AT, 1, PARAMS_METHOD_AT, (kind)},                                                   \
+        {(base) + REGISTERS_FEED_AT, PARAMS_FEED_COUNT, PARAMS_FEED_AT, (kind)},                                       \
         {(base) + REGISTERS_SECTIONS_AT, PARAMS_TABLE_AT - PARAMS_SECTIONS_AT, PARAMS_SECTIONS_AT, (kind)},            \
     {                                                                                                                  \
         (base) + REGISTERS_TABLE_AT, PARAMS_WORDS - PARAMS_TABLE_AT, PARAMS_TABLE_AT, (kind)                           \
@@ -451,31 +474,31 @@ static bool read_window(const registers_t *registers, uint32_t place, word_t *wo
     return true;
 }
 
-static bool read_word(const registers_t *registers, const place_t *place, word_t *word)
+static modbus_status_t read_word(const registers_t *registers, const place_t *place, word_t *word)
 {
     switch (place->kind)
     {
     case STATE:
         *word = state_word(registers, place->word);
-        return true;
+        return MODBUS_OK;
     case SIGNALS:
         *word = signal_word(registers, place->word);
-        return true;
+        return MODBUS_OK;
     case REQUESTS:
         *word = place->word == 0u ? to_bus(registers, loop_word(registers->drive.reference))
                                   : word_in(&registers->requests, place->word);
-        return true;
+        return MODBUS_OK;
     case WINDOW:
-        return read_window(registers, place->word, word);
+        return read_window(registers, place->word, word) ? MODBUS_OK : MODBUS_ILLEGAL_VALUE; // no such sample
     case STAGED:
         *word = word_in(&registers->staged, place->word);
-        return true;
+        return MODBUS_OK;
     case ACTIVE:
         *word = place->word == DRIVE_CONFIG_sensor_zero_units ? bits_of(drive_sensor_zero_units(&registers->drive))
                                                               : word_in(&registers->active->set, place->word);
-        return true;
+        return MODBUS_OK;
     default:
-        return false;
+        return MODBUS_ILLEGAL_ADDRESS;
     }
 }
 
@@ -483,11 +506,13 @@ static modbus_status_t read_once(const registers_t *registers, uint16_t address,
 {
     for (uint32_t i = 0; i < count; i++)
     {
-        const place_t place = find(address + i);
-        word_t        word  = 0;
-        if (address + i != REGISTERS_COMMAND_AT && !read_word(registers, &place, &word))
+        const place_t         place   = find(address + i);
+        const bool            command = address + i == REGISTERS_COMMAND_AT; // reads as 0
+        word_t                word    = 0;
+        const modbus_status_t status  = command ? MODBUS_OK : read_word(registers, &place, &word);
+        if (status != MODBUS_OK)
         {
-            return MODBUS_ILLEGAL_ADDRESS;
+            return status;
         }
         values[i] = (uint16_t)(place.low ? word : word >> 16);
     }

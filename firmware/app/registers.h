@@ -42,6 +42,8 @@
 // Places in a set, in Modbus registers.
 #define REGISTERS_DRIVE_AT    0x000u
 #define REGISTERS_LOOP_AT     0x100u
+#define REGISTERS_METHOD_AT   0x1feu
+#define REGISTERS_FEED_AT     0x200u
 #define REGISTERS_SECTIONS_AT 0x300u
 #define REGISTERS_TABLE_AT    0x400u
 
@@ -181,21 +183,25 @@ typedef struct
     const port_t        *port;
     const modbus_line_t *line;
     const store_flash_t *flash;    ///< null: there is none, and nothing can be saved
-    const params_set_t  *defaults; ///< of the board; null: params_default
-    uint32_t             baud;
-    uint32_t            *ring; ///< of the trace
-    uint32_t             ring_words;
+    const params_set_t  *defaults; ///< of the board
+    /// Whether a set suits the board beyond what the port says of its converters; null: any does.
+    bool (*suits)(const params_set_t *set, params_error_t *error);
+    uint32_t  baud;
+    uint32_t *ring; ///< of the trace
+    uint32_t  ring_words;
 } registers_board_t;
 
 /// Read only; the functions below write it.
 typedef struct
 {
-    registers_board_t board;
     drive_t           drive;
+    registers_board_t board;
     loop_force_t      applied; ///< u of the last tick
+    loop_memory_t     memory;  ///< of a feed-forward, which goes on over stops and changes of params
     params_set_t      staged;
     params_t          params[2];
     params_t         *active;   ///< of `params`
+    bool              is_made;  ///< the active params
     bool              is_known; ///< the params were saved once, or applied since power-up
     store_status_t    store;
 
@@ -211,8 +217,12 @@ typedef struct
     modbus_t modbus;
 } registers_t;
 
-/// Reads the store, makes params, and sets up the drive. `found` as drive_init has it.
-void registers_init(registers_t *registers, const registers_board_t *board, drive_fault_t found);
+/// Reads the store and makes params, for a board that needs its config before its hardware is set up: registers->active, whose
+/// drive setup is whole but for a fault. No port's function is called.
+void registers_load(registers_t *registers, const registers_board_t *board);
+
+/// Sets up the drive with these. `found` as drive_init has it.
+void registers_start(registers_t *registers, drive_fault_t found);
 
 /// In the timer's interrupt: a tick of the drive, the traces, and the bytes that have come.
 void registers_tick(registers_t *registers);

@@ -75,7 +75,8 @@ static void power_up_with(drive_fault_t found)
                                      .ring       = ring,
                                      .ring_words = RING_WORDS};
     board_init(&board, UINT32_MAX - 20u * PERIOD_US);
-    registers_init(&registers, &parts, found);
+    registers_load(&registers, &parts);
+    registers_start(&registers, found);
     map     = registers_map(&registers);
     force_n = 0.0;
     ticks   = 0;
@@ -199,6 +200,11 @@ static void test_defaults_are_the_papers_loop(void)
     TEST_ASSERT_TRUE_MESSAGE(set.loop.symbol == paper.member, name);
     PARAMS_LOOP_FIELDS(COMPARE)
 #undef COMPARE
+    const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_default();
+#define COMPARE(type, symbol, member, name, unit, low, high, normal, status, text)                                     \
+    TEST_ASSERT_TRUE_MESSAGE(set.feed.symbol == feedforward.member, name);
+    PARAMS_FEED_FIELDS(COMPARE)
+#undef COMPARE
     TEST_ASSERT_EQUAL_MEMORY(paper.controller.sections, set.sections, 2 * sizeof set.sections[0]);
 }
 
@@ -209,18 +215,18 @@ static void test_every_word_of_the_staged_set_has_its_register(void)
         uint32_t at, words;
     } blocks[]                = {{REGISTERS_DRIVE_AT, DRIVE_CONFIG_COUNT},
                                  {REGISTERS_LOOP_AT, PARAMS_LOOP_COUNT},
+                                 {REGISTERS_METHOD_AT, 1},
+                                 {REGISTERS_FEED_AT, PARAMS_FEED_COUNT},
                                  {REGISTERS_SECTIONS_AT, 20},
                                  {REGISTERS_TABLE_AT, 96}};
     const params_set_t before = registers.active->set;
     uint32_t           word   = 0x01020304u;
-    for (size_t i = 0; i < 4; i++)
+    for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++)
     {
         for (uint32_t k = 0; k < blocks[i].words; k++)
         {
             write_word(REGISTERS_STAGED_AT + blocks[i].at + 2u * k, word++);
         }
-        TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS,
-                              try_word(REGISTERS_STAGED_AT + blocks[i].at + 2u * blocks[i].words, 0));
     }
     TEST_ASSERT_EQUAL_UINT32(0x01020304u + PARAMS_WORDS, word);
     uint32_t words[PARAMS_WORDS];
@@ -300,6 +306,14 @@ static void test_a_refused_field_is_named_with_its_range(void)
 #define CHECK(type, symbol, member, name, unit, low, high, normal, status, text) CHECK_##type(symbol, name, low, high)
     PARAMS_LOOP_FIELDS(CHECK)
 #undef CHECK
+#undef LOOP_AT
+#define LOOP_AT(symbol)                                                          (REGISTERS_STAGED_AT + REGISTERS_FEED_AT + 2u * PARAMS_FEED_##symbol)
+#define CHECK(type, symbol, member, name, unit, low, high, normal, status, text) CHECK_##type(symbol, name, low, high)
+    PARAMS_FEED_FIELDS(CHECK)
+#undef CHECK
+#undef LOOP_AT
+#define LOOP_AT(symbol) (REGISTERS_STAGED_AT + REGISTERS_LOOP_AT + 2u * PARAMS_##symbol)
+    check_refused("method", REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2, 2.0f, 0.0f, 1.0f);
     for (uint32_t i = 0; i < DRIVE_CONFIG_COUNT; i++)
     {
         const drive_config_field_t *field   = &drive_config_fields[i];
@@ -333,6 +347,24 @@ static void test_fields_that_do_not_fit_each_other_are_refused(void)
     check_number_refused("unstable", REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT + 6, -1.0f, -4.0f, 4.0f);
     check_number_refused("pulse", LOOP_AT(pulse_width), 0.07f, 1e-6f, 6.3f);
     check_refused("late_us", DRIVE_AT(late_us), 1000, 1000.0f, 0.0f, 999.0f);
+}
+
+static void test_the_method_changes_in_run_without_a_bump(void)
+{
+    start();
+    write_number(REQUEST_AT(reference), 0.5f);
+    for (int change = 0; change < 4; change++)
+    {
+        run(1000);
+        const double u = in_newton(board.command);
+        write_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, change % 2 == 0 ? 1 : 0);
+        command(REGISTERS_APPLY);
+        tick();
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, u, in_newton(board.command));
+        TEST_ASSERT_EQUAL_PTR(&registers.active->loop.params, registers.drive.loop.active);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.5, force_n);
 }
 
 static void test_the_period_stays_that_of_the_board(void)
@@ -650,10 +682,11 @@ static void test_a_trace_is_read_while_the_drive_runs(void)
     TEST_ASSERT_TRUE(sample_of(trigger, 0) < 0.26 && sample_of(trigger + 1u, 0) >= 0.25);
     uint16_t values[2u * REGISTERS_WINDOW];
     write_word(REQUEST_AT(position), trigger);
-    TEST_ASSERT_EQUAL_INT(MODBUS_OK, map.read(map.context, REGISTERS_WINDOW_AT, 102 * 2 > 124 ? 124 : 204, values));
-    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.read(map.context, REGISTERS_WINDOW_AT + 120, 6, values));
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, map.read(map.context, REGISTERS_WINDOW_AT, 2u * REGISTERS_WINDOW, values));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS,
+                          map.read(map.context, REGISTERS_WINDOW_AT + 2u * REGISTERS_WINDOW, 2, values));
     write_word(REQUEST_AT(position), trigger + 51u); // not recorded
-    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.read(map.context, REGISTERS_WINDOW_AT, 2, values));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, map.read(map.context, REGISTERS_WINDOW_AT, 2, values));
     for (uint32_t i = 0; i < trigger + 51u; i++)
     {
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, sample_of(i, 0) + sample_of(i, 1));
@@ -698,6 +731,7 @@ int main(void)
     RUN_TEST(test_a_set_is_swapped_in_run_without_a_bump);
     RUN_TEST(test_a_refused_field_is_named_with_its_range);
     RUN_TEST(test_fields_that_do_not_fit_each_other_are_refused);
+    RUN_TEST(test_the_method_changes_in_run_without_a_bump);
     RUN_TEST(test_the_period_stays_that_of_the_board);
     RUN_TEST(test_the_full_scale_stays_in_run);
     RUN_TEST(test_a_breakaway_table_is_used);

@@ -1,9 +1,9 @@
 // The drive in an emulator, one port for every machine. The host simulates the plant and stands for sensor, power stage,
 // fault inputs and clock; each TICK message stands for a timer interrupt. The application is the one that runs on a board.
 
-#include "app/drive.h"
-#include "app/loop_setup.h"
+#include "app/registers.h"
 #include "app/selftest.h"
+#include "devices.h"
 #include "link.h"
 
 #include <semihost.h>
@@ -71,8 +71,9 @@ static port_t  port = {.context     = &board,
 
 // --- lock-step -----------------------------------------------------------------------------------------------------
 
-static void tick(drive_t *drive, const uint32_t *words)
+static void tick(registers_t *registers, const uint32_t *words)
 {
+    drive_t *drive = &registers->drive;
     memcpy(board.tick, words, sizeof board.tick);
     board.clock_reads = 0;
     if ((words[TRIBO_TICK_REQUESTS] & TRIBO_REQUEST_START) != 0u)
@@ -87,8 +88,12 @@ static void tick(drive_t *drive, const uint32_t *words)
     {
         drive_acknowledge(drive);
     }
-    drive_reference(drive, loop_from_word(words[TRIBO_TICK_R]));
-    drive_tick(drive);
+    if (!devices_have_bus()) // which gives the reference
+    {
+        drive_reference(drive, loop_from_word(words[TRIBO_TICK_R]));
+    }
+    registers_tick(registers);
+    registers_run(registers);
 }
 
 static bool answer(const drive_t *drive)
@@ -106,35 +111,30 @@ static bool answer(const drive_t *drive)
 }
 
 /// The faults of the rig are off: a scenario's plant may be any, and is often meant to be wrong.
-static drive_config_t config_of(const tribo_setup_t *setup)
+static params_set_t set_of(const tribo_setup_t *setup)
 {
-    drive_config_t config   = drive_config_default();
-    config.period_us        = setup->period_us;
-    config.late_us          = setup->late_us;
-    config.budget_us        = setup->budget_us;
-    config.stuck_ticks      = setup->stuck_ticks;
-    config.full_scale_n     = setup->full_scale_n;
-    config.residual_n       = 0.0f;
-    config.command_limit_ms = 0;
-    return config;
+    params_set_t set           = params_default();
+    set.drive.period_us        = setup->period_us;
+    set.drive.late_us          = setup->late_us;
+    set.drive.budget_us        = setup->budget_us;
+    set.drive.stuck_ticks      = setup->stuck_ticks;
+    set.drive.full_scale_n     = setup->full_scale_n;
+    set.drive.residual_n       = 0.0f;
+    set.drive.command_limit_ms = 0;
+    params_take_loop(&set, &setup->loop, setup->feeds_forward != 0u ? &setup->feedforward : NULL);
+    return set;
 }
 
-static uint32_t set_up_loop(loop_setup_t *loop, const tribo_setup_t *setup)
-{
-    return setup->feeds_forward != 0u
-               ? (uint32_t)loop_setup_feedforward(loop, &setup->loop, &setup->feedforward, setup->full_scale_n)
-               : (uint32_t)loop_setup(loop, &setup->loop, setup->full_scale_n);
-}
+#define RING_WORDS 800u // the smallest machine has 32 KiB
 
 /// Returns the program's exit status.
 static int serve(drive_fault_t found)
 {
-    static drive_t       drive;
+    static registers_t   registers;
+    static params_set_t  defaults;
     static tribo_setup_t setup;
-    static loop_setup_t  loop;
-    static loop_memory_t memory;
-    static drive_setup_t drive_setup;
     static uint32_t      words[TRIBO_WIRE_WORDS_MAX];
+    static uint32_t      ring[RING_WORDS];
 
     uint32_t kind;
     uint32_t count;
@@ -143,26 +143,19 @@ static int serve(drive_fault_t found)
         return 3;
     }
     tribo_setup_from_words(&setup, words);
-    const drive_config_t config = config_of(&setup);
-    const uint32_t       status = set_up_loop(&loop, &setup);
-    drive_config_error_t error;
     port.sensor.full_units = port.output.full_units = setup.full_scale_n;
-    const bool suits = status == TRIBO_OK && drive_setup_init(&drive_setup, &config, &loop.params, &port, &error);
-    if (status == TRIBO_OK && !suits)
-    {
-        drive_report_refused(&port, &error);
-    }
-    if (found == DRIVE_FAULT_NONE && !suits)
-    {
-        found = DRIVE_FAULT_PARAMS;
-    }
-    drive_init(&drive, &port, &drive_setup, found);
-    if (status == TRIBO_OK)
-    {
-        loop_forget(&loop.params, &memory);
-        drive_attach(&drive, &memory);
-    }
-    bool ok = link_send(TRIBO_WIRE_READY, &status, TRIBO_READY_WORDS);
+    defaults                                        = set_of(&setup);
+    const registers_board_t parts                   = {.port       = &port,
+                                                       .line       = devices_line(),
+                                                       .flash      = devices_flash(),
+                                                       .defaults   = &defaults,
+                                                       .baud       = 115200,
+                                                       .ring       = ring,
+                                                       .ring_words = RING_WORDS};
+    registers_load(&registers, &parts);
+    registers_start(&registers, found);
+    const uint32_t status = registers.is_refused ? (uint32_t)registers.refused.status : (uint32_t)TRIBO_OK;
+    bool           ok     = link_send(TRIBO_WIRE_READY, &status, TRIBO_READY_WORDS);
     while (ok && link_receive(&kind, words, &count))
     {
         if (kind == TRIBO_WIRE_END)
@@ -173,9 +166,9 @@ static int serve(drive_fault_t found)
         {
             return 4;
         }
-        tick(&drive, words);
-        drive_log(&drive); // before the answer: after it the host may end this program
-        ok = answer(&drive);
+        tick(&registers, words);
+        drive_log(&registers.drive); // before the answer: after it the host may end this program
+        ok = answer(&registers.drive);
     }
     return 5;
 }
@@ -186,6 +179,7 @@ int main(void)
     {
         return 2;
     }
+    devices_open();
     const drive_fault_t found = selftest_run(&selftest_seal, NULL, __data_start, RAM_TESTED_MAX);
 
     const uint32_t hello[TRIBO_HELLO_WORDS] = {[TRIBO_HELLO_VERSION] = TRIBO_WIRE_VERSION,

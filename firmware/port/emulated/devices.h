@@ -1,0 +1,26 @@
+/// What an emulated board may have besides, over semihosting: a bus and a flash. The emulator's command line says which
+/// (-semihosting-config ...,arg=bus,arg=flash), and hands them over as open files, DEVICES_BUS and DEVICES_FLASH.
+
+#ifndef EMULATED_DEVICES_H
+#define EMULATED_DEVICES_H
+
+#include "app/modbus.h"
+#include "app/store.h"
+
+#include <stdbool.h>
+
+#define DEVICES_BUS          "/dev/fd/5" ///< a terminal that does not wait (raw, VMIN and VTIME 0)
+#define DEVICES_FLASH        "/dev/fd/6" ///< a file: both sectors one after the other
+#define DEVICES_SECTOR_WORDS 1024u
+
+void devices_open(void);
+
+bool devices_have_bus(void);
+
+/// A line on which nothing comes if there is no bus.
+const modbus_line_t *devices_line(void);
+
+/// Null if there is no flash.
+const store_flash_t *devices_flash(void);
+
+#endif

@@ -1,0 +1,301 @@
+#include "bus.h"
+
+#include "tribo/status.h"
+
+#include <errno.h>
+#include <modbus.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define TRIALS      3  // a frame may be lost, or cut by the log of a drive that has just started
+#define FRAME_WORDS 60 // of 32 bits
+#define SAVE_TRIALS 50 // a flash may take seconds
+#define PAUSE_MS    100
+
+struct link_bus
+{
+    modbus_t   *modbus;
+    const char *device;
+    int         unit;
+};
+
+bool link_complain(const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    (void)fputs("tribo-link: ", stderr);
+    (void)vfprintf(stderr, format, args);
+    (void)fputc('\n', stderr);
+    va_end(args);
+    return false;
+}
+
+float link_float(uint32_t word)
+{
+    float number;
+    memcpy(&number, &word, sizeof number);
+    return number;
+}
+
+uint32_t link_word(float number)
+{
+    uint32_t word;
+    memcpy(&word, &number, sizeof word);
+    return word;
+}
+
+static void pause_ms(long ms)
+{
+    (void)nanosleep(&(struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000}, NULL);
+}
+
+static bool fail(const link_bus_t *bus, const char *what)
+{
+    if (errno == ETIMEDOUT)
+    {
+        return link_complain("%s: no answer from unit %d while %s", bus->device, bus->unit, what);
+    }
+    return link_complain("%s: unit %d, %s: %s", bus->device, bus->unit, what, modbus_strerror(errno));
+}
+
+static bool is_exception(int error)
+{
+    return error > MODBUS_ENOBASE && error < EMBBADCRC;
+}
+
+/// Of reads, and of writes that may come twice.
+static bool is_lost(int trial)
+{
+    return !is_exception(errno) && trial + 1 < TRIALS;
+}
+
+static void to_words(uint32_t *words, const uint16_t *values, unsigned count)
+{
+    for (unsigned i = 0; i < count; i++)
+    {
+        words[i] = (uint32_t)values[2u * i] << 16 | values[2u * i + 1u];
+    }
+}
+
+static void to_values(uint16_t *values, const uint32_t *words, unsigned count)
+{
+    for (unsigned i = 0; i < count; i++)
+    {
+        values[2u * i]      = (uint16_t)(words[i] >> 16);
+        values[2u * i + 1u] = (uint16_t)words[i];
+    }
+}
+
+bool link_bus_read(link_bus_t *bus, uint16_t address, uint32_t *words, unsigned count)
+{
+    for (unsigned done = 0; done < count;)
+    {
+        uint16_t       values[2 * FRAME_WORDS];
+        const unsigned part = count - done < FRAME_WORDS ? count - done : FRAME_WORDS;
+        int            got  = -1;
+        for (int trial = 0; got < 0 && trial < TRIALS; trial++)
+        {
+            got = modbus_read_registers(bus->modbus, address + 2 * (int)done, 2 * (int)part, values);
+            if (got < 0 && !is_lost(trial))
+            {
+                return fail(bus, "reading");
+            }
+        }
+        to_words(words + done, values, part);
+        done += part;
+    }
+    return true;
+}
+
+bool link_bus_write(link_bus_t *bus, uint16_t address, const uint32_t *words, unsigned count)
+{
+    for (unsigned done = 0; done < count;)
+    {
+        uint16_t       values[2 * FRAME_WORDS];
+        const unsigned part = count - done < FRAME_WORDS ? count - done : FRAME_WORDS;
+        int            got  = -1;
+        to_values(values, words + done, part);
+        for (int trial = 0; got < 0 && trial < TRIALS; trial++)
+        {
+            got = modbus_write_registers(bus->modbus, address + 2 * (int)done, 2 * (int)part, values);
+            if (got < 0 && !is_lost(trial))
+            {
+                return fail(bus, "writing");
+            }
+        }
+        done += part;
+    }
+    return true;
+}
+
+bool link_bus_window(link_bus_t *bus, uint32_t position, uint32_t *words, unsigned count)
+{
+    uint16_t          at[2];
+    uint16_t          values[2 * LINK_WINDOW];
+    const link_row_t *row = link_find("trace.position");
+    to_values(at, &position, 1);
+    for (int trial = 0;; trial++)
+    {
+        if (modbus_write_and_read_registers(bus->modbus, row->address, 2, at, link_window_at, 2 * (int)count, values) >=
+            0)
+        {
+            to_words(words, values, count);
+            return true;
+        }
+        if (!is_lost(trial))
+        {
+            return fail(bus, "reading the trace");
+        }
+    }
+}
+
+bool link_bus_state(link_bus_t *bus, const char *name, uint32_t *word)
+{
+    return link_bus_read(bus, link_find(name)->address, word, 1);
+}
+
+// --- commands ------------------------------------------------------------------------------------------------------
+
+/// Which param was refused, by the drive's own words.
+static bool complain_of_set(link_bus_t *bus)
+{
+    enum
+    {
+        REGISTER,
+        STATUS,
+        VALUE,
+        LOW,
+        HIGH,
+        WORDS
+    };
+    uint32_t said[WORDS];
+    if (!link_bus_read(bus, link_find("refused_register")->address, said, WORDS))
+    {
+        return false;
+    }
+    const link_row_t *row   = link_at((uint16_t)said[REGISTER]);
+    const char       *more  = said[STATUS] != TRIBO_OK ? tribo_status_text((tribo_status_t)said[STATUS]) : "";
+    const char       *comma = said[STATUS] != TRIBO_OK ? "; " : "";
+    return link_complain("%s = %.7g is refused, the drive goes on as it was: %.7g to %.7g%s%s%s",
+                         row != NULL ? row->name : "a param",
+                         (double)link_float(said[VALUE]),
+                         (double)link_float(said[LOW]),
+                         (double)link_float(said[HIGH]),
+                         row != NULL && row->can_be_0 ? " or 0" : "",
+                         comma,
+                         more);
+}
+
+static bool wait_for_outcome(link_bus_t *bus, uint32_t *outcome)
+{
+    for (int trial = 0; trial < SAVE_TRIALS; trial++)
+    {
+        uint16_t  values[2];
+        const int got = modbus_read_registers(bus->modbus, link_find("outcome")->address, 2, values);
+        if (got < 0 && is_exception(errno))
+        {
+            return fail(bus, "waiting");
+        }
+        to_words(outcome, values, 1);
+        if (got >= 0 && *outcome != (uint32_t)LINK_BUSY)
+        {
+            return true;
+        }
+        pause_ms(PAUSE_MS);
+    }
+    return fail(bus, "waiting for the end of a command");
+}
+
+bool link_bus_command(link_bus_t *bus, unsigned command, const char *what)
+{
+    uint32_t outcome = (uint32_t)LINK_DONE;
+    int      got     = -1;
+    for (int trial = 0; got < 0; trial++)
+    {
+        got = modbus_write_register(bus->modbus, link_command_at, (uint16_t)command);
+        if (got < 0 && errno == EMBXSBUSY && trial + 1 < TRIALS)
+        {
+            pause_ms(PAUSE_MS);
+        }
+        else if (got < 0 && errno != EMBXSFAIL)
+        {
+            return fail(bus, what);
+        }
+        else
+        {
+            break;
+        }
+    }
+    if (!wait_for_outcome(bus, &outcome))
+    {
+        return false;
+    }
+    if (outcome == (uint32_t)LINK_SET_REFUSED)
+    {
+        return complain_of_set(bus);
+    }
+    return outcome == (uint32_t)LINK_DONE || link_complain("%s: refused: %s", what, link_outcome_text(outcome));
+}
+
+// --- the line ------------------------------------------------------------------------------------------------------
+
+static bool check_lists(link_bus_t *bus)
+{
+    uint32_t version, layout;
+    if (!link_bus_state(bus, "version", &version) || !link_bus_state(bus, "layout", &layout))
+    {
+        return false;
+    }
+    if (version != link_version || layout != link_layout())
+    {
+        return link_complain(
+            "%s: unit %d has registers of version %u with params 0x%08x, this program knows version %u "
+            "with 0x%08x: take the tribo-link that was built with its firmware",
+            bus->device,
+            bus->unit,
+            version,
+            layout,
+            link_version,
+            link_layout());
+    }
+    return true;
+}
+
+link_bus_t *link_bus_open(const char *device, int unit, int baud)
+{
+    link_bus_t *bus = calloc(1, sizeof *bus);
+    if (bus == NULL)
+    {
+        (void)link_complain("out of memory");
+        return NULL;
+    }
+    *bus        = (link_bus_t){.device = device, .unit = unit};
+    bus->modbus = modbus_new_rtu(device, baud, 'N', 8, 1);
+    if (bus->modbus == NULL || modbus_set_slave(bus->modbus, unit) != 0 || modbus_connect(bus->modbus) != 0)
+    {
+        (void)link_complain("%s: %s", device, modbus_strerror(errno));
+        link_bus_close(bus);
+        return NULL;
+    }
+    (void)modbus_set_response_timeout(bus->modbus, 1, 0);
+    (void)modbus_set_error_recovery(bus->modbus, MODBUS_ERROR_RECOVERY_PROTOCOL);
+    if (!check_lists(bus))
+    {
+        link_bus_close(bus);
+        return NULL;
+    }
+    return bus;
+}
+
+void link_bus_close(link_bus_t *bus)
+{
+    if (bus != NULL && bus->modbus != NULL)
+    {
+        modbus_close(bus->modbus);
+        modbus_free(bus->modbus);
+    }
+    free(bus);
+}

@@ -1,0 +1,301 @@
+#include "list.h"
+
+#include "app/registers.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define ROWS_MAX 300u
+
+static link_row_t rows[ROWS_MAX];
+static size_t     row_count;
+
+static link_row_t *add(const char  *name,
+                       link_group_t group,
+                       uint32_t     address,
+                       bool         is_float,
+                       const char  *unit,
+                       const char  *text)
+{
+    link_row_t *row = &rows[row_count++];
+    (void)snprintf(row->name, sizeof row->name, "%s", name);
+    row->group    = group;
+    row->address  = (uint16_t)address;
+    row->is_float = is_float;
+    row->unit     = unit;
+    row->text     = text;
+    return row;
+}
+
+static void set_range(link_row_t *row, double low, double high, bool can_be_0, double normal)
+{
+    row->has_range = true;
+    row->low       = low;
+    row->high      = high;
+    row->can_be_0  = can_be_0;
+    row->normal    = normal;
+}
+
+#define IS_FLOAT(type) ((type)0.5 != (type)0)
+
+static void add_states_and_requests(void)
+{
+    uint32_t address = REGISTERS_STATE_AT;
+#define STATE(symbol, name, type, unit, text)                                                                          \
+    (void)add(name, LINK_STATE, address, IS_FLOAT(type), unit, text);                                                  \
+    address += 2u;
+    REGISTERS_STATE(STATE)
+#undef STATE
+    address = REGISTERS_SIGNALS_AT;
+#define SIGNAL(symbol, name, unit, member, text)                                                                       \
+    (void)add(name, LINK_SIGNAL, address, true, unit, text);                                                           \
+    address += 2u;
+    REGISTERS_SIGNALS(SIGNAL)
+#undef SIGNAL
+    address = REGISTERS_REQUESTS_AT;
+#define REQUEST(symbol, name, type, unit, standard, text)                                                              \
+    add(name, LINK_REQUEST, address, IS_FLOAT(type), unit, text)->normal = (double)(standard);                         \
+    address += 2u;
+    REGISTERS_REQUESTS(REQUEST)
+#undef REQUEST
+}
+
+static void add_fields(void)
+{
+    char     name[72];
+    uint32_t address = REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT;
+#define DRIVE(type, field, unit, low, high, off, standard, text)                                                       \
+    set_range(add("drive." #field, LINK_PARAM, address, IS_FLOAT(type), unit, text),                                   \
+              (double)(low),                                                                                           \
+              (double)(high),                                                                                          \
+              (off) != 0,                                                                                              \
+              (double)(standard));                                                                                     \
+    address += 2u;
+    DRIVE_CONFIG_FIELDS(DRIVE)
+#undef DRIVE
+    address = REGISTERS_STAGED_AT + REGISTERS_LOOP_AT;
+#define LOOP_FIELD(type, symbol, member, path, unit, low, high, standard, status, text)                                \
+    set_range(add(path, LINK_PARAM, address, IS_FLOAT(type), unit, text),                                              \
+              (double)(low),                                                                                           \
+              (double)(high),                                                                                          \
+              false,                                                                                                   \
+              (double)(standard));                                                                                     \
+    address += 2u;
+    PARAMS_LOOP_FIELDS(LOOP_FIELD)
+    set_range(
+        add("compensator.method", LINK_PARAM, REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, false, "", PARAMS_METHOD_TEXT),
+        PARAMS_METHOD_PAPER,
+        PARAMS_METHOD_FEEDFORWARD,
+        false,
+        PARAMS_METHOD_PAPER);
+    address = REGISTERS_STAGED_AT + REGISTERS_FEED_AT;
+    PARAMS_FEED_FIELDS(LOOP_FIELD)
+#undef LOOP_FIELD
+    const params_set_t set = params_default();
+    address                = REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT;
+    for (unsigned i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
+    {
+#define SECTION(member, last, unit, low, high, text)                                                                   \
+    (void)snprintf(name, sizeof name, "controller.sections[%u].%s", i, last);                                          \
+    set_range(add(name, LINK_PARAM, address, true, unit, text),                                                        \
+              (double)(low),                                                                                           \
+              (double)(high),                                                                                          \
+              false,                                                                                                   \
+              (double)set.sections[i].member);                                                                         \
+    address += 2u;
+        PARAMS_SECTION_FIELDS(SECTION)
+#undef SECTION
+    }
+    address = REGISTERS_STAGED_AT + REGISTERS_TABLE_AT;
+    for (unsigned i = 0; i < TRIBO_BREAKAWAY_POINTS_MAX; i++)
+    {
+#define POINT(member, last, unit, low, high, text)                                                                     \
+    (void)snprintf(name, sizeof name, "compensator.friction.breakaway.table[%u].%s", i, last);                         \
+    set_range(add(name, LINK_PARAM, address, true, unit, text), (double)(low), (double)(high), false, 0.0);            \
+    address += 2u;
+        PARAMS_POINT_FIELDS(POINT)
+#undef POINT
+    }
+}
+
+const link_row_t *link_list(size_t *count)
+{
+    if (row_count == 0u)
+    {
+        add_states_and_requests();
+        add_fields();
+    }
+    *count = row_count;
+    return rows;
+}
+
+const link_row_t *link_find(const char *name)
+{
+    size_t            count;
+    const link_row_t *list = link_list(&count);
+    for (size_t i = 0; i < count; i++)
+    {
+        if (strcmp(list[i].name, name) == 0)
+        {
+            return &list[i];
+        }
+    }
+    return NULL;
+}
+
+const link_row_t *link_at(uint16_t address)
+{
+    size_t            count;
+    const link_row_t *list = link_list(&count);
+    for (size_t i = 0; i < count; i++)
+    {
+        if (list[i].address == address)
+        {
+            return &list[i];
+        }
+    }
+    return NULL;
+}
+
+const char *link_nearest(const char *part, bool params_only)
+{
+    size_t            count;
+    const link_row_t *list = link_list(&count);
+    for (size_t i = 0; i < count; i++)
+    {
+        if ((list[i].group == LINK_PARAM || !params_only) && strstr(list[i].name, part) != NULL)
+        {
+            return list[i].name;
+        }
+    }
+    return NULL;
+}
+
+const uint16_t link_command_at = REGISTERS_COMMAND_AT;
+const uint16_t link_window_at  = REGISTERS_WINDOW_AT;
+const unsigned link_version    = REGISTERS_VERSION;
+
+_Static_assert(LINK_WINDOW == REGISTERS_WINDOW && (int)LINK_DONE == (int)REGISTERS_DONE &&
+                   (int)LINK_BUSY == (int)REGISTERS_BUSY && (int)LINK_SET_REFUSED == (int)REGISTERS_SET_REFUSED,
+               "as in registers.h");
+
+uint32_t link_layout(void)
+{
+    return params_layout();
+}
+
+const char *link_outcome_text(uint32_t outcome)
+{
+    static const char *const texts[] = {
+#define OUTCOME(symbol, text) text,
+        REGISTERS_OUTCOMES(OUTCOME)
+#undef OUTCOME
+    };
+    return outcome < sizeof texts / sizeof texts[0] ? texts[outcome] : "unknown outcome";
+}
+
+// --- the document --------------------------------------------------------------------------------------------------
+
+static void print_text(const char *text)
+{
+    for (; *text != '\0'; text++)
+    {
+        (void)printf("%s%c", *text == '|' ? "\\" : "", *text);
+    }
+}
+
+static void print_row(const link_row_t *row)
+{
+    (void)printf("| `%s` | 0x%04x | %s | %s | ",
+                 row->name,
+                 row->address,
+                 row->is_float ? "float32" : "uint32",
+                 row->unit[0] != '\0' ? row->unit : "-");
+    if (row->has_range)
+    {
+        (void)printf("%g to %g%s | %g | ", row->low, row->high, row->can_be_0 ? ", 0: off" : "", row->normal);
+    }
+    else if (row->group == LINK_REQUEST)
+    {
+        (void)printf("%g | ", row->normal);
+    }
+    print_text(row->text);
+    (void)fputs(" |\n", stdout);
+}
+
+/// Elements of a list after the first are left out: their addresses follow.
+static void print_group(link_group_t group)
+{
+    size_t            count;
+    const link_row_t *list = link_list(&count);
+    for (size_t i = 0; i < count; i++)
+    {
+        const char *element = strchr(list[i].name, '[');
+        if (list[i].group == group && (element == NULL || element[1] == '0'))
+        {
+            print_row(&list[i]);
+        }
+    }
+}
+
+static void print_words(void)
+{
+    (void)fputs(
+        "\n## Commands\n\nWritten to 0x0100, the only register of 16 bits, by function 6 or 16. A command that the "
+        "drive "
+        "refuses is\nanswered by exception 4 (or 6: later) and `outcome` says why.\n\n| command | what |\n|---|---|\n",
+        stdout);
+#define COMMAND(symbol, number, text) (void)printf("| %d | %s |\n", number, text);
+    REGISTERS_COMMANDS(COMMAND)
+#undef COMMAND
+    (void)fputs("\n| `outcome` | what |\n|---|---|\n", stdout);
+    int outcome = 0;
+#define OUTCOME(symbol, text) (void)printf("| %d | %s |\n", outcome++, text);
+    REGISTERS_OUTCOMES(OUTCOME)
+#undef OUTCOME
+    (void)fputs("\n| `fault` | what |\n|---|---|\n", stdout);
+    for (int fault = 0; fault < (int)DRIVE_FAULTS; fault++)
+    {
+        (void)printf("| %d | %s |\n", fault, drive_fault_text((drive_fault_t)fault));
+    }
+}
+
+void link_print_markdown(void)
+{
+    (void)printf(
+        "# Registers\n\nMade by `tribo-link list --markdown`: change firmware/app/registers.h, params.h or config.h, "
+        "not this "
+        "file. Version %u.\n\n"
+        "Modbus RTU, 115200 8N1, functions 3, 6, 16 and 23. All registers but the command are of 32 bits: two Modbus "
+        "registers, the high\none first, at the address given and the next; a write must hold both. What they do "
+        "together is in "
+        "[firmware/README.md](../firmware/README.md).\n\n"
+        "## Params\n\nAt these addresses the staged set, read and written; 0x%04x higher the set that the drive runs "
+        "with, read "
+        "only. Names are keys of a\nscenario, or `drive.` and a field of firmware/app/config.h. Of lists the first "
+        "element is "
+        "shown.\n\n| name | address | type | unit | range | default | what |\n|---|---|---|---|---|---|---|\n",
+        REGISTERS_VERSION,
+        REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT);
+    print_group(LINK_PARAM);
+    print_words();
+    (void)fputs("\n## Requests\n\nRead and written.\n\n| name | address | type | unit | default | what "
+                "|\n|---|---|---|---|---|---|\n",
+                stdout);
+    print_group(LINK_REQUEST);
+    (void)fputs(
+        "\n## States and counters\n\nRead only.\n\n| name | address | type | unit | what |\n|---|---|---|---|---|\n",
+        stdout);
+    print_group(LINK_STATE);
+    (void)fputs("\n## Signals\n\nOf the last tick, read only; their order is that of `trace.signals`.\n\n| name | "
+                "address | type | unit | what |\n|---|---|---|---|---|\n",
+                stdout);
+    print_group(LINK_SIGNAL);
+    (void)printf("\n## Trace window\n\nAt 0x%04x, %u values of 32 bits (float32, N), read only: those of sample "
+                 "`trace.position`, then those "
+                 "of the samples after it.\nA sample has the signals of `trace_signals_seen` in their order. Written "
+                 "and read in one frame "
+                 "by function 23.\n",
+                 REGISTERS_WINDOW_AT,
+                 REGISTERS_WINDOW);
+}

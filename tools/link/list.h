@@ -1,0 +1,56 @@
+/// The drive's registers with their names, made of the lists of firmware/app/registers.h, params.h and config.h.
+
+#ifndef LINK_LIST_H
+#define LINK_LIST_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum
+{
+    LINK_STATE,
+    LINK_SIGNAL,
+    LINK_REQUEST,
+    LINK_PARAM ///< at its address in the staged set
+} link_group_t;
+
+typedef struct
+{
+    char         name[72];
+    link_group_t group;
+    uint16_t     address;
+    bool         is_float, has_range, can_be_0; ///< can_be_0: 0 is allowed as well, and turns the field off
+    double       low, high, normal;
+    const char  *unit, *text;
+} link_row_t;
+
+/// All rows, by group and address; `*count` of them.
+const link_row_t *link_list(size_t *count);
+
+/// Null if there is no such name.
+const link_row_t *link_find(const char *name);
+const link_row_t *link_at(uint16_t address);
+
+/// The first name that has `part` in it, of any group or, if `params_only`, of a param; null if none has.
+const char *link_nearest(const char *part, bool params_only);
+
+/// What else of the lists a program needs that includes libmodbus, whose names are those of the drive's own server.
+extern const uint16_t link_command_at, link_window_at;
+extern const unsigned link_version; ///< of the lists
+uint32_t              link_layout(void);
+const char           *link_outcome_text(uint32_t outcome);
+
+typedef enum
+{
+    LINK_DONE,
+    LINK_BUSY,
+    LINK_SET_REFUSED = 3
+} link_outcome_t;
+
+#define LINK_WINDOW 62u ///< words
+
+/// docs/registers.md, on standard output.
+void link_print_markdown(void);
+
+#endif

@@ -1,0 +1,914 @@
+// tribo-link: a drive on a serial line, for a person. Registers by name (list.h), over Modbus RTU by libmodbus.
+
+#include "app/registers.h"
+#include "bus.h"
+#include "scenario/config.h"
+#include "scenario/loop_config.h"
+#include "support/number.h"
+#include "support/output_file.h"
+
+#include <argp.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define EXIT_DIFFERENT 1
+#define EXIT_FAILED    2
+
+#define WORDS_MAX 64
+
+typedef struct
+{
+    const char *device;
+    int         unit, baud;
+    const char *out; ///< null: standard output
+    const char *signals, *trigger, *watch;
+    double      level, wait_s;
+    uint64_t    decimation, after;
+    bool        acknowledge, markdown;
+    char       *words[WORDS_MAX]; ///< the command and what it is about
+    int         count;
+} options_t;
+
+// --- params --------------------------------------------------------------------------------------------------------
+
+static uint16_t active_at(const link_row_t *row)
+{
+    return (uint16_t)(row->address + (REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT));
+}
+
+static double number_of(const link_row_t *row, uint32_t word)
+{
+    return row->is_float ? (double)link_float(word) : (double)word;
+}
+
+static uint32_t word_of(const link_row_t *row, double number)
+{
+    return row->is_float ? link_word((float)number) : (uint32_t)number;
+}
+
+/// The whole set at `base`, as its words.
+static bool read_set(link_bus_t *bus, uint16_t base, params_t *params)
+{
+    return link_bus_read(bus, (uint16_t)(base + REGISTERS_DRIVE_AT), params->words, DRIVE_CONFIG_COUNT) &&
+           link_bus_read(bus,
+                         (uint16_t)(base + REGISTERS_LOOP_AT),
+                         params->words + PARAMS_LOOP_AT,
+                         PARAMS_LOOP_COUNT) &&
+           link_bus_read(bus, (uint16_t)(base + REGISTERS_METHOD_AT), params->words + PARAMS_METHOD_AT, 1) &&
+           link_bus_read(bus,
+                         (uint16_t)(base + REGISTERS_FEED_AT),
+                         params->words + PARAMS_FEED_AT,
+                         PARAMS_FEED_COUNT) &&
+           link_bus_read(bus,
+                         (uint16_t)(base + REGISTERS_SECTIONS_AT),
+                         params->words + PARAMS_SECTIONS_AT,
+                         PARAMS_TABLE_AT - PARAMS_SECTIONS_AT) &&
+           link_bus_read(bus,
+                         (uint16_t)(base + REGISTERS_TABLE_AT),
+                         params->words + PARAMS_TABLE_AT,
+                         PARAMS_WORDS - PARAMS_TABLE_AT);
+}
+
+static bool stage_set(link_bus_t *bus, const params_t *params)
+{
+    const uint16_t base = REGISTERS_STAGED_AT;
+    return link_bus_write(bus, (uint16_t)(base + REGISTERS_DRIVE_AT), params->words, DRIVE_CONFIG_COUNT) &&
+           link_bus_write(bus,
+                          (uint16_t)(base + REGISTERS_LOOP_AT),
+                          params->words + PARAMS_LOOP_AT,
+                          PARAMS_LOOP_COUNT) &&
+           link_bus_write(bus, (uint16_t)(base + REGISTERS_METHOD_AT), params->words + PARAMS_METHOD_AT, 1) &&
+           link_bus_write(bus,
+                          (uint16_t)(base + REGISTERS_FEED_AT),
+                          params->words + PARAMS_FEED_AT,
+                          PARAMS_FEED_COUNT) &&
+           link_bus_write(bus,
+                          (uint16_t)(base + REGISTERS_SECTIONS_AT),
+                          params->words + PARAMS_SECTIONS_AT,
+                          PARAMS_TABLE_AT - PARAMS_SECTIONS_AT) &&
+           link_bus_write(bus,
+                          (uint16_t)(base + REGISTERS_TABLE_AT),
+                          params->words + PARAMS_TABLE_AT,
+                          PARAMS_WORDS - PARAMS_TABLE_AT);
+}
+
+static uint32_t word_at(const params_t *params, const link_row_t *row)
+{
+    static const struct
+    {
+        uint16_t at;
+        int      word;
+    } blocks[]           = {{REGISTERS_TABLE_AT, PARAMS_TABLE_AT},
+                            {REGISTERS_SECTIONS_AT, PARAMS_SECTIONS_AT},
+                            {REGISTERS_FEED_AT, PARAMS_FEED_AT},
+                            {REGISTERS_METHOD_AT, PARAMS_METHOD_AT},
+                            {REGISTERS_LOOP_AT, PARAMS_LOOP_AT},
+                            {REGISTERS_DRIVE_AT, 0}};
+    const uint32_t place = row->address - REGISTERS_STAGED_AT;
+    size_t         i     = 0;
+    while (place < blocks[i].at)
+    {
+        i++;
+    }
+    return params->words[(uint32_t)blocks[i].word + (place - blocks[i].at) / 2u];
+}
+
+/// Elements of the lists that the set has no use for.
+static bool is_used(const params_t *params, const link_row_t *row)
+{
+    unsigned index;
+    if (sscanf(row->name, "controller.sections[%u]", &index) == 1)
+    {
+        return index < params->set.loop.section_count;
+    }
+    if (sscanf(row->name, "compensator.friction.breakaway.table[%u]", &index) == 1)
+    {
+        return index < params->set.loop.table_length;
+    }
+    return true;
+}
+
+static const link_row_t *find_param(const char *name)
+{
+    const link_row_t *row = link_find(name);
+    if (row != NULL && row->group == LINK_PARAM)
+    {
+        return row;
+    }
+    const char *nearest = link_nearest(name, true);
+    (void)link_complain("there is no param %s%s%s (tribo-link list shows them)",
+                        name,
+                        nearest != NULL ? "; did you mean " : "",
+                        nearest != NULL ? nearest : "");
+    return NULL;
+}
+
+static int get_params(link_bus_t *bus, const options_t *options)
+{
+    params_t params;
+    size_t   count;
+    if (!read_set(bus, REGISTERS_ACTIVE_AT, &params))
+    {
+        return EXIT_FAILED;
+    }
+    for (int i = 2; i < options->count; i++)
+    {
+        const link_row_t *row = find_param(options->words[i]);
+        if (row == NULL)
+        {
+            return EXIT_FAILED;
+        }
+        (void)printf("%s: %.9g\n", row->name, number_of(row, word_at(&params, row)));
+    }
+    const link_row_t *list = link_list(&count);
+    for (size_t i = 0; options->count == 2 && i < count; i++)
+    {
+        if (list[i].group == LINK_PARAM && is_used(&params, &list[i]))
+        {
+            (void)printf("%s: %.9g\n", list[i].name, number_of(&list[i], word_at(&params, &list[i])));
+        }
+    }
+    return 0;
+}
+
+typedef struct
+{
+    const link_row_t *row;
+    uint32_t          word;
+} change_t;
+
+static bool parse_change(change_t *change, const char *text)
+{
+    char        name[96];
+    const char *equals = strchr(text, '=');
+    double      number;
+    if (equals == NULL || (size_t)(equals - text) >= sizeof name)
+    {
+        return link_complain("params set %s: NAME=VALUE is wanted", text);
+    }
+    (void)snprintf(name, sizeof name, "%.*s", (int)(equals - text), text);
+    change->row = find_param(name);
+    if (change->row == NULL)
+    {
+        return false;
+    }
+    const link_row_t *row   = change->row;
+    const char       *wrong = sim_number_parse(equals + 1, &number);
+    if (wrong != NULL)
+    {
+        return link_complain("%s: %s", text, wrong);
+    }
+    const bool within = (number >= row->low && number <= row->high) || (row->can_be_0 && number == 0.0);
+    if (!within && fabs(number - row->low) > 1e-6 * fabs(row->low) && fabs(number - row->high) > 1e-6 * fabs(row->high))
+    {
+        return link_complain("%s: %.9g to %.9g%s", text, row->low, row->high, row->can_be_0 ? " or 0" : "");
+    }
+    if (!row->is_float && number != floor(number))
+    {
+        return link_complain("%s: a whole number is wanted", text);
+    }
+    change->word = word_of(row, number);
+    return true;
+}
+
+/// All or nothing: what is staged is the set that the drive runs with, and these changes.
+static int set_params(link_bus_t *bus, const options_t *options)
+{
+    change_t changes[WORDS_MAX];
+    if (options->count == 2)
+    {
+        (void)link_complain("params set: NAME=VALUE is wanted");
+        return EXIT_FAILED;
+    }
+    for (int i = 2; i < options->count; i++)
+    {
+        if (!parse_change(&changes[i], options->words[i]))
+        {
+            return EXIT_FAILED;
+        }
+    }
+    bool ok = link_bus_command(bus, REGISTERS_REVERT, "staging the params");
+    for (int i = 2; ok && i < options->count; i++)
+    {
+        ok = link_bus_write(bus, changes[i].row->address, &changes[i].word, 1);
+    }
+    return ok && link_bus_command(bus, REGISTERS_APPLY, "applying the params") ? 0 : EXIT_FAILED;
+}
+
+/// The drive's set with the loop of a scenario.
+static bool take_scenario(params_t *params, const char *path)
+{
+    sim_error_t       error = {""};
+    sim_loop_config_t loop;
+    sim_scenario_t   *scenario = sim_scenario_create();
+    const bool        ok =
+        scenario != NULL && sim_scenario_load(scenario, path, &error) && sim_scenario_check(scenario, &error);
+    if (ok)
+    {
+        sim_loop_config_fill(&loop, sim_scenario_config(scenario));
+        params_take_loop(&params->set, &loop.config, loop.feeds_forward ? &loop.feedforward : NULL);
+    }
+    else
+    {
+        (void)link_complain("%s", error.text[0] != '\0' ? error.text : "out of memory");
+    }
+    sim_scenario_destroy(scenario);
+    return ok;
+}
+
+static bool wants_scenario(const options_t *options)
+{
+    return options->count == 3 || link_complain("params %s: one SCENARIO.yaml is wanted", options->words[1]);
+}
+
+static int params_from(link_bus_t *bus, const options_t *options)
+{
+    params_t params;
+    return wants_scenario(options) && read_set(bus, REGISTERS_ACTIVE_AT, &params) &&
+                   take_scenario(&params, options->words[2]) && stage_set(bus, &params) &&
+                   link_bus_command(bus, REGISTERS_APPLY, "applying the params")
+               ? 0
+               : EXIT_FAILED;
+}
+
+static int diff_params(link_bus_t *bus, const options_t *options)
+{
+    params_t          drive, scenario;
+    size_t            count, different = 0;
+    const link_row_t *list = link_list(&count);
+    if (!wants_scenario(options) || !read_set(bus, REGISTERS_ACTIVE_AT, &drive))
+    {
+        return EXIT_FAILED;
+    }
+    scenario = drive;
+    if (!take_scenario(&scenario, options->words[2]))
+    {
+        return EXIT_FAILED;
+    }
+    for (size_t i = 0; i < count; i++)
+    {
+        const link_row_t *row = &list[i];
+        if (row->group == LINK_PARAM && (is_used(&drive, row) || is_used(&scenario, row)) &&
+            word_at(&drive, row) != word_at(&scenario, row))
+        {
+            (void)printf("%s: %.9g in the drive, %.9g in %s\n",
+                         row->name,
+                         number_of(row, word_at(&drive, row)),
+                         number_of(row, word_at(&scenario, row)),
+                         options->words[2]);
+            different++;
+        }
+    }
+    return different > 0u ? EXIT_DIFFERENT : 0;
+}
+
+static int apply_defaults(link_bus_t *bus)
+{
+    return link_bus_command(bus, REGISTERS_DEFAULTS, "staging the defaults") &&
+                   link_bus_command(bus, REGISTERS_APPLY, "applying the defaults")
+               ? 0
+               : EXIT_FAILED;
+}
+
+static int params_command(link_bus_t *bus, const options_t *options)
+{
+    const char *what = options->count > 1 ? options->words[1] : "";
+    if (strcmp(what, "get") == 0)
+    {
+        return get_params(bus, options);
+    }
+    if (strcmp(what, "set") == 0)
+    {
+        return set_params(bus, options);
+    }
+    if (strcmp(what, "save") == 0)
+    {
+        return link_bus_command(bus, REGISTERS_SAVE, "saving the params") ? 0 : EXIT_FAILED;
+    }
+    if (strcmp(what, "diff") == 0)
+    {
+        return diff_params(bus, options);
+    }
+    if (strcmp(what, "from") == 0)
+    {
+        return params_from(bus, options);
+    }
+    if (strcmp(what, "defaults") == 0)
+    {
+        return apply_defaults(bus);
+    }
+    (void)link_complain("params %s: get, set, save, diff, from or defaults is wanted", what);
+    return EXIT_FAILED;
+}
+
+// --- status --------------------------------------------------------------------------------------------------------
+
+static const char *state_text(uint32_t state)
+{
+    static const char *const texts[] =
+        {[DRIVE_IDLE] = "idle", [DRIVE_RUN] = "run", [DRIVE_FAULT] = "fault", [DRIVE_STARTING] = "starting"};
+    return state < sizeof texts / sizeof texts[0] ? texts[state] : "unknown";
+}
+
+static void print_state(const link_row_t *row, uint32_t word)
+{
+    const char *text = "";
+    text             = strcmp(row->name, "state") == 0 ? state_text(word) : text;
+    text             = strcmp(row->name, "fault") == 0 ? drive_fault_text((drive_fault_t)word) : text;
+    text             = strcmp(row->name, "store") == 0 ? store_status_text((store_status_t)word) : text;
+    text             = strcmp(row->name, "outcome") == 0 ? link_outcome_text(word) : text;
+    (void)printf("%s: %.9g%s%s%s%s\n",
+                 row->name,
+                 number_of(row, word),
+                 row->unit[0] != '\0' ? " " : "",
+                 row->unit,
+                 text[0] != '\0' ? "  # " : "",
+                 text);
+}
+
+static int show_status(link_bus_t *bus)
+{
+    uint32_t          states[REGISTERS_STATE_COUNT], signals[REGISTERS_SIGNAL_COUNT];
+    size_t            count;
+    const link_row_t *list = link_list(&count);
+    if (!link_bus_read(bus, REGISTERS_STATE_AT, states, REGISTERS_STATE_COUNT) ||
+        !link_bus_read(bus, REGISTERS_SIGNALS_AT, signals, REGISTERS_SIGNAL_COUNT))
+    {
+        return EXIT_FAILED;
+    }
+    for (size_t i = 0; i < count; i++)
+    {
+        if (list[i].group == LINK_STATE)
+        {
+            print_state(&list[i], states[(list[i].address - REGISTERS_STATE_AT) / 2u]);
+        }
+        else if (list[i].group == LINK_SIGNAL)
+        {
+            print_state(&list[i], signals[(list[i].address - REGISTERS_SIGNALS_AT) / 2u]);
+        }
+    }
+    return 0;
+}
+
+static bool wait_for_state(link_bus_t *bus, uint32_t wanted, const char *what)
+{
+    uint32_t state = 0;
+    uint32_t fault = 0;
+    for (int trial = 0; trial < 20; trial++)
+    {
+        if (!link_bus_state(bus, "state", &state) || !link_bus_state(bus, "fault", &fault))
+        {
+            return false;
+        }
+        if (state == wanted)
+        {
+            return true;
+        }
+        (void)nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
+    }
+    return link_complain("%s: the drive is in %s%s%s",
+                         what,
+                         state_text(state),
+                         state == DRIVE_FAULT ? ": " : "",
+                         state == DRIVE_FAULT ? drive_fault_text((drive_fault_t)fault) : "");
+}
+
+static int start(link_bus_t *bus)
+{
+    return link_bus_command(bus, REGISTERS_START, "start") && wait_for_state(bus, DRIVE_RUN, "start") ? 0 : EXIT_FAILED;
+}
+
+static int stop(link_bus_t *bus)
+{
+    return link_bus_command(bus, REGISTERS_STOP, "stop") && wait_for_state(bus, DRIVE_IDLE, "stop") ? 0 : EXIT_FAILED;
+}
+
+static int tare(link_bus_t *bus)
+{
+    uint32_t state = DRIVE_TARE_BUSY;
+    if (!link_bus_command(bus, REGISTERS_TARE, "tare"))
+    {
+        return EXIT_FAILED;
+    }
+    for (int trial = 0; trial < 100 && state != DRIVE_TARE_DONE; trial++)
+    {
+        (void)nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
+        if (!link_bus_state(bus, "tare", &state))
+        {
+            return EXIT_FAILED;
+        }
+        if (state == DRIVE_TARE_REFUSED)
+        {
+            (void)link_complain("tare: refused: not idle, or a force beyond drive.tare_max_n (0: no tare)");
+            return EXIT_FAILED;
+        }
+    }
+    return state == DRIVE_TARE_DONE ? 0 : EXIT_FAILED;
+}
+
+static int set_reference(link_bus_t *bus, const options_t *options)
+{
+    double      number = 0.0;
+    const char *wrong = options->count == 2 ? sim_number_parse(options->words[1], &number) : "one force in N is wanted";
+    if (wrong != NULL)
+    {
+        (void)link_complain("reference: %s", wrong);
+        return EXIT_FAILED;
+    }
+    const uint32_t word = link_word((float)number);
+    return link_bus_write(bus, link_find("reference")->address, &word, 1) ? 0 : EXIT_FAILED;
+}
+
+// --- traces --------------------------------------------------------------------------------------------------------
+
+typedef struct
+{
+    uint32_t states[REGISTERS_STATE_COUNT];
+    uint32_t channels;
+} trace_head_t;
+
+static bool read_head(link_bus_t *bus, uint32_t which, trace_head_t *head)
+{
+    if (!link_bus_write(bus, link_find("trace.which")->address, &which, 1) ||
+        !link_bus_read(bus, REGISTERS_STATE_AT, head->states, REGISTERS_STATE_COUNT))
+    {
+        return false;
+    }
+    const uint32_t seen = head->states[REGISTERS_STATE_trace_signals_seen];
+    head->channels      = 0;
+    for (uint32_t i = 0; i < REGISTERS_SIGNAL_COUNT; i++)
+    {
+        head->channels += seen >> i & 1u;
+    }
+    return true;
+}
+
+static void write_header(FILE *file, uint32_t signals)
+{
+    static const char *const names[] = {
+#define NAME(symbol, name, unit, member, text) name,
+        REGISTERS_SIGNALS(NAME)
+#undef NAME
+    };
+    (void)fputs("t_s", file);
+    for (uint32_t i = 0; i < REGISTERS_SIGNAL_COUNT; i++)
+    {
+        if ((signals >> i & 1u) != 0u)
+        {
+            (void)fprintf(file, ",%s", names[i]);
+        }
+    }
+    (void)fputc('\n', file);
+}
+
+/// What the trace holds, time 0 at its first sample.
+static bool write_samples(link_bus_t *bus, const trace_head_t *head, double interval_s, FILE *file)
+{
+    const uint32_t held  = head->states[REGISTERS_STATE_trace_held];
+    const uint32_t first = head->states[REGISTERS_STATE_trace_count] - held;
+    const uint32_t most  = LINK_WINDOW / head->channels;
+    for (uint32_t done = 0; done < held;)
+    {
+        uint32_t       words[LINK_WINDOW];
+        const uint32_t samples = held - done < most ? held - done : most;
+        if (!link_bus_window(bus, first + done, words, samples * head->channels))
+        {
+            return false;
+        }
+        for (uint32_t i = 0; i < samples; i++, done++)
+        {
+            (void)fprintf(file, "%.9g", done * interval_s);
+            for (uint32_t k = 0; k < head->channels; k++)
+            {
+                (void)fprintf(file, ",%.9g", (double)link_float(words[i * head->channels + k]));
+            }
+            (void)fputc('\n', file);
+        }
+    }
+    return true;
+}
+
+static bool save_trace(link_bus_t *bus, const trace_head_t *head, const char *out)
+{
+    sim_error_t       error = {""};
+    sim_output_file_t file;
+    uint32_t          period_us;
+    if (!link_bus_read(bus, active_at(link_find("drive.period_us")), &period_us, 1))
+    {
+        return false;
+    }
+    if (!sim_output_open(&file, out, &error))
+    {
+        return link_complain("%s", error.text);
+    }
+    const double ticks = (double)head->states[REGISTERS_STATE_trace_decimation_seen];
+    write_header(file.stream, head->states[REGISTERS_STATE_trace_signals_seen]);
+    if (!write_samples(bus, head, ticks * (double)period_us / 1e6, file.stream))
+    {
+        sim_output_discard(&file, 1);
+        return false;
+    }
+    return sim_output_commit(&file, 1, &error) || link_complain("%s", error.text);
+}
+
+static bool find_signal(const char *name, size_t length, uint32_t *place)
+{
+    const link_row_t *row = NULL;
+    char              text[32];
+    if (length < sizeof text)
+    {
+        (void)snprintf(text, sizeof text, "%.*s", (int)length, name);
+        row = link_find(text);
+    }
+    if (row == NULL || row->group != LINK_SIGNAL)
+    {
+        return link_complain("there is no signal %.*s (tribo-link list shows them)", (int)length, name);
+    }
+    *place = (uint32_t)(row->address - REGISTERS_SIGNALS_AT) / 2u;
+    return true;
+}
+
+static bool parse_signals(const char *text, uint32_t *signals)
+{
+    *signals = 0;
+    while (*text != '\0')
+    {
+        uint32_t     place  = 0;
+        const size_t length = strcspn(text, ",");
+        if (!find_signal(text, length, &place))
+        {
+            return false;
+        }
+        *signals |= 1u << place;
+        text += length + (text[length] == ',');
+    }
+    return true;
+}
+
+static bool parse_trigger(const char *text, uint32_t *trigger)
+{
+    static const char *const words[TRACE_TRIGGERS] = {"none", "fault", "reversal", "rise", "fall"};
+    for (uint32_t i = 0; i < TRACE_TRIGGERS; i++)
+    {
+        if (strcmp(words[i], text) == 0)
+        {
+            *trigger = i;
+            return true;
+        }
+    }
+    return link_complain("--trigger %s: none, fault, reversal, rise or fall is wanted", text);
+}
+
+static bool arm(link_bus_t *bus, const options_t *options)
+{
+    registers_requests_t asked = {.decimation = (uint32_t)options->decimation,
+                                  .after      = (uint32_t)options->after,
+                                  .level      = (float)options->level};
+    if (!parse_signals(options->signals, &asked.signals) || !parse_trigger(options->trigger, &asked.trigger) ||
+        !find_signal(options->watch, strlen(options->watch), &asked.watched))
+    {
+        return false;
+    }
+    const uint32_t words[] =
+        {asked.signals, asked.decimation, asked.trigger, asked.watched, link_word(asked.level), asked.after};
+    return link_bus_write(bus, link_find("trace.signals")->address, words, sizeof words / sizeof words[0]) &&
+           link_bus_command(bus, REGISTERS_TRACE, "trace");
+}
+
+/// Until it is done, or the time is over; then it is stopped and has what came so far.
+static bool wait_for_trace(link_bus_t *bus, double wait_s, trace_head_t *head)
+{
+    const double slice_s = 0.05;
+    for (double waited_s = 0.0;; waited_s += slice_s)
+    {
+        if (!read_head(bus, 0, head))
+        {
+            return false;
+        }
+        if (head->states[REGISTERS_STATE_trace_state] == TRACE_DONE)
+        {
+            return true;
+        }
+        if (waited_s >= wait_s)
+        {
+            (void)link_complain("trace: no trigger in %g s; what came last is written", wait_s);
+            return link_bus_command(bus, REGISTERS_TRACE_STOP, "trace") && read_head(bus, 0, head);
+        }
+        (void)nanosleep(&(struct timespec){.tv_nsec = (long)(slice_s * 1e9)}, NULL);
+    }
+}
+
+static int record_trace(link_bus_t *bus, const options_t *options)
+{
+    trace_head_t head;
+    return arm(bus, options) && wait_for_trace(bus, options->wait_s, &head) && save_trace(bus, &head, options->out)
+               ? 0
+               : EXIT_FAILED;
+}
+
+/// The cause, and with --out the trace that was kept for it.
+static int show_fault(link_bus_t *bus, const options_t *options)
+{
+    trace_head_t head;
+    if (!read_head(bus, 1, &head))
+    {
+        return EXIT_FAILED;
+    }
+    const uint32_t fault = head.states[REGISTERS_STATE_fault];
+    const bool     is    = head.states[REGISTERS_STATE_state] == DRIVE_FAULT;
+    (void)printf("fault: %s", is ? drive_fault_text((drive_fault_t)fault) : "none");
+    if (is)
+    {
+        (void)printf(", since tick %u of %u",
+                     head.states[REGISTERS_STATE_fault_tick],
+                     head.states[REGISTERS_STATE_tick]);
+    }
+    (void)putchar('\n');
+    if (options->out != NULL)
+    {
+        if (head.states[REGISTERS_STATE_trace_state] != TRACE_DONE)
+        {
+            (void)link_complain("fault --out: there was no fault since the last start");
+            return EXIT_FAILED;
+        }
+        if (!save_trace(bus, &head, options->out))
+        {
+            return EXIT_FAILED;
+        }
+    }
+    if (!options->acknowledge)
+    {
+        return 0;
+    }
+    return link_bus_command(bus, REGISTERS_ACKNOWLEDGE, "acknowledgement") &&
+                   wait_for_state(bus, DRIVE_IDLE, "acknowledgement")
+               ? 0
+               : EXIT_FAILED;
+}
+
+// --- the command line ----------------------------------------------------------------------------------------------
+
+static int show_list(const options_t *options)
+{
+    size_t            count;
+    const link_row_t *list = link_list(&count);
+    if (options->markdown)
+    {
+        link_print_markdown();
+        return 0;
+    }
+    for (size_t i = 0; i < count; i++)
+    {
+        (void)printf("%s  0x%04x  %s\n", list[i].name, list[i].address, list[i].text);
+    }
+    return 0;
+}
+
+static int perform(link_bus_t *bus, const options_t *options)
+{
+    static const struct
+    {
+        const char *name;
+        int (*plain)(link_bus_t *bus);
+        int (*with_options)(link_bus_t *bus, const options_t *options);
+    } commands[] = {{.name = "status", .plain = show_status},
+                    {.name = "params", .with_options = params_command},
+                    {.name = "start", .plain = start},
+                    {.name = "stop", .plain = stop},
+                    {.name = "fault", .with_options = show_fault},
+                    {.name = "tare", .plain = tare},
+                    {.name = "reference", .with_options = set_reference},
+                    {.name = "trace", .with_options = record_trace}};
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
+    {
+        if (strcmp(commands[i].name, options->words[0]) == 0)
+        {
+            if (bus == NULL)
+            {
+                return 0; // asked whether there is such a command
+            }
+            return commands[i].plain != NULL ? commands[i].plain(bus) : commands[i].with_options(bus, options);
+        }
+    }
+    (void)link_complain("there is no command %s (tribo-link --help shows them)", options->words[0]);
+    return EXIT_FAILED;
+}
+
+enum
+{
+    OPTION_BAUD = 256,
+    OPTION_SIGNALS,
+    OPTION_DECIMATION,
+    OPTION_TRIGGER,
+    OPTION_WATCH,
+    OPTION_LEVEL,
+    OPTION_AFTER,
+    OPTION_WAIT,
+    OPTION_ACKNOWLEDGE,
+    OPTION_MARKDOWN
+};
+
+// clang-format off: one row an option
+static const struct argp_option known[] = {
+    {.name = "device", .key = 'd', .arg = "DEVICE", .doc = "the serial line; TRIBO_LINK_DEVICE if left out"},
+    {.name = "unit", .key = 'u', .arg = "1-247", .doc = "the drive's address, 1 if left out"},
+    {.name = "baud", .key = OPTION_BAUD, .arg = "BAUD", .doc = "115200 if left out"},
+    {.name = "out", .key = 'o', .arg = "FILE.csv", .doc = "trace, fault: where the samples go; a trace's to standard output if left out"},
+    {.name = "signals", .key = OPTION_SIGNALS, .arg = "NAME,...", .doc = "trace: up to 8; r_N,F_N,u_N,F_hat_N if left out"},
+    {.name = "decimation", .key = OPTION_DECIMATION, .arg = "TICKS", .doc = "trace: from sample to sample, 1 if left out"},
+    {.name = "trigger", .key = OPTION_TRIGGER, .arg = "none|fault|reversal|rise|fall", .doc = "trace: none if left out, which ends with --wait"},
+    {.name = "watch", .key = OPTION_WATCH, .arg = "NAME", .doc = "trace: the signal that reverses, rises or falls; r_N if left out"},
+    {.name = "level", .key = OPTION_LEVEL, .arg = "N", .doc = "trace: that it rises or falls to"},
+    {.name = "after", .key = OPTION_AFTER, .arg = "SAMPLES", .doc = "trace: after the trigger, 100 if left out; the rest of the ring is from before it"},
+    {.name = "wait", .key = OPTION_WAIT, .arg = "S", .doc = "trace: for its end, 10 s if left out"},
+    {.name = "acknowledge", .key = OPTION_ACKNOWLEDGE, .doc = "fault: acknowledges it"},
+    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: as docs/registers.md"},
+    {.name = NULL}};
+// clang-format on
+
+static void take_number(struct argp_state *state,
+                        const char        *name,
+                        const char        *text,
+                        double             low,
+                        double             high,
+                        double            *number)
+{
+    if (sim_number_parse(text, number) != NULL || !(*number >= low && *number <= high))
+    {
+        argp_error(state, "--%s %s: a number from %g to %g is wanted", name, text, low, high);
+    }
+}
+
+static void take_whole(struct argp_state *state,
+                       const char        *name,
+                       const char        *text,
+                       uint64_t           low,
+                       uint64_t           high,
+                       uint64_t          *number)
+{
+    if (sim_number_parse_whole(text, number) != NULL || *number < low || *number > high)
+    {
+        argp_error(state,
+                   "--%s %s: a whole number from %llu to %llu is wanted",
+                   name,
+                   text,
+                   (unsigned long long)low,
+                   (unsigned long long)high);
+    }
+}
+
+static error_t take(int key, char *value, struct argp_state *state)
+{
+    options_t *options = state->input;
+    uint64_t   whole   = 0;
+    switch (key)
+    {
+    case 'd':
+        options->device = value;
+        return 0;
+    case 'u':
+        take_whole(state, "unit", value, 1, 247, &whole);
+        options->unit = (int)whole;
+        return 0;
+    case OPTION_BAUD:
+        take_whole(state, "baud", value, 1200, 4000000, &whole);
+        options->baud = (int)whole;
+        return 0;
+    case 'o':
+        options->out = value;
+        return 0;
+    case OPTION_SIGNALS:
+        options->signals = value;
+        return 0;
+    case OPTION_DECIMATION:
+        take_whole(state, "decimation", value, 1, UINT32_MAX, &options->decimation);
+        return 0;
+    case OPTION_TRIGGER:
+        options->trigger = value;
+        return 0;
+    case OPTION_WATCH:
+        options->watch = value;
+        return 0;
+    case OPTION_LEVEL:
+        take_number(state, "level", value, -1e6, 1e6, &options->level);
+        return 0;
+    case OPTION_AFTER:
+        take_whole(state, "after", value, 0, UINT32_MAX, &options->after);
+        return 0;
+    case OPTION_WAIT:
+        take_number(state, "wait", value, 0.0, 86400.0, &options->wait_s);
+        return 0;
+    case OPTION_ACKNOWLEDGE:
+        options->acknowledge = true;
+        return 0;
+    case OPTION_MARKDOWN:
+        options->markdown = true;
+        return 0;
+    case ARGP_KEY_ARG:
+        if (options->count == WORDS_MAX)
+        {
+            argp_error(state, "too many words");
+        }
+        options->words[options->count++] = value;
+        return 0;
+    case ARGP_KEY_NO_ARGS:
+        argp_usage(state);
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+static const struct argp parser = {
+    .options  = known,
+    .parser   = take,
+    .args_doc = "COMMAND",
+    .doc      = "A drive on a serial line, over Modbus RTU.\v"
+                "  status                      states, counters and signals\n"
+                "  params get [NAME...]        what the drive runs with, all of it if no NAME is given\n"
+                "  params set NAME=VALUE...    together and while the drive runs; refused if one does not fit\n"
+                "  params from SCENARIO.yaml   likewise the loop of a scenario\n"
+                "  params diff SCENARIO.yaml   what the drive has otherwise; exit status 1 if there is any\n"
+                "  params save                 into the drive's flash, with the last tare\n"
+                "  params defaults             those of the board\n"
+                "  start, stop, tare\n"
+                "  reference N                 the force to be held\n"
+                "  fault                       the cause; with --out what came before it\n"
+                "  trace                       records signals, for tribo-sim replay\n"
+                "  list                        the names of all registers"};
+
+int main(int count, char **arguments)
+{
+    options_t options    = {.device     = getenv("TRIBO_LINK_DEVICE"),
+                            .unit       = 1,
+                            .baud       = 115200,
+                            .signals    = "r_N,F_N,u_N,F_hat_N",
+                            .trigger    = "none",
+                            .watch      = "r_N",
+                            .wait_s     = 10.0,
+                            .decimation = 1,
+                            .after      = 100};
+    argp_err_exit_status = EXIT_FAILED;
+    (void)argp_parse(&parser, count, arguments, 0, NULL, &options);
+    if (strcmp(options.words[0], "list") == 0)
+    {
+        return show_list(&options);
+    }
+    if (perform(NULL, &options) != 0)
+    {
+        return EXIT_FAILED;
+    }
+    if (options.device == NULL)
+    {
+        (void)link_complain("which line? --device DEVICE or TRIBO_LINK_DEVICE is wanted");
+        return EXIT_FAILED;
+    }
+    sim_output_clean_on_signal();
+    link_bus_t *bus    = link_bus_open(options.device, options.unit, options.baud);
+    const int   status = bus != NULL ? perform(bus, &options) : EXIT_FAILED;
+    link_bus_close(bus);
+    return status;
+}
