@@ -61,13 +61,18 @@ class Sweep:
             rows = [row for row in csv.DictReader(file) if row["status"] == "ok"]
         if not rows:
             sys.exit(f"{folder}/rows.csv: no row has a result")
+        self.rows = rows
         self.axes = self.summary["axes"]
         self.text = {axis: [row[axis] for row in rows] for axis in self.axes}
         self.is_paired = "ratio" in rows[0]
         names = ["rms_error_N", "chatter_ticks", "window_ticks", "limited_ticks"]
         names += ["ratio", "without_rms_error_N", "without_chatter_ticks"] if self.is_paired else []
-        self.value = {name: np.array([number(row[name]) for row in rows]) for name in names}
+        self.value = {name: self.number(name) for name in names}
         self.value["chatter"] = 100 * self.value["chatter_ticks"] / self.value["window_ticks"]
+
+    def number(self, name):
+        """A column, NaN where there is no number."""
+        return np.array([number(row[name]) for row in self.rows])
 
     def groups(self, axis):
         """Label, place and rows of each value of an axis with few, or of each of its parts; and the values if there are many."""

@@ -39,34 +39,51 @@ static int take(void *context, int key, const char *value)
     return 0;
 }
 
-/// How many shards the files in the folder are of; all must say the same.
-static bool count_shards(const char *folder, uint64_t *shards, sim_error_t *error)
+/// Takes a number and the word behind it; null if they are not there.
+static const char *skip(const char *text, uint64_t *number, const char *word)
 {
-    DIR *entries = opendir(folder);
-    bool ok      = true;
-    *shards      = 0;
+    char *end = NULL;
+    *number   = *text >= '0' && *text <= '9' ? strtoull(text, &end, 10) : 0;
+    return end != NULL && strncmp(end, word, strlen(word)) == 0 ? end + strlen(word) : NULL;
+}
+
+/// The N of rows-I-of-N.csv; 0: this is another file.
+static uint64_t shards_of(const char *name)
+{
+    uint64_t    index = 0, count = 0;
+    const char *next = strncmp(name, "rows-", 5) == 0 ? skip(name + 5, &index, "-of-") : NULL;
+    next             = next != NULL ? skip(next, &count, ".csv") : NULL;
+    return next != NULL && *next == '\0' && count <= SIM_SHARDS_MAX ? count : 0;
+}
+
+/// How many shards the files in the folder are of; all must say the same. 0 with the error filled in.
+static uint64_t count_shards(const char *folder, sim_error_t *error)
+{
+    DIR     *entries = opendir(folder);
+    uint64_t shards  = 0;
+    bool     ok      = true;
     if (entries == NULL)
     {
-        return sim_error_set(error, "%s: cannot be read: %s", folder, strerror(errno));
+        (void)sim_error_set(error, "%s: cannot be read: %s", folder, strerror(errno));
+        return 0;
     }
     for (const struct dirent *entry = readdir(entries); ok && entry != NULL; entry = readdir(entries))
     {
-        uint64_t index = 0, count = 0;
-        int      length = 0;
-        if (sscanf(entry->d_name, "rows-%" SCNu64 "-of-%" SCNu64 ".csv%n", &index, &count, &length) == 2 &&
-            length > 0 && entry->d_name[length] == '\0')
-        {
-            ok = *shards == 0 || *shards == count ||
-                 sim_error_set(error,
-                               "%s: holds parts of %" PRIu64 " and of %" PRIu64 ": remove those of an earlier sweep",
-                               folder,
-                               *shards < count ? *shards : count,
-                               *shards < count ? count : *shards);
-            *shards = count;
-        }
+        const uint64_t count = shards_of(entry->d_name);
+        ok                   = shards == 0 || count == 0 || count == shards ||
+             sim_error_set(error,
+                           "%s: holds parts of %" PRIu64 " and of %" PRIu64 ": remove those of an earlier sweep",
+                           folder,
+                           shards < count ? shards : count,
+                           shards < count ? count : shards);
+        shards = count != 0 ? count : shards;
     }
     (void)closedir(entries);
-    return ok && (*shards > 0 || sim_error_set(error, "%s: holds no rows-I-of-N.csv", folder));
+    if (shards == 0)
+    {
+        (void)sim_error_set(error, "%s: holds no rows-I-of-N.csv", folder);
+    }
+    return ok ? shards : 0;
 }
 
 /// A shard's rows while they are read.
@@ -121,15 +138,14 @@ static bool write_rows(part_t            *parts,
 
 static bool merge(const sim_study_t *study, const char *folder, sim_error_t *error)
 {
-    uint64_t shards = 0;
-    if (!count_shards(folder, &shards, error))
+    const uint64_t shards = count_shards(folder, error);
+    if (shards == 0)
     {
         return false;
     }
-    char   *header = sim_sweep_header(study);
-    part_t *parts  = calloc(shards, sizeof *parts);
-    // One shard's name would be rows.csv's: there is nothing to join then.
-    const bool ok = header != NULL && parts != NULL && sim_sweep_forget_summary(folder, error) &&
+    char      *header = sim_sweep_header(study);
+    part_t    *parts  = calloc(shards, sizeof *parts);
+    const bool ok     = header != NULL && parts != NULL && sim_sweep_forget_summary(folder, error) &&
                     read_parts(parts, shards, study, folder, header, error) &&
                     write_rows(parts, shards, study, folder, header, error);
     for (uint64_t i = 0; parts != NULL && i < shards; i++)
@@ -141,23 +157,24 @@ static bool merge(const sim_study_t *study, const char *folder, sim_error_t *err
     return ok ? sim_sweep_report(study, folder, error) : sim_error_set(error, "out of memory"); // if not said otherwise
 }
 
+static int merge_study(const options_t *options)
+{
+    sim_error_t  error = {""};
+    sim_study_t *study = sim_study_open(options->study, sim_scenario_path, &error);
+    const bool   ok    = study != NULL && merge(study, options->folder, &error);
+    sim_study_close(study);
+    return ok ? SIM_EXIT_OK : sim_failure(error.text);
+}
+
 static int run(int count, char **arguments)
 {
     options_t options = {.folder = NULL};
-    int       status  = sim_options_parse(&sim_command_merge, count, arguments, &options, &options.study);
-    if (status == 0 && options.folder == NULL)
+    const int status  = sim_options_parse(&sim_command_merge, count, arguments, &options, &options.study);
+    if (status != 0)
     {
-        status = sim_usage("merge: --out DIR is wanted");
+        return status;
     }
-    if (status == 0)
-    {
-        sim_error_t  error = {""};
-        sim_study_t *study = sim_study_open(options.study, sim_scenario_path, &error);
-        const bool   ok    = study != NULL && merge(study, options.folder, &error);
-        sim_study_close(study);
-        status = ok ? SIM_EXIT_OK : sim_failure(error.text);
-    }
-    return status;
+    return options.folder != NULL ? merge_study(&options) : sim_usage("merge: --out DIR is wanted");
 }
 
 const sim_command_t sim_command_merge = {.name     = "merge",

@@ -18,8 +18,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#define SHARDS_MAX 100000u
-
 typedef struct
 {
     const char *study;
@@ -56,9 +54,9 @@ static int take_shard(sim_shard_t *shard, const char *value)
         memcpy(first, value, (size_t)(slash - value));
     }
     if (slash == NULL || sim_number_parse_whole(first, &index) != NULL ||
-        sim_number_parse_whole(slash + 1, &count) != NULL || index < 1 || index > count || count > SHARDS_MAX)
+        sim_number_parse_whole(slash + 1, &count) != NULL || index < 1 || index > count || count > SIM_SHARDS_MAX)
     {
-        return sim_usage("--shard %s: I/N is wanted, with I from 1 to N, at most %u", value, SHARDS_MAX);
+        return sim_usage("--shard %s: I/N is wanted, with I from 1 to N, at most %u", value, SIM_SHARDS_MAX);
     }
     *shard = (sim_shard_t){.index = index - 1, .count = count};
     return 0;

@@ -9,6 +9,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#define SIM_SHARDS_MAX 100000u
+
 /// Which of a study's rows a file holds: those whose number divided by `count` leaves `index`.
 typedef struct
 {

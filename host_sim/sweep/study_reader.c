@@ -629,14 +629,16 @@ static bool read_study(reader_t *reader)
     {
         return false;
     }
-    study->grid_count = study->axis_count;
-    study->grid_rows  = 1;
+    const yaml_node_t *grid = parts.key[STUDY_GRID] != NULL ? parts.key[STUDY_GRID] : root;
+    const yaml_node_t *runs = parts.key[STUDY_RUNS] != NULL ? parts.key[STUDY_RUNS] : root;
+    study->grid_count       = study->axis_count;
+    study->grid_rows        = 1;
     for (unsigned i = 0; i < study->grid_count; i++)
     {
         study->grid_rows *= study->axes[i]->count;
         if (study->grid_rows > SIM_STUDY_ROWS_MAX)
         {
-            return COMPLAIN(reader, parts.key[STUDY_GRID], "grid: more than %u combinations", SIM_STUDY_ROWS_MAX);
+            return COMPLAIN(reader, grid, "grid: more than %u combinations", SIM_STUDY_ROWS_MAX);
         }
     }
     if (!read_sampling(reader, &parts))
@@ -645,7 +647,7 @@ static bool read_study(reader_t *reader)
     }
     study->rows = study->grid_rows * study->samples;
     return study->rows <= SIM_STUDY_ROWS_MAX || COMPLAIN(reader,
-                                                         parts.key[STUDY_RUNS],
+                                                         runs,
                                                          "runs: %llu rows with the grid, more than %u",
                                                          (unsigned long long)study->rows,
                                                          SIM_STUDY_ROWS_MAX);
