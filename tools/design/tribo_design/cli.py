@@ -63,6 +63,10 @@ def _parser():
     command.add_argument("designs", nargs="+", metavar="DESIGN.yaml|DIR", help="design files, and directories that synthesize or import made")
     command.add_argument("--structures", metavar="NAME,...", help="each design file with each of full, pi, pid, lead-lag")
 
+    from . import tuning
+
+    tuning.add_command(commands)
+
     command = commands.add_parser("check", help="reads generated files back from the C header and verifies the loop again")
     command.add_argument("dir", metavar="DIR")
     return parser
@@ -86,6 +90,10 @@ def _run(argv):
         from . import identify
 
         return identify.command(options)
+    if options.command == "tune":
+        from . import tuning
+
+        return tuning.command(options)
     from . import check
 
     return check.command(options)

@@ -84,9 +84,14 @@ def to_q31(f32, full_scale_n, u_min_n, u_max_n):
     return Quantised(q31, found["conditioning"][0], peaks)
 
 
-@functools.lru_cache(maxsize=1)
 def _program():
-    """The library's quantiser as a program, compiled once a process."""
+    """The library's quantiser as a program."""
+    return compiled("quantise_q31", PARTS)
+
+
+@functools.lru_cache
+def compiled(name, parts):
+    """NAME.c beside this file with parts of the library, compiled once a process."""
     lib = Path(os.environ.get("TRIBO_LIB") or Path(__file__).resolve().parents[3] / "lib")
     if not (lib / "include" / "tribo" / "quantize_q31.h").is_file():
         raise DesignError(f"q31: {lib} is not the library's lib/; set TRIBO_LIB to it")
@@ -96,9 +101,9 @@ def _program():
         raise DesignError("q31: needs a C compiler (cc, gcc or clang in PATH, or CC), as the Q31 numbers are the library's own")
     folder = tempfile.mkdtemp(prefix="tribo-design-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    program = Path(folder) / "quantise_q31"
-    done = subprocess.run([compiler, "-std=c11", "-O0", "-ffp-contract=off", "-I", lib / "include", Path(__file__).with_name("quantise_q31.c"),
-                           *(lib / "src" / f"{name}.c" for name in PARTS), "-o", program], capture_output=True, text=True, timeout=120, check=False)
+    program = Path(folder) / name
+    done = subprocess.run([compiler, "-std=c11", "-O0", "-ffp-contract=off", "-I", lib / "include", Path(__file__).with_name(f"{name}.c"),
+                           *(lib / "src" / f"{part}.c" for part in parts), "-o", program], capture_output=True, text=True, timeout=120, check=False)
     if done.returncode != 0:
         first = next((line for line in done.stderr.splitlines() if "error" in line), "no message")
         raise DesignError(f"q31: the library does not compile with {compiler}: {first}")
