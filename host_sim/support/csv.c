@@ -306,6 +306,24 @@ static bool count_fields(reader_t *reader, size_t length)
     return true;
 }
 
+static bool is_numbers(const char *line)
+{
+    return line[0] != '\0' && strspn(line, "+-.,;\t 0123456789eE") >= strcspn(line, "\r\n");
+}
+
+/// Lines of `#` before the header. The last of them is the header itself if numbers follow it.
+static void skip_comments(reader_t *reader)
+{
+    const char *end = strchr(reader->next, '\n');
+    while (reader->next[0] == '#' && end != NULL && !is_numbers(end + 1))
+    {
+        reader->next       = reader->next + (end + 1 - reader->next);
+        reader->line_start = reader->next;
+        reader->line++;
+        end = strchr(reader->next, '\n');
+    }
+}
+
 static bool read_all(sim_csv_t *csv, reader_t *reader)
 {
     if (reader->next[strspn(reader->next, " \t\r\n")] == '\0')
@@ -314,6 +332,7 @@ static bool read_all(sim_csv_t *csv, reader_t *reader)
     }
     if (reader->is_log)
     {
+        skip_comments(reader);
         reader->separator = find_separator(reader->next);
         reader->next += strspn(reader->next, "# "); // as NumPy's savetxt writes a header
         if (reader->separator == ' ')
@@ -322,9 +341,9 @@ static bool read_all(sim_csv_t *csv, reader_t *reader)
         }
     }
     const size_t length     = strcspn(reader->next, "\r\n");
-    const bool   headerless = reader->is_log && strspn(reader->next, "+-.,;\t 0123456789eE") >= length;
+    const bool   headerless = reader->is_log && is_numbers(reader->next);
     const bool   ok         = headerless ? count_fields(reader, length) : read_header(reader);
-    csv->first_line         = headerless ? 1 : 2;
+    csv->first_line         = reader->line; // a header has been read
     if (!ok || !allocate(csv, reader))
     {
         return false;

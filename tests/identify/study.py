@@ -23,7 +23,6 @@ from tribo_identify import friction
 from tribo_identify.events import Refusal
 
 FORCE = np.linspace(0.1, 0.6, 11)
-DELAY_KNOWN = {}
 
 
 def by_name(result):
@@ -59,6 +58,8 @@ def coverage(count=500, first=0):
             hits[name] += abs(found[name].value - truth[name]) <= found[name].half
         errors.append(float(np.max(np.abs(L_hat(result, FORCE) / L_of(truth, FORCE) - 1))))
         weak += not confident(result)
+        if errors[-1] > 0.03:
+            print(f"seed {seed}: L off by {errors[-1]:.2%}, {'confident' if confident(result) else 'weak'}", flush=True)
         if seed % 10 == 9:
             print(f"{seed + 1 - first}: offset {hits['offset']}, slope {hits['slope']} of {len(errors)}; L within {np.median(errors):.2%} median, {max(errors):.2%} worst;"
                   f" refused {len(refused)}, weak {weak}, tables {tables}", flush=True)

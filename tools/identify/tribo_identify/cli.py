@@ -6,7 +6,7 @@ import sys
 
 from tribo_design.errors import DesignError
 
-from . import __version__, accept, logs, plan
+from . import __version__, accept, actuator, logs, plan
 
 
 def main(argv=None):
@@ -44,6 +44,7 @@ def _parser():
     for name, unit, what in (("actuator", "RAD/S", "pole of the actuator; 0: none (200)"), ("sensor", "RAD/S", "pole of the force sensor; 0: none (55)"),
                              ("lag", "S", "of the arm, b/K (0.0075)")):
         command.add_argument(f"--{name}", type=float, metavar=unit, help=what)
+    actuator.add_options(commands.add_parser("actuator", help="gain, poles and delay of actuator, arm and sensor, by tribo-design identify-plant"))
     accept.add_options(commands.add_parser("accept", help="an acceptance test on the rig: compensation off, on, with L 20 % less and more; the new parameters or the old ones"))
     return parser
 
@@ -54,6 +55,8 @@ def _run(argv):
         return plan.command(options)
     if options.command == "accept":
         return accept.command(options)
+    if options.command == "actuator":
+        return actuator.command(options)
     from . import command_friction
 
     return command_friction.run(options)

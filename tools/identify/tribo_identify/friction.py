@@ -10,7 +10,7 @@
 """
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.ndimage
@@ -23,6 +23,7 @@ from .events import Refusal, bin_size, binned, check, check_events, find, loads,
 STEPS_MAX = 1_500_000  # of a simulation, beyond which its steps grow
 K_STARTS = (3.0, 5.0, 8.0, 14.0)  # of k_min, and L over the friction of slow slides: the fit has more than one valley
 L_STARTS = (1.0, 1.2, 1.5, 2.0)
+START_ROWS = 150_000  # of a log, that its start is chosen by
 FINE_S = 1e-4  # step of the last fit, and of the fits before it
 COARSE_S = 5e-4
 DRAWS = 999
@@ -311,11 +312,12 @@ def identify(log, rig=None, assume="symmetric"):
     fit.level = level
     names = list(SYMMETRIC if assume == "symmetric" else CALIBRATED)
     theta = [max(offset, 0.02 * level), max(slope, 0.0), scale, gravity] if assume == "symmetric" else [max(offset, 0.02 * level), max(slope, 0.0)] * 2
-    theta, k = _valley(fit, names, theta)
+    theta, k = _valley(_short(fit, log, events, rig, assume), names, theta)
     names = [*names, "k_min", "k_max", "v0", "m", "delay"]
     theta, residual = fit.solve(names, [*theta, np.log(k), *(np.log(native.PAPER[n]) for n in ("k_max", "v0", "m")), 0.0], 6)
     remarks = list(log.remarks) + _leave_out(fit, residual)
-    theta, residual = fit.solve(names, theta, 3)
+    if np.any(fit.weight == 0):
+        theta, residual = fit.solve(names, theta, 3)
     fit.step(FINE_S)
     theta, residual = fit.solve(names, theta, 4, reuse=True)
     delay = float(theta[-1])
@@ -323,6 +325,22 @@ def identify(log, rig=None, assume="symmetric"):
     if not -3 * log.sample_time_s - 0.003 <= delay <= 0.1:
         raise Refusal("clock", f"clock: F comes {delay:.3g} s after u{', before it was commanded' if delay < 0 else ''}; the stamps of u and F are not of one clock")
     return _finish(fit, names, theta, residual, events, remarks, ripple, level)
+
+
+def _short(fit, log, events, rig, assume):
+    """The problem of the first rows only, for the choice of a start."""
+    if log.rows <= START_ROWS:
+        return fit
+    segments, rows = [], 0
+    for s in log.segments:
+        n = min(len(s.t), START_ROWS - rows)
+        if n * s.h < 1.0:
+            break
+        segments.append(replace(s, t=s.t[:n], u=np.ascontiguousarray(s.u[:n]), force=np.ascontiguousarray(s.force[:n])))
+        rows += n
+    few = Fit(replace(log, segments=segments), [e for e in events if e.segment < len(segments) and e.end <= len(segments[e.segment].t)], rig or {}, assume)
+    few.level = fit.level
+    return few
 
 
 def _valley(fit, names, theta):

@@ -1,0 +1,74 @@
+"""tribo-identify actuator: gain, poles and delay of actuator, arm and sensor from a log, by identify-plant of tools/design."""
+
+import numpy as np
+
+from tribo_design import identify
+from tribo_design.errors import DesignError, InputError
+from tribo_design.output import check_replaceable, write_directory
+
+from . import logs
+
+NAMES = ("plant.yaml", "actuator.txt")
+ROWS_MAX = 20_000
+
+
+def add_options(command):
+    logs.add_options(command)
+    command.add_argument("--no-friction", action="store_true", help="the record stays within stiction, or friction is negligible: the gain needs no second height and direction then")
+    command.add_argument("--order", type=int, metavar="N", help="number of poles, 1 to 6 (the data's choice)")
+    command.add_argument("--stiffness", type=float, metavar="K", help="of the environment, N a degree (3.84): I and b are told in units of it")
+    command.add_argument("--out", metavar="DIR", help="for plant.yaml (a design file's plant) and actuator.txt")
+
+
+def data_of(log):
+    """One record, as identify-plant takes it: from rest, thinned to what it looks at."""
+    if len(log.segments) != 1:
+        raise InputError(f"{log.segments[1].file}: {len(log.segments)} pieces; poles are found in one record without gaps")
+    s = log.segments[0]
+    if s.force is None:
+        raise InputError(f"{s.file}: there is no force: name its column (--column F=...)")
+    if np.ptp(s.u) == 0 and s.u[0] == 0:
+        raise InputError(f"{s.file}: u is 0 throughout: there is no step in it")
+    if np.ptp(s.force) == 0:
+        raise InputError(f"{s.file}: F does not move: nothing can be identified")
+    every = max(len(s.t) // ROWS_MAX, 1)
+    u = s.u - s.u[0] if np.ptp(s.u) > 0 else s.u
+    return identify.Data((s.t - s.t[0])[::every], u[::every], s.force[::every])
+
+
+def arm_of(found, stiffness):
+    """In words: the complex pair is the arm's, I s^2 + b s + K; real poles are actuator's, sensor's, or an arm's that is damped."""
+    lines = []
+    pairs = [p for p in found["poles"] if p["im"] > 0]
+    real = sorted(-p["re"] for p in found["poles"] if not p["im"])
+    for p in pairs:
+        size = np.hypot(p["re"], p["im"])
+        part = p["size_high"] / size - 1
+        interval = f" (size of the pair +- {100 * part:.2g} %, 95 %)" if p["identifiable"] and found["trusted"] else " (without an interval)"
+        lines.append(f"arm: I {stiffness / size**2:.4g} N s^2/deg, b {2 * -p['re'] / size**2 * stiffness:.4g} N s/deg at K {stiffness:g} N/deg, lag b/K {2 * -p['re'] / size**2:.4g} s{interval}")
+    if real:
+        lines.append(f"real poles {', '.join(f'{r:.4g}' for r in real)} rad/s: of actuator and sensor, which one's u and F do not tell"
+                     + ("" if pairs else "; or of an arm that is damped"))
+    return lines
+
+
+def command(options):
+    stiffness = 3.84 if options.stiffness is None else options.stiffness
+    if not 1e-12 <= stiffness <= 1e12:
+        raise InputError(f"--stiffness: value {stiffness:g}: must be 1e-12 to 1e12 N/deg")
+    if options.order is not None and not 1 <= options.order <= identify.ORDER_MAX:
+        raise InputError(f"--order: value {options.order}: must be at least 1 and at most {identify.ORDER_MAX}")
+    if options.out:
+        check_replaceable(options.out, NAMES)
+    log = logs.read(options.logs, logs.arguments_of(options))
+    found, *_ = identify.identify(data_of(log), options.order, options.no_friction)
+    text = "\n".join([identify.describe(found), *arm_of(found, stiffness), *(f"note  {r}" for r in log.remarks)])
+    print(text)
+    if not found["separable"]:
+        raise DesignError(f"not answered: {identify.NOT_SEPARABLE}")
+    if not found["trusted"]:
+        raise DesignError("not answered: " + "; ".join(found["remarks"]))
+    if options.out:
+        write_directory(options.out, {"plant.yaml": identify.plant_yaml(found, log.segments[0].file).encode(), "actuator.txt": (text + "\n").encode()}, NAMES)
+        print(f"wrote {options.out}: {', '.join(NAMES)}")
+    return 0
