@@ -1,0 +1,40 @@
+/// A channel of an IIO device, found by libiio: one number read or written a tick.
+///
+/// A number is what the channel means, (raw + offset) * scale, in the unit that the kernel's IIO interface gives, e.g. mV of
+/// a voltage. Its file is kept open, so that a tick neither allocates nor opens anything.
+
+#ifndef LINUX_CHANNEL_H
+#define LINUX_CHANNEL_H
+
+#include "support/error.h"
+
+#include <stdbool.h>
+
+#define CHANNEL_NAME_MAX 63u
+
+typedef struct
+{
+    char device[CHANNEL_NAME_MAX + 1];  ///< its name, label or id (iio:device0)
+    char channel[CHANNEL_NAME_MAX + 1]; ///< its id, e.g. voltage0
+} channel_config_t;
+
+typedef struct
+{
+    int    file;
+    double scale, offset;
+} channel_t;
+
+/// Opens a channel to write to or, as an input, to read from, and reads it: a converter's first number may take longer. False with `key`, the device and why in `error`.
+bool channel_open(channel_t              *channel,
+                  const channel_config_t *config,
+                  bool                    is_output,
+                  const char             *key,
+                  sim_error_t            *error);
+void channel_close(channel_t *channel);
+
+/// False if there is no number, e.g. because the device is gone. A conversion takes as long as the device takes.
+bool channel_read(const channel_t *channel, float *value);
+/// The nearest code. False if the device does not take it.
+bool channel_write(const channel_t *channel, float value);
+
+#endif

@@ -1,0 +1,527 @@
+// tribo-drive: the drive's application on a Linux board.
+//
+// The program opens everything and then is two processes (supervisor.h). The one with the loop has two threads: this one
+// makes the ticks; recorder.h writes the log.
+
+#include "board.h"
+#include "recorder.h"
+#include "supervisor.h"
+
+#include "app/drive.h"
+#include "app/loop_setup.h"
+#include "app/selftest.h"
+#include "scenario/check.h"
+#include "scenario/loop_config.h"
+#include "scenario/reference.h"
+#include "support/number.h"
+
+#include <argp.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define SETS_MAX  32u
+#define NS_PER_US 1000
+#define FIRST_US  1000000u ///< the time of the first tick from outside
+
+enum
+{
+    EXIT_OK    = 0,
+    EXIT_SETUP = 1, ///< configuration, devices, log
+    EXIT_USAGE = 2,
+    EXIT_FAULT = 3 ///< the drive stopped for a fault
+};
+
+typedef struct
+{
+    const char *config, *log, *ticks;
+    const char *sets[SETS_MAX];
+    unsigned    set_count;
+    bool        check, keys;
+    double      duration_s; ///< 0: until a signal
+    enum
+    {
+        REFERENCE_SCENARIO,
+        REFERENCE_CONSTANT,
+        REFERENCE_LINES
+    } reference;
+    double constant_n;
+} options_t;
+
+// --- the command line ----------------------------------------------------------------------------------------------
+
+enum
+{
+    OPTION_CHECK     = 'c',
+    OPTION_DURATION  = 'd',
+    OPTION_KEYS      = 'k',
+    OPTION_LOG       = 'l',
+    OPTION_REFERENCE = 'r',
+    OPTION_SET       = 's',
+    OPTION_TICKS     = 't'
+};
+
+static const struct argp_option known[] = {
+    {.name = "check",
+     .key  = OPTION_CHECK,
+     .doc  = "reads the configuration and opens everything, with outputs at 0, and ends"},
+    {.name = "duration",
+     .key  = OPTION_DURATION,
+     .arg  = "S",
+     .doc  = "ends after that time in s; without it at SIGINT or SIGTERM"},
+    {.name = "keys", .key = OPTION_KEYS, .doc = "prints the configuration's keys as a table in Markdown and ends"},
+    {.name = "log", .key = OPTION_LOG, .arg = "FILE.csv", .doc = "writes a row a tick, which tribo-sim replay reads"},
+    {.name = "reference",
+     .key  = OPTION_REFERENCE,
+     .arg  = "N|-",
+     .doc  = "a constant, or lines with a number in N on standard input; the scenario's if left out"},
+    {.name = "set",
+     .key  = OPTION_SET,
+     .arg  = "KEY=VALUE",
+     .doc  = "changes a key of the scenario, e.g. reference.kind=sine"},
+    {.name = "ticks",
+     .key  = OPTION_TICKS,
+     .arg  = "IN,OUT",
+     .doc  = "for tests: a tick for each byte of the file IN, and a byte to OUT after it, in place of the clock"},
+    {.name = NULL}};
+
+static void take_reference(options_t *options, const char *value, struct argp_state *state)
+{
+    options->reference = strcmp(value, "-") == 0 ? REFERENCE_LINES : REFERENCE_CONSTANT;
+    if (options->reference == REFERENCE_CONSTANT && sim_number_parse(value, &options->constant_n) != NULL)
+    {
+        argp_error(state, "--reference %s: a number in N or - is wanted", value);
+    }
+}
+
+static error_t take(int key, char *value, struct argp_state *state)
+{
+    options_t *options = state->input;
+    switch (key)
+    {
+    case OPTION_CHECK:
+        options->check = true;
+        return 0;
+    case OPTION_KEYS:
+        options->keys = true;
+        return 0;
+    case OPTION_DURATION:
+        if (sim_number_parse(value, &options->duration_s) != NULL ||
+            !(options->duration_s >= 1e-3 && options->duration_s <= 1e6))
+        {
+            argp_error(state, "--duration %s: a time of 0.001 to 1e6 s is wanted", value);
+        }
+        return 0;
+    case OPTION_LOG:
+        options->log = value;
+        return 0;
+    case OPTION_TICKS:
+        options->ticks = value;
+        return strchr(value, ',') != NULL ? 0
+                                          : (argp_error(state, "--ticks %s: two files are wanted, IN,OUT", value), 0);
+    case OPTION_REFERENCE:
+        take_reference(options, value, state);
+        return 0;
+    case OPTION_SET:
+        if (options->set_count == SETS_MAX)
+        {
+            argp_error(state, "more than %u --set", SETS_MAX);
+        }
+        options->sets[options->set_count++] = value;
+        return 0;
+    case ARGP_KEY_ARG:
+        if (options->config != NULL)
+        {
+            argp_error(state, "one configuration is wanted, not %s as well", value);
+        }
+        options->config = value;
+        return 0;
+    case ARGP_KEY_END:
+        if (options->config == NULL && !options->keys)
+        {
+            argp_error(state, "a configuration is wanted");
+        }
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+// --- the ticks -----------------------------------------------------------------------------------------------------
+
+typedef struct
+{
+    const options_t  *options;
+    const rig_t      *rig;
+    sim_scenario_t   *scenario;
+    board_t           board;
+    sim_loop_config_t loop_config;
+    loop_setup_t      loop;
+    drive_setup_t     setup;
+    drive_t           drive;
+    sim_reference_t   reference;
+    recorder_t       *recorder;
+    int               ticks_in, ticks_out; ///< -1: the clock
+
+    char        line[64]; ///< of standard input, as far as it has come
+    size_t      line_length;
+    bool        line_end; ///< of standard input
+    histogram_t wake, step;
+    uint64_t    overruns;
+} program_t;
+
+static volatile sig_atomic_t stops;
+
+static void stop(int signal)
+{
+    stops = signal;
+}
+
+/// A number in N a line. What is no number ends the run.
+static bool take_line(program_t *program, sim_error_t *error)
+{
+    double value;
+    program->line[program->line_length] = '\0';
+    program->line_length                = 0;
+    const char *complaint               = sim_number_parse(program->line, &value);
+    if (complaint != NULL)
+    {
+        return sim_error_set(error, "standard input: '%s' %s", program->line, complaint);
+    }
+    drive_reference(&program->drive, (float)value);
+    return true;
+}
+
+/// What has come on standard input since the last tick, without waiting.
+static bool read_lines(program_t *program, sim_error_t *error)
+{
+    struct pollfd input = {.fd = STDIN_FILENO, .events = POLLIN};
+    char          bytes[64];
+    if (program->line_end || poll(&input, 1, 0) <= 0)
+    {
+        return true;
+    }
+    const ssize_t count = read(STDIN_FILENO, bytes, sizeof bytes);
+    program->line_end   = count == 0;
+    for (ssize_t i = 0; i < count; i++)
+    {
+        if (bytes[i] == '\n' ? !take_line(program, error) : program->line_length + 1u >= sizeof program->line)
+        {
+            return sim_error_set(error, "standard input: a line is too long");
+        }
+        if (bytes[i] != '\n')
+        {
+            program->line[program->line_length++] = bytes[i];
+        }
+    }
+    return true;
+}
+
+static bool renew_reference(program_t *program, double t_s, sim_error_t *error)
+{
+    switch (program->options->reference)
+    {
+    case REFERENCE_SCENARIO:
+        drive_reference(&program->drive, (float)sim_reference_at(&program->reference, t_s));
+        return true;
+    case REFERENCE_CONSTANT:
+        drive_reference(&program->drive, (float)program->options->constant_n);
+        return true;
+    default:
+        return read_lines(program, error);
+    }
+}
+
+/// Waits for tick `number`. False if the run is to end.
+static bool wait_for_tick(program_t *program, uint64_t number, int64_t *due_ns)
+{
+    const uint32_t period_us = program->rig->drive.period_us;
+    char           byte;
+    if (program->ticks_in >= 0)
+    {
+        program->board.time_us = FIRST_US + (uint32_t)(number * period_us);
+        return read(program->ticks_in, &byte, 1) == 1 && stops == 0;
+    }
+    *due_ns += (int64_t)period_us * NS_PER_US;
+    (void)realtime_sleep_until(*due_ns); // a signal ends it early, and then the run
+    return stops == 0;
+}
+
+static void record(program_t *program, double t_s, int64_t late_ns, int64_t step_ns)
+{
+    const drive_t *drive = &program->drive;
+    histogram_add(&program->wake, late_ns);
+    histogram_add(&program->step, step_ns);
+    program->overruns += step_ns > (int64_t)program->rig->drive.budget_us * NS_PER_US;
+    recorder_add(program->recorder,
+                 &(recorder_row_t){.t_s     = t_s,
+                                   .r_n     = drive->r,
+                                   .y_n     = drive->y,
+                                   .u_n     = drive->state == DRIVE_RUN ? drive->signals.controller.u_n : 0.0f,
+                                   .state   = (uint32_t)drive->state,
+                                   .fault   = (uint32_t)drive->fault,
+                                   .limits  = drive->limits,
+                                   .late_us = (float)late_ns / NS_PER_US,
+                                   .step_us = (float)step_ns / NS_PER_US});
+}
+
+/// One tick. False if the run is to end.
+static bool tick(program_t *program, uint64_t number, int64_t due_ns, sim_error_t *error)
+{
+    board_t      *board    = &program->board;
+    const int64_t start_ns = realtime_now_ns();
+    const double  t_s      = (double)number * 1e-6 * program->rig->drive.period_us;
+    if (!renew_reference(program, t_s, error))
+    {
+        return false;
+    }
+    board->failed = (board->lines != NULL && !lines_set(board->lines, LINE_PROBE, true)) || board->failed;
+    drive_tick(&program->drive);
+    board->failed = (board->lines != NULL && !lines_set(board->lines, LINE_PROBE, false)) || board->failed;
+    record(program, t_s, program->ticks_in >= 0 ? 0 : start_ns - due_ns, realtime_now_ns() - start_ns);
+    board_advance(board);
+    if (board->failed)
+    {
+        return sim_error_set(error, "a device or line fails: %s", strerror(errno));
+    }
+    const char byte = '.';
+    return program->ticks_out < 0 || write(program->ticks_out, &byte, 1) == 1;
+}
+
+static bool is_over(const program_t *program, uint64_t number)
+{
+    const double t_s = (double)number * 1e-6 * program->rig->drive.period_us;
+    return program->drive.state == DRIVE_FAULT ||
+           (program->options->duration_s > 0.0 && t_s >= program->options->duration_s);
+}
+
+/// From the start of the drive to its end. The number of ticks.
+static uint64_t run_ticks(program_t *program, heart_t *heart, sim_error_t *error)
+{
+    uint64_t number = 0;
+    int64_t  due_ns = realtime_now_ns();
+    drive_start(&program->drive);
+    while (!is_over(program, number) && wait_for_tick(program, number, &due_ns))
+    {
+        heart_beat(heart);
+        const bool ok = tick(program, number, due_ns, error);
+        number++;
+        if (!ok)
+        {
+            break;
+        }
+    }
+    board_off(&program->board);
+    heart_rest(heart);
+    return number;
+}
+
+static void print_times(const char *name, const histogram_t *times)
+{
+    (void)fprintf(stderr,
+                  "%s: half below %g us, 99 %% below %g us, longest %.1f us\n",
+                  name,
+                  histogram_quantile_us(times, 0.5),
+                  histogram_quantile_us(times, 0.99),
+                  (double)times->longest_ns / NS_PER_US);
+}
+
+static int end(program_t *program, uint64_t ticks, sim_error_t *error)
+{
+    uint64_t written = 0;
+    uint64_t dropped = 0;
+    drive_report(&program->drive);
+    if (program->recorder != NULL && recorder_stop(program->recorder, &written, &dropped, error))
+    {
+        (void)
+            fprintf(stderr, "log: %llu rows, %llu dropped\n", (unsigned long long)written, (unsigned long long)dropped);
+    }
+    (void)fprintf(stderr,
+                  "%llu ticks, %llu overruns\n",
+                  (unsigned long long)ticks,
+                  (unsigned long long)program->overruns);
+    print_times("wake-up", &program->wake);
+    print_times("step", &program->step);
+    if (error->text[0] != '\0')
+    {
+        (void)fprintf(stderr, "tribo-drive: %s\n", error->text);
+        return EXIT_SETUP;
+    }
+    return program->drive.state == DRIVE_FAULT ? EXIT_FAULT : EXIT_OK;
+}
+
+/// The process with the loop.
+static int run(void *context, heart_t *heart)
+{
+    program_t              *program = context;
+    sim_error_t             error   = {""};
+    const realtime_config_t wanted  = {.priority = program->rig->priority,
+                                       .cpu      = (int64_t)program->rig->cpu,
+                                       .required = program->rig->required != 0};
+    const struct sigaction  action  = {.sa_handler = stop};
+    (void)sigaction(SIGINT, &action, NULL);
+    (void)sigaction(SIGTERM, &action, NULL);
+    if (program->options->log != NULL && (program->recorder = recorder_start(program->options->log, &error)) == NULL)
+    {
+        (void)fprintf(stderr, "tribo-drive: %s\n", error.text);
+        return EXIT_SETUP;
+    }
+    // After the log's thread, which keeps an ordinary priority.
+    if (!realtime_enter(&wanted, &error))
+    {
+        (void)fprintf(stderr, "tribo-drive: no real time: %s\n", error.text);
+        if (wanted.required)
+        {
+            return EXIT_SETUP;
+        }
+        error.text[0] = '\0';
+    }
+    const uint64_t ticks = run_ticks(program, heart, &error);
+    return end(program, ticks, &error);
+}
+
+// --- setting up ----------------------------------------------------------------------------------------------------
+
+/// The path of the scenario, from the folder of the configuration.
+static void scenario_path(const rig_t *rig, const char *config, char path[2 * RIG_PATH_MAX])
+{
+    const char *slash  = strrchr(config, '/');
+    const int   length = slash != NULL && rig->scenario[0] != '/' ? (int)(slash - config) + 1 : 0;
+    (void)snprintf(path, 2 * RIG_PATH_MAX, "%.*s%s", length < (int)RIG_PATH_MAX ? length : 0, config, rig->scenario);
+}
+
+static bool open_scenario(program_t *program, sim_error_t *error)
+{
+    char path[2 * RIG_PATH_MAX];
+    scenario_path(program->rig, program->options->config, path);
+    program->scenario = sim_scenario_create();
+    bool ok           = program->scenario != NULL || sim_error_set(error, "out of memory");
+    ok                = ok && sim_scenario_load(program->scenario, path, error);
+    for (unsigned i = 0; ok && i < program->options->set_count; i++)
+    {
+        ok = sim_scenario_set(program->scenario, program->options->sets[i], error);
+    }
+    return ok && sim_scenario_check(program->scenario, error) && sim_check_has_loop(program->scenario, error) &&
+           sim_reference_init(&program->reference, program->scenario, error);
+}
+
+static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_error_t *error)
+{
+    const sim_config_t  *config = sim_scenario_config(program->scenario);
+    const char          *path   = program->options->config;
+    drive_config_error_t refused;
+    char                 key[64];
+    char                 what[160];
+    if ((uint32_t)(config->sample_time_s * 1e6 + 0.5) != program->rig->drive.period_us)
+    {
+        (void)snprintf(what,
+                       sizeof what,
+                       "%u is not the scenario's sample_time_s of %g",
+                       program->rig->drive.period_us,
+                       config->sample_time_s);
+        return rig_complain(sources, path, "drive.period_us", what, error);
+    }
+    sim_loop_config_fill(&program->loop_config, config);
+    const tribo_status_t status =
+        loop_setup(&program->loop, &program->loop_config.config, (float)config->limits.full_scale_n);
+    if (!sim_check_status(program->scenario, status, error))
+    {
+        return false;
+    }
+    if (!drive_setup_init(&program->setup, &program->rig->drive, &program->loop.params, &program->board.port, &refused))
+    {
+        (void)snprintf(key, sizeof key, "drive.%s", refused.field);
+        (void)snprintf(what,
+                       sizeof what,
+                       "%.9g does not fit devices and loop: %.9g to %.9g is wanted",
+                       (double)refused.value,
+                       (double)refused.low,
+                       (double)refused.high);
+        return rig_complain(sources, path, key, what, error);
+    }
+    return true;
+}
+
+static bool open_ticks(program_t *program, sim_error_t *error)
+{
+    const char *ticks = program->options->ticks;
+    program->ticks_in = program->ticks_out = -1;
+    if (ticks == NULL)
+    {
+        return true;
+    }
+    char        in[RIG_PATH_MAX + 1];
+    const char *comma = strchr(ticks, ',');
+    (void)snprintf(in, sizeof in, "%.*s", (int)(comma - ticks), ticks);
+    program->ticks_in  = open(in, O_RDONLY | O_CLOEXEC);
+    program->ticks_out = program->ticks_in >= 0 ? open(comma + 1, O_WRONLY | O_CLOEXEC) : -1;
+    return program->ticks_out >= 0 || sim_error_set(error, "--ticks %s: %s", ticks, strerror(errno));
+}
+
+static int open_and_run(program_t *program, const sim_sources_t *sources, sim_error_t *error)
+{
+    if (!open_scenario(program, error) || !board_open(&program->board, program->rig, program->scenario, error))
+    {
+        return -1;
+    }
+    int status = -1;
+    if (set_up_drive(program, sources, error))
+    {
+        drive_init(&program->drive, &program->board.port, &program->setup, selftest_golden());
+        drive_report_off(&program->board.port, &program->rig->drive);
+        const supervisor_config_t supervisor = {.heartbeat_ms = program->rig->heartbeat_ms,
+                                                .priority     = program->rig->priority + 1u,
+                                                .watchdog =
+                                                    program->rig->watchdog[0] != '\0' ? program->rig->watchdog : NULL,
+                                                .off     = board_off,
+                                                .context = &program->board};
+        status                               = program->options->check ? EXIT_OK
+                                               : open_ticks(program, error) ? supervisor_run(&supervisor, run, program, error)
+                                                                            : -1;
+        if (program->options->check)
+        {
+            (void)puts("tribo-drive: all is open, nothing has moved");
+        }
+    }
+    board_off(&program->board);
+    board_close(&program->board);
+    return status;
+}
+
+int main(int count, char **arguments)
+{
+    static program_t         program;
+    static rig_t             rig;
+    static options_t         options;
+    static const struct argp argp = {
+        .options  = known,
+        .parser   = take,
+        .args_doc = "CONFIG.yaml",
+        .doc =
+            "Friction-compensated force control on a Linux board: runs the loop of a scenario on IIO, PWM and GPIO.\v"
+            "Exit status: 0 done, 1 configuration, devices or log, 2 command line, 3 stopped for a fault."};
+    argp_err_exit_status = EXIT_USAGE;
+    (void)argp_parse(&argp, count, arguments, 0, NULL, &options);
+    if (options.keys)
+    {
+        rig_print_keys();
+        return EXIT_OK;
+    }
+    sim_sources_t sources = {.count = 0};
+    sim_error_t   error   = {""};
+    program               = (program_t){.options = &options, .rig = &rig};
+    const int status = rig_load(&rig, options.config, &sources, &error) ? open_and_run(&program, &sources, &error) : -1;
+    if (error.text[0] != '\0')
+    {
+        (void)fprintf(stderr, "tribo-drive: %s\n", error.text);
+    }
+    sim_reference_free(&program.reference);
+    sim_scenario_destroy(program.scenario);
+    sim_sources_free(&sources);
+    return status >= 0 ? status : EXIT_SETUP;
+}

@@ -1,0 +1,34 @@
+/// A PWM output of sysfs. Its number is the duty, 0 to 1.
+
+#ifndef LINUX_PWM_H
+#define LINUX_PWM_H
+
+#include "support/error.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define PWM_NAME_MAX 63u
+
+typedef struct
+{
+    char     chip[PWM_NAME_MAX + 1]; ///< its name in /sys/class/pwm, e.g. pwmchip0
+    uint64_t channel;
+    uint64_t period_ns;
+} pwm_config_t;
+
+typedef struct
+{
+    int     file; ///< duty_cycle
+    int64_t period_ns;
+} pwm_t;
+
+/// Exports the channel if need be, sets its period and the duty `idle`, and turns it on. False with `key`, the file and why in
+/// `error`.
+bool pwm_open(pwm_t *pwm, const pwm_config_t *config, float idle, const char *key, sim_error_t *error);
+void pwm_close(pwm_t *pwm);
+
+/// The nearest nanosecond. False if the chip does not take it.
+bool pwm_write(const pwm_t *pwm, float duty);
+
+#endif

@@ -1,0 +1,44 @@
+/// The clock of the ticks and what keeps it even: a priority, locked memory, a CPU of its own. And how even it was.
+
+#ifndef LINUX_REALTIME_H
+#define LINUX_REALTIME_H
+
+#include "support/error.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+typedef struct
+{
+    uint64_t priority; ///< of SCHED_FIFO
+    int64_t  cpu;      ///< -1: any
+    bool     required; ///< without the privileges: true ends the program, false only says so
+} realtime_config_t;
+
+#define HISTOGRAM_BINS 32u
+
+/// Times in bins that double: below 1 us, below 2 us, ...
+typedef struct
+{
+    uint64_t count[HISTOGRAM_BINS];
+    uint64_t total;
+    int64_t  longest_ns;
+} histogram_t;
+
+void histogram_add(histogram_t *histogram, int64_t time_ns);
+
+/// The time in us below which `part` of all are, rounded up to its bin's end; 0 without any.
+double histogram_quantile_us(const histogram_t *histogram, double part);
+
+/// Locks all memory and makes the calling thread one of SCHED_FIFO on its CPU. False with what is refused in `error`; what
+/// comes before it has been done.
+bool realtime_enter(const realtime_config_t *config, sim_error_t *error);
+
+/// CLOCK_MONOTONIC.
+int64_t realtime_now_ns(void);
+
+/// Sleeps until `due_ns`, at once if it is over. False if a signal came first.
+bool realtime_sleep_until(int64_t due_ns);
+
+#endif

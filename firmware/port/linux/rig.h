@@ -1,0 +1,62 @@
+/// The configuration of tribo-drive, from YAML: devices, lines, real time, the drive's config, and the scenario whose loop and
+/// reference it runs. docs/linux.md has the table of keys, which is the one in rig.c.
+
+#ifndef LINUX_RIG_H
+#define LINUX_RIG_H
+
+#include "app/config.h"
+#include "channel.h"
+#include "lines.h"
+#include "pwm.h"
+#include "realtime.h"
+#include "scenario/source.h"
+
+#define RIG_PATH_MAX 255u
+
+typedef enum
+{
+    RIG_IO_DEVICES,
+    RIG_IO_SIMULATED ///< the scenario's plant in their place: a run on any machine
+} rig_io_t;
+
+typedef enum
+{
+    RIG_OUTPUT_PWM,
+    RIG_OUTPUT_DAC
+} rig_output_t;
+
+typedef struct
+{
+    char             scenario[RIG_PATH_MAX + 1]; ///< from the folder of the configuration
+    int              io;                         ///< rig_io_t
+    channel_config_t sensor;
+    double           sensor_low, sensor_high; ///< the ends of its range; equal: none
+    int              output;                  ///< rig_output_t
+    pwm_config_t     pwm;
+    channel_config_t dac;
+    double           dac_low, dac_high;
+    line_config_t    lines[LINE_COUNT];
+    uint64_t         priority;
+    double           cpu;      ///< -1: any
+    int              required; ///< 0 or 1
+    uint64_t         heartbeat_ms;
+    char             watchdog[RIG_PATH_MAX + 1]; ///< empty: none
+    double           drive_values[DRIVE_CONFIG_COUNT];
+
+    drive_config_t drive; ///< made of drive_values
+} rig_t;
+
+/// Reads and checks `path`. False with file, line, key, value and range in `error`; `sources` knows where each key was written.
+bool rig_load(rig_t *rig, const char *path, sim_sources_t *sources, sim_error_t *error);
+
+/// "FILE:LINE: " of a key, or of the file as a whole, and what is wrong with it. Always false.
+bool rig_complain(const sim_sources_t *sources,
+                  const char          *path,
+                  const char          *key,
+                  const char          *what,
+                  sim_error_t         *error);
+
+/// The table of keys in Markdown.
+void rig_print_keys(void);
+
+#endif

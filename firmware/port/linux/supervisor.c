@@ -1,0 +1,155 @@
+#include "supervisor.h"
+
+#include "realtime.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#define LOOK_NS 2000000 ///< how often the supervisor looks
+
+struct heart
+{
+    atomic_uint_fast32_t beats;
+};
+
+void heart_beat(heart_t *heart)
+{
+    (void)atomic_fetch_add_explicit(&heart->beats, 1u, memory_order_relaxed);
+}
+
+void heart_rest(heart_t *heart)
+{
+    atomic_store_explicit(&heart->beats, 0u, memory_order_relaxed);
+}
+
+/// The device stays armed if the program dies; "V" disarms it.
+static int open_watchdog(const char *path, sim_error_t *error)
+{
+    if (path == NULL)
+    {
+        return -1;
+    }
+    const int watchdog = open(path, O_WRONLY | O_CLOEXEC);
+    if (watchdog < 0)
+    {
+        (void)sim_error_set(error, "watchdog: %s: %s", path, strerror(errno));
+    }
+    return watchdog;
+}
+
+static void tell_watchdog(int watchdog, char what)
+{
+    if (watchdog >= 0)
+    {
+        (void)!write(watchdog, &what, 1);
+    }
+}
+
+/// Until the loop's process ends or its heart stops. Returns its exit status as supervisor_run does.
+static int watch(const supervisor_config_t *config,
+                 const heart_t             *heart,
+                 pid_t                      loop,
+                 const sigset_t            *signals,
+                 int                        watchdog)
+{
+    const struct timespec look      = {.tv_nsec = LOOK_NS};
+    const uint64_t        looks     = config->heartbeat_ms * 1000000u / LOOK_NS + 1u;
+    uint_fast32_t         beats     = 0;
+    uint64_t              quiet     = 0; ///< looks without a beat
+    int                   status    = 0;
+    bool                  is_killed = false;
+    while (waitpid(loop, &status, WNOHANG) != loop)
+    {
+        const int signal = sigtimedwait(signals, NULL, &look);
+        if (signal == SIGINT || signal == SIGTERM)
+        {
+            (void)kill(loop, signal);
+        }
+        const uint_fast32_t now = atomic_load_explicit(&heart->beats, memory_order_relaxed);
+        quiet                   = now == 0u || now != beats ? 0u : quiet + (signal < 0);
+        beats                   = now;
+        if (quiet < looks)
+        {
+            tell_watchdog(watchdog, '.');
+        }
+        else if (!is_killed)
+        {
+            config->off(config->context);
+            (void)fprintf(stderr,
+                          "tribo-drive: no heartbeat for %llu ms, stopped\n",
+                          (unsigned long long)config->heartbeat_ms);
+            (void)kill(loop, SIGKILL);
+            is_killed = true;
+        }
+    }
+    config->off(config->context);
+    return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+static int run_loop(int (*loop)(void *context, heart_t *heart),
+                    void           *context,
+                    heart_t        *heart,
+                    pid_t           supervisor,
+                    const sigset_t *before)
+{
+    // Without its supervisor the loop stops like for any SIGTERM.
+    (void)prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != supervisor)
+    {
+        return 1;
+    }
+    (void)sigprocmask(SIG_SETMASK, before, NULL);
+    const int status = loop(context, heart);
+    (void)fflush(NULL);
+    return status;
+}
+
+int supervisor_run(const supervisor_config_t *config,
+                   int (*loop)(void *context, heart_t *heart),
+                   void        *context,
+                   sim_error_t *error)
+{
+    sigset_t signals;
+    sigset_t before;
+    (void)sigemptyset(&signals);
+    (void)sigaddset(&signals, SIGCHLD);
+    (void)sigaddset(&signals, SIGINT);
+    (void)sigaddset(&signals, SIGTERM);
+    (void)sigprocmask(SIG_BLOCK, &signals, &before);
+
+    const int watchdog = open_watchdog(config->watchdog, error);
+    heart_t  *heart    = mmap(NULL, sizeof *heart, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if ((config->watchdog != NULL && watchdog < 0) || heart == MAP_FAILED)
+    {
+        (void)sim_error_set(error, "no memory for a heartbeat: %s", strerror(errno));
+        return -1;
+    }
+    atomic_init(&heart->beats, 0u);
+    const pid_t supervisor = getpid();
+    const pid_t process    = fork();
+    if (process == 0)
+    {
+        _exit(run_loop(loop, context, heart, supervisor, &before));
+    }
+    if (process < 0)
+    {
+        (void)sim_error_set(error, "no process for the loop: %s", strerror(errno));
+        return -1;
+    }
+    // Only now, as the loop would inherit it. Without the privileges the loop says so.
+    sim_error_t             refused;
+    const realtime_config_t real_time = {.priority = config->priority, .cpu = -1};
+    (void)realtime_enter(&real_time, &refused);
+    const int status = watch(config, heart, process, &signals, watchdog);
+    tell_watchdog(watchdog, 'V');
+    return status;
+}

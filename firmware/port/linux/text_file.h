@@ -1,0 +1,13 @@
+/// A whole number in a file of sysfs that stays open.
+
+#ifndef LINUX_TEXT_FILE_H
+#define LINUX_TEXT_FILE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/// False if the kernel refuses, or if there is no number. Neither allocates.
+bool text_file_read(int file, int64_t *number);
+bool text_file_write(int file, int64_t number);
+
+#endif
