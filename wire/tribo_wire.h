@@ -10,6 +10,9 @@
 ///             <----   TICK  }    any number of times
 ///     TOCK    ---->         }
 ///             <----   END        the target's program ends with status 0
+///
+/// Over a serial line each message is followed by the CRC-32 of its words, a session begins with an empty HELLO from the host,
+/// repeated until it is answered, and the target answers END with an END of its cycles.
 
 #ifndef TRIBO_WIRE_H
 #define TRIBO_WIRE_H
@@ -51,6 +54,14 @@ typedef enum
     TRIBO_READY_STATUS, ///< tribo_status_t of the loop's set-up
     TRIBO_READY_WORDS
 } tribo_ready_word_t;
+
+typedef enum
+{
+    TRIBO_CYCLES_LEAST, ///< of the drive's ticks, as the core counts; 0: it does not
+    TRIBO_CYCLES_MEAN,
+    TRIBO_CYCLES_MOST,
+    TRIBO_CYCLES_WORDS
+} tribo_cycles_word_t;
 
 #define TRIBO_REQUEST_START       1u
 #define TRIBO_REQUEST_STOP        2u

@@ -34,7 +34,7 @@ static const struct argp_option known[] = {
     {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "writes DIR/trace.csv (one row a tick) and DIR/summary.json"},
     {.name = "json", .key = OPTION_JSON, .doc = "prints the summary as JSON instead of a table"},
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: two loops on two plants and how they differ"},
-    {.name = "target", .key = OPTION_TARGET, .arg = "NAME", .doc = "runs the drive's firmware on an emulated microcontroller against the plant here, and compares it with the host, bit by bit"},
+    {.name = "target", .key = OPTION_TARGET, .arg = "NAME", .doc = "runs the drive's firmware on an emulated microcontroller, or on a board at a serial line, against the plant here, and compares it with the host, bit by bit"},
     {.name = NULL}};
 // clang-format on
 
@@ -187,6 +187,14 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
                      summary->q31 ? "q31" : "f32",
                      summary->lock_step.different_ticks == 0 ? "the same bits as the host" : "differs from the host",
                      summary->lock_step.ticks_per_s);
+    }
+    if (summary->target != NULL && summary->lock_step.cycles_most > 0u)
+    {
+        (void)printf("%-26s%" PRIu32 " to %" PRIu32 ", %" PRIu32 " on average\n",
+                     "cycles of a tick",
+                     summary->lock_step.cycles_least,
+                     summary->lock_step.cycles_most,
+                     summary->lock_step.cycles_mean);
     }
     if (summary->both)
     {

@@ -4,6 +4,7 @@
 #include "support/clock.h"
 #include "target/boards.h"
 #include "target/emulator.h"
+#include "target/serial.h"
 #include "tribo_wire.h"
 
 #include <inttypes.h>
@@ -31,10 +32,14 @@ static const model_t models[] = {SIM_BOARDS(MODEL)};
 
 #define MODELS (sizeof models / sizeof models[0])
 
+#define SERIAL "serial:" // before the name of a device
+
 struct sim_target
 {
-    const model_t  *model;
+    const char     *name;
+    const model_t  *model; ///< null: a board on a serial line
     sim_emulator_t *emulator;
+    sim_serial_t   *serial;
     sim_loop_t      host; ///< the same loop, computed here
     uint32_t        period_us;
     uint64_t        ticks, different_ticks;
@@ -55,15 +60,20 @@ static const model_t *model_of(const char *name)
     return NULL;
 }
 
+static bool is_serial(const char *name)
+{
+    return strncmp(name, SERIAL, sizeof SERIAL - 1u) == 0;
+}
+
 bool sim_target_exists(const char *name)
 {
-    return model_of(name) != NULL;
+    return model_of(name) != NULL || is_serial(name);
 }
 
 const char *sim_target_names(void)
 {
 #define NAME(name, ...) ", " name
-    static const char names[] = SIM_BOARDS(NAME);
+    static const char names[] = SIM_BOARDS(NAME) ", serial:DEVICE";
 #undef NAME
     return names + 2;
 }
@@ -71,7 +81,19 @@ const char *sim_target_names(void)
 /// Puts the target's name before the error.
 static bool blame(const sim_target_t *target, const sim_error_t *inner, sim_error_t *error)
 {
-    return sim_error_set(error, "%s: %s", target->model->name, inner->text);
+    return sim_error_set(error, "%s: %s", target->name, inner->text);
+}
+
+static bool send_message(sim_target_t *target, uint32_t kind, const uint32_t *words, uint32_t count, sim_error_t *error)
+{
+    return target->serial != NULL ? sim_serial_send(target->serial, kind, words, count, error)
+                                  : sim_emulator_send(target->emulator, kind, words, count, error);
+}
+
+static bool receive_message(sim_target_t *target, uint32_t kind, uint32_t *words, uint32_t count, sim_error_t *error)
+{
+    return target->serial != NULL ? sim_serial_receive(target->serial, kind, words, count, error)
+                                  : sim_emulator_receive(target->emulator, kind, words, count, error);
 }
 
 // --- start ---------------------------------------------------------------------------------------------------------
@@ -92,6 +114,13 @@ static bool find_image(char *path, size_t size, const sim_target_t *target, sim_
                          path,
                          target->model->tree,
                          target->model->tree);
+}
+
+static bool open_serial(sim_target_t *target, sim_error_t *error)
+{
+    sim_error_t inner = {""};
+    target->serial    = sim_serial_open(target->name + sizeof SERIAL - 1u, &inner);
+    return target->serial != NULL || blame(target, &inner, error);
 }
 
 static bool start_emulator(sim_target_t *target, sim_error_t *error)
@@ -146,7 +175,8 @@ static bool say_hello(sim_target_t *target, const sim_loop_config_t *config, sim
     uint32_t hello[TRIBO_HELLO_WORDS];
     uint32_t setup[TRIBO_SETUP_WORDS];
     uint32_t ready[TRIBO_READY_WORDS];
-    if (!sim_emulator_receive(target->emulator, TRIBO_WIRE_HELLO, hello, TRIBO_HELLO_WORDS, error))
+    if (!(target->serial != NULL ? sim_serial_hello(target->serial, hello, TRIBO_HELLO_WORDS, error)
+                                 : receive_message(target, TRIBO_WIRE_HELLO, hello, TRIBO_HELLO_WORDS, error)))
     {
         return false;
     }
@@ -159,8 +189,8 @@ static bool say_hello(sim_target_t *target, const sim_loop_config_t *config, sim
         return sim_error_set(error, "the drive's self-test failed with fault %" PRIu32, hello[TRIBO_HELLO_FAULT]);
     }
     fill_setup(setup, target, config);
-    if (!sim_emulator_send(target->emulator, TRIBO_WIRE_SETUP, setup, TRIBO_SETUP_WORDS, error) ||
-        !sim_emulator_receive(target->emulator, TRIBO_WIRE_READY, ready, TRIBO_READY_WORDS, error))
+    if (!send_message(target, TRIBO_WIRE_SETUP, setup, TRIBO_SETUP_WORDS, error) ||
+        !receive_message(target, TRIBO_WIRE_READY, ready, TRIBO_READY_WORDS, error))
     {
         return false;
     }
@@ -182,6 +212,7 @@ sim_target_t *sim_target_start(const char              *name,
         (void)sim_error_set(error, "out of memory");
         return NULL;
     }
+    target->name                = name;
     target->model               = model_of(name);
     target->period_us           = (uint32_t)fmax(1.0, round(1e6 * (double)config->config.sample_time_s));
     const tribo_status_t status = sim_loop_init(&target->host, q31, config, full_scale_n);
@@ -192,7 +223,8 @@ sim_target_t *sim_target_start(const char              *name,
         return NULL;
     }
     sim_error_t inner = {""};
-    if (!start_emulator(target, error) || (!say_hello(target, config, &inner) && !blame(target, &inner, error)))
+    if (!(target->model != NULL ? start_emulator(target, error) : open_serial(target, error)) ||
+        (!say_hello(target, config, &inner) && !blame(target, &inner, error)))
     {
         sim_target_destroy(target);
         return NULL;
@@ -252,16 +284,25 @@ static bool exchange(sim_target_t *target, uint32_t r, uint32_t y, sim_error_t *
     tick[TRIBO_TICK_SILENT]   = 0;
     tick[TRIBO_TICK_R]        = r;
     tick[TRIBO_TICK_Y]        = y;
-    if (!sim_emulator_send(target->emulator, TRIBO_WIRE_TICK, tick, TRIBO_TICK_WORDS, error) ||
-        !sim_emulator_receive(target->emulator, TRIBO_WIRE_TOCK, target->tock, TRIBO_TOCK_WORDS, error))
+    if (!send_message(target, TRIBO_WIRE_TICK, tick, TRIBO_TICK_WORDS, error) ||
+        !receive_message(target, TRIBO_WIRE_TOCK, target->tock, TRIBO_TOCK_WORDS, error))
     {
         return false;
     }
-    return target->tock[TRIBO_TOCK_FAULT] == FAULT_NONE ||
-           sim_error_set(error,
-                         "the drive stopped at t = %g s: %s",
-                         (double)target->ticks * target->host.sample_time_s,
-                         sim_emulator_last_line(target->emulator));
+    if (target->tock[TRIBO_TOCK_FAULT] == FAULT_NONE)
+    {
+        return true;
+    }
+    const double t_s = (double)target->ticks * target->host.sample_time_s;
+    return target->serial != NULL
+               ? sim_error_set(error,
+                               "the drive stopped at t = %g s with fault %" PRIu32 " of firmware/app/drive.h",
+                               t_s,
+                               target->tock[TRIBO_TOCK_FAULT])
+               : sim_error_set(error,
+                               "the drive stopped at t = %g s: %s",
+                               t_s,
+                               sim_emulator_last_line(target->emulator));
 }
 
 bool sim_target_step(sim_target_t                   *target,
@@ -290,11 +331,19 @@ bool sim_target_step(sim_target_t                   *target,
     return true;
 }
 
+/// An emulator ends; a board answers with its cycles.
+static bool wait_for_end(sim_target_t *target, uint32_t cycles[TRIBO_CYCLES_WORDS], sim_error_t *error)
+{
+    return target->serial != NULL
+               ? sim_serial_receive(target->serial, TRIBO_WIRE_END, cycles, TRIBO_CYCLES_WORDS, error)
+               : sim_emulator_wait(target->emulator, error);
+}
+
 bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, sim_error_t *error)
 {
-    sim_error_t inner = {""};
-    if (!sim_emulator_send(target->emulator, TRIBO_WIRE_END, NULL, 0, &inner) ||
-        !sim_emulator_wait(target->emulator, &inner))
+    uint32_t    cycles[TRIBO_CYCLES_WORDS] = {0};
+    sim_error_t inner                      = {""};
+    if (!send_message(target, TRIBO_WIRE_END, NULL, 0, &inner) || !wait_for_end(target, cycles, &inner))
     {
         return blame(target, &inner, error);
     }
@@ -302,13 +351,16 @@ bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, sim_er
                                     .different_ticks = target->different_ticks,
                                     .limited_ticks   = target->tock[TRIBO_TOCK_LIMITED_TICKS],
                                     .bad_inputs      = target->tock[TRIBO_TOCK_BAD_INPUTS],
+                                    .cycles_least    = cycles[TRIBO_CYCLES_LEAST],
+                                    .cycles_mean     = cycles[TRIBO_CYCLES_MEAN],
+                                    .cycles_most     = cycles[TRIBO_CYCLES_MOST],
                                     .ticks_per_s = target->busy_s > 0.0 ? (double)target->ticks / target->busy_s : 0.0};
     if (target->different_ticks > 0)
     {
         (void)snprintf(result->difference,
                        sizeof result->difference,
                        "%s: %" PRIu64 " of %" PRIu64 " ticks differ from the host's; the first: %s",
-                       target->model->name,
+                       target->name,
                        target->different_ticks,
                        target->ticks,
                        target->difference);
@@ -321,6 +373,7 @@ void sim_target_destroy(sim_target_t *target)
     if (target != NULL)
     {
         sim_emulator_stop(target->emulator);
+        sim_serial_close(target->serial);
         free(target);
     }
 }

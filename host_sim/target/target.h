@@ -1,4 +1,4 @@
-/// The drive's firmware on an emulated microcontroller, in lock-step with the plant here. The same loop runs on the host, and
+/// The drive's firmware on an emulated microcontroller, or on a board at a serial line (serial:DEVICE), in lock-step with the plant here. The same loop runs on the host, and
 /// every word that the target computes is compared with the host's, bit by bit.
 
 #ifndef SIM_TARGET_H
@@ -16,15 +16,16 @@ typedef struct sim_target sim_target_t;
 typedef struct
 {
     uint64_t ticks;
-    uint64_t different_ticks; ///< with a word that differs from the host's
-    uint64_t limited_ticks;   ///< counted by the target
-    uint64_t bad_inputs;      ///< counted by the target
-    double   ticks_per_s;     ///< of wall time in lock-step, without the plant
-    char     difference[512]; ///< the first one, in words; "" if there is none
+    uint64_t different_ticks;                        ///< with a word that differs from the host's
+    uint64_t limited_ticks;                          ///< counted by the target
+    uint64_t bad_inputs;                             ///< counted by the target
+    uint32_t cycles_least, cycles_mean, cycles_most; ///< of a tick on a board with a counter, else 0
+    double   ticks_per_s;                            ///< of wall time in lock-step, without the plant
+    char     difference[512];                        ///< the first one, in words; "" if there is none
 } sim_target_result_t;
 
 /// Starts the image for target `name` in its emulator and sets up its loop with `config`, which must outlive it, and in q31
-/// with `full_scale_n`. Null on failure. Images are in the folder named by TRIBO_FIRMWARE, or else where they are built.
+/// with `full_scale_n`, or that of the board. Null on failure. Images are in the folder named by TRIBO_FIRMWARE, or else where they are built.
 sim_target_t *sim_target_start(const char              *name,
                                bool                     q31,
                                const sim_loop_config_t *config,

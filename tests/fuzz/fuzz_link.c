@@ -3,13 +3,11 @@
 
 #include "fuzz.h"
 
-// Its main opens the link and tests the memory of a microcontroller; the rest is what is tried here.
-int emulated_main(void);
-#define main emulated_main
-#include "port/emulated/main.c"
-#undef main
+// lock_step opens the link and tests the memory of a microcontroller; the rest is what is tried here.
+#include "port/emulated/lock_step.c"
 
 #include <math.h>
+#include <semihost.h>
 
 // Without a bus or a flash.
 

@@ -3,6 +3,8 @@
 #include <semihost.h>
 #include <string.h>
 
+extern uint32_t __data_start[];
+
 static int from_host, to_host;
 
 bool link_open(void)
@@ -64,4 +66,24 @@ bool link_receive(uint32_t *kind, uint32_t words[TRIBO_WIRE_WORDS_MAX], uint32_t
     *count = message[1];
     memcpy(words, message + TRIBO_WIRE_HEADER_WORDS, sizeof(uint32_t) * message[1]);
     return true;
+}
+
+void link_close(const link_cycles_t *cycles)
+{
+    (void)cycles; // an emulator has none
+}
+
+void link_log(uint8_t byte)
+{
+    (void)sys_semihost_putc((char)byte, NULL);
+}
+
+uint32_t link_cycles(void)
+{
+    return 0;
+}
+
+uint32_t *link_ram(void)
+{
+    return __data_start;
 }

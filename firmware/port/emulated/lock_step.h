@@ -1,0 +1,9 @@
+/// A drive that computes what the host sends it (wire/tribo_wire.h), over any link (link.h).
+
+#ifndef EMULATED_LOCK_STEP_H
+#define EMULATED_LOCK_STEP_H
+
+/// One session with the host, from HELLO to END. Returns 0 after END, else the exit status of a program.
+int lock_step(void);
+
+#endif
