@@ -72,6 +72,7 @@ typedef struct
     FIELD(feedforward.learning.correlation)                                                                            \
     FIELD(feedforward.learning.correlation_faded)                                                                      \
     FIELD(feedforward.learning.trust)                                                                                  \
+    FIELD(feedforward.learning.doubt)                                                                                  \
     FIELD(feedforward.learning.weight_n)                                                                               \
     FIELD(feedforward.learning.forgetting_per_n)                                                                       \
     FIELD(feedforward.learning.scale_min)                                                                              \

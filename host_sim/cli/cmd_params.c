@@ -51,6 +51,7 @@ static bool take_name_of_scenario(options_t *options)
 enum
 {
     OPTION_SET = SIM_OPTION_FIRST,
+    OPTION_LEARNED,
     OPTION_OUT,
     OPTION_ARITH,
     OPTION_NAME
@@ -60,6 +61,7 @@ enum
 static const struct argp_option known[] = {
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31", .doc = "the loop's arithmetic; f32 if left out"},
     {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "changes any key of the scenario"},
+    {.name = "learned", .key = OPTION_LEARNED, .arg = "FILE.yaml", .doc = "what a run has learned (its DIR/learned.yaml), as the breakaway to begin with"},
     {.name = "name", .key = OPTION_NAME, .arg = "NAME", .doc = "NAME_params is declared; the scenario's name if left out"},
     {.name = "out", .key = OPTION_OUT, .arg = "FILE.h", .doc = "where it goes; standard output if left out"},
     {.name = NULL}};
@@ -73,6 +75,9 @@ static int take(void *context, int key, const char *value)
     {
     case OPTION_SET:
         return sim_scenario_take_set(&options->choice, value);
+    case OPTION_LEARNED:
+        options->choice.learned = value;
+        return 0;
     case OPTION_OUT:
         options->out = value;
         return 0;

@@ -1,4 +1,5 @@
 #include "cli/commands.h"
+#include "cli/learned.h"
 #include "cli/progress.h"
 #include "cli/scenario_choice.h"
 #include "cli/trace.h"
@@ -22,6 +23,7 @@ typedef struct
 enum
 {
     OPTION_SET = SIM_OPTION_FIRST,
+    OPTION_LEARNED,
     OPTION_OUT,
     OPTION_JSON,
     OPTION_TARGET,
@@ -31,7 +33,8 @@ enum
 // clang-format off: one row an option
 static const struct argp_option known[] = {
     {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "changes any key, e.g. compensator.gain=0"},
-    {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "writes DIR/trace.csv (one row a tick) and DIR/summary.json"},
+    {.name = "learned", .key = OPTION_LEARNED, .arg = "FILE.yaml", .doc = "what an earlier run has learned (its DIR/learned.yaml), as the breakaway to begin with"},
+    {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "writes DIR/trace.csv (one row a tick), DIR/summary.json and, where breakaway is learned, DIR/learned.yaml"},
     {.name = "json", .key = OPTION_JSON, .doc = "prints the summary as JSON instead of a table"},
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: two loops on two plants and how they differ"},
     {.name = "target", .key = OPTION_TARGET, .arg = "NAME", .doc = "runs the drive's firmware on an emulated microcontroller, or on a board at a serial line, against the plant here, and compares it with the host, bit by bit"},
@@ -46,6 +49,9 @@ static int take(void *context, int key, const char *value)
     {
     case OPTION_SET:
         return sim_scenario_take_set(&options->choice, value);
+    case OPTION_LEARNED:
+        options->choice.learned = value;
+        return 0;
     case OPTION_OUT:
         options->folder = value;
         return 0;
@@ -69,6 +75,7 @@ enum
 {
     TRACE,
     TRACE_Q31,
+    LEARNED,
     SUMMARY, ///< last: it speaks for the others
     FILES
 };
@@ -97,21 +104,21 @@ static bool record(void *context, const sim_row_t *row, double part_done, sim_er
 }
 
 /// Opens what the run will write into the folder; a trace of Q31 that an earlier run has left would not belong to it.
-static bool open_files(recorder_t *recorder, const options_t *options, sim_error_t *error)
+static bool open_files(recorder_t *recorder, const options_t *options, bool learns, sim_error_t *error)
 {
-    static const char *const names[FILES] = {"trace.csv", "trace_q31.csv", "summary.json"};
+    static const char *const names[FILES] = {"trace.csv", "trace_q31.csv", "learned.yaml", "summary.json"};
 
     bool ok = sim_output_folder_create(options->folder, error);
     for (int i = 0; ok && i < FILES; i++)
     {
-        const bool wanted = i != TRACE_Q31 || options->run.both;
+        const bool wanted = (i != TRACE_Q31 || options->run.both) && (i != LEARNED || learns);
         char      *path   = sim_text_format("%s/%s", options->folder, names[i]);
         ok = path != NULL ? (wanted ? sim_output_open : sim_output_expect_none)(&recorder->file[i], path, error)
                           : sim_error_set(error, "out of memory");
         free(path);
-        if (ok && wanted && i != SUMMARY)
+        if (ok && wanted && i < LEARNED)
         {
-            sim_trace_write_header(recorder->file[i].stream);
+            sim_trace_write_header(recorder->file[i].stream, learns);
         }
     }
     return ok;
@@ -125,8 +132,9 @@ static char *simulate(const sim_scenario_t *scenario,
 {
     recorder_t recorder = {.file = {{.stream = NULL}}};
     char      *json;
-    bool       ok = options->folder == NULL || open_files(&recorder, options, error);
-    ok            = ok && sim_run(scenario, &options->run, record, &recorder, summary, error);
+    const bool learns = sim_run_learns(sim_scenario_config(scenario));
+    bool       ok     = options->folder == NULL || open_files(&recorder, options, learns, error);
+    ok                = ok && sim_run(scenario, &options->run, record, &recorder, summary, error);
     sim_progress_end(&recorder.progress);
     json = ok ? sim_summary_to_json(summary) : NULL;
     if (json == NULL)
@@ -136,6 +144,10 @@ static char *simulate(const sim_scenario_t *scenario,
     else if (options->folder != NULL)
     {
         (void)fprintf(recorder.file[SUMMARY].stream, "%s\n", json);
+        if (learns)
+        {
+            sim_learned_write(recorder.file[LEARNED].stream, &summary->result);
+        }
         ok = sim_output_commit(recorder.file, FILES, error);
     }
     sim_output_discard(recorder.file, FILES);
@@ -159,12 +171,27 @@ static void print_activity(const char *where, const sim_activity_t *activity)
                  activity->q_switches);
 }
 
+static void print_learned(const sim_result_t *result)
+{
+    static const char *const names[] = {"positive", "negative"};
+    for (int d = 0; result->learns && d < 2; d++)
+    {
+        (void)printf("learned, %-17s%.4f N at the last r, doubt %.3f, from %.3g N of travel%s\n",
+                     names[d],
+                     result->learned.breakaway_n[d],
+                     result->learned.doubt[d],
+                     result->learned.travel_n[d],
+                     result->learned.at_bound[d] ? ", at a bound: not to be trusted" : "");
+    }
+}
+
 static void print_table(const sim_summary_t *summary, const options_t *options)
 {
     (void)printf("%-26s%.6f N\n", "RMS error, r - F", summary->result.rms_error_n);
     (void)printf("%-26s%.6f N\n", "largest error, r - F", summary->result.max_error_n);
     (void)printf("%-26s%.6f N\n", "RMS measured error, r - y", summary->result.rms_measured_error_n);
     print_activity("", &summary->result.activity);
+    print_learned(&summary->result);
     (void)printf("%-26s%" PRIu64 " (limited %" PRIu64 ", bad inputs %" PRIu64 ")\n",
                  "ticks",
                  summary->ticks,
@@ -213,6 +240,10 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
         if (options->run.both)
         {
             (void)printf("%s/trace_q31.csv, ", options->folder);
+        }
+        if (summary->result.learns)
+        {
+            (void)printf("%s/learned.yaml, ", options->folder);
         }
         (void)printf("%s/summary.json\n", options->folder);
     }

@@ -88,7 +88,7 @@ static const field_t meter_f32[] = {F(actuator_part), F(sensor_part), F(filter_p
 #undef T
 #define T tribo_breakaway_learning_f32_params_t
 static const field_t learning_f32[] = {F(scale_most), F(offset_most_n), F(scale_variance), F(offset_variance), F(scale_shared), F(offset_shared),
-    F(correlation), F(distrust), F(weight_n), F(forgetting_per_n), F(scale_min), F(scale_max), END};
+    F(correlation), F(doubt), F(distrust), F(weight_n), F(forgetting_per_n), F(scale_min), F(scale_max), END};
 #undef T
 #define T tribo_hold_f32_params_t
 static const field_t hold_f32[] = {F(on), F(still_ticks), F(quick_ticks), F(gain), F(margin), F(caution_per_n), F(deadband_part), END};
@@ -134,7 +134,7 @@ static const field_t path_q31[] = {F(actuator_part), F(sensor_part), S(arm, arm_
 static const field_t meter_q31[] = {F(actuator_part), F(sensor_part), F(filter_part), F(damping), F(change_max), F(damping_shift), END};
 #undef T
 #define T tribo_breakaway_learning_q31_params_t
-static const field_t learning_q31[] = {F(spread_scale), F(spread_offset), F(correlation), F(correlation_faded), F(distrust), F(weight),
+static const field_t learning_q31[] = {F(spread_scale), F(spread_offset), F(doubt), F(correlation), F(correlation_faded), F(distrust), F(weight),
     F(forgetting), F(scale_min), F(scale_max), END};
 #undef T
 #define T tribo_hold_q31_params_t

@@ -67,6 +67,7 @@ static bool load(sim_scenario_t *scenario, const sim_scenario_choice_t *choice, 
                                   "%s: there is no such file, nor such a scenario in %s (tribo-sim list shows them)",
                                   path,
                                   sim_scenario_folder());
+    ok      = ok && (choice->learned == NULL || sim_scenario_load_compensator(scenario, choice->learned, error));
     for (int i = 0; ok && i < choice->set_count; i++)
     {
         ok = sim_scenario_set(scenario, choice->sets[i], error);

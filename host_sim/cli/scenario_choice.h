@@ -17,6 +17,7 @@ typedef struct
     const char  *name; ///< as the user wrote it
     const char **sets; ///< the values of --set, in order
     int          set_count;
+    const char  *learned; ///< a file with keys of `compensator`, between the scenario and the sets; null: none
 } sim_scenario_choice_t;
 
 /// Takes the value of a --set; 0, or the status to exit with.

@@ -1,9 +1,13 @@
 #include "cli/trace.h"
 
-void sim_trace_write_header(FILE *file)
+void sim_trace_write_header(FILE *file, bool learns)
 {
     (void)fputs("t_s,r_N,y_N,F_N,e_N,controller_N,friction_term_N,u_N,limited," SIM_TRACE_COMPENSATOR
-                ",u_a_N,plant_n_N,plant_L_N,plant_v_N_per_s,plant_Q1,plant_Q2,plant_Q,f_N\n",
+                ",u_a_N,plant_n_N,plant_L_N,plant_v_N_per_s,plant_Q1,plant_Q2,plant_Q,f_N",
+                file);
+    (void)fputs(learns ? ",breakaway_positive_N,breakaway_negative_N,doubt_positive,doubt_negative,"
+                         "learned_positive_N,learned_negative_N\n"
+                       : "\n",
                 file);
 }
 
@@ -39,7 +43,7 @@ void sim_trace_write_row(FILE *file, const sim_row_t *row)
                   loop->controller.limited);
     sim_trace_write_compensator(file, &loop->compensator);
     (void)fprintf(file,
-                  ",%.9g,%.9g,%.9g,%.9g,%d,%d,%d,%.9g\n",
+                  ",%.9g,%.9g,%.9g,%.9g,%d,%d,%d,%.9g",
                   row->plant.u_a_n,
                   truth->n_n,
                   truth->L_n,
@@ -48,4 +52,17 @@ void sim_trace_write_row(FILE *file, const sim_row_t *row)
                   truth->q2,
                   truth->q,
                   truth->f_n);
+    const sim_learned_t *learned = row->learned;
+    if (learned != NULL)
+    {
+        (void)fprintf(file,
+                      ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g",
+                      learned->breakaway_n[0],
+                      learned->breakaway_n[1],
+                      learned->doubt[0],
+                      learned->doubt[1],
+                      learned->travel_n[0],
+                      learned->travel_n[1]);
+    }
+    (void)fputc('\n', file);
 }

@@ -7,7 +7,8 @@
 
 #include <stdio.h>
 
-void sim_trace_write_header(FILE *file);
+/// With the columns of what is learned, if it `learns`.
+void sim_trace_write_header(FILE *file, bool learns);
 void sim_trace_write_row(FILE *file, const sim_row_t *row);
 
 #define SIM_TRACE_COMPENSATOR "F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N"

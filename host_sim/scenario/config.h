@@ -88,7 +88,7 @@ typedef struct
 {
     double spread_scale, spread_offset_n;
     double correlation, correlation_faded;
-    double trust;
+    double trust, doubt;
     double weight_n;
     double forgetting_per_n;
     double scale_min, scale_max;

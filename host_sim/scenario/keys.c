@@ -136,6 +136,7 @@ static const sim_key_t learning_keys[] = {
     CHECKED("correlation",       AT(sim_learning_config_t, correlation),       RANGE("-", 0.0, 0.99, 0.7),   STATUS(LEARNING_CORRELATION), "of the directions before anything is learned"),
     NUMBER("correlation_faded",  AT(sim_learning_config_t, correlation_faded), RANGE("-", 0.0, 0.99, 0.1),   "and once forgotten"),
     CHECKED("trust",             AT(sim_learning_config_t, trust),             RANGE("-", 0.0, 1.0, 0.5),    STATUS(LEARNING_TRUST),      "share of the believed breakaway that is fed forward before anything is learned"),
+    NUMBER("doubt",              AT(sim_learning_config_t, doubt),             RANGE("-", 1e-3, 1.0, 1.0),   "what is left of that doubt to begin with: 1, or less where the believed breakaway has itself been learned (`learned.yaml`)"),
     CHECKED("weight_N",          AT(sim_learning_config_t, weight_n),          RANGE("N", 1e-9, 1e6, 2e-4),  STATUS(LEARNING_WEIGHT),     "travel over which noise averages out; larger is slower"),
     CHECKED("forgetting_per_N",  AT(sim_learning_config_t, forgetting_per_n),  RANGE("1/N", 0.0, 1e6, 0.1),  STATUS(LEARNING_FORGETTING), "share of the first doubt that comes back per newton; 1 for friction that drifts"),
     CHECKED("scale_min",         AT(sim_learning_config_t, scale_min),         RANGE("-", 1e-3, 1.0, 0.2),   STATUS(LEARNING_BOUNDS),     "what is learned stays above this share of the believed breakaway"),

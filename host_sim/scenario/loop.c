@@ -111,6 +111,28 @@ sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n)
     return learned;
 }
 
+void sim_loop_learned_breakaway(const sim_loop_t             *loop,
+                                const sim_breakaway_config_t *prior,
+                                sim_breakaway_config_t       *learned)
+{
+    const double        far_n = loop->q31 ? 0.999 * loop->full_scale_n : (double)loop->params_f32.input_max_n;
+    const sim_learned_t at_0  = sim_loop_learned(loop, 0.0);
+    const sim_learned_t far   = sim_loop_learned(loop, far_n);
+    *learned                  = (sim_breakaway_config_t){
+                         .offset_n          = at_0.breakaway_n[0],
+                         .slope             = fmax(0.0, (far.breakaway_n[0] - at_0.breakaway_n[0]) / far_n),
+                         .negative_offset_n = {true, at_0.breakaway_n[1]},
+                         .negative_slope    = {true, fmax(0.0, (far.breakaway_n[1] - at_0.breakaway_n[1]) / far_n)},
+                         .table_count       = prior->table_count};
+    for (unsigned i = 0; i < prior->table_count; i++)
+    {
+        const sim_learned_t there = sim_loop_learned(loop, prior->table[i].force_n);
+        learned->table[i]         = (sim_breakaway_point_t){.force_n    = prior->table[i].force_n,
+                                                            .positive_n = there.breakaway_n[0],
+                                                            .negative_n = there.breakaway_n[1]};
+    }
+}
+
 static uint32_t float_word(float x)
 {
     uint32_t word;

@@ -59,6 +59,11 @@ bool          sim_loop_feeds_forward(const sim_loop_t *loop);
 /// Why the guard has faded the compensation, in a word: none, hunting or overshoot.
 const char *sim_loop_guard_cause(const sim_loop_t *loop);
 
+/// What was learned in the form of `prior`, a law or a table. A law is that of 0 N and of the largest credible force.
+void sim_loop_learned_breakaway(const sim_loop_t             *loop,
+                                const sim_breakaway_config_t *prior,
+                                sim_breakaway_config_t       *learned);
+
 /// One tick; returns u in N, exact.
 double   sim_loop_step(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_f32_signals_t *seen);
 uint32_t sim_loop_limited_ticks(const sim_loop_t *loop);

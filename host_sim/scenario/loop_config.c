@@ -100,6 +100,7 @@ static void fill_feedforward(sim_loop_config_t *loop, const sim_feedforward_conf
                                                                      .correlation       = (float)learning->correlation,
                                                                      .correlation_faded = (float)learning->correlation_faded,
                                                                      .trust             = (float)learning->trust,
+                                                                     .doubt             = (float)learning->doubt,
                                                                      .weight_n          = (float)learning->weight_n,
                                                                      .forgetting_per_n  = (float)learning->forgetting_per_n,
                                                                      .scale_min         = (float)learning->scale_min,

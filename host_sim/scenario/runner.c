@@ -31,6 +31,7 @@ typedef struct
     sim_loop_t        loop;
     sim_target_t     *target; ///< null: the loop runs here
     uint64_t          open_limited_ticks;
+    sim_learned_t     learned;
     metrics_t         metrics;
     sim_activity_t    activity;
 
@@ -103,6 +104,11 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_opt
     return ok;
 }
 
+bool sim_run_learns(const sim_config_t *config)
+{
+    return config->compensator.method == SIM_METHOD_FEEDFORWARD && config->controller.kind != SIM_CONTROLLER_NONE;
+}
+
 /// What a trace holds must be finite, and what a summary squares far from too large.
 static bool check_row(const sim_row_t *row, sim_error_t *error)
 {
@@ -131,11 +137,18 @@ static void open_loop(const sim_limits_config_t *limits, sim_row_t *row)
     row->loop.controller.limited = row->u_n != row->r_n;
 }
 
+/// The loop here, or the target's twin here, which has the same bits.
+static const sim_loop_t *loop_of(const run_t *run)
+{
+    return run->target != NULL ? sim_target_twin(run->target) : &run->loop;
+}
+
 /// One tick and the plant steps after it.
 static bool advance(run_t *run, uint64_t tick, sim_row_t *row, sim_error_t *error)
 {
     *row         = (sim_row_t){.t_s = (double)tick * run->config->sample_time_s};
     row->r_n     = sim_reference_at(&run->reference, row->t_s);
+    row->learned = sim_run_learns(run->config) ? &run->learned : NULL;
     row->force_n = sim_plant_force(run->plant);
     row->y_n     = sim_sensor_read(&run->sensor, sim_plant_filtered_force(run->plant));
     if (run->config->controller.kind == SIM_CONTROLLER_NONE)
@@ -150,6 +163,10 @@ static bool advance(run_t *run, uint64_t tick, sim_row_t *row, sim_error_t *erro
     else if (!sim_target_step(run->target, row->r_n, row->y_n, &row->u_n, &row->loop, error))
     {
         return false;
+    }
+    if (row->learned != NULL)
+    {
+        run->learned = sim_loop_learned(loop_of(run), row->r_n);
     }
     sim_plant_signals_t later;
     for (unsigned step = 0; step < run->steps; step++)
@@ -199,13 +216,20 @@ static double mean_root(double squares, const metrics_t *metrics)
 static sim_result_t result_of(const run_t *run)
 {
     const metrics_t *metrics = &run->metrics;
-    return (sim_result_t){.rms_error_n          = mean_root(metrics->error_squares, metrics),
-                          .max_error_n          = metrics->max_error_n,
-                          .rms_measured_error_n = mean_root(metrics->measured_squares, metrics),
-                          .activity             = run->activity,
-                          .limited_ticks        = sim_loop_limited_ticks(&run->loop) + run->open_limited_ticks,
-                          .bad_inputs           = sim_loop_bad_inputs(&run->loop),
-                          .guard                = run->loop.guarded ? sim_loop_guard_cause(&run->loop) : NULL};
+    sim_result_t     result  = {.learns               = sim_run_learns(run->config),
+                                .learned              = run->learned,
+                                .rms_error_n          = mean_root(metrics->error_squares, metrics),
+                                .max_error_n          = metrics->max_error_n,
+                                .rms_measured_error_n = mean_root(metrics->measured_squares, metrics),
+                                .activity             = run->activity,
+                                .limited_ticks        = sim_loop_limited_ticks(&run->loop) + run->open_limited_ticks,
+                                .bad_inputs           = sim_loop_bad_inputs(&run->loop),
+                                .guard                = run->loop.guarded ? sim_loop_guard_cause(&run->loop) : NULL};
+    if (result.learns)
+    {
+        sim_loop_learned_breakaway(loop_of(run), &run->config->compensator.friction.breakaway, &result.breakaway);
+    }
+    return result;
 }
 
 /// What the target counted and how it compares; nothing without one.

@@ -22,6 +22,7 @@ typedef struct sim_row
     double                         force_n; ///< F, the plant's
     double                         u_n;     ///< the loop's, exact
     tribo_force_loop_f32_signals_t loop;
+    const sim_learned_t           *learned; ///< at r; null if nothing learns
     sim_plant_signals_t            plant;
     const struct sim_row          *q31; ///< with sim_run_options_t.both: the same tick of the other loop; else null
 } sim_row_t;
@@ -36,6 +37,9 @@ typedef struct
     bool        q31;    ///< the loop's arithmetic
     bool        both;   ///< here only: f32 and Q31, each on a plant of its own
 } sim_run_options_t;
+
+/// Whether the scenario's loop learns, so that rows and results say what.
+bool sim_run_learns(const sim_config_t *config);
 
 /// Runs a checked scenario (sim_scenario_check) to its end; `options` may be null. A target that differs from the host is in the summary.
 bool sim_run(const sim_scenario_t    *scenario,

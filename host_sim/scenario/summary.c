@@ -36,10 +36,30 @@ static bool add_measures(cJSON *object, const sim_result_t *result)
                {"Q_switches", (double)activity->q_switches});
 }
 
+static bool add_learned(cJSON *object, const sim_result_t *result)
+{
+    static const char *const names[] = {"positive", "negative"};
+
+    const sim_learned_t *learned    = &result->learned;
+    cJSON               *directions = result->learns ? cJSON_AddObjectToObject(object, "learned") : NULL;
+    bool                 ok         = !result->learns || directions != NULL;
+    for (int d = 0; ok && result->learns && d < 2; d++)
+    {
+        cJSON *one = cJSON_AddObjectToObject(directions, names[d]);
+        ok         = ADD(one,
+                         {"breakaway_N", learned->breakaway_n[d]},
+                         {"doubt", learned->doubt[d]},
+                         {"travel_N", learned->travel_n[d]}) &&
+             cJSON_AddBoolToObject(one, "at_bound", learned->at_bound[d]) != NULL;
+    }
+    return ok;
+}
+
 static bool add_counters(cJSON *object, const sim_result_t *result)
 {
     return ADD(object, {"limited_ticks", (double)result->limited_ticks}, {"bad_inputs", (double)result->bad_inputs}) &&
-           (result->guard == NULL || cJSON_AddStringToObject(object, "guard", result->guard) != NULL);
+           (result->guard == NULL || cJSON_AddStringToObject(object, "guard", result->guard) != NULL) &&
+           add_learned(object, result);
 }
 
 static bool add_target(cJSON *object, const sim_summary_t *summary)

@@ -4,6 +4,7 @@
 #define SIM_SUMMARY_H
 
 #include "scenario/activity.h"
+#include "scenario/loop.h"
 #include "target/target.h"
 
 #include <stdbool.h>
@@ -12,13 +13,16 @@
 /// One loop on its plant.
 typedef struct
 {
-    double         rms_error_n;          ///< of r - F
-    double         max_error_n;          ///< largest |r - F|
-    double         rms_measured_error_n; ///< of r - y
-    sim_activity_t activity;
-    uint64_t       limited_ticks;
-    uint64_t       bad_inputs;
-    const char    *guard; ///< why it has faded the compensation; null: there is none
+    double                 rms_error_n;          ///< of r - F
+    double                 max_error_n;          ///< largest |r - F|
+    double                 rms_measured_error_n; ///< of r - y
+    sim_activity_t         activity;
+    uint64_t               limited_ticks;
+    uint64_t               bad_inputs;
+    const char            *guard;  ///< why it has faded the compensation; null: there is none
+    bool                   learns; ///< `learned` is there: at the last r
+    sim_learned_t          learned;
+    sim_breakaway_config_t breakaway; ///< learned, at all forces
 } sim_result_t;
 
 /// Of two loops over the metrics window: Q31 minus f32.
@@ -47,7 +51,8 @@ typedef struct
 
 /// The summary as a JSON object, to be freed with free(); null if there is no memory. Keys carry their units:
 /// rms_error_N, max_error_N, rms_measured_error_N, u_variation_N, variation_ratio (null if r stands still), chatter_ticks, Q_switches,
-/// ticks, limited_ticks, bad_inputs, with a guard guard (none, hunting or overshoot), simulated_s, wall_s, real_time_factor; with a target also target, arithmetic, different_ticks and
+/// ticks, limited_ticks, bad_inputs, with a guard guard (none, hunting or overshoot), with a feed-forward learned (positive and negative,
+/// each breakaway_N at the last r, doubt, travel_N and at_bound), simulated_s, wall_s, real_time_factor; with a target also target, arithmetic, different_ticks and
 /// lock_step_ticks_per_s; with both arithmetics also q31 (errors and counters once more) and difference (max_u_N, rms_u_N, max_F_N,
 /// rms_F_N).
 char *sim_summary_to_json(const sim_summary_t *summary);

@@ -339,6 +339,11 @@ static bool wait_for_end(sim_target_t *target, uint32_t cycles[TRIBO_CYCLES_WORD
                : sim_emulator_wait(target->emulator, error);
 }
 
+const sim_loop_t *sim_target_twin(const sim_target_t *target)
+{
+    return &target->host;
+}
+
 bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, sim_error_t *error)
 {
     uint32_t    cycles[TRIBO_CYCLES_WORDS] = {0};

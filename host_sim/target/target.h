@@ -4,7 +4,7 @@
 #ifndef SIM_TARGET_H
 #define SIM_TARGET_H
 
-#include "scenario/loop_config.h"
+#include "scenario/loop.h"
 #include "support/error.h"
 
 #include <stdbool.h>
@@ -39,6 +39,9 @@ bool sim_target_step(sim_target_t                   *target,
                      double                         *u_n,
                      tribo_force_loop_f32_signals_t *signals,
                      sim_error_t                    *error);
+
+/// The same loop, as it was computed here.
+const sim_loop_t *sim_target_twin(const sim_target_t *target);
 
 /// Ends the firmware, which must agree. A difference from the host is a result, not a failure.
 bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, sim_error_t *error);

@@ -14,6 +14,7 @@ tribo_breakaway_learning_f32_config_t tribo_breakaway_learning_f32_default(void)
                                                             .correlation       = 0.7f,
                                                             .correlation_faded = 0.1f,
                                                             .trust             = 0.5f,
+                                                            .doubt             = 1.0f,
                                                             .weight_n          = 2.0e-4f,
                                                             .forgetting_per_n  = 0.1f,
                                                             .scale_min         = 0.2f,
@@ -32,7 +33,7 @@ static tribo_status_t check(const tribo_breakaway_learning_f32_config_t *config)
     {
         return TRIBO_ERR_LEARNING_CORRELATION;
     }
-    if (!within(config->trust, 0.0f, 1.0f))
+    if (!within(config->trust, 0.0f, 1.0f) || !within(config->doubt, 1.0e-3f, 1.0f))
     {
         return TRIBO_ERR_LEARNING_TRUST;
     }
@@ -70,6 +71,7 @@ tribo_status_t tribo_breakaway_learning_f32_init(tribo_breakaway_learning_f32_pa
     params->scale_shared     = config->correlation_faded * params->scale_variance;
     params->offset_shared    = config->correlation_faded * params->offset_variance;
     params->correlation      = config->correlation;
+    params->doubt            = config->doubt;
     params->distrust         = 1.0f - config->trust;
     params->weight_n         = config->weight_n;
     params->forgetting_per_n = config->forgetting_per_n;
@@ -81,12 +83,12 @@ tribo_status_t tribo_breakaway_learning_f32_init(tribo_breakaway_learning_f32_pa
 void tribo_breakaway_learning_f32_reset(const tribo_breakaway_learning_f32_params_t *params,
                                         tribo_breakaway_learning_f32_state_t        *state)
 {
-    const tribo_breakaway_learned_f32_t nothing = {.ss = params->scale_variance, .oo = params->offset_variance};
-    *state                                      = (tribo_breakaway_learning_f32_state_t){.of     = {nothing, nothing},
-                                                                                         .shared = {params->correlation * params->scale_variance,
-                                                                                                    0.0f,
-                                                                                                    0.0f,
-                                                                                                    params->correlation * params->offset_variance}};
+    const float                         scale   = params->doubt * params->scale_variance;
+    const float                         offset  = params->doubt * params->offset_variance;
+    const tribo_breakaway_learned_f32_t nothing = {.ss = scale, .oo = offset};
+    *state                                      = (tribo_breakaway_learning_f32_state_t){
+                                             .of     = {nothing, nothing},
+                                             .shared = {params->correlation * scale, 0.0f, 0.0f, params->correlation * offset}};
 }
 
 tribo_breakaway_learning_f32_signals_t tribo_breakaway_learning_f32_at(

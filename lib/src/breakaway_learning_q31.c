@@ -47,7 +47,8 @@ tribo_status_t tribo_breakaway_learning_q31_init(tribo_breakaway_learning_q31_pa
     }
     params->spread_scale      = fixed_unsigned(design->spread_scale, 32);
     params->spread_offset     = (uint32_t)units(design->spread_offset_n, full_scale_n);
-    params->correlation       = fixed(design->correlation, 30);
+    params->doubt             = fixed(design->doubt, 30);
+    params->correlation       = fixed(design->doubt * design->correlation, 30);
     params->correlation_faded = fixed_unsigned(design->correlation_faded, 32);
     params->distrust          = fixed_unsigned(1.0f - design->trust, 32);
     params->weight            = (uint32_t)fixed(design->weight_n / full_scale_n, 33);
@@ -60,7 +61,7 @@ tribo_status_t tribo_breakaway_learning_q31_init(tribo_breakaway_learning_q31_pa
 void tribo_breakaway_learning_q31_reset(const tribo_breakaway_learning_q31_params_t *params,
                                         tribo_breakaway_learning_q31_state_t        *state)
 {
-    const tribo_breakaway_learned_q31_t nothing = {.ss = BREAKAWAY_LEARNING_Q31_ONE, .oo = BREAKAWAY_LEARNING_Q31_ONE};
+    const tribo_breakaway_learned_q31_t nothing = {.ss = params->doubt, .oo = params->doubt};
     *state                                      = (tribo_breakaway_learning_q31_state_t){.of     = {nothing, nothing},
                                                                                          .shared = {params->correlation, 0, 0, params->correlation}};
 }

@@ -54,7 +54,7 @@ const char *tribo_status_text(tribo_status_t status)
         [TRIBO_ERR_SLIDE_ERROR]          = "feedforward slide_error_max_n: 1e-9 to 1e6 N",
         [TRIBO_ERR_LEARNING_SPREAD]      = "learning spread_scale: 1e-3 to 2; spread_offset_n: 1e-9 to 1e6 N",
         [TRIBO_ERR_LEARNING_CORRELATION] = "learning correlation and correlation_faded: 0 to 0.99",
-        [TRIBO_ERR_LEARNING_TRUST]       = "learning trust: 0 to 1",
+        [TRIBO_ERR_LEARNING_TRUST]       = "learning trust: 0 to 1; doubt: 1e-3 to 1",
         [TRIBO_ERR_LEARNING_WEIGHT]      = "learning weight_n: 1e-9 to 1e6 N",
         [TRIBO_ERR_LEARNING_FORGETTING]  = "learning forgetting_per_n: 0 to 1e6 1/N",
         [TRIBO_ERR_LEARNING_BOUNDS]      = "learning scale_min: 1e-3 to 1; scale_max: 1 to 10",

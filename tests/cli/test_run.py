@@ -75,6 +75,54 @@ def test_what_a_drive_has_no_guard_for_is_refused(sim):
                   *command, "triangle", "--set", "compensator.guard.on=yes")
 
 
+FED = ["triangle", "--set", "compensator.method=feedforward", "--set", "plant.friction.breakaway.slope=0.4", "--set",
+       "plant.friction.breakaway.negative_slope=0.25"]
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_what_a_feedforward_learns_is_seen_and_handed_on(sim, arithmetic):
+    summary = json.loads(sim.ok("run", *FED, "--arith", arithmetic, "--out", "first", "--json"))
+    trace = read_csv(sim.folder / "first" / "trace.csv")
+    for direction, truth in ("positive", 0.167), ("negative", 0.107):
+        learned = summary["learned"][direction]
+        assert learned["breakaway_N"] == pytest.approx(truth, rel=0.05)
+        assert trace[f"breakaway_{direction}_N"][-1] == pytest.approx(learned["breakaway_N"], rel=1e-8)
+        assert trace[f"learned_{direction}_N"][-1] == pytest.approx(learned["travel_N"], rel=1e-8)
+        assert (trace[f"doubt_{direction}"][0], learned["doubt"] < 0.05, learned["at_bound"]) == (pytest.approx(1), True, False)
+    # The next run begins with it: what it believes at once is what was learned, and it doubts no more than was left.
+    begun = sim.trace(*FED, "--arith", arithmetic, "--learned", "first/learned.yaml", "--set", "duration_s=5",
+                      "--set", "metrics.start_s=0")
+    assert begun["breakaway_positive_N"][0] == pytest.approx(0.167, rel=0.05)
+    assert begun["breakaway_negative_N"][0] == pytest.approx(0.107, rel=0.05)
+    assert begun["doubt_positive"][0] < 0.05
+    header = sim.ok("params", "triangle", "--set", "compensator.method=feedforward", "--learned", "first/learned.yaml",
+                    "--arith", arithmetic)
+    assert header != sim.ok("params", "triangle", "--set", "compensator.method=feedforward", "--arith", arithmetic)
+
+
+def test_a_learned_table_is_handed_on_as_one(sim):
+    table = "[{force_N: 0.2, positive_N: 0.05, negative_N: 0.05}, {force_N: 0.7, positive_N: 0.2, negative_N: 0.2}]"
+    sim.ok("run", *FED, "--set", f"compensator.friction.breakaway.table={table}", "--out", "first")
+    begun = sim.trace("triangle", "--set", "compensator.method=feedforward", "--learned", "first/learned.yaml",
+                      "--set", "duration_s=1", "--set", "metrics.start_s=0")
+    assert begun["breakaway_positive_N"][0] == pytest.approx(0.167, rel=0.06)
+    assert begun["breakaway_negative_N"][0] == pytest.approx(0.107, rel=0.06)
+
+
+def test_a_run_that_learns_nothing_leaves_no_learned_file(sim):
+    sim.ok("run", *FED, "--set", "duration_s=1", "--set", "metrics.start_s=0", "--out", "both")
+    assert (sim.folder / "both" / "learned.yaml").exists()
+    sim.ok("run", "triangle", "--set", "duration_s=1", "--set", "metrics.start_s=0", "--out", "both")
+    assert not (sim.folder / "both" / "learned.yaml").exists()
+
+
+def test_a_prior_that_is_far_off_ends_at_a_bound_and_says_so(sim):
+    far = ["--set", "compensator.feedforward.learning.scale_max=1.1"]
+    learned = sim.summary(*FED, *far)["learned"]
+    assert (learned["positive"]["at_bound"], learned["negative"]["at_bound"]) == (True, False)
+    assert "not to be trusted" in sim.ok("run", *FED, *far)
+
+
 def test_gain_1_overcompensates(sim):
     assert sim.summary("triangle", "--set", "compensator.gain=1")["rms_error_N"] == pytest.approx(0.003216, rel=0.05)
 

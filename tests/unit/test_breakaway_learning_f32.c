@@ -228,6 +228,7 @@ static void test_learning_init_names_the_field(void)
     check(&config.correlation, 1.0f, TRIBO_ERR_LEARNING_CORRELATION);
     check(&config.correlation_faded, -0.1f, TRIBO_ERR_LEARNING_CORRELATION);
     check(&config.trust, 1.1f, TRIBO_ERR_LEARNING_TRUST);
+    check(&config.doubt, 0.0f, TRIBO_ERR_LEARNING_TRUST);
     check(&config.weight_n, 0.0f, TRIBO_ERR_LEARNING_WEIGHT);
     check(&config.forgetting_per_n, -1.0f, TRIBO_ERR_LEARNING_FORGETTING);
     check(&config.scale_min, 1.1f, TRIBO_ERR_LEARNING_BOUNDS);

@@ -180,6 +180,7 @@ static void test_learning_init_names_the_field(void)
     check(&config.weight_n, 0.2f, TRIBO_ERR_LEARNING_WEIGHT);
     check(&config.forgetting_per_n, 17.0f, TRIBO_ERR_LEARNING_FORGETTING);
     check(&config.trust, -0.1f, TRIBO_ERR_LEARNING_TRUST);
+    check(&config.doubt, 0.0f, TRIBO_ERR_LEARNING_TRUST);
 }
 
 int main(void)

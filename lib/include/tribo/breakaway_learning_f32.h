@@ -38,6 +38,7 @@ typedef struct
     float correlation;       ///< of the directions before anything is learned, 0 to 0.99
     float correlation_faded; ///< of the directions once forgotten, 0 to 0.99
     float trust;             ///< weight of the prior before anything is learned, 0 to 1
+    float doubt;    ///< before anything is learned, 1e-3 to 1: 1, or what was left of it where the prior was learned
     float weight_n; ///< of a measurement: distance over which noise averages out, 1e-9 to 1e6 N; larger is slower
     float forgetting_per_n; ///< share of the prior's doubt that comes back per newton, 0 to 1e6 1/N
     float scale_min;        ///< L stays above this share of the prior, 1e-3 to 1
@@ -52,6 +53,7 @@ typedef struct
     float offset_variance;             ///< of the prior, N^2
     float scale_shared, offset_shared; ///< of both directions once forgotten
     float correlation;                 ///< of the directions before anything is learned
+    float doubt;                       ///< before anything is learned
     float distrust;                    ///< 1 - trust
     float weight_n;
     float forgetting_per_n;

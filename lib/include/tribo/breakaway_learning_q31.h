@@ -42,7 +42,8 @@ typedef struct
 {
     uint32_t spread_scale;      ///< Q32
     uint32_t spread_offset;     ///< in units
-    int32_t  correlation;       ///< Q30
+    int32_t  doubt;             ///< before anything is learned, Q30
+    int32_t  correlation;       ///< times that, Q30
     uint32_t correlation_faded; ///< Q32
     uint32_t distrust;          ///< 1 - trust, Q32
     uint32_t weight;            ///< in 1/16 units

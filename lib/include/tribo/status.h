@@ -61,7 +61,7 @@ typedef enum
     TRIBO_ERR_SLIDE_ERROR,       ///< feedforward slide_error_max_n
     TRIBO_ERR_LEARNING_SPREAD,   ///< learning spread_scale or spread_offset_n
     TRIBO_ERR_LEARNING_CORRELATION, ///< learning correlation or correlation_faded
-    TRIBO_ERR_LEARNING_TRUST,       ///< learning trust
+    TRIBO_ERR_LEARNING_TRUST,       ///< learning trust or doubt
     TRIBO_ERR_LEARNING_WEIGHT,      ///< learning weight_n
     TRIBO_ERR_LEARNING_FORGETTING,  ///< learning forgetting_per_n
     TRIBO_ERR_LEARNING_BOUNDS,      ///< learning scale_min or scale_max

@@ -1,0 +1,40 @@
+#include "cli/learned.h"
+
+#include <math.h>
+
+#define DOUBT_MIN 1e-3
+
+void sim_learned_write(FILE *file, const sim_result_t *result)
+{
+    const sim_breakaway_config_t *breakaway = &result->breakaway;
+    const double                  doubt     = fmax(result->learned.doubt[0], result->learned.doubt[1]);
+    (void)fprintf(file,
+                  "# What was learned of breakaway, from %.3g N of travel up and %.3g N down%s.\n"
+                  "# For tribo-sim run or params --learned, in place of what the scenario believes.\n"
+                  "friction:\n  breakaway:\n",
+                  result->learned.travel_n[0],
+                  result->learned.travel_n[1],
+                  result->learned.at_bound[0] || result->learned.at_bound[1] ? "; AT A BOUND, not to be trusted" : "");
+    if (breakaway->table_count == 0)
+    {
+        (void)fprintf(file,
+                      "    offset_N: %.9g\n    slope: %.9g\n    negative_offset_N: %.9g\n    negative_slope: %.9g\n",
+                      breakaway->offset_n,
+                      breakaway->slope,
+                      breakaway->negative_offset_n.value,
+                      breakaway->negative_slope.value);
+    }
+    else
+    {
+        (void)fputs("    table:\n", file);
+    }
+    for (unsigned i = 0; i < breakaway->table_count; i++)
+    {
+        (void)fprintf(file,
+                      "      - {force_N: %.9g, positive_N: %.9g, negative_N: %.9g}\n",
+                      breakaway->table[i].force_n,
+                      breakaway->table[i].positive_n,
+                      breakaway->table[i].negative_n);
+    }
+    (void)fprintf(file, "feedforward:\n  learning:\n    doubt: %.6g\n", fmin(1.0, fmax(DOUBT_MIN, doubt)));
+}
