@@ -1,4 +1,4 @@
-/// Params of the force loop "rig" in f32, made by tribo-sim params: change its input, not this file.
+/// Params of the force loop "fed" in f32, made by tribo-sim params: change its input, not this file.
 ///
 ///     scenario     "fed.yaml"
 ///     tick         0.001 s
@@ -8,8 +8,8 @@
 ///
 /// As the library's init function makes them. For one file of a program, which then needs no set-up code.
 
-#ifndef RIG_PARAMS_F32_H
-#define RIG_PARAMS_F32_H
+#ifndef FED_PARAMS_F32_H
+#define FED_PARAMS_F32_H
 
 #include "tribo/force_loop_feedforward_f32.h"
 
@@ -18,9 +18,9 @@
 #endif
 
 // clang-format off
-#define RIG_SAMPLE_TIME_S 1.00000005e-03f
+#define FED_SAMPLE_TIME_S 1.00000005e-03f
 
-static const tribo_feedforward_f32_params_t rig_feedforward = {
+static const tribo_feedforward_f32_params_t fed_feedforward = {
     .path = {
         .actuator_part = 1.81269258e-01f,
         .sensor_part = 5.35148568e-02f,
@@ -78,7 +78,7 @@ static const tribo_feedforward_f32_params_t rig_feedforward = {
     .slide_run_in_n = 4.99999989e-03f,
     .slide_error_max_n = 1.00000005e-03f,
 };
-static const tribo_force_loop_f32_params_t rig_params = {
+static const tribo_force_loop_f32_params_t fed_params = {
     .input_max_n = 2.00000000e+00f,
     .gain = 8.50000024e-01f,
     .controller = {
@@ -133,7 +133,7 @@ static const tribo_force_loop_f32_params_t rig_params = {
         },
     },
     .method = &tribo_force_loop_feedforward_f32,
-    .feedforward = &rig_feedforward,
+    .feedforward = &fed_feedforward,
 };
 // clang-format on
 

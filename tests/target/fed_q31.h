@@ -1,4 +1,4 @@
-/// Params of the force loop "rig" in Q31, made by tribo-sim params: change its input, not this file.
+/// Params of the force loop "fed" in Q31, made by tribo-sim params: change its input, not this file.
 ///
 ///     scenario     "fed.yaml"
 ///     tick         0.001 s
@@ -9,8 +9,8 @@
 ///
 /// As the library's init function makes them. For one file of a program, which then needs no set-up code.
 
-#ifndef RIG_PARAMS_Q31_H
-#define RIG_PARAMS_Q31_H
+#ifndef FED_PARAMS_Q31_H
+#define FED_PARAMS_Q31_H
 
 #include "tribo/force_loop_feedforward_q31.h"
 
@@ -19,10 +19,10 @@
 #endif
 
 // clang-format off
-#define RIG_SAMPLE_TIME_S 1.00000005e-03f
-#define RIG_FULL_SCALE_N 2.00000000e+00f
+#define FED_SAMPLE_TIME_S 1.00000005e-03f
+#define FED_FULL_SCALE_N 2.00000000e+00f
 
-static const tribo_feedforward_q31_params_t rig_feedforward = {
+static const tribo_feedforward_q31_params_t fed_feedforward = {
     .path = {
         .actuator_part = 778545536u,
         .sensor_part = 229844560u,
@@ -80,7 +80,7 @@ static const tribo_feedforward_q31_params_t rig_feedforward = {
     .slide_run_in = 1342177u,
     .slide_error_max = 268435,
 };
-static const tribo_force_loop_q31_params_t rig_params = {
+static const tribo_force_loop_q31_params_t fed_params = {
     .input_max = 2147483647,
     .gain = 456340288,
     .controller = {
@@ -148,7 +148,7 @@ static const tribo_force_loop_q31_params_t rig_params = {
         },
     },
     .method = &tribo_force_loop_feedforward_q31,
-    .feedforward = &rig_feedforward,
+    .feedforward = &fed_feedforward,
 };
 // clang-format on
 

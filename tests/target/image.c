@@ -14,7 +14,11 @@ static TRIBO(feedforward, memory_t) memory;
 static TRIBO(force_loop, params_t) params;
 #else
 #include RIG_HEADER
+#ifdef IMAGE_FED
+#define params fed_params
+#else
 #define params rig_params
+#endif
 #endif
 
 volatile number_t image_r, image_y, image_u;
@@ -32,7 +36,7 @@ int main(void)
 #endif
     TRIBO(force_loop, reset)(&state);
 #ifdef IMAGE_FED
-    TRIBO(feedforward, reset)(rig_params.feedforward, &memory.state);
+    TRIBO(feedforward, reset)(params.feedforward, &memory.state);
     ATTACH(&state, &memory);
 #endif
     for (;;)
