@@ -62,6 +62,7 @@
     FIELD(float, learning_correlation, learning.correlation, "compensator.feedforward.learning.correlation", "", 0.0f, 0.99f, 0.7f, LEARNING_CORRELATION, "of the directions before anything is learned") \
     FIELD(float, learning_correlation_faded, learning.correlation_faded, "compensator.feedforward.learning.correlation_faded", "", 0.0f, 0.99f, 0.1f, LEARNING_CORRELATION, "and once forgotten") \
     FIELD(float, learning_trust, learning.trust, "compensator.feedforward.learning.trust", "", 0.0f, 1.0f, 0.5f, LEARNING_TRUST, "share of the believed breakaway that is fed forward before anything is learned") \
+    FIELD(float, learning_doubt, learning.doubt, "compensator.feedforward.learning.doubt", "", 1e-3f, 1.0f, 1.0f, LEARNING_TRUST, "what is left of that doubt to begin with: 1, or less where the believed breakaway has itself been learned") \
     FIELD(float, learning_weight, learning.weight_n, "compensator.feedforward.learning.weight_N", "N", 1e-9f, 1e6f, 2e-4f, LEARNING_WEIGHT, "travel over which noise averages out; larger is slower") \
     FIELD(float, learning_forgetting, learning.forgetting_per_n, "compensator.feedforward.learning.forgetting_per_N", "1/N", 0.0f, 1e6f, 0.1f, LEARNING_FORGETTING, "share of the first doubt that comes back per newton; 1 for friction that drifts") \
     FIELD(float, learning_scale_min, learning.scale_min, "compensator.feedforward.learning.scale_min", "", 1e-3f, 1.0f, 0.2f, LEARNING_BOUNDS, "what is learned stays above this share of the believed breakaway") \
