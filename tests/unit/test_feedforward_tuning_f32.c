@@ -36,7 +36,7 @@ static void check_ratio(const void *a, const void *b, size_t size, const float *
     }
 }
 
-#define ONES 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1
+#define ONES 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1
 
 static void test_the_papers_rig_has_the_defaults(void)
 {
@@ -62,9 +62,9 @@ static void test_all_forces_of_a_rig_times_8_are_all_of_these_times_8(void)
     rig.input_max_n                            = 16.0f;
     const tribo_feedforward_f32_config_t tuned = tribo_feedforward_f32_tuned(&rig);
     const tribo_guard_f32_config_t       guard = tribo_guard_f32_tuned(&rig);
-    //                       p  p  w  T  l  k  T  T  r  T  w  T  r  d  e   s  o  c  c  t  w  f       m  m   E  T  m  T  c  T
-    static const float times[]  = {1, 1, 8, 1, 1, 1, 1,      1, 8, 1, 8, 1, 8, 8, 8,
-                                   1, 8, 1, 1, 1, 8, 0.125f, 1, 1, 1, 1, 1, 1, 8, 1};
+    //                       p  p  w  T  l  k  T  T  r  T  w  T  r  d  e   s  o  c  c  t  d  w  f       m  m   E  T  m  T  c  T
+    static const float times[]  = {1, 1, 8, 1, 1, 1, 1,      1, 8, 1, 8, 1, 8, 8, 8, 1,
+                                   8, 1, 1, 1, 1, 8, 0.125f, 1, 1, 1, 1, 1, 1, 8, 1};
     static const float guards[] = {8, 1, 8, 1};
     TEST_ASSERT_EQUAL_size_t(sizeof times, sizeof tuned);
     check_ratio(&tuned, &standard, sizeof tuned, times);
