@@ -9,13 +9,16 @@ through the vector table at VTOR; only the instructions are Unicorn's.
 import struct
 
 from elftools.elf.elffile import ELFFile
-from unicorn import (UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_HOOK_MEM_FETCH_UNMAPPED, UC_HOOK_MEM_READ_UNMAPPED,
+from unicorn import (UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_HOOK_MEM_FETCH_UNMAPPED, UC_HOOK_MEM_READ_UNMAPPED, UC_HOOK_MEM_WRITE,
                      UC_HOOK_MEM_WRITE_UNMAPPED, UC_MODE_MCLASS, UC_MODE_THUMB, Uc)
-from unicorn.arm_const import (UC_ARM_REG_IPSR, UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3,
+from unicorn.arm_const import (UC_ARM_REG_IPSR, UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_PRIMASK, UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3,
                                UC_ARM_REG_R12, UC_ARM_REG_S0, UC_ARM_REG_SP)
 from unicorn.arm_const import UC_CPU_ARM_CORTEX_M4
 
 FLASH, FLASH_SIZE = 0x08000000, 1 << 20
+STORE_SECTOR = 1 << 17  # the last two sectors, 10 and 11
+STORE = FLASH + FLASH_SIZE - 2 * STORE_SECTOR
+ERASE_S, WRITE_S = 1.0, 16e-6
 RAM, RAM_SIZE = 0x20000000, 128 << 10
 RETURN = 0x1FFF8000  # where a function or handler that is called returns to
 BOOT_LOADER = 0x1FFF0000
@@ -49,9 +52,9 @@ class Reset(Exception):
 
 
 class Chip:
-    """One power-up of an image. `ram` and `flags` are those of a chip that has run before."""
+    """One power-up of an image. `ram`, `flags` and `store`, the last two sectors, are those of a chip that has run before."""
 
-    def __init__(self, image, crystal_hz=8_000_000, hsi_hz=16_000_000, flags=POWER_ON, ram=None, pll_locks=True):
+    def __init__(self, image, crystal_hz=8_000_000, hsi_hz=16_000_000, flags=POWER_ON, ram=None, pll_locks=True, store=None):
         with open(image, "rb") as file:
             elf = ELFFile(file)
             self.sizes = {s.name: (s["st_value"], s["st_size"]) for s in elf.get_section_by_name(".symtab").iter_symbols()}
@@ -61,6 +64,9 @@ class Chip:
         self.uc = uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         uc.ctl_set_cpu_model(UC_CPU_ARM_CORTEX_M4)
         uc.mem_map(FLASH, FLASH_SIZE)
+        uc.mem_write(FLASH, b"\xff" * FLASH_SIZE)
+        uc.mem_write(STORE, store if store is not None else b"\xff" * 2 * STORE_SECTOR)
+        uc.hook_add(UC_HOOK_MEM_WRITE, self._on_flash_write, begin=FLASH, end=FLASH + FLASH_SIZE - 1)
         uc.mem_map(RAM, RAM_SIZE)
         uc.mem_map(BOOT_LOADER, 0x10000)
         uc.mmio_map(0x40000000, 0x80000, self._read, 0x40000000, self._write, 0x40000000)
@@ -93,7 +99,9 @@ class Chip:
         self.pins = 0              # of port B, as wired: PB1 and PB12 closed to ground
         self.kicked_s = None       # the watchdog's last reload
         self.tick_due_s = self.conversion_due_s = None
-        self.timer_started_s = {}
+        self.timer_started_s, self.timer_held_s, self.tick_left_s = {}, {}, None
+        self.flash_keys, self.flash_locked, self.flash_busy_s, self.flash_errors, self.flash_word = 0, True, 0.0, 0, None
+        self.flash_fails = False   # says that it is done, and changes nothing
         self.captures_s = 0.0
         self.tick_count = self.counted = 0
         self.on_tick = lambda: None
@@ -263,12 +271,15 @@ class Chip:
 
     def _write_timer(self, base, offset, value):
         if offset == 0x00 and value & 1 and base not in self.timer_started_s:
-            self.timer_started_s[base] = self.now_s
+            self.timer_started_s[base] = self.now_s - self.timer_held_s.pop(base, 0.0)
             if base == 0x40000000:
-                self.tick_due_s = self.now_s + (self.reg(base + 0x2C) + 1) / self.timer_hz(base)
+                left_s, self.tick_left_s = self.tick_left_s, None
+                self.tick_due_s = self.now_s + (left_s or (self.reg(base + 0x2C) + 1) / self.timer_hz(base))
                 self.next_due_s = self.now_s  # look again at what is due
-        if offset == 0x00 and not value & 1:
-            self.timer_started_s.pop(base, None)
+        if offset == 0x00 and not value & 1 and base in self.timer_started_s:
+            self.timer_held_s[base] = self.now_s - self.timer_started_s.pop(base)
+            if base == 0x40000000:
+                self.tick_left_s, self.tick_due_s = self.tick_due_s - self.now_s, None
 
     def _write_tim2(self, offset, value):
         self._write_timer(0x40000000, offset, value)
@@ -335,6 +346,55 @@ class Chip:
     def output_code(self):
         """Of the converter; None while it is off."""
         return self.reg(0x40007408) & 0xFFF if self.field(0x40007400, 0, 1) else None
+
+    # flash
+
+    def _in_ram(self):
+        return RAM <= self.uc.reg_read(UC_ARM_REG_PC) < RAM + RAM_SIZE
+
+    def _read_flash(self, offset):
+        if offset == 0x0C:
+            if self.flash_word is not None:  # what was written has cleared bits and set none
+                address, value = self.flash_word
+                self.uc.mem_write(address, struct.pack("<I", value))
+                self.flash_word = None
+            busy = self.now_s < self.flash_busy_s
+            if busy:
+                assert self._in_ram(), "an instruction from flash while it is busy"
+                self.now_s += 1e-3 if self.flash_busy_s - self.now_s > 1e-3 else 1e-6
+            return busy << 16 | self.flash_errors
+        return self.reg(0x40023C00 + offset) | (self.flash_locked << 31 if offset == 0x10 else 0)
+
+    def _write_flash(self, offset, value):
+        if offset == 0x04:
+            self.flash_keys = 1 if value == 0x45670123 else 2 if value == 0xCDEF89AB and self.flash_keys == 1 else 0
+            self.flash_locked = self.flash_locked and self.flash_keys != 2
+        if offset == 0x0C:
+            self.flash_errors &= ~value
+        if offset == 0x10 and value >> 31:
+            self.flash_locked = True
+        elif offset == 0x10 and not self.flash_locked:
+            self.registers[0x40023C10] = value & 0x7FFFFFFF
+            if value & 0x10002 == 0x10002:
+                sector = value >> 3 & 15
+                assert sector in (10, 11) and value >> 8 & 3 == 2, f"flash control {value:#x}"
+                if not self.flash_fails:
+                    self.uc.mem_write(STORE + (sector - 10) * STORE_SECTOR, b"\xff" * STORE_SECTOR)
+                self.flash_busy_s = self.now_s + ERASE_S
+        return offset != 0x00
+
+    def _on_flash_write(self, _uc, _access, address, size, value, _user):
+        def check():
+            assert not self.flash_locked and self.reg(0x40023C10) & 0x301 == 0x201 and size == 4, f"write to {address:#x}"
+            assert address >= STORE, f"write to the image at {address:#x}"
+            assert not self.reg(0xE000ED94) & 1 or address >= STORE
+            was = struct.unpack("<I", self.uc.mem_read(address, 4))[0]
+            self.flash_word = address, was if self.flash_fails else was & value
+            self.flash_busy_s = self.now_s + WRITE_S
+        self._guard(check)
+
+    def store(self):
+        return bytes(self.uc.mem_read(STORE, 2 * STORE_SECTOR))
 
     # USART1 and watchdog
 
@@ -469,7 +529,8 @@ class Chip:
         return not self.active or self.priorities.get(interrupt, 0) < self.priorities.get(self.active[-1], 0)
 
     def next_interrupt(self):
-        due = [i for i in self.pended if self._is_due(i)]
+        masked = self.uc.reg_read(UC_ARM_REG_PRIMASK) & 1
+        due = [] if masked else [i for i in self.pended if self._is_due(i)]
         return min(due, key=lambda i: (self.priorities.get(i, 0), i)) if due else None
 
     def exception(self, number, pc, interrupted=None):
@@ -554,13 +615,13 @@ class Chip:
             self.run(0.0005)
 
     def text(self):
-        return self.log.decode("ascii")
+        return self.log.decode("ascii", "replace")
 
     def lines(self):
         return self.text().splitlines()
 
     def send(self, text):
-        self.received += list(text.encode())
+        self.received += list(text if isinstance(text, bytes) else text.encode())
 
     def ram(self):
         return bytes(self.uc.mem_read(RAM, RAM_SIZE))

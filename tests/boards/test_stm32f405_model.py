@@ -51,7 +51,7 @@ class Bench:
         self.before_tick()
 
     def refer(self, r_n):
-        drive = self.chip.symbols["drive"]
+        drive = self.chip.symbols["registers"]  # whose first member is the drive
         if self.arithmetic == "f32":
             self.chip.call("drive_reference", drive, force=r_n)
         else:
@@ -78,6 +78,14 @@ class Bench:
     def close(self):
         self.plant.kill()
         self.plant.communicate()
+
+
+def with_noise(board):
+    """Of a code, so that the sensor is not stuck."""
+    def add():
+        board.chip.sensor_v += 0.002 * (board.chip.tick_count % 2)
+    board.before_tick = add
+    return board
 
 
 @pytest.fixture
@@ -122,8 +130,9 @@ def test_boot_reports_reset_clock_and_what_is_off_and_waits_in_idle(bench, arith
     assert lines[:2] == [f"tribo {arithmetic}, self-test passed", "reset: power-on"]
     assert lines[2].startswith("clock: 168 MHz from HSE, HSE ")
     assert abs(int(lines[2].split()[-2]) - 8000) < 50
-    assert lines[3] == "off: reference_ms ready_ms"
-    assert lines[4].startswith("idle at tick ")
+    assert lines[3] == "params: empty"
+    assert lines[4] == "off: reference_ms ready_ms"
+    assert lines[5].startswith("idle at tick ")
     assert board.is_off()
     assert not board.chip.bad_baud
     assert board.chip.reg(0xE000ED08) == board.chip.symbols["vectors"]  # VTOR: the boot loader's was another
@@ -252,7 +261,7 @@ CYCLES_AN_INSTRUCTION = 8  # at most: five wait states of flash, and a write to 
 @pytest.mark.parametrize("pin, interrupt, words", [(STOP_PIN, model.EXTI1, "fault: emergency stop"),
                                                    (FAULT_PIN, model.EXTI15_10, "fault: power stage")])
 def test_a_stop_at_50_instructions_of_a_tick_turns_the_outputs_off_within_20_us(bench, pin, interrupt, words):
-    board = bench()
+    board = with_noise(bench())
     chip = board.chip
     chip.count_in("EXTI1_IRQHandler", "EXTI15_10_IRQHandler", "board_off", "trip")
     board.run()
@@ -453,3 +462,104 @@ def test_the_mpu_guards_the_stack_and_flash(bench):
     assert guard == (chip.symbols["stack_guard"], chip.symbols["stack_guard"] + 256, 0, 0)
     assert chip.symbols["stack_top"] - guard[1] >= 4096
     assert chip.symbols["bss_end"] <= guard[0]
+
+
+# --- the bus, and params in flash -------------------------------------------------------------------------------------
+
+
+def ask(board, request, seconds=0.02):
+    """The answer to a Modbus request, both without their CRC, which is checked."""
+    board.chip.fast_usart = True
+    before = len(board.chip.log)
+    board.chip.send(request + struct.pack("<H", crc16(request)))
+    board.chip.run(seconds)
+    answer = bytes(board.chip.log[before:])
+    assert len(answer) >= 4 and crc16(answer) == 0, answer
+    return answer[:-2]
+
+
+def crc16(content):
+    crc = 0xFFFF
+    for byte in content:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
+    return crc
+
+
+GAIN, STORE_STATE, OUTCOME, ACTIVE = 0x1108, 0x1C, 0x1E, 0x1000
+
+
+def read_word(board, address):
+    return struct.unpack(">I", ask(board, struct.pack(">BBHH", 1, 3, address, 2))[3:])[0]
+
+
+def command(board, number, seconds=0.02):
+    ask(board, struct.pack(">BBHH", 1, 6, 0x100, number), seconds)
+
+
+def write_gain(board, gain):
+    ask(board, struct.pack(">BBHHBf", 1, 16, GAIN, 2, 4, gain))
+    command(board, 5)
+    assert read_word(board, GAIN + ACTIVE) == struct.unpack(">I", struct.pack(">f", gain))[0]
+
+
+@arithmetics
+def test_params_are_saved_in_flash_and_are_those_of_the_next_power_up(bench, arithmetic):
+    board = with_noise(bench(arithmetic))
+    board.wait_for("latest 0 us\n")
+    write_gain(board, 0.5)
+    command(board, 8, 1.2)  # a second of erasure, with the watchdog at 30 ms
+    assert read_word(board, OUTCOME) == 0
+    assert read_word(board, 0x06) == 0  # still idle: the drive's time stood still
+    again = with_noise(bench(arithmetic, store=board.chip.store()))
+    again.wait_for("params: read\n")
+    again.wait_for("latest 0 us\n")
+    assert read_word(again, GAIN + ACTIVE) == 0x3F000000
+    write_gain(again, 0.25)  # into the other sector
+    command(again, 8, 1.2)
+    assert again.chip.store()[:8] == bytes(8) and again.chip.store()[STORE_SECTOR:STORE_SECTOR + 4] == b"RRUC"
+
+
+STORE_SECTOR = model.STORE_SECTOR
+
+
+def test_flash_that_takes_nothing_is_said(bench):
+    board = with_noise(bench())
+    board.wait_for("latest 0 us\n")
+    board.chip.flash_fails = True
+    write_gain(board, 0.5)
+    command(board, 8, 1.2)
+    assert read_word(board, OUTCOME) == 5
+    assert read_word(board, STORE_STATE) == 4
+
+
+def test_damaged_params_are_said_and_waited_for(bench):
+    board = with_noise(bench())
+    board.wait_for("latest 0 us\n")
+    command(board, 8, 1.2)
+    store = bytearray(board.chip.store())
+    store[100] ^= 1
+    again = with_noise(bench(store=bytes(store)))
+    again.wait_for("params: damaged\n")
+    again.wait_for("fault: saved params damaged since tick 0 at tick 4, longest tick 0 us, latest 0 us\n")
+    again.chip.send("ack\nstart\n")
+    again.chip.run(0.1)
+    assert again.is_off() and read_word(again, 0x06) == 2
+
+
+def test_after_a_frame_text_is_no_command(bench):
+    board = with_noise(bench())
+    board.wait_for("latest 0 us\n")
+    assert read_word(board, 0x00) == 1
+    board.chip.send("start\n")
+    board.chip.run(0.1)
+    assert read_word(board, 0x06) == 0
+    board.refer(0.2)
+    command(board, 1)
+    assert read_word(board, 0x06) == 1
+    board.chip.send("x")
+    board.chip.run(0.1)
+    assert read_word(board, 0x06) == 1
+    command(board, 2)
+    assert board.is_off()

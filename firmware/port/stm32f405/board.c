@@ -171,6 +171,8 @@ void board_off(void)
     DAC->DHR12R1 = off_code;
 }
 
+// --- the line ------------------------------------------------------------------------------------------------------
+
 int board_read_byte(void)
 {
     const uint32_t status = USART1->SR;
@@ -185,6 +187,68 @@ int board_read_byte(void)
     }
     return (status & (USART_SR_PE | USART_SR_FE | USART_SR_NF)) == 0u ? byte : BOARD_BAD_BYTE;
 }
+
+#define RECEIVED 64u // bytes, a power of two: five ticks at 115200 baud
+
+/// Only the background writes the bytes, `in` and `lost`, only the tick `out`.
+static uint8_t           received[RECEIVED];
+static volatile uint32_t received_in, received_out;
+static volatile bool     received_badly, bytes_lost;
+
+void board_poll(void)
+{
+    for (int byte = board_read_byte(); byte != BOARD_NO_BYTE; byte = board_read_byte())
+    {
+        bytes_lost = bytes_lost || byte == BOARD_OVERRUN;
+        if (byte < 0 || received_in - received_out == RECEIVED)
+        {
+            received_badly = true;
+        }
+        else
+        {
+            received[received_in % RECEIVED] = (uint8_t)byte;
+            received_in                      = received_in + 1u;
+        }
+    }
+}
+
+bool board_has_lost_bytes(void)
+{
+    const bool lost = bytes_lost;
+    bytes_lost      = false;
+    return lost;
+}
+
+static int receive(void *context, uint8_t *bytes, size_t room)
+{
+    (void)context;
+    if (received_badly)
+    {
+        received_badly = false;
+        received_out   = received_in;
+        return MODBUS_LINE_ERROR;
+    }
+    size_t count = 0;
+    while (count < room && received_out != received_in)
+    {
+        bytes[count++] = received[received_out % RECEIVED];
+        received_out   = received_out + 1u;
+    }
+    return (int)count;
+}
+
+static size_t send(void *context, const uint8_t *bytes, size_t count)
+{
+    (void)context;
+    size_t sent = 0;
+    while (sent < count && (USART1->SR & USART_SR_TXE) != 0u)
+    {
+        USART1->DR = bytes[sent++];
+    }
+    return sent;
+}
+
+const modbus_line_t board_line = {.receive = receive, .send = send};
 
 // --- interrupts ----------------------------------------------------------------------------------------------------
 

@@ -20,6 +20,7 @@
 #ifndef STM32F405_BOARD_H
 #define STM32F405_BOARD_H
 
+#include "app/modbus.h"
 #include "clock.h"
 #include "port/port.h"
 
@@ -48,6 +49,15 @@ void board_kick(void);
 
 /// A byte from USART1; BOARD_NO_BYTE if there is none, BOARD_BAD_BYTE if it has an error, BOARD_OVERRUN if bytes were lost.
 int board_read_byte(void);
+
+/// Takes what the USART has received, in the background; the line hands it on in the tick.
+void board_poll(void);
+
+/// Whether bytes were lost since the last call.
+bool board_has_lost_bytes(void);
+
+/// USART1 as the drive's bus.
+extern const modbus_line_t board_line;
 
 /// The tick, defined in main.c; the timer's interrupt calls it.
 void board_tick(void);

@@ -1,62 +1,74 @@
-// The drive on the STM32F405: clock, self-test, then ticks in TIM2's interrupt, and in the background the log and commands over
-// USART1 (app/command.h), with 10 mN for a step of the reference.
+// The drive on the STM32F405: params from flash, clock, self-test, then ticks in TIM2's interrupt, and in the background USART1:
+// at first a log and commands in text (app/command.h), from the first Modbus frame on a bus (app/registers.h).
 
 #include "app/command.h"
-#include "app/drive.h"
+#include "app/crc16.h"
+#include "app/registers.h"
 #include "app/selftest.h"
 #include "board.h"
 #include "device.h"
+#include "params_flash.h"
 #include "reset.h"
 #include "rig_config.h"
-#ifdef DRIVE_ARITH_Q31
-#include "rig_q31.h"
-#else
-#include "rig_f32.h"
-#endif
 
-static drive_t       drive;
-static drive_setup_t drive_setup_used;
+static registers_t registers;
+
+#define TRACE_WORDS 8192u // 32 KiB: two seconds of four signals
+
+static uint32_t     ring[TRACE_WORDS];
+static params_set_t defaults;
 
 #define REFERENCE_STEP 0.01f // N
 #define REFERENCE_MAX  1.0f
 
 void board_tick(void)
 {
-    drive_tick(&drive);
+    registers_tick(&registers);
 }
 
 extern uint32_t data_start[];
 
-/// Refuses a field for which only one value is right.
-static bool is_right(drive_config_error_t *error, const char *field, float value, float right)
+static bool refuse(params_error_t *error, uint32_t word, float value, float right)
 {
-    *error = (drive_config_error_t){.field = field, .value = value, .low = right, .high = right};
-    return value == right;
+    *error = (params_error_t){.word = word, .value = value, .low = right, .high = right};
+    return false;
 }
 
-/// Whether config and params are made for each other, and for the tick, the converters and the clock of this board.
-static bool set_up(drive_config_error_t *error)
+/// Whether a set suits the tick and the clock of this board.
+static bool suits(const params_set_t *set, params_error_t *error)
 {
-    const float crystal_hz = (float)rig_config.crystal_hz;
-    const float usable_hz  = (float)(rig_config.crystal_hz / CLOCK_CRYSTAL_STEP_HZ * CLOCK_CRYSTAL_STEP_HZ);
-    const bool  same_tick  = RIG_SAMPLE_TIME_S == (float)BOARD_TICK_US / 1e6f; // as the params' own rounding has it
-    const float sample_us  = same_tick ? (float)BOARD_TICK_US : RIG_SAMPLE_TIME_S * 1e6f;
-    return drive_setup_init(&drive_setup_used, &rig_config, &rig_params, &board_port, error) &&
-           is_right(error, "period_us", (float)rig_config.period_us, (float)BOARD_TICK_US) &&
-           is_right(error, "period_us", (float)BOARD_TICK_US, sample_us) &&
-#ifdef DRIVE_ARITH_Q31
-           is_right(error, "full_scale_n", rig_config.full_scale_n, RIG_FULL_SCALE_N) &&
-#endif
-           is_right(error, "crystal_hz", crystal_hz, usable_hz);
+    const uint32_t crystal_hz = set->drive.crystal_hz;
+    const uint32_t usable_hz  = crystal_hz / CLOCK_CRYSTAL_STEP_HZ * CLOCK_CRYSTAL_STEP_HZ;
+    if (set->drive.period_us != BOARD_TICK_US)
+    {
+        return refuse(error, DRIVE_CONFIG_period_us, (float)set->drive.period_us, (float)BOARD_TICK_US);
+    }
+    return crystal_hz == usable_hz || refuse(error, DRIVE_CONFIG_crystal_hz, (float)crystal_hz, (float)usable_hz);
+}
+
+static void load_params(void)
+{
+    static const registers_board_t parts = {.port       = &board_port,
+                                            .line       = &board_line,
+                                            .flash      = &params_flash,
+                                            .defaults   = &defaults,
+                                            .suits      = suits,
+                                            .baud       = 115200,
+                                            .ring       = ring,
+                                            .ring_words = TRACE_WORDS};
+    defaults                             = params_default();
+    defaults.drive                       = rig_config;
+    registers_load(&registers, &parts);
 }
 
 /// Moves the reference, which is 0 after every stop.
 static void move_reference(float step_n)
 {
-    const float now_n  = scaling_value(drive.reference, rig_config.full_scale_n);
-    const float next_n = now_n + step_n;
-    const float r_n    = next_n > REFERENCE_MAX ? REFERENCE_MAX : next_n < -REFERENCE_MAX ? -REFERENCE_MAX : next_n;
-    drive_reference(&drive, scaling_number(r_n, rig_config.full_scale_n));
+    const float full_scale_n = registers.active->set.drive.full_scale_n;
+    const float now_n        = scaling_value(registers.drive.reference, full_scale_n);
+    const float next_n       = now_n + step_n;
+    const float r_n = next_n > REFERENCE_MAX ? REFERENCE_MAX : next_n < -REFERENCE_MAX ? -REFERENCE_MAX : next_n;
+    drive_reference(&registers.drive, scaling_number(r_n, full_scale_n));
 }
 
 static void execute(command_t command)
@@ -66,16 +78,19 @@ static void execute(command_t command)
     case COMMAND_NONE:
         break;
     case COMMAND_STOP:
-        drive_stop(&drive);
+        drive_stop(&registers.drive);
         break;
     case COMMAND_START:
-        drive_start(&drive);
+        drive_start(&registers.drive);
         break;
     case COMMAND_ACKNOWLEDGE:
-        drive_acknowledge(&drive);
+        if (registers.is_known)
+        {
+            drive_acknowledge(&registers.drive);
+        }
         break;
     case COMMAND_REPORT:
-        drive_report(&drive);
+        drive_report(&registers.drive);
         break;
     case COMMAND_UP:
         move_reference(REFERENCE_STEP);
@@ -86,18 +101,43 @@ static void execute(command_t command)
     }
 }
 
-static void read_command(void)
+static bool is_text(void)
+{
+    return registers.modbus.frames == 0u;
+}
+
+/// Of the bytes between two silences, if they are no frame.
+static void read_commands(void)
 {
     static command_reader_t reader;
-    const int               byte = board_read_byte();
-    if (byte >= 0)
-    {
-        execute(command_take(&reader, (uint8_t)byte));
-    }
-    else if (byte != BOARD_NO_BYTE)
+    const modbus_t         *modbus = &registers.modbus;
+    if (board_has_lost_bytes())
     {
         command_spoil(&reader);
-        execute(byte == BOARD_OVERRUN ? COMMAND_STOP : COMMAND_NONE); // a lost byte may have been an x
+        execute(COMMAND_STOP); // a lost byte may have been an x
+    }
+    if (!modbus->complete || crc16(modbus->frame, modbus->length) == 0u)
+    {
+        return;
+    }
+    for (unsigned i = 0; i < modbus->length; i++)
+    {
+        execute(command_take(&reader, modbus->frame[i]));
+    }
+}
+
+/// The log last: it waits, and what comes meanwhile is only taken if the bytes before it have been.
+static void serve_line(void)
+{
+    board_poll();
+    if (is_text())
+    {
+        read_commands();
+    }
+    registers_run(&registers);
+    if (is_text())
+    {
+        drive_log(&registers.drive);
     }
 }
 
@@ -105,7 +145,7 @@ static void read_command(void)
 static void kick(void)
 {
     static uint32_t kicked_at;
-    const uint32_t  ticks = *(volatile uint32_t *)&drive.ticks;
+    const uint32_t  ticks = *(volatile uint32_t *)&registers.drive.ticks;
     if (ticks != kicked_at)
     {
         kicked_at = ticks;
@@ -155,46 +195,41 @@ static void report_reset(const reset_t *reset)
 
 static drive_fault_t check_clock(const board_clock_t *clock)
 {
-    const bool allowed = drive_setup_used.config.degraded_clock != 0u;
+    const bool allowed = registers.active->set.drive.degraded_clock != 0u;
     const bool good    = clock->source == CLOCK_CRYSTAL || (clock->source != CLOCK_WRONG && allowed);
     return good ? DRIVE_FAULT_NONE : DRIVE_FAULT_CLOCK;
 }
 
 int main(void)
 {
-    drive_config_error_t error;
-    const reset_t        reset   = reset_take();
-    const bool           fits    = set_up(&error);
-    const board_clock_t  clock   = board_init(&drive_setup_used.config, drive_setup_used.scaling.no_current);
+    const reset_t reset = reset_take();
+    load_params();
+    const drive_setup_t *setup   = &registers.active->drive;
+    const board_clock_t  clock   = board_init(&registers.active->set.drive, setup->scaling.no_current);
     const drive_fault_t  tested  = selftest_run(&selftest_seal, NULL, data_start, SIZE_MAX); // interrupts are off
-    const drive_fault_t  found[] = {tested,
-                                   fits ? DRIVE_FAULT_NONE : DRIVE_FAULT_PARAMS,
-                                    check_clock(&clock),
-                                    reset_fault(reset.cause)};
+    const drive_fault_t  found[] = {tested, check_clock(&clock), reset_fault(reset.cause)};
     unsigned             first   = 0;
     while (first < sizeof found / sizeof found[0] - 1u && found[first] == DRIVE_FAULT_NONE)
     {
         first++;
     }
-    drive_init(&drive, &board_port, &drive_setup_used, found[first]);
+    registers_start(&registers, found[first]);
     port_write(&board_port,
                tested == DRIVE_FAULT_NONE ? "tribo " LOOP_ARITHMETIC ", self-test passed\n"
                                           : "tribo " LOOP_ARITHMETIC ", self-test failed\n");
     report_reset(&reset);
     report_clock(&clock);
-    drive_report_off(&board_port, &drive_setup_used.config);
-    if (!fits)
-    {
-        drive_report_refused(&board_port, &error);
-    }
+    port_write(&board_port, "params: ");
+    port_write(&board_port, store_status_text(registers.store));
+    port_write(&board_port, "\n");
+    drive_report_off(&board_port, &registers.active->set.drive);
     board_start();
 
     for (;;)
     {
         kick();
-        drive_log(&drive);
-        kick(); // the line before and the one after may each take 9 ms
-        read_command();
+        serve_line(); // a line of the log takes 9 ms
+        kick();
         __WFI(); // until the next tick or conversion
     }
 }

@@ -61,13 +61,29 @@ typedef struct
 
 // --- FLASH and PWR -------------------------------------------------------------------------------------------------
 
-#define FLASH_ACR (*(reg_t *)0x40023c00u)
+#define FLASH_ACR  (*(reg_t *)0x40023c00u)
+#define FLASH_KEYR (*(reg_t *)0x40023c04u)
+#define FLASH_SR   (*(reg_t *)0x40023c0cu)
+#define FLASH_CR   (*(reg_t *)0x40023c10u)
+
+#define FLASH_KEY1         0x45670123u
+#define FLASH_KEY2         0xcdef89abu
+#define FLASH_SR_ERRORS    0xf2u // OPERR, WRPERR, PGAERR, PGPERR, PGSERR
+#define FLASH_SR_BSY       (1u << 16)
+#define FLASH_CR_PG        (1u << 0)
+#define FLASH_CR_SER       (1u << 1)
+#define FLASH_CR_SNB_Pos   3
+#define FLASH_CR_PSIZE_X32 (2u << 8)
+#define FLASH_CR_STRT      (1u << 16)
+#define FLASH_CR_LOCK      (1u << 31)
 
 #define FLASH_ACR_LATENCY     (7u << 0)
 #define FLASH_ACR_LATENCY_5WS (5u << 0)
 #define FLASH_ACR_PRFTEN      (1u << 8)
 #define FLASH_ACR_ICEN        (1u << 9)
 #define FLASH_ACR_DCEN        (1u << 10)
+#define FLASH_ACR_ICRST       (1u << 11)
+#define FLASH_ACR_DCRST       (1u << 12)
 
 #define PWR_CR  (*(reg_t *)0x40007000u)
 #define PWR_CSR (*(reg_t *)0x40007004u)

@@ -1,0 +1,111 @@
+#include "params_flash.h"
+
+#include "device.h"
+#include "registers.h"
+
+#include <stddef.h>
+
+// From the linker script.
+extern uint32_t store_start[];
+
+#define SECTOR_WORDS (128u * 1024u / 4u)
+#define FIRST_SECTOR 10u
+
+// In turns of the loop in RAM, of at least 8 cycles of at most 168 MHz: 5 s, 1 ms.
+#define ERASE_TURNS 105000000u
+#define WRITE_TURNS 21000u
+
+/// In RAM, with all it needs: starts what FLASH_CR says and waits until it is done. `word` is written if it is not null. The
+/// watchdog is kicked, as nothing else can; a flash that stays busy ends in the time-out.
+__attribute__((section(".ramcode"), noinline)) static bool run_in_ram(uint32_t           control,
+                                                                      uint32_t           turns,
+                                                                      volatile uint32_t *word,
+                                                                      uint32_t           value)
+{
+    FLASH_CR = control;
+    if (word != NULL)
+    {
+        *word = value;
+    }
+    else
+    {
+        FLASH_CR = control | FLASH_CR_STRT;
+    }
+    __DSB();
+    while ((FLASH_SR & FLASH_SR_BSY) != 0u && turns > 0u)
+    {
+        IWDG->KR = IWDG_KR_RELOAD;
+        turns--;
+    }
+    return turns > 0u;
+}
+
+/// With the drive's time standing still, the flash unlocked, and RAM that may be executed.
+static bool operate(uint32_t control, uint32_t turns, volatile uint32_t *word, uint32_t value)
+{
+    bool (*volatile in_ram)(uint32_t, uint32_t, volatile uint32_t *, uint32_t) =
+        run_in_ram; // too far for a direct call
+
+    const uint32_t mask = __get_PRIMASK();
+    const uint32_t mpu  = MPU->CTRL;
+    const uint32_t tick = TIM2->CR1;
+    const uint32_t time = TIM5->CR1;
+    TIM2->CR1           = tick & ~TIM_CR1_CEN;
+    TIM5->CR1           = time & ~TIM_CR1_CEN;
+    __disable_irq();
+    MPU->CTRL = 0;
+    __DSB();
+    __ISB();
+
+    FLASH_SR        = FLASH_SR_ERRORS; // ones clear
+    FLASH_KEYR      = FLASH_KEY1;
+    FLASH_KEYR      = FLASH_KEY2;
+    const bool open = (FLASH_CR & FLASH_CR_LOCK) == 0u;
+    const bool done = open && in_ram(control, turns, word, value) && (FLASH_SR & FLASH_SR_ERRORS) == 0u;
+    FLASH_CR        = FLASH_CR_LOCK;
+    // What the caches hold of the flash may have changed.
+    const uint32_t caches = FLASH_ACR & (FLASH_ACR_ICEN | FLASH_ACR_DCEN);
+    FLASH_ACR &= ~caches;
+    FLASH_ACR |= FLASH_ACR_DCRST | FLASH_ACR_ICRST;
+    FLASH_ACR &= ~(FLASH_ACR_DCRST | FLASH_ACR_ICRST);
+    FLASH_ACR |= caches;
+
+    MPU->CTRL = mpu;
+    __DSB();
+    __ISB();
+    TIM5->CR1 = time;
+    TIM2->CR1 = tick;
+    __set_PRIMASK(mask);
+    return done;
+}
+
+static volatile uint32_t *word_at(unsigned sector, uint32_t word)
+{
+    return store_start + sector * SECTOR_WORDS + word;
+}
+
+static uint32_t read_word(void *context, unsigned sector, uint32_t word)
+{
+    (void)context;
+    return *word_at(sector, word);
+}
+
+static bool erase(void *context, unsigned sector)
+{
+    (void)context;
+    return operate(FLASH_CR_PSIZE_X32 | FLASH_CR_SER | (FIRST_SECTOR + sector) << FLASH_CR_SNB_Pos,
+                   ERASE_TURNS,
+                   NULL,
+                   0);
+}
+
+static bool write_word(void *context, unsigned sector, uint32_t word, uint32_t value)
+{
+    (void)context;
+    return operate(FLASH_CR_PSIZE_X32 | FLASH_CR_PG, WRITE_TURNS, word_at(sector, word), value);
+}
+
+const store_flash_t params_flash = {.sector_words = SECTOR_WORDS,
+                                    .read         = read_word,
+                                    .erase        = erase,
+                                    .write        = write_word};
