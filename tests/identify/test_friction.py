@@ -258,13 +258,18 @@ def test_a_second_run_replaces_its_own_output_only(tmp_path, capsys):
 
 
 def test_intervals_are_of_repeats_not_of_samples(experiment):
-    # Twice the samples of the same half-cycles tell nothing new.
-    _, rows, result = experiment
-    t = np.arange(2 * len(rows)) * 0.0005
-    dense = np.c_[t, np.repeat(rows[:, 1], 2), np.repeat(rows[:, 2], 2)]
-    again = friction.identify(synthetic.log_of(dense))
-    for name in ("offset", "slope"):
-        assert found(again)[name].half > 0.6 * found(result)[name].half
+    # Every sample of every half-cycle twice tells nothing new; half of the half-cycles tell less.
+    truth, rows, _ = experiment
+    log = synthetic.log_of(rows)
+    fit = friction.Fit(log, events.find(log)[0], {"k_min": truth["k_min"]}, "symmetric")
+    fit.level = L_of(truth, 0.3)
+    names = list(friction.SYMMETRIC)
+    _, residual = fit.solve(names, [truth["offset"], truth["slope"], truth["scale"], truth["bias"]], 1)
+    once, sums = fit.bootstrap(names, residual), fit.sums
+    fit.sums = lambda r: tuple(2 * x for x in sums(r))
+    assert fit.bootstrap(names, residual) == pytest.approx(once, rel=1e-6, abs=1e-12)
+    fit.sums = lambda r: tuple(x * (np.arange(fit.count) % 2 == 0).reshape(-1, *[1] * (x.ndim - 1)) for x in sums(r))
+    assert np.std(fit.bootstrap(names, residual)[:, 1]) > 1.2 * np.std(once[:, 1])
 
 
 def test_on_line_and_off_line_agree_on_the_same_log(tmp_path):
