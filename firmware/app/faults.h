@@ -26,17 +26,50 @@ typedef struct
 
 void faults_init(faults_bounds_t *bounds, const drive_config_t *config);
 
-/// Each takes a tick and returns true once its bound is exceeded.
+/// Counts ticks in a row with a condition; true beyond `bound`.
+static inline bool faults_last(uint32_t *ticks, bool condition, uint32_t bound)
+{
+    *ticks = condition ? *ticks + (*ticks != UINT32_MAX) : 0u;
+    return bound > 0u && *ticks > bound;
+}
+
+static inline bool faults_is_beyond(loop_force_t y, loop_force_t f_hat, loop_force_t bound)
+{
+#ifdef DRIVE_ARITH_Q31
+    const int64_t difference = (int64_t)y - f_hat;
+#else
+    const float difference = y - f_hat;
+#endif
+    return difference > bound || difference < -bound;
+}
+
+// Each of the following takes a tick and returns true once its bound is exceeded.
 
 /// y and F^ of the same tick. F^ is the arm's that the loop commands, so a healthy sensor follows it within its own lag and
 /// the error of the model; a sensor that is detached, frozen or reversed, or that reads half, does not.
-bool faults_residual(const faults_bounds_t *bounds, faults_state_t *state, loop_force_t y, loop_force_t f_hat);
+static inline bool faults_residual(const faults_bounds_t *bounds,
+                                   faults_state_t        *state,
+                                   loop_force_t           y,
+                                   loop_force_t           f_hat)
+{
+    const bool beyond = bounds->residual > 0 && faults_is_beyond(y, f_hat, bounds->residual);
+    return faults_last(&state->residual, beyond, bounds->residual_ticks);
+}
 
-bool faults_command_limit(const faults_bounds_t *bounds, faults_state_t *state, bool limited);
+static inline bool faults_command_limit(const faults_bounds_t *bounds, faults_state_t *state, bool limited)
+{
+    return faults_last(&state->command_limit, limited, bounds->command_limit_ticks);
+}
 
-bool faults_reference(const faults_bounds_t *bounds, faults_state_t *state, bool renewed);
+static inline bool faults_reference(const faults_bounds_t *bounds, faults_state_t *state, bool renewed)
+{
+    return faults_last(&state->reference, !renewed, bounds->reference_ticks);
+}
 
 /// While the power stage is on but not ready.
-bool faults_starting(const faults_bounds_t *bounds, faults_state_t *state);
+static inline bool faults_starting(const faults_bounds_t *bounds, faults_state_t *state)
+{
+    return faults_last(&state->starting, true, bounds->ready_ticks);
+}
 
 #endif

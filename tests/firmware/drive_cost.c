@@ -1,0 +1,100 @@
+// What the drive's tick costs in RUN, in instructions of an emulated processor, by part: "name value" a line. The sensor follows the
+// arm that the loop commands, in a triangle of 0.4 to 0.6 N, with every bound of the faults on.
+
+#include "../target/counter.h"
+#include "app/registers.h"
+#include "board.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define TICKS 4000
+
+COUNTED(int, counted_all, (registers_t * registers), (registers_tick(registers), 0))
+COUNTED(int, counted_drive, (drive_t * drive), (drive_tick(drive), 0))
+COUNTED(loop_force_t,
+        counted_loop,
+        (const loop_params_t *params, loop_state_t *state, loop_force_t r, loop_force_t y, loop_signals_t *signals),
+        loop_step(params, state, r, y, signals))
+
+static int receive_nothing(void *context, uint8_t *bytes, size_t room)
+{
+    (void)context;
+    (void)bytes;
+    (void)room;
+    return 0;
+}
+
+static registers_t registers;
+static drive_t     copy;
+static board_t     board;
+
+static void print(const char *name, const counts_t *c)
+{
+    printf("%s.%s.min %lu\n", LOOP_ARITHMETIC, name, (unsigned long)c->min);
+    printf("%s.%s.mean %lu\n", LOOP_ARITHMETIC, name, (unsigned long)(c->sum / c->calls));
+    printf("%s.%s.max %lu\n", LOOP_ARITHMETIC, name, (unsigned long)c->max);
+}
+
+int main(void)
+{
+    static const modbus_line_t line = {.receive = receive_nothing};
+    static uint32_t            ring[800];
+    static params_set_t        defaults;
+
+    defaults                    = params_default();
+    defaults.drive.stuck_ticks  = 200;
+    defaults.drive.reference_ms = 50;
+    defaults.drive.ready_ms     = 50;
+    board_init(&board, 0);
+    const registers_board_t parts =
+        {.port = &board.port, .line = &line, .defaults = &defaults, .baud = 115200, .ring = ring, .ring_words = 800};
+    registers_load(&registers, &parts);
+    registers_start(&registers, DRIVE_FAULT_NONE);
+    counter_init();
+
+    counts_t all = {0}, drive = {0}, loop = {0};
+    double   shown_n = 0.0;
+    drive_start(&registers.drive);
+    for (int k = 0; k < TICKS; k++)
+    {
+        const double phase = k % 2000 / 1000.0;
+        const double r_n   = 0.4 + 0.2 * (phase < 1.0 ? phase : 2.0 - phase);
+        board_new_tick(&board);
+        board.now_us = (uint32_t)k * 1000u;
+        board.y      = board_force(shown_n + 1e-4 * (k % 3));
+        drive_reference(&registers.drive, board_force(r_n));
+        copy                         = registers.drive;
+        const board_t        before  = board;
+        loop_state_t         state   = copy.loop;
+        const bool           ran     = copy.state == DRIVE_RUN;
+        const drive_setup_t *used    = copy.setup;
+        loop_signals_t       signals = copy.signals;
+        const loop_force_t   r       = copy.reference;
+        (void)counted_drive(&copy);
+        if (ran)
+        {
+            counts_add(&drive);
+            (void)counted_loop(used->params, &state, r, copy.y, &signals);
+            counts_add(&loop);
+        }
+        board = before;
+        (void)counted_all(&registers);
+        if (ran)
+        {
+            counts_add(&all);
+        }
+        if (registers.drive.state == DRIVE_FAULT)
+        {
+            printf("the drive stopped: %s\n", drive_fault_text(registers.drive.fault));
+            return 1;
+        }
+        const double f_hat_n =
+            loop_to_q31(loop_f_hat(&registers.drive.signals), BOARD_FULL_SCALE_N) / 2147483648.0 * 4.0;
+        shown_n += 0.0535 * (f_hat_n - shown_n);
+    }
+    print("loop", &loop);
+    print("drive_and_loop", &drive);
+    print("with_registers_and_trace", &all);
+    return 0;
+}
