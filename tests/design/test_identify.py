@@ -221,3 +221,51 @@ def test_a_record_of_impossible_size_is_refused_by_line(run, tmp_path):
         (tmp_path / "bad.csv").write_text("\n".join([*lines[:9], lines[9].rsplit(",", 1)[0] + "," + value, *lines[10:]]) + "\n")
         code, _, err = run("identify-plant", tmp_path / "bad.csv")
         assert code == 2 and "bad.csv:10: y: value" in err and "must be finite: 0, or of a size within 1e-100 and 1e+100" in err and len(err) < 300
+
+
+def with_mass(mass, damping, stiffness, gain, coulomb, u, dt, fine=40):
+    """The force of a spring behind a mass with friction: it overshoots, turns and sticks."""
+    position = speed = 0.0
+    out = np.empty(len(u))
+    for i, value in enumerate(u):
+        out[i] = stiffness * position
+        for _ in range(fine):
+            force = gain * value - stiffness * position - damping * speed
+            if speed == 0:
+                if abs(force) <= coulomb:
+                    continue
+                held = np.sign(force) * coulomb
+            else:
+                held = np.sign(speed) * coulomb
+            faster = speed + dt / fine * (force - held) / mass
+            speed = 0.0 if faster * speed < 0 else faster
+            position += dt / fine * speed
+    return out
+
+
+@pytest.mark.parametrize("size, damping, gain, coulomb", [(68.0, 0.4, 1.2, 0.043), (30.0, 0.7, 1.2, 0.12)])
+def test_an_arm_that_overshoots_and_sticks_gets_no_confident_poles(size, damping, gain, coulomb):
+    """Where it rests depends on overshoot and friction: the gain's interval must allow for it."""
+    dt, mass = 2e-3, 900.0 / size**2
+    u = np.repeat([0, 0.4, 0.8, 0.4, 0, -0.4, -0.8, -0.4, 0], 233)
+    y = with_mass(mass, 2 * damping * size * mass, 900.0, gain, coulomb, u, dt) + np.random.default_rng(7).normal(0, 0.002, len(u))
+    found = identify(Data(np.arange(len(u)) * dt, u, y))[0]
+    assert found["separable"] and found["trusted"]
+    assert abs(found["gain"] - gain) < found["gain_half_width"] < 0.1 * gain
+    assert not any(p["identifiable"] for p in found["poles"])
+
+
+def test_a_record_that_does_not_answer_to_u_is_refused(run, tmp_path):
+    u = np.repeat([0, 0.4, 0.8, 0.4, 0, -0.4, -0.8, -0.4, 0], 60)
+    y = np.random.default_rng(3).normal(0, 0.002, len(u))
+    (tmp_path / "still.csv").write_text("t_s,u_n,y_n\n" + "".join(f"{i * 0.002!r},{a!r},{b!r}\n" for i, (a, b) in enumerate(zip(u.tolist(), y.tolist()))))
+    code, _, err = run("identify-plant", tmp_path / "still.csv", "--no-friction", "--out", tmp_path / "out")
+    assert code == 1 and "y does not answer to u" in err and not (tmp_path / "out").exists()
+
+
+def test_an_uneven_interval_keeps_its_wider_side():
+    from tribo_design.identify import plant_yaml
+
+    pole = {"pole": "-10", "re": -10.0, "im": 0.0, "size_low": 8.0, "size_high": 10.5, "identifiable": True}
+    found = {"poles": [pole], "integrator": False, "remarks": [], "gain": 1.0, "gain_half_width": 0.01, "fit_percent_where_it_moves": 99.0, "delay_s": 0.0}
+    assert "poles: [-10 ± 20 %]" in plant_yaml(found, "x.csv")

@@ -764,6 +764,10 @@ def _judge(found, data, friction, way, record, best, candidates):
         found["trusted"] = False
         if not _from_levels(found, data, friction, remarks):
             remarks.append("the residual is not noise: the model misses something (friction that changes with speed, a zero, another input), so no interval would hold")
+    _allow_for_overshoot(found, data, best, way, remarks)
+    if not found["gain_half_width"] < abs(found["gain"]):
+        found["trusted"] = False
+        remarks.append("the interval of the gain holds 0: as far as this record tells y does not answer to u")
     if found["integrator"]:
         remarks.append("an integrator: the gain is that of 1/s, in y per u and second")
     if "coulomb" in way and "load" not in way:
@@ -835,6 +839,21 @@ def _allow_for_lag_and_dead_time(found, record, best, remarks):
             p["identifiable"] = bool(p["identifiable"] and p["size_high"] < 2 * size and p["size_low"] > size / 2)
     if doubt:
         remarks.append("dead time and fast poles are not separable in this record: " + ("there may be a lag instead of the dead time" if s.delay else "there may be a dead time instead of the fastest poles"))
+
+
+def _allow_for_overshoot(found, data, best, way, remarks):
+    """An arm that overshoots turns within a plateau and sticks off the friction of its last step: by its overshoot, at most by twice the friction."""
+    if "coulomb" not in way or not best.structure.pairs:
+        return
+    pairs = best.poles[best.poles.imag > 0]
+    overshoot = float(np.max(np.exp(np.pi * pairs.real / pairs.imag)))
+    friction = abs(found["friction_n"] or 0.0) + abs(found["friction_per_force"] or 0.0) * np.ptp(data.y) / max(abs(found["gain"]), 1e-300)
+    step = float(np.max(np.abs(np.diff(data.u, prepend=0.0))))
+    # Friction damps: the plant's own overshoot is larger than that of the fit.
+    found["gain_half_width"] += abs(found["gain"]) * min(2 * overshoot * step, 2 * friction) / np.ptp(np.r_[0.0, data.u])
+    for p in found["poles"]:
+        p["identifiable"] = False
+    remarks.append("friction and overshoot: where the arm comes to rest depends on both; the gain's interval allows for it, complex poles and those beside them are a description without intervals")
 
 
 def _from_levels(found, data, friction, remarks):
@@ -932,7 +951,8 @@ def describe(found):
 def plant_yaml(found, source):
     """With the intervals as percentages, for the robustness table of a design."""
     def percent(p):
-        return 100 * max(p["size_high"] / np.hypot(p["re"], p["im"]) - 1, 1e-4)
+        size = np.hypot(p["re"], p["im"])
+        return 100 * max(p["size_high"] / size - 1, 1 - p["size_low"] / size, 1e-4)  # the interval need not be even
 
     roots = [(f"{p['re']:.6g}{p['im']:+.6g}j" if p["im"] else f"{p['re']:.6g}") + (f" ± {percent(p):.2g} %" if p["identifiable"] and percent(p) < 99 else "") for p in found["poles"]]
     if found["integrator"]:
