@@ -97,7 +97,7 @@ def test_the_chain_of_tribo_sim_has_the_plants_poles():
 def test_the_scenario_plays_the_designs_own_plant(tmp_path, paper_result):
     """Without friction to speak of, tribo-sim's step is the closed loop's of the sections and the plant."""
     plant, _ = make_plant(paper_result.design.plant)
-    text = friction.scenario(paper_result.design, plant, paper_result.f32, "x", scaled=True)
+    text = friction.scenario(paper_result.design, plant, paper_result.f32, "x")
     (tmp_path / "loop.yaml").write_text(text.replace("kind: triangle, low_N: 0.4, high_N: 0.6, period_s: 20", "kind: step, low_N: 0, high_N: 0.5, start_s: 0").replace("duration_s: 60", "duration_s: 0.3").replace("start_s: 20", "start_s: 0"))
     subprocess.run([os.environ["TRIBO_SIM"], "run", tmp_path / "loop.yaml", "--out", tmp_path / "run", "--set", "compensator.gain=0", "--set", "plant.friction.breakaway={offset_N: 1.0e-6, slope: 0}"],
                    check=True, capture_output=True)

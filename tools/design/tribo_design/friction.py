@@ -45,39 +45,42 @@ def chain_of(plant, h):
     return Chain(actuator, sensor, STIFFNESS / product, STIFFNESS * total / product), ""
 
 
-def scenario(design, plant, f32, source, scaled=False):
-    """The scenario's text; None for a tick longer than tribo-sim knows. `scaled`: u in newton of output, so that the plant's gain counts."""
+def scenario(design, plant, f32, source):
+    """The scenario's text; None for a tick longer than tribo-sim knows. Its u is in newton of F at rest, so that the plant's gain counts."""
     h, limit, full = design.sample_time_s, design.fixed_point.limit_n, design.fixed_point.full_scale_n
     if h > 0.1:
         return None
     chain, why = chain_of(plant, h)
-    gain = plant.at_zero() if scaled else 1.0
+    gain = plant.at_zero() if chain is not None else 1.0
+    limit_f = abs(gain) * limit
+    full_f = max(full, limit_f)  # of e and u alike
+    top = min(0.3 * limit, 0.5 * limit_f)
     rows = np.array(f32, float)
     rows[-1, :3] *= gain
     sections = [", ".join(f"{k}: {value:.9g}" for k, value in zip(("b0", "b1", "b2", "a1", "a2"), row)) for row in rows]
     # The paper's friction where the full scale and the tick can have it.
     friction = [] if 1 <= round(3e-3 / h) <= 63 else [f"    pulse_width_s: {3 * h:.9g} # three ticks"]
-    friction += [] if 1e-5 * full <= 0.007 <= 0.1 * full else [f"    breakaway: {{offset_N: {0.0035 * full:.9g}}}"]
-    slowest = 3 * full / (6 * 2**31 * h)  # v0 of less than a bit a tick
+    friction += [] if 1e-5 * full_f <= 0.007 <= 0.1 * full_f else [f"    breakaway: {{offset_N: {0.0035 * full_f:.9g}}}"]
+    slowest = 3 * full_f / (6 * 2**31 * h)  # v0 of less than a bit a tick
     friction += [] if 2 * slowest <= 0.007 else [f"    v0_N_per_s: {2 * slowest:.9g}"]
     lines = [f'# A force loop with the controller "{design.name}", made by tribo-design of {source}.']
     if chain is None:
         lines += [f"# The plant and the arm are the paper's, as {why}."]
         arm, parts = None, [f"plant: {{step_s: {h / 10:.9g}}}"]
     else:
-        steady = plant.at_zero()
-        lines += ["# The plant is the design's" + (f", but for its steady gain of {steady:.6g}, which tribo-sim has not: u = F at rest." if not scaled and abs(steady - 1) > 1e-9 else ".")]
+        lines += ["# The plant is the design's."]
+        if abs(gain - 1) > 1e-9:
+            lines += [f"# u is in newton of F at rest, so the last section has the plant's gain of {gain:.6g} in it and the header's has not: put u / {gain:.9g} out."]
         arm = f"{{inertia_N_s2_per_deg: {chain.inertia:.9g}, damping_N_s_per_deg: {chain.damping:.9g}, stiffness_N_per_deg: {STIFFNESS:.9g}}}"
         parts = [f"plant: {{step_s: {h / 10:.9g}, actuator_pole_rad_per_s: {chain.actuator:.9g}, arm: {arm}}}",
                  f"sensor: {{pole_rad_per_s: {chain.sensor:.9g}" + (f", delay_s: {design.delay_s:.9g}" if design.delay_s else "") + "}"]
     lines += ["# Its friction is the paper's: copy it and give your rig's under compensator and plant. tribo-sim run plays it, tribo-sim params makes a drive's params of it."]
-    scale = abs(gain) * limit if scaled else limit
     return "\n".join([
         *lines, f'description: "a triangle with the controller {design.name}"', f"duration_s: {20 * PERIODS}", f"sample_time_s: {h:.9g}",
-        f"reference: {{kind: triangle, low_N: {0.2 * limit:.9g}, high_N: {0.3 * limit:.9g}, period_s: 20}}", *parts,
+        f"reference: {{kind: triangle, low_N: {2 * top / 3:.9g}, high_N: {top:.9g}, period_s: 20}}", *parts,
         "controller:", "  kind: delta", "  sections:", *(f"    - {{{section}}}" for section in sections),
         "compensator:", "  gain: 0.85", *([f"  arm: {arm}"] if arm else []), *(["  friction:", *friction] if friction else []),
-        f"limits: {{u_min_N: {-scale:.9g}, u_max_N: {scale:.9g}, input_max_N: {full:.9g}, full_scale_N: {full:.9g}}}",
+        f"limits: {{u_min_N: {-limit_f:.9g}, u_max_N: {limit_f:.9g}, input_max_N: {full:.9g}, full_scale_N: {full_f:.9g}}}",
         "metrics: {start_s: 20}", ""])
 
 
@@ -92,14 +95,12 @@ def find_tribo_sim():
 
 def play(design, plant, f32, traces=False):
     """{"rms_n": {gain: ...}, "max_n": ...}, or {"reason": why it was not played}. With `traces` the last period of each."""
-    text = scenario(design, plant, f32, "the design", scaled=True)
+    text = scenario(design, plant, f32, "the design")
     if text is None:
         return {"reason": "a tick of more than 0.1 s"}
     why = chain_of(plant, design.sample_time_s)[1]
     if why:
         return {"reason": why}
-    if plant.at_zero() <= 0:
-        return {"reason": "the plant's gain is negative, tribo-sim's is 1"}
     program = find_tribo_sim()
     if program is None:
         return {"reason": "no tribo-sim was found (build it, or set TRIBO_SIM to it)"}
