@@ -122,6 +122,11 @@ static bool take_value(const sim_key_t *key, const char *text, char *at, char *w
     {
     case SIM_KEY_WHOLE:
         complaint = sim_number_parse_whole(text, &whole);
+        (void)snprintf(what, size, "%.40s is outside %g to %g", text, key->min, key->max);
+        if (complaint == NULL && !((double)whole >= key->min && (double)whole <= key->max))
+        {
+            return false;
+        }
         memcpy(at, &whole, sizeof whole);
         break;
     case SIM_KEY_CHOICE:

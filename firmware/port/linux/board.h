@@ -36,6 +36,6 @@ void board_close(board_t *board);
 void board_advance(board_t *board);
 
 /// Command 0, then the power stage off. For any process that has the board open.
-void board_off(void *board);
+void board_off(void *context);
 
 #endif

@@ -77,7 +77,12 @@ static bool open_line(lines_t             *lines,
 lines_t *lines_open(const line_config_t config[LINE_COUNT], const char *consumer, sim_error_t *error)
 {
     lines_t *lines = calloc(1, sizeof *lines);
-    bool     ok    = lines != NULL || sim_error_set(error, "out of memory");
+    if (lines == NULL)
+    {
+        (void)sim_error_set(error, "out of memory");
+        return NULL;
+    }
+    bool ok = true;
     for (int i = 0; ok && i < LINE_COUNT; i++)
     {
         ok = !line_is_used(&config[i]) || open_line(lines, (line_t)i, &config[i], consumer, error);

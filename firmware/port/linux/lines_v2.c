@@ -82,7 +82,7 @@ static struct gpiod_line_settings *settings_of(const line_config_t *config, bool
                                                 is_output ? GPIOD_LINE_DIRECTION_OUTPUT : GPIOD_LINE_DIRECTION_INPUT);
         (void)gpiod_line_settings_set_edge_detection(settings, is_output ? GPIOD_LINE_EDGE_NONE : GPIOD_LINE_EDGE_BOTH);
         (void)gpiod_line_settings_set_bias(settings, bias[config->bias]);
-        (void)gpiod_line_settings_set_active_low(settings, config->active_low != 0);
+        gpiod_line_settings_set_active_low(settings, config->active_low != 0);
         (void)gpiod_line_settings_set_output_value(settings, GPIOD_LINE_VALUE_INACTIVE);
     }
     return settings;
@@ -135,8 +135,13 @@ static bool open_line(lines_t             *lines,
 lines_t *lines_open(const line_config_t config[LINE_COUNT], const char *consumer, sim_error_t *error)
 {
     lines_t *lines = calloc(1, sizeof *lines);
-    bool     ok    = lines != NULL && (lines->events = gpiod_edge_event_buffer_new(EVENTS)) != NULL;
-    ok             = ok || sim_error_set(error, "out of memory");
+    if (lines == NULL)
+    {
+        (void)sim_error_set(error, "out of memory");
+        return NULL;
+    }
+    lines->events = gpiod_edge_event_buffer_new(EVENTS);
+    bool ok       = lines->events != NULL || sim_error_set(error, "out of memory");
     for (int i = 0; ok && i < LINE_COUNT; i++)
     {
         ok = !line_is_used(&config[i]) || open_line(lines, (line_t)i, &config[i], consumer, error);

@@ -18,6 +18,7 @@
 #include <argp.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -50,7 +51,8 @@ typedef struct
         REFERENCE_CONSTANT,
         REFERENCE_LINES
     } reference;
-    double constant_n;
+    double      constant_n;
+    const char *shape; ///< of the scenario's reference, or its file; null: as the scenario has it
 } options_t;
 
 // --- the command line ----------------------------------------------------------------------------------------------
@@ -78,8 +80,9 @@ static const struct argp_option known[] = {
     {.name = "log", .key = OPTION_LOG, .arg = "FILE.csv", .doc = "writes a row a tick, which tribo-sim replay reads"},
     {.name = "reference",
      .key  = OPTION_REFERENCE,
-     .arg  = "N|-",
-     .doc  = "a constant, or lines with a number in N on standard input; the scenario's if left out"},
+     .arg  = "N|SHAPE|FILE.csv|-",
+     .doc  = "a constant in N, a shape of scenarios (triangle, sine ...), a file with t_s and r_N, or lines with a "
+             "number in N on standard input; the scenario's if left out"},
     {.name = "set",
      .key  = OPTION_SET,
      .arg  = "KEY=VALUE",
@@ -90,12 +93,15 @@ static const struct argp_option known[] = {
      .doc  = "for tests: a tick for each byte of the file IN, and a byte to OUT after it, in place of the clock"},
     {.name = NULL}};
 
-static void take_reference(options_t *options, const char *value, struct argp_state *state)
+static void take_reference(options_t *options, const char *value)
 {
-    options->reference = strcmp(value, "-") == 0 ? REFERENCE_LINES : REFERENCE_CONSTANT;
-    if (options->reference == REFERENCE_CONSTANT && sim_number_parse(value, &options->constant_n) != NULL)
+    options->shape     = NULL;
+    options->reference = REFERENCE_LINES;
+    if (strcmp(value, "-") != 0)
     {
-        argp_error(state, "--reference %s: a number in N or - is wanted", value);
+        const bool is_number = sim_number_parse(value, &options->constant_n) == NULL;
+        options->reference   = is_number ? REFERENCE_CONSTANT : REFERENCE_SCENARIO;
+        options->shape       = is_number ? NULL : value;
     }
 }
 
@@ -125,7 +131,7 @@ static error_t take(int key, char *value, struct argp_state *state)
         return strchr(value, ',') != NULL ? 0
                                           : (argp_error(state, "--ticks %s: two files are wanted, IN,OUT", value), 0);
     case OPTION_REFERENCE:
-        take_reference(options, value, state);
+        take_reference(options, value);
         return 0;
     case OPTION_SET:
         if (options->set_count == SETS_MAX)
@@ -295,9 +301,8 @@ static bool tick(program_t *program, uint64_t number, int64_t due_ns, sim_error_
 
 static bool is_over(const program_t *program, uint64_t number)
 {
-    const double t_s = (double)number * 1e-6 * program->rig->drive.period_us;
-    return program->drive.state == DRIVE_FAULT ||
-           (program->options->duration_s > 0.0 && t_s >= program->options->duration_s);
+    const double periods = program->options->duration_s * 1e6 / program->rig->drive.period_us;
+    return program->drive.state == DRIVE_FAULT || (periods > 0.0 && (double)number >= floor(periods + 0.5));
 }
 
 /// From the start of the drive to its end. The number of ticks.
@@ -366,7 +371,8 @@ static int run(void *context, heart_t *heart)
     const struct sigaction  action  = {.sa_handler = stop};
     (void)sigaction(SIGINT, &action, NULL);
     (void)sigaction(SIGTERM, &action, NULL);
-    if (program->options->log != NULL && (program->recorder = recorder_start(program->options->log, &error)) == NULL)
+    program->recorder = program->options->log != NULL ? recorder_start(program->options->log, &error) : NULL;
+    if (error.text[0] != '\0')
     {
         (void)fprintf(stderr, "tribo-drive: %s\n", error.text);
         return EXIT_SETUP;
@@ -395,6 +401,22 @@ static void scenario_path(const rig_t *rig, const char *config, char path[2 * RI
     (void)snprintf(path, 2 * RIG_PATH_MAX, "%.*s%s", length < (int)RIG_PATH_MAX ? length : 0, config, rig->scenario);
 }
 
+/// --reference SHAPE or FILE.csv, as --set of the scenario's keys.
+static bool set_shape(program_t *program, sim_error_t *error)
+{
+    const char *shape = program->options->shape;
+    char        assignment[2 * RIG_PATH_MAX];
+    const char *dot    = strrchr(shape, '.');
+    const bool  is_csv = dot != NULL && strcmp(dot, ".csv") == 0;
+    const int   length = snprintf(assignment, sizeof assignment, "reference.%s=%s", is_csv ? "file" : "kind", shape);
+    if (length >= (int)sizeof assignment)
+    {
+        return sim_error_set(error, "--reference: %s is too long", shape);
+    }
+    return sim_scenario_set(program->scenario, assignment, error) &&
+           (!is_csv || sim_scenario_set(program->scenario, "reference.kind=csv", error));
+}
+
 static bool open_scenario(program_t *program, sim_error_t *error)
 {
     char path[2 * RIG_PATH_MAX];
@@ -406,6 +428,7 @@ static bool open_scenario(program_t *program, sim_error_t *error)
     {
         ok = sim_scenario_set(program->scenario, program->options->sets[i], error);
     }
+    ok = ok && (program->options->shape == NULL || set_shape(program, error));
     return ok && sim_scenario_check(program->scenario, error) && sim_check_has_loop(program->scenario, error) &&
            sim_reference_init(&program->reference, program->scenario, error);
 }

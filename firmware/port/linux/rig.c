@@ -223,6 +223,16 @@ bool rig_load(rig_t *rig, const char *path, sim_sources_t *sources, sim_error_t 
     return rig->io == RIG_IO_SIMULATED || check_devices(rig, sources, path, error);
 }
 
+/// A | in it is none of the table's.
+static void print_cell(const char *text)
+{
+    for (const char *p = text; *p != '\0'; p++)
+    {
+        (void)fputs(*p == '|' ? "\\" : "", stdout);
+        (void)putchar(*p);
+    }
+}
+
 static void print_rows(const sim_key_t *keys, const char *prefix)
 {
     for (const sim_key_t *key = keys; key->name != NULL; key++)
@@ -247,12 +257,9 @@ static void print_rows(const sim_key_t *keys, const char *prefix)
             (void)snprintf(allowed, sizeof allowed, "%g to %g", key->min, key->max);
             (void)snprintf(standard, sizeof standard, "%g", key->standard);
         }
-        (void)printf("| `%s` | %s | %s | %s | %s |\n",
-                     name,
-                     key->unit[0] != '\0' ? key->unit : "-",
-                     allowed,
-                     standard,
-                     key->text);
+        (void)printf("| `%s` | %s | %s | %s | ", name, key->unit[0] != '\0' ? key->unit : "-", allowed, standard);
+        print_cell(key->text);
+        (void)puts(" |");
     }
 }
 

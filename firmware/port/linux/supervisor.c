@@ -92,6 +92,10 @@ static int watch(const supervisor_config_t *config,
         }
     }
     config->off(config->context);
+    if (WIFSIGNALED(status) && !is_killed)
+    {
+        (void)fprintf(stderr, "tribo-drive: the loop's process was ended by signal %d, stopped\n", WTERMSIG(status));
+    }
     return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
 }
 
@@ -113,10 +117,13 @@ static int run_loop(int (*loop)(void *context, heart_t *heart),
     return status;
 }
 
-int supervisor_run(const supervisor_config_t *config,
-                   int (*loop)(void *context, heart_t *heart),
-                   void        *context,
-                   sim_error_t *error)
+/// The two processes. Returns as supervisor_run does.
+static int run_both(const supervisor_config_t *config,
+                    int (*loop)(void *context, heart_t *heart),
+                    void        *context,
+                    heart_t     *heart,
+                    int          watchdog,
+                    sim_error_t *error)
 {
     sigset_t signals;
     sigset_t before;
@@ -125,31 +132,56 @@ int supervisor_run(const supervisor_config_t *config,
     (void)sigaddset(&signals, SIGINT);
     (void)sigaddset(&signals, SIGTERM);
     (void)sigprocmask(SIG_BLOCK, &signals, &before);
-
-    const int watchdog = open_watchdog(config->watchdog, error);
-    heart_t  *heart    = mmap(NULL, sizeof *heart, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if ((config->watchdog != NULL && watchdog < 0) || heart == MAP_FAILED)
-    {
-        (void)sim_error_set(error, "no memory for a heartbeat: %s", strerror(errno));
-        return -1;
-    }
-    atomic_init(&heart->beats, 0u);
+    (void)fflush(NULL); // or both would write what is left
     const pid_t supervisor = getpid();
     const pid_t process    = fork();
     if (process == 0)
     {
         _exit(run_loop(loop, context, heart, supervisor, &before));
     }
+    int status = -1;
     if (process < 0)
     {
         (void)sim_error_set(error, "no process for the loop: %s", strerror(errno));
+    }
+    else
+    {
+        // Only now, as the loop would inherit it. Without the privileges the loop says so.
+        sim_error_t             refused   = {""};
+        const realtime_config_t real_time = {.priority = config->priority, .cpu = -1};
+        (void)realtime_enter(&real_time, &refused);
+        status = watch(config, heart, process, &signals, watchdog);
+        tell_watchdog(watchdog, 'V');
+    }
+    (void)sigprocmask(SIG_SETMASK, &before, NULL);
+    return status;
+}
+
+int supervisor_run(const supervisor_config_t *config,
+                   int (*loop)(void *context, heart_t *heart),
+                   void        *context,
+                   sim_error_t *error)
+{
+    const int watchdog = open_watchdog(config->watchdog, error);
+    if (config->watchdog != NULL && watchdog < 0)
+    {
         return -1;
     }
-    // Only now, as the loop would inherit it. Without the privileges the loop says so.
-    sim_error_t             refused;
-    const realtime_config_t real_time = {.priority = config->priority, .cpu = -1};
-    (void)realtime_enter(&real_time, &refused);
-    const int status = watch(config, heart, process, &signals, watchdog);
-    tell_watchdog(watchdog, 'V');
+    int      status = -1;
+    heart_t *heart  = mmap(NULL, sizeof *heart, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (heart == MAP_FAILED)
+    {
+        (void)sim_error_set(error, "no memory for a heartbeat: %s", strerror(errno));
+    }
+    else
+    {
+        atomic_init(&heart->beats, 0u);
+        status = run_both(config, loop, context, heart, watchdog, error);
+        (void)munmap(heart, sizeof *heart);
+    }
+    if (watchdog >= 0)
+    {
+        (void)close(watchdog);
+    }
     return status;
 }

@@ -1,0 +1,213 @@
+// Two processes on outputs that only count: whatever ends the loop, the outputs are off before supervisor_run returns.
+
+#include "supervisor.h"
+
+#include "realtime.h"
+#include "unity.h"
+
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#define MS           INT64_C(1000000)
+#define HEARTBEAT_MS 50u
+
+/// Shared by both processes.
+static struct
+{
+    atomic_int   off;
+    atomic_llong stopped_ns, off_ns;
+} *seen;
+
+static supervisor_config_t config;
+
+static void off(void *context)
+{
+    (void)context;
+    atomic_store(&seen->off_ns, realtime_now_ns());
+    atomic_fetch_add(&seen->off, 1);
+}
+
+void setUp(void)
+{
+    seen = mmap(NULL, sizeof *seen, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    TEST_ASSERT_TRUE(seen != MAP_FAILED);
+    config = (supervisor_config_t){.heartbeat_ms = HEARTBEAT_MS, .priority = 1, .off = off};
+}
+
+void tearDown(void)
+{
+    (void)munmap(seen, sizeof *seen);
+}
+
+static int run(int (*loop)(void *context, heart_t *heart))
+{
+    sim_error_t error  = {""};
+    const int   status = supervisor_run(&config, loop, NULL, &error);
+    TEST_ASSERT_EQUAL_STRING("", error.text);
+    TEST_ASSERT_TRUE(atomic_load(&seen->off) > 0);
+    return status;
+}
+
+static void beat_for_ms(heart_t *heart, int ms)
+{
+    for (int i = 0; i < ms; i++)
+    {
+        heart_beat(heart);
+        (void)realtime_sleep_until(realtime_now_ns() + MS);
+    }
+}
+
+static int returns_3(void *context, heart_t *heart)
+{
+    (void)context;
+    beat_for_ms(heart, 5);
+    return 3;
+}
+
+static int kills_itself(void *context, heart_t *heart)
+{
+    (void)context;
+    beat_for_ms(heart, 5);
+    atomic_store(&seen->stopped_ns, realtime_now_ns());
+    (void)raise(SIGKILL);
+    return 0;
+}
+
+static int stops_itself(void *context, heart_t *heart)
+{
+    (void)context;
+    beat_for_ms(heart, 5);
+    atomic_store(&seen->stopped_ns, realtime_now_ns());
+    (void)raise(SIGSTOP);
+    return 0;
+}
+
+static int rests(void *context, heart_t *heart)
+{
+    (void)context;
+    beat_for_ms(heart, 5);
+    heart_rest(heart);
+    (void)realtime_sleep_until(realtime_now_ns() + 4 * HEARTBEAT_MS * MS);
+    return 4;
+}
+
+static volatile sig_atomic_t got;
+
+static void take(int signal)
+{
+    got = signal;
+}
+
+static int tells_supervisor_to_end(void *context, heart_t *heart)
+{
+    (void)context;
+    (void)signal(SIGTERM, take);
+    (void)kill(getppid(), SIGTERM);
+    while (got == 0)
+    {
+        beat_for_ms(heart, 1);
+    }
+    return 10;
+}
+
+static int kills_supervisor(void *context, heart_t *heart)
+{
+    (void)context;
+    (void)signal(SIGTERM, take);
+    (void)kill(getppid(), SIGKILL);
+    while (got == 0)
+    {
+        beat_for_ms(heart, 1);
+    }
+    atomic_fetch_add(&seen->off, 100); // here the loop turns its outputs off
+    return 0;
+}
+
+static void test_an_end_is_passed_on(void)
+{
+    TEST_ASSERT_EQUAL_INT(3, run(returns_3));
+    TEST_ASSERT_EQUAL_INT(1, atomic_load(&seen->off));
+}
+
+static void test_a_killed_loop_is_turned_off(void)
+{
+    TEST_ASSERT_EQUAL_INT(128 + SIGKILL, run(kills_itself));
+}
+
+static void test_a_stopped_loop_is_turned_off_and_ended(void)
+{
+    TEST_ASSERT_EQUAL_INT(128 + SIGKILL, run(stops_itself));
+    TEST_ASSERT_TRUE(atomic_load(&seen->off_ns) - atomic_load(&seen->stopped_ns) >= (HEARTBEAT_MS - 10) * MS);
+}
+
+static void test_a_loop_at_rest_needs_no_heartbeat(void)
+{
+    TEST_ASSERT_EQUAL_INT(4, run(rests));
+    TEST_ASSERT_EQUAL_INT(1, atomic_load(&seen->off));
+}
+
+static void test_a_signal_to_the_supervisor_reaches_the_loop(void)
+{
+    TEST_ASSERT_EQUAL_INT(10, run(tells_supervisor_to_end));
+}
+
+/// In a process of its own, as it is the one that is killed.
+static void test_without_its_supervisor_the_loop_ends(void)
+{
+    (void)fflush(NULL);
+    const pid_t supervisor = fork();
+    if (supervisor == 0)
+    {
+        sim_error_t error = {""};
+        _exit(supervisor_run(&config, kills_supervisor, NULL, &error));
+    }
+    for (int i = 0; i < 5000 && atomic_load(&seen->off) < 100; i++)
+    {
+        (void)realtime_sleep_until(realtime_now_ns() + MS);
+    }
+    TEST_ASSERT_EQUAL_INT(100, atomic_load(&seen->off));
+}
+
+static void test_the_watchdog_is_fed_and_disarmed(void)
+{
+    char path[] = "/tmp/tribo-watchdog-XXXXXX";
+    char text[4096];
+    (void)close(mkstemp(path));
+    config.watchdog = path;
+    TEST_ASSERT_EQUAL_INT(3, run(returns_3));
+    FILE *file = fopen(path, "r");
+    TEST_ASSERT_NOT_NULL(file);
+    const size_t length = fread(text, 1, sizeof text, file);
+    (void)fclose(file);
+    (void)unlink(path);
+    TEST_ASSERT_TRUE(length > 1);
+    TEST_ASSERT_EQUAL_UINT(length - 1, strspn(text, "."));
+    TEST_ASSERT_EQUAL_CHAR('V', text[length - 1]);
+}
+
+static void test_a_watchdog_that_is_not_there_is_named(void)
+{
+    sim_error_t error = {""};
+    config.watchdog   = "/nowhere/watchdog";
+    TEST_ASSERT_EQUAL_INT(-1, supervisor_run(&config, returns_3, NULL, &error));
+    TEST_ASSERT_EQUAL_STRING("watchdog: /nowhere/watchdog: No such file or directory", error.text);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_an_end_is_passed_on);
+    RUN_TEST(test_a_killed_loop_is_turned_off);
+    RUN_TEST(test_a_stopped_loop_is_turned_off_and_ended);
+    RUN_TEST(test_a_loop_at_rest_needs_no_heartbeat);
+    RUN_TEST(test_a_signal_to_the_supervisor_reaches_the_loop);
+    RUN_TEST(test_without_its_supervisor_the_loop_ends);
+    RUN_TEST(test_the_watchdog_is_fed_and_disarmed);
+    RUN_TEST(test_a_watchdog_that_is_not_there_is_named);
+    return UNITY_END();
+}
