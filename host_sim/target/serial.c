@@ -1,4 +1,4 @@
-#define _DEFAULT_SOURCE // rates above 38,400 baud; NOLINT(bugprone-reserved-identifier)
+#define _DEFAULT_SOURCE // rates above 38,400 baud; NOLINT(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp)
 
 #include "target/serial.h"
 
