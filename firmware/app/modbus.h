@@ -23,12 +23,12 @@
 /// Also the exception codes of an answer.
 typedef enum
 {
-    MODBUS_OK,
-    MODBUS_ILLEGAL_FUNCTION,
-    MODBUS_ILLEGAL_ADDRESS,
-    MODBUS_ILLEGAL_VALUE,
-    MODBUS_FAILURE,
-    MODBUS_BUSY = 6
+    MODBUS_OK               = 0,
+    MODBUS_ILLEGAL_FUNCTION = 1,
+    MODBUS_ILLEGAL_ADDRESS  = 2,
+    MODBUS_ILLEGAL_VALUE    = 3,
+    MODBUS_FAILURE          = 4,
+    MODBUS_BUSY             = 6
 } modbus_status_t;
 
 /// The registers behind the server. Both functions do all or nothing; `count` is 1 to MODBUS_READ_MAX or MODBUS_WRITE_MAX,

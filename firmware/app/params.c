@@ -40,11 +40,11 @@ typedef struct
 
 static const refusal_t refusals[] = {
 #define FIELD(type, symbol, member, name, unit, low, high, normal, status, text)                                       \
-    {TRIBO_ERR_##status, (uint8_t)((int)PARAMS_LOOP_AT + (int)PARAMS_##symbol), (float)(low), (float)(high)},
+    {TRIBO_ERR_##status, (uint8_t)(PARAMS_LOOP_AT + (int)PARAMS_##symbol), (float)(low), (float)(high)},
     PARAMS_LOOP_FIELDS(FIELD)
 #undef FIELD
 #define FIELD(type, symbol, member, name, unit, low, high, normal, status, text)                                       \
-    {TRIBO_ERR_##status, (uint8_t)((int)PARAMS_FEED_AT + (int)PARAMS_FEED_##symbol), (float)(low), (float)(high)},
+    {TRIBO_ERR_##status, (uint8_t)(PARAMS_FEED_AT + PARAMS_FEED_##symbol), (float)(low), (float)(high)},
         PARAMS_FEED_FIELDS(FIELD)
 #undef FIELD
             {TRIBO_OK, PARAMS_METHOD_AT, PARAMS_METHOD_PAPER, PARAMS_METHOD_FEEDFORWARD},
@@ -55,7 +55,7 @@ static const refusal_t refusals[] = {
     {TRIBO_ERR_HEADROOM, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
     {TRIBO_ERR_TABLE_FORCE, PARAMS_TABLE_AT, 0.0f, 1e6f},
     {TRIBO_ERR_TABLE_BREAKAWAY, PARAMS_TABLE_AT + 1, 1e-6f, 1e6f},
-    {TRIBO_ERR_ARM_TOO_FAST, (uint8_t)((int)PARAMS_LOOP_AT + (int)PARAMS_inertia), 1e-12f, 1e12f},
+    {TRIBO_ERR_ARM_TOO_FAST, (uint8_t)(PARAMS_LOOP_AT + PARAMS_inertia), 1e-12f, 1e12f},
     {TRIBO_ERR_FULL_SCALE, DRIVE_CONFIG_full_scale_n, 1e-3f, 1e6f},
 };
 

@@ -7,11 +7,11 @@
 
 enum
 {
-    MARK,
+    MARK    = 0,
     VERSION = 2,
-    LAYOUT,
-    NUMBER,
-    LENGTH
+    LAYOUT  = 3,
+    NUMBER  = 4,
+    LENGTH  = 5
 };
 
 typedef enum

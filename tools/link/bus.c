@@ -93,9 +93,9 @@ bool link_bus_read(link_bus_t *bus, uint16_t address, uint32_t *words, unsigned 
 {
     for (unsigned done = 0; done < count;)
     {
-        uint16_t       values[2 * FRAME_WORDS];
-        const unsigned part = count - done < FRAME_WORDS ? count - done : FRAME_WORDS;
-        int            got  = -1;
+        uint16_t       values[2 * FRAME_WORDS] = {0};
+        const unsigned part                    = count - done < FRAME_WORDS ? count - done : FRAME_WORDS;
+        int            got                     = -1;
         for (int trial = 0; got < 0 && trial < TRIALS; trial++)
         {
             got = modbus_read_registers(bus->modbus, address + 2 * (int)done, 2 * (int)part, values);
@@ -171,7 +171,7 @@ static bool complain_of_set(link_bus_t *bus)
         HIGH,
         WORDS
     };
-    uint32_t said[WORDS];
+    uint32_t said[WORDS] = {0};
     if (!link_bus_read(bus, link_find("refused_register")->address, said, WORDS))
     {
         return false;
@@ -193,8 +193,8 @@ static bool wait_for_outcome(link_bus_t *bus, uint32_t *outcome)
 {
     for (int trial = 0; trial < SAVE_TRIALS; trial++)
     {
-        uint16_t  values[2];
-        const int got = modbus_read_registers(bus->modbus, link_find("outcome")->address, 2, values);
+        uint16_t  values[2] = {0, 0};
+        const int got       = modbus_read_registers(bus->modbus, link_find("outcome")->address, 2, values);
         if (got < 0 && is_exception(errno))
         {
             return fail(bus, "waiting");
@@ -244,7 +244,8 @@ bool link_bus_command(link_bus_t *bus, unsigned command, const char *what)
 
 static bool check_lists(link_bus_t *bus)
 {
-    uint32_t version, layout;
+    uint32_t version = 0;
+    uint32_t layout  = 0;
     if (!link_bus_state(bus, "version", &version) || !link_bus_state(bus, "layout", &layout))
     {
         return false;

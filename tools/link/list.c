@@ -175,8 +175,9 @@ const uint16_t link_command_at = REGISTERS_COMMAND_AT;
 const uint16_t link_window_at  = REGISTERS_WINDOW_AT;
 const unsigned link_version    = REGISTERS_VERSION;
 
-_Static_assert(LINK_WINDOW == REGISTERS_WINDOW && (int)LINK_DONE == (int)REGISTERS_DONE &&
-                   (int)LINK_BUSY == (int)REGISTERS_BUSY && (int)LINK_SET_REFUSED == (int)REGISTERS_SET_REFUSED,
+_Static_assert(LINK_WINDOW == REGISTERS_WINDOW && (unsigned)LINK_DONE == (unsigned)REGISTERS_DONE &&
+                   (unsigned)LINK_BUSY == (unsigned)REGISTERS_BUSY &&
+                   (unsigned)LINK_SET_REFUSED == (unsigned)REGISTERS_SET_REFUSED,
                "as in registers.h");
 
 uint32_t link_layout(void)
@@ -254,7 +255,7 @@ static void print_words(void)
     REGISTERS_OUTCOMES(OUTCOME)
 #undef OUTCOME
     (void)fputs("\n| `fault` | what |\n|---|---|\n", stdout);
-    for (int fault = 0; fault < (int)DRIVE_FAULTS; fault++)
+    for (int fault = 0; fault < DRIVE_FAULTS; fault++)
     {
         (void)printf("| %d | %s |\n", fault, drive_fault_text((drive_fault_t)fault));
     }
