@@ -104,6 +104,19 @@ FUNCTIONS = [
         ],
     ),
     (
+        "tribo_force_loop_*_step with the feed-forward",
+        "The whole tick with force_loop_feedforward_*: learning while the arm slides, reversals, stands.",
+        [
+            ("instructions over fast triangles and stands, least / mean / worst (one that learns)", "feedforward.tick.min",
+             "feedforward.tick.mean", "feedforward.tick.max"),
+            ("worst over random inputs, limits and bad inputs", "feedforward.search.max"),
+            ("stack, bytes / where the method changes", "stack.feedforward", "stack.methods"),
+            ("its memory / params, bytes, beside the loop's", "ram.feedforward", "flash.feedforward_params"),
+            ("flash at -Os, bytes: loop with both methods and params", "flash.fed"),
+        ],
+        [],
+    ),
+    (
         "tribo_controller_*_step",
         "Cascade of two sections, limit, anti-windup.",
         module("controller", "tick.controller"),
