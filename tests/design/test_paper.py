@@ -61,7 +61,7 @@ def test_whole_run_with_plots_within_20_seconds(tmp_path):
         assert (tmp_path / "out" / "plots" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     page = (tmp_path / "out" / "report.html").read_text()
     assert page.count("data:image/png;base64,") == 6 + (tmp_path / "out" / "plots" / "friction.png").is_file()
-    assert "http" not in page and "src=\"plots" not in page
+    assert "://" not in page and "src=\"plots" not in page
 
 
 def test_the_table_is_printed_and_saved_with_every_quantity(run, tmp_path):

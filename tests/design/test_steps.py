@@ -332,12 +332,12 @@ def test_conditioning_is_1_with_zeros_inside_and_not_with_a_zero_at_minus_1():
 @pytest.mark.parametrize("variable, value, words", [("CC", "no-such-compiler", "C compiler"), ("TRIBO_LIB", "/nowhere", "TRIBO_LIB")])
 def test_without_compiler_or_library_the_error_says_so(monkeypatch, variable, value, words):
     monkeypatch.setenv(variable, value)
-    quantise._program.cache_clear()
+    quantise.compiled.cache_clear()
     try:
         with pytest.raises(DesignError, match=words):
             quantise.to_q31([[1.5, 0.5, 0.05, 0.3, 0.01]], 2.0, -2.0, 2.0)
     finally:
-        quantise._program.cache_clear()
+        quantise.compiled.cache_clear()
 
 
 def test_f32_is_numpys_rounding():
