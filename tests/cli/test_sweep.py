@@ -467,7 +467,7 @@ def test_the_summary_is_that_of_the_rows(sim, study):
 
 def test_progress_has_the_time_left(sim):
     sim.write("base.yaml", BASE)
-    sim.write("study.yaml", "scenario: base.yaml\nruns: 30\nsample: {duration_s: {uniform: [150, 200]}}\n")
+    sim.write("study.yaml", "scenario: base.yaml\nruns: 30\nsample: {duration_s: {uniform: [1200, 1500]}}\n")
     parent, child = pty.openpty()
     process = subprocess.Popen([sim.program, "sweep", "study.yaml", "--out", "o"], cwd=sim.folder, stdout=subprocess.DEVNULL,
                                stderr=child)
