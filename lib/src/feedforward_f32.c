@@ -184,14 +184,15 @@ tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_feedfo
                                                               uint32_t                              direction,
                                                               float                                 force_n)
 {
-    const float force = exceeds(force_n, TRIBO_F32_FORCE_MAX_N) ? 0.0f : force_n;
-    const float prior = feedforward_f32_prior(friction, direction, force);
+    const float    force = exceeds(force_n, TRIBO_F32_FORCE_MAX_N) ? 0.0f : force_n;
+    const uint32_t side  = direction & 1u;
+    const float    prior = feedforward_f32_prior(friction, side, force);
 
     const tribo_breakaway_learning_f32_signals_t known =
-        breakaway_learning_f32_at(&params->learning, &state->learning, direction, prior);
+        breakaway_learning_f32_at(&params->learning, &state->learning, side, prior);
     return (tribo_feedforward_f32_learned_t){
         .L_n      = known.L_n,
         .doubt    = known.doubt,
-        .travel_n = state->learning.travel_n[direction],
-        .at_bound = tribo_breakaway_learning_f32_is_at_bound(&params->learning, &state->learning, direction, prior)};
+        .travel_n = state->learning.travel_n[side],
+        .at_bound = tribo_breakaway_learning_f32_is_at_bound(&params->learning, &state->learning, side, prior)};
 }

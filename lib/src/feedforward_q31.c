@@ -185,13 +185,14 @@ tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_feedfo
                                                               uint32_t                              direction,
                                                               int32_t                               force)
 {
-    const uint32_t prior = feedforward_q31_prior(friction, direction, feedforward_q31_inside(force));
+    const uint32_t side  = direction & 1u;
+    const uint32_t prior = feedforward_q31_prior(friction, side, feedforward_q31_inside(force));
 
     const tribo_breakaway_learning_q31_signals_t known =
-        breakaway_learning_q31_at(&params->learning, &state->learning, direction, prior);
+        breakaway_learning_q31_at(&params->learning, &state->learning, side, prior);
     return (tribo_feedforward_q31_learned_t){
         .L        = known.L,
         .doubt    = known.doubt,
-        .travel   = state->learning.travel[direction],
-        .at_bound = tribo_breakaway_learning_q31_is_at_bound(&params->learning, &state->learning, direction, prior)};
+        .travel   = state->learning.travel[side],
+        .at_bound = tribo_breakaway_learning_q31_is_at_bound(&params->learning, &state->learning, side, prior)};
 }

@@ -140,6 +140,16 @@ static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
     return seen;
 }
 
+static inline feedforward_learned_t feedforward_learned(const feedforward_t *x, uint32_t direction, double force)
+{
+    const tribo_feedforward_f32_learned_t at =
+        tribo_feedforward_f32_learned(&x->params, &x->friction, &x->state, direction, (float)force);
+    return (feedforward_learned_t){.L        = (double)at.L_n,
+                                   .doubt    = (double)at.doubt,
+                                   .travel   = (double)at.travel_n,
+                                   .at_bound = at.at_bound};
+}
+
 /// Controller and feed-forward, as the force loop joins them.
 typedef struct
 {

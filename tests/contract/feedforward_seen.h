@@ -3,6 +3,7 @@
 #ifndef TESTS_CONTRACT_FEEDFORWARD_SEEN_H
 #define TESTS_CONTRACT_FEEDFORWARD_SEEN_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 typedef struct
@@ -14,5 +15,12 @@ typedef struct
     double   doubt[2];
     uint32_t bad;
 } feedforward_seen_t;
+
+/// What was learned of one direction.
+typedef struct
+{
+    double L, doubt, travel;
+    bool   at_bound;
+} feedforward_learned_t;
 
 #endif

@@ -611,6 +611,96 @@ static void test_a_table_serves_as_a_prior_as_a_law_does(void)
     TEST_ASSERT_TRUE(learned > 2000);
 }
 
+static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction(void)
+{
+    static const tribo_breakaway_point_f32_t table[] = {{0.0f, 0.01f, 0.02f}, {0.5f, 0.2f, 0.1f}, {1.0f, 0.25f, 0.4f}};
+    static const double                      force[] = {0.0, 0.25, -0.25, 0.75, -0.75};
+    static const double                      of_table[][2] = {{0.01, 0.02}, {0.105, 0.06}, {0.225, 0.25}};
+
+    model.friction.negative.offset_n = 0.014f;
+    model.friction.negative.slope    = 0.5f;
+    init(&x);
+    model.friction.table        = table;
+    model.friction.table_length = 3;
+    init(&other);
+    for (int i = 0; i < 5; i++)
+    {
+        const double of_law[] = {L0 + L1 * fabs(force[i]), 0.014 + 0.5 * fabs(force[i])};
+        for (uint32_t d = 0; d < 2u; d++)
+        {
+            const feedforward_learned_t by_law   = feedforward_learned(&x, d, force[i]);
+            const feedforward_learned_t by_table = feedforward_learned(&other, d, force[i]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7, of_law[d], by_law.L);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7, of_table[(i + 1) / 2][d], by_table.L);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, by_law.doubt);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, by_table.doubt);
+            TEST_ASSERT_TRUE(by_law.travel == 0.0 && by_table.travel == 0.0);
+            TEST_ASSERT_FALSE(by_law.at_bound || by_table.at_bound);
+        }
+    }
+}
+
+static void test_what_was_learned_is_told_by_direction_and_force(void)
+{
+    plant_t plant     = {.positive = 1.3, .negative = 0.7};
+    double  travel[2] = {0.0, 0.0};
+    init(&x);
+    for (int k = 0; k < 20000; k++)
+    {
+        if (k == 10000) // r has only risen so far
+        {
+            const feedforward_learned_t up   = feedforward_learned(&x, TRIBO_BREAKAWAY_POSITIVE, 0.4);
+            const feedforward_learned_t down = feedforward_learned(&x, TRIBO_BREAKAWAY_NEGATIVE, 0.4);
+            TEST_ASSERT_DOUBLE_WITHIN(2e-4, travel[0], up.travel);
+            TEST_ASSERT_TRUE(down.travel == 0.0);
+            TEST_ASSERT_TRUE(up.doubt < 0.1 && down.doubt > 2.0 * up.doubt); // known by their correlation alone
+        }
+        (void)tick(&x, &plant, triangle(k));
+        travel[k >= 10000] += feedforward_seen(&x).travel;
+    }
+    printf("learned from %.3f N and %.3f N\n", travel[0], travel[1]);
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        const double scale = d == 0u ? 1.3 : 0.7;
+        for (int i = 0; i < 3; i++) // forces that were travelled through
+        {
+            const double                force = 0.3 + 0.1 * i;
+            const double                L     = scale * (L0 + L1 * force);
+            const feedforward_learned_t at    = feedforward_learned(&x, d, force);
+            const feedforward_learned_t minus = feedforward_learned(&x, d, -force);
+            TEST_ASSERT_DOUBLE_WITHIN(0.05 * L, L, at.L);
+            TEST_ASSERT_TRUE(at.doubt > 0.0 && at.doubt < 0.1);
+            TEST_ASSERT_FALSE(at.at_bound);
+            TEST_ASSERT_TRUE(minus.L == at.L && minus.doubt == at.doubt);
+        }
+        const feedforward_learned_t there = feedforward_learned(&x, d, 0.4);
+        const feedforward_learned_t bit_0 = feedforward_learned(&x, d + 2u, 0.4); // of the direction only this counts
+        TEST_ASSERT_TRUE(travel[d] > 0.3 && travel[d] < 0.6);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, travel[d], there.travel);
+        TEST_ASSERT_TRUE(feedforward_learned(&x, d, 0.0).doubt > there.doubt); // at the edge of what was travelled
+        TEST_ASSERT_TRUE(bit_0.L == there.L && bit_0.travel == there.travel && bit_0.doubt == there.doubt);
+    }
+}
+
+static void test_breakaway_beyond_what_the_params_allow_is_told_for_its_direction(void)
+{
+    config.learning.scale_max   = 1.2f;
+    config.learning.correlation = 0.0f; // one direction tells nothing about the other
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        plant_t plant = {.positive = d == 0u ? 1.5 : 1.0, .negative = d == 0u ? 1.0 : 1.5};
+        init(&x);
+        for (int k = 0; k < 20000; k++)
+        {
+            (void)tick(&x, &plant, triangle(k));
+        }
+        const feedforward_learned_t beyond = feedforward_learned(&x, d, 0.4);
+        TEST_ASSERT_TRUE(beyond.at_bound);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.2 * (L0 + L1 * 0.4), beyond.L);
+        TEST_ASSERT_FALSE(feedforward_learned(&x, 1u - d, 0.4).at_bound);
+    }
+}
+
 static void test_friction_goes_over_within_the_jump_time_after_a_reversal(void)
 {
     init(&x);
@@ -670,6 +760,9 @@ int main(void)
     RUN_TEST(test_a_reference_that_has_never_moved_is_not_held);
     RUN_TEST(test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals);
     RUN_TEST(test_a_table_serves_as_a_prior_as_a_law_does);
+    RUN_TEST(test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction);
+    RUN_TEST(test_what_was_learned_is_told_by_direction_and_force);
+    RUN_TEST(test_breakaway_beyond_what_the_params_allow_is_told_for_its_direction);
     RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
     return UNITY_END();
 }

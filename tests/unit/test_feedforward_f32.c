@@ -111,6 +111,38 @@ static void test_a_bad_u_or_v_measures_nothing(void)
     TEST_ASSERT_EQUAL_MEMORY(&before, &state, sizeof state);
 }
 
+static void test_what_was_learned_at_a_bad_force_is_that_at_0(void)
+{
+    static const float bad[] = {NAN, INFINITY, -INFINITY, 1.1e6f, -1.1e6f};
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        for (int i = 0; i < 5; i++)
+        {
+            const tribo_feedforward_f32_learned_t at =
+                tribo_feedforward_f32_learned(&params, &friction, &state, d, bad[i]);
+            TEST_ASSERT_FLOAT_WITHIN(1e-9f, 0.007f, at.L_n);
+            TEST_ASSERT_FALSE(at.at_bound);
+        }
+        // The largest good force counts.
+        TEST_ASSERT_FLOAT_WITHIN(1.0f, 3.0e5f, tribo_feedforward_f32_learned(&params, &friction, &state, d, -1e6f).L_n);
+    }
+}
+
+static void test_a_large_offset_is_at_its_bound_where_the_prior_is_small(void)
+{
+    state.learning.of[TRIBO_BREAKAWAY_NEGATIVE].offset_n = 0.02f; // two spreads
+    const tribo_feedforward_f32_learned_t at_0 =
+        tribo_feedforward_f32_learned(&params, &friction, &state, TRIBO_BREAKAWAY_NEGATIVE, 0.0f);
+    const tribo_feedforward_f32_learned_t further =
+        tribo_feedforward_f32_learned(&params, &friction, &state, TRIBO_BREAKAWAY_NEGATIVE, 0.1f);
+    TEST_ASSERT_TRUE(at_0.at_bound);
+    TEST_ASSERT_FLOAT_WITHIN(1e-8f, 3.0f * 0.007f, at_0.L_n); // scale_max
+    TEST_ASSERT_FALSE(further.at_bound);
+    TEST_ASSERT_FLOAT_WITHIN(1e-8f, 0.037f + 0.02f, further.L_n);
+    TEST_ASSERT_FALSE(
+        tribo_feedforward_f32_learned(&params, &friction, &state, TRIBO_BREAKAWAY_POSITIVE, 0.0f).at_bound);
+}
+
 static void test_the_reachable_reference_stops_where_u_is_limited(void)
 {
     for (int side = -1; side <= 1; side += 2)
@@ -159,6 +191,8 @@ int main(void)
     RUN_TEST(test_feedforward_init_names_the_field);
     RUN_TEST(test_a_bad_entry_counts_as_0);
     RUN_TEST(test_a_bad_u_or_v_measures_nothing);
+    RUN_TEST(test_what_was_learned_at_a_bad_force_is_that_at_0);
+    RUN_TEST(test_a_large_offset_is_at_its_bound_where_the_prior_is_small);
     RUN_TEST(test_the_reachable_reference_stops_where_u_is_limited);
     RUN_TEST(test_noise_of_the_reference_widens_a_reversal);
     return UNITY_END();

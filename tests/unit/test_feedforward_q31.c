@@ -111,6 +111,40 @@ static void test_the_reachable_reference_stops_where_u_is_limited(void)
     }
 }
 
+static void test_a_large_offset_is_at_its_bound_where_the_prior_is_small(void)
+{
+    const double unit_n = (double)FS / 536870912.0;
+
+    state.learning.of[TRIBO_BREAKAWAY_NEGATIVE].offset = INT32_C(1) << 29; // two spreads
+    const tribo_feedforward_q31_learned_t at_0 =
+        tribo_feedforward_q31_learned(&params, &friction, &state, TRIBO_BREAKAWAY_NEGATIVE, 0);
+    const tribo_feedforward_q31_learned_t further =
+        tribo_feedforward_q31_learned(&params, &friction, &state, TRIBO_BREAKAWAY_NEGATIVE, 107374182); // 0.1 N
+    TEST_ASSERT_TRUE(at_0.at_bound);
+    TEST_ASSERT_DOUBLE_WITHIN(4.0 * unit_n, 3.0 * 0.007, at_0.L * unit_n); // scale_max
+    TEST_ASSERT_FALSE(further.at_bound);
+    TEST_ASSERT_DOUBLE_WITHIN(4.0 * unit_n, 0.037 + 0.02, further.L * unit_n);
+    TEST_ASSERT_FALSE(tribo_feedforward_q31_learned(&params, &friction, &state, TRIBO_BREAKAWAY_POSITIVE, 0).at_bound);
+}
+
+static void test_what_was_learned_ends_at_full_scale(void)
+{
+    model.friction.positive.slope = 0.999f; // over full scale with the offset
+    model.friction.negative.slope = 2.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_q31_init(&friction, table, &model.friction, H, FS));
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        static const int32_t end[] = {INT32_MIN, -INT32_MAX, INT32_MAX};
+        for (int i = 0; i < 3; i++)
+        {
+            const tribo_feedforward_q31_learned_t at =
+                tribo_feedforward_q31_learned(&params, &friction, &state, d, end[i]);
+            TEST_ASSERT_UINT32_WITHIN(4, UINT32_C(1) << 29, at.L);
+            TEST_ASSERT_UINT32_WITHIN(256, UINT32_C(1) << 31, at.doubt); // 1, rounded in Q28
+        }
+    }
+}
+
 static void test_no_sum_overflows_at_the_ends_of_the_scale(void)
 {
     random_t             r        = {31};
@@ -166,6 +200,8 @@ int main(void)
     RUN_TEST(test_a_lag_of_many_ticks_leads_as_it_should);
     RUN_TEST(test_the_reachable_reference_stops_where_u_is_limited);
     RUN_TEST(test_the_last_bits_of_inputs_mirror_too);
+    RUN_TEST(test_a_large_offset_is_at_its_bound_where_the_prior_is_small);
+    RUN_TEST(test_what_was_learned_ends_at_full_scale);
     RUN_TEST(test_no_sum_overflows_at_the_ends_of_the_scale);
     return UNITY_END();
 }
