@@ -101,6 +101,21 @@ def test_skogestad_and_postlethwaites_design_2_goes_through(domain):
     assert result.stage("full").metrics.gamma == pytest.approx(2.19, abs=0.02)
 
 
+def test_a_sample_time_in_the_wrong_unit_is_named_and_no_zero_of_the_plant():
+    """2 s instead of 2 ms: the zero at 2/h = 1 is the sampler's."""
+    with pytest.raises(IllPosedError, match=r"sample_time_s: value 2: too long for weights\.wp.*Shorten the sample time") as error:
+        synthesized({**load(ROOT / "designs" / "example.yaml"), "sample_time_s": 2.0})
+    assert error.value.cause == "contradicting weights" and "plant's" not in str(error.value)
+
+
+@pytest.mark.parametrize("sample_time_s, words", [(2e-3, r"the plant's right-half-plane zero 20 fixes S = 1.*Lower one"), (0.5, "sample_time_s: value 0.5: too long")], ids=["fine", "beyond Nyquist"])
+def test_a_zero_of_the_plant_is_still_named_unless_the_samples_cannot_show_it(sample_time_s, words):
+    data = load(ROOT / "designs" / "example.yaml")
+    data["plant"]["zeros"], data["weights"]["wp"]["num"], data["sample_time_s"] = [20], [0.5, 500], sample_time_s
+    with pytest.raises(IllPosedError, match=words):
+        synthesized(data)
+
+
 def test_off_the_optimum_k_has_no_fast_pole():
     data = {**load(PAPER), "synthesis": {"domain": "continuous", "off_optimum_percent": 1}, "limits": {"total": {"gamma_percent": 30}}}
     result = synthesized(data)

@@ -137,6 +137,38 @@ def test_compare_puts_designs_in_one_table(run, tmp_path, paper_dir):
         assert all(float(r[-1]) > 0 for r in rows)
 
 
+def test_compare_takes_directories_as_they_are_beside_structures_for_files(run, tmp_path, paper_dir):
+    path = tmp_path / "example.yaml"
+    with path.open("w") as file:
+        ruamel.yaml.YAML(typ="safe").dump(EXAMPLE, file)
+    code, out, err = run("compare", path, paper_dir, "--structures", "full,pi")
+    assert code == 0, err
+    assert [line.split()[:2] for line in out.splitlines()[1:4]] == [["example", "full"], ["example", "pi"], ["paper", "full"]] and out.count("paper  ") == 1
+
+
+@SIM
+def test_compensation_that_makes_the_loop_worse_is_warned_of(run, tmp_path):
+    """A tick of 50 ms and one of delay, with an arm at 30 rad/s that rings."""
+    path = tmp_path / "slow.yaml"
+    path.write_text("name: slow\nsample_time_s: 0.05\ncomputation_delay_s: 0.05\nplant: {gain: 1, poles: [-12, -10+30j, -10-30j]}\n"
+                    "weights: {wishes: {bandwidth_rad_s: 6, u_per_r: 3}}\nfixed_point: {full_scale_n: 5}\nlimits: {floor: {gain_margin_min: 1.2, phase_margin_min_deg: 10}}\n")
+    code, out, err = run("synthesize", path, "--out", tmp_path / "out", "--no-plots")
+    assert code == 0, err
+    played = json.loads((tmp_path / "out" / "slow_design.json").read_text())["friction"]["rms_n"]
+    warning = f"WARNING: {played['0.85'] / played['0']:.2f} times the error: compensation makes this loop worse"
+    assert played["0.85"] > played["0"] and warning in out and warning in (tmp_path / "out" / "report.md").read_text() and warning in (tmp_path / "out" / "report.html").read_text()
+    assert "note: out: with the paper's friction" in (compared := run("compare", tmp_path / "out")[1]) and warning in compared
+
+
+def test_compensation_is_said_to_help_only_where_it_does():
+    def words(without, with_it):
+        return friction.in_words({"rms_n": {"0": without, "0.85": with_it}})
+
+    assert "(2.00 times less)" in words(0.02, 0.01) and "WARNING" not in words(0.02, 0.01)
+    assert "WARNING: 2.00 times the error: compensation makes this loop worse" in words(0.01, 0.02) and "less" not in words(0.01, 0.02)
+    assert "WARNING" in words(0.01, 0.01) and "no better" in words(0.01, 0.01)
+
+
 def test_compare_says_what_was_refused_and_still_shows_the_others(run, tmp_path, paper_dir):
     path = tmp_path / "bad.yaml"
     path.write_text(PAPER.read_text().replace("gamma_max: 5", "gamma_max: 1"))

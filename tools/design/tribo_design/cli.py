@@ -61,7 +61,7 @@ def _parser():
 
     command = commands.add_parser("compare", help="several designs in one table, each with friction in its loop")
     command.add_argument("designs", nargs="+", metavar="DESIGN.yaml|DIR", help="design files, and directories that synthesize or import made")
-    command.add_argument("--structures", metavar="NAME,...", help="each design file with each of full, pi, pid, lead-lag")
+    command.add_argument("--structures", metavar="NAME,...", help="each design file with each of full, pi, pid, lead-lag; directories are taken as they are")
 
     from . import tuning
 

@@ -23,9 +23,7 @@ def command(options):
     rows, refused, notes = [], [], []
     for path in options.designs:
         directory = Path(path).is_dir()
-        if directory and options.structures:
-            raise InputError(f"--structures goes with design files; {path} is a directory, whose design is made already")
-        for structure in wanted:
+        for structure in [None] if directory else wanted:  # a directory's design is made already
             title = Path(path).name + (f", {structure}" if structure else "")
             try:
                 row, note = _of_directory(Path(path)) if directory else _of_file(path, structure)
@@ -74,9 +72,11 @@ def _row(design, order, metrics, robustness, played):
     def cell(value):
         return "-" if value is None else value if isinstance(value, str) else f"{value:.4g}"
 
-    times = ["-"] * 3
+    times, note = ["-"] * 3, played.get("reason") and f"friction not simulated, as {played['reason']}"
     if "rms_n" in played:
         without, with_it = played["rms_n"]["0"], played["rms_n"]["0.85"]
         times = [f"{without:.4g}", f"{with_it:.4g}", f"{without / with_it:.2f}"]
+        if with_it >= without:
+            note = friction.in_words(played)
     worst = (robustness or {}).get("worst", {}).get("max_s")
-    return [design.name, design.synthesis.structure, str(order), *(cell(metrics[name]) for name in NAMES), cell(worst), *times], played.get("reason") and f"friction not simulated, as {played['reason']}"
+    return [design.name, design.synthesis.structure, str(order), *(cell(metrics[name]) for name in NAMES), cell(worst), *times], note

@@ -134,4 +134,7 @@ def in_words(played):
     if "reason" in played:
         return f"with friction: not simulated, as {played['reason']}"
     without, with_it = played["rms_n"]["0"], played["rms_n"]["0.85"]
-    return f"with the paper's friction, triangle, RMS of r - F: {without:.4g} N without compensation, {with_it:.4g} N with it ({without / with_it:.2f} times less)"
+    said = f"with the paper's friction, triangle, RMS of r - F: {without:.4g} N without compensation, {with_it:.4g} N with it "
+    if with_it >= without:
+        return said + f"(WARNING: {with_it / without:.2f} times the error: compensation makes this loop {'worse' if with_it > without else 'no better'})"
+    return said + f"({without / with_it:.2f} times less)"

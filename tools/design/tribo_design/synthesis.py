@@ -33,6 +33,7 @@ class Problem:
     plant_space: object
     weights: dict  # name -> Zpk; wp, wu and perhaps wT, wGS
     h: float = None  # with it the problem is one in w (wplane.py)
+    own_zeros: tuple = ()  # in rad/s, of the plant that was sampled to make a problem in w
 
     def omega(self, v):
         """The frequency that a user knows by v."""
@@ -189,16 +190,27 @@ def diagnose(problem, gamma_max):
             if vanish:
                 raise IllPosedError("rank condition", f"weights.wu and the plant both vanish at {abs(zero.imag):g} rad/s: the controller's output costs nothing there "
                                                       "and changes nothing (rank condition on the imaginary axis). Move wu's zero off the axis")
-    bound, omega, against, band = lower_bound(problem, gamma_max)
-    omega = problem.omega(omega)
+    bound, omega, why, advice = lower_bound(problem, gamma_max)
     if bound > gamma_max:
-        raise IllPosedError("contradicting weights", f"weights contradict each other at {omega:.4g} rad/s{band}: {against}. Whatever the controller, gamma is at least "
-                                                     f"{bound:.4g}, over gamma_max {gamma_max:g}. Lower one of the two there")
+        raise IllPosedError("contradicting weights", f"{why}. Whatever the controller, gamma is at least {bound:.4g}, over gamma_max {gamma_max:g}. {advice}")
     return bound, omega
 
 
+def _zeros_by_origin(problem):
+    """The right-half-plane zeros as (zero, the plant's own root in rad/s or None for one that sampling made)."""
+    zeros = list(problem.plant.zeros[problem.plant.zeros.real > AXIS * np.abs(problem.plant.zeros)])
+    if problem.h is None:
+        return [(zero, zero) for zero in zeros]
+    out, c = [], 2 / problem.h
+    for own in problem.own_zeros:
+        if own.real > AXIS * abs(own) and abs(own) < np.pi / problem.h and zeros:  # beyond Nyquist the samples do not show it
+            image = c * np.tanh(own / c)
+            out.append((zeros.pop(int(np.argmin(np.abs(np.array(zeros) - image)))), own))
+    return out + [(zero, None) for zero in zeros]
+
+
 def lower_bound(problem, gamma_max):
-    """The largest of the pointwise bounds that no controller beats, its frequency, which weights meet there, and the band.
+    """The largest of the pointwise bounds that no controller beats, its frequency, why it is one, and what to do about it.
 
     At a frequency, with T = a/(a + b) the best choice of S + T = 1:  |wp S|^2 + |wu K S|^2 + |wT T|^2 >= a b / (a + b),
     a = |wp|^2, b = |wT|^2 + |wu/G|^2. At a right-half-plane zero of the plant S = 1, at a right-half-plane pole T = 1.
@@ -218,19 +230,27 @@ def lower_bound(problem, gamma_max):
     band = f" (the contradiction reaches from {problem.omega(over[0]):.3g} to {problem.omega(over[-1]):.3g} rad/s)" if len(over) else ""
     other = "wu |1/G|" if by_u[i] > by_t[i] else "wT"
     size = max(by_u[i], by_t[i])
-    best = (float(value[i]), float(omega[i]),
-            f"|wp| is {a[i]:.4g} (the error must stay below {1 / a[i]:.3g}) and |{other}| is {size:.4g} "
+    contradict, lower = "weights contradict each other at {:.4g} rad/s", "Lower one of the two there"
+    at = problem.omega(omega[i])
+    best = (float(value[i]), at,
+            contradict.format(at) + f"{band}: |wp| is {a[i]:.4g} (the error must stay below {1 / a[i]:.3g}) and |{other}| is {size:.4g} "
             + ("(the plant passes too little of the allowed controller output)" if other != "wT" else "(T must stay below "
-               f"{1 / size:.3g}), but S + T = 1"), band)
-    for zero in plant.zeros[plant.zeros.real > AXIS * np.abs(plant.zeros)]:
+               f"{1 / size:.3g}), but S + T = 1"), lower)
+    for zero, own in _zeros_by_origin(problem):
         bound = float(np.abs(weights["wp"](zero)[0]))
         if bound > best[0]:
-            best = (bound, float(abs(zero)), f"the plant's right-half-plane zero {format_root(zero)} fixes S = 1 there, and wp wants it below {1 / bound:.3g}", "")
+            at = problem.omega(abs(zero))
+            if own is None:
+                best = (bound, at, f"sample_time_s: value {problem.h:g}: too long for weights.wp: no loop answers within a sample, which fixes S = 1 at w = (2/h) (z - 1)/(z + 1) = "
+                        f"{format_root(zero)} ({at:.4g} rad/s), and wp wants it below {1 / bound:.3g}", "Shorten the sample time (in seconds) or lower wp there")
+            else:
+                best = (bound, at, contradict.format(at) + f": the plant's right-half-plane zero {format_root(own)} fixes S = 1 there, and wp wants it below {1 / bound:.3g}", lower)
     for pole in plant.poles[plant.poles.real > 0]:
         if "wT" in weights:
             bound = float(np.abs(weights["wT"](pole)[0]))
             if bound > best[0]:
-                best = (bound, float(abs(pole)), f"the plant's unstable pole {format_root(pole)} fixes T = 1 there, and wT wants it below {1 / bound:.3g}", "")
+                at = problem.omega(abs(pole))
+                best = (bound, at, contradict.format(at) + f": the plant's unstable pole {format_root(pole)} fixes T = 1 there, and wT wants it below {1 / bound:.3g}", lower)
     return best
 
 
@@ -264,7 +284,7 @@ def solve_sampled(problem, checker, synthesis, off_percent):
         weights = {name: fit.fitted(omega, care[name]) for name, fit in fits.items()}
         left = max(deadline - time.monotonic(), 0.5)
         try:
-            again = solve(Problem(plant, state_space(plant), weights, h), synthesis.model_copy(update={"time_limit_s": left}), off_percent)
+            again = solve(Problem(plant, state_space(plant), weights, h, tuple(problem.plant.zeros)), synthesis.model_copy(update={"time_limit_s": left}), off_percent)
         except IllPosedError:
             if solution is None:
                 raise
