@@ -21,7 +21,9 @@ enum
 void modbus_init(modbus_t *modbus, uint8_t unit, uint32_t baud, uint32_t period_us)
 {
     const uint32_t silence_us = baud > 19200u ? 1750u : 38500000u / baud;
-    *modbus                   = (modbus_t){.unit = unit, .silent_ticks = (silence_us + period_us - 1u) / period_us};
+    const uint32_t tick_us =
+        period_us > 0u ? period_us : 1u; // of a config that the drive refuses, and says so on this bus
+    *modbus = (modbus_t){.unit = unit, .silent_ticks = silence_us / tick_us + (silence_us % tick_us > 0u)};
 }
 
 #define TICK_BYTES 64u // what is left comes in the next tick

@@ -337,8 +337,15 @@ static void test_the_silence_is_of_3_5_characters_at_each_rate(void)
     static const struct
     {
         uint32_t baud, period_us, ticks;
-    } rates[] =
-        {{115200, 1000, 2}, {115200, 100, 18}, {115200, 5000, 1}, {19200, 1000, 3}, {9600, 1000, 5}, {9600, 500, 9}};
+    } rates[] = {{115200, 1000, 2},
+                 {115200, 100, 18},
+                 {115200, 5000, 1},
+                 {19200, 1000, 3},
+                 {9600, 1000, 5},
+                 {9600, 500, 9},
+                 {115200, 1750, 1},
+                 {115200, 0, 1750},
+                 {115200, UINT32_MAX, 1}}; // the last two: of a config that is refused
     for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++)
     {
         modbus_init(&modbus, UNIT, rates[i].baud, rates[i].period_us);
