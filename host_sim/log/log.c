@@ -268,8 +268,12 @@ static bool check_even(const sim_csv_t *csv, const char *name, double median, si
 static bool grow(double **values, size_t rows, sim_error_t *error)
 {
     double *larger = realloc(*values, rows * sizeof **values);
-    *values        = larger != NULL ? larger : *values;
-    return larger != NULL || sim_error_set(error, "out of memory");
+    if (larger == NULL)
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    *values = larger;
+    return true;
 }
 
 /// Room for `rows` more in every column that the file has.

@@ -17,6 +17,7 @@ COUNTED(loop_force_t,
         (const loop_params_t *params, loop_state_t *state, loop_force_t r, loop_force_t y, loop_signals_t *signals),
         loop_step(params, state, r, y, signals))
 
+// NOLINTNEXTLINE(readability-non-const-parameter): a modbus_line_t's
 static int receive_nothing(void *context, uint8_t *bytes, size_t room)
 {
     (void)context;

@@ -41,7 +41,9 @@ static uint32_t random_up_to(uint32_t limit)
 /// A word whose change was cut short: some of the bits that were to change have.
 static uint32_t torn(uint32_t from, uint32_t to)
 {
-    const uint32_t masks[] = {0u, 0xffffffffu, random_word(), random_word() | random_word()};
+    const uint32_t some    = random_word();
+    const uint32_t more    = random_word();
+    const uint32_t masks[] = {0u, 0xffffffffu, some, some | more};
     const uint32_t mask    = masks[random_up_to(3)];
     return from ^ ((from ^ to) & mask);
 }

@@ -83,6 +83,12 @@ static unsigned requests(void)
     return (unsigned)drive->starts + drive->stops + drive->acknowledgements + drive->tares + drive->references;
 }
 
+/// Padding and all: a tick that writes nothing does not write that either.
+static bool is_same(const void *a, const void *b, size_t size)
+{
+    return memcmp(a, b, size) == 0;
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static uint32_t         ring[64];
@@ -114,8 +120,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         if (registers.modbus.frames == frames)
         {
             ALWAYS(requests() == asked && registers.active == active);
-            ALWAYS(memcmp(&staged, &registers.staged, sizeof staged) == 0);
-            ALWAYS(memcmp(&shown, &registers.requests, sizeof shown) == 0);
+            ALWAYS(is_same(&staged, &registers.staged, sizeof staged));
+            ALWAYS(is_same(&shown, &registers.requests, sizeof shown));
         }
         good += registers.modbus.frames - frames;
     }

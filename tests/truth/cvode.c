@@ -301,8 +301,8 @@ static bool restart(cvode_t *reference)
 /// A break of the input may leave guards negative, which CVODE would not see: their events happen now.
 static void cross_at_break(cvode_t *reference)
 {
-    double  g[SIM_LAW_GUARDS_MAX];
-    double *y = N_VGetArrayPointer(reference->y);
+    double  g[SIM_LAW_GUARDS_MAX] = {0.0};
+    double *y                     = N_VGetArrayPointer(reference->y);
     for (unsigned i = 0; i < guard_count(reference->law); i++)
     {
         sim_contact_t now = contact_at(reference, reference->time_s, y);

@@ -80,6 +80,7 @@ static void write_bytes(const void *bytes, size_t size)
 {
     for (size_t i = 0; i < size; i++)
     {
+        // NOLINTNEXTLINE(clang-analyzer-core.CallAndMessage): all bytes of its words are set
         serial_write(((const uint8_t *)bytes)[i]);
     }
 }
