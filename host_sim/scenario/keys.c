@@ -316,7 +316,7 @@ void sim_key_visit(sim_key_visitor_t visit, void *context)
     visit_below(sim_keys, path, 0, visit, context);
 }
 
-static void set_defaults_below(const sim_key_t *keys, char *group)
+void sim_key_set_defaults_below(const sim_key_t *keys, char *group)
 {
     for (const sim_key_t *key = keys; key != NULL && key->name != NULL; key++)
     {
@@ -336,7 +336,7 @@ static void set_defaults_below(const sim_key_t *keys, char *group)
             memcpy(group + key->offset, &word, sizeof word);
             break;
         case SIM_KEY_GROUP:
-            set_defaults_below(sim_key_below(key), group + key->offset);
+            sim_key_set_defaults_below(sim_key_below(key), group + key->offset);
             break;
         default:
             break; // left out, empty: all zeros
@@ -347,7 +347,7 @@ static void set_defaults_below(const sim_key_t *keys, char *group)
 void sim_key_set_defaults(sim_config_t *config)
 {
     *config = (sim_config_t){.duration_s = 0.0};
-    set_defaults_below(sim_keys, (char *)config);
+    sim_key_set_defaults_below(sim_keys, (char *)config);
 }
 
 const char *sim_key_type_name(const sim_key_t *key)

@@ -37,6 +37,9 @@ const sim_key_t *sim_key_below(const sim_key_t *key);
 typedef void (*sim_key_visitor_t)(void *context, const char *path, const sim_key_t *key);
 void sim_key_visit(sim_key_visitor_t visit, void *context);
 
+/// The defaults of a table's rows in the struct that it is about. What has none stays as it is.
+void sim_key_set_defaults_below(const sim_key_t *keys, char *group);
+
 /// All defaults; 0 where there is none.
 void sim_key_set_defaults(sim_config_t *config);
 

@@ -2,6 +2,7 @@
 
 #include "scenario/check.h"
 #include "scenario/loop_config.h"
+#include "scenario/plant_config.h"
 #include "scenario/reference.h"
 #include "support/clock.h"
 #include "target/target.h"
@@ -50,13 +51,7 @@ static void tear_down(run_t *run)
 static bool set_up_plant(run_t *run, sim_error_t *error)
 {
     const sim_config_t *config = run->config;
-    run->plant_config          = (sim_plant_config_t){.step_s                  = config->sample_time_s / run->steps,
-                                                      .actuator_pole_rad_per_s = config->plant.actuator_pole_rad_per_s,
-                                                      .sensor_pole_rad_per_s   = config->sensor.pole_rad_per_s,
-                                                      .truth                   = {.friction = config->plant.friction,
-                                                                                  .arm      = config->plant.arm,
-                                                                                  .own      = config->plant.own[config->plant.model]},
-                                                      .drive_error             = config->plant.drive_error};
+    run->plant_config          = sim_plant_config_of(config);
     if (!sim_sensor_init(&run->sensor, &config->sensor.sampling, run->plant_config.step_s))
     {
         return sim_error_set(error, "out of memory");
@@ -89,7 +84,7 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_opt
     *run                       = (run_t){.config  = config,
                                          .options = *options,
                                          .ticks   = (uint64_t)round(config->duration_s / config->sample_time_s),
-                                         .steps   = (unsigned)round(config->sample_time_s / config->plant.step_s)};
+                                         .steps   = sim_plant_steps(config)};
     run->activity              = (sim_activity_t){.move_n = SIM_ACTIVITY_MOVE * config->limits.full_scale_n};
     sim_loop_config_fill(&run->loop_config, config);
     // A target has a loop of its own; this one then only checks the config.

@@ -13,6 +13,7 @@
 #include "plant/sensor.h"
 #include "scenario/config.h"
 #include "scenario/loop_config.h"
+#include "scenario/plant_config.h"
 #include "scenario/reference.h"
 
 #include <math.h>
@@ -116,14 +117,8 @@ static void open_rig(rig_t *rig, const char *name, double factor, uint64_t seed)
     scale(&rig->config.plant.friction.breakaway, factor);
     rig->config.sensor.sampling.noise_n    = NOISE_N;
     rig->config.sensor.sampling.noise_seed = seed;
-    rig->steps                             = (unsigned)lround(rig->config.sample_time_s / rig->config.plant.step_s);
-    rig->plant_config                      = (sim_plant_config_t){.step_s                  = rig->config.sample_time_s / rig->steps,
-                                                                  .actuator_pole_rad_per_s = rig->config.plant.actuator_pole_rad_per_s,
-                                                                  .sensor_pole_rad_per_s   = rig->config.sensor.pole_rad_per_s,
-                                                                  .truth                   = {.friction = rig->config.plant.friction,
-                                                                                              .arm      = rig->config.plant.arm,
-                                                                                              .own      = rig->config.plant.own[rig->config.plant.model]},
-                                                                  .drive_error             = rig->config.plant.drive_error};
+    rig->steps                             = sim_plant_steps(&rig->config);
+    rig->plant_config                      = sim_plant_config_of(&rig->config);
     rig->plant = sim_plant_create(&rig->plant_config, sim_truth_models[rig->config.plant.model]);
     if (rig->plant == NULL || !sim_sensor_init(&rig->sensor, &rig->config.sensor.sampling, rig->plant_config.step_s))
     {

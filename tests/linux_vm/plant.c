@@ -6,8 +6,7 @@
 // Prints the RMS of r - F in N over the scenario's metrics window. Duty 0.5 is no force, 0 and 1 are -2 N and 2 N; the converter
 // (an ADS1115, 0.0625 mV a code) reads 1 N as 1024 mV.
 
-#include "plant/plant.h"
-#include "scenario/config.h"
+#include "scenario/plant_config.h"
 #include "scenario/reference.h"
 
 #include <fcntl.h>
@@ -65,13 +64,8 @@ int main(int count, char **arguments)
         return 1;
     }
     const sim_config_t      *config = sim_scenario_config(scenario);
-    const unsigned           steps  = (unsigned)lround(config->sample_time_s / config->plant.step_s);
-    const sim_plant_config_t of     = {.step_s                  = config->plant.step_s,
-                                       .actuator_pole_rad_per_s = config->plant.actuator_pole_rad_per_s,
-                                       .sensor_pole_rad_per_s   = config->sensor.pole_rad_per_s,
-                                       .truth                   = {.friction = config->plant.friction,
-                                                                   .arm      = config->plant.arm,
-                                                                   .own      = config->plant.own[config->plant.model]}};
+    const unsigned           steps  = sim_plant_steps(config);
+    const sim_plant_config_t of     = sim_plant_config_of(config);
     sim_plant_t             *plant  = sim_plant_create(&of, sim_truth_models[config->plant.model]);
     const long               ticks  = strtol(arguments[4], NULL, 10);
     const int                duty   = open(arguments[2], O_RDONLY);

@@ -1,6 +1,7 @@
 #include "board.h"
 
-#include <math.h>
+#include "scenario/plant_config.h"
+
 #include <stdio.h>
 
 static bool write_output(board_t *board, float output)
@@ -100,14 +101,8 @@ static void log_byte(void *context, uint8_t byte)
 static bool open_simulation(board_t *board, const sim_scenario_t *scenario, sim_error_t *error)
 {
     const sim_config_t *config = sim_scenario_config(scenario);
-    board->plant_steps         = (unsigned)lround(config->sample_time_s / config->plant.step_s);
-    board->plant_config        = (sim_plant_config_t){.step_s                  = config->sample_time_s / board->plant_steps,
-                                                      .actuator_pole_rad_per_s = config->plant.actuator_pole_rad_per_s,
-                                                      .sensor_pole_rad_per_s   = config->sensor.pole_rad_per_s,
-                                                      .truth                   = {.friction = config->plant.friction,
-                                                                                  .arm      = config->plant.arm,
-                                                                                  .own      = config->plant.own[config->plant.model]},
-                                                      .drive_error             = config->plant.drive_error};
+    board->plant_steps         = sim_plant_steps(config);
+    board->plant_config        = sim_plant_config_of(config);
     if (!sim_sensor_init(&board->plant_sensor, &config->sensor.sampling, board->plant_config.step_s))
     {
         return sim_error_set(error, "out of memory");

@@ -88,32 +88,6 @@ static const sim_key_t rig_keys[] = {
     END};
 // clang-format on
 
-static void set_defaults(const sim_key_t *keys, char *group)
-{
-    for (const sim_key_t *key = keys; key->name != NULL; key++)
-    {
-        const uint64_t whole = key->type == SIM_KEY_WHOLE ? (uint64_t)key->standard : 0u;
-        const int      word  = (int)key->standard;
-        switch (key->type)
-        {
-        case SIM_KEY_NUMBER:
-            memcpy(group + key->offset, &key->standard, sizeof key->standard);
-            break;
-        case SIM_KEY_WHOLE:
-            memcpy(group + key->offset, &whole, sizeof whole);
-            break;
-        case SIM_KEY_CHOICE:
-            memcpy(group + key->offset, &word, sizeof word);
-            break;
-        case SIM_KEY_GROUP:
-            set_defaults(key->keys, group + key->offset);
-            break;
-        default:
-            break;
-        }
-    }
-}
-
 bool rig_complain(const sim_sources_t *sources, const char *path, const char *key, const char *what, sim_error_t *error)
 {
     const sim_source_t *source = sim_sources_find(sources, key);
@@ -203,7 +177,7 @@ static bool take_drive(rig_t *rig, const sim_sources_t *sources, const char *pat
 bool rig_load(rig_t *rig, const char *path, sim_sources_t *sources, sim_error_t *error)
 {
     *rig = (rig_t){.io = RIG_IO_DEVICES};
-    set_defaults(rig_keys, (char *)rig);
+    sim_key_set_defaults_below(rig_keys, (char *)rig);
     char *content = sim_file_read(path, SIM_FILE_BYTES_MAX, error);
     if (content == NULL)
     {
