@@ -9,36 +9,6 @@
 #include <math.h>
 #include <semihost.h>
 
-// Without a bus or a flash.
-
-void devices_open(void)
-{
-}
-
-bool devices_have_bus(void)
-{
-    return false;
-}
-
-static int receive_nothing(void *context, uint8_t *bytes, size_t room)
-{
-    (void)context;
-    (void)bytes;
-    (void)room;
-    return 0;
-}
-
-const modbus_line_t *devices_line(void)
-{
-    static const modbus_line_t line = {.receive = receive_nothing};
-    return &line;
-}
-
-const store_flash_t *devices_flash(void)
-{
-    return NULL;
-}
-
 static const uint8_t *input;
 static size_t         left;
 static unsigned       good;
