@@ -7,6 +7,7 @@ void loop_reset(loop_state_t *state)
     LOOP(reset)(state);
 }
 
+#if DRIVE_FEEDFORWARD
 void loop_attach(loop_state_t *state, loop_memory_t *memory)
 {
     LOOP_ATTACH(state, memory);
@@ -19,6 +20,19 @@ void loop_forget(const loop_params_t *params, loop_memory_t *memory)
         FEED(reset)(params->feedforward, &memory->state);
     }
 }
+#else
+void loop_attach(loop_state_t *state, loop_memory_t *memory)
+{
+    (void)state;
+    (void)memory;
+}
+
+void loop_forget(const loop_params_t *params, loop_memory_t *memory)
+{
+    (void)params;
+    (void)memory;
+}
+#endif
 
 loop_force_t loop_step(const loop_params_t *params,
                        loop_state_t        *state,

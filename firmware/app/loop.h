@@ -8,6 +8,8 @@
 ///                                  In Q31 these are the force itself, without any float
 ///     loop_is_nan                  false in Q31
 ///     loop_is_credible             whether the loop accepts a reference or reading; false for a NaN
+///
+/// DRIVE_FEEDFORWARD is 1, or 0 in an image without the feed-forward (TRIBO_DRIVE_FEEDFORWARD of CMake).
 
 #ifndef DRIVE_LOOP_H
 #define DRIVE_LOOP_H
@@ -21,8 +23,12 @@
 typedef LOOP(params_t) loop_params_t;
 typedef LOOP(state_t) loop_state_t;
 typedef LOOP(signals_t) loop_signals_t;
+#if DRIVE_FEEDFORWARD
 typedef FEED(params_t) loop_feedforward_params_t;
 typedef FEED(memory_t) loop_memory_t;
+#else
+typedef uint8_t loop_memory_t; ///< not used
+#endif
 
 void loop_reset(loop_state_t *state);
 

@@ -14,6 +14,7 @@ tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config
 #endif
 }
 
+#if DRIVE_FEEDFORWARD
 tribo_status_t loop_setup_feedforward(loop_setup_t                         *setup,
                                       const tribo_force_loop_f32_config_t  *config,
                                       const tribo_feedforward_f32_config_t *feedforward,
@@ -32,3 +33,4 @@ tribo_status_t loop_setup_feedforward(loop_setup_t                         *setu
     return tribo_force_loop_feedforward_f32_init(&setup->params, &setup->feedforward, config, feedforward);
 #endif
 }
+#endif

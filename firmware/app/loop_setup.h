@@ -1,5 +1,4 @@
-/// Params made in the drive itself, for the emulated port, which receives the config from the host. A board's params are
-/// made by tribo-sim params, so its image contains no set-up code.
+/// Params made in the drive itself, of a config in physical units.
 
 #ifndef DRIVE_LOOP_SETUP_H
 #define DRIVE_LOOP_SETUP_H
@@ -11,8 +10,10 @@
 /// Must not move after set-up: params may point to the table.
 typedef struct
 {
-    loop_params_t             params;
+    loop_params_t params;
+#if DRIVE_FEEDFORWARD
     loop_feedforward_params_t feedforward; ///< if there is one
+#endif
 #ifdef DRIVE_ARITH_Q31
     tribo_breakaway_point_q31_t table[TRIBO_BREAKAWAY_POINTS_MAX];
 #endif
@@ -22,10 +23,12 @@ typedef struct
 /// to the breakaway table of `config`, which must outlive them. Writes all or nothing. Not for the tick.
 tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config_t *config, float full_scale_n);
 
+#if DRIVE_FEEDFORWARD
 /// The same of a loop that feeds friction forward. Its memory: loop_forget and drive_attach.
 tribo_status_t loop_setup_feedforward(loop_setup_t                         *setup,
                                       const tribo_force_loop_f32_config_t  *config,
                                       const tribo_feedforward_f32_config_t *feedforward,
                                       float                                 full_scale_n);
+#endif
 
 #endif

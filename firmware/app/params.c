@@ -11,9 +11,10 @@ params_set_t params_default(void)
 {
     static const tribo_biquad_f32_section_t paper[TRIBO_PAPER_CONTROLLER_SECTION_COUNT] = TRIBO_PAPER_CONTROLLER_F32;
 #define DEFAULT(type, symbol, member, name, unit, low, high, normal, status, text) .symbol = (normal),
-    params_set_t set = {.drive = drive_config_default(),
-                        .loop  = {PARAMS_LOOP_FIELDS(DEFAULT)},
-                        .feed  = {PARAMS_FEED_FIELDS(DEFAULT)}};
+    params_set_t set = {.drive = drive_config_default(), .loop = {PARAMS_LOOP_FIELDS(DEFAULT)}};
+#if DRIVE_FEEDFORWARD
+    set.feed = (params_feed_t){PARAMS_FEED_FIELDS(DEFAULT)};
+#endif
 #undef DEFAULT
     memcpy(set.sections, paper, sizeof paper);
     return set;
@@ -21,7 +22,12 @@ params_set_t params_default(void)
 
 uint32_t params_layout(void)
 {
-    uint32_t crc = (uint32_t)PARAMS_LOOP_COUNT << 8 | PARAMS_FEED_COUNT;
+    return params_layout_of(PARAMS_FEED_COUNT);
+}
+
+uint32_t params_layout_of(uint32_t feed_fields)
+{
+    uint32_t crc = (uint32_t)PARAMS_LOOP_COUNT << 8 | feed_fields;
     for (unsigned i = 0; i < DRIVE_CONFIG_COUNT; i++)
     {
         crc = crc32_update(crc, drive_config_fields[i].name, strlen(drive_config_fields[i].name));
@@ -47,7 +53,7 @@ static const refusal_t refusals[] = {
     {TRIBO_ERR_##status, (uint8_t)(PARAMS_FEED_AT + PARAMS_FEED_##symbol), (float)(low), (float)(high)},
         PARAMS_FEED_FIELDS(FIELD)
 #undef FIELD
-            {TRIBO_OK, PARAMS_METHOD_AT, PARAMS_METHOD_PAPER, PARAMS_METHOD_FEEDFORWARD},
+            {TRIBO_OK, PARAMS_METHOD_AT, PARAMS_METHOD_PAPER, PARAMS_METHOD_MAX},
     {TRIBO_ERR_SECTION_COEFFICIENT, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
     {TRIBO_ERR_SECTION_FEEDTHROUGH, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
     {TRIBO_ERR_SECTION_UNSTABLE, PARAMS_SECTIONS_AT + 3, -4.0f, 4.0f},
@@ -140,12 +146,14 @@ void params_take_loop(params_set_t                         *set,
     PARAMS_LOOP_FIELDS(TAKE)
 #undef TAKE
     set->method = feedforward != NULL ? PARAMS_METHOD_FEEDFORWARD : PARAMS_METHOD_PAPER;
+#if DRIVE_FEEDFORWARD
     if (feedforward != NULL)
     {
 #define TAKE(type, symbol, member, name, unit, low, high, normal, status, text) set->feed.symbol = feedforward->member;
         PARAMS_FEED_FIELDS(TAKE)
 #undef TAKE
     }
+#endif
     for (uint32_t i = 0; i < config->controller.section_count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {
         set->sections[i] = config->controller.sections[i];
@@ -159,15 +167,17 @@ void params_take_loop(params_set_t                         *set,
 static tribo_status_t set_up_loop(params_t *params, const tribo_force_loop_f32_config_t *config)
 {
     const params_set_t *set = &params->set;
-    if (set->method != PARAMS_METHOD_FEEDFORWARD)
+#if DRIVE_FEEDFORWARD
+    if (set->method == PARAMS_METHOD_FEEDFORWARD)
     {
-        return loop_setup(&params->loop, config, set->drive.full_scale_n);
-    }
-    tribo_feedforward_f32_config_t feedforward;
+        tribo_feedforward_f32_config_t feedforward;
 #define COPY(type, symbol, member, name, unit, low, high, normal, status, text) feedforward.member = set->feed.symbol;
-    PARAMS_FEED_FIELDS(COPY)
+        PARAMS_FEED_FIELDS(COPY)
 #undef COPY
-    return loop_setup_feedforward(&params->loop, config, &feedforward, set->drive.full_scale_n);
+        return loop_setup_feedforward(&params->loop, config, &feedforward, set->drive.full_scale_n);
+    }
+#endif
+    return loop_setup(&params->loop, config, set->drive.full_scale_n);
 }
 
 bool params_make(params_t *params, const port_t *port, params_error_t *error)

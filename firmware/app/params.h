@@ -40,7 +40,11 @@
     FIELD(uint32_t, section_count, controller.section_count, "controller.section_count", "", 1, 4, 2, SECTION_COUNT, "second-order sections of the controller") \
     FIELD(uint32_t, table_length, compensator.friction.table_length, "compensator.friction.breakaway.table_length", "", 0, 32, 0, TABLE_LENGTH, "points of the breakaway table; 0: offset and slope")
 
-/// The same of tribo_feedforward_f32_config_t, of a loop whose compensator.method is 1.
+// clang-format on
+
+/// The same of tribo_feedforward_f32_config_t, of a loop whose compensator.method is 1. None in a drive without it.
+// clang-format off: one row a field
+#if DRIVE_FEEDFORWARD
 #define PARAMS_FEED_FIELDS(FIELD) \
     FIELD(float, actuator_pole, actuator_pole_rad_per_s, "compensator.feedforward.actuator_pole_rad_per_s", "rad/s", 1e-3f, 1e6f, 200.0f, ACTUATOR_POLE, "what the loop believes of the actuator") \
     FIELD(float, sensor_pole, sensor_pole_rad_per_s, "compensator.feedforward.sensor_pole_rad_per_s", "rad/s", 1e-3f, 1e6f, 55.0f, SENSOR_POLE, "and of the sensor") \
@@ -73,6 +77,9 @@
     FIELD(float, hold_quick_time, hold.quick_time_s, "compensator.feedforward.hold.quick_time_s", "s", 1e-6f, 1e3f, 0.2f, HOLD_TIME, "changes of side within that time are chatter, and make it cautious") \
     FIELD(float, hold_caution_travel, hold.caution_travel_n, "compensator.feedforward.hold.caution_travel_N", "N", 1e-9f, 1e6f, 0.1f, HOLD_CAUTION, "learning over which caution fades") \
     FIELD(float, hold_deadband_time, hold.deadband_time_s, "compensator.feedforward.hold.deadband_time_s", "s", 1e-6f, 1e3f, 0.3f, HOLD_DEADBAND, "filters of the deadband that keeps noise of y from moving u")
+#else
+#define PARAMS_FEED_FIELDS(FIELD)
+#endif
 // clang-format on
 
 /// A member of each element of the two lists that follow: FIELD(member, name, unit, low, high, text).
@@ -95,12 +102,14 @@ typedef struct
 #undef PARAMS_MEMBER
 } params_loop_t;
 
+#if DRIVE_FEEDFORWARD
 typedef struct
 {
 #define PARAMS_MEMBER(type, symbol, member, name, unit, low, high, normal, status, text) type symbol; ///< see the list
     PARAMS_FEED_FIELDS(PARAMS_MEMBER)
 #undef PARAMS_MEMBER
 } params_feed_t;
+#endif
 
 enum
 {
@@ -120,15 +129,18 @@ enum
 
 #define PARAMS_METHOD_PAPER       0u ///< fed back with compensator.gain; 0 turns it off
 #define PARAMS_METHOD_FEEDFORWARD 1u
+#define PARAMS_METHOD_MAX         (DRIVE_FEEDFORWARD ? PARAMS_METHOD_FEEDFORWARD : PARAMS_METHOD_PAPER)
 #define PARAMS_METHOD_TEXT        "0: fed back with compensator.gain, as the paper does; 1: fed forward"
 
 /// Words in this order.
 typedef struct
 {
-    drive_config_t              drive;
-    params_loop_t               loop;
-    uint32_t                    method; ///< PARAMS_METHOD_: how friction is compensated
-    params_feed_t               feed;
+    drive_config_t drive;
+    params_loop_t  loop;
+    uint32_t       method; ///< PARAMS_METHOD_: how friction is compensated
+#if DRIVE_FEEDFORWARD
+    params_feed_t feed;
+#endif
     tribo_biquad_f32_section_t  sections[TRIBO_BIQUAD_SECTIONS_MAX];
     tribo_breakaway_point_f32_t table[TRIBO_BREAKAWAY_POINTS_MAX];
 } params_set_t;
@@ -177,7 +189,8 @@ void params_take_loop(params_set_t                         *set,
 /// that is refused: then `params` are not to be used. Not for the tick.
 bool params_make(params_t *params, const port_t *port, params_error_t *error);
 
-/// Changes when the words of a set mean something else.
+/// Changes when the words of a set mean something else. The second: of a drive with that many fields of the feed-forward.
 uint32_t params_layout(void);
+uint32_t params_layout_of(uint32_t feed_fields);
 
 #endif

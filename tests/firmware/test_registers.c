@@ -201,11 +201,13 @@ static void test_defaults_are_the_papers_loop(void)
     TEST_ASSERT_TRUE_MESSAGE(set.loop.symbol == paper.member, name);
     PARAMS_LOOP_FIELDS(COMPARE)
 #undef COMPARE
+#if DRIVE_FEEDFORWARD
     const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_default();
 #define COMPARE(type, symbol, member, name, unit, low, high, normal, status, text)                                     \
     TEST_ASSERT_TRUE_MESSAGE(set.feed.symbol == feedforward.member, name);
     PARAMS_FEED_FIELDS(COMPARE)
 #undef COMPARE
+#endif
     TEST_ASSERT_EQUAL_MEMORY(paper.controller.sections, set.sections, 2 * sizeof set.sections[0]);
 }
 
@@ -314,7 +316,7 @@ static void test_a_refused_field_is_named_with_its_range(void)
 #undef CHECK
 #undef LOOP_AT
 #define LOOP_AT(symbol) (REGISTERS_STAGED_AT + REGISTERS_LOOP_AT + 2u * PARAMS_##symbol)
-    check_refused("method", REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2, 2.0f, 0.0f, 1.0f);
+    check_refused("method", REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2, 2.0f, 0.0f, DRIVE_FEEDFORWARD ? 1.0f : 0.0f);
     for (uint32_t i = 0; i < DRIVE_CONFIG_COUNT; i++)
     {
         const drive_config_field_t *field   = &drive_config_fields[i];
@@ -350,6 +352,7 @@ static void test_fields_that_do_not_fit_each_other_are_refused(void)
     check_refused("late_us", DRIVE_AT(late_us), 1000, 1000.0f, 0.0f, 999.0f);
 }
 
+#if DRIVE_FEEDFORWARD
 static void test_the_method_changes_in_run_without_a_bump(void)
 {
     start();
@@ -367,6 +370,22 @@ static void test_the_method_changes_in_run_without_a_bump(void)
     }
     TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.5, force_n);
 }
+#else
+static void test_the_feed_forward_is_absent(void)
+{
+    start();
+    for (uint32_t at = REGISTERS_FEED_AT; at < REGISTERS_SECTIONS_AT; at++)
+    {
+        uint16_t value;
+        TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS,
+                              map.read(map.context, (uint16_t)(REGISTERS_STAGED_AT + at), 1, &value));
+        TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS,
+                              map.read(map.context, (uint16_t)(REGISTERS_ACTIVE_AT + at), 1, &value));
+    }
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, try_word(REGISTERS_STAGED_AT + REGISTERS_FEED_AT, 0));
+    check_refused("method", REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1, 1.0f, 0.0f, 0.0f);
+}
+#endif
 
 static void test_the_period_stays_that_of_the_board(void)
 {
@@ -732,7 +751,11 @@ int main(void)
     RUN_TEST(test_a_set_is_swapped_in_run_without_a_bump);
     RUN_TEST(test_a_refused_field_is_named_with_its_range);
     RUN_TEST(test_fields_that_do_not_fit_each_other_are_refused);
+#if DRIVE_FEEDFORWARD
     RUN_TEST(test_the_method_changes_in_run_without_a_bump);
+#else
+    RUN_TEST(test_the_feed_forward_is_absent);
+#endif
     RUN_TEST(test_the_period_stays_that_of_the_board);
     RUN_TEST(test_the_full_scale_stays_in_run);
     RUN_TEST(test_a_breakaway_table_is_used);

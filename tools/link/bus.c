@@ -20,6 +20,7 @@ struct link_bus
     modbus_t   *modbus;
     const char *device;
     int         unit;
+    bool        feeds_forward;
 };
 
 bool link_complain(const char *format, ...)
@@ -250,7 +251,8 @@ static bool check_lists(link_bus_t *bus)
     {
         return false;
     }
-    if (version != link_version || layout != link_layout())
+    bus->feeds_forward = layout == link_layout(true);
+    if (version != link_version || (!bus->feeds_forward && layout != link_layout(false)))
     {
         return link_complain(
             "%s: unit %d has registers of version %u with params 0x%08x, this program knows version %u "
@@ -260,7 +262,7 @@ static bool check_lists(link_bus_t *bus)
             version,
             layout,
             link_version,
-            link_layout());
+            link_layout(true));
     }
     return true;
 }
@@ -289,6 +291,11 @@ link_bus_t *link_bus_open(const char *device, int unit, int baud)
         return NULL;
     }
     return bus;
+}
+
+bool link_bus_feeds_forward(const link_bus_t *bus)
+{
+    return bus->feeds_forward;
 }
 
 void link_bus_close(link_bus_t *bus)

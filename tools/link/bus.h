@@ -14,6 +14,9 @@ typedef struct link_bus link_bus_t;
 link_bus_t *link_bus_open(const char *device, int unit, int baud);
 void        link_bus_close(link_bus_t *bus);
 
+/// Whether the drive was built with the feed-forward, whose params others have not.
+bool link_bus_feeds_forward(const link_bus_t *bus);
+
 /// `count` 32-bit words, however many frames that takes.
 bool link_bus_read(link_bus_t *bus, uint16_t address, uint32_t *words, unsigned count);
 bool link_bus_write(link_bus_t *bus, uint16_t address, const uint32_t *words, unsigned count);

@@ -180,9 +180,15 @@ _Static_assert(LINK_WINDOW == REGISTERS_WINDOW && (unsigned)LINK_DONE == (unsign
                    (unsigned)LINK_SET_REFUSED == (unsigned)REGISTERS_SET_REFUSED,
                "as in registers.h");
 
-uint32_t link_layout(void)
+uint32_t link_layout(bool feeds_forward)
 {
-    return params_layout();
+    return feeds_forward ? params_layout() : params_layout_of(0);
+}
+
+bool link_is_of_feedforward(const link_row_t *row)
+{
+    const uint32_t at = REGISTERS_STAGED_AT + REGISTERS_FEED_AT;
+    return row->group == LINK_PARAM && row->address >= at && row->address < at + 2u * PARAMS_FEED_COUNT;
 }
 
 const char *link_outcome_text(uint32_t outcome)

@@ -37,8 +37,9 @@ const char *link_nearest(const char *part, bool params_only);
 
 /// What else of the lists a program needs that includes libmodbus, whose names are those of the drive's own server.
 extern const uint16_t link_command_at, link_window_at;
-extern const unsigned link_version; ///< of the lists
-uint32_t              link_layout(void);
+extern const unsigned link_version;                    ///< of the lists
+uint32_t              link_layout(bool feeds_forward); ///< of a drive with or without the feed-forward
+bool                  link_is_of_feedforward(const link_row_t *row);
 const char           *link_outcome_text(uint32_t outcome);
 
 typedef enum

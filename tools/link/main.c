@@ -49,71 +49,61 @@ static uint32_t word_of(const link_row_t *row, double number)
     return row->is_float ? link_word((float)number) : (uint32_t)number;
 }
 
-/// The whole set at `base`, as its words.
+/// The parts of a set: Modbus registers in the set, words in params.
+static const struct
+{
+    uint16_t at;
+    int      word, count;
+} parts[] = {{REGISTERS_TABLE_AT, PARAMS_TABLE_AT, PARAMS_WORDS - PARAMS_TABLE_AT},
+             {REGISTERS_SECTIONS_AT, PARAMS_SECTIONS_AT, PARAMS_TABLE_AT - PARAMS_SECTIONS_AT},
+             {REGISTERS_FEED_AT, PARAMS_FEED_AT, PARAMS_FEED_COUNT},
+             {REGISTERS_METHOD_AT, PARAMS_METHOD_AT, 1},
+             {REGISTERS_LOOP_AT, PARAMS_LOOP_AT, PARAMS_LOOP_COUNT},
+             {REGISTERS_DRIVE_AT, 0, DRIVE_CONFIG_COUNT}};
+
+#define PARTS (sizeof parts / sizeof parts[0])
+
+static bool has_part(const link_bus_t *bus, size_t part)
+{
+    return parts[part].at != REGISTERS_FEED_AT || link_bus_feeds_forward(bus);
+}
+
+/// The whole set at `base`, as its words; what the drive has not is the default.
 static bool read_set(link_bus_t *bus, uint16_t base, params_t *params)
 {
-    return link_bus_read(bus, (uint16_t)(base + REGISTERS_DRIVE_AT), params->words, DRIVE_CONFIG_COUNT) &&
-           link_bus_read(bus,
-                         (uint16_t)(base + REGISTERS_LOOP_AT),
-                         params->words + PARAMS_LOOP_AT,
-                         PARAMS_LOOP_COUNT) &&
-           link_bus_read(bus, (uint16_t)(base + REGISTERS_METHOD_AT), params->words + PARAMS_METHOD_AT, 1) &&
-           link_bus_read(bus,
-                         (uint16_t)(base + REGISTERS_FEED_AT),
-                         params->words + PARAMS_FEED_AT,
-                         PARAMS_FEED_COUNT) &&
-           link_bus_read(bus,
-                         (uint16_t)(base + REGISTERS_SECTIONS_AT),
-                         params->words + PARAMS_SECTIONS_AT,
-                         PARAMS_TABLE_AT - PARAMS_SECTIONS_AT) &&
-           link_bus_read(bus,
-                         (uint16_t)(base + REGISTERS_TABLE_AT),
-                         params->words + PARAMS_TABLE_AT,
-                         PARAMS_WORDS - PARAMS_TABLE_AT);
+    bool ok     = true;
+    params->set = params_default();
+    for (size_t i = 0; ok && i < PARTS; i++)
+    {
+        ok =
+            !has_part(bus, i) ||
+            link_bus_read(bus, (uint16_t)(base + parts[i].at), params->words + parts[i].word, (unsigned)parts[i].count);
+    }
+    return ok;
 }
 
 static bool stage_set(link_bus_t *bus, const params_t *params)
 {
-    const uint16_t base = REGISTERS_STAGED_AT;
-    return link_bus_write(bus, (uint16_t)(base + REGISTERS_DRIVE_AT), params->words, DRIVE_CONFIG_COUNT) &&
-           link_bus_write(bus,
-                          (uint16_t)(base + REGISTERS_LOOP_AT),
-                          params->words + PARAMS_LOOP_AT,
-                          PARAMS_LOOP_COUNT) &&
-           link_bus_write(bus, (uint16_t)(base + REGISTERS_METHOD_AT), params->words + PARAMS_METHOD_AT, 1) &&
-           link_bus_write(bus,
-                          (uint16_t)(base + REGISTERS_FEED_AT),
-                          params->words + PARAMS_FEED_AT,
-                          PARAMS_FEED_COUNT) &&
-           link_bus_write(bus,
-                          (uint16_t)(base + REGISTERS_SECTIONS_AT),
-                          params->words + PARAMS_SECTIONS_AT,
-                          PARAMS_TABLE_AT - PARAMS_SECTIONS_AT) &&
-           link_bus_write(bus,
-                          (uint16_t)(base + REGISTERS_TABLE_AT),
-                          params->words + PARAMS_TABLE_AT,
-                          PARAMS_WORDS - PARAMS_TABLE_AT);
+    bool ok = true;
+    for (size_t i = 0; ok && i < PARTS; i++)
+    {
+        ok = !has_part(bus, i) || link_bus_write(bus,
+                                                 (uint16_t)(REGISTERS_STAGED_AT + parts[i].at),
+                                                 params->words + parts[i].word,
+                                                 (unsigned)parts[i].count);
+    }
+    return ok;
 }
 
 static uint32_t word_at(const params_t *params, const link_row_t *row)
 {
-    static const struct
-    {
-        uint16_t at;
-        int      word;
-    } blocks[]           = {{REGISTERS_TABLE_AT, PARAMS_TABLE_AT},
-                            {REGISTERS_SECTIONS_AT, PARAMS_SECTIONS_AT},
-                            {REGISTERS_FEED_AT, PARAMS_FEED_AT},
-                            {REGISTERS_METHOD_AT, PARAMS_METHOD_AT},
-                            {REGISTERS_LOOP_AT, PARAMS_LOOP_AT},
-                            {REGISTERS_DRIVE_AT, 0}};
     const uint32_t place = row->address - REGISTERS_STAGED_AT;
     size_t         i     = 0;
-    while (place < blocks[i].at)
+    while (place < parts[i].at)
     {
         i++;
     }
-    return params->words[(uint32_t)blocks[i].word + (place - blocks[i].at) / 2u];
+    return params->words[(uint32_t)parts[i].word + (place - parts[i].at) / 2u];
 }
 
 /// Elements of the lists that the set has no use for.
@@ -131,9 +121,14 @@ static bool is_used(const params_t *params, const link_row_t *row)
     return true;
 }
 
-static const link_row_t *find_param(const char *name)
+static const link_row_t *find_param(const link_bus_t *bus, const char *name)
 {
     const link_row_t *row = link_find(name);
+    if (row != NULL && link_is_of_feedforward(row) && !link_bus_feeds_forward(bus))
+    {
+        (void)link_complain("%s: this drive is built without the feed-forward", name);
+        return NULL;
+    }
     if (row != NULL && row->group == LINK_PARAM)
     {
         return row;
@@ -156,7 +151,7 @@ static int get_params(link_bus_t *bus, const options_t *options)
     }
     for (int i = 2; i < options->count; i++)
     {
-        const link_row_t *row = find_param(options->words[i]);
+        const link_row_t *row = find_param(bus, options->words[i]);
         if (row == NULL)
         {
             return EXIT_FAILED;
@@ -166,7 +161,8 @@ static int get_params(link_bus_t *bus, const options_t *options)
     const link_row_t *list = link_list(&count);
     for (size_t i = 0; options->count == 2 && i < count; i++)
     {
-        if (list[i].group == LINK_PARAM && is_used(&params, &list[i]))
+        const bool is_there = link_bus_feeds_forward(bus) || !link_is_of_feedforward(&list[i]);
+        if (list[i].group == LINK_PARAM && is_there && is_used(&params, &list[i]))
         {
             (void)printf("%s: %.9g\n", list[i].name, number_of(&list[i], word_at(&params, &list[i])));
         }
@@ -180,7 +176,7 @@ typedef struct
     uint32_t          word;
 } change_t;
 
-static bool parse_change(change_t *change, const char *text)
+static bool parse_change(const link_bus_t *bus, change_t *change, const char *text)
 {
     char        name[96];
     const char *equals = strchr(text, '=');
@@ -190,7 +186,7 @@ static bool parse_change(change_t *change, const char *text)
         return link_complain("params set %s: NAME=VALUE is wanted", text);
     }
     (void)snprintf(name, sizeof name, "%.*s", (int)(equals - text), text);
-    change->row = find_param(name);
+    change->row = find_param(bus, name);
     if (change->row == NULL)
     {
         return false;
@@ -225,7 +221,7 @@ static int set_params(link_bus_t *bus, const options_t *options)
     }
     for (int i = 2; i < options->count; i++)
     {
-        if (!parse_change(&changes[i], options->words[i]))
+        if (!parse_change(bus, &changes[i], options->words[i]))
         {
             return EXIT_FAILED;
         }
