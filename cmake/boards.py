@@ -11,6 +11,8 @@ A row of an emulated processor is a QEMU machine, all of which share firmware/po
     memory       start and size of flash, start and size of RAM, size of the stack
     model        llvm-mca's CPU; left out if there is none
     test_qemu, test_memory    more RAM for the tests, where the machine's own does not hold them
+    same_code    another processor for which the compiler writes the same instructions, as the test target.same_code checks:
+                 the unit and contract tests run there only
 
 A row with `processor` is a board with a port of its own: the folder firmware/port/NAME, for that processor.
 """

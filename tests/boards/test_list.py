@@ -15,7 +15,7 @@ sys.path.insert(0, str(ROOT / "cmake"))
 import boards  # noqa: E402
 
 EMULATED_KEYS = {"what", "tools", "flags", "qemu", "memory"}
-OPTIONAL_KEYS = {"model", "test_qemu", "test_memory"}
+OPTIONAL_KEYS = {"model", "test_qemu", "test_memory", "same_code"}
 
 
 def said_by(*command, **options):
@@ -33,6 +33,8 @@ def test_a_row_of_an_emulated_processor_is_complete(name):
     row = boards.ROWS[name]
     assert EMULATED_KEYS <= row.keys() <= EMULATED_KEYS | OPTIONAL_KEYS
     assert ("test_qemu" in row) == ("test_memory" in row)
+    if "same_code" in row:
+        assert row["same_code"] in boards.EMULATED and "same_code" not in boards.ROWS[row["same_code"]]
     for key in ("memory", "test_memory"):
         assert re.fullmatch(r"(0x[0-9a-f]+ ){4}0x[0-9a-f]+", row.get(key, row["memory"]))
 
