@@ -92,10 +92,11 @@ sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n)
                                               &loop->memory_q31.state,
                                               d,
                                               force);
-            learned.breakaway_n[d] = at.L * unit_n;
-            learned.doubt[d]       = at.doubt / 2147483648.0;
-            learned.travel_n[d]    = (double)at.travel * unit_n;
-            learned.at_bound[d]    = at.at_bound;
+            learned.breakaway_n[d]    = at.L * unit_n;
+            learned.doubt[d]          = at.doubt / 2147483648.0;
+            learned.travel_n[d]       = (double)at.travel * unit_n;
+            learned.at_bound[d]       = at.at_bound;
+            learned.stays_at_bound[d] = at.stays_at_bound;
             continue;
         }
         const tribo_feedforward_f32_learned_t at = tribo_feedforward_f32_learned(&loop->feedforward_f32,
@@ -107,6 +108,7 @@ sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n)
         learned.doubt[d]                         = (double)at.doubt;
         learned.travel_n[d]                      = (double)at.travel_n;
         learned.at_bound[d]                      = at.at_bound;
+        learned.stays_at_bound[d]                = at.stays_at_bound;
     }
     return learned;
 }

@@ -47,6 +47,7 @@ typedef struct
     double doubt[2];    ///< 0 to 1
     double travel_n[2]; ///< learned from
     bool   at_bound[2];
+    bool   stays_at_bound[2]; ///< latched
 } sim_learned_t;
 
 /// A loop at rest, of which nothing is learned. Returns what the library's init function says.

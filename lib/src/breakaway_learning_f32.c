@@ -123,5 +123,38 @@ void tribo_breakaway_learning_f32_step(const tribo_breakaway_learning_f32_params
         !exceeds(measured_n, TRIBO_F32_FORCE_MAX_N))
     {
         breakaway_learning_f32_step(params, state, direction & 1u, travel_n, prior_n, measured_n);
+        state->slid = 1;
+    }
+}
+
+void tribo_breakaway_learning_f32_slide_ends(const tribo_breakaway_learning_f32_params_t *params,
+                                             tribo_breakaway_learning_f32_state_t        *state,
+                                             uint32_t                                     direction,
+                                             float                                        prior_n)
+{
+    uint8_t *const slides = &state->bound_slides[direction & 1u];
+    if (state->slid == 0)
+    {
+        return; // as little known as before
+    }
+    state->slid = 0;
+    if (!tribo_breakaway_learning_f32_is_at_bound(params, state, direction, prior_n))
+    {
+        *slides = 0;
+        return;
+    }
+    *slides = (uint8_t)(*slides + (*slides < UINT8_MAX));
+    if (*slides >= TRIBO_BREAKAWAY_BOUND_SLIDES)
+    {
+        state->stays_at_bound[direction & 1u] = 1;
+    }
+}
+
+void tribo_breakaway_learning_f32_restore(tribo_breakaway_learning_f32_state_t *state)
+{
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        state->bound_slides[d]   = 0;
+        state->stays_at_bound[d] = 0;
     }
 }

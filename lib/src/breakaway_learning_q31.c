@@ -103,4 +103,37 @@ void tribo_breakaway_learning_q31_step(const tribo_breakaway_learning_q31_params
                                 travel < BREAKAWAY_LEARNING_Q31_TRAVEL_MAX ? travel : BREAKAWAY_LEARNING_Q31_TRAVEL_MAX,
                                 good_prior(prior),
                                 limit_q31(measured, -MEASURED_MAX, MEASURED_MAX));
+    state->slid |= (uint8_t)(travel > 0u);
+}
+
+void tribo_breakaway_learning_q31_slide_ends(const tribo_breakaway_learning_q31_params_t *params,
+                                             tribo_breakaway_learning_q31_state_t        *state,
+                                             uint32_t                                     direction,
+                                             uint32_t                                     prior)
+{
+    uint8_t *const slides = &state->bound_slides[direction & 1u];
+    if (state->slid == 0)
+    {
+        return; // as little known as before
+    }
+    state->slid = 0;
+    if (!tribo_breakaway_learning_q31_is_at_bound(params, state, direction, prior))
+    {
+        *slides = 0;
+        return;
+    }
+    *slides = (uint8_t)(*slides + (*slides < UINT8_MAX));
+    if (*slides >= TRIBO_BREAKAWAY_BOUND_SLIDES)
+    {
+        state->stays_at_bound[direction & 1u] = 1;
+    }
+}
+
+void tribo_breakaway_learning_q31_restore(tribo_breakaway_learning_q31_state_t *state)
+{
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        state->bound_slides[d]   = 0;
+        state->stays_at_bound[d] = 0;
+    }
 }

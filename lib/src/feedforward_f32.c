@@ -191,8 +191,9 @@ tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_feedfo
     const tribo_breakaway_learning_f32_signals_t known =
         breakaway_learning_f32_at(&params->learning, &state->learning, side, prior);
     return (tribo_feedforward_f32_learned_t){
-        .L_n      = known.L_n,
-        .doubt    = known.doubt,
-        .travel_n = state->learning.travel_n[side],
-        .at_bound = tribo_breakaway_learning_f32_is_at_bound(&params->learning, &state->learning, side, prior)};
+        .L_n            = known.L_n,
+        .doubt          = known.doubt,
+        .travel_n       = state->learning.travel_n[side],
+        .at_bound       = tribo_breakaway_learning_f32_is_at_bound(&params->learning, &state->learning, side, prior),
+        .stays_at_bound = state->learning.stays_at_bound[side] != 0};
 }

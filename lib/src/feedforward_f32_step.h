@@ -248,6 +248,13 @@ static inline float feedforward_f32_before(const tribo_feedforward_f32_params_t 
     {
         signals->behind = feedforward_f32_breakaway(params, friction, state, 1u - direction);
     }
+    if (signals->turns)
+    {
+        tribo_breakaway_learning_f32_slide_ends(&params->learning,
+                                                &state->learning,
+                                                1u - direction,
+                                                feedforward_f32_prior(friction, 1u - direction, state->reached_n));
+    }
     if (stands)
     {
         feedforward_f32_hold(params, state, signals);
@@ -327,6 +334,7 @@ static inline void feedforward_f32_learn(const tribo_feedforward_f32_params_t  *
                                 travel,
                                 prior,
                                 way * signals->meter.friction_n);
+    state->learning.slid = 1;
 
     // What f will move by, b moves by as well: learning does not move u.
     const tribo_breakaway_learning_f32_signals_t now   = feedforward_f32_breakaway(params, friction, state, direction);

@@ -191,8 +191,9 @@ tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_feedfo
     const tribo_breakaway_learning_q31_signals_t known =
         breakaway_learning_q31_at(&params->learning, &state->learning, side, prior);
     return (tribo_feedforward_q31_learned_t){
-        .L        = known.L,
-        .doubt    = known.doubt,
-        .travel   = state->learning.travel[side],
-        .at_bound = tribo_breakaway_learning_q31_is_at_bound(&params->learning, &state->learning, side, prior)};
+        .L              = known.L,
+        .doubt          = known.doubt,
+        .travel         = state->learning.travel[side],
+        .at_bound       = tribo_breakaway_learning_q31_is_at_bound(&params->learning, &state->learning, side, prior),
+        .stays_at_bound = state->learning.stays_at_bound[side] != 0};
 }

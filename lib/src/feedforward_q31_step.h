@@ -306,6 +306,13 @@ static inline int32_t feedforward_q31_before(const tribo_feedforward_q31_params_
     {
         signals->behind = feedforward_q31_breakaway(params, friction, state, 1u - direction);
     }
+    if (signals->turns)
+    {
+        tribo_breakaway_learning_q31_slide_ends(&params->learning,
+                                                &state->learning,
+                                                1u - direction,
+                                                feedforward_q31_prior(friction, 1u - direction, state->reached));
+    }
     if (stands)
     {
         feedforward_q31_hold(params, state, signals);
@@ -385,6 +392,7 @@ static inline void feedforward_q31_learn(const tribo_feedforward_q31_params_t  *
     const int32_t  z         = falls ? -signals->meter.friction : signals->meter.friction;
     const uint32_t prior     = feedforward_q31_prior(friction, direction, signals->meter.force);
     breakaway_learning_q31_step(&params->learning, &state->learning, direction, travel, prior, z);
+    state->learning.slid = 1;
 
     // What f will move by, b moves by as well: learning does not move u.
     const tribo_breakaway_learning_q31_signals_t now   = feedforward_q31_breakaway(params, friction, state, direction);

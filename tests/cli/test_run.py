@@ -120,6 +120,9 @@ def test_a_prior_that_is_far_off_ends_at_a_bound_and_says_so(sim):
     far = ["--set", "compensator.feedforward.learning.scale_max=1.1"]
     learned = sim.summary(*FED, *far)["learned"]
     assert (learned["positive"]["at_bound"], learned["negative"]["at_bound"]) == (True, False)
+    assert not learned["positive"]["stays_at_bound"]  # three slides
+    longer = sim.summary(*FED, *far, "--set", "duration_s=80")["learned"]
+    assert (longer["positive"]["stays_at_bound"], longer["negative"]["stays_at_bound"]) == (True, False)
     assert "not to be trusted" in sim.ok("run", *FED, *far)
 
 

@@ -144,10 +144,11 @@ static inline feedforward_learned_t feedforward_learned(const feedforward_t *x, 
 {
     const tribo_feedforward_f32_learned_t at =
         tribo_feedforward_f32_learned(&x->params, &x->friction, &x->state, direction, (float)force);
-    return (feedforward_learned_t){.L        = (double)at.L_n,
-                                   .doubt    = (double)at.doubt,
-                                   .travel   = (double)at.travel_n,
-                                   .at_bound = at.at_bound};
+    return (feedforward_learned_t){.L              = (double)at.L_n,
+                                   .doubt          = (double)at.doubt,
+                                   .travel         = (double)at.travel_n,
+                                   .at_bound       = at.at_bound,
+                                   .stays_at_bound = at.stays_at_bound};
 }
 
 /// Controller and feed-forward, as the force loop joins them.

@@ -179,10 +179,11 @@ static inline feedforward_learned_t feedforward_learned(const feedforward_t *x, 
 {
     const tribo_feedforward_q31_learned_t at =
         tribo_feedforward_q31_learned(&x->params, &x->friction, &x->state, direction, feedforward_to_q31(x, force));
-    return (feedforward_learned_t){.L        = feedforward_from_units(x, at.L),
-                                   .doubt    = at.doubt / 2147483648.0,
-                                   .travel   = feedforward_from_units(x, (int64_t)at.travel),
-                                   .at_bound = at.at_bound};
+    return (feedforward_learned_t){.L              = feedforward_from_units(x, at.L),
+                                   .doubt          = at.doubt / 2147483648.0,
+                                   .travel         = feedforward_from_units(x, (int64_t)at.travel),
+                                   .at_bound       = at.at_bound,
+                                   .stays_at_bound = at.stays_at_bound};
 }
 
 /// Controller and feed-forward, as the force loop joins them.

@@ -21,6 +21,7 @@ typedef struct
 {
     double L, doubt, travel;
     bool   at_bound;
+    bool   stays_at_bound;
 } feedforward_learned_t;
 
 #endif

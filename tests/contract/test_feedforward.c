@@ -701,6 +701,30 @@ static void test_breakaway_beyond_what_the_params_allow_is_told_for_its_directio
     }
 }
 
+static void test_slides_that_keep_ending_at_a_bound_are_latched(void)
+{
+    config.learning.scale_max   = 1.2f;
+    config.learning.correlation = 0.0f;
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        plant_t plant = {.positive = d == 0u ? 1.5 : 1.0, .negative = d == 0u ? 1.0 : 1.5};
+        init(&x);
+        int latched = -1;
+        for (int k = 0; k < 100000 && latched < 0; k++) // each slide is 10,000 ticks, up first
+        {
+            (void)tick(&x, &plant, triangle(k));
+            latched = feedforward_learned(&x, d, 0.4).stays_at_bound ? k : -1;
+        }
+        // At the end of the fourth: after 70,000 ticks if up, after 80,000 if down.
+        TEST_ASSERT_INT_WITHIN(100, d == 0u ? 70000 : 80000, latched);
+        TEST_ASSERT_FALSE(feedforward_learned(&x, 1u - d, 0.4).stays_at_bound);
+        feedforward_restart(&x);
+        TEST_ASSERT_TRUE(feedforward_learned(&x, d, 0.4).stays_at_bound);
+        init(&x);
+        TEST_ASSERT_FALSE(feedforward_learned(&x, d, 0.4).stays_at_bound);
+    }
+}
+
 static void test_friction_goes_over_within_the_jump_time_after_a_reversal(void)
 {
     init(&x);
@@ -763,6 +787,7 @@ int main(void)
     RUN_TEST(test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction);
     RUN_TEST(test_what_was_learned_is_told_by_direction_and_force);
     RUN_TEST(test_breakaway_beyond_what_the_params_allow_is_told_for_its_direction);
+    RUN_TEST(test_slides_that_keep_ending_at_a_bound_are_latched);
     RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
     return UNITY_END();
 }

@@ -168,6 +168,51 @@ static void test_what_was_learned_stays_within_its_bounds_and_says_so(void)
     TEST_ASSERT_SAME_FLOAT(0.2f * 0.02f, tribo_breakaway_learning_f32_at(&params, &learning, POSITIVE, 0.02f).L_n);
 }
 
+/// One slide in direction d, in which friction is `measured`.
+static void slide(uint32_t d, double measured)
+{
+    for (int k = 0; k < 1000; k++)
+    {
+        tribo_breakaway_learning_f32_step(&params, &learning, d, 1e-3f, 0.1f, (float)measured);
+    }
+    tribo_breakaway_learning_f32_slide_ends(&params, &learning, d, 0.1f);
+}
+
+static void test_four_slides_that_end_at_a_bound_are_latched(void)
+{
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        tribo_breakaway_learning_f32_reset(&params, &learning);
+        for (uint8_t k = 1; k <= 5u; k++)
+        {
+            slide(d, 1.9);
+            TEST_ASSERT_EQUAL_UINT8(k, learning.bound_slides[d]);
+            TEST_ASSERT_EQUAL_UINT8(k >= 4u, learning.stays_at_bound[d]);
+            tribo_breakaway_learning_f32_slide_ends(&params, &learning, d, 0.1f); // nothing was learned since
+            TEST_ASSERT_EQUAL_UINT8(k, learning.bound_slides[d]);
+        }
+        TEST_ASSERT_EQUAL_UINT8(0, learning.stays_at_bound[1u - d] + learning.bound_slides[1u - d]);
+        learning.bound_slides[d] = UINT8_MAX;
+        slide(d, 1.9);
+        TEST_ASSERT_EQUAL_UINT8(UINT8_MAX, learning.bound_slides[d]);
+
+        // Back within the bounds it stays latched, until it is told.
+        slide(d, 0.1);
+        TEST_ASSERT_EQUAL_UINT8(0, learning.bound_slides[d]);
+        TEST_ASSERT_EQUAL_UINT8(1, learning.stays_at_bound[d]);
+        slide(d, 1.9);
+        const tribo_breakaway_learning_f32_state_t before = learning;
+        tribo_breakaway_learning_f32_restore(&learning);
+        TEST_ASSERT_EQUAL_UINT8(0, learning.stays_at_bound[d] + learning.bound_slides[d]);
+        TEST_ASSERT_EQUAL_MEMORY(before.of, learning.of, sizeof learning.of);
+        slide(d, 1.9);
+        TEST_ASSERT_EQUAL_UINT8(0, learning.stays_at_bound[d]); // counted from anew
+    }
+    slide(POSITIVE, 1.9);
+    tribo_breakaway_learning_f32_reset(&params, &learning);
+    TEST_ASSERT_EQUAL_UINT8(0, learning.bound_slides[POSITIVE]);
+}
+
 static void test_no_travel_and_bad_inputs_teach_nothing(void)
 {
     for (int k = 0; k < 100; k++)
@@ -242,6 +287,7 @@ int main(void)
     RUN_TEST(test_nothing_is_known_at_first);
     RUN_TEST(test_one_direction_teaches_the_other_something);
     RUN_TEST(test_what_was_learned_stays_within_its_bounds_and_says_so);
+    RUN_TEST(test_four_slides_that_end_at_a_bound_are_latched);
     RUN_TEST(test_no_travel_and_bad_inputs_teach_nothing);
     RUN_TEST(test_forgetting_brings_the_priors_doubt_back_and_not_more);
     RUN_TEST(test_learning_init_names_the_field);

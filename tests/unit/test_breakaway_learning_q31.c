@@ -145,6 +145,51 @@ static void test_what_was_learned_stays_within_its_bounds_and_says_so(void)
     TEST_ASSERT_EQUAL_UINT32(1u << 29, tribo_breakaway_learning_q31_at(&params, &learning, NEGATIVE, UINT32_MAX).L);
 }
 
+/// One slide in direction d, in which friction is `measured`.
+static void slide(uint32_t d, double measured)
+{
+    for (int k = 0; k < 1000; k++)
+    {
+        teach(d, 1e-3, 0.1, measured);
+    }
+    tribo_breakaway_learning_q31_slide_ends(&params, &learning, d, units(0.1));
+}
+
+static void test_four_slides_that_end_at_a_bound_are_latched(void)
+{
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        tribo_breakaway_learning_q31_reset(&params, &learning);
+        for (uint8_t k = 1; k <= 5u; k++)
+        {
+            slide(d, 1.9);
+            TEST_ASSERT_EQUAL_UINT8(k, learning.bound_slides[d]);
+            TEST_ASSERT_EQUAL_UINT8(k >= 4u, learning.stays_at_bound[d]);
+            tribo_breakaway_learning_q31_slide_ends(&params, &learning, d, units(0.1)); // nothing was learned since
+            TEST_ASSERT_EQUAL_UINT8(k, learning.bound_slides[d]);
+        }
+        TEST_ASSERT_EQUAL_UINT8(0, learning.stays_at_bound[1u - d] + learning.bound_slides[1u - d]);
+        learning.bound_slides[d] = UINT8_MAX;
+        slide(d, 1.9);
+        TEST_ASSERT_EQUAL_UINT8(UINT8_MAX, learning.bound_slides[d]);
+
+        // Back within the bounds it stays latched, until it is told.
+        slide(d, 0.1);
+        TEST_ASSERT_EQUAL_UINT8(0, learning.bound_slides[d]);
+        TEST_ASSERT_EQUAL_UINT8(1, learning.stays_at_bound[d]);
+        slide(d, 1.9);
+        const tribo_breakaway_learning_q31_state_t before = learning;
+        tribo_breakaway_learning_q31_restore(&learning);
+        TEST_ASSERT_EQUAL_UINT8(0, learning.stays_at_bound[d] + learning.bound_slides[d]);
+        TEST_ASSERT_EQUAL_MEMORY(before.of, learning.of, sizeof learning.of);
+        slide(d, 1.9);
+        TEST_ASSERT_EQUAL_UINT8(0, learning.stays_at_bound[d]); // counted from anew
+    }
+    slide(POSITIVE, 1.9);
+    tribo_breakaway_learning_q31_reset(&params, &learning);
+    TEST_ASSERT_EQUAL_UINT8(0, learning.bound_slides[POSITIVE]);
+}
+
 static void test_no_travel_teaches_nothing(void)
 {
     for (int k = 0; k < 100; k++)
@@ -190,6 +235,7 @@ int main(void)
     RUN_TEST(test_nothing_is_known_at_first);
     RUN_TEST(test_learning_takes_extremes_without_leaving_its_ranges);
     RUN_TEST(test_what_was_learned_stays_within_its_bounds_and_says_so);
+    RUN_TEST(test_four_slides_that_end_at_a_bound_are_latched);
     RUN_TEST(test_no_travel_teaches_nothing);
     RUN_TEST(test_learning_init_names_the_field);
     return UNITY_END();

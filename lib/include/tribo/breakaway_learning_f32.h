@@ -31,6 +31,9 @@ extern "C" {
 #define TRIBO_BREAKAWAY_POSITIVE 0u
 #define TRIBO_BREAKAWAY_NEGATIVE 1u
 
+/// Slides in succession that end at a bound, in one direction, until that is latched.
+#define TRIBO_BREAKAWAY_BOUND_SLIDES 4u
+
 typedef struct
 {
     float spread_scale;      ///< prior standard deviation of the scale, 1e-3 to 2
@@ -70,8 +73,11 @@ typedef struct
 typedef struct
 {
     tribo_breakaway_learned_f32_t of[2]; ///< the directions
-    float shared[4];                     ///< covariance: L+'s scale with L-'s, with its offset; L+'s offset likewise
-    float travel_n[2]; ///< learned from, by direction; stands still once a tick's travel is below its last bit
+    float   shared[4];                   ///< covariance: L+'s scale with L-'s, with its offset; L+'s offset likewise
+    float   travel_n[2];       ///< learned from, by direction; stands still once a tick's travel is below its last bit
+    uint8_t slid;              ///< 1: something was learned since the last slide ended
+    uint8_t bound_slides[2];   ///< slides in succession that ended at a bound, by direction; stops at 255
+    uint8_t stays_at_bound[2]; ///< 1: TRIBO_BREAKAWAY_BOUND_SLIDES of them were seen; latched until reset or restore
 } tribo_breakaway_learning_f32_state_t;
 
 /// L in one direction at one force.
@@ -117,6 +123,17 @@ void tribo_breakaway_learning_f32_step(const tribo_breakaway_learning_f32_params
                                        float                                        travel_n,
                                        float                                        prior_n,
                                        float                                        measured_n);
+
+/// Says that the slide in `direction` has ended, at a force where the prior is `prior_n`: counts the slides that something was
+/// learned from and that ended at a bound, and latches when there are TRIBO_BREAKAWAY_BOUND_SLIDES in succession. A single slide
+/// is at a bound while a first wrong measurement is being corrected; one that stays there does not describe the friction.
+void tribo_breakaway_learning_f32_slide_ends(const tribo_breakaway_learning_f32_params_t *params,
+                                             tribo_breakaway_learning_f32_state_t        *state,
+                                             uint32_t                                     direction,
+                                             float                                        prior_n);
+
+/// Clears what slide_ends has counted and latched; what was learned stays.
+void tribo_breakaway_learning_f32_restore(tribo_breakaway_learning_f32_state_t *state);
 
 #ifdef __cplusplus
 }

@@ -64,6 +64,7 @@ typedef struct
     tribo_breakaway_learned_q31_t of[2]; ///< the directions
     int32_t  shared[4]; ///< covariance, Q30: L+'s scale with L-'s, with its offset; L+'s offset likewise
     uint64_t travel[2]; ///< learned from, by direction, in units
+    uint8_t  slid, bound_slides[2], stays_at_bound[2]; ///< see the twin
 } tribo_breakaway_learning_q31_state_t;
 
 /// L in one direction at one force, in units.
@@ -99,6 +100,15 @@ void tribo_breakaway_learning_q31_step(const tribo_breakaway_learning_q31_params
                                        uint32_t                                     travel,
                                        uint32_t                                     prior,
                                        int32_t                                      measured);
+
+/// Says that the slide in `direction` has ended, at a force where the prior is `prior`; see the twin.
+void tribo_breakaway_learning_q31_slide_ends(const tribo_breakaway_learning_q31_params_t *params,
+                                             tribo_breakaway_learning_q31_state_t        *state,
+                                             uint32_t                                     direction,
+                                             uint32_t                                     prior);
+
+/// Clears what slide_ends has counted and latched; what was learned stays.
+void tribo_breakaway_learning_q31_restore(tribo_breakaway_learning_q31_state_t *state);
 
 #ifdef __cplusplus
 }

@@ -150,6 +150,8 @@ typedef struct
     float travel_n; ///< learned from
     bool
         at_bound; ///< the prior is further off than the params allow, or what is measured is not friction: not to be trusted
+    bool
+        stays_at_bound; ///< four slides in succession ended so; latched until reset or tribo_breakaway_learning_f32_restore
 } tribo_feedforward_f32_learned_t;
 
 /// Defaults, for forces about 1 N and the paper's poles.

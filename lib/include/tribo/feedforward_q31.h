@@ -118,6 +118,8 @@ typedef struct
     uint64_t travel; ///< learned from, Q29
     bool
         at_bound; ///< the prior is further off than the params allow, or what is measured is not friction: not to be trusted
+    bool
+        stays_at_bound; ///< four slides in succession ended so; latched until reset or tribo_breakaway_learning_q31_restore
 } tribo_feedforward_q31_learned_t;
 
 /// Nothing learned, counters 0; the next tick is the first.
