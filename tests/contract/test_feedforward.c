@@ -1,9 +1,11 @@
 // What the feed-forward promises whatever the signals: symmetry, scale, rest, bounds, no bump. It runs open loop, with made-up
-// v and y, or around a plant that is a play: an arm without mass that sticks within its breakaway.
+// v and y, or around a plant that is a play: an arm without mass that sticks within its breakaway. On an emulated processor the
+// runs are shorter: it computes the host's bits (tests/identity, tests/lock_step), so the long ones would find the same there.
 
 #define FULL_SCALE_N 4.0 // of Q31, so that an input beyond input_max shows as such
 #include ARITH_HEADER
 #include "random.h"
+#include "runs.h"
 #include "unity.h"
 
 #include <float.h>
@@ -11,11 +13,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#define SEED      0xfeedu
+#define SEED      RUNS(0xfeedu, 0xfeed3u) // whose first ticks have all of it
 #define H         1e-3
 #define INPUT_MAX 2.0
 #define L0        0.007 // the paper's breakaway
 #define L1        0.3
+#define STOP      RUNS(15000, 3000) // where a reference stops, or is no more followed
 
 static random_t                       r;
 static tribo_feedforward_f32_config_t config;
@@ -131,7 +134,7 @@ static void test_feedforward_is_a_mirror_image_to_the_last_bit(void)
     int        turns   = 0;
     init(&x);
     init(&other);
-    for (int k = 0; k < 60000; k++)
+    for (int k = 0; k < RUNS(60000, 10000); k++)
     {
         const double reference = on_grid(wander(&w));
         const double y         = on_grid(measure(&plant));
@@ -155,7 +158,8 @@ static void test_feedforward_is_a_mirror_image_to_the_last_bit(void)
         move(&plant, u);
     }
     printf("%d ticks learned, %d held, %d turned\n", learned, held, turns);
-    TEST_ASSERT_TRUE(learned > 1000 && held > 1000 && turns > 100); // all of it was there
+    TEST_ASSERT_TRUE(learned > RUNS(1000, 100) && held > RUNS(1000, 100) &&
+                     turns > RUNS(100, 10)); // all of it was there
 }
 
 /// All forces of the configs times 2.
@@ -192,7 +196,7 @@ static void test_feedforward_of_forces_twice_as_large_gives_forces_twice_as_larg
     init(&x);
     double_forces();
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, feedforward_init_scaled(&other, &config, &model, 2.0 * INPUT_MAX, H, 2.0));
-    for (int k = 0; k < 40000; k++)
+    for (int k = 0; k < RUNS(40000, 8000); k++)
     {
         const double reference = on_grid(wander(&w));
         const double y         = on_grid(measure(&plant));
@@ -209,7 +213,7 @@ static void test_feedforward_of_forces_twice_as_large_gives_forces_twice_as_larg
         move(&plant, u);
     }
     printf("%d ticks learned\n", learned);
-    TEST_ASSERT_TRUE(learned > 500);
+    TEST_ASSERT_TRUE(learned > RUNS(500, 50));
 }
 
 static void test_nothing_is_learned_and_no_friction_moves_while_r_and_y_stand(void)
@@ -231,7 +235,7 @@ static void test_nothing_is_learned_and_no_friction_moves_while_r_and_y_stand(vo
     other                         = x;
     const feedforward_seen_t seen = feedforward_seen(&x);
     TEST_ASSERT_TRUE(fabs(seen.f) > 0.05);
-    for (int k = 0; k < 20000; k++)
+    for (int k = 0; k < RUNS(20000, 1000); k++)
     {
         (void)feedforward_before(&x, triangle(13000), y);
         (void)feedforward_added(&x, 0.1);
@@ -246,19 +250,19 @@ static void test_nothing_is_learned_in_a_hold(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0, .noise = 1e-3};
     init(&x);
-    for (int k = 0; k < 15000; k++)
+    for (int k = 0; k < STOP; k++)
     {
         (void)tick(&x, &plant, triangle(k));
     }
     for (int k = 0; k < 2000; k++)
     {
-        (void)tick(&x, &plant, triangle(15000));
+        (void)tick(&x, &plant, triangle(STOP));
     }
     TEST_ASSERT_TRUE(feedforward_holds(&x));
     other = x;
-    for (int k = 0; k < 10000; k++)
+    for (int k = 0; k < RUNS(10000, 1000); k++)
     {
-        (void)tick(&x, &plant, triangle(15000));
+        (void)tick(&x, &plant, triangle(STOP));
         TEST_ASSERT_TRUE(feedforward_holds(&x));
     }
     TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
@@ -270,7 +274,7 @@ static void test_learning_does_not_move_u(void)
     double  worst   = 0.0;
     int     learned = 0;
     init(&x);
-    for (int k = 0; k < 15000; k++)
+    for (int k = 0; k < RUNS(15000, 4000); k++)
     {
         const double y = measure(&plant);
         const double v = control(&plant, feedforward_before(&x, triangle(k), y));
@@ -291,7 +295,7 @@ static void test_learning_does_not_move_u(void)
         move(&plant, u);
     }
     printf("u moves by up to %.1e N as something is learned, %d times\n", worst, learned);
-    TEST_ASSERT_TRUE(learned > 5000);
+    TEST_ASSERT_TRUE(learned > RUNS(5000, 1500));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, worst);
 }
 
@@ -322,9 +326,9 @@ static void test_error_friction_and_offset_are_bounded_for_any_input(void)
     {
         config.learning.trust = (float)set; // 0: friction may be weighted by nothing
         init(&x);
-        for (int k = 0; k < 30000; k++)
+        for (int k = 0; k < RUNS(30000, 6000); k++)
         {
-            const bool   calm = (k / 5000) % 2 == 1;
+            const bool   calm = (k / RUNS(5000, 1000)) % 2 == 1;
             const double e   = feedforward_before(&x, calm ? wander(&w) : any_force(), calm ? wander(&w) : any_force());
             const double v = calm ? random_between(&r, -0.1, 0.1) : any_force();
             const double add = feedforward_added(&x, v);
@@ -347,7 +351,7 @@ static void test_error_friction_and_offset_are_bounded_for_any_input(void)
 static void test_feedforward_recovers_from_any_input(void)
 {
     init(&x);
-    for (int k = 0; k < 10000; k++)
+    for (int k = 0; k < RUNS(10000, 2000); k++)
     {
         (void)feedforward_before(&x, any_force(), any_force());
         (void)feedforward_added(&x, any_force());
@@ -355,10 +359,10 @@ static void test_feedforward_recovers_from_any_input(void)
     }
     plant_t plant = {.positive = 1.0, .negative = 1.0};
     double  worst = 0.0;
-    for (int k = 0; k < 50000; k++)
+    for (int k = 0; k < RUNS(50000, 36000); k++)
     {
         (void)tick(&x, &plant, triangle(k));
-        worst = k > 40000 ? fmax(worst, fabs(plant.F - triangle(k))) : worst;
+        worst = k > RUNS(40000, 30000) ? fmax(worst, fabs(plant.F - triangle(k))) : worst;
     }
     TEST_ASSERT_TRUE(worst < 0.01);
 }
@@ -367,12 +371,12 @@ static void test_a_bad_reading_gives_no_error_and_is_counted(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};
     init(&x);
-    for (int k = 0; k < 20000; k++)
+    for (int k = 0; k < STOP; k++)
     {
         (void)tick(&x, &plant, triangle(k));
     }
     other = x;
-    TEST_ASSERT_TRUE(feedforward_before(&x, triangle(20000), (double)NAN) == 0.0);
+    TEST_ASSERT_TRUE(feedforward_before(&x, triangle(STOP), (double)NAN) == 0.0);
     TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).bad);
     (void)feedforward_added(&x, plant.v);
     feedforward_after(&x, plant.v, plant.u, false);
@@ -381,7 +385,7 @@ static void test_a_bad_reading_gives_no_error_and_is_counted(void)
     const double e = feedforward_before(&other, 3.0, plant.y);
     TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&other).bad);
     TEST_ASSERT_TRUE(fabs(e) < 0.01);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, triangle(20000), feedforward_seen(&other).lin);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, triangle(STOP), feedforward_seen(&other).lin);
 }
 
 static void test_feedforward_after_a_reset_runs_the_same_bit_for_bit(void)
@@ -407,7 +411,7 @@ static void test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it(void)
     plant_t plant = {.positive = 1.4, .negative = 0.6};
     init(&x);
     other = x;
-    for (int k = 0; k < 15000; k++)
+    for (int k = 0; k < STOP; k++)
     {
         (void)tick(&x, &plant, triangle(k));
     }
@@ -441,7 +445,7 @@ static void test_u_does_not_jump_where_a_hold_begins_or_ends(void)
     int     changes = 0;
     bool    before  = false;
     init(&x);
-    for (int k = 0; k < 50000; k++)
+    for (int k = 0; k < RUNS(50000, 18000); k++)
     {
         // Ramps of 3 s, each followed by 5 s at rest; every other one goes back.
         const int    leg       = k / 8000;
@@ -465,7 +469,7 @@ static void test_u_does_not_jump_where_a_hold_begins_or_ends(void)
         last   = u;
     }
     printf("u moves by up to %.1e N as a hold begins, %.1e N as it ends, %d changes\n", entry, leaving, changes);
-    TEST_ASSERT_TRUE(changes >= 10);
+    TEST_ASSERT_TRUE(changes >= RUNS(10, 3));
     TEST_ASSERT_DOUBLE_WITHIN(5e-5, 0.0, entry); // b leaks no more, by up to 3e-5 N a tick here
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, leaving);
 }
@@ -474,17 +478,17 @@ static void test_a_step_in_a_hold_is_fed_back(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};
     init(&x);
-    for (int k = 0; k < 20000; k++)
+    for (int k = 0; k < STOP + 5000; k++)
     {
-        (void)tick(&x, &plant, k < 15000 ? triangle(k) : triangle(15000));
+        (void)tick(&x, &plant, triangle(k < STOP ? k : STOP));
     }
     TEST_ASSERT_TRUE(feedforward_holds(&x));
     for (int k = 0; k < 3000; k++)
     {
-        (void)tick(&x, &plant, triangle(15000) - 0.05);
+        (void)tick(&x, &plant, triangle(STOP) - 0.05);
         TEST_ASSERT_TRUE(feedforward_holds(&x));
     }
-    TEST_ASSERT_DOUBLE_WITHIN(2e-3, triangle(15000) - 0.05, plant.F);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3, triangle(STOP) - 0.05, plant.F);
 }
 
 static void test_the_first_reversal_is_the_controllers_alone(void)
@@ -511,24 +515,24 @@ static void test_nothing_is_learned_while_u_is_limited(void)
     plant_t plant = {.positive = 1.0, .negative = 1.0};
     init(&x);
     int learned = 0;
-    for (int k = 0; k < 10000; k++)
+    for (int k = 0; k < RUNS(10000, 4000); k++)
     {
         const double v = control(&plant, feedforward_before(&x, triangle(k), measure(&plant)));
         const double u = v + feedforward_added(&x, v);
         // Told to be limited, and so that the reference is not held back by it: on the side it does not go to.
-        feedforward_after(&x, v, k > 8000 ? u + 1e-3 : u, k > 8000);
-        TEST_ASSERT_TRUE(k <= 8000 || feedforward_seen(&x).travel == 0.0);
+        feedforward_after(&x, v, k > RUNS(8000, 3000) ? u + 1e-3 : u, k > RUNS(8000, 3000));
+        TEST_ASSERT_TRUE(k <= RUNS(8000, 3000) || feedforward_seen(&x).travel == 0.0);
         learned += feedforward_seen(&x).travel > 0.0;
         move(&plant, u);
     }
-    TEST_ASSERT_TRUE(learned > 3000);
+    TEST_ASSERT_TRUE(learned > RUNS(3000, 1000));
 }
 
 static void test_learning_takes_the_caution_of_holds_back(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};
     init(&x);
-    for (int k = 0; k < 25000; k++)
+    for (int k = 0; k < RUNS(25000, 12000); k++)
     {
         if (k == 5000)
         {
@@ -536,7 +540,7 @@ static void test_learning_takes_the_caution_of_holds_back(void)
         }
         (void)tick(&x, &plant, triangle(k));
     }
-    TEST_ASSERT_TRUE(feedforward_caution(&x) < 0.5 * exp(-5.0)); // 0.7 N of learning or so, 0.1 N a factor e
+    TEST_ASSERT_TRUE(feedforward_caution(&x) < 0.5 * exp(-RUNS(5.0, 2.0))); // 0.1 N of learning a factor e
 }
 
 static void test_a_reference_that_has_never_moved_is_not_held(void)
@@ -562,11 +566,11 @@ static double learned_L(int direction)
 static void test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals(void)
 {
     static const double scale[][2] = {{1.3, 0.7}, {0.7, 0.7}};
-    for (int i = 0; i < 2; i++)
+    for (int i = 0; i < RUNS(2, 1); i++)
     {
         plant_t plant = {.positive = scale[i][0], .negative = scale[i][1], .noise = 1e-3};
         init(&x);
-        for (int k = 0; k < 45000; k++) // reversals at 10, 20, 30, 40 s
+        for (int k = 0; k < RUNS(45000, 15000); k++) // reversals at 10, 20, 30, 40 s
         {
             (void)tick(&x, &plant, triangle(k));
         }
@@ -594,7 +598,7 @@ static void test_a_table_serves_as_a_prior_as_a_law_does(void)
     model.friction.table_length = 3;
     init(&other);
     int learned = 0;
-    for (int k = 0; k < 25000; k++)
+    for (int k = 0; k < RUNS(25000, 13000); k++)
     {
         const double reference = k % 20000 < 10000 ? triangle(k) : triangle(k) - 0.4; // through 0 as well
         const double y         = measure(&plant);
@@ -608,7 +612,7 @@ static void test_a_table_serves_as_a_prior_as_a_law_does(void)
         learned += feedforward_seen(&x).travel > 0.0;
         move(&plant, v + added);
     }
-    TEST_ASSERT_TRUE(learned > 2000);
+    TEST_ASSERT_TRUE(learned > RUNS(2000, 1000));
 }
 
 static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction(void)
@@ -686,11 +690,11 @@ static void test_breakaway_beyond_what_the_params_allow_is_told_for_its_directio
 {
     config.learning.scale_max   = 1.2f;
     config.learning.correlation = 0.0f; // one direction tells nothing about the other
-    for (uint32_t d = 0; d < 2u; d++)
+    for (uint32_t d = 0; d < RUNS(2u, 1u); d++)
     {
         plant_t plant = {.positive = d == 0u ? 1.5 : 1.0, .negative = d == 0u ? 1.0 : 1.5};
         init(&x);
-        for (int k = 0; k < 20000; k++)
+        for (int k = 0; k < RUNS(20000, 12000); k++)
         {
             (void)tick(&x, &plant, triangle(k));
         }

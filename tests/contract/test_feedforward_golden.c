@@ -4,8 +4,10 @@
 #define FULL_SCALE_N 4.0 // of Q31, so that an input beyond input_max shows as such
 #include ARITH_HEADER
 #include "csv.h"
+#include "runs.h"
 #include "unity.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -14,6 +16,7 @@
 #define POSITIVE  TRIBO_BREAKAWAY_POSITIVE
 #define NEGATIVE  TRIBO_BREAKAWAY_NEGATIVE
 #define INPUT_MAX 2.0
+#define ROWS_MAX  RUNS(INT_MAX, 5000) // an emulated processor computes the host's bits (tests/identity, tests/lock_step)
 
 enum
 {
@@ -71,7 +74,7 @@ static void check(const char *name)
     config.hold.gain                                         = 0.0f; // the reference has none
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, feedforward_init_scaled(&x, &config, &model, INPUT_MAX, H, 1.0));
     csv_open(&csv, name, COLUMNS);
-    while (csv_next(&csv))
+    while (csv.rows < ROWS_MAX && csv_next(&csv))
     {
         const double *c       = csv.value;
         const bool    limited = fabs(c[U] - c[ASKED]) > 1e-8;
@@ -98,7 +101,7 @@ static void check(const char *name)
             worst[i]         = off <= worst[i] ? worst[i] : off; // a NaN stays
         }
     }
-    TEST_ASSERT_EQUAL_INT(20000, csv.rows);
+    TEST_ASSERT_EQUAL_INT(RUNS(20000, ROWS_MAX), csv.rows);
     printf("%s, within:", name);
     for (int i = E; i < COLUMN_COUNT; i++)
     {
