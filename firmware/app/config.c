@@ -4,19 +4,30 @@
 #include <string.h>
 
 const drive_config_field_t drive_config_fields[DRIVE_CONFIG_COUNT] = {
-#define FIELD(type, name, unit, low, high, off, normal, text)                                                          \
-    {#name, offsetof(drive_config_t, name), (type)0.5 != 0, (off) != 0, (float)(low), (float)(high)},
+#define FIELD(type, name, unit, low, high, off, normal, text) {(float)(low), (float)(high), (type)0.5 != 0, (off) != 0},
     DRIVE_CONFIG_FIELDS(FIELD)
 #undef FIELD
 };
 
-float drive_config_value(const drive_config_t *config, const drive_config_field_t *field)
+_Static_assert(sizeof(drive_config_t) == DRIVE_CONFIG_COUNT * sizeof(uint32_t), "words without gaps");
+
+const char *drive_config_name(unsigned field)
+{
+    static const char *const names[DRIVE_CONFIG_COUNT] = {
+#define NAME(type, name, unit, low, high, off, normal, text) #name,
+        DRIVE_CONFIG_FIELDS(NAME)
+#undef NAME
+    };
+    return field < DRIVE_CONFIG_COUNT ? names[field] : "";
+}
+
+float drive_config_value(const drive_config_t *config, unsigned field)
 {
     uint32_t word;
     float    number;
-    memcpy(&word, (const unsigned char *)config + field->offset, sizeof word);
+    memcpy(&word, (const unsigned char *)config + field * sizeof word, sizeof word);
     memcpy(&number, &word, sizeof number);
-    return field->is_float ? number : (float)word;
+    return drive_config_fields[field].is_float ? number : (float)word;
 }
 
 drive_config_t drive_config_default(void)
@@ -35,8 +46,9 @@ static bool is_within(const drive_config_error_t *field)
 static bool check_each_other(const drive_config_t *config, drive_config_error_t *error)
 {
     const float                period_us = (float)config->period_us;
-    const drive_config_error_t fields[]  = {{"late_us", (float)config->late_us, 0.0f, period_us - 1.0f, false},
-                                            {"budget_us", (float)config->budget_us, 1.0f, period_us, false}};
+    const drive_config_error_t fields[]  = {
+        {DRIVE_CONFIG_late_us, (float)config->late_us, 0.0f, period_us - 1.0f, false},
+        {DRIVE_CONFIG_budget_us, (float)config->budget_us, 1.0f, period_us, false}};
     for (unsigned i = 0; i < sizeof fields / sizeof fields[0]; i++)
     {
         if (!is_within(&fields[i]))
@@ -53,8 +65,8 @@ bool drive_config_check(const drive_config_t *config, drive_config_error_t *erro
     for (unsigned i = 0; i < DRIVE_CONFIG_COUNT; i++)
     {
         const drive_config_field_t *field = &drive_config_fields[i];
-        const float                 value = drive_config_value(config, field);
-        *error = (drive_config_error_t){field->name, value, field->low, field->high, field->off};
+        const float                 value = drive_config_value(config, i);
+        *error                            = (drive_config_error_t){i, value, field->low, field->high, field->off};
         if (!is_within(error))
         {
             return false;

@@ -55,13 +55,11 @@ typedef struct
 #undef DRIVE_CONFIG_MEMBER
 } drive_config_t;
 
-/// The list as a table.
+/// The list as a table, in the order of drive_config_t, whose members are words.
 typedef struct
 {
-    const char *name;
-    uint32_t    offset; ///< in drive_config_t
-    bool        is_float, off;
-    float       low, high;
+    float low, high;
+    bool  is_float, off;
 } drive_config_field_t;
 
 enum
@@ -74,8 +72,11 @@ enum
 
 extern const drive_config_field_t drive_config_fields[DRIVE_CONFIG_COUNT];
 
+/// The name of a field, "" of none. Not in an image that does not call it.
+const char *drive_config_name(unsigned field);
+
 /// The value of a field.
-float drive_config_value(const drive_config_t *config, const drive_config_field_t *field);
+float drive_config_value(const drive_config_t *config, unsigned field);
 
 /// The default of every field.
 drive_config_t drive_config_default(void);
@@ -83,9 +84,9 @@ drive_config_t drive_config_default(void);
 /// Why a config is refused: a field's value and the range that is allowed, which may depend on another field.
 typedef struct
 {
-    const char *field;
-    float       value, low, high;
-    bool        off; ///< 0 is allowed as well
+    unsigned field; ///< DRIVE_CONFIG_ and its name
+    float    value, low, high;
+    bool     off; ///< 0 is allowed as well
 } drive_config_error_t;
 
 /// Checks every field, then fields against each other. False and `error` for the first that is out of range; a NaN is.

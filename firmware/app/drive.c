@@ -1,6 +1,7 @@
 #include "app/drive.h"
 
-#include <float.h>
+#include "app/log.h"
+
 #include <stddef.h>
 
 bool drive_setup_init(drive_setup_t        *setup,
@@ -429,42 +430,6 @@ const char *drive_fault_text(drive_fault_t fault)
     return (unsigned)fault < DRIVE_FAULTS ? texts[fault] : "unknown";
 }
 
-/// Six digits, e.g. 26000000, -125e-4.
-static void write_decimal(const port_t *port, float value)
-{
-    if (!(value >= -FLT_MAX && value <= FLT_MAX))
-    {
-        port_write(port, "no number");
-        return;
-    }
-    int32_t power = 0;
-    float   size  = value < 0.0f ? -value : value;
-    for (; size >= 1e6f; power++)
-    {
-        size /= 10.0f;
-    }
-    for (; size != 0.0f && size < 1e5f; power--)
-    {
-        size *= 10.0f;
-    }
-    uint32_t digits = (uint32_t)(size + 0.5f);
-    for (; power < 0 && digits % 10u == 0u && digits != 0u; power++)
-    {
-        digits /= 10u;
-    }
-    port_write(port, value < 0.0f ? "-" : "");
-    port_write_number(port, digits);
-    for (; power > 0 && power <= 4; power--)
-    {
-        port_write(port, "0");
-    }
-    if (power != 0)
-    {
-        port_write(port, power < 0 ? "e-" : "e");
-        port_write_number(port, (uint32_t)(power < 0 ? -power : power));
-    }
-}
-
 void drive_report(drive_t *drive)
 {
     static const char *const names[] =
@@ -473,48 +438,38 @@ void drive_report(drive_t *drive)
     const port_t       *port  = drive->port;
     const drive_state_t state = drive->state;
     drive->logged_state       = state;
-    port_write(port, names[state]);
+    log_text(port, names[state]);
     if (state == DRIVE_FAULT)
     {
-        port_write(port, drive_fault_text(drive->fault));
-        port_write(port, " since tick ");
-        port_write_number(port, drive->fault_tick);
+        log_text(port, drive_fault_text(drive->fault));
+        log_text(port, " since tick ");
+        log_number(port, drive->fault_tick);
     }
-    port_write(port, " at tick ");
-    port_write_number(port, drive->ticks);
-    port_write(port, ", longest tick ");
-    port_write_number(port, drive->max_tick_us);
-    port_write(port, " us, latest ");
-    port_write_number(port, drive->max_late_us);
-    port_write(port, " us\n");
+    log_text(port, " at tick ");
+    log_number(port, drive->ticks);
+    log_text(port, ", longest tick ");
+    log_number(port, drive->max_tick_us);
+    log_text(port, " us, latest ");
+    log_number(port, drive->max_late_us);
+    log_text(port, " us\n");
 }
 
 void drive_report_off(const port_t *port, const drive_config_t *config)
 {
-    port_write(port, "off:");
+    static const char *const names[DRIVE_CONFIG_COUNT] = {
+#define NAME(type, name, unit, low, high, off, normal, text) (off) ? " " #name : NULL,
+        DRIVE_CONFIG_FIELDS(NAME)
+#undef NAME
+    };
+    log_text(port, "off:");
     for (unsigned i = 0; i < DRIVE_CONFIG_COUNT; i++)
     {
-        const drive_config_field_t *field = &drive_config_fields[i];
-        if (field->off && drive_config_value(config, field) == 0.0f)
+        if (names[i] != NULL && drive_config_value(config, i) == 0.0f)
         {
-            port_write(port, " ");
-            port_write(port, field->name);
+            log_text(port, names[i]);
         }
     }
-    port_write(port, "\n");
-}
-
-void drive_report_refused(const port_t *port, const drive_config_error_t *error)
-{
-    port_write(port, "refused: ");
-    port_write(port, error->field);
-    port_write(port, " ");
-    write_decimal(port, error->value);
-    port_write(port, ", allowed ");
-    write_decimal(port, error->low);
-    port_write(port, " to ");
-    write_decimal(port, error->high);
-    port_write(port, error->off ? " or 0\n" : "\n");
+    log_text(port, "\n");
 }
 
 void drive_log(drive_t *drive)

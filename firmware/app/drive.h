@@ -99,7 +99,7 @@ typedef enum
 
 #define DRIVE_TARE_TICKS 256u ///< whose mean reading becomes 0 N
 
-/// Read only: the functions below write it.
+/// Read only: the functions below write it. The small members first: code that reaches them is shorter.
 typedef struct
 {
     const port_t *port;
@@ -107,20 +107,9 @@ typedef struct
 
     volatile drive_state_t state;
 
-    drive_fault_t  fault;  ///< the cause, as long as the state is DRIVE_FAULT
-    uint32_t       limits; ///< drive_limit_t bits of the last tick
-    loop_state_t   loop;
-    loop_memory_t *memory;  ///< of a feed-forward; null: none
-    loop_signals_t signals; ///< of the last tick in RUN
-    loop_force_t   r, y;    ///< of the last tick; y without a fault of the sensor
-    faults_state_t lasting;
-
-    loop_force_t sensor_zero; ///< reading at 0 N, by the config or by the last tare
-    loop_force_t last_reading;
-    uint32_t     same_reading; ///< readings equal to the one before
-
-    uint32_t due_us; ///< when the next tick should start
-    bool     timed;  ///< due_us is valid
+    drive_fault_t fault;  ///< the cause, as long as the state is DRIVE_FAULT
+    uint32_t      limits; ///< drive_limit_t bits of the last tick
+    loop_force_t  r, y;   ///< of the last tick; y without a fault of the sensor
 
     uint32_t ticks;       ///< since power-up; wraps
     uint32_t fault_tick;  ///< the tick that latched the cause
@@ -128,16 +117,28 @@ typedef struct
     uint32_t max_late_us; ///< latest start
     uint32_t overruns;    ///< ticks over budget; stops at UINT32_MAX
 
+    // Requests are counters, incremented by the background; the tick copies them. This needs no lock.
+    volatile uint8_t      starts, stops, acknowledgements, tares, references;
+    uint8_t               starts_seen, stops_seen, acknowledgements_seen, tares_seen, references_seen;
+    volatile loop_force_t reference;
+    const drive_setup_t *volatile next; ///< a setup to go on with; null: none
+    drive_state_t logged_state;
+
+    uint32_t due_us; ///< when the next tick should start
+    bool     timed;  ///< due_us is valid
+
+    loop_force_t   sensor_zero; ///< reading at 0 N, by the config or by the last tare
+    loop_force_t   last_reading;
+    uint32_t       same_reading; ///< readings equal to the one before
+    faults_state_t lasting;
+
     volatile drive_tare_t tare;
     uint32_t              tare_ticks; ///< left
     scaling_sum_t         tare_sum;
 
-    // Requests are counters, incremented by the background; the tick copies them. This needs no lock.
-    volatile loop_force_t reference;
-    const drive_setup_t *volatile next; ///< a setup to go on with; null: none
-    volatile uint8_t starts, stops, acknowledgements, tares, references;
-    uint8_t          starts_seen, stops_seen, acknowledgements_seen, tares_seen, references_seen;
-    drive_state_t    logged_state;
+    loop_memory_t *memory; ///< of a feed-forward; null: none
+    loop_state_t   loop;
+    loop_signals_t signals; ///< of the last tick in RUN
 } drive_t;
 
 /// Checks `config` by itself, with the port's converters and with the loop's params, and makes `setup`. False with `error`
@@ -184,9 +185,8 @@ void drive_log(drive_t *drive);
 /// Writes that line unconditionally.
 void drive_report(drive_t *drive);
 
-/// Writes which checks the config turns off, or why it was refused.
+/// Writes which checks the config turns off.
 void drive_report_off(const port_t *port, const drive_config_t *config);
-void drive_report_refused(const port_t *port, const drive_config_error_t *error);
 
 /// A few words for a log. Never null.
 const char *drive_fault_text(drive_fault_t fault);

@@ -57,21 +57,22 @@ typedef struct
     uint8_t  unit;
     uint32_t silent_ticks; ///< that end a frame
 
-    // Written by the tick while `complete` is false, by the background while it is true.
-    uint8_t           frame[MODBUS_FRAME_MAX];
-    volatile uint16_t length;
+    // Written by the tick while `complete` is false, by the background while it is true; the frame as well.
     volatile bool     complete;
+    volatile uint16_t length;
 
     // Written by the tick only.
     uint32_t silence; ///< ticks
     bool     spoilt;  ///< ignore what comes up to the next silence
 
     // The background's.
-    uint8_t  answer[MODBUS_FRAME_MAX];
     uint16_t answer_length, answer_sent;
     uint32_t frames;     ///< executed; wraps
     uint32_t bad_frames; ///< with a wrong CRC or too short; wraps
     uint32_t exceptions; ///< answered; wraps
+
+    uint8_t frame[MODBUS_FRAME_MAX];
+    uint8_t answer[MODBUS_FRAME_MAX];
 } modbus_t;
 
 /// `unit` is 1 to MODBUS_UNIT_MAX; `baud` and the period of the ticks give the silence that ends a frame.

@@ -1,7 +1,5 @@
 #include "app/params.h"
 
-#include "app/crc32.h"
-
 #include "tribo/paper_controller.h"
 
 #include <stddef.h>
@@ -11,28 +9,15 @@ params_set_t params_default(void)
 {
     static const tribo_biquad_f32_section_t paper[TRIBO_PAPER_CONTROLLER_SECTION_COUNT] = TRIBO_PAPER_CONTROLLER_F32;
 #define DEFAULT(type, symbol, member, name, unit, low, high, normal, status, text) .symbol = (normal),
-    params_set_t set = {.drive = drive_config_default(), .loop = {PARAMS_LOOP_FIELDS(DEFAULT)}};
+    static const params_loop_t loop = {PARAMS_LOOP_FIELDS(DEFAULT)};
+    params_set_t               set  = {.drive = drive_config_default(), .loop = loop};
 #if DRIVE_FEEDFORWARD
-    set.feed = (params_feed_t){PARAMS_FEED_FIELDS(DEFAULT)};
+    static const params_feed_t feed = {PARAMS_FEED_FIELDS(DEFAULT)};
+    set.feed                        = feed;
 #endif
 #undef DEFAULT
     memcpy(set.sections, paper, sizeof paper);
     return set;
-}
-
-uint32_t params_layout(void)
-{
-    return params_layout_of(PARAMS_FEED_COUNT);
-}
-
-uint32_t params_layout_of(uint32_t feed_fields)
-{
-    uint32_t crc = (uint32_t)PARAMS_LOOP_COUNT << 8 | feed_fields;
-    for (unsigned i = 0; i < DRIVE_CONFIG_COUNT; i++)
-    {
-        crc = crc32_update(crc, drive_config_fields[i].name, strlen(drive_config_fields[i].name));
-    }
-    return crc;
 }
 
 // --- refusals ------------------------------------------------------------------------------------------------------
@@ -110,17 +95,6 @@ static bool refuse_loop(params_error_t *error, const params_set_t *set, tribo_st
         i++;
     }
     return refuse(error, set, &refusals[i], status);
-}
-
-static bool refuse_drive(params_error_t *error, const drive_config_error_t *by_drive)
-{
-    uint32_t word = 0;
-    while (word + 1u < DRIVE_CONFIG_COUNT && strcmp(drive_config_fields[word].name, by_drive->field) != 0)
-    {
-        word++;
-    }
-    *error = (params_error_t){word, by_drive->value, by_drive->low, by_drive->high, TRIBO_OK};
-    return false;
 }
 
 // --- params --------------------------------------------------------------------------------------------------------
@@ -204,6 +178,10 @@ bool params_make(params_t *params, const port_t *port, params_error_t *error)
         return false;
     }
     drive_config_error_t by_drive;
-    return drive_setup_init(&params->drive, &set->drive, &params->loop.params, port, &by_drive) ||
-           refuse_drive(error, &by_drive);
+    if (!drive_setup_init(&params->drive, &set->drive, &params->loop.params, port, &by_drive))
+    {
+        *error = (params_error_t){by_drive.field, by_drive.value, by_drive.low, by_drive.high, TRIBO_OK};
+        return false;
+    }
+    return true;
 }

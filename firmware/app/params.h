@@ -189,8 +189,9 @@ void params_take_loop(params_set_t                         *set,
 /// that is refused: then `params` are not to be used. Not for the tick.
 bool params_make(params_t *params, const port_t *port, params_error_t *error);
 
-/// Changes when the words of a set mean something else. The second: of a drive with that many fields of the feed-forward.
-uint32_t params_layout(void);
-uint32_t params_layout_of(uint32_t feed_fields);
+/// Differs if the words of a set mean something else: CRC-32 of all names of the lists, and one less without the feed-forward.
+/// Names are not in an image, so test_registers.c computes it and fails if a list has changed.
+#define PARAMS_LAYOUT_OF(feeds_forward) (0x2c2595d0u - ((feeds_forward) ? 0u : 1u))
+#define PARAMS_LAYOUT                   PARAMS_LAYOUT_OF(DRIVE_FEEDFORWARD)
 
 #endif

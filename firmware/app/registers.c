@@ -43,7 +43,7 @@ static void load(registers_t *registers)
 {
     const store_flash_t *flash = registers->board.flash;
     params_t *const      saved = spare_of(registers);
-    registers->store = flash != NULL ? store_read(flash, params_layout(), saved->words, PARAMS_WORDS) : STORE_EMPTY;
+    registers->store = flash != NULL ? store_read(flash, PARAMS_LAYOUT, saved->words, PARAMS_WORDS) : STORE_EMPTY;
     if (registers->store == STORE_OK)
     {
         registers->staged  = saved->set;
@@ -167,18 +167,17 @@ void registers_tick(registers_t *registers)
 /// What only a drive at rest, or not even that, can take over.
 static bool check_fixed(registers_t *registers, const params_set_t *next)
 {
-    const drive_config_t *is    = config_of(registers);
-    params_error_t       *error = &registers->refused;
-    const float           scale = is->full_scale_n;
-    if (next->drive.period_us != is->period_us)
+    const drive_config_t *is     = config_of(registers);
+    const bool            period = next->drive.period_us != is->period_us;
+    const bool            scale  = is_running(registers) && next->drive.full_scale_n != is->full_scale_n;
+    if (period || scale)
     {
-        const float period_us = (float)is->period_us;
-        *error = (params_error_t){DRIVE_CONFIG_period_us, (float)next->drive.period_us, period_us, period_us, TRIBO_OK};
-        registers->is_refused = true;
-    }
-    else if (is_running(registers) && next->drive.full_scale_n != scale)
-    {
-        *error = (params_error_t){DRIVE_CONFIG_full_scale_n, next->drive.full_scale_n, scale, scale, TRIBO_OK};
+        const float right     = period ? (float)is->period_us : is->full_scale_n;
+        const float value     = period ? (float)next->drive.period_us : next->drive.full_scale_n;
+        registers->refused    = (params_error_t){.word  = period ? DRIVE_CONFIG_period_us : DRIVE_CONFIG_full_scale_n,
+                                                 .value = value,
+                                                 .low   = right,
+                                                 .high  = right};
         registers->is_refused = true;
     }
     return !registers->is_refused;
@@ -318,7 +317,7 @@ static void save(registers_t *registers)
     }
     spare->set                         = registers->active->set;
     spare->set.drive.sensor_zero_units = drive_sensor_zero_units(&registers->drive);
-    registers->store                   = store_write(flash, params_layout(), spare->words, PARAMS_WORDS);
+    registers->store                   = store_write(flash, PARAMS_LAYOUT, spare->words, PARAMS_WORDS);
     registers->outcome                 = registers->store == STORE_OK ? REGISTERS_DONE : REGISTERS_NOT_SAVED;
 }
 
@@ -366,6 +365,7 @@ static word_t state_word(const registers_t *registers, uint32_t place)
     const bool     own                          = trace == &registers->trace;
     const word_t   words[REGISTERS_STATE_COUNT] = {
         [REGISTERS_STATE_version]               = REGISTERS_VERSION,
+        [REGISTERS_STATE_layout]                = PARAMS_LAYOUT,
         [REGISTERS_STATE_q31]                   = LOOP_IS_Q31,
         [REGISTERS_STATE_state]                 = (word_t)drive->state,
         [REGISTERS_STATE_fault]                 = (word_t)drive->fault,
@@ -396,7 +396,7 @@ static word_t state_word(const registers_t *registers, uint32_t place)
         [REGISTERS_STATE_trace_signals_seen]    = own ? registers->trace_signals : FAULT_SIGNALS,
         [REGISTERS_STATE_trace_decimation_seen] = trace->setup.decimation,
     };
-    return place == REGISTERS_STATE_layout ? params_layout() : words[place];
+    return words[place];
 }
 
 /// Blocks of 32-bit words, each at `at` in Modbus registers.

@@ -191,30 +191,29 @@ typedef struct
     uint32_t  ring_words;
 } registers_board_t;
 
-/// Read only; the functions below write it.
+/// Read only; the functions below write it. The small members first: code that reaches them is shorter.
 typedef struct
 {
-    drive_t           drive;
-    registers_board_t board;
-    loop_force_t      applied; ///< u of the last tick
-    loop_memory_t     memory;  ///< of a feed-forward, which goes on over stops and changes of params
-    params_set_t      staged;
-    params_t          params[2];
-    params_t         *active;   ///< of `params`
-    bool              is_made;  ///< the active params
-    bool              is_known; ///< the params were saved once, or applied since power-up
-    store_status_t    store;
-
-    registers_requests_t requests;
-    registers_outcome_t  outcome;
-    params_error_t       refused;
+    params_t            *active;   ///< of `params`
+    bool                 is_made;  ///< the active params
+    bool                 is_known; ///< the params were saved once, or applied since power-up
     bool                 is_refused;
     bool                 must_save;
+    store_status_t       store;
+    registers_outcome_t  outcome;
+    params_error_t       refused;
+    registers_requests_t requests;
+    loop_force_t         applied;       ///< u of the last tick
+    uint32_t             trace_signals; ///< of what the trace holds
+    registers_board_t    board;
 
-    trace_t  trace, fault_trace;
-    uint32_t trace_signals; ///< of what the trace holds
-    uint32_t fault_ring[REGISTERS_FAULT_CHANNELS * REGISTERS_FAULT_SAMPLES];
-    modbus_t modbus;
+    drive_t       drive;
+    modbus_t      modbus;
+    trace_t       trace, fault_trace;
+    uint32_t      fault_ring[REGISTERS_FAULT_CHANNELS * REGISTERS_FAULT_SAMPLES];
+    loop_memory_t memory; ///< of a feed-forward, which goes on over stops and changes of params
+    params_set_t  staged;
+    params_t      params[2];
 } registers_t;
 
 /// Reads the store and makes params, for a board that needs its config before its hardware is set up: registers->active, whose

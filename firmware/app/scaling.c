@@ -88,7 +88,7 @@ static bool is_within(float value, float low, float high)
     return value >= low && value <= high;
 }
 
-static bool refuse(drive_config_error_t *error, const char *field, float value, float low, float high)
+static bool refuse(drive_config_error_t *error, unsigned field, float value, float low, float high)
 {
     *error = (drive_config_error_t){.field = field, .value = value, .low = low, .high = high};
     return false;
@@ -104,7 +104,7 @@ static bool is_in_range(float zero_units, const port_range_t *range)
     return !has_ends(range) || is_within(zero_units, range->low_units, range->high_units);
 }
 
-static bool refuse_zero(drive_config_error_t *error, const char *field, float value, const port_range_t *range)
+static bool refuse_zero(drive_config_error_t *error, unsigned field, float value, const port_range_t *range)
 {
     return refuse(error, field, value, range->low_units, range->high_units);
 }
@@ -129,20 +129,28 @@ bool scaling_init(scaling_t *scaling, const drive_config_t *config, const port_t
     if (!is_within(sensor, GAIN_MIN, GAIN_MAX))
     {
         const float unit = config->sensor_n_per_unit / sensor;
-        return refuse(error, "sensor_n_per_unit", config->sensor_n_per_unit, GAIN_MIN * unit, GAIN_MAX * unit);
+        return refuse(error,
+                      DRIVE_CONFIG_sensor_n_per_unit,
+                      config->sensor_n_per_unit,
+                      GAIN_MIN * unit,
+                      GAIN_MAX * unit);
     }
     if (!is_within(command, GAIN_MIN, GAIN_MAX))
     {
         const float unit = config->command_n_per_unit * command;
-        return refuse(error, "command_n_per_unit", config->command_n_per_unit, unit / GAIN_MAX, unit / GAIN_MIN);
+        return refuse(error,
+                      DRIVE_CONFIG_command_n_per_unit,
+                      config->command_n_per_unit,
+                      unit / GAIN_MAX,
+                      unit / GAIN_MIN);
     }
     if (!is_in_range(config->sensor_zero_units, &port->sensor))
     {
-        return refuse_zero(error, "sensor_zero_units", config->sensor_zero_units, &port->sensor);
+        return refuse_zero(error, DRIVE_CONFIG_sensor_zero_units, config->sensor_zero_units, &port->sensor);
     }
     if (!is_in_range(config->command_zero_units, &port->output))
     {
-        return refuse_zero(error, "command_zero_units", config->command_zero_units, &port->output);
+        return refuse_zero(error, DRIVE_CONFIG_command_zero_units, config->command_zero_units, &port->output);
     }
     scaling->sensor       = gain_of(sensor, config->sensor_reversed != 0u);
     scaling->command      = gain_of(command, config->command_reversed != 0u);
@@ -168,7 +176,7 @@ static bool has_output(const drive_config_t *config, const port_t *port, float u
         up ? range->high_units - config->command_zero_units : config->command_zero_units - range->low_units;
     const float size = u < 0.0f ? -u : u;
     return !has_ends(range) || size <= room * config->command_n_per_unit * (1.0f + ROUNDING) ||
-           refuse(error, "command_n_per_unit", config->command_n_per_unit, size / room, 1e6f);
+           refuse(error, DRIVE_CONFIG_command_n_per_unit, config->command_n_per_unit, size / room, 1e6f);
 }
 
 static bool has_current(const drive_config_t *config, float u, drive_config_error_t *error)
@@ -176,7 +184,7 @@ static bool has_current(const drive_config_t *config, float u, drive_config_erro
     const float size = u < 0.0f ? -u : u;
     return config->current_max_a == 0.0f ||
            size <= config->current_max_a * config->command_n_per_a * (1.0f + ROUNDING) ||
-           refuse(error, "current_max_a", config->current_max_a, size / config->command_n_per_a, 1e6f);
+           refuse(error, DRIVE_CONFIG_current_max_a, config->current_max_a, size / config->command_n_per_a, 1e6f);
 }
 
 /// A reading at this end of the range, as of a broken wire, is not credible.
@@ -194,7 +202,11 @@ static bool is_end_refused(const scaling_t      *scaling,
     }
     const float range = end_units - config->sensor_zero_units;
     const float most  = scaling_value(loop_input_max(params), config->full_scale_n);
-    return refuse(error, "sensor_n_per_unit", config->sensor_n_per_unit, most / (range < 0.0f ? -range : range), 1e6f);
+    return refuse(error,
+                  DRIVE_CONFIG_sensor_n_per_unit,
+                  config->sensor_n_per_unit,
+                  most / (range < 0.0f ? -range : range),
+                  1e6f);
 }
 
 bool scaling_suits(const scaling_t      *scaling,

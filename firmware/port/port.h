@@ -52,25 +52,4 @@ static inline uint32_t port_inputs(const drive_config_t *config, uint32_t high, 
            ((config->ready_level != 0u ? low : high) & PORT_INPUT_NOT_READY);
 }
 
-/// Writes `text` to the log, from the background.
-static inline void port_write(const port_t *port, const char *text)
-{
-    for (; *text != '\0'; text++)
-    {
-        port->log_byte(port->context, (uint8_t)*text);
-    }
-}
-
-static inline void port_write_number(const port_t *port, uint32_t number)
-{
-    char  digits[11] = "";
-    char *digit      = digits + sizeof digits - 1;
-    do
-    {
-        *--digit = (char)('0' + number % 10u);
-        number /= 10u;
-    } while (number > 0u);
-    port_write(port, digit);
-}
-
 #endif

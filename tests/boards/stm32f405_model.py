@@ -489,6 +489,15 @@ class Chip:
         """Start and size of those that there are, with the compiler's parts of them."""
         return [(at & ~1, size) for name, (at, size) in self.sizes.items() if name.split(".")[0] in names and size]
 
+    def keep_argument(self, name):
+        """Keeps the first argument of each call of a function in `argument`."""
+        at = self.symbols[name] & ~1
+
+        def keep(uc, *_):
+            self.argument = uc.reg_read(UC_ARM_REG_R0)
+
+        self.uc.hook_add(UC_HOOK_CODE, keep, begin=at, end=at)
+
     def count_in(self, *names):
         """Counts the instructions of these functions from now on, in `counted`. Before the first of them runs."""
         for at, size in self.functions(*names):

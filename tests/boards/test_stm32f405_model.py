@@ -31,6 +31,7 @@ class Bench:
     def __init__(self, arithmetic, **of_chip):
         self.arithmetic = arithmetic
         self.chip = model.Chip(of_chip.pop("image", image_of(arithmetic)), **of_chip)
+        self.chip.keep_argument("drive_tick")
         self.plant = subprocess.Popen([RIG], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self.force_n = 0.0
         self.command_wire = self.sensor_wire = True
@@ -51,7 +52,7 @@ class Bench:
         self.before_tick()
 
     def refer(self, r_n):
-        drive = self.chip.symbols["registers"]  # whose first member is the drive
+        drive = self.chip.argument  # of the last tick
         if self.arithmetic == "f32":
             self.chip.call("drive_reference", drive, force=r_n)
         else:

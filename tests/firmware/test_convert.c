@@ -59,7 +59,7 @@ static void check_refused(const char *field)
 {
     const bool made = scaling_init(&scaling, &config, &port, &error);
     TEST_ASSERT_FALSE(made && scaling_suits(&scaling, &config, &port, set_up(), &error));
-    TEST_ASSERT_EQUAL_STRING(field, error.field);
+    TEST_ASSERT_EQUAL_STRING(field, drive_config_name(error.field));
 }
 
 static void check_suits(void)
@@ -246,7 +246,7 @@ static void test_a_unit_without_a_number_is_refused(void)
     config                    = rig_config;
     config.command_n_per_unit = 1e6f;
     TEST_ASSERT_FALSE(scaling_init(&scaling, &config, &port, &error));
-    TEST_ASSERT_EQUAL_STRING("command_n_per_unit", error.field);
+    TEST_ASSERT_EQUAL_STRING("command_n_per_unit", drive_config_name(error.field));
 #endif
     config                   = rig_config;
     config.sensor_n_per_unit = NAN;

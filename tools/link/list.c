@@ -182,7 +182,7 @@ _Static_assert(LINK_WINDOW == REGISTERS_WINDOW && (unsigned)LINK_DONE == (unsign
 
 uint32_t link_layout(bool feeds_forward)
 {
-    return feeds_forward ? params_layout() : params_layout_of(0);
+    return PARAMS_LAYOUT_OF(feeds_forward);
 }
 
 bool link_is_of_feedforward(const link_row_t *row)

@@ -458,7 +458,7 @@ static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_e
     }
     if (!drive_setup_init(&program->setup, &program->rig->drive, &program->loop.params, &program->board.port, &refused))
     {
-        (void)snprintf(key, sizeof key, "drive.%s", refused.field);
+        (void)snprintf(key, sizeof key, "drive.%s", drive_config_name(refused.field));
         (void)snprintf(what,
                        sizeof what,
                        "%.9g does not fit devices and loop: %.9g to %.9g is wanted",

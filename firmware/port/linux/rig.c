@@ -149,19 +149,19 @@ static bool take_drive(rig_t *rig, const sim_sources_t *sources, const char *pat
         const double                value = rig->drive_values[i];
         const uint32_t              whole = (uint32_t)value;
         const float                 real  = (float)value;
-        memcpy((char *)&rig->drive + field->offset,
+        memcpy((char *)&rig->drive + i * sizeof real,
                field->is_float ? (const void *)&real : (const void *)&whole,
                sizeof real);
         if (!field->is_float && (double)whole != value)
         {
-            (void)snprintf(key, sizeof key, "drive.%s", field->name);
+            (void)snprintf(key, sizeof key, "drive.%s", drive_config_name((unsigned)i));
             (void)snprintf(what, sizeof what, "%.10g is no whole number", value);
             return rig_complain(sources, path, key, what, error);
         }
     }
     if (!drive_config_check(&rig->drive, &refused))
     {
-        (void)snprintf(key, sizeof key, "drive.%s", refused.field);
+        (void)snprintf(key, sizeof key, "drive.%s", drive_config_name(refused.field));
         (void)snprintf(what,
                        sizeof what,
                        "%.9g is outside %s%.9g to %.9g",

@@ -3,6 +3,7 @@
 
 #include "app/command.h"
 #include "app/crc16.h"
+#include "app/log.h"
 #include "app/registers.h"
 #include "app/selftest.h"
 #include "board.h"
@@ -161,7 +162,7 @@ static void write_word(uint32_t word)
     {
         text[7u - i] = "0123456789abcdef"[word >> (4u * i) & 15u];
     }
-    port_write(&board_port, text);
+    log_text(&board_port, text);
 }
 
 static void report_clock(const board_clock_t *clock)
@@ -170,27 +171,27 @@ static void report_clock(const board_clock_t *clock)
                                         [CLOCK_INTERNAL] = "168 MHz from HSI, no HSE",
                                         [CLOCK_SLOW]     = "16 MHz from HSI, no PLL",
                                         [CLOCK_WRONG]    = "168 MHz from HSI, wrong HSE"};
-    port_write(&board_port, "clock: ");
-    port_write(&board_port, texts[clock->source]);
-    port_write(&board_port, ", HSE ");
-    port_write_number(&board_port, clock->crystal_khz);
-    port_write(&board_port, " kHz\n");
+    log_text(&board_port, "clock: ");
+    log_text(&board_port, texts[clock->source]);
+    log_text(&board_port, ", HSE ");
+    log_number(&board_port, clock->crystal_khz);
+    log_text(&board_port, " kHz\n");
 }
 
 static void report_reset(const reset_t *reset)
 {
-    port_write(&board_port, "reset: ");
-    port_write(&board_port, reset_text(reset->cause));
+    log_text(&board_port, "reset: ");
+    log_text(&board_port, reset_text(reset->cause));
     if (reset->cause == RESET_EXCEPTION)
     {
-        port_write(&board_port, " ");
-        port_write_number(&board_port, reset->exception);
-        port_write(&board_port, " at ");
+        log_text(&board_port, " ");
+        log_number(&board_port, reset->exception);
+        log_text(&board_port, " at ");
         write_word(reset->address);
-        port_write(&board_port, ", status ");
+        log_text(&board_port, ", status ");
         write_word(reset->status);
     }
-    port_write(&board_port, "\n");
+    log_text(&board_port, "\n");
 }
 
 static drive_fault_t check_clock(const board_clock_t *clock)
@@ -214,14 +215,14 @@ int main(void)
         first++;
     }
     registers_start(&registers, found[first]);
-    port_write(&board_port,
-               tested == DRIVE_FAULT_NONE ? "tribo " LOOP_ARITHMETIC ", self-test passed\n"
-                                          : "tribo " LOOP_ARITHMETIC ", self-test failed\n");
+    log_text(&board_port,
+             tested == DRIVE_FAULT_NONE ? "tribo " LOOP_ARITHMETIC ", self-test passed\n"
+                                        : "tribo " LOOP_ARITHMETIC ", self-test failed\n");
     report_reset(&reset);
     report_clock(&clock);
-    port_write(&board_port, "params: ");
-    port_write(&board_port, store_status_text(registers.store));
-    port_write(&board_port, "\n");
+    log_text(&board_port, "params: ");
+    log_text(&board_port, store_status_text(registers.store));
+    log_text(&board_port, "\n");
     drive_report_off(&board_port, &registers.active->set.drive);
     board_start();
 
