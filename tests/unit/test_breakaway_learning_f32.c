@@ -1,6 +1,7 @@
 #include "tribo/breakaway_learning_f32.h"
 
 #include "random.h"
+#include "runs.h"
 #include "same.h"
 #include "unity.h"
 
@@ -88,7 +89,7 @@ static void test_learning_is_the_filter_of_the_textbook(void)
     double   worst_t     = 0.0;
     double   worst_doubt = 0.0;
     double   worst_L     = 0.0;
-    for (int k = 0; k < 50000; k++)
+    for (int k = 0; k < RUNS(50000, 10000); k++)
     {
         const uint32_t direction = (uint32_t)(k / 4000) % 2u;
         const float    prior     = (float)random_between(&r, 0.02, 0.2);

@@ -1,6 +1,7 @@
 #include "tribo/breakaway_learning_q31.h"
 
 #include "random.h"
+#include "runs.h"
 #include "tribo/quantize_feedforward_q31.h"
 #include "unity.h"
 
@@ -56,7 +57,7 @@ static void test_learning_follows_its_twin(void)
     double                                worst_doubt = 0.0;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_breakaway_learning_f32_init(&twin_params, &config));
     tribo_breakaway_learning_f32_reset(&twin_params, &twin);
-    for (int k = 0; k < 50000; k++)
+    for (int k = 0; k < RUNS(50000, 10000); k++)
     {
         const uint32_t direction = (uint32_t)(k / 4000) % 2u;
         const double   prior     = random_between(&r, 0.02, 0.2);
@@ -97,7 +98,7 @@ static void test_learning_takes_extremes_without_leaving_its_ranges(void)
     const uint32_t prior[]  = {0, 1, 2, 1000, 1u << 20, (1u << 29) - 1u, 1u << 29, UINT32_MAX};
     const int32_t  z[]      = {INT32_MIN, INT32_MAX, 0, 1, -1, 1 << 30, 1 << 20};
     const uint32_t travel[] = {0, 1, 1000, 1u << 20, UINT32_MAX};
-    for (int k = 0; k < 200000; k++)
+    for (int k = 0; k < RUNS(200000, 20000); k++)
     {
         const uint32_t p = prior[random_bits(&r) % 8u];
         tribo_breakaway_learning_q31_step(&params,

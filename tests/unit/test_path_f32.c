@@ -1,6 +1,7 @@
 #include "tribo/path_f32.h"
 
 #include "random.h"
+#include "runs.h"
 #include "same.h"
 #include "unity.h"
 
@@ -61,7 +62,7 @@ static void test_path_follows_a_reference_as_actuator_arm_and_sensor_do(void)
     random_t r     = {7};
     exact_t  exact = {0.0, 0.0, 0.0, 0.0};
     double   at    = 0.0;
-    for (int k = 0; k < 3000; k++)
+    for (int k = 0; k < RUNS(3000, 600); k++)
     {
         const float moved = (float)(k % 500 == 0 ? random_between(&r, -0.5, 0.5) : random_between(&r, -1e-4, 1e-4));
         const float ahead = (float)random_between(&r, -1e-2, 1e-2);

@@ -3,6 +3,7 @@
 #include "tribo/quantize_q31.h"
 
 #include "random.h"
+#include "runs.h"
 #include "tribo/paper_controller.h"
 #include "unity.h"
 
@@ -343,7 +344,7 @@ static void test_quantize_refuses_peaks_without_a_bound_or_beyond_2_to_the_24(vo
 static void test_quantize_bounds_the_tail_of_a_slow_pole(void)
 {
     const float distances[] = {1.0e-4f, 2.0e-5f, 5.0e-6f, 2.0e-6f, 5.0e-7f};
-    for (size_t i = 0; i < sizeof distances / sizeof distances[0]; i++)
+    for (size_t i = 0; i < RUNS(sizeof distances / sizeof distances[0], 2u); i++)
     {
         const double                     slow      = (double)distances[i];
         const tribo_biquad_f32_section_t section[] = {
@@ -411,7 +412,7 @@ static void test_quantize_takes_the_papers_loop_at_many_sample_times_and_full_sc
 static void test_quantize_rounds_both_signs_alike(void)
 {
     random_t r = {8};
-    for (int i = 0; i < 200; i++)
+    for (int i = 0; i < RUNS(200, 20); i++)
     {
         // Poles at z = 0: the gain at rest is b2, the peak the sum of three samples.
         const tribo_biquad_f32_section_t plus[]  = {{(float)random_between(&r, 1e-4, 1.0),
