@@ -13,7 +13,7 @@
 
 #include "tribo/force_loop_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 3
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 4
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -76,6 +76,7 @@ static const tribo_force_loop_f32_params_t golden_steep_params = {
     },
     .method = NULL,
     .feedforward = NULL,
+    .lugre = NULL,
 };
 // clang-format on
 

@@ -3,6 +3,7 @@
 #include "cli/commands.h"
 #include "cli/log_options.h"
 #include "cli/progress.h"
+#include "cli/scenario_choice.h"
 #include "cli/trace.h"
 #include "log/plot.h"
 #include "log/verdict.h"
@@ -13,6 +14,8 @@
 #include "support/file.h"
 #include "support/number.h"
 #include "support/output_file.h"
+#include "tribo/compensator_lugre_f32.h"
+#include "tribo/compensator_lugre_q31.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -21,13 +24,14 @@
 
 typedef struct
 {
-    sim_log_arguments_t logs;
-    const char         *params; ///< null: the paper's
-    const char         *out;    ///< null: standard output
-    const char         *plot;   ///< null: none
-    bool                measured;
-    bool                f32, q31; ///< what to run, one or both
-    double              full_scale_n;
+    sim_log_arguments_t   logs;
+    sim_scenario_choice_t choice; ///< of which replay takes the --set
+    const char           *params; ///< null: the paper's
+    const char           *out;    ///< null: standard output
+    const char           *plot;   ///< null: none
+    bool                  measured;
+    bool                  f32, q31; ///< what to run, one or both
+    double                full_scale_n;
 } options_t;
 
 /// The compensator in both arithmetics; of Q31 the params are made only if it is wanted.
@@ -35,12 +39,16 @@ typedef struct
 {
     const options_t               *options;
     double                         sample_time_s;
+    bool                           has_lugre; ///< in place of the paper's friction
+    tribo_lugre_f32_params_t       lugre_f32;
+    tribo_lugre_q31_params_t       lugre_q31;
     tribo_compensator_f32_params_t f32;
     tribo_compensator_f32_state_t  state_f32;
     tribo_compensator_q31_params_t q31;
     tribo_compensator_q31_state_t  state_q31;
     tribo_breakaway_point_q31_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
     uint64_t                       beyond_full_scale;    ///< rows
+    uint32_t                       bad_inputs;           ///< of all segments
     double                         max_force_n, max_f_n; ///< largest differences
     sim_replayed_t                 replayed;             ///< by row, for the verdict
     sim_activity_t                 activity, activity_q31;
@@ -76,6 +84,7 @@ static int check_results(const options_t *options)
 enum
 {
     OPTION_PARAMS = SIM_OPTION_FIRST,
+    OPTION_SET,
     OPTION_FORCE,
     OPTION_OUT,
     OPTION_PLOT,
@@ -86,6 +95,7 @@ enum
 // clang-format off: one row an option
 static const struct argp_option known[] = {
     {.name = "params", .key = OPTION_PARAMS, .arg = "FILE.yaml", .doc = "keys of a scenario's `compensator`; the paper's values if left out"},
+    {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "sets one of these keys, e.g. compensator.model=lugre; may be repeated"},
     {.name = "force", .key = OPTION_FORCE, .arg = "own|measured", .doc = "F is the compensator's own arm model's (if left out), or the log's F_N"},
     {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "where the result goes; standard output if left out"},
     {.name = "plot", .key = OPTION_PLOT, .arg = "OUT.svg", .doc = "draws u and F, friction, what is left of it, and breakaway over force"},
@@ -94,6 +104,14 @@ static const struct argp_option known[] = {
     SIM_LOG_OPTIONS,
     {.name = NULL}};
 // clang-format on
+
+static int take_set(options_t *options, const char *assignment)
+{
+    static const char group[] = "compensator.";
+    return strncmp(assignment, group, sizeof group - 1u) == 0
+               ? sim_scenario_take_set(&options->choice, assignment)
+               : sim_usage("replay: --set %s: it reads the keys of compensator alone", assignment);
+}
 
 static int take(void *context, int key, const char *value)
 {
@@ -104,6 +122,8 @@ static int take(void *context, int key, const char *value)
     case OPTION_PARAMS:
         options->params = value;
         return 0;
+    case OPTION_SET:
+        return take_set(options, value);
     case OPTION_FORCE:
         word              = sim_option_word(&sim_command_replay, key, value);
         options->measured = word == 1;
@@ -132,7 +152,25 @@ static int take(void *context, int key, const char *value)
 static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, double measured_n)
 {
     tribo_compensator_f32_signals_t signals;
-    if (replay->options->measured)
+    if (replay->options->measured && replay->has_lugre)
+    {
+        signals.force_n = (float)measured_n;
+        (void)tribo_lugre_f32_step(&replay->lugre_f32,
+                                   &replay->f32.friction,
+                                   &replay->state_f32.lugre,
+                                   (float)u_n,
+                                   signals.force_n,
+                                   &signals.friction);
+    }
+    else if (replay->has_lugre)
+    {
+        (void)tribo_compensator_lugre_f32_step(&replay->f32,
+                                               &replay->lugre_f32,
+                                               &replay->state_f32,
+                                               (float)u_n,
+                                               &signals);
+    }
+    else if (replay->options->measured)
     {
         signals.force_n = (float)measured_n;
         (void)tribo_friction_f32_step(&replay->f32.friction,
@@ -169,7 +207,21 @@ static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, do
     const int32_t                   u            = sim_q31_from_n(u_n, full_scale_n);
     tribo_compensator_q31_signals_t signals;
     replay->beyond_full_scale += fabs(u_n) > full_scale_n || fabs(measured_n) > full_scale_n;
-    if (replay->options->measured)
+    if (replay->options->measured && replay->has_lugre)
+    {
+        signals.force = sim_q31_from_n(measured_n, full_scale_n);
+        (void)tribo_lugre_q31_step(&replay->lugre_q31,
+                                   &replay->q31.friction,
+                                   &replay->state_q31.lugre,
+                                   u,
+                                   signals.force,
+                                   &signals.friction);
+    }
+    else if (replay->has_lugre)
+    {
+        (void)tribo_compensator_lugre_q31_step(&replay->q31, &replay->lugre_q31, &replay->state_q31, u, &signals);
+    }
+    else if (replay->options->measured)
     {
         signals.force = sim_q31_from_n(measured_n, full_scale_n);
         (void)tribo_friction_q31_step(&replay->q31.friction,
@@ -235,6 +287,17 @@ static void replay_row(replay_t *replay, const sim_log_t *log, size_t row, FILE 
 
 static const char q31_columns[] = ",F_hat_q31_N,n_q31_N,L_q31_N,v_q31_N_per_s,Q1_q31,Q2_q31,Q_q31,f_hat_q31_N";
 
+static void reset(replay_t *replay)
+{
+    tribo_compensator_f32_reset(&replay->state_f32);
+    tribo_compensator_q31_reset(&replay->state_q31);
+    if (replay->has_lugre)
+    {
+        tribo_compensator_lugre_f32_reset(&replay->state_f32);
+        tribo_compensator_lugre_q31_reset(&replay->state_q31);
+    }
+}
+
 static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
 {
     sim_progress_t progress   = {.calls = 0};
@@ -249,8 +312,7 @@ static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
                   log->values[SIM_LOG_F] != NULL ? ",F_N,residual_N" : "");
     for (size_t s = 0; s < log->segments; s++)
     {
-        tribo_compensator_f32_reset(&replay->state_f32);
-        tribo_compensator_q31_reset(&replay->state_q31);
+        reset(replay);
         sim_activity_break(&replay->activity);
         sim_activity_break(&replay->activity_q31);
         for (size_t i = log->starts[s]; i < log->starts[s + 1] && !ferror(file); i++)
@@ -258,9 +320,9 @@ static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
             replay_row(replay, log, i, file);
             sim_progress_update(&progress, (double)i / (double)log->rows);
         }
-        bad_inputs += replay->state_f32.friction.bad_inputs;
+        bad_inputs += replay->has_lugre ? replay->state_f32.lugre.bad_inputs : replay->state_f32.friction.bad_inputs;
     }
-    replay->state_f32.friction.bad_inputs = bad_inputs; // of all segments
+    replay->bad_inputs = bad_inputs;
     sim_progress_end(&progress);
 }
 
@@ -321,7 +383,7 @@ static bool write_results(replay_t *replay, const sim_log_t *log, sim_error_t *e
         return false;
     }
     sim_log_report(log, options->logs.paths[0]);
-    warn(options, replay->state_f32.friction.bad_inputs, "too large for the compensator");
+    warn(options, replay->bad_inputs, "too large for the compensator");
     warn(options, replay->beyond_full_scale, "beyond full scale");
     if (options->f32 && options->q31)
     {
@@ -361,6 +423,13 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
     {
         return false;
     }
+    for (int i = 0; i < options->choice.set_count; i++)
+    {
+        if (!sim_scenario_set(scenario, options->choice.sets[i], error))
+        {
+            return false;
+        }
+    }
     if (!sim_check_compensator(scenario, error))
     {
         return false;
@@ -375,6 +444,16 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
                                             &loop.config.compensator,
                                             h,
                                             (float)options->full_scale_n);
+    }
+    replay->has_lugre = loop.has_lugre;
+    if (status == TRIBO_OK && loop.has_lugre)
+    {
+        const tribo_arm_f32_config_t *arm = &loop.config.compensator.arm;
+        status                            = tribo_lugre_f32_init(&replay->lugre_f32, &loop.lugre, arm, h);
+        if (status == TRIBO_OK && options->q31)
+        {
+            status = tribo_lugre_q31_init(&replay->lugre_q31, &loop.lugre, arm, h);
+        }
     }
     if (status == TRIBO_ERR_SAMPLE_TIME)
     {
@@ -422,11 +501,12 @@ static int run(int count, char **arguments)
     {
         status = check_results(&options);
     }
-    if (status != 0)
+    if (status == 0 && !replay(&options, &error))
     {
-        return status;
+        status = sim_failure(error.text);
     }
-    return replay(&options, &error) ? SIM_EXIT_OK : sim_failure(error.text);
+    sim_scenario_choice_free(&options.choice);
+    return status;
 }
 
 const sim_command_t sim_command_replay = {

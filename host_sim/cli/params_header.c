@@ -19,6 +19,7 @@ typedef enum
     TABLE,       ///< pointer to breakaway points, which stand before the params
     METHOD,      ///< pointer to a way to compensate friction
     FEEDFORWARD, ///< pointer to its params, which stand before these
+    LUGRE,       ///< likewise
     STRUCT,      ///< with rows of its own, a line each
     SMALL        ///< the same on one line
 } kind_t;
@@ -38,7 +39,8 @@ typedef struct field
 // NOLINTBEGIN(bugprone-macro-parentheses,bugprone-sizeof-expression): the arguments are names, one of them of a pointer
 #define KIND(x) _Generic((x), float: FLOAT, uint8_t: UINT8, uint16_t: UINT16, uint32_t: UINT32, int32_t: INT32, bool: BOOL, \
     const tribo_force_loop_f32_method_t *: METHOD, const tribo_force_loop_q31_method_t *: METHOD, \
-    const tribo_feedforward_f32_params_t *: FEEDFORWARD, const tribo_feedforward_q31_params_t *: FEEDFORWARD, default: TABLE)
+    const tribo_feedforward_f32_params_t *: FEEDFORWARD, const tribo_feedforward_q31_params_t *: FEEDFORWARD, \
+    const tribo_lugre_f32_params_t *: LUGRE, const tribo_lugre_q31_params_t *: LUGRE, default: TABLE)
 #define AT(member) (((T *)0)->member)
 #define F(member) {.name = #member, .kind = KIND(AT(member)), .offset = offsetof(T, member), .size = sizeof AT(member)}
 #define ARRAY(member) {.name = #member, .kind = KIND(AT(member[0])), .offset = offsetof(T, member), .size = sizeof AT(member[0]), .count = sizeof AT(member) / sizeof AT(member[0])}
@@ -78,7 +80,10 @@ static const field_t arm_f32[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), EN
 static const field_t compensator_f32[] = {S(friction, friction_f32), S(arm, arm_f32), END};
 #undef T
 #define T tribo_force_loop_f32_params_t
-static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), F(method), F(feedforward), END};
+static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), F(method), F(feedforward), F(lugre), END};
+#undef T
+#define T tribo_lugre_f32_params_t
+static const field_t lugre_f32[] = {F(a), F(b_and_1), F(beta), F(c), F(stuck), F(gamma_g), END};
 #undef T
 #define T tribo_path_f32_params_t
 static const field_t path_f32[] = {F(actuator_part), F(sensor_part), S(arm, arm_f32), END};
@@ -125,7 +130,10 @@ static const field_t arm_q31[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), F(
 static const field_t compensator_q31[] = {S(friction, friction_q31), S(arm, arm_q31), END};
 #undef T
 #define T tribo_force_loop_q31_params_t
-static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), F(method), F(feedforward), END};
+static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), F(method), F(feedforward), F(lugre), END};
+#undef T
+#define T tribo_lugre_q31_params_t
+static const field_t lugre_q31[] = {F(a), F(b_and_1), F(one), F(beta), F(c), F(stuck), F(gamma_g), F(c_shift), END};
 #undef T
 #define T tribo_path_q31_params_t
 static const field_t path_q31[] = {F(actuator_part), F(sensor_part), S(arm, arm_q31), END};
@@ -155,6 +163,7 @@ typedef struct
     FILE       *stream;
     const char *name;   ///< of the params
     const char *suffix; ///< of their arithmetic
+    const char *method; ///< "feedforward", "lugre" or null: the paper's
 } sheet_t;
 
 static uint32_t unsigned_at(const char *at, size_t size)
@@ -166,6 +175,12 @@ static uint32_t unsigned_at(const char *at, size_t size)
     return byte + half + word;
 }
 
+/// What a pointer's object is called.
+static const char *word_of(kind_t kind)
+{
+    return kind == TABLE ? "table" : kind == LUGRE ? "lugre" : "feedforward";
+}
+
 static void put_pointer(const sheet_t *sheet, kind_t kind, bool is_there)
 {
     if (!is_there)
@@ -174,11 +189,11 @@ static void put_pointer(const sheet_t *sheet, kind_t kind, bool is_there)
     }
     else if (kind == METHOD)
     {
-        (void)fprintf(sheet->stream, "&tribo_force_loop_feedforward_%s", sheet->suffix);
+        (void)fprintf(sheet->stream, "&tribo_force_loop_%s_%s", sheet->method, sheet->suffix);
     }
     else
     {
-        (void)fprintf(sheet->stream, kind == TABLE ? "%s_table" : "&%s_feedforward", sheet->name);
+        (void)fprintf(sheet->stream, "%s%s_%s", kind == TABLE ? "" : "&", sheet->name, word_of(kind));
     }
 }
 
@@ -203,6 +218,7 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
     case TABLE:
     case METHOD:
     case FEEDFORWARD:
+    case LUGRE:
         memcpy((void *)&pointer, at, sizeof pointer);
         put_pointer(sheet, field->kind, pointer != NULL);
         break;
@@ -282,6 +298,38 @@ static void put_rows(const sheet_t *sheet, const field_t *rows, const char *at, 
     }
 }
 
+static const void *feedforward_of(const sim_loop_t *loop)
+{
+    return loop->q31 ? (const void *)loop->params_q31.feedforward : (const void *)loop->params_f32.feedforward;
+}
+
+static const void *lugre_of(const sim_loop_t *loop)
+{
+    return loop->q31 ? (const void *)loop->params_q31.lugre : (const void *)loop->params_f32.lugre;
+}
+
+static const char *method_of(const sim_loop_t *loop)
+{
+    return feedforward_of(loop) != NULL ? "feedforward" : lugre_of(loop) != NULL ? "lugre" : NULL;
+}
+
+/// The params of a method's own, if there are any.
+static void put_own(const sheet_t *sheet, kind_t kind, const field_t *rows, const void *params)
+{
+    if (params != NULL)
+    {
+        const char *const word = word_of(kind);
+        (void)fprintf(sheet->stream,
+                      "static const tribo_%s_%s_params_t %s_%s = {\n",
+                      word,
+                      sheet->suffix,
+                      sheet->name,
+                      word);
+        put_rows(sheet, rows, params, 4);
+        (void)fputs("};\n", sheet->stream);
+    }
+}
+
 /// The breakaway table, if there is one, and the params.
 static void put_loop(const sheet_t *sheet, const sim_loop_t *loop)
 {
@@ -304,18 +352,8 @@ static void put_loop(const sheet_t *sheet, const sim_loop_t *loop)
         put_structs(sheet, &point, table, points, 0);
         (void)fputs(";\n", sheet->stream);
     }
-    if (loop->params_f32.method != NULL || loop->params_q31.method != NULL)
-    {
-        (void)fprintf(sheet->stream,
-                      "static const tribo_feedforward_%s_params_t %s_feedforward = {\n",
-                      sheet->suffix,
-                      sheet->name);
-        put_rows(sheet,
-                 q31 ? feedforward_q31 : feedforward_f32,
-                 q31 ? (const char *)loop->params_q31.feedforward : (const char *)loop->params_f32.feedforward,
-                 4);
-        (void)fputs("};\n", sheet->stream);
-    }
+    put_own(sheet, FEEDFORWARD, q31 ? feedforward_q31 : feedforward_f32, feedforward_of(loop));
+    put_own(sheet, LUGRE, q31 ? lugre_q31 : lugre_f32, lugre_of(loop));
     (void)
         fprintf(sheet->stream, "static const tribo_force_loop_%s_params_t %s_params = {\n", sheet->suffix, sheet->name);
     put_rows(sheet, rows, q31 ? (const char *)&loop->params_q31 : (const char *)&loop->params_f32, 4);
@@ -399,13 +437,14 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
         put_upper(stream, header->name);
         (void)fprintf(stream, "_PARAMS_%s_H\n", upper);
     }
-    const bool method = header->loop->params_f32.method != NULL || header->loop->params_q31.method != NULL;
+    const char *const method = method_of(header->loop);
     (void)fprintf(stream,
-                  "\n#include \"tribo/force_loop_%s%s.h\"\n\n"
+                  "\n#include \"tribo/force_loop_%s%s%s.h\"\n\n"
                   "#if TRIBO_FORCE_LOOP_%s_PARAMS_VERSION != %d\n"
                   "#error \"made for another version of tribo: run tribo-sim params again\"\n"
                   "#endif\n\n// clang-format off\n",
-                  method ? "feedforward_" : "",
+                  method != NULL ? method : "",
+                  method != NULL ? "_" : "",
                   q31 ? "q31" : "f32",
                   upper,
                   versions[q31]);
@@ -415,6 +454,7 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
         put_define(stream, header, "FULL_SCALE_N", (double)(float)header->loop->full_scale_n);
     }
     (void)fputs("\n", stream);
-    put_loop(&(sheet_t){.stream = stream, .name = header->name, .suffix = q31 ? "q31" : "f32"}, header->loop);
+    put_loop(&(sheet_t){.stream = stream, .name = header->name, .suffix = q31 ? "q31" : "f32", .method = method},
+             header->loop);
     (void)fputs("// clang-format on\n\n#endif\n", stream);
 }

@@ -196,6 +196,11 @@ bool sim_check_status(const sim_scenario_t *scenario, tribo_status_t status, sim
 
 bool sim_check_compensator(const sim_scenario_t *scenario, sim_error_t *error)
 {
+    const sim_compensator_config_t *compensator = &sim_scenario_config(scenario)->compensator;
+    if (compensator->model == SIM_MODEL_LUGRE && compensator->method == SIM_METHOD_FEEDFORWARD)
+    {
+        return complain(scenario, "compensator.model", "lugre goes with compensator.method paper or off alone", error);
+    }
     return check_friction(scenario, &sim_scenario_config(scenario)->compensator.friction, "compensator", error);
 }
 

@@ -84,6 +84,20 @@ typedef enum
     SIM_METHOD_OFF
 } sim_method_t;
 
+/// Of friction, which the method `paper` believes in.
+typedef enum
+{
+    SIM_MODEL_PAPER,
+    SIM_MODEL_LUGRE
+} sim_friction_model_t;
+
+typedef struct
+{
+    double stiffness_n_per_deg;
+    double bristle_damping_n_s_per_deg;
+    double viscous_n_s_per_deg;
+} sim_bristles_config_t;
+
 typedef struct
 {
     double spread_scale, spread_offset_n;
@@ -127,9 +141,11 @@ typedef struct
 typedef struct
 {
     sim_method_t             method;
+    sim_friction_model_t     model;
     double                   gain;
     sim_friction_config_t    friction;
     sim_arm_config_t         arm;
+    sim_bristles_config_t    lugre;
     sim_feedforward_config_t feedforward;
     sim_guard_config_t       guard;
 } sim_compensator_config_t;

@@ -174,6 +174,14 @@ static const sim_key_t feedforward_keys[] = {
 
 static const char *const methods[] = {[SIM_METHOD_PAPER] = "paper", [SIM_METHOD_FEEDFORWARD] = "feedforward", [SIM_METHOD_OFF] = "off", NULL};
 
+static const char *const friction_models[] = {[SIM_MODEL_PAPER] = "paper", [SIM_MODEL_LUGRE] = "lugre", NULL};
+
+static const sim_key_t lugre_keys[] = {
+    CHECKED("stiffness_N_per_deg",         AT(sim_bristles_config_t, stiffness_n_per_deg),         RANGE("N/deg", 1.0, 1e7, 1e5),                 STATUS(BRISTLE_STIFFNESS), "σ0 of Eq. (12): of the bristles"),
+    CHECKED("bristle_damping_N_s_per_deg", AT(sim_bristles_config_t, bristle_damping_n_s_per_deg), RANGE("N s/deg", 0.0, 1e4, 316.22776601683796), STATUS(BRISTLE_DAMPING),   "σ1: of the bristles; at most 1000 σ0 h"),
+    CHECKED("viscous_N_s_per_deg",         AT(sim_bristles_config_t, viscous_n_s_per_deg),         RANGE("N s/deg", 0.0, 10.0, 0.4),              STATUS(BRISTLE_VISCOUS),   "σ2: of sliding, beside the arm's own"),
+    END};
+
 static const char *const no_yes[] = {"no", "yes", NULL};
 
 static const sim_key_t guard_keys[] = {
@@ -186,9 +194,11 @@ static const sim_key_t guard_keys[] = {
 
 static const sim_key_t compensator_keys[] = {
     CHOICE("method",  AT(sim_compensator_config_t, method),   methods, 0.0, "how friction is compensated: `paper`, fed back from an estimate that follows u; `feedforward`, fed forward from the reversals of r and learned; `off`"),
+    CHOICE("model",   AT(sim_compensator_config_t, model),    friction_models, 0.0, "the friction that `paper` believes in: `paper`, Eq. (3); `lugre`, Eq. (12) with breakaway and gravity of `friction`, whose other keys it does not read"),
     CHECKED("gain",   AT(sim_compensator_config_t, gain),     RANGE("-", 0.0, 2.0, 0.85), STATUS(GAIN), "η of `paper`: how much of the estimated friction is fed back; 0 turns the compensation off"),
     GROUP("friction", AT(sim_compensator_config_t, friction), friction_keys, 0, ""),
     GROUP("arm",      AT(sim_compensator_config_t, arm),      arm_keys, STATUS(ARM_TOO_FAST), ""),
+    GROUP("lugre",    AT(sim_compensator_config_t, lugre),    lugre_keys, 0, ""),
     GROUP("feedforward", AT(sim_compensator_config_t, feedforward), feedforward_keys, 0, ""),
     GROUP("guard",    AT(sim_compensator_config_t, guard),    guard_keys, 0, ""),
     END};

@@ -16,6 +16,10 @@ double sim_n_from_q31(int32_t x, double full_scale_n)
 
 static tribo_status_t init_f32(sim_loop_t *loop, const sim_loop_config_t *config)
 {
+    if (config->has_lugre)
+    {
+        return tribo_force_loop_lugre_f32_init(&loop->params_f32, &loop->lugre_f32, &config->config, &config->lugre);
+    }
     return config->feeds_forward ? tribo_force_loop_feedforward_f32_init(&loop->params_f32,
                                                                          &loop->feedforward_f32,
                                                                          &config->config,
@@ -26,6 +30,16 @@ static tribo_status_t init_f32(sim_loop_t *loop, const sim_loop_config_t *config
 static tribo_status_t init_q31(sim_loop_t *loop, const sim_loop_config_t *config)
 {
     const float FS = (float)loop->full_scale_n;
+    if (config->has_lugre)
+    {
+        return tribo_force_loop_lugre_q31_init(&loop->params_q31,
+                                               loop->table,
+                                               &loop->lugre_q31,
+                                               &config->config,
+                                               &config->lugre,
+                                               FS,
+                                               NULL);
+    }
     return config->feeds_forward ? tribo_force_loop_feedforward_q31_init(&loop->params_q31,
                                                                          loop->table,
                                                                          &loop->feedforward_q31,
@@ -74,7 +88,7 @@ tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const sim_loop_config_t
 
 bool sim_loop_feeds_forward(const sim_loop_t *loop)
 {
-    return loop->params_f32.method != NULL || loop->params_q31.method != NULL;
+    return loop->params_f32.feedforward != NULL || loop->params_q31.feedforward != NULL;
 }
 
 sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n)

@@ -8,6 +8,8 @@
 #include "tribo/force_loop_feedforward_q31.h"
 #include "tribo/force_loop_guard_f32.h"
 #include "tribo/force_loop_guard_q31.h"
+#include "tribo/force_loop_lugre_f32.h"
+#include "tribo/force_loop_lugre_q31.h"
 #include "tribo/quantize_feedforward_q31.h"
 #include "tribo_signal_words.h"
 
@@ -27,10 +29,12 @@ typedef struct
     tribo_force_loop_f32_state_t   state_f32;
     tribo_feedforward_f32_params_t feedforward_f32;
     tribo_feedforward_f32_memory_t memory_f32;
+    tribo_lugre_f32_params_t       lugre_f32;
     tribo_force_loop_q31_params_t  params_q31;
     tribo_force_loop_q31_state_t   state_q31;
     tribo_feedforward_q31_params_t feedforward_q31;
     tribo_feedforward_q31_memory_t memory_q31;
+    tribo_lugre_q31_params_t       lugre_q31;
 
     bool                        guarded;
     tribo_guard_f32_params_t    guard_params_f32;

@@ -120,12 +120,17 @@ void sim_loop_config_fill(sim_loop_config_t *loop, const sim_config_t *config)
     loop->config.input_max_n   = (float)config->limits.input_max_n;
     loop->config.gain          = config->compensator.method == SIM_METHOD_OFF ? 0.0f : (float)config->compensator.gain;
     loop->feeds_forward        = config->compensator.method == SIM_METHOD_FEEDFORWARD;
-    const sim_guard_config_t *guard = &config->compensator.guard;
-    loop->guarded                   = guard->on != 0;
-    loop->guard                     = (tribo_guard_f32_config_t){.turn_n       = (float)guard->turn_n,
-                                                                 .quick_time_s = (float)guard->quick_time_s,
-                                                                 .stray_n      = (float)guard->stray_n,
-                                                                 .fade_time_s  = (float)guard->fade_time_s};
+    const sim_bristles_config_t *lugre = &config->compensator.lugre;
+    loop->has_lugre                    = config->compensator.model == SIM_MODEL_LUGRE && !loop->feeds_forward;
+    loop->lugre                        = (tribo_lugre_f32_config_t){.stiffness = (float)lugre->stiffness_n_per_deg,
+                                                                    .damping   = (float)lugre->bristle_damping_n_s_per_deg,
+                                                                    .viscous   = (float)lugre->viscous_n_s_per_deg};
+    const sim_guard_config_t *guard    = &config->compensator.guard;
+    loop->guarded                      = guard->on != 0;
+    loop->guard                        = (tribo_guard_f32_config_t){.turn_n       = (float)guard->turn_n,
+                                                                    .quick_time_s = (float)guard->quick_time_s,
+                                                                    .stray_n      = (float)guard->stray_n,
+                                                                    .fade_time_s  = (float)guard->fade_time_s};
     fill_controller(loop, config);
     fill_friction(loop, &config->compensator.friction);
     fill_feedforward(loop, &config->compensator.feedforward);

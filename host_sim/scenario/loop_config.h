@@ -15,6 +15,8 @@ typedef struct
     tribo_force_loop_f32_config_t  config;
     bool                           feeds_forward; ///< instead of the paper's method
     tribo_feedforward_f32_config_t feedforward;
+    bool                           has_lugre; ///< in the paper's method
+    tribo_lugre_f32_config_t       lugre;
     bool                           guarded;
     tribo_guard_f32_config_t       guard;
     tribo_biquad_f32_section_t     sections[TRIBO_BIQUAD_SECTIONS_MAX];

@@ -14,7 +14,7 @@
 
 #include "tribo/force_loop_feedforward_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 3
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 4
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -149,6 +149,7 @@ static const tribo_force_loop_q31_params_t fed_params = {
     },
     .method = &tribo_force_loop_feedforward_q31,
     .feedforward = &fed_feedforward,
+    .lugre = NULL,
 };
 // clang-format on
 

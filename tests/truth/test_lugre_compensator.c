@@ -1,8 +1,8 @@
 // The library's LuGre, at 1 kHz in float and in Q31 with its arm model, against Eq. (12) by CVODE with the same input.
 
 #include "rig.h"
-#include "tribo/arm_f32.h"
-#include "tribo/lugre_f32.h"
+#include "tribo/compensator_lugre_f32.h"
+#include "tribo/compensator_lugre_q31.h"
 #include "tribo/quantize_q31.h"
 #include "unity.h"
 
@@ -26,17 +26,15 @@ void tearDown(void)
 /// Called at each millisecond of the reference, after the module's own tick.
 typedef struct
 {
-    tribo_lugre_f32_params_t f32_params;
-    tribo_lugre_f32_state_t  f32;
-    tribo_arm_f32_params_t   f32_arm_params;
-    tribo_arm_f32_state_t    f32_arm;
-    tribo_lugre_q31_params_t q31_params;
-    tribo_lugre_q31_state_t  q31;
-    tribo_arm_q31_params_t   q31_arm_params;
-    tribo_arm_q31_state_t    q31_arm;
-    double                   past_u_n;
-    double                   f_square, largest_f, largest_force, largest_force_q31;
-    long                     count;
+    tribo_compensator_f32_params_t f32_params;
+    tribo_lugre_f32_params_t       f32_lugre;
+    tribo_compensator_f32_state_t  f32;
+    tribo_compensator_q31_params_t q31_params;
+    tribo_lugre_q31_params_t       q31_lugre;
+    tribo_compensator_q31_state_t  q31;
+    double                         past_u_n;
+    double                         f_square, largest_f, largest_force, largest_force_q31;
+    long                           count;
 } compensator_t;
 
 static void tick(void *context, const rig_sample_t *sample)
@@ -45,37 +43,37 @@ static void tick(void *context, const rig_sample_t *sample)
     const double   u   = 0.5 * (own->past_u_n + sample->u_n); // mean over the tick
     own->past_u_n      = sample->u_n;
 
-    tribo_lugre_f32_signals_t f32;
-    const float f = tribo_lugre_f32_step(&own->f32_params, &own->f32, (float)u, own->f32_arm.force_n, &f32);
-    (void)tribo_arm_f32_step(&own->f32_arm_params, &own->f32_arm, f32.n_n - f);
-
-    tribo_lugre_q31_signals_t q31;
-    const int32_t             F = tribo_arm_q31_force(&own->q31_arm);
-    const int32_t             g = tribo_lugre_q31_step(&own->q31_params, &own->q31, TRIBO_Q31(u, FULL_SCALE), F, &q31);
-    (void)tribo_arm_q31_step(&own->q31_arm_params, &own->q31_arm, q31.n - g);
+    tribo_compensator_f32_signals_t seen_f32;
+    tribo_compensator_q31_signals_t seen_q31;
+    const float f = tribo_compensator_lugre_f32_step(&own->f32_params, &own->f32_lugre, &own->f32, (float)u, &seen_f32);
+    (void)tribo_compensator_lugre_q31_step(&own->q31_params,
+                                           &own->q31_lugre,
+                                           &own->q31,
+                                           TRIBO_Q31(u, FULL_SCALE),
+                                           &seen_q31);
 
     const double f_error   = fabs((double)f - sample->f_n);
-    const double q31_force = tribo_arm_q31_force(&own->q31_arm) / 2147483648.0 * FULL_SCALE;
+    const double q31_force = tribo_arm_q31_force(&own->q31.arm) / 2147483648.0 * FULL_SCALE;
     own->f_square += f_error * f_error;
     own->largest_f         = fmax(own->largest_f, f_error);
-    own->largest_force     = fmax(own->largest_force, fabs((double)own->f32_arm.force_n - sample->force_n));
+    own->largest_force     = fmax(own->largest_force, fabs((double)own->f32.arm.force_n - sample->force_n));
     own->largest_force_q31 = fmax(own->largest_force_q31, fabs(q31_force - sample->force_n));
     own->count++;
 }
 
 static compensator_t run(const rig_ramp_t *ramps, unsigned count)
 {
-    const tribo_lugre_f32_config_t config = tribo_lugre_f32_paper();
-    const tribo_arm_f32_config_t   arm    = tribo_arm_f32_paper();
-    compensator_t                  own    = {0};
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_f32_init(&own.f32_params, &config, &arm, (float)H));
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&own.f32_arm_params, &arm, (float)H));
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_q31_init(&own.q31_params, &config, &arm, (float)H, (float)FULL_SCALE));
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_q31_init(&own.q31_arm_params, &arm, (float)H));
-    tribo_lugre_f32_reset(&own.f32);
-    tribo_lugre_q31_reset(&own.q31);
-    tribo_arm_f32_reset(&own.f32_arm);
-    tribo_arm_q31_reset(&own.q31_arm);
+    const tribo_lugre_f32_config_t       lugre  = tribo_lugre_f32_paper();
+    const tribo_compensator_f32_config_t config = tribo_compensator_f32_paper();
+    const float                          h      = (float)H;
+    const float                          FS     = (float)FULL_SCALE;
+    compensator_t                        own    = {0};
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_compensator_f32_init(&own.f32_params, &config, h));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_f32_init(&own.f32_lugre, &lugre, &config.arm, h));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_compensator_q31_init(&own.q31_params, NULL, &config, h, FS));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_q31_init(&own.q31_lugre, &lugre, &config.arm, h));
+    tribo_compensator_lugre_f32_reset(&own.f32);
+    tribo_compensator_lugre_q31_reset(&own.q31);
     rig_run_reference(&rig, &cvode_defaults, H, ramps, count, tick, &own, NULL);
     printf("f^: rms error %.2e N, largest %.2e N; F^: largest %.2e N in float, %.2e N in Q31\n",
            sqrt(own.f_square / (double)own.count),

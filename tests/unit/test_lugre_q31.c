@@ -11,20 +11,27 @@
 #define H          1.0e-3f
 #define FULL_SCALE 2.0f
 
-static tribo_lugre_f32_config_t  config;
-static tribo_arm_f32_config_t    arm_config;
-static tribo_lugre_q31_params_t  params;
-static tribo_lugre_q31_state_t   state;
-static tribo_lugre_q31_signals_t seen;
-static tribo_lugre_f32_params_t  params_f32;
-static tribo_lugre_f32_state_t   state_f32;
-static tribo_lugre_f32_signals_t seen_f32;
-static tribo_arm_f32_params_t    arm_params;
-static tribo_arm_f32_state_t     arm;
+static tribo_lugre_f32_config_t     config;
+static tribo_arm_f32_config_t       arm_config;
+static tribo_friction_f32_config_t  law;
+static tribo_friction_f32_params_t  friction_f32;
+static tribo_friction_q31_params_t  friction;
+static tribo_breakaway_point_q31_t  table[2];
+static tribo_lugre_q31_params_t     params;
+static tribo_lugre_q31_state_t      state;
+static tribo_friction_q31_signals_t seen;
+static tribo_lugre_f32_params_t     params_f32;
+static tribo_lugre_f32_state_t      state_f32;
+static tribo_friction_f32_signals_t seen_f32;
+static tribo_arm_f32_params_t       arm_params;
+static tribo_arm_f32_state_t        arm;
 
 static void init_at(float h)
 {
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_q31_init(&params, &config, &arm_config, h, FULL_SCALE));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_q31_init(&params, &config, &arm_config, h));
+    law.pulse_width_s = h; // not read
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_q31_init(&friction, table, &law, h, FULL_SCALE));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&friction_f32, &law, h));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_f32_init(&params_f32, &config, &arm_config, h));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&arm_params, &arm_config, h));
     tribo_lugre_q31_reset(&state);
@@ -36,6 +43,7 @@ void setUp(void)
 {
     config     = tribo_lugre_f32_paper();
     arm_config = tribo_arm_f32_paper();
+    law        = tribo_friction_f32_paper();
     init_at(H);
 }
 
@@ -56,8 +64,9 @@ static double newton(int32_t x)
 /// Both modules with the same u and F, the arm driven by the f32 one. Returns how far f is apart.
 static double difference(float u)
 {
-    const float  f = tribo_lugre_f32_step(&params_f32, &state_f32, u, arm.force_n, &seen_f32);
-    const double g = newton(tribo_lugre_q31_step(&params, &state, q31((double)u), q31((double)arm.force_n), &seen));
+    const float  f = tribo_lugre_f32_step(&params_f32, &friction_f32, &state_f32, u, arm.force_n, &seen_f32);
+    const double g =
+        newton(tribo_lugre_q31_step(&params, &friction, &state, q31((double)u), q31((double)arm.force_n), &seen));
     (void)tribo_arm_f32_step(&arm_params, &arm, seen_f32.n_n - f);
     return fabs((double)f - g);
 }
@@ -90,37 +99,37 @@ static void test_soft_bristles_too(void)
 
 static void test_directions_may_differ_and_gravity_adds(void)
 {
-    config.negative  = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 2.0f};
-    config.gravity_n = 0.05f;
+    law.negative  = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 2.0f};
+    law.gravity_n = 0.05f;
     init_at(H);
-    (void)tribo_lugre_q31_step(&params, &state, q31(0.5), q31(0.1), &seen);
+    (void)tribo_lugre_q31_step(&params, &friction, &state, q31(0.5), q31(0.1), &seen);
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.45, newton(seen.n));
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.037, newton(seen.f));
     TEST_ASSERT_EQUAL_INT32(seen.L, seen.f);
     for (int k = 0; k < 5; k++)
     {
-        (void)tribo_lugre_q31_step(&params, &state, q31(-0.9), q31(0.1), &seen);
+        (void)tribo_lugre_q31_step(&params, &friction, &state, q31(-0.9), q31(0.1), &seen);
     }
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, -0.22, newton(seen.f));
     TEST_ASSERT_EQUAL_INT32(seen.L, -seen.f);
     // 0.02 + 2 * 1.5 N is beyond full scale.
-    (void)tribo_lugre_q31_step(&params, &state, q31(-1.0), q31(1.5), &seen);
+    (void)tribo_lugre_q31_step(&params, &friction, &state, q31(-1.0), q31(1.5), &seen);
     TEST_ASSERT_EQUAL_INT32(TRIBO_Q31_MAX, seen.L);
 }
 
 static void test_it_is_a_mirror_image_of_itself(void)
 {
-    tribo_lugre_q31_state_t   mirror = state;
-    tribo_lugre_q31_signals_t other;
-    random_t                  seed = {3};
+    tribo_lugre_q31_state_t      mirror = state;
+    tribo_friction_q31_signals_t other;
+    random_t                     seed = {3};
     for (int k = 0; k < 20000; k++)
     {
         // Some of them within the stiction of small numbers.
         const double  scale = k % 3 == 0 ? 1.0 : 1e-6;
         const int32_t u     = q31(random_between(&seed, -0.6, 0.6) * scale);
         const int32_t F     = q31(random_between(&seed, -0.5, 0.5) * scale);
-        const int32_t f     = tribo_lugre_q31_step(&params, &state, u, F, &seen);
-        TEST_ASSERT_EQUAL_INT32(f, -tribo_lugre_q31_step(&params, &mirror, -u, -F, &other));
+        const int32_t f     = tribo_lugre_q31_step(&params, &friction, &state, u, F, &seen);
+        TEST_ASSERT_EQUAL_INT32(f, -tribo_lugre_q31_step(&params, &friction, &mirror, -u, -F, &other));
         TEST_ASSERT_EQUAL_INT32(state.bristle, -mirror.bristle);
         TEST_ASSERT_TRUE(tribo_q31_magnitude(f) <= (uint32_t)seen.L);
     }
@@ -132,17 +141,17 @@ static void test_any_input_and_any_accepted_params_keep_friction_and_bristles_wi
     int      accepted = 0;
     for (int i = 0; i < 400; i++)
     {
-        config.stiffness         = (float)pow(10.0, random_between(&seed, -3.8, 8.0));
-        config.damping           = config.stiffness * (float)pow(10.0, random_between(&seed, -6.0, 0.0));
-        config.viscous           = (float)pow(10.0, random_between(&seed, -3.0, 2.0));
-        config.positive.offset_n = (float)pow(10.0, random_between(&seed, -5.0, 0.2));
-        config.negative.slope    = (float)random_between(&seed, 0.0, 10.0);
+        config.stiffness      = (float)pow(10.0, random_between(&seed, -3.8, 8.0));
+        config.damping        = config.stiffness * (float)pow(10.0, random_between(&seed, -6.0, 0.0));
+        config.viscous        = (float)pow(10.0, random_between(&seed, -3.0, 2.0));
+        law.positive.offset_n = (float)pow(10.0, random_between(&seed, -5.0, 0.2));
+        law.negative.slope    = (float)random_between(&seed, 0.0, 10.0);
         if (i % 10 == 0)
         {
             config.damping = config.viscous = 0.0f;
         }
-        const tribo_status_t made = tribo_lugre_q31_init(&params, &config, &arm_config, H, FULL_SCALE);
-        if (made != TRIBO_OK)
+        if (tribo_lugre_q31_init(&params, &config, &arm_config, H) != TRIBO_OK ||
+            tribo_friction_q31_init(&friction, NULL, &law, H, FULL_SCALE) != TRIBO_OK)
         {
             continue;
         }
@@ -154,12 +163,14 @@ static void test_any_input_and_any_accepted_params_keep_friction_and_bristles_wi
             const uint64_t bits = random_bits(&seed);
             const int32_t  u    = k % 4 == 0 ? (int32_t)(uint32_t)bits : (int32_t)(uint32_t)bits >> 20;
             const int32_t  F    = k % 8 == 0 ? (int32_t)(uint32_t)(bits >> 32) : (int32_t)(uint32_t)(bits >> 32) >> 18;
-            const int32_t  f    = tribo_lugre_q31_step(&params, &state, u, F, &seen);
+            const int32_t  f    = tribo_lugre_q31_step(&params, &friction, &state, u, F, &seen);
             TEST_ASSERT_TRUE(tribo_q31_magnitude(f) <= (uint32_t)seen.L);
             for (unsigned side = 0; side < 2; side++)
             {
-                const double L    = params.offset[side] + params.slope[side] / 268435456.0 * tribo_q31_magnitude(F);
-                const double most = fmin(L, 2147483647.0);
+                const tribo_breakaway_f32_t *const of   = side == 0 ? &law.positive : &law.negative;
+                const double                       load = tribo_q31_magnitude(F);
+                const double L    = (double)of->offset_n / (double)FULL_SCALE * 2147483648.0 + (double)of->slope * load;
+                const double most = fmin(L * 1.0000001 + 2.0, 2147483647.0);
                 largest           = (uint32_t)most > largest ? (uint32_t)most : largest;
             }
             TEST_ASSERT_TRUE(tribo_q31_magnitude(state.bristle) <= largest);
@@ -171,7 +182,7 @@ static void test_any_input_and_any_accepted_params_keep_friction_and_bristles_wi
 
 static void test_a_net_force_beyond_full_scale_is_clamped_and_counted(void)
 {
-    (void)tribo_lugre_q31_step(&params, &state, TRIBO_Q31_MAX, -TRIBO_Q31_MAX, &seen);
+    (void)tribo_lugre_q31_step(&params, &friction, &state, TRIBO_Q31_MAX, -TRIBO_Q31_MAX, &seen);
     TEST_ASSERT_EQUAL_INT32(TRIBO_Q31_MAX, seen.n);
     TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
 }
@@ -180,18 +191,57 @@ static void test_it_stands_to_the_last_bit(void)
 {
     for (int k = 0; k < 2000; k++)
     {
-        (void)tribo_lugre_q31_step(&params, &state, 1000, 0, &seen);
+        (void)tribo_lugre_q31_step(&params, &friction, &state, 1000, 0, &seen);
     }
     const tribo_lugre_q31_state_t before = state;
-    (void)tribo_lugre_q31_step(&params, &state, 1000, 0, &seen);
+    (void)tribo_lugre_q31_step(&params, &friction, &state, 1000, 0, &seen);
     TEST_ASSERT_EQUAL_INT32(before.bristle, state.bristle);
     TEST_ASSERT_EQUAL_INT32(0, state.drive);
     TEST_ASSERT_EQUAL_INT32(1000, seen.f);
 }
 
+/// A table takes the law's place, point for point.
+static void test_a_table_gives_breakaway_as_the_law_does(void)
+{
+    static const tribo_breakaway_point_f32_t points[] = {{0.0f, 0.007f, 0.007f}, {1.0f, 0.307f, 0.307f}};
+
+    const tribo_friction_q31_params_t by_law  = friction;
+    tribo_lugre_q31_state_t           other   = state;
+    tribo_friction_q31_signals_t      another = {.n = 0};
+    law.table                                 = points;
+    law.table_length                          = 2;
+    init_at(H);
+    for (int k = 0; k < 3000; k++)
+    {
+        const double u = 0.4 * sin(0.004 * k);
+        const double f = newton(tribo_lugre_q31_step(&params, &friction, &state, q31(u), q31(0.8 * u), &seen));
+        const double g = newton(tribo_lugre_q31_step(&params, &by_law, &other, q31(u), q31(0.8 * u), &another));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, g, f);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, newton(another.L), newton(seen.L));
+    }
+}
+
+/// Whatever bits Z and r have, friction is within breakaway, and Z comes back within it.
+static void test_any_state_is_left_within_breakaway(void)
+{
+    static const int32_t ends[] = {INT32_MIN, INT32_MIN + 1, -1, 0, 1, TRIBO_Q31_MAX};
+    for (unsigned i = 0; i < 36; i++)
+    {
+        state.bristle = ends[i / 6u];
+        state.drive   = ends[i % 6u];
+        for (int k = 0; k < 2000; k++)
+        {
+            const int32_t f =
+                tribo_lugre_q31_step(&params, &friction, &state, q31(k % 400 < 200 ? 0.3 : -0.3), 0, &seen);
+            TEST_ASSERT_TRUE(tribo_q31_magnitude(f) <= (uint32_t)seen.L);
+        }
+        TEST_ASSERT_TRUE(tribo_q31_magnitude(state.bristle) <= (uint32_t)seen.L);
+    }
+}
+
 static void test_reset_is_at_rest(void)
 {
-    (void)tribo_lugre_q31_step(&params, &state, TRIBO_Q31_MAX, -TRIBO_Q31_MAX, &seen);
+    (void)tribo_lugre_q31_step(&params, &friction, &state, TRIBO_Q31_MAX, -TRIBO_Q31_MAX, &seen);
     tribo_lugre_q31_reset(&state);
     TEST_ASSERT_EQUAL_INT32(0, state.bristle);
     TEST_ASSERT_EQUAL_INT32(0, state.drive);
@@ -203,29 +253,20 @@ static void expect(tribo_status_t status)
     tribo_lugre_q31_params_t before;
     memset(&before, 0x5a, sizeof before);
     params = before;
-    TEST_ASSERT_EQUAL_INT(status, tribo_lugre_q31_init(&params, &config, &arm_config, H, FULL_SCALE));
+    TEST_ASSERT_EQUAL_INT(status, tribo_lugre_q31_init(&params, &config, &arm_config, H));
     TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof before);
     config = tribo_lugre_f32_paper();
 }
 
 static void test_init_names_the_field_that_is_wrong(void)
 {
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_lugre_q31_init(NULL, &config, &arm_config, H, FULL_SCALE));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_lugre_q31_init(&params, NULL, &arm_config, H, FULL_SCALE));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_FULL_SCALE, tribo_lugre_q31_init(&params, &config, &arm_config, H, 0.0f));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_lugre_q31_init(NULL, &config, &arm_config, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_lugre_q31_init(&params, NULL, &arm_config, H));
     config.damping = -1.0f;
     expect(TRIBO_ERR_BRISTLE_DAMPING);
     config.stiffness = 1.0e8f; // c = 7e5
     config.damping   = 1.0e6f;
     expect(TRIBO_ERR_BRISTLE_DAMPING);
-    config.positive.offset_n = 1.0e-6f;
-    expect(TRIBO_ERR_BREAKAWAY_OFFSET);
-    config.positive.offset_n = 2.0f;
-    expect(TRIBO_ERR_BREAKAWAY_OFFSET);
-    config.negative.offset_n = 2.0f;
-    expect(TRIBO_ERR_BREAKAWAY_OFFSET);
-    config.gravity_n = 2.1f;
-    expect(TRIBO_ERR_GRAVITY);
 }
 
 int main(void)
@@ -238,6 +279,8 @@ int main(void)
     RUN_TEST(test_any_input_and_any_accepted_params_keep_friction_and_bristles_within_breakaway);
     RUN_TEST(test_a_net_force_beyond_full_scale_is_clamped_and_counted);
     RUN_TEST(test_it_stands_to_the_last_bit);
+    RUN_TEST(test_a_table_gives_breakaway_as_the_law_does);
+    RUN_TEST(test_any_state_is_left_within_breakaway);
     RUN_TEST(test_reset_is_at_rest);
     RUN_TEST(test_init_names_the_field_that_is_wrong);
     return UNITY_END();

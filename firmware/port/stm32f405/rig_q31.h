@@ -14,7 +14,7 @@
 
 #include "tribo/force_loop_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 3
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 4
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -91,6 +91,7 @@ static const tribo_force_loop_q31_params_t rig_params = {
     },
     .method = NULL,
     .feedforward = NULL,
+    .lugre = NULL,
 };
 // clang-format on
 

@@ -11,6 +11,7 @@
 
 #include "tribo/arm_f32.h"
 #include "tribo/friction_f32.h"
+#include "tribo/lugre_f32.h"
 #include "tribo/status.h"
 
 #ifdef __cplusplus
@@ -31,8 +32,12 @@ typedef struct
 
 typedef struct
 {
-    tribo_friction_f32_state_t friction; ///< counts the bad inputs
-    tribo_arm_f32_state_t      arm;
+    union
+    {
+        tribo_friction_f32_state_t friction;
+        tribo_lugre_f32_state_t lugre; ///< of a loop with force_loop_lugre_f32.h; its first two members are friction's
+    };
+    tribo_arm_f32_state_t arm;
 } tribo_compensator_f32_state_t;
 
 /// What one step saw, for logging.

@@ -5,6 +5,7 @@
 
 #include "tribo/arm_q31.h"
 #include "tribo/friction_q31.h"
+#include "tribo/lugre_q31.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -18,8 +19,12 @@ typedef struct
 
 typedef struct
 {
-    tribo_friction_q31_state_t friction;
-    tribo_arm_q31_state_t      arm;
+    union
+    {
+        tribo_friction_q31_state_t friction;
+        tribo_lugre_q31_state_t lugre; ///< of a loop with force_loop_lugre_q31.h; its first two members are friction's
+    };
+    tribo_arm_q31_state_t arm;
 } tribo_compensator_q31_state_t;
 
 /// What one step saw, for logging.

@@ -47,7 +47,7 @@ typedef struct
     tribo_compensator_f32_config_t compensator;
 } tribo_force_loop_f32_config_t;
 
-#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 3 ///< of the params' fields and what they mean, for params made on a host
+#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 4 ///< of the params' fields and what they mean, for params made on a host
 
 typedef struct tribo_force_loop_f32_method tribo_force_loop_f32_method_t;
 
@@ -60,6 +60,7 @@ typedef struct
     tribo_compensator_f32_params_t        compensator;
     const tribo_force_loop_f32_method_t  *method;      ///< null: the paper's
     const tribo_feedforward_f32_params_t *feedforward; ///< of force_loop_feedforward_f32.h
+    const tribo_lugre_f32_params_t       *lugre;       ///< of force_loop_lugre_f32.h
 } tribo_force_loop_f32_params_t;
 
 /// What a feed-forward keeps, attached to a loop (force_loop_feedforward_f32.h).

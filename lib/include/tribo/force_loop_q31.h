@@ -29,7 +29,7 @@
 extern "C" {
 #endif
 
-#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 3 ///< of the params' fields and what they mean, for params made on a host
+#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 4 ///< of the params' fields and what they mean, for params made on a host
 
 typedef struct tribo_force_loop_q31_method tribo_force_loop_q31_method_t;
 
@@ -42,6 +42,7 @@ typedef struct
     tribo_compensator_q31_params_t        compensator;
     const tribo_force_loop_q31_method_t  *method;      ///< null: the paper's
     const tribo_feedforward_q31_params_t *feedforward; ///< of force_loop_feedforward_q31.h
+    const tribo_lugre_q31_params_t       *lugre;       ///< of force_loop_lugre_q31.h
 } tribo_force_loop_q31_params_t;
 
 /// What a feed-forward keeps, attached to a loop (force_loop_feedforward_q31.h).

@@ -2,7 +2,7 @@
 ///
 ///     f = sat( s0 z + s1 dz/dt + s2 w )       dz/dt = w - s0 |w| z / L       sat(x) = min(L+, max(-L-, x))
 ///
-/// The rival of friction_f32.h, with the same step: u and F in, f out. s1/I is 2.6e6 1/s with the paper's parameters, so
+/// The rival of friction_f32.h, with the same step: u and F in, f out, L(F) and gravity those of the friction's params. s1/I is 2.6e6 1/s with the paper's parameters, so
 /// an explicit step of w and z must stay below 0.7 us. Here one step of any length is stable:
 ///
 ///     w at the step's end is that of the arm's own zero-order hold with f held, which is linear in f
@@ -18,7 +18,7 @@
 ///     f  = sat( n' - (n' - P) / (1 + b + a/D*) ),   r = n' - f
 ///     Z  = (Z + c r) / (1 + c |r|/L)
 ///
-/// |f| <= L and |Z| <= the largest L seen, whatever comes. The speed is the module's own, so the arm that its f drives must
+/// |f| <= L and |Z| <= the largest L seen, whatever comes. A corrupt Z or r starts again from 0. The speed is the module's own, so the arm that its f drives must
 /// be the config's. Beside Eq. (12) by CVODE, with the paper's parameters at 1 kHz and ramps of up to 0.4 N/s: F of that arm
 /// within 0.1 %, f within 0.1 % of L rms (tests/truth/test_lugre_compensator.c holds 1 %).
 /// Source: C. Canudas de Wit et al., IEEE Trans. Automatic Control 40(3), 1995; the linearly implicit step after V. Acary,
@@ -42,48 +42,33 @@ extern "C" {
 /// Displacement in the arm's unit (arm_f32.h), degrees with the paper's numbers.
 typedef struct
 {
-    float                 stiffness; ///< s0, over 0, N per unit; c from 1e-6 to 1e6
-    float                 damping;   ///< s1, 0 or more, N s per unit; beta at most 1000
-    float                 viscous;   ///< s2, 0 or more, N s per unit; b at most 1000
-    tribo_breakaway_f32_t positive;  ///< L+
-    tribo_breakaway_f32_t negative;  ///< L-
-    float                 gravity_n; ///< g, -1e6 to 1e6 N
+    float stiffness; ///< s0, over 0, N per unit; c from 1e-6 to 1e6
+    float damping;   ///< s1, 0 or more, N s per unit; beta at most 1000
+    float viscous;   ///< s2, 0 or more, N s per unit; b at most 1000
 } tribo_lugre_f32_config_t;
 
 /// What a step reads, made by tribo_lugre_f32_init. Const from then on; may be shared.
 typedef struct
 {
-    float                 a, b_and_1, beta, c; ///< above
-    float                 stuck;               ///< c/(1 + a + b)
-    float                 gamma_g;             ///< of the arm
-    tribo_breakaway_f32_t law[2];              ///< L+, L-
-    float                 gravity_n;
+    float a, b_and_1, beta, c; ///< above
+    float stuck;               ///< c/(1 + a + b)
+    float gamma_g;             ///< of the arm
 } tribo_lugre_f32_params_t;
 
 typedef struct
 {
     float    n_n;        ///< n[k-1]
+    uint32_t bad_inputs; ///< steps with a bad input since reset; stops at UINT32_MAX
     float    bristle_n;  ///< Z
     float    drive_n;    ///< r
-    uint32_t bad_inputs; ///< steps with a bad input since reset; stops at UINT32_MAX
 } tribo_lugre_f32_state_t;
 
-/// What one step saw, for logging.
-typedef struct
-{
-    float n_n;       ///< net force
-    float L_n;       ///< breakaway on the side of f
-    float bristle_n; ///< Z at the step's end
-    float f_n;       ///< friction
-} tribo_lugre_f32_signals_t;
-
-/// Eq. (12) with the paper's parameters, and its L(F).
+/// Eq. (12) with the paper's parameters: 1e5 N/deg, 10^2.5 and 0.4 N s/deg.
 tribo_lugre_f32_config_t tribo_lugre_f32_paper(void);
 
 /// Checks `config` and `arm` and computes `params` for a sample time of 1e-6 to 0.1 s. Returns TRIBO_OK, TRIBO_ERR_NULL,
-/// what tribo_arm_f32_init says, TRIBO_ERR_BRISTLE_STIFFNESS, TRIBO_ERR_BRISTLE_DAMPING, TRIBO_ERR_BRISTLE_VISCOUS,
-/// TRIBO_ERR_BREAKAWAY_OFFSET, TRIBO_ERR_BREAKAWAY_SLOPE or TRIBO_ERR_GRAVITY, in this order. Writes nothing unless
-/// TRIBO_OK. Not for the tick.
+/// what tribo_arm_f32_init says, TRIBO_ERR_BRISTLE_STIFFNESS, TRIBO_ERR_BRISTLE_DAMPING or TRIBO_ERR_BRISTLE_VISCOUS, in
+/// this order. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_lugre_f32_init(tribo_lugre_f32_params_t       *params,
                                     const tribo_lugre_f32_config_t *config,
                                     const tribo_arm_f32_config_t   *arm,
@@ -92,14 +77,16 @@ tribo_status_t tribo_lugre_f32_init(tribo_lugre_f32_params_t       *params,
 /// At rest, bristles relaxed, counter 0.
 void tribo_lugre_f32_reset(tribo_lugre_f32_state_t *state);
 
-/// Friction in N at manipulated input `u_n` and end-point force `force_n`, both in N, to be held over the tick. Cannot
-/// fail: with a bad input (NaN, or beyond TRIBO_F32_FORCE_MAX_N) n stays as it was, a bad force counts as 0 in L(F), and
-/// the step is counted. `signals` is written whole and must not be null.
-float tribo_lugre_f32_step(const tribo_lugre_f32_params_t *params,
-                           tribo_lugre_f32_state_t        *state,
-                           float                           u_n,
-                           float                           force_n,
-                           tribo_lugre_f32_signals_t      *signals);
+/// Friction in N at manipulated input `u_n` and end-point force `force_n`, both in N, to be held over the tick. Of `friction` it
+/// reads L(F), by law or table, and gravity. Cannot fail: with a bad input (NaN, or beyond TRIBO_F32_FORCE_MAX_N) n stays as it
+/// was, a bad force counts as 0 in L(F), and the step is counted. `signals` is written whole and must not be null: L is that on
+/// the side of f, v and the relays are 0.
+float tribo_lugre_f32_step(const tribo_lugre_f32_params_t    *params,
+                           const tribo_friction_f32_params_t *friction,
+                           tribo_lugre_f32_state_t           *state,
+                           float                              u_n,
+                           float                              force_n,
+                           tribo_friction_f32_signals_t      *signals);
 
 #ifdef __cplusplus
 }

@@ -58,13 +58,12 @@ tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *
                                           float                                 sample_time_s,
                                           float                                 full_scale_n);
 
-/// LuGre, with the arm that it drives. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_FULL_SCALE or what tribo_lugre_f32_init
-/// says; TRIBO_ERR_BRISTLE_DAMPING also where 1 + a + b (lugre_f32.h) is 2^21 or more.
+/// LuGre, with the arm that it holds. Returns TRIBO_OK, TRIBO_ERR_NULL or what tribo_lugre_f32_init says;
+/// TRIBO_ERR_BRISTLE_DAMPING also where 1 + a + b (lugre_f32.h) is 2^21 or more.
 tribo_status_t tribo_lugre_q31_init(tribo_lugre_q31_params_t       *params,
                                     const tribo_lugre_f32_config_t *config,
                                     const tribo_arm_f32_config_t   *arm,
-                                    float                           sample_time_s,
-                                    float                           full_scale_n);
+                                    float                           sample_time_s);
 
 /// The guard. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE or what tribo_guard_f32_init says; turn_n and stray_n are 1e-6 FS to under FS.
 /// Writes nothing unless TRIBO_OK.
@@ -93,6 +92,16 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
                                          const tribo_force_loop_f32_config_t *config,
                                          float                                full_scale_n,
                                          tribo_headroom_q31_t                *headroom);
+
+/// The same with LuGre in the compensator (force_loop_lugre_q31.h): `params` will point to `lugre`. Returns what
+/// tribo_force_loop_q31_init and then tribo_lugre_q31_init say. Nothing but the table is written unless TRIBO_OK.
+tribo_status_t tribo_force_loop_lugre_q31_init(tribo_force_loop_q31_params_t       *params,
+                                               tribo_breakaway_point_q31_t         *table,
+                                               tribo_lugre_q31_params_t            *lugre,
+                                               const tribo_force_loop_f32_config_t *config,
+                                               const tribo_lugre_f32_config_t      *lugre_config,
+                                               float                                full_scale_n,
+                                               tribo_headroom_q31_t                *headroom);
 
 #ifdef __cplusplus
 }
