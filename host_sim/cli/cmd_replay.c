@@ -157,7 +157,7 @@ static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, do
         signals.force_n = (float)measured_n;
         (void)tribo_lugre_f32_step(&replay->lugre_f32,
                                    &replay->f32.friction,
-                                   &replay->state_f32.lugre,
+                                   &replay->state_f32.friction.lugre,
                                    (float)u_n,
                                    signals.force_n,
                                    &signals.friction);
@@ -174,7 +174,7 @@ static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, do
     {
         signals.force_n = (float)measured_n;
         (void)tribo_friction_f32_step(&replay->f32.friction,
-                                      &replay->state_f32.friction,
+                                      &replay->state_f32.friction.paper,
                                       (float)u_n,
                                       signals.force_n,
                                       &signals.friction);
@@ -212,7 +212,7 @@ static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, do
         signals.force = sim_q31_from_n(measured_n, full_scale_n);
         (void)tribo_lugre_q31_step(&replay->lugre_q31,
                                    &replay->q31.friction,
-                                   &replay->state_q31.lugre,
+                                   &replay->state_q31.friction.lugre,
                                    u,
                                    signals.force,
                                    &signals.friction);
@@ -225,7 +225,7 @@ static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, do
     {
         signals.force = sim_q31_from_n(measured_n, full_scale_n);
         (void)tribo_friction_q31_step(&replay->q31.friction,
-                                      &replay->state_q31.friction,
+                                      &replay->state_q31.friction.paper,
                                       u,
                                       signals.force,
                                       &signals.friction);
@@ -320,7 +320,7 @@ static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
             replay_row(replay, log, i, file);
             sim_progress_update(&progress, (double)i / (double)log->rows);
         }
-        bad_inputs += replay->has_lugre ? replay->state_f32.lugre.bad_inputs : replay->state_f32.friction.bad_inputs;
+        bad_inputs += replay->has_lugre ? replay->state_f32.friction.lugre.bad_inputs : replay->state_f32.friction.paper.bad_inputs;
     }
     replay->bad_inputs = bad_inputs;
     sim_progress_end(&progress);

@@ -33,7 +33,7 @@ tribo_status_t tribo_compensator_f32_init(tribo_compensator_f32_params_t       *
 
 void tribo_compensator_f32_reset(tribo_compensator_f32_state_t *state)
 {
-    tribo_friction_f32_reset(&state->friction);
+    tribo_friction_f32_reset(&state->friction.paper);
     tribo_arm_f32_reset(&state->arm);
 }
 
@@ -49,8 +49,8 @@ float tribo_compensator_f32_step(const tribo_compensator_f32_params_t *params,
     float n = compensator_f32_net_force(params, state, u_n);
     if (exceeds(u_n, TRIBO_F32_FORCE_MAX_N))
     {
-        n = state->friction.n_n;
-        count(&state->friction.bad_inputs);
+        n = state->friction.paper.n_n;
+        count(&state->friction.paper.bad_inputs);
     }
     return compensator_f32_step(params, state, n, signals);
 }

@@ -31,7 +31,7 @@ static inline float compensator_f32_step(const tribo_compensator_f32_params_t *p
 {
     const float F    = state->arm.force_n;
     signals->force_n = F;
-    const float f    = friction_f32_step(&params->friction, &state->friction, n_n, F, &signals->friction);
+    const float f    = friction_f32_step(&params->friction, &state->friction.paper, n_n, F, &signals->friction);
     // The drive d = u + g - F^ - f^. Below breakaway f^ = n, so it is exactly 0 and the arm sticks.
     arm_f32_step(&params->arm, &state->arm, n_n - f);
     return f;

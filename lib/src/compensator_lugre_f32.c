@@ -4,7 +4,7 @@
 
 void tribo_compensator_lugre_f32_reset(tribo_compensator_f32_state_t *state)
 {
-    tribo_lugre_f32_reset(&state->lugre);
+    tribo_lugre_f32_reset(&state->friction.lugre);
     tribo_arm_f32_reset(&state->arm);
 }
 
@@ -20,7 +20,7 @@ float tribo_compensator_lugre_f32_step(const tribo_compensator_f32_params_t *par
     }
     const float F    = state->arm.force_n;
     signals->force_n = F;
-    const float f    = tribo_lugre_f32_step(lugre, &params->friction, &state->lugre, u_n, F, &signals->friction);
+    const float f = tribo_lugre_f32_step(lugre, &params->friction, &state->friction.lugre, u_n, F, &signals->friction);
     arm_f32_step(&params->arm, &state->arm, signals->friction.n_n - f);
     return f;
 }

@@ -31,7 +31,7 @@ tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *
 
 void tribo_compensator_q31_reset(tribo_compensator_q31_state_t *state)
 {
-    tribo_friction_q31_reset(&state->friction);
+    tribo_friction_q31_reset(&state->friction.paper);
     tribo_arm_q31_reset(&state->arm);
 }
 

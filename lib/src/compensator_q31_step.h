@@ -17,8 +17,8 @@ static inline int32_t compensator_q31_step(const tribo_compensator_q31_params_t 
 {
     const int32_t F = tribo_arm_q31_force(&state->arm);
     signals->force  = F;
-    const int32_t n = friction_q31_net_force(&params->friction, &state->friction, u, F);
-    const int32_t f = friction_q31_step(&params->friction, &state->friction, n, F, &signals->friction);
+    const int32_t n = friction_q31_net_force(&params->friction, &state->friction.paper, u, F);
+    const int32_t f = friction_q31_step(&params->friction, &state->friction.paper, n, F, &signals->friction);
     // The drive d = u + g - F^ - f^. As |f^| <= |n| and both have one sign, it cannot overflow; below breakaway f^ = n, so
     // it is exactly 0 and the arm sticks.
     arm_q31_step(&params->arm, &state->arm, n - f);

@@ -78,7 +78,7 @@ static float friction_under(const tribo_force_loop_f32_params_t *params,
                             tribo_compensator_f32_state_t       *state,
                             float                                u_n)
 {
-    tribo_friction_f32_state_t *const friction   = &state->friction;
+    tribo_friction_f32_state_t *const friction   = &state->friction.paper;
     const relay_snapshot_t            relay      = relay_snapshot(&friction->relay);
     const float                       n_before   = friction->n_n;
     const uint32_t                    bad_inputs = friction->bad_inputs;
@@ -119,7 +119,7 @@ void tribo_force_loop_f32_hand_over(const tribo_force_loop_f32_params_t *from,
     const float u      = limit_f32(wanted, params->controller.u_min_n, params->controller.u_max_n);
     tribo_compensator_f32_reset(compensator);
     compensator->arm.force_n  = exceeds(y_n, params->input_max_n) ? u : y_n;
-    compensator->friction.n_n = compensator_f32_net_force(&params->compensator, compensator, u);
+    compensator->friction.paper.n_n = compensator_f32_net_force(&params->compensator, compensator, u);
     state->friction_n         = friction_under(params, compensator, u);
 
     const float v     = force_loop_f32_v(&from->controller, &state->controller, e);

@@ -60,8 +60,8 @@ static void enter(const tribo_force_loop_f32_params_t *from,
     compensator->arm.force_n = exceeds(y_n, params->input_max_n) ? u : y_n;
     lugre_f32_breakaway(&params->compensator.friction, compensator->arm.force_n, L);
     const float f = limit_f32(compensator_f32_net_force(&params->compensator, compensator, u), -L[1], L[0]);
-    compensator->lugre.bristle_n = f;
-    state->friction_n            = f;
+    compensator->friction.lugre.bristle_n = f;
+    state->friction_n                     = f;
 
     const float v = force_loop_f32_v(&from->controller, &state->controller, e);
     tribo_controller_f32_change(&from->controller,
@@ -91,7 +91,7 @@ static void change_controller(const tribo_force_loop_f32_params_t *params,
     }
     else if (state->active == NULL) // the reset was that of the paper's friction
     {
-        tribo_lugre_f32_reset(&state->compensator.lugre);
+        tribo_lugre_f32_reset(&state->compensator.friction.lugre);
     }
 }
 

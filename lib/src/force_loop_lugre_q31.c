@@ -94,8 +94,8 @@ static void enter(const tribo_force_loop_q31_params_t *from,
     const int32_t n = tribo_q31_saturate((int64_t)u - F + params->compensator.friction.gravity, &not_counted);
     const int32_t f = limit_q31(n, -L[1], L[0]);
 
-    compensator->lugre.bristle = f;
-    state->friction            = f;
+    compensator->friction.lugre.bristle = f;
+    state->friction                     = f;
 
     const int64_t v = force_loop_q31_v(&from->controller, &state->controller, e);
     change_by(from, params, state, e, v + feedforward_of(params, f, &not_counted) - wanted);
@@ -122,7 +122,7 @@ static void change_controller(const tribo_force_loop_q31_params_t *params,
     }
     else if (state->active == NULL) // the reset was that of the paper's friction
     {
-        tribo_lugre_q31_reset(&state->compensator.lugre);
+        tribo_lugre_q31_reset(&state->compensator.friction.lugre);
     }
 }
 

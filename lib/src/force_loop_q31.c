@@ -80,7 +80,7 @@ static int32_t friction_under(const tribo_force_loop_q31_params_t *params,
                               int32_t                              u,
                               tribo_compensator_q31_signals_t     *signals)
 {
-    tribo_friction_q31_state_t *const friction  = &state->friction;
+    tribo_friction_q31_state_t *const friction  = &state->friction.paper;
     const relay_snapshot_t            relay     = relay_snapshot(&friction->relay);
     const int32_t                     n_before  = friction->n;
     const uint32_t                    saturated = friction->saturated;
@@ -140,7 +140,7 @@ void tribo_force_loop_q31_hand_over(const tribo_force_loop_q31_params_t *from,
     const int32_t F      = force_loop_q31_exceeds(y, params->input_max) ? u : y;
     tribo_compensator_q31_reset(compensator);
     compensator->arm.force  = (int64_t)F * (INT64_C(1) << ARM_Q31_FRACTION);
-    compensator->friction.n = tribo_q31_saturate((int64_t)u - F + params->compensator.friction.gravity, &not_counted);
+    compensator->friction.paper.n = tribo_q31_saturate((int64_t)u - F + params->compensator.friction.gravity, &not_counted);
     state->friction         = friction_under(params, compensator, u, &unseen);
 
     const int32_t v     = force_loop_q31_v(&from->controller, &state->controller, e);

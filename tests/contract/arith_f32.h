@@ -5,8 +5,10 @@
 
 #include "feedforward_f32.h"
 #include "seen.h"
+#include "tribo/compensator_lugre_f32.h"
 #include "tribo/force_loop_feedforward_f32.h"
 #include "tribo/force_loop_guard_f32.h"
+#include "tribo/force_loop_lugre_f32.h"
 
 #include <stddef.h>
 
@@ -49,6 +51,7 @@ typedef struct
     tribo_force_loop_f32_state_t   state;
     tribo_feedforward_f32_params_t feedforward; // not to be copied: params and state point to these
     tribo_feedforward_f32_memory_t memory;
+    tribo_lugre_f32_params_t       lugre;
 } loop_t;
 
 static inline friction_seen_t friction_seen(const tribo_friction_f32_signals_t *s)
@@ -211,11 +214,21 @@ static inline tribo_status_t loop_init_feedforward(loop_t                       
     return status == TRIBO_OK && feedforward == NULL ? tribo_force_loop_f32_init(&x->params, config) : status;
 }
 
+/// A loop with LuGre, and memory for a feed-forward.
+static inline tribo_status_t loop_init_lugre(loop_t                              *x,
+                                             const tribo_force_loop_f32_config_t *config,
+                                             const tribo_lugre_f32_config_t      *lugre)
+{
+    const tribo_status_t status = loop_init_feedforward(x, config, NULL);
+    return status != TRIBO_OK ? status : tribo_force_loop_lugre_f32_init(&x->params, &x->lugre, config, lugre);
+}
+
 /// Loop `x` as it is, with a memory of its own.
 static inline void loop_copy(loop_t *to, const loop_t *x)
 {
     *to                    = *x;
     to->params.feedforward = &to->feedforward;
+    to->params.lugre       = &to->lugre;
     to->state.memory       = x->state.memory != NULL ? &to->memory : NULL;
     to->state.memory_seal  = ~(uintptr_t)to->state.memory;
 }
@@ -326,6 +339,28 @@ static inline loop_seen_t parts_step(parts_t *x, const loop_t *by, double e, dou
     const float                     u =
         tribo_controller_f32_step(&by->params.controller, &x->controller, (float)e, (float)feedforward, &signals);
     (void)tribo_compensator_f32_step(&by->params.compensator, &x->compensator, u, &estimate);
+    return (loop_seen_t){.e           = e,
+                         .feedforward = feedforward,
+                         .v           = (double)signals.v_n,
+                         .u           = (double)u,
+                         .limited     = signals.limited,
+                         .compensator = compensator_seen(&estimate)};
+}
+
+static inline void parts_reset_lugre(parts_t *x)
+{
+    tribo_controller_f32_reset(&x->controller);
+    tribo_compensator_lugre_f32_reset(&x->compensator);
+}
+
+/// Likewise of a loop with LuGre.
+static inline loop_seen_t parts_step_lugre(parts_t *x, const loop_t *by, double e, double feedforward)
+{
+    tribo_controller_f32_signals_t  signals;
+    tribo_compensator_f32_signals_t estimate;
+    const float                     u =
+        tribo_controller_f32_step(&by->params.controller, &x->controller, (float)e, (float)feedforward, &signals);
+    (void)tribo_compensator_lugre_f32_step(&by->params.compensator, &by->lugre, &x->compensator, u, &estimate);
     return (loop_seen_t){.e           = e,
                          .feedforward = feedforward,
                          .v           = (double)signals.v_n,

@@ -5,8 +5,10 @@
 
 #include "feedforward_q31.h"
 #include "seen.h"
+#include "tribo/compensator_lugre_q31.h"
 #include "tribo/force_loop_feedforward_q31.h"
 #include "tribo/force_loop_guard_q31.h"
+#include "tribo/force_loop_lugre_q31.h"
 #include "tribo/quantize_q31.h"
 
 #include <math.h>
@@ -58,6 +60,7 @@ typedef struct
     tribo_force_loop_q31_state_t   state;
     tribo_feedforward_q31_params_t feedforward; // not to be copied: params and state point to these
     tribo_feedforward_q31_memory_t memory;
+    tribo_lugre_q31_params_t       lugre;
     tribo_breakaway_point_q31_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
     double                         sample_time_s;
 } loop_t;
@@ -245,11 +248,28 @@ static inline tribo_status_t loop_init_feedforward(loop_t                       
     return status;
 }
 
+/// A loop with LuGre, and memory for a feed-forward.
+static inline tribo_status_t loop_init_lugre(loop_t                              *x,
+                                             const tribo_force_loop_f32_config_t *config,
+                                             const tribo_lugre_f32_config_t      *lugre)
+{
+    const tribo_status_t status = loop_init_feedforward(x, config, NULL);
+    return status != TRIBO_OK ? status
+                              : tribo_force_loop_lugre_q31_init(&x->params,
+                                                                x->table,
+                                                                &x->lugre,
+                                                                config,
+                                                                lugre,
+                                                                (float)FULL_SCALE_N,
+                                                                NULL);
+}
+
 /// Loop `x` as it is, with a memory of its own.
 static inline void loop_copy(loop_t *to, const loop_t *x)
 {
     *to                    = *x;
     to->params.feedforward = &to->feedforward;
+    to->params.lugre       = &to->lugre;
     to->state.memory       = x->state.memory != NULL ? &to->memory : NULL;
     to->state.memory_seal  = ~(uintptr_t)to->state.memory;
 }
@@ -328,7 +348,7 @@ static inline uint32_t loop_bad_inputs(const loop_t *x)
 /// Values that were clamped.
 static inline uint32_t loop_saturations(const loop_t *x)
 {
-    return x->state.saturated + x->state.controller.cascade.saturated + x->state.compensator.friction.saturated +
+    return x->state.saturated + x->state.controller.cascade.saturated + x->state.compensator.friction.paper.saturated +
            x->state.compensator.arm.saturated;
 }
 
@@ -357,6 +377,28 @@ static inline loop_seen_t parts_step(parts_t *x, const loop_t *by, double e, dou
     const int32_t                   u =
         tribo_controller_q31_step(&by->params.controller, &x->controller, to_q31(e), to_q31(feedforward), &signals);
     (void)tribo_compensator_q31_step(&by->params.compensator, &x->compensator, u, &estimate);
+    return (loop_seen_t){.e           = e,
+                         .feedforward = feedforward,
+                         .v           = from_q31(signals.v),
+                         .u           = from_q31(u),
+                         .limited     = signals.limited,
+                         .compensator = compensator_seen(&estimate, by->sample_time_s)};
+}
+
+static inline void parts_reset_lugre(parts_t *x)
+{
+    tribo_controller_q31_reset(&x->controller);
+    tribo_compensator_lugre_q31_reset(&x->compensator);
+}
+
+/// Likewise of a loop with LuGre.
+static inline loop_seen_t parts_step_lugre(parts_t *x, const loop_t *by, double e, double feedforward)
+{
+    tribo_controller_q31_signals_t  signals;
+    tribo_compensator_q31_signals_t estimate;
+    const int32_t                   u =
+        tribo_controller_q31_step(&by->params.controller, &x->controller, to_q31(e), to_q31(feedforward), &signals);
+    (void)tribo_compensator_lugre_q31_step(&by->params.compensator, &by->lugre, &x->compensator, u, &estimate);
     return (loop_seen_t){.e           = e,
                          .feedforward = feedforward,
                          .v           = from_q31(signals.v),

@@ -211,12 +211,12 @@ static void count_modules(const loop_state_t *before)
     counts_add(&modules.output);
     counted_advance(&paper.controller.cascade, &s.controller.cascade, in->N(e), &nodes);
     counts_add(&modules.advance);
-    counted_friction(&paper.compensator.friction, &s.compensator.friction, u, force, &out.compensator.friction);
+    counted_friction(&paper.compensator.friction, &s.compensator.friction.paper, u, force, &out.compensator.friction);
     counts_add(&modules.friction);
     counted_arm(&paper.compensator.arm, &s.compensator.arm, drive);
     counts_add(&modules.arm);
 
-    tribo_relay_state_t *const relay  = &s.compensator.friction.relay;
+    tribo_relay_state_t *const relay  = &s.compensator.friction.paper.relay;
     const uint8_t              width  = paper.compensator.friction.pulse_width;
     const uint8_t              events = relay->edge.line[(relay->edge.head - 1u) & TRIBO_EDGE_WIDTH_MAX];
     counted_relay(relay, width, events);
@@ -441,7 +441,7 @@ static __attribute__((noinline)) void print_stack_of_modules(void)
         note_depth(top, &stack.compensator);
         paint(top);
         (void)TRIBO(friction, step)(&paper.compensator.friction,
-                                    &was.compensator.friction,
+                                    &was.compensator.friction.paper,
                                     u,
                                     in.compensator.N(force),
                                     &signals.compensator.friction);
@@ -450,12 +450,12 @@ static __attribute__((noinline)) void print_stack_of_modules(void)
         (void)TRIBO(arm, step)(&paper.compensator.arm, &was.compensator.arm, in.compensator.friction.N(n));
         note_depth(top, &stack.arm);
         paint(top);
-        (void)tribo_relay_step(&was.compensator.friction.relay,
+        (void)tribo_relay_step(&was.compensator.friction.paper.relay,
                                paper.compensator.friction.pulse_width,
                                (uint8_t)(k & 15));
         note_depth(top, &stack.relay);
         paint(top);
-        (void)tribo_edge_step(&was.compensator.friction.relay.edge,
+        (void)tribo_edge_step(&was.compensator.friction.paper.relay.edge,
                               paper.compensator.friction.pulse_width,
                               (uint8_t)(k & 15));
         note_depth(top, &stack.edge);

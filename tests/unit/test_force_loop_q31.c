@@ -167,7 +167,7 @@ static void test_loop_reset_clears_the_counts_of_saturations(void)
     tribo_force_loop_q31_reset(&state);
     TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
     TEST_ASSERT_EQUAL_UINT32(0, state.controller.cascade.saturated);
-    TEST_ASSERT_EQUAL_UINT32(0, state.compensator.friction.saturated);
+    TEST_ASSERT_EQUAL_UINT32(0, state.compensator.friction.paper.saturated);
     TEST_ASSERT_EQUAL_UINT32(0, state.compensator.arm.saturated);
 }
 

@@ -30,14 +30,17 @@ typedef struct
     tribo_arm_f32_params_t      arm;
 } tribo_compensator_f32_params_t;
 
+/// Of the friction model that the compensator has. The first two members of both are alike.
+typedef union
+{
+    tribo_friction_f32_state_t paper;
+    tribo_lugre_f32_state_t    lugre; ///< compensator_lugre_f32.h
+} tribo_compensator_friction_f32_state_t;
+
 typedef struct
 {
-    union
-    {
-        tribo_friction_f32_state_t friction;
-        tribo_lugre_f32_state_t lugre; ///< of a loop with force_loop_lugre_f32.h; its first two members are friction's
-    };
-    tribo_arm_f32_state_t arm;
+    tribo_compensator_friction_f32_state_t friction; ///< counts the bad inputs
+    tribo_arm_f32_state_t                  arm;
 } tribo_compensator_f32_state_t;
 
 /// What one step saw, for logging.

@@ -17,14 +17,17 @@ typedef struct
     tribo_arm_q31_params_t      arm;
 } tribo_compensator_q31_params_t;
 
+/// Of the friction model that the compensator has. The first two members of both are alike.
+typedef union
+{
+    tribo_friction_q31_state_t paper;
+    tribo_lugre_q31_state_t    lugre; ///< compensator_lugre_q31.h
+} tribo_compensator_friction_q31_state_t;
+
 typedef struct
 {
-    union
-    {
-        tribo_friction_q31_state_t friction;
-        tribo_lugre_q31_state_t lugre; ///< of a loop with force_loop_lugre_q31.h; its first two members are friction's
-    };
-    tribo_arm_q31_state_t arm;
+    tribo_compensator_friction_q31_state_t friction; ///< counts the bad inputs
+    tribo_arm_q31_state_t                  arm;
 } tribo_compensator_q31_state_t;
 
 /// What one step saw, for logging.
