@@ -97,8 +97,9 @@ tribo_breakaway_learning_f32_signals_t tribo_breakaway_learning_f32_at(
     uint32_t                                     direction,
     float                                        prior_n)
 {
-    const float prior = within(prior_n, PRIOR_MIN_N, PRIOR_MAX_N) ? prior_n : PRIOR_MIN_N;
-    return breakaway_learning_f32_at(params, state, direction & 1u, prior);
+    const float prior                             = within(prior_n, PRIOR_MIN_N, PRIOR_MAX_N) ? prior_n : PRIOR_MIN_N;
+    const tribo_breakaway_learning_f32_place_t at = breakaway_learning_f32_place(params, prior);
+    return breakaway_learning_f32_at(params, state, direction & 1u, &at);
 }
 
 bool tribo_breakaway_learning_f32_is_at_bound(const tribo_breakaway_learning_f32_params_t *params,

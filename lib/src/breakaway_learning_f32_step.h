@@ -13,18 +13,27 @@ static inline float breakaway_learning_f32_estimate(const tribo_breakaway_learne
     return prior + (of->scale * prior + of->offset_n);
 }
 
+static inline tribo_breakaway_learning_f32_place_t breakaway_learning_f32_place(
+    const tribo_breakaway_learning_f32_params_t *params,
+    float                                        prior)
+{
+    return (tribo_breakaway_learning_f32_place_t){.prior_n = prior,
+                                                  .variance =
+                                                      prior * prior * params->scale_variance + params->offset_variance};
+}
+
 static inline tribo_breakaway_learning_f32_signals_t breakaway_learning_f32_at(
     const tribo_breakaway_learning_f32_params_t *params,
     const tribo_breakaway_learning_f32_state_t  *state,
     uint32_t                                     direction,
-    float                                        prior)
+    const tribo_breakaway_learning_f32_place_t  *at)
 {
-    const tribo_breakaway_learned_f32_t *of = &state->of[direction];
+    const tribo_breakaway_learned_f32_t *of    = &state->of[direction];
+    const float                          prior = at->prior_n;
 
     // Variance left over variance at first.
     const float left  = prior * (prior * of->ss + 2.0f * of->so) + of->oo;
-    const float first = prior * prior * params->scale_variance + params->offset_variance;
-    const float doubt = left / first;
+    const float doubt = left / at->variance;
 
     const float L =
         limit_f32(breakaway_learning_f32_estimate(of, prior), params->scale_min * prior, params->scale_max * prior);

@@ -72,7 +72,8 @@ tribo_breakaway_learning_q31_signals_t tribo_breakaway_learning_q31_at(
     uint32_t                                     direction,
     uint32_t                                     prior)
 {
-    return breakaway_learning_q31_at(params, state, direction & 1u, good_prior(prior));
+    const tribo_breakaway_learning_q31_place_t at = breakaway_learning_q31_place(params, good_prior(prior));
+    return breakaway_learning_q31_at(params, state, direction & 1u, &at);
 }
 
 bool tribo_breakaway_learning_q31_is_at_bound(const tribo_breakaway_learning_q31_params_t *params,
@@ -80,8 +81,8 @@ bool tribo_breakaway_learning_q31_is_at_bound(const tribo_breakaway_learning_q31
                                               uint32_t                                     direction,
                                               uint32_t                                     prior)
 {
-    const tribo_breakaway_learned_q31_t *of = &state->of[direction & 1u];
-    const breakaway_learning_q31_prior_t at = breakaway_learning_q31_prior(params, good_prior(prior));
+    const tribo_breakaway_learned_q31_t       *of = &state->of[direction & 1u];
+    const tribo_breakaway_learning_q31_place_t at = breakaway_learning_q31_prior(params, good_prior(prior));
 
     const int32_t estimate = at.l / 16 + breakaway_learning_q31_deviation(of, &at);
     return estimate <= (int32_t)tribo_q31_high((uint32_t)at.l, params->scale_min) ||

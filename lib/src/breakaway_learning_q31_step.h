@@ -27,38 +27,43 @@ static inline int32_t high_sum_q31(int32_t a, int32_t b, int32_t c, int32_t d)
     return (int32_t)(uint32_t)((uint64_t)(tribo_q31_multiply(a, b) + tribo_q31_multiply(c, d)) >> 32);
 }
 
-/// A prior shifted left until it is between 1/2 and 1, and its spreads likewise, Q31.
-typedef struct
-{
-    int32_t  l, a0, a1;
-    uint32_t shift; ///< to Q29
-} breakaway_learning_q31_prior_t;
-
-static inline breakaway_learning_q31_prior_t breakaway_learning_q31_prior(
+/// A place without its variance, which a measurement there does not need.
+static inline tribo_breakaway_learning_q31_place_t breakaway_learning_q31_prior(
     const tribo_breakaway_learning_q31_params_t *params,
     uint32_t                                     prior)
 {
     const uint32_t shift  = tribo_q31_leading_zeros(prior) - 3u;
     const uint32_t l      = prior << shift << 2;
     const uint32_t offset = params->spread_offset < prior ? params->spread_offset : prior;
-    return (breakaway_learning_q31_prior_t){.l     = (int32_t)l,
-                                            .a0    = (int32_t)tribo_q31_high(l, params->spread_scale),
-                                            .a1    = (int32_t)(offset << shift << 2),
-                                            .shift = shift};
+    return (tribo_breakaway_learning_q31_place_t){.l     = (int32_t)l,
+                                                  .a0    = (int32_t)tribo_q31_high(l, params->spread_scale),
+                                                  .a1    = (int32_t)(offset << shift << 2),
+                                                  .shift = (uint8_t)shift};
+}
+
+static inline tribo_breakaway_learning_q31_place_t breakaway_learning_q31_place(
+    const tribo_breakaway_learning_q31_params_t *params,
+    uint32_t                                     prior)
+{
+    tribo_breakaway_learning_q31_place_t at = breakaway_learning_q31_prior(params, prior);
+    at.variance                             = (uint32_t)high_sum_q31(at.a0, at.a0, at.a1, at.a1) >> 2 | 1u; // not 0
+    at.lift                                 = (uint8_t)tribo_q31_leading_zeros(at.variance);
+    at.inverse                              = tribo_q31_inverse(at.variance << at.lift);
+    return at;
 }
 
 /// a q, Q28. A covariance that rounding has made indefinite must not make it negative.
-static inline uint32_t breakaway_learning_q31_variance(const breakaway_learning_q31_prior_t *at,
-                                                       int32_t                               q_s,
-                                                       int32_t                               q_o)
+static inline uint32_t breakaway_learning_q31_variance(const tribo_breakaway_learning_q31_place_t *at,
+                                                       int32_t                                     q_s,
+                                                       int32_t                                     q_o)
 {
     const int32_t sum = high_sum_q31(q_s, at->a0, q_o, at->a1);
     return sum > 0 ? (uint32_t)sum : 0u;
 }
 
 /// a t, Q27.
-static inline int32_t breakaway_learning_q31_deviation(const tribo_breakaway_learned_q31_t  *of,
-                                                       const breakaway_learning_q31_prior_t *at)
+static inline int32_t breakaway_learning_q31_deviation(const tribo_breakaway_learned_q31_t        *of,
+                                                       const tribo_breakaway_learning_q31_place_t *at)
 {
     return high_sum_q31(of->scale, at->a0, of->offset, at->a1);
 }
@@ -67,22 +72,21 @@ static inline tribo_breakaway_learning_q31_signals_t breakaway_learning_q31_at(
     const tribo_breakaway_learning_q31_params_t *params,
     const tribo_breakaway_learning_q31_state_t  *state,
     uint32_t                                     direction,
-    uint32_t                                     prior)
+    const tribo_breakaway_learning_q31_place_t  *at)
 {
     const tribo_breakaway_learned_q31_t *of = &state->of[direction];
-    const breakaway_learning_q31_prior_t at = breakaway_learning_q31_prior(params, prior);
 
     // Variance left over variance at first.
-    const int32_t  q_s   = high_sum_q31(of->ss, at.a0, of->so, at.a1);
-    const int32_t  q_o   = high_sum_q31(of->so, at.a0, of->oo, at.a1);
-    const uint32_t left  = breakaway_learning_q31_variance(&at, q_s, q_o);
-    const uint32_t first = (uint32_t)high_sum_q31(at.a0, at.a0, at.a1, at.a1) >> 2; // Q28
-    const uint32_t doubt = ratio_q31(left, first);
+    const int32_t  q_s   = high_sum_q31(of->ss, at->a0, of->so, at->a1);
+    const int32_t  q_o   = high_sum_q31(of->so, at->a0, of->oo, at->a1);
+    const uint32_t left  = breakaway_learning_q31_variance(at, q_s, q_o);
+    const uint32_t below = left < at->variance ? left : at->variance - 1u;
+    const uint32_t doubt = tribo_q31_high(below << at->lift, at->inverse);
 
-    const int32_t  estimate = at.l / 16 + breakaway_learning_q31_deviation(of, &at);
-    const int32_t  least    = (int32_t)tribo_q31_high((uint32_t)at.l, params->scale_min);
-    const int32_t  most     = (int32_t)tribo_q31_high((uint32_t)at.l, params->scale_max);
-    const uint32_t whole    = ((uint32_t)limit_q31(estimate, least, most) << 2) >> at.shift;
+    const int32_t  estimate = at->l / 16 + breakaway_learning_q31_deviation(of, at);
+    const int32_t  least    = (int32_t)tribo_q31_high((uint32_t)at->l, params->scale_min);
+    const int32_t  most     = (int32_t)tribo_q31_high((uint32_t)at->l, params->scale_max);
+    const uint32_t whole    = ((uint32_t)limit_q31(estimate, least, most) << 2) >> at->shift;
     const uint32_t L        = whole < BREAKAWAY_LEARNING_Q31_FULL ? whole : BREAKAWAY_LEARNING_Q31_FULL;
     const uint32_t discount = tribo_q31_high(params->distrust, 2u * doubt); // Q32
     return (
@@ -108,9 +112,9 @@ static inline void breakaway_learning_q31_step(const tribo_breakaway_learning_q3
                                                uint32_t                                     prior,
                                                int32_t                                      measured)
 {
-    const breakaway_learning_q31_prior_t at    = breakaway_learning_q31_prior(params, prior);
-    tribo_breakaway_learned_q31_t *const own   = &state->of[direction];
-    tribo_breakaway_learned_q31_t *const other = &state->of[1u - direction];
+    const tribo_breakaway_learning_q31_place_t at    = breakaway_learning_q31_prior(params, prior);
+    tribo_breakaway_learned_q31_t *const       own   = &state->of[direction];
+    tribo_breakaway_learned_q31_t *const       other = &state->of[1u - direction];
 
     // Own scale and offset with the other's.
     int32_t *const ss = &state->shared[0];

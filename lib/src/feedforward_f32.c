@@ -189,7 +189,7 @@ tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_feedfo
     const float    prior = feedforward_f32_prior(friction, side, force);
 
     const tribo_breakaway_learning_f32_signals_t known =
-        breakaway_learning_f32_at(&params->learning, &state->learning, side, prior);
+        tribo_breakaway_learning_f32_at(&params->learning, &state->learning, side, prior);
     return (tribo_feedforward_f32_learned_t){
         .L_n            = known.L_n,
         .doubt          = known.doubt,

@@ -103,16 +103,25 @@ static inline float feedforward_f32_reach(const tribo_feedforward_f32_params_t *
     return change;
 }
 
+/// rs, for `direction`.
+static inline tribo_breakaway_learning_f32_place_t feedforward_f32_place(const tribo_feedforward_f32_params_t *params,
+                                                                         const tribo_friction_f32_params_t    *friction,
+                                                                         const tribo_feedforward_f32_state_t  *state,
+                                                                         uint32_t direction)
+{
+    return breakaway_learning_f32_place(&params->learning,
+                                        feedforward_f32_prior(friction, direction, state->reached_n));
+}
+
 /// What is known of L in `direction` at rs, weighted by what a guard leaves of it, too.
 static inline tribo_breakaway_learning_f32_signals_t feedforward_f32_breakaway(
-    const tribo_feedforward_f32_params_t *params,
-    const tribo_friction_f32_params_t    *friction,
-    const tribo_feedforward_f32_state_t  *state,
-    uint32_t                              direction)
+    const tribo_feedforward_f32_params_t       *params,
+    const tribo_feedforward_f32_state_t        *state,
+    uint32_t                                    direction,
+    const tribo_breakaway_learning_f32_place_t *place)
 {
-    const float                            prior = feedforward_f32_prior(friction, direction, state->reached_n);
     tribo_breakaway_learning_f32_signals_t L =
-        breakaway_learning_f32_at(&params->learning, &state->learning, direction, prior);
+        breakaway_learning_f32_at(&params->learning, &state->learning, direction, place);
     L.weighted_n *= state->share;
     return L;
 }
@@ -242,11 +251,14 @@ static inline float feedforward_f32_before(const tribo_feedforward_f32_params_t 
 
     // The other direction counts only while f is not at the end of the one that r goes.
     const uint32_t direction = feedforward_f32_direction(way);
-    signals->ahead           = feedforward_f32_breakaway(params, friction, state, direction);
+    signals->place           = feedforward_f32_place(params, friction, state, direction);
+    signals->ahead           = feedforward_f32_breakaway(params, state, direction, &signals->place);
     signals->behind          = (tribo_breakaway_learning_f32_signals_t){.L_n = 0.0f};
     if (stands || state->sigma != (float)way)
     {
-        signals->behind = feedforward_f32_breakaway(params, friction, state, 1u - direction);
+        const tribo_breakaway_learning_f32_place_t place =
+            feedforward_f32_place(params, friction, state, 1u - direction);
+        signals->behind = feedforward_f32_breakaway(params, state, 1u - direction, &place);
     }
     if (signals->turns)
     {
@@ -337,10 +349,11 @@ static inline void feedforward_f32_learn(const tribo_feedforward_f32_params_t  *
     state->learning.slid = 1;
 
     // What f will move by, b moves by as well: learning does not move u.
-    const tribo_breakaway_learning_f32_signals_t now   = feedforward_f32_breakaway(params, friction, state, direction);
-    const float                                  moved = way * (now.weighted_n - signals->ahead.weighted_n);
-    const float                                  held  = state->held_n[direction];
-    const float                                  holds = bound_f32(v - state->offset_n, params->offset_max_n);
+    const tribo_breakaway_learning_f32_signals_t now =
+        feedforward_f32_breakaway(params, state, direction, &signals->place);
+    const float moved = way * (now.weighted_n - signals->ahead.weighted_n);
+    const float held  = state->held_n[direction];
+    const float holds = bound_f32(v - state->offset_n, params->offset_max_n);
 
     hold_f32_learned(&params->hold, &state->hold, travel);
     state->held_n[direction] = held + travel / (travel + params->slide_run_in_n) * (holds - held) - moved;

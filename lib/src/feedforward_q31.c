@@ -189,7 +189,7 @@ tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_feedfo
     const uint32_t prior = feedforward_q31_prior(friction, side, feedforward_q31_inside(force));
 
     const tribo_breakaway_learning_q31_signals_t known =
-        breakaway_learning_q31_at(&params->learning, &state->learning, side, prior);
+        tribo_breakaway_learning_q31_at(&params->learning, &state->learning, side, prior);
     return (tribo_feedforward_q31_learned_t){
         .L              = known.L,
         .doubt          = known.doubt,

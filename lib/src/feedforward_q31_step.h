@@ -153,16 +153,24 @@ static inline uint32_t feedforward_q31_left(const tribo_feedforward_q31_state_t 
     return state->share == UINT32_MAX ? force : tribo_q31_high(force, state->share);
 }
 
+/// rs, for `direction`.
+static inline tribo_breakaway_learning_q31_place_t feedforward_q31_place(const tribo_feedforward_q31_params_t *params,
+                                                                         const tribo_friction_q31_params_t    *friction,
+                                                                         const tribo_feedforward_q31_state_t  *state,
+                                                                         uint32_t direction)
+{
+    return breakaway_learning_q31_place(&params->learning, feedforward_q31_prior(friction, direction, state->reached));
+}
+
 /// What is known of L in `direction` at rs, weighted by what a guard leaves of it, too.
 static inline tribo_breakaway_learning_q31_signals_t feedforward_q31_breakaway(
-    const tribo_feedforward_q31_params_t *params,
-    const tribo_friction_q31_params_t    *friction,
-    const tribo_feedforward_q31_state_t  *state,
-    uint32_t                              direction)
+    const tribo_feedforward_q31_params_t       *params,
+    const tribo_feedforward_q31_state_t        *state,
+    uint32_t                                    direction,
+    const tribo_breakaway_learning_q31_place_t *place)
 {
-    const uint32_t                         prior = feedforward_q31_prior(friction, direction, state->reached);
     tribo_breakaway_learning_q31_signals_t L =
-        breakaway_learning_q31_at(&params->learning, &state->learning, direction, prior);
+        breakaway_learning_q31_at(&params->learning, &state->learning, direction, place);
     L.weighted = feedforward_q31_left(state, L.weighted);
     return L;
 }
@@ -300,11 +308,14 @@ static inline int32_t feedforward_q31_before(const tribo_feedforward_q31_params_
 
     // The other direction counts only while f is not at the end of the one that r goes.
     const uint32_t direction = feedforward_q31_direction(way);
-    signals->ahead           = feedforward_q31_breakaway(params, friction, state, direction);
+    signals->place           = feedforward_q31_place(params, friction, state, direction);
+    signals->ahead           = feedforward_q31_breakaway(params, state, direction, &signals->place);
     signals->behind          = (tribo_breakaway_learning_q31_signals_t){.L = 0};
     if (stands || state->sigma != way * FEEDFORWARD_Q31_FULL)
     {
-        signals->behind = feedforward_q31_breakaway(params, friction, state, 1u - direction);
+        const tribo_breakaway_learning_q31_place_t place =
+            feedforward_q31_place(params, friction, state, 1u - direction);
+        signals->behind = feedforward_q31_breakaway(params, state, 1u - direction, &place);
     }
     if (signals->turns)
     {
@@ -395,10 +406,11 @@ static inline void feedforward_q31_learn(const tribo_feedforward_q31_params_t  *
     state->learning.slid = 1;
 
     // What f will move by, b moves by as well: learning does not move u.
-    const tribo_breakaway_learning_q31_signals_t now   = feedforward_q31_breakaway(params, friction, state, direction);
-    const int32_t                                more  = (int32_t)now.weighted - (int32_t)signals->ahead.weighted;
-    const int32_t                                moved = falls ? -more : more;
-    const int32_t                                held  = state->held[direction];
+    const tribo_breakaway_learning_q31_signals_t now =
+        feedforward_q31_breakaway(params, state, direction, &signals->place);
+    const int32_t  more  = (int32_t)now.weighted - (int32_t)signals->ahead.weighted;
+    const int32_t  moved = falls ? -more : more;
+    const int32_t  held  = state->held[direction];
     const int32_t  holds = limit_q31(v - signals->b, -params->offset_max, params->offset_max);
     const uint32_t part  = 2u * ratio_q31(travel, travel + params->slide_run_in); // Q32
 

@@ -80,6 +80,13 @@ typedef struct
     uint8_t stays_at_bound[2]; ///< 1: TRIBO_BREAKAWAY_BOUND_SLIDES of them were seen; latched until reset or restore
 } tribo_breakaway_learning_f32_state_t;
 
+/// A force: what follows from the prior there, whatever is learned.
+typedef struct
+{
+    float prior_n;
+    float variance; ///< of L before anything is learned, N^2
+} tribo_breakaway_learning_f32_place_t;
+
 /// L in one direction at one force.
 typedef struct
 {

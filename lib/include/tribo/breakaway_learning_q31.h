@@ -67,6 +67,17 @@ typedef struct
     uint8_t  slid, bound_slides[2], stays_at_bound[2]; ///< see the twin
 } tribo_breakaway_learning_q31_state_t;
 
+/// A force: what follows from the prior there, whatever is learned.
+typedef struct
+{
+    int32_t  l;        ///< prior, shifted left until it is between 1/2 and 1, Q31
+    int32_t  a0, a1;   ///< spreads of scale and offset, shifted likewise
+    uint32_t variance; ///< of L before anything is learned, Q28
+    uint32_t inverse;  ///< 2^63 over the variance shifted left until its first bit is set
+    uint8_t  shift;    ///< of l to Q29
+    uint8_t  lift;     ///< of the variance
+} tribo_breakaway_learning_q31_place_t;
+
 /// L in one direction at one force, in units.
 typedef struct
 {

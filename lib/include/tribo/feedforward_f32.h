@@ -132,6 +132,7 @@ typedef struct
     float                                  added_n;   ///< lin + f - b
     float                                  sigma;     ///< direction of f, -1 to 1
     float                                  travel_n;  ///< learned from in this tick
+    tribo_breakaway_learning_f32_place_t   place;     ///< rs, for the way that r goes
     tribo_breakaway_learning_f32_signals_t ahead;     ///< L of the way that r goes, at rs
     tribo_breakaway_learning_f32_signals_t behind;    ///< of the other one while f changes over from it, else 0
     tribo_friction_meter_f32_signals_t     meter;

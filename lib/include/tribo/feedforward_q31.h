@@ -100,6 +100,7 @@ typedef struct
     int32_t                                added;   ///< lin + f - b, Q31
     int32_t                                sigma;   ///< direction of f
     uint32_t                               travel;  ///< learned from in this tick
+    tribo_breakaway_learning_q31_place_t   place;   ///< rs, for the way that r goes
     tribo_breakaway_learning_q31_signals_t ahead;   ///< L of the way that r goes, at rs
     tribo_breakaway_learning_q31_signals_t behind;  ///< of the other one while f changes over from it, else 0
     tribo_friction_meter_q31_signals_t     meter;

@@ -206,17 +206,21 @@ static inline uint32_t tribo_q31_leading_zeros(uint32_t x)
 #endif
 }
 
-/// a / b in Q31, for a below b, within 2 in the last place of 2^-29 relative.
-/// One division of 32 bits for 16 bits of 1/b, and one of Newton's steps for the rest.
+/// 2^63 / m or a little less, for m from 2^31: within 2 in the last place of 2^-29 relative.
+/// One division of 32 bits for 16 bits of 1/m, and one of Newton's steps for the rest.
+static inline uint32_t tribo_q31_inverse(uint32_t m)
+{
+    const uint32_t coarse = UINT32_MAX / (m >> 16);                                 // 2^48 / m
+    const int32_t  error  = (int32_t)(uint32_t)(tribo_q31_product(m, coarse) >> 4); // (m coarse - 2^48) / 16
+    const int32_t  step   = (int32_t)(tribo_q31_multiply((int32_t)(coarse << 14), error) >> 32) >> 11;
+    return (coarse << 15) - (uint32_t)step - 1u; // it fits
+}
+
+/// a / b in Q31, for a below b, as exact as the inverse.
 static inline uint32_t tribo_q31_ratio(uint32_t a, uint32_t b)
 {
-    const uint32_t zeros   = tribo_q31_leading_zeros(b);
-    const uint32_t m       = b << zeros;                                             // 2^31 to 2^32
-    const uint32_t coarse  = UINT32_MAX / (m >> 16);                                 // 2^48 / m
-    const int32_t  error   = (int32_t)(uint32_t)(tribo_q31_product(m, coarse) >> 4); // (m coarse - 2^48) / 16
-    const int32_t  step    = (int32_t)(tribo_q31_multiply((int32_t)(coarse << 14), error) >> 32) >> 11;
-    const uint32_t inverse = (coarse << 15) - (uint32_t)step - 1u; // 2^63 / m or a little less: it fits
-    return tribo_q31_high(a << zeros, inverse);
+    const uint32_t zeros = tribo_q31_leading_zeros(b);
+    return tribo_q31_high(a << zeros, tribo_q31_inverse(b << zeros));
 }
 
 #ifdef __cplusplus
