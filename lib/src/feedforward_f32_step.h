@@ -42,9 +42,14 @@ static inline uint32_t feedforward_f32_direction(int32_t way)
 /// Friction between that of the way that r went before and that of the way it goes, exactly these at the ends.
 static inline float feedforward_f32_friction(const tribo_feedforward_f32_signals_t *signals, float sigma)
 {
-    const float way  = (float)signals->way;
-    const float done = 0.5f + 0.5f * way * sigma;
-    return way * (done * signals->ahead.weighted_n - (1.0f - done) * signals->behind.weighted_n);
+    const float way = (float)signals->way;
+    float       f   = signals->ahead.weighted_n;
+    if (sigma != way)
+    {
+        const float done = 0.5f + 0.5f * way * sigma;
+        f                = done * f - (1.0f - done) * signals->behind.weighted_n;
+    }
+    return way * f;
 }
 
 /// Everything stands where y is; beside a controller that has followed r already, what follows r where r is.
@@ -144,8 +149,11 @@ static inline void feedforward_f32_follow(const tribo_feedforward_f32_params_t *
         signals->turns = false;
     }
     const float before = state->sigma;
-    state->sigma       = bound_f32(before + bound_f32(way - before, params->jump), 1.0f); // also where it was corrupt
-    signals->f_n       = feedforward_f32_friction(signals, state->sigma);
+    if (before != way)
+    {
+        state->sigma = bound_f32(before + bound_f32(way - before, params->jump), 1.0f); // also where it was corrupt
+    }
+    signals->f_n = feedforward_f32_friction(signals, state->sigma);
     if (state->entering)
     {
         state->entry_n += signals->f_n - feedforward_f32_friction(signals, before); // a jump goes on

@@ -199,8 +199,11 @@ static inline void feedforward_q31_follow(const tribo_feedforward_q31_params_t *
         signals->turns = false;
     }
     const int32_t before = state->sigma;
-    state->sigma         = before + limit_q31(way - before, -params->jump, params->jump);
-    signals->f           = feedforward_q31_friction(signals, state->sigma);
+    if (before != way)
+    {
+        state->sigma = before + limit_q31(way - before, -params->jump, params->jump);
+    }
+    signals->f = feedforward_q31_friction(signals, state->sigma);
     if (state->entering)
     {
         state->entry += 4 * (signals->f - feedforward_q31_friction(signals, before)); // a jump goes on
