@@ -6,6 +6,7 @@
 #include "app/drive.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #define BOARD_FULL_SCALE_N 4.0f
@@ -39,5 +40,8 @@ loop_force_t board_force(double force_n);
 
 /// Before each tick: clears the counters of a tick.
 void board_new_tick(board_t *board);
+
+/// Of a modbus_line_t that nobody talks on.
+int board_receive_nothing(void *context, uint8_t *bytes, size_t room);
 
 #endif

@@ -17,15 +17,6 @@ COUNTED(loop_force_t,
         (const loop_params_t *params, loop_state_t *state, loop_force_t r, loop_force_t y, loop_signals_t *signals),
         loop_step(params, state, r, y, signals))
 
-// NOLINTNEXTLINE(readability-non-const-parameter): a modbus_line_t's
-static int receive_nothing(void *context, uint8_t *bytes, size_t room)
-{
-    (void)context;
-    (void)bytes;
-    (void)room;
-    return 0;
-}
-
 static registers_t registers;
 static drive_t     copy;
 static board_t     board;
@@ -39,7 +30,7 @@ static void print(const char *name, const counts_t *c)
 
 int main(void)
 {
-    static const modbus_line_t line = {.receive = receive_nothing};
+    static const modbus_line_t line = {.receive = board_receive_nothing};
     static uint32_t            ring[800];
     static params_set_t        defaults;
 

@@ -4,6 +4,7 @@
 #include "unity.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -283,6 +284,7 @@ void rig_slide_start(rig_slide_t *slide, const rig_t *rig, double force_n)
 void rig_slide_end(rig_slide_t *slide)
 {
     free(slide->friction);
+    slide->friction = NULL;
 }
 
 double rig_slide_step(rig_slide_t *slide, double speed_deg_per_s, double step_s)
@@ -309,4 +311,30 @@ double rig_slide_by(rig_slide_t *slide, double distance_deg, double speed_deg_pe
         (void)rig_slide_step(slide, copysign(speed_deg_per_s, distance_deg), seconds / (double)steps);
     }
     return slide->f_n;
+}
+
+double rig_inner_loop(const rig_t *rig)
+{
+    rig_slide_t slide;
+    rig_slide_start(&slide, rig, 0.5);
+    (void)rig_slide_by(&slide, 8e-4, 1e-4, 1e-4);
+    (void)rig_slide_by(&slide, -8e-4, 1e-4, 1e-4);
+    const double plain = rig_slide_by(&slide, 6e-4, 1e-4, 1e-4);
+    rig_slide_end(&slide);
+
+    rig_slide_start(&slide, rig, 0.5);
+    (void)rig_slide_by(&slide, 8e-4, 1e-4, 1e-4);
+    (void)rig_slide_by(&slide, -8e-4, 1e-4, 1e-4);
+    const double corner = rig_slide_by(&slide, 4e-4, 1e-4, 1e-4);
+    (void)rig_slide_by(&slide, -2e-4, 1e-4, 1e-4);
+    const double closed = rig_slide_by(&slide, 2e-4, 1e-4, 1e-4);
+    const double beyond = rig_slide_by(&slide, 2e-4, 1e-4, 1e-4);
+    rig_slide_end(&slide);
+    printf("%s: corner %.5f, closed %.5f; plain %.5f, with inner loop %.5f N\n",
+           rig->truth->name,
+           corner,
+           closed,
+           plain,
+           beyond);
+    return fmax(fabs(closed - corner), fabs(beyond - plain));
 }

@@ -97,4 +97,7 @@ double rig_slide_step(rig_slide_t *slide, double speed_deg_per_s, double step_s)
 /// Moves by `distance_deg` at `speed_deg_per_s` (unsigned), in whole steps of at most `step_s`; returns friction there.
 double rig_slide_by(rig_slide_t *slide, double distance_deg, double speed_deg_per_s, double step_s);
 
+/// Presliding up, down, and up again to the first turn, with and without a small loop on the way: how much F differs for it.
+double rig_inner_loop(const rig_t *rig);
+
 #endif

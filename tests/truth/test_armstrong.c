@@ -17,7 +17,6 @@ void setUp(void)
 void tearDown(void)
 {
     rig_slide_end(&slide);
-    slide.friction = NULL;
 }
 
 #define L 0.157
@@ -38,7 +37,6 @@ static double breakaway_after(double rest_s)
         highest = fmax(highest, rig_slide_step(&slide, 0.01, 1e-4));
     }
     rig_slide_end(&slide);
-    slide.friction = NULL;
     return highest;
 }
 

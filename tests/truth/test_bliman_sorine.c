@@ -17,7 +17,6 @@ void setUp(void)
 void tearDown(void)
 {
     rig_slide_end(&slide);
-    slide.friction = NULL;
 }
 
 #define L 0.157
@@ -41,7 +40,6 @@ static path_t go(double speed, double step_s)
         }
     }
     rig_slide_end(&slide);
-    slide.friction = NULL;
     return path;
 }
 

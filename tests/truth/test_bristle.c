@@ -18,7 +18,6 @@ void setUp(void)
 void tearDown(void)
 {
     rig_slide_end(&slide);
-    slide.friction = NULL;
 }
 
 #define L 0.157
@@ -44,7 +43,6 @@ static noise_t go(double speed, double step_s)
     }
     const noise_t noise = {sum / count, sqrt(square / count - sum / count * (sum / count)), slide.f_n};
     rig_slide_end(&slide);
-    slide.friction = NULL;
     return noise;
 }
 

@@ -17,45 +17,17 @@ void setUp(void)
 void tearDown(void)
 {
     rig_slide_end(&slide);
-    slide.friction = NULL;
 }
 
 #define L 0.157
-
-/// Path: up, down, and up again to the first turn, with and without a small loop on the way. Returns how much it matters.
-static double memory_of_an_inner_loop(void)
-{
-    rig_slide_start(&slide, &rig, 0.5);
-    (void)rig_slide_by(&slide, 8e-4, 1e-4, 1e-4);
-    (void)rig_slide_by(&slide, -8e-4, 1e-4, 1e-4);
-    const double plain = rig_slide_by(&slide, 6e-4, 1e-4, 1e-4);
-    rig_slide_end(&slide);
-
-    rig_slide_start(&slide, &rig, 0.5);
-    (void)rig_slide_by(&slide, 8e-4, 1e-4, 1e-4);
-    (void)rig_slide_by(&slide, -8e-4, 1e-4, 1e-4);
-    const double corner = rig_slide_by(&slide, 4e-4, 1e-4, 1e-4);
-    (void)rig_slide_by(&slide, -2e-4, 1e-4, 1e-4);
-    const double closed = rig_slide_by(&slide, 2e-4, 1e-4, 1e-4);
-    const double beyond = rig_slide_by(&slide, 2e-4, 1e-4, 1e-4);
-    rig_slide_end(&slide);
-    slide.friction = NULL;
-    printf("%s: corner %.5f, closed %.5f; plain %.5f, with inner loop %.5f N\n",
-           rig.truth->name,
-           corner,
-           closed,
-           plain,
-           beyond);
-    return fmax(fabs(closed - corner), fabs(beyond - plain));
-}
 
 static void test_an_inner_loop_closes_and_is_forgotten(void)
 {
     rig_set(&rig, "exponent", 20.0); // presliding is then all the hysteresis'
     rig_set(&rig, "bristle_damping_N_s_per_deg", 0.0);
-    const double leuven = memory_of_an_inner_loop();
+    const double leuven = rig_inner_loop(&rig);
     rig_init(&rig, &sim_dahl_truth);
-    TEST_ASSERT_TRUE(leuven < 0.1 * memory_of_an_inner_loop());
+    TEST_ASSERT_TRUE(leuven < 0.1 * rig_inner_loop(&rig));
     TEST_ASSERT_TRUE(leuven < 1e-3 * L);
 }
 

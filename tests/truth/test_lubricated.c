@@ -17,7 +17,6 @@ void setUp(void)
 void tearDown(void)
 {
     rig_slide_end(&slide);
-    slide.friction = NULL;
 }
 
 #define L 0.157
@@ -128,7 +127,6 @@ static void test_the_film_obeys_its_integrals_in_both_directions(void)
         TEST_ASSERT_DOUBLE_WITHIN(0.01 * L, way * expected, slide.f_n);
         rig_slide_end(&slide);
     }
-    slide.friction = NULL;
 }
 
 int main(void)

@@ -18,7 +18,6 @@ void setUp(void)
 void tearDown(void)
 {
     rig_slide_end(&slide);
-    slide.friction = NULL;
 }
 
 /// The bristles of the other models of this folder: presliding that can be seen.

@@ -17,44 +17,16 @@ void setUp(void)
 void tearDown(void)
 {
     rig_slide_end(&slide);
-    slide.friction = NULL;
 }
 
 #define L 0.157
 
-/// Path: up, down, and up again to the first turn, with and without a small loop on the way. Returns how much it matters.
-static double memory_of_an_inner_loop(void)
-{
-    rig_slide_start(&slide, &rig, 0.5);
-    (void)rig_slide_by(&slide, 8e-4, 1e-4, 1e-4);
-    (void)rig_slide_by(&slide, -8e-4, 1e-4, 1e-4);
-    const double plain = rig_slide_by(&slide, 6e-4, 1e-4, 1e-4);
-    rig_slide_end(&slide);
-
-    rig_slide_start(&slide, &rig, 0.5);
-    (void)rig_slide_by(&slide, 8e-4, 1e-4, 1e-4);
-    (void)rig_slide_by(&slide, -8e-4, 1e-4, 1e-4);
-    const double corner = rig_slide_by(&slide, 4e-4, 1e-4, 1e-4);
-    (void)rig_slide_by(&slide, -2e-4, 1e-4, 1e-4);
-    const double closed = rig_slide_by(&slide, 2e-4, 1e-4, 1e-4);
-    const double beyond = rig_slide_by(&slide, 2e-4, 1e-4, 1e-4);
-    rig_slide_end(&slide);
-    slide.friction = NULL;
-    printf("%s: corner %.5f, closed %.5f; plain %.5f, with inner loop %.5f N\n",
-           rig.truth->name,
-           corner,
-           closed,
-           plain,
-           beyond);
-    return fmax(fabs(closed - corner), fabs(beyond - plain));
-}
-
 static void test_an_inner_loop_closes_and_is_forgotten(void)
 {
-    TEST_ASSERT_TRUE(memory_of_an_inner_loop() < 1e-4 * L);
+    TEST_ASSERT_TRUE(rig_inner_loop(&rig) < 1e-4 * L);
     // One state cannot do that.
     rig_init(&rig, &sim_dahl_truth);
-    TEST_ASSERT_TRUE(memory_of_an_inner_loop() > 0.005 * L);
+    TEST_ASSERT_TRUE(rig_inner_loop(&rig) > 0.005 * L);
 }
 
 /// f after a turn at x0 is f0 - 2 f_virgin((x0 - x) / 2).
@@ -69,7 +41,6 @@ static void test_a_branch_is_the_first_curve_at_twice_the_scale(void)
         TEST_ASSERT_DOUBLE_WITHIN(2e-3 * L, f0 - 2.0 * virgin, rig_slide_by(&slide, -x, 1e-3, 1e-4));
         rig_slide_end(&slide);
     }
-    slide.friction = NULL;
 }
 
 static void test_presliding_does_not_depend_on_speed(void)

@@ -17,7 +17,6 @@ void setUp(void)
 void tearDown(void)
 {
     rig_slide_end(&slide);
-    slide.friction = NULL;
 }
 
 #define L 0.157
