@@ -2,6 +2,7 @@
 
 #include "app/log.h"
 
+#include <stdatomic.h>
 #include <stddef.h>
 
 bool drive_setup_init(drive_setup_t        *setup,
@@ -385,6 +386,7 @@ void drive_tare(drive_t *drive)
 
 void drive_change(drive_t *drive, const drive_setup_t *setup)
 {
+    atomic_thread_fence(memory_order_release); // the tick may be on another core
     drive->next = setup;
 }
 

@@ -28,7 +28,7 @@ void modbus_init(modbus_t *modbus, uint8_t unit, uint32_t baud, uint32_t period_
 
 #define TICK_BYTES 64u // what is left comes in the next tick
 
-void modbus_receive(modbus_t *modbus, const modbus_line_t *line)
+void modbus_take(modbus_t *modbus, const modbus_line_t *line)
 {
     uint8_t   bytes[TICK_BYTES];
     const int count = line->receive(line->context, bytes, sizeof bytes);

@@ -1,4 +1,4 @@
-/// A Modbus RTU server for functions 3, 6, 16 and 23. No heap. The tick copies bytes (modbus_receive); all else is done by the
+/// A Modbus RTU server for functions 3, 6, 16 and 23. No heap. The tick copies bytes (modbus_take); all else is done by the
 /// background (modbus_serve).
 ///
 /// A frame ends after 3.5 characters of silence, measured in whole ticks. The shorter silence of 1.5 characters within a frame
@@ -79,7 +79,7 @@ typedef struct
 void modbus_init(modbus_t *modbus, uint8_t unit, uint32_t baud, uint32_t period_us);
 
 /// In the tick: copies what has come.
-void modbus_receive(modbus_t *modbus, const modbus_line_t *line);
+void modbus_take(modbus_t *modbus, const modbus_line_t *line);
 
 /// In the background: executes a complete frame, and sends as much of the answer as the line takes.
 void modbus_serve(modbus_t *modbus, const modbus_line_t *line, const modbus_registers_t *registers);

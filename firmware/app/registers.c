@@ -150,7 +150,7 @@ void registers_tick(registers_t *registers)
 {
     drive_t   *drive = &registers->drive;
     const bool ran   = drive->state == DRIVE_RUN;
-    modbus_receive(&registers->modbus, registers->board.line);
+    modbus_take(&registers->modbus, registers->board.line);
     drive_tick(drive);
     const bool runs    = drive->state == DRIVE_RUN;
     registers->applied = runs ? drive->signals.controller.LOOP_N(u) : 0;

@@ -1,5 +1,6 @@
 #include "app/trace.h"
 
+#include <stdatomic.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -30,6 +31,7 @@ bool trace_arm(trace_t *trace, const trace_setup_t *setup)
                              .ring_words = trace->ring_words,
                              .setup      = *setup,
                              .capacity   = trace->ring_words / channels};
+    atomic_thread_fence(memory_order_release); // the tick may be on another core
     trace->state = TRACE_ARMED;
     return true;
 }
@@ -141,13 +143,18 @@ bool trace_read(const trace_t *trace, uint32_t number, uint32_t *words, uint32_t
     const uint32_t next_place = trace->place;
     const uint32_t channels   = trace->setup.channel_count;
     const uint32_t age        = next - number;
-    if (next != trace->count || age == 0u || age > trace->held || count == 0u || (count - 1u) / channels >= age)
+    if (next != trace->count || channels == 0u || age == 0u || age > trace->held || count == 0u ||
+        (count - 1u) / channels >= age)
     {
         return false;
     }
     uint32_t place = place_of(trace, next_place, age);
     for (uint32_t i = 0; i < count; i++)
     {
+        if (place >= trace->ring_words)
+        {
+            return false; // the tick, on another core, begins the trace anew
+        }
         words[i] = trace->ring[place];
         place    = place + 1u < trace->capacity * channels ? place + 1u : 0u;
     }

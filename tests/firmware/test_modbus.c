@@ -295,7 +295,7 @@ static void tick(const uint8_t *bytes, size_t count)
     }
     wire.in_length = count;
     wire.in_taken  = 0;
-    modbus_receive(&modbus, &line);
+    modbus_take(&modbus, &line);
     modbus_serve(&modbus, &line, &registers);
 }
 
@@ -417,12 +417,12 @@ static void test_what_comes_while_a_frame_is_executed_is_not_mixed_into_it(void)
     wire.in_length = 8;
     for (int i = 0; i < 3; i++)
     {
-        modbus_receive(&modbus, &line); // the background does not run
+        modbus_take(&modbus, &line); // the background does not run
     }
     TEST_ASSERT_TRUE(modbus.complete);
     memcpy(wire.in, other, 8);
     wire.in_taken = 0;
-    modbus_receive(&modbus, &line);
+    modbus_take(&modbus, &line);
     modbus_serve(&modbus, &line, &registers);
     TEST_ASSERT_EQUAL_HEX16(2, map.values[1]);
     silence(2);

@@ -4,16 +4,19 @@ import csv
 import os
 import pathlib
 import re
+import resource
+import shutil
 import signal
 import subprocess
 import time
 
 import pytest
 
+from conftest import CLOCK_RIG, LOOP, RIG
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PI = ROOT / "firmware" / "port" / "linux" / "raspberry_pi"
 
-RIG = "scenario: loop.yaml\nio: simulated\nrealtime: {required: no}\n"
 DEVICES = """scenario: loop.yaml
 sensor: {device: adc, channel: voltage0}
 pwm: {chip: pwmchip0}
@@ -21,50 +24,6 @@ lines:
   enable: {name: enable}
   emergency_stop: {name: stop}
 """
-LOOP = "duration_s: 5\nreference: {kind: triangle, low_N: 0.4, high_N: 0.6, period_s: 4}\nmetrics: {start_s: 1}\n"
-
-
-class Drive:
-    """tribo-drive in a folder of its own."""
-
-    def __init__(self, folder):
-        self.folder = folder
-        self.program = os.environ["TRIBO_DRIVE"]
-        self.write("loop.yaml", LOOP)
-        self.write("rig.yaml", RIG)
-
-    def write(self, name, content):
-        (self.folder / name).write_text(content)
-
-    def run(self, *arguments, **options):
-        return subprocess.run([self.program, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                              timeout=60, check=False, **options)
-
-    def ticks(self, count, *arguments, status=0, **options):
-        """So many ticks of rig.yaml; its log by column, and what it said."""
-        self.write("ticks", "." * count)
-        run = self.run("rig.yaml", "--ticks", "ticks,/dev/null", "--log", "log.csv", *arguments, **options)
-        assert run.returncode == status, run.stderr
-        with open(self.folder / "log.csv", newline="", encoding="ascii") as file:
-            names, *rows = csv.reader(file)
-        return {name: [float(row[i]) for row in rows] for i, name in enumerate(names)}, run.stderr
-
-    def start(self, *arguments):
-        return subprocess.Popen([self.program, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-    def until_rows(self, rows):
-        """Waits until the log has so many."""
-        for _ in range(2000):
-            log = self.folder / "log.csv"
-            if log.exists() and log.read_text().count("\n") > rows:
-                return
-            time.sleep(0.005)
-        raise AssertionError("no rows")
-
-
-@pytest.fixture
-def drive(tmp_path):
-    return Drive(tmp_path)
 
 
 @pytest.mark.parametrize("rig, message", [
@@ -115,16 +74,33 @@ def test_check_runs_no_tick(drive):
     assert not (drive.folder / "log.csv").exists()
 
 
-def test_it_tracks_as_tribo_sim_does(drive):
-    log, said = drive.ticks(5000)
-    assert "5000 rows, 0 dropped" in said and "5000 ticks, 0 overruns" in said
-    assert log["t_s"] == [pytest.approx(k * 1e-3, abs=1e-7) for k in range(5000)]
+def simulate(drive):
     subprocess.run([os.environ["TRIBO_SIM"], "run", "loop.yaml", "--out", "sim"], cwd=drive.folder, check=True, stdout=subprocess.PIPE)
     with open(drive.folder / "sim" / "trace.csv", newline="", encoding="ascii") as file:
-        trace = list(csv.DictReader(file))
+        return list(csv.DictReader(file))
+
+
+def test_it_tracks_as_tribo_sim_does(drive):
+    log, said = drive.ticks(5000)
+    assert "5000 rows, 0 dropped" in said and "5000 ticks, 0 late, 0 overruns" in said
+    assert log["t_s"] == [pytest.approx(k * 1e-3, abs=1e-7) for k in range(5000)]
+    trace = simulate(drive)
     # The same but for float32 at the converters.
     for ours, theirs in (("r_N", "r_N"), ("u_N", "u_N")):
         assert log[ours] == pytest.approx([float(row[theirs]) for row in trace], abs=2e-5)
+
+
+def test_it_feeds_friction_forward_as_tribo_sim_does(drive):
+    drive.write("loop.yaml", LOOP + "compensator: {method: feedforward}\n")
+    log, _ = drive.ticks(5000)
+    assert log["u_N"] == pytest.approx([float(row["u_N"]) for row in simulate(drive)], abs=2e-5)
+    paper, _ = drive.ticks(5000, "--set", "compensator.method=paper")
+    assert max(abs(a - b) for a, b in zip(log["u_N"], paper["u_N"])) > 0.01
+
+
+def test_what_the_drive_lacks_is_refused(drive):
+    run = drive.run("rig.yaml", "--check", "--set", "compensator.model=lugre")
+    assert run.returncode == 1 and "loop.yaml: compensator.model: lugre is not in the drive" in run.stderr
 
 
 def test_replay_reads_the_log(drive):
@@ -212,6 +188,66 @@ def test_a_killed_loop_is_told(drive):
         _, said = run.communicate(timeout=30)
     assert run.returncode == 128 + signal.SIGKILL
     assert "ended by signal 9, stopped" in said
+
+
+def test_late_ticks_are_made_up(drive):
+    """10 s at 1 kHz on this machine, however late it wakes up, and once stopped for 0.3 s: each tick is made, and each is in the log."""
+    drive.write("rig.yaml", CLOCK_RIG)
+    with drive.start("rig.yaml", "--duration", "10", "--log", "log.csv") as run:
+        drive.until_rows(1000)
+        loop = int(pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()[0])
+        os.kill(loop, signal.SIGSTOP)
+        time.sleep(0.3)
+        os.kill(loop, signal.SIGCONT)
+        _, said = run.communicate(timeout=60)
+    assert run.returncode == 0, said
+    assert "log: 10000 rows, 0 dropped\n10000 ticks, " in said
+    with open(drive.folder / "log.csv", newline="", encoding="ascii") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["t_s"]) for row in rows] == [pytest.approx(k * 1e-3, abs=1e-7) for k in range(10000)]
+    assert {row["fault"] for row in rows} == {"0"} and {row["state"] for row in rows} == {"1"}
+    # It is told how late they were, and the simulated time knows nothing of it.
+    assert max(float(row["late_us"]) for row in rows) > 250e3
+    late, wake = int(re.search("ticks, ([0-9]+) late", said)[1]), re.search("wake-up: .*longest ([0-9.]+) us;(.*)", said)
+    assert late >= 250 and float(wake[1]) > 250e3
+    assert sum(int(part.split()[1]) for part in wake[2].split("<")[1:]) == 10000
+    by_ticks, _ = drive.ticks(10000)
+    assert [float(row["u_N"]) for row in rows] == by_ticks["u_N"]
+
+
+def test_more_than_the_bound_late_is_a_fault(drive):
+    drive.write("rig.yaml", CLOCK_RIG.replace("catch_up_ms: 10000", "catch_up_ms: 1500"))
+    with drive.start("rig.yaml", "--duration", "10", "--log", "log.csv") as run:
+        drive.until_rows(100)
+        loop = int(pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()[0])
+        os.kill(loop, signal.SIGSTOP)
+        time.sleep(1.8)
+        os.kill(loop, signal.SIGCONT)
+        _, said = run.communicate(timeout=60)
+    assert run.returncode == 3 and "fault: tick missed since tick" in said, said
+
+
+def test_a_rig_does_not_catch_up(drive):
+    drive.write("rig.yaml", DEVICES + "realtime: {catch_up_ms: 1}\n")
+    run = drive.run("rig.yaml", "--check")
+    assert run.returncode == 1 and "rig.yaml:7: realtime.catch_up_ms: is for simulated devices only" in run.stderr
+
+
+@pytest.mark.parametrize("required, status", [("yes", 1), ("no", 0)])
+def test_without_the_privileges_it_says_so(drive, required, status):
+    """As nobody in particular, with no right to real time."""
+    def drop():
+        for limit in (resource.RLIMIT_RTPRIO, resource.RLIMIT_MEMLOCK):
+            resource.setrlimit(limit, (0, 0))
+
+    drive.write("rig.yaml", CLOCK_RIG.replace("required: no", f"required: {required}"))
+    shutil.copy(drive.program, drive.folder / "tribo-drive")
+    drive.program = "./tribo-drive"
+    drive.folder.chmod(0o755)
+    run = drive.run("rig.yaml", "--duration", "0.1", preexec_fn=drop, **({"user": 65534, "group": 65534} if os.geteuid() == 0 else {}))
+    assert "tribo-drive: no real time: memory cannot be locked: " in run.stderr
+    assert run.returncode == status
+    assert ("100 ticks" in run.stderr) == (status == 0)
 
 
 def test_a_duration_ends_it(drive):

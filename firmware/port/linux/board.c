@@ -1,8 +1,14 @@
 #include "board.h"
 
+#include "realtime.h"
 #include "scenario/plant_config.h"
 
+#include <errno.h>
 #include <stdio.h>
+#include <string.h>
+#include <sys/mman.h>
+
+#define FIRST_US 1000000u ///< of the first tick, on the schedule's clock
 
 static bool write_output(board_t *board, float output)
 {
@@ -22,7 +28,7 @@ static bool set_enable(board_t *board, bool on)
 void board_off(void *context)
 {
     board_t *board = context;
-    (void)write_output(board, board->idle);
+    (void)write_output(board, *board->idle);
     (void)set_enable(board, false);
 }
 
@@ -77,17 +83,23 @@ static uint32_t inputs(void *context)
             continue;
         }
         const bool ok = lines_seen(board->lines, known[i].line, &high, &low);
-        active |= ok ? port_inputs(&board->rig->drive, high ? known[i].bit : 0u, low ? known[i].bit : 0u) & known[i].bit
-                     : known[i].bit;
+        active |=
+            ok ? port_inputs(board_config(board), high ? known[i].bit : 0u, low ? known[i].bit : 0u) & known[i].bit
+               : known[i].bit;
     }
     return active;
 }
 
 static uint32_t time_us(void *context)
 {
-    const board_t *board = context;
-    // With ticks from outside the time is theirs.
-    return board->time_us != 0u ? board->time_us : (uint32_t)(realtime_now_ns() / 1000);
+    const board_t *board  = context;
+    const int64_t  now_ns = realtime_now_ns();
+    const int64_t  behind = now_ns - board->due_ns;
+    if (board->slack_ns == 0)
+    {
+        return (uint32_t)(now_ns / 1000);
+    }
+    return board->due_us + (behind > board->slack_ns ? (uint32_t)(behind / 1000) : 0u);
 }
 
 static void log_byte(void *context, uint8_t byte)
@@ -116,7 +128,7 @@ static bool open_devices(board_t *board, sim_error_t *error)
     const rig_t *rig = board->rig;
     board->lines     = lines_open(rig->lines, "tribo-drive", error);
     return board->lines != NULL && channel_open(&board->sensor, &rig->sensor, false, "sensor", error) &&
-           (rig->output == RIG_OUTPUT_PWM ? pwm_open(&board->pwm, &rig->pwm, board->idle, "pwm", error)
+           (rig->output == RIG_OUTPUT_PWM ? pwm_open(&board->pwm, &rig->pwm, *board->idle, "pwm", error)
                                           : channel_open(&board->dac, &rig->dac, true, "dac", error));
 }
 
@@ -144,11 +156,13 @@ static port_t port_of(board_t *board)
 
 bool board_open(board_t *board, const rig_t *rig, const sim_scenario_t *scenario, sim_error_t *error)
 {
-    *board        = (board_t){.rig    = rig,
-                              .sensor = {.file = -1},
-                              .dac    = {.file = -1},
-                              .pwm    = {.file = -1},
-                              .idle   = rig->drive.command_zero_units};
+    void *shared = mmap(NULL, sizeof(float), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (shared == MAP_FAILED)
+    {
+        return sim_error_set(error, "no shared memory: %s", strerror(errno));
+    }
+    *board = (board_t){.rig = rig, .sensor = {.file = -1}, .dac = {.file = -1}, .pwm = {.file = -1}, .idle = shared};
+    *board->idle  = rig->drive.command_zero_units;
     board->port   = port_of(board);
     const bool ok = rig->io == RIG_IO_SIMULATED ? open_simulation(board, scenario, error) : open_devices(board, error);
     if (!ok)
@@ -173,15 +187,34 @@ void board_close(board_t *board)
     }
     board->lines = NULL;
     board->plant = NULL;
+    (void)munmap((void *)board->idle, sizeof *board->idle);
+}
+
+const drive_config_t *board_config(const board_t *board)
+{
+    return board->drive != NULL ? &drive_setup(board->drive)->config : &board->rig->drive;
+}
+
+void board_attach(board_t *board, const drive_t *drive)
+{
+    board->drive = drive;
+    *board->idle = board_config(board)->command_zero_units;
+}
+
+void board_begin(board_t *board, uint64_t number, int64_t due_ns)
+{
+    board->due_ns = due_ns;
+    board->due_us = FIRST_US + (uint32_t)(number * board_config(board)->period_us);
 }
 
 void board_advance(board_t *board)
 {
-    const drive_config_t *drive = &board->rig->drive;
+    const drive_config_t *drive = board_config(board);
     const double          sign  = drive->command_reversed != 0u ? -1.0 : 1.0;
     const double          u =
         sign * ((double)board->output - (double)drive->command_zero_units) * (double)drive->command_n_per_unit;
     sim_plant_signals_t unused;
+    *board->idle = drive->command_zero_units;
     for (unsigned i = 0; board->plant != NULL && i < board->plant_steps; i++)
     {
         sim_sensor_push(&board->plant_sensor, sim_plant_filtered_force(board->plant));

@@ -1,14 +1,15 @@
 // tribo-drive: the drive's application on a Linux board.
 //
-// The program opens everything and then is two processes (supervisor.h). The one with the loop has two threads: this one
-// makes the ticks; recorder.h writes the log.
+// The program opens everything and then is two processes (supervisor.h). The one with the loop has up to three threads: this
+// one makes the ticks, recorder.h writes the log, background.h serves the bus.
 
+#include "background.h"
 #include "board.h"
+#include "params_file.h"
 #include "recorder.h"
 #include "supervisor.h"
 
-#include "app/drive.h"
-#include "app/loop_setup.h"
+#include "app/registers.h"
 #include "app/selftest.h"
 #include "scenario/check.h"
 #include "scenario/loop_config.h"
@@ -26,9 +27,10 @@
 #include <string.h>
 #include <unistd.h>
 
-#define SETS_MAX  32u
-#define NS_PER_US 1000
-#define FIRST_US  1000000u ///< the time of the first tick from outside
+#define SETS_MAX    32u
+#define NS_PER_US   1000
+#define NS_PER_MS   1000000
+#define TRACE_WORDS 65536u ///< 16 s of four signals at 1 kHz
 
 enum
 {
@@ -47,10 +49,11 @@ typedef struct
     double      duration_s; ///< 0: until a signal
     enum
     {
-        REFERENCE_SCENARIO,
+        REFERENCE_SCENARIO, ///< with a bus, if --reference is left out: none
         REFERENCE_CONSTANT,
         REFERENCE_LINES
     } reference;
+    bool        has_reference; ///< on the command line
     double      constant_n;
     const char *shape; ///< of the scenario's reference, or its file; null: as the scenario has it
 } options_t;
@@ -82,7 +85,7 @@ static const struct argp_option known[] = {
      .key  = OPTION_REFERENCE,
      .arg  = "N|SHAPE|FILE.csv|-",
      .doc  = "a constant in N, a shape of scenarios (triangle, sine ...), a file with t_s and r_N, or lines with a "
-             "number in N on standard input; the scenario's if left out"},
+             "number in N on standard input; if left out the bus's or, without one, the scenario's"},
     {.name = "set",
      .key  = OPTION_SET,
      .arg  = "KEY=VALUE",
@@ -95,8 +98,9 @@ static const struct argp_option known[] = {
 
 static void take_reference(options_t *options, const char *value)
 {
-    options->shape     = NULL;
-    options->reference = REFERENCE_LINES;
+    options->shape         = NULL;
+    options->reference     = REFERENCE_LINES;
+    options->has_reference = true;
     if (strcmp(value, "-") != 0)
     {
         const bool is_number = sim_number_parse(value, &options->constant_n) == NULL;
@@ -162,23 +166,26 @@ static error_t take(int key, char *value, struct argp_state *state)
 
 typedef struct
 {
-    const options_t  *options;
-    const rig_t      *rig;
-    sim_scenario_t   *scenario;
-    board_t           board;
-    sim_loop_config_t loop_config;
-    loop_setup_t      loop;
-    drive_setup_t     setup;
-    drive_t           drive;
-    sim_reference_t   reference;
-    recorder_t       *recorder;
-    int               ticks_in, ticks_out; ///< -1: the clock
+    const options_t *options;
+    const rig_t     *rig;
+    sim_scenario_t  *scenario;
+    board_t          board;
+    params_set_t     defaults; ///< of the configuration and its scenario
+    params_file_t    store;
+    registers_t      registers;
+    uint32_t         ring[TRACE_WORDS];
+    gate_t           gate;
+    bus_t           *bus; ///< null: none
+    background_t     background;
+    sim_reference_t  reference;
+    recorder_t      *recorder;
+    int              ticks_in, ticks_out; ///< -1: the clock
 
     char        line[64]; ///< of standard input, as far as it has come
     size_t      line_length;
     bool        line_end; ///< of standard input
     histogram_t wake, step;
-    uint64_t    overruns;
+    uint64_t    overruns, late;
 } program_t;
 
 static volatile sig_atomic_t stops;
@@ -199,7 +206,7 @@ static bool take_line(program_t *program, sim_error_t *error)
     {
         return sim_error_set(error, "standard input: '%s' %s", program->line, complaint);
     }
-    drive_reference(&program->drive, (float)value);
+    drive_reference(&program->registers.drive, (float)value);
     return true;
 }
 
@@ -230,13 +237,18 @@ static bool read_lines(program_t *program, sim_error_t *error)
 
 static bool renew_reference(program_t *program, double t_s, sim_error_t *error)
 {
+    drive_t *drive = &program->registers.drive;
+    if (program->bus != NULL && !program->options->has_reference)
+    {
+        return true; // the bus gives it
+    }
     switch (program->options->reference)
     {
     case REFERENCE_SCENARIO:
-        drive_reference(&program->drive, (float)sim_reference_at(&program->reference, t_s));
+        drive_reference(drive, (float)sim_reference_at(&program->reference, t_s));
         return true;
     case REFERENCE_CONSTANT:
-        drive_reference(&program->drive, (float)program->options->constant_n);
+        drive_reference(drive, (float)program->options->constant_n);
         return true;
     default:
         return read_lines(program, error);
@@ -246,29 +258,29 @@ static bool renew_reference(program_t *program, double t_s, sim_error_t *error)
 /// Waits for tick `number`. False if the run is to end.
 static bool wait_for_tick(program_t *program, uint64_t number, int64_t *due_ns)
 {
-    const uint32_t period_us = program->rig->drive.period_us;
-    char           byte;
+    char byte;
+    *due_ns += (int64_t)program->rig->drive.period_us * NS_PER_US;
+    board_begin(&program->board, number, *due_ns);
     if (program->ticks_in >= 0)
     {
-        program->board.time_us = FIRST_US + (uint32_t)(number * period_us);
         return read(program->ticks_in, &byte, 1) == 1 && stops == 0;
     }
-    *due_ns += (int64_t)period_us * NS_PER_US;
     (void)realtime_sleep_until(*due_ns); // a signal ends it early, and then the run
     return stops == 0;
 }
 
 static void record(program_t *program, double t_s, int64_t late_ns, int64_t step_ns)
 {
-    const drive_t *drive = &program->drive;
+    const drive_t        *drive  = &program->registers.drive;
+    const drive_config_t *config = board_config(&program->board);
     histogram_add(&program->wake, late_ns);
-    histogram_add(&program->step, step_ns);
-    program->overruns += step_ns > (int64_t)program->rig->drive.budget_us * NS_PER_US;
+    program->overruns += step_ns > (int64_t)config->budget_us * NS_PER_US;
+    program->late += late_ns > (int64_t)config->late_us * NS_PER_US;
     recorder_add(program->recorder,
                  &(recorder_row_t){.t_s     = t_s,
                                    .r_n     = drive->r,
                                    .y_n     = drive->y,
-                                   .u_n     = drive->state == DRIVE_RUN ? drive->signals.controller.u_n : 0.0f,
+                                   .u_n     = program->registers.applied,
                                    .state   = (uint32_t)drive->state,
                                    .fault   = (uint32_t)drive->fault,
                                    .limits  = drive->limits,
@@ -287,9 +299,12 @@ static bool tick(program_t *program, uint64_t number, int64_t due_ns, sim_error_
         return false;
     }
     board->failed = (board->lines != NULL && !lines_set(board->lines, LINE_PROBE, true)) || board->failed;
-    drive_tick(&program->drive);
+    gate_pass(&program->gate);
+    registers_tick(&program->registers);
+    gate_pass(&program->gate);
     board->failed = (board->lines != NULL && !lines_set(board->lines, LINE_PROBE, false)) || board->failed;
     record(program, t_s, program->ticks_in >= 0 ? 0 : start_ns - due_ns, realtime_now_ns() - start_ns);
+    histogram_add(&program->step, realtime_now_ns() - start_ns);
     board_advance(board);
     if (board->failed)
     {
@@ -301,8 +316,9 @@ static bool tick(program_t *program, uint64_t number, int64_t due_ns, sim_error_
 
 static bool is_over(const program_t *program, uint64_t number)
 {
-    const double periods = program->options->duration_s * 1e6 / program->rig->drive.period_us;
-    return program->drive.state == DRIVE_FAULT || (periods > 0.0 && (double)number >= floor(periods + 0.5));
+    const double periods  = program->options->duration_s * 1e6 / program->rig->drive.period_us;
+    const bool   gives_up = program->bus == NULL && program->registers.drive.state == DRIVE_FAULT;
+    return gives_up || (periods > 0.0 && (double)number >= floor(periods + 0.5));
 }
 
 /// From the start of the drive to its end. The number of ticks.
@@ -310,7 +326,10 @@ static uint64_t run_ticks(program_t *program, heart_t *heart, sim_error_t *error
 {
     uint64_t number = 0;
     int64_t  due_ns = realtime_now_ns();
-    drive_start(&program->drive);
+    if (program->bus == NULL)
+    {
+        drive_start(&program->registers.drive);
+    }
     while (!is_over(program, number) && wait_for_tick(program, number, &due_ns))
     {
         heart_beat(heart);
@@ -326,38 +345,29 @@ static uint64_t run_ticks(program_t *program, heart_t *heart, sim_error_t *error
     return number;
 }
 
-static void print_times(const char *name, const histogram_t *times)
-{
-    (void)fprintf(stderr,
-                  "%s: half below %g us, 99 %% below %g us, longest %.1f us\n",
-                  name,
-                  histogram_quantile_us(times, 0.5),
-                  histogram_quantile_us(times, 0.99),
-                  (double)times->longest_ns / NS_PER_US);
-}
-
 static int end(program_t *program, uint64_t ticks, sim_error_t *error)
 {
     uint64_t written = 0;
     uint64_t dropped = 0;
-    drive_report(&program->drive);
+    drive_report(&program->registers.drive);
     if (program->recorder != NULL && recorder_stop(program->recorder, &written, &dropped, error))
     {
         (void)
             fprintf(stderr, "log: %llu rows, %llu dropped\n", (unsigned long long)written, (unsigned long long)dropped);
     }
     (void)fprintf(stderr,
-                  "%llu ticks, %llu overruns\n",
+                  "%llu ticks, %llu late, %llu overruns\n",
                   (unsigned long long)ticks,
+                  (unsigned long long)program->late,
                   (unsigned long long)program->overruns);
-    print_times("wake-up", &program->wake);
-    print_times("step", &program->step);
+    histogram_print(&program->wake, "wake-up", stderr);
+    histogram_print(&program->step, "step", stderr);
     if (error->text[0] != '\0')
     {
         (void)fprintf(stderr, "tribo-drive: %s\n", error->text);
         return EXIT_SETUP;
     }
-    return program->drive.state == DRIVE_FAULT ? EXIT_FAULT : EXIT_OK;
+    return program->registers.drive.state == DRIVE_FAULT ? EXIT_FAULT : EXIT_OK;
 }
 
 /// The process with the loop.
@@ -372,12 +382,15 @@ static int run(void *context, heart_t *heart)
     (void)sigaction(SIGINT, &action, NULL);
     (void)sigaction(SIGTERM, &action, NULL);
     program->recorder = program->options->log != NULL ? recorder_start(program->options->log, &error) : NULL;
+    const bool has_bus =
+        program->bus != NULL && error.text[0] == '\0' &&
+        background_start(&program->background, &program->registers, &program->gate, program->bus, &error);
     if (error.text[0] != '\0')
     {
         (void)fprintf(stderr, "tribo-drive: %s\n", error.text);
         return EXIT_SETUP;
     }
-    // After the log's thread, which keeps an ordinary priority.
+    // After the other threads, which keep an ordinary priority.
     if (!realtime_enter(&wanted, &error))
     {
         (void)fprintf(stderr, "tribo-drive: no real time: %s\n", error.text);
@@ -388,17 +401,21 @@ static int run(void *context, heart_t *heart)
         error.text[0] = '\0';
     }
     const uint64_t ticks = run_ticks(program, heart, &error);
+    if (has_bus)
+    {
+        background_stop(&program->background);
+    }
     return end(program, ticks, &error);
 }
 
 // --- setting up ----------------------------------------------------------------------------------------------------
 
-/// The path of the scenario, from the folder of the configuration.
-static void scenario_path(const rig_t *rig, const char *config, char path[2 * RIG_PATH_MAX])
+/// A path of the configuration, from its folder.
+static void path_of(const char *name, const char *config, char path[2 * RIG_PATH_MAX])
 {
     const char *slash  = strrchr(config, '/');
-    const int   length = slash != NULL && rig->scenario[0] != '/' ? (int)(slash - config) + 1 : 0;
-    (void)snprintf(path, 2 * RIG_PATH_MAX, "%.*s%s", length < (int)RIG_PATH_MAX ? length : 0, config, rig->scenario);
+    const int   length = slash != NULL && name[0] != '/' ? (int)(slash - config) + 1 : 0;
+    (void)snprintf(path, 2 * RIG_PATH_MAX, "%.*s%s", length < (int)RIG_PATH_MAX ? length : 0, config, name);
 }
 
 /// --reference SHAPE or FILE.csv, as --set of the scenario's keys.
@@ -420,7 +437,7 @@ static bool set_shape(program_t *program, sim_error_t *error)
 static bool open_scenario(program_t *program, sim_error_t *error)
 {
     char path[2 * RIG_PATH_MAX];
-    scenario_path(program->rig, program->options->config, path);
+    path_of(program->rig->scenario, program->options->config, path);
     program->scenario = sim_scenario_create();
     bool ok           = program->scenario != NULL || sim_error_set(error, "out of memory");
     ok                = ok && sim_scenario_load(program->scenario, path, error);
@@ -433,13 +450,83 @@ static bool open_scenario(program_t *program, sim_error_t *error)
            sim_reference_init(&program->reference, program->scenario, error);
 }
 
+/// The name of a word of a set, as the registers have it.
+static const char *name_of(uint32_t word)
+{
+    static const char *const names[] = {
+#define NAME(type, symbol, member, name, unit, low, high, normal, status, text)                                        \
+    [PARAMS_LOOP_AT + PARAMS_##symbol] = (name),
+        PARAMS_LOOP_FIELDS(NAME)
+#undef NAME
+#define NAME(type, symbol, member, name, unit, low, high, normal, status, text)                                        \
+    [PARAMS_FEED_AT + PARAMS_FEED_##symbol] = (name),
+            PARAMS_FEED_FIELDS(NAME)
+#undef NAME
+                [PARAMS_SECTIONS_AT] = "controller.sections",
+        [PARAMS_TABLE_AT]            = "compensator.friction.breakaway.table"};
+    const uint32_t at = word >= (uint32_t)PARAMS_TABLE_AT      ? (uint32_t)PARAMS_TABLE_AT
+                        : word >= (uint32_t)PARAMS_SECTIONS_AT ? (uint32_t)PARAMS_SECTIONS_AT
+                                                               : word;
+    return names[at] != NULL ? names[at] : "compensator.method";
+}
+
+/// Of the configuration, or of its scenario.
+static bool complain_of_set(program_t *program, const sim_sources_t *sources, sim_error_t *error)
+{
+    const params_error_t *refused = &program->registers.refused;
+    char                  key[64];
+    char                  what[160];
+    (void)snprintf(what,
+                   sizeof what,
+                   "%.9g does not fit devices and loop: %.9g to %.9g is wanted",
+                   (double)refused->value,
+                   (double)refused->low,
+                   (double)refused->high);
+    if (refused->word < DRIVE_CONFIG_COUNT)
+    {
+        (void)snprintf(key, sizeof key, "drive.%s", drive_config_name(refused->word));
+        return rig_complain(sources, program->options->config, key, what, error);
+    }
+    return sim_error_set(error, "%s: %s: %s", program->rig->scenario, name_of(refused->word), what);
+}
+
+static const rig_t *the_rig; // of suits, which gets nothing else
+
+/// Ticks go on as they are set up.
+static bool suits(const params_set_t *set, params_error_t *error)
+{
+    const float period_us = (float)the_rig->drive.period_us;
+    *error = (params_error_t){DRIVE_CONFIG_period_us, (float)set->drive.period_us, period_us, period_us, TRIBO_OK};
+    return set->drive.period_us == the_rig->drive.period_us;
+}
+
+/// What is in use, and whether it is what the configuration says.
+static void report_params(const program_t *program)
+{
+    const registers_t *registers = &program->registers;
+    const bool         same      = memcmp(&registers->active->set, &program->defaults, sizeof program->defaults) == 0;
+    (void)fprintf(stderr,
+                  "params: %s%s%s\n",
+                  program->store.file >= 0 ? "store " : "the configuration's",
+                  program->store.file >= 0 ? store_status_text(registers->store) : "",
+                  same ? "" : ", and they differ from the configuration's");
+}
+
+static bool open_store(program_t *program, sim_error_t *error)
+{
+    char path[2 * RIG_PATH_MAX];
+    path_of(program->rig->store, program->options->config, path);
+    return program->rig->store[0] == '\0' || params_file_open(&program->store, path, error);
+}
+
+/// The application behind its registers, with the configuration's params as its board's defaults.
 static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_error_t *error)
 {
-    const sim_config_t  *config = sim_scenario_config(program->scenario);
-    const char          *path   = program->options->config;
-    drive_config_error_t refused;
-    char                 key[64];
-    char                 what[160];
+    const sim_config_t *config    = sim_scenario_config(program->scenario);
+    const char         *path      = program->options->config;
+    registers_t        *registers = &program->registers;
+    sim_loop_config_t   loop;
+    char                what[160];
     if ((uint32_t)(config->sample_time_s * 1e6 + 0.5) != program->rig->drive.period_us)
     {
         (void)snprintf(what,
@@ -449,23 +536,31 @@ static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_e
                        config->sample_time_s);
         return rig_complain(sources, path, "drive.period_us", what, error);
     }
-    sim_loop_config_fill(&program->loop_config, config);
-    const tribo_status_t status =
-        loop_setup(&program->loop, &program->loop_config.config, (float)config->limits.full_scale_n);
-    if (!sim_check_status(program->scenario, status, error))
+    sim_loop_config_fill(&loop, config);
+    if (loop.has_lugre)
+    {
+        return sim_error_set(error, "%s: compensator.model: lugre is not in the drive", program->rig->scenario);
+    }
+    program->defaults       = params_default();
+    program->defaults.drive = program->rig->drive;
+    params_take_loop(&program->defaults, &loop.config, loop.feeds_forward ? &loop.feedforward : NULL);
+    if (!open_store(program, error))
     {
         return false;
     }
-    if (!drive_setup_init(&program->setup, &program->rig->drive, &program->loop.params, &program->board.port, &refused))
+    the_rig                       = program->rig;
+    const registers_board_t parts = {.port       = &program->board.port,
+                                     .line       = &background_line,
+                                     .flash      = program->store.file >= 0 ? &program->store.flash : NULL,
+                                     .defaults   = &program->defaults,
+                                     .suits      = suits,
+                                     .baud       = (uint32_t)program->rig->bus.baud,
+                                     .ring       = program->ring,
+                                     .ring_words = TRACE_WORDS};
+    registers_load(registers, &parts);
+    if (!registers->is_made && registers->is_refused)
     {
-        (void)snprintf(key, sizeof key, "drive.%s", drive_config_name(refused.field));
-        (void)snprintf(what,
-                       sizeof what,
-                       "%.9g does not fit devices and loop: %.9g to %.9g is wanted",
-                       (double)refused.value,
-                       (double)refused.low,
-                       (double)refused.high);
-        return rig_complain(sources, path, key, what, error);
+        return complain_of_set(program, sources, error);
     }
     return true;
 }
@@ -486,6 +581,18 @@ static bool open_ticks(program_t *program, sim_error_t *error)
     return program->ticks_out >= 0 || sim_error_set(error, "--ticks %s: %s", ticks, strerror(errno));
 }
 
+static bool open_bus(program_t *program, sim_error_t *error)
+{
+    program->bus = bus_is_used(&program->rig->bus) ? bus_open(&program->rig->bus, error) : NULL;
+    return error->text[0] == '\0';
+}
+
+/// With ticks from outside time is theirs, however long they take.
+static int64_t slack_of(const program_t *program)
+{
+    return program->options->ticks != NULL ? INT64_MAX : (int64_t)program->rig->catch_up_ms * NS_PER_MS;
+}
+
 static int open_and_run(program_t *program, const sim_sources_t *sources, sim_error_t *error)
 {
     if (!open_scenario(program, error) || !board_open(&program->board, program->rig, program->scenario, error))
@@ -493,10 +600,13 @@ static int open_and_run(program_t *program, const sim_sources_t *sources, sim_er
         return -1;
     }
     int status = -1;
-    if (set_up_drive(program, sources, error))
+    if (set_up_drive(program, sources, error) && open_bus(program, error))
     {
-        drive_init(&program->drive, &program->board.port, &program->setup, selftest_golden());
-        drive_report_off(&program->board.port, &program->rig->drive);
+        program->board.slack_ns = slack_of(program);
+        registers_start(&program->registers, selftest_golden());
+        board_attach(&program->board, &program->registers.drive);
+        report_params(program);
+        drive_report_off(&program->board.port, &program->registers.active->set.drive);
         const supervisor_config_t supervisor = {.heartbeat_ms = program->rig->heartbeat_ms,
                                                 .priority     = program->rig->priority + 1u,
                                                 .watchdog =
@@ -513,6 +623,8 @@ static int open_and_run(program_t *program, const sim_sources_t *sources, sim_er
     }
     board_off(&program->board);
     board_close(&program->board);
+    bus_close(program->bus);
+    params_file_close(&program->store);
     return status;
 }
 
@@ -537,7 +649,9 @@ int main(int count, char **arguments)
     }
     sim_sources_t sources = {.count = 0};
     sim_error_t   error   = {""};
-    program               = (program_t){.options = &options, .rig = &rig};
+    program.options       = &options;
+    program.rig           = &rig;
+    program.store.file    = -1;
     const int status = rig_load(&rig, options.config, &sources, &error) ? open_and_run(&program, &sources, &error) : -1;
     if (error.text[0] != '\0')
     {

@@ -1,6 +1,7 @@
 #include "realtime.h"
 
 #include <errno.h>
+#include <inttypes.h>
 #include <sched.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -32,6 +33,24 @@ double histogram_quantile_us(const histogram_t *histogram, double part)
         }
     }
     return 0.0;
+}
+
+void histogram_print(const histogram_t *histogram, const char *name, FILE *stream)
+{
+    (void)fprintf(stream,
+                  "%s: half below %g us, 99 %% below %g us, longest %.1f us;",
+                  name,
+                  histogram_quantile_us(histogram, 0.5),
+                  histogram_quantile_us(histogram, 0.99),
+                  (double)histogram->longest_ns / 1000.0);
+    for (unsigned bin = 0; bin < HISTOGRAM_BINS; bin++)
+    {
+        if (histogram->count[bin] > 0u)
+        {
+            (void)fprintf(stream, " <%lld: %" PRIu64, 1LL << bin, histogram->count[bin]);
+        }
+    }
+    (void)fputc('\n', stream);
 }
 
 static bool choose_cpu(int64_t cpu, sim_error_t *error)

@@ -31,6 +31,9 @@ void histogram_add(histogram_t *histogram, int64_t time_ns);
 /// The time in us below which `part` of all are, rounded up to its bin's end; 0 without any.
 double histogram_quantile_us(const histogram_t *histogram, double part);
 
+/// Prints all bins that are not empty, and the longest.
+void histogram_print(const histogram_t *histogram, const char *name, FILE *stream);
+
 /// Locks all memory and makes the calling thread one of SCHED_FIFO on its CPU. False with what is refused in `error`; what
 /// comes before it has been done.
 bool realtime_enter(const realtime_config_t *config, sim_error_t *error);

@@ -66,6 +66,14 @@ static const sim_key_t realtime_keys[] = {
     WHOLE("priority",  AT(rig_t, priority), "-", 1.0, 98.0, 80.0, "of SCHED_FIFO; the supervisor's is one more"),
     NUMBER("cpu",      AT(rig_t, cpu),      "-", -1.0, 1023.0, -1.0, "the only one that the loop runs on; -1: any"),
     CHOICE("required", AT(rig_t, required), no_or_yes, 1.0, "without the privileges: yes ends the program, no says so and runs on"),
+    WHOLE("catch_up_ms", AT(rig_t, catch_up_ms), "ms", 0.0, 10000.0, 0.0, "how far behind its schedule a drive with `io: simulated` may be and make up for it; 0: drive.late_us is the bound"),
+    END};
+
+static const sim_key_t bus_keys[] = {
+    TEXT("device", AT(rig_t, bus.device), BUS_NAME_MAX, "the serial line of Modbus RTU, e.g. /dev/ttyUSB0, or else ..."),
+    WHOLE("baud",  AT(rig_t, bus.baud),   "-", 1200.0, 4000000.0, 115200.0, "of it, with 8 bits, no parity, 1 stop bit"),
+    TEXT("listen", AT(rig_t, bus.listen), BUS_NAME_MAX, "... the address of this machine for Modbus TCP, e.g. 127.0.0.1: whoever reaches it moves the drive"),
+    WHOLE("port",  AT(rig_t, bus.port),   "-", 1.0, 65535.0, 1502.0, "of it"),
     END};
 
 #define DRIVE_KEY(type_, name_, unit_, low, high, off, normal, text_) \
@@ -84,6 +92,8 @@ static const sim_key_t rig_keys[] = {
     GROUP("realtime", 0, realtime_keys, "Real time"),
     WHOLE("heartbeat_ms", AT(rig_t, heartbeat_ms), "ms", 2.0, 10000.0, 10.0, "longest time without a tick after which the supervisor turns the drive off"),
     TEXT("watchdog", AT(rig_t, watchdog), RIG_PATH_MAX, "e.g. /dev/watchdog, kept alive as long as there are ticks"),
+    GROUP("bus", 0, bus_keys, "Bus"),
+    TEXT("store", AT(rig_t, store), RIG_PATH_MAX, "the file of saved params, which take the place of drive.* and of the scenario's loop"),
     GROUP("drive", 0, drive_keys, "Drive"),
     END};
 // clang-format on
@@ -193,6 +203,18 @@ bool rig_load(rig_t *rig, const char *path, sim_sources_t *sources, sim_error_t 
     if (rig->scenario[0] == '\0')
     {
         return rig_complain(sources, path, "scenario", "is missing", error);
+    }
+    if (rig->bus.device[0] != '\0' && rig->bus.listen[0] != '\0')
+    {
+        return rig_complain(sources, path, "bus", "has a device and an address, one of them is wanted", error);
+    }
+    if (rig->io == RIG_IO_DEVICES && rig->catch_up_ms > 0u)
+    {
+        return rig_complain(sources,
+                            path,
+                            "realtime.catch_up_ms",
+                            "is for simulated devices only: a rig does not wait for a late tick",
+                            error);
     }
     return rig->io == RIG_IO_SIMULATED || check_devices(rig, sources, path, error);
 }

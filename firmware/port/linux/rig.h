@@ -5,6 +5,7 @@
 #define LINUX_RIG_H
 
 #include "app/config.h"
+#include "bus.h"
 #include "channel.h"
 #include "lines.h"
 #include "pwm.h"
@@ -39,8 +40,11 @@ typedef struct
     uint64_t         priority;
     double           cpu;      ///< -1: any
     int              required; ///< 0 or 1
+    uint64_t         catch_up_ms;
     uint64_t         heartbeat_ms;
     char             watchdog[RIG_PATH_MAX + 1]; ///< empty: none
+    bus_config_t     bus;
+    char             store[RIG_PATH_MAX + 1]; ///< from the folder of the configuration; empty: none
     double           drive_values[DRIVE_CONFIG_COUNT];
 
     drive_config_t drive; ///< made of drive_values

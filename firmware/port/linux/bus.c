@@ -1,0 +1,328 @@
+#include "bus.h"
+
+#include <errno.h>
+#include <modbus.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#define ADDRESSES   0x10000
+#define REOPEN_MS   1000
+#define MS_PER_S    1000
+#define NS_PER_MS   1000000
+#define BYTE_GAP_US 50000 ///< within a frame: more than a pty or a USB adapter makes
+
+struct bus
+{
+    const bus_config_t *config;
+    modbus_t           *modbus;
+    modbus_mapping_t   *mapping; ///< what modbus_reply answers from
+    int                 listener;
+    bool                gone; ///< the line
+};
+
+bool bus_is_used(const bus_config_t *config)
+{
+    return config->device[0] != '\0' || config->listen[0] != '\0';
+}
+
+static bool is_serial(const bus_t *bus)
+{
+    return bus->listener < 0;
+}
+
+// --- a request -----------------------------------------------------------------------------------------------------
+
+static uint16_t get(const uint8_t *bytes)
+{
+    return (uint16_t)(bytes[0] << 8 | bytes[1]);
+}
+
+/// What a request asks for. A count of 0: nothing of that kind.
+typedef struct
+{
+    unsigned read_address, read_count;
+    unsigned write_address, write_count;
+    uint8_t *values; ///< to be written
+} request_t;
+
+static bool fits(unsigned address, unsigned count)
+{
+    return address + count <= ADDRESSES;
+}
+
+/// `data` are the `size` bytes from the function's code on, without a CRC. 0 or an exception.
+static unsigned parse(request_t *request, uint8_t *data, size_t size)
+{
+    size_t   head      = 0; // up to the values
+    unsigned write_max = 0;
+    *request           = (request_t){0};
+    switch (data[0])
+    {
+    case MODBUS_FC_READ_HOLDING_REGISTERS:
+        head = 5;
+        break;
+    case MODBUS_FC_WRITE_SINGLE_REGISTER:
+        head      = 3;
+        write_max = 1;
+        break;
+    case MODBUS_FC_WRITE_MULTIPLE_REGISTERS:
+        head      = 6;
+        write_max = MODBUS_MAX_WRITE_REGISTERS;
+        break;
+    case MODBUS_FC_WRITE_AND_READ_REGISTERS:
+        head      = 10;
+        write_max = MODBUS_MAX_WR_WRITE_REGISTERS;
+        break;
+    default:
+        return MODBUS_EXCEPTION_ILLEGAL_FUNCTION;
+    }
+    const bool reads = data[0] == MODBUS_FC_READ_HOLDING_REGISTERS || data[0] == MODBUS_FC_WRITE_AND_READ_REGISTERS;
+    if (size < head)
+    {
+        return MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE;
+    }
+    if (reads)
+    {
+        request->read_address = get(data + 1);
+        request->read_count   = get(data + 3);
+    }
+    if (write_max > 0u)
+    {
+        uint8_t *part          = data + (reads ? 5 : 1);
+        request->write_address = get(part);
+        request->write_count   = write_max == 1u ? 1u : get(part + 2);
+        request->values        = data + head;
+    }
+    const bool counted = write_max > 1u; // has a byte count
+    const bool good    = (!reads || (request->read_count >= 1u && request->read_count <= MODBUS_MAX_READ_REGISTERS)) &&
+                      (write_max == 0u || (request->write_count >= 1u && request->write_count <= write_max)) &&
+                      size == head + 2u * request->write_count &&
+                      (!counted || data[head - 1u] == 2u * request->write_count);
+    if (!good)
+    {
+        return MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE;
+    }
+    return fits(request->read_address, request->read_count) && fits(request->write_address, request->write_count)
+               ? 0u
+               : MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS;
+}
+
+static unsigned read_values(bus_t *bus, const bus_registers_t *registers, const request_t *request)
+{
+    return registers->read(registers->context,
+                           (uint16_t)request->read_address,
+                           (uint16_t)request->read_count,
+                           bus->mapping->tab_registers + request->read_address);
+}
+
+static unsigned write_values(const bus_registers_t *registers, const request_t *request)
+{
+    uint16_t values[MODBUS_MAX_WRITE_REGISTERS];
+    for (unsigned i = 0; i < request->write_count; i++)
+    {
+        values[i] = get(request->values + 2u * (size_t)i);
+    }
+    return registers->write(registers->context,
+                            (uint16_t)request->write_address,
+                            (uint16_t)request->write_count,
+                            values);
+}
+
+/// modbus_reply writes to the mapping before it reads from it. What it would change of what was read is read here instead.
+static void keep_what_was_read(const bus_t *bus, const request_t *request)
+{
+    for (unsigned i = 0; i < request->write_count; i++)
+    {
+        const unsigned address = request->write_address + i;
+        if (address - request->read_address < request->read_count)
+        {
+            request->values[2u * i]      = (uint8_t)(bus->mapping->tab_registers[address] >> 8);
+            request->values[2u * i + 1u] = (uint8_t)bus->mapping->tab_registers[address];
+        }
+    }
+}
+
+/// With both, the write comes first; but before it a trial of the read, so that nothing is written if there are no such
+/// registers.
+static unsigned perform(bus_t *bus, const bus_registers_t *registers, const request_t *request)
+{
+    unsigned status = request->read_count > 0u ? read_values(bus, registers, request) : 0u;
+    if (status != MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS && request->write_count > 0u)
+    {
+        status = write_values(registers, request);
+        if (status == 0u && request->read_count > 0u)
+        {
+            status = read_values(bus, registers, request);
+            keep_what_was_read(bus, request);
+        }
+    }
+    return status;
+}
+
+static bus_event_t answer(bus_t *bus, const bus_registers_t *registers, uint8_t *frame, size_t size)
+{
+    const size_t head = (size_t)modbus_get_header_length(bus->modbus);
+    const size_t crc  = is_serial(bus) ? 2u : 0u;
+    const bool   all  = is_serial(bus) && frame[head - 1u] == MODBUS_BROADCAST_ADDRESS;
+    request_t    request;
+    unsigned     status = parse(&request, frame + head, size - head - crc);
+    if (all && request.read_count > 0u)
+    {
+        return BUS_NOTHING; // nobody may answer
+    }
+    status = status == 0u ? perform(bus, registers, &request) : status;
+    if (!all)
+    {
+        (void)(status == 0u ? modbus_reply(bus->modbus, frame, (int)size, bus->mapping)
+                            : modbus_reply_exception(bus->modbus, frame, status));
+    }
+    return status == 0u ? BUS_EXECUTED : BUS_REFUSED;
+}
+
+// --- the line ------------------------------------------------------------------------------------------------------
+
+static bool fail(const bus_t *bus, const char *why, sim_error_t *error)
+{
+    const bool serial = bus->config->device[0] != '\0';
+    return sim_error_set(error,
+                         "bus.%s: %s: %s",
+                         serial ? "device" : "listen",
+                         serial ? bus->config->device : bus->config->listen,
+                         why);
+}
+
+static bool open_serial(bus_t *bus, sim_error_t *error)
+{
+    bus->modbus = modbus_new_rtu(bus->config->device, (int)bus->config->baud, 'N', 8, 1);
+    return (bus->modbus != NULL && modbus_connect(bus->modbus) == 0) || fail(bus, modbus_strerror(errno), error);
+}
+
+static bool open_listener(bus_t *bus, sim_error_t *error)
+{
+    char service[8];
+    (void)snprintf(service, sizeof service, "%u", (unsigned)bus->config->port);
+    bus->modbus   = modbus_new_tcp_pi(bus->config->listen, service);
+    errno         = EADDRNOTAVAIL; // if the name is unknown
+    bus->listener = bus->modbus != NULL ? modbus_tcp_pi_listen(bus->modbus, 1) : -1;
+    return bus->listener >= 0 || fail(bus, modbus_strerror(errno), error);
+}
+
+bus_t *bus_open(const bus_config_t *config, sim_error_t *error)
+{
+    bus_t *bus = calloc(1, sizeof *bus);
+    if (bus == NULL)
+    {
+        (void)sim_error_set(error, "out of memory");
+        return NULL;
+    }
+    *bus          = (bus_t){.config = config, .listener = -1};
+    bus->mapping  = modbus_mapping_new_start_address(0, 0, 0, 0, 0, ADDRESSES, 0, 0);
+    const bool ok = (bus->mapping != NULL || sim_error_set(error, "out of memory")) &&
+                    (config->device[0] != '\0' ? open_serial(bus, error) : open_listener(bus, error));
+    if (!ok)
+    {
+        bus_close(bus);
+        return NULL;
+    }
+    (void)modbus_set_byte_timeout(bus->modbus, 0, BYTE_GAP_US);
+    return bus;
+}
+
+void bus_close(bus_t *bus)
+{
+    if (bus == NULL)
+    {
+        return;
+    }
+    if (bus->modbus != NULL)
+    {
+        modbus_close(bus->modbus);
+        modbus_free(bus->modbus);
+    }
+    if (bus->listener >= 0)
+    {
+        (void)close(bus->listener);
+    }
+    modbus_mapping_free(bus->mapping);
+    free(bus);
+}
+
+static void pause_ms(int ms)
+{
+    const struct timespec pause = {.tv_sec = ms / MS_PER_S, .tv_nsec = (long)(ms % MS_PER_S) * NS_PER_MS};
+    (void)nanosleep(&pause, NULL);
+}
+
+/// A client that leaves is none; a serial line that goes away may come back.
+static void lose(bus_t *bus)
+{
+    if (is_serial(bus) && !bus->gone)
+    {
+        (void)fprintf(stderr, "tribo-drive: bus.device: %s: %s\n", bus->config->device, modbus_strerror(errno));
+    }
+    bus->gone = is_serial(bus);
+    modbus_close(bus->modbus);
+}
+
+static bool come_back(bus_t *bus, int wait_ms)
+{
+    static int waited_ms; // there is one bus
+    pause_ms(wait_ms);
+    waited_ms += wait_ms;
+    if (waited_ms < REOPEN_MS)
+    {
+        return false;
+    }
+    waited_ms = 0;
+    bus->gone = modbus_connect(bus->modbus) != 0;
+    return !bus->gone;
+}
+
+/// A new client takes the place of one that may long be gone.
+static void take_client(bus_t *bus)
+{
+    modbus_close(bus->modbus);
+    (void)modbus_tcp_pi_accept(bus->modbus, &bus->listener);
+}
+
+bus_event_t bus_serve(bus_t *bus, unsigned unit, const bus_registers_t *registers, int wait_ms)
+{
+    uint8_t frame[MODBUS_MAX_ADU_LENGTH];
+    if (bus->gone && !come_back(bus, wait_ms))
+    {
+        return BUS_NOTHING;
+    }
+    struct pollfd ends[] = {{.fd = modbus_get_socket(bus->modbus), .events = POLLIN},
+                            {.fd = bus->listener, .events = POLLIN}};
+    if (poll(ends, sizeof ends / sizeof ends[0], wait_ms) <= 0)
+    {
+        return BUS_NOTHING;
+    }
+    if (ends[1].revents != 0)
+    {
+        take_client(bus);
+        return BUS_NOTHING;
+    }
+    (void)modbus_set_slave(bus->modbus, (int)unit);
+    errno           = 0;
+    const int bytes = modbus_receive(bus->modbus, frame);
+    if (bytes > 0)
+    {
+        return answer(bus, registers, frame, (size_t)bytes);
+    }
+    if (bytes == 0)
+    {
+        return BUS_NOTHING;
+    }
+    if (errno == ETIMEDOUT || errno >= MODBUS_ENOBASE)
+    {
+        (void)modbus_flush(bus->modbus);
+        return BUS_BAD_FRAME;
+    }
+    lose(bus);
+    return BUS_NOTHING;
+}

@@ -1,0 +1,144 @@
+"""tribo-drive on a simulated rig, in a folder of its own, and programs that talk to it over a pty."""
+
+import csv
+import os
+import pathlib
+import select
+import subprocess
+import termios
+import threading
+import time
+
+import pytest
+
+RIG = "scenario: loop.yaml\nio: simulated\nrealtime: {required: no}\n"
+LOOP = "duration_s: 5\nreference: {kind: triangle, low_N: 0.4, high_N: 0.6, period_s: 4}\nmetrics: {start_s: 1}\n"
+
+# On the clock of a machine that others load as well.
+CLOCK_RIG = "scenario: loop.yaml\nio: simulated\nrealtime: {required: no, catch_up_ms: 10000}\nheartbeat_ms: 10000\n"
+
+
+class Drive:
+    """tribo-drive in a folder of its own."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.program = os.environ["TRIBO_DRIVE"]
+        self.write("loop.yaml", LOOP)
+        self.write("rig.yaml", RIG)
+
+    def write(self, name, content):
+        (self.folder / name).write_text(content)
+
+    def run(self, *arguments, **options):
+        return subprocess.run([self.program, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                              timeout=60, check=False, **options)
+
+    def ticks(self, count, *arguments, status=0, **options):
+        """So many ticks of rig.yaml; its log by column, and what it said."""
+        self.write("ticks", "." * count)
+        run = self.run("rig.yaml", "--ticks", "ticks,/dev/null", "--log", "log.csv", *arguments, **options)
+        assert run.returncode == status, run.stderr
+        with open(self.folder / "log.csv", newline="", encoding="ascii") as file:
+            names, *rows = csv.reader(file)
+        return {name: [float(row[i]) for row in rows] for i, name in enumerate(names)}, run.stderr
+
+    def start(self, *arguments):
+        return subprocess.Popen([self.program, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def until_rows(self, rows):
+        """Waits until the log has so many."""
+        for _ in range(2000):
+            log = self.folder / "log.csv"
+            if log.exists() and log.read_text().count("\n") > rows:
+                return
+            time.sleep(0.005)
+        raise AssertionError("no rows")
+
+
+class Line:
+    """A serial line: two ptys and what carries bytes between them. The drive opens `drive`, a client `port`."""
+
+    def __init__(self):
+        self.masters, self.slaves = zip(*(os.openpty(), os.openpty()))
+        for fd in self.masters + self.slaves:
+            attributes = termios.tcgetattr(fd)
+            attributes[0] = attributes[1] = attributes[3] = 0
+            termios.tcsetattr(fd, termios.TCSANOW, attributes)
+        self.drive, self.port = (os.ttyname(fd) for fd in self.slaves)
+        self.ends = threading.Event()
+        self.thread = threading.Thread(target=self.carry, daemon=True)
+        self.thread.start()
+
+    def carry(self):
+        while not self.ends.is_set():
+            for fd in select.select(self.masters, [], [], 0.05)[0]:
+                os.write(self.masters[1 - self.masters.index(fd)], os.read(fd, 4096))
+
+    def cut(self):
+        if not self.ends.is_set():
+            self.ends.set()
+            self.thread.join()
+            for fd in self.masters + self.slaves:
+                os.close(fd)
+
+
+class Served:
+    """A drive that runs on its clock, with a bus on a line; what it says on standard error goes to a file."""
+
+    def __init__(self, drive, rig="", arguments=()):
+        self.drive, self.line = drive, Line()
+        drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{device: {self.line.drive}}}\n{rig}")
+        self.messages = open(drive.folder / "said.txt", "w", encoding="utf-8")
+        self.process = subprocess.Popen([drive.program, "rig.yaml", *arguments], cwd=drive.folder, stderr=self.messages)
+        self.wait_for("off:")
+
+    def said(self):
+        return (self.drive.folder / "said.txt").read_text()
+
+    def wait_for(self, what):
+        for _ in range(2000):
+            if what in self.said():
+                return
+            assert self.process.poll() is None, self.said()
+            time.sleep(0.005)
+        raise AssertionError(f"no '{what}' in {self.said()}")
+
+    def link(self, *arguments, status=0):
+        done = subprocess.run([os.environ["TRIBO_LINK"], "-d", self.line.port, *map(str, arguments)], capture_output=True, text=True,
+                              timeout=60, check=False)
+        assert done.returncode == status, done.stdout + done.stderr + self.said()
+        return done.stdout if status == 0 else done.stdout + done.stderr
+
+    def value(self, name):
+        line = next(line for line in self.link("status").splitlines() if line.startswith(f"{name}: "))
+        return float(line.split()[1])
+
+    def end(self):
+        if self.process.poll() is None:
+            self.process.terminate()
+        self.process.wait(timeout=30)
+        self.line.cut()
+        self.messages.close()
+        return self.said()
+
+
+@pytest.fixture
+def drive(tmp_path):
+    return Drive(tmp_path)
+
+
+@pytest.fixture
+def serve(drive):
+    """Starts a drive with a bus; more than one is one after the other."""
+    served = []
+
+    def start(*arguments, **options):
+        for before in served:
+            before.end()
+        served.append(Served(drive, *arguments, **options))
+        return served[-1]
+
+    yield start
+    for one in served:
+        one.end()

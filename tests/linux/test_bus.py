@@ -1,0 +1,229 @@
+"""A running tribo-drive's bus, store and trace, by programs that are not of this port: tribo-link over a pty, mbpoll over TCP."""
+
+import csv
+import os
+import pathlib
+import signal
+import subprocess
+import time
+
+import pytest
+
+from conftest import CLOCK_RIG
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+TRIANGLE = ROOT / "host_sim" / "scenarios" / "triangle.yaml"
+
+
+def rows_of(path):
+    with open(path, newline="", encoding="ascii") as file:
+        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+
+
+def test_it_waits_for_its_start_and_holds_the_reference(serve):
+    served = serve()
+    assert "state: 0  # idle" in served.link("status") and served.value("q31") == 0
+    served.link("start")
+    served.link("reference", 0.5)
+    time.sleep(2)
+    assert served.value("F_N") == pytest.approx(0.5, abs=0.02)
+    served.link("stop")
+    assert served.value("u_N") == 0 and served.value("r_N") == 0
+    said = served.end()
+    assert served.process.returncode == 0
+    assert [line.split()[0] for line in said.splitlines() if " at tick " in line] == ["idle", "run", "idle", "idle"]
+
+
+def test_params_change_while_it_runs(serve):
+    served = serve()
+    served.link("start")
+    served.link("reference", 0.4)
+    served.link("params", "set", "compensator.gain=0.3", "drive.residual_ms=80")
+    assert served.link("params", "get", "compensator.gain", "drive.residual_ms") == "compensator.gain: 0.300000012\ndrive.residual_ms: 80\n"
+    assert "compensator.friction.k_min = 26 is refused" in served.link("params", "set", "compensator.friction.k_min=26", status=2)
+    assert "drive.period_us = 2000 is refused" in served.link("params", "set", "drive.period_us=2000", "sample_time_s=0.002", status=2)
+    assert served.link("params", "diff", TRIANGLE, status=1).startswith("compensator.gain: 0.300000012 in the drive, 0.850000024 in")
+    served.link("params", "from", TRIANGLE)
+    assert served.link("params", "diff", TRIANGLE) == ""
+    assert served.value("state") == 1
+
+
+def test_a_fault_waits_for_its_acknowledgement(serve, tmp_path):
+    served = serve()
+    served.link("start")
+    time.sleep(0.5)
+    served.link("params", "set", "limits.u_max_N=0.1", "drive.command_limit_ms=20")
+    served.link("reference", 1.0)
+    time.sleep(0.5)
+    log = tmp_path / "fault.csv"
+    assert served.link("fault", "--out", log).startswith("fault: command at its limit, since tick ")
+    rows = rows_of(log)
+    assert len(rows) == 216
+    assert rows[199]["u_N"] == pytest.approx(0.1) and all(row["u_N"] == 0 for row in rows[200:])
+    done = subprocess.run([os.environ["TRIBO_SIM"], "replay", log, "--out", tmp_path / "estimate.csv"], capture_output=True, text=True,
+                          check=False)
+    assert done.returncode == 0, done.stderr
+    assert "refused" in served.link("start", status=2)
+    served.link("fault", "--acknowledge")
+    served.link("start")
+    assert "fault: command at its limit since tick" in served.end()
+
+
+def test_a_trace_is_recorded_while_it_runs(serve, tmp_path):
+    served = serve()
+    served.link("start")
+    log = tmp_path / "trace.csv"
+    for high in (0.3, 0.5):
+        served.link("reference", 0)
+        time.sleep(1)
+        tracing = subprocess.Popen([os.environ["TRIBO_LINK"], "-d", served.line.port, "trace", "--signals", "r_N,F_N,u_N", "--trigger", "rise",
+                                    "--watch", "F_N", "--level", "0.2", "--after", "500", "--out", log])
+        time.sleep(0.5)
+        # The line is one client's at a time.
+        tracing.send_signal(signal.SIGSTOP)
+        served.link("reference", high)
+        tracing.send_signal(signal.SIGCONT)
+        assert tracing.wait(timeout=30) == 0
+        rows = rows_of(log)
+        trigger = len(rows) - 501
+        assert rows[trigger]["F_N"] >= 0.2 > rows[trigger - 1]["F_N"]
+        assert rows[-1]["r_N"] == pytest.approx(high)
+
+
+def test_saved_params_outlast_the_program(serve):
+    served = serve("store: params.bin\n")
+    assert "params: store empty" in served.said()
+    served.link("params", "set", "compensator.gain=0.3")
+    served.link("params", "save")
+    served = serve("store: params.bin\n")
+    assert "params: store read, and they differ from the configuration's" in served.said()
+    assert served.link("params", "get", "compensator.gain") == "compensator.gain: 0.300000012\n"
+    served.link("params", "defaults")
+    assert served.link("params", "get", "compensator.gain") == "compensator.gain: 0.850000024\n"
+    served.link("params", "save")
+    served = serve("store: params.bin\n")
+    assert "differ" not in served.said()
+    served.link("start")
+    assert "not in this state" in served.link("params", "save", status=2)
+
+
+def test_a_damaged_store_is_a_fault_until_a_set_is_applied(serve, drive):
+    served = serve("store: params.bin\n")
+    served.link("params", "save")
+    served.end()
+    content = bytearray((drive.folder / "params.bin").read_bytes())
+    content[200] ^= 4
+    (drive.folder / "params.bin").write_bytes(content)
+    served = serve("store: params.bin\n")
+    assert "params: store damaged" in served.said()
+    assert "saved params damaged" in served.link("fault")
+    assert "a set must be applied first" in served.link("fault", "--acknowledge", status=2)
+    served.link("params", "defaults")
+    served.link("fault", "--acknowledge")
+    served.link("start")
+    served.link("stop")
+    served.link("params", "save")
+    assert "params: store read" in serve("store: params.bin\n").said()
+
+
+def test_without_a_store_nothing_is_saved(serve):
+    served = serve()
+    assert "params: the configuration's" in served.said()
+    assert "the flash does not take it" in served.link("params", "save", status=2)
+
+
+@pytest.mark.parametrize("content, message", [(b"scenario: loop.yaml\n", "this is no store of params"), (None, "Is a directory")])
+def test_a_file_that_is_no_store_stays_as_it_is(drive, content, message):
+    drive.write("rig.yaml", CLOCK_RIG + "store: other\n")
+    if content is None:
+        (drive.folder / "other").mkdir()
+    else:
+        (drive.folder / "other").write_bytes(content)
+    run = drive.run("rig.yaml", "--duration", "0.01")
+    assert run.returncode == 1 and f"store: other: {message}" in run.stderr
+    assert content is None or (drive.folder / "other").read_bytes() == content
+
+
+def test_a_store_is_one_drives(serve, drive):
+    serve("store: params.bin\n")
+    run = drive.run("rig.yaml", "--check")
+    assert run.returncode == 1 and "store: params.bin: another drive has it" in run.stderr
+
+
+def test_a_reference_of_the_command_line(serve):
+    served = serve(arguments=("--reference", "0.25"))
+    served.link("start")
+    served.link("reference", 0.5)
+    time.sleep(0.1)
+    assert served.value("r_N") == 0.25
+
+
+def test_a_reference_that_is_not_renewed(serve):
+    served = serve("drive: {reference_ms: 300}\n")
+    served.link("start")
+    time.sleep(0.6)
+    assert "reference not renewed" in served.link("fault")
+
+
+def test_a_line_that_goes_stops_nothing(serve):
+    served = serve()
+    served.link("start")
+    served.line.cut()
+    served.wait_for("bus.device: ")
+    time.sleep(1.5)
+    assert served.process.poll() is None
+    assert served.end().count("bus.device: ") == 1
+
+
+@pytest.mark.parametrize("bus, message", [
+    ("device: /dev/nothing", "bus.device: /dev/nothing: No such file or directory"),
+    ("listen: no.such.host.invalid", "bus.listen: no.such.host.invalid: "),
+    ("device: /dev/ttyS0, listen: 127.0.0.1", "rig.yaml:5: bus: has a device and an address, one of them is wanted"),
+    ("device: /dev/ttyS0, baud: 300", "rig.yaml:5: bus.baud: 300 is outside 1200 to 4e+06"),
+    ("listen: 127.0.0.1, port: 0", "rig.yaml:5: bus.port: 0 is outside 1 to 65535"),
+])
+def test_a_bus_that_is_wrong_is_named(drive, bus, message):
+    drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{{bus}}}\n")
+    run = drive.run("rig.yaml", "--check")
+    assert run.returncode == 1 and message in run.stderr
+
+
+GAIN, COMMAND, REFERENCE, ACTIVE = 0x1108, 0x100, 0x110, 0x1000
+
+
+def test_mbpoll_over_tcp(drive):
+    """An outside client: reads, writes and all exceptions."""
+    port = 20000 + os.getpid() % 20000
+    drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{listen: 127.0.0.1, port: {port}}}\n")
+    with drive.start("rig.yaml", "--duration", "20") as run:
+        while not run.stderr.readline().startswith("off:"):
+            assert run.poll() is None
+
+        def poll(*arguments, status=0):
+            values = [*map(str, arguments)]
+            split = values.index("--") if "--" in values else len(values)
+            done = subprocess.run(["mbpoll", "-m", "tcp", "-p", str(port), "-0", "-1", "-q", "-o", "2", *values[:split], "127.0.0.1",
+                                   *values[split + 1:]], capture_output=True, text=True, timeout=30, check=False)
+            assert done.returncode == status, done.stdout + done.stderr
+            return done.stdout + done.stderr
+
+        def value(address):
+            line = next(line for line in poll("-t", "4:float", "-B", "-r", address).splitlines() if line.startswith("["))
+            return float(line.split()[-1])
+
+        assert value(GAIN) == pytest.approx(0.85)
+        poll("-t", "4:float", "-B", "-r", GAIN, "--", 0.5)
+        assert value(GAIN + ACTIVE) == pytest.approx(0.85)
+        poll("-t", "4", "-r", COMMAND, "--", 5)
+        assert value(GAIN + ACTIVE) == pytest.approx(0.5)
+        poll("-t", "4", "-r", COMMAND, "--", 1)
+        poll("-t", "4:float", "-B", "-r", REFERENCE, "--", 0.3)
+        time.sleep(1.5)
+        assert value(0x82) == pytest.approx(0.3, abs=0.02)  # F_N
+        assert "Illegal data address" in poll("-t", "4", "-r", 0x0fff, "-c", 1, status=1)
+        assert "Illegal function" in poll("-t", "3", "-r", 0, "-c", 1, status=1)
+        assert "Illegal data value" in poll("-t", "4", "-r", COMMAND, "--", 99, status=1)
+        assert "Illegal data address" in poll("-t", "4", "-r", GAIN, "--", 1, status=1)  # half a register
+        assert "Slave device or server failure" in poll("-t", "4", "-r", COMMAND, "--", 3, status=1)  # nothing to acknowledge
+        run.terminate()
+        assert run.wait(timeout=30) == 0
