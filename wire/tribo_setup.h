@@ -5,6 +5,7 @@
 #define TRIBO_SETUP_H
 
 #include "tribo/force_loop_feedforward_f32.h"
+#include "tribo/guard_f32.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -18,6 +19,8 @@ typedef struct
     tribo_force_loop_f32_config_t  loop;
     uint32_t                       feeds_forward; ///< 1: instead of the paper's method
     tribo_feedforward_f32_config_t feedforward;
+    uint32_t                       guarded; ///< 1: with the guard against over-compensation
+    tribo_guard_f32_config_t       guard;
     tribo_biquad_f32_section_t     sections[TRIBO_BIQUAD_SECTIONS_MAX];
     tribo_breakaway_point_f32_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
 } tribo_setup_t;
@@ -82,7 +85,12 @@ typedef struct
     FIELD(feedforward.hold.margin)                                                                                     \
     FIELD(feedforward.hold.quick_time_s)                                                                               \
     FIELD(feedforward.hold.caution_travel_n)                                                                           \
-    FIELD(feedforward.hold.deadband_time_s)
+    FIELD(feedforward.hold.deadband_time_s)                                                                            \
+    FIELD(guarded)                                                                                                     \
+    FIELD(guard.turn_n)                                                                                                \
+    FIELD(guard.quick_time_s)                                                                                          \
+    FIELD(guard.stray_n)                                                                                               \
+    FIELD(guard.fade_time_s)
 
 #define TRIBO_SETUP_ONE(member)   +1u
 #define TRIBO_SETUP_FIELD_WORDS   (0u TRIBO_SETUP_FIELDS(TRIBO_SETUP_ONE))

@@ -20,7 +20,7 @@
 #include "tribo_setup.h"
 #include "tribo_signal_words.h"
 
-#define TRIBO_WIRE_VERSION 4u
+#define TRIBO_WIRE_VERSION 5u
 
 #define TRIBO_WIRE_HEADER_WORDS 2u
 #define TRIBO_WIRE_WORDS_MAX    TRIBO_SETUP_WORDS ///< of a message, without its header: SETUP is the longest
@@ -88,6 +88,7 @@ typedef enum
     TRIBO_TOCK_LIMITS, ///< drive_limit_t bits
     TRIBO_TOCK_LIMITED_TICKS,
     TRIBO_TOCK_BAD_INPUTS,
+    TRIBO_TOCK_GUARD,   ///< tribo_guard_cause_t
     TRIBO_TOCK_SIGNALS, ///< tribo_signal_word_t
     TRIBO_TOCK_WORDS = (int)TRIBO_TOCK_SIGNALS + (int)TRIBO_SIGNAL_WORDS
 } tribo_tock_word_t;

@@ -4,6 +4,7 @@
 #define DRIVE_ARITH_F32_H
 
 #include "tribo/force_loop_feedforward_f32.h"
+#include "tribo/force_loop_guard_f32.h"
 #include "tribo_signal_words.h"
 
 #include <stdbool.h>
@@ -14,9 +15,15 @@
 #define LOOP_IS_Q31     0
 #define LOOP(name)      tribo_force_loop_f32_##name
 #define FEED(name)      tribo_feedforward_f32_##name
+#define GUARD(name)     tribo_guard_f32_##name
 #define LOOP_ATTACH     tribo_force_loop_feedforward_f32_attach
+#define LOOP_GUARD      tribo_force_loop_guard_f32_watch
+#define LOOP_ALL        1.0f      // the share of friction without a guard
 #define LOOP_N(field)   field##_n // a force in a struct of the library
 #define LOOP_TO_WORDS   tribo_signal_words_f32
+
+#define LEARNED_N(x, full_scale_n) ((void)(full_scale_n), (x))
+#define LEARNED_DOUBT(x)           (x)
 
 typedef float loop_force_t;
 

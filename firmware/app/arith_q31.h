@@ -4,6 +4,7 @@
 #define DRIVE_ARITH_Q31_H
 
 #include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/force_loop_guard_q31.h"
 #include "tribo_signal_words.h"
 
 #include <stdbool.h>
@@ -13,9 +14,15 @@
 #define LOOP_IS_Q31     1
 #define LOOP(name)      tribo_force_loop_q31_##name
 #define FEED(name)      tribo_feedforward_q31_##name
+#define GUARD(name)     tribo_guard_q31_##name
 #define LOOP_ATTACH     tribo_force_loop_feedforward_q31_attach
-#define LOOP_N(field)   field // a force in a struct of the library
+#define LOOP_GUARD      tribo_force_loop_guard_q31_watch
+#define LOOP_ALL        UINT32_MAX // the share of friction without a guard
+#define LOOP_N(field)   field      // a force in a struct of the library
 #define LOOP_TO_WORDS   tribo_signal_words_q31
+
+#define LEARNED_N(x, full_scale_n) ((float)(x) * ((full_scale_n) * (1.0f / 536870912.0f))) // 2^-29 full scales
+#define LEARNED_DOUBT(x)           ((float)(x) * (1.0f / 2147483648.0f))
 
 typedef int32_t loop_force_t;
 

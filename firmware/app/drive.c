@@ -13,6 +13,9 @@ bool drive_setup_init(drive_setup_t        *setup,
 {
     setup->config = *config;
     setup->params = params;
+#if DRIVE_FEEDFORWARD
+    setup->guard = NULL;
+#endif
     if (!scaling_init(&setup->scaling, config, port, error) ||
         !scaling_suits(&setup->scaling, config, port, params, error))
     {
@@ -46,6 +49,9 @@ void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, 
                        .state        = DRIVE_IDLE,
                        .logged_state = DRIVE_FAULT};
     loop_reset(&drive->loop);
+#if DRIVE_FEEDFORWARD
+    loop_guard_reset(&drive->guard);
+#endif
     off(drive);
     if (found != DRIVE_FAULT_NONE)
     {
@@ -175,6 +181,12 @@ static void take_setup(drive_t *drive)
         drive->sensor_zero = next->scaling.sensor_zero;
     }
     drive->setup = next;
+#if DRIVE_FEEDFORWARD
+    if (drive->memory != NULL)
+    {
+        loop_guard_enter(&drive->guard, drive->memory);
+    }
+#endif
 }
 
 static void run_loop(drive_t *drive, uint32_t start_us)
@@ -204,6 +216,12 @@ static void run_loop(drive_t *drive, uint32_t start_us)
     drive->limits = (limited ? (uint32_t)DRIVE_LIMIT_COMMAND : 0u) |
                     (loop_is_credible(setup->params, r) ? 0u : (uint32_t)DRIVE_LIMIT_REFERENCE);
     drive->port->command(drive->port->context, scaling_output(&setup->scaling, u));
+#if DRIVE_FEEDFORWARD
+    if (setup->guard != NULL)
+    {
+        loop_guard_watch(setup->guard, &drive->guard, setup->params, &drive->loop, r, y, &drive->signals);
+    }
+#endif
 }
 
 /// The mean of DRIVE_TARE_TICKS readings becomes 0 N, if it is near what the config takes for 0 N.
@@ -257,6 +275,9 @@ static void change_state(drive_t *drive, const requests_t *requests)
     {
         loop_reset(&drive->loop);
         loop_attach(&drive->loop, drive->memory);
+#if DRIVE_FEEDFORWARD
+        loop_guard_begin(&drive->guard);
+#endif
         drive->lasting = (faults_state_t){0};
         drive->port->enable(drive->port->context, true);
         drive->state = drive->setup->bounds.ready_ticks > 0u ? DRIVE_STARTING : DRIVE_RUN;
@@ -307,6 +328,9 @@ static void go_on(drive_t *drive, const requests_t *requests, uint32_t inputs, l
 void drive_attach(drive_t *drive, loop_memory_t *memory)
 {
     drive->memory = memory;
+#if DRIVE_FEEDFORWARD
+    loop_guard_enter(&drive->guard, memory);
+#endif
 }
 
 void drive_tick(drive_t *drive)
@@ -315,6 +339,12 @@ void drive_tick(drive_t *drive)
     const requests_t requests = take_requests(drive);
     drive->ticks++;
     take_setup(drive);
+#if DRIVE_FEEDFORWARD
+    if (take_request(&drive->restores, &drive->restores_seen))
+    {
+        loop_guard_restore(&drive->guard);
+    }
+#endif
     if (drive->state == DRIVE_FAULT && is_for_good(drive->fault))
     {
         off(drive); // after a failed self-test or without valid params nothing else runs
@@ -384,6 +414,26 @@ void drive_tare(drive_t *drive)
     drive->tares = (uint8_t)(drive->tares + 1u);
 }
 
+#if DRIVE_FEEDFORWARD
+void drive_restore(drive_t *drive)
+{
+    drive->restores = (uint8_t)(drive->restores + 1u);
+}
+
+uint32_t drive_warnings(const drive_t *drive)
+{
+    switch (loop_guard_cause(&drive->guard))
+    {
+    case TRIBO_GUARD_HUNTING:
+        return DRIVE_WARNING_HUNTING;
+    case TRIBO_GUARD_OVERSHOOT:
+        return DRIVE_WARNING_OVERSHOOT;
+    default:
+        return 0;
+    }
+}
+#endif
+
 void drive_change(drive_t *drive, const drive_setup_t *setup)
 {
     atomic_thread_fence(memory_order_release); // the tick may be on another core
@@ -432,6 +482,21 @@ const char *drive_fault_text(drive_fault_t fault)
     return (unsigned)fault < DRIVE_FAULTS ? texts[fault] : "unknown";
 }
 
+#if DRIVE_FEEDFORWARD
+const char *drive_warning_text(drive_warning_t warning)
+{
+    switch (warning)
+    {
+    case DRIVE_WARNING_HUNTING:
+        return "friction faded: hunting";
+    case DRIVE_WARNING_OVERSHOOT:
+        return "friction faded: overshoot";
+    default:
+        return "unknown";
+    }
+}
+#endif
+
 void drive_report(drive_t *drive)
 {
     static const char *const names[] =
@@ -474,10 +539,31 @@ void drive_report_off(const port_t *port, const drive_config_t *config)
     log_text(port, "\n");
 }
 
+#if DRIVE_FEEDFORWARD
+static void log_warnings(drive_t *drive)
+{
+    const uint32_t now   = drive_warnings(drive);
+    const uint32_t fresh = now & ~drive->logged_warnings;
+    for (uint32_t bit = 1; bit <= fresh; bit <<= 1)
+    {
+        if ((fresh & bit) != 0u)
+        {
+            log_text(drive->port, "warning: ");
+            log_text(drive->port, drive_warning_text((drive_warning_t)bit));
+            log_text(drive->port, "\n");
+        }
+    }
+    drive->logged_warnings = now;
+}
+#endif
+
 void drive_log(drive_t *drive)
 {
     if (drive->state != drive->logged_state)
     {
         drive_report(drive);
     }
+#if DRIVE_FEEDFORWARD
+    log_warnings(drive);
+#endif
 }

@@ -45,6 +45,14 @@ typedef enum
     DRIVE_LIMIT_REFERENCE = 2  ///< r is beyond input_max: the loop coasts
 } drive_limit_t;
 
+/// What a person should look at, as bits; the drive runs on. They stay until drive_restore, over stops and faults.
+typedef enum
+{
+    DRIVE_WARNING_HUNTING   = 1, ///< the guard has faded the compensation of friction, tribo/guard.h
+    DRIVE_WARNING_OVERSHOOT = 2,
+    DRIVE_WARNINGS_END      = 4
+} drive_warning_t;
+
 /// What stops the drive. Of several causes in one tick the first in this list is latched.
 typedef enum
 {
@@ -83,9 +91,12 @@ typedef enum
 typedef struct
 {
     const loop_params_t *params;
-    drive_config_t       config;
-    scaling_t            scaling;
-    faults_bounds_t      bounds;
+#if DRIVE_FEEDFORWARD
+    const loop_guard_params_t *guard; ///< null: none. Set after drive_setup_init, and to outlive the setup
+#endif
+    drive_config_t  config;
+    scaling_t       scaling;
+    faults_bounds_t bounds;
 } drive_setup_t;
 
 /// Of the last tare that was requested.
@@ -139,6 +150,12 @@ typedef struct
     loop_memory_t *memory; ///< of a feed-forward; null: none
     loop_state_t   loop;
     loop_signals_t signals; ///< of the last tick in RUN
+#if DRIVE_FEEDFORWARD
+    loop_guard_state_t guard;
+    uint32_t           logged_warnings;
+    volatile uint8_t   restores;
+    uint8_t            restores_seen;
+#endif
 } drive_t;
 
 /// Checks `config` by itself, with the port's converters and with the loop's params, and makes `setup`. False with `error`
@@ -170,6 +187,15 @@ void drive_stop(drive_t *drive);
 void drive_acknowledge(drive_t *drive);
 void drive_tare(drive_t *drive);
 
+#if DRIVE_FEEDFORWARD
+/// The next tick takes the warnings back; what the guard has faded comes back within its fade_time_s.
+void drive_restore(drive_t *drive);
+
+/// drive_warning_t bits, and a few words for one of them.
+uint32_t    drive_warnings(const drive_t *drive);
+const char *drive_warning_text(drive_warning_t warning);
+#endif
+
 /// The next tick goes on with `setup`, which must have been made for the same port, tick and full scale; the loop takes its
 /// state over without a bump in u. A tare is lost if sensor_zero_units differs. The old one may be reused once drive_setup
 /// returns the new one.
@@ -179,7 +205,7 @@ const drive_setup_t *drive_setup(const drive_t *drive);
 /// The reading at 0 N in units: after a tare the sensor_zero_units to keep.
 float drive_sensor_zero_units(const drive_t *drive);
 
-/// Writes a line to the log if the state has changed: the state, and for a fault its cause and tick.
+/// Writes a line to the log if the state has changed: the state, and for a fault its cause and tick. One more for new warnings.
 void drive_log(drive_t *drive);
 
 /// Writes that line unconditionally.

@@ -33,4 +33,18 @@ tribo_status_t loop_setup_feedforward(loop_setup_t                         *setu
     return tribo_force_loop_feedforward_f32_init(&setup->params, &setup->feedforward, config, feedforward);
 #endif
 }
+
+tribo_status_t loop_setup_guard(loop_guard_params_t            *guard,
+                                const tribo_guard_f32_config_t *config,
+                                float                           sample_time_s,
+                                float                           full_scale_n)
+{
+    guard->on = false;
+#ifdef DRIVE_ARITH_Q31
+    return tribo_guard_q31_init(&guard->params, config, sample_time_s, full_scale_n);
+#else
+    (void)full_scale_n;
+    return tribo_guard_f32_init(&guard->params, config, sample_time_s);
+#endif
+}
 #endif

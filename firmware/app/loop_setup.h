@@ -5,6 +5,7 @@
 
 #include "app/loop.h"
 
+#include "tribo/guard_f32.h"
 #include "tribo/status.h"
 
 /// Must not move after set-up: params may point to the table.
@@ -13,6 +14,7 @@ typedef struct
     loop_params_t params;
 #if DRIVE_FEEDFORWARD
     loop_feedforward_params_t feedforward; ///< if there is one
+    loop_guard_params_t       guard;
 #endif
 #ifdef DRIVE_ARITH_Q31
     tribo_breakaway_point_q31_t table[TRIBO_BREAKAWAY_POINTS_MAX];
@@ -29,6 +31,12 @@ tribo_status_t loop_setup_feedforward(loop_setup_t                         *setu
                                       const tribo_force_loop_f32_config_t  *config,
                                       const tribo_feedforward_f32_config_t *feedforward,
                                       float                                 full_scale_n);
+
+/// The guard's, which is not on then, for a loop of this sample time and full scale. Writes all or nothing.
+tribo_status_t loop_setup_guard(loop_guard_params_t            *guard,
+                                const tribo_guard_f32_config_t *config,
+                                float                           sample_time_s,
+                                float                           full_scale_n);
 #endif
 
 #endif

@@ -12,8 +12,10 @@ params_set_t params_default(void)
     static const params_loop_t loop = {PARAMS_LOOP_FIELDS(DEFAULT)};
     params_set_t               set  = {.drive = drive_config_default(), .loop = loop};
 #if DRIVE_FEEDFORWARD
-    static const params_feed_t feed = {PARAMS_FEED_FIELDS(DEFAULT)};
-    set.feed                        = feed;
+    static const params_feed_t  feed  = {PARAMS_FEED_FIELDS(DEFAULT)};
+    static const params_guard_t guard = {PARAMS_GUARD_FIELDS(DEFAULT)};
+    set.feed                          = feed;
+    set.guard                         = guard;
 #endif
 #undef DEFAULT
     memcpy(set.sections, paper, sizeof paper);
@@ -38,7 +40,14 @@ static const refusal_t refusals[] = {
     {TRIBO_ERR_##status, (uint8_t)(PARAMS_FEED_AT + PARAMS_FEED_##symbol), (float)(low), (float)(high)},
         PARAMS_FEED_FIELDS(FIELD)
 #undef FIELD
-            {TRIBO_OK, PARAMS_METHOD_AT, PARAMS_METHOD_PAPER, PARAMS_METHOD_MAX},
+#if DRIVE_FEEDFORWARD
+#define FIELD(type, symbol, member, name, unit, low, high, normal, status, text)                                       \
+    {TRIBO_ERR_##status, (uint8_t)(PARAMS_GUARD_AT + PARAMS_GUARD_##symbol), (float)(low), (float)(high)},
+            PARAMS_GUARD_FIELDS(FIELD)
+#undef FIELD
+                {TRIBO_OK, PARAMS_GUARD_AT + PARAMS_GUARD_on, 0.0f, 1.0f},
+#endif
+    {TRIBO_OK, PARAMS_METHOD_AT, PARAMS_METHOD_PAPER, PARAMS_METHOD_MAX},
     {TRIBO_ERR_SECTION_COEFFICIENT, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
     {TRIBO_ERR_SECTION_FEEDTHROUGH, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
     {TRIBO_ERR_SECTION_UNSTABLE, PARAMS_SECTIONS_AT + 3, -4.0f, 4.0f},
@@ -56,10 +65,12 @@ static float number_of(const params_set_t *set, uint32_t word)
     float    number;
     memcpy(&bits, (const unsigned char *)set + word * sizeof bits, sizeof bits);
     memcpy(&number, &bits, sizeof number);
-    const bool whole = word < (uint32_t)PARAMS_LOOP_AT ? !drive_config_fields[word].is_float
-                                                       : word == (uint32_t)PARAMS_METHOD_AT ||
-                                                             word == (uint32_t)PARAMS_LOOP_AT + PARAMS_section_count ||
-                                                             word == (uint32_t)PARAMS_LOOP_AT + PARAMS_table_length;
+    const bool whole = word < (uint32_t)PARAMS_LOOP_AT
+                           ? !drive_config_fields[word].is_float
+                           : word == (uint32_t)PARAMS_METHOD_AT ||
+                                 (PARAMS_GUARD_COUNT > 0 && word == (uint32_t)PARAMS_GUARD_AT) ||
+                                 word == (uint32_t)PARAMS_LOOP_AT + PARAMS_section_count ||
+                                 word == (uint32_t)PARAMS_LOOP_AT + PARAMS_table_length;
     return whole ? (float)bits : number;
 }
 
@@ -77,7 +88,7 @@ static bool refuse(params_error_t *error, const params_set_t *set, const refusal
 /// The ranges of the list, which in places are narrower than the library's.
 static bool check_ranges(params_error_t *error, const params_set_t *set)
 {
-    for (size_t i = 0; i < PARAMS_LOOP_COUNT + PARAMS_FEED_COUNT + 1u; i++)
+    for (size_t i = 0; i < PARAMS_LOOP_COUNT + PARAMS_FEED_COUNT + PARAMS_GUARD_COUNT + 1u; i++)
     {
         if (!is_within(&refusals[i], number_of(set, refusals[i].word)))
         {
@@ -138,6 +149,38 @@ void params_take_loop(params_set_t                         *set,
     }
 }
 
+#if DRIVE_FEEDFORWARD
+void params_take_guard(params_set_t *set, const tribo_guard_f32_config_t *config)
+{
+    set->guard.on = config != NULL ? 1u : 0u;
+    if (config != NULL)
+    {
+#define TAKE(type, symbol, member, name, unit, low, high, normal, status, text) set->guard.symbol = config->member;
+        PARAMS_GUARD_FIELDS(TAKE)
+#undef TAKE
+    }
+}
+
+static tribo_status_t set_up_guard(params_t *params)
+{
+    const params_set_t      *set = &params->set;
+    tribo_guard_f32_config_t config;
+#define COPY(type, symbol, member, name, unit, low, high, normal, status, text) config.member = set->guard.symbol;
+    PARAMS_GUARD_FIELDS(COPY)
+#undef COPY
+    if (set->guard.on == 0u) // only fade_time_s counts, within which an earlier guard's share comes back
+    {
+        config.turn_n       = 0.5f * set->loop.input_max;
+        config.stray_n      = 0.5f * set->loop.input_max;
+        config.quick_time_s = set->loop.sample_time;
+    }
+    const tribo_status_t status =
+        loop_setup_guard(&params->loop.guard, &config, set->loop.sample_time, set->drive.full_scale_n);
+    params->loop.guard.on = set->guard.on != 0u;
+    return status;
+}
+#endif
+
 static tribo_status_t set_up_loop(params_t *params, const tribo_force_loop_f32_config_t *config)
 {
     const params_set_t *set = &params->set;
@@ -162,7 +205,13 @@ bool params_make(params_t *params, const port_t *port, params_error_t *error)
     {
         return false;
     }
-    const tribo_status_t status = set_up_loop(params, &config);
+    tribo_status_t status = set_up_loop(params, &config);
+#if DRIVE_FEEDFORWARD
+    if (status == TRIBO_OK)
+    {
+        status = set_up_guard(params);
+    }
+#endif
     if (status != TRIBO_OK)
     {
         return refuse_loop(error, set, status);
@@ -183,5 +232,8 @@ bool params_make(params_t *params, const port_t *port, params_error_t *error)
         *error = (params_error_t){by_drive.field, by_drive.value, by_drive.low, by_drive.high, TRIBO_OK};
         return false;
     }
+#if DRIVE_FEEDFORWARD
+    params->drive.guard = &params->loop.guard;
+#endif
     return true;
 }

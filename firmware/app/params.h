@@ -77,6 +77,13 @@
     FIELD(float, hold_quick_time, hold.quick_time_s, "compensator.feedforward.hold.quick_time_s", "s", 1e-6f, 1e3f, 0.2f, HOLD_TIME, "changes of side within that time are chatter, and make it cautious") \
     FIELD(float, hold_caution_travel, hold.caution_travel_n, "compensator.feedforward.hold.caution_travel_N", "N", 1e-9f, 1e6f, 0.1f, HOLD_CAUTION, "learning over which caution fades") \
     FIELD(float, hold_deadband_time, hold.deadband_time_s, "compensator.feedforward.hold.deadband_time_s", "s", 1e-6f, 1e3f, 0.3f, HOLD_DEADBAND, "filters of the deadband that keeps noise of y from moving u")
+
+/// The same of tribo_guard_f32_config_t, after whether it is on.
+#define PARAMS_GUARD_FIELDS(FIELD) \
+    FIELD(float, turn, turn_n, "compensator.guard.turn_N", "N", 1e-9f, 1e6f, 0.05f, GUARD_TURN, "what is added turns when it comes back by that much: about a third of the breakaway") \
+    FIELD(float, quick_time, quick_time_s, "compensator.guard.quick_time_s", "s", 1e-6f, 1e3f, 0.2f, GUARD_TIME, "turns that are closer may be hunting; up to 100,000 samples") \
+    FIELD(float, stray, stray_n, "compensator.guard.stray_N", "N", 1e-9f, 1e6f, 0.01f, GUARD_STRAY, "of an overshoot: about a fifteenth of the breakaway, and over twice the peaks of noise") \
+    FIELD(float, fade_time, fade_time_s, "compensator.guard.fade_time_s", "s", 1e-6f, 1e3f, 0.5f, GUARD_TIME, "within which it fades")
 #else
 #define PARAMS_FEED_FIELDS(FIELD)
 #endif
@@ -109,7 +116,29 @@ typedef struct
     PARAMS_FEED_FIELDS(PARAMS_MEMBER)
 #undef PARAMS_MEMBER
 } params_feed_t;
+
+typedef struct
+{
+    uint32_t on; ///< 1: there is a guard
+#define PARAMS_MEMBER(type, symbol, member, name, unit, low, high, normal, status, text) type symbol; ///< see the list
+    PARAMS_GUARD_FIELDS(PARAMS_MEMBER)
+#undef PARAMS_MEMBER
+} params_guard_t;
 #endif
+
+enum
+{
+#if DRIVE_FEEDFORWARD
+    PARAMS_GUARD_on,
+#define PARAMS_PLACE(type, symbol, member, name, unit, low, high, normal, status, text) PARAMS_GUARD_##symbol,
+    PARAMS_GUARD_FIELDS(PARAMS_PLACE)
+#undef PARAMS_PLACE
+#endif
+        PARAMS_GUARD_COUNT
+};
+
+#define PARAMS_GUARD_TEXT                                                                                              \
+    "1: friction compensation that makes the loop hunt or overshoot is faded, until it is restored"
 
 enum
 {
@@ -139,7 +168,8 @@ typedef struct
     params_loop_t  loop;
     uint32_t       method; ///< PARAMS_METHOD_: how friction is compensated
 #if DRIVE_FEEDFORWARD
-    params_feed_t feed;
+    params_feed_t  feed;
+    params_guard_t guard;
 #endif
     tribo_biquad_f32_section_t  sections[TRIBO_BIQUAD_SECTIONS_MAX];
     tribo_breakaway_point_f32_t table[TRIBO_BREAKAWAY_POINTS_MAX];
@@ -150,7 +180,8 @@ enum
     PARAMS_LOOP_AT     = DRIVE_CONFIG_COUNT, ///< word of the set
     PARAMS_METHOD_AT   = PARAMS_LOOP_AT + PARAMS_LOOP_COUNT,
     PARAMS_FEED_AT     = PARAMS_METHOD_AT + 1,
-    PARAMS_SECTIONS_AT = PARAMS_FEED_AT + PARAMS_FEED_COUNT,
+    PARAMS_GUARD_AT    = PARAMS_FEED_AT + PARAMS_FEED_COUNT,
+    PARAMS_SECTIONS_AT = PARAMS_GUARD_AT + PARAMS_GUARD_COUNT,
     PARAMS_TABLE_AT    = PARAMS_SECTIONS_AT + 5 * (int)TRIBO_BIQUAD_SECTIONS_MAX,
     PARAMS_WORDS       = PARAMS_TABLE_AT + 3 * (int)TRIBO_BREAKAWAY_POINTS_MAX
 };
@@ -185,13 +216,18 @@ void params_take_loop(params_set_t                         *set,
                       const tribo_force_loop_f32_config_t  *config,
                       const tribo_feedforward_f32_config_t *feedforward);
 
+#if DRIVE_FEEDFORWARD
+/// The guard of `config`; null: none.
+void params_take_guard(params_set_t *set, const tribo_guard_f32_config_t *config);
+#endif
+
 /// Makes params of params->set, checked as a whole by the library and by the drive. False with `error` for the first field
 /// that is refused: then `params` are not to be used. Not for the tick.
 bool params_make(params_t *params, const port_t *port, params_error_t *error);
 
 /// Differs if the words of a set mean something else: CRC-32 of all names of the lists, and one less without the feed-forward.
 /// Names are not in an image, so test_registers.c computes it and fails if a list has changed.
-#define PARAMS_LAYOUT_OF(feeds_forward) (0x2c2595d0u - ((feeds_forward) ? 0u : 1u))
+#define PARAMS_LAYOUT_OF(feeds_forward) (0x68b7191fu - ((feeds_forward) ? 0u : 1u))
 #define PARAMS_LAYOUT                   PARAMS_LAYOUT_OF(DRIVE_FEEDFORWARD)
 
 #endif

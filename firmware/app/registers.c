@@ -296,6 +296,11 @@ static modbus_status_t execute(registers_t *registers, uint16_t command)
     case REGISTERS_TRACE_STOP:
         trace_stop(&registers->trace);
         break;
+#if DRIVE_FEEDFORWARD
+    case REGISTERS_RESTORE:
+        drive_restore(drive);
+        break;
+#endif
     default:
         return MODBUS_ILLEGAL_VALUE;
     }
@@ -346,17 +351,57 @@ static uint32_t register_of(uint32_t word)
         uint16_t first, at;
     } blocks[] = {{PARAMS_TABLE_AT, REGISTERS_TABLE_AT},
                   {PARAMS_SECTIONS_AT, REGISTERS_SECTIONS_AT},
+#if DRIVE_FEEDFORWARD
+                  {PARAMS_GUARD_AT, REGISTERS_GUARD_AT},
                   {PARAMS_FEED_AT, REGISTERS_FEED_AT},
+#endif
                   {PARAMS_METHOD_AT, REGISTERS_METHOD_AT},
                   {PARAMS_LOOP_AT, REGISTERS_LOOP_AT},
                   {0, REGISTERS_DRIVE_AT}};
-    size_t i   = 0;
+    size_t i = 0;
     while (word < blocks[i].first)
     {
         i++;
     }
     return REGISTERS_STAGED_AT + blocks[i].at + 2u * (word - blocks[i].first);
 }
+
+#if DRIVE_FEEDFORWARD
+/// What a feed-forward has learned of breakaway at the last reference.
+static loop_learned_t learned(const registers_t *registers, uint32_t direction)
+{
+    const drive_t *drive = &registers->drive;
+    return loop_learned(drive->setup->params,
+                        &registers->memory,
+                        direction,
+                        drive->r,
+                        config_of(registers)->full_scale_n);
+}
+
+static word_t compensation_word(const registers_t *registers, uint32_t place)
+{
+    const bool           is_up = place < REGISTERS_COMPENSATION_learned_down;
+    const loop_learned_t shown = learned(registers, is_up ? TRIBO_BREAKAWAY_POSITIVE : TRIBO_BREAKAWAY_NEGATIVE);
+    switch (place)
+    {
+    case REGISTERS_COMPENSATION_warnings:
+        return drive_warnings(&registers->drive);
+    case REGISTERS_COMPENSATION_share:
+        return bits_of(loop_guard_share(&registers->drive.guard));
+    case REGISTERS_COMPENSATION_learned_up:
+    case REGISTERS_COMPENSATION_learned_down:
+        return bits_of(shown.L_n);
+    case REGISTERS_COMPENSATION_doubt_up:
+    case REGISTERS_COMPENSATION_doubt_down:
+        return bits_of(shown.doubt);
+    case REGISTERS_COMPENSATION_travel_up:
+    case REGISTERS_COMPENSATION_travel_down:
+        return bits_of(shown.travel_n);
+    default:
+        return shown.at_bound;
+    }
+}
+#endif
 
 static word_t state_word(const registers_t *registers, uint32_t place)
 {
@@ -405,6 +450,7 @@ typedef enum
     NOWHERE,
     STATE,
     SIGNALS,
+    COMPENSATION,
     REQUESTS,
     WINDOW,
     STAGED,
@@ -427,20 +473,32 @@ static place_t find(uint32_t address)
     } blocks[] = {
         {REGISTERS_STATE_AT, REGISTERS_STATE_COUNT, 0, STATE},
         {REGISTERS_SIGNALS_AT, REGISTERS_SIGNAL_COUNT, 0, SIGNALS},
+#if DRIVE_FEEDFORWARD
+        {REGISTERS_COMPENSATION_AT, REGISTERS_COMPENSATION_COUNT, 0, COMPENSATION},
+#endif
         {REGISTERS_REQUESTS_AT, sizeof(registers_requests_t) / sizeof(word_t), 0, REQUESTS},
         {REGISTERS_WINDOW_AT, REGISTERS_WINDOW, 0, WINDOW},
+#if DRIVE_FEEDFORWARD
+#define SET_OF_FEEDFORWARD(base, kind)                                                                                 \
+    {(base) + REGISTERS_FEED_AT, PARAMS_FEED_COUNT, PARAMS_FEED_AT, (kind)},                                           \
+        {(base) + REGISTERS_GUARD_AT, PARAMS_GUARD_COUNT, PARAMS_GUARD_AT, (kind)},
+#else
+#define SET_OF_FEEDFORWARD(base, kind)
+#endif
 #define SET(base, kind)                                                                                                \
     {(base) + REGISTERS_DRIVE_AT, DRIVE_CONFIG_COUNT, 0, (kind)},                                                      \
         {(base) + REGISTERS_LOOP_AT, PARAMS_LOOP_COUNT, PARAMS_LOOP_AT, (kind)},                                       \
         {(base) + REGISTERS_METHOD_AT, 1, PARAMS_METHOD_AT, (kind)},                                                   \
-        {(base) + REGISTERS_FEED_AT, PARAMS_FEED_COUNT, PARAMS_FEED_AT, (kind)},                                       \
-        {(base) + REGISTERS_SECTIONS_AT, PARAMS_TABLE_AT - PARAMS_SECTIONS_AT, PARAMS_SECTIONS_AT, (kind)},            \
+        SET_OF_FEEDFORWARD(                                                                                            \
+            base,                                                                                                      \
+            kind){(base) + REGISTERS_SECTIONS_AT, PARAMS_TABLE_AT - PARAMS_SECTIONS_AT, PARAMS_SECTIONS_AT, (kind)},   \
     {                                                                                                                  \
         (base) + REGISTERS_TABLE_AT, PARAMS_WORDS - PARAMS_TABLE_AT, PARAMS_TABLE_AT, (kind)                           \
     }
         SET(REGISTERS_STAGED_AT, STAGED),
         SET(REGISTERS_ACTIVE_AT, ACTIVE),
 #undef SET
+#undef SET_OF_FEEDFORWARD
     };
     for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++)
     {
@@ -484,6 +542,11 @@ static modbus_status_t read_word(const registers_t *registers, const place_t *pl
     case SIGNALS:
         *word = signal_word(registers, place->word);
         return MODBUS_OK;
+#if DRIVE_FEEDFORWARD
+    case COMPENSATION:
+        *word = compensation_word(registers, place->word);
+        return MODBUS_OK;
+#endif
     case REQUESTS:
         *word = place->word == 0u ? to_bus(registers, loop_word(registers->drive.reference))
                                   : word_in(&registers->requests, place->word);

@@ -28,22 +28,24 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define REGISTERS_VERSION 1u ///< of the lists in this file
+#define REGISTERS_VERSION 2u ///< of the lists in this file
 
-#define REGISTERS_STATE_AT    0x0000u
-#define REGISTERS_SIGNALS_AT  0x0080u
-#define REGISTERS_COMMAND_AT  0x0100u
-#define REGISTERS_REQUESTS_AT 0x0110u
-#define REGISTERS_WINDOW_AT   0x0200u
-#define REGISTERS_STAGED_AT   0x1000u
-#define REGISTERS_ACTIVE_AT   0x2000u
-#define REGISTERS_WINDOW      62u ///< words that one frame can read
+#define REGISTERS_STATE_AT        0x0000u
+#define REGISTERS_SIGNALS_AT      0x0080u
+#define REGISTERS_COMPENSATION_AT 0x00c0u
+#define REGISTERS_COMMAND_AT      0x0100u
+#define REGISTERS_REQUESTS_AT     0x0110u
+#define REGISTERS_WINDOW_AT       0x0200u
+#define REGISTERS_STAGED_AT       0x1000u
+#define REGISTERS_ACTIVE_AT       0x2000u
+#define REGISTERS_WINDOW          62u ///< words that one frame can read
 
 // Places in a set, in Modbus registers.
 #define REGISTERS_DRIVE_AT    0x000u
 #define REGISTERS_LOOP_AT     0x100u
 #define REGISTERS_METHOD_AT   0x1feu
 #define REGISTERS_FEED_AT     0x200u
+#define REGISTERS_GUARD_AT    0x2e0u
 #define REGISTERS_SECTIONS_AT 0x300u
 #define REGISTERS_TABLE_AT    0x400u
 
@@ -81,6 +83,21 @@
     REGISTER(trace_trigger, "trace_trigger_sample", uint32_t, "samples", "once triggered") \
     REGISTER(trace_signals_seen, "trace_signals_seen", uint32_t, "", "trace.signals of what it holds") \
     REGISTER(trace_decimation_seen, "trace_decimation_seen", uint32_t, "ticks", "trace.decimation of what it holds")
+// clang-format on
+
+/// Of feed-forward and guard, likewise; not in a drive without them.
+// clang-format off: one row a register
+#define REGISTERS_COMPENSATION(REGISTER) \
+    REGISTER(warnings, "warnings", uint32_t, "", "until command 11, see below; the drive runs on") \
+    REGISTER(share, "friction_share", float, "", "of the compensation that is added to u: 1, or less where the guard has faded it") \
+    REGISTER(learned_up, "learned_positive_N", float, "N", "breakaway at the last reference as the feed-forward has learned it; 0 without one") \
+    REGISTER(doubt_up, "learned_positive_doubt", float, "", "what is left of the doubt in it, 0 to 1") \
+    REGISTER(travel_up, "learned_positive_travel_N", float, "N", "that it was learned from") \
+    REGISTER(bound_up, "learned_positive_at_bound", uint32_t, "", "1: not to be trusted") \
+    REGISTER(learned_down, "learned_negative_N", float, "N", "in the negative direction") \
+    REGISTER(doubt_down, "learned_negative_doubt", float, "", "likewise") \
+    REGISTER(travel_down, "learned_negative_travel_N", float, "N", "likewise") \
+    REGISTER(bound_down, "learned_negative_at_bound", uint32_t, "", "likewise")
 // clang-format on
 
 /// The signals, in the order of a sample's channels: SIGNAL(symbol, name, unit, member, text), `member` of registers_t.
@@ -123,7 +140,8 @@
     COMMAND(DEFAULTS, 7, "stage the defaults of the board")                                                            \
     COMMAND(SAVE, 8, "write what the drive runs with, and its tare, into the store; not in run")                       \
     COMMAND(TRACE, 9, "begin a trace as trace.* say")                                                                  \
-    COMMAND(TRACE_STOP, 10, "end it")
+    COMMAND(TRACE_STOP, 10, "end it")                                                                                  \
+    COMMAND(RESTORE, 11, "take the warnings back; friction that was faded returns")
 
 /// OUTCOME(symbol, text)
 #define REGISTERS_OUTCOMES(OUTCOME)                                                                                    \
@@ -155,6 +173,14 @@ enum
     REGISTERS_STATE(REGISTERS_PLACE)
 #undef REGISTERS_PLACE
         REGISTERS_STATE_COUNT
+};
+
+enum
+{
+#define REGISTERS_PLACE(symbol, name, type, unit, text) REGISTERS_COMPENSATION_##symbol,
+    REGISTERS_COMPENSATION(REGISTERS_PLACE)
+#undef REGISTERS_PLACE
+        REGISTERS_COMPENSATION_COUNT
 };
 
 enum

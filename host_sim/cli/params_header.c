@@ -15,6 +15,7 @@ typedef enum
     UINT16,
     UINT32,
     INT32,
+    INT64,
     BOOL,
     TABLE,       ///< pointer to breakaway points, which stand before the params
     METHOD,      ///< pointer to a way to compensate friction
@@ -37,7 +38,7 @@ typedef struct field
 // A field's kind follows from its type, so that a row is its name. T is the struct that the rows are about.
 // clang-format off
 // NOLINTBEGIN(bugprone-macro-parentheses,bugprone-sizeof-expression): the arguments are names, one of them of a pointer
-#define KIND(x) _Generic((x), float: FLOAT, uint8_t: UINT8, uint16_t: UINT16, uint32_t: UINT32, int32_t: INT32, bool: BOOL, \
+#define KIND(x) _Generic((x), float: FLOAT, uint8_t: UINT8, uint16_t: UINT16, uint32_t: UINT32, int32_t: INT32, int64_t: INT64, bool: BOOL, \
     const tribo_force_loop_f32_method_t *: METHOD, const tribo_force_loop_q31_method_t *: METHOD, \
     const tribo_feedforward_f32_params_t *: FEEDFORWARD, const tribo_feedforward_q31_params_t *: FEEDFORWARD, \
     const tribo_lugre_f32_params_t *: LUGRE, const tribo_lugre_q31_params_t *: LUGRE, default: TABLE)
@@ -153,6 +154,12 @@ static const field_t feedforward_q31[] = {S(path, path_q31), S(meter, meter_q31)
     F(offset_max), F(reversal), F(jump), F(lead), F(lead_shift), F(noise_gain), F(noise_part), F(noise_floor), F(rate_part), F(step),
     F(offset_part), F(slide_half), F(slide_change_max), F(slide_run_in), F(slide_error_max), END};
 #undef T
+#define T tribo_guard_f32_params_t
+static const field_t guard_f32[] = {F(half_n), F(stray_n), F(work_n2), F(fade), F(quick_ticks), END};
+#undef T
+#define T tribo_guard_q31_params_t
+static const field_t guard_q31[] = {F(half), F(stray), F(work), F(fade), F(quick_ticks), END};
+#undef T
 // NOLINTEND(bugprone-macro-parentheses,bugprone-sizeof-expression)
 // clang-format on
 
@@ -201,6 +208,7 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
 {
     float       real    = 0.0f;
     int32_t     integer = 0;
+    int64_t     wide    = 0;
     const void *pointer = NULL;
     switch (field->kind)
     {
@@ -211,6 +219,10 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
     case INT32: // INT32_MIN has no constant of its type
         memcpy(&integer, at, sizeof integer);
         (void)fprintf(sheet->stream, integer == INT32_MIN ? "-2147483647 - 1" : "%" PRId32, integer);
+        break;
+    case INT64: // never INT64_MIN: a product of two int32_t
+        memcpy(&wide, at, sizeof wide);
+        (void)fprintf(sheet->stream, "INT64_C(%" PRId64 ")", wide);
         break;
     case BOOL:
         (void)fputs(unsigned_at(at, field->size) != 0 ? "true" : "false", sheet->stream);
@@ -358,6 +370,15 @@ static void put_loop(const sheet_t *sheet, const sim_loop_t *loop)
         fprintf(sheet->stream, "static const tribo_force_loop_%s_params_t %s_params = {\n", sheet->suffix, sheet->name);
     put_rows(sheet, rows, q31 ? (const char *)&loop->params_q31 : (const char *)&loop->params_f32, 4);
     (void)fputs("};\n", sheet->stream);
+    if (loop->guarded)
+    {
+        (void)fprintf(sheet->stream, "static const tribo_guard_%s_params_t %s_guard = {\n", sheet->suffix, sheet->name);
+        put_rows(sheet,
+                 q31 ? guard_q31 : guard_f32,
+                 q31 ? (const char *)&loop->guard_params_q31 : (const char *)&loop->guard_params_f32,
+                 4);
+        (void)fputs("};\n", sheet->stream);
+    }
 }
 
 // --- the header around them ----------------------------------------------------------------------------------------
@@ -437,15 +458,20 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
         put_upper(stream, header->name);
         (void)fprintf(stream, "_PARAMS_%s_H\n", upper);
     }
-    const char *const method = method_of(header->loop);
+    const char *const method  = method_of(header->loop);
+    const bool        guarded = header->loop->guarded;
+    const char *const suffix  = q31 ? "q31" : "f32";
     (void)fprintf(stream,
-                  "\n#include \"tribo/force_loop_%s%s%s.h\"\n\n"
+                  "\n#include \"tribo/force_loop_%s%s%s.h\"\n%s%s%s\n"
                   "#if TRIBO_FORCE_LOOP_%s_PARAMS_VERSION != %d\n"
                   "#error \"made for another version of tribo: run tribo-sim params again\"\n"
                   "#endif\n\n// clang-format off\n",
                   method != NULL ? method : "",
                   method != NULL ? "_" : "",
-                  q31 ? "q31" : "f32",
+                  suffix,
+                  guarded ? "#include \"tribo/force_loop_guard_" : "",
+                  guarded ? suffix : "",
+                  guarded ? ".h\"\n" : "",
                   upper,
                   versions[q31]);
     put_define(stream, header, "SAMPLE_TIME_S", (double)header->config->sample_time_s);
@@ -454,7 +480,6 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
         put_define(stream, header, "FULL_SCALE_N", (double)(float)header->loop->full_scale_n);
     }
     (void)fputs("\n", stream);
-    put_loop(&(sheet_t){.stream = stream, .name = header->name, .suffix = q31 ? "q31" : "f32", .method = method},
-             header->loop);
+    put_loop(&(sheet_t){.stream = stream, .name = header->name, .suffix = suffix, .method = method}, header->loop);
     (void)fputs("// clang-format on\n\n#endif\n", stream);
 }

@@ -235,11 +235,16 @@ double sim_loop_step(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_
     return sim_loop_force(loop, words[TRIBO_SIGNAL_U]);
 }
 
-const char *sim_loop_guard_cause(const sim_loop_t *loop)
+tribo_guard_cause_t sim_loop_guard_cause(const sim_loop_t *loop)
+{
+    return loop->q31 ? loop->guard_q31.cause : loop->guard_f32.cause;
+}
+
+const char *sim_loop_guard_text(const sim_loop_t *loop)
 {
     static const char *const words[] =
         {[TRIBO_GUARD_NONE] = "none", [TRIBO_GUARD_HUNTING] = "hunting", [TRIBO_GUARD_OVERSHOOT] = "overshoot"};
-    return words[loop->q31 ? loop->guard_q31.cause : loop->guard_f32.cause];
+    return words[sim_loop_guard_cause(loop)];
 }
 
 uint32_t sim_loop_limited_ticks(const sim_loop_t *loop)

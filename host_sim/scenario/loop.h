@@ -61,8 +61,9 @@ tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const sim_loop_config_t
 sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n);
 bool          sim_loop_feeds_forward(const sim_loop_t *loop);
 
-/// Why the guard has faded the compensation, in a word: none, hunting or overshoot.
-const char *sim_loop_guard_cause(const sim_loop_t *loop);
+/// Why the guard has faded the compensation, and in a word: none, hunting or overshoot.
+tribo_guard_cause_t sim_loop_guard_cause(const sim_loop_t *loop);
+const char         *sim_loop_guard_text(const sim_loop_t *loop);
 
 /// What was learned in the form of `prior`, a law or a table. A law is that of 0 N and of the largest credible force.
 void sim_loop_learned_breakaway(const sim_loop_t             *loop,

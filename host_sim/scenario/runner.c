@@ -219,7 +219,7 @@ static sim_result_t result_of(const run_t *run)
                                 .activity             = run->activity,
                                 .limited_ticks        = sim_loop_limited_ticks(&run->loop) + run->open_limited_ticks,
                                 .bad_inputs           = sim_loop_bad_inputs(&run->loop),
-                                .guard                = run->loop.guarded ? sim_loop_guard_cause(&run->loop) : NULL};
+                                .guard = loop_of(run)->guarded ? sim_loop_guard_text(loop_of(run)) : NULL};
     if (result.learns)
     {
         sim_loop_learned_breakaway(loop_of(run), &run->config->compensator.friction.breakaway, &result.breakaway);

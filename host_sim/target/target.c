@@ -176,6 +176,8 @@ static void fill_setup(uint32_t words[TRIBO_SETUP_WORDS], const sim_target_t *ta
     tribo_setup_take_loop(&setup, &config->config);
     setup.feeds_forward = config->feeds_forward;
     setup.feedforward   = config->feedforward;
+    setup.guarded       = config->guarded;
+    setup.guard         = config->guard;
     tribo_setup_to_words(&setup, words);
 }
 
@@ -251,9 +253,10 @@ static void compare(sim_target_t *target, const uint32_t words[TRIBO_SIGNAL_WORD
                                                               TRIBO_SIGNAL_FORCES(NAME)};
 #undef NAME
 
-    const uint32_t *seen = target->tock + TRIBO_TOCK_SIGNALS;
+    const uint32_t *seen  = target->tock + TRIBO_TOCK_SIGNALS;
+    const uint32_t  guard = (uint32_t)sim_loop_guard_cause(&target->host);
     if (memcmp(seen, words, sizeof(uint32_t) * TRIBO_SIGNAL_WORDS) == 0 &&
-        target->tock[TRIBO_TOCK_COMMAND] == words[TRIBO_SIGNAL_U])
+        target->tock[TRIBO_TOCK_COMMAND] == words[TRIBO_SIGNAL_U] && target->tock[TRIBO_TOCK_GUARD] == guard)
     {
         return;
     }
@@ -274,6 +277,16 @@ static void compare(sim_target_t *target, const uint32_t words[TRIBO_SIGNAL_WORD
                            words[i]);
             return;
         }
+    }
+    if (target->tock[TRIBO_TOCK_GUARD] != guard)
+    {
+        (void)snprintf(target->difference,
+                       sizeof target->difference,
+                       "the guard's cause in tick %" PRIu64 " is %" PRIu32 ", %" PRIu32 " on the host",
+                       target->ticks,
+                       target->tock[TRIBO_TOCK_GUARD],
+                       guard);
+        return;
     }
     (void)snprintf(target->difference,
                    sizeof target->difference,

@@ -105,7 +105,8 @@ float tribo_force_loop_f32_wanted(const tribo_force_loop_f32_params_t *from,
     return force_loop_f32_v(&from->controller, &state->controller, e) + from->gain * state->friction_n;
 }
 
-// The compensator starts where the sensor says that the arm is, and friction is what holds it there.
+// The compensator starts where the sensor says that the arm is, and friction is what holds it there. Of it a guard may have left a
+// share, which the feed-forward's memory knows.
 void tribo_force_loop_f32_hand_over(const tribo_force_loop_f32_params_t *from,
                                     const tribo_force_loop_f32_params_t *params,
                                     tribo_force_loop_f32_state_t        *state,
@@ -121,6 +122,10 @@ void tribo_force_loop_f32_hand_over(const tribo_force_loop_f32_params_t *from,
     compensator->arm.force_n  = exceeds(y_n, params->input_max_n) ? u : y_n;
     compensator->friction.paper.n_n = compensator_f32_net_force(&params->compensator, compensator, u);
     state->friction_n         = friction_under(params, compensator, u);
+    if (force_loop_f32_memory(state) != NULL && state->memory->state.share < 1.0f)
+    {
+        state->friction_n *= state->memory->state.share;
+    }
 
     const float v     = force_loop_f32_v(&from->controller, &state->controller, e);
     const float added = params->gain * state->friction_n;

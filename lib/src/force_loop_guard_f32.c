@@ -23,7 +23,7 @@ void tribo_force_loop_guard_f32_watch(const tribo_guard_f32_params_t       *para
     }
     const float share = guard_f32_fade(params, guard);
     loop->friction_n *= share;
-    if (fed)
+    if (memory != NULL) // in use or not, for a method that takes over
     {
         memory->state.share = share;
     }

@@ -28,7 +28,7 @@ void tribo_force_loop_guard_q31_watch(const tribo_guard_q31_params_t       *para
     {
         loop->friction = part_of_q31(loop->friction, share);
     }
-    if (fed)
+    if (memory != NULL) // in use or not, for a method that takes over
     {
         memory->state.share = share;
     }

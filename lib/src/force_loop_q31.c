@@ -2,6 +2,7 @@
 
 #include "compensator_q31_step.h"
 #include "controller_q31_step.h"
+#include "first_order_q31.h"
 #include "fixed_q31.h"
 #include "force_loop_q31_step.h"
 #include "relay_step.h"
@@ -123,7 +124,8 @@ int32_t tribo_force_loop_q31_wanted(const tribo_force_loop_q31_params_t *from,
                          &not_counted);
 }
 
-// The compensator starts where the sensor says that the arm is, and friction is what holds it there.
+// The compensator starts where the sensor says that the arm is, and friction is what holds it there. Of it a guard may have left a
+// share, which the feed-forward's memory knows.
 void tribo_force_loop_q31_hand_over(const tribo_force_loop_q31_params_t *from,
                                     const tribo_force_loop_q31_params_t *params,
                                     tribo_force_loop_q31_state_t        *state,
@@ -142,6 +144,10 @@ void tribo_force_loop_q31_hand_over(const tribo_force_loop_q31_params_t *from,
     compensator->arm.force  = (int64_t)F * (INT64_C(1) << ARM_Q31_FRACTION);
     compensator->friction.paper.n = tribo_q31_saturate((int64_t)u - F + params->compensator.friction.gravity, &not_counted);
     state->friction         = friction_under(params, compensator, u, &unseen);
+    if (force_loop_q31_memory(state) != NULL && state->memory->state.share != UINT32_MAX)
+    {
+        state->friction = part_of_q31(state->friction, state->memory->state.share);
+    }
 
     const int32_t v     = force_loop_q31_v(&from->controller, &state->controller, e);
     const int64_t added = feedforward_of(params, state->friction, &not_counted);

@@ -1,5 +1,6 @@
 """`params`: a loop's params as C, which a program without set-up code steps to the same bits."""
 
+import json
 import math
 import re
 import shutil
@@ -48,6 +49,9 @@ compensator:
     "feedforward": """
 compensator: {method: feedforward, feedforward: {lead: 0.5, hold: {gain: 0}}}
 """,
+    "guarded": """
+compensator: {gain: 1.5, friction: {breakaway: {offset_N: 0.01, slope: 0.4}}, guard: {on: yes, turn_N: 0.02, stray_N: 0.001, quick_time_s: 0.5}}
+""",
     "table": """
 compensator:
   friction:
@@ -78,6 +82,8 @@ typedef int32_t number_t;
 #define LOOP(what) tribo_force_loop_q31_##what
 #define FEED(what) tribo_feedforward_q31_##what
 #define ATTACH tribo_force_loop_feedforward_q31_attach
+#define GUARD(what) tribo_guard_q31_##what
+#define WATCH tribo_force_loop_guard_q31_watch
 #define PART(n) ((n) / (double)LOOP_FULL_SCALE_N * 2147483648.0)
 #define GIVEN(n) (PART(n) < 2147483647.0 ? (int32_t)PART(n) : INT32_MAX)
 #define NEWTON(x) (double)(float)((x) / 2147483648.0 * (double)LOOP_FULL_SCALE_N)
@@ -89,6 +95,8 @@ typedef int32_t number_t;
 #define LOOP(what) tribo_force_loop_f32_##what
 #define FEED(what) tribo_feedforward_f32_##what
 #define ATTACH tribo_force_loop_feedforward_f32_attach
+#define GUARD(what) tribo_guard_f32_##what
+#define WATCH tribo_force_loop_guard_f32_watch
 #define GIVEN(n) ((float)(n))
 #define FRICTION seen.compensator.friction
 #define SEEN (double)seen.controller.u_n, (double)FRICTION.L_n, (double)FRICTION.v_n_per_s, (double)FRICTION.f_n
@@ -97,6 +105,10 @@ int main(void)
 {
     static LOOP(state_t) state;
     static FEED(memory_t) memory;
+#ifdef GUARDED
+    static GUARD(state_t) guard;
+    GUARD(reset)(&guard);
+#endif
     double r, y;
     LOOP(reset)(&state);
     if (loop_params.feedforward != NULL)
@@ -108,6 +120,9 @@ int main(void)
     {
         LOOP(signals_t) seen;
         (void)LOOP(step)(&loop_params, &state, GIVEN(r), GIVEN(y), &seen);
+#ifdef GUARDED
+        WATCH(&loop_guard, &guard, &loop_params, &state, GIVEN(r), GIVEN(y), &seen);
+#endif
         // In single precision, as in a trace.
         printf("%.9g,%.9g,%.9g,%.9g\\n", SEEN);
     }
@@ -150,12 +165,13 @@ def test_params_are_those_of_a_run(sim, library, loop, arithmetic):
     scenario = sim.write("loop.yaml", SHARED + LOOPS[loop])
     sim.write("reference.csv", "t_s,r_N\n" + "".join(f"{k / 1000},{reference(k)}\n" for k in range(4000)))
     sim.ok("params", scenario, "--arith", arithmetic, "--out", "loop.h")
-    sim.ok("run", scenario, "--arith", arithmetic, "--out", "run")
+    summary = json.loads(sim.ok("run", scenario, "--arith", arithmetic, "--out", "run", "--json"))
+    assert summary.get("guard") == ("overshoot" if loop == "guarded" else None)
     trace = read_csv(sim.folder / "run" / "trace.csv")
     assert len(set(trace["u_N"])) > 1000
 
     source = sim.write("stepper.c", STEPPER)
-    subprocess.run(["cc", "-std=c11", f"-D{arithmetic.upper()}", "-Wall", "-Wextra", "-Werror", "-I", sim.folder, "-I",
+    subprocess.run(["cc", "-std=c11", f"-D{arithmetic.upper()}", *["-DGUARDED"] * (loop == "guarded"), "-Wall", "-Wextra", "-Werror", "-I", sim.folder, "-I",
                     ROOT / "lib" / "include", source, *library, "-o", "stepper"], cwd=sim.folder, check=True)
     given = "".join(f"{round(r * 1024) / 1024},{round(y * 1024) / 1024}\n" for r, y in zip(trace["r_N"], trace["y_N"]))
     stepped = subprocess.run([sim.folder / "stepper"], input=given, capture_output=True, text=True, check=True).stdout

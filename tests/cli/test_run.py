@@ -69,12 +69,6 @@ def test_guard_leaves_a_loop_alone_that_is_right(sim, method):
     assert {key: guarded[key] for key in SUMMARY[:10]} == {key: without[key] for key in SUMMARY[:10]}
 
 
-def test_what_a_drive_has_no_guard_for_is_refused(sim):
-    for command in (("params",), ("run", "--target=m4f")):
-        sim.fails("--set compensator.guard.on=yes: compensator.guard.on: the drive and its params have no guard yet",
-                  *command, "triangle", "--set", "compensator.guard.on=yes")
-
-
 FED = ["triangle", "--set", "compensator.method=feedforward", "--set", "plant.friction.breakaway.slope=0.4", "--set",
        "plant.friction.breakaway.negative_slope=0.25"]
 

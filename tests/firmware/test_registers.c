@@ -19,7 +19,8 @@ static modbus_registers_t map;
 static params_set_t       defaults;
 static uint32_t           ring[RING_WORDS];
 static uint32_t           sectors[STORE_SECTORS][SECTOR_WORDS];
-static double             force_n; ///< of a plant that follows u with a lag
+static double             force_n;    ///< of a plant that follows u with a lag
+static double             stiction_n; ///< and stands for smaller u - F
 static unsigned           ticks;
 
 // --- a board -------------------------------------------------------------------------------------------------------
@@ -70,9 +71,10 @@ static void power_up_with(drive_fault_t found)
     board_init(&board, UINT32_MAX - 20u * PERIOD_US);
     registers_load(&registers, &parts);
     registers_start(&registers, found);
-    map     = registers_map(&registers);
-    force_n = 0.0;
-    ticks   = 0;
+    map        = registers_map(&registers);
+    force_n    = 0.0;
+    stiction_n = 0.0;
+    ticks      = 0;
 }
 
 static void power_up(void)
@@ -104,7 +106,9 @@ static void tick(void)
     board.y = board_force(force_n);
     registers_tick(&registers);
     registers_run(&registers);
-    force_n += (in_newton(board.command) - force_n) * 0.02;
+    const double u   = in_newton(board.command);
+    const double net = u - force_n;
+    force_n += (net > stiction_n ? net - stiction_n : net < -stiction_n ? net + stiction_n : 0.0) * 0.02;
     ticks++;
     board.now_us += PERIOD_US;
 }
@@ -169,10 +173,13 @@ static void command(uint16_t number)
 
 #define STATE_OF(symbol)    read_word(REGISTERS_STATE_AT + 2u * REGISTERS_STATE_##symbol)
 #define NUMBER_OF(symbol)   read_number(REGISTERS_STATE_AT + 2u * REGISTERS_STATE_##symbol)
+#define COUNT_OF(symbol)    read_word(REGISTERS_COMPENSATION_AT + 2u * REGISTERS_COMPENSATION_##symbol)
+#define SHOWN_OF(symbol)    read_number(REGISTERS_COMPENSATION_AT + 2u * REGISTERS_COMPENSATION_##symbol)
 #define SIGNAL_OF(symbol)   read_number(REGISTERS_SIGNALS_AT + 2u * REGISTERS_SIGNAL_##symbol)
 #define LOOP_AT(symbol)     (REGISTERS_STAGED_AT + REGISTERS_LOOP_AT + 2u * PARAMS_##symbol)
 #define DRIVE_AT(symbol)    (REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT + 2u * DRIVE_CONFIG_##symbol)
 #define REQUEST_AT(symbol)  (REGISTERS_REQUESTS_AT + (uint32_t)offsetof(registers_requests_t, symbol) / 2u)
+#define GUARD_AT(symbol)    (REGISTERS_STAGED_AT + REGISTERS_GUARD_AT + 2u * PARAMS_GUARD_##symbol)
 #define TO_ACTIVE(register) ((register) - REGISTERS_STAGED_AT + REGISTERS_ACTIVE_AT)
 
 static void start(void)
@@ -199,6 +206,11 @@ static void test_defaults_are_the_papers_loop(void)
     TEST_ASSERT_TRUE_MESSAGE(set.feed.symbol == feedforward.member, name);
     PARAMS_FEED_FIELDS(COMPARE)
 #undef COMPARE
+    const tribo_guard_f32_config_t guard = tribo_guard_f32_default();
+#define COMPARE(type, symbol, member, name, unit, low, high, normal, status, text)                                     \
+    TEST_ASSERT_TRUE_MESSAGE(set.guard.symbol == guard.member, name);
+    PARAMS_GUARD_FIELDS(COMPARE)
+#undef COMPARE
 #endif
     TEST_ASSERT_EQUAL_MEMORY(paper.controller.sections, set.sections, 2 * sizeof set.sections[0]);
 }
@@ -212,7 +224,8 @@ static void test_the_layout_is_that_of_the_lists(void)
 #define LOOP_NAME(type, symbol, member, name, unit, low, high, normal, status, text) name,
 #define ELEMENT_NAME(member, name, unit, low, high, text)                            name,
         DRIVE_CONFIG_FIELDS(DRIVE_NAME) PARAMS_LOOP_FIELDS(LOOP_NAME) "compensator.method",
-        PARAMS_FEED_FIELDS(LOOP_NAME) PARAMS_SECTION_FIELDS(ELEMENT_NAME) PARAMS_POINT_FIELDS(ELEMENT_NAME)
+        PARAMS_FEED_FIELDS(LOOP_NAME) "compensator.guard.on",
+        PARAMS_GUARD_FIELDS(LOOP_NAME) PARAMS_SECTION_FIELDS(ELEMENT_NAME) PARAMS_POINT_FIELDS(ELEMENT_NAME)
 #undef DRIVE_NAME
 #undef LOOP_NAME
 #undef ELEMENT_NAME
@@ -238,6 +251,7 @@ static void test_every_word_of_the_staged_set_has_its_register(void)
                                  {REGISTERS_LOOP_AT, PARAMS_LOOP_COUNT},
                                  {REGISTERS_METHOD_AT, 1},
                                  {REGISTERS_FEED_AT, PARAMS_FEED_COUNT},
+                                 {REGISTERS_GUARD_AT, PARAMS_GUARD_COUNT},
                                  {REGISTERS_SECTIONS_AT, 20},
                                  {REGISTERS_TABLE_AT, 96}};
     const params_set_t before = registers.active->set;
@@ -333,6 +347,14 @@ static void test_a_refused_field_is_named_with_its_range(void)
     PARAMS_FEED_FIELDS(CHECK)
 #undef CHECK
 #undef LOOP_AT
+#if DRIVE_FEEDFORWARD
+#define LOOP_AT(symbol)                                                          GUARD_AT(symbol)
+#define CHECK(type, symbol, member, name, unit, low, high, normal, status, text) CHECK_##type(symbol, name, low, high)
+    PARAMS_GUARD_FIELDS(CHECK)
+#undef CHECK
+#undef LOOP_AT
+    check_refused("guard.on", GUARD_AT(on), 2, 2.0f, 0.0f, 1.0f);
+#endif
 #define LOOP_AT(symbol) (REGISTERS_STAGED_AT + REGISTERS_LOOP_AT + 2u * PARAMS_##symbol)
     check_refused("method", REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2, 2.0f, 0.0f, DRIVE_FEEDFORWARD ? 1.0f : 0.0f);
     for (uint32_t i = 0; i < DRIVE_CONFIG_COUNT; i++)
@@ -402,6 +424,183 @@ static void test_the_feed_forward_is_absent(void)
     }
     TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, try_word(REGISTERS_STAGED_AT + REGISTERS_FEED_AT, 0));
     check_refused("method", REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1, 1.0f, 0.0f, 0.0f);
+}
+#endif
+
+// --- guard and learning --------------------------------------------------------------------------------------------
+
+#if DRIVE_FEEDFORWARD
+/// A triangle of 0.3 to 0.5 N, 2 s a period.
+static void run_triangle(unsigned count)
+{
+    for (unsigned i = 0; i < count; i++)
+    {
+        const unsigned phase = ticks % 2000u;
+        write_number(REQUEST_AT(reference), 0.3f + 2e-4f * (float)(phase < 1000u ? phase : 2000u - phase));
+        tick();
+    }
+}
+
+static void apply_word(uint32_t address, uint32_t word)
+{
+    write_word(address, word);
+    command(REGISTERS_APPLY);
+}
+
+/// On a plant without friction the default L makes the loop hunt.
+static void hunt(void)
+{
+    write_number(LOOP_AT(gain), 1.2f);
+    apply_word(GUARD_AT(on), 1);
+    start();
+    run_triangle(10000);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_HUNTING, COUNT_OF(warnings));
+    TEST_ASSERT_TRUE(SHOWN_OF(share) == 0.0 && SIGNAL_OF(added) == 0.0);
+}
+
+static void test_the_guard_fades_what_hunts_until_it_is_restored(void)
+{
+    write_number(LOOP_AT(gain), 1.2f);
+    command(REGISTERS_APPLY);
+    start();
+    run_triangle(10000);
+    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings)); // none is on
+    TEST_ASSERT_TRUE(SHOWN_OF(share) == 1.0);
+    command(REGISTERS_STOP);
+    tick();
+
+    hunt();
+    drive_log(&registers.drive);
+    TEST_ASSERT_NOT_NULL(strstr(board.log, "warning: friction faded: hunting\n"));
+    board.log_length = 0;
+    drive_log(&registers.drive);
+    TEST_ASSERT_EQUAL_size_t(0, board.log_length); // once
+    command(REGISTERS_STOP);
+    tick();
+    start();
+    run_triangle(1000);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_HUNTING, COUNT_OF(warnings)); // over a stop
+    TEST_ASSERT_TRUE(SHOWN_OF(share) == 0.0);
+
+    stiction_n = 0.1;
+    write_number(LOOP_AT(gain), 0.8f);
+    command(REGISTERS_APPLY);
+    command(REGISTERS_RESTORE);
+    run_triangle(251);
+    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.5, SHOWN_OF(share)); // half of fade_time_s
+    run_triangle(3000);
+    TEST_ASSERT_TRUE(SHOWN_OF(share) == 1.0);
+    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings));
+}
+
+/// The friction that comes back moves u no faster than it was faded.
+static void test_a_guard_that_is_turned_off_lets_friction_back_without_a_bump(void)
+{
+    hunt();
+    stiction_n = 0.1;
+    run_triangle(2000);
+    apply_word(GUARD_AT(on), 0);
+    for (unsigned i = 0; i < 500u; i++)
+    {
+        const double u = in_newton(board.command);
+        run_triangle(1);
+        TEST_ASSERT_DOUBLE_WITHIN(4e-3, u, in_newton(board.command));
+    }
+    run_triangle(2);
+    TEST_ASSERT_TRUE(SHOWN_OF(share) == 1.0);
+    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings));
+}
+
+/// u with a change of the method against u without it, in a slide and in mid-stick, with and without a guard that has faded.
+static void check_change_of_method(double slide_n, double stick_n)
+{
+    static registers_t saved;
+    for (unsigned i = 0; i < 40u; i++)
+    {
+        run_triangle(437);
+        const board_t  board_then = board;
+        const double   force_then = force_n;
+        const unsigned then       = ticks;
+        const bool     slides     = fabs(in_newton(board.command) - force_n) > stiction_n;
+        saved                     = registers;
+        run_triangle(1);
+        const double without = in_newton(board.command);
+
+        registers = saved;
+        board     = board_then;
+        force_n   = force_then;
+        ticks     = then;
+        apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, i % 2u == 0u ? 1u : 0u);
+        run_triangle(1);
+        TEST_ASSERT_DOUBLE_WITHIN(slides ? slide_n : stick_n, without, in_newton(board.command));
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+        const double u = in_newton(board.command);
+        run_triangle(1);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-2, u, in_newton(board.command));
+    }
+}
+
+static void test_the_method_changes_in_a_slide_and_in_mid_stick_without_a_bump(void)
+{
+    stiction_n = 0.1;
+    start();
+    check_change_of_method(1.5e-3, 8e-3);
+}
+
+static void test_the_method_changes_without_a_bump_while_friction_is_faded(void)
+{
+    hunt();
+    stiction_n = 0.1;
+    check_change_of_method(1.5e-3, 8e-3);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_HUNTING, COUNT_OF(warnings));
+    TEST_ASSERT_TRUE(SHOWN_OF(share) == 0.0);
+}
+
+/// The registers from `place` on against what the library says.
+static void check_learned(uint32_t direction, uint32_t place)
+{
+    const loop_params_t *params   = &registers.active->loop.params;
+    const FEED(learned_t) learned = FEED(learned)(params->feedforward,
+                                                  &params->compensator.friction,
+                                                  &registers.memory.state,
+                                                  direction,
+                                                  registers.drive.r);
+    const double unit_n           = LOOP_IS_Q31 ? (double)BOARD_FULL_SCALE_N / 536870912.0 : 1.0;
+    const double unit             = LOOP_IS_Q31 ? 1.0 / 2147483648.0 : 1.0;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7,
+                              (double)learned.LOOP_N(L) * unit_n,
+                              read_number(REGISTERS_COMPENSATION_AT + 2u * place));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7,
+                              (double)learned.doubt * unit,
+                              read_number(REGISTERS_COMPENSATION_AT + 2u * (place + 1u)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6,
+                              (double)learned.LOOP_N(travel) * unit_n,
+                              read_number(REGISTERS_COMPENSATION_AT + 2u * (place + 2u)));
+    TEST_ASSERT_TRUE(learned.LOOP_N(travel) > 0 && learned.doubt > 0);
+}
+
+static void test_what_is_learned_is_in_registers(void)
+{
+    TEST_ASSERT_TRUE(SHOWN_OF(learned_up) == 0.0 && SHOWN_OF(doubt_up) == 0.0); // nothing is learned by this method
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
+    start();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, SHOWN_OF(doubt_up));
+    TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
+    stiction_n = 0.2; // the model says 0.1 to 0.16
+    run_triangle(20000);
+    check_learned(TRIBO_BREAKAWAY_POSITIVE, REGISTERS_COMPENSATION_learned_up);
+    check_learned(TRIBO_BREAKAWAY_NEGATIVE, REGISTERS_COMPENSATION_learned_down);
+    TEST_ASSERT_DOUBLE_WITHIN(0.06, 0.2, SHOWN_OF(learned_up));
+    TEST_ASSERT_DOUBLE_WITHIN(0.06, 0.2, SHOWN_OF(learned_down));
+    TEST_ASSERT_TRUE(SHOWN_OF(doubt_up) < 0.3 && SHOWN_OF(doubt_down) < 0.3);
+    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(bound_up));
+    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(bound_down));
+    const double travel = SHOWN_OF(travel_up);
+    command(REGISTERS_STOP);
+    tick();
+    start();
+    TEST_ASSERT_TRUE(SHOWN_OF(travel_up) > 0.9 * travel); // outlasts a stop
 }
 #endif
 
@@ -518,7 +717,7 @@ static void test_commands_act_in_their_states(void)
     TEST_ASSERT_EQUAL_UINT32(REGISTERS_WRONG_STATE, STATE_OF(outcome));
     for (uint32_t unknown = 0; unknown <= UINT16_MAX; unknown++)
     {
-        if (unknown == 0u || unknown > REGISTERS_TRACE_STOP)
+        if (unknown == 0u || unknown > (DRIVE_FEEDFORWARD ? REGISTERS_RESTORE : REGISTERS_TRACE_STOP))
         {
             TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_command((uint16_t)unknown));
         }
@@ -632,6 +831,23 @@ static void test_a_store_of_other_firmware_is_said_and_waited_for(void)
     TEST_ASSERT_EQUAL_INT(STORE_OK, store_write(&flash, PARAMS_LAYOUT + 1u, words, PARAMS_WORDS));
     check_waits(STORE_FOREIGN);
 }
+
+#if DRIVE_FEEDFORWARD
+/// A set from before there was a guard: nothing of it is used, and the store says why. It says so until a set of today was saved.
+static void test_a_set_that_lacks_the_guard_is_said_and_waited_for(void)
+{
+    enum
+    {
+        OLD_LAYOUT = 0x2c2595d0,
+        OLD_WORDS  = PARAMS_WORDS - PARAMS_GUARD_COUNT
+    };
+    uint32_t words[OLD_WORDS] = {0};
+    TEST_ASSERT_TRUE(PARAMS_LAYOUT != OLD_LAYOUT && PARAMS_LAYOUT_OF(0) != OLD_LAYOUT);
+    TEST_ASSERT_EQUAL_INT(STORE_OK, store_write(&flash, OLD_LAYOUT, words, OLD_WORDS));
+    check_waits(STORE_FOREIGN);
+    TEST_ASSERT_EQUAL_STRING("of other firmware", store_status_text(STORE_FOREIGN));
+}
+#endif
 
 static void test_saved_params_that_the_board_refuses_are_said_and_waited_for(void)
 {
@@ -772,6 +988,11 @@ int main(void)
     RUN_TEST(test_fields_that_do_not_fit_each_other_are_refused);
 #if DRIVE_FEEDFORWARD
     RUN_TEST(test_the_method_changes_in_run_without_a_bump);
+    RUN_TEST(test_the_guard_fades_what_hunts_until_it_is_restored);
+    RUN_TEST(test_a_guard_that_is_turned_off_lets_friction_back_without_a_bump);
+    RUN_TEST(test_the_method_changes_in_a_slide_and_in_mid_stick_without_a_bump);
+    RUN_TEST(test_the_method_changes_without_a_bump_while_friction_is_faded);
+    RUN_TEST(test_what_is_learned_is_in_registers);
 #else
     RUN_TEST(test_the_feed_forward_is_absent);
 #endif
@@ -787,6 +1008,9 @@ int main(void)
     RUN_TEST(test_a_tare_is_saved);
     RUN_TEST(test_a_damaged_store_is_said_and_waited_for);
     RUN_TEST(test_a_store_of_other_firmware_is_said_and_waited_for);
+#if DRIVE_FEEDFORWARD
+    RUN_TEST(test_a_set_that_lacks_the_guard_is_said_and_waited_for);
+#endif
     RUN_TEST(test_saved_params_that_the_board_refuses_are_said_and_waited_for);
     RUN_TEST(test_a_failed_self_test_comes_before_the_store);
     RUN_TEST(test_a_fault_keeps_200_ticks_before_it);

@@ -102,6 +102,29 @@ static void test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds(v
     TEST_ASSERT_TRUE(guard.running && guard.share == 1.0f);
 }
 
+/// Half of what friction was is left; with all of it, u would jump by 60 mN in the tick after the change.
+static void test_the_papers_method_takes_over_the_share_that_a_guard_has_left(void)
+{
+    static tribo_force_loop_f32_params_t paper;
+    const tribo_force_loop_f32_config_t  config = tribo_force_loop_f32_paper();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&paper, &config));
+    feed_forward();
+    for (int k = 0; k < 2000; k++)
+    {
+        tick(0.3 + 1e-4 * k, 0.3 + 1e-4 * k);
+        guard.cause = k == 1750 ? TRIBO_GUARD_HUNTING : guard.cause;
+    }
+    double u = (double)signals.controller.u_n;
+    for (int k = 2000; k < 2003; k++)
+    {
+        const double r = 0.3 + 1e-4 * k;
+        (void)tribo_force_loop_f32_step(&paper, &loop, (float)(r), (float)(r), &signals);
+        tribo_force_loop_guard_f32_watch(&guard_params, &guard, &paper, &loop, (float)(r), (float)(r), &signals);
+        TEST_ASSERT_DOUBLE_WITHIN(1.5e-3, u, (double)signals.controller.u_n);
+        u = (double)signals.controller.u_n;
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -109,5 +132,6 @@ int main(void)
     RUN_TEST(test_a_latched_cause_fades_what_is_fed_forward);
     RUN_TEST(test_bad_inputs_are_not_judged);
     RUN_TEST(test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds);
+    RUN_TEST(test_the_papers_method_takes_over_the_share_that_a_guard_has_left);
     return UNITY_END();
 }

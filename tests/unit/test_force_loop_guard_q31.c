@@ -113,6 +113,29 @@ static void test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds(v
     TEST_ASSERT_TRUE(guard.running && guard.share == UINT32_MAX);
 }
 
+/// Half of what friction was is left; with all of it, u would jump by 60 mN in the tick after the change.
+static void test_the_papers_method_takes_over_the_share_that_a_guard_has_left(void)
+{
+    static tribo_force_loop_q31_params_t paper;
+    const tribo_force_loop_f32_config_t  config = tribo_force_loop_f32_paper();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&paper, table, &config, FS, NULL));
+    feed_forward();
+    for (int k = 0; k < 2000; k++)
+    {
+        tick(0.3 + 1e-4 * k, 0.3 + 1e-4 * k);
+        guard.cause = k == 1750 ? TRIBO_GUARD_HUNTING : guard.cause;
+    }
+    double u = signals.controller.u / 2147483648.0 * (double)FS;
+    for (int k = 2000; k < 2003; k++)
+    {
+        const double r = 0.3 + 1e-4 * k;
+        (void)tribo_force_loop_q31_step(&paper, &loop, q31(r), q31(r), &signals);
+        tribo_force_loop_guard_q31_watch(&guard_params, &guard, &paper, &loop, q31(r), q31(r), &signals);
+        TEST_ASSERT_DOUBLE_WITHIN(1.5e-3, u, signals.controller.u / 2147483648.0 * (double)FS);
+        u = signals.controller.u / 2147483648.0 * (double)FS;
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -120,5 +143,6 @@ int main(void)
     RUN_TEST(test_a_latched_cause_fades_what_is_fed_forward);
     RUN_TEST(test_bad_inputs_are_not_judged);
     RUN_TEST(test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds);
+    RUN_TEST(test_the_papers_method_takes_over_the_share_that_a_guard_has_left);
     return UNITY_END();
 }

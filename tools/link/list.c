@@ -45,6 +45,8 @@ static void add_states_and_requests(void)
     (void)add(name, LINK_STATE, address, IS_FLOAT(type), unit, text);                                                  \
     address += 2u;
     REGISTERS_STATE(STATE)
+    address = REGISTERS_COMPENSATION_AT;
+    REGISTERS_COMPENSATION(STATE)
 #undef STATE
     address = REGISTERS_SIGNALS_AT;
 #define SIGNAL(symbol, name, unit, member, text)                                                                       \
@@ -90,6 +92,10 @@ static void add_fields(void)
         PARAMS_METHOD_PAPER);
     address = REGISTERS_STAGED_AT + REGISTERS_FEED_AT;
     PARAMS_FEED_FIELDS(LOOP_FIELD)
+    address = REGISTERS_STAGED_AT + REGISTERS_GUARD_AT;
+    set_range(add("compensator.guard.on", LINK_PARAM, address, false, "", PARAMS_GUARD_TEXT), 0.0, 1.0, false, 0.0);
+    address += 2u;
+    PARAMS_GUARD_FIELDS(LOOP_FIELD)
 #undef LOOP_FIELD
     const params_set_t set = params_default();
     address                = REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT;
@@ -188,7 +194,8 @@ uint32_t link_layout(bool feeds_forward)
 bool link_is_of_feedforward(const link_row_t *row)
 {
     const uint32_t at = REGISTERS_STAGED_AT + REGISTERS_FEED_AT;
-    return row->group == LINK_PARAM && row->address >= at && row->address < at + 2u * PARAMS_FEED_COUNT;
+    return (row->address >= at && row->address < REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT) ||
+           (row->address >= REGISTERS_COMPENSATION_AT && row->address < REGISTERS_COMMAND_AT);
 }
 
 const char *link_outcome_text(uint32_t outcome)
@@ -264,6 +271,11 @@ static void print_words(void)
     for (int fault = 0; fault < DRIVE_FAULTS; fault++)
     {
         (void)printf("| %d | %s |\n", fault, drive_fault_text((drive_fault_t)fault));
+    }
+    (void)fputs("\n| bit of `warnings` | what |\n|---|---|\n", stdout);
+    for (unsigned bit = 1; bit < DRIVE_WARNINGS_END; bit <<= 1)
+    {
+        (void)printf("| %u | %s |\n", bit, drive_warning_text((drive_warning_t)bit));
     }
 }
 

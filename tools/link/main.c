@@ -56,6 +56,7 @@ static const struct
     int      word, count;
 } parts[] = {{REGISTERS_TABLE_AT, PARAMS_TABLE_AT, PARAMS_WORDS - PARAMS_TABLE_AT},
              {REGISTERS_SECTIONS_AT, PARAMS_SECTIONS_AT, PARAMS_TABLE_AT - PARAMS_SECTIONS_AT},
+             {REGISTERS_GUARD_AT, PARAMS_GUARD_AT, PARAMS_GUARD_COUNT},
              {REGISTERS_FEED_AT, PARAMS_FEED_AT, PARAMS_FEED_COUNT},
              {REGISTERS_METHOD_AT, PARAMS_METHOD_AT, 1},
              {REGISTERS_LOOP_AT, PARAMS_LOOP_AT, PARAMS_LOOP_COUNT},
@@ -65,7 +66,7 @@ static const struct
 
 static bool has_part(const link_bus_t *bus, size_t part)
 {
-    return parts[part].at != REGISTERS_FEED_AT || link_bus_feeds_forward(bus);
+    return (parts[part].at != REGISTERS_FEED_AT && parts[part].at != REGISTERS_GUARD_AT) || link_bus_feeds_forward(bus);
 }
 
 /// The whole set at `base`, as its words; what the drive has not is the default.
@@ -246,6 +247,7 @@ static bool take_scenario(params_t *params, const char *path)
     {
         sim_loop_config_fill(&loop, sim_scenario_config(scenario));
         params_take_loop(&params->set, &loop.config, loop.feeds_forward ? &loop.feedforward : NULL);
+        params_take_guard(&params->set, loop.guarded ? &loop.guard : NULL);
     }
     else
     {
@@ -349,9 +351,16 @@ static const char *state_text(uint32_t state)
     return state < sizeof texts / sizeof texts[0] ? texts[state] : "unknown";
 }
 
+/// The first of them is enough for a person to look.
+static const char *warning_text(uint32_t warnings)
+{
+    return warnings != 0u ? drive_warning_text((drive_warning_t)(warnings & (~warnings + 1u))) : "none";
+}
+
 static void print_state(const link_row_t *row, uint32_t word)
 {
     const char *text = "";
+    text             = strcmp(row->name, "warnings") == 0 ? warning_text(word) : text;
     text             = strcmp(row->name, "state") == 0 ? state_text(word) : text;
     text             = strcmp(row->name, "fault") == 0 ? drive_fault_text((drive_fault_t)word) : text;
     text             = strcmp(row->name, "store") == 0 ? store_status_text((store_status_t)word) : text;
@@ -367,23 +376,24 @@ static void print_state(const link_row_t *row, uint32_t word)
 
 static int show_status(link_bus_t *bus)
 {
-    uint32_t          states[REGISTERS_STATE_COUNT], signals[REGISTERS_SIGNAL_COUNT];
+    uint32_t          words[REGISTERS_COMMAND_AT / 2u] = {0};
     size_t            count;
     const link_row_t *list = link_list(&count);
-    if (!link_bus_read(bus, REGISTERS_STATE_AT, states, REGISTERS_STATE_COUNT) ||
-        !link_bus_read(bus, REGISTERS_SIGNALS_AT, signals, REGISTERS_SIGNAL_COUNT))
+    if (!link_bus_read(bus, REGISTERS_STATE_AT, words + REGISTERS_STATE_AT / 2u, REGISTERS_STATE_COUNT) ||
+        !link_bus_read(bus, REGISTERS_SIGNALS_AT, words + REGISTERS_SIGNALS_AT / 2u, REGISTERS_SIGNAL_COUNT) ||
+        (link_bus_feeds_forward(bus) && !link_bus_read(bus,
+                                                       REGISTERS_COMPENSATION_AT,
+                                                       words + REGISTERS_COMPENSATION_AT / 2u,
+                                                       REGISTERS_COMPENSATION_COUNT)))
     {
         return EXIT_FAILED;
     }
     for (size_t i = 0; i < count; i++)
     {
-        if (list[i].group == LINK_STATE)
+        const bool is_there = link_bus_feeds_forward(bus) || !link_is_of_feedforward(&list[i]);
+        if (is_there && (list[i].group == LINK_STATE || list[i].group == LINK_SIGNAL))
         {
-            print_state(&list[i], states[(list[i].address - REGISTERS_STATE_AT) / 2u]);
-        }
-        else if (list[i].group == LINK_SIGNAL)
-        {
-            print_state(&list[i], signals[(list[i].address - REGISTERS_SIGNALS_AT) / 2u]);
+            print_state(&list[i], words[list[i].address / 2u]);
         }
     }
     return 0;
@@ -443,6 +453,11 @@ static int tare(link_bus_t *bus)
         }
     }
     return state == DRIVE_TARE_DONE ? 0 : EXIT_FAILED;
+}
+
+static int restore(link_bus_t *bus)
+{
+    return link_bus_command(bus, REGISTERS_RESTORE, "restore") ? 0 : EXIT_FAILED;
 }
 
 static int set_reference(link_bus_t *bus, const options_t *options)
@@ -716,6 +731,7 @@ static int perform(link_bus_t *bus, const options_t *options)
                     {.name = "stop", .plain = stop},
                     {.name = "fault", .with_options = show_fault},
                     {.name = "tare", .plain = tare},
+                    {.name = "restore", .plain = restore},
                     {.name = "reference", .with_options = set_reference},
                     {.name = "trace", .with_options = record_trace}};
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
@@ -871,6 +887,7 @@ static const struct argp parser = {
                 "  params save                 into the drive's flash, with the last tare\n"
                 "  params defaults             those of the board\n"
                 "  start, stop, tare\n"
+                "  restore                     takes warnings back; friction that was faded returns\n"
                 "  reference N                 the force to be held\n"
                 "  fault                       the cause; with --out what came before it\n"
                 "  trace                       records signals, for tribo-sim replay\n"

@@ -117,6 +117,11 @@ static bool answer(const drive_t *drive)
     tock[TRIBO_TOCK_LIMITS]        = drive->limits;
     tock[TRIBO_TOCK_LIMITED_TICKS] = drive->loop.controller.limited_ticks;
     tock[TRIBO_TOCK_BAD_INPUTS]    = drive->loop.bad_inputs;
+#if DRIVE_FEEDFORWARD
+    tock[TRIBO_TOCK_GUARD] = (uint32_t)loop_guard_cause(&drive->guard);
+#else
+    tock[TRIBO_TOCK_GUARD] = (uint32_t)TRIBO_GUARD_NONE;
+#endif
     loop_words(&drive->signals, tock + TRIBO_TOCK_SIGNALS);
     return link_send(TRIBO_WIRE_TOCK, tock, TRIBO_TOCK_WORDS);
 }
@@ -133,6 +138,9 @@ static params_set_t set_of(const tribo_setup_t *setup)
     set.drive.residual_n       = 0.0f;
     set.drive.command_limit_ms = 0;
     params_take_loop(&set, &setup->loop, setup->feeds_forward != 0u ? &setup->feedforward : NULL);
+#if DRIVE_FEEDFORWARD
+    params_take_guard(&set, setup->guarded != 0u ? &setup->guard : NULL);
+#endif
     return set;
 }
 
