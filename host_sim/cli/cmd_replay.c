@@ -320,7 +320,8 @@ static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
             replay_row(replay, log, i, file);
             sim_progress_update(&progress, (double)i / (double)log->rows);
         }
-        bad_inputs += replay->has_lugre ? replay->state_f32.friction.lugre.bad_inputs : replay->state_f32.friction.paper.bad_inputs;
+        bad_inputs += replay->has_lugre ? replay->state_f32.friction.lugre.bad_inputs
+                                        : replay->state_f32.friction.paper.bad_inputs;
     }
     replay->bad_inputs = bad_inputs;
     sim_progress_end(&progress);

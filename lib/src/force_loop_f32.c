@@ -119,9 +119,9 @@ void tribo_force_loop_f32_hand_over(const tribo_force_loop_f32_params_t *from,
     const float wanted = tribo_force_loop_f32_wanted(from, state, r_n, y_n);
     const float u      = limit_f32(wanted, params->controller.u_min_n, params->controller.u_max_n);
     tribo_compensator_f32_reset(compensator);
-    compensator->arm.force_n  = exceeds(y_n, params->input_max_n) ? u : y_n;
+    compensator->arm.force_n        = exceeds(y_n, params->input_max_n) ? u : y_n;
     compensator->friction.paper.n_n = compensator_f32_net_force(&params->compensator, compensator, u);
-    state->friction_n         = friction_under(params, compensator, u);
+    state->friction_n               = friction_under(params, compensator, u);
     if (force_loop_f32_memory(state) != NULL && state->memory->state.share < 1.0f)
     {
         state->friction_n *= state->memory->state.share;

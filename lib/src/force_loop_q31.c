@@ -141,9 +141,10 @@ void tribo_force_loop_q31_hand_over(const tribo_force_loop_q31_params_t *from,
     const int32_t u      = limit_q31(wanted, params->controller.u_min, params->controller.u_max);
     const int32_t F      = force_loop_q31_exceeds(y, params->input_max) ? u : y;
     tribo_compensator_q31_reset(compensator);
-    compensator->arm.force  = (int64_t)F * (INT64_C(1) << ARM_Q31_FRACTION);
-    compensator->friction.paper.n = tribo_q31_saturate((int64_t)u - F + params->compensator.friction.gravity, &not_counted);
-    state->friction         = friction_under(params, compensator, u, &unseen);
+    compensator->arm.force = (int64_t)F * (INT64_C(1) << ARM_Q31_FRACTION);
+    compensator->friction.paper.n =
+        tribo_q31_saturate((int64_t)u - F + params->compensator.friction.gravity, &not_counted);
+    state->friction = friction_under(params, compensator, u, &unseen);
     if (force_loop_q31_memory(state) != NULL && state->memory->state.share != UINT32_MAX)
     {
         state->friction = part_of_q31(state->friction, state->memory->state.share);
