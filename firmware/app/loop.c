@@ -92,6 +92,7 @@ void loop_guard_watch(const loop_guard_params_t *params,
     LOOP_GUARD(&params->params, guard, loop_params, loop, r, y, signals);
 }
 #else
+// NOLINTBEGIN(readability-non-const-parameter): a loop with a feed-forward writes it
 void loop_attach(loop_state_t *state, loop_memory_t *memory)
 {
     (void)state;
@@ -103,6 +104,7 @@ void loop_forget(const loop_params_t *params, loop_memory_t *memory)
     (void)params;
     (void)memory;
 }
+// NOLINTEND(readability-non-const-parameter)
 #endif
 
 loop_force_t loop_step(const loop_params_t *params,
