@@ -16,6 +16,7 @@
 #define LOOP(name)      tribo_force_loop_f32_##name
 #define FEED(name)      tribo_feedforward_f32_##name
 #define GUARD(name)     tribo_guard_f32_##name
+#define LEARNING(name)  tribo_breakaway_learning_f32_##name
 #define LOOP_ATTACH     tribo_force_loop_feedforward_f32_attach
 #define LOOP_GUARD      tribo_force_loop_guard_f32_watch
 #define LOOP_ALL        1.0f      // the share of friction without a guard

@@ -15,6 +15,7 @@
 #define LOOP(name)      tribo_force_loop_q31_##name
 #define FEED(name)      tribo_feedforward_q31_##name
 #define GUARD(name)     tribo_guard_q31_##name
+#define LEARNING(name)  tribo_breakaway_learning_q31_##name
 #define LOOP_ATTACH     tribo_force_loop_feedforward_q31_attach
 #define LOOP_GUARD      tribo_force_loop_guard_q31_watch
 #define LOOP_ALL        UINT32_MAX // the share of friction without a guard

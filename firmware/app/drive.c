@@ -343,6 +343,10 @@ void drive_tick(drive_t *drive)
     if (take_request(&drive->restores, &drive->restores_seen))
     {
         loop_guard_restore(&drive->guard);
+        if (drive->memory != NULL)
+        {
+            loop_trust(drive->memory);
+        }
     }
 #endif
     if (drive->state == DRIVE_FAULT && is_for_good(drive->fault))
@@ -422,15 +426,17 @@ void drive_restore(drive_t *drive)
 
 uint32_t drive_warnings(const drive_t *drive)
 {
-    switch (loop_guard_cause(&drive->guard))
+    const tribo_guard_cause_t cause    = loop_guard_cause(&drive->guard);
+    uint32_t                  warnings = 0;
+    warnings |= cause == TRIBO_GUARD_HUNTING ? (uint32_t)DRIVE_WARNING_HUNTING : 0u;
+    warnings |= cause == TRIBO_GUARD_OVERSHOOT ? (uint32_t)DRIVE_WARNING_OVERSHOOT : 0u;
+    if (drive->memory != NULL)
     {
-    case TRIBO_GUARD_HUNTING:
-        return DRIVE_WARNING_HUNTING;
-    case TRIBO_GUARD_OVERSHOOT:
-        return DRIVE_WARNING_OVERSHOOT;
-    default:
-        return 0;
+        const bool up   = loop_stays_at_bound(drive->memory, TRIBO_BREAKAWAY_POSITIVE);
+        const bool down = loop_stays_at_bound(drive->memory, TRIBO_BREAKAWAY_NEGATIVE);
+        warnings |= (up ? (uint32_t)DRIVE_WARNING_BOUND_UP : 0u) | (down ? (uint32_t)DRIVE_WARNING_BOUND_DOWN : 0u);
     }
+    return warnings;
 }
 #endif
 
@@ -491,6 +497,10 @@ const char *drive_warning_text(drive_warning_t warning)
         return "friction faded: hunting";
     case DRIVE_WARNING_OVERSHOOT:
         return "friction faded: overshoot";
+    case DRIVE_WARNING_BOUND_UP:
+        return "learned breakaway stays at its bound, positive";
+    case DRIVE_WARNING_BOUND_DOWN:
+        return "learned breakaway stays at its bound, negative";
     default:
         return "unknown";
     }

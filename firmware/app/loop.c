@@ -40,6 +40,16 @@ loop_learned_t loop_learned(const loop_params_t *params,
     return shown;
 }
 
+bool loop_stays_at_bound(const loop_memory_t *memory, uint32_t direction)
+{
+    return memory->state.learning.stays_at_bound[direction] != 0u;
+}
+
+void loop_trust(loop_memory_t *memory)
+{
+    LEARNING(restore)(&memory->state.learning);
+}
+
 void loop_guard_reset(loop_guard_state_t *guard)
 {
     GUARD(reset)(guard);

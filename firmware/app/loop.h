@@ -71,6 +71,10 @@ loop_force_t loop_step(const loop_params_t *params,
                        loop_signals_t      *signals);
 
 #if DRIVE_FEEDFORWARD
+/// Whether what is learned has stayed at a bound, in `direction`; latched until loop_trust.
+bool loop_stays_at_bound(const loop_memory_t *memory, uint32_t direction);
+void loop_trust(loop_memory_t *memory);
+
 /// After a tick with `r` and `y` that gave `signals`: what the guard concludes, for the next one. Cannot fail.
 void loop_guard_watch(const loop_guard_params_t *params,
                       loop_guard_state_t        *guard,

@@ -181,7 +181,9 @@ static void print_learned(const sim_result_t *result)
                      result->learned.breakaway_n[d],
                      result->learned.doubt[d],
                      result->learned.travel_n[d],
-                     result->learned.at_bound[d] ? ", at a bound: not to be trusted" : "");
+                     result->learned.stays_at_bound[d] ? ", stays at a bound: not to be trusted"
+                     : result->learned.at_bound[d]     ? ", at a bound: not to be trusted"
+                                                       : "");
     }
 }
 

@@ -18,7 +18,7 @@ COMMAND, REFERENCE, GAIN, ACTIVE = 0x100, 0x110, 0x1108, 0x1000
 
 
 def test_mbpoll_reads_and_writes(drive):
-    assert re.search(r"\[0\]: *\t*1\b", drive.poll("-t", "4:int", "-B", "-r", 0, "-c", 1))  # the lists' version
+    assert re.search(r"\[0\]: *\t*2\b", drive.poll("-t", "4:int", "-B", "-r", 0, "-c", 1))  # the lists' version
     assert "0.85" in drive.poll("-t", "4:float", "-B", "-r", GAIN, "-c", 1)
     drive.poll("-t", "4:float", "-B", "-r", GAIN, "--", 0.5)  # function 16, into the staged set
     assert "0.85" in drive.poll("-t", "4:float", "-B", "-r", GAIN + ACTIVE, "-c", 1)
@@ -202,3 +202,26 @@ def test_wrong_words_are_said(drive):
 def test_the_document_is_that_of_the_lists(drive):
     listed = drive.link("list", "--markdown")
     assert (ROOT / "docs" / "registers.md").read_text() == listed, "cmake --build --preset host-release --target registers-md"
+
+
+def test_the_guard_and_what_is_learned(drive, tmp_path):
+    drive.link("params", "set", "compensator.method=1", "compensator.guard.on=1", "compensator.guard.stray_N=0.02")
+    assert drive.link("params", "get", "compensator.guard.on", "compensator.guard.stray_N") == \
+        "compensator.guard.on: 1\ncompensator.guard.stray_N: 0.0199999996\n"
+    message = drive.link("params", "set", "compensator.guard.quick_time_s=101", status=2)  # over 100,000 samples
+    assert "compensator.guard.quick_time_s = 101 is refused, the drive goes on as it was: 1e-06 to 1000" in message
+    status = drive.link("status")
+    assert "\nwarnings: 0  # none\n" in status and "\nfriction_share: 1\n" in status
+    assert float(re.search(r"\nlearned_positive_doubt: (\S+)\n", status)[1]) == pytest.approx(1)
+    assert "\nlearned_negative_travel_N: 0 N\n" in status
+    drive.link("restore")
+    guarded = tmp_path / "guarded.yaml"
+    guarded.write_text(TRIANGLE.read_text().replace("gain: 0.85", "gain: 0.85\n  guard: {on: yes, turn_N: 0.04}"))
+    drive.link("params", "from", guarded)
+    assert drive.link("params", "diff", guarded) == ""
+    assert drive.link("params", "get", "compensator.guard.turn_N", "compensator.method") == \
+        "compensator.guard.turn_N: 0.0399999991\ncompensator.method: 0\n"
+    lugre = tmp_path / "lugre.yaml"
+    lugre.write_text(TRIANGLE.read_text().replace("gain: 0.85", "gain: 0.85\n  model: lugre"))
+    assert "compensator.model: lugre is not in the drive" in drive.link("params", "from", lugre, status=2)
+    drive.link("params", "from", TRIANGLE)

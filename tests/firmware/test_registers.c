@@ -580,6 +580,36 @@ static void check_learned(uint32_t direction, uint32_t place)
     TEST_ASSERT_TRUE(learned.LOOP_N(travel) > 0 && learned.doubt > 0);
 }
 
+/// The prior is half of the friction, and learning may not leave it by more than a tenth.
+static void test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_restored(void)
+{
+    write_number(REGISTERS_STAGED_AT + REGISTERS_FEED_AT + 2u * PARAMS_FEED_learning_scale_max, 1.1f);
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
+    start();
+    stiction_n = 0.3;
+    run_triangle(2000);
+    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings)); // not of a slide or two
+    run_triangle(18000);
+    TEST_ASSERT_EQUAL_UINT32(1, COUNT_OF(bound_up));
+    TEST_ASSERT_EQUAL_UINT32(1, COUNT_OF(bound_down));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_BOUND_UP | DRIVE_WARNING_BOUND_DOWN, COUNT_OF(warnings));
+    drive_log(&registers.drive);
+    TEST_ASSERT_NOT_NULL(strstr(board.log,
+                                "warning: learned breakaway stays at its bound, positive\n"
+                                "warning: learned breakaway stays at its bound, negative\n"));
+    command(REGISTERS_STOP);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_BOUND_UP | DRIVE_WARNING_BOUND_DOWN, COUNT_OF(warnings));
+    const double learned = SHOWN_OF(travel_up);
+    command(REGISTERS_RESTORE);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings));
+    TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == learned); // is kept
+    start();
+    run_triangle(20000);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_BOUND_UP | DRIVE_WARNING_BOUND_DOWN, COUNT_OF(warnings));
+}
+
 static void test_what_is_learned_is_in_registers(void)
 {
     TEST_ASSERT_TRUE(SHOWN_OF(learned_up) == 0.0 && SHOWN_OF(doubt_up) == 0.0); // nothing is learned by this method
@@ -993,6 +1023,7 @@ int main(void)
     RUN_TEST(test_the_method_changes_in_a_slide_and_in_mid_stick_without_a_bump);
     RUN_TEST(test_the_method_changes_without_a_bump_while_friction_is_faded);
     RUN_TEST(test_what_is_learned_is_in_registers);
+    RUN_TEST(test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_restored);
 #else
     RUN_TEST(test_the_feed_forward_is_absent);
 #endif

@@ -1,5 +1,6 @@
 """docs.py ROOT TRIBO_SIM: README.md and docs/ say what is there. Links lead somewhere, the README stays short, and the table
-of docs/parameters.md has the program's keys, ranges and defaults, and fields that the headers declare.
+of docs/parameters.md has the program's keys, ranges and defaults, and fields that the headers declare; its second table has all keys
+of feed-forward and guard.
 """
 
 import pathlib
@@ -54,9 +55,24 @@ def wrong_parameters(tribo_sim):
                 yield f"docs/parameters.md: {field}: no field {name} in lib/include"
 
 
+def wrong_compensation():
+    """The rows of feed-forward and guard are those of the scenarios' README, which the program writes, and one column more."""
+    pattern = r"^\| `compensator\.(?:method|feedforward\.|guard\.).*"
+    page = re.findall(pattern, (ROOT / "docs" / "parameters.md").read_text(), re.M)
+    made = re.findall(pattern, (ROOT / "host_sim" / "scenarios" / "README.md").read_text(), re.M)
+    if len(made) < 35:
+        yield f"host_sim/scenarios/README.md: only {len(made)} keys of feed-forward and guard"
+    for row in made:
+        if not any(re.fullmatch(re.escape(row) + r" [^|]+ \|", other) for other in page):
+            yield f"docs/parameters.md lacks the row: {row}"
+    if len(page) != len(made):
+        yield f"docs/parameters.md: {len(page)} rows of feed-forward and guard, {len(made)} keys"
+
+
 complaints = [*long_readme()]
 for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
     complaints += dead_links(page)
 complaints += wrong_parameters(sys.argv[2])
+complaints += wrong_compensation()
 print("\n".join(complaints))
 sys.exit(bool(complaints))

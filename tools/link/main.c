@@ -241,11 +241,14 @@ static bool take_scenario(params_t *params, const char *path)
     sim_error_t       error = {""};
     sim_loop_config_t loop;
     sim_scenario_t   *scenario = sim_scenario_create();
-    const bool        ok =
-        scenario != NULL && sim_scenario_load(scenario, path, &error) && sim_scenario_check(scenario, &error);
+    bool ok = scenario != NULL && sim_scenario_load(scenario, path, &error) && sim_scenario_check(scenario, &error);
     if (ok)
     {
         sim_loop_config_fill(&loop, sim_scenario_config(scenario));
+        ok = !loop.has_lugre || sim_error_set(&error, "%s: compensator.model: lugre is not in the drive", path);
+    }
+    if (ok)
+    {
         params_take_loop(&params->set, &loop.config, loop.feeds_forward ? &loop.feedforward : NULL);
         params_take_guard(&params->set, loop.guarded ? &loop.guard : NULL);
     }

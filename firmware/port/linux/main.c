@@ -462,8 +462,12 @@ static const char *name_of(uint32_t word)
     [PARAMS_FEED_AT + PARAMS_FEED_##symbol] = (name),
             PARAMS_FEED_FIELDS(NAME)
 #undef NAME
-                [PARAMS_SECTIONS_AT] = "controller.sections",
-        [PARAMS_TABLE_AT]            = "compensator.friction.breakaway.table"};
+#define NAME(type, symbol, member, name, unit, low, high, normal, status, text)                                        \
+    [PARAMS_GUARD_AT + PARAMS_GUARD_##symbol] = (name),
+                PARAMS_GUARD_FIELDS(NAME)
+#undef NAME
+                    [PARAMS_SECTIONS_AT] = "controller.sections",
+        [PARAMS_TABLE_AT]                = "compensator.friction.breakaway.table"};
     const uint32_t at = word >= (uint32_t)PARAMS_TABLE_AT      ? (uint32_t)PARAMS_TABLE_AT
                         : word >= (uint32_t)PARAMS_SECTIONS_AT ? (uint32_t)PARAMS_SECTIONS_AT
                                                                : word;
@@ -544,6 +548,7 @@ static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_e
     program->defaults       = params_default();
     program->defaults.drive = program->rig->drive;
     params_take_loop(&program->defaults, &loop.config, loop.feeds_forward ? &loop.feedforward : NULL);
+    params_take_guard(&program->defaults, loop.guarded ? &loop.guard : NULL);
     if (!open_store(program, error))
     {
         return false;
