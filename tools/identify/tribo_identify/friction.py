@@ -20,17 +20,22 @@ import scipy.stats
 from . import native
 from .events import Refusal, bin_size, binned, check, check_events, find, loads, saturated
 
-STEPS_MAX = 1_500_000  # of a simulation, beyond which its steps grow
+STEPS_MAX = 10_000_000  # of a simulation, beyond which its steps grow
 K_STARTS = (3.0, 5.0, 8.0, 14.0)  # of k_min, and L over the friction of slow slides: the fit has more than one valley
 L_STARTS = (1.0, 1.2, 1.5, 2.0)
+SHARP = 0.3  # of the Jacobian's steps, near the end: the relays make the model rough below and bent above it
+VALLEYS = 4  # that are gone down into
+NOISE = 1.5  # times the noise of the averages: no other valley is deeper
 DOUBT = 0.03  # of L: a residual beyond it casts doubt on L, a third of it on hysteresis
+ROWS_MAX = 2_400_000  # of all iterations together
 START_ROWS = 60_000  # of a log, that its start is chosen by
-FINE_S = 1e-4  # step of the last fit, and of the fits before it
+FINE_S = 1e-4  # step of the fits, and of the choice of their starts: a relay that switches a step late may take another way
 COARSE_S = 5e-4
 DRAWS = 999
 SYMMETRIC = ("offset", "slope", "scale", "gravity")
 CALIBRATED = ("offset_positive", "slope_positive", "offset_negative", "slope_negative")
 HYSTERESIS = ("k_min", "k_max", "m", "v0")
+REST = ("k_min", "k_max", "v0", "m", "delay")
 # What a log need not show has a prior, about the paper's values (as logarithms) or 0: it is part of the intervals of all others.
 PRIOR = {"k_min": 1.0, "k_max": 0.6, "m": 0.4, "v0": 0.6, "delay": 0.005}
 LOGARITHMIC = HYSTERESIS
@@ -83,12 +88,17 @@ class Fit:
         self.start = [float(np.mean(s.force[: self.size])) for s in log.segments]
         self.full = np.concatenate([binned(saturated(s).astype(float), self.size) > 0 for s in log.segments])
         self._blocks()
+        self.sharp = 1.0  # of the steps of the Jacobian
         self.table_at = None  # loads of a table
         self.weight = np.ones(self.count)
 
     def step(self, step_s):
         wanted = max(int(np.ceil(self.log.sample_time_s / step_s - 1e-6)), 1)
         self.substeps = max(min(wanted, STEPS_MAX // max(self.log.rows, 1)), 1)
+
+    def iterations(self):
+        """Fewer for a long log, for which the fit to its first rows is a good start."""
+        return max(min(8, ROWS_MAX // max(self.log.rows, 1)), 2)
 
     def _blocks(self):
         """A block begins where F breaks away in another direction than before, and with each segment."""
@@ -137,40 +147,49 @@ class Fit:
         p, table = self.params(names, theta)
         return [native.simulate(p, s.u, s.h, y0, self.substeps, table) for s, y0 in zip(self.log.segments, self.start)]
 
-    def outputs(self, names, theta):
-        return np.concatenate([binned(y, self.size) for y in self.model(names, theta)])
+    def outputs(self, names, thetas):
+        """Of several parameters, averaged, a row each."""
+        params, tables = zip(*(self.params(names, theta) for theta in thetas))
+        pieces = []
+        for s, y0 in zip(self.log.segments, self.start):
+            y = native.simulate_sets(params, s.u, s.h, y0, self.substeps, tables)
+            pieces.append([binned(one, self.size) for one in y])
+        return np.concatenate(pieces, axis=1)
 
     def residual(self, names, theta):
-        return self.y - self.outputs(names, theta)
+        return self.y - self.outputs(names, [theta])[0]
+
+    def noise(self):
+        """Of the averages of F, from how they bend."""
+        return float(np.median(np.abs(np.diff(self.y, 2))) / (0.6745 * np.sqrt(6)))
+
+    def rms(self, residual):
+        w = self.use()
+        return float(np.sqrt(np.sum(w * residual**2) / max(np.sum(w), 1)))
 
     def use(self):
         return self.weight[self.block] * ~self.full
 
     def step_of(self, name):
         if name in LOGARITHMIC:
-            return {"k_min": 0.05, "k_max": 0.1, "m": 0.2, "v0": 0.1}[name]
-        return {"delay": 5e-4, "scale": 0.004, "slope": 0.006, "slope_positive": 0.006, "slope_negative": 0.006}.get(name, 0.01 * self.level)
+            return self.sharp * {"k_min": 0.05, "k_max": 0.1, "m": 0.2, "v0": 0.1}[name]
+        return self.sharp * {"delay": 5e-4, "scale": 0.004, "slope": 0.006, "slope_positive": 0.006, "slope_negative": 0.006}.get(name, 0.01 * self.level)
 
     def jacobian(self, names, theta, residual, pool):
-        here = self.y - residual
-
-        def column(i):
-            d = self.step_of(names[i])
-            there = theta.copy()
-            there[i] += d
-            return (self.outputs(names, there) - here) / d
-
-        return np.array(list(pool.map(column, range(len(names))))).T
+        d = np.diag([self.step_of(n) for n in names])
+        parts = np.array_split(theta + d, -(-len(names) // native.SETS_MAX))
+        there = np.concatenate(list(pool.map(lambda part: self.outputs(names, part), parts)))
+        return ((there - (self.y - residual)) / np.diag(d)[:, None]).T
 
     def prior(self, names):
         """Means, and inverse variances."""
         mean = np.array([np.log(native.PAPER[n]) if n in LOGARITHMIC else 0.0 for n in names])
         return mean, np.array([1 / PRIOR[n] ** 2 if n in PRIOR else 0.0 for n in names])
 
-    def solve(self, names, theta, iterations=8, reuse=False):
-        names = list(names)
-        theta = np.array(theta, float)
-        damping = 1e-3
+    def solve(self, names, theta, iterations=8, j=None):
+        """Gauss-Newton with damping. A Jacobian, `j` or the last, is kept as long as it helps."""
+        names, theta = list(names), np.array(theta, float)
+        damping, fresh = 1e-3, False
         with ThreadPoolExecutor(2) as pool:
             residual = self.residual(names, theta)
             for _ in range(iterations):
@@ -179,23 +198,26 @@ class Fit:
                 variance = float(np.sum(w * residual**2) / max(np.sum(w), 1))
                 penalty = inverse * variance
                 cost = float(np.sum(w * residual**2) + penalty @ (theta - mean) ** 2)
-                j = self.j if reuse else self.jacobian(names, theta, residual, pool)
+                if j is None:
+                    j, fresh = self.jacobian(names, theta, residual, pool), True
                 a, g = j.T @ (w[:, None] * j) + np.diag(penalty), j.T @ (w * residual) - penalty * (theta - mean)
-                done = True
-                for _ in range(5):
+                gain = 0.0
+                for _ in range(5 if fresh else 1):
                     delta = np.linalg.lstsq(a + damping * np.diag(np.diag(a) + 1e-12 * np.trace(a)), g, rcond=None)[0]
-                    delta = self._bounded(names, delta)
-                    trial = self.residual(names, theta + delta)
-                    lower = float(np.sum(w * trial**2) + penalty @ (theta + delta - mean) ** 2)
+                    there = self._within(names, theta + self._bounded(names, delta))
+                    trial = self.residual(names, there)
+                    lower = float(np.sum(w * trial**2) + penalty @ (there - mean) ** 2)
                     if lower < cost:
-                        done = lower > (1 - 1e-3) * cost
-                        theta, residual, damping = self._within(names, theta + delta), trial, damping * 0.2
+                        gain = 1 - lower / cost
+                        theta, residual, damping = there, trial, damping * 0.2
                         break
-                    damping *= 10
-                if done:
+                    damping *= 10 if fresh else 1
+                if gain < 1e-3 and fresh:
                     break
-            if not reuse:
-                self.j = self.jacobian(names, theta, residual, pool)
+                if gain < 0.3:  # another point, another slope
+                    self.j, j = j, None
+                fresh = False
+            self.j = self.j if j is None else j
         return theta, residual
 
     def _within(self, names, theta):
@@ -223,21 +245,40 @@ class Fit:
         return a, g
 
     def bootstrap(self, names, residual, seed=1):
-        """Draws of the difference from the fit; the factor for few blocks is in them. The priors are drawn as well."""
+        """Draws of the difference from the fit: blocks of the gradient, each as it is without its own pull on the fit. The priors are drawn as well."""
         a, g = self.sums(residual)
         used = np.flatnonzero(np.trace(a, axis1=1, axis2=2) > 0)
         n, p = len(used), self.j.shape[1]
         a, g = a[used], g[used]
+        w = self.use()
+        variance = float(np.sum(w * residual**2) / np.sum(w))
+        penalty = self.prior(names)[1] * variance
+        total = a.sum(0)
+        total = total + np.diag(penalty) + 1e-9 * np.diag(np.diag(total) + 1e-12 * np.trace(total))
+        g = (total @ np.linalg.solve(total - a, g[..., None]))[..., 0]
         g = g - g.mean(0)  # at the optimum it is 0 but for the prior's share and the last step
         source = np.random.default_rng(seed)
         draws = source.multinomial(n, np.full(n, 1 / n), size=DRAWS)
-        free = max(n - len(SYMMETRIC), 1)
-        wider = np.sqrt(n / free) * scipy.special.stdtrit(free, 0.975) / 1.96
+        wider = scipy.special.stdtrit(max(n - len(SYMMETRIC), 1), 0.975) / 1.96
+        pull = np.sqrt(penalty * variance) * source.normal(size=(DRAWS, p))
+        return np.linalg.solve(total, (wider * (draws @ g) + pull).T).T
+
+    def hysteresis_half(self, names, theta, residual):
+        """Intervals of the hysteresis, 0 for the rest: the relays make the model jump, and a jump within the Jacobian's step is no knowledge. So only what both
+        sides say counts; and what the fit leaves above the noise may be an error of any one."""
+        here = self.j
+        with ThreadPoolExecutor(2) as pool:
+            self.sharp *= -1
+            there = self.jacobian(names, theta, residual, pool)
+            self.sharp *= -1
+        self.j = np.where(here * there > 0, np.sign(here) * np.minimum(np.abs(here), np.abs(there)), 0.0)
+        changes = self.bootstrap(names, residual)
         w = self.use()
-        penalty = self.prior(names)[1] * float(np.sum(w * residual**2) / np.sum(w))
-        ridge = 1e-9 * np.diag(np.diag(a.sum(0)) + 1e-12 * np.trace(a.sum(0)))
-        pull = np.sqrt(penalty * float(np.sum(w * residual**2) / np.sum(w))) * source.normal(size=(DRAWS, p))
-        return np.linalg.solve(np.tensordot(draws, a, 1) + ridge + np.diag(penalty), (wider * (draws @ g) + pull)[..., None])[..., 0]
+        left = max(self.rms(residual) ** 2 - (1.1 * self.noise()) ** 2, 0.0) * float(np.sum(w))
+        total = self.j.T @ (w[:, None] * self.j) + np.diag(self.prior(names)[1] * self.rms(residual) ** 2)
+        self.j = here
+        half = np.hypot((np.percentile(changes, 97.5, axis=0) - np.percentile(changes, 2.5, axis=0)) / 2, np.sqrt(left * np.diag(np.linalg.pinv(total))))
+        return np.where([n in HYSTERESIS for n in names], half, 0.0)
 
 
 def start(log, rig, ways):
@@ -313,16 +354,9 @@ def identify(log, rig=None, assume="symmetric"):
     fit.level = level
     names = list(SYMMETRIC if assume == "symmetric" else CALIBRATED)
     theta = [max(offset, 0.02 * level), max(slope, 0.0), scale, gravity] if assume == "symmetric" else [max(offset, 0.02 * level), max(slope, 0.0)] * 2
-    theta, k = _valley(_short(fit, log, events, rig, assume), names, theta)
-    names = [*names, "k_min", "k_max", "v0", "m", "delay"]
-    theta, residual = fit.solve(names, _slow(fit, names, [*theta, np.log(k)]), 6)
-    if np.sqrt(np.mean(residual**2)) > DOUBT * level:  # a long valley
-        theta, residual = fit.solve(names, theta, 12)
-    remarks = list(log.remarks) + _leave_out(fit, residual)
-    if np.any(fit.weight == 0):
-        theta, residual = fit.solve(names, theta, 3)
-    fit.step(FINE_S)
-    theta, residual = fit.solve(names, theta, 4, reuse=True)
+    theta, residual, said = _whole(fit, *_best(_short(fit, log, events, rig, assume), names, theta))
+    names = [*names, *REST]
+    remarks = list(log.remarks) + said
     delay = float(theta[-1])
     _explained(fit, residual, level)
     if not -3 * log.sample_time_s - 0.003 <= delay <= 0.1:
@@ -346,27 +380,72 @@ def _short(fit, log, events, rig, assume):
     return few if len(few.events) >= 8 else fit
 
 
-def _valley(fit, names, theta):
-    """A start from which Gauss-Newton finds the best fit: the best two of a grid, each gone down a little."""
-    grid = []
+def _valleys(fit, names, theta):
+    """Starts for the whole log, best first: Gauss-Newton goes down into more than one valley."""
+    names, grid = [*names, "k_min"], []
     for k in K_STARTS:
-        fit.base["k_min"] = k
         for times in L_STARTS:
-            start_at = [x * times if n.startswith(("offset", "slope")) else x for n, x in zip(names, theta)]
-            left = fit.residual(names, start_at)
-            grid.append((float(left @ left), k, start_at))
-    tried = []
-    for _, k, start_at in sorted(grid, key=lambda g: g[0])[:3]:
-        fit.base["k_min"] = k
-        solved, left = fit.solve([*names, "k_min"], [*start_at, np.log(k)], 4)
-        tried.append((float(left @ left), solved[:-1], float(np.exp(solved[-1]))))
-    fit.base["k_min"] = native.PAPER["k_min"]
-    return min(tried, key=lambda t: t[0])[1:]
+            at = [*(x * times if n.startswith(("offset", "slope")) else x for n, x in zip(names, theta)), np.log(k)]
+            grid.append(_tried(fit, names, *fit.solve(names, at, 1)))
+    grid = [_tried(fit, names, *fit.solve(names, at, 4)) for _, at in sorted(grid, key=lambda g: g[0])[:VALLEYS]]
+    rest = [0.0 if n in ("delay",) else np.log(native.PAPER[n]) for n in REST[1:]]
+    return [np.r_[at, rest] for _, at in sorted(grid, key=lambda g: g[0])]
+
+
+def _tried(fit, names, theta, residual):
+    """Half-cycles that go astray count little in the choice."""
+    return float(np.mean(np.abs(residual))), theta
+
+
+def _best(fit, names, theta):
+    """The best of the fits that begin in each valley."""
+    best = None
+    starts = _valleys(fit, names, theta)
+    names = [*names, *REST]
+    fit.step(FINE_S)
+    for at in starts:
+        fit.weight[:] = 1.0
+        theta, residual, said = _descend(fit, names, _slow(fit, names, at))
+        rms = fit.rms(residual)
+        if best is None or rms < best[0]:
+            best = rms, theta, residual, said, fit.weight.copy(), fit.j
+        if best[0] < NOISE * fit.noise():
+            break
+    fit.weight, fit.j = best[4:]
+    return fit, names, *best[1:4]
+
+
+def _descend(fit, names, theta):
+    iterations = fit.iterations()
+    fit.sharp = 1.0
+    theta, residual = fit.solve(names, theta, iterations)
+    said = _leave_out(fit, residual)
+    fit.sharp = SHARP
+    return *fit.solve(names, theta, iterations), said
+
+
+def _whole(fit, few, names, theta, residual, said):
+    """From the fit to the first rows that to all rows."""
+    if fit is few:
+        return theta, residual, said
+    fit.step(FINE_S)
+    residual = fit.residual(names, theta)
+    if np.median(np.abs(residual)) > 0.6745 * NOISE * fit.noise():
+        return _descend(fit, names, _slow(fit, names, theta))
+    fit.sharp = SHARP
+    said = _leave_out(fit, residual)  # else as good as it gets: once more, with all rows
+    return *fit.solve(names, theta, fit.iterations()), said
 
 
 def _slow(fit, names, theta):
-    """The rest of the start, k_max and v0, by the slow ramps of the whole log: the best of a grid."""
-    grid = [[*theta, np.log(native.PAPER["k_max"] * a), np.log(native.PAPER["v0"] * b), np.log(native.PAPER["m"]), 0.0] for a in (1.0, 0.5, 1.7) for b in (1.0, 0.6, 1.6)]
+    """k_max and v0 of the start, by the slow ramps of the whole log: the best of a grid."""
+    grid = []
+    for a in (1.0, 0.5, 1.7):
+        for b in (1.0, 0.6, 1.6):
+            there = np.array(theta, float)
+            there[names.index("k_max")] += np.log(a)
+            there[names.index("v0")] += np.log(b)
+            grid.append(there)
     return min(grid, key=lambda t: float(np.sum(fit.residual(names, t) ** 2)))
 
 
@@ -439,12 +518,11 @@ def _finish(fit, names, theta, residual, events, remarks, ripple, level):
         theta, residual = fit.solve(names, theta)
         remarks.append(f"breakaway is no line: off by up to {100 * lack[0]:.2g} % at a load (by chance: {lack[1]:.1g}); a table of {len(at)} loads")
     changes = fit.bootstrap(names, residual)
-    half = (np.percentile(changes, 97.5, axis=0) - np.percentile(changes, 2.5, axis=0)) / 2
+    half = np.maximum((np.percentile(changes, 97.5, axis=0) - np.percentile(changes, 2.5, axis=0)) / 2, fit.hysteresis_half(names, theta, residual))
     estimates = [_estimate(fit, name, value, h) for name, value, h in zip(names, theta, half)]
     params, table = fit.params(names, theta)
     both, _ = loads(events)
-    rms = float(np.sqrt(np.sum(fit.use() * residual**2) / np.sum(fit.use())))
-    result = Result(estimates, params, table, events, fit.model(names, theta), rms, _hold_out(fit, residual), ripple, params["delay"], both, fit.assume, remarks, lack_of_fit=lack)
+    result = Result(estimates, params, table, events, fit.model(names, theta), fit.rms(residual), _hold_out(fit, residual), ripple, params["delay"], both, fit.assume, remarks, lack_of_fit=lack)
     result.rate_effect = _rate_effect(events, level)
     result.L_half = _relative_half(fit, names, theta, changes, both)
     _judge(fit, result, level)
@@ -504,7 +582,7 @@ def _hold_out(fit, residual):
 
 
 def _explained(fit, residual, level):
-    rms = float(np.sqrt(np.sum(fit.use() * residual**2) / max(np.sum(fit.use()), 1)))
+    rms = fit.rms(residual)
     if rms > 0.25 * level:
         raise Refusal("model", f"the model does not explain the log: F is off by {rms:.3g} N rms, where breakaway is {level:.3g} N; no answer is better than this one")
 
@@ -516,7 +594,7 @@ def _judge(fit, result, level):
         doubt = f"F is off by {result.residual_rms:.3g} N rms, {100 * result.residual_rms / level:.2g} % of breakaway: the friction differs from the model's"
     if result.held_out > 2.5:
         doubt = f"half-cycles that were held out fit {result.held_out:.2g} times worse"
-    if result.ripple > 0.3 * level:
+    if result.ripple > 0.3 * level and result.residual_rms > DOUBT / 3 * level:  # a model that follows F leaves no room for one
         doubt = f"a ripple of {result.ripple:.3g} N with position, {100 * result.ripple / level:.2g} % of breakaway: average over whole turns"
     if result.residual_rms > DOUBT / 3 * level:
         for e in result.estimates:

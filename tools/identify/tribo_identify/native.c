@@ -30,7 +30,13 @@ enum
     PARAMETERS
 };
 
+enum
+{
+    SETS_MAX = 4
+};
+
 const int identify_parameters = PARAMETERS;
+const int identify_sets_max   = SETS_MAX;
 
 static tribo_compensator_f32_config_t config_of(const double *p, const tribo_breakaway_point_f32_t *table, int points)
 {
@@ -50,11 +56,48 @@ static tribo_compensator_f32_config_t config_of(const double *p, const tribo_bre
         .arm      = {.inertia = (float)p[INERTIA], .damping = (float)p[DAMPING], .stiffness = (float)p[STIFFNESS]}};
 }
 
-/// y of a segment from its u, each held for one interval that is cut into `substeps`. F begins at `start_n`. `table` has three numbers
-/// a point. Returns the status of the library, 0 for success.
+/// One set of parameters, and where it is.
+typedef struct
+{
+    tribo_breakaway_point_f32_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
+    tribo_compensator_f32_params_t params;
+    tribo_compensator_f32_state_t  state;
+    double                         scale, actuator, sensor;
+    double                         u_a, y;
+} model_t;
+
+static tribo_status_t start(model_t      *model,
+                            const double *p,
+                            const double *table,
+                            int           points,
+                            double        h,
+                            double        u,
+                            double        start_n)
+{
+    for (int i = 0; i < points; i++)
+    {
+        model->table[i] =
+            (tribo_breakaway_point_f32_t){(float)table[3 * i], (float)table[3 * i + 1], (float)table[3 * i + 2]};
+    }
+    const tribo_compensator_f32_config_t config = config_of(p, model->table, points);
+    const tribo_status_t                 status = tribo_compensator_f32_init(&model->params, &config, (float)h);
+    tribo_compensator_f32_reset(&model->state);
+    model->scale                    = p[SCALE];
+    model->actuator                 = p[ACTUATOR] > 0.0 ? -expm1(-p[ACTUATOR] * h) : 1.0;
+    model->sensor                   = p[SENSOR] > 0.0 ? -expm1(-p[SENSOR] * h) : 1.0;
+    model->u_a                      = p[SCALE] * u;
+    model->y                        = start_n;
+    model->state.arm.force_n        = (float)start_n;
+    model->state.friction.paper.n_n = (float)(model->u_a - start_n + p[GRAVITY]);
+    return status;
+}
+
+/// y of a segment from its u, each held for one interval that is cut into `substeps`; for `sets` of parameters side by side, as one step waits
+/// for the last. F begins at `start_n`. `table` has three numbers a point. Returns the status of the library, 0 for success.
 int identify_simulate(const double *p,
                       const double *table,
                       int           points,
+                      int           sets,
                       const double *u,
                       size_t        rows,
                       double        interval_s,
@@ -62,38 +105,38 @@ int identify_simulate(const double *p,
                       double        start_n,
                       double       *y)
 {
-    tribo_breakaway_point_f32_t    table_f32[TRIBO_BREAKAWAY_POINTS_MAX];
-    tribo_compensator_f32_params_t params;
-    tribo_compensator_f32_state_t  state;
-    for (int i = 0; i < points; i++)
+    model_t models[SETS_MAX];
+    for (int m = 0; m < sets; m++)
     {
-        table_f32[i] =
-            (tribo_breakaway_point_f32_t){(float)table[3 * i], (float)table[3 * i + 1], (float)table[3 * i + 2]};
+        const tribo_status_t status = start(&models[m],
+                                            &p[m * PARAMETERS],
+                                            &table[(size_t)m * 3 * (size_t)points],
+                                            points,
+                                            interval_s / substeps,
+                                            u[0],
+                                            start_n);
+        if (status != TRIBO_OK)
+        {
+            return (int)status;
+        }
     }
-    const tribo_compensator_f32_config_t config = config_of(p, table_f32, points);
-    const double                         h      = interval_s / substeps;
-    const tribo_status_t                 status = tribo_compensator_f32_init(&params, &config, (float)h);
-    if (status != TRIBO_OK)
-    {
-        return (int)status;
-    }
-    tribo_compensator_f32_reset(&state);
-    const double actuator = p[ACTUATOR] > 0.0 ? -expm1(-p[ACTUATOR] * h) : 1.0;
-    const double sensor   = p[SENSOR] > 0.0 ? -expm1(-p[SENSOR] * h) : 1.0;
-    double       u_a      = p[SCALE] * u[0];
-    double       y_s      = start_n;
-    state.arm.force_n     = (float)start_n;
-    state.friction.n_n    = (float)(u_a - start_n + p[GRAVITY]);
     for (size_t k = 0; k < rows; k++)
     {
-        y[k] = y_s;
-        for (size_t i = 0; i < (size_t)substeps; i++)
+        for (int m = 0; m < sets; m++)
         {
-            tribo_compensator_f32_signals_t signals;
-            // As the plant: the arm sees the actuator's force at the end of the step.
-            u_a += actuator * (p[SCALE] * u[k] - u_a);
-            (void)tribo_compensator_f32_step(&params, &state, (float)u_a, &signals);
-            y_s += sensor * ((double)state.arm.force_n - y_s);
+            y[(size_t)m * rows + k] = models[m].y;
+        }
+        for (int i = 0; i < substeps; i++)
+        {
+            for (int m = 0; m < sets; m++)
+            {
+                tribo_compensator_f32_signals_t signals;
+                model_t *const                  model = &models[m];
+                // As the plant: the arm sees the actuator's force at the end of the step.
+                model->u_a += model->actuator * (model->scale * u[k] - model->u_a);
+                (void)tribo_compensator_f32_step(&model->params, &model->state, (float)model->u_a, &signals);
+                model->y += model->sensor * ((double)model->state.arm.force_n - model->y);
+            }
         }
     }
     return 0;

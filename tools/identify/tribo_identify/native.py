@@ -18,15 +18,18 @@ NAMES = ("k_min", "k_max", "m", "v0", "offset_positive", "slope_positive", "offs
          "gravity", "scale", "inertia", "damping", "stiffness", "actuator", "sensor")
 PAPER = dict(k_min=6.0, k_max=20.0, m=3.0, v0=0.007, offset_positive=0.007, slope_positive=0.3, offset_negative=0.007, slope_negative=0.3, set_level=0.75,
              reset_level=0.8, pulse_width=0.003, gravity=0.0, scale=1.0, inertia=1.2e-4, damping=0.0288, stiffness=3.84, actuator=200.0, sensor=55.0, delay=0.0)
+SETS_MAX = 4  # of parameters in one simulation
+WIDE = Path(__file__).with_name("wide.h")
 
 
 def _sources():
-    return [Path(__file__).with_name("native.c"), ROOT / "host_sim/log/verdict.c", ROOT / "host_sim/support/error.c", *sorted((ROOT / "lib/src").glob("*.c"))]
+    lib = [ROOT / f"lib/src/{name}.c" for name in ("compensator_f32", "friction_f32", "arm_f32", "relay", "edge", "status")]
+    return [Path(__file__).with_name("native.c"), ROOT / "host_sim/log/verdict.c", ROOT / "host_sim/support/error.c", *lib]
 
 
 def _digest():
     seen = hashlib.sha256()
-    for path in [*_sources(), *sorted((ROOT / "lib/src").glob("*.h")), *sorted((ROOT / "lib/include/tribo").glob("*.h")), ROOT / "host_sim/log/verdict.h", ROOT / "host_sim/log/log.h"]:
+    for path in [WIDE, *_sources(), *sorted((ROOT / "lib/src").glob("*.h")), *sorted((ROOT / "lib/include/tribo").glob("*.h")), ROOT / "host_sim/log/verdict.h", ROOT / "host_sim/log/log.h"]:
         seen.update(path.read_bytes())
     return seen.hexdigest()[:16]
 
@@ -43,15 +46,16 @@ def library():
         cache.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=cache) as folder:
             fresh = Path(folder) / "native.so"
-            done = subprocess.run([compiler, "-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-D_XOPEN_SOURCE=700", "-I", ROOT / "lib/include", "-I", ROOT / "host_sim",
+            done = subprocess.run([compiler, "-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-D_XOPEN_SOURCE=700", "-include", WIDE, "-I", ROOT / "lib/include", "-I", ROOT / "host_sim",
                                    *_sources(), "-o", fresh, "-lm"], capture_output=True, text=True, check=False)
             if done.returncode != 0:
                 raise DesignError(f"the library does not compile with {compiler}: {(done.stderr.splitlines() or ['no message'])[0]}")
             fresh.rename(built)
     native = ctypes.CDLL(str(built))
     assert ctypes.c_int.in_dll(native, "identify_parameters").value == len(NAMES)
+    assert ctypes.c_int.in_dll(native, "identify_sets_max").value == SETS_MAX
     doubles = np.ctypeslib.ndpointer(np.float64, flags="C")
-    native.identify_simulate.argtypes = [doubles, doubles, ctypes.c_int, doubles, ctypes.c_size_t, ctypes.c_double, ctypes.c_int, ctypes.c_double, doubles]
+    native.identify_simulate.argtypes = [doubles, doubles, ctypes.c_int, ctypes.c_int, doubles, ctypes.c_size_t, ctypes.c_double, ctypes.c_int, ctypes.c_double, doubles]
     native.identify_slides.argtypes = [doubles, doubles, ctypes.c_size_t, ctypes.c_double, np.ctypeslib.ndpointer(np.int8, flags="C")]
     native.identify_status_text.restype = ctypes.c_char_p
     return native
@@ -59,15 +63,22 @@ def library():
 
 def simulate(params, u, interval_s, start_n, substeps=10, table=()):
     """y of a segment: the library's compensator as the arm, behind the actuator and in front of the sensor."""
-    p = np.array([params[name] for name in NAMES], float)
-    points = np.ascontiguousarray(np.array(table, float).ravel())
-    y = np.empty(len(u))
-    status = library().identify_simulate(p, points if points.size else np.zeros(3), points.size // 3, u, len(u), interval_s, substeps, start_n, y)
+    return simulate_sets([params], u, interval_s, start_n, substeps, [table])[0]
+
+
+def simulate_sets(params, u, interval_s, start_n, substeps, tables):
+    """The same for each of several params, and their tables of one length."""
+    p = np.array([[one[name] for name in NAMES] for one in params], float)
+    points = np.array(tables, float).reshape(len(p), -1)
+    y = np.empty((len(p), len(u)))
+    status = library().identify_simulate(p.ravel(), np.ascontiguousarray(points).ravel() if points.size else np.zeros(3), points.shape[1] // 3, len(p), u, len(u), interval_s,
+                                         substeps, start_n, y.ravel())
     if status != 0:
         raise DesignError(f"the library refuses these parameters: {library().identify_status_text(status).decode()}")
-    if params["delay"]:
-        time = np.arange(len(y)) * interval_s
-        y = np.interp(time - params["delay"], time, y)
+    time = np.arange(len(u)) * interval_s
+    for row, one in zip(y, params):
+        if one["delay"]:
+            row[:] = np.interp(time - one["delay"], time, row)
     return y
 
 
