@@ -211,6 +211,16 @@ bool sim_check_has_loop(const sim_scenario_t *scenario, sim_error_t *error)
            complain(scenario, "controller.kind", "none is open loop, without a loop for a drive", error);
 }
 
+bool sim_check_has_firmware(const sim_scenario_t *scenario, sim_error_t *error)
+{
+    return sim_check_has_loop(scenario, error) &&
+           (sim_scenario_config(scenario)->compensator.model != SIM_MODEL_LUGRE ||
+            complain(scenario,
+                     "compensator.model",
+                     "lugre is not in the drive's firmware, which has no registers for it; it runs here and in params",
+                     error));
+}
+
 bool sim_scenario_check(const sim_scenario_t *scenario, sim_error_t *error)
 {
     const sim_config_t *config = sim_scenario_config(scenario);

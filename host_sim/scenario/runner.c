@@ -66,7 +66,7 @@ static bool set_up_target(run_t *run, const sim_scenario_t *scenario, sim_error_
     {
         return true;
     }
-    if (!sim_check_has_loop(scenario, error))
+    if (!sim_check_has_firmware(scenario, error))
     {
         return false;
     }

@@ -123,15 +123,6 @@ static bool open_serial(sim_target_t *target, sim_error_t *error)
     return target->serial != NULL || blame(target, &inner, error);
 }
 
-/// The drive's firmware has the methods that its registers select; LuGre is none of them.
-static bool check_method(const sim_target_t *target, const sim_loop_config_t *config, sim_error_t *error)
-{
-    return !config->has_lugre ||
-           sim_error_set(error,
-                         "compensator.model: lugre runs on the host, not in the drive's firmware: %s",
-                         target->name);
-}
-
 static bool start_emulator(sim_target_t *target, sim_error_t *error)
 {
     char image[1024];
@@ -234,8 +225,7 @@ sim_target_t *sim_target_start(const char              *name,
         return NULL;
     }
     sim_error_t inner = {""};
-    if (!check_method(target, config, error) ||
-        !(target->model != NULL ? start_emulator(target, error) : open_serial(target, error)) ||
+    if (!(target->model != NULL ? start_emulator(target, error) : open_serial(target, error)) ||
         (!say_hello(target, config, &inner) && !blame(target, &inner, error)))
     {
         sim_target_destroy(target);

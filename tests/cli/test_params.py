@@ -52,6 +52,9 @@ compensator: {method: feedforward, feedforward: {lead: 0.5, hold: {gain: 0}}}
     "guarded": """
 compensator: {gain: 1.5, friction: {breakaway: {offset_N: 0.01, slope: 0.4}}, guard: {on: yes, turn_N: 0.02, stray_N: 0.001, quick_time_s: 0.5}}
 """,
+    "lugre": """
+compensator: {model: lugre, gain: 0.7, lugre: {stiffness_N_per_deg: 3000, bristle_damping_N_s_per_deg: 10, viscous_N_s_per_deg: 0.1}}
+""",
     "table": """
 compensator:
   friction:

@@ -21,6 +21,7 @@ static loop_params_t  other; // to retune to and fro
 static loop_state_t   axis[AXES_MAX];
 static loop_signals_t signals;
 
+static TRIBO(lugre, params_t) lugre;
 static TRIBO(feedforward, params_t) feedforward;
 static TRIBO(feedforward, memory_t) memory;
 
@@ -587,6 +588,70 @@ static __attribute__((noinline)) void run_feedforward(void)
     print("flash.feedforward_params", "", (uint32_t)sizeof feedforward);
 }
 
+// --- LuGre ---------------------------------------------------------------------------------------------------------
+
+/// Explicit Euler steps of Eq. (12) that a tick needs, the fewest with which its fastest rate, 1/s, does not grow: h rate/n < 2.
+static uint32_t explicit_steps(float tick_s, float rate)
+{
+    return (uint32_t)(0.5f * tick_s * rate) + 1u;
+}
+
+/// The rates are those of the speed: (s1 (1 - s0 z sign(w)/L) + s2 + b)/I with relaxed bristles, and where the arm reverses and z
+/// is still -L/s0, and of z, s0 |w|/L, where the arm follows the triangle.
+static void print_explicit_steps(const tribo_force_loop_f32_config_t *config, const tribo_lugre_f32_config_t *bristles)
+{
+    const tribo_arm_f32_config_t *const arm         = &config->compensator.arm;
+    const tribo_breakaway_f32_t *const  law         = &config->compensator.friction.positive;
+    const float                         other_rates = (bristles->viscous + arm->damping) / arm->inertia;
+    const float                         speed       = 0.02f / arm->stiffness;
+    const float                         L           = law->offset_n + law->slope * 0.4f;
+    const float                         at_rest     = bristles->damping / arm->inertia + other_rates;
+    const float reversing = 2.0f * bristles->damping / arm->inertia + other_rates + bristles->stiffness * speed / L;
+    print("lugre.explicit_steps.at_rest", "", explicit_steps(config->sample_time_s, at_rest));
+    print("lugre.explicit_steps.reversing", "", explicit_steps(config->sample_time_s, reversing));
+}
+
+/// The loop with LuGre; like the table's run out of line.
+static __attribute__((noinline)) void run_lugre(void)
+{
+    const tribo_force_loop_f32_config_t config   = tribo_force_loop_f32_paper();
+    const tribo_lugre_f32_config_t      bristles = tribo_lugre_f32_paper();
+    if (INIT_LUGRE(&other, &lugre, &config, &bristles) != TRIBO_OK)
+    {
+        return; // the figures will be missed
+    }
+    counts_t tick            = {0};
+    counts_t search          = {0};
+    counts_t without_signals = {0};
+    uint32_t hashed          = 2166136261u;
+    search_t s               = {.kind = 0};
+    random_state             = 0x7ab5u;
+    plant_reset();
+    TRIBO(force_loop, reset)(&axis[0]);
+    for (int32_t k = 0; k < 20000 + SEARCH_TICKS; k++)
+    {
+        s.r = triangle(k);
+        s.y = plant.sensor;
+        if (k >= 20000)
+        {
+            search_step(&s, k);
+        }
+        const number_t u = k % 4 == 3 ? counted_tick_without_signals(&other, &axis[0], s.r, s.y)
+                                      : counted_tick(&other, &axis[0], s.r, s.y, &signals);
+        counts_add(k % 4 == 3 ? &without_signals : k < 20000 ? &tick : &search);
+        hashed = hash(hashed, u);
+        plant_step(u);
+    }
+    print_counts("lugre.tick", &tick);
+    print_counts("lugre.search", &search);
+    print_counts("lugre.without_signals", &without_signals);
+    print("hash", ".lugre", hashed);
+    print("stack.lugre", "", stack_of_ticks(&other, &other));
+    print("stack.lugre_methods", "", stack_of_ticks(&paper, &other));
+    print("flash.lugre_params", "", (uint32_t)sizeof lugre);
+    print_explicit_steps(&config, &bristles);
+}
+
 int main(void)
 {
     tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
@@ -619,6 +684,7 @@ int main(void)
     print("flash.params", "", (uint32_t)sizeof(loop_params_t));
     run_table();
     run_feedforward();
+    run_lugre();
 #endif
     return 0;
 }

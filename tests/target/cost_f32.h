@@ -4,6 +4,7 @@
 #define TESTS_TARGET_COST_F32_H
 
 #include "tribo/force_loop_feedforward_f32.h"
+#include "tribo/force_loop_lugre_f32.h"
 
 #include <string.h>
 
@@ -13,6 +14,7 @@
 #define ADVANCE(params, state, e, nodes) tribo_biquad_f32_advance(params, state, e, nodes, 0.0f)
 #define INIT(params, config, points)     ((void)(points), tribo_force_loop_f32_init(params, config))
 #define INIT_FED                         tribo_force_loop_feedforward_f32_init
+#define INIT_LUGRE                       tribo_force_loop_lugre_f32_init
 #define ATTACH                           tribo_force_loop_feedforward_f32_attach
 
 typedef float                       number_t;

@@ -4,6 +4,7 @@
 #define TESTS_TARGET_COST_Q31_H
 
 #include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/force_loop_lugre_q31.h"
 #include "tribo/quantize_feedforward_q31.h"
 
 #include <stddef.h>
@@ -15,6 +16,8 @@
 #define INIT(params, config, points)     tribo_force_loop_q31_init(params, points, config, FULL_SCALE_N, NULL)
 #define INIT_FED(params, feedforward, config, feedforward_config)                                                      \
     tribo_force_loop_feedforward_q31_init(params, NULL, feedforward, config, feedforward_config, FULL_SCALE_N, NULL)
+#define INIT_LUGRE(params, lugre, config, lugre_config)                                                                \
+    tribo_force_loop_lugre_q31_init(params, NULL, lugre, config, lugre_config, FULL_SCALE_N, NULL)
 #define ATTACH       tribo_force_loop_feedforward_q31_attach
 #define FULL_SCALE_N 2.0f
 
