@@ -28,11 +28,12 @@ typedef struct
 } plant_t;
 
 static plant_t plant;
+static double  breakaway = 1.0; // of the plant, as a factor
 
 static void move(plant_t *p, double u)
 {
     p->actuator += 0.18 * (u - p->actuator);
-    const double L = L0 + L1 * fabs(p->F);
+    const double L = breakaway * (L0 + L1 * fabs(p->F));
     p->F           = fmax(p->actuator - L, fmin(p->actuator + L, p->F));
     p->y += 0.0535 * (p->F - p->y);
 }
@@ -332,6 +333,18 @@ static void change_at(int k, method_t from, method_t to, double most[2])
     const loop_seen_t now       = loop_step_by(&other, &by[to], triangle(k), plant.y);
     most[0] = fmax(most[0], fabs(now.u - old.u) - (from == FEEDFORWARD ? fabs(old.u - seen.u) : 0.0));
     move(&old_plant, old.u);
+    static loop_t still;
+    if (to >= LUGRE && from < LUGRE) // the arm is where the sensor says, and stands there if friction can hold it
+    {
+        const friction_seen_t *f = &now.compensator.friction;
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDING, plant.y, now.compensator.F);
+        if (fabs(f->n) < 0.99 * f->L)
+        {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-5, f->n, f->f);
+            loop_copy(&still, &other);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, plant.y, loop_step_by(&still, &by[to], triangle(k), plant.y).compensator.F);
+        }
+    }
     const double next = loop_step_by(&other, &by[to], triangle(k + 1), old_plant.y).u;
     const double was  = loop_step_by(&unchanged, &by[from], triangle(k + 1), old_plant.y).u;
     most[1]           = fmax(most[1], fabs(next - was) - (from < LUGRE || to < LUGRE ? 2.0 * fabs(was - old.u) : 0.0));
@@ -452,6 +465,22 @@ static void test_any_input_leaves_u_within_its_limits_and_friction_within_breaka
     }
 }
 
+/// The guard looks at what LuGre adds, not at the memory of a feed-forward that stands beside.
+static void test_guard_ends_the_hunting_of_a_loop_with_lugre(void)
+{
+    guard_t guard;
+    config.gain = 1.0f;
+    breakaway   = 0.3;
+    begin();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, guard_init(&guard, H));
+    for (int k = 0; k < 8000; k++)
+    {
+        move(&plant, loop_step_guarded(&loop, &guard, triangle(k), plant.y));
+    }
+    breakaway = 1.0;
+    TEST_ASSERT_TRUE(guard_share(&guard) == 0.0);
+}
+
 static void test_loop_with_a_flipped_bit_in_its_state_keeps_its_limits_and_recovers(void)
 {
     static loop_t before;
@@ -499,6 +528,7 @@ int main(void)
     RUN_TEST(test_loop_takes_lugre_up_beside_a_bad_input);
     RUN_TEST(test_loop_is_a_mirror_image_of_itself);
     RUN_TEST(test_any_input_leaves_u_within_its_limits_and_friction_within_breakaway);
+    RUN_TEST(test_guard_ends_the_hunting_of_a_loop_with_lugre);
     RUN_TEST(test_loop_with_a_flipped_bit_in_its_state_keeps_its_limits_and_recovers);
     return UNITY_END();
 }

@@ -146,6 +146,31 @@ static void test_one_step_is_the_headers(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, (float)L, seen.L_n);
 }
 
+/// The other way, with breakaway of its own.
+static void test_one_step_down_takes_the_other_breakaway(void)
+{
+    law.negative = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.5f};
+    init_at(H);
+    state.bristle_n = 0.01f;
+
+    const double gamma_d = (double)arm_params.gamma_d;
+    const double beta    = (double)config.damping / ((double)config.stiffness * (double)H);
+    const double c       = (double)config.stiffness * gamma_d / (double)arm_config.stiffness;
+    const double b       = (double)config.viscous * gamma_d / ((double)arm_config.stiffness * (double)H);
+    const double n       = 0.15 - 0.25;
+    const double a       = (1.0 + beta) * c;
+    const double L       = 0.02 + 0.5 * 0.25;
+    const double stuck   = 1.0 + (0.01 - n) * c / (1.0 + a + b) / L;
+    const double P       = ((1.0 + beta) / stuck - beta) * 0.01;
+    const double r       = (n - P) / (1.0 + b + a / stuck);
+    TEST_ASSERT_TRUE(r < 0.0 && r - n < L);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f,
+                             (float)(n - r),
+                             tribo_lugre_f32_step(&params, &friction, &state, 0.15f, 0.25f, &seen));
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, (float)((0.01 + c * r) / (1.0 - c * r / L)), state.bristle_n);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, (float)L, seen.L_n);
+}
+
 static void test_directions_may_differ_and_gravity_adds(void)
 {
     law.negative  = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.1f};
@@ -311,6 +336,7 @@ int main(void)
     RUN_TEST(test_soft_bristles_follow_the_equation);
     RUN_TEST(test_the_papers_stiffness_holds_at_1_kHz_and_slides_with_breakaway);
     RUN_TEST(test_one_step_is_the_headers);
+    RUN_TEST(test_one_step_down_takes_the_other_breakaway);
     RUN_TEST(test_directions_may_differ_and_gravity_adds);
     RUN_TEST(test_it_is_a_mirror_image_of_itself);
     RUN_TEST(test_it_is_stable_at_any_sample_time);

@@ -97,6 +97,18 @@ static void test_soft_bristles_too(void)
     TEST_ASSERT_TRUE(largest < 5e-7);
 }
 
+static void test_directions_of_their_own_too(void)
+{
+    law.negative = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.5f};
+    init_at(H);
+    double largest = 0.0;
+    for (int k = 0; k < 20000; k++)
+    {
+        largest = fmax(largest, difference(0.3f * sinf(0.001f * (float)k) + 0.1f * sinf(0.013f * (float)k)));
+    }
+    TEST_ASSERT_TRUE(largest < 2e-7);
+}
+
 static void test_directions_may_differ_and_gravity_adds(void)
 {
     law.negative  = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 2.0f};
@@ -274,6 +286,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_it_does_what_the_f32_module_does);
     RUN_TEST(test_soft_bristles_too);
+    RUN_TEST(test_directions_of_their_own_too);
     RUN_TEST(test_directions_may_differ_and_gravity_adds);
     RUN_TEST(test_it_is_a_mirror_image_of_itself);
     RUN_TEST(test_any_input_and_any_accepted_params_keep_friction_and_bristles_within_breakaway);
