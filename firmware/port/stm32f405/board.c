@@ -126,6 +126,8 @@ static void start_mpu(void)
                         (uint32_t)stack_guard,
                         ARM_MPU_RASR(1, ARM_MPU_AP_NONE, 0, 1, 1, 0, 0, ARM_MPU_REGION_SIZE_256B));
     ARM_MPU_Enable(MPU_CTRL_PRIVDEFENA_Msk);
+    SCB->SHCSR &=
+        ~SCB_SHCSR_MEMFAULTENA_Msk; // which CMSIS has set: a fault of its own would use the stack that is full
 }
 
 static void start_interrupt(IRQn_Type interrupt, uint32_t priority)
