@@ -1,9 +1,10 @@
 // The rig's faults in numbers: the drive with its default bounds on simulated rigs.
 //
-//     fault_study_f32 healthy HOURS [SEED]    false stops of scenarios with 2 mN of noise and breakaway +-20 %, none expected
-//     fault_study_f32 broken [RUNS] [SEED]    time from the moment that a sensor breaks to a command of 0
+//     fault_study_f32 healthy HOURS [SEED [N MS]]    false stops of scenarios with 2 mN of noise and breakaway +-20 %, none expected
+//     fault_study_f32 broken RUNS [SEED [N MS]]      time from the moment that a sensor breaks to a command of 0
+//     fault_study_f32 still RUNS [SEED]              for how long a healthy force stays where it was: so long a frozen sensor is right
 //
-// Scenarios are those of host_sim/scenarios.
+// Scenarios are those of host_sim/scenarios. N and MS: residual_n and residual_ms in place of their defaults.
 
 #include "app/drive.h"
 #include "app/loop_setup.h"
@@ -39,6 +40,9 @@ typedef enum
 } sensor_t;
 
 static const char *const sensor_names[SENSORS] = {"healthy", "detached", "frozen", "reversed", "half-scale"};
+
+static float    bound_n;
+static uint32_t bound_ms;
 
 /// A rig that plays a scenario, and its drive.
 typedef struct
@@ -90,6 +94,8 @@ static void open_drive(rig_t *rig)
     drive_config_error_t error;
     config.period_us    = (uint32_t)lround(1e6 * rig->config.sample_time_s);
     config.full_scale_n = (float)rig->config.limits.full_scale_n;
+    config.residual_n   = bound_n;
+    config.residual_ms  = bound_ms;
     sim_loop_config_fill(&rig->loop_config, &rig->config);
     board_init(&rig->board, 0);
     if (loop_setup(&rig->loop, &rig->loop_config.config, config.full_scale_n) != TRIBO_OK ||
@@ -169,10 +175,10 @@ static bool advance(rig_t *rig, double r_n, sensor_t sensor)
     const double y_n        = sim_sensor_read(&rig->sensor, broken(rig, sensor, filtered_n));
     board_new_tick(&rig->board);
     rig->board.now_us = (uint32_t)rig->tick * rig->setup.config.period_us;
-    rig->board.y      = force(rig, y_n);
+    rig->board.y      = scaling_number((float)y_n, rig->board.port.sensor.full_units);
     drive_reference(&rig->drive, force(rig, r_n));
     drive_tick(&rig->drive);
-    const double u_n = newton(rig, rig->board.command);
+    const double u_n = (double)scaling_value(rig->board.command, rig->board.port.output.full_units);
     for (unsigned step = 0; step < rig->steps; step++)
     {
         sim_plant_signals_t unused;
@@ -281,13 +287,12 @@ static int study_healthy(double hours, uint64_t seed)
                (unsigned long)of->longest_ms);
         stops += of->stops;
     }
-    const drive_config_t config = drive_config_default();
     printf("%s: %.2f h simulated, %u false stops; bound %g N for %lu ms\n",
            LOOP_ARITHMETIC,
            total_s / 3600.0,
            stops,
-           (double)config.residual_n,
-           (unsigned long)config.residual_ms);
+           (double)bound_n,
+           (unsigned long)bound_ms);
     printf("a step from rest up to %.1f N does not stop it\n", largest_step_n(seed));
     return stops > 0u;
 }
@@ -377,10 +382,59 @@ static int study_broken(unsigned runs, uint64_t seed)
     return 0;
 }
 
+// --- still ---------------------------------------------------------------------------------------------------------
+
+/// The first tick after `at` in which the force is more than `band_n` from what it was then.
+static uint32_t still_ticks(rig_t *rig, uint64_t at, double band_n)
+{
+    const double was_n = sim_plant_filtered_force(rig->plant);
+    while (rig->tick < at + LAST_MS && fabs(sim_plant_filtered_force(rig->plant) - was_n) <= band_n)
+    {
+        (void)advance(rig, reference_now(rig), HEALTHY);
+    }
+    return (uint32_t)(rig->tick - at);
+}
+
+static int study_still(unsigned runs, uint64_t seed)
+{
+    static const double bands_n[] = {NOISE_N, 2.0 * NOISE_N, 3.0 * NOISE_N};
+    static rig_t        rig;
+    static uint32_t     times[RUNS_MAX];
+    printf("%-34s %6s %8s %8s\n", "triangle, 0.02 N/s: F within", "runs", "median", "worst ms");
+    for (unsigned band = 0; band < sizeof bands_n / sizeof bands_n[0]; band++)
+    {
+        sim_random_t random;
+        sim_random_seed(&random, seed);
+        for (unsigned run = 0; run < runs; run++)
+        {
+            const double   factor = 0.8 + 0.4 * uniform(&random);
+            const uint64_t at     = 1000u + (uint64_t)(39000.0 * uniform(&random));
+            open_rig(&rig, "triangle", factor, seed + run);
+            while (rig.tick < at)
+            {
+                (void)advance(&rig, reference_now(&rig), HEALTHY);
+            }
+            times[run] = still_ticks(&rig, at, bands_n[band]);
+            close_rig(&rig);
+        }
+        qsort(times, runs, sizeof times[0], compare_times);
+        printf("%.0f mN%29s %6u %8lu %8lu\n",
+               1e3 * bands_n[band],
+               "",
+               runs,
+               (unsigned long)times[runs / 2u],
+               (unsigned long)times[runs - 1u]);
+    }
+    return 0;
+}
+
 int main(int count, char **arguments)
 {
-    const double        amount = count > 2 ? strtod(arguments[2], NULL) : 100.0;
-    const unsigned long seed   = count > 3 ? strtoul(arguments[3], NULL, 10) : 1ul;
+    const drive_config_t normal = drive_config_default();
+    bound_n                     = count > 5 ? strtof(arguments[4], NULL) : normal.residual_n;
+    bound_ms                    = count > 5 ? (uint32_t)strtoul(arguments[5], NULL, 10) : normal.residual_ms;
+    const double        amount  = count > 2 ? strtod(arguments[2], NULL) : 100.0;
+    const unsigned long seed    = count > 3 ? strtoul(arguments[3], NULL, 10) : 1ul;
     if (count > 1 && strcmp(arguments[1], "healthy") == 0 && amount > 0.0)
     {
         return study_healthy(amount, seed);
@@ -389,6 +443,12 @@ int main(int count, char **arguments)
     {
         return study_broken((unsigned)amount, seed);
     }
-    (void)fputs("usage: fault_study_f32|q31 healthy HOURS [SEED] | broken [RUNS] [SEED]\n", stderr);
+    if (count > 1 && strcmp(arguments[1], "still") == 0 && amount >= 1.0 && amount <= RUNS_MAX)
+    {
+        return study_still((unsigned)amount, seed);
+    }
+    (void)fputs(
+        "usage: fault_study_f32|q31 healthy HOURS [SEED [N MS]] | broken RUNS [SEED [N MS]] | still RUNS [SEED]\n",
+        stderr);
     return 2;
 }
