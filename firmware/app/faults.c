@@ -4,7 +4,7 @@
 
 static uint32_t ticks_of(uint32_t ms, uint32_t period_us)
 {
-    return ms == 0u ? 0u : (ms * 1000u + period_us - 1u) / period_us;
+    return (ms * 1000u + period_us - 1u) / period_us;
 }
 
 void faults_init(faults_bounds_t *bounds, const drive_config_t *config)

@@ -54,7 +54,7 @@ static void load(registers_t *registers)
     registers->is_known = registers->store == STORE_OK || registers->store == STORE_EMPTY;
 }
 
-static const void *signal_of(const registers_t *registers, uint32_t signal);
+static const loop_force_t *signal_of(const registers_t *registers, uint32_t signal);
 
 static void arm_fault_trace(registers_t *registers)
 {
@@ -117,7 +117,7 @@ void registers_start(registers_t *registers, drive_fault_t found)
 
 // --- signals -------------------------------------------------------------------------------------------------------
 
-static const void *signal_of(const registers_t *registers, uint32_t signal)
+static const loop_force_t *signal_of(const registers_t *registers, uint32_t signal)
 {
     switch (signal)
     {
@@ -139,9 +139,7 @@ static word_t to_bus(const registers_t *registers, word_t force)
 
 static word_t signal_word(const registers_t *registers, uint32_t signal)
 {
-    word_t word;
-    memcpy(&word, signal_of(registers, signal), sizeof word);
-    return to_bus(registers, word);
+    return to_bus(registers, loop_word(*signal_of(registers, signal)));
 }
 
 // --- the tick ------------------------------------------------------------------------------------------------------

@@ -179,9 +179,9 @@ static bool has_output(const drive_config_t *config, const port_t *port, float u
            refuse(error, DRIVE_CONFIG_command_n_per_unit, config->command_n_per_unit, size / room, 1e6f);
 }
 
-static bool has_current(const drive_config_t *config, float u, drive_config_error_t *error)
+static bool has_current(const drive_config_t *config, float u_min, float u_max, drive_config_error_t *error)
 {
-    const float size = u < 0.0f ? -u : u;
+    const float size = -u_min > u_max ? -u_min : u_max;
     return config->current_max_a == 0.0f ||
            size <= config->current_max_a * config->command_n_per_a * (1.0f + ROUNDING) ||
            refuse(error, DRIVE_CONFIG_current_max_a, config->current_max_a, size / config->command_n_per_a, 1e6f);
@@ -220,5 +220,5 @@ bool scaling_suits(const scaling_t      *scaling,
     return is_end_refused(scaling, config, port, params, port->sensor.low_units, error) &&
            is_end_refused(scaling, config, port, params, port->sensor.high_units, error) &&
            has_output(config, port, u_min, error) && has_output(config, port, u_max, error) &&
-           has_current(config, u_min, error) && has_current(config, u_max, error);
+           has_current(config, u_min, u_max, error);
 }

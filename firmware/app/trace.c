@@ -2,7 +2,6 @@
 
 #include <stdatomic.h>
 #include <stddef.h>
-#include <string.h>
 
 // NOLINTNEXTLINE(readability-non-const-parameter): the tick writes it
 void trace_init(trace_t *trace, uint32_t *ring, uint32_t ring_words)
@@ -82,7 +81,7 @@ static void take_sample(trace_t *trace)
     uint32_t *to = trace->ring + trace->place;
     for (uint32_t i = 0; i < trace->setup.channel_count; i++)
     {
-        memcpy(to + i, trace->setup.channels[i], sizeof *to); // a float as its bits
+        to[i] = loop_word(*trace->setup.channels[i]);
     }
     const uint32_t next = trace->place + trace->setup.channel_count;
     trace->place        = next < trace->capacity * trace->setup.channel_count ? next : 0u;

@@ -1,4 +1,4 @@
-/// A ring of samples of chosen words, filled in the tick. It stops by itself some samples after a trigger, so that it holds what
+/// A ring of samples of chosen forces, filled in the tick. It stops by itself some samples after a trigger, so that it holds what
 /// came before; until then it can be read while it is being filled.
 ///
 /// A tick costs the same whatever the signals do: one comparison for the trigger, and for a sample one copy for each channel.
@@ -32,10 +32,10 @@ typedef enum
     TRACE_DONE       ///< the trigger came, and the ring is as full as it becomes
 } trace_state_t;
 
-/// Of which words, each of 32 bits, and when. The words must outlive the trace.
+/// Of which forces and when. They must outlive the trace.
 typedef struct
 {
-    const void         *channels[TRACE_CHANNELS_MAX];
+    const loop_force_t *channels[TRACE_CHANNELS_MAX];
     uint32_t            channel_count; ///< 1 to TRACE_CHANNELS_MAX
     uint32_t            decimation;    ///< ticks from sample to sample, 1 or more
     uint32_t            after;         ///< samples after the trigger's own, at most those that fit less one

@@ -229,6 +229,29 @@ def cycles(figures):
     return f"\n{heading}\n{table('', [name_of(p) for p in modelled], rows)}"
 
 
+DRIVE = [
+    ("loop and drive, mean / worst", "drive.and_loop.mean", "drive.and_loop.max"),
+    ("of these the loop", "drive.loop.mean", "drive.loop.max"),
+    ("bytes from the bus", "drive.bus.mean", "drive.bus.max"),
+    ("trace of eight signals", "drive.trace.mean", "drive.trace.max"),
+    ("trace kept for faults", "drive.fault_trace.mean", "drive.fault_trace.max"),
+    ("the whole handler", "drive.everything.mean", "drive.everything.max"),
+]
+
+
+def drive(figures):
+    what = "What the firmware does in the timer's interrupt, in RUN with every check on, without a board's converters; bytes at 115,200 baud, both traces every tick. `tests/firmware/drive_cost.c`."
+    return f"\n## The drive's tick\n\n{what}\n\n{costs(figures, DRIVE, {key: f'{name}: ' for key, name in TITLES.items()})}"
+
+
+def small_images(figures):
+    """At -Os, of the board."""
+    board = next(iter(boards.PORTS))
+    rows = [[f"{board}, {title}", *(number(figures[board][f"{arithmetic}.flash.{what}"]) for what in ("drive", "drive_fed"))] for arithmetic, title in TITLES.items()]
+    what = "The same at -Os, with Modbus, store and traces; the switch is `TRIBO_DRIVE_FEEDFORWARD`."
+    return f"\n{what}\n\n{table('', ['flash without the feed-forward, bytes', 'with it'], rows)}"
+
+
 def images(figures):
     board = next(iter(boards.PORTS))
     rows = [[f"{board}, {title}", *(number(figures[board][f"{arithmetic}.{what}.image"]) for what in ("flash", "ram"))] for arithmetic, title in TITLES.items()]
@@ -242,7 +265,7 @@ def numbers_md(figures, record):
         parts.append(f"\n## {title}\n\n{what}\n\n{costs(figures, rows, titles)}")
         if exact:
             parts.append(f"\n{exactness(record, exact)}")
-    return "".join(parts) + images(figures) + peers(figures) + cycles(figures)
+    return "".join(parts) + drive(figures) + images(figures) + small_images(figures) + peers(figures) + cycles(figures)
 
 
 def facts(figures, record):

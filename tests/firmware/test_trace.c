@@ -11,7 +11,7 @@ static trace_t      trace;
 static uint32_t     ring[RING_WORDS + 1];
 static uint32_t     tick;
 static loop_force_t force;
-static uint32_t     second;
+static loop_force_t second;
 static bool         is_fault;
 
 void setUp(void)
@@ -44,7 +44,7 @@ static trace_setup_t two_channels(trace_trigger_t trigger, uint32_t after)
 static void step(int x)
 {
     force  = (loop_force_t)x;
-    second = tick;
+    second = loop_from_word(tick);
     trace_step(&trace, tick++, is_fault);
 }
 
