@@ -333,13 +333,10 @@ void drive_attach(drive_t *drive, loop_memory_t *memory)
 #endif
 }
 
-void drive_tick(drive_t *drive)
-{
-    const uint32_t   start_us = drive->port->time_us(drive->port->context);
-    const requests_t requests = take_requests(drive);
-    drive->ticks++;
-    take_setup(drive);
 #if DRIVE_FEEDFORWARD
+static void take_requests_of_compensation(drive_t *drive)
+{
+    const bool rests = drive->state != DRIVE_RUN && drive->state != DRIVE_STARTING;
     if (take_request(&drive->restores, &drive->restores_seen))
     {
         loop_guard_restore(&drive->guard);
@@ -348,6 +345,22 @@ void drive_tick(drive_t *drive)
             loop_trust(drive->memory);
         }
     }
+    if (take_request(&drive->forgets, &drive->forgets_seen) && rests && drive->memory != NULL)
+    {
+        loop_forget(drive->setup->params, drive->memory);
+        loop_guard_enter(&drive->guard, drive->memory);
+    }
+}
+#endif
+
+void drive_tick(drive_t *drive)
+{
+    const uint32_t   start_us = drive->port->time_us(drive->port->context);
+    const requests_t requests = take_requests(drive);
+    drive->ticks++;
+    take_setup(drive);
+#if DRIVE_FEEDFORWARD
+    take_requests_of_compensation(drive);
 #endif
     if (drive->state == DRIVE_FAULT && is_for_good(drive->fault))
     {
@@ -422,6 +435,11 @@ void drive_tare(drive_t *drive)
 void drive_restore(drive_t *drive)
 {
     drive->restores = (uint8_t)(drive->restores + 1u);
+}
+
+void drive_forget(drive_t *drive)
+{
+    drive->forgets = (uint8_t)(drive->forgets + 1u);
 }
 
 uint32_t drive_warnings(const drive_t *drive)

@@ -156,8 +156,8 @@ typedef struct
 #if DRIVE_FEEDFORWARD
     loop_guard_state_t guard;
     uint32_t           logged_warnings;
-    volatile uint8_t   restores;
-    uint8_t            restores_seen;
+    volatile uint8_t   restores, forgets;
+    uint8_t            restores_seen, forgets_seen;
 #endif
 } drive_t;
 
@@ -193,6 +193,9 @@ void drive_tare(drive_t *drive);
 #if DRIVE_FEEDFORWARD
 /// The next tick takes the warnings back; what the guard has faded comes back within its fade_time_s.
 void drive_restore(drive_t *drive);
+
+/// The next tick forgets what a feed-forward has learned, unless the power stage is on.
+void drive_forget(drive_t *drive);
 
 /// drive_warning_t bits, and a few words for one of them.
 uint32_t    drive_warnings(const drive_t *drive);

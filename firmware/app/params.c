@@ -193,6 +193,12 @@ static tribo_status_t set_up_loop(params_t *params, const tribo_force_loop_f32_c
 #undef COPY
         return loop_setup_feedforward(&params->loop, config, &feedforward, set->drive.full_scale_n);
     }
+    if (set->method == PARAMS_METHOD_OFF)
+    {
+        tribo_force_loop_f32_config_t off = *config;
+        off.gain                          = 0.0f;
+        return loop_setup(&params->loop, &off, set->drive.full_scale_n);
+    }
 #endif
     return loop_setup(&params->loop, config, set->drive.full_scale_n);
 }

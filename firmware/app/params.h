@@ -158,8 +158,9 @@ enum
 
 #define PARAMS_METHOD_PAPER       0u ///< fed back with compensator.gain; 0 turns it off
 #define PARAMS_METHOD_FEEDFORWARD 1u
-#define PARAMS_METHOD_MAX         (DRIVE_FEEDFORWARD ? PARAMS_METHOD_FEEDFORWARD : PARAMS_METHOD_PAPER)
-#define PARAMS_METHOD_TEXT        "0: fed back with compensator.gain, as the paper does; 1: fed forward"
+#define PARAMS_METHOD_OFF         2u // without the feed-forward: a gain of 0
+#define PARAMS_METHOD_MAX         (DRIVE_FEEDFORWARD ? PARAMS_METHOD_OFF : PARAMS_METHOD_PAPER)
+#define PARAMS_METHOD_TEXT        "0: fed back with compensator.gain, as the paper does; 1: fed forward; 2: off"
 
 /// Words in this order.
 typedef struct

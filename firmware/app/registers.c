@@ -100,12 +100,27 @@ static drive_fault_t first_fault(const registers_t *registers, drive_fault_t fou
     return registers->is_known || found == DRIVE_FAULT_CLOCK ? found : DRIVE_FAULT_STORE;
 }
 
+/// The first params with a feed-forward begin its memory; what is learned then outlasts other methods.
+static void begin_learning(registers_t *registers, const params_t *params)
+{
+#if DRIVE_FEEDFORWARD
+    if (params->set.method == PARAMS_METHOD_FEEDFORWARD && !registers->is_learning)
+    {
+        loop_forget(&params->loop.params, &registers->memory);
+        registers->is_learning = true;
+    }
+#else
+    (void)registers;
+    (void)params;
+#endif
+}
+
 void registers_start(registers_t *registers, drive_fault_t found)
 {
     const registers_board_t    *board  = &registers->board;
     const drive_config_t *const config = config_of(registers);
     drive_init(&registers->drive, board->port, &registers->active->drive, first_fault(registers, found));
-    loop_forget(&registers->active->loop.params, &registers->memory);
+    begin_learning(registers, registers->active);
     drive_attach(&registers->drive, &registers->memory);
     trace_init(&registers->trace, board->ring, board->ring_words);
     trace_init(&registers->fault_trace,
@@ -200,10 +215,7 @@ static registers_outcome_t apply(registers_t *registers)
     {
         return REGISTERS_SET_REFUSED;
     }
-    if (registers->active->set.method != PARAMS_METHOD_FEEDFORWARD)
-    {
-        loop_forget(&next->loop.params, &registers->memory); // not in use by the loop that runs
-    }
+    begin_learning(registers, next);
     registers->active      = next;
     registers->is_known    = true;
     registers->modbus.unit = (uint8_t)next->set.drive.bus_unit; // the answer still has the request's
@@ -297,6 +309,9 @@ static modbus_status_t execute(registers_t *registers, uint16_t command)
 #if DRIVE_FEEDFORWARD
     case REGISTERS_RESTORE:
         drive_restore(drive);
+        break;
+    case REGISTERS_FORGET:
+        outcome = when(!is_running(registers), drive_forget, drive);
         break;
 #endif
     default:

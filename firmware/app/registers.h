@@ -141,7 +141,8 @@
     COMMAND(SAVE, 8, "write what the drive runs with, and its tare, into the store; not in run")                       \
     COMMAND(TRACE, 9, "begin a trace as trace.* say")                                                                  \
     COMMAND(TRACE_STOP, 10, "end it")                                                                                  \
-    COMMAND(RESTORE, 11, "take the warnings back; friction that was faded returns")
+    COMMAND(RESTORE, 11, "take the warnings back; friction that was faded returns")                                    \
+    COMMAND(FORGET, 12, "forget what the feed-forward has learned; not in run")
 
 /// OUTCOME(symbol, text)
 #define REGISTERS_OUTCOMES(OUTCOME)                                                                                    \
@@ -237,7 +238,8 @@ typedef struct
     modbus_t      modbus;
     trace_t       trace, fault_trace;
     uint32_t      fault_ring[REGISTERS_FAULT_CHANNELS * REGISTERS_FAULT_SAMPLES];
-    loop_memory_t memory; ///< of a feed-forward, which goes on over stops and changes of params
+    loop_memory_t memory;      ///< of a feed-forward, which goes on over stops and changes of params and of the method
+    bool          is_learning; ///< the memory has begun
     params_set_t  staged;
     params_t      params[2];
 } registers_t;

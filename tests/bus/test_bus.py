@@ -215,6 +215,7 @@ def test_the_guard_and_what_is_learned(drive, tmp_path):
     assert float(re.search(r"\nlearned_positive_doubt: (\S+)\n", status)[1]) == pytest.approx(1)
     assert "\nlearned_negative_travel_N: 0 N\n" in status
     drive.link("restore")
+    drive.link("forget")
     guarded = tmp_path / "guarded.yaml"
     guarded.write_text(TRIANGLE.read_text().replace("gain: 0.85", "gain: 0.85\n  guard: {on: yes, turn_N: 0.04}"))
     drive.link("params", "from", guarded)

@@ -356,7 +356,7 @@ static void test_a_refused_field_is_named_with_its_range(void)
     check_refused("guard.on", GUARD_AT(on), 2, 2.0f, 0.0f, 1.0f);
 #endif
 #define LOOP_AT(symbol) (REGISTERS_STAGED_AT + REGISTERS_LOOP_AT + 2u * PARAMS_##symbol)
-    check_refused("method", REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2, 2.0f, 0.0f, DRIVE_FEEDFORWARD ? 1.0f : 0.0f);
+    check_refused("method", REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 3, 3.0f, 0.0f, DRIVE_FEEDFORWARD ? 2.0f : 0.0f);
     for (uint32_t i = 0; i < DRIVE_CONFIG_COUNT; i++)
     {
         const drive_config_field_t *field   = &drive_config_fields[i];
@@ -515,8 +515,9 @@ static void test_a_guard_that_is_turned_off_lets_friction_back_without_a_bump(vo
 /// u with a change of the method against u without it, in a slide and in mid-stick, with and without a guard that has faded.
 static void check_change_of_method(double slide_n, double stick_n)
 {
-    static registers_t saved;
-    for (unsigned i = 0; i < 40u; i++)
+    static const uint32_t methods[6] = {1, 0, 2, 1, 2, 0};
+    static registers_t    saved;
+    for (unsigned i = 0; i < 60u; i++)
     {
         run_triangle(437);
         const board_t  board_then = board;
@@ -531,7 +532,7 @@ static void check_change_of_method(double slide_n, double stick_n)
         board     = board_then;
         force_n   = force_then;
         ticks     = then;
-        apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, i % 2u == 0u ? 1u : 0u);
+        apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, methods[i % 6u]);
         run_triangle(1);
         TEST_ASSERT_DOUBLE_WITHIN(slides ? slide_n : stick_n, without, in_newton(board.command));
         TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
@@ -631,6 +632,20 @@ static void test_what_is_learned_is_in_registers(void)
     tick();
     start();
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) > 0.9 * travel); // outlasts a stop
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2);
+    run_triangle(100);
+    TEST_ASSERT_TRUE(SHOWN_OF(learned_up) == 0.0); // not in use
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
+    run_triangle(1);
+    TEST_ASSERT_TRUE(SHOWN_OF(travel_up) > 0.9 * travel); // and other methods
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_FORGET));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_WRONG_STATE, STATE_OF(outcome));
+    command(REGISTERS_STOP);
+    tick();
+    command(REGISTERS_FORGET);
+    tick();
+    TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, SHOWN_OF(doubt_up));
 }
 #endif
 
@@ -747,7 +762,7 @@ static void test_commands_act_in_their_states(void)
     TEST_ASSERT_EQUAL_UINT32(REGISTERS_WRONG_STATE, STATE_OF(outcome));
     for (uint32_t unknown = 0; unknown <= UINT16_MAX; unknown++)
     {
-        if (unknown == 0u || unknown > (DRIVE_FEEDFORWARD ? REGISTERS_RESTORE : REGISTERS_TRACE_STOP))
+        if (unknown == 0u || unknown > (DRIVE_FEEDFORWARD ? REGISTERS_FORGET : REGISTERS_TRACE_STOP))
         {
             TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_command((uint16_t)unknown));
         }

@@ -87,7 +87,7 @@ static void add_fields(void)
     set_range(
         add("compensator.method", LINK_PARAM, REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, false, "", PARAMS_METHOD_TEXT),
         PARAMS_METHOD_PAPER,
-        PARAMS_METHOD_FEEDFORWARD,
+        PARAMS_METHOD_OFF,
         false,
         PARAMS_METHOD_PAPER);
     address = REGISTERS_STAGED_AT + REGISTERS_FEED_AT;

@@ -463,6 +463,11 @@ static int restore(link_bus_t *bus)
     return link_bus_command(bus, REGISTERS_RESTORE, "restore") ? 0 : EXIT_FAILED;
 }
 
+static int forget(link_bus_t *bus)
+{
+    return link_bus_command(bus, REGISTERS_FORGET, "forget") ? 0 : EXIT_FAILED;
+}
+
 static int set_reference(link_bus_t *bus, const options_t *options)
 {
     double      number = 0.0;
@@ -735,6 +740,7 @@ static int perform(link_bus_t *bus, const options_t *options)
                     {.name = "fault", .with_options = show_fault},
                     {.name = "tare", .plain = tare},
                     {.name = "restore", .plain = restore},
+                    {.name = "forget", .plain = forget},
                     {.name = "reference", .with_options = set_reference},
                     {.name = "trace", .with_options = record_trace}};
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
@@ -891,6 +897,7 @@ static const struct argp parser = {
                 "  params defaults             those of the board\n"
                 "  start, stop, tare\n"
                 "  restore                     takes warnings back; friction that was faded returns\n"
+                "  forget                      what the feed-forward has learned; not in run\n"
                 "  reference N                 the force to be held\n"
                 "  fault                       the cause; with --out what came before it\n"
                 "  trace                       records signals, for tribo-sim replay\n"
