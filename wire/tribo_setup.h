@@ -92,6 +92,7 @@ typedef struct
     FIELD(guard.stray_n)                                                                                               \
     FIELD(guard.fade_time_s)
 
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a summand
 #define TRIBO_SETUP_ONE(member)   +1u
 #define TRIBO_SETUP_FIELD_WORDS   (0u TRIBO_SETUP_FIELDS(TRIBO_SETUP_ONE))
 #define TRIBO_SETUP_SECTION_WORDS (sizeof(tribo_biquad_f32_section_t) / sizeof(uint32_t) * TRIBO_BIQUAD_SECTIONS_MAX)

@@ -79,6 +79,7 @@ typedef enum
     TRIBO_TICK_WORDS
 } tribo_tick_word_t;
 
+// NOLINTNEXTLINE(cert-int09-c,readability-enum-initial-value): the last is a count
 typedef enum
 {
     TRIBO_TOCK_COMMAND, ///< as the power stage receives it

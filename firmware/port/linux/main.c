@@ -508,7 +508,8 @@ static bool suits(const params_set_t *set, params_error_t *error)
 static void report_params(const program_t *program)
 {
     const registers_t *registers = &program->registers;
-    const bool         same      = memcmp(&registers->active->set, &program->defaults, sizeof program->defaults) == 0;
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): both are copied whole, padding included
+    const bool same = memcmp(&registers->active->set, &program->defaults, sizeof program->defaults) == 0;
     (void)fprintf(stderr,
                   "params: %s%s%s\n",
                   program->store.file >= 0 ? "store " : "the configuration's",
