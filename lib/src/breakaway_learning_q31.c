@@ -84,9 +84,9 @@ bool tribo_breakaway_learning_q31_is_at_bound(const tribo_breakaway_learning_q31
     const tribo_breakaway_learned_q31_t       *of = &state->of[direction & 1u];
     const tribo_breakaway_learning_q31_place_t at = breakaway_learning_q31_prior(params, good_prior(prior));
 
-    const int32_t estimate = at.l / 16 + breakaway_learning_q31_deviation(of, &at);
-    return estimate <= (int32_t)tribo_q31_high((uint32_t)at.l, params->scale_min) ||
-           estimate >= (int32_t)tribo_q31_high((uint32_t)at.l, params->scale_max) ||
+    const int32_t estimate = (int32_t)(at.l / 16u) + breakaway_learning_q31_deviation(of, &at);
+    return estimate <= (int32_t)tribo_q31_high(at.l, params->scale_min) ||
+           estimate >= (int32_t)tribo_q31_high(at.l, params->scale_max) ||
            tribo_q31_magnitude(of->scale) >= BREAKAWAY_LEARNING_Q31_T_MAX ||
            tribo_q31_magnitude(of->offset) >= BREAKAWAY_LEARNING_Q31_T_MAX;
 }

@@ -35,7 +35,7 @@ static inline tribo_breakaway_learning_q31_place_t breakaway_learning_q31_prior(
     const uint32_t shift  = tribo_q31_leading_zeros(prior) - 3u;
     const uint32_t l      = prior << shift << 2;
     const uint32_t offset = params->spread_offset < prior ? params->spread_offset : prior;
-    return (tribo_breakaway_learning_q31_place_t){.l     = (int32_t)l,
+    return (tribo_breakaway_learning_q31_place_t){.l     = l,
                                                   .a0    = (int32_t)tribo_q31_high(l, params->spread_scale),
                                                   .a1    = (int32_t)(offset << shift << 2),
                                                   .shift = (uint8_t)shift};
@@ -83,9 +83,9 @@ static inline tribo_breakaway_learning_q31_signals_t breakaway_learning_q31_at(
     const uint32_t below = left < at->variance ? left : at->variance - 1u;
     const uint32_t doubt = tribo_q31_high(below << at->lift, at->inverse);
 
-    const int32_t  estimate = at->l / 16 + breakaway_learning_q31_deviation(of, at);
-    const int32_t  least    = (int32_t)tribo_q31_high((uint32_t)at->l, params->scale_min);
-    const int32_t  most     = (int32_t)tribo_q31_high((uint32_t)at->l, params->scale_max);
+    const int32_t  estimate = (int32_t)(at->l / 16u) + breakaway_learning_q31_deviation(of, at);
+    const int32_t  least    = (int32_t)tribo_q31_high(at->l, params->scale_min);
+    const int32_t  most     = (int32_t)tribo_q31_high(at->l, params->scale_max);
     const uint32_t whole    = ((uint32_t)limit_q31(estimate, least, most) << 2) >> at->shift;
     const uint32_t L        = whole < BREAKAWAY_LEARNING_Q31_FULL ? whole : BREAKAWAY_LEARNING_Q31_FULL;
     const uint32_t discount = tribo_q31_high(params->distrust, 2u * doubt); // Q32
@@ -129,13 +129,13 @@ static inline void breakaway_learning_q31_step(const tribo_breakaway_learning_q3
     const int32_t p_o = high_sum_q31(*so, at.a0, *oo, at.a1);
 
     const uint32_t variance = breakaway_learning_q31_variance(&at, q_s, q_o);
-    const uint32_t square   = (uint32_t)high_q31(at.l, at.l);
+    const uint32_t square   = tribo_q31_high(at.l, at.l);
     const uint32_t known    = tribo_q31_high(4u * params->weight, square) + tribo_q31_high(256u * travel, variance);
     const int32_t  gain     = (int32_t)ratio_q31(16u * travel, 4u * known);
 
     const int32_t most  = (int32_t)(4u * prior - 1u);
     const int32_t z     = limit_q31(measured, -most, most) * (int32_t)(UINT32_C(1) << at.shift) / 4; // Q27
-    const int32_t error = z - at.l / 16 - breakaway_learning_q31_deviation(own, &at);
+    const int32_t error = z - (int32_t)(at.l / 16u) - breakaway_learning_q31_deviation(own, &at);
     const int32_t pull =
         64 * limit_q31(high_q31(gain, error), -BREAKAWAY_LEARNING_Q31_PULL_MAX, BREAKAWAY_LEARNING_Q31_PULL_MAX);
     breakaway_learning_q31_move(&own->scale, pull, q_s);

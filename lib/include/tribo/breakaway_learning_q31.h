@@ -70,7 +70,7 @@ typedef struct
 /// A force: what follows from the prior there, whatever is learned.
 typedef struct
 {
-    int32_t  l;        ///< prior, shifted left until it is between 1/2 and 1, Q31
+    uint32_t l;        ///< prior, shifted left until it is between 1/2 and 1, Q31
     int32_t  a0, a1;   ///< spreads of scale and offset, shifted likewise
     uint32_t variance; ///< of L before anything is learned, Q28
     uint32_t inverse;  ///< 2^63 over the variance shifted left until its first bit is set
