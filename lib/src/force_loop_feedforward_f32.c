@@ -73,25 +73,20 @@ static void change(const tribo_force_loop_f32_params_t *params,
         inner->entering = inner->running;
         inner->entry_n  = memory->signals.added_n;
     }
-    force_loop_f32_activate(state, params);
 }
 
-/// A tick without memory, or with a corrupt one: the controller alone.
-static float step_alone(const tribo_force_loop_f32_params_t *params,
-                        tribo_force_loop_f32_state_t        *state,
-                        float                                r_n,
-                        float                                y_n,
-                        tribo_force_loop_f32_signals_t      *seen)
+/// A tick without memory, or with a corrupt one: the controller alone has r - y.
+static float error_alone(const tribo_force_loop_f32_params_t *params,
+                         tribo_force_loop_f32_state_t        *state,
+                         float                                r_n,
+                         float                                y_n)
 {
-    const bool bad = force_loop_f32_bad(params, r_n, y_n);
-
-    *seen = (tribo_force_loop_f32_signals_t){.e_n = bad ? 0.0f : r_n - y_n};
-    if (bad)
+    if (force_loop_f32_bad(params, r_n, y_n))
     {
         count(&state->bad_inputs);
+        return 0.0f;
     }
-    force_loop_f32_activate(state, params);
-    return tribo_controller_f32_step(&params->controller, &state->controller, seen->e_n, 0.0f, &seen->controller);
+    return r_n - y_n;
 }
 
 static float step(const tribo_force_loop_f32_params_t *params,
@@ -105,37 +100,51 @@ static float step(const tribo_force_loop_f32_params_t *params,
 
     const tribo_feedforward_f32_params_t *const feedforward = params->feedforward;
     const tribo_friction_f32_params_t *const    friction    = &params->compensator.friction;
-    tribo_feedforward_f32_memory_t *const       memory      = force_loop_f32_memory(state);
-    if (memory == NULL)
-    {
-        return step_alone(params, state, r_n, y_n, seen);
-    }
+    tribo_feedforward_f32_memory_t             *memory      = force_loop_f32_memory(state);
     if (state->active != params)
     {
-        change(params, state, memory, r_n, y_n);
+        if (memory != NULL)
+        {
+            change(params, state, memory, r_n, y_n);
+        }
+        force_loop_f32_activate(state, params);
     }
 
-    tribo_biquad_f32_outputs_t             outputs;
-    tribo_feedforward_f32_signals_t *const inner = &memory->signals;
+    tribo_biquad_f32_outputs_t outputs;
 
-    const float e       = feedforward_f32_before(feedforward, friction, &memory->state, r_n, y_n, inner);
-    const float v       = biquad_f32_output(&params->controller.cascade, &state->controller.cascade, e, &outputs);
-    const float added   = feedforward_f32_added(feedforward, &memory->state, v, inner);
+    float e = 0.0f;
+    if (memory != NULL)
+    {
+        tribo_feedforward_f32_signals_t *const inner = &memory->signals;
+        e = feedforward_f32_before(feedforward, friction, &memory->state, r_n, y_n, inner);
+        if (exceeds(e, FORCE_MAX_N) || exceeds(inner->lin_n + inner->f_n, FORCE_MAX_N) ||
+            exceeds(inner->ahead.doubt, DOUBT_MAX))
+        {
+            tribo_feedforward_f32_reset(feedforward, &memory->state);
+            memory = NULL;
+        }
+    }
+    if (memory == NULL)
+    {
+        e = error_alone(params, state, r_n, y_n);
+    }
+    const float v     = biquad_f32_output(&params->controller.cascade, &state->controller.cascade, e, &outputs);
+    const float added = memory != NULL ? feedforward_f32_added(feedforward, &memory->state, v, &memory->signals) : 0.0f;
+    const float u =
+        controller_f32_apply(&params->controller, &state->controller, e, v, added, &outputs, &seen->controller);
+
     seen->e_n           = e;
     seen->feedforward_n = added;
+    if (memory == NULL)
+    {
+        seen->compensator = (tribo_compensator_f32_signals_t){.force_n = 0.0f};
+        return u;
+    }
+    tribo_feedforward_f32_signals_t *const inner = &memory->signals;
     if (!inner->r_good || !inner->y_good)
     {
         count(&state->bad_inputs);
     }
-    if (exceeds(e, FORCE_MAX_N) || exceeds(added, FORCE_MAX_N) || exceeds(inner->ahead.doubt, DOUBT_MAX))
-    {
-        tribo_feedforward_f32_reset(feedforward, &memory->state);
-        return step_alone(params, state, r_n, y_n, seen);
-    }
-
-    const float u =
-        controller_f32_apply(&params->controller, &state->controller, e, v, added, &outputs, &seen->controller);
-
     feedforward_f32_after(feedforward, friction, &memory->state, v, u, seen->controller.limited, inner);
     const float F = inner->reached_n + memory->state.path.arm.force_n;
     seen->compensator =

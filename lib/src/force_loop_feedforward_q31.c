@@ -81,24 +81,19 @@ static void change(const tribo_force_loop_q31_params_t *params,
         inner->entering = inner->running;
         inner->entry    = memory->signals.added;
     }
-    force_loop_q31_activate(state, params);
 }
 
-/// A tick without memory: the controller alone.
-static int32_t step_alone(const tribo_force_loop_q31_params_t *params,
-                          tribo_force_loop_q31_state_t        *state,
-                          int32_t                              r,
-                          int32_t                              y,
-                          tribo_force_loop_q31_signals_t      *seen)
+/// A tick without memory: the controller alone has r - y.
+static int32_t error_alone(const tribo_force_loop_q31_params_t *params,
+                           tribo_force_loop_q31_state_t        *state,
+                           int32_t                              r,
+                           int32_t                              y)
 {
-    const int32_t e = force_loop_q31_error(params, r, y, &state->saturated);
     if (force_loop_q31_bad(params, r, y))
     {
         tribo_q31_count(&state->bad_inputs);
     }
-    *seen = (tribo_force_loop_q31_signals_t){.e = e};
-    force_loop_q31_activate(state, params);
-    return tribo_controller_q31_step(&params->controller, &state->controller, e, 0, &seen->controller);
+    return force_loop_q31_error(params, r, y, &state->saturated);
 }
 
 static int32_t step(const tribo_force_loop_q31_params_t *params,
@@ -113,33 +108,39 @@ static int32_t step(const tribo_force_loop_q31_params_t *params,
     const tribo_feedforward_q31_params_t *const feedforward = params->feedforward;
     const tribo_friction_q31_params_t *const    friction    = &params->compensator.friction;
     tribo_feedforward_q31_memory_t *const       memory      = force_loop_q31_memory(state);
-    if (memory == NULL)
-    {
-        return step_alone(params, state, r, y, seen);
-    }
     if (state->active != params)
     {
-        change(params, state, memory, r, y);
+        if (memory != NULL)
+        {
+            change(params, state, memory, r, y);
+        }
+        force_loop_q31_activate(state, params);
     }
 
-    tribo_biquad_q31_outputs_t             outputs;
-    tribo_feedforward_q31_signals_t *const inner       = &memory->signals;
-    uint32_t                               not_counted = 0;
+    tribo_biquad_q31_outputs_t outputs;
+    uint32_t                   not_counted = 0;
 
-    const int32_t e     = feedforward_q31_before(feedforward, friction, &memory->state, r, y, inner);
+    const int32_t e     = memory != NULL
+                              ? feedforward_q31_before(feedforward, friction, &memory->state, r, y, &memory->signals)
+                              : error_alone(params, state, r, y);
     const int32_t last  = biquad_q31_output(&params->controller.cascade, &state->controller.cascade, e, &outputs);
     const int32_t v     = tribo_q31_widen(last, params->controller.cascade.output_scale, &not_counted);
-    const int32_t added = feedforward_q31_added(feedforward, &memory->state, v, inner);
-    seen->e             = e;
-    seen->feedforward   = added;
+    const int32_t added = memory != NULL ? feedforward_q31_added(feedforward, &memory->state, v, &memory->signals) : 0;
+    const int32_t u =
+        controller_q31_apply(&params->controller, &state->controller, last, added, &outputs, &seen->controller);
+
+    seen->e           = e;
+    seen->feedforward = added;
+    if (memory == NULL)
+    {
+        seen->compensator = (tribo_compensator_q31_signals_t){.force = 0};
+        return u;
+    }
+    tribo_feedforward_q31_signals_t *const inner = &memory->signals;
     if (!inner->r_good || !inner->y_good)
     {
         tribo_q31_count(&state->bad_inputs);
     }
-
-    const int32_t u =
-        controller_q31_apply(&params->controller, &state->controller, last, added, &outputs, &seen->controller);
-
     feedforward_q31_after(feedforward, friction, &memory->state, v, u, seen->controller.limited, inner);
     const int32_t F = feedforward_q31_outside(sum_q31(inner->reached, tribo_arm_q31_force(&memory->state.path.arm)));
     seen->compensator =
