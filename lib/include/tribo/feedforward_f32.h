@@ -26,8 +26,8 @@
 ///
 /// The friction params give the prior L(F), by law or table; a constant load (gravity) is learned as a difference of L+ and L-.
 /// All forces times 2, or mirrored, give the same bits but for that (tests/contract).
-/// A tick has three divisions where f changes over, five where it learns, and two more with a table. The tick that learns is the
-/// longest. Not synchronized: one state, one tick.
+/// A tick has two divisions, three where f changes over, four in a hold, five where it learns, and one or two more with a table.
+/// The tick that learns is the longest, by half (docs/numbers.md). Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FEEDFORWARD_F32_H
 #define TRIBO_FEEDFORWARD_F32_H

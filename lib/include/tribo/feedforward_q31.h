@@ -12,8 +12,8 @@
 ///
 /// Breakaway is learned in units of its prior spread (breakaway_learning_q31.h). Mirrored inputs give mirrored bits; all forces
 /// and FS times 2 give the same bits. e and the sum lin + f - b are limited to FS.
-/// A tick has three divisions of 32 bits where f changes over, five where it learns, and four more with a table. The tick
-/// that learns is the longest. Not synchronized: one state, one tick.
+/// A tick has two divisions of 32 bits, three where f changes over, four in a hold or where it learns, and one or two more with
+/// a table. The tick that learns is the longest, by half (docs/numbers.md). Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FEEDFORWARD_Q31_H
 #define TRIBO_FEEDFORWARD_Q31_H
