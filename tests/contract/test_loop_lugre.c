@@ -150,7 +150,7 @@ static void test_loop_follows_equation_12(void)
 {
     double       largest_u = 0.0;
     double       largest_F = 0.0;
-    const double rms       = compare(RUNS(9000, 1500), 4000, &largest_u, &largest_F);
+    const double rms       = compare(RUNS(9000, 150), 4000, &largest_u, &largest_F);
     printf("f^ within %.1e N rms of Eq. (12), u within %.1e N, F^ %.1e N\n", rms, largest_u, largest_F);
     TEST_ASSERT_TRUE(rms < 1e-4); // of L = 0.18 N
     TEST_ASSERT_TRUE(largest_u < 5e-4);
@@ -162,7 +162,7 @@ static void test_loop_follows_equation_12_with_soft_bristles(void)
     lugre                  = (tribo_lugre_f32_config_t){.stiffness = 3000.0f, .damping = 1.0f, .viscous = 0.1f};
     double       largest_u = 0.0;
     double       largest_F = 0.0;
-    const double rms       = compare(RUNS(9000, 1500), 400, &largest_u, &largest_F);
+    const double rms       = compare(RUNS(9000, 300), 400, &largest_u, &largest_F);
     printf("f^ within %.1e N rms of Eq. (12), u within %.1e N, F^ %.1e N\n", rms, largest_u, largest_F);
     TEST_ASSERT_TRUE(rms < 1e-3);
     TEST_ASSERT_TRUE(largest_F < 1e-3);
