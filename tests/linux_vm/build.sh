@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes the test machine: build.sh OUT_DIR TICKS PLANT SIGNAL VERSION=TRIBO_DRIVE...       TICKS: of the closed loop
 #
-# Debian's own kernel, its drivers of an ADC, of a DAC and of a simulated I2C bus, and two modules that it lacks, built against
+# Debian's own kernel, its drivers of an ADC, of a DAC, of a sensor with an offset, of a simulated I2C bus and of the watchdog that QEMU has, and two modules that it lacks, built against
 # its headers: gpio-sim out of linux-source, and mock_pwm.c. tools/setup vm brings them.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
@@ -30,8 +30,8 @@ root=$out/root
 cp "$cache"/modules/* "$root/lib/modules"
 cp "$out"/modules/{gpio_sim,mock_pwm}.ko "$root/lib/modules"
 for file in "$root"/lib/modules/*.xz; do [ ! -e "$file" ] || xz -d "$file"; done
-printf '%s\n' configfs.ko industrialio.ko kfifo_buf.ko industrialio-triggered-buffer.ko ti-ads1015.ko ds4424.ko i2c-dev.ko gpio_sim.ko \
-    mock_pwm.ko "i2c-stub.ko chip_addr=0x48,0x10" >"$root/lib/modules/order.txt"
+printf '%s\n' configfs.ko industrialio.ko kfifo_buf.ko industrialio-triggered-buffer.ko ti-ads1015.ko ds4424.ko mlx90614.ko i2c-dev.ko \
+    gpio_sim.ko mock_pwm.ko "i2c-stub.ko chip_addr=0x48,0x10,0x5a" watchdog.ko "i6300esb.ko heartbeat=1" >"$root/lib/modules/order.txt"
 
 # put NAME FILE: a program with its libraries.
 put() {

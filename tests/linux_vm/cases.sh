@@ -61,6 +61,57 @@ check $version.duty_is_the_command "$set, not $wanted" [ "$set" = "$wanted" ]
 check $version.ends_with_its_ticks "$status" [ $status = 0 ]
 check $version.ends_off "enable $(level 0), duty $(cat $duty)" stopped
 
+# A driver with an offset, 13657.5 codes of 20 mK: (14745 - 13657.5) 20 mK 2e-5 N/mK.
+i2cset -y -f ${i2c##*-} 0x5a 7 0x3999 w
+sed 's/device: ads1015, channel: voltage0/device: mlx90614, channel: temp_object/; s/sensor_n_per_unit: 0.0009765625/sensor_n_per_unit: 2e-5/' \
+    rig.yaml >offset.yaml
+start offset.yaml --log log.csv
+tick
+tick
+finish
+check $version.code_through_offset "$(cat log.csv err.txt)" sh -c 'tail -n 1 log.csv | cut -d, -f3 | grep -q "^0.435"'
+
+# Inverted lines: enable is high when it is off, by its pull-up also once the process has left it, and a low emergency stop stops.
+sed 's/{name: enable}/{name: enable, active_low: yes}/; s/{name: emergency_stop}/{name: emergency_stop, active_low: yes}/' rig.yaml >low.yaml
+pull 0 up
+pull 3 up
+start low.yaml
+tick
+on=$(level 0)
+pull 3 down
+tick
+stop=$(level 0)
+finish
+pull 0 down
+check $version.active_low "$on$stop, status $status: $(cat err.txt)" sh -c "[ $on$stop = 01 ] && [ $status = 3 ] && grep -q 'emergency stop' err.txt"
+
+# --- ready ---------------------------------------------------------------------------------------------------------
+
+sed 's/^lines:/lines:\n  ready: {name: ready}/; s/^drive:/drive:\n  ready_ms: 5/' rig.yaml >ready.yaml
+# An edge since the last tick counts as both levels, so a stage that becomes ready is ready in the next tick.
+ready() { # LEVEL_FROM_TICK_3 LEVEL_FROM_TICK_6: six ticks, their states in $states
+    pull 4 down
+    start ready.yaml --log log.csv
+    tick
+    tick
+    pull 4 $1
+    tick
+    tick
+    tick
+    pull 4 $2
+    tick
+    last=$(level 0)
+    finish
+    states=$(tail -n +2 log.csv | cut -d, -f5 | tr -d "\n")
+    said="states $states, enable $last, status $status: $(cat err.txt)"
+}
+ready up up
+check $version.ready_in_time "$said" sh -c "[ $states = 333111 ] && [ $last = 1 ] && [ $status = 0 ]"
+ready up down
+check $version.ready_lost "$said" sh -c "[ $states = 333112 ] && [ $last = 0 ] && [ $status = 3 ] && grep -q 'power stage not ready' err.txt"
+ready down down
+check $version.ready_never "$said" sh -c "[ $states = 333332 ] && [ $last = 0 ] && [ $status = 3 ] && grep -q 'power stage not ready' err.txt"
+
 # --- stops ---------------------------------------------------------------------------------------------------------
 
 stop_by() { # NAME LINE CAUSE
@@ -145,6 +196,32 @@ kill -TERM $pid
 wait $pid
 check $version.priorities "$priorities" [ "$priorities" = "81 80 " ]
 
+# --- the watchdog of the machine ------------------------------------------------------------------------------------
+
+# Of 1 s: kept alive for 2 s, disarmed at the end.
+echo "watchdog: /dev/watchdog" | cat clock.yaml - >dog.yaml
+mark $version.watchdog_kept
+$drive dog.yaml --duration 2 >out.txt 2>err.txt
+status=$?
+sleep 2
+check $version.watchdog_opens "status $status: $(cat err.txt)" [ $status = 0 ]
+
+# Nobody is left to turn anything off.
+mark $version.watchdog_killed
+$drive dog.yaml >out.txt 2>err.txt &
+pid=$!
+until_level 0 1
+loop=$(loop_of $pid)
+kill -STOP $pid
+kill -KILL $loop $pid
+wait $pid
+sleep 2
+mark $version.watchdog_over
+printf V >/dev/watchdog # the kernel still counts it as running
+sed 's/watchdog: .*/watchdog: \/dev\/watchdog7/' dog.yaml >bad.yaml
+$drive bad.yaml >out.txt 2>err.txt
+check $version.no_watchdog "$(cat err.txt)" sh -c "[ $(level 0) = 0 ] && grep -q 'watchdog: /dev/watchdog7: No such file' err.txt"
+
 # --- a DAC in place of the PWM ---------------------------------------------------------------------------------------
 
 # 0x80 is the sign of its code.
@@ -192,3 +269,25 @@ after="$before$(level 0)"
 finish
 echo mock_pwm >/sys/bus/platform/drivers/mock_pwm/bind
 check $version.output_removed "$after, status $status: $(cat err.txt)" sh -c "[ '$after' = '10' ] && [ $status = 1 ] && grep -q 'a device or line fails' err.txt"
+
+# --- lines that vanish ----------------------------------------------------------------------------------------------
+
+start rig.yaml
+tick
+tick
+before=$(level 0)
+echo 0 >$chip/live
+tick
+after="$before$(cat $duty)"
+finish
+echo 1 >$chip/live
+find_lines
+pull 2 down
+pull 3 down
+check $version.chip_removed "$after, status $status: $(cat err.txt)" sh -c "[ '$after' = '125000' ] && [ $status = 1 ] && grep -q 'a device or line fails' err.txt"
+start rig.yaml
+tick
+tick
+back=$(level 0)
+finish
+check $version.chip_is_back "$back, status $status: $(cat err.txt)" [ $back$status = 10 ]

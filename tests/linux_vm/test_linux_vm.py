@@ -21,8 +21,9 @@ KERNELS = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() /
 CASES = """
 check check_leaves_all_off busy_line consumer
 unknown_line unknown_chip no_such_offset unknown_device unknown_channel unknown_pwm pwm_channel
-runs_after_start probe_is_low_between_ticks code_through_scale duty_is_the_command ends_with_its_ticks ends_off
-emergency_stop_in_the_tick power_fault_in_the_tick pulse_between_ticks open_wire sensor_removed output_removed
+runs_after_start probe_is_low_between_ticks code_through_scale code_through_offset active_low duty_is_the_command ends_with_its_ticks ends_off
+emergency_stop_in_the_tick power_fault_in_the_tick pulse_between_ticks open_wire sensor_removed output_removed chip_removed chip_is_back
+ready_in_time ready_lost ready_never watchdog_opens no_watchdog
 KILL STOP TERM INT supervisor_killed priorities
 dac_is_the_command dac_ends_off triangle
 """.split()
@@ -43,11 +44,12 @@ def console():
     subprocess.run([HERE / "build.sh", out, str(TICKS), os.environ["TRIBO_PLANT"], os.environ["TRIBO_SIGNAL"], *DRIVES],
                    check=True, timeout=300)
     qemu = ["qemu-system-x86_64", "-M", "q35", "-accel", "tcg", "-icount", "shift=2,sleep=off", "-m", "512", "-nographic",
-            "-no-reboot", "-kernel", out / "kernel", "-initrd", out / "initrd.gz", "-append", "console=ttyS0 quiet panic=-1"]
+            "-no-reboot", "-device", "i6300esb", "-action", "watchdog=debug", "-kernel", out / "kernel", "-initrd", out / "initrd.gz", "-append", "console=ttyS0 quiet panic=-1"]
     run = subprocess.run(qemu, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=500, check=False)
     text = run.stdout.decode(errors="replace")
     (out / "console.txt").write_text(text)
     found = {}
+    marked = "start"
     for line in text.splitlines():
         words = line.split()
         if words[:1] == ["ok"]:
@@ -56,6 +58,10 @@ def console():
             found[words[2].rstrip(":")] = line
         elif words[:1] == ["value"]:
             found[words[1]] = float(words[2])
+        elif words[:1] == ["mark"]:
+            marked = words[1]
+        elif line == "watchdog: timer fired":
+            found[f"{marked}.fired"] = found.get(f"{marked}.fired", 0.0) + 1
     assert "done" in text.splitlines(), text[-3000:]
     return found
 
@@ -74,6 +80,11 @@ def test_no_other_line(console):
 @pytest.mark.parametrize("version", VERSIONS)
 def test_enable_is_off_within_20_ms(console, version, signal):
     assert console[f"{version}.{signal}.ms"] <= 20.0
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_watchdog_fires_when_both_processes_are_killed(console, version):
+    assert [name for name in console if name.endswith(".fired") and name.startswith(version)] == [f"{version}.watchdog_killed.fired"]
 
 
 def simulated(scenario):
