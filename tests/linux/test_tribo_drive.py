@@ -98,6 +98,17 @@ def test_it_feeds_friction_forward_as_tribo_sim_does(drive):
     assert max(abs(a - b) for a, b in zip(log["u_N"], paper["u_N"])) > 0.01
 
 
+def test_its_guard_fades_compensation_as_in_tribo_sim(drive):
+    # Half of the friction that the loop believes in.
+    drive.write("loop.yaml", LOOP + "plant: {friction: {breakaway: {offset_N: 0.0035, slope: 0.15}}}\n"
+                "compensator: {gain: 1, guard: {on: yes}}\n")
+    log, said = drive.ticks(5000)
+    assert "warning: " in said
+    assert log["u_N"] == pytest.approx([float(row["u_N"]) for row in simulate(drive)], abs=1e-4)
+    unguarded, said = drive.ticks(5000, "--set", "compensator.guard.on=no")
+    assert "warning: " not in said and max(abs(a - b) for a, b in zip(log["u_N"], unguarded["u_N"])) > 0.01
+
+
 def test_what_the_drive_lacks_is_refused(drive):
     run = drive.run("rig.yaml", "--check", "--set", "compensator.model=lugre")
     assert run.returncode == 1 and "loop.yaml: compensator.model: lugre is not in the drive" in run.stderr

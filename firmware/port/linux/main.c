@@ -350,6 +350,7 @@ static int end(program_t *program, uint64_t ticks, sim_error_t *error)
     uint64_t written = 0;
     uint64_t dropped = 0;
     drive_report(&program->registers.drive);
+    drive_log(&program->registers.drive); // of its warnings, if the bus has not
     if (program->recorder != NULL && recorder_stop(program->recorder, &written, &dropped, error))
     {
         (void)
