@@ -148,7 +148,7 @@ static drive_fault_t first_of(drive_fault_t a, drive_fault_t b)
 
 typedef struct
 {
-    bool start, stop, acknowledge, tare, renewed;
+    bool start, stop, acknowledge, tare, restore, forget, renewed;
 } requests_t;
 
 static bool take_request(const volatile uint8_t *count, uint8_t *seen)
@@ -162,11 +162,19 @@ static bool take_request(const volatile uint8_t *count, uint8_t *seen)
 /// A request is valid for the next tick only: executed there or dropped.
 static requests_t take_requests(drive_t *drive)
 {
-    return (requests_t){.start       = take_request(&drive->starts, &drive->starts_seen),
-                        .stop        = take_request(&drive->stops, &drive->stops_seen),
-                        .acknowledge = take_request(&drive->acknowledgements, &drive->acknowledgements_seen),
-                        .tare        = take_request(&drive->tares, &drive->tares_seen),
-                        .renewed     = take_request(&drive->references, &drive->references_seen)};
+    requests_t requests = {.renewed = take_request(&drive->references, &drive->references_seen)};
+    if (take_request(&drive->asked, &drive->asked_seen))
+    {
+        requests.start       = take_request(&drive->starts, &drive->starts_seen);
+        requests.stop        = take_request(&drive->stops, &drive->stops_seen);
+        requests.acknowledge = take_request(&drive->acknowledgements, &drive->acknowledgements_seen);
+        requests.tare        = take_request(&drive->tares, &drive->tares_seen);
+#if DRIVE_FEEDFORWARD
+        requests.restore = take_request(&drive->restores, &drive->restores_seen);
+        requests.forget  = take_request(&drive->forgets, &drive->forgets_seen);
+#endif
+    }
+    return requests;
 }
 
 static void take_setup(drive_t *drive)
@@ -217,7 +225,7 @@ static void run_loop(drive_t *drive, uint32_t start_us)
                     (loop_is_credible(setup->params, r) ? 0u : (uint32_t)DRIVE_LIMIT_REFERENCE);
     drive->port->command(drive->port->context, scaling_output(&setup->scaling, u));
 #if DRIVE_FEEDFORWARD
-    if (setup->guard != NULL)
+    if (setup->guard != NULL && !loop_guard_rests(setup->guard, &drive->guard))
     {
         loop_guard_watch(setup->guard, &drive->guard, setup->params, &drive->loop, r, y, &drive->signals);
     }
@@ -334,10 +342,9 @@ void drive_attach(drive_t *drive, loop_memory_t *memory)
 }
 
 #if DRIVE_FEEDFORWARD
-static void take_requests_of_compensation(drive_t *drive)
+static void change_compensation(drive_t *drive, const requests_t *requests)
 {
-    const bool rests = drive->state != DRIVE_RUN && drive->state != DRIVE_STARTING;
-    if (take_request(&drive->restores, &drive->restores_seen))
+    if (requests->restore)
     {
         loop_guard_restore(&drive->guard);
         if (drive->memory != NULL)
@@ -345,7 +352,8 @@ static void take_requests_of_compensation(drive_t *drive)
             loop_trust(drive->memory);
         }
     }
-    if (take_request(&drive->forgets, &drive->forgets_seen) && rests && drive->memory != NULL)
+    const bool rests = drive->state != DRIVE_RUN && drive->state != DRIVE_STARTING;
+    if (requests->forget && rests && drive->memory != NULL)
     {
         loop_forget(drive->setup->params, drive->memory);
         loop_guard_enter(&drive->guard, drive->memory);
@@ -360,7 +368,7 @@ void drive_tick(drive_t *drive)
     drive->ticks++;
     take_setup(drive);
 #if DRIVE_FEEDFORWARD
-    take_requests_of_compensation(drive);
+    change_compensation(drive, &requests);
 #endif
     if (drive->state == DRIVE_FAULT && is_for_good(drive->fault))
     {
@@ -411,35 +419,41 @@ void drive_reference(drive_t *drive, loop_force_t r)
     drive->references = (uint8_t)(drive->references + 1u);
 }
 
+static void ask(drive_t *drive, volatile uint8_t *count)
+{
+    *count       = (uint8_t)(*count + 1u);
+    drive->asked = (uint8_t)(drive->asked + 1u);
+}
+
 void drive_start(drive_t *drive)
 {
-    drive->starts = (uint8_t)(drive->starts + 1u);
+    ask(drive, &drive->starts);
 }
 
 void drive_stop(drive_t *drive)
 {
-    drive->stops = (uint8_t)(drive->stops + 1u);
+    ask(drive, &drive->stops);
 }
 
 void drive_acknowledge(drive_t *drive)
 {
-    drive->acknowledgements = (uint8_t)(drive->acknowledgements + 1u);
+    ask(drive, &drive->acknowledgements);
 }
 
 void drive_tare(drive_t *drive)
 {
-    drive->tares = (uint8_t)(drive->tares + 1u);
+    ask(drive, &drive->tares);
 }
 
 #if DRIVE_FEEDFORWARD
 void drive_restore(drive_t *drive)
 {
-    drive->restores = (uint8_t)(drive->restores + 1u);
+    ask(drive, &drive->restores);
 }
 
 void drive_forget(drive_t *drive)
 {
-    drive->forgets = (uint8_t)(drive->forgets + 1u);
+    ask(drive, &drive->forgets);
 }
 
 uint32_t drive_warnings(const drive_t *drive)

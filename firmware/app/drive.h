@@ -131,9 +131,10 @@ typedef struct
     uint32_t max_late_us; ///< latest start
     uint32_t overruns;    ///< ticks over budget; stops at UINT32_MAX
 
-    // Requests are counters, incremented by the background; the tick copies them. This needs no lock.
-    volatile uint8_t      starts, stops, acknowledgements, tares, references;
-    uint8_t               starts_seen, stops_seen, acknowledgements_seen, tares_seen, references_seen;
+    // Requests are counters, incremented by the background; the tick copies them. This needs no lock. `asked` counts all but
+    // references, after the request's own counter, so that a tick without any looks at no other.
+    volatile uint8_t      starts, stops, acknowledgements, tares, asked, references;
+    uint8_t               starts_seen, stops_seen, acknowledgements_seen, tares_seen, asked_seen, references_seen;
     volatile loop_force_t reference;
     const drive_setup_t *volatile next; ///< a setup to go on with; null: none
     drive_state_t logged_state;

@@ -93,10 +93,6 @@ void loop_guard_watch(const loop_guard_params_t *params,
 {
     if (!params->on)
     {
-        if (guard->share == LOOP_ALL)
-        {
-            return;
-        }
         loop_guard_restore(guard);
     }
     LOOP_GUARD(&params->params, guard, loop_params, loop, r, y, signals);

@@ -75,6 +75,12 @@ loop_force_t loop_step(const loop_params_t *params,
 bool loop_stays_at_bound(const loop_memory_t *memory, uint32_t direction);
 void loop_trust(loop_memory_t *memory);
 
+/// It is not on, and has nothing to let back: loop_guard_watch would change nothing.
+static inline bool loop_guard_rests(const loop_guard_params_t *params, const loop_guard_state_t *guard)
+{
+    return !params->on && guard->share == LOOP_ALL;
+}
+
 /// After a tick with `r` and `y` that gave `signals`: what the guard concludes, for the next one. Cannot fail.
 void loop_guard_watch(const loop_guard_params_t *params,
                       loop_guard_state_t        *guard,
