@@ -150,6 +150,25 @@ def test_a_store_is_one_drives(serve, drive):
     assert run.returncode == 1 and "store: params.bin: another drive has it" in run.stderr
 
 
+def test_only_frames_with_the_right_crc_do_anything(serve):
+    served = serve()
+    bad, frames = served.value("bad_frames"), served.value("frames")
+    line = os.open(served.line.port, os.O_RDWR | os.O_NOCTTY)
+    os.write(line, bytes.fromhex("010601000001") + bytes.fromhex("4837"))  # start, with a wrong CRC
+    time.sleep(0.3)
+    assert served.value("state") == 0 and served.value("bad_frames") == bad + 1
+    os.write(line, bytes.fromhex("0006010000014827"))  # start for all, which nobody answers
+    time.sleep(0.3)
+    os.close(line)
+    assert served.value("state") == 1 and served.value("frames") > frames
+    # Half a frame, and then a whole one.
+    line = os.open(served.line.port, os.O_RDWR | os.O_NOCTTY)
+    os.write(line, bytes.fromhex("010601"))
+    time.sleep(0.3)
+    os.close(line)
+    served.link("stop")
+
+
 def test_a_reference_of_the_command_line(serve):
     served = serve(arguments=("--reference", "0.25"))
     served.link("start")
