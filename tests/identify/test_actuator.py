@@ -6,6 +6,8 @@ import scipy.signal
 import synthetic
 from test_friction import identify
 
+from tribo_identify import native
+
 INERTIA, DAMPING, STIFFNESS = 1.2e-4, 0.0288, 3.84
 
 
@@ -37,3 +39,31 @@ def test_what_cannot_be_identified_is_refused(record, tmp_path, capsys):
     assert identify(capsys, "actuator", *record, "--order", 7)[2].startswith("tribo-identify: --order: value 7:")
     still = synthetic.write_log(tmp_path, np.c_[np.arange(100) * 1e-3, np.arange(100) > 50, np.zeros(100)], "still.csv")
     assert identify(capsys, "actuator", still)[2].startswith("tribo-identify: still.csv: F does not move")
+
+
+def recorded(tmp_path, t, u, y):
+    np.savetxt(tmp_path / "log.csv", np.c_[t, u, y + 1e-5 * np.random.default_rng(1).normal(size=len(y))], delimiter=",", header="t_s,u_N,F_N", comments="", fmt="%.9g")
+    return tmp_path / "log.csv"
+
+
+def test_a_chirp_within_stiction_shows_actuator_and_sensor(tmp_path, capsys):
+    t = np.arange(4000) * 5e-4
+    u = 0.1 * scipy.signal.chirp(t, 0.5, 2.0, 20.0, phi=-90)
+    _, y, _ = scipy.signal.lsim(([200.0 * 55.0], np.polymul([1, 200.0], [1, 55.0])), u, t, interp=False)
+    status, out, err = identify(capsys, "actuator", recorded(tmp_path, t, u, y), "--no-friction")
+    assert status == 0, err
+    assert [float(p) for p in out.split("real poles ")[1].split(" rad/s")[0].split(",")] == pytest.approx([55, 200], rel=0.01)
+
+
+def test_steps_beyond_stiction_show_the_gain_and_say_that_the_poles_have_no_interval(tmp_path, capsys):
+    # Breakaway of 0.05 N, by the library: each step lets the arm slide, and it sticks at the end.
+    t = np.arange(6000) * 5e-4
+    u = np.select([t < 0.1, t < 0.6, t < 1.1, t < 1.6, t < 2.1, t < 2.6], [0.0, 0.2, 0.5, 0.3, 0.0, 0.3], 0.5)
+    params = {**native.PAPER, "k_min": 500.0, "k_max": 500.0, "inertia": 1e-6, "damping": 0.0768}
+    params |= {f"{what}_{way}": x for way in ("positive", "negative") for what, x in (("offset", 0.05), ("slope", 0.0))}
+    y = 0.8 * native.simulate(params, u, 5e-4, 0.0, 10)
+    status, out, err = identify(capsys, "actuator", recorded(tmp_path, t, u, y), "--order", 3)
+    assert status == 0, err
+    gain = next(line for line in out.splitlines() if line.startswith("gain")).replace("+-", " ").split()
+    assert float(gain[1]) == pytest.approx(0.8, rel=2e-3)
+    assert "the poles are a description without intervals" in out

@@ -266,6 +266,12 @@ def test_a_plan_is_played_by_tribo_sim_and_stays_in_its_limits(tmp_path, capsys)
     assert trace["limited"].sum() == 0
     both, count = events.loads(events.find(synthetic.log_of(np.c_[trace["t_s"], trace["u_N"], trace["F_N"]]))[0])
     assert count >= 4 and both[0][0] < 0.2 and both[-1][1] > 0.55
+    # Without noise F rests at its largest in stiction, which is no limit; a sensor that is cut off is one.
+    log = synthetic.log_of(np.c_[trace["t_s"], trace["u_N"], trace["y_N"]])
+    assert not events.saturated(log.segments[0]).any()
+    log.segments[0].force = np.minimum(log.segments[0].force, 0.5)
+    with pytest.raises(Refusal, match="saturated"):
+        events.check(log)
 
 
 def test_a_second_run_replaces_its_own_output_only(tmp_path, capsys):

@@ -10,6 +10,7 @@ from . import native
 
 BIN_S = 0.02  # over which signals are averaged
 LONG = 0.3  # of the range of F: a sweep over so much stands for one load more
+STANDS = 0.005  # of the range of u
 SATURATED_ROWS = 20  # at exactly the largest or least value
 
 
@@ -101,14 +102,15 @@ def loads(events):
 
 
 def saturated(segment):
-    """Rows in which u or F stands at its largest or least value, more than once or for long."""
+    """Rows in which u or F stands at its largest or least value for long. F may rest there in stiction, but not while u goes on."""
     rows = np.zeros(len(segment.u), bool)
     for x in (segment.u, segment.force):
-        for extreme in (x.max(), x.min()):
+        for extreme, way in ((x.max(), 1), (x.min(), -1)):
             at = np.r_[0, (x == extreme).astype(np.int8), 0]
             begin, end = np.flatnonzero(np.diff(at) > 0), np.flatnonzero(np.diff(at) < 0)
             for a, b in zip(begin, end):
-                if b - a >= SATURATED_ROWS and a > 0 and b < len(x):
+                goes_on = x is segment.u or np.max(way * (segment.u[a:b] - segment.u[a])) > STANDS * np.ptp(segment.u)
+                if b - a >= SATURATED_ROWS and a > 0 and b < len(x) and goes_on:
                     rows[a:b] = True
     return rows
 
