@@ -491,6 +491,31 @@ static void test_a_step_in_a_hold_is_fed_back(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, triangle(STOP) - 0.05, plant.F);
 }
 
+/// Of a lasting error, what is below the noise is not fed back in a hold: u would creep until the arm slips.
+static void test_of_a_lasting_error_in_a_hold_what_is_below_the_noise_is_left(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0, .noise = 1e-3};
+    init(&x);
+    for (int k = 0; k < STOP + 3000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k < STOP ? k : STOP));
+    }
+    const double before = plant.y;
+    plant.F += copysign(4e-4, plant.actuator - plant.F); // the arm moves by less than the noise
+    double error = 0.0;
+    double sum   = 0.0;
+    for (int k = 0; k < 3000; k++)
+    {
+        (void)tick(&x, &plant, triangle(STOP));
+        TEST_ASSERT_TRUE(feedforward_holds(&x));
+        error += k < 1000 ? 0.0 : (triangle(STOP) - plant.y) / 2000.0;
+        sum += k < 1000 ? 0.0 : feedforward_seen(&x).e / 2000.0;
+    }
+    printf("y moved by %.1e N; of an error of %.1e N, %.1e N is fed back\n", plant.y - before, error, sum);
+    TEST_ASSERT_TRUE(fabs(error) > 1e-4);
+    TEST_ASSERT_TRUE(fabs(error) - fabs(sum) > 1e-4);
+}
+
 static void test_the_first_reversal_is_the_controllers_alone(void)
 {
     init(&x);
@@ -782,6 +807,7 @@ int main(void)
     RUN_TEST(test_entering_adds_what_was_added_before);
     RUN_TEST(test_u_does_not_jump_where_a_hold_begins_or_ends);
     RUN_TEST(test_a_step_in_a_hold_is_fed_back);
+    RUN_TEST(test_of_a_lasting_error_in_a_hold_what_is_below_the_noise_is_left);
     RUN_TEST(test_the_first_reversal_is_the_controllers_alone);
     RUN_TEST(test_nothing_is_learned_while_u_is_limited);
     RUN_TEST(test_learning_takes_the_caution_of_holds_back);
