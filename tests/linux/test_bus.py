@@ -4,6 +4,7 @@ import csv
 import os
 import pathlib
 import signal
+import socket
 import subprocess
 import time
 
@@ -244,5 +245,12 @@ def test_mbpoll_over_tcp(drive):
         assert "Illegal data value" in poll("-t", "4", "-r", COMMAND, "--", 99, status=1)
         assert "Illegal data address" in poll("-t", "4", "-r", GAIN, "--", 1, status=1)  # half a register
         assert "Slave device or server failure" in poll("-t", "4", "-r", COMMAND, "--", 3, status=1)  # nothing to acknowledge
+        # Function 23: a stop is written, and the command reads as 0 in the same frame.
+        with socket.create_connection(("127.0.0.1", port)) as client:
+            client.sendall(bytes.fromhex("00070000000d01 17 01000001 01000001 02 0002".replace(" ", "")))
+            assert client.recv(64) == bytes.fromhex("000700000005011702 0000".replace(" ", ""))
+            time.sleep(0.1)
+            client.sendall(bytes.fromhex("00080000000601 03 0006 0002".replace(" ", "")))  # the state
+            assert client.recv(64) == bytes.fromhex("0008000000070103 04 00000000".replace(" ", ""))
         run.terminate()
         assert run.wait(timeout=30) == 0
