@@ -640,6 +640,31 @@ static void test_a_table_serves_as_a_prior_as_a_law_does(void)
     TEST_ASSERT_TRUE(learned > RUNS(2000, 1000));
 }
 
+static void test_friction_between_reversals_is_what_is_known_of_its_direction_there(void)
+{
+    plant_t plant                    = {.positive = 1.2, .negative = 1.3};
+    model.friction.negative.offset_n = 0.014f;
+    model.friction.negative.slope    = 0.5f;
+    init(&x);
+    int ticks[2] = {0, 0};
+    for (int k = 0; k < RUNS(25000, 13000); k++)
+    {
+        const double             e    = feedforward_before(&x, triangle(k), measure(&plant));
+        const feedforward_seen_t seen = feedforward_seen(&x);
+        const double             v    = control(&plant, e);
+        const double             u    = v + feedforward_added(&x, v);
+        if (fabs(seen.sigma) == 1.0 && !feedforward_holds(&x))
+        {
+            const int d = seen.sigma < 0.0;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7, seen.sigma * seen.L[d], seen.f);
+            ticks[d]++;
+        }
+        feedforward_after(&x, v, u, false);
+        move(&plant, u);
+    }
+    TEST_ASSERT_TRUE(ticks[0] > RUNS(8000, 8000) && ticks[1] > RUNS(8000, 2000));
+}
+
 static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction(void)
 {
     static const tribo_breakaway_point_f32_t table[] = {{0.0f, 0.01f, 0.02f}, {0.5f, 0.2f, 0.1f}, {1.0f, 0.25f, 0.4f}};
@@ -814,6 +839,7 @@ int main(void)
     RUN_TEST(test_a_reference_that_has_never_moved_is_not_held);
     RUN_TEST(test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals);
     RUN_TEST(test_a_table_serves_as_a_prior_as_a_law_does);
+    RUN_TEST(test_friction_between_reversals_is_what_is_known_of_its_direction_there);
     RUN_TEST(test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction);
     RUN_TEST(test_what_was_learned_is_told_by_direction_and_force);
     RUN_TEST(test_breakaway_beyond_what_the_params_allow_is_told_for_its_direction);
