@@ -46,7 +46,7 @@ static unsigned write_registers(void *context, uint16_t address, uint16_t count,
     return (unsigned)map.write(map.context, address, count, values);
 }
 
-static void count(modbus_t *counters, bus_event_t event)
+static void count_event(modbus_t *counters, bus_event_t event)
 {
     counters->frames += event == BUS_EXECUTED || event == BUS_REFUSED;
     counters->exceptions += event == BUS_REFUSED;
@@ -60,7 +60,7 @@ static void *work(void *context)
     const bus_registers_t map        = {.context = background, .read = read_registers, .write = write_registers};
     while (!atomic_load(&background->stops))
     {
-        count(&registers->modbus, bus_serve(background->bus, registers->modbus.unit, &map, WAIT_MS));
+        count_event(&registers->modbus, bus_serve(background->bus, registers->modbus.unit, &map, WAIT_MS));
         registers_run(registers);
         drive_log(&registers->drive);
     }

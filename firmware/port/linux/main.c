@@ -479,7 +479,6 @@ static const char *name_of(uint32_t word)
 static bool complain_of_set(program_t *program, const sim_sources_t *sources, sim_error_t *error)
 {
     const params_error_t *refused = &program->registers.refused;
-    char                  key[64];
     char                  what[160];
     (void)snprintf(what,
                    sizeof what,
@@ -489,6 +488,7 @@ static bool complain_of_set(program_t *program, const sim_sources_t *sources, si
                    (double)refused->high);
     if (refused->word < DRIVE_CONFIG_COUNT)
     {
+        char key[64];
         (void)snprintf(key, sizeof key, "drive.%s", drive_config_name(refused->word));
         return rig_complain(sources, program->options->config, key, what, error);
     }
@@ -532,9 +532,9 @@ static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_e
     const char         *path      = program->options->config;
     registers_t        *registers = &program->registers;
     sim_loop_config_t   loop;
-    char                what[160];
     if ((uint32_t)(config->sample_time_s * 1e6 + 0.5) != program->rig->drive.period_us)
     {
+        char what[160];
         (void)snprintf(what,
                        sizeof what,
                        "%u is not the scenario's sample_time_s of %g",

@@ -47,7 +47,7 @@ static bool write_word(void *context, unsigned sector, uint32_t word, uint32_t v
            pwrite(store->file, &left, sizeof left, place_of(sector, word)) == (ssize_t)sizeof left;
 }
 
-static bool is_mark(uint32_t word)
+static bool can_be_mark(uint32_t word)
 {
     return word == ERASED || word == STORE_CURRENT || word == REPLACED;
 }
@@ -57,7 +57,7 @@ static bool is_store(params_file_t *store)
 {
     struct stat is;
     return fstat(store->file, &is) == 0 && S_ISREG(is.st_mode) && is.st_size <= place_of(STORE_SECTORS, 0) &&
-           (is_mark(read_word(store, 0, 0)) || is_mark(read_word(store, 0, 1)));
+           (can_be_mark(read_word(store, 0, 0)) || can_be_mark(read_word(store, 0, 1)));
 }
 
 /// A file that was just made must be found again after the power fails.
