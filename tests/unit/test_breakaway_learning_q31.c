@@ -146,6 +146,17 @@ static void test_what_was_learned_stays_within_its_bounds_and_says_so(void)
     TEST_ASSERT_EQUAL_UINT32(1u << 29, tribo_breakaway_learning_q31_at(&params, &learning, NEGATIVE, UINT32_MAX).L);
 }
 
+static void test_doubt_ends_at_1_whatever_the_covariance(void)
+{
+    for (int32_t ss = INT32_C(1) << 30; ss > 0; ss /= 2)
+    {
+        learning.of[POSITIVE].ss = INT32_MAX - ss + 1;
+        learning.of[POSITIVE].oo = INT32_MAX;
+        TEST_ASSERT_UINT32_WITHIN(256, INT32_MAX, at(POSITIVE, 0.1).doubt);
+        TEST_ASSERT_UINT32_WITHIN(2, (uint32_t)(at(POSITIVE, 0.1).L * (1.0 - 0.5)), at(POSITIVE, 0.1).weighted);
+    }
+}
+
 /// One slide in direction d, in which friction is `measured`.
 static void slide(uint32_t d, double measured)
 {
@@ -236,6 +247,7 @@ int main(void)
     RUN_TEST(test_nothing_is_known_at_first);
     RUN_TEST(test_learning_takes_extremes_without_leaving_its_ranges);
     RUN_TEST(test_what_was_learned_stays_within_its_bounds_and_says_so);
+    RUN_TEST(test_doubt_ends_at_1_whatever_the_covariance);
     RUN_TEST(test_four_slides_that_end_at_a_bound_are_latched);
     RUN_TEST(test_no_travel_teaches_nothing);
     RUN_TEST(test_learning_init_names_the_field);
