@@ -635,6 +635,7 @@ static void test_what_is_learned_is_in_registers(void)
     apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2);
     run_triangle(100);
     TEST_ASSERT_TRUE(SHOWN_OF(learned_up) == 0.0); // not in use
+    TEST_ASSERT_TRUE(SIGNAL_OF(added) == 0.0);
     apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
     run_triangle(1);
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) > 0.9 * travel); // and other methods
