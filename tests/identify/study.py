@@ -92,6 +92,8 @@ def flaws(count=500, first=0):
     for i in range(count):
         flaw, seed = FLAWS[i % len(FLAWS)], first + i
         truth, rows = synthetic.flawed(flaw, seed)
+        if i % 35 == 34:
+            print(f"{i} done: refused {refused}, wrong {len(wrong)}", flush=True)
         try:
             result = friction.identify(synthetic.log_of(rows))
         except Refusal as refusal:
@@ -103,8 +105,6 @@ def flaws(count=500, first=0):
         if confident(result) and error > 0.1:
             wrong.append((flaw, seed, error))
             print(f"WRONG: {flaw}, seed {seed}: L off by {error:.1%}", flush=True)
-        if i % 35 == 34:
-            print(f"{i + 1}: refused {refused}, wrong {len(wrong)}", flush=True)
     for flaw, by in causes.items():
         print(f"{flaw:<14}" + ", ".join(f"{cause} {len(seeds)}" for cause, seeds in by.items()))
     print(f"flaws: {refused} of {count} refused, {len(wrong)} answered with confidence and wrong (L off by more than 10 %)")

@@ -72,6 +72,16 @@ def test_k_min_and_k_max_are_found_where_they_are_planned_for():
     assert by_name["slope"].value == pytest.approx(truth["slope"], rel=0.01)
 
 
+def test_the_model_follows_ramps_inside_stiction_within_the_noise():
+    # In float32 n would move by a few units in the last place, and F be 4 mN off.
+    truth, rows = synthetic.sound(3, hysteresis=True)
+    params = {**native.PAPER, **{n: truth[n] for n in ("k_min", "k_max", "m", "v0", "scale", "delay")}, "gravity": truth["bias"]}
+    params |= {f"{n}_{way}": truth[n] for n in ("offset", "slope") for way in ("positive", "negative")}
+    u, force = (np.ascontiguousarray(rows[:, i]) for i in (1, 2))
+    error = events.binned(force - native.simulate(params, u, 1e-3, float(np.mean(force[:20])), 10), 20)
+    assert np.sqrt(np.mean(error**2)) < 0.2e-3
+
+
 def test_breakaway_is_found_where_little_of_it_is_sharp():
     # k_min 3.0: a step of 0.5 ms in the model is enough for another way of the relays.
     truth, rows = synthetic.sound(178)
