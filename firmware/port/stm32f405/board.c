@@ -13,8 +13,8 @@
 #define STOP_LINE  (1u << STOP_PIN)
 #define FAULT_LINE (1u << FAULT_PIN)
 
-static uint32_t              off_code = CONVERT_ZERO; ///< of no current
-static const drive_config_t *board_config;
+static uint32_t       off_code = CONVERT_ZERO; ///< of no current
+static drive_config_t board_config;
 
 /// Pulls a pin of port B to a level, which an open wire then has.
 static void pull(uint32_t pin, bool up)
@@ -94,7 +94,7 @@ static uint32_t timer_hz;
 
 board_clock_t board_init(const drive_config_t *config, loop_force_t no_current)
 {
-    board_config = config;
+    board_config = *config; // the set it is of will be written with others
     off_code     = convert_output(no_current);
     start_pins(config);
     start_edges(config);
@@ -390,7 +390,7 @@ static uint32_t inputs(void *context)
                            (take_trip(&fault_trip, EXTI15_10_IRQn) ? FAULT_LINE : 0u);
     const bool     low  = take_trip(&supply_trip, PVD_IRQn) || (PWR_CSR & PWR_CSR_PVDO) != 0u;
     const uint32_t pins = GPIOB->IDR;
-    return port_inputs(board_config, levels_of(pins | edges), levels_of(~pins | edges)) |
+    return port_inputs(&board_config, levels_of(pins | edges), levels_of(~pins | edges)) |
            (low ? PORT_INPUT_SUPPLY : 0u);
 }
 

@@ -31,8 +31,8 @@
 
 extern const port_t board_port;
 
-/// Sets up pins (outputs off), clock and peripherals. Interrupts stay off. `config` must outlive the board; of it only levels
-/// and crystal are read. `no_current` is the output that asks for no current.
+/// Sets up pins (outputs off), clock and peripherals. Interrupts stay off. Of `config` levels and crystal hold until the
+/// next power-up. `no_current` is the output that asks for no current.
 board_clock_t board_init(const drive_config_t *config, loop_force_t no_current);
 
 /// Starts MPU, interrupts, TIM2, the converter and the watchdog: from now on board_kick must be called every 20 ms.
