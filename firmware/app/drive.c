@@ -165,6 +165,7 @@ static requests_t take_requests(drive_t *drive)
     requests_t requests = {.renewed = take_request(&drive->references, &drive->references_seen)};
     if (take_request(&drive->asked, &drive->asked_seen))
     {
+        atomic_thread_fence(memory_order_acquire);
         requests.start       = take_request(&drive->starts, &drive->starts_seen);
         requests.stop        = take_request(&drive->stops, &drive->stops_seen);
         requests.acknowledge = take_request(&drive->acknowledgements, &drive->acknowledgements_seen);
@@ -421,7 +422,8 @@ void drive_reference(drive_t *drive, loop_force_t r)
 
 static void ask(drive_t *drive, volatile uint8_t *count)
 {
-    *count       = (uint8_t)(*count + 1u);
+    *count = (uint8_t)(*count + 1u);
+    atomic_thread_fence(memory_order_release); // the tick may be on another core
     drive->asked = (uint8_t)(drive->asked + 1u);
 }
 

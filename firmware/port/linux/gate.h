@@ -17,6 +17,7 @@ typedef struct
 static inline void gate_pass(gate_t *gate)
 {
     (void)atomic_fetch_add(&gate->count, 1u);
+    atomic_thread_fence(memory_order_release); // nothing the tick writes comes before its begin
 }
 
 #define GATE_LOOK_NS 20000
