@@ -204,8 +204,8 @@ const char *drive_warning_text(drive_warning_t warning);
 #endif
 
 /// The next tick goes on with `setup`, which must have been made for the same port, tick and full scale; the loop takes its
-/// state over without a bump in u. A tare is lost if sensor_zero_units differs. The old one may be reused once drive_setup
-/// returns the new one.
+/// state over without a bump in u. A tare is lost if sensor_zero_units differs. The old one may be reused once a tick
+/// that took the new one, as drive_setup says, has ended.
 void                 drive_change(drive_t *drive, const drive_setup_t *setup);
 const drive_setup_t *drive_setup(const drive_t *drive);
 

@@ -1,5 +1,6 @@
 #include "app/registers.h"
 
+#include <stdatomic.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -120,6 +121,7 @@ void registers_start(registers_t *registers, drive_fault_t found)
     const registers_board_t    *board  = &registers->board;
     const drive_config_t *const config = config_of(registers);
     drive_init(&registers->drive, board->port, &registers->active->drive, first_fault(registers, found));
+    registers->taken = &registers->active->drive;
     begin_learning(registers, registers->active);
     drive_attach(&registers->drive, &registers->memory);
     trace_init(&registers->trace, board->ring, board->ring_words);
@@ -165,6 +167,11 @@ void registers_tick(registers_t *registers)
     const bool ran   = drive->state == DRIVE_RUN;
     modbus_take(&registers->modbus, registers->board.line);
     drive_tick(drive);
+    if (registers->taken != drive->setup)
+    {
+        atomic_thread_fence(memory_order_release); // the background may be on another core
+        registers->taken = drive->setup;
+    }
     const bool runs    = drive->state == DRIVE_RUN;
     registers->applied = runs ? drive->signals.controller.LOOP_N(u) : 0;
     trace_step(&registers->trace, drive->ticks, drive->state == DRIVE_FAULT);
@@ -196,10 +203,10 @@ static bool check_fixed(registers_t *registers, const params_set_t *next)
     return !registers->is_refused;
 }
 
-/// The tick has taken over the last set: the spare is free.
+/// A tick that has taken over the last set has ended: the spare is free.
 static bool is_taken(const registers_t *registers)
 {
-    return drive_setup(&registers->drive) == &registers->active->drive;
+    return registers->taken == &registers->active->drive;
 }
 
 static registers_outcome_t apply(registers_t *registers)

@@ -221,9 +221,10 @@ typedef struct
 /// Read only; the functions below write it. The small members first: code that reaches them is shorter.
 typedef struct
 {
-    params_t            *active;   ///< of `params`
-    bool                 is_made;  ///< the active params
-    bool                 is_known; ///< the params were saved once, or applied since power-up
+    params_t *active;                    ///< of `params`
+    const drive_setup_t *volatile taken; ///< what the last tick ended with
+    bool                 is_made;        ///< the active params
+    bool                 is_known;       ///< the params were saved once, or applied since power-up
     bool                 is_refused;
     bool                 must_save;
     store_status_t       store;
