@@ -223,6 +223,10 @@ static registers_outcome_t apply(registers_t *registers)
         return REGISTERS_SET_REFUSED;
     }
     begin_learning(registers, next);
+    if (next->set.drive.full_scale_n != config_of(registers)->full_scale_n)
+    {
+        drive_reference(drive, 0); // a number of the old scale
+    }
     registers->active      = next;
     registers->is_known    = true;
     registers->modbus.unit = (uint8_t)next->set.drive.bus_unit; // the answer still has the request's
@@ -319,6 +323,10 @@ static modbus_status_t execute(registers_t *registers, uint16_t command)
         break;
     case REGISTERS_FORGET:
         outcome = when(!is_running(registers), drive_forget, drive);
+        if (outcome == REGISTERS_DONE && registers->active->set.method != PARAMS_METHOD_FEEDFORWARD)
+        {
+            registers->is_learning = false; // the tick has no params to forget with: the next that have begin anew
+        }
         break;
 #endif
     default:

@@ -647,6 +647,17 @@ static void test_what_is_learned_is_in_registers(void)
     tick();
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, SHOWN_OF(doubt_up));
+    start();
+    run_triangle(20000);
+    TEST_ASSERT_TRUE(SHOWN_OF(travel_up) > 0.0);
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2);
+    command(REGISTERS_STOP);
+    tick();
+    command(REGISTERS_FORGET); // while another method is in use
+    tick();
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
+    tick();
+    TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
 }
 #endif
 
@@ -669,7 +680,9 @@ static void test_the_full_scale_stays_in_run(void)
     TEST_ASSERT_EQUAL_HEX32(DRIVE_AT(full_scale_n), STATE_OF(refused_register));
     command(REGISTERS_STOP);
     tick();
+    write_number(REQUEST_AT(reference), 1.0f);
     command(REGISTERS_APPLY);
+    TEST_ASSERT_TRUE(read_number(REQUEST_AT(reference)) == 0.0);
 }
 
 static void test_a_breakaway_table_is_used(void)
