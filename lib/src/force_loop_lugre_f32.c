@@ -43,7 +43,7 @@ static float friction_under(const tribo_force_loop_f32_params_t *params,
 }
 
 /// Takes over from another method, in front of the controller's step. The compensator starts where the sensor says that the arm
-/// is, and the bristles hold it there: f^ = Z = n, at most L.
+/// is, and the bristles hold it there: f^ = Z = n, at most L. Of f^ a guard may have left a share.
 static void enter(const tribo_force_loop_f32_params_t *from,
                   const tribo_force_loop_f32_params_t *params,
                   tribo_force_loop_f32_state_t        *state,
@@ -62,13 +62,17 @@ static void enter(const tribo_force_loop_f32_params_t *from,
     const float f = limit_f32(compensator_f32_net_force(&params->compensator, compensator, u), -L[1], L[0]);
     compensator->friction.lugre.bristle_n = f;
     state->friction_n                     = f;
+    if (force_loop_f32_memory(state) != NULL && state->memory->state.share < 1.0f)
+    {
+        state->friction_n *= state->memory->state.share;
+    }
 
     const float v = force_loop_f32_v(&from->controller, &state->controller, e);
     tribo_controller_f32_change(&from->controller,
                                 &params->controller,
                                 &state->controller,
                                 e,
-                                wanted - params->gain * f - v);
+                                wanted - params->gain * state->friction_n - v);
 }
 
 /// In front of the controller's step: takes over from the params of the last tick.

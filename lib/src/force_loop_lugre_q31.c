@@ -2,6 +2,7 @@
 
 #include "compensator_q31_step.h"
 #include "controller_q31_step.h"
+#include "first_order_q31.h"
 #include "force_loop_q31_step.h"
 #include "lugre_q31_step.h"
 #include "tribo/compensator_lugre_q31.h"
@@ -73,7 +74,7 @@ static void change_by(const tribo_force_loop_q31_params_t *from,
 }
 
 /// Takes over from another method, in front of the controller's step. The compensator starts where the sensor says that the arm
-/// is, and the bristles hold it there: f^ = Z = n, at most L.
+/// is, and the bristles hold it there: f^ = Z = n, at most L. Of f^ a guard may have left a share.
 static void enter(const tribo_force_loop_q31_params_t *from,
                   const tribo_force_loop_q31_params_t *params,
                   tribo_force_loop_q31_state_t        *state,
@@ -96,9 +97,13 @@ static void enter(const tribo_force_loop_q31_params_t *from,
 
     compensator->friction.lugre.bristle = f;
     state->friction                     = f;
+    if (force_loop_q31_memory(state) != NULL && state->memory->state.share != UINT32_MAX)
+    {
+        state->friction = part_of_q31(f, state->memory->state.share);
+    }
 
     const int64_t v = force_loop_q31_v(&from->controller, &state->controller, e);
-    change_by(from, params, state, e, v + feedforward_of(params, f, &not_counted) - wanted);
+    change_by(from, params, state, e, v + feedforward_of(params, state->friction, &not_counted) - wanted);
 }
 
 /// In front of the controller's step: takes over from the params of the last tick.

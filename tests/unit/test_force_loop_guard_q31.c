@@ -1,6 +1,7 @@
 #include "tribo/force_loop_guard_q31.h"
 
 #include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/force_loop_lugre_q31.h"
 #include "tribo/quantize_feedforward_q31.h"
 #include "tribo/quantize_q31.h"
 #include "unity.h"
@@ -114,11 +115,8 @@ static void test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds(v
 }
 
 /// Half of what friction was is left; with all of it, u would jump by 60 mN in the tick after the change.
-static void test_the_papers_method_takes_over_the_share_that_a_guard_has_left(void)
+static void check_share_is_taken_over(const tribo_force_loop_q31_params_t *next)
 {
-    static tribo_force_loop_q31_params_t paper;
-    const tribo_force_loop_f32_config_t  config = tribo_force_loop_f32_paper();
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&paper, table, &config, FS, NULL));
     feed_forward();
     for (int k = 0; k < 2000; k++)
     {
@@ -129,11 +127,30 @@ static void test_the_papers_method_takes_over_the_share_that_a_guard_has_left(vo
     for (int k = 2000; k < 2003; k++)
     {
         const double r = 0.3 + 1e-4 * k;
-        (void)tribo_force_loop_q31_step(&paper, &loop, q31(r), q31(r), &signals);
-        tribo_force_loop_guard_q31_watch(&guard_params, &guard, &paper, &loop, q31(r), q31(r), &signals);
+        (void)tribo_force_loop_q31_step(next, &loop, q31(r), q31(r), &signals);
+        tribo_force_loop_guard_q31_watch(&guard_params, &guard, next, &loop, q31(r), q31(r), &signals);
         TEST_ASSERT_DOUBLE_WITHIN(1.5e-3, u, signals.controller.u / 2147483648.0 * (double)FS);
         u = signals.controller.u / 2147483648.0 * (double)FS;
     }
+}
+
+static void test_the_papers_method_takes_over_the_share_that_a_guard_has_left(void)
+{
+    static tribo_force_loop_q31_params_t paper;
+    const tribo_force_loop_f32_config_t  config = tribo_force_loop_f32_paper();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&paper, table, &config, FS, NULL));
+    check_share_is_taken_over(&paper);
+}
+
+static void test_so_does_lugre(void)
+{
+    static tribo_force_loop_q31_params_t next;
+    static tribo_lugre_q31_params_t      lugre;
+    const tribo_force_loop_f32_config_t  config   = tribo_force_loop_f32_paper();
+    const tribo_lugre_f32_config_t       friction = tribo_lugre_f32_paper();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK,
+                          tribo_force_loop_lugre_q31_init(&next, table, &lugre, &config, &friction, FS, NULL));
+    check_share_is_taken_over(&next);
 }
 
 int main(void)
@@ -144,5 +161,6 @@ int main(void)
     RUN_TEST(test_bad_inputs_are_not_judged);
     RUN_TEST(test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds);
     RUN_TEST(test_the_papers_method_takes_over_the_share_that_a_guard_has_left);
+    RUN_TEST(test_so_does_lugre);
     return UNITY_END();
 }
