@@ -2,8 +2,9 @@
 ///
 ///     f = sat( s0 z + s1 dz/dt + s2 w )       dz/dt = w - s0 |w| z / L       sat(x) = min(L+, max(-L-, x))
 ///
-/// The rival of friction_f32.h, with the same step: u and F in, f out, L(F) and gravity those of the friction's params. s1/I is 2.6e6 1/s with the paper's parameters, so
-/// an explicit step of w and z must stay below 0.7 us. Here one step of any length is stable:
+/// The rival of friction_f32.h, with the same step: u and F in, f out, L(F) and gravity those of the friction's params. s1/I is
+/// 2.6e6 1/s with the paper's parameters, so an explicit step of w and z must stay below 0.7 us. Here one step of any length is
+/// stable:
 ///
 ///     w at the step's end is that of the arm's own zero-order hold with f held, which is linear in f
 ///     z by backward Euler, z1 = (z + h w1) / D,  D = 1 + s0 h |w1| / L
@@ -18,13 +19,13 @@
 ///     f  = sat( n' - (n' - P) / (1 + b + a/D*) ),   r = n' - f
 ///     Z  = (Z + c r) / (1 + c |r|/L)
 ///
-/// |f| <= L and |Z| <= the largest L seen, whatever comes. A corrupt Z or r starts again from 0. The speed is the module's own, so the arm that its f drives must
-/// be the config's. Beside Eq. (12) by CVODE, with the paper's parameters at 1 kHz and ramps of up to 0.4 N/s: F of that arm
+/// |f| <= L and |Z| <= the largest L seen, whatever comes. A corrupt Z or r starts again from 0. The speed is the module's own,
+/// so the arm that its f drives must be the config's. Beside Eq. (12) by CVODE, with the paper's parameters at 1 kHz and ramps of up to 0.4 N/s: F of that arm
 /// within 0.1 %, f within 0.1 % of L rms (tests/truth/test_lugre_compensator.c holds 1 %).
 /// Source: C. Canudas de Wit et al., IEEE Trans. Automatic Control 40(3), 1995; the linearly implicit step after V. Acary,
 /// B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008 (implicit time stepping), and, for sampled LuGre,
 /// L. Freidovich et al., "LuGre-model-based friction compensation", IEEE Trans. Control Systems Technology 18(1), 2010.
-/// Three divisions, no loops. Not synchronized: one state, one tick.
+/// Three divisions, no loops; with a breakaway table one more, and a loop over its points. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_LUGRE_F32_H
 #define TRIBO_LUGRE_F32_H

@@ -4,7 +4,7 @@
 /// parameters give f(-u, -F) = -f(u, F) exactly, and |f| <= L, |Z| <= the largest L seen, always.
 /// f is within 1e-7 N of the f32 module's at a full scale of 2 N, for the paper's parameters at 1 kHz
 /// (tests/unit/test_lugre_q31.c holds 2e-7).
-/// Three 32-bit divisions, no loops but that over a breakaway table's points. Not synchronized: one state, one tick.
+/// Three 32-bit divisions, no loops but that over a breakaway table's points, with one division more. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_LUGRE_Q31_H
 #define TRIBO_LUGRE_Q31_H
