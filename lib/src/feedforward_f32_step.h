@@ -72,6 +72,7 @@ static inline void feedforward_f32_start(tribo_feedforward_f32_state_t *state, f
     state->u_n           = y;
     state->f_n           = 0.0f;
     state->hold.active   = false; // caution is kept, as what was learned is
+    state->learning.slid = 0;     // the slide of a former run
     state->hold.still    = 0;
     state->hold.anchor_n = at;
     tribo_play_f32_reset(&state->reversal, at);

@@ -76,25 +76,26 @@ static inline int32_t feedforward_q31_offset(const tribo_feedforward_q31_state_t
 /// Everything stands where y is; beside a controller that has followed r already, what follows r where r is.
 static inline void feedforward_q31_start(tribo_feedforward_q31_state_t *state, int32_t r, int32_t y)
 {
-    const int32_t at   = state->entering ? r : y;
-    state->running     = true;
-    state->limited     = 0;
-    state->r[0]        = r;
-    state->r[1]        = r;
-    state->noise       = 0;
-    state->reached     = at;
-    state->rate        = 0;
-    state->sigma       = 0;
-    state->offset      = 0;
-    state->held[0]     = 0;
-    state->held[1]     = 0;
-    state->error       = 0;
-    state->distance    = 0;
-    state->u           = y;
-    state->f           = 0;
-    state->hold.active = false; // caution is kept, as what was learned is
-    state->hold.still  = 0;
-    state->hold.anchor = at;
+    const int32_t at     = state->entering ? r : y;
+    state->running       = true;
+    state->limited       = 0;
+    state->r[0]          = r;
+    state->r[1]          = r;
+    state->noise         = 0;
+    state->reached       = at;
+    state->rate          = 0;
+    state->sigma         = 0;
+    state->offset        = 0;
+    state->held[0]       = 0;
+    state->held[1]       = 0;
+    state->error         = 0;
+    state->distance      = 0;
+    state->u             = y;
+    state->f             = 0;
+    state->hold.active   = false; // caution is kept, as what was learned is
+    state->learning.slid = 0;     // the slide of a former run
+    state->hold.still    = 0;
+    state->hold.anchor   = at;
     tribo_play_q31_reset(&state->reversal, at);
     tribo_play_q31_reset(&state->slide, y);
     tribo_path_q31_reset(&state->path);

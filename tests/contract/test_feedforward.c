@@ -779,6 +779,25 @@ static void test_slides_that_keep_ending_at_a_bound_are_latched(void)
     }
 }
 
+/// On the way up again: each start would be the end of a slide down.
+static void test_a_restart_ends_no_slide(void)
+{
+    config.learning.scale_max   = 1.2f;
+    config.learning.correlation = 0.0f;
+    plant_t plant               = {.positive = 1.0, .negative = 1.5};
+    init(&x);
+    for (int k = 0; k < 30000; k++)
+    {
+        if (k > 22000 && k % 1500 == 0)
+        {
+            TEST_ASSERT_TRUE(feedforward_learned(&x, 1u, 0.4).at_bound);
+            feedforward_restart(&x);
+        }
+        (void)tick(&x, &plant, triangle(k));
+    }
+    TEST_ASSERT_FALSE(feedforward_learned(&x, 1u, 0.4).stays_at_bound);
+}
+
 static void test_friction_goes_over_within_the_jump_time_after_a_reversal(void)
 {
     init(&x);
@@ -844,6 +863,7 @@ int main(void)
     RUN_TEST(test_what_was_learned_is_told_by_direction_and_force);
     RUN_TEST(test_breakaway_beyond_what_the_params_allow_is_told_for_its_direction);
     RUN_TEST(test_slides_that_keep_ending_at_a_bound_are_latched);
+    RUN_TEST(test_a_restart_ends_no_slide);
     RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
     return UNITY_END();
 }
