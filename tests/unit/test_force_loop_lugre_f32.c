@@ -86,6 +86,21 @@ static void test_a_tick_adds_the_friction_of_the_last(void)
     TEST_ASSERT_TRUE(f > 0.03f);
 }
 
+static void test_lugre_takes_over_where_no_memory_is_attached(void)
+{
+    tribo_force_loop_f32_params_t paper;
+    tribo_force_loop_f32_state_t  unchanged;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&paper, &config));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_lugre_f32_init(&params, &lugre, &config, &lugre_config));
+    for (int k = 0; k < 200; k++)
+    {
+        (void)tribo_force_loop_f32_step(&paper, &state, 0.1f, 0.09f, NULL);
+    }
+    unchanged     = state;
+    const float u = tribo_force_loop_f32_step(&paper, &unchanged, 0.1f, 0.09f, NULL);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, u, tribo_force_loop_f32_step(&params, &state, 0.1f, 0.09f, NULL));
+}
+
 static void test_a_corrupt_arm_starts_again_from_rest(void)
 {
     tribo_compensator_f32_signals_t seen;
@@ -103,6 +118,7 @@ int main(void)
     RUN_TEST(test_init_names_the_field_that_is_wrong);
     RUN_TEST(test_init_makes_the_loop_of_the_config_with_lugres_own_params);
     RUN_TEST(test_a_tick_adds_the_friction_of_the_last);
+    RUN_TEST(test_lugre_takes_over_where_no_memory_is_attached);
     RUN_TEST(test_a_corrupt_arm_starts_again_from_rest);
     return UNITY_END();
 }

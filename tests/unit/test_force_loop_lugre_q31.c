@@ -105,11 +105,29 @@ static void test_a_tick_adds_the_friction_of_the_last(void)
     TEST_ASSERT_TRUE(f > TRIBO_Q31(0.03, 2.0));
 }
 
+static void test_lugre_takes_over_where_no_memory_is_attached(void)
+{
+    const int32_t                 r = TRIBO_Q31(0.1, 2.0);
+    const int32_t                 y = TRIBO_Q31(0.09, 2.0);
+    tribo_force_loop_q31_params_t paper;
+    tribo_force_loop_q31_state_t  unchanged;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&paper, NULL, &config, FULL_SCALE_N, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(FULL_SCALE_N));
+    for (int k = 0; k < 200; k++)
+    {
+        (void)tribo_force_loop_q31_step(&paper, &state, r, y, NULL);
+    }
+    unchanged       = state;
+    const int32_t u = tribo_force_loop_q31_step(&paper, &unchanged, r, y, NULL);
+    TEST_ASSERT_INT32_WITHIN(TRIBO_Q31(1e-6, 2.0), u, tribo_force_loop_q31_step(&params, &state, r, y, NULL));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_names_the_field_that_is_wrong);
     RUN_TEST(test_init_makes_the_loop_of_the_config_with_lugres_own_params);
     RUN_TEST(test_a_tick_adds_the_friction_of_the_last);
+    RUN_TEST(test_lugre_takes_over_where_no_memory_is_attached);
     return UNITY_END();
 }
