@@ -15,8 +15,7 @@ void tribo_force_loop_guard_f32_watch(const tribo_guard_f32_params_t       *para
 {
     // The paper's method adds nothing but friction; the feed-forward adds the reference as well.
     tribo_feedforward_f32_memory_t *const memory = force_loop_f32_memory(loop);
-    const bool                            fed    = loop_params->feedforward != NULL && memory != NULL;
-    const float                           f      = fed ? memory->signals.f_n : signals->feedforward_n;
+    const float f = (memory != NULL && loop_params->feedforward != NULL) ? memory->signals.f_n : signals->feedforward_n;
     if (!force_loop_f32_bad(loop_params, r_n, y_n) && !exceeds(f, TRIBO_F32_FORCE_MAX_N))
     {
         guard_f32_watch(params, guard, r_n, y_n, f);

@@ -17,8 +17,8 @@ void tribo_force_loop_guard_q31_watch(const tribo_guard_q31_params_t       *para
 {
     // The paper's method adds nothing but friction; the feed-forward adds the reference as well.
     tribo_feedforward_q31_memory_t *const memory = force_loop_q31_memory(loop);
-    const bool                            fed    = loop_params->feedforward != NULL && memory != NULL;
-    const int32_t                         f = fed ? feedforward_q31_outside(memory->signals.f) : signals->feedforward;
+    const int32_t f = (memory != NULL && loop_params->feedforward != NULL) ? feedforward_q31_outside(memory->signals.f)
+                                                                           : signals->feedforward;
     if (!force_loop_q31_bad(loop_params, r, y))
     {
         guard_q31_watch(params, guard, r, y, f);

@@ -509,7 +509,7 @@ static bool suits(const params_set_t *set, params_error_t *error)
 static void report_params(const program_t *program)
 {
     const registers_t *registers = &program->registers;
-    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): both are copied whole, padding included
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison,cert-exp42-c,cert-flp37-c): copied whole, with its padding
     const bool same = memcmp(&registers->active->set, &program->defaults, sizeof program->defaults) == 0;
     (void)fprintf(stderr,
                   "params: %s%s%s\n",
