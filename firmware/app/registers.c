@@ -189,7 +189,9 @@ static bool check_fixed(registers_t *registers, const params_set_t *next)
 {
     const drive_config_t *is     = config_of(registers);
     const bool            period = next->drive.period_us != is->period_us;
-    const bool            scale  = is_running(registers) && next->drive.full_scale_n != is->full_scale_n;
+    const bool            starts = registers->drive.starts != registers->drive.starts_seen; // in the next tick
+    const bool            runs   = is_running(registers) || starts;
+    const bool            scale  = runs && next->drive.full_scale_n != is->full_scale_n;
     if (period || scale)
     {
         const float right     = period ? (float)is->period_us : is->full_scale_n;

@@ -685,6 +685,14 @@ static void test_the_full_scale_stays_in_run(void)
     TEST_ASSERT_TRUE(read_number(REQUEST_AT(reference)) == 0.0);
 }
 
+static void test_the_full_scale_stays_once_a_start_is_asked_for(void)
+{
+    command(REGISTERS_START);
+    write_number(DRIVE_AT(full_scale_n), 8.0f);
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_APPLY));
+    TEST_ASSERT_EQUAL_HEX32(DRIVE_AT(full_scale_n), STATE_OF(refused_register));
+}
+
 static void test_a_breakaway_table_is_used(void)
 {
     write_word(LOOP_AT(table_length), 2);
@@ -1058,6 +1066,7 @@ int main(void)
 #endif
     RUN_TEST(test_the_period_stays_that_of_the_board);
     RUN_TEST(test_the_full_scale_stays_in_run);
+    RUN_TEST(test_the_full_scale_stays_once_a_start_is_asked_for);
     RUN_TEST(test_a_breakaway_table_is_used);
     RUN_TEST(test_half_a_register_is_neither_written_nor_half_a_frame);
     RUN_TEST(test_a_reference_beyond_what_is_credible_is_refused);
