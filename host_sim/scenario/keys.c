@@ -372,6 +372,22 @@ const char *sim_key_type_name(const sim_key_t *key)
     return names[key->type];
 }
 
+int sim_key_find_word(const sim_key_t *key, const char *word)
+{
+    const char *meant = word;
+    if (strcmp(key->words[0], "no") == 0)
+    {
+        meant = strcmp(word, "false") == 0 ? "no" : meant;
+        meant = strcmp(word, "true") == 0 ? "yes" : meant;
+    }
+    int index = 0;
+    while (key->words[index] != NULL && strcmp(key->words[index], meant) != 0)
+    {
+        index++;
+    }
+    return key->words[index] != NULL ? index : -1;
+}
+
 void sim_key_words(const sim_key_t *key, char *text, size_t size)
 {
     size_t length = 0;

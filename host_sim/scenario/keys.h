@@ -52,6 +52,9 @@ const char *sim_key_type_name(const sim_key_t *key);
 /// The words of a choice, "triangle, sine or step", in `text`.
 void sim_key_words(const sim_key_t *key, char *text, size_t size);
 
+/// The index of a word among those of a choice, with `false` and `true` for `no` and `yes`; -1 if it is none of them.
+int sim_key_find_word(const sim_key_t *key, const char *word);
+
 /// The path of the key that a refusal of the library is about, "" if it is about none.
 void sim_key_of_status(tribo_status_t status, char path[SIM_KEY_MAX]);
 

@@ -98,17 +98,6 @@ static bool note(const reader_t *reader, size_t line)
 
 // --- values --------------------------------------------------------------------------------------------------------
 
-/// The index of a word among those of a choice; -1 if it is none of them.
-static int find_word(const sim_key_t *key, const char *word)
-{
-    int index = 0;
-    while (key->words[index] != NULL && strcmp(key->words[index], word) != 0)
-    {
-        index++;
-    }
-    return key->words[index] != NULL ? index : -1;
-}
-
 /// Takes a single value to where it goes; false with what is wrong with it.
 static bool take_value(const sim_key_t *key, const char *text, char *at, char *what, size_t size)
 {
@@ -130,7 +119,7 @@ static bool take_value(const sim_key_t *key, const char *text, char *at, char *w
         memcpy(at, &whole, sizeof whole);
         break;
     case SIM_KEY_CHOICE:
-        word  = find_word(key, text);
+        word  = sim_key_find_word(key, text);
         meant = sim_suggest_word(key, text);
         sim_key_words(key, words, sizeof words);
         (void)snprintf(what,

@@ -27,6 +27,8 @@ def companions(key):
         return FED
     if key.startswith("compensator.guard.") and key != "compensator.guard.on":
         return HUNTING
+    if key.startswith("compensator.lugre."):
+        return ["compensator.model=lugre"]
     if key.startswith("controller.sections"):
         return ["controller.kind=z", SECTIONS]
     if ".table[" in key:
@@ -101,6 +103,7 @@ VALUES = {
     "transition": "0.9",
     "viscous_N_s_per_deg": "0.1",
     "compensator.method": "feedforward",
+    "compensator.model": "lugre",
     "guard.on": "yes",
     "rate_max_N_per_s": "1",
     "lead": "0.5",
@@ -311,3 +314,11 @@ def test_a_file_named_by_set_is_in_the_current_folder(sim):
     sim.write("own.csv", "t_s,r_N\n0,0.2\n")
     assert set(sim.trace("below/x.yaml")["r_N"]) == {0.1}
     assert set(sim.trace("below/x.yaml", "--set", "reference.file=own.csv")["r_N"]) == {0.2}
+
+
+def test_true_and_false_are_yes_and_no(sim):
+    sim.write("x.yaml", SHORT + "plant: {paper: {limited: false}}\ncompensator: {guard: {on: true}}\n")
+    assert sim.summary("x.yaml")["guard"] == "none"
+    assert "guard" not in sim.summary("x.yaml", "--set", "compensator.guard.on=false")
+    sim.fails("--set compensator.method=true: compensator.method: 'true' is not paper, feedforward or off", "run", "x.yaml",
+              "--set", "compensator.method=true")
