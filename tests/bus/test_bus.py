@@ -188,11 +188,14 @@ def test_wrong_words_are_said(drive):
     assert "compensator.gain=3: 0 to 2" in drive.link("params", "set", "compensator.gain=3", status=2)
     assert "compensator.gain=nan" in drive.link("params", "set", "compensator.gain=nan", status=2)
     assert "a whole number is wanted" in drive.link("params", "set", "drive.late_us=1.5", status=2)
+    assert "compensator.guard.on=maybe: is not no or yes, nor their number from 0" in \
+        drive.link("params", "set", "compensator.guard.on=maybe", status=2)
     assert "NAME=VALUE is wanted" in drive.link("params", "set", status=2)
-    assert "get, set, save" in drive.link("params", "frobnicate", status=2)
+    assert "params frobnicate: get, set, save" in drive.link("params", "frobnicate", status=2)
+    assert "params: get, set, save" in drive.link("params", status=2)
     assert "there is no command frobnicate" in drive.link("frobnicate", status=2)
     assert "there is no signal q_N" in drive.link("trace", "--signals", "q_N", status=2)
-    assert "Illegal data value" in drive.link("reference", 7, status=2)
+    assert "reference 7: outside -2 to 2 N (limits.input_max_N)" in drive.link("reference", 7, status=2)
     assert "no answer from unit 9" in drive.link("-u", 9, "status", status=2)
     drive.port = "/dev/no/such/line"
     assert "/dev/no/such/line: No such file or directory" in drive.link("status", status=2)
@@ -205,7 +208,7 @@ def test_the_document_is_that_of_the_lists(drive):
 
 
 def test_the_guard_and_what_is_learned(drive, tmp_path):
-    drive.link("params", "set", "compensator.method=1", "compensator.guard.on=1", "compensator.guard.stray_N=0.02")
+    drive.link("params", "set", "compensator.method=feedforward", "compensator.guard.on=true", "compensator.guard.stray_N=0.02")
     assert drive.link("params", "get", "compensator.guard.on", "compensator.guard.stray_N") == \
         "compensator.guard.on: 1\ncompensator.guard.stray_N: 0.0199999996\n"
     message = drive.link("params", "set", "compensator.guard.quick_time_s=101", status=2)  # over 100,000 samples

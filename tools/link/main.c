@@ -3,6 +3,7 @@
 #include "app/registers.h"
 #include "bus.h"
 #include "scenario/config.h"
+#include "scenario/keys.h"
 #include "scenario/loop_config.h"
 #include "support/number.h"
 #include "support/output_file.h"
@@ -37,6 +38,12 @@ typedef struct
 static uint16_t active_at(const link_row_t *row)
 {
     return (uint16_t)(row->address + (REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT));
+}
+
+/// Digits that tell a register's values apart.
+static int digits_of(const link_row_t *row)
+{
+    return row->is_float ? 9 : 10;
 }
 
 static double number_of(const link_row_t *row, uint32_t word)
@@ -157,7 +164,7 @@ static int get_params(link_bus_t *bus, const options_t *options)
         {
             return EXIT_FAILED;
         }
-        (void)printf("%s: %.9g\n", row->name, number_of(row, word_at(&params, row)));
+        (void)printf("%s: %.*g\n", row->name, digits_of(row), number_of(row, word_at(&params, row)));
     }
     const link_row_t *list = link_list(&count);
     for (size_t i = 0; options->count == 2 && i < count; i++)
@@ -165,7 +172,10 @@ static int get_params(link_bus_t *bus, const options_t *options)
         const bool is_there = link_bus_feeds_forward(bus) || !link_is_of_feedforward(&list[i]);
         if (list[i].group == LINK_PARAM && is_there && is_used(&params, &list[i]))
         {
-            (void)printf("%s: %.9g\n", list[i].name, number_of(&list[i], word_at(&params, &list[i])));
+            (void)printf("%s: %.*g\n",
+                         list[i].name,
+                         digits_of(&list[i]),
+                         number_of(&list[i], word_at(&params, &list[i])));
         }
     }
     return 0;
@@ -176,6 +186,31 @@ typedef struct
     const link_row_t *row;
     uint32_t          word;
 } change_t;
+
+/// A number, or the word that a scenario has for it; null or what is wrong.
+static const char *parse_value(const char *name, const char *text, double *number)
+{
+    static char wrong[64 + SIM_WORDS_MAX];
+    sim_place_t place;
+    if (!sim_key_find(NULL, name, &place) || place.key->type != SIM_KEY_CHOICE)
+    {
+        return sim_number_parse(text, number);
+    }
+    const int index = sim_key_find_word(place.key, text);
+    if (index >= 0)
+    {
+        *number = index;
+        return NULL;
+    }
+    if (sim_number_parse(text, number) == NULL)
+    {
+        return NULL;
+    }
+    char words[SIM_WORDS_MAX];
+    sim_key_words(place.key, words, sizeof words);
+    (void)snprintf(wrong, sizeof wrong, "is not %s, nor their number from 0", words);
+    return wrong;
+}
 
 static bool parse_change(const link_bus_t *bus, change_t *change, const char *text)
 {
@@ -193,7 +228,7 @@ static bool parse_change(const link_bus_t *bus, change_t *change, const char *te
         return false;
     }
     const link_row_t *row   = change->row;
-    const char       *wrong = sim_number_parse(equals + 1, &number);
+    const char       *wrong = parse_value(name, equals + 1, &number);
     if (wrong != NULL)
     {
         return link_complain("%s: %s", text, wrong);
@@ -341,7 +376,7 @@ static int params_command(link_bus_t *bus, const options_t *options)
     {
         return apply_defaults(bus);
     }
-    (void)link_complain("params %s: get, set, save, diff, from or defaults is wanted", what);
+    (void)link_complain("params%s%s: get, set, save, diff, from or defaults is wanted", what[0] != '\0' ? " " : "", what);
     return EXIT_FAILED;
 }
 
@@ -368,8 +403,9 @@ static void print_state(const link_row_t *row, uint32_t word)
     text             = strcmp(row->name, "fault") == 0 ? drive_fault_text((drive_fault_t)word) : text;
     text             = strcmp(row->name, "store") == 0 ? store_status_text((store_status_t)word) : text;
     text             = strcmp(row->name, "outcome") == 0 ? link_outcome_text(word) : text;
-    (void)printf("%s: %.9g%s%s%s%s\n",
+    (void)printf("%s: %.*g%s%s%s%s\n",
                  row->name,
+                 digits_of(row),
                  number_of(row, word),
                  row->unit[0] != '\0' ? " " : "",
                  row->unit,
@@ -475,6 +511,19 @@ static int set_reference(link_bus_t *bus, const options_t *options)
     if (wrong != NULL)
     {
         (void)link_complain("reference: %s", wrong);
+        return EXIT_FAILED;
+    }
+    uint32_t most;
+    if (!link_bus_read(bus, active_at(link_find("limits.input_max_N")), &most, 1))
+    {
+        return EXIT_FAILED;
+    }
+    if (!(fabsf((float)number) <= link_float(most)))
+    {
+        (void)link_complain("reference %g: outside -%g to %g N (limits.input_max_N)",
+                            number,
+                            (double)link_float(most),
+                            (double)link_float(most));
         return EXIT_FAILED;
     }
     const uint32_t word = link_word((float)number);
