@@ -39,6 +39,7 @@ typedef struct
 {
     const options_t               *options;
     double                         sample_time_s;
+    sim_loop_config_t              loop;      ///< holds the breakaway table that the params point to
     bool                           has_lugre; ///< in place of the paper's friction
     tribo_lugre_f32_params_t       lugre_f32;
     tribo_lugre_q31_params_t       lugre_q31;
@@ -339,6 +340,50 @@ static void warn(const options_t *options, uint64_t rows, const char *of_what)
     }
 }
 
+/// The params' model for the verdict, in float32, whatever --arith and --force are.
+static void play(void *context, const sim_log_t *log, size_t rows, const sim_path_t *path, double *force_n)
+{
+    const replay_t                *replay = context;
+    tribo_compensator_f32_params_t params = replay->f32;
+    tribo_breakaway_point_f32_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
+    for (size_t i = 0; i < 2; i++)
+    {
+        params.friction.law[i].offset_n *= (float)path->ratio;
+        params.friction.law[i].slope *= (float)path->ratio;
+    }
+    for (size_t i = 0; i < params.friction.table_length; i++)
+    {
+        table[i] = replay->f32.friction.table[i];
+        table[i].positive_n *= (float)path->ratio;
+        table[i].negative_n *= (float)path->ratio;
+    }
+    params.friction.table = params.friction.table_length > 0 ? table : NULL;
+    tribo_compensator_f32_state_t state;
+    for (size_t s = 0, k = 0; s < log->segments && k < rows; s++)
+    {
+        tribo_compensator_f32_reset(&state);
+        if (replay->has_lugre)
+        {
+            tribo_compensator_lugre_f32_reset(&state);
+        }
+        state.arm.force_n = (float)log->values[SIM_LOG_F][k];
+        for (; k < log->starts[s + 1] && k < rows; k++)
+        {
+            tribo_compensator_f32_signals_t signals;
+            const double                    u = (log->values[SIM_LOG_U][k] - path->bias_n) / (1.0 + path->scale_error);
+            if (replay->has_lugre)
+            {
+                (void)tribo_compensator_lugre_f32_step(&params, &replay->lugre_f32, &state, (float)u, &signals);
+            }
+            else
+            {
+                (void)tribo_compensator_f32_step(&params, &state, (float)u, &signals);
+            }
+            force_n[k] = (double)signals.force_n;
+        }
+    }
+}
+
 /// How restless the log's command is, and the compensator with it.
 static void print_activity(const replay_t *replay)
 {
@@ -379,7 +424,8 @@ static bool write_results(replay_t *replay, const sim_log_t *log, sim_error_t *e
     {
         sim_plot_write(files[1].stream, options->logs.paths[0], log, &replay->replayed);
     }
-    if (!sim_output_commit(files, count, error) || !sim_verdict_make(&verdict, log, &replay->replayed, error))
+    const sim_model_t model = {.play = play, .context = replay};
+    if (!sim_output_commit(files, count, error) || !sim_verdict_make(&verdict, log, &replay->replayed, &model, error))
     {
         return false;
     }
@@ -418,8 +464,8 @@ static bool replay_log(replay_t *replay, const sim_log_t *log, sim_error_t *erro
 /// The compensator's params for the log's sample time.
 static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t *error)
 {
-    const options_t  *options = replay->options;
-    sim_loop_config_t loop;
+    const options_t         *options = replay->options;
+    sim_loop_config_t *const loop    = &replay->loop;
     if (options->params != NULL && !sim_scenario_load_compensator(scenario, options->params, error))
     {
         return false;
@@ -435,25 +481,25 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
     {
         return false;
     }
-    sim_loop_config_fill(&loop, sim_scenario_config(scenario));
+    sim_loop_config_fill(loop, sim_scenario_config(scenario));
     const float    h      = (float)replay->sample_time_s;
-    tribo_status_t status = tribo_compensator_f32_init(&replay->f32, &loop.config.compensator, h);
+    tribo_status_t status = tribo_compensator_f32_init(&replay->f32, &loop->config.compensator, h);
     if (status == TRIBO_OK && options->q31)
     {
         status = tribo_compensator_q31_init(&replay->q31,
                                             replay->table,
-                                            &loop.config.compensator,
+                                            &loop->config.compensator,
                                             h,
                                             (float)options->full_scale_n);
     }
-    replay->has_lugre = loop.has_lugre;
-    if (status == TRIBO_OK && loop.has_lugre)
+    replay->has_lugre = loop->has_lugre;
+    if (status == TRIBO_OK && loop->has_lugre)
     {
-        const tribo_arm_f32_config_t *arm = &loop.config.compensator.arm;
-        status                            = tribo_lugre_f32_init(&replay->lugre_f32, &loop.lugre, arm, h);
+        const tribo_arm_f32_config_t *arm = &loop->config.compensator.arm;
+        status                            = tribo_lugre_f32_init(&replay->lugre_f32, &loop->lugre, arm, h);
         if (status == TRIBO_OK && options->q31)
         {
-            status = tribo_lugre_q31_init(&replay->lugre_q31, &loop.lugre, arm, h);
+            status = tribo_lugre_q31_init(&replay->lugre_q31, &loop->lugre, arm, h);
         }
     }
     if (status == TRIBO_ERR_SAMPLE_TIME)

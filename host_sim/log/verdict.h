@@ -8,11 +8,14 @@
 /// tells a wrong scale of u (common to both directions, grows with F), a bias (common, constant) and a wrong L (differs by
 /// direction) apart. An L that is too large leaves no residual while f = n; here it shows as a ratio below 1.
 /// Slides are found from F alone: a play that is wider than its noise, moved on by more than a run-in.
+/// Lag and creep of a slide are no part of this line. Where the model's own path (path.h) is nearer to F in the slides than the
+/// line is to n, scale, bias and ratio are those of the path.
 
 #ifndef SIM_VERDICT_H
 #define SIM_VERDICT_H
 
 #include "log/log.h"
+#include "log/path.h"
 
 #include <stdio.h>
 
@@ -40,15 +43,21 @@ typedef struct
     size_t has_motion; ///< of these, where speed or position is known; `against` counts those, or all if there is none
 
     bool   is_fitted;
-    double scale_error, bias_n, ratio;
+    bool   is_by_path; ///< else by the line through the slides
+    double scale_error, bias_n;
+    double ratio;           ///< of friction in newtons of F over L
     bool   scale_is_fitted; ///< the forces differ enough
 
     size_t fault_count;
     char   words[8][192];
 } sim_verdict_t;
 
-/// Judges. `log` has a force, or little can be said.
-bool sim_verdict_make(sim_verdict_t *verdict, const sim_log_t *log, const sim_replayed_t *replayed, sim_error_t *error);
+/// Judges. `log` has a force, or little can be said. `model` is that of the params.
+bool sim_verdict_make(sim_verdict_t        *verdict,
+                      const sim_log_t      *log,
+                      const sim_replayed_t *replayed,
+                      const sim_model_t    *model,
+                      sim_error_t          *error);
 
 void sim_verdict_write(const sim_verdict_t *verdict, const sim_log_t *log, FILE *file);
 

@@ -215,11 +215,18 @@ def test_a_wrong_sign_is_named(sim):
     assert verdict(sim, "--scale", "u=-")[0] == ["the params fit this log"]
 
 
+def test_a_loop_that_takes_u_back_at_each_slip_has_no_wrong_sign(sim):
+    sim.trace("triangle", "--set", "reference.period_s=60", "--set", "compensator.gain=0", "--set", "metrics.start_s=0")
+    options = ["--column", "F=y_N"]
+    assert verdict(sim, *options, log="trace_of_run/trace.csv")[0] == ["the params fit this log"]
+    assert verdict(sim, *options, "--scale", "u=-", log="trace_of_run/trace.csv")[0][0].startswith("wrong sign")
+
+
 @pytest.mark.parametrize("scale", [0.6, 0.85, 1.2])
 def test_a_wrong_scale_is_named_with_its_factor(sim, scale):
     slow_triangle(sim, u_of=lambda u: u * scale)
     words, _ = verdict(sim)
-    assert words[0].startswith("wrong scale")
+    assert len(words) == 1 and words[0].startswith("wrong scale")
     assert float(words[0].split("multiply u by ")[1].split()[0]) == pytest.approx(1 / scale, rel=0.03)
 
 

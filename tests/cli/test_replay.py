@@ -101,6 +101,17 @@ def test_set_goes_over_the_params_file(sim):
     assert sim.ok("replay", "log.csv") == sim.ok("replay", "log.csv", "--params", "p.yaml", "--set", "compensator.model=paper")
 
 
+def test_a_breakaway_table_is_used(sim):
+    log_of(sim, GOLDEN / "friction_paper.csv", ["F_N", "u_N"])
+    points = ", ".join(f"{{force_N: {F}, positive_N: {0.007 + 0.3 * F}, negative_N: {0.007 + 0.3 * F}}}" for F in (0, 1, 10))
+    sim.write("p.yaml", f"friction:\n  breakaway:\n    table: [{points}]\n")
+    sim.ok("replay", "log.csv", "--params", "p.yaml", "--force", "measured", "--out", "table.csv")
+    sim.ok("replay", "log.csv", "--force", "measured", "--out", "line.csv")
+    table, line = read_csv(sim.folder / "table.csv"), read_csv(sim.folder / "line.csv")
+    for name in ("L_N", "f_hat_N"):
+        assert table[name] == pytest.approx(line[name], abs=1e-5)
+
+
 def test_a_set_that_replay_does_not_read(sim):
     sim.write("log.csv", GOOD)
     hint = " (tribo-sim --help shows what there is)"

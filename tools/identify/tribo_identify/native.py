@@ -24,12 +24,12 @@ WIDE = Path(__file__).with_name("wide.h")
 
 def _sources():
     lib = [ROOT / f"lib/src/{name}.c" for name in ("compensator_f32", "friction_f32", "arm_f32", "relay", "edge", "status")]
-    return [Path(__file__).with_name("native.c"), ROOT / "host_sim/log/verdict.c", ROOT / "host_sim/support/error.c", *lib]
+    return [Path(__file__).with_name("native.c"), ROOT / "host_sim/log/verdict.c", ROOT / "host_sim/log/path.c", ROOT / "host_sim/support/error.c", *lib]
 
 
 def _digest():
     seen = hashlib.sha256()
-    for path in [WIDE, *_sources(), *sorted((ROOT / "lib/src").glob("*.h")), *sorted((ROOT / "lib/include/tribo").glob("*.h")), ROOT / "host_sim/log/verdict.h", ROOT / "host_sim/log/log.h"]:
+    for path in [WIDE, *_sources(), *sorted((ROOT / "lib/src").glob("*.h")), *sorted((ROOT / "lib/include/tribo").glob("*.h")), ROOT / "host_sim/log/verdict.h", ROOT / "host_sim/log/path.h", ROOT / "host_sim/log/log.h"]:
         seen.update(path.read_bytes())
     return seen.hexdigest()[:16]
 
