@@ -136,7 +136,12 @@ static bool read_header(reader_t *reader)
     {
         if (reader->place[i] == 0 && !reader->wanted[i].optional)
         {
-            return sim_error_set(reader->error, "%s:1:1: no column is named %s", reader->name, reader->wanted[i].name);
+            const bool is_one = !reader->is_log && reader->fields == 1;
+            return sim_error_set(reader->error,
+                                 "%s:1:1: no column is named %s%s",
+                                 reader->name,
+                                 reader->wanted[i].name,
+                                 is_one ? "; columns are separated by commas here, and there is one alone" : "");
         }
     }
     return true;

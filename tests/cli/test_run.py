@@ -788,3 +788,9 @@ def test_open_loop_has_nothing_for_a_drive(sim):
     message = "x.yaml:3: controller.kind: none is open loop, without a loop for a drive"
     sim.fails(message, "params", "x.yaml")
     sim.fails(message, "run", "x.yaml", "--target", "m4f")
+
+
+def test_a_reference_with_other_separators_is_told_of_commas(sim):
+    sim.write("x.yaml", "duration_s: 1\nreference: {kind: csv, file: r.csv}\n")
+    sim.write("r.csv", "t_s;r_N\n0;0,1\n1;0,5\n")
+    sim.fails("r.csv:1:1: no column is named t_s; columns are separated by commas here, and there is one alone", "run", "x.yaml")

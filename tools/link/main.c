@@ -376,7 +376,9 @@ static int params_command(link_bus_t *bus, const options_t *options)
     {
         return apply_defaults(bus);
     }
-    (void)link_complain("params%s%s: get, set, save, diff, from or defaults is wanted", what[0] != '\0' ? " " : "", what);
+    (void)link_complain("params%s%s: get, set, save, diff, from or defaults is wanted",
+                        what[0] != '\0' ? " " : "",
+                        what);
     return EXIT_FAILED;
 }
 
