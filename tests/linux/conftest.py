@@ -46,14 +46,18 @@ class Drive:
     def start(self, *arguments):
         return subprocess.Popen([self.program, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
-    def until_rows(self, rows):
-        """Waits until the log has so many."""
+    def until(self, has_happened, what):
+        """Waits for it, at most 10 s."""
         for _ in range(2000):
-            log = self.folder / "log.csv"
-            if log.exists() and log.read_text().count("\n") > rows:
+            if has_happened():
                 return
             time.sleep(0.005)
-        raise AssertionError("no rows")
+        raise AssertionError(what)
+
+    def until_rows(self, rows):
+        """Waits until the log has so many."""
+        log = self.folder / "log.csv"
+        self.until(lambda: log.exists() and log.read_text().count("\n") > rows, "no rows")
 
 
 class Line:

@@ -271,8 +271,15 @@ def test_a_duration_ends_it(drive):
 def test_the_watchdog_is_fed(drive):
     drive.write("rig.yaml", RIG + "watchdog: dog\n")
     drive.write("dog", "")
-    drive.ticks(1000)
-    assert re.fullmatch(r"\.+V", (drive.folder / "dog").read_text())
+    dog = drive.folder / "dog"
+    os.mkfifo(drive.folder / "ticks")
+    with drive.start("rig.yaml", "--ticks", "ticks,/dev/null") as run:
+        with open(drive.folder / "ticks", "wb") as ticks:  # those of a file may be over before the supervisor looks
+            drive.until(dog.read_text, "no food")
+            ticks.write(b"." * 1000)
+        _, said = run.communicate(timeout=60)
+    assert run.returncode == 0 and "1000 ticks" in said, said
+    assert re.fullmatch(r"\.+V", dog.read_text())
 
 
 def test_the_table_of_keys_is_current(drive):
