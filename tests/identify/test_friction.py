@@ -279,6 +279,9 @@ def test_a_plan_is_played_by_tribo_sim_and_stays_in_its_limits(tmp_path, capsys)
     # Without noise F rests at its largest in stiction, which is no limit; a sensor that is cut off is one.
     log = synthetic.log_of(np.c_[trace["t_s"], trace["u_N"], trace["y_N"]])
     assert not events.saturated(log.segments[0]).any()
+    turned = synthetic.log_of(np.c_[trace["t_s"], -trace["u_N"], trace["y_N"]])
+    with pytest.raises(Refusal, match="wrong sign"):
+        events.check(turned)
     log.segments[0].force = np.minimum(log.segments[0].force, 0.5)
     with pytest.raises(Refusal, match="saturated"):
         events.check(log)

@@ -12,6 +12,7 @@ BIN_S = 0.02  # over which signals are averaged
 LONG = 0.3  # of the range of F: a sweep over so much stands for one load more
 STANDS = 0.005  # of the range of u
 SATURATED_ROWS = 20  # at exactly the largest or least value
+WRONG_SIGN = "wrong sign: F falls where u rises (--scale u=- or --scale F=-)"
 
 
 class Refusal(DesignError):
@@ -115,6 +116,13 @@ def saturated(segment):
     return rows
 
 
+def falls_where_u_rises(log):
+    """By the changes of u and F over a tenth of a second."""
+    step = max(1, round(0.1 / log.sample_time_s))
+    moves = np.concatenate([np.diff(np.c_[s.u, s.force][::step], axis=0) for s in log.segments])
+    return np.sum(moves[:, 0] * moves[:, 1]) < -0.3 * np.sqrt(np.prod(np.sum(moves**2, axis=0)))
+
+
 def check(log):
     """Refuses what shows before any fit."""
     if not 1e-6 <= log.sample_time_s <= 0.1:
@@ -135,6 +143,8 @@ def check(log):
         raise Refusal("clock", f"clock: the whole log lasts {total:.3g} s; is t in another unit (--unit t=ms)?")
     full = sum(saturated(s).sum() for s in log.segments) / log.rows
     if full > 0.02:
+        if falls_where_u_rises(log):  # then u goes on where F rests in stiction, and only seems to be at a limit
+            raise Refusal("sign", WRONG_SIGN)
         raise Refusal("saturated", f"saturated: u or F stands at its limit in {100 * full:.2g} % of the rows; stay within the limits of drive and sensor")
 
 

@@ -18,7 +18,7 @@ import scipy.special
 import scipy.stats
 
 from . import native
-from .events import Refusal, bin_size, binned, check, check_events, find, loads, saturated
+from .events import WRONG_SIGN, Refusal, bin_size, binned, check, check_events, find, loads, saturated
 
 STEPS_MAX = 10_000_000  # of a simulation, beyond which its steps grow
 K_STARTS = (3.0, 5.0, 8.0, 14.0)  # of k_min, and L over the friction of slow slides: the fit has more than one valley
@@ -340,7 +340,7 @@ def identify(log, rig=None, assume="symmetric"):
     solution, rows = start(log, {**native.PAPER, **(rig or {})}, ways)
     scale, gravity, offset, slope = solution
     if scale < 0:
-        raise Refusal("sign", "wrong sign: F falls where u rises (--scale u=- or --scale F=-)")
+        raise Refusal("sign", WRONG_SIGN)
     if not 0.2 <= scale <= 5:
         raise Refusal("units", f"units: F moves by {scale:.3g} N for a newton of u; give the scale of u (--scale u=...), within a factor of 5")
     middle = float(np.median(rows[:, 5]))
