@@ -199,6 +199,10 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
                  summary->ticks,
                  summary->result.limited_ticks,
                  summary->result.bad_inputs);
+    if (summary->result.bad_inputs > 0)
+    {
+        (void)printf("%-26s%s\n", "bad inputs", "r or y beyond limits.input_max_N, the loop coasts: are forces in N?");
+    }
     (void)printf("%-26s%g s in %.3f s, %.0f times real time\n",
                  "simulated",
                  summary->simulated_s,

@@ -794,3 +794,9 @@ def test_a_reference_with_other_separators_is_told_of_commas(sim):
     sim.write("x.yaml", "duration_s: 1\nreference: {kind: csv, file: r.csv}\n")
     sim.write("r.csv", "t_s;r_N\n0;0,1\n1;0,5\n")
     sim.fails("r.csv:1:1: no column is named t_s; columns are separated by commas here, and there is one alone", "run", "x.yaml")
+
+
+def test_forces_in_another_unit_are_hinted_at(sim):
+    table = sim.ok("run", "triangle", "--set", "duration_s=1", "--set", "metrics.start_s=0", "--set", "reference.low_N=400")
+    assert "bad inputs                r or y beyond limits.input_max_N" in table
+    assert "coasts" not in sim.ok("run", "triangle")
