@@ -295,8 +295,11 @@ def test_sigkill_at_any_moment_changes_nothing(sim, study):
             os.killpg(process.pid, signal.SIGKILL) if kills % 2 else process.kill()
             process.wait()
         sizes.add((sim.folder / "o/rows.csv").stat().st_size if (sim.folder / "o/rows.csv").exists() else 0)
-        assert not (sim.folder / "o/summary.json").exists()
-    assert process.returncode == 0
+        if (sim.folder / "o/summary.json").exists():  # killed after its last act, as a sanitizer's exit takes long
+            break
+    else:
+        raise AssertionError("never got through")
+    assert process.returncode in (0, -signal.SIGKILL)
     assert len(sizes) > 1, "never killed between rows"
     for name in ("rows.csv", "summary.json"):
         assert (sim.folder / "o" / name).read_bytes() == (sim.folder / "whole" / name).read_bytes()
