@@ -106,12 +106,27 @@ static const struct argp_option known[] = {
     {.name = NULL}};
 // clang-format on
 
+static bool starts_with(const char *text, const char *start)
+{
+    return strncmp(text, start, strlen(start)) == 0;
+}
+
 static int take_set(options_t *options, const char *assignment)
 {
-    static const char group[] = "compensator.";
-    return strncmp(assignment, group, sizeof group - 1u) == 0
-               ? sim_scenario_take_set(&options->choice, assignment)
-               : sim_usage("replay: --set %s: it reads the keys of compensator alone", assignment);
+    static const char *const without[] =
+        {"compensator.method=", "compensator.gain=", "compensator.guard.", "compensator.feedforward."};
+    if (!starts_with(assignment, "compensator."))
+    {
+        return sim_usage("replay: --set %s: it reads the keys of compensator alone", assignment);
+    }
+    for (size_t i = 0; i < sizeof without / sizeof without[0]; i++)
+    {
+        if (starts_with(assignment, without[i]))
+        {
+            return sim_usage("replay: --set %s: it judges the model of friction, and this is none of it", assignment);
+        }
+    }
+    return sim_scenario_take_set(&options->choice, assignment);
 }
 
 static int take(void *context, int key, const char *value)

@@ -117,6 +117,9 @@ def test_a_set_that_replay_does_not_read(sim):
     hint = " (tribo-sim --help shows what there is)"
     sim.fails(f"replay: --set plant.model=lugre: it reads the keys of compensator alone{hint}", "replay", "log.csv", "--set",
               "plant.model=lugre", status=2)
+    for other in ("compensator.method=feedforward", "compensator.gain=0.5", "compensator.guard.on=yes", "compensator.feedforward.lead=2"):
+        sim.fails(f"replay: --set {other}: it judges the model of friction, and this is none of it{hint}", "replay", "log.csv", "--set",
+                  other, status=2)
     sim.fails(f"--set compensator.gain: key=value is wanted{hint}", "replay", "log.csv", "--set", "compensator.gain", status=2)
     sim.fails("--set compensator.model=dahl: compensator.model: 'dahl' is not paper or lugre", "replay", "log.csv", "--set",
               "compensator.model=dahl")
