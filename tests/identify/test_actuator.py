@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 import scipy.signal
+import scipy.stats
 import synthetic
 from test_friction import identify
 
+from tribo_design import identify as plant
 from tribo_identify import native
 
 INERTIA, DAMPING, STIFFNESS = 1.2e-4, 0.0288, 3.84
@@ -67,3 +69,54 @@ def test_steps_beyond_stiction_show_the_gain_and_say_that_the_poles_have_no_inte
     gain = next(line for line in out.splitlines() if line.startswith("gain")).replace("+-", " ").split()
     assert float(gain[1]) == pytest.approx(0.8, rel=2e-3)
     assert "the poles are a description without intervals" in out
+
+
+CHIRPS = [(damping, real) for damping in (0.05, 0.1, 0.2, 0.35, 0.5, 0.7) for real in (False, True)]
+
+
+def chirp(case):
+    """t, u, y, the pole of the pair and the real pole, if any, of a chirp through an arm."""
+    damping, has_real = CHIRPS[case]
+    source = np.random.default_rng(case)
+    size, real = source.uniform(20, 120), source.uniform(40, 300)
+    t = np.arange(2000) * 1e-3
+    u = 0.1 * scipy.signal.chirp(t, 0.5, 2.0, 20.0, phi=-90)
+    pair = [1, 2 * damping * size, size**2]
+    system = ([size**2 * real], np.polymul(pair, [1, real])) if has_real else ([size**2], pair)
+    _, y, _ = scipy.signal.lsim(system, u, t, interp=False)
+    y += [1e-5, 1e-4][case % 4 // 2] * source.normal(size=len(y))
+    return t, u - u[0], y, size * complex(-damping, np.sqrt(1 - damping**2)), real if has_real else None
+
+
+def covers(pole, size, widened):
+    found = np.hypot(pole["re"], pole["im"])
+    return (pole["size_low"] / found) ** widened < size / found < (pole["size_high"] / found) ** widened
+
+
+@pytest.mark.parametrize("case", range(len(CHIRPS)))
+def test_a_chirp_shows_a_complex_pair_with_u_rounded_or_not(case):
+    # Of some fifty intervals of 95 % a few miss: each, widened to 99.9 %, must not.
+    widened = scipy.stats.norm.ppf(0.9995) / scipy.stats.norm.ppf(0.975)
+    t, u, y, pole, real = chirp(case)
+    answers = []
+    for signal in (u, np.array([float(f"{x:.9g}") for x in u])):
+        found = plant.identify(plant.Data(t, signal, y), None, True)[0]
+        assert found["trusted"] and found["order"] == 2 + (real is not None), found["remarks"]
+        assert abs(found["gain"] - 1) < widened * found["gain_half_width"] < 1e-3
+        (pair,) = (p for p in found["poles"] if p["im"] > 0)
+        assert pair["identifiable"] and covers(pair, abs(pole), widened) and pair["size_high"] < 1.01 * pair["size_low"]
+        assert abs(pair["re"] - pole.real) < widened * pair["part_half_width"] < 0.03 * abs(pole)
+        for p in found["poles"]:
+            if not p["im"]:
+                assert p["identifiable"] and covers(p, real, widened) and p["size_high"] < 1.1 * p["size_low"]
+        answers.append([found["gain"], pair["re"], pair["im"]])
+    assert answers[0] == pytest.approx(answers[1], rel=1e-4)
+
+
+@pytest.mark.parametrize("case", [0, 3, 8])
+def test_a_chirp_with_the_order_given(case):
+    t, u, y, pole, real = chirp(case)
+    right = plant.identify(plant.Data(t, u, y), 3 if real else 2, True)[0]
+    assert right["trusted"] and any(covers(p, abs(pole), 1.0) for p in right["poles"] if p["im"])
+    wrong = plant.identify(plant.Data(t, u, y), 1, True)[0]
+    assert not wrong["trusted"] and any("the residual is not noise" in r or "integrator" in r for r in wrong["remarks"])

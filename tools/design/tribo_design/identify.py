@@ -34,6 +34,7 @@ ORDER_MAX = 6
 FINE, COARSE = {"xtol": 1e-8, "ftol": 1e-9, "gtol": 1e-10}, {"xtol": 1e-6, "ftol": 1e-7, "gtol": 1e-8}
 SPACING = 2e-3  # least relative distance of two poles in a sum of modes
 LOGIT_MAX = 7.0
+GRID, GRID_LOGITS = 24, (-2.5, -0.5)  # sizes and dampings (0.08, 0.4) of a pair that is looked for
 WHITE = 1e-3  # probability of a residual as coloured as this, if it were noise
 BIC_CLOSE = 6.0
 RIVAL = 0.3  # of BIC, beyond the price of one parameter: how near a structure must be to count as well
@@ -375,6 +376,23 @@ def _starts(record, structure, known):
     return out
 
 
+def _pair_starts(record, structure, known):
+    """Where u moves all the time no step shows how long y takes, and a valley is no wider than its resonance: one pair over a grid of sizes, beside the
+    next smaller structure's answer, or beside real poles on either side of it."""
+    if not record.dense or "load" in record.names or not structure.pairs:
+        return []
+    rest, tail = structure.order - 2, [2 * record.row_dt] if structure.delay else []
+    smaller = [f.theta for f in known if f.structure == replace(structure, order=rest, pairs=structure.pairs - 1)]
+    reals = np.arange(rest)
+    out = []
+    for size in np.linspace(np.log(6 / record.span), np.log(0.7 * np.pi / record.row_dt), GRID):
+        for logit in GRID_LOGITS:
+            out += [np.r_[size, logit, theta] for theta in smaller]
+            if structure.pairs == 1:
+                out += [np.r_[size, logit, size + way * (1 + 0.5 * reals), tail] for way in ((1, -1) if rest else (1,))]
+    return out
+
+
 def search(record, order, noise, keep=4):
     """The best structures by BIC, with their fits on few rows."""
     found, least = [], np.inf
@@ -391,7 +409,7 @@ def search(record, order, noise, keep=4):
                 here = []
                 for pairs in range(n // 2 + 1 if n <= 4 else 2):
                     structure = Structure(n, pairs, delay, integrator)
-                    one = fit(record, structure, noise, _starts(record, structure, found))
+                    one = fit(record, structure, noise, _starts(record, structure, found) + _pair_starts(record, structure, found))
                     if one is not None:
                         here.append(one)
                         found.append(one)
@@ -701,7 +719,7 @@ def figures(record, best, candidates, data, way):
 
     def entry(pole, size_half, part_half):
         visible = size_half < 0.7 and abs(pole) < 0.7 * np.pi / record.row_dt and abs(pole) > 0.3 / record.span
-        return {"pole": format_root(pole), "re": pole.real, "im": pole.imag, "size_low": abs(pole) * np.exp(-min(size_half, 700)), "size_high": abs(pole) * np.exp(min(size_half, 700)),
+        return {"pole": format_root(pole), "re": pole.real, "im": pole.imag, "size_low": abs(pole) * np.exp(-min(size_half, 600)), "size_high": abs(pole) * np.exp(min(size_half, 600)),
                 "part_half_width": part_half, "identifiable": bool(visible)}
 
     for i in range(structure.pairs):
