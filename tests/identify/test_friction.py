@@ -327,3 +327,29 @@ def test_on_line_and_off_line_agree_on_the_same_log(tmp_path):
     # Off line scale and bias of u are fitted as well; of the sum of both directions neither assumes anything.
     scale = found(result)["scale"]
     assert np.mean(on_line) == pytest.approx(off_line / scale.value, abs=0.01 + result.L_half + scale.half)
+
+
+def test_a_servos_friction_is_found_under_the_assumption_made():
+    # MX-106 by its publication: L+ and L- differ, as friction grows with u + F. That looks like a scale of u, and nothing in u and F tells it from one.
+    base, load = 0.007, 0.108
+    truth, rows = synthetic.sound(0, model="servo_mx106")
+    up, down = (base + 2 * load * FORCE) / (1 - load), (base + 2 * load * FORCE) / (1 + load)
+    result = friction.identify(synthetic.log_of(rows))
+    seen_as = 1 / (1 + 2 * load**2 / (1 - load**2))
+    assert result.params["scale"] / truth["scale"] == pytest.approx(seen_as, abs=0.003)
+    assert friction.breakaway(result.params, result.table, FORCE)[0] == pytest.approx(seen_as * (up + down) / 2, rel=0.04)
+    assert abs(result.slide_gap) < friction.GAP
+    assert any("if u is right" in r for r in result.remarks)
+    rows[:, 1] = truth["scale"] * rows[:, 1] + truth["bias"]
+    calibrated = friction.identify(synthetic.log_of(rows), assume="calibrated")
+    for found_at, right in zip(friction.breakaway(calibrated.params, calibrated.table, FORCE), (up, down)):
+        assert found_at == pytest.approx(right, rel=0.04)
+
+
+def test_slow_slides_beside_the_models_make_a_verdict_weak(experiment):
+    assert abs(experiment[2].slide_gap) < friction.GAP / 4
+    _, rows = synthetic.sound(0, model="bliman_sorine")
+    result = friction.identify(synthetic.log_of(rows))
+    assert result.slide_gap < -2 * friction.GAP
+    assert any("friction in slow slides differs" in r for r in result.remarks)
+    assert all(found(result)[name].verdict == "weak" for name in ("offset", "slope", "scale"))

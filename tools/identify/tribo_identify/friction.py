@@ -26,6 +26,7 @@ L_STARTS = (1.0, 1.2, 1.5, 2.0)
 SHARP = 0.3  # of the Jacobian's steps, near the end: the relays make the model rough below and bent above it
 VALLEYS = 4  # that are gone down into
 NOISE = 1.5  # times the noise of the averages: no other valley is deeper
+GAP = 0.005  # of L, in slow slides, that the median of a noisy log may be off by
 DOUBT = 0.03  # of L: a residual beyond it casts doubt on L, a third of it on hysteresis
 ROWS_MAX = 2_400_000  # of all iterations together
 START_ROWS = 60_000  # of a log, that its start is chosen by
@@ -72,6 +73,7 @@ class Result:
     remarks: list = field(default_factory=list)
     L_half: float = 0.0  # of L in the middle of the loads, relative
     rate_effect: float = 0.0  # of breakaway, relative, for ten times the rate
+    slide_gap: float = 0.0  # friction seen in slow slides less the model's there, over L
     lack_of_fit: tuple = (0.0, 1.0)  # largest deviation from the line, relative; probability by chance
 
 
@@ -361,7 +363,7 @@ def identify(log, rig=None, assume="symmetric"):
     _explained(fit, residual, level)
     if not -3 * log.sample_time_s - 0.003 <= delay <= 0.1:
         raise Refusal("clock", f"clock: F comes {delay:.3g} s after u{', before it was commanded' if delay < 0 else ''}; the stamps of u and F are not of one clock")
-    return _finish(fit, names, theta, residual, events, remarks, ripple, level)
+    return _finish(fit, names, theta, residual, events, remarks, ripple, level, ways)
 
 
 def _short(fit, log, events, rig, assume):
@@ -511,7 +513,7 @@ def _rate_effect(events, level):
     return float(np.polyfit(np.log10(rate), error, 1)[0] / level)
 
 
-def _finish(fit, names, theta, residual, events, remarks, ripple, level):
+def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways):
     lack, at = _table(fit, names, theta, residual, events, level)
     if at is not None and lack[0] > 0.1 and lack[1] < 0.01:
         names, theta = _to_table(fit, names, theta, at)
@@ -525,6 +527,7 @@ def _finish(fit, names, theta, residual, events, remarks, ripple, level):
     result = Result(estimates, params, table, events, fit.model(names, theta), fit.rms(residual), _hold_out(fit, residual), ripple, params["delay"], both, fit.assume, remarks, lack_of_fit=lack)
     result.rate_effect = _rate_effect(events, level)
     result.L_half = _relative_half(fit, names, theta, changes, both)
+    result.slide_gap = _slide_gap(fit, result, ways)
     _judge(fit, result, level)
     return result
 
@@ -581,10 +584,44 @@ def _hold_out(fit, residual):
     return float(outside / max(inside, 1e-300))
 
 
+def breakaway(params, table, force):
+    """L+ and L- at forces."""
+    load = np.abs(force)
+    if table:
+        at, plus, minus = np.array(table).T
+        return np.interp(load, at, plus), np.interp(load, at, minus)
+    return tuple(params[f"offset_{way}"] + params[f"slope_{way}"] * load for way in ("positive", "negative"))
+
+
+def _slide_gap(fit, result, ways):
+    """Of slow slides, which count little in the fit beside what moves fast: friction seen less the model's in the same rows, so with the same lag, over L. The
+    mean of both directions, which no bias of u moves."""
+    gaps = {1: [], -1: []}
+    for s, way, model in zip(fit.log.segments, ways, result.model):
+        for w, L in zip((1, -1), breakaway(result.params, result.table, s.force)):
+            on = way == w
+            gaps[w].append(w * (model[on] - s.force[on]) / L[on])
+    medians = [float(np.median(np.concatenate(g))) for g in gaps.values() if sum(map(len, g))]
+    return float(np.mean(medians)) if medians else 0.0
+
+
 def _explained(fit, residual, level):
     rms = fit.rms(residual)
     if rms > 0.25 * level:
         raise Refusal("model", f"the model does not explain the log: F is off by {rms:.3g} N rms, where breakaway is {level:.3g} N; no answer is better than this one")
+
+
+def _asymmetry(result):
+    """L+ and L- that would look like this scale, if they can: friction that grows with u does."""
+    scale = next((e for e in result.estimates if e.name == "scale"), None)
+    if scale is None or abs(scale.value - 1) <= scale.half:
+        return []
+    force = (result.loads[0][0] + result.loads[-1][1]) / 2
+    L = float(breakaway(result.params, result.table, force)[0])
+    up, down = (force + L) / scale.value - force, force - (force - L) / scale.value
+    if min(up, down) <= 0:
+        return []
+    return [f"if u is right but for a bias, L+ is {up:.3g} N and L- {down:.3g} N at {force:.3g} N, and the scale is 1: this log cannot tell (--assume calibrated)"]
 
 
 def _judge(fit, result, level):
@@ -594,6 +631,8 @@ def _judge(fit, result, level):
         doubt = f"F is off by {result.residual_rms:.3g} N rms, {100 * result.residual_rms / level:.2g} % of breakaway: the friction differs from the model's"
     if result.held_out > 2.5:
         doubt = f"half-cycles that were held out fit {result.held_out:.2g} times worse"
+    if abs(result.slide_gap) > max(GAP, result.L_half):
+        doubt = f"friction in slow slides differs from the model's by {100 * result.slide_gap:+.2g} %, beyond the interval of L: breakaway and sliding are not the model's"
     if result.ripple > 0.3 * level and result.residual_rms > DOUBT / 3 * level:  # a model that follows F leaves no room for one
         doubt = f"a ripple of {result.ripple:.3g} N with position, {100 * result.ripple / level:.2g} % of breakaway: average over whole turns"
     if result.residual_rms > DOUBT / 3 * level:
@@ -607,6 +646,7 @@ def _judge(fit, result, level):
                 e.verdict = "weak"
     if abs(result.rate_effect) > 0.1:
         result.remarks.append(f"breakaway differs from the model's by {100 * result.rate_effect:+.2g} % for ten times the ramp's rate")
+    result.remarks += _asymmetry(result)
     if result.assume == "symmetric":
         result.remarks.append("L+ = L- is assumed, which tells scale and bias of u; without it only L+ + L- is known (--assume calibrated: u is right, L+ and L- may differ)")
     else:
