@@ -83,12 +83,14 @@ tribo_status_t tribo_breakaway_learning_f32_init(tribo_breakaway_learning_f32_pa
 void tribo_breakaway_learning_f32_reset(const tribo_breakaway_learning_f32_params_t *params,
                                         tribo_breakaway_learning_f32_state_t        *state)
 {
-    const float                         scale   = params->doubt * params->scale_variance;
-    const float                         offset  = params->doubt * params->offset_variance;
-    const tribo_breakaway_learned_f32_t nothing = {.ss = scale, .oo = offset};
-    *state                                      = (tribo_breakaway_learning_f32_state_t){
-                                             .of     = {nothing, nothing},
-                                             .shared = {params->correlation * scale, 0.0f, 0.0f, params->correlation * offset}};
+    const float                         scale    = params->doubt * params->scale_variance;
+    const float                         offset   = params->doubt * params->offset_variance;
+    const tribo_breakaway_learned_f32_t nothing  = {.ss = scale, .oo = offset};
+    const float                         shared[] = {params->correlation * scale, params->correlation * offset};
+    *state                                       = (tribo_breakaway_learning_f32_state_t){
+                                              .of     = {nothing, nothing},
+                                              .shared = {shared[0], 0.0f, 0.0f, shared[1]},
+                                              .across = {.of = {nothing, nothing}, .shared = {shared[0], 0.0f, 0.0f, shared[1]}}};
 }
 
 tribo_breakaway_learning_f32_signals_t tribo_breakaway_learning_f32_at(
@@ -126,6 +128,58 @@ void tribo_breakaway_learning_f32_step(const tribo_breakaway_learning_f32_params
         breakaway_learning_f32_step(params, state, direction & 1u, travel_n, prior_n, measured_n);
         state->slid = 1;
     }
+}
+
+static inline void exchange(float *a, float *b)
+{
+    const float was = *a;
+    *a              = *b;
+    *b              = was;
+}
+
+// By values: copies of the whole would take more stack than a tick has.
+static inline void exchange_learned(tribo_breakaway_learned_f32_t *a, tribo_breakaway_learned_f32_t *b)
+{
+    exchange(&a->scale, &b->scale);
+    exchange(&a->offset_n, &b->offset_n);
+    exchange(&a->ss, &b->ss);
+    exchange(&a->so, &b->so);
+    exchange(&a->oo, &b->oo);
+}
+
+void tribo_breakaway_learning_f32_change_side(const tribo_breakaway_learning_f32_params_t *params,
+                                              tribo_breakaway_learning_f32_state_t        *state)
+{
+    tribo_breakaway_across_f32_t *const across = &state->across;
+
+    const float near = params->scale_most / 30.0f; // of three spreads
+    const bool  same = state->travel_n[0] > 0.0f && state->travel_n[1] > 0.0f &&
+                      (magnitude(state->of[0].scale - across->of[0].scale) < near ||
+                       magnitude(state->of[1].scale - across->of[1].scale) < near);
+    const float apart = same ? 0.0f : 0.25f * params->scale_variance;
+    if (same || state->of[0].ss + state->of[1].ss + 2.0f * apart < across->of[0].ss + across->of[1].ss)
+    {
+        // Stays behind, and is taken along. No loops: they would become calls of memmove.
+        across->of[0]     = state->of[0];
+        across->of[1]     = state->of[1];
+        across->shared[0] = state->shared[0];
+        across->shared[1] = state->shared[1];
+        across->shared[2] = state->shared[2];
+        across->shared[3] = state->shared[3];
+        state->of[0].ss += apart;
+        state->of[1].ss += apart;
+    }
+    else
+    {
+        exchange_learned(&state->of[0], &across->of[0]);
+        exchange_learned(&state->of[1], &across->of[1]);
+        exchange(&state->shared[0], &across->shared[0]);
+        exchange(&state->shared[1], &across->shared[1]);
+        exchange(&state->shared[2], &across->shared[2]);
+        exchange(&state->shared[3], &across->shared[3]);
+    }
+    exchange(&state->travel_n[0], &across->travel_n[0]);
+    exchange(&state->travel_n[1], &across->travel_n[1]);
 }
 
 void tribo_breakaway_learning_f32_slide_ends(const tribo_breakaway_learning_f32_params_t *params,

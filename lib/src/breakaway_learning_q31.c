@@ -62,8 +62,10 @@ void tribo_breakaway_learning_q31_reset(const tribo_breakaway_learning_q31_param
                                         tribo_breakaway_learning_q31_state_t        *state)
 {
     const tribo_breakaway_learned_q31_t nothing = {.ss = params->doubt, .oo = params->doubt};
-    *state                                      = (tribo_breakaway_learning_q31_state_t){.of     = {nothing, nothing},
-                                                                                         .shared = {params->correlation, 0, 0, params->correlation}};
+    *state                                      = (tribo_breakaway_learning_q31_state_t){
+                                             .of     = {nothing, nothing},
+                                             .shared = {params->correlation, 0, 0, params->correlation},
+                                             .across = {.of = {nothing, nothing}, .shared = {params->correlation, 0, 0, params->correlation}}};
 }
 
 tribo_breakaway_learning_q31_signals_t tribo_breakaway_learning_q31_at(
@@ -105,6 +107,65 @@ void tribo_breakaway_learning_q31_step(const tribo_breakaway_learning_q31_params
                                 good_prior(prior),
                                 limit_q31(measured, -MEASURED_MAX, MEASURED_MAX));
     state->slid |= (uint8_t)(travel > 0u);
+}
+
+static inline void exchange(int32_t *a, int32_t *b)
+{
+    const int32_t was = *a;
+    *a                = *b;
+    *b                = was;
+}
+
+// By values: copies of the whole would take more stack than a tick has.
+static inline void exchange_learned(tribo_breakaway_learned_q31_t *a, tribo_breakaway_learned_q31_t *b)
+{
+    exchange(&a->scale, &b->scale);
+    exchange(&a->offset, &b->offset);
+    exchange(&a->ss, &b->ss);
+    exchange(&a->so, &b->so);
+    exchange(&a->oo, &b->oo);
+}
+
+static inline void exchange_travel(uint64_t *a, uint64_t *b)
+{
+    const uint64_t was = *a;
+    *a                 = *b;
+    *b                 = was;
+}
+
+void tribo_breakaway_learning_q31_change_side(tribo_breakaway_learning_q31_state_t *state)
+{
+    tribo_breakaway_across_q31_t *const across = &state->across;
+
+    const uint32_t near = (UINT32_C(1) << 28) / 10u;
+    const bool     same = state->travel[0] > 0u && state->travel[1] > 0u &&
+                      (tribo_q31_magnitude(state->of[0].scale - across->of[0].scale) < near ||
+                       tribo_q31_magnitude(state->of[1].scale - across->of[1].scale) < near);
+    const int32_t apart = same ? 0 : BREAKAWAY_LEARNING_Q31_ONE / 4;
+    // Halved: a variance may be 1 and a rounding more.
+    if (same || state->of[0].ss / 2 + state->of[1].ss / 2 + apart < across->of[0].ss / 2 + across->of[1].ss / 2)
+    {
+        // Stays behind, and is taken along. No loops: they would become calls of memmove.
+        across->of[0]     = state->of[0];
+        across->of[1]     = state->of[1];
+        across->shared[0] = state->shared[0];
+        across->shared[1] = state->shared[1];
+        across->shared[2] = state->shared[2];
+        across->shared[3] = state->shared[3];
+        state->of[0].ss += apart;
+        state->of[1].ss += apart;
+    }
+    else
+    {
+        exchange_learned(&state->of[0], &across->of[0]);
+        exchange_learned(&state->of[1], &across->of[1]);
+        exchange(&state->shared[0], &across->shared[0]);
+        exchange(&state->shared[1], &across->shared[1]);
+        exchange(&state->shared[2], &across->shared[2]);
+        exchange(&state->shared[3], &across->shared[3]);
+    }
+    exchange_travel(&state->travel[0], &across->travel[0]);
+    exchange_travel(&state->travel[1], &across->travel[1]);
 }
 
 void tribo_breakaway_learning_q31_slide_ends(const tribo_breakaway_learning_q31_params_t *params,

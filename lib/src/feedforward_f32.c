@@ -125,6 +125,7 @@ void tribo_feedforward_f32_reset(const tribo_feedforward_f32_params_t *params, t
     state->share      = 1.0f;
     state->bad_inputs = 0;
     tribo_breakaway_learning_f32_reset(&params->learning, &state->learning);
+    state->side = 1.0f;
     tribo_hold_f32_reset(&state->hold, 0.0f);
     tribo_feedforward_f32_restart(state);
 }
@@ -188,12 +189,17 @@ tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_feedfo
     const uint32_t side  = direction & 1u;
     const float    prior = feedforward_f32_prior(friction, side, force);
 
+    tribo_breakaway_learning_f32_state_t learning = state->learning;
+    if (force * state->side < 0.0f)
+    {
+        tribo_breakaway_learning_f32_change_side(&params->learning, &learning); // as r would
+    }
     const tribo_breakaway_learning_f32_signals_t known =
-        tribo_breakaway_learning_f32_at(&params->learning, &state->learning, side, prior);
+        tribo_breakaway_learning_f32_at(&params->learning, &learning, side, prior);
     return (tribo_feedforward_f32_learned_t){
         .L_n            = known.L_n,
         .doubt          = known.doubt,
-        .travel_n       = state->learning.travel_n[side],
-        .at_bound       = tribo_breakaway_learning_f32_is_at_bound(&params->learning, &state->learning, side, prior),
+        .travel_n       = learning.travel_n[side] + learning.across.travel_n[side],
+        .at_bound       = tribo_breakaway_learning_f32_is_at_bound(&params->learning, &learning, side, prior),
         .stays_at_bound = state->learning.stays_at_bound[side] != 0};
 }

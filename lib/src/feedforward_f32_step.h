@@ -319,6 +319,13 @@ static inline float feedforward_f32_added(const tribo_feedforward_f32_params_t *
     return signals->added_n;
 }
 
+/// Whether r has come to the other side of 0. A command of the wrong scale looks like friction that grows with F in one direction and
+/// falls in the other, and the other way round on the other side of 0: no L(|F|) has both, so each side learns its own.
+static inline bool feedforward_f32_crosses(const tribo_feedforward_f32_state_t *state)
+{
+    return !(state->reversal.position_n * state->side >= 0.0f); // also where the side was corrupt
+}
+
 /// How far the arm has slid in this tick, if something can be learned from it, else 0.
 static inline float feedforward_f32_travel(const tribo_feedforward_f32_params_t  *params,
                                            tribo_feedforward_f32_state_t         *state,
@@ -330,8 +337,8 @@ static inline float feedforward_f32_travel(const tribo_feedforward_f32_params_t 
     const int32_t way      = state->slide.way;
     const float   distance = (way == before ? state->distance_n : 0.0f) + moved;
     // Slides as asked: the friction fed forward is all of the way that F goes, and so does r; and F is where r is.
-    const bool slides =
-        state->sigma == (float)way && magnitude(state->error_n) <= params->slide_error_max_n && state->limited == 0;
+    const bool slides = state->sigma == (float)way && magnitude(state->error_n) <= params->slide_error_max_n &&
+                        state->limited == 0 && !feedforward_f32_crosses(state);
     state->distance_n = slides ? distance : 0.0f;
     const bool steady = state->distance_n > params->slide_run_in_n &&
                         magnitude(signals->meter.change_n) < params->slide_change_max_n && signals->y_good;
@@ -357,15 +364,40 @@ static inline void feedforward_f32_learn(const tribo_feedforward_f32_params_t  *
                                 way * signals->meter.friction_n);
     state->learning.slid = 1;
 
-    // What f will move by, b moves by as well: learning does not move u.
-    const tribo_breakaway_learning_f32_signals_t now =
-        feedforward_f32_breakaway(params, state, direction, &signals->place);
-    const float moved = way * (now.weighted_n - signals->ahead.weighted_n);
     const float held  = state->held_n[direction];
     const float holds = bound_f32(v - state->offset_n, params->offset_max_n);
 
     hold_f32_learned(&params->hold, &state->hold, travel);
-    state->held_n[direction] = held + travel / (travel + params->slide_run_in_n) * (holds - held) - moved;
+    state->held_n[direction] = held + travel / (travel + params->slide_run_in_n) * (holds - held);
+}
+
+/// Learning changes to the other side of 0 when r has come there. Not while f goes from one direction's L to the other's, nor
+/// where r jumps: such a tick has enough to do. Returns whether f moves by it; in a hold it does not.
+static inline bool feedforward_f32_change_side(const tribo_feedforward_f32_params_t  *params,
+                                               tribo_feedforward_f32_state_t         *state,
+                                               const tribo_feedforward_f32_signals_t *signals)
+{
+    const bool goes  = signals->behind.L_n == 0.0f;
+    const bool jumps = magnitude(state->r_n[0] - state->r_n[1]) > params->step_n;
+    if (!feedforward_f32_crosses(state) || !(goes || (state->hold.active && !jumps)))
+    {
+        return false;
+    }
+    state->side = state->reversal.position_n > 0.0f ? 1.0f : -1.0f;
+    tribo_breakaway_learning_f32_change_side(&params->learning, &state->learning);
+    return goes;
+}
+
+/// What f will move by, b moves by as well: another L does not move u.
+static inline void feedforward_f32_keep(const tribo_feedforward_f32_params_t  *params,
+                                        tribo_feedforward_f32_state_t         *state,
+                                        const tribo_feedforward_f32_signals_t *signals)
+{
+    const uint32_t                               direction = feedforward_f32_direction(signals->way);
+    const tribo_breakaway_learning_f32_signals_t now =
+        feedforward_f32_breakaway(params, state, direction, &signals->place);
+    const float moved = (float)signals->way * (now.weighted_n - signals->ahead.weighted_n);
+    state->held_n[direction] -= moved;
     state->offset_n += moved;
 }
 
@@ -387,6 +419,11 @@ static inline void feedforward_f32_after(const tribo_feedforward_f32_params_t *p
     {
         feedforward_f32_learn(params, friction, state, v, signals->travel_n, signals);
     }
+    else if (!feedforward_f32_change_side(params, state, signals))
+    {
+        return;
+    }
+    feedforward_f32_keep(params, state, signals);
 }
 
 #endif

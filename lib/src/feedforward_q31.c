@@ -132,6 +132,7 @@ void tribo_feedforward_q31_reset(const tribo_feedforward_q31_params_t *params, t
     state->share      = UINT32_MAX;
     state->bad_inputs = 0;
     tribo_breakaway_learning_q31_reset(&params->learning, &state->learning);
+    state->side = 1;
     tribo_hold_q31_reset(&state->hold, 0);
     tribo_feedforward_q31_restart(state);
 }
@@ -188,12 +189,17 @@ tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_feedfo
     const uint32_t side  = direction & 1u;
     const uint32_t prior = feedforward_q31_prior(friction, side, feedforward_q31_inside(force));
 
+    tribo_breakaway_learning_q31_state_t learning = state->learning;
+    if (state->side < 0 ? force > 0 : force < 0)
+    {
+        tribo_breakaway_learning_q31_change_side(&learning); // as r would
+    }
     const tribo_breakaway_learning_q31_signals_t known =
-        tribo_breakaway_learning_q31_at(&params->learning, &state->learning, side, prior);
+        tribo_breakaway_learning_q31_at(&params->learning, &learning, side, prior);
     return (tribo_feedforward_q31_learned_t){
         .L              = known.L,
         .doubt          = known.doubt,
-        .travel         = state->learning.travel[side],
-        .at_bound       = tribo_breakaway_learning_q31_is_at_bound(&params->learning, &state->learning, side, prior),
+        .travel         = learning.travel[side] + learning.across.travel[side],
+        .at_bound       = tribo_breakaway_learning_q31_is_at_bound(&params->learning, &learning, side, prior),
         .stays_at_bound = state->learning.stays_at_bound[side] != 0};
 }

@@ -374,6 +374,12 @@ static inline int32_t feedforward_q31_added(const tribo_feedforward_q31_params_t
     return signals->added;
 }
 
+/// Whether r has come to the other side of 0; see the twin.
+static inline bool feedforward_q31_crosses(const tribo_feedforward_q31_state_t *state)
+{
+    return tribo_q31_multiply(state->reversal.position, state->side) < 0;
+}
+
 /// How far the arm has slid in this tick, if something can be learned from it, else 0.
 static inline uint32_t feedforward_q31_travel(const tribo_feedforward_q31_params_t  *params,
                                               tribo_feedforward_q31_state_t         *state,
@@ -386,7 +392,8 @@ static inline uint32_t feedforward_q31_travel(const tribo_feedforward_q31_params
     const uint32_t distance = (way == before ? state->distance : 0u) + moved; // up to 2 FS
     // Slides as asked: the friction fed forward is all of the way that F goes, and so does r; and F is where r is.
     const bool slides = state->sigma == way * FEEDFORWARD_Q31_FULL &&
-                        tribo_q31_magnitude(state->error) <= (uint32_t)params->slide_error_max && state->limited == 0;
+                        tribo_q31_magnitude(state->error) <= (uint32_t)params->slide_error_max && state->limited == 0 &&
+                        !feedforward_q31_crosses(state);
     state->distance   = slides ? distance : 0u;
     const bool steady = state->distance > params->slide_run_in &&
                         tribo_q31_magnitude(signals->meter.change) < (uint32_t)params->slide_change_max &&
@@ -409,18 +416,42 @@ static inline void feedforward_q31_learn(const tribo_feedforward_q31_params_t  *
     breakaway_learning_q31_step(&params->learning, &state->learning, direction, travel, prior, z);
     state->learning.slid = 1;
 
-    // What f will move by, b moves by as well: learning does not move u.
-    const tribo_breakaway_learning_q31_signals_t now =
-        feedforward_q31_breakaway(params, state, direction, &signals->place);
-    const int32_t  more  = (int32_t)now.weighted - (int32_t)signals->ahead.weighted;
-    const int32_t  moved = falls ? -more : more;
     const int32_t  held  = state->held[direction];
     const int32_t  holds = limit_q31(v - signals->b, -params->offset_max, params->offset_max);
     const uint32_t part  = 2u * ratio_q31(travel, travel + params->slide_run_in); // Q32
 
-    state->held[direction] = first_order_q31_step(held, holds, part) - moved;
-    feedforward_q31_move_offset(state, moved);
+    state->held[direction] = first_order_q31_step(held, holds, part);
     hold_q31_learned(&params->hold, &state->hold, travel);
+}
+
+/// Learning changes to the other side of 0 when r has come there. Not while f goes from one direction's L to the other's, nor
+/// where r jumps: such a tick has enough to do. Returns whether f moves by it; in a hold it does not.
+static inline bool feedforward_q31_change_side(const tribo_feedforward_q31_params_t  *params,
+                                               tribo_feedforward_q31_state_t         *state,
+                                               const tribo_feedforward_q31_signals_t *signals)
+{
+    const bool goes  = signals->behind.L == 0u;
+    const bool jumps = tribo_q31_magnitude(state->r[0] - state->r[1]) > (uint32_t)params->step;
+    if (!feedforward_q31_crosses(state) || !(goes || (state->hold.active && !jumps)))
+    {
+        return false;
+    }
+    state->side = state->reversal.position > 0 ? 1 : -1;
+    tribo_breakaway_learning_q31_change_side(&state->learning);
+    return goes;
+}
+
+/// What f will move by, b moves by as well: another L does not move u.
+static inline void feedforward_q31_keep(const tribo_feedforward_q31_params_t  *params,
+                                        tribo_feedforward_q31_state_t         *state,
+                                        const tribo_feedforward_q31_signals_t *signals)
+{
+    const uint32_t                               direction = feedforward_q31_direction(signals->way);
+    const tribo_breakaway_learning_q31_signals_t now =
+        feedforward_q31_breakaway(params, state, direction, &signals->place);
+    const int32_t moved = signals->way * ((int32_t)now.weighted - (int32_t)signals->ahead.weighted);
+    state->held[direction] -= moved;
+    feedforward_q31_move_offset(state, moved);
 }
 
 static inline void feedforward_q31_after(const tribo_feedforward_q31_params_t *params,
@@ -445,6 +476,11 @@ static inline void feedforward_q31_after(const tribo_feedforward_q31_params_t *p
     {
         feedforward_q31_learn(params, friction, state, feedforward_q31_inside(v), signals->travel, signals);
     }
+    else if (!feedforward_q31_change_side(params, state, signals))
+    {
+        return;
+    }
+    feedforward_q31_keep(params, state, signals);
 }
 
 #endif

@@ -55,6 +55,20 @@ static void test_triangle_with_half_and_one_and_a_half_times_the_breakaway_and_n
     }
 }
 
+static void test_a_command_of_the_wrong_scale_is_no_worse_on_both_sides_of_0(void)
+{
+    static const compensation_triangle_t across  = {-0.25, 0.25, 0.02};
+    static const double                  scale[] = {0.95, 1.05};
+    for (int i = 0; i < 2; i++)
+    {
+        truth.actuator_gain = scale[i];
+        const double off    = compensation_run_triangle(COMPENSATION_OFF, NULL, &truth, across).rms;
+        const double x      = compensation_run_triangle(COMPENSATION_FEEDFORWARD, NULL, &truth, across).rms;
+        printf("scale of u %.2f: %.2f times\n", scale[i], off / x);
+        TEST_ASSERT_TRUE(off / x >= 15.0);
+    }
+}
+
 static double square(const void *context, double t)
 {
     return fmod(t, 10.0) < 5.0 ? 0.4 : *(const double *)context;
@@ -80,6 +94,7 @@ int main(void)
     RUN_TEST(test_triangle_has_a_twentieth_of_the_error);
     RUN_TEST(test_triangle_without_the_rate_of_the_reference);
     RUN_TEST(test_triangle_with_half_and_one_and_a_half_times_the_breakaway_and_noise);
+    RUN_TEST(test_a_command_of_the_wrong_scale_is_no_worse_on_both_sides_of_0);
     RUN_TEST(test_steps_are_fed_back_while_the_reference_stands);
     return UNITY_END();
 }

@@ -296,10 +296,15 @@ static inline double loop_step_guarded(loop_t *x, guard_t *guard, double r, doub
     return (double)u;
 }
 
-/// Of both directions, in N.
+/// Of both directions on both sides of 0, in N.
 static inline double loop_learned_travel(const loop_t *x)
 {
-    return (double)x->memory.state.learning.travel_n[0] + (double)x->memory.state.learning.travel_n[1];
+    double travel = 0.0;
+    for (int d = 0; d < 2; d++)
+    {
+        travel += (double)x->memory.state.learning.travel_n[d] + (double)x->memory.state.learning.across.travel_n[d];
+    }
+    return travel;
 }
 
 static inline uint32_t loop_bad_inputs(const loop_t *x)

@@ -333,11 +333,15 @@ static inline double loop_step_guarded(loop_t *x, guard_t *guard, double r, doub
     return from_q31(u);
 }
 
-/// Of both directions, in N.
+/// Of both directions on both sides of 0, in N.
 static inline double loop_learned_travel(const loop_t *x)
 {
-    return ((double)x->memory.state.learning.travel[0] + (double)x->memory.state.learning.travel[1]) / 536870912.0 *
-           FULL_SCALE_N;
+    double travel = 0.0;
+    for (int d = 0; d < 2; d++)
+    {
+        travel += (double)x->memory.state.learning.travel[d] + (double)x->memory.state.learning.across.travel[d];
+    }
+    return travel / 536870912.0 * FULL_SCALE_N;
 }
 
 static inline uint32_t loop_bad_inputs(const loop_t *x)

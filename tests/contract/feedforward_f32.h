@@ -82,19 +82,42 @@ static inline double feedforward_caution(const feedforward_t *x)
     return (double)x->state.hold.caution;
 }
 
-/// What was learned is the same, of the other direction where `mirrored`.
+/// As if `scale`, in prior spreads, had been learned in `direction` across 0, or on the side that learning is on.
+static inline void feedforward_set_scale(feedforward_t *x, bool across, uint32_t direction, double scale)
+{
+    tribo_breakaway_learning_f32_state_t *learning                 = &x->state.learning;
+    (across ? learning->across.of : learning->of)[direction].scale = (float)(scale * x->spread_scale);
+}
+
+/// What was learned is the same, of the other direction and side of 0 where `mirrored`.
 static inline bool feedforward_knows_the_same(const feedforward_t *a, const feedforward_t *b, bool mirrored)
 {
-    const tribo_breakaway_learning_f32_state_t *p    = &a->state.learning;
-    const tribo_breakaway_learning_f32_state_t *q    = &b->state.learning;
-    bool                                        same = p->shared[0] == q->shared[0] && p->shared[3] == q->shared[3] &&
-                p->shared[1] == q->shared[mirrored ? 2 : 1] && p->shared[2] == q->shared[mirrored ? 1 : 2];
-    for (int d = 0; d < 2; d++)
+    tribo_breakaway_learning_f32_state_t p = a->state.learning;
+    tribo_breakaway_learning_f32_state_t q = b->state.learning;
+
+    bool same = true;
+    for (int side = 0; side < 2; side++)
     {
-        const tribo_breakaway_learned_f32_t *m = &p->of[d];
-        const tribo_breakaway_learned_f32_t *n = &q->of[mirrored ? 1 - d : d];
-        same = same && m->scale == n->scale && m->offset_n == n->offset_n && m->ss == n->ss && m->so == n->so &&
-               m->oo == n->oo && p->travel_n[d] == q->travel_n[mirrored ? 1 - d : d];
+        same = same && p.shared[0] == q.shared[0] && p.shared[3] == q.shared[3] &&
+               p.shared[1] == q.shared[mirrored ? 2 : 1] && p.shared[2] == q.shared[mirrored ? 1 : 2];
+        for (int d = 0; d < 2; d++)
+        {
+            const tribo_breakaway_learned_f32_t *m = &p.of[d];
+            const tribo_breakaway_learned_f32_t *n = &q.of[mirrored ? 1 - d : d];
+            same = same && m->scale == n->scale && m->offset_n == n->offset_n && m->ss == n->ss && m->so == n->so &&
+                   m->oo == n->oo && p.travel_n[d] == q.travel_n[mirrored ? 1 - d : d];
+        }
+        for (int d = 0; d < 2; d++)
+        {
+            p.of[d]         = p.across.of[d];
+            q.of[d]         = q.across.of[d];
+            p.travel_n[d]   = p.across.travel_n[d];
+            q.travel_n[d]   = q.across.travel_n[d];
+            p.shared[d]     = p.across.shared[d];
+            q.shared[d]     = q.across.shared[d];
+            p.shared[2 + d] = p.across.shared[2 + d];
+            q.shared[2 + d] = q.across.shared[2 + d];
+        }
     }
     return same;
 }
@@ -116,24 +139,25 @@ static inline void feedforward_after(feedforward_t *x, double v, double u, bool 
 
 static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
 {
-    const tribo_feedforward_f32_signals_t *s    = &x->signals;
-    feedforward_seen_t                     seen = {.e      = (double)s->e_n,
-                                                   .lin    = (double)s->lin_n,
-                                                   .f      = (double)s->f_n,
-                                                   .b      = (double)s->b_n,
-                                                   .added  = (double)s->added_n,
-                                                   .sigma  = (double)s->sigma,
-                                                   .z      = (double)s->meter.friction_n,
-                                                   .travel = (double)s->travel_n,
-                                                   .bad    = x->state.bad_inputs};
+    const tribo_feedforward_f32_signals_t      *s        = &x->signals;
+    feedforward_seen_t                          seen     = {.e      = (double)s->e_n,
+                                                            .lin    = (double)s->lin_n,
+                                                            .f      = (double)s->f_n,
+                                                            .b      = (double)s->b_n,
+                                                            .added  = (double)s->added_n,
+                                                            .sigma  = (double)s->sigma,
+                                                            .z      = (double)s->meter.friction_n,
+                                                            .travel = (double)s->travel_n,
+                                                            .bad    = x->state.bad_inputs};
+    const tribo_breakaway_learning_f32_state_t *learning = &x->state.learning;
     for (int d = 0; d < 2; d++)
     {
-        seen.rho[d]       = (double)x->state.learning.of[d].scale / x->spread_scale;
-        seen.off[d]       = (double)x->state.learning.of[d].offset_n / x->spread_offset;
+        seen.rho[d]       = (double)learning->of[d].scale / x->spread_scale;
+        seen.off[d]       = (double)learning->of[d].offset_n / x->spread_offset;
         const float load  = fabsf(s->reached_n);
         const float prior = x->friction.law[d].offset_n + x->friction.law[d].slope * load;
         const tribo_breakaway_learning_f32_signals_t at =
-            tribo_breakaway_learning_f32_at(&x->params.learning, &x->state.learning, (uint32_t)d, prior);
+            tribo_breakaway_learning_f32_at(&x->params.learning, learning, (uint32_t)d, prior);
         seen.L[d]     = (double)at.weighted_n;
         seen.doubt[d] = (double)at.doubt;
     }

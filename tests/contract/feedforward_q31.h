@@ -103,19 +103,42 @@ static inline double feedforward_caution(const feedforward_t *x)
     return x->state.hold.caution / 4294967295.0;
 }
 
-/// What was learned is the same, of the other direction where `mirrored`.
+/// As if `scale`, in prior spreads, had been learned in `direction` across 0, or on the side that learning is on.
+static inline void feedforward_set_scale(feedforward_t *x, bool across, uint32_t direction, double scale)
+{
+    tribo_breakaway_learning_q31_state_t *learning                 = &x->state.learning;
+    (across ? learning->across.of : learning->of)[direction].scale = (int32_t)lround(scale * 268435456.0);
+}
+
+/// What was learned is the same, of the other direction and side of 0 where `mirrored`.
 static inline bool feedforward_knows_the_same(const feedforward_t *a, const feedforward_t *b, bool mirrored)
 {
-    const tribo_breakaway_learning_q31_state_t *p    = &a->state.learning;
-    const tribo_breakaway_learning_q31_state_t *q    = &b->state.learning;
-    bool                                        same = p->shared[0] == q->shared[0] && p->shared[3] == q->shared[3] &&
-                p->shared[1] == q->shared[mirrored ? 2 : 1] && p->shared[2] == q->shared[mirrored ? 1 : 2];
-    for (int d = 0; d < 2; d++)
+    tribo_breakaway_learning_q31_state_t p = a->state.learning;
+    tribo_breakaway_learning_q31_state_t q = b->state.learning;
+
+    bool same = true;
+    for (int side = 0; side < 2; side++)
     {
-        const tribo_breakaway_learned_q31_t *m = &p->of[d];
-        const tribo_breakaway_learned_q31_t *n = &q->of[mirrored ? 1 - d : d];
-        same = same && m->scale == n->scale && m->offset == n->offset && m->ss == n->ss && m->so == n->so &&
-               m->oo == n->oo && p->travel[d] == q->travel[mirrored ? 1 - d : d];
+        same = same && p.shared[0] == q.shared[0] && p.shared[3] == q.shared[3] &&
+               p.shared[1] == q.shared[mirrored ? 2 : 1] && p.shared[2] == q.shared[mirrored ? 1 : 2];
+        for (int d = 0; d < 2; d++)
+        {
+            const tribo_breakaway_learned_q31_t *m = &p.of[d];
+            const tribo_breakaway_learned_q31_t *n = &q.of[mirrored ? 1 - d : d];
+            same = same && m->scale == n->scale && m->offset == n->offset && m->ss == n->ss && m->so == n->so &&
+                   m->oo == n->oo && p.travel[d] == q.travel[mirrored ? 1 - d : d];
+        }
+        for (int d = 0; d < 2; d++)
+        {
+            p.of[d]         = p.across.of[d];
+            q.of[d]         = q.across.of[d];
+            p.travel[d]     = p.across.travel[d];
+            q.travel[d]     = q.across.travel[d];
+            p.shared[d]     = p.across.shared[d];
+            q.shared[d]     = q.across.shared[d];
+            p.shared[2 + d] = p.across.shared[2 + d];
+            q.shared[2 + d] = q.across.shared[2 + d];
+        }
     }
     return same;
 }
@@ -151,24 +174,25 @@ static inline void feedforward_after(feedforward_t *x, double v, double u, bool 
 
 static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
 {
-    const tribo_feedforward_q31_signals_t *s    = &x->signals;
-    feedforward_seen_t                     seen = {.e      = feedforward_from_q31(x, s->e),
-                                                   .lin    = feedforward_from_units(x, s->lin),
-                                                   .f      = feedforward_from_units(x, s->f),
-                                                   .b      = feedforward_from_units(x, s->b),
-                                                   .added  = feedforward_from_q31(x, s->added),
-                                                   .sigma  = s->sigma / 536870912.0,
-                                                   .z      = feedforward_from_units(x, s->meter.friction),
-                                                   .travel = feedforward_from_units(x, s->travel),
-                                                   .bad    = x->state.bad_inputs};
+    const tribo_feedforward_q31_signals_t      *s        = &x->signals;
+    feedforward_seen_t                          seen     = {.e      = feedforward_from_q31(x, s->e),
+                                                            .lin    = feedforward_from_units(x, s->lin),
+                                                            .f      = feedforward_from_units(x, s->f),
+                                                            .b      = feedforward_from_units(x, s->b),
+                                                            .added  = feedforward_from_q31(x, s->added),
+                                                            .sigma  = s->sigma / 536870912.0,
+                                                            .z      = feedforward_from_units(x, s->meter.friction),
+                                                            .travel = feedforward_from_units(x, s->travel),
+                                                            .bad    = x->state.bad_inputs};
+    const tribo_breakaway_learning_q31_state_t *learning = &x->state.learning;
     for (int d = 0; d < 2; d++)
     {
         const uint32_t load  = 4u * tribo_q31_magnitude(s->reached);
         const uint32_t prior = (x->friction.law[d].offset + tribo_q31_high(x->friction.law[d].slope, load)) / 4u;
         const tribo_breakaway_learning_q31_signals_t at =
-            tribo_breakaway_learning_q31_at(&x->params.learning, &x->state.learning, (uint32_t)d, prior);
-        seen.rho[d]   = x->state.learning.of[d].scale / 268435456.0;
-        seen.off[d]   = x->state.learning.of[d].offset / 268435456.0;
+            tribo_breakaway_learning_q31_at(&x->params.learning, learning, (uint32_t)d, prior);
+        seen.rho[d]   = learning->of[d].scale / 268435456.0;
+        seen.off[d]   = learning->of[d].offset / 268435456.0;
         seen.L[d]     = feedforward_from_units(x, at.weighted);
         seen.doubt[d] = at.doubt / 2147483648.0;
     }

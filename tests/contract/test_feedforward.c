@@ -196,7 +196,7 @@ static void test_feedforward_of_forces_twice_as_large_gives_forces_twice_as_larg
     init(&x);
     double_forces();
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, feedforward_init_scaled(&other, &config, &model, 2.0 * INPUT_MAX, H, 2.0));
-    for (int k = 0; k < RUNS(40000, 8000); k++)
+    for (int k = 0; k < RUNS(80000, 8000); k++)
     {
         const double reference = on_grid(wander(&w));
         const double y         = on_grid(measure(&plant));
@@ -725,7 +725,9 @@ static void test_what_was_learned_is_told_by_direction_and_force(void)
             TEST_ASSERT_DOUBLE_WITHIN(0.05 * L, L, at.L);
             TEST_ASSERT_TRUE(at.doubt > 0.0 && at.doubt < 0.1);
             TEST_ASSERT_FALSE(at.at_bound);
-            TEST_ASSERT_TRUE(minus.L == at.L && minus.doubt == at.doubt);
+            // Where F has not been, on the other side of 0, the same is believed with more doubt.
+            TEST_ASSERT_TRUE(minus.L == at.L && minus.travel == at.travel);
+            TEST_ASSERT_TRUE(minus.doubt > at.doubt + 0.1 && minus.doubt < 0.4);
         }
         const feedforward_learned_t there = feedforward_learned(&x, d, 0.4);
         const feedforward_learned_t bit_0 = feedforward_learned(&x, d + 2u, 0.4); // of the direction only this counts
@@ -774,6 +776,7 @@ static void test_slides_that_keep_ending_at_a_bound_are_latched(void)
         TEST_ASSERT_FALSE(feedforward_learned(&x, 1u - d, 0.4).stays_at_bound);
         feedforward_restart(&x);
         TEST_ASSERT_TRUE(feedforward_learned(&x, d, 0.4).stays_at_bound);
+        TEST_ASSERT_TRUE(feedforward_learned(&x, d, -0.4).stays_at_bound); // wherever it was
         init(&x);
         TEST_ASSERT_FALSE(feedforward_learned(&x, d, 0.4).stays_at_bound);
     }
@@ -796,6 +799,36 @@ static void test_a_restart_ends_no_slide(void)
         (void)tick(&x, &plant, triangle(k));
     }
     TEST_ASSERT_FALSE(feedforward_learned(&x, 1u, 0.4).stays_at_bound);
+}
+
+static void test_what_is_known_on_the_other_side_of_0_does_not_move_u(void)
+{
+    for (int way = -1; way <= 1; way += 2)
+    {
+        const uint32_t d = way > 0 ? TRIBO_BREAKAWAY_POSITIVE : TRIBO_BREAKAWAY_NEGATIVE;
+        init(&x);
+        feedforward_set_scale(&x, way > 0, d, 2.0); // where r is at first; before, learning is above 0
+        feedforward_set_scale(&x, way < 0, d, -1.0);
+        feedforward_seen_t last    = {.f = 0.0};
+        int                crossed = 0;
+        for (int k = 0; k < 1000; k++)
+        {
+            const double reference = way * 2e-5 * (k - 500);
+            (void)feedforward_before(&x, reference, reference);
+            (void)feedforward_added(&x, 0.01);
+            feedforward_do_not_learn(&x);
+            feedforward_after(&x, 0.01, reference, false);
+            const feedforward_seen_t now = feedforward_seen(&x);
+            if (k > 100)
+            {
+                TEST_ASSERT_DOUBLE_WITHIN(1e-5, last.f - last.b, now.f - now.b);
+                crossed += fabs(now.f - last.f) > 1e-3; // by half of 3 spreads of 0.4 of 7 mN
+            }
+            last = now;
+        }
+        TEST_ASSERT_EQUAL_INT(1, crossed);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.5 * 0.6 * (L0 + L1 * 0.01), fabs(last.f));
+    }
 }
 
 static void test_friction_goes_over_within_the_jump_time_after_a_reversal(void)
@@ -864,6 +897,7 @@ int main(void)
     RUN_TEST(test_breakaway_beyond_what_the_params_allow_is_told_for_its_direction);
     RUN_TEST(test_slides_that_keep_ending_at_a_bound_are_latched);
     RUN_TEST(test_a_restart_ends_no_slide);
+    RUN_TEST(test_what_is_known_on_the_other_side_of_0_does_not_move_u);
     RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
     return UNITY_END();
 }

@@ -202,6 +202,81 @@ static void test_four_slides_that_end_at_a_bound_are_latched(void)
     TEST_ASSERT_EQUAL_UINT8(0, learning.bound_slides[POSITIVE]);
 }
 
+/// As if learned on the side that is left.
+static tribo_breakaway_across_q31_t side_of(const tribo_breakaway_learning_q31_state_t *state)
+{
+    tribo_breakaway_across_q31_t side;
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        side.of[d]          = state->of[d];
+        side.shared[d]      = state->shared[d];
+        side.shared[2u + d] = state->shared[2u + d];
+        side.travel[d]      = state->travel[d];
+    }
+    return side;
+}
+
+/// What there is in `state` once r has come to it from where `other` was learned.
+static void take_over(tribo_breakaway_learning_q31_state_t *state, const tribo_breakaway_learning_q31_state_t *other)
+{
+    tribo_breakaway_learning_q31_state_t crossing = *other;
+    crossing.across                               = side_of(state);
+    tribo_breakaway_learning_q31_change_side(&crossing);
+
+    const tribo_breakaway_across_q31_t left = side_of(other);
+    TEST_ASSERT_EQUAL_MEMORY(&left, &crossing.across, sizeof left);
+    TEST_ASSERT_EQUAL_UINT8(other->slid, crossing.slid);
+    TEST_ASSERT_EQUAL_MEMORY(other->bound_slides, crossing.bound_slides, sizeof crossing.bound_slides);
+    crossing.across = state->across;
+    *state          = crossing;
+}
+
+static void test_what_is_better_known_elsewhere_is_taken_over_with_more_doubt(void)
+{
+    tribo_breakaway_learning_q31_state_t here = learning;
+    slide(POSITIVE, 0.14);
+    slide(NEGATIVE, 0.08);
+    slide(POSITIVE, 0.14);
+    const tribo_breakaway_learning_q31_state_t taught = learning;
+
+    // Nothing is known here, not even whether it was learned from.
+    take_over(&here, &taught);
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        TEST_ASSERT_EQUAL_INT32(taught.of[d].scale, here.of[d].scale);
+        TEST_ASSERT_EQUAL_INT32(taught.of[d].offset, here.of[d].offset);
+        TEST_ASSERT_EQUAL_INT32(taught.of[d].ss + (INT32_C(1) << 28), here.of[d].ss);
+        TEST_ASSERT_EQUAL_INT32(taught.of[d].so, here.of[d].so);
+        TEST_ASSERT_EQUAL_INT32(taught.of[d].oo, here.of[d].oo);
+        TEST_ASSERT_TRUE(here.travel[d] == 0);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(taught.shared, here.shared, sizeof here.shared);
+
+    // What is better known here stays where the two differ in both directions,
+    for (int way = -1; way <= 1; way += 2)
+    {
+        for (uint32_t d = 0; d < 2u; d++)
+        {
+            learning = taught;
+            learning.of[d].scale += way * 27500000;
+            learning.of[1u - d].scale -= way * 27500000;
+            tribo_breakaway_learning_q31_state_t before = learning;
+            take_over(&learning, &taught);
+            TEST_ASSERT_EQUAL_MEMORY(&before, &learning, sizeof learning);
+            // or as long as the other side has slid one way only;
+            learning.of[d].scale                       = taught.of[d].scale + way * 26000000;
+            before                                     = learning;
+            tribo_breakaway_learning_q31_state_t other = taught;
+            other.travel[d]                            = 0;
+            take_over(&learning, &other);
+            TEST_ASSERT_EQUAL_MEMORY(&before, &learning, sizeof learning);
+            // where they agree in one, both are of one kind, and the other is newer.
+            take_over(&learning, &taught);
+            TEST_ASSERT_EQUAL_MEMORY(taught.of, learning.of, sizeof learning.of);
+        }
+    }
+}
+
 static void test_no_travel_teaches_nothing(void)
 {
     for (int k = 0; k < 100; k++)
@@ -249,6 +324,7 @@ int main(void)
     RUN_TEST(test_what_was_learned_stays_within_its_bounds_and_says_so);
     RUN_TEST(test_doubt_ends_at_1_whatever_the_covariance);
     RUN_TEST(test_four_slides_that_end_at_a_bound_are_latched);
+    RUN_TEST(test_what_is_better_known_elsewhere_is_taken_over_with_more_doubt);
     RUN_TEST(test_no_travel_teaches_nothing);
     RUN_TEST(test_learning_init_names_the_field);
     return UNITY_END();

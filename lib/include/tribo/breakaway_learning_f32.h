@@ -70,6 +70,14 @@ typedef struct
     float ss, so, oo;      ///< scale with scale, with offset, offset with offset
 } tribo_breakaway_learned_f32_t;
 
+/// What is known where F has the other sign.
+typedef struct
+{
+    tribo_breakaway_learned_f32_t of[2];
+    float                         shared[4];
+    float                         travel_n[2];
+} tribo_breakaway_across_f32_t;
+
 typedef struct
 {
     tribo_breakaway_learned_f32_t of[2]; ///< the directions
@@ -78,6 +86,7 @@ typedef struct
     uint8_t slid;              ///< 1: something was learned since the last slide ended
     uint8_t bound_slides[2];   ///< slides in succession that ended at a bound, by direction; stops at 255
     uint8_t stays_at_bound[2]; ///< 1: TRIBO_BREAKAWAY_BOUND_SLIDES of them were seen; latched until reset or restore
+    tribo_breakaway_across_f32_t across;
 } tribo_breakaway_learning_f32_state_t;
 
 /// A force: what follows from the prior there, whatever is learned.
@@ -130,6 +139,13 @@ void tribo_breakaway_learning_f32_step(const tribo_breakaway_learning_f32_params
                                        float                                        travel_n,
                                        float                                        prior_n,
                                        float                                        measured_n);
+
+/// Changes to the other side of F = 0. Each side learns apart, but what is known on the side that is left counts on the other one as
+/// well if it has slid both ways and both sides agree on the scale within a tenth of its spread in one direction (a command of the
+/// wrong scale makes them differ in both, and differently), or if it is better known even though the sides may differ by half a
+/// spread. What slide_ends counts is of both sides. Not for every tick.
+void tribo_breakaway_learning_f32_change_side(const tribo_breakaway_learning_f32_params_t *params,
+                                              tribo_breakaway_learning_f32_state_t        *state);
 
 /// Says that the slide in `direction` has ended, at a force where the prior is `prior_n`: counts the slides that something was
 /// learned from and that ended at a bound, and latches when there are TRIBO_BREAKAWAY_BOUND_SLIDES in succession. A single slide

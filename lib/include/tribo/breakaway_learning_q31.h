@@ -59,12 +59,21 @@ typedef struct
     int32_t ss, so, oo;    ///< scale with scale, with offset, offset with offset, Q30
 } tribo_breakaway_learned_q31_t;
 
+/// What is known where F has the other sign.
+typedef struct
+{
+    tribo_breakaway_learned_q31_t of[2];
+    int32_t                       shared[4];
+    uint64_t                      travel[2];
+} tribo_breakaway_across_q31_t;
+
 typedef struct
 {
     tribo_breakaway_learned_q31_t of[2]; ///< the directions
     int32_t  shared[4]; ///< covariance, Q30: L+'s scale with L-'s, with its offset; L+'s offset likewise
     uint64_t travel[2]; ///< learned from, by direction, in units
     uint8_t  slid, bound_slides[2], stays_at_bound[2]; ///< see the twin
+    tribo_breakaway_across_q31_t across;
 } tribo_breakaway_learning_q31_state_t;
 
 /// A force: what follows from the prior there, whatever is learned.
@@ -111,6 +120,9 @@ void tribo_breakaway_learning_q31_step(const tribo_breakaway_learning_q31_params
                                        uint32_t                                     travel,
                                        uint32_t                                     prior,
                                        int32_t                                      measured);
+
+/// Changes to the other side of F = 0; see the twin.
+void tribo_breakaway_learning_q31_change_side(tribo_breakaway_learning_q31_state_t *state);
 
 /// Says that the slide in `direction` has ended, at a force where the prior is `prior`; see the twin.
 void tribo_breakaway_learning_q31_slide_ends(const tribo_breakaway_learning_q31_params_t *params,

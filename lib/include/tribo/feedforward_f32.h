@@ -103,6 +103,7 @@ typedef struct
     float                                noise_n;    ///< n_r, mean second difference of r
     float                                reached_n;  ///< rs, r as far as u lets it be reached
     float                                rate_n_s;   ///< filtered rate of rs
+    float                                side;       ///< of 0 that learning is on, -1 or 1
     float                                sigma;      ///< -1 to 1: f is -L- to L+
     float                                u_n;        ///< as applied in the last tick
     float                                f_n;        ///< fed forward in the last tick

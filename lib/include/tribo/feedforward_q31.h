@@ -69,6 +69,7 @@ typedef struct
     uint32_t                             noise;      ///< n_r, mean second difference of r, Q37
     int32_t                              reached;    ///< rs, r as far as u lets it be reached
     int32_t                              rate;       ///< filtered change of rs in a tick, Q37
+    int32_t                              side;       ///< of 0 that learning is on, -1 or 1
     int32_t                              sigma;      ///< Q29: f is -L- to L+
     int32_t                              u;          ///< as applied in the last tick
     int32_t                              f;          ///< fed forward in the last tick
