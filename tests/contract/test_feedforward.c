@@ -831,6 +831,32 @@ static void test_what_is_known_on_the_other_side_of_0_does_not_move_u(void)
     }
 }
 
+/// Not in the tick of the jump, which has enough to do.
+static void test_a_jump_over_0_in_a_hold_changes_the_side_in_the_next_tick(void)
+{
+    const int jump = 6000;
+    init(&x);
+    feedforward_set_scale(&x, false, 0, 2.0);
+    feedforward_set_scale(&x, true, 0, -1.0);
+    other = x;
+    feedforward_set_scale(&other, true, 0, 2.0);
+    for (int k = 0; k < jump + 3; k++)
+    {
+        const double reference = k < 1000 ? 1e-4 * k : k < jump ? 0.1 : -0.05;
+        (void)feedforward_before(&x, reference, 0.1);
+        (void)feedforward_before(&other, reference, 0.1);
+        const double added = feedforward_added(&x, 0.01);
+        TEST_ASSERT_TRUE(k == jump + 2 || added == feedforward_added(&other, 0.01)); // then f follows from another L
+        feedforward_do_not_learn(&x);
+        feedforward_do_not_learn(&other);
+        feedforward_after(&x, 0.01, 0.11, false);
+        feedforward_after(&other, 0.01, 0.11, false);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, k <= jump ? 2.0 : -1.0, feedforward_seen(&x).rho[0]);
+        TEST_ASSERT_TRUE(feedforward_seen(&x).b == feedforward_seen(&other).b);
+    }
+    TEST_ASSERT_TRUE(feedforward_holds(&x));
+}
+
 static void test_friction_goes_over_within_the_jump_time_after_a_reversal(void)
 {
     init(&x);
@@ -898,6 +924,7 @@ int main(void)
     RUN_TEST(test_slides_that_keep_ending_at_a_bound_are_latched);
     RUN_TEST(test_a_restart_ends_no_slide);
     RUN_TEST(test_what_is_known_on_the_other_side_of_0_does_not_move_u);
+    RUN_TEST(test_a_jump_over_0_in_a_hold_changes_the_side_in_the_next_tick);
     RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
     return UNITY_END();
 }
