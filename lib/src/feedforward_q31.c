@@ -190,7 +190,7 @@ tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_feedfo
     const uint32_t prior = feedforward_q31_prior(friction, side, feedforward_q31_inside(force));
 
     tribo_breakaway_learning_q31_state_t learning = state->learning;
-    if (state->side < 0 ? force > 0 : force < 0)
+    if (tribo_q31_multiply(force, state->side) < 0)
     {
         tribo_breakaway_learning_q31_change_side(&learning); // as r would
     }
