@@ -831,6 +831,28 @@ static void test_what_is_known_on_the_other_side_of_0_does_not_move_u(void)
     }
 }
 
+/// F has not crossed yet where r has.
+static void test_what_slid_before_r_crossed_0_does_not_count_beyond(void)
+{
+    plant_t plant   = {.positive = 1.0, .negative = 1.0};
+    int     before  = 0;
+    int     crossed = 0;
+    init(&x);
+    for (int k = 0; k < 18000; k++) // down to the lower end at 20 s
+    {
+        const double reference = triangle(k) - 0.4;
+        (void)tick(&x, &plant, reference);
+        const double travel = feedforward_seen(&x).travel;
+        before += k > 10000 && reference > 0.02 && travel > 0.0;
+        if (k > 10000 && reference < -1e-3 && reference > -3e-3)
+        {
+            TEST_ASSERT_TRUE(travel == 0.0);
+            crossed++;
+        }
+    }
+    TEST_ASSERT_TRUE(before > 1000 && crossed > 40);
+}
+
 /// Not in the tick of the jump, which has enough to do.
 static void test_a_jump_over_0_in_a_hold_changes_the_side_in_the_next_tick(void)
 {
@@ -924,6 +946,7 @@ int main(void)
     RUN_TEST(test_slides_that_keep_ending_at_a_bound_are_latched);
     RUN_TEST(test_a_restart_ends_no_slide);
     RUN_TEST(test_what_is_known_on_the_other_side_of_0_does_not_move_u);
+    RUN_TEST(test_what_slid_before_r_crossed_0_does_not_count_beyond);
     RUN_TEST(test_a_jump_over_0_in_a_hold_changes_the_side_in_the_next_tick);
     RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
     return UNITY_END();
