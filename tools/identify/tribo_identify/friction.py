@@ -614,7 +614,7 @@ def _explained(fit, residual, level):
 def _asymmetry(result):
     """L+ and L- that would look like this scale, if they can: friction that grows with u does."""
     scale = next((e for e in result.estimates if e.name == "scale"), None)
-    if scale is None or abs(scale.value - 1) <= scale.half:
+    if scale is None or abs(scale.value - 1) <= max(scale.half, GAP):
         return []
     force = (result.loads[0][0] + result.loads[-1][1]) / 2
     L = float(breakaway(result.params, result.table, force)[0])
