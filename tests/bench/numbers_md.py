@@ -110,6 +110,7 @@ FUNCTIONS = [
             ("instructions over fast triangles and stands, least / mean / worst (one that learns)", "feedforward.tick.min",
              "feedforward.tick.mean", "feedforward.tick.max"),
             ("worst over random inputs, limits and bad inputs", "feedforward.search.max"),
+            ("what a guard beside it adds, least / mean / worst", "guard.min", "guard.mean", "guard.max"),
             ("stack, bytes / where the method changes", "stack.feedforward", "stack.methods"),
             ("its memory / params, bytes, beside the loop's", "ram.feedforward", "flash.feedforward_params"),
             ("flash at -Os, bytes: loop with both methods and params", "flash.fed"),

@@ -76,6 +76,10 @@ COUNTED(uint8_t,
         counted_edge,
         (tribo_edge_state_t * state, uint8_t width, uint8_t events),
         tribo_edge_step(state, width, events))
+COUNTED(int,
+        counted_watch,
+        (PARAMS(guard), STATE(guard), loop_state_t *loop, number_t r, number_t y),
+        (TRIBO(force_loop_guard, watch)(params, state, &other, loop, r, y, &signals), 0))
 COUNTED(int, counted_axes, (uint32_t axes, number_t r), (step_axes(axes, r), 0))
 
 // --- the plant: actuator, arm with friction, sensor ----------------------------------------------------------------
@@ -588,6 +592,48 @@ static __attribute__((noinline)) void run_feedforward(void)
     print("flash.feedforward_params", "", (uint32_t)sizeof feedforward);
 }
 
+/// The guard beside the loop with the feed-forward. It judges turns of small forces here, so that many ticks have one.
+static __attribute__((noinline)) void run_guard(void)
+{
+    static TRIBO(guard, params_t) guard_params;
+    static TRIBO(guard, state_t) guard;
+    const tribo_guard_f32_config_t quick = {.turn_n       = 1.0e-3f,
+                                            .quick_time_s = 0.2f,
+                                            .stray_n      = 1.0e-3f,
+                                            .fade_time_s  = 0.5f};
+    if (INIT_GUARD(&guard_params, &quick) != TRIBO_OK)
+    {
+        return; // the figures will be missed
+    }
+    counts_t counts = {0};
+    search_t s      = {.kind = 0};
+    random_state    = 0x6a3du;
+    plant_reset();
+    TRIBO(guard, reset)(&guard);
+    TRIBO(force_loop, reset)(&axis[0]);
+    TRIBO(feedforward, reset)(&feedforward, &memory.state);
+    ATTACH(&axis[0], &memory);
+    for (int32_t k = 0; k < 8000 + SEARCH_TICKS; k++)
+    {
+        s.r = triangle_and_stand(k);
+        s.y = plant.sensor;
+        if (k >= 8000)
+        {
+            search_step(&s, k);
+        }
+        const number_t u = TRIBO(force_loop, step)(&other, &axis[0], s.r, s.y, &signals);
+        (void)counted_watch(&guard_params, &guard, &axis[0], s.r, s.y);
+        counts_add(&counts);
+        if (k % 2000 == 0)
+        {
+            TRIBO(guard, restore)(&guard);
+        }
+        plant_step(u);
+    }
+    print_counts("guard", &counts);
+    print("ram.guard", "", (uint32_t)sizeof guard);
+}
+
 // --- LuGre ---------------------------------------------------------------------------------------------------------
 
 /// Explicit Euler steps of Eq. (12) that a tick needs, the fewest with which its fastest rate, 1/s, does not grow: h rate/n < 2.
@@ -684,6 +730,7 @@ int main(void)
     print("flash.params", "", (uint32_t)sizeof(loop_params_t));
     run_table();
     run_feedforward();
+    run_guard();
     run_lugre();
 #endif
     return 0;

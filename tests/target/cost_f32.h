@@ -4,6 +4,7 @@
 #define TESTS_TARGET_COST_F32_H
 
 #include "tribo/force_loop_feedforward_f32.h"
+#include "tribo/force_loop_guard_f32.h"
 #include "tribo/force_loop_lugre_f32.h"
 
 #include <string.h>
@@ -16,6 +17,7 @@
 #define INIT_FED                         tribo_force_loop_feedforward_f32_init
 #define INIT_LUGRE                       tribo_force_loop_lugre_f32_init
 #define ATTACH                           tribo_force_loop_feedforward_f32_attach
+#define INIT_GUARD(params, config)       tribo_guard_f32_init(params, config, 1e-3f)
 
 typedef float                       number_t;
 typedef tribo_breakaway_point_f32_t point_t;

@@ -4,8 +4,10 @@
 #define TESTS_TARGET_COST_Q31_H
 
 #include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/force_loop_guard_q31.h"
 #include "tribo/force_loop_lugre_q31.h"
 #include "tribo/quantize_feedforward_q31.h"
+#include "tribo/quantize_q31.h"
 
 #include <stddef.h>
 
@@ -18,8 +20,9 @@
     tribo_force_loop_feedforward_q31_init(params, NULL, feedforward, config, feedforward_config, FULL_SCALE_N, NULL)
 #define INIT_LUGRE(params, lugre, config, lugre_config)                                                                \
     tribo_force_loop_lugre_q31_init(params, NULL, lugre, config, lugre_config, FULL_SCALE_N, NULL)
-#define ATTACH       tribo_force_loop_feedforward_q31_attach
-#define FULL_SCALE_N 2.0f
+#define ATTACH                     tribo_force_loop_feedforward_q31_attach
+#define FULL_SCALE_N               2.0f
+#define INIT_GUARD(params, config) tribo_guard_q31_init(params, config, 1e-3f, FULL_SCALE_N)
 
 typedef int32_t                     number_t;
 typedef tribo_breakaway_point_q31_t point_t;
