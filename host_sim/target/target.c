@@ -272,7 +272,7 @@ static void compare(sim_target_t *target, const uint32_t words[TRIBO_SIGNAL_WORD
     {
         (void)snprintf(target->difference,
                        sizeof target->difference,
-                       "the guard's cause in tick %" PRIu64 " is %" PRIu32 ", %" PRIu32 " on the host",
+                       "the guard's cause of tick %" PRIu64 " is %" PRIu32 ", %" PRIu32 " on the host",
                        target->ticks,
                        target->tock[TRIBO_TOCK_GUARD],
                        guard);

@@ -158,7 +158,7 @@ class Drive:
 
     def poll(self, *arguments, status=0):
         """mbpoll with these arguments: its lines of values."""
-        command = ["mbpoll", "-m", "rtu", "-b", "115200", "-P", "none", "-0", "-1", "-q", "-o", "1", *map(str, arguments)]
+        command = ["mbpoll", "-m", "rtu", "-b", "115200", "-P", "none", "-0", "-1", "-q", "-o", "5", *map(str, arguments)]
         port = command.index("-o")  # the device comes before values to be written
         values = []
         if "--" in command:

@@ -172,7 +172,10 @@ while True:
 """
 
 
-@pytest.mark.parametrize("word, name", [(0, "the command"), (7, "limited, Q1, Q2, Q"), (8, "e"), (11, "u"), (16, "f_hat")])
+WORDS = [(0, "the command"), (7, "the guard's cause"), (8, "limited, Q1, Q2, Q"), (9, "e"), (12, "u"), (17, "f_hat")]
+
+
+@pytest.mark.parametrize("word, name", WORDS)
 def test_one_flipped_bit_is_found_and_the_files_are_written(sim, word, name):
     script = PROXY.replace("QEMU", shutil.which("qemu-system-arm")).replace("TICK", "17").replace("WORD", str(word))
     put_emulator(sim, script)

@@ -10,6 +10,7 @@
 #include <string.h>
 #include <time.h>
 
+#define RESPONSE_S  2  // a later answer is flushed within as long again; one after that would be taken for the next
 #define TRIALS      3  // a frame may be lost, or cut by the log of a drive that has just started
 #define FRAME_WORDS 60 // of 32 bits
 #define SAVE_TRIALS 50 // a flash may take seconds
@@ -283,7 +284,7 @@ link_bus_t *link_bus_open(const char *device, int unit, int baud)
         link_bus_close(bus);
         return NULL;
     }
-    (void)modbus_set_response_timeout(bus->modbus, 1, 0);
+    (void)modbus_set_response_timeout(bus->modbus, RESPONSE_S, 0);
     (void)modbus_set_error_recovery(bus->modbus, MODBUS_ERROR_RECOVERY_PROTOCOL);
     if (!check_lists(bus))
     {
