@@ -228,6 +228,30 @@ static tribo_breakaway_across_f32_t side_of(const tribo_breakaway_learning_f32_s
     return side;
 }
 
+/// All that was learned changes places where neither side is taken over, each number of its own.
+static void test_a_side_that_is_not_taken_over_is_exchanged_whole(void)
+{
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        const float of     = 0.01f * (float)d;
+        learning.of[d]     = (tribo_breakaway_learned_f32_t){1.0f + of, 0.2f + of, 0.9f + of, 0.5f + of, 0.6f + of};
+        learning.shared[d] = 0.3f + of;
+        learning.shared[2u + d] = 0.4f + of;
+        learning.travel_n[d]    = 5.0f + of;
+        learning.across.of[d] =
+            (tribo_breakaway_learned_f32_t){-1.0f + of, -0.2f + of, 0.01f + of, -0.5f + of, 0.7f + of};
+        learning.across.shared[d]      = -0.3f + of;
+        learning.across.shared[2u + d] = -0.4f + of;
+        learning.across.travel_n[d]    = 7.0f + of;
+    }
+    const tribo_breakaway_across_f32_t left   = side_of(&learning);
+    const tribo_breakaway_across_f32_t across = learning.across;
+    tribo_breakaway_learning_f32_change_side(&params, &learning);
+    const tribo_breakaway_across_f32_t now = side_of(&learning);
+    TEST_ASSERT_EQUAL_MEMORY(&across, &now, sizeof now);
+    TEST_ASSERT_EQUAL_MEMORY(&left, &learning.across, sizeof left);
+}
+
 /// What there is in `state` once r has come to it from where `other` was learned.
 static void take_over(tribo_breakaway_learning_f32_state_t *state, const tribo_breakaway_learning_f32_state_t *other)
 {
@@ -368,5 +392,6 @@ int main(void)
     RUN_TEST(test_no_travel_and_bad_inputs_teach_nothing);
     RUN_TEST(test_forgetting_brings_the_priors_doubt_back_and_not_more);
     RUN_TEST(test_learning_init_names_the_field);
+    RUN_TEST(test_a_side_that_is_not_taken_over_is_exchanged_whole);
     return UNITY_END();
 }

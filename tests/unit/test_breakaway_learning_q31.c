@@ -216,6 +216,29 @@ static tribo_breakaway_across_q31_t side_of(const tribo_breakaway_learning_q31_s
     return side;
 }
 
+/// All that was learned changes places where neither side is taken over, each number of its own.
+static void test_a_side_that_is_not_taken_over_is_exchanged_whole(void)
+{
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        const int32_t of        = (int32_t)d;
+        learning.of[d]          = (tribo_breakaway_learned_q31_t){1 << 28, 20 + of, 900000000 + of, 50 + of, 60 + of};
+        learning.shared[d]      = 30 + of;
+        learning.shared[2u + d] = 40 + of;
+        learning.travel[d]      = 5u + d;
+        learning.across.of[d] = (tribo_breakaway_learned_q31_t){-(1 << 28), -20 + of, 10000000 + of, -50 + of, 70 + of};
+        learning.across.shared[d]      = -30 + of;
+        learning.across.shared[2u + d] = -40 + of;
+        learning.across.travel[d]      = 7u + d;
+    }
+    const tribo_breakaway_across_q31_t left   = side_of(&learning);
+    const tribo_breakaway_across_q31_t across = learning.across;
+    tribo_breakaway_learning_q31_change_side(&learning);
+    const tribo_breakaway_across_q31_t now = side_of(&learning);
+    TEST_ASSERT_EQUAL_MEMORY(&across, &now, sizeof now);
+    TEST_ASSERT_EQUAL_MEMORY(&left, &learning.across, sizeof left);
+}
+
 /// What there is in `state` once r has come to it from where `other` was learned.
 static void take_over(tribo_breakaway_learning_q31_state_t *state, const tribo_breakaway_learning_q31_state_t *other)
 {
@@ -327,5 +350,6 @@ int main(void)
     RUN_TEST(test_what_is_better_known_elsewhere_is_taken_over_with_more_doubt);
     RUN_TEST(test_no_travel_teaches_nothing);
     RUN_TEST(test_learning_init_names_the_field);
+    RUN_TEST(test_a_side_that_is_not_taken_over_is_exchanged_whole);
     return UNITY_END();
 }
