@@ -97,16 +97,11 @@ float tribo_force_loop_f32_wanted(const tribo_force_loop_f32_params_t *from,
                                   float                                r_n,
                                   float                                y_n)
 {
-    if (from->method != NULL)
-    {
-        return from->method->wanted(from, state, r_n, y_n);
-    }
-    const float e = force_loop_f32_bad(from, r_n, y_n) ? 0.0f : r_n - y_n;
-    return force_loop_f32_v(&from->controller, &state->controller, e) + from->gain * state->friction_n;
+    return from->method != NULL ? from->method->wanted(from, state, r_n, y_n)
+                                : force_loop_f32_fed_back(from, state, r_n, y_n);
 }
 
-// The compensator starts where the sensor says that the arm is, and friction is what holds it there. Of it a guard may have left a
-// share, which the feed-forward's memory knows.
+// The compensator starts where the sensor says that the arm is, and friction is what holds it there.
 void tribo_force_loop_f32_hand_over(const tribo_force_loop_f32_params_t *from,
                                     const tribo_force_loop_f32_params_t *params,
                                     tribo_force_loop_f32_state_t        *state,
@@ -121,11 +116,7 @@ void tribo_force_loop_f32_hand_over(const tribo_force_loop_f32_params_t *from,
     tribo_compensator_f32_reset(compensator);
     compensator->arm.force_n        = exceeds(y_n, params->input_max_n) ? u : y_n;
     compensator->friction.paper.n_n = compensator_f32_net_force(&params->compensator, compensator, u);
-    state->friction_n               = friction_under(params, compensator, u);
-    if (force_loop_f32_memory(state) != NULL && state->memory->state.share < 1.0f)
-    {
-        state->friction_n *= state->memory->state.share;
-    }
+    state->friction_n               = force_loop_f32_left(state, friction_under(params, compensator, u));
 
     const float v     = force_loop_f32_v(&from->controller, &state->controller, e);
     const float added = params->gain * state->friction_n;

@@ -54,6 +54,23 @@ static inline float force_loop_f32_v(const tribo_controller_f32_params_t *params
     return biquad_f32_output(&params->cascade, &state->cascade, e, &outputs);
 }
 
+/// What u was going to be where the friction of the last tick is fed back.
+static inline float force_loop_f32_fed_back(const tribo_force_loop_f32_params_t *params,
+                                            tribo_force_loop_f32_state_t        *state,
+                                            float                                r_n,
+                                            float                                y_n)
+{
+    const float e = force_loop_f32_bad(params, r_n, y_n) ? 0.0f : r_n - y_n;
+    return force_loop_f32_v(&params->controller, &state->controller, e) + params->gain * state->friction_n;
+}
+
+/// Of friction `f`, what a guard has left. The feed-forward's memory knows its share.
+static inline float force_loop_f32_left(const tribo_force_loop_f32_state_t *state, float f)
+{
+    const tribo_feedforward_f32_memory_t *const memory = force_loop_f32_memory(state);
+    return memory != NULL && memory->state.share < 1.0f ? f * memory->state.share : f;
+}
+
 /// What u was going to be in this tick under the params `from`, but for its limit.
 float tribo_force_loop_f32_wanted(const tribo_force_loop_f32_params_t *from,
                                   tribo_force_loop_f32_state_t        *state,

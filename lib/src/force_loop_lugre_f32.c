@@ -43,7 +43,7 @@ static float friction_under(const tribo_force_loop_f32_params_t *params,
 }
 
 /// Takes over from another method, in front of the controller's step. The compensator starts where the sensor says that the arm
-/// is, and the bristles hold it there: f^ = Z = n, at most L. Of f^ a guard may have left a share.
+/// is, and the bristles hold it there: f^ = Z = n, at most L.
 static void enter(const tribo_force_loop_f32_params_t *from,
                   const tribo_force_loop_f32_params_t *params,
                   tribo_force_loop_f32_state_t        *state,
@@ -61,11 +61,7 @@ static void enter(const tribo_force_loop_f32_params_t *from,
     lugre_f32_breakaway(&params->compensator.friction, compensator->arm.force_n, L);
     const float f = limit_f32(compensator_f32_net_force(&params->compensator, compensator, u), -L[1], L[0]);
     compensator->friction.lugre.bristle_n = f;
-    state->friction_n                     = f;
-    if (force_loop_f32_memory(state) != NULL && state->memory->state.share < 1.0f)
-    {
-        state->friction_n *= state->memory->state.share;
-    }
+    state->friction_n                     = force_loop_f32_left(state, f);
 
     const float v = force_loop_f32_v(&from->controller, &state->controller, e);
     tribo_controller_f32_change(&from->controller,
@@ -156,15 +152,6 @@ static float step(const tribo_force_loop_f32_params_t *params,
     return u;
 }
 
-static float wanted(const tribo_force_loop_f32_params_t *params,
-                    tribo_force_loop_f32_state_t        *state,
-                    float                                r_n,
-                    float                                y_n)
-{
-    const float e = force_loop_f32_bad(params, r_n, y_n) ? 0.0f : r_n - y_n;
-    return force_loop_f32_v(&params->controller, &state->controller, e) + params->gain * state->friction_n;
-}
-
 const tribo_force_loop_f32_method_t tribo_force_loop_lugre_f32 = {.step      = step,
-                                                                  .wanted    = wanted,
+                                                                  .wanted    = force_loop_f32_fed_back,
                                                                   .hand_over = tribo_force_loop_f32_hand_over};

@@ -2,15 +2,12 @@
 
 #include "compensator_q31_step.h"
 #include "controller_q31_step.h"
-#include "first_order_q31.h"
 #include "force_loop_q31_step.h"
 #include "lugre_q31_step.h"
 #include "tribo/compensator_lugre_q31.h"
 #include "tribo/quantize_q31.h"
 
 #include <stddef.h>
-
-#define GAIN_FRACTION 29
 
 tribo_status_t tribo_force_loop_lugre_q31_init(tribo_force_loop_q31_params_t       *params,
                                                tribo_breakaway_point_q31_t         *table,
@@ -48,7 +45,7 @@ tribo_status_t tribo_force_loop_lugre_q31_init(tribo_force_loop_q31_params_t    
 /// The friction term of u, gain f: Q29 x Q31, rounded down to Q31.
 static int32_t feedforward_of(const tribo_force_loop_q31_params_t *params, int32_t f, uint32_t *saturated)
 {
-    return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), GAIN_FRACTION, saturated);
+    return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), FORCE_LOOP_Q31_GAIN_FRACTION, saturated);
 }
 
 /// The f^ that `params` would give in this tick; nothing advances.
@@ -74,7 +71,7 @@ static void change_by(const tribo_force_loop_q31_params_t *from,
 }
 
 /// Takes over from another method, in front of the controller's step. The compensator starts where the sensor says that the arm
-/// is, and the bristles hold it there: f^ = Z = n, at most L. Of f^ a guard may have left a share.
+/// is, and the bristles hold it there: f^ = Z = n, at most L.
 static void enter(const tribo_force_loop_q31_params_t *from,
                   const tribo_force_loop_q31_params_t *params,
                   tribo_force_loop_q31_state_t        *state,
@@ -96,11 +93,7 @@ static void enter(const tribo_force_loop_q31_params_t *from,
     const int32_t f = limit_q31(n, -L[1], L[0]);
 
     compensator->friction.lugre.bristle = f;
-    state->friction                     = f;
-    if (force_loop_q31_memory(state) != NULL && state->memory->state.share != UINT32_MAX)
-    {
-        state->friction = part_of_q31(f, state->memory->state.share);
-    }
+    state->friction                     = force_loop_q31_left(state, f);
 
     const int64_t v = force_loop_q31_v(&from->controller, &state->controller, e);
     change_by(from, params, state, e, v + feedforward_of(params, state->friction, &not_counted) - wanted);

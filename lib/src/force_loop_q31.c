@@ -2,13 +2,10 @@
 
 #include "compensator_q31_step.h"
 #include "controller_q31_step.h"
-#include "first_order_q31.h"
 #include "fixed_q31.h"
 #include "force_loop_q31_step.h"
 #include "relay_step.h"
 #include "tribo/quantize_q31.h"
-
-#define GAIN_FRACTION 29
 
 tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
                                          tribo_breakaway_point_q31_t         *table,
@@ -36,7 +33,7 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     }
     tribo_headroom_q31_t          measured;
     tribo_force_loop_q31_params_t made = {.input_max = fixed_force(config->input_max_n, full_scale_n),
-                                          .gain      = fixed(f32.gain, GAIN_FRACTION)};
+                                          .gain      = fixed(f32.gain, FORCE_LOOP_Q31_GAIN_FRACTION)};
 
     status = tribo_controller_q31_init(&made.controller, &config->controller, full_scale_n, &measured);
     status = status != TRIBO_OK ? status
@@ -71,7 +68,7 @@ void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
 /// The friction term of u, gain f: Q29 x Q31, rounded down to Q31.
 static int32_t feedforward_of(const tribo_force_loop_q31_params_t *params, int32_t f, uint32_t *saturated)
 {
-    return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), GAIN_FRACTION, saturated);
+    return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), FORCE_LOOP_Q31_GAIN_FRACTION, saturated);
 }
 
 /// The f^ that `params` would give in this tick: a step of the compensator whose effect on the state is undone. `signals` is
@@ -124,8 +121,7 @@ int32_t tribo_force_loop_q31_wanted(const tribo_force_loop_q31_params_t *from,
                          &not_counted);
 }
 
-// The compensator starts where the sensor says that the arm is, and friction is what holds it there. Of it a guard may have left a
-// share, which the feed-forward's memory knows.
+// The compensator starts where the sensor says that the arm is, and friction is what holds it there.
 void tribo_force_loop_q31_hand_over(const tribo_force_loop_q31_params_t *from,
                                     const tribo_force_loop_q31_params_t *params,
                                     tribo_force_loop_q31_state_t        *state,
@@ -144,11 +140,7 @@ void tribo_force_loop_q31_hand_over(const tribo_force_loop_q31_params_t *from,
     compensator->arm.force = (int64_t)F * (INT64_C(1) << ARM_Q31_FRACTION);
     compensator->friction.paper.n =
         tribo_q31_saturate((int64_t)u - F + params->compensator.friction.gravity, &not_counted);
-    state->friction = friction_under(params, compensator, u, &unseen);
-    if (force_loop_q31_memory(state) != NULL && state->memory->state.share != UINT32_MAX)
-    {
-        state->friction = part_of_q31(state->friction, state->memory->state.share);
-    }
+    state->friction = force_loop_q31_left(state, friction_under(params, compensator, u, &unseen));
 
     const int32_t v     = force_loop_q31_v(&from->controller, &state->controller, e);
     const int64_t added = feedforward_of(params, state->friction, &not_counted);

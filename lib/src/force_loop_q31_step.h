@@ -6,9 +6,12 @@
 #include "tribo/force_loop_q31.h"
 
 #include "controller_q31_step.h"
+#include "first_order_q31.h"
 #include "limit_q31.h"
 
 #include <stddef.h>
+
+#define FORCE_LOOP_Q31_GAIN_FRACTION 29
 
 // state.active points to the params of the last tick. Its complement is kept as a seal, so that a pointer with a flipped bit
 // is recognised and not followed. state.memory likewise.
@@ -71,6 +74,13 @@ static inline int32_t force_loop_q31_v(const tribo_controller_q31_params_t *para
     const int32_t              y           = biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
     state->cascade.carry                   = carry;
     return tribo_q31_widen(y, params->cascade.output_scale, &not_counted);
+}
+
+/// Of friction `f`, what a guard has left. The feed-forward's memory knows its share.
+static inline int32_t force_loop_q31_left(const tribo_force_loop_q31_state_t *state, int32_t f)
+{
+    const tribo_feedforward_q31_memory_t *const memory = force_loop_q31_memory(state);
+    return memory != NULL && memory->state.share != UINT32_MAX ? part_of_q31(f, memory->state.share) : f;
 }
 
 /// What u was going to be in this tick under the params `from`, but for its limit, within 32 bits.
