@@ -4,7 +4,7 @@ find_program(TRIBO_CLANG_TIDY clang-tidy-19 REQUIRED)
 find_program(TRIBO_CLANG_FORMAT clang-format-19 REQUIRED)
 find_program(TRIBO_CPPCHECK cppcheck REQUIRED)
 
-file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} lib/*.[ch] firmware/*.[ch] host_sim/*.[ch] tests/*.[ch]
+file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} lib/*.[ch] common/*.[ch] firmware/*.[ch] host_sim/*.[ch] tests/*.[ch]
      wire/*.h)
 
 # The interface of libgpiod that is not here, see tests/linux_vm.
@@ -31,6 +31,7 @@ add_test(
     ${TRIBO_CPPCHECK} --quiet --project=${PROJECT_BINARY_DIR}/compile_commands.json
     --file-filter=${PROJECT_SOURCE_DIR}/* --enable=warning,performance,portability --inline-suppr
     --suppress=normalCheckLevelMaxBranches --error-exitcode=1)
+set_tests_properties(${TRIBO_TEST_PREFIX}cppcheck PROPERTIES COST 30)
 
 add_test(
   NAME ${TRIBO_TEST_PREFIX}format

@@ -1,10 +1,17 @@
-# SUNDIALS CVODE with serial vectors and dense matrices: target sundials_cvode_serial. Its own CMake package is not used, as
-# Debian's asks for OpenMP of the compiler, for parts that nothing here needs.
-find_path(SUNDIALS_INCLUDE_DIR cvode/cvode.h)
+# SUNDIALS CVODE with serial vectors and dense matrices: target sundials_cvode_serial. The one that tools/setup has built into
+# the user's cache, otherwise the system's. Its own CMake package is not used, as Debian's asks for OpenMP of the compiler, for
+# parts that nothing here needs.
+set(sundials_version 6.4.1)
+include("${CMAKE_CURRENT_LIST_DIR}/user_cache.cmake")
+set(where)
+if(EXISTS "${user_cache}/sundials-${sundials_version}")
+  set(where PATHS "${user_cache}/sundials-${sundials_version}" NO_DEFAULT_PATH)
+endif()
+find_path(SUNDIALS_INCLUDE_DIR cvode/cvode.h ${where} PATH_SUFFIXES include)
 mark_as_advanced(SUNDIALS_INCLUDE_DIR)
 set(sundials_libraries "")
 foreach(library cvode nvecserial sunmatrixdense sunlinsoldense sunnonlinsolfixedpoint)
-  find_library(SUNDIALS_${library}_LIBRARY sundials_${library})
+  find_library(SUNDIALS_${library}_LIBRARY sundials_${library} ${where} PATH_SUFFIXES lib)
   mark_as_advanced(SUNDIALS_${library}_LIBRARY)
   list(APPEND sundials_libraries ${SUNDIALS_${library}_LIBRARY})
 endforeach()
@@ -13,11 +20,11 @@ if("${SUNDIALS_INCLUDE_DIR};${sundials_libraries}" MATCHES "NOTFOUND")
                       "run tools/setup check, or leave the tests out with -DBUILD_TESTING=OFF")
 endif()
 # From version 7 on.
-find_library(SUNDIALS_core_LIBRARY sundials_core)
+find_library(SUNDIALS_core_LIBRARY sundials_core ${where} PATH_SUFFIXES lib)
 mark_as_advanced(SUNDIALS_core_LIBRARY)
 if(SUNDIALS_core_LIBRARY)
   list(APPEND sundials_libraries ${SUNDIALS_core_LIBRARY})
 endif()
 add_library(sundials_cvode_serial INTERFACE)
 target_include_directories(sundials_cvode_serial SYSTEM INTERFACE ${SUNDIALS_INCLUDE_DIR})
-target_link_libraries(sundials_cvode_serial INTERFACE ${sundials_libraries})
+target_link_libraries(sundials_cvode_serial INTERFACE ${sundials_libraries} m)

@@ -1,5 +1,5 @@
 /// One tick of the loop as 32-bit words, the same places in both arithmetics: for the wire, and for the self-test's CRC.
-/// This list is the only place that knows their order; a signal is one line.
+/// This list alone defines their order; a signal is one line.
 
 #ifndef TRIBO_SIGNAL_WORDS_H
 #define TRIBO_SIGNAL_WORDS_H
@@ -16,7 +16,7 @@
 #define TRIBO_SIGNAL_FORCES(FORCE)                                                                                     \
     FORCE(E, "e", e_n, e)                                                                                              \
     FORCE(CONTROLLER, "controller", controller.v_n, controller.v)                                                      \
-    FORCE(FEEDFORWARD, "feedforward", feedforward_n, feedforward)                                                      \
+    FORCE(FEEDFORWARD, "feedforward", friction_term_n, friction_term)                                                  \
     FORCE(U, "u", controller.u_n, controller.u)                                                                        \
     FORCE(F_HAT, "F_hat", compensator.force_n, compensator.force)                                                      \
     FORCE(N, "n", compensator.friction.n_n, compensator.friction.n)                                                    \

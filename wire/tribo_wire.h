@@ -1,6 +1,6 @@
-/// What the host and a drive in an emulator say to each other, in lock-step. Depends on neither side, only on the library.
+/// Messages between the host and a drive in lock-step. Depends on neither side, only on the library.
 ///
-/// A message is 32-bit words, least significant byte first: kind, number of words that follow, those words. A float travels
+/// A message is 32-bit words, least significant byte first: kind, number of following words, those words. A float is sent
 /// as its bits, a force in the drive's own arithmetic: in N in single precision, or in Q31 of the full scale.
 ///
 ///     target          host
@@ -11,8 +11,8 @@
 ///     TOCK    ---->         }
 ///             <----   END        the target's program ends with status 0
 ///
-/// Over a serial line each message is followed by the CRC-32 of its words, a session begins with an empty HELLO from the host,
-/// repeated until it is answered, and the target answers END with an END of its cycles.
+/// Over a serial line the CRC-32 of its words follows each message. A session begins with an empty HELLO from the host,
+/// repeated until answered, and the target answers END with an END that carries its cycles.
 
 #ifndef TRIBO_WIRE_H
 #define TRIBO_WIRE_H
@@ -20,12 +20,12 @@
 #include "tribo_setup.h"
 #include "tribo_signal_words.h"
 
-#define TRIBO_WIRE_VERSION 5u
+#define TRIBO_WIRE_VERSION 6u
 
 #define TRIBO_WIRE_HEADER_WORDS 2u
 #define TRIBO_WIRE_WORDS_MAX    TRIBO_SETUP_WORDS ///< of a message, without its header: SETUP is the longest
 
-/// Two pipes, which the host hands to the emulator as open files; the target opens them by these names.
+/// Two pipes, passed to the emulator as open files; the target opens them by these names.
 #define TRIBO_WIRE_TO_TARGET_FD   3
 #define TRIBO_WIRE_TO_TARGET      "/dev/fd/3"
 #define TRIBO_WIRE_FROM_TARGET_FD 4
@@ -57,7 +57,7 @@ typedef enum
 
 typedef enum
 {
-    TRIBO_CYCLES_LEAST, ///< of the drive's ticks, as the core counts; 0: it does not
+    TRIBO_CYCLES_LEAST, ///< of the drive's ticks; 0: the core has no counter
     TRIBO_CYCLES_MEAN,
     TRIBO_CYCLES_MOST,
     TRIBO_CYCLES_WORDS

@@ -1,5 +1,5 @@
-/// Commands to the drive over a serial line, byte by byte. A stop is the single byte x, which acts at once, wherever it comes.
-/// Everything else is a whole line, so that no noise and no lost or added byte starts a drive:
+/// Commands to the drive over a serial line, byte by byte. The single byte x stops it at once, anywhere in a line. Every other
+/// command is a whole line, so that noise or a lost or added byte cannot start a drive:
 ///
 ///     x    stop    start    start    ack    acknowledge a fault    ?    report the state    + and -    reference up and down
 
@@ -30,10 +30,10 @@ typedef struct
     bool    spoilt; ///< ignore the line up to its end
 } command_reader_t;
 
-/// Takes a byte; returns the command that it completes, or COMMAND_NONE. CR and LF both end a line.
+/// Takes a byte; returns the completed command, or COMMAND_NONE. CR and LF both end a line.
 command_t command_take(command_reader_t *reader, uint8_t byte);
 
-/// A byte was lost or wrong: the line that it was in is ignored.
+/// A byte was lost or wrong: ignores its line.
 void command_spoil(command_reader_t *reader);
 
 #endif

@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// The CRC of more data after `crc`, which is 0 at the start.
+/// Continues `crc`, 0 at the start, with more data.
 uint32_t crc32_update(uint32_t crc, const void *data, size_t size);
 
 #endif

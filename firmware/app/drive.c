@@ -13,9 +13,6 @@ bool drive_setup_init(drive_setup_t        *setup,
 {
     setup->config = *config;
     setup->params = params;
-#if DRIVE_FEEDFORWARD
-    setup->guard = NULL;
-#endif
     if (!scaling_init(&setup->scaling, config, port, error) ||
         !scaling_suits(&setup->scaling, config, port, params, error))
     {
@@ -25,10 +22,11 @@ bool drive_setup_init(drive_setup_t        *setup,
     return true;
 }
 
+/// Enable first: it is off even if the output's driver blocks.
 static void off(const drive_t *drive)
 {
-    drive->port->command(drive->port->context, drive->setup->scaling.no_current);
     drive->port->enable(drive->port->context, false);
+    drive->port->command(drive->port->context, drive->setup->scaling.no_current);
 }
 
 static void stop_with(drive_t *drive, drive_fault_t cause)
@@ -48,9 +46,9 @@ void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, 
                        .sensor_zero  = setup->scaling.sensor_zero,
                        .state        = DRIVE_IDLE,
                        .logged_state = DRIVE_FAULT};
-    loop_reset(&drive->loop);
+    TRIBO(force_loop, reset)(&drive->loop);
 #if DRIVE_FEEDFORWARD
-    loop_guard_reset(&drive->guard);
+    TRIBO(guard, reset)(&drive->guard);
 #endif
     off(drive);
     if (found != DRIVE_FAULT_NONE)
@@ -117,14 +115,14 @@ static drive_fault_t check_sensor(drive_t *drive, loop_force_t *reading)
     }
     const loop_force_t y = scaling_force(&setup->scaling, drive->sensor_zero, *reading);
     drive->y             = y;
-    if (loop_is_nan(y) || loop_is_nan(drive->r))
+    if (tribo_force_is_nan(y) || tribo_force_is_nan(drive->r))
     {
         return DRIVE_FAULT_NAN;
     }
-    const bool same     = loop_word(*reading) == loop_word(drive->last_reading);
+    const bool same     = tribo_force_word(*reading) == tribo_force_word(drive->last_reading);
     drive->same_reading = same ? drive->same_reading + (drive->same_reading != UINT32_MAX) : 0u;
     drive->last_reading = *reading;
-    if (!loop_is_credible(setup->params, y))
+    if (!tribo_force_is_credible(setup->params, y))
     {
         return DRIVE_FAULT_SENSOR_RANGE;
     }
@@ -190,12 +188,6 @@ static void take_setup(drive_t *drive)
         drive->sensor_zero = next->scaling.sensor_zero;
     }
     drive->setup = next;
-#if DRIVE_FEEDFORWARD
-    if (drive->memory != NULL)
-    {
-        loop_guard_enter(&drive->guard, drive->memory);
-    }
-#endif
 }
 
 static void run_loop(drive_t *drive, uint32_t start_us)
@@ -203,10 +195,11 @@ static void run_loop(drive_t *drive, uint32_t start_us)
     const drive_setup_t *setup = drive->setup;
     const loop_force_t   r     = drive->r;
     const loop_force_t   y     = drive->y;
-    const loop_force_t   u     = loop_step(setup->params, &drive->loop, r, y, &drive->signals);
+    const loop_force_t   u     = TRIBO(force_loop, step)(setup->params, &drive->loop, r, y, &drive->signals);
 
-    const bool limited  = drive->signals.controller.limited;
-    const bool residual = faults_residual(&setup->bounds, &drive->lasting, y, loop_f_hat(&drive->signals));
+    const bool limited = drive->signals.controller.limited;
+    const bool residual =
+        faults_residual(&setup->bounds, &drive->lasting, y, drive->signals.compensator.TRIBO_N(force));
     const bool at_limit = faults_command_limit(&setup->bounds, &drive->lasting, limited);
 
     const uint32_t took = drive->port->time_us(drive->port->context) - start_us;
@@ -223,14 +216,8 @@ static void run_loop(drive_t *drive, uint32_t start_us)
         return;
     }
     drive->limits = (limited ? (uint32_t)DRIVE_LIMIT_COMMAND : 0u) |
-                    (loop_is_credible(setup->params, r) ? 0u : (uint32_t)DRIVE_LIMIT_REFERENCE);
+                    (tribo_force_is_credible(setup->params, r) ? 0u : (uint32_t)DRIVE_LIMIT_REFERENCE);
     drive->port->command(drive->port->context, scaling_output(&setup->scaling, u));
-#if DRIVE_FEEDFORWARD
-    if (setup->guard != NULL && !loop_guard_rests(setup->guard, &drive->guard))
-    {
-        loop_guard_watch(setup->guard, &drive->guard, setup->params, &drive->loop, r, y, &drive->signals);
-    }
-#endif
 }
 
 /// The mean of DRIVE_TARE_TICKS readings becomes 0 N, if it is near what the config takes for 0 N.
@@ -282,10 +269,10 @@ static void change_state(drive_t *drive, const requests_t *requests)
     }
     else if (drive->state == DRIVE_IDLE && requests->start)
     {
-        loop_reset(&drive->loop);
+        TRIBO(force_loop, reset)(&drive->loop);
         loop_attach(&drive->loop, drive->memory);
 #if DRIVE_FEEDFORWARD
-        loop_guard_begin(&drive->guard);
+        loop_guard_begin(&drive->loop, &drive->guard);
 #endif
         drive->lasting = (faults_state_t){0};
         drive->port->enable(drive->port->context, true);
@@ -337,9 +324,6 @@ static void go_on(drive_t *drive, const requests_t *requests, uint32_t inputs, l
 void drive_attach(drive_t *drive, loop_memory_t *memory)
 {
     drive->memory = memory;
-#if DRIVE_FEEDFORWARD
-    loop_guard_enter(&drive->guard, memory);
-#endif
 }
 
 #if DRIVE_FEEDFORWARD
@@ -347,17 +331,16 @@ static void change_compensation(drive_t *drive, const requests_t *requests)
 {
     if (requests->restore)
     {
-        loop_guard_restore(&drive->guard);
+        TRIBO(guard, restore)(&drive->guard);
         if (drive->memory != NULL)
         {
-            loop_trust(drive->memory);
+            TRIBO(breakaway_learning, restore)(&drive->memory->state.learning);
         }
     }
     const bool rests = drive->state != DRIVE_RUN && drive->state != DRIVE_STARTING;
     if (requests->forget && rests && drive->memory != NULL)
     {
         loop_forget(drive->setup->params, drive->memory);
-        loop_guard_enter(&drive->guard, drive->memory);
     }
 }
 #endif
@@ -460,14 +443,15 @@ void drive_forget(drive_t *drive)
 
 uint32_t drive_warnings(const drive_t *drive)
 {
-    const tribo_guard_cause_t cause    = loop_guard_cause(&drive->guard);
+    const tribo_guard_cause_t cause    = drive->guard.cause;
     uint32_t                  warnings = 0;
     warnings |= cause == TRIBO_GUARD_HUNTING ? (uint32_t)DRIVE_WARNING_HUNTING : 0u;
     warnings |= cause == TRIBO_GUARD_OVERSHOOT ? (uint32_t)DRIVE_WARNING_OVERSHOOT : 0u;
     if (drive->memory != NULL)
     {
-        const bool up   = loop_stays_at_bound(drive->memory, TRIBO_BREAKAWAY_POSITIVE);
-        const bool down = loop_stays_at_bound(drive->memory, TRIBO_BREAKAWAY_NEGATIVE);
+        const uint8_t *stays = drive->memory->state.learning.stays_at_bound;
+        const bool     up    = stays[TRIBO_BREAKAWAY_POSITIVE] != 0u;
+        const bool     down  = stays[TRIBO_BREAKAWAY_NEGATIVE] != 0u;
         warnings |= (up ? (uint32_t)DRIVE_WARNING_BOUND_UP : 0u) | (down ? (uint32_t)DRIVE_WARNING_BOUND_DOWN : 0u);
     }
     return warnings;

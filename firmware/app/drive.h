@@ -8,8 +8,8 @@
 ///                FAULT  gone) FAULT <-------------------------------'
 ///                (for good)
 ///
-/// A limit acts and the loop runs on; a fault stops the drive. Within the tick that detects a fault the command goes to 0
-/// and the power stage off, and the cause is latched. Only an acknowledgement leaves FAULT, to IDLE, and only once the
+/// A limit acts and the loop runs on; a fault stops the drive. Within the tick that detects a fault the power stage goes off
+/// and the command to 0, and the cause is latched. Only an acknowledgement leaves FAULT, to IDLE, and only once the
 /// cause is gone. A start requested before that is dropped, so the drive never restarts by itself. A failed self-test, wrong
 /// params and a wrong clock last until the next power-up. After a reset that nobody asked for the drive begins in FAULT.
 ///
@@ -93,13 +93,10 @@ typedef enum
 /// drive_setup_init.
 typedef struct
 {
-    const loop_params_t *params;
-#if DRIVE_FEEDFORWARD
-    const loop_guard_params_t *guard; ///< null: none. Set after drive_setup_init, and to outlive the setup
-#endif
-    drive_config_t  config;
-    scaling_t       scaling;
-    faults_bounds_t bounds;
+    const loop_params_t *params; ///< a guard is in them
+    drive_config_t       config;
+    scaling_t            scaling;
+    faults_bounds_t      bounds;
 } drive_setup_t;
 
 /// Of the last tare that was requested.

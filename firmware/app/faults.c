@@ -17,6 +17,6 @@ void faults_init(faults_bounds_t *bounds, const drive_config_t *config)
                                 .ready_ticks         = ticks_of(config->ready_ms, config->period_us)};
     if (config->residual_n > 0.0f && bounds->residual == 0)
     {
-        bounds->residual = loop_from_word(1u); // the least, for 0 is off
+        bounds->residual = tribo_force_of_word(1u); // the smallest nonzero: 0 means off
     }
 }

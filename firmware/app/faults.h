@@ -1,5 +1,5 @@
-/// Faults of the rig that one tick cannot tell: each is a condition that has lasted for longer than its bound. A bound of 0
-/// turns its fault off.
+/// Faults of the rig that a single tick cannot reveal: each is a condition that lasts longer than its bound. A bound of 0
+/// disables its fault.
 
 #ifndef DRIVE_FAULTS_H
 #define DRIVE_FAULTS_H
@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// The bounds of drive_config_t in forces of the arithmetic and in ticks.
+/// The bounds of drive_config_t as forces of the arithmetic and as ticks.
 typedef struct
 {
     loop_force_t residual; ///< 0: off
@@ -35,7 +35,7 @@ static inline bool faults_last(uint32_t *ticks, bool condition, uint32_t bound)
 
 static inline bool faults_is_beyond(loop_force_t y, loop_force_t f_hat, loop_force_t bound)
 {
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
     const int64_t difference = (int64_t)y - f_hat;
 #else
     const float difference = y - f_hat;
@@ -43,10 +43,10 @@ static inline bool faults_is_beyond(loop_force_t y, loop_force_t f_hat, loop_for
     return difference > bound || difference < -bound;
 }
 
-// Each of the following takes a tick and returns true once its bound is exceeded.
+// Each of the following processes a tick and returns true once its bound is exceeded.
 
-/// y and F^ of the same tick. F^ is the arm's that the loop commands, so a healthy sensor follows it within its own lag and
-/// the error of the model; a sensor that is detached, frozen or reversed, or that reads half, does not.
+/// y and F^ of the same tick. F^ is the force of the commanded arm. A healthy sensor follows it within its own lag and the
+/// model's error; a detached, frozen or reversed sensor, or one that reads half, does not.
 static inline bool faults_residual(const faults_bounds_t *bounds,
                                    faults_state_t        *state,
                                    loop_force_t           y,

@@ -13,7 +13,7 @@
 
 #include "tribo/force_loop_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 4
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 5
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -73,10 +73,10 @@ static const tribo_force_loop_f32_params_t golden_params = {
             .gamma_d = 2.82982737e-02f,
             .gamma_g = 7.73008466e-01f,
         },
+        .model = NULL,
     },
     .method = NULL,
-    .feedforward = NULL,
-    .lugre = NULL,
+    .guard = NULL,
 };
 // clang-format on
 

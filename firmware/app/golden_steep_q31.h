@@ -14,7 +14,7 @@
 
 #include "tribo/force_loop_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 4
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 5
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -88,10 +88,10 @@ static const tribo_force_loop_q31_params_t golden_steep_params = {
             .gamma_g = 207502880,
             .shift = 2u,
         },
+        .model = NULL,
     },
     .method = NULL,
-    .feedforward = NULL,
-    .lugre = NULL,
+    .guard = NULL,
 };
 // clang-format on
 

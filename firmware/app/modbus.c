@@ -17,16 +17,16 @@ enum
 
 // --- the line ------------------------------------------------------------------------------------------------------
 
-/// 3.5 characters of 11 bits, but 1.75 ms over 19200 baud; the byte before a silence may have come at the end of its tick.
+/// 3.5 characters of 11 bits, but 1.75 ms over 19200 baud; the last byte may have arrived at the end of its tick.
 void modbus_init(modbus_t *modbus, uint8_t unit, uint32_t baud, uint32_t period_us)
 {
     const uint32_t silence_us = baud > 19200u ? 1750u : 38500000u / baud;
     const uint32_t tick_us =
-        period_us > 0u ? period_us : 1u; // of a config that the drive refuses, and says so on this bus
+        period_us > 0u ? period_us : 1u; // 0 in a config that the drive then refuses, over this bus
     *modbus = (modbus_t){.unit = unit, .silent_ticks = silence_us / tick_us + (silence_us % tick_us > 0u)};
 }
 
-#define TICK_BYTES 64u // what is left comes in the next tick
+#define TICK_BYTES 64u // the rest follows in the next tick
 
 void modbus_take(modbus_t *modbus, const modbus_line_t *line)
 {
@@ -89,7 +89,7 @@ static void put(uint8_t *bytes, uint16_t value)
     bytes[1] = (uint8_t)value;
 }
 
-/// What a request asks for. A count of 0: nothing of that kind.
+/// A decoded request. A count of 0: no read or no write.
 typedef struct
 {
     uint16_t       read_address, read_count;
@@ -176,8 +176,8 @@ static modbus_status_t read_values(const modbus_registers_t *registers, const re
     return registers->read(registers->context, request->read_address, request->read_count, values);
 }
 
-/// With function 23 the write comes first; but before it a trial of the read, so that nothing is written if there are no such
-/// registers. Whether they can be read now may depend on what is written.
+/// Function 23 writes first. A trial read before it prevents the write if the registers to read do not exist; whether they are
+/// readable may depend on the write.
 static modbus_status_t perform(const modbus_registers_t *registers, const request_t *request, uint16_t *values)
 {
     modbus_status_t status = MODBUS_OK;
@@ -196,7 +196,7 @@ static modbus_status_t perform(const modbus_registers_t *registers, const reques
     return status;
 }
 
-/// From the function's code on; returns the length up to the CRC.
+/// Writes from the function code on; returns the length up to the CRC.
 static size_t write_answer(uint8_t *answer, const uint8_t *frame, const request_t *request, const uint16_t *values)
 {
     if (request->read_count == 0u)

@@ -1,9 +1,9 @@
-/// A Modbus RTU server for functions 3, 6, 16 and 23. No heap. The tick copies bytes (modbus_take); all else is done by the
-/// background (modbus_serve).
+/// A Modbus RTU server for functions 3, 6, 16 and 23. No heap. The tick only copies bytes (modbus_take); the background does
+/// the rest (modbus_serve).
 ///
 /// A frame ends after 3.5 characters of silence, measured in whole ticks. The shorter silence of 1.5 characters within a frame
-/// is not measured: a frame that lost a byte has a wrong CRC. Only a frame with the right CRC, addressed to this unit or, for
-/// functions 6 and 16, to all (unit 0, no answer), is executed. Of a write that is refused nothing is written.
+/// is not measured: a frame that lost a byte has a wrong CRC. Only a frame with the right CRC is executed, addressed to this
+/// unit or, for functions 6 and 16, to all (unit 0, no answer). A refused write writes nothing.
 ///
 /// Source: MODBUS Application Protocol Specification V1.1b3; MODBUS over Serial Line V1.02, 2.5.1.
 
@@ -40,9 +40,9 @@ typedef struct
     modbus_status_t (*write)(void *context, uint16_t address, uint16_t count, const uint16_t *values);
 } modbus_registers_t;
 
-/// The line. `receive` is called in the tick: copies up to `room` bytes that have come since the last call and returns how
-/// many, or MODBUS_LINE_ERROR if one was lost or wrong. `send` is called in the background: takes up to `count` bytes without
-/// waiting and returns how many.
+/// The line. The tick calls `receive`: copies up to `room` bytes received since the last call and returns their number, or
+/// MODBUS_LINE_ERROR if one was lost or wrong. The background calls `send`: takes up to `count` bytes without waiting and
+/// returns their number.
 typedef struct
 {
     void *context;
@@ -55,7 +55,7 @@ typedef struct
 typedef struct
 {
     uint8_t  unit;
-    uint32_t silent_ticks; ///< that end a frame
+    uint32_t silent_ticks; ///< at the end of a frame
 
     // Written by the tick while `complete` is false, by the background while it is true; the frame as well.
     volatile bool     complete;
@@ -63,7 +63,7 @@ typedef struct
 
     // Written by the tick only.
     uint32_t silence; ///< ticks
-    bool     spoilt;  ///< ignore what comes up to the next silence
+    bool     spoilt;  ///< ignore bytes until the next silence
 
     // The background's.
     uint16_t answer_length, answer_sent;
@@ -75,13 +75,13 @@ typedef struct
     uint8_t answer[MODBUS_FRAME_MAX];
 } modbus_t;
 
-/// `unit` is 1 to MODBUS_UNIT_MAX; `baud` and the period of the ticks give the silence that ends a frame.
+/// `unit` is 1 to MODBUS_UNIT_MAX; `baud` and the tick period determine the silence that ends a frame.
 void modbus_init(modbus_t *modbus, uint8_t unit, uint32_t baud, uint32_t period_us);
 
-/// In the tick: copies what has come.
+/// In the tick: copies received bytes.
 void modbus_take(modbus_t *modbus, const modbus_line_t *line);
 
-/// In the background: executes a complete frame, and sends as much of the answer as the line takes.
+/// In the background: executes a complete frame, and sends as much of the answer as the line accepts.
 void modbus_serve(modbus_t *modbus, const modbus_line_t *line, const modbus_registers_t *registers);
 
 /// Executes one frame; returns the length of `answer`, 0 if there is none. For modbus_serve and tests.

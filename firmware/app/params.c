@@ -5,26 +5,100 @@
 #include <stddef.h>
 #include <string.h>
 
+// --- the lists -----------------------------------------------------------------------------------------------------
+
+/// All that the library is set up with.
+typedef struct
+{
+    tribo_force_loop_f32_config_t loop;
+#if DRIVE_FEEDFORWARD
+    tribo_feedforward_f32_config_t feedforward;
+    tribo_guard_f32_config_t       guard;
+#endif
+} configs_t;
+
+/// A table of the library's, and where its config is.
+typedef struct
+{
+    const tribo_parameter_t *rows;
+    uint16_t                 count, at;
+} group_t;
+
+#define GROUP(rows, config) {(rows), sizeof(rows) / sizeof((rows)[0]), offsetof(configs_t, config)}
+
+static const group_t groups[] = {
+    GROUP(tribo_loop_parameters, loop),
+    GROUP(tribo_limit_parameters, loop.controller),
+    GROUP(tribo_cascade_parameters, loop.controller),
+    GROUP(tribo_friction_parameters, loop.compensator.friction),
+    GROUP(tribo_breakaway_parameters, loop.compensator.friction),
+    GROUP(tribo_table_parameters, loop.compensator.friction),
+    GROUP(tribo_arm_parameters, loop.compensator.arm),
+#if DRIVE_FEEDFORWARD
+    GROUP(tribo_feedforward_parameters, feedforward),
+    GROUP(tribo_learning_parameters, feedforward.learning),
+    GROUP(tribo_hold_parameters, feedforward.hold),
+    GROUP(tribo_guard_parameters, guard),
+#endif
+};
+
+/// The n-th row of all groups; false behind the last.
+static bool find_row(uint32_t n, const tribo_parameter_t **row, uint32_t *word, size_t *at)
+{
+    for (size_t i = 0; i < sizeof groups / sizeof groups[0]; i++)
+    {
+        if (n < groups[i].count)
+        {
+            *row  = &groups[i].rows[n];
+            *word = PARAMS_WORD((*row)->number);
+            *at   = (size_t)groups[i].at + (*row)->at;
+            return true;
+        }
+        n -= groups[i].count;
+    }
+    return false;
+}
+
+uint32_t params_word(const params_set_t *set, uint32_t word)
+{
+    uint32_t bits;
+    memcpy(&bits, (const unsigned char *)set + word * sizeof bits, sizeof bits);
+    return bits;
+}
+
+float params_number(const params_set_t *set, uint32_t word)
+{
+    const uint32_t bits = params_word(set, word);
+    float          number;
+    memcpy(&number, &bits, sizeof number);
+    return number;
+}
+
+static void put(params_set_t *set, uint32_t word, const void *bits)
+{
+    memcpy((unsigned char *)set + word * sizeof(uint32_t), bits, sizeof(uint32_t));
+}
+
 params_set_t params_default(void)
 {
     static const tribo_biquad_f32_section_t paper[TRIBO_PAPER_CONTROLLER_SECTION_COUNT] = TRIBO_PAPER_CONTROLLER_F32;
-#define DEFAULT(type, symbol, member, name, unit, low, high, normal, status, text) .symbol = (normal),
-    static const params_loop_t loop = {PARAMS_LOOP_FIELDS(DEFAULT)};
-    params_set_t               set  = {.drive = drive_config_default(), .loop = loop};
-#if DRIVE_FEEDFORWARD
-    static const params_feed_t  feed  = {PARAMS_FEED_FIELDS(DEFAULT)};
-    static const params_guard_t guard = {PARAMS_GUARD_FIELDS(DEFAULT)};
-    set.feed                          = feed;
-    set.guard                         = guard;
-#endif
-#undef DEFAULT
+
+    params_set_t             set = {.drive = drive_config_default()};
+    const tribo_parameter_t *row;
+    uint32_t                 word;
+    size_t                   at;
+    for (uint32_t n = 0; find_row(n, &row, &word, &at); n++)
+    {
+        const uint32_t whole = row->is_whole != 0u ? (uint32_t)row->standard : 0u;
+        put(&set, word, row->is_whole != 0u ? (const void *)&whole : (const void *)&row->standard);
+    }
     memcpy(set.sections, paper, sizeof paper);
     return set;
 }
 
 // --- refusals ------------------------------------------------------------------------------------------------------
 
-/// What a refusal is about, of a list its first word, and the range. The fields of the loop come first.
+/// What a refusal is about that no row is about: its word, of a list the first element's, and the range.
 typedef struct
 {
     uint8_t status, word;
@@ -32,93 +106,89 @@ typedef struct
 } refusal_t;
 
 static const refusal_t refusals[] = {
-#define FIELD(type, symbol, member, name, unit, low, high, normal, status, text)                                       \
-    {TRIBO_ERR_##status, (uint8_t)(PARAMS_LOOP_AT + (int)PARAMS_##symbol), (float)(low), (float)(high)},
-    PARAMS_LOOP_FIELDS(FIELD)
-#undef FIELD
-#define FIELD(type, symbol, member, name, unit, low, high, normal, status, text)                                       \
-    {TRIBO_ERR_##status, (uint8_t)(PARAMS_FEED_AT + PARAMS_FEED_##symbol), (float)(low), (float)(high)},
-        PARAMS_FEED_FIELDS(FIELD)
-#undef FIELD
-#if DRIVE_FEEDFORWARD
-#define FIELD(type, symbol, member, name, unit, low, high, normal, status, text)                                       \
-    {TRIBO_ERR_##status, (uint8_t)(PARAMS_GUARD_AT + PARAMS_GUARD_##symbol), (float)(low), (float)(high)},
-            PARAMS_GUARD_FIELDS(FIELD)
-#undef FIELD
-                {TRIBO_OK, PARAMS_GUARD_AT + PARAMS_GUARD_on, 0.0f, 1.0f},
-#endif
-    {TRIBO_OK, PARAMS_METHOD_AT, PARAMS_METHOD_PAPER, PARAMS_METHOD_MAX},
     {TRIBO_ERR_SECTION_COEFFICIENT, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
     {TRIBO_ERR_SECTION_FEEDTHROUGH, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
     {TRIBO_ERR_SECTION_UNSTABLE, PARAMS_SECTIONS_AT + 3, -4.0f, 4.0f},
     {TRIBO_ERR_ANTI_WINDUP, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
     {TRIBO_ERR_HEADROOM, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
     {TRIBO_ERR_TABLE_FORCE, PARAMS_TABLE_AT, 0.0f, 1e6f},
-    {TRIBO_ERR_TABLE_BREAKAWAY, PARAMS_TABLE_AT + 1, 1e-6f, 1e6f},
-    {TRIBO_ERR_ARM_TOO_FAST, (uint8_t)(PARAMS_LOOP_AT + PARAMS_inertia), 1e-12f, 1e12f},
+    {TRIBO_ERR_TABLE_POSITIVE, PARAMS_TABLE_AT + 1, 1e-6f, 1e6f},
+    {TRIBO_ERR_TABLE_NEGATIVE, PARAMS_TABLE_AT + 2, 1e-6f, 1e6f},
+    {TRIBO_ERR_ARM_TOO_FAST, PARAMS_INERTIA, 1e-12f, 1e12f},
     {TRIBO_ERR_FULL_SCALE, DRIVE_CONFIG_full_scale_n, 1e-3f, 1e6f},
 };
 
-static float number_of(const params_set_t *set, uint32_t word)
+static bool refuse(params_error_t *error, uint32_t word, float value, float low, float high, tribo_status_t status)
 {
-    uint32_t bits;
-    float    number;
-    memcpy(&bits, (const unsigned char *)set + word * sizeof bits, sizeof bits);
-    memcpy(&number, &bits, sizeof number);
-    const bool whole = word < (uint32_t)PARAMS_LOOP_AT
-                           ? !drive_config_fields[word].is_float
-                           : word == (uint32_t)PARAMS_METHOD_AT ||
-                                 (PARAMS_GUARD_COUNT > 0 && word == (uint32_t)PARAMS_GUARD_AT) ||
-                                 word == (uint32_t)PARAMS_LOOP_AT + PARAMS_section_count ||
-                                 word == (uint32_t)PARAMS_LOOP_AT + PARAMS_table_length;
-    return whole ? (float)bits : number;
-}
-
-static bool is_within(const refusal_t *refusal, float value)
-{
-    return value >= refusal->low && value <= refusal->high;
-}
-
-static bool refuse(params_error_t *error, const params_set_t *set, const refusal_t *refusal, tribo_status_t status)
-{
-    *error = (params_error_t){refusal->word, number_of(set, refusal->word), refusal->low, refusal->high, status};
+    *error = (params_error_t){word, value, low, high, status};
     return false;
 }
 
-/// The ranges of the list, which in places are narrower than the library's.
-static bool check_ranges(params_error_t *error, const params_set_t *set)
+static bool refuse_row(params_error_t *error, const params_set_t *set, const tribo_parameter_t *row, uint32_t word)
 {
-    for (size_t i = 0; i < PARAMS_LOOP_COUNT + PARAMS_FEED_COUNT + PARAMS_GUARD_COUNT + 1u; i++)
-    {
-        if (!is_within(&refusals[i], number_of(set, refusals[i].word)))
-        {
-            return refuse(error, set, &refusals[i], (tribo_status_t)refusals[i].status);
-        }
-    }
-    return true;
+    const float value = row->is_whole != 0u ? (float)params_word(set, word) : params_number(set, word);
+    return refuse(error, word, value, row->low, row->high, (tribo_status_t)row->status);
 }
 
-static bool refuse_loop(params_error_t *error, const params_set_t *set, tribo_status_t status)
+/// The ranges of all rows, also of what this method does not use.
+static bool check_ranges(params_error_t *error, const params_set_t *set)
 {
-    size_t i = 0;
-    while (i + 1u < sizeof refusals / sizeof refusals[0] && refusals[i].status != (uint8_t)status)
+    const tribo_parameter_t *row;
+    uint32_t                 word;
+    size_t                   at;
+    for (uint32_t n = 0; find_row(n, &row, &word, &at); n++)
     {
-        i++;
+        (void)refuse_row(error, set, row, word);
+        if (!(error->value >= row->low && error->value <= row->high))
+        {
+            return false;
+        }
     }
-    return refuse(error, set, &refusals[i], status);
+    if (set->method > PARAMS_METHOD_MAX)
+    {
+        return refuse(error, PARAMS_METHOD_AT, (float)set->method, PARAMS_METHOD_PAPER, PARAMS_METHOD_MAX, TRIBO_OK);
+    }
+#if DRIVE_FEEDFORWARD
+    if (set->guard_on > 1u)
+    {
+        return refuse(error, PARAMS_GUARD_AT, (float)set->guard_on, 0.0f, 1.0f, TRIBO_OK);
+    }
+#endif
+    return true;
 }
 
 // --- params --------------------------------------------------------------------------------------------------------
 
-static tribo_force_loop_f32_config_t config_of(const params_set_t *set)
+static configs_t configs_of(const params_set_t *set)
 {
-    tribo_force_loop_f32_config_t config = {.gain = 0.0f};
-#define COPY(type, symbol, member, name, unit, low, high, normal, status, text) config.member = set->loop.symbol;
-    PARAMS_LOOP_FIELDS(COPY)
-#undef COPY
-    config.controller.sections        = set->sections;
-    config.compensator.friction.table = set->loop.table_length > 0u ? set->table : NULL;
-    return config;
+    configs_t                configs;
+    const tribo_parameter_t *row;
+    uint32_t                 word;
+    size_t                   at;
+    memset(&configs, 0, sizeof configs);
+    for (uint32_t n = 0; find_row(n, &row, &word, &at); n++)
+    {
+        const uint32_t bits = params_word(set, word);
+        memcpy((unsigned char *)&configs + at, &bits, sizeof bits);
+    }
+    configs.loop.controller.sections        = set->sections;
+    configs.loop.compensator.friction.table = configs.loop.compensator.friction.table_length > 0u ? set->table : NULL;
+    return configs;
+}
+
+/// The words of `set` whose member is in the part of `configs` from byte `first` up to byte `end`.
+static void take(params_set_t *set, const configs_t *configs, size_t first, size_t end)
+{
+    const tribo_parameter_t *row;
+    uint32_t                 word;
+    size_t                   at;
+    for (uint32_t n = 0; find_row(n, &row, &word, &at); n++)
+    {
+        if (at >= first && at < end)
+        {
+            put(set, word, (const unsigned char *)configs + at);
+        }
+    }
 }
 
 /// More sections or points than fit are left out, and the count is refused.
@@ -127,16 +197,14 @@ void params_take_loop(params_set_t                         *set,
                       const tribo_feedforward_f32_config_t *feedforward)
 {
     const tribo_friction_f32_config_t *friction = &config->compensator.friction;
-#define TAKE(type, symbol, member, name, unit, low, high, normal, status, text) set->loop.symbol = config->member;
-    PARAMS_LOOP_FIELDS(TAKE)
-#undef TAKE
+    configs_t                          configs  = {.loop = *config};
+    take(set, &configs, 0, sizeof configs.loop);
     set->method = feedforward != NULL ? PARAMS_METHOD_FEEDFORWARD : PARAMS_METHOD_PAPER;
 #if DRIVE_FEEDFORWARD
     if (feedforward != NULL)
     {
-#define TAKE(type, symbol, member, name, unit, low, high, normal, status, text) set->feed.symbol = feedforward->member;
-        PARAMS_FEED_FIELDS(TAKE)
-#undef TAKE
+        configs.feedforward = *feedforward;
+        take(set, &configs, offsetof(configs_t, feedforward), offsetof(configs_t, guard));
     }
 #endif
     for (uint32_t i = 0; i < config->controller.section_count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
@@ -152,94 +220,119 @@ void params_take_loop(params_set_t                         *set,
 #if DRIVE_FEEDFORWARD
 void params_take_guard(params_set_t *set, const tribo_guard_f32_config_t *config)
 {
-    set->guard.on = config != NULL ? 1u : 0u;
+    set->guard_on = config != NULL ? 1u : 0u;
     if (config != NULL)
     {
-#define TAKE(type, symbol, member, name, unit, low, high, normal, status, text) set->guard.symbol = config->member;
-        PARAMS_GUARD_FIELDS(TAKE)
-#undef TAKE
+        const configs_t configs = {.guard = *config};
+        take(set, &configs, offsetof(configs_t, guard), sizeof configs);
     }
 }
 
-static tribo_status_t set_up_guard(params_t *params)
+static tribo_status_t set_up_guard(params_t *params, const configs_t *configs)
 {
-    const params_set_t      *set = &params->set;
-    tribo_guard_f32_config_t config;
-#define COPY(type, symbol, member, name, unit, low, high, normal, status, text) config.member = set->guard.symbol;
-    PARAMS_GUARD_FIELDS(COPY)
-#undef COPY
-    if (set->guard.on == 0u) // only fade_time_s counts, within which an earlier guard's share comes back
+    const params_set_t      *set    = &params->set;
+    const float              h      = configs->loop.sample_time_s;
+    tribo_guard_f32_config_t config = configs->guard;
+    if (set->guard_on == 0u) // only fade_time_s counts, within which an earlier guard's fade ends
     {
-        config.turn_n       = 0.5f * set->loop.input_max;
-        config.stray_n      = 0.5f * set->loop.input_max;
-        config.quick_time_s = set->loop.sample_time;
+        config.turn_n       = 0.5f * configs->loop.input_max_n;
+        config.stray_n      = 0.5f * configs->loop.input_max_n;
+        config.quick_time_s = h;
     }
-    const tribo_status_t status =
-        loop_setup_guard(&params->loop.guard, &config, set->loop.sample_time, set->drive.full_scale_n);
-    params->loop.guard.on = set->guard.on != 0u;
-    return status;
+    return loop_setup_guard(&params->loop, &config, set->guard_on != 0u, h, set->drive.full_scale_n);
 }
 #endif
 
-static tribo_status_t set_up_loop(params_t *params, const tribo_force_loop_f32_config_t *config)
+static tribo_status_t set_up_loop(params_t *params, const configs_t *configs)
 {
     const params_set_t *set = &params->set;
 #if DRIVE_FEEDFORWARD
     if (set->method == PARAMS_METHOD_FEEDFORWARD)
     {
-        tribo_feedforward_f32_config_t feedforward;
-#define COPY(type, symbol, member, name, unit, low, high, normal, status, text) feedforward.member = set->feed.symbol;
-        PARAMS_FEED_FIELDS(COPY)
-#undef COPY
-        return loop_setup_feedforward(&params->loop, config, &feedforward, set->drive.full_scale_n);
+        return loop_setup_feedforward(&params->loop, &configs->loop, &configs->feedforward, set->drive.full_scale_n);
     }
     if (set->method == PARAMS_METHOD_OFF)
     {
-        tribo_force_loop_f32_config_t off = *config;
+        tribo_force_loop_f32_config_t off = configs->loop;
         off.gain                          = 0.0f;
         return loop_setup(&params->loop, &off, set->drive.full_scale_n);
     }
 #endif
-    return loop_setup(&params->loop, config, set->drive.full_scale_n);
+    return loop_setup(&params->loop, &configs->loop, set->drive.full_scale_n);
+}
+
+/// The section or the point that is refused, from 0: the first with which those before it are refused likewise.
+static uint32_t element_of(params_t *params, configs_t *configs, uint32_t *count, tribo_status_t status)
+{
+    const uint32_t all = *count;
+    *count             = 1;
+    while (*count < all && set_up_loop(params, configs) != status)
+    {
+        ++*count;
+    }
+    return *count - 1u;
+}
+
+static bool refuse_loop(params_error_t *error, params_t *params, configs_t *configs, tribo_status_t status)
+{
+    const tribo_parameter_t *row;
+    uint32_t                 word;
+    size_t                   at;
+    for (uint32_t n = 0; find_row(n, &row, &word, &at); n++)
+    {
+        if (row->status == (uint8_t)status)
+        {
+            return refuse_row(error, &params->set, row, word);
+        }
+    }
+    size_t i = 0;
+    while (i + 1u < sizeof refusals / sizeof refusals[0] && refusals[i].status != (uint8_t)status)
+    {
+        i++;
+    }
+    word = refusals[i].word;
+    if (word >= (uint32_t)PARAMS_TABLE_AT)
+    {
+        word += 3u * element_of(params, configs, &configs->loop.compensator.friction.table_length, status);
+    }
+    else if (word >= (uint32_t)PARAMS_SECTIONS_AT && status != TRIBO_ERR_ANTI_WINDUP && status != TRIBO_ERR_HEADROOM)
+    {
+        word += 5u * element_of(params, configs, &configs->loop.controller.section_count, status);
+    }
+    return refuse(error, word, params_number(&params->set, word), refusals[i].low, refusals[i].high, status);
 }
 
 bool params_make(params_t *params, const port_t *port, params_error_t *error)
 {
-    const params_set_t                 *set    = &params->set;
-    const tribo_force_loop_f32_config_t config = config_of(set);
+    const params_set_t *set     = &params->set;
+    configs_t           configs = configs_of(set);
     if (!check_ranges(error, set))
     {
         return false;
     }
-    tribo_status_t status = set_up_loop(params, &config);
+    tribo_status_t status = set_up_loop(params, &configs);
 #if DRIVE_FEEDFORWARD
     if (status == TRIBO_OK)
     {
-        status = set_up_guard(params);
+        status = set_up_guard(params, &configs);
     }
 #endif
     if (status != TRIBO_OK)
     {
-        return refuse_loop(error, set, status);
+        return refuse_loop(error, params, &configs, status);
     }
-    const float sample_us = 1e6f * set->loop.sample_time;
+    const float sample_us = 1e6f * configs.loop.sample_time_s;
     const float period_us = (float)set->drive.period_us;
     if (!(sample_us >= period_us - 0.51f &&
           sample_us <= period_us + 0.51f)) // a period is a whole number of microseconds
     {
         const float period_s = period_us / 1e6f;
-        *error =
-            (params_error_t){PARAMS_LOOP_AT + PARAMS_sample_time, set->loop.sample_time, period_s, period_s, TRIBO_OK};
-        return false;
+        return refuse(error, PARAMS_SAMPLE_TIME, configs.loop.sample_time_s, period_s, period_s, TRIBO_OK);
     }
     drive_config_error_t by_drive;
     if (!drive_setup_init(&params->drive, &set->drive, &params->loop.params, port, &by_drive))
     {
-        *error = (params_error_t){by_drive.field, by_drive.value, by_drive.low, by_drive.high, TRIBO_OK};
-        return false;
+        return refuse(error, by_drive.field, by_drive.value, by_drive.low, by_drive.high, TRIBO_OK);
     }
-#if DRIVE_FEEDFORWARD
-    params->drive.guard = &params->loop.guard;
-#endif
     return true;
 }

@@ -151,12 +151,12 @@ static const loop_force_t *signal_of(const registers_t *registers, uint32_t sign
 /// A force of the drive's arithmetic as the float on the bus.
 static word_t to_bus(const registers_t *registers, word_t force)
 {
-    return bits_of(scaling_value(loop_from_word(force), config_of(registers)->full_scale_n));
+    return bits_of(scaling_value(tribo_force_of_word(force), config_of(registers)->full_scale_n));
 }
 
 static word_t signal_word(const registers_t *registers, uint32_t signal)
 {
-    return to_bus(registers, loop_word(*signal_of(registers, signal)));
+    return to_bus(registers, tribo_force_word(*signal_of(registers, signal)));
 }
 
 // --- the tick ------------------------------------------------------------------------------------------------------
@@ -173,7 +173,7 @@ void registers_tick(registers_t *registers)
         registers->taken = drive->setup;
     }
     const bool runs    = drive->state == DRIVE_RUN;
-    registers->applied = runs ? drive->signals.controller.LOOP_N(u) : 0;
+    registers->applied = runs ? drive->signals.controller.TRIBO_N(u) : 0;
     trace_step(&registers->trace, drive->ticks, drive->state == DRIVE_FAULT);
     trace_step(&registers->fault_trace, drive->ticks, drive->state == DRIVE_FAULT);
     if (runs && !ran && registers->fault_trace.state == TRACE_DONE)
@@ -416,14 +416,14 @@ static word_t compensation_word(const registers_t *registers, uint32_t place)
     {
     case REGISTERS_COMPENSATION_warnings:
         return drive_warnings(&registers->drive);
-    case REGISTERS_COMPENSATION_share:
+    case REGISTERS_COMPENSATION_fade:
         return bits_of(loop_guard_share(&registers->drive.guard));
     case REGISTERS_COMPENSATION_learned_up:
     case REGISTERS_COMPENSATION_learned_down:
         return bits_of(shown.L_n);
-    case REGISTERS_COMPENSATION_doubt_up:
-    case REGISTERS_COMPENSATION_doubt_down:
-        return bits_of(shown.doubt);
+    case REGISTERS_COMPENSATION_relative_variance_up:
+    case REGISTERS_COMPENSATION_relative_variance_down:
+        return bits_of(shown.relative_variance);
     case REGISTERS_COMPENSATION_travel_up:
     case REGISTERS_COMPENSATION_travel_down:
         return bits_of(shown.travel_n);
@@ -441,7 +441,7 @@ static word_t state_word(const registers_t *registers, uint32_t place)
     const word_t   words[REGISTERS_STATE_COUNT] = {
         [REGISTERS_STATE_version]               = REGISTERS_VERSION,
         [REGISTERS_STATE_layout]                = PARAMS_LAYOUT,
-        [REGISTERS_STATE_q31]                   = LOOP_IS_Q31,
+        [REGISTERS_STATE_q31]                   = TRIBO_IS_Q31,
         [REGISTERS_STATE_state]                 = (word_t)drive->state,
         [REGISTERS_STATE_fault]                 = (word_t)drive->fault,
         [REGISTERS_STATE_fault_tick]            = drive->fault_tick,
@@ -578,7 +578,7 @@ static modbus_status_t read_word(const registers_t *registers, const place_t *pl
         return MODBUS_OK;
 #endif
     case REQUESTS:
-        *word = place->word == 0u ? to_bus(registers, loop_word(registers->drive.reference))
+        *word = place->word == 0u ? to_bus(registers, tribo_force_word(registers->drive.reference))
                                   : word_in(&registers->requests, place->word);
         return MODBUS_OK;
     case WINDOW:
@@ -637,7 +637,7 @@ static modbus_status_t read_registers(void *context, uint16_t address, uint16_t 
 static bool take_reference(registers_t *registers, word_t word, bool only_check)
 {
     float       r;
-    const float most = registers->active->set.loop.input_max;
+    const float most = params_number(&registers->active->set, PARAMS_INPUT_MAX);
     memcpy(&r, &word, sizeof r);
     if (!(r >= -most && r <= most))
     {

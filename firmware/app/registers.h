@@ -28,7 +28,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define REGISTERS_VERSION 2u ///< of the lists in this file
+#define REGISTERS_VERSION 3u ///< of the lists in this file
 
 #define REGISTERS_STATE_AT        0x0000u
 #define REGISTERS_SIGNALS_AT      0x0080u
@@ -42,10 +42,10 @@
 
 // Places in a set, in Modbus registers.
 #define REGISTERS_DRIVE_AT    0x000u
-#define REGISTERS_LOOP_AT     0x100u
+#define REGISTERS_LOOP_AT     PARAMS_LOOP_NUMBER
 #define REGISTERS_METHOD_AT   0x1feu
-#define REGISTERS_FEED_AT     0x200u
-#define REGISTERS_GUARD_AT    0x2e0u
+#define REGISTERS_FEED_AT     PARAMS_FEED_NUMBER
+#define REGISTERS_GUARD_AT    PARAMS_GUARD_NUMBER
 #define REGISTERS_SECTIONS_AT 0x300u
 #define REGISTERS_TABLE_AT    0x400u
 
@@ -89,13 +89,13 @@
 // clang-format off: one row a register
 #define REGISTERS_COMPENSATION(REGISTER) \
     REGISTER(warnings, "warnings", uint32_t, "", "until command 11, see below; the drive runs on") \
-    REGISTER(share, "friction_share", float, "", "of the compensation that is added to u: 1, or less where the guard has faded it") \
+    REGISTER(fade, "friction_fade", float, "", "of the compensation that is added to u: 1, or less where the guard has faded it") \
     REGISTER(learned_up, "learned_positive_N", float, "N", "breakaway at the last reference as the feed-forward has learned it; 0 without one") \
-    REGISTER(doubt_up, "learned_positive_doubt", float, "", "what is left of the doubt in it, 0 to 1") \
+    REGISTER(relative_variance_up, "learned_positive_relative_variance", float, "", "variance of it over what it was at first, 0 to 1") \
     REGISTER(travel_up, "learned_positive_travel_N", float, "N", "that it was learned from") \
     REGISTER(bound_up, "learned_positive_at_bound", uint32_t, "", "1: not to be trusted") \
     REGISTER(learned_down, "learned_negative_N", float, "N", "in the negative direction") \
-    REGISTER(doubt_down, "learned_negative_doubt", float, "", "likewise") \
+    REGISTER(relative_variance_down, "learned_negative_relative_variance", float, "", "likewise") \
     REGISTER(travel_down, "learned_negative_travel_N", float, "N", "likewise") \
     REGISTER(bound_down, "learned_negative_at_bound", uint32_t, "", "likewise")
 // clang-format on
@@ -106,13 +106,13 @@
     SIGNAL(r, "r_N", "N", drive.r, "reference") \
     SIGNAL(y, "F_N", "N", drive.y, "measured force") \
     SIGNAL(u, "u_N", "N", applied, "command as applied: 0 unless the drive runs") \
-    SIGNAL(e, "e_N", "N", drive.signals.LOOP_N(e), "error") \
-    SIGNAL(v, "controller_N", "N", drive.signals.controller.LOOP_N(v), "the controller's part of u") \
-    SIGNAL(added, "friction_term_N", "N", drive.signals.LOOP_N(feedforward), "the compensation's part of u") \
-    SIGNAL(f_hat, "F_hat_N", "N", drive.signals.compensator.LOOP_N(force), "the arm model's force") \
-    SIGNAL(n, "n_N", "N", drive.signals.compensator.friction.LOOP_N(n), "net force") \
-    SIGNAL(l, "L_N", "N", drive.signals.compensator.friction.LOOP_N(L), "breakaway on the side of n") \
-    SIGNAL(f, "f_hat_N", "N", drive.signals.compensator.friction.LOOP_N(f), "estimated friction")
+    SIGNAL(e, "e_N", "N", drive.signals.TRIBO_N(e), "error") \
+    SIGNAL(v, "controller_N", "N", drive.signals.controller.TRIBO_N(v), "the controller's part of u") \
+    SIGNAL(added, "friction_term_N", "N", drive.signals.TRIBO_N(friction_term), "the compensation's part of u") \
+    SIGNAL(f_hat, "F_hat_N", "N", drive.signals.compensator.TRIBO_N(force), "the arm model's force") \
+    SIGNAL(n, "n_N", "N", drive.signals.compensator.friction.TRIBO_N(n), "net force") \
+    SIGNAL(l, "L_N", "N", drive.signals.compensator.friction.TRIBO_N(L), "breakaway on the side of n") \
+    SIGNAL(f, "f_hat_N", "N", drive.signals.compensator.friction.TRIBO_N(f), "estimated friction")
 // clang-format on
 
 /// REGISTER(symbol, name, type, unit, default, text): read and written; checked by what uses them.

@@ -4,7 +4,7 @@
 
 // --- numbers -------------------------------------------------------------------------------------------------------
 
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
 
 #define GAIN_MIN (1.0f / 65536.0f) // its mantissa still has 15 bits
 #define GAIN_MAX 1048576.0f
@@ -34,7 +34,7 @@ static scaling_gain_t gain_of(float magnitude, bool reversed)
     return gain;
 }
 
-/// What a full range of units makes of the full scale.
+/// The sensor's full range of units as a fraction of the full scale.
 static float sensor_gain(const drive_config_t *config, const port_t *port)
 {
     return config->sensor_n_per_unit * (port->sensor.full_units / config->full_scale_n);
@@ -109,7 +109,7 @@ static bool refuse_zero(drive_config_error_t *error, unsigned field, float value
     return refuse(error, field, value, range->low_units, range->high_units);
 }
 
-/// Within the output's range, for a config that may be anything.
+/// Limited to the output's range, for any config.
 static float no_current_units(const drive_config_t *config, const port_range_t *range)
 {
     const float zero = config->command_zero_units;
@@ -156,7 +156,7 @@ bool scaling_init(scaling_t *scaling, const drive_config_t *config, const port_t
     scaling->command      = gain_of(command, config->command_reversed != 0u);
     scaling->sensor_zero  = scaling_number(config->sensor_zero_units, port->sensor.full_units);
     scaling->command_zero = scaling->no_current;
-#ifndef DRIVE_ARITH_Q31
+#ifndef TRIBO_ARITHMETIC_Q31
     if (scaling->command_zero == 0.0f)
     {
         scaling->command_zero = -0.0f; // adding it leaves the sign of a zero, too
@@ -165,9 +165,9 @@ bool scaling_init(scaling_t *scaling, const drive_config_t *config, const port_t
     return true;
 }
 
-#define ROUNDING 1e-5f // of a range: a limit of u that reaches its end is not refused
+#define ROUNDING 1e-5f // of a range: accepts a limit of u exactly at its end
 
-/// The ends of the output have room for `u`.
+/// True if the output's range covers `u`.
 static bool has_output(const drive_config_t *config, const port_t *port, float u, drive_config_error_t *error)
 {
     const port_range_t *range = &port->output;
@@ -187,7 +187,7 @@ static bool has_current(const drive_config_t *config, float u_min, float u_max, 
            refuse(error, DRIVE_CONFIG_current_max_a, config->current_max_a, size / config->command_n_per_a, 1e6f);
 }
 
-/// A reading at this end of the range, as of a broken wire, is not credible.
+/// True if the loop rejects a reading at this end of the range, e.g. from a broken wire.
 static bool is_end_refused(const scaling_t      *scaling,
                            const drive_config_t *config,
                            const port_t         *port,
@@ -196,12 +196,12 @@ static bool is_end_refused(const scaling_t      *scaling,
                            drive_config_error_t *error)
 {
     const loop_force_t end = scaling_number(end_units, port->sensor.full_units);
-    if (!has_ends(&port->sensor) || !loop_is_credible(params, scaling_force(scaling, scaling->sensor_zero, end)))
+    if (!has_ends(&port->sensor) || !tribo_force_is_credible(params, scaling_force(scaling, scaling->sensor_zero, end)))
     {
         return true;
     }
     const float range = end_units - config->sensor_zero_units;
-    const float most  = scaling_value(loop_input_max(params), config->full_scale_n);
+    const float most  = scaling_value(params->TRIBO_N(input_max), config->full_scale_n);
     return refuse(error,
                   DRIVE_CONFIG_sensor_n_per_unit,
                   config->sensor_n_per_unit,
@@ -215,8 +215,8 @@ bool scaling_suits(const scaling_t      *scaling,
                    const loop_params_t  *params,
                    drive_config_error_t *error)
 {
-    const float u_min = scaling_value(loop_u_min(params), config->full_scale_n);
-    const float u_max = scaling_value(loop_u_max(params), config->full_scale_n);
+    const float u_min = scaling_value(params->controller.TRIBO_N(u_min), config->full_scale_n);
+    const float u_max = scaling_value(params->controller.TRIBO_N(u_max), config->full_scale_n);
     return is_end_refused(scaling, config, port, params, port->sensor.low_units, error) &&
            is_end_refused(scaling, config, port, params, port->sensor.high_units, error) &&
            has_output(config, port, u_min, error) && has_output(config, port, u_max, error) &&

@@ -3,7 +3,7 @@
 ///     f32    a reading and an output are in units of the port, a force is in N
 ///     q31    a reading and an output are fractions of port_range_t.full_units, a force is one of the full scale
 ///
-/// With a unit of 1 N, a zero of 0 and a full of the full scale every force passes with all its bits.
+/// With a unit of 1 N, a zero of 0 and full_units equal to the full scale, every force passes with all its bits.
 
 #ifndef DRIVE_SCALING_H
 #define DRIVE_SCALING_H
@@ -15,7 +15,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
 
 #include "tribo/q31.h"
 
@@ -44,17 +44,17 @@ typedef struct
 {
     scaling_gain_t sensor, command;
     loop_force_t   sensor_zero, command_zero; ///< a reading, an output
-    loop_force_t   no_current;                ///< the output, whatever the rest of the config is
+    loop_force_t   no_current;                ///< the output, valid for any config
 } scaling_t;
 
-/// Makes `scaling` for a port. False with `error` if a field is out of its range or has no number in the arithmetic; no_current
-/// is made nevertheless.
+/// Makes `scaling` for a port. False with `error` if a field is out of range or not representable in the arithmetic; no_current
+/// is valid even then.
 bool scaling_init(scaling_t *scaling, const drive_config_t *config, const port_t *port, drive_config_error_t *error);
 
 /// The force of a reading, `zero` being the reading at 0 N.
 static inline loop_force_t scaling_force(const scaling_t *scaling, loop_force_t zero, loop_force_t reading)
 {
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
     uint32_t unused = 0;
     return scaling_apply(&scaling->sensor, tribo_q31_subtract(reading, zero, &unused), &unused);
 #else
@@ -65,7 +65,7 @@ static inline loop_force_t scaling_force(const scaling_t *scaling, loop_force_t 
 /// The output for a force.
 static inline loop_force_t scaling_output(const scaling_t *scaling, loop_force_t u)
 {
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
     uint32_t unused = 0;
     return tribo_q31_add(scaling_apply(&scaling->command, u, &unused), scaling->command_zero, &unused);
 #else
@@ -73,12 +73,12 @@ static inline loop_force_t scaling_output(const scaling_t *scaling, loop_force_t
 #endif
 }
 
-/// Not for the tick: a number in units or N as a reading, output or force, whose 2^31 is `full`, and back.
+/// Not for the tick: converts a number in units or N to a reading, output or force, whose 2^31 is `full`, and back.
 loop_force_t scaling_number(float x, float full);
 float        scaling_value(loop_force_t x, float full);
 
-/// Whether the converters suit the loop: an output for each u within its limits, no more current than allowed, and at either
-/// end of the sensor's range a reading that the loop does not accept. False with `error`, which names the field to change.
+/// True if the converters suit the loop: every u within its limits has an output, the current stays within its limit, and the
+/// loop rejects the readings at both ends of the sensor's range. False with `error`, which names the field to change.
 bool scaling_suits(const scaling_t      *scaling,
                    const drive_config_t *config,
                    const port_t         *port,

@@ -1,7 +1,7 @@
 #include "app/selftest.h"
 
 #include "app/crc32.h"
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
 #include "app/golden_q31.h"
 #include "app/golden_steep_q31.h"
 #include "app/golden_table_q31.h"
@@ -56,7 +56,7 @@ static bool check_word(const selftest_ram_t *ram, volatile uint32_t *word)
     return ok;
 }
 
-/// With an address line open or shorted, word 0 and word 2^k are the same cell: a write to one then shows in the other.
+/// With an open or shorted address line, word 0 and word 2^k are the same cell: a write to one changes the other.
 static bool check_addresses(const selftest_ram_t *ram, volatile uint32_t *words, size_t count)
 {
     const uint32_t kept_first = ram->read(words);
@@ -68,7 +68,7 @@ static bool check_addresses(const selftest_ram_t *ram, volatile uint32_t *words,
         ram->write(words + i, 0x87654321u);
         ok = ram->read(words) == 0x12345678u && ok;
         ram->write(words + i, kept);
-        ram->write(words, 0x12345678u); // in case both are the same cell
+        ram->write(words, 0x12345678u); // if both are the same cell
     }
     ram->write(words, kept_first);
     return ok;
@@ -110,15 +110,19 @@ static uint32_t run_golden(const loop_params_t *params, uint32_t crc)
 {
     loop_state_t state;
     int32_t      y = 0;
-    loop_reset(&state);
+    TRIBO(force_loop, reset)(&state);
     for (int32_t k = 0; k < GOLDEN_TICKS; k++)
     {
         const int32_t  r = golden_reference(k);
         loop_signals_t signals;
         uint32_t       words[TRIBO_SIGNAL_WORDS];
         y = k < 120 ? y + (r - y) / 8 : 0;
-        (void)loop_step(params, &state, loop_from_q31(r, GOLDEN_RANGE_N), loop_from_q31(y, GOLDEN_RANGE_N), &signals);
-        loop_words(&signals, words);
+        (void)TRIBO(force_loop, step)(params,
+                                      &state,
+                                      tribo_force_of_q31(r, GOLDEN_RANGE_N),
+                                      tribo_force_of_q31(y, GOLDEN_RANGE_N),
+                                      &signals);
+        tribo_signal_words(&signals, words);
         crc = crc32_update(crc, words, sizeof words);
     }
     return crc;
@@ -136,7 +140,7 @@ drive_fault_t selftest_golden(void)
 
 // --- all of it -----------------------------------------------------------------------------------------------------
 
-#define STACK_IN_USE 512u ///< bytes below this frame that the RAM test itself may take
+#define STACK_IN_USE 512u ///< bytes below this frame, for the RAM test itself
 
 drive_fault_t selftest_run(const volatile selftest_seal_t *seal,
                            const uint8_t                  *memory,

@@ -78,13 +78,13 @@ static bool write_mark(const store_flash_t *flash, unsigned sector, uint32_t mar
 
 #define NONE STORE_SECTORS
 
-/// The sector of the last record; NONE with why there is none.
+/// The sector of the last record; NONE with the reason in `status`.
 static unsigned find_last(const sector_t sectors[STORE_SECTORS], store_status_t *status)
 {
     unsigned last = NONE;
     for (unsigned i = 0; i < STORE_SECTORS; i++)
     {
-        // A good record without marks is one whose marks were not finished, or have rotted.
+        // The marks of a good record without them were unfinished or have rotted.
         const bool candidate = sectors[i].good && sectors[i].mark != REPLACED_BY_OTHER;
         const bool newer     = last == NONE || (int32_t)(sectors[i].number - sectors[last].number) > 0;
         last                 = candidate && newer ? i : last;
@@ -134,8 +134,8 @@ static bool write_record(const store_flash_t *flash,
     return ok && look_at(flash, sector).good;
 }
 
-/// Before `sector` is erased: if that is cut short it must not look like a rotten record. Of a damaged store no record may
-/// come back, so what shows the damage is marked last.
+/// Marks `sector` before its erasure, so that an interrupted erasure does not look like a rotten record. No record of a damaged
+/// store may reappear, so the sector that shows the damage is marked last.
 static bool leave(const store_flash_t *flash,
                   const sector_t       sectors[STORE_SECTORS],
                   store_status_t       status,
@@ -149,6 +149,23 @@ static bool leave(const store_flash_t *flash,
     return sectors[sector].mark != CURRENT || write_mark(flash, sector, REPLACED);
 }
 
+/// Whether the last record is this one: then nothing needs to be erased.
+static bool holds(const store_flash_t *flash,
+                  unsigned             last,
+                  uint32_t             length,
+                  uint32_t             layout,
+                  const uint32_t      *words,
+                  uint32_t             count)
+{
+    bool same = last != NONE && length == count && mark_of(flash, last) == CURRENT &&
+                word_of(flash, last, VERSION) == STORE_VERSION && word_of(flash, last, LAYOUT) == layout;
+    for (uint32_t i = 0; same && i < count; i++)
+    {
+        same = word_of(flash, last, STORE_HEAD_WORDS + i) == words[i];
+    }
+    return same;
+}
+
 store_status_t store_write(const store_flash_t *flash, uint32_t layout, const uint32_t *words, uint32_t count)
 {
     if (!has_room(flash, count))
@@ -157,7 +174,11 @@ store_status_t store_write(const store_flash_t *flash, uint32_t layout, const ui
     }
     const sector_t sectors[STORE_SECTORS] = {look_at(flash, 0), look_at(flash, 1)};
     store_status_t status;
-    const unsigned last   = find_last(sectors, &status);
+    const unsigned last = find_last(sectors, &status);
+    if (holds(flash, last, last != NONE ? sectors[last].length : 0u, layout, words, count))
+    {
+        return STORE_OK;
+    }
     const unsigned sector = last == NONE ? 0u : 1u - last;
     const uint32_t number = 1u + (last == NONE ? 0u : sectors[last].number);
 
@@ -167,7 +188,7 @@ store_status_t store_write(const store_flash_t *flash, uint32_t layout, const ui
     {
         return STORE_FAILED;
     }
-    (void)write_mark(flash, 1u - sector, REPLACED); // not needed for this record to be the last
+    (void)write_mark(flash, 1u - sector, REPLACED); // optional: this record is the last one already
     return STORE_OK;
 }
 

@@ -25,7 +25,7 @@ bool trace_arm(trace_t *trace, const trace_setup_t *setup)
     {
         return false;
     }
-    trace->state = TRACE_STOPPED; // until the last line the tick leaves it alone
+    trace->state = TRACE_STOPPED; // the tick ignores it until the last line
     *trace       = (trace_t){.ring       = trace->ring,
                              .ring_words = trace->ring_words,
                              .setup      = *setup,
@@ -81,7 +81,7 @@ static void take_sample(trace_t *trace)
     uint32_t *to = trace->ring + trace->place;
     for (uint32_t i = 0; i < trace->setup.channel_count; i++)
     {
-        to[i] = loop_word(*trace->setup.channels[i]);
+        to[i] = tribo_force_word(*trace->setup.channels[i]);
     }
     const uint32_t next = trace->place + trace->setup.channel_count;
     trace->place        = next < trace->capacity * trace->setup.channel_count ? next : 0u;
@@ -122,14 +122,14 @@ void trace_step(trace_t *trace, uint32_t tick, bool is_fault)
 
 // --- the background ------------------------------------------------------------------------------------------------
 
-// Numbers of samples wrap: a trace may wait for its trigger for years.
+// Sample numbers wrap: a trace may wait for its trigger for years.
 
 uint32_t trace_first(const trace_t *trace)
 {
     return trace->count - trace->held;
 }
 
-/// Of the sample that is `age` samples older than the next one.
+/// Place of the sample that is `age` samples older than the next one.
 static uint32_t place_of(const trace_t *trace, uint32_t next_place, uint32_t age)
 {
     const uint32_t back = age * trace->setup.channel_count;
@@ -152,10 +152,10 @@ bool trace_read(const trace_t *trace, uint32_t number, uint32_t *words, uint32_t
     {
         if (place >= trace->ring_words)
         {
-            return false; // the tick, on another core, begins the trace anew
+            return false; // the tick, on another core, restarts the trace
         }
         words[i] = trace->ring[place];
         place    = place + 1u < trace->capacity * channels ? place + 1u : 0u;
     }
-    return trace->count - number <= trace->capacity; // else the tick has overwritten them meanwhile
+    return trace->count - number <= trace->capacity; // else the tick has overwritten them
 }

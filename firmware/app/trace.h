@@ -1,8 +1,8 @@
-/// A ring of samples of chosen forces, filled in the tick. It stops by itself some samples after a trigger, so that it holds what
-/// came before; until then it can be read while it is being filled.
+/// A ring of samples of chosen forces, filled in the tick. It stops by itself a chosen number of samples after a trigger, so
+/// that it keeps the samples before it. It can be read while it is being filled.
 ///
-/// A tick costs the same whatever the signals do: one comparison for the trigger, and for a sample one copy for each channel.
-/// trace_step is the tick's; the rest is the background's, which sees a trace whole between two ticks.
+/// A tick costs the same for all signals: one comparison for the trigger, and one copy per channel for a sample. The tick calls
+/// trace_step; the background calls the rest and sees a consistent trace between two ticks.
 
 #ifndef DRIVE_TRACE_H
 #define DRIVE_TRACE_H
@@ -26,19 +26,19 @@ typedef enum
 
 typedef enum
 {
-    TRACE_STOPPED,   ///< holds what was recorded, or nothing yet
+    TRACE_STOPPED,   ///< holds a recording, or nothing yet
     TRACE_ARMED,     ///< records, waits for its trigger
     TRACE_TRIGGERED, ///< records the samples after it
-    TRACE_DONE       ///< the trigger came, and the ring is as full as it becomes
+    TRACE_DONE       ///< recorded the samples after the trigger, and stopped
 } trace_state_t;
 
-/// Of which forces and when. They must outlive the trace.
+/// The forces and the trigger. The forces must outlive the trace.
 typedef struct
 {
     const loop_force_t *channels[TRACE_CHANNELS_MAX];
     uint32_t            channel_count; ///< 1 to TRACE_CHANNELS_MAX
     uint32_t            decimation;    ///< ticks from sample to sample, 1 or more
-    uint32_t            after;         ///< samples after the trigger's own, at most those that fit less one
+    uint32_t            after;         ///< samples after the trigger's own, at most `capacity` - 1
     trace_trigger_t     trigger;
     const loop_force_t *watched; ///< for a reversal or a level
     loop_force_t        level;
@@ -53,7 +53,7 @@ typedef struct
 
     volatile trace_state_t state;
     volatile uint32_t count; ///< samples since it was armed, wraps; sample n was taken n * decimation ticks after 0
-    volatile uint32_t held;  ///< of these, those that are still there
+    volatile uint32_t held;  ///< of these, not yet overwritten
 
     uint32_t     first_tick;     ///< of sample 0
     uint32_t     trigger_sample; ///< once triggered
@@ -69,7 +69,7 @@ typedef struct
 /// `ring` of `ring_words` words must outlive the trace.
 void trace_init(trace_t *trace, uint32_t *ring, uint32_t ring_words);
 
-/// Begins anew with `setup`; false, and nothing changes, if it is out of range.
+/// Restarts with `setup`; false, and nothing changes, if it is out of range.
 bool trace_arm(trace_t *trace, const trace_setup_t *setup);
 
 void trace_stop(trace_t *trace);
@@ -77,11 +77,10 @@ void trace_stop(trace_t *trace);
 /// In tick number `tick`, after the drive's.
 void trace_step(trace_t *trace, uint32_t tick, bool is_fault);
 
-/// The oldest sample that is still there; trace->count is the one after the newest.
+/// The oldest sample in the ring; trace->count is the one after the newest.
 uint32_t trace_first(const trace_t *trace);
 
-/// Copies `count` words from channel 0 of sample `number` on, over as many samples as it takes. False if not all of them are
-/// there (any more).
+/// Copies `count` words, from channel 0 of sample `number` on, across samples. False if some of them are not in the ring.
 bool trace_read(const trace_t *trace, uint32_t number, uint32_t *words, uint32_t count);
 
 #endif

@@ -17,7 +17,7 @@ static int is_scenario(const struct dirent *entry)
     return length > 5 && entry->d_name[0] != '.' && strcmp(entry->d_name + length - 5, ".yaml") == 0;
 }
 
-/// One line: the name without its ending, and the description or what is wrong with the file.
+/// One line: the name without its ending, and the description or the file's error.
 static bool print_scenario(const char *folder, const char *file, sim_error_t *error)
 {
     sim_error_t     problem  = {""};

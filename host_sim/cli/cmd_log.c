@@ -1,4 +1,4 @@
-// Reads logs as they come and writes one clean log: the reader of replay, for programs that are not in C.
+// Reads raw logs and writes one clean log: replay's reader, for programs not written in C.
 
 #include "cli/commands.h"
 #include "cli/log_options.h"

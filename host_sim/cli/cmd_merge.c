@@ -1,4 +1,4 @@
-// Joins the rows of a study's shards to what one sweep would have written.
+// Merges the rows of a study's shards into the file that a single sweep would have written.
 
 #include "cli/commands.h"
 #include "cli/scenario_choice.h"
@@ -39,7 +39,7 @@ static int take(void *context, int key, const char *value)
     return 0;
 }
 
-/// Takes a number and the word behind it; null if they are not there.
+/// Skips a number and the word after it; null if they are missing.
 static const char *skip(const char *text, uint64_t *number, const char *word)
 {
     char *end = NULL;
@@ -47,7 +47,7 @@ static const char *skip(const char *text, uint64_t *number, const char *word)
     return end != NULL && strncmp(end, word, strlen(word)) == 0 ? end + strlen(word) : NULL;
 }
 
-/// The N of rows-I-of-N.csv; 0: this is another file.
+/// The N of rows-I-of-N.csv; 0 for other files.
 static uint64_t shards_of(const char *name)
 {
     uint64_t    index = 0, count = 0;
@@ -56,7 +56,7 @@ static uint64_t shards_of(const char *name)
     return next != NULL && *next == '\0' && count <= SIM_SHARDS_MAX ? count : 0;
 }
 
-/// How many shards the files in the folder are of; all must say the same. 0 with the error filled in.
+/// The number of shards, equal in all file names of the folder. 0 with the error filled in.
 static uint64_t count_shards(const char *folder, sim_error_t *error)
 {
     DIR     *entries = opendir(folder);
@@ -154,7 +154,7 @@ static bool merge(const sim_study_t *study, const char *folder, sim_error_t *err
     }
     free(parts);
     free(header);
-    return ok ? sim_sweep_report(study, folder, error) : sim_error_set(error, "out of memory"); // if not said otherwise
+    return ok ? sim_sweep_report(study, folder, error) : sim_error_set(error, "out of memory"); // unless set already
 }
 
 static int merge_study(const options_t *options)

@@ -1,8 +1,8 @@
 #include "cli/commands.h"
 #include "cli/params_header.h"
 #include "cli/scenario_choice.h"
+#include "loop/loop_config.h"
 #include "scenario/check.h"
-#include "scenario/loop_config.h"
 #include "support/file.h"
 #include "support/output_file.h"
 
@@ -21,7 +21,7 @@ typedef struct
     char                  name[NAME_MAX_LENGTH + 1]; ///< empty: the scenario's
 } options_t;
 
-/// A C identifier that is nobody's keyword once something is appended, nor reserved.
+/// Accepts a C identifier that is not reserved, nor a keyword once a suffix is appended.
 static bool take_name(options_t *options, const char *name, size_t length)
 {
     static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
@@ -92,7 +92,7 @@ static int take(void *context, int key, const char *value)
     }
 }
 
-/// A scenario is not to be overwritten by what is made of it.
+/// The result must not overwrite its scenario.
 static int check_out(const options_t *options)
 {
     char *path   = sim_scenario_path(options->choice.name);
@@ -121,8 +121,8 @@ static bool make(const options_t *options, const sim_scenario_t *scenario, sim_e
     const sim_config_t *config = sim_scenario_config(scenario);
     sim_loop_config_t   loop_config;
     sim_loop_t          loop;
-    sim_loop_config_fill(&loop_config, config);
-    const tribo_status_t status = sim_loop_init(&loop, options->q31, &loop_config, config->limits.full_scale_n);
+    sim_loop_config_fill(&loop_config, &config->loop);
+    const tribo_status_t status = sim_loop_init(&loop, options->q31, &loop_config, config->loop.limits.full_scale_n);
     return sim_check_has_loop(scenario, error) && sim_check_status(scenario, status, error) &&
            write_header(options,
                         &(sim_params_header_t){.name      = options->name,

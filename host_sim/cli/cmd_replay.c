@@ -1,4 +1,4 @@
-// Runs a recorded log through the compensator: what it would have estimated on the user's own rig.
+// Runs a recorded log through the compensator: its estimate on the user's own rig.
 
 #include "cli/commands.h"
 #include "cli/log_options.h"
@@ -7,15 +7,16 @@
 #include "cli/trace.h"
 #include "log/plot.h"
 #include "log/verdict.h"
+#include "loop/loop_config.h"
 #include "scenario/activity.h"
 #include "scenario/check.h"
 #include "scenario/loop.h"
-#include "scenario/loop_config.h"
 #include "support/file.h"
 #include "support/number.h"
 #include "support/output_file.h"
-#include "tribo/compensator_lugre_f32.h"
-#include "tribo/compensator_lugre_q31.h"
+#include "tribo/friction_f32.h"
+#include "tribo/friction_q31.h"
+#include "tribo_arithmetic.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -25,7 +26,7 @@
 typedef struct
 {
     sim_log_arguments_t   logs;
-    sim_scenario_choice_t choice; ///< of which replay takes the --set
+    sim_scenario_choice_t choice; ///< replay uses only its --set
     const char           *params; ///< null: the paper's
     const char           *out;    ///< null: standard output
     const char           *plot;   ///< null: none
@@ -34,7 +35,7 @@ typedef struct
     double                full_scale_n;
 } options_t;
 
-/// The compensator in both arithmetics; of Q31 the params are made only if it is wanted.
+/// The compensator in both arithmetics; Q31 params only on demand.
 typedef struct
 {
     const options_t               *options;
@@ -71,7 +72,7 @@ static int check_result(const options_t *options, const char *option, const char
     return 0;
 }
 
-/// A recording cannot be made again: a result must not take its place, nor that of the params.
+/// A recording is irreplaceable: no result may overwrite it or the params.
 static int check_results(const options_t *options)
 {
     if (options->out != NULL && options->plot != NULL && strcmp(options->out, options->plot) == 0)
@@ -178,14 +179,6 @@ static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, do
                                    signals.force_n,
                                    &signals.friction);
     }
-    else if (replay->has_lugre)
-    {
-        (void)tribo_compensator_lugre_f32_step(&replay->f32,
-                                               &replay->lugre_f32,
-                                               &replay->state_f32,
-                                               (float)u_n,
-                                               &signals);
-    }
     else if (replay->options->measured)
     {
         signals.force_n = (float)measured_n;
@@ -202,30 +195,30 @@ static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, do
     return signals;
 }
 
-/// What a step in Q31 saw, in newton and to float's seven digits.
+/// A Q31 step's signals in newtons, to float's seven digits.
 static tribo_compensator_f32_signals_t signals_from_q31(const tribo_compensator_q31_signals_t *signals,
                                                         double                                 full_scale_n,
                                                         double                                 sample_time_s)
 {
     const tribo_friction_q31_signals_t *friction = &signals->friction;
     return (tribo_compensator_f32_signals_t){
-        .force_n  = (float)sim_n_from_q31(signals->force, full_scale_n),
-        .friction = {.n_n       = (float)sim_n_from_q31(friction->n, full_scale_n),
-                     .L_n       = (float)sim_n_from_q31(friction->L, full_scale_n),
-                     .v_n_per_s = (float)(sim_n_from_q31(friction->rise, full_scale_n) / sample_time_s),
-                     .f_n       = (float)sim_n_from_q31(friction->f, full_scale_n),
+        .force_n  = (float)tribo_n_of_q31(signals->force, full_scale_n),
+        .friction = {.n_n       = (float)tribo_n_of_q31(friction->n, full_scale_n),
+                     .L_n       = (float)tribo_n_of_q31(friction->L, full_scale_n),
+                     .v_n_per_s = (float)(tribo_n_of_q31(friction->rise, full_scale_n) / sample_time_s),
+                     .f_n       = (float)tribo_n_of_q31(friction->f, full_scale_n),
                      .relays    = friction->relays}};
 }
 
 static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, double measured_n)
 {
     const double                    full_scale_n = replay->options->full_scale_n;
-    const int32_t                   u            = sim_q31_from_n(u_n, full_scale_n);
+    const int32_t                   u            = tribo_q31_of_n(u_n, full_scale_n);
     tribo_compensator_q31_signals_t signals;
     replay->beyond_full_scale += fabs(u_n) > full_scale_n || fabs(measured_n) > full_scale_n;
     if (replay->options->measured && replay->has_lugre)
     {
-        signals.force = sim_q31_from_n(measured_n, full_scale_n);
+        signals.force = tribo_q31_of_n(measured_n, full_scale_n);
         (void)tribo_lugre_q31_step(&replay->lugre_q31,
                                    &replay->q31.friction,
                                    &replay->state_q31.friction.lugre,
@@ -233,13 +226,9 @@ static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, do
                                    signals.force,
                                    &signals.friction);
     }
-    else if (replay->has_lugre)
-    {
-        (void)tribo_compensator_lugre_q31_step(&replay->q31, &replay->lugre_q31, &replay->state_q31, u, &signals);
-    }
     else if (replay->options->measured)
     {
-        signals.force = sim_q31_from_n(measured_n, full_scale_n);
+        signals.force = tribo_q31_of_n(measured_n, full_scale_n);
         (void)tribo_friction_q31_step(&replay->q31.friction,
                                       &replay->state_q31.friction.paper,
                                       u,
@@ -253,11 +242,11 @@ static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, do
     return signals_from_q31(&signals, full_scale_n, replay->sample_time_s);
 }
 
-/// Keeps what the verdict looks at, of the arithmetic that comes first.
+/// Keeps the verdict's inputs, from the first arithmetic.
 static void keep(replay_t *replay, size_t row, const tribo_compensator_f32_signals_t *signals, double measured_n)
 {
     const tribo_friction_f32_signals_t *friction = &signals->friction;
-    // With F from the arm's model n is the model's; the verdict asks for that of the log.
+    // With F from the arm's model n is the model's; the verdict needs the log's.
     const float n           = friction->n_n + (signals->force_n - (float)measured_n);
     replay->replayed.n[row] = n;
     replay->replayed.L[row] = friction->L_n;
@@ -272,7 +261,7 @@ static void replay_row(replay_t *replay, const sim_log_t *log, size_t row, FILE 
     const double                    F         = has_force ? log->values[SIM_LOG_F][row] : 0.0;
     tribo_compensator_f32_signals_t f32       = {.force_n = 0.0f};
     tribo_compensator_f32_signals_t q31       = {.force_n = 0.0f};
-    // 15 digits give a time stamp back as it was written, whatever its origin.
+    // 15 digits reproduce a time stamp as written, whatever its origin.
     (void)fprintf(file, "%.15g,%.9g,", log->values[SIM_LOG_T][row], u);
     if (replay->options->f32)
     {
@@ -309,8 +298,8 @@ static void reset(replay_t *replay)
     tribo_compensator_q31_reset(&replay->state_q31);
     if (replay->has_lugre)
     {
-        tribo_compensator_lugre_f32_reset(&replay->state_f32);
-        tribo_compensator_lugre_q31_reset(&replay->state_q31);
+        tribo_lugre_f32_reset(&replay->state_f32.friction.lugre);
+        tribo_lugre_q31_reset(&replay->state_q31.friction.lugre);
     }
 }
 
@@ -355,7 +344,7 @@ static void warn(const options_t *options, uint64_t rows, const char *of_what)
     }
 }
 
-/// The params' model for the verdict, in float32, whatever --arith and --force are.
+/// The params' model for the verdict: always float32, whatever --arith and --force say.
 static void play(void *context, const sim_log_t *log, size_t rows, const sim_path_t *path, double *force_n)
 {
     const replay_t                *replay = context;
@@ -379,27 +368,20 @@ static void play(void *context, const sim_log_t *log, size_t rows, const sim_pat
         tribo_compensator_f32_reset(&state);
         if (replay->has_lugre)
         {
-            tribo_compensator_lugre_f32_reset(&state);
+            tribo_lugre_f32_reset(&state.friction.lugre);
         }
         state.arm.force_n = (float)log->values[SIM_LOG_F][k];
         for (; k < log->starts[s + 1] && k < rows; k++)
         {
             tribo_compensator_f32_signals_t signals;
             const double                    u = (log->values[SIM_LOG_U][k] - path->bias_n) / (1.0 + path->scale_error);
-            if (replay->has_lugre)
-            {
-                (void)tribo_compensator_lugre_f32_step(&params, &replay->lugre_f32, &state, (float)u, &signals);
-            }
-            else
-            {
-                (void)tribo_compensator_f32_step(&params, &state, (float)u, &signals);
-            }
+            (void)tribo_compensator_f32_step(&params, &state, (float)u, &signals);
             force_n[k] = (double)signals.force_n;
         }
     }
 }
 
-/// How restless the log's command is, and the compensator with it.
+/// Prints the activity of the log's command and of the compensator.
 static void print_activity(const replay_t *replay)
 {
     const sim_activity_t *activity = &replay->activity;
@@ -418,7 +400,7 @@ static void print_activity(const replay_t *replay)
     (void)puts("");
 }
 
-/// Writes the table and the picture, then the verdict: beside the table if that goes to a file, else on stderr.
+/// Writes table and picture, then the verdict: next to the table if that is a file, else on stderr.
 static bool write_results(replay_t *replay, const sim_log_t *log, sim_error_t *error)
 {
     const options_t  *options  = replay->options;
@@ -496,7 +478,7 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
     {
         return false;
     }
-    sim_loop_config_fill(loop, sim_scenario_config(scenario));
+    sim_loop_config_fill(loop, sim_scenario_loop(scenario));
     const float    h      = (float)replay->sample_time_s;
     tribo_status_t status = tribo_compensator_f32_init(&replay->f32, &loop->config.compensator, h);
     if (status == TRIBO_OK && options->q31)
@@ -516,6 +498,8 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
         {
             status = tribo_lugre_q31_init(&replay->lugre_q31, &loop->lugre, arm, h);
         }
+        tribo_lugre_f32_attach(&replay->f32, &replay->lugre_f32);
+        tribo_lugre_q31_attach(&replay->q31, &replay->lugre_q31);
     }
     if (status == TRIBO_ERR_SAMPLE_TIME)
     {

@@ -76,7 +76,7 @@ enum
     TRACE,
     TRACE_Q31,
     LEARNED,
-    SUMMARY, ///< last: it speaks for the others
+    SUMMARY, ///< last: it vouches for the others
     FILES
 };
 
@@ -93,7 +93,7 @@ static bool write_row(sim_output_file_t *file, const sim_row_t *row, sim_error_t
         return true;
     }
     sim_trace_write_row(file->stream, row);
-    return !ferror(file->stream) || sim_output_commit(file, 1, error); // which says why, and fails
+    return !ferror(file->stream) || sim_output_commit(file, 1, error); // reports the write error and fails
 }
 
 static bool record(void *context, const sim_row_t *row, double part_done, sim_error_t *error)
@@ -103,7 +103,7 @@ static bool record(void *context, const sim_row_t *row, double part_done, sim_er
     return write_row(&recorder->file[TRACE], row, error) && write_row(&recorder->file[TRACE_Q31], row->q31, error);
 }
 
-/// Opens what the run will write into the folder; a trace of Q31 that an earlier run has left would not belong to it.
+/// Opens the run's files in the folder, and removes the Q31 trace of an earlier run.
 static bool open_files(recorder_t *recorder, const options_t *options, bool learns, sim_error_t *error)
 {
     static const char *const names[FILES] = {"trace.csv", "trace_q31.csv", "learned.yaml", "summary.json"};
@@ -124,7 +124,7 @@ static bool open_files(recorder_t *recorder, const options_t *options, bool lear
     return ok;
 }
 
-/// Runs the scenario and puts what the options want into the folder. Returns the summary as JSON, or null.
+/// Runs the scenario and writes the requested files into the folder. Returns the summary as JSON, or null.
 static char *simulate(const sim_scenario_t *scenario,
                       const options_t      *options,
                       sim_summary_t        *summary,
@@ -139,7 +139,7 @@ static char *simulate(const sim_scenario_t *scenario,
     json = ok ? sim_summary_to_json(summary) : NULL;
     if (json == NULL)
     {
-        (void)sim_error_set(error, "out of memory"); // if nothing has gone wrong before
+        (void)sim_error_set(error, "out of memory"); // unless an error is set already
     }
     else if (options->folder != NULL)
     {
@@ -176,10 +176,10 @@ static void print_learned(const sim_result_t *result)
     static const char *const names[] = {"positive", "negative"};
     for (int d = 0; result->learns && d < 2; d++)
     {
-        (void)printf("learned, %-17s%.4f N at the last r, doubt %.3f, from %.3g N of travel%s\n",
+        (void)printf("learned, %-17s%.4f N at the last r, relative variance %.3f, from %.3g N of travel%s\n",
                      names[d],
                      result->learned.breakaway_n[d],
-                     result->learned.doubt[d],
+                     result->learned.relative_variance[d],
                      result->learned.travel_n[d],
                      result->learned.stays_at_bound[d] ? ", stays at a bound: not to be trusted"
                      : result->learned.at_bound[d]     ? ", at a bound: not to be trusted"
@@ -255,7 +255,7 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
     }
 }
 
-/// Last, so that what differs can be looked at in the files.
+/// Called last, so that the files are there to inspect a difference.
 static bool is_identical(const sim_summary_t *summary, sim_error_t *error)
 {
     return summary->target == NULL || summary->lock_step.different_ticks == 0 ||

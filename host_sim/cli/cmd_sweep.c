@@ -1,4 +1,4 @@
-// Plays the rows of a study on all cores, and goes on where an earlier sweep was ended.
+// Plays the rows of a study on all cores, and resumes an interrupted sweep.
 
 #include "cli/commands.h"
 #include "cli/scenario_choice.h"
@@ -88,7 +88,7 @@ static int take(void *context, int key, const char *value)
 typedef struct
 {
     double   start_s, next_s;
-    uint64_t before; ///< rows that were there
+    uint64_t before; ///< rows present at the start
     bool     is_shown, is_wanted;
 } progress_t;
 
@@ -194,7 +194,7 @@ static void print_speed(const sweep_t *sweep, unsigned workers)
     (void)puts("");
 }
 
-/// Opens the file of rows, and plays those that it has not.
+/// Opens the file of rows, and plays the missing ones.
 static bool play(sweep_t *sweep, const char *path, unsigned workers, sim_error_t *error)
 {
     char      *header = sim_sweep_header(sweep->study);
@@ -245,7 +245,7 @@ static bool sweep_study(const sim_study_t *study, const options_t *options, sim_
     return ok;
 }
 
-/// The commands that play a row, instead of playing it.
+/// Prints the commands that play a row, instead of playing it.
 static bool print_row(const sim_study_t *study, const char *text, sim_error_t *error)
 {
     uint64_t    row       = 0;

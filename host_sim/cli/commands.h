@@ -17,7 +17,7 @@ extern const sim_command_t sim_command_log;
 extern const sim_command_t sim_command_params;
 extern const sim_command_t sim_command_list;
 
-/// Says on stderr what is wrong with the command line, or shows the error; returns the status to exit with.
+/// Reports a fault of the command line, or an error, on stderr; both return the exit status.
 int sim_usage(const char *format, ...);
 int sim_failure(const char *message);
 

@@ -2,12 +2,12 @@
 
 #include <math.h>
 
-#define DOUBT_MIN 1e-3
+#define RELATIVE_VARIANCE_MIN 1e-3
 
 void sim_learned_write(FILE *file, const sim_result_t *result)
 {
     const sim_breakaway_config_t *breakaway = &result->breakaway;
-    const double                  doubt     = fmax(result->learned.doubt[0], result->learned.doubt[1]);
+    const double relative_variance = fmax(result->learned.relative_variance[0], result->learned.relative_variance[1]);
     (void)fprintf(file,
                   "# What was learned of breakaway, from %.3g N of travel up and %.3g N down%s.\n"
                   "# For tribo-sim run or params --learned, in place of what the scenario believes.\n"
@@ -36,5 +36,7 @@ void sim_learned_write(FILE *file, const sim_result_t *result)
                       breakaway->table[i].positive_n,
                       breakaway->table[i].negative_n);
     }
-    (void)fprintf(file, "feedforward:\n  learning:\n    doubt: %.6g\n", fmin(1.0, fmax(DOUBT_MIN, doubt)));
+    (void)fprintf(file,
+                  "feedforward:\n  learning:\n    relative_variance: %.6g\n",
+                  fmin(1.0, fmax(RELATIVE_VARIANCE_MIN, relative_variance)));
 }

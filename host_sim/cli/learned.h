@@ -1,4 +1,4 @@
-/// learned.yaml: what a run has learned of breakaway, as keys of `compensator` to begin another run or a drive with.
+/// learned.yaml: the breakaway learned in a run, as keys of `compensator`, the start of another run or of a drive.
 
 #ifndef SIM_LEARNED_H
 #define SIM_LEARNED_H

@@ -1,4 +1,4 @@
-/// The options by which a command reads logs: the same for all of them.
+/// The options of commands that read logs, equal for all.
 
 #ifndef SIM_CLI_LOG_OPTIONS_H
 #define SIM_CLI_LOG_OPTIONS_H
@@ -34,10 +34,10 @@ typedef struct
     size_t            count;
 } sim_log_arguments_t;
 
-/// Takes one of SIM_LOG_OPTIONS, or a path for SIM_OPTION_ARGUMENT; 0, or the status to exit with. Less than 0: not of these.
+/// Takes one of SIM_LOG_OPTIONS, or a path for SIM_OPTION_ARGUMENT. Returns 0 or the exit status; negative for other options.
 int sim_log_take(sim_log_arguments_t *arguments, int key, const char *value);
 
-/// Says on stderr what had to be mended, if anything.
+/// Reports repairs of the log on stderr.
 void sim_log_report(const sim_log_t *log, const char *path);
 
 #endif

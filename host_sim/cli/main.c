@@ -55,7 +55,7 @@ static int show_help(void)
 
 int main(int count, char **arguments)
 {
-    // A file size limit and a closed pipe are then write errors, reported like any other.
+    // Makes a file size limit and a closed pipe ordinary write errors.
     (void)signal(SIGXFSZ, SIG_IGN);
     (void)signal(SIGPIPE, SIG_IGN);
     sim_output_clean_on_signal();

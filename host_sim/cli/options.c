@@ -18,7 +18,7 @@ typedef struct
     int                  status; ///< to exit with; 0: no fault yet
 } parse_t;
 
-/// Whether the word is an option, or the start of one: then its value was missing.
+/// True if the word is an option or the start of one: the value before it is missing.
 static bool is_option(const sim_command_t *command, const char *word)
 {
     const struct argp_option *option = command->options;

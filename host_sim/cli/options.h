@@ -10,28 +10,28 @@
 typedef struct
 {
     const char *name;     ///< "run"
-    const char *argument; ///< what it is about, as the help shows it; null: nothing
+    const char *argument; ///< its argument, as shown in the help; null: none
     const char *noun;     ///< the same in a message: "one NOUN is wanted"
-    const char *text;     ///< what it does, for the help
-    bool        is_many;  ///< one argument or more, each given to `take` as SIM_OPTION_ARGUMENT
+    const char *text;     ///< the help's description
+    bool        is_many;  ///< one or more arguments, each passed to `take` as SIM_OPTION_ARGUMENT
 
-    /// Keys count from SIM_OPTION_FIRST. An `arg` of words ("f32|q31") is what sim_option_word chooses from.
+    /// Keys count from SIM_OPTION_FIRST. sim_option_word chooses from an `arg` of words ("f32|q31").
     const struct argp_option *options;
 
     /// Runs it; returns the exit status. `arguments[0]` is the command's name.
     int (*run)(int count, char **arguments);
 
-    /// Takes one option into `context`; 0, or the status to exit with.
+    /// Takes one option into `context`; returns 0 or the exit status.
     int (*take)(void *context, int key, const char *value);
 } sim_command_t;
 
-#define SIM_OPTION_FIRST    256 ///< below it argp takes a key for a letter
-#define SIM_OPTION_ARGUMENT 1   ///< the key of an argument of a command that takes many
+#define SIM_OPTION_FIRST    256 ///< argp reads smaller keys as letters
+#define SIM_OPTION_ARGUMENT 1   ///< the key of an argument where a command takes many
 
-/// Takes all options and puts the command's argument into `*argument` (null for a command of many); 0, or the status to exit with.
+/// Takes all options; `*argument` is the command's argument (null where it takes many). Returns 0 or the exit status.
 int sim_options_parse(const sim_command_t *command, int count, char **arguments, void *context, const char **argument);
 
-/// The index of `value` among the words of option `key`; less than 0 is not one of them, and said so.
+/// The index of `value` among the words of option `key`; negative, with a message, if it is not among them.
 int sim_option_word(const sim_command_t *command, int key, const char *value);
 
 /// Prints the help of a command on standard output.

@@ -17,12 +17,14 @@ typedef enum
     INT32,
     INT64,
     BOOL,
-    TABLE,       ///< pointer to breakaway points, which stand before the params
-    METHOD,      ///< pointer to a way to compensate friction
-    FEEDFORWARD, ///< pointer to its params, which stand before these
-    LUGRE,       ///< likewise
-    STRUCT,      ///< with rows of its own, a line each
-    SMALL        ///< the same on one line
+    TABLE,      ///< pointer to breakaway points, defined before the params
+    METHOD,     ///< pointer to a method, the first member of params defined before these
+    MODEL,      ///< pointer to a friction model, likewise
+    GUARD,      ///< pointer to params of a guard, likewise
+    FUNCTIONS,  ///< of a method or of a friction model: the library has an initialiser
+    GUARD_STEP, ///< of a guard
+    STRUCT,     ///< with rows of its own, a line each
+    SMALL       ///< the same on one line
 } kind_t;
 
 typedef struct field
@@ -31,17 +33,20 @@ typedef struct field
     kind_t              kind;
     size_t              offset, size;          ///< in its struct; of an element
     size_t              count;                 ///< of elements; 0: no array
-    size_t              counter, counter_size; ///< of the field that says how many of them count; size 0: all
+    size_t              counter, counter_size; ///< of the field that holds the number in use; size 0: all
     const struct field *rows;                  ///< of a struct, ended by one without a name
 } field_t;
 
-// A field's kind follows from its type, so that a row is its name. T is the struct that the rows are about.
+// A field's kind follows from its type, so a row needs only the name. T is the struct described by the rows.
 // clang-format off
 // NOLINTBEGIN(bugprone-macro-parentheses,bugprone-sizeof-expression): the arguments are names, one of them of a pointer
 #define KIND(x) _Generic((x), float: FLOAT, uint8_t: UINT8, uint16_t: UINT16, uint32_t: UINT32, int32_t: INT32, int64_t: INT64, bool: BOOL, \
     const tribo_force_loop_f32_method_t *: METHOD, const tribo_force_loop_q31_method_t *: METHOD, \
-    const tribo_feedforward_f32_params_t *: FEEDFORWARD, const tribo_feedforward_q31_params_t *: FEEDFORWARD, \
-    const tribo_lugre_f32_params_t *: LUGRE, const tribo_lugre_q31_params_t *: LUGRE, default: TABLE)
+    const tribo_friction_model_f32_t *: MODEL, const tribo_friction_model_q31_t *: MODEL, \
+    const tribo_guard_f32_params_t *: GUARD, const tribo_guard_q31_params_t *: GUARD, \
+    tribo_force_loop_f32_method_t: FUNCTIONS, tribo_force_loop_q31_method_t: FUNCTIONS, \
+    tribo_friction_model_f32_t: FUNCTIONS, tribo_friction_model_q31_t: FUNCTIONS, \
+    const tribo_breakaway_point_f32_t *: TABLE, const tribo_breakaway_point_q31_t *: TABLE, default: GUARD_STEP)
 #define AT(member) (((T *)0)->member)
 #define F(member) {.name = #member, .kind = KIND(AT(member)), .offset = offsetof(T, member), .size = sizeof AT(member)}
 #define ARRAY(member) {.name = #member, .kind = KIND(AT(member[0])), .offset = offsetof(T, member), .size = sizeof AT(member[0]), .count = sizeof AT(member) / sizeof AT(member[0])}
@@ -78,29 +83,29 @@ static const field_t friction_f32[] = {F(rate_hz), F(exponent_per_rise), F(expon
 static const field_t arm_f32[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), END};
 #undef T
 #define T tribo_compensator_f32_params_t
-static const field_t compensator_f32[] = {S(friction, friction_f32), S(arm, arm_f32), END};
+static const field_t compensator_f32[] = {S(friction, friction_f32), S(arm, arm_f32), F(model), END};
 #undef T
 #define T tribo_force_loop_f32_params_t
-static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), F(method), F(feedforward), F(lugre), END};
+static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), F(method), F(guard), END};
 #undef T
 #define T tribo_lugre_f32_params_t
-static const field_t lugre_f32[] = {F(a), F(b_and_1), F(beta), F(c), F(stuck), F(gamma_g), END};
+static const field_t lugre_f32[] = {F(model), F(a), F(b_and_1), F(beta), F(c), F(stuck), F(gamma_g), END};
 #undef T
-#define T tribo_path_f32_params_t
-static const field_t path_f32[] = {F(actuator_part), F(sensor_part), S(arm, arm_f32), END};
+#define T tribo_reference_model_f32_params_t
+static const field_t reference_model_f32[] = {F(actuator_part), F(sensor_part), S(arm, arm_f32), END};
 #undef T
-#define T tribo_friction_meter_f32_params_t
+#define T tribo_friction_observer_f32_params_t
 static const field_t meter_f32[] = {F(actuator_part), F(sensor_part), F(filter_part), F(damping), END};
 #undef T
 #define T tribo_breakaway_learning_f32_params_t
 static const field_t learning_f32[] = {F(scale_most), F(offset_most_n), F(scale_variance), F(offset_variance), F(scale_shared), F(offset_shared),
-    F(correlation), F(doubt), F(distrust), F(weight_n), F(forgetting_per_n), F(scale_min), F(scale_max), END};
+    F(correlation), F(relative_variance), F(distrust), F(weight_n), F(forgetting_per_n), F(scale_min), F(scale_max), END};
 #undef T
 #define T tribo_hold_f32_params_t
-static const field_t hold_f32[] = {F(on), F(still_ticks), F(quick_ticks), F(gain), F(margin), F(caution_per_n), F(deadband_part), END};
+static const field_t hold_f32[] = {F(on), F(still_ticks), F(quick_ticks), F(gain), F(margin), F(extra_margin_per_n), F(deadband_part), END};
 #undef T
 #define T tribo_feedforward_f32_params_t
-static const field_t feedforward_f32[] = {S(path, path_f32), S(meter, meter_f32), S(learning, learning_f32), S(hold, hold_f32), F(input_max_n),
+static const field_t feedforward_f32[] = {F(method), S(reference_model, reference_model_f32), S(observer, meter_f32), S(learning, learning_f32), S(hold, hold_f32), F(input_max_n),
     F(offset_max_n), F(reversal_n), F(jump), F(lead_s), F(noise_gain), F(noise_part), F(noise_floor_n), F(rate_hz), F(rate_part), F(step_n),
     F(offset_part), F(slide_half_n), F(slide_change_max_n), F(slide_run_in_n), F(slide_error_max_n), END};
 #undef T
@@ -128,37 +133,37 @@ static const field_t friction_q31[] = {F(rise_max), F(exponent_rate), F(exponent
 static const field_t arm_q31[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), F(shift), END};
 #undef T
 #define T tribo_compensator_q31_params_t
-static const field_t compensator_q31[] = {S(friction, friction_q31), S(arm, arm_q31), END};
+static const field_t compensator_q31[] = {S(friction, friction_q31), S(arm, arm_q31), F(model), END};
 #undef T
 #define T tribo_force_loop_q31_params_t
-static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), F(method), F(feedforward), F(lugre), END};
+static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), F(method), F(guard), END};
 #undef T
 #define T tribo_lugre_q31_params_t
-static const field_t lugre_q31[] = {F(a), F(b_and_1), F(one), F(beta), F(c), F(stuck), F(gamma_g), F(c_shift), END};
+static const field_t lugre_q31[] = {F(model), F(a), F(b_and_1), F(one), F(beta), F(c), F(stuck), F(gamma_g), F(c_shift), END};
 #undef T
-#define T tribo_path_q31_params_t
-static const field_t path_q31[] = {F(actuator_part), F(sensor_part), S(arm, arm_q31), END};
+#define T tribo_reference_model_q31_params_t
+static const field_t reference_model_q31[] = {F(actuator_part), F(sensor_part), S(arm, arm_q31), END};
 #undef T
-#define T tribo_friction_meter_q31_params_t
+#define T tribo_friction_observer_q31_params_t
 static const field_t meter_q31[] = {F(actuator_part), F(sensor_part), F(filter_part), F(damping), F(change_max), F(damping_shift), END};
 #undef T
 #define T tribo_breakaway_learning_q31_params_t
-static const field_t learning_q31[] = {F(spread_scale), F(spread_offset), F(doubt), F(correlation), F(correlation_faded), F(distrust), F(weight),
+static const field_t learning_q31[] = {F(scale_sd), F(offset_sd), F(relative_variance), F(correlation), F(correlation_faded), F(distrust), F(weight),
     F(forgetting), F(scale_min), F(scale_max), END};
 #undef T
 #define T tribo_hold_q31_params_t
-static const field_t hold_q31[] = {F(on), F(still_ticks), F(quick_ticks), F(gain), F(margin), F(caution_per_unit), F(deadband_part), END};
+static const field_t hold_q31[] = {F(on), F(still_ticks), F(quick_ticks), F(gain), F(margin), F(extra_margin_per_unit), F(deadband_part), END};
 #undef T
 #define T tribo_feedforward_q31_params_t
-static const field_t feedforward_q31[] = {S(path, path_q31), S(meter, meter_q31), S(learning, learning_q31), S(hold, hold_q31), F(input_max),
+static const field_t feedforward_q31[] = {F(method), S(reference_model, reference_model_q31), S(observer, meter_q31), S(learning, learning_q31), S(hold, hold_q31), F(input_max),
     F(offset_max), F(reversal), F(jump), F(lead), F(lead_shift), F(noise_gain), F(noise_part), F(noise_floor), F(rate_part), F(step),
     F(offset_part), F(slide_half), F(slide_change_max), F(slide_run_in), F(slide_error_max), END};
 #undef T
 #define T tribo_guard_f32_params_t
-static const field_t guard_f32[] = {F(half_n), F(stray_n), F(work_n2), F(fade), F(quick_ticks), END};
+static const field_t guard_f32[] = {F(step), F(on), F(half_n), F(stray_n), F(work_n2), F(fade_step), F(quick_ticks), END};
 #undef T
 #define T tribo_guard_q31_params_t
-static const field_t guard_q31[] = {F(half), F(stray), F(work), F(fade), F(quick_ticks), END};
+static const field_t guard_q31[] = {F(step), F(on), F(half), F(stray), F(work), F(fade_step), F(quick_ticks), END};
 #undef T
 // NOLINTEND(bugprone-macro-parentheses,bugprone-sizeof-expression)
 // clang-format on
@@ -170,7 +175,7 @@ typedef struct
     FILE       *stream;
     const char *name;   ///< of the params
     const char *suffix; ///< of their arithmetic
-    const char *method; ///< "feedforward", "lugre" or null: the paper's
+    const char *upper;  ///< likewise, F32 or Q31
 } sheet_t;
 
 static uint32_t unsigned_at(const char *at, size_t size)
@@ -182,25 +187,26 @@ static uint32_t unsigned_at(const char *at, size_t size)
     return byte + half + word;
 }
 
-/// What a pointer's object is called.
-static const char *word_of(kind_t kind)
+/// The address of what is defined before these params, which has their name.
+static void put_address(const sheet_t *sheet, kind_t kind, bool is_there)
 {
-    return kind == TABLE ? "table" : kind == LUGRE ? "lugre" : "feedforward";
-}
-
-static void put_pointer(const sheet_t *sheet, kind_t kind, bool is_there)
-{
-    if (!is_there)
+    switch (is_there ? kind : STRUCT)
     {
+    case TABLE:
+        (void)fprintf(sheet->stream, "%s_table", sheet->name);
+        break;
+    case METHOD:
+        (void)fprintf(sheet->stream, "&%s_feedforward.method", sheet->name);
+        break;
+    case MODEL:
+        (void)fprintf(sheet->stream, "&%s_lugre.model", sheet->name);
+        break;
+    case GUARD:
+        (void)fprintf(sheet->stream, "&%s_guard", sheet->name);
+        break;
+    default:
         (void)fputs("NULL", sheet->stream);
-    }
-    else if (kind == METHOD)
-    {
-        (void)fprintf(sheet->stream, "&tribo_force_loop_%s_%s", sheet->method, sheet->suffix);
-    }
-    else
-    {
-        (void)fprintf(sheet->stream, "%s%s_%s", kind == TABLE ? "" : "&", sheet->name, word_of(kind));
+        break;
     }
 }
 
@@ -212,7 +218,7 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
     const void *pointer = NULL;
     switch (field->kind)
     {
-    case FLOAT: // nine digits are every bit
+    case FLOAT: // nine digits keep every bit
         memcpy(&real, at, sizeof real);
         (void)fprintf(sheet->stream, "%.8ef", (double)real);
         break;
@@ -229,10 +235,18 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
         break;
     case TABLE:
     case METHOD:
-    case FEEDFORWARD:
-    case LUGRE:
+    case MODEL:
+    case GUARD:
         memcpy((void *)&pointer, at, sizeof pointer);
-        put_pointer(sheet, field->kind, pointer != NULL);
+        put_address(sheet, field->kind, pointer != NULL);
+        break;
+    case FUNCTIONS: // params begin with them
+        (void)fprintf(sheet->stream,
+                      strcmp(field->name, "method") == 0 ? "TRIBO_FEEDFORWARD_%s_METHOD" : "TRIBO_LUGRE_%s_MODEL",
+                      sheet->upper);
+        break;
+    case GUARD_STEP:
+        (void)fprintf(sheet->stream, "tribo_guard_%s_step", sheet->suffix);
         break;
     default:
         (void)fprintf(sheet->stream, "%" PRIu32 "u", unsigned_at(at, field->size));
@@ -312,31 +326,31 @@ static void put_rows(const sheet_t *sheet, const field_t *rows, const char *at, 
 
 static const void *feedforward_of(const sim_loop_t *loop)
 {
-    return loop->q31 ? (const void *)loop->params_q31.feedforward : (const void *)loop->params_f32.feedforward;
+    return loop->q31 ? (const void *)loop->in_q31.params.method : (const void *)loop->in_f32.params.method;
 }
 
 static const void *lugre_of(const sim_loop_t *loop)
 {
-    return loop->q31 ? (const void *)loop->params_q31.lugre : (const void *)loop->params_f32.lugre;
+    return loop->q31 ? (const void *)loop->in_q31.params.compensator.model
+                     : (const void *)loop->in_f32.params.compensator.model;
 }
 
-static const char *method_of(const sim_loop_t *loop)
+static const void *guard_of(const sim_loop_t *loop)
 {
-    return feedforward_of(loop) != NULL ? "feedforward" : lugre_of(loop) != NULL ? "lugre" : NULL;
+    return loop->q31 ? (const void *)loop->in_q31.params.guard : (const void *)loop->in_f32.params.guard;
 }
 
-/// The params of a method's own, if there are any.
-static void put_own(const sheet_t *sheet, kind_t kind, const field_t *rows, const void *params)
+/// Params of a part, `noun`, if there are any.
+static void put_own(const sheet_t *sheet, const char *noun, const field_t *rows, const void *params)
 {
     if (params != NULL)
     {
-        const char *const word = word_of(kind);
         (void)fprintf(sheet->stream,
                       "static const tribo_%s_%s_params_t %s_%s = {\n",
-                      word,
+                      noun,
                       sheet->suffix,
                       sheet->name,
-                      word);
+                      noun);
         put_rows(sheet, rows, params, 4);
         (void)fputs("};\n", sheet->stream);
     }
@@ -346,16 +360,16 @@ static void put_own(const sheet_t *sheet, kind_t kind, const field_t *rows, cons
 static void put_loop(const sheet_t *sheet, const sim_loop_t *loop)
 {
     const bool     q31    = loop->q31;
-    const void    *table  = loop->params_f32.compensator.friction.table;
-    uint32_t       points = loop->params_f32.compensator.friction.table_length;
+    const void    *table  = loop->in_f32.params.compensator.friction.table;
+    uint32_t       points = loop->in_f32.params.compensator.friction.table_length;
     const field_t  point  = {.kind = SMALL,
                              .size = q31 ? sizeof(tribo_breakaway_point_q31_t) : sizeof(tribo_breakaway_point_f32_t),
                              .rows = q31 ? point_q31 : point_f32};
     const field_t *rows   = q31 ? loop_q31 : loop_f32;
     if (q31)
     {
-        table  = loop->params_q31.compensator.friction.table;
-        points = loop->params_q31.compensator.friction.table_length;
+        table  = loop->in_q31.params.compensator.friction.table;
+        points = loop->in_q31.params.compensator.friction.table_length;
     }
     if (table != NULL)
     {
@@ -364,21 +378,13 @@ static void put_loop(const sheet_t *sheet, const sim_loop_t *loop)
         put_structs(sheet, &point, table, points, 0);
         (void)fputs(";\n", sheet->stream);
     }
-    put_own(sheet, FEEDFORWARD, q31 ? feedforward_q31 : feedforward_f32, feedforward_of(loop));
-    put_own(sheet, LUGRE, q31 ? lugre_q31 : lugre_f32, lugre_of(loop));
+    put_own(sheet, "feedforward", q31 ? feedforward_q31 : feedforward_f32, feedforward_of(loop));
+    put_own(sheet, "lugre", q31 ? lugre_q31 : lugre_f32, lugre_of(loop));
+    put_own(sheet, "guard", q31 ? guard_q31 : guard_f32, guard_of(loop));
     (void)
         fprintf(sheet->stream, "static const tribo_force_loop_%s_params_t %s_params = {\n", sheet->suffix, sheet->name);
-    put_rows(sheet, rows, q31 ? (const char *)&loop->params_q31 : (const char *)&loop->params_f32, 4);
+    put_rows(sheet, rows, q31 ? (const char *)&loop->in_q31.params : (const char *)&loop->in_f32.params, 4);
     (void)fputs("};\n", sheet->stream);
-    if (loop->guarded)
-    {
-        (void)fprintf(sheet->stream, "static const tribo_guard_%s_params_t %s_guard = {\n", sheet->suffix, sheet->name);
-        put_rows(sheet,
-                 q31 ? guard_q31 : guard_f32,
-                 q31 ? (const char *)&loop->guard_params_q31 : (const char *)&loop->guard_params_f32,
-                 4);
-        (void)fputs("};\n", sheet->stream);
-    }
 }
 
 // --- the header around them ----------------------------------------------------------------------------------------
@@ -391,7 +397,7 @@ static void put_upper(FILE *stream, const char *name)
     }
 }
 
-/// What a user wrote, on its one line and in ASCII.
+/// User text, reduced to one line of ASCII.
 static void put_quoted(FILE *stream, const char *text)
 {
     (void)fputc('"', stream);
@@ -451,27 +457,21 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
     const int         versions[2] = {TRIBO_FORCE_LOOP_F32_PARAMS_VERSION, TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION};
     const char *const guards[2]   = {"#ifndef ", "#define "};
     put_comment(stream, header);
-    // With the arithmetic: of one name in both, neither is left out, and a compiler says that it is declared twice.
+    // The guard contains the arithmetic: with one name in both, neither header is skipped and the compiler reports a redeclaration.
     for (size_t i = 0; i < 2; i++)
     {
         (void)fputs(guards[i], stream);
         put_upper(stream, header->name);
         (void)fprintf(stream, "_PARAMS_%s_H\n", upper);
     }
-    const char *const method  = method_of(header->loop);
-    const bool        guarded = header->loop->guarded;
-    const char *const suffix  = q31 ? "q31" : "f32";
+    const char *const suffix = q31 ? "q31" : "f32";
     (void)fprintf(stream,
-                  "\n#include \"tribo/force_loop_%s%s%s.h\"\n%s%s%s\n"
+                  "\n#include \"tribo/%s_%s.h\"\n\n"
                   "#if TRIBO_FORCE_LOOP_%s_PARAMS_VERSION != %d\n"
                   "#error \"made for another version of tribo: run tribo-sim params again\"\n"
                   "#endif\n\n// clang-format off\n",
-                  method != NULL ? method : "",
-                  method != NULL ? "_" : "",
+                  feedforward_of(header->loop) != NULL ? "feedforward" : "force_loop",
                   suffix,
-                  guarded ? "#include \"tribo/force_loop_guard_" : "",
-                  guarded ? suffix : "",
-                  guarded ? ".h\"\n" : "",
                   upper,
                   versions[q31]);
     put_define(stream, header, "SAMPLE_TIME_S", (double)header->config->sample_time_s);
@@ -480,6 +480,6 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
         put_define(stream, header, "FULL_SCALE_N", (double)(float)header->loop->full_scale_n);
     }
     (void)fputs("\n", stream);
-    put_loop(&(sheet_t){.stream = stream, .name = header->name, .suffix = suffix, .method = method}, header->loop);
+    put_loop(&(sheet_t){.stream = stream, .name = header->name, .suffix = suffix, .upper = upper}, header->loop);
     (void)fputs("// clang-format on\n\n#endif\n", stream);
 }

@@ -1,4 +1,4 @@
-/// The params of a loop as C, for programs that are to have no set-up code.
+/// The params of a loop as C, for programs without set-up code.
 
 #ifndef SIM_PARAMS_HEADER_H
 #define SIM_PARAMS_HEADER_H
@@ -9,8 +9,8 @@
 
 typedef struct
 {
-    const char        *name;     ///< prefix of all that it declares, a C identifier
-    const char        *scenario; ///< the file that it was made of, for the comment
+    const char        *name;     ///< prefix of all declarations, a C identifier
+    const char        *scenario; ///< the source file, for the comment
     const char *const *sets;     ///< and with which --set
     int                set_count;
 
@@ -18,8 +18,8 @@ typedef struct
     const sim_loop_t                    *loop; ///< initialised with it
 } sim_params_header_t;
 
-/// Writes a header that declares NAME_params, its table if there is one, NAME_SAMPLE_TIME_S and in Q31 NAME_FULL_SCALE_N: each
-/// bit as the library's init function made it. Look at ferror(stream) afterwards.
+/// Writes a header that declares NAME_params, its table if there is one, NAME_SAMPLE_TIME_S and in Q31 NAME_FULL_SCALE_N,
+/// bit for bit as made by the library's init function. Check ferror(stream) afterwards.
 void sim_params_header_write(FILE *stream, const sim_params_header_t *header);
 
 #endif

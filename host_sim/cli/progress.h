@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// All zeros to begin with.
+/// Starts as all zeros.
 typedef struct
 {
     uint32_t calls;
@@ -14,7 +14,7 @@ typedef struct
     bool     is_shown;
 } sim_progress_t;
 
-/// Costs next to nothing; writes at most twice a second, for the first time after one second.
+/// Cheap; writes at most twice a second, first after one second.
 void sim_progress_update(sim_progress_t *progress, double part_done);
 
 /// Clears the line.

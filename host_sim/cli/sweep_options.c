@@ -42,7 +42,7 @@ bool sim_sweep_report(const sim_study_t *study, const char *folder, sim_error_t 
     char         *path   = sim_sweep_rows_path(folder, 0, 1);
     sim_report_t *report = path != NULL ? sim_report_read(study, path, error) : NULL;
     char         *json   = report != NULL ? sim_report_to_json(report) : NULL;
-    bool          ok     = json != NULL || sim_error_set(error, "out of memory"); // if nothing has gone wrong before
+    bool          ok     = json != NULL || sim_error_set(error, "out of memory"); // unless an error is set already
     if (ok)
     {
         sim_report_print(report);

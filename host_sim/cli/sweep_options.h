@@ -1,4 +1,4 @@
-/// What `sweep` and `merge` have in common: the study, the folder, and the report at the end.
+/// Shared by `sweep` and `merge`: the study, the folder, and the report at the end.
 
 #ifndef SIM_SWEEP_OPTIONS_H
 #define SIM_SWEEP_OPTIONS_H
@@ -8,10 +8,10 @@
 /// The path of a folder's rows, of all or of a shard; to be freed, null if there is no memory.
 char *sim_sweep_rows_path(const char *folder, uint64_t shard, uint64_t shards);
 
-/// What an earlier sweep has left as its summary does not belong to what comes now.
+/// Removes the summary of an earlier sweep, which does not belong to this one.
 bool sim_sweep_forget_summary(const char *folder, sim_error_t *error);
 
-/// Prints what the folder's rows amount to, and writes summary.json. False also if a row failed.
+/// Prints the summary of the folder's rows, and writes summary.json. False also if a row failed.
 bool sim_sweep_report(const sim_study_t *study, const char *folder, sim_error_t *error);
 
 #endif

@@ -5,10 +5,11 @@ void sim_trace_write_header(FILE *file, bool learns)
     (void)fputs("t_s,r_N,y_N,F_N,e_N,controller_N,friction_term_N,u_N,limited," SIM_TRACE_COMPENSATOR
                 ",u_a_N,plant_n_N,plant_L_N,plant_v_N_per_s,plant_Q1,plant_Q2,plant_Q,f_N",
                 file);
-    (void)fputs(learns ? ",breakaway_positive_N,breakaway_negative_N,doubt_positive,doubt_negative,"
-                         "learned_positive_N,learned_negative_N\n"
-                       : "\n",
-                file);
+    (void)fputs(
+        learns ? ",breakaway_positive_N,breakaway_negative_N,relative_variance_positive,relative_variance_negative,"
+                 "learned_positive_N,learned_negative_N\n"
+               : "\n",
+        file);
 }
 
 void sim_trace_write_compensator(FILE *file, const tribo_compensator_f32_signals_t *signals)
@@ -38,7 +39,7 @@ void sim_trace_write_row(FILE *file, const sim_row_t *row)
                   row->force_n,
                   (double)loop->e_n,
                   (double)loop->controller.v_n,
-                  (double)loop->feedforward_n,
+                  (double)loop->friction_term_n,
                   (double)loop->controller.u_n,
                   loop->controller.limited);
     sim_trace_write_compensator(file, &loop->compensator);
@@ -59,8 +60,8 @@ void sim_trace_write_row(FILE *file, const sim_row_t *row)
                       ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g",
                       learned->breakaway_n[0],
                       learned->breakaway_n[1],
-                      learned->doubt[0],
-                      learned->doubt[1],
+                      learned->relative_variance[0],
+                      learned->relative_variance[1],
                       learned->travel_n[0],
                       learned->travel_n[1]);
     }

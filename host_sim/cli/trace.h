@@ -1,4 +1,4 @@
-/// trace.csv: one row a tick, nine significant digits; and the compensator's columns of it, which a replay has too.
+/// trace.csv: one row a tick, nine significant digits. A replay has its compensator's columns, too.
 
 #ifndef SIM_TRACE_H
 #define SIM_TRACE_H
@@ -7,7 +7,7 @@
 
 #include <stdio.h>
 
-/// With the columns of what is learned, if it `learns`.
+/// Includes the learned columns if it `learns`.
 void sim_trace_write_header(FILE *file, bool learns);
 void sim_trace_write_row(FILE *file, const sim_row_t *row);
 

@@ -10,9 +10,9 @@
 
 #define JITTER    0.01 ///< of the intervals, as a fraction
 #define GAP       1.5  ///< intervals, from which a longer one is a gap
-#define GAP_MAX   10.0 ///< intervals bridged if not said otherwise
+#define GAP_MAX   10.0 ///< intervals bridged by default
 #define ROWS_MAX  100000000.0
-#define BETWEEN_S 1.0 ///< files whose stamps do not follow each other
+#define BETWEEN_S 1.0 ///< inserted between files with overlapping stamps
 
 static const char *const role_words[SIM_LOG_ROLES] = {"t", "u", "F", "x", "v", "r"};
 static const char *const role_names[SIM_LOG_ROLES] = {"t_s", "u_N", "F_N", "x_deg", "w_deg_per_s", "r_N"};
@@ -20,7 +20,7 @@ static const char *const role_names[SIM_LOG_ROLES] = {"t_s", "u_N", "F_N", "x_de
 typedef struct
 {
     const char *name;
-    const char *roles; ///< words of the roles it is for
+    const char *roles; ///< words of its roles
     double      factor;
     bool        is_torque;
 } unit_t;
@@ -37,7 +37,7 @@ static const unit_t units[] = {
 
 #define UNITS (sizeof units / sizeof units[0])
 
-/// The column and what is behind the `=`; null with the error filled in.
+/// The column, and the text after the `=` in `*value`; null with the error filled in.
 static sim_log_column_t *split(sim_log_options_t *options,
                                const char        *option,
                                const char        *text,
@@ -135,7 +135,7 @@ static int compare_numbers(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/// The middle one of the intervals, which no gap moves; negative if there is no memory.
+/// The median interval, which gaps hardly affect; negative if there is no memory.
 static double median_interval(const double *t, size_t rows)
 {
     const size_t count     = rows - 1;
@@ -176,7 +176,7 @@ static bool read_file(sim_log_t               *log,
         columns[i] =
             (sim_csv_column_t){.name = column->name != NULL ? column->name : role_names[i], .optional = !required};
     }
-    // A trace has the true force and the sensor's: the true one, unless there is only the other.
+    // A trace has the true force and the sensor's: take the true one if present.
     const bool either      = options->columns[SIM_LOG_F].name == NULL;
     columns[SIM_LOG_ROLES] = (sim_csv_column_t){.name = either ? "y_N" : columns[SIM_LOG_F].name, .optional = true};
     if (!sim_csv_read_log(csv, path, columns, SIM_LOG_ROLES + (either ? 1u : 0u), error))
@@ -208,7 +208,7 @@ static bool read_file(sim_log_t               *log,
     return true;
 }
 
-/// Stamps that are there twice: the first row of each stays.
+/// Of rows with equal stamps only the first stays.
 static size_t drop_repeated(sim_log_t *log)
 {
     const double *t    = log->values[SIM_LOG_T];
@@ -243,7 +243,7 @@ static void judge_stamps(sim_log_report_t *report, const double *t, size_t rows,
     }
 }
 
-/// Refuses stamps that are not even.
+/// Refuses uneven stamps.
 static bool check_even(const sim_csv_t *csv, const char *name, double median, sim_error_t *error)
 {
     const double *t = csv->values[SIM_LOG_T];
@@ -276,7 +276,7 @@ static bool grow(double **values, size_t rows, sim_error_t *error)
     return true;
 }
 
-/// Room for `rows` more in every column that the file has.
+/// Makes room for `rows` more in each of the file's columns.
 static bool make_room(sim_log_t *log, const sim_log_t *file, size_t rows, sim_error_t *error)
 {
     for (size_t i = 0; i < SIM_LOG_ROLES; i++)
@@ -301,7 +301,7 @@ static bool begin_segment(sim_log_t *log, sim_error_t *error)
     return true;
 }
 
-/// Rows `first` to `last` of the file onto the grid of the log, as a segment.
+/// Resamples rows `first` to `last` of the file to the grid of the log, as a segment.
 static bool resample_run(sim_log_t       *log,
                          const sim_log_t *file,
                          size_t           first,
@@ -383,7 +383,7 @@ static bool append(sim_log_t *log, const sim_log_t *file, double by_s, sim_error
     return true;
 }
 
-/// By how much a file's stamps have to move to come after those of the log so far.
+/// The shift that puts a file's stamps after those of the log so far.
 static double shift_of(sim_log_t *log, const sim_log_t *file)
 {
     const double start = file->values[SIM_LOG_T][0];
@@ -395,7 +395,7 @@ static double shift_of(sim_log_t *log, const sim_log_t *file)
     return log->values[SIM_LOG_T][log->rows - 1] + BETWEEN_S - start;
 }
 
-/// Stamps that rise, and their interval.
+/// Checks that the stamps rise, and finds their interval.
 static bool find_interval(sim_log_t               *log,
                           sim_log_t               *file,
                           sim_csv_t               *csv,

@@ -1,11 +1,10 @@
-/// Recorded logs as they come: any column names, units, scales and signs, stamps that jitter, gaps, several files as one
-/// experiment.
+/// Recorded logs with any column names, units, scales and signs, with jitter and gaps, several files as one experiment.
 ///
 ///     value = scale * unit * field + bias          per column, in N, s, m or deg
 ///
-/// Stamps are to be even within 1 % of the median interval. Otherwise the log is refused, or resampled: linear between rows, at
-/// the median interval. A gap of more than `gap_s` is not bridged: there the log is split into segments. Each file begins a
-/// segment of its own; if its stamps do not come after those of the file before, they are moved to a second behind them.
+/// Stamps must be even within 1 % of the median interval. Otherwise the log is refused, or resampled: linear between rows, at
+/// the median interval. A gap of more than `gap_s` is not bridged but splits the log into segments. Each file begins a segment;
+/// if its stamps do not follow those of the file before, they are shifted to begin one second after them.
 
 #ifndef SIM_LOG_H
 #define SIM_LOG_H
@@ -22,7 +21,7 @@ typedef enum
     SIM_LOG_T, ///< time
     SIM_LOG_U, ///< command, as end-point force
     SIM_LOG_F, ///< end-point force
-    SIM_LOG_X, ///< position, whose changes give the direction of motion
+    SIM_LOG_X, ///< position; its changes give the direction of motion
     SIM_LOG_V, ///< speed, likewise
     SIM_LOG_R, ///< reference of the force
     SIM_LOG_ROLES
@@ -41,20 +40,20 @@ typedef struct
 typedef struct
 {
     sim_log_column_t columns[SIM_LOG_ROLES];
-    bool             wanted[SIM_LOG_ROLES]; ///< an error if it is not there; time and command always are
+    bool             wanted[SIM_LOG_ROLES]; ///< missing is an error; time and command are always required
     bool             command_optional;
     bool             resample;
     double           gap_s;  ///< longest gap to bridge; 0: ten intervals
     double           rate_s; ///< interval to resample to; 0: the median
 } sim_log_options_t;
 
-/// What was found and what was done about it.
+/// Irregularities found, and the repairs.
 typedef struct
 {
     size_t rows_read, files;
     size_t jittery;   ///< intervals off by more than 1 %
     size_t gaps;      ///< intervals of more than 1.5 of the median's
-    size_t repeated;  ///< stamps that were there twice and left out
+    size_t repeated;  ///< rows with repeated stamps, left out
     size_t splits;    ///< gaps at which the log was split
     size_t moved;     ///< files whose stamps were moved
     double largest_s; ///< interval
@@ -65,12 +64,12 @@ typedef struct
 {
     size_t           rows, segments;
     double           sample_time_s;
-    double          *values[SIM_LOG_ROLES]; ///< null: not there
-    size_t          *starts;                ///< of the segments, and at last `rows`
+    double          *values[SIM_LOG_ROLES]; ///< null: no such column
+    size_t          *starts;                ///< of the segments, then `rows`
     sim_log_report_t report;
 } sim_log_t;
 
-/// "u=torque_cmd" into the column's name; likewise "u=mN", "u=0.5", "u=-0.1" and "u=-" for the others. `text` must live as long.
+/// "u=torque_cmd" sets the column's name; the others take "u=mN", "u=0.5", "u=-0.1" or "u=-". `text` must outlive the options.
 /// False with the error filled in.
 bool sim_log_set_column(sim_log_options_t *options, const char *text, sim_error_t *error);
 bool sim_log_set_unit(sim_log_options_t *options, const char *text, sim_error_t *error);

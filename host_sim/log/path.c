@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ROWS_MAX    200000u ///< of the log's first, that are played
-#define BLOCK_S     0.02    ///< over which residuals are averaged
+#define ROWS_MAX    200000u ///< of the log, counted from its start, that are played
+#define BLOCK_S     0.02    ///< averaging time of residuals
 #define ITERATIONS  10
 #define LAG_START_S 0.02 ///< of actuator and sensor
-#define CREEP       1.5  ///< L over the friction of slides that creep
+#define CREEP       1.5  ///< L over the friction of creeping slides
 #define LAG_MAX_S   0.2
 #define RATIO_MIN   1e-3
 #define DONE        1e-3 ///< relative change of the sum of squares
@@ -26,7 +26,7 @@ typedef struct
 {
     const sim_log_t   *log;
     const sim_model_t *model;
-    unsigned char     *counts; ///< by row: not before the model can have forgotten its start
+    unsigned char     *counts; ///< by row: false until the model has surely forgotten its start
     size_t             rows, block;
     double             size_n;                           ///< of F: the unit of the bias
     double            *played, *residual, *trial, *side; ///< by row
@@ -34,7 +34,7 @@ typedef struct
     bool               is_free[COUNT];
 } problem_t;
 
-/// The relays at a segment's start are unknown: it counts from the third slide on, in turn, or whole if it has less.
+/// The relays at a segment's start are unknown, so it counts from its third alternating slide on, or as a whole if it has fewer.
 static void choose_rows(problem_t *problem, const signed char *ways)
 {
     const sim_log_t *log = problem->log;
@@ -57,7 +57,7 @@ static void choose_rows(problem_t *problem, const signed char *ways)
     }
 }
 
-/// F less the model's, averaged over the block that each row is in; `play` false: only the lag has changed.
+/// F minus the model's, averaged over each row's block; `play` false: only the lag has changed.
 static double residual_of(problem_t *problem, const sim_path_t *path, bool play, double *residual)
 {
     const sim_log_t *log = problem->log;
@@ -128,7 +128,7 @@ static void solve(double a[COUNT][COUNT], double b[COUNT], double x[COUNT])
     }
 }
 
-/// The slopes at `path`, whose F is in `played`: the lag first, which needs no other.
+/// The slopes at `path`, whose F is in `played`; the lag's comes first because it needs no new playing.
 static void find_slopes(problem_t *problem, const sim_path_t *path)
 {
     static const double steps[COUNT] = {[SCALE] = 0.005, [BIAS] = 0.003, [RATIO] = 0.01, [LAG] = 0.002};
@@ -148,7 +148,7 @@ static void find_slopes(problem_t *problem, const sim_path_t *path)
     }
 }
 
-/// One step of Gauss and Newton, shorter if need be; false if none leads down.
+/// One Gauss-Newton step, shortened if necessary; false if no step reduces the cost.
 static bool descend(problem_t *problem, sim_path_t *path, double *cost)
 {
     double a[COUNT][COUNT] = {{0.0}}, b[COUNT] = {0.0};

@@ -9,7 +9,7 @@
 #define TOP     50.0
 #define PANEL_W ((WIDTH - LEFT - GAP - 20.0) / 2.0)
 #define PANEL_H ((HEIGHT - TOP - 50.0 - GAP) / 2.0)
-#define COLUMNS 800u ///< of pixels and a few more, to which a line is thinned: least and largest of each
+#define COLUMNS 800u ///< slightly more than pixels; a line keeps the least and largest value of each
 
 /// One value of a row, for a line.
 typedef double (*value_t)(const sim_log_t *log, const sim_replayed_t *replayed, size_t row);
@@ -77,7 +77,7 @@ static const panel_t panels[4] = {
 typedef struct
 {
     double x, y;                         ///< of the panel's upper left corner
-    double x_low, x_high, y_low, y_high; ///< what it shows
+    double x_low, x_high, y_low, y_high; ///< ranges of its axes
 } frame_t;
 
 static double to_x(const frame_t *frame, double x)
@@ -122,7 +122,7 @@ static frame_t frame_of(const panel_t *panel, size_t index, const sim_log_t *log
     return frame;
 }
 
-/// The largest of 1, 2 and 5 times a power of ten that puts four ticks or more on an axis.
+/// The largest of 1, 2 and 5 times a power of ten with at least four ticks on an axis.
 static double spacing_of(double span)
 {
     const double power = pow(10.0, floor(log10(span / 4.0)));
@@ -170,7 +170,7 @@ static void write_axes(FILE *file, const panel_t *panel, const frame_t *frame)
     }
 }
 
-/// A line over time, of each column of pixels its least and largest value; a new segment begins a new line.
+/// A line over time, with the least and largest value of each column of pixels; each segment is a separate line.
 static void write_line(FILE                 *file,
                        const line_t         *line,
                        const frame_t        *frame,
@@ -219,7 +219,7 @@ static void write_points(FILE                 *file,
     (void)fputs("\"/>\n", file);
 }
 
-/// Text, with what XML takes for its own escaped.
+/// Text, with XML's special characters escaped.
 static void write_text(FILE *file, const char *text)
 {
     for (const char *p = text; *p != '\0'; p++)

@@ -1,4 +1,4 @@
-/// A replayed log as a picture of four panels in SVG: u and F; n, f and +-L; n - f; and n over F with +-L(F).
+/// A replayed log as an SVG of four panels: u and F; n, f and +-L; n - f; and n over F with +-L(F).
 
 #ifndef SIM_PLOT_H
 #define SIM_PLOT_H

@@ -5,12 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define BLOCK_S     0.02 ///< over which F is averaged
+#define BLOCK_S     0.02 ///< averaging time of F
 #define NOISES      5.0  ///< half the width of the play, in standard deviations of an averaged F
-#define RANGE_PART  1e-4 ///< and this of the range of F
-#define RUN_IN_PART 0.01 ///< of the range of F, that a slide goes before it counts
+#define RANGE_PART  1e-4 ///< plus this fraction of the range of F
+#define RUN_IN_PART 0.01 ///< of the range of F: a slide's length before it counts
 #define LAG_S       0.03 ///< of actuator, arm and sensor together
-#define LAG_MAX     0.1  ///< of n, that the lag may come to
+#define LAG_MAX     0.1  ///< of n: largest effect of the lag
 #define AT_LIMIT    0.999
 #define RATIO_LOW   0.8 ///< of a slide's friction over L: with true params a slow slide creeps at 0.85 and more
 #define RATIO_HIGH  1.25
@@ -58,7 +58,7 @@ static bool make_blocks(blocks_t *blocks, const double *force, const float *n, s
     return blocks->force != NULL && blocks->net != NULL;
 }
 
-/// Of an averaged F: from second differences, which a slope does not move.
+/// Noise of the averaged F, from second differences, which cancel a slope.
 static double noise_of(const blocks_t *blocks, double *room)
 {
     for (size_t b = 2; b < blocks->count; b++)
@@ -197,8 +197,8 @@ static void fit(sim_verdict_t *verdict, const sim_log_t *log, const sim_replayed
     }
 }
 
-/// The medians of what the line leaves of n and the path of F, in the slides where both are known. Not their rms: a few rows about a
-/// reversal are in no line.
+/// The medians of the residuals of the line (in n) and of the path (in F), in the slides where both are known. Not the rms: the
+/// few rows around a reversal fit no line.
 static bool compare(const sim_verdict_t  *verdict,
                     const sim_log_t      *log,
                     const sim_replayed_t *replayed,
@@ -229,7 +229,7 @@ static bool compare(const sim_verdict_t  *verdict,
     return left != NULL;
 }
 
-/// Takes scale, bias and ratio from the model's path where it follows the slides better.
+/// Takes scale, bias and ratio from the model's path if it fits the slides better.
 static bool try_path(sim_verdict_t        *verdict,
                      const sim_log_t      *log,
                      const sim_replayed_t *replayed,
@@ -271,7 +271,7 @@ static int motion(const sim_log_t *log, size_t k)
     return x != NULL && k > 0 ? (x[k] > x[k - 1]) - (x[k] < x[k - 1]) : 0;
 }
 
-/// The ticks that tell something of L, and how the force stands to the motion in them.
+/// Counts the ticks that reveal L, and those in which friction opposes the motion.
 static void count_slides(sim_verdict_t        *verdict,
                          const sim_log_t      *log,
                          const sim_replayed_t *replayed,
@@ -335,7 +335,7 @@ say(sim_verdict_t *verdict, const char *format, ...)
     }
 }
 
-/// Of the changes of u and F over `step` rows.
+/// Correlation of the changes of u and F over `step` rows.
 static double correlation(const sim_log_t *log, size_t step)
 {
     const double *u = log->values[SIM_LOG_U], *force = log->values[SIM_LOG_F];
@@ -353,7 +353,7 @@ static double correlation(const sim_log_t *log, size_t step)
     return uu > 0.0 && ff > 0.0 ? uf / sqrt(uu * ff) : 0.0;
 }
 
-/// Faults that hide all others; true if there is one.
+/// Finds faults that hide all others; true if there is one.
 static bool find_gross(sim_verdict_t *verdict, const sim_log_t *log)
 {
     const double u = range_of(log->values[SIM_LOG_U], log->rows), force = range_of(log->values[SIM_LOG_F], log->rows);
@@ -370,7 +370,7 @@ static bool find_gross(sim_verdict_t *verdict, const sim_log_t *log)
             u);
         return true;
     }
-    // A loop that hunts takes u back where F slips on: within a tenth of a second, but not on the whole.
+    // A hunting loop reduces u while F slips on: for a tenth of a second, but not on average.
     const size_t fast = (size_t)fmax(1.0, 0.1 / log->sample_time_s),
                  slow = fast > log->rows / 20 ? fast : log->rows / 20;
     if (correlation(log, fast) < -0.3 && correlation(log, slow) <= 0.0)

@@ -1,15 +1,15 @@
-/// What a replayed log says about the friction params, and whether it can say anything.
+/// Judges the friction params by a replayed log, and whether the log suffices for it.
 ///
-/// While the arm slides slowly, n = u - F + g is +L in a rise of F and -L in a fall, whatever the compensator made of it. A least
+/// While the arm slides slowly, n = u - F + g is +L in a rise of F and -L in a fall, whatever the compensator did. A least
 /// squares fit over these ticks,
 ///
 ///     n = scale_error F + bias + ratio (+-L(F)),
 ///
-/// tells a wrong scale of u (common to both directions, grows with F), a bias (common, constant) and a wrong L (differs by
-/// direction) apart. An L that is too large leaves no residual while f = n; here it shows as a ratio below 1.
-/// Slides are found from F alone: a play that is wider than its noise, moved on by more than a run-in.
-/// Lag and creep of a slide are no part of this line. Where the model's own path (path.h) is nearer to F in the slides than the
-/// line is to n, scale, bias and ratio are those of the path.
+/// separates a wrong scale of u (equal in both directions, grows with F), a bias (equal, constant) and a wrong L (differs by
+/// direction). An L that is too large leaves no residual while f = n; here it shows as a ratio below 1.
+/// Slides are found from F alone: a play wider than the noise must have moved by more than a run-in.
+/// The line ignores lag and creep. Where the model's own path (path.h) fits F in the slides better than the line fits n, it
+/// supplies scale, bias and ratio.
 
 #ifndef SIM_VERDICT_H
 #define SIM_VERDICT_H
@@ -19,10 +19,10 @@
 
 #include <stdio.h>
 
-/// What the replay made of each row of the log.
+/// The replay's results by row of the log.
 typedef struct
 {
-    float         *n, *L, *f; ///< L on the side of n
+    float         *n, *L, *f; ///< L for the sign of n
     unsigned char *q;
 } sim_replayed_t;
 
@@ -36,11 +36,11 @@ typedef struct
     double limit_share;                     ///< of ticks with f at +-L
     double q_per_s;                         ///< switches of Q
 
-    size_t moving;        ///< ticks of slow sliding, which alone tell L
+    size_t moving;        ///< ticks of slow sliding, the only ones that reveal L
     size_t rising;        ///< of these, with F rising
     double low_n, high_n; ///< of F in them
     size_t against;       ///< of these, where friction opposes the motion
-    size_t has_motion; ///< of these, where speed or position is known; `against` counts those, or all if there is none
+    size_t has_motion;    ///< of these, with speed or position known; `against` counts those, or all if none
 
     bool   is_fitted;
     bool   is_by_path; ///< else by the line through the slides
@@ -52,7 +52,7 @@ typedef struct
     char   words[8][192];
 } sim_verdict_t;
 
-/// Judges. `log` has a force, or little can be said. `model` is that of the params.
+/// Makes the verdict; a log without force allows little. `model` is that of the params.
 bool sim_verdict_make(sim_verdict_t        *verdict,
                       const sim_log_t      *log,
                       const sim_replayed_t *replayed,
@@ -61,7 +61,7 @@ bool sim_verdict_make(sim_verdict_t        *verdict,
 
 void sim_verdict_write(const sim_verdict_t *verdict, const sim_log_t *log, FILE *file);
 
-/// +1, -1 or 0 for each row: the way of a slow slide, in `ways` of log->rows.
+/// The direction of a slow slide for each row, +1, -1 or 0, in `ways` of log->rows.
 bool sim_verdict_find_slides(const sim_log_t *log, const float *n, signed char *ways, sim_error_t *error);
 
 #endif

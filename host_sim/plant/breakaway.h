@@ -5,16 +5,26 @@
 
 #include "plant/truth_config.h"
 
+#include <math.h>
+
 typedef struct
 {
     double positive_n, negative_n;
 } sim_breakaway_t;
 
-/// The negative direction's own offset and slope, or the positive one's.
-double sim_breakaway_negative_offset(const sim_breakaway_config_t *config);
-double sim_breakaway_negative_slope(const sim_breakaway_config_t *config);
+/// L+ and L- from the table at the magnitude `force_n`: linear between the points, clamped at both ends.
+sim_breakaway_t sim_breakaway_look_up(const sim_breakaway_config_t *config, double force_n);
 
-/// L+ and L- at the applied force `force_n`.
-sim_breakaway_t sim_breakaway_at(const sim_breakaway_config_t *config, double force_n);
+/// L+ and L- at the applied force `force_n`. Inline: the truth models call it in every step.
+static inline sim_breakaway_t sim_breakaway_at(const sim_breakaway_config_t *config, double force_n)
+{
+    const double force = fabs(force_n);
+    if (config->table_count > 0)
+    {
+        return sim_breakaway_look_up(config, force);
+    }
+    return (sim_breakaway_t){config->offset_n + config->slope * force,
+                             sim_breakaway_negative_offset(config) + sim_breakaway_negative_slope(config) * force};
+}
 
 #endif

@@ -4,11 +4,6 @@
 
 #define TWO_PI 6.28318530717958647692
 
-double sim_drive_error_command(const sim_drive_error_t *error, double u_n)
-{
-    return (1.0 + error->scale) * u_n + error->bias_n;
-}
-
 sim_ripple_t sim_drive_error_ripple(const sim_drive_error_t *error, double position_deg)
 {
     if (error->ripple_n == 0.0)

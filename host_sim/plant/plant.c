@@ -12,7 +12,7 @@ struct sim_plant
     double                 stiffness_n_per_deg;
     double                 actuator_part, sensor_part;
     double                 u_a_n, force_n, filtered_n;
-    double                 past_force_n; ///< a step ago
+    double                 past_force_n; ///< one step ago
 };
 
 sim_plant_t *sim_plant_create(const sim_plant_config_t *config, const sim_truth_ops_t *truth)
@@ -25,7 +25,7 @@ sim_plant_t *sim_plant_create(const sim_plant_config_t *config, const sim_truth_
     plant->ops                 = truth;
     plant->truth               = truth->create(&config->truth, config->step_s);
     plant->drive_error         = config->drive_error;
-    plant->stiffness_n_per_deg = config->truth.arm.stiffness_n_per_deg;
+    plant->stiffness_n_per_deg = config->truth.arm.stiffness;
     plant->actuator_part       = sim_zoh_first_order(config->actuator_pole_rad_per_s, config->step_s);
     plant->sensor_part         = sim_zoh_first_order(config->sensor_pole_rad_per_s, config->step_s);
     if (plant->truth == NULL)
@@ -54,12 +54,21 @@ void sim_plant_destroy(sim_plant_t *plant)
     }
 }
 
+/// The ripple in the middle of the step: the value at its start would feed energy into an oscillation.
+static double ripple(const sim_plant_t *plant)
+{
+    if (plant->drive_error.ripple_n == 0.0)
+    {
+        return 0.0; // most plants: saves a division a step
+    }
+    const double middle = (1.5 * plant->force_n - 0.5 * plant->past_force_n) / plant->stiffness_n_per_deg;
+    return sim_drive_error_ripple(&plant->drive_error, middle).force_n;
+}
+
 void sim_plant_step(sim_plant_t *plant, double u_n, sim_plant_signals_t *signals)
 {
     plant->u_a_n += plant->actuator_part * (sim_drive_error_command(&plant->drive_error, u_n) - plant->u_a_n);
-    // The ripple of the middle of the step: that of its start would feed a swing.
-    const double middle = (1.5 * plant->force_n - 0.5 * plant->past_force_n) / plant->stiffness_n_per_deg;
-    signals->u_a_n      = plant->u_a_n + sim_drive_error_ripple(&plant->drive_error, middle).force_n;
+    signals->u_a_n      = plant->u_a_n + ripple(plant);
     plant->past_force_n = plant->force_n;
     plant->force_n      = plant->ops->step(plant->truth, signals->u_a_n, &signals->truth);
     plant->filtered_n += plant->sensor_part * (plant->force_n - plant->filtered_n);

@@ -1,11 +1,10 @@
 /// The plant that the loop controls (design: spec section 7), in double precision:
 ///
-///     u --> actuator --u_a--> truth model --F--> sensor filter --> what the sensor then samples
+///     u --> actuator --u_a--> truth model --F--> sensor filter --y--> sensor (sensor.h)
 ///           u_a' = p (u - u_a)  truth.h         y' = p (F - y)
 ///
-/// A plant step lets the signal through once, left to right: each part goes on by its exact zero-order-hold solution,
-/// its input held at what the part before it has just reached. While the arm sticks, a drive that does not change within the
-/// step keeps it from creeping.
+/// A plant step passes the signal once, left to right: each part advances by its exact zero-order-hold solution, with its
+/// input held at the new output of the part before. A drive force held over the step keeps a stuck arm from creeping.
 
 #ifndef SIM_PLANT_H
 #define SIM_PLANT_H
@@ -24,14 +23,14 @@ typedef struct
 
 typedef struct sim_plant sim_plant_t;
 
-/// What one step saw.
+/// Signals of one step.
 typedef struct
 {
-    double              u_a_n; ///< the actuator's force, which the arm felt, with its ripple
+    double              u_a_n; ///< the actuator's force on the arm, with its ripple
     sim_truth_signals_t truth;
 } sim_plant_signals_t;
 
-/// A plant at rest, null if there is no memory. `config` must outlive it (its breakaway table is not copied).
+/// Creates a plant at rest; null if there is no memory. `config` must outlive it (its breakaway table is not copied).
 sim_plant_t *sim_plant_create(const sim_plant_config_t *config, const sim_truth_ops_t *truth);
 void         sim_plant_reset(sim_plant_t *plant);
 void         sim_plant_destroy(sim_plant_t *plant);
@@ -39,7 +38,7 @@ void         sim_plant_destroy(sim_plant_t *plant);
 /// Advances one step of step_s with `u_n` held.
 void sim_plant_step(sim_plant_t *plant, double u_n, sim_plant_signals_t *signals);
 
-/// The end-point force F, and F behind the sensor's pole, in N, now.
+/// The present end-point force F, and F filtered by the sensor's pole, in N.
 double sim_plant_force(const sim_plant_t *plant);
 double sim_plant_filtered_force(const sim_plant_t *plant);
 

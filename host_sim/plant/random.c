@@ -39,7 +39,7 @@ uint64_t sim_random_bits(sim_random_t *random)
     return result;
 }
 
-/// Evenly from -1 to 1.
+/// Uniform from -1 to 1.
 static double even(sim_random_t *random)
 {
     return ldexp((double)(sim_random_bits(random) >> 11), -52) - 1.0;

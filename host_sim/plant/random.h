@@ -1,6 +1,6 @@
 /// Random numbers that are the same on every machine: xoshiro256** seeded by splitmix64 (Blackman & Vigna, "Scrambled
-/// linear pseudorandom number generators", 2018), and normal deviates by Marsaglia's polar method with a logarithm of
-/// our own, as libm's last bit differs from machine to machine.
+/// linear pseudorandom number generators", 2018), and normal deviates by Marsaglia's polar method with our own logarithm,
+/// because libm's last bit differs from machine to machine.
 
 #ifndef SIM_RANDOM_H
 #define SIM_RANDOM_H

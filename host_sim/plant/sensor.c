@@ -18,15 +18,6 @@ void sim_sensor_free(sim_sensor_t *sensor)
     *sensor = (sim_sensor_t){0};
 }
 
-void sim_sensor_push(sim_sensor_t *sensor, double filtered_n)
-{
-    if (sensor->length > 0)
-    {
-        sensor->line[sensor->head] = filtered_n;
-        sensor->head               = (sensor->head + 1 == sensor->length) ? 0 : sensor->head + 1;
-    }
-}
-
 double sim_sensor_read(sim_sensor_t *sensor, double filtered_n)
 {
     // The oldest entry of the ring was pushed `length` steps ago.

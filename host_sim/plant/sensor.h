@@ -1,5 +1,5 @@
-/// What turns the filtered force into the samples the control loop reads: first the delay, then the noise (white,
-/// Gaussian, one deviate a sample), then the rounding to the sensor's step. All three are off at 0.
+/// Turns the filtered force into the samples of the control loop: first delay, then noise (white, Gaussian, one deviate a
+/// sample), then rounding to the sensor's step. Each is off at 0.
 
 #ifndef SIM_SENSOR_H
 #define SIM_SENSOR_H
@@ -14,7 +14,7 @@ typedef struct
 {
     double   noise_n; ///< standard deviation
     uint64_t noise_seed;
-    double   quantisation_n; ///< distance of two readings
+    double   quantisation_n; ///< distance between two readings
     double   delay_s;        ///< rounded to whole plant steps
 } sim_sensor_config_t;
 
@@ -26,14 +26,21 @@ typedef struct
     size_t              length, head;
 } sim_sensor_t;
 
-/// At rest at 0 N. False if there is no memory; then nothing is left to free.
+/// At rest at 0 N. False if there is no memory; nothing is left to free then.
 bool sim_sensor_init(sim_sensor_t *sensor, const sim_sensor_config_t *config, double plant_step_s);
 void sim_sensor_free(sim_sensor_t *sensor);
 
-/// Takes the filtered force before each plant step.
-void sim_sensor_push(sim_sensor_t *sensor, double filtered_n);
+/// Stores the filtered force before each plant step. Inline: most sensors have no delay and store nothing.
+static inline void sim_sensor_push(sim_sensor_t *sensor, double filtered_n)
+{
+    if (sensor->length > 0)
+    {
+        sensor->line[sensor->head] = filtered_n;
+        sensor->head               = (sensor->head + 1 == sensor->length) ? 0 : sensor->head + 1;
+    }
+}
 
-/// One reading, with the filtered force `filtered_n` of this very moment (not pushed yet).
+/// One reading, for the present filtered force `filtered_n` (not pushed yet).
 double sim_sensor_read(sim_sensor_t *sensor, double filtered_n);
 
 #endif

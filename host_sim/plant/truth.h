@@ -1,10 +1,10 @@
 /// A truth model: the arm with its friction, driven by the actuator's force. The actuator and the sensor around it are the
 /// same for all (plant.h).
 ///
-/// A model is advanced by fixed steps of the plant. One that needs finer steps makes them inside its own step.
+/// Models advance by the plant's fixed step. A model that needs finer steps subdivides it.
 ///
-/// A new model is its file, truth/NAME.c, and one row in SIM_TRUTH_MODELS. Scenarios choose it by `plant.model: NAME`.
-/// Its own parameters are a struct and rows in its file; scenarios write them as `plant.NAME.KEY`.
+/// A new model is one file, truth/NAME.c, and one row in SIM_TRUTH_MODELS. Scenarios choose it by `plant.model: NAME`.
+/// Its own parameters are a struct and rows in its file; in scenarios they are `plant.NAME.KEY`.
 
 #ifndef SIM_TRUTH_H
 #define SIM_TRUTH_H
@@ -36,7 +36,7 @@
     MODEL(servo_erob80,     "load-dependent servo, eRob80:100")
 // clang-format on
 
-/// What a step saw at its start, for logging. A model without a meaning for a field leaves it 0.
+/// Signals at the start of a step, for logging. Fields without a meaning in a model stay 0.
 typedef struct
 {
     double n_n;       ///< net force
@@ -50,7 +50,7 @@ typedef struct
 {
     const char *name;
 
-    /// A model at rest, null if there is no memory. Values are checked by the caller, see scenario/keys.c.
+    /// Creates a model at rest; null if there is no memory. The caller has checked the values, see scenario/keys.c.
     void *(*create)(const sim_truth_config_t *config, double step_s);
 
     /// Back to rest at F = 0.

@@ -6,7 +6,7 @@
 /// exp(a step) of a 2 by 2 matrix, row by row.
 void sim_zoh_transition(const double a[4], double step_s, double phi[4]);
 
-/// The part of the way to a held input that x' = pole (input - x) goes in one step.
+/// The fraction of the distance to a held input that x' = pole (input - x) covers in one step.
 double sim_zoh_first_order(double pole_rad_per_s, double step_s);
 
 #endif

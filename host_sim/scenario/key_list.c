@@ -56,7 +56,7 @@ static void print_line(void *context, const char *path, const sim_key_t *key)
 
 void sim_key_list_print(void)
 {
-    sim_key_visit(print_line, NULL);
+    sim_key_visit(sim_keys, print_line, NULL);
 }
 
 static void print_heading(const char *title)
@@ -116,5 +116,5 @@ void sim_key_list_print_markdown(void)
 {
     bool has_models = false;
     print_heading("The run");
-    sim_key_visit(print_row, &has_models);
+    sim_key_visit(sim_keys, print_row, &has_models);
 }

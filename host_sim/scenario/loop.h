@@ -3,53 +3,48 @@
 #ifndef SIM_LOOP_H
 #define SIM_LOOP_H
 
-#include "scenario/loop_config.h"
-#include "tribo/force_loop_feedforward_f32.h"
-#include "tribo/force_loop_feedforward_q31.h"
-#include "tribo/force_loop_guard_f32.h"
-#include "tribo/force_loop_guard_q31.h"
-#include "tribo/force_loop_lugre_f32.h"
-#include "tribo/force_loop_lugre_q31.h"
-#include "tribo/quantize_feedforward_q31.h"
+#include "loop/loop_config.h"
+#include "tribo/feedforward_f32.h"
+#include "tribo/feedforward_q31.h"
+#include "tribo/force_loop_f32.h"
+#include "tribo/force_loop_q31.h"
 #include "tribo_signal_words.h"
 
 #include <stdbool.h>
 
-/// A force as a drive in Q31 has it: to the nearest bit, one beyond full scale as full scale.
-int32_t sim_q31_from_n(double force_n, double full_scale_n);
-double  sim_n_from_q31(int32_t x, double full_scale_n);
+/// A loop in one arithmetic.
+#define SIM_LOOP_IN(arithmetic)                                                                                        \
+    struct                                                                                                             \
+    {                                                                                                                  \
+        tribo_force_loop_##arithmetic##_params_t  params;                                                              \
+        tribo_force_loop_##arithmetic##_state_t   state;                                                               \
+        tribo_feedforward_##arithmetic##_params_t feedforward;                                                         \
+        tribo_feedforward_##arithmetic##_memory_t memory;                                                              \
+        tribo_lugre_##arithmetic##_params_t       lugre;                                                               \
+        tribo_guard_##arithmetic##_params_t       guard_params;                                                        \
+        tribo_guard_##arithmetic##_state_t        guard;                                                               \
+        tribo_breakaway_point_##arithmetic##_t    table[TRIBO_BREAKAWAY_POINTS_MAX]; /* not used in f32 */             \
+    }
+
+typedef SIM_LOOP_IN(f32) sim_loop_f32_t;
+typedef SIM_LOOP_IN(q31) sim_loop_q31_t;
 
 /// Not to be moved once it is initialised: params point into it.
 typedef struct
 {
-    bool   q31;
-    double full_scale_n, sample_time_s;
-
-    tribo_force_loop_f32_params_t  params_f32;
-    tribo_force_loop_f32_state_t   state_f32;
-    tribo_feedforward_f32_params_t feedforward_f32;
-    tribo_feedforward_f32_memory_t memory_f32;
-    tribo_lugre_f32_params_t       lugre_f32;
-    tribo_force_loop_q31_params_t  params_q31;
-    tribo_force_loop_q31_state_t   state_q31;
-    tribo_feedforward_q31_params_t feedforward_q31;
-    tribo_feedforward_q31_memory_t memory_q31;
-    tribo_lugre_q31_params_t       lugre_q31;
-
-    bool                        guarded;
-    tribo_guard_f32_params_t    guard_params_f32;
-    tribo_guard_f32_state_t     guard_f32;
-    tribo_guard_q31_params_t    guard_params_q31;
-    tribo_guard_q31_state_t     guard_q31;
-    tribo_breakaway_point_q31_t table[TRIBO_BREAKAWAY_POINTS_MAX];
+    const struct sim_loop_functions *functions; ///< of the arithmetic: loop_functions.h
+    bool                             q31, guarded;
+    double                           full_scale_n, sample_time_s;
+    sim_loop_f32_t                   in_f32;
+    sim_loop_q31_t                   in_q31;
 } sim_loop_t;
 
 /// What a feed-forward has learned of breakaway, L+ and L-.
 typedef struct
 {
     double breakaway_n[2];
-    double doubt[2];    ///< 0 to 1
-    double travel_n[2]; ///< learned from
+    double relative_variance[2]; ///< 0 to 1
+    double travel_n[2];          ///< learned from
     bool   at_bound[2];
     bool   stays_at_bound[2]; ///< latched
 } sim_learned_t;
@@ -59,7 +54,6 @@ tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const sim_loop_config_t
 
 /// At the end-point force `force_n`, for a loop that feeds friction forward.
 sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n);
-bool          sim_loop_feeds_forward(const sim_loop_t *loop);
 
 /// Why the guard has faded the compensation, and in a word: none, hunting or overshoot.
 tribo_guard_cause_t sim_loop_guard_cause(const sim_loop_t *loop);

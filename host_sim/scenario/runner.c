@@ -1,9 +1,9 @@
 #include "scenario/runner.h"
 
+#include "loop/loop_config.h"
+#include "loop/reference.h"
 #include "scenario/check.h"
-#include "scenario/loop_config.h"
 #include "scenario/plant_config.h"
-#include "scenario/reference.h"
 #include "support/clock.h"
 #include "target/target.h"
 
@@ -73,7 +73,7 @@ static bool set_up_target(run_t *run, const sim_scenario_t *scenario, sim_error_
     run->target = sim_target_start(run->options.target,
                                    run->options.q31,
                                    &run->loop_config,
-                                   run->config->limits.full_scale_n,
+                                   run->config->loop.limits.full_scale_n,
                                    error);
     return run->target != NULL;
 }
@@ -83,13 +83,13 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_opt
     const sim_config_t *config = sim_scenario_config(scenario);
     *run                       = (run_t){.config  = config,
                                          .options = *options,
-                                         .ticks   = (uint64_t)round(config->duration_s / config->sample_time_s),
+                                         .ticks   = (uint64_t)round(config->duration_s / config->loop.sample_time_s),
                                          .steps   = sim_plant_steps(config)};
-    run->activity              = (sim_activity_t){.move_n = SIM_ACTIVITY_MOVE * config->limits.full_scale_n};
-    sim_loop_config_fill(&run->loop_config, config);
+    run->activity              = (sim_activity_t){.move_n = SIM_ACTIVITY_MOVE * config->loop.limits.full_scale_n};
+    sim_loop_config_fill(&run->loop_config, &config->loop);
     // A target has a loop of its own; this one then only checks the config.
     const bool           q31    = run->options.q31;
-    const tribo_status_t status = sim_loop_init(&run->loop, q31, &run->loop_config, config->limits.full_scale_n);
+    const tribo_status_t status = sim_loop_init(&run->loop, q31, &run->loop_config, config->loop.limits.full_scale_n);
     const bool ok = sim_check_status(scenario, status, error) && sim_reference_init(&run->reference, scenario, error) &&
                     set_up_plant(run, error) && set_up_target(run, scenario, error);
     if (!ok)
@@ -101,7 +101,8 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_opt
 
 bool sim_run_learns(const sim_config_t *config)
 {
-    return config->compensator.method == SIM_METHOD_FEEDFORWARD && config->controller.kind != SIM_CONTROLLER_NONE;
+    return config->loop.compensator.method == SIM_METHOD_FEEDFORWARD &&
+           config->loop.controller.kind != SIM_CONTROLLER_NONE;
 }
 
 /// What a trace holds must be finite, and what a summary squares far from too large.
@@ -138,17 +139,17 @@ static const sim_loop_t *loop_of(const run_t *run)
     return run->target != NULL ? sim_target_twin(run->target) : &run->loop;
 }
 
-/// One tick and the plant steps after it.
+/// One tick and the plant steps after it. `row` was zeroed before the first: what a model or a loop has not, stays 0.
 static bool advance(run_t *run, uint64_t tick, sim_row_t *row, sim_error_t *error)
 {
-    *row         = (sim_row_t){.t_s = (double)tick * run->config->sample_time_s};
+    row->t_s     = (double)tick * run->config->loop.sample_time_s;
     row->r_n     = sim_reference_at(&run->reference, row->t_s);
     row->learned = sim_run_learns(run->config) ? &run->learned : NULL;
     row->force_n = sim_plant_force(run->plant);
     row->y_n     = sim_sensor_read(&run->sensor, sim_plant_filtered_force(run->plant));
-    if (run->config->controller.kind == SIM_CONTROLLER_NONE)
+    if (run->config->loop.controller.kind == SIM_CONTROLLER_NONE)
     {
-        open_loop(&run->config->limits, row);
+        open_loop(&run->config->loop.limits, row);
         run->open_limited_ticks += row->loop.controller.limited;
     }
     else if (run->target == NULL)
@@ -176,7 +177,7 @@ static bool in_window(const sim_config_t *config, const sim_row_t *row)
 {
     const double end_s = config->metrics.end_s.is_given ? config->metrics.end_s.value : config->duration_s;
     // A tick at the window's edge counts as in at the start and as out at the end, rounding or not.
-    const double t_s = row->t_s + 0.5 * config->sample_time_s;
+    const double t_s = row->t_s + 0.5 * config->loop.sample_time_s;
     return t_s >= config->metrics.start_s && t_s <= end_s;
 }
 
@@ -222,7 +223,7 @@ static sim_result_t result_of(const run_t *run)
                                 .guard = loop_of(run)->guarded ? sim_loop_guard_text(loop_of(run)) : NULL};
     if (result.learns)
     {
-        sim_loop_learned_breakaway(loop_of(run), &run->config->compensator.friction.breakaway, &result.breakaway);
+        sim_loop_learned_breakaway(loop_of(run), &run->config->loop.compensator.friction.breakaway, &result.breakaway);
     }
     return result;
 }
@@ -271,8 +272,8 @@ static bool play(run_t            *runs,
                  sim_difference_t *difference,
                  sim_error_t      *error)
 {
-    sim_row_t rows[2];
-    bool      ok = true;
+    sim_row_t rows[2] = {{.t_s = 0.0}};
+    bool      ok      = true;
     for (uint64_t tick = 0; ok && tick < runs->ticks; tick++)
     {
         ok = advance_all(runs, count, tick, rows, error) &&
@@ -313,7 +314,7 @@ bool sim_run(const sim_scenario_t    *scenario,
     summary->result           = result_of(&runs[0]);
     summary->result_q31       = result_of(&runs[count - 1]);
     summary->ticks            = runs->ticks;
-    summary->simulated_s      = (double)runs->ticks * runs->config->sample_time_s;
+    summary->simulated_s      = (double)runs->ticks * runs->config->loop.sample_time_s;
     summary->wall_s           = sim_clock_s() - start_s;
     summary->real_time_factor = (summary->wall_s > 0.0) ? summary->simulated_s / summary->wall_s : 0.0;
     ok                        = ok && finish_target(&runs[0], summary, error);

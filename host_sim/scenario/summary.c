@@ -48,7 +48,7 @@ static bool add_learned(cJSON *object, const sim_result_t *result)
         cJSON *one = cJSON_AddObjectToObject(directions, names[d]);
         ok         = ADD(one,
                          {"breakaway_N", learned->breakaway_n[d]},
-                         {"doubt", learned->doubt[d]},
+                         {"relative_variance", learned->relative_variance[d]},
                          {"travel_N", learned->travel_n[d]}) &&
              cJSON_AddBoolToObject(one, "at_bound", learned->at_bound[d]) != NULL &&
              cJSON_AddBoolToObject(one, "stays_at_bound", learned->stays_at_bound[d]) != NULL;

@@ -18,10 +18,10 @@
 typedef struct
 {
     atomic_uint_least64_t next;
-    atomic_uint_least64_t job[SIM_POOL_WORKERS_MAX]; ///< by worker: what it is at
+    atomic_uint_least64_t job[SIM_POOL_WORKERS_MAX]; ///< each worker's present job
 } shared_t;
 
-/// What comes before a result in the pipe.
+/// Precedes each result in the pipe.
 typedef struct
 {
     uint64_t job;
@@ -31,7 +31,7 @@ typedef struct
 
 typedef struct
 {
-    char  *text; ///< null: not there yet, or taken
+    char  *text; ///< null: missing yet, or taken
     double number;
 } result_t;
 
@@ -39,7 +39,7 @@ typedef struct
 {
     pid_t  process; ///< 0: none
     int    pipe;    ///< to read from
-    char  *bytes;   ///< of a result that has not come whole
+    char  *bytes;   ///< of an incomplete result
     size_t length;
 } worker_t;
 
@@ -78,7 +78,7 @@ static bool write_all(int file, const void *bytes, size_t length)
     return true;
 }
 
-/// SIGPROF ends the worker after so much CPU time; 0 turns it off.
+/// SIGPROF ends the worker after this CPU time; 0: no limit.
 static void limit_time(double time_s)
 {
     struct itimerval timer = {.it_value = {.tv_sec = (time_t)time_s}};
@@ -102,7 +102,7 @@ static int work(const run_t *run, unsigned number, int pipe)
         char  *text    = pool->work(pool->context, job, &measure);
         limit_time(0.0);
         const header_t header = {.job = job, .length = text != NULL ? strlen(text) : 0, .number = measure};
-        // Nobody reads any more: the program has ended.
+        // The write fails once the program has ended.
         const bool ok = text != NULL && write_all(pipe, &header, sizeof header) && write_all(pipe, text, header.length);
         free(text);
         if (!ok)
@@ -125,7 +125,7 @@ static bool start_worker(run_t *run, unsigned number)
     const pid_t process = fork();
     if (process == 0)
     {
-        // While another worker held an end to read from, a write to it would not fail when the program ends.
+        // A worker's write fails at the program's end only if no other worker holds the read end.
         for (unsigned i = 0; i < run->workers; i++)
         {
             if (run->worker[i].process != 0)
@@ -146,7 +146,7 @@ static bool start_worker(run_t *run, unsigned number)
     return true;
 }
 
-/// Hands on what is there in order.
+/// Hands on the available results in order.
 static bool take_results(run_t *run)
 {
     const sim_pool_t *pool = run->pool;
@@ -195,7 +195,7 @@ static bool sort_results(run_t *run, worker_t *worker)
     return take_results(run);
 }
 
-/// A worker's pipe has ended: it is done, or was lost with its job.
+/// A worker's pipe has ended: the worker is done, or was lost with its job.
 static bool end_worker(run_t *run, unsigned number)
 {
     const sim_pool_t *pool   = run->pool;
@@ -213,7 +213,7 @@ static bool end_worker(run_t *run, unsigned number)
         return WEXITSTATUS(status) == EXIT_SUCCESS || sim_error_set(run->error, "out of memory");
     }
     const int signal = WTERMSIG(status);
-    // Its result may have come, all but the note that it had.
+    // The result may have arrived although its worker died before recording it.
     if (job != NO_JOB && job - pool->first >= run->taken && run->result[job - pool->first].text == NULL)
     {
         run->result[job - pool->first].text =
@@ -284,7 +284,7 @@ static bool serve(run_t *run)
     }
 }
 
-/// After an error: nobody is left behind.
+/// After an error: ends every worker.
 static void end_all(run_t *run)
 {
     for (unsigned i = 0; i < run->workers; i++)

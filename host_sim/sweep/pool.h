@@ -1,6 +1,6 @@
-/// Jobs on all cores: worker processes take the numbers one after the other, and the results come back in order.
+/// Jobs on all cores: worker processes take the job numbers in turn, and the results return in order.
 ///
-/// Processes, so that one that crashes or hangs costs its own job alone, and says so.
+/// Processes, not threads: a crash or hang costs and reports only its own job.
 
 #ifndef SIM_POOL_H
 #define SIM_POOL_H
@@ -11,7 +11,7 @@
 
 #define SIM_POOL_WORKERS_MAX 1024u
 
-/// How a job's worker ended before its time.
+/// How a worker ended before its job did.
 typedef enum
 {
     SIM_POOL_CRASHED,
@@ -25,19 +25,19 @@ typedef struct
     double   timeout_s;  ///< of CPU time for a job
     void    *context;
 
-    /// In a worker: the job's result as text, to be freed, and a number; null if there is no memory. What it changes stays there.
+    /// In a worker: the job's result as text, to be freed, and a number; null if there is no memory. Changes stay in the worker.
     char *(*work)(void *context, uint64_t job, double *number);
 
     /// The text of a job whose worker was lost; its number is 0.
     char *(*lost)(void *context, uint64_t job, sim_pool_loss_t how, int signal);
 
-    /// Takes the results, job by job; false with the error filled in ends the pool.
+    /// Takes the results, job by job; false, with the error filled in, ends the pool.
     bool (*take)(void *context, uint64_t job, const char *text, double number, sim_error_t *error);
 } sim_pool_t;
 
 unsigned sim_pool_cores(void);
 
-/// Runs all jobs. CPU time of the workers is that of the children (getrusage).
+/// Runs all jobs. The workers' CPU time counts as the children's (getrusage).
 bool sim_pool_run(const sim_pool_t *pool, sim_error_t *error);
 
 #endif

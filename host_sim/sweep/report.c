@@ -223,7 +223,7 @@ sim_report_t *sim_report_read(const sim_study_t *study, const char *path, sim_er
     free(header);
     if (!ok)
     {
-        (void)sim_error_set(error, "out of memory"); // if nothing has gone wrong before
+        (void)sim_error_set(error, "out of memory"); // unless an error is set already
         sim_report_free(report);
         return NULL;
     }

@@ -1,5 +1,5 @@
-/// What a study's rows amount to: quantiles of each measure, how often the run with is worse than the one without, and the worst rows
-/// with commands that play them.
+/// Summary of a study's rows: quantiles of each measure, how often the base run is worse than the run with `without`, and the
+/// worst rows with commands that play them.
 
 #ifndef SIM_REPORT_H
 #define SIM_REPORT_H
@@ -15,7 +15,7 @@ typedef struct sim_report sim_report_t;
 sim_report_t *sim_report_read(const sim_study_t *study, const char *path, sim_error_t *error);
 void          sim_report_free(sim_report_t *report);
 
-/// How many rows have no result, and what the first of them says: "row 17: ...".
+/// The number of rows without a result, and the message of the first: "row 17: ...".
 uint64_t    sim_report_failed(const sim_report_t *report);
 const char *sim_report_first_failure(const sim_report_t *report);
 

@@ -27,7 +27,7 @@ static void write_start(const sim_rows_t *file, uint64_t place, char text[64])
     (void)snprintf(text, 64, "%08" PRIx32 ",%" PRIu64 ",", file->id, number_of(&file->shard, place));
 }
 
-/// Looks at the lines of a file, with 0 for each end of line, up to `end`. Returns how many rows there are, or -1.
+/// Checks the lines of a file, with 0 for each end of line, up to `end`. Returns the number of rows, or -1.
 static int64_t check_lines(const sim_rows_t *file,
                            const char       *text,
                            const char       *end,
@@ -52,7 +52,7 @@ static int64_t check_lines(const sim_rows_t *file,
     return row < 0 ? 0 : row;
 }
 
-/// A whole file of `*size` bytes; its ended lines, with 0 for each end of line, take up `*length`. Null on failure.
+/// A whole file of `*size` bytes. Its complete lines, with 0 for each end of line, are the first `*length`. Null on failure.
 static char *read_lines(const char *path, size_t *length, size_t *size, sim_error_t *error)
 {
     char *text = sim_file_read(path, BYTES_MAX, error);
@@ -82,7 +82,7 @@ static bool lock(sim_rows_t *file, sim_error_t *error)
                : sim_error_set(error, "%s: cannot be locked: %s", file->path, strerror(errno));
 }
 
-/// Cuts what a kill has left of a row, and counts the others.
+/// Cuts off an incomplete last row, left by a kill, and counts the others.
 static bool take_up(sim_rows_t *file, const char *header, sim_error_t *error)
 {
     struct stat info;
@@ -95,7 +95,7 @@ static bool take_up(sim_rows_t *file, const char *header, sim_error_t *error)
     }
     const int64_t rows = check_lines(file, text, text + length, header, error);
     free(text);
-    // Reading has closed the file once, with which a lock would have gone.
+    // Lock only now: reading closes the file once, which releases a lock.
     if (rows < 0 || !lock(file, error))
     {
         return false;
@@ -199,7 +199,7 @@ size_t sim_rows_split(char *row, char **field, size_t max)
         {
             if (quoted && *next == '"')
             {
-                quoted = next[1] == '"'; // a doubled one stands for itself
+                quoted = next[1] == '"'; // a doubled quote is a literal one
                 next += quoted ? 1 : 0;
                 if (!quoted)
                 {

@@ -1,5 +1,5 @@
-/// The CSV file that a sweep's rows go into, one after the other: what is there after a kill stays, all but the row that was being
-/// written. Every row begins with the study's id and its own number, so that rows of another study are not taken for this one's.
+/// The CSV file of a sweep's rows, in order. After a kill all but the row being written is kept. Every row begins with the
+/// study's id and its own number, so that rows of another study are detected.
 
 #ifndef SIM_ROWS_H
 #define SIM_ROWS_H
@@ -11,7 +11,7 @@
 
 #define SIM_SHARDS_MAX 100000u
 
-/// Which of a study's rows a file holds: those whose number divided by `count` leaves `index`.
+/// The rows that a file holds: those whose number modulo `count` is `index`.
 typedef struct
 {
     uint64_t index, count; ///< 0, 1: all
@@ -28,21 +28,21 @@ typedef struct
     uint64_t    rows; ///< in the file
 } sim_rows_t;
 
-/// Opens the file to go on with, or makes it; nobody else may be writing it. `header` is its first line. `rows` of the study.
+/// Opens the file to append, or creates it. Fails if another process writes it. `header` is the first line, `rows` the study's.
 bool sim_rows_open(sim_rows_t *file, const char *header, uint64_t rows, sim_error_t *error);
 
-/// Writes "id,number," and the text as the next row, and hands it to the system.
+/// Writes "id,number," and the text as the next row, and flushes it to the system.
 bool sim_rows_append(sim_rows_t *file, const char *text, sim_error_t *error);
 
 bool sim_rows_close(sim_rows_t *file, sim_error_t *error);
 
-/// The text of a file that must be complete, with a 0 in place of each end of line; to be freed. `*first` is its first row.
+/// The text of a complete file, with a 0 in place of each end of line; to be freed. `*first` is its first row.
 char *sim_rows_read(const sim_rows_t *file, const char *header, uint64_t rows, char **first, sim_error_t *error);
 
-/// Splits a row at its commas, in place, and unquotes; returns how many fields there are, of which `max` are stored.
+/// Splits a row at its commas, in place, and unquotes. Returns the number of fields; stores at most `max`.
 size_t sim_rows_split(char *row, char **field, size_t max);
 
-/// Appends a field, quoted if it must be.
+/// Appends a field, quoted if necessary.
 void sim_rows_write_field(FILE *stream, const char *text);
 
 #endif

@@ -60,7 +60,7 @@ double sim_normal_probability(double x)
     return 0.5 * erfc(-x * 0.70710678118654752);
 }
 
-/// By bisection: exact enough for any number of digits that a study writes.
+/// By bisection, to more digits than a study writes.
 double sim_normal_value(double p)
 {
     double low = -40.0, high = 40.0;

@@ -1,5 +1,5 @@
-/// Where between 0 and 1 the samples of an axis lie, and which values of a distribution these are. Each axis has random numbers of its
-/// own, from the study's seed and the axis's name, so that an axis more or less does not move the others.
+/// The samples of an axis as probabilities, and their values in a distribution. Each axis has its own random numbers, from the
+/// study's seed and the axis's name, so that adding or removing an axis leaves the others unchanged.
 
 #ifndef SIM_SAMPLE_H
 #define SIM_SAMPLE_H
@@ -12,7 +12,7 @@
 /// the parts in random order. False if there is no memory.
 bool sim_sample(double *probability, size_t count, uint64_t seed, const char *name, bool latin);
 
-/// The value that a standard normal deviate exceeds with 1 - p, and p of a value.
+/// The quantile of the standard normal distribution for p, and its inverse.
 double sim_normal_value(double p);
 double sim_normal_probability(double x);
 

@@ -18,7 +18,7 @@
 
 // --- values of axes ------------------------------------------------------------------------------------------------
 
-/// Which of its values an axis has in a row.
+/// Index of an axis's value in a row.
 static size_t index_in_grid(const sim_study_t *study, uint64_t row, unsigned axis)
 {
     uint64_t index = row % study->grid_rows;
@@ -29,7 +29,7 @@ static size_t index_in_grid(const sim_study_t *study, uint64_t row, unsigned axi
     return (size_t)(index % study->axes[axis]->count);
 }
 
-/// Where the row lies in the axis's distribution, from 0 to 1.
+/// The row's probability in the axis's distribution, from 0 to 1.
 static double probability_of(const sim_study_t *study, uint64_t row, unsigned axis)
 {
     const sim_axis_t *it = study->axes[axis];
@@ -52,7 +52,7 @@ static const sim_case_t *case_of(const sim_study_t *study, uint64_t row, unsigne
     return &it->cases[index < it->count ? index : it->count - 1];
 }
 
-/// The distribution's value, as the row's column shows it.
+/// The distribution's value, as printed in the row's column.
 static void draw(const sim_axis_t *axis, double p, char text[LABEL_MAX])
 {
     double x;
@@ -106,7 +106,7 @@ void sim_study_label(const sim_study_t *study, uint64_t row, unsigned axis, char
 
 // --- assignments ---------------------------------------------------------------------------------------------------
 
-/// "key=value" in a list, each of them owned.
+/// A list that owns its "key=value" strings.
 typedef struct
 {
     char **entry;
@@ -130,7 +130,7 @@ static bool same_key(const char *a, const char *b)
     return length == strcspn(b, "=") && strncmp(a, b, length) == 0;
 }
 
-/// Takes `assignment` over, in the place of an earlier one of the same key.
+/// Takes ownership of `assignment`, which replaces an earlier one of the same key.
 static void put(list_t *list, char *assignment)
 {
     if (assignment == NULL)
@@ -184,7 +184,7 @@ static void put_axis(list_t *list, const sim_study_t *study, uint64_t row, unsig
     }
 }
 
-/// All of a row; check list->failed.
+/// All assignments of a row; check list->failed.
 static list_t assignments_of(const sim_study_t *study, uint64_t row, bool without)
 {
     list_t list = {.count = 0};
@@ -200,7 +200,7 @@ static list_t assignments_of(const sim_study_t *study, uint64_t row, bool withou
     return list;
 }
 
-/// Appends to a text that grows; null once memory is out.
+/// Appends to a growing text; null once memory is out.
 static char *append(char *text, const char *more, const char *end)
 {
     char *longer = text != NULL ? sim_text_format("%s%s%s", text, more, end) : NULL;
@@ -220,7 +220,7 @@ char *sim_study_assignments(const sim_study_t *study, uint64_t row, bool without
     return text;
 }
 
-/// In single quotes if the shell would take it for more than one word.
+/// Appends `word`, in single quotes if the shell would split it.
 static char *append_word(char *text, const char *word)
 {
     static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_+-./=,:@%";
@@ -272,7 +272,7 @@ sim_scenario_t *sim_study_scenario(const sim_study_t *study, uint64_t row, bool 
 
 // --- checks --------------------------------------------------------------------------------------------------------
 
-/// Sets a key of a scenario; a complaint is about the study's line instead of "--set key=value".
+/// Sets a key of a scenario; errors name the study's line instead of "--set key=value".
 static bool try_setting(const sim_study_t   *study,
                         sim_scenario_t      *scenario,
                         const sim_setting_t *setting,
@@ -305,16 +305,16 @@ static bool try_settings(const sim_study_t    *study,
     return true;
 }
 
-/// Looks up the keys of an axis of numbers, and what they are in the scenario.
+/// Looks up the keys of an axis of numbers, and their values in the scenario.
 static bool find_keys(const sim_study_t *study, sim_axis_t *axis, sim_scenario_t *scenario, sim_error_t *error)
 {
     for (unsigned k = 0; k < axis->key_count; k++)
     {
-        sim_config_t config = *sim_scenario_config(scenario); // a place is one to write to
+        sim_config_t config = *sim_scenario_config(scenario); // lookup returns writable pointers
         sim_place_t  place;
-        if (!sim_key_find(&config, axis->keys[k], &place) || place.at == NULL || place.is_element)
+        if (!sim_key_find(sim_keys, &config, axis->keys[k], &place) || place.at == NULL || place.is_element)
         {
-            continue; // setting it says what is wrong
+            continue; // setting it reports the error
         }
         const sim_key_type_t type = place.key->type;
         sim_optional_t       base = {.is_given = true};
@@ -351,7 +351,7 @@ static bool find_keys(const sim_study_t *study, sim_axis_t *axis, sim_scenario_t
     return true;
 }
 
-/// The factors of an axis that is relative become values.
+/// Turns the factors of a relative axis into values.
 static bool scale_values(const sim_study_t *study, sim_axis_t *axis, sim_error_t *error)
 {
     for (size_t i = 0; i < axis->count; i++)
@@ -413,7 +413,7 @@ static bool try_value(const sim_study_t *study,
     return true;
 }
 
-/// All values of a list; of a distribution its ends, as a range of a key has no holes.
+/// All values of a list; of a distribution only its ends, because a key's range has no gaps.
 static bool try_axis(const sim_study_t *study, unsigned number, sim_scenario_t *scenario, sim_error_t *error)
 {
     const sim_axis_t *axis = study->axes[number];
@@ -429,7 +429,7 @@ static bool try_axis(const sim_study_t *study, unsigned number, sim_scenario_t *
         return true;
     }
     double low = 0.0, high = 1.0;
-    if (axis->kind == SIM_AXIS_NORMAL && !axis->is_cut) // as far as this study goes
+    if (axis->kind == SIM_AXIS_NORMAL && !axis->is_cut) // the extreme samples of this study
     {
         low = high = probability_of(study, 0, number);
         for (uint64_t row = 1; row < study->rows; row++)
@@ -457,17 +457,17 @@ static bool sample_axes(sim_study_t *study)
     return true;
 }
 
-/// FNV-1a goes on.
+/// Continues FNV-1a.
 static uint32_t add_to_id(uint32_t id, const char *text)
 {
     for (; *text != '\0'; text++)
     {
         id = (id ^ (unsigned char)*text) * 16777619u;
     }
-    return id * 16777619u; // an end, so that "a", "b" is not "ab"
+    return id * 16777619u; // a separator, so that "a", "b" differs from "ab"
 }
 
-/// The files behind a scenario.
+/// The id, from the files of a scenario.
 static bool identify(sim_study_t *study, const char *text, const sim_scenario_t *base, sim_error_t *error)
 {
     char *scenario = sim_file_read(study->scenario, FILE_BYTES_MAX, error);
@@ -477,7 +477,7 @@ static bool identify(sim_study_t *study, const char *text, const sim_scenario_t 
     }
     study->id = add_to_id(add_to_id(add_to_id(2166136261u, TRIBO_VERSION), text), scenario);
     free(scenario);
-    const sim_reference_config_t *reference_config = &sim_scenario_config(base)->reference;
+    const sim_reference_config_t *reference_config = &sim_scenario_loop(base)->reference;
     if (reference_config->kind == SIM_REFERENCE_CSV && reference_config->file[0] != '\0')
     {
         char *path      = sim_scenario_reference_path(base);
@@ -571,7 +571,7 @@ sim_study_t *sim_study_open(const char *path, sim_scenario_finder_t find, sim_er
     }
     if (ok)
     {
-        // A scenario next to the study goes before one of the scenarios folder.
+        // A scenario next to the study takes precedence over the scenarios folder.
         const char *slash  = strrchr(path, '/');
         char       *beside = sim_text_format("%.*s%s", slash != NULL ? (int)(slash - path) + 1 : 0, path, name);
         FILE       *file   = (beside != NULL && name[0] != '/') ? fopen(beside, "rb") : NULL;
@@ -587,7 +587,7 @@ sim_study_t *sim_study_open(const char *path, sim_scenario_finder_t find, sim_er
     free(text);
     if (!ok)
     {
-        (void)sim_error_set(error, "out of memory"); // if nothing has gone wrong before
+        (void)sim_error_set(error, "out of memory"); // unless an error is set already
         sim_study_close(study);
         return NULL;
     }

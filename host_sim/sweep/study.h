@@ -1,7 +1,7 @@
-/// A study: a scenario, and the keys of it that vary from run to run. docs/sweep.md says what its file looks like.
+/// A study: a scenario, and those of its keys that vary from run to run. docs/sweep.md describes its file.
 ///
-/// Rows are numbered from 0: all combinations of the grid for the first sample, then for the second, and so on. What a row sets
-/// depends on the study and the row alone, not on who runs it.
+/// Rows are numbered from 0: all combinations of the grid for the first sample, then for the second, and so on. A row's values
+/// depend on the study and the row alone, not on the worker.
 
 #ifndef SIM_STUDY_H
 #define SIM_STUDY_H
@@ -15,7 +15,7 @@
 #define SIM_STUDY_RUNS_MAX 1000000u ///< samples
 #define SIM_STUDY_ROWS_MAX 10000000u
 
-/// One "key=value", and where the study's file has it.
+/// One "key=value", and its place in the study's file.
 typedef struct
 {
     char  *assignment;
@@ -28,7 +28,7 @@ typedef struct
     size_t         count;
 } sim_settings_t;
 
-/// A value of an axis that has a list of them.
+/// A value of an axis with a list of values.
 typedef struct
 {
     char          *label; ///< in the axis's column
@@ -52,12 +52,12 @@ typedef struct
     size_t          count; ///< of cases, or of points in a grid
 
     double   a, b;      ///< from, to; or mean, standard deviation
-    double   low, high; ///< a normal distribution is cut off there, if `is_cut`
+    double   low, high; ///< bounds of a truncated normal distribution, if `is_cut`
     char    *keys[SIM_STUDY_KEYS_MAX];
     double   base[SIM_STUDY_KEYS_MAX]; ///< the scenario's own values, if the axis is relative to them
     unsigned key_count;
     bool     relative, whole, is_cut;
-    double  *probability; ///< of a sampled axis, by sample: where between 0 and 1
+    double  *probability; ///< of a sampled axis, by sample: from 0 to 1
 } sim_axis_t;
 
 typedef struct
@@ -74,7 +74,7 @@ typedef struct
     sim_axis_t    *axes[SIM_STUDY_AXES_MAX]; ///< the grid's, then the sampled ones
     unsigned       grid_count, axis_count;
     uint64_t       samples, grid_rows, rows;
-    uint32_t id; ///< of all that the rows depend on: the study's file, the scenario's, the reference's, the version
+    uint32_t       id; ///< of all inputs of the rows: the files of study, scenario and reference, and the version
 } sim_study_t;
 
 /// Finds a scenario by the name in a study; to be freed, null if there is no memory.
@@ -87,13 +87,13 @@ void         sim_study_close(sim_study_t *study);
 /// The scenario of a row, checked; null with the error filled in.
 sim_scenario_t *sim_study_scenario(const sim_study_t *study, uint64_t row, bool without, sim_error_t *error);
 
-/// What the row has in an axis's column, in `text`.
+/// The row's entry in an axis's column, in `text`.
 void sim_study_label(const sim_study_t *study, uint64_t row, unsigned axis, char *text, size_t size);
 
-/// All "key=value" of a row, the later over the earlier, each key once: separated by '\n', to be freed; null if there is no memory.
+/// All "key=value" of a row, each key once with its last value: separated by '\n', to be freed; null if there is no memory.
 char *sim_study_assignments(const sim_study_t *study, uint64_t row, bool without);
 
-/// A shell command that plays a row; likewise.
+/// A shell command that plays a row; to be freed, null if there is no memory.
 char *sim_study_command(const sim_study_t *study, uint64_t row, bool without);
 
 #endif

@@ -1,7 +1,7 @@
 #include "sweep/study_reader.h"
 
-#include "scenario/document.h"
-#include "scenario/suggest.h"
+#include "keys/document.h"
+#include "keys/suggest.h"
 #include "support/number.h"
 #include "support/text.h"
 
@@ -114,7 +114,7 @@ static bool read_pairs(reader_t          *reader,
     return true;
 }
 
-/// A key that is none of `words`, with the nearest of them. Always false.
+/// Reports a key that is not among `words`, with the most similar one. Always false.
 static bool complain_unknown(const reader_t *reader, const yaml_node_t *key, const char *const *words)
 {
     const sim_key_t choice = {.words = words};
@@ -170,7 +170,7 @@ static bool read_whole(const reader_t    *reader,
                                                         (unsigned long long)max);
 }
 
-/// One of two words, the second of which is true.
+/// One of two words; the second means true.
 static bool read_either(const reader_t    *reader,
                         const yaml_node_t *node,
                         const char        *name,
@@ -203,7 +203,7 @@ static bool read_two(reader_t *reader, const yaml_node_t *node, const char *name
 
 // --- settings ------------------------------------------------------------------------------------------------------
 
-/// As it is if YAML takes it for one plain word, else in double quotes.
+/// The value is quoted unless YAML reads it as one plain word.
 char *sim_study_assignment(const char *key, const char *value)
 {
     static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_+-./";
@@ -327,7 +327,7 @@ static bool read_keys(reader_t *reader, sim_axis_t *axis, const yaml_node_t *nod
     return axis->key_count > 0 || COMPLAIN(reader, node, "keys: the list is empty");
 }
 
-/// What an axis's mapping has had so far.
+/// The keys of an axis's mapping read so far.
 typedef struct
 {
     sim_axis_t        *axis;
@@ -407,7 +407,7 @@ static bool take_axis_pair(reader_t *reader, void *context, const yaml_node_t *k
     }
 }
 
-/// What belongs together in an axis.
+/// Checks which keys of an axis go together.
 static bool check_axis(const reader_t *reader, const axis_reader_t *part, const yaml_node_t *node)
 {
     const sim_axis_t *axis    = part->axis;
@@ -436,7 +436,7 @@ static bool check_axis(const reader_t *reader, const axis_reader_t *part, const 
            COMPLAIN(reader, node, "%s: in a grid a distribution wants points: how many", axis->name);
 }
 
-/// An axis without keys is called by its key; values get the keys that they are for.
+/// An axis without keys is named after its only key; each value gets its key.
 static bool finish_axis(reader_t *reader, const axis_reader_t *part, const yaml_node_t *name)
 {
     sim_axis_t *axis      = part->axis;

@@ -22,7 +22,7 @@ const char *const sim_sweep_measures[SIM_SWEEP_MEASURES] = {"rms_error_N",
                                                             "limited_ticks",
                                                             "bad_inputs"};
 
-/// A text that is written to; `bytes` is to be freed after fclose(stream).
+/// A text written through `stream`; `bytes` is to be freed after fclose(stream).
 typedef struct
 {
     FILE  *stream;
@@ -37,7 +37,7 @@ static bool open_memory(memory_t *memory)
     return memory->stream != NULL;
 }
 
-/// The text, null if memory ran out.
+/// The text; null if memory ran out.
 static char *close_memory(memory_t *memory)
 {
     const bool failed = ferror(memory->stream) != 0;
@@ -73,7 +73,7 @@ char *sim_sweep_header(const sim_study_t *study)
     return close_memory(&memory);
 }
 
-/// Nothing for a number that there is not.
+/// Writes nothing for NaN, a missing number.
 static void write_number(FILE *stream, double x)
 {
     (void)fprintf(stream, isfinite(x) ? ",%.9g" : ",", x);
@@ -100,7 +100,7 @@ static void write_measures(FILE *stream, const sim_summary_t *summary)
     }
 }
 
-/// A row's columns; a run that there is not is null.
+/// A row's columns; null stands for a missing run.
 static char *write_row(const sim_study_t   *study,
                        uint64_t             row,
                        const sim_summary_t *with,
@@ -138,7 +138,7 @@ static char *write_row(const sim_study_t   *study,
     return text;
 }
 
-/// Status of a run that failed: refused before it began, or failed on the way.
+/// Status of a failed run: refused before its start, or failed during it. Null on success.
 static const char *play(const sim_study_t *study,
                         uint64_t           row,
                         bool               without,
@@ -157,7 +157,7 @@ static const char *play(const sim_study_t *study,
     return ok ? NULL : summary->ticks == 0 ? "refused" : "failed";
 }
 
-/// The run without, again only if it is another than the last.
+/// The run with `without`, repeated only if it differs from the last one.
 static const char *play_without(const sim_study_t *study, uint64_t row, sim_sweep_last_t *last, sim_error_t *error)
 {
     char *assignments = sim_study_assignments(study, row, true);

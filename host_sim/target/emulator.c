@@ -14,10 +14,10 @@
 #include <unistd.h>
 
 #define MESSAGE_SIZE (4u * (TRIBO_WIRE_HEADER_WORDS + TRIBO_WIRE_WORDS_MAX))
-#define SLICE_MS     50  // between two checks whether the process has ended
-#define PIPE_FD_MIN  10  // so that no end of a pipe is a number that the child needs
-#define MESSAGE_S    1   // from the first byte of a message to its last
-#define LINE_SIZE    256 // longest line of the log that is kept
+#define SLICE_MS     50  // between checks for the end of the process
+#define PIPE_FD_MIN  10  // keeps the pipes off the numbers that the child needs
+#define MESSAGE_S    1   // from the first to the last byte of a message
+#define LINE_SIZE    256 // longest log line kept
 
 typedef struct
 {
@@ -49,7 +49,7 @@ static void close_pipe(pipe_t *ends)
     close_end(&ends->write);
 }
 
-/// A pipe whose ends are closed in a program that this one starts.
+/// A pipe whose ends close in any program started from here.
 static bool open_pipe(pipe_t *ends)
 {
     int raw[2];
@@ -69,7 +69,7 @@ static bool do_not_block(int end)
     return fcntl(end, F_SETFL, O_NONBLOCK) == 0;
 }
 
-/// No end that this program uses blocks, nor does the log: once it is full, the emulator's output is dropped.
+/// This program's ends do not block, nor does the log: when it is full, the emulator's output is dropped.
 static bool open_pipes(sim_emulator_t *emulator, sim_error_t *error)
 {
     if (!open_pipe(&emulator->to_target) || !open_pipe(&emulator->from_target) || !open_pipe(&emulator->log) ||
@@ -84,7 +84,7 @@ static bool open_pipes(sim_emulator_t *emulator, sim_error_t *error)
 
 // --- the process ---------------------------------------------------------------------------------------------------
 
-/// The child's side of fork: never returns. Writes to `report` why it could not start.
+/// The child's side of fork: never returns. If it cannot start, writes the reason to `report`.
 static void become(const sim_emulator_t *emulator, char *const *command, int report, pid_t parent)
 {
     const int  nothing = open("/dev/null", O_RDONLY);
@@ -130,7 +130,7 @@ static bool start_process(sim_emulator_t *emulator, char *const *command, sim_er
         failed = read(report.read, &reason, sizeof reason) == (ssize_t)sizeof reason;
     }
     close_pipe(&report);
-    close_end(&emulator->from_target.write); // the only one left is the emulator's: its end ends the pipe
+    close_end(&emulator->from_target.write); // only the emulator's copy is left, so its end closes the pipe
     return !failed || sim_error_set(error, "%s cannot be started: %s", command[0], strerror(reason));
 }
 
@@ -266,8 +266,8 @@ static bool is_in_time(double deadline_s, bool begun, sim_error_t *error)
                   : sim_error_set(error, "the emulator has not answered for %d s", SIM_EMULATOR_TIMEOUT_S));
 }
 
-/// Waits until there is something to read, until the emulator has ended or until `deadline_s`, for the first bytes of a
-/// message or for the rest of one that has `begun`.
+/// Waits for the first bytes of a message, or for the rest of one that has `begun`: until bytes arrive, the emulator ends, or
+/// `deadline_s` passes.
 static bool wait_for_more(sim_emulator_t *emulator, double deadline_s, bool begun, sim_error_t *error)
 {
     struct pollfd answer = {.fd = emulator->from_target.read, .events = POLLIN};
@@ -284,13 +284,13 @@ static bool wait_for_more(sim_emulator_t *emulator, double deadline_s, bool begu
         }
         if ((answer.revents & POLLHUP) != 0)
         {
-            (void)poll(NULL, 0, 1); // closed, but not ended yet
+            (void)poll(NULL, 0, 1); // pipe closed, process not yet ended
         }
     }
     return is_in_time(deadline_s, begun, error);
 }
 
-/// The target writes a message at once, so one that comes byte by byte does not extend the wait.
+/// The target writes a message at once, so bytes that trickle in do not extend the wait.
 static bool read_bytes(sim_emulator_t *emulator, size_t size, sim_error_t *error)
 {
     double deadline_s = sim_clock_s() + SIM_EMULATOR_TIMEOUT_S;

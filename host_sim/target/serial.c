@@ -63,7 +63,7 @@ static bool parse(const char *text, char device[DEVICE_MAX], speed_t *speed, sim
            sim_error_set(error, "serial:%s: there are 9600, 57600, 115200, 230400, 460800 and 921600 baud", text);
 }
 
-/// 8N1, every byte as it is, no flow control.
+/// 8N1, raw bytes, no flow control.
 static bool set_raw(int line, speed_t speed)
 {
     struct termios settings;
@@ -118,7 +118,7 @@ void sim_serial_close(sim_serial_t *serial)
     free(serial);
 }
 
-/// Waits until the line can do what `events` says; false at `deadline_s` or when the device is gone.
+/// Waits until the line is ready for `events`; false at `deadline_s` or when the device is gone.
 static bool wait_for_line(const sim_serial_t *serial, short events, double deadline_s)
 {
     const double  left_s = deadline_s - sim_clock_s();
@@ -209,7 +209,7 @@ static bool is_header(const sim_serial_t *serial, uint32_t kind, uint32_t count)
     return get_word(serial->message) == kind && get_word(serial->message + 4) == count;
 }
 
-/// A whole message of whatever kind, into serial->message.
+/// A complete message of any kind, into serial->message.
 static bool read_message(sim_serial_t *serial, double deadline_s, sim_error_t *error)
 {
     size_t have = 0;
@@ -248,7 +248,7 @@ bool sim_serial_receive(sim_serial_t *serial, uint32_t kind, uint32_t *words, ui
     return is_header(serial, kind, count) || sim_error_set(error, "the board does not speak this program's language");
 }
 
-/// One answer to a question, at any place of what comes until `deadline_s`.
+/// Finds an answer to HELLO anywhere in the bytes received until `deadline_s`.
 static bool find_hello(sim_serial_t *serial, uint32_t count, double deadline_s)
 {
     const size_t size = 4u * (TRIBO_WIRE_HEADER_WORDS + (size_t)count);

@@ -1,5 +1,5 @@
-/// A board on a serial line that speaks wire/tribo_wire.h, each message with its CRC. Nothing here waits for longer than
-/// SIM_SERIAL_TIMEOUT_S, also while bytes trickle in.
+/// A board on a serial line that speaks wire/tribo_wire.h, each message with its CRC. No wait exceeds SIM_SERIAL_TIMEOUT_S,
+/// even while bytes trickle in.
 
 #ifndef SIM_SERIAL_H
 #define SIM_SERIAL_H
@@ -14,16 +14,16 @@
 
 typedef struct sim_serial sim_serial_t;
 
-/// Opens `device`, e.g. /dev/ttyUSB0, or with a rate of its own /dev/ttyUSB0,115200, for this program alone. Null on failure.
+/// Opens `device` exclusively, e.g. /dev/ttyUSB0, or with its rate /dev/ttyUSB0,115200. Null on failure.
 sim_serial_t *sim_serial_open(const char *device, sim_error_t *error);
 void          sim_serial_close(sim_serial_t *serial);
 
-/// Asks for HELLO until the board answers; whatever it said before is dropped.
+/// Asks for HELLO until the board answers; drops earlier bytes.
 bool sim_serial_hello(sim_serial_t *serial, uint32_t *words, uint32_t count, sim_error_t *error);
 
 bool sim_serial_send(sim_serial_t *serial, uint32_t kind, const uint32_t *words, uint32_t count, sim_error_t *error);
 
-/// The next message, which must be whole, of this kind and of this length.
+/// Receives the next message. Fails unless it is complete, of this kind and of this length.
 bool sim_serial_receive(sim_serial_t *serial, uint32_t kind, uint32_t *words, uint32_t count, sim_error_t *error);
 
 #endif

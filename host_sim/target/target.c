@@ -14,7 +14,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#define FAULT_NONE 0u // DRIVE_FAULT_NONE; the drive logs the text of any other
+#define FAULT_NONE 0u // DRIVE_FAULT_NONE; the drive logs the text of other faults
 
 /// Words of a command line for QEMU before its common part.
 #define MACHINE_MAX 8
@@ -22,7 +22,7 @@
 typedef struct
 {
     const char *name;
-    const char *tree; ///< the preset that builds its image
+    const char *tree; ///< preset that builds its image
     const char *machine[MACHINE_MAX];
 } model_t;
 
@@ -156,7 +156,7 @@ static bool start_emulator(sim_target_t *target, sim_error_t *error)
     return target->emulator != NULL || blame(target, &inner, error);
 }
 
-/// Time in the emulator is exact, and a simulated sensor may read the same value for long: that is no fault here.
+/// Disables two fault checks: time in the emulator is exact, and a simulated sensor may repeat its value for long.
 static void fill_setup(uint32_t words[TRIBO_SETUP_WORDS], const sim_target_t *target, const sim_loop_config_t *config)
 {
     tribo_setup_t setup = {.period_us    = target->period_us,

@@ -1,5 +1,5 @@
-/// The drive's firmware on an emulated microcontroller, or on a board at a serial line (serial:DEVICE), in lock-step with the plant here. The same loop runs on the host, and
-/// every word that the target computes is compared with the host's, bit by bit.
+/// The drive's firmware on an emulated microcontroller, or on a board at a serial line (serial:DEVICE), in lock-step with the
+/// plant here. The same loop runs on the host, and each word from the target is compared with the host's, bit by bit.
 
 #ifndef SIM_TARGET_H
 #define SIM_TARGET_H
@@ -25,14 +25,15 @@ typedef struct
 } sim_target_result_t;
 
 /// Starts the image for target `name` in its emulator and sets up its loop with `config`, which must outlive it, and in q31
-/// with `full_scale_n`, or that of the board. Null on failure. Images are in the folder named by TRIBO_FIRMWARE, or else where they are built.
+/// with `full_scale_n`, or that of the board. Null on failure. Images are in the folder TRIBO_FIRMWARE, by default the build
+/// trees.
 sim_target_t *sim_target_start(const char              *name,
                                bool                     q31,
                                const sim_loop_config_t *config,
                                double                   full_scale_n,
                                sim_error_t             *error);
 
-/// One tick of the drive. `u_n` is the command, exactly as the power stage receives it.
+/// One tick of the drive. `u_n` is exactly the command that the power stage receives.
 bool sim_target_step(sim_target_t                   *target,
                      double                          r_n,
                      double                          y_n,
@@ -40,15 +41,15 @@ bool sim_target_step(sim_target_t                   *target,
                      tribo_force_loop_f32_signals_t *signals,
                      sim_error_t                    *error);
 
-/// The same loop, as it was computed here.
+/// The same loop, computed here.
 const sim_loop_t *sim_target_twin(const sim_target_t *target);
 
-/// Ends the firmware, which must agree. A difference from the host is a result, not a failure.
+/// Ends the firmware; false if it does not end as told. A difference from the host is a result, not a failure.
 bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, sim_error_t *error);
 
 void sim_target_destroy(sim_target_t *target);
 
-/// Whether there is such a target; all of them, separated by ", ".
+/// True if this target exists; the names of all, separated by ", ".
 bool        sim_target_exists(const char *name);
 const char *sim_target_names(void);
 

@@ -73,6 +73,11 @@ def module(name, tick):
     ]
 
 
+def part(name, tick):
+    """Its step is inline: the code is the caller's."""
+    return [("instructions, mean / worst", f"{tick}.mean", f"{tick}.max"), ("stack, bytes", f"stack.{name}")]
+
+
 def exactness(record, rows):
     def cell(name):
         if name not in record:
@@ -105,12 +110,12 @@ FUNCTIONS = [
     ),
     (
         "tribo_force_loop_*_step with the feed-forward",
-        "The whole tick with force_loop_feedforward_*: learning while the arm slides, reversals, stands.",
+        "The whole tick with params of tribo_force_loop_feedforward_*_init: learning while the arm slides, reversals, r at rest.",
         [
-            ("instructions over fast triangles and stands, least / mean / worst (one that learns)", "feedforward.tick.min",
+            ("instructions over fast triangles with rests, minimum / mean / worst (one that learns)", "feedforward.tick.min",
              "feedforward.tick.mean", "feedforward.tick.max"),
             ("worst over random inputs, limits and bad inputs", "feedforward.search.max"),
-            ("what a guard beside it adds, least / mean / worst", "guard.min", "guard.mean", "guard.max"),
+            ("what a guard beside it adds, minimum / mean / worst", "guard.min", "guard.mean", "guard.max"),
             ("stack, bytes / where the method changes", "stack.feedforward", "stack.methods"),
             ("its memory / params, bytes, beside the loop's", "ram.feedforward", "flash.feedforward_params"),
             ("flash at -Os, bytes: loop with both methods and params", "flash.fed"),
@@ -119,7 +124,7 @@ FUNCTIONS = [
     ),
     (
         "tribo_force_loop_*_step with LuGre",
-        "The whole tick with force_loop_lugre_*, Eq. (12) with the paper's parameters in one linearly implicit step, over `triangle`. An explicit method"
+        "The whole tick with params of tribo_force_loop_lugre_*_init, Eq. (12) with the paper's parameters in one linearly implicit step, over `triangle`. An explicit method"
         " needs h rate < 2, its steps a tick are computed from σ0, σ1, σ2, I, b, the speed and the tick.",
         [
             ("instructions over `triangle`, mean / worst", "lugre.tick.mean", "lugre.tick.max"),
@@ -131,18 +136,18 @@ FUNCTIONS = [
         [],
     ),
     (
-        "tribo_controller_*_step",
+        "controller_*_step",
         "Cascade of two sections, limit, anti-windup.",
-        module("controller", "tick.controller"),
+        part("controller", "tick.controller"),
         [
             ("`triangle`: v against the design in double, N", "controller.design"),
             ("e = ±20 mN at half the sample rate: v against double, N", "controller.ripple"),
         ],
     ),
     (
-        "tribo_biquad_*_step",
+        "biquad_*: the cascade",
         "Cascade of two sections alone.",
-        module("cascade", "tick.controller.cascade"),
+        part("cascade", "tick.controller.cascade"),
         [
             ("signal to noise at fc/fs 0.1, dB", "cascade.snr_0.1"),
             ("… 0.01, dB", "cascade.snr_0.01"),
@@ -168,37 +173,40 @@ FUNCTIONS = [
             ("k = 1.01: k L tanh(n/(k L)), relative", "friction.tanh"),
         ],
     ),
-    ("tribo_arm_*_step", "The arm's force; its accuracy is that of the compensator's F̂.", module("arm", "tick.compensator.arm"), []),
+    ("arm_*_step", "The arm's force; its accuracy is that of the compensator's F̂.", part("arm", "tick.compensator.arm"), []),
     (
-        "tribo_relay_step",
+        "relay_step",
         "One function for both arithmetics; exact.",
-        module("relay", "tick.compensator.friction.relay"),
+        part("relay", "tick.compensator.friction.relay"),
         [],
     ),
     (
-        "tribo_edge_step",
+        "edge_step",
         "One function for both arithmetics; exact.",
-        module("edge", "tick.compensator.friction.relay.edge"),
+        part("edge", "tick.compensator.friction.relay.edge"),
         [],
     ),
 ]
 
 PEERS = [
-    ("`tribo_biquad_f32_step`", "tribo_biquad_f32_step"),
+    ("`biquad_f32`", "biquad_f32"),
     ("CMSIS-DSP `arm_biquad_cascade_df2T_f32`", "arm_biquad_cascade_df2T_f32"),
-    ("`tribo_biquad_q31_step`", "tribo_biquad_q31_step"),
+    ("`biquad_q31`", "biquad_q31"),
     ("CMSIS-DSP `arm_biquad_cascade_df1_q31`", "arm_biquad_cascade_df1_q31"),
     ("CMSIS-DSP `arm_biquad_cas_df1_32x64_q31`", "arm_biquad_cas_df1_32x64_q31"),
 ]
 
 INTRODUCTION = """# Numbers
 
-Written by `tools/bench --update` and `tools/bench-target --update`; do not edit. **Nothing here was measured on hardware.** Instructions
-were counted by QEMU, exactly and from the call to the return, in code from gcc 12 at -O2; code size and flash are at -Os. A tick
-has two sections and no breakaway table unless stated. The worst-case tick is searched for over 60 s of `triangle` and 20 s of random,
-limiting and bad inputs: it is the worst found, not proven. Modules are counted alone, with what they call, over `triangle`; their code is that
-of the step function without what it calls. Stack was measured by painting it. Results are the same bits on every target, so the host's
-errors hold there as well. Each figure by its name: `tests/target/budget.txt` and `tests/bench/accuracy.txt`; tests fail where one grows.
+Written by `tools/bench --update` and `tools/bench-target --update`; do not edit. **Nothing here was measured on hardware.** Each figure by its
+name: `tests/target/budget.txt` and `tests/bench/accuracy.txt`; tests fail where one grows.
+
+- Instructions were counted by QEMU, exactly and from the call to the return, in code from gcc 12 at -O2. Code size and flash are at -Os.
+- A tick has two sections and no breakaway table unless stated.
+- The worst-case tick is searched for over 60 s of `triangle` and 20 s of random, limiting and bad inputs. It is the worst found, not proven.
+- Modules are counted alone, with what they call, over `triangle`. Their code is that of the step function without what it calls.
+- Stack was measured by painting it.
+- Results are the same bits on every target, so the host's errors hold there as well.
 """
 
 
@@ -262,7 +270,7 @@ def images(figures):
 def numbers_md(figures, record):
     parts = [INTRODUCTION]
     for title, what, rows, exact in FUNCTIONS:
-        titles = {key: f"{name}: " for key, name in TITLES.items()} if "_*_" in title else {"f32": ""}
+        titles = {key: f"{name}: " for key, name in TITLES.items()} if "_*" in title else {"f32": ""}
         parts.append(f"\n## {title}\n\n{what}\n\n{costs(figures, rows, titles)}")
         if exact:
             parts.append(f"\n{exactness(record, exact)}")
@@ -275,21 +283,29 @@ def facts(figures, record):
     def worst(processor, arithmetic):
         return " / ".join(number(figures[processor][f"{arithmetic}.{name}"]) for name in ("worst.without_signals", "worst"))
 
+    def span(of, arithmetic):
+        least, most = (
+            [int(of[f"{arithmetic}.feedforward.{run}.{end}"]) for run in ("tick", "search", "without_signals")]
+            for end in ("min", "max")
+        )
+        return f"{number(min(least))} to {number(max(most))}"
+
     def both(name, of=m4f):
         return " / ".join(number(of[f"{arithmetic}.{name}"]) for arithmetic in TITLES)
 
     def exact(name):
         return " / ".join(record[f"{arithmetic}.{name}"][0].replace("e-0", "e-") for arithmetic in TITLES)
 
-    def error(name):
-        return f"{float(record[name][0]) * 1e3:.2f} mN"
-
     targets = ", ".join(name_of(p) for p in PROCESSORS).replace("M0", "Cortex-M0", 1)
     rows = [
         [
-            "worst-case tick, instructions, without / with signals",
+            "instructions of the worst tick, the paper's method, without / with signals",
             f"Cortex-M4F: float32 {worst('cortex-m4f', 'f32')}, Q31 {worst('cortex-m4f', 'q31')}; Q31 on M3 {worst('cortex-m3', 'q31')},"
             f" M0+ {worst('cortex-m0plus', 'q31')}, RV32IMC {worst('rv32imc', 'q31')}",
+        ],
+        [
+            "the same with the feed-forward, cheapest to worst",
+            f"Cortex-M4F: float32 {span(m4f, 'f32')}, Q31 {span(m4f, 'q31')}; Q31 on RV32IMC {span(figures['rv32imc'], 'q31')}",
         ],
         ["RAM, float32 / Q31", f"{both('ram.axis')} bytes an axis; stack of a tick on the M4F {both('stack.tick')} bytes"],
         ["flash, float32 / Q31", f"{both('flash.step')} bytes on the M4F at -Os: the loop and its params"],
@@ -299,10 +315,6 @@ def facts(figures, record):
             " every target",
         ],
         ["targets", f"{targets}, all emulated; Linux; an image for the STM32F405, never on hardware"],
-        [
-            "RMS force error, without / with compensation",
-            f"{error('f32.force_loop.rms_without')} / {error('f32.force_loop.rms_with')}, simulated; the paper measured 3.8 / 1.0 mN",
-        ],
     ]
     return table("what", ["measured, [all of it](docs/numbers.md)"], rows)
 

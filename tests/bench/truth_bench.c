@@ -164,7 +164,7 @@ static euler_t run_euler(const rig_t *rig, double step_s)
         for (long k = 0; k < steps; k++)
         {
             const double u     = from + (sawtooth[i].to_n - from) * (double)k / (double)steps;
-            const double force = arm->stiffness_n_per_deg * position;
+            const double force = arm->stiffness * position;
 
             const sim_contact_t now = {.u_n             = u,
                                        .n_n             = u - force,
@@ -174,7 +174,7 @@ static euler_t run_euler(const rig_t *rig, double step_s)
             const double        f   = law->friction(memory, &now, z);
             law->rates(memory, &now, z, dz);
             position += step_s * speed;
-            speed += step_s * (now.n_n - arm->damping_n_s_per_deg * speed - f) / arm->inertia_n_s2_per_deg;
+            speed += step_s * (now.n_n - arm->damping * speed - f) / arm->inertia;
             z[0] += step_s * dz[0];
             euler.flips += f * past < 0.0;
             past = f;

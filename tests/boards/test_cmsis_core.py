@@ -22,7 +22,7 @@ def fetch(tmp_path):
             program.chmod(0o755)
         environment = {**os.environ, "PATH": str(tmp_path / "bin"), "XDG_CACHE_HOME": str(tmp_path / "cache")}
         done = subprocess.run([shutil.which("cmake"), "-P", SCRIPT], env=environment, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, text=True, timeout=60, check=False)
+                              stderr=subprocess.STDOUT, text=True, timeout=600, check=False)
         return done.returncode, " ".join(done.stdout.split())
 
     return run

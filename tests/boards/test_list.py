@@ -19,7 +19,7 @@ OPTIONAL_KEYS = {"model", "test_qemu", "test_memory", "same_code"}
 
 
 def said_by(*command, **options):
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60, check=False, **options)
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600, check=False, **options)
     assert done.returncode != 0
     return done.stdout
 
@@ -79,7 +79,7 @@ def test_a_new_row_is_all_that_its_presets_need(tmp_path):
     shutil.copy(ROOT / "CMakePresets.json", tmp_path)
     rows = boards.ROWS | {"cortex-m23": boards.ROWS["cortex-m33"], "new_board": {"what": "new", "processor": "cortex-m23"}}
     (tmp_path / "cmake" / "boards.json").write_text(json.dumps(rows))
-    subprocess.run([tmp_path / "cmake" / "boards.py"], check=True, timeout=60)
+    subprocess.run([tmp_path / "cmake" / "boards.py"], check=True, timeout=600)
     listed = subprocess.run(["cmake", "--list-presets=workflow"], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
     assert {"cortex-m23", "cortex-m23-os", "new_board"} <= set(re.findall(r'"(.*?)"', listed))
 

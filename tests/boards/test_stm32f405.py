@@ -30,7 +30,7 @@ class Board:
 
     def line(self):
         """The next line of the log."""
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + 300
         while b"\n" not in self.text:
             ready, _, _ = select.select([self.process.stdout], [], [], 0.1)
             assert time.monotonic() < deadline, f"silent after {self.text}"
@@ -47,6 +47,12 @@ class Board:
         found = re.fullmatch(r"fault: clock since tick 0 at tick (\d+), longest tick 0 us, latest \d+ us", self.line())
         assert found
         return int(found[1])
+
+    def until_tick(self, count):
+        deadline = time.monotonic() + 300
+        while self.ticks() <= count:
+            assert time.monotonic() < deadline, "ticks too slowly"
+            time.sleep(0.01)
 
     def stop(self):
         self.process.kill()
@@ -83,8 +89,7 @@ def test_boot_passes_the_self_test_ticks_and_refuses_the_clock(start, arithmetic
     first = board.ticks()
     for command in (b"start\n", b"ack\n", b"start\n"):  # the fault is for good
         board.send(command)
-        time.sleep(0.1)
-        assert board.ticks() > first + 100
+        board.until_tick(first + 100)
         first = board.ticks()
 
 
@@ -117,7 +122,7 @@ def flash(tmp_path):
             (path / "openocd").write_text(f"#!/bin/sh\n{openocd}\n")
             (path / "openocd").chmod(0o755)
         return subprocess.run([shutil.which("cmake"), "--build", TREE, "--target", "flash"], env={**os.environ, "PATH": str(path)},
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60, check=False)
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600, check=False)
 
     return run
 

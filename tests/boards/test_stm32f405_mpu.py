@@ -20,7 +20,7 @@ ACCESS, STACKING, FETCH, ADDRESS_VALID = 0x02, 0x10, 0x01, 0x80  # of CFSR
 
 class Debugger:
     def __init__(self, path):
-        deadline = time.monotonic() + 10
+        deadline = time.monotonic() + 100
         while True:
             self.socket = socket.socket(socket.AF_UNIX)
             try:
@@ -29,7 +29,7 @@ class Debugger:
             except OSError:
                 assert time.monotonic() < deadline, "QEMU does not answer"
                 time.sleep(0.02)
-        self.socket.settimeout(30)
+        self.socket.settimeout(300)
         self.bytes = b""
         self.ask("qSupported:xmlRegisters=arm")
         assert self.ask("qXfer:features:read:target.xml:0,ffb").startswith(("l", "m"))  # from here on registers have their numbers

@@ -116,6 +116,18 @@ class Drive:
         except (OSError, EOFError):
             pass
 
+    def until(self, has_happened, what, limit_s=200):
+        """Waits for it. The limit is for what never happens, and far beyond what a loaded machine takes."""
+        end = time.monotonic() + limit_s
+        while not has_happened():
+            assert time.monotonic() < end and self.process.poll() is None, what
+            time.sleep(0.002)
+
+    def pass_s(self, seconds):
+        """Time of the drive's, which is behind the clock's on a loaded machine."""
+        end = self.ticks + 1000 * seconds
+        self.until(lambda: self.ticks >= end, "the drive does not tick")
+
     def knock(self):
         self.force = 0.0
 
@@ -147,7 +159,7 @@ class Drive:
 
     def link(self, *arguments, status=0):
         """tribo-link with these arguments: its output, and its messages if it fails as expected."""
-        done = subprocess.run([LINK, "-d", self.port, *map(str, arguments)], capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([LINK, "-d", self.port, *map(str, arguments)], capture_output=True, text=True, timeout=600, check=False)
         assert done.returncode == status, done.stdout + done.stderr
         return done.stdout if status == 0 else done.stdout + done.stderr
 
@@ -158,13 +170,13 @@ class Drive:
 
     def poll(self, *arguments, status=0):
         """mbpoll with these arguments: its lines of values."""
-        command = ["mbpoll", "-m", "rtu", "-b", "115200", "-P", "none", "-0", "-1", "-q", "-o", "5", *map(str, arguments)]
+        command = ["mbpoll", "-m", "rtu", "-b", "115200", "-P", "none", "-0", "-1", "-q", "-o", "10", *map(str, arguments)]
         port = command.index("-o")  # the device comes before values to be written
         values = []
         if "--" in command:
             values = command[command.index("--") + 1:]
             command = command[:command.index("--")]
-        done = subprocess.run([*command, self.port, *values], capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([*command, self.port, *values], capture_output=True, text=True, timeout=600, check=False)
         assert done.returncode == status and port, done.stdout + done.stderr
         return done.stdout + done.stderr
 

@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import subprocess
+import time
 
 import pytest
 
@@ -31,7 +32,7 @@ class Sim:
     def __call__(self, *arguments, **options):
         options.setdefault("cwd", self.folder)
         options.setdefault("stdout", subprocess.PIPE)
-        return subprocess.run([self.program, *map(str, arguments)], stderr=subprocess.PIPE, text=True, timeout=120,
+        return subprocess.run([self.program, *map(str, arguments)], stderr=subprocess.PIPE, text=True, timeout=1200,
                               check=False, **options)
 
     def ok(self, *arguments, **options):
@@ -54,6 +55,20 @@ class Sim:
     def trace(self, *arguments):
         self.ok("run", *arguments, "--out", "trace_of_run")
         return read_csv(self.folder / "trace_of_run" / "trace.csv")
+
+
+def until(has_happened, what, limit_s=200):
+    """Waits for it. The limit is for what never happens, and far beyond what a loaded machine takes."""
+    end = time.monotonic() + limit_s
+    while not has_happened():
+        assert time.monotonic() < end, what
+        time.sleep(0.005)
+
+
+def processor_s(process):
+    """The processor time that a process has taken so far."""
+    fields = pathlib.Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def read_csv(path):

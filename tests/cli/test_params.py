@@ -80,13 +80,13 @@ STEPPER = """
 #include "loop.h"
 #include <stdio.h>
 #ifdef Q31
-#include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/feedforward_q31.h"
+#include "tribo/force_loop_q31.h"
 typedef int32_t number_t;
 #define LOOP(what) tribo_force_loop_q31_##what
 #define FEED(what) tribo_feedforward_q31_##what
 #define ATTACH tribo_force_loop_feedforward_q31_attach
 #define GUARD(what) tribo_guard_q31_##what
-#define WATCH tribo_force_loop_guard_q31_watch
 #define PART(n) ((n) / (double)LOOP_FULL_SCALE_N * 2147483648.0)
 #define GIVEN(n) (PART(n) < 2147483647.0 ? (int32_t)PART(n) : INT32_MAX)
 #define NEWTON(x) (double)(float)((x) / 2147483648.0 * (double)LOOP_FULL_SCALE_N)
@@ -94,12 +94,12 @@ typedef int32_t number_t;
 #define RATE (double)(float)(FRICTION.rise / 2147483648.0 * (double)LOOP_FULL_SCALE_N / (double)LOOP_SAMPLE_TIME_S)
 #define SEEN NEWTON(seen.controller.u), NEWTON(FRICTION.L), RATE, NEWTON(FRICTION.f)
 #else
-#include "tribo/force_loop_feedforward_f32.h"
+#include "tribo/feedforward_f32.h"
+#include "tribo/force_loop_f32.h"
 #define LOOP(what) tribo_force_loop_f32_##what
 #define FEED(what) tribo_feedforward_f32_##what
 #define ATTACH tribo_force_loop_feedforward_f32_attach
 #define GUARD(what) tribo_guard_f32_##what
-#define WATCH tribo_force_loop_guard_f32_watch
 #define GIVEN(n) ((float)(n))
 #define FRICTION seen.compensator.friction
 #define SEEN (double)seen.controller.u_n, (double)FRICTION.L_n, (double)FRICTION.v_n_per_s, (double)FRICTION.f_n
@@ -108,24 +108,20 @@ int main(void)
 {
     static LOOP(state_t) state;
     static FEED(memory_t) memory;
-#ifdef GUARDED
     static GUARD(state_t) guard;
-    GUARD(reset)(&guard);
-#endif
     double r, y;
     LOOP(reset)(&state);
-    if (loop_params.feedforward != NULL)
+    GUARD(reset)(&guard);
+    GUARD(attach)(&state, &guard);
+    if (FEED(of)(&loop_params) != NULL)
     {
-        FEED(reset)(loop_params.feedforward, &memory.state);
+        FEED(reset)(FEED(of)(&loop_params), &memory.state);
         ATTACH(&state, &memory);
     }
     while (scanf("%lf,%lf", &r, &y) == 2)
     {
         LOOP(signals_t) seen;
         (void)LOOP(step)(&loop_params, &state, GIVEN(r), GIVEN(y), &seen);
-#ifdef GUARDED
-        WATCH(&loop_guard, &guard, &loop_params, &state, GIVEN(r), GIVEN(y), &seen);
-#endif
         // In single precision, as in a trace.
         printf("%.9g,%.9g,%.9g,%.9g\\n", SEEN);
     }
@@ -138,8 +134,8 @@ int main(void)
 def _library(tmp_path_factory):
     """The library, compiled once."""
     folder = tmp_path_factory.mktemp("library")
-    sources = sorted((ROOT / "lib" / "src").glob("*.c"))
-    subprocess.run(["cc", "-std=c11", "-O1", "-ffp-contract=off", "-c", "-I", ROOT / "lib" / "include", *sources],
+    sources = sorted((ROOT / "lib" / "src").rglob("*.c"))
+    subprocess.run(["cc", "-std=c11", "-O1", "-ffp-contract=off", "-c", "-I", ROOT / "lib" / "include", "-I", ROOT / "lib" / "src", *sources],
                    cwd=folder, check=True)
     return sorted(folder.glob("*.o"))
 
@@ -174,7 +170,7 @@ def test_params_are_those_of_a_run(sim, library, loop, arithmetic):
     assert len(set(trace["u_N"])) > 1000
 
     source = sim.write("stepper.c", STEPPER)
-    subprocess.run(["cc", "-std=c11", f"-D{arithmetic.upper()}", *["-DGUARDED"] * (loop == "guarded"), "-Wall", "-Wextra", "-Werror", "-I", sim.folder, "-I",
+    subprocess.run(["cc", "-std=c11", f"-D{arithmetic.upper()}", "-Wall", "-Wextra", "-Werror", "-I", sim.folder, "-I",
                     ROOT / "lib" / "include", source, *library, "-o", "stepper"], cwd=sim.folder, check=True)
     given = "".join(f"{round(r * 1024) / 1024},{round(y * 1024) / 1024}\n" for r, y in zip(trace["r_N"], trace["y_N"]))
     stepped = subprocess.run([sim.folder / "stepper"], input=given, capture_output=True, text=True, check=True).stdout
@@ -221,7 +217,7 @@ def test_a_header_compiles_without_a_warning(sim, loop, arithmetic):
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_params_of_another_version_of_the_library_do_not_compile(sim, arithmetic):
-    header = sim.write("old.h", sim.ok("params", "triangle", "--arith", arithmetic).replace("_VERSION != 4", "_VERSION != 3"))
+    header = sim.write("old.h", sim.ok("params", "triangle", "--arith", arithmetic).replace("_VERSION != 5", "_VERSION != 4"))
     result = syntax("cc", header, "-std=c11")
     assert result.returncode != 0
     assert "made for another version of tribo: run tribo-sim params again" in result.stderr

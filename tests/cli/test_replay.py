@@ -257,7 +257,7 @@ PARAM_MISTAKES = {
     "together": ("friction:\n  k_min: 30\n", ":2: compensator.friction.k_min: is larger than k_max"),
     "the log's sample time": (
         "friction:\n  pulse_width_s: 0.1\n",
-        ":2: compensator.friction.pulse_width_s: 0.1 is refused: friction pulse_width_s: 1 to 63 sample times",
+        ":2: compensator.friction.pulse_width_s: 0.1 s is refused: friction pulse_width_s: 1e-6 to 6.3 s; 1 to 63 sample times",
     ),
 }
 
@@ -306,7 +306,7 @@ def test_a_pipe_is_written_to_and_stays(sim, out):
     with subprocess.Popen(["cat", sim.folder / "pipe"], stdout=subprocess.PIPE, text=True) as reader:
         try:
             sim.ok("replay", "log.csv", "--out", out)
-            assert reader.communicate(timeout=20)[0] == sim.ok("replay", "log.csv")
+            assert reader.communicate(timeout=200)[0] == sim.ok("replay", "log.csv")
         finally:
             reader.kill()
     assert stat.S_ISFIFO(os.lstat(sim.folder / "pipe").st_mode) and (sim.folder / "link").is_symlink()

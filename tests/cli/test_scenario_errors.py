@@ -172,7 +172,7 @@ MISTAKES = {
     ),
     "pulse too wide": (
         "compensator:\n  friction: {pulse_width_s: 0.1}",
-        ":4: compensator.friction.pulse_width_s: 0.1 is refused: friction pulse_width_s: 1 to 63 sample times",
+        ":4: compensator.friction.pulse_width_s: 0.1 s is refused: friction pulse_width_s: 1e-6 to 6.3 s; 1 to 63 sample times",
     ),
     "unstable section": (
         "controller: {kind: z, sections: [{b0: 1, b1: 0, b2: 0, a1: -3, a2: 1}]}",

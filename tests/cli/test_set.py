@@ -108,7 +108,7 @@ VALUES = {
     "rate_max_N_per_s": "1",
     "lead": "0.5",
     "trust": "0.2",
-    "doubt": "0.5",
+    "relative_variance": "0.5",
     "hold.gain": "0.5",
     "margin": "0.5",
     "correlation": "0.3",
@@ -163,7 +163,7 @@ def test_set_reaches_every_key_and_every_key_has_an_effect(sim):
             assert outcome(sim, [], "--arith", "q31") != outcome(sim, change, "--arith", "q31")
             assert outcome(sim, []) == outcome(sim, change)
             continue
-        if key.endswith(("hold.quick_time_s", "hold.caution_travel_N")):  # where a hold chatters, which is rare
+        if key.endswith(("hold.quick_time_s", "hold.margin_travel_N")):  # where a hold chatters, which is rare
             change = set_options([*FED, f"{key}={value_for(key, default)}"])
             assert sim.ok("params", "moving.yaml", *change) != sim.ok("params", "moving.yaml", *set_options(FED))
             continue
@@ -252,7 +252,7 @@ MISTAKES = {
     "controller.sections[x].b0=1": "unknown key controller.sections[x].b0, did you mean controller.sections[].b0?",
     "compensator[0].gain=1": "unknown key compensator[0].gain, did you mean compensator.gain?",
     "compensator.friction.pulse_width_s=0.1":
-        "compensator.friction.pulse_width_s: 0.1 is refused: friction pulse_width_s: 1 to 63 sample times",
+        "compensator.friction.pulse_width_s: 0.1 s is refused: friction pulse_width_s: 1e-6 to 6.3 s; 1 to 63 sample times",
     "reference.kind=csv": None,
 }
 
@@ -280,11 +280,27 @@ def test_a_table_goes_over_the_files_law_but_not_over_a_set_one(sim):
                   "x.yaml", *sets)
 
 
-def test_a_direction_that_q31_cannot_have_is_not_blamed_on_the_other(sim):
+@pytest.mark.parametrize("old, new", [
+    ("learning.spread_scale", "learning.scale_sd"), ("learning.spread_offset_N", "learning.offset_sd_N"),
+    ("learning.doubt", "learning.relative_variance"), ("hold.caution_travel_N", "hold.margin_travel_N")])
+def test_a_key_of_an_earlier_version_is_refused_with_its_name_of_today(sim, old, new):
+    group = "compensator.feedforward."
+    sim.fails(f"--set {group}{old}=1: unknown key {group}{old}, did you mean {group}{new}?", "run", "triangle", "--set", f"{group}{old}=1")
+
+
+def test_a_direction_that_q31_cannot_have_is_named_with_its_value(sim):
     assignment = "compensator.friction.breakaway.negative_offset_N=3"
-    result = sim("run", "triangle", "--arith", "q31", "--set", assignment)
-    assert result.returncode == 1
-    assert result.stderr.startswith(f"tribo-sim: --set {assignment}: compensator.friction.breakaway: friction breakaway offset_n:")
+    sim.fails(f"--set {assignment}: compensator.friction.breakaway.negative_offset_N: 3 N is refused: friction breakaway "
+              "negative.offset_n: 1e-6 to 1e6 N; q31: 1e-6 to under 1 full_scale_n",
+              "run", "triangle", "--arith", "q31", "--set", assignment)
+
+
+def test_a_point_of_a_table_that_q31_cannot_have_is_named_with_its_row_and_value(sim):
+    table = "compensator.friction.breakaway.table"
+    points = "[{force_N: 0, positive_N: 0.1, negative_N: 0.1}, {force_N: 1, positive_N: 0.1, negative_N: 3}]"
+    sim.fails(f"--set {table}={points}: {table}[1].negative_N: 3 N is refused: friction table negative_n: 1e-6 to 1e6 N; q31: 1e-6 "
+              "to under 1 full_scale_n",
+              "run", "triangle", "--arith", "q31", "--set", f"{table}={points}")
 
 
 TWO_SECTIONS = SHORT + """controller:

@@ -1,5 +1,6 @@
 #include "compensation.h"
 
+#include "loop/force_loop_f32.h"
 #include "plant/plant.h"
 #include "plant/sensor.h"
 #include "scenario/config.h"
@@ -51,7 +52,7 @@ static void open_rig(rig_t *rig, const compensation_truth_t *truth)
     breakaway->negative_slope         = (sim_optional_t){true, truth->breakaway_negative * breakaway->slope};
     breakaway->offset_n *= truth->breakaway_positive;
     breakaway->slope *= truth->breakaway_positive;
-    rig->config.truth.arm.stiffness_n_per_deg *= truth->stiffness;
+    rig->config.truth.arm.stiffness *= truth->stiffness;
     rig->gain                  = truth->actuator_gain;
     rig->environment_n         = truth->environment_n;
     rig->environment_rad_per_s = 2.0 * 3.14159265358979 * truth->environment_hz;
@@ -73,8 +74,8 @@ static void close_rig(rig_t *rig)
     sim_scenario_destroy(rig->scenario);
 }
 
-/// An environment that has moved by x takes K x from the force. To the arm that is a motor that pushes by K x more, which
-/// the plant takes in front of the actuator's pole p and so gets (1 + s/p) K x.
+/// An environment that has moved by x reduces the force by K x. For the arm this equals K x more motor force. The plant's input
+/// is before the actuator's pole p, hence (1 + s/p) K x.
 static double environment_in_front(const rig_t *rig)
 {
     const double phase = rig->environment_rad_per_s * rig->t;
@@ -87,7 +88,7 @@ static double force(const rig_t *rig)
     return sim_plant_force(rig->plant) - rig->environment_n * sin(rig->environment_rad_per_s * rig->t);
 }
 
-/// Behind the sensor's pole: the swing of the environment, less its lag.
+/// The force after the sensor's pole, with the environment's motion filtered by that pole.
 static double filtered_force(const rig_t *rig)
 {
     const double phase = rig->environment_rad_per_s * rig->t;
@@ -108,15 +109,15 @@ static void tick_rig(rig_t *rig, double u)
     }
 }
 
-/// How far the feed-forward's L is off, over slides that have gone on for a while: from the friction that the plant has, and
-/// from the truth's L, which a slow fall on the curve of the paper's law does not reach.
+/// The error of the feed-forward's L in long slides: against the plant's friction, and against the truth's L, which a slow fall
+/// on the curve of the paper's law does not reach.
 typedef struct
 {
     double sigma, friction_n; // of the last tick; filtered
     long   steady, counted;   // ticks
 } slide_t;
 
-#define SLIDE_TICKS 2000  // before it counts
+#define SLIDE_TICKS 2000  // before a slide counts
 #define SLIDE_PART  0.002 // of the filter, in a tick
 
 static void judge_learning(slide_t               *slide,
@@ -136,7 +137,7 @@ static void judge_learning(slide_t               *slide,
     {
         const double offset = d == 0 ? truth->offset_n : truth->negative_offset_n.value;
         const double slope  = d == 0 ? truth->slope : truth->negative_slope.value;
-        const double L      = seen.L[d] / (1.0 - (1.0 - trust) * seen.doubt[d]);
+        const double L      = seen.L[d] / (1.0 - (1.0 - trust) * seen.relative_variance[d]);
         slide->counted++;
         result->friction_off += (fabs(L / slide->friction_n - 1.0) - result->friction_off) / (double)slide->counted;
         result->breakaway_off = fmax(result->breakaway_off, fabs(L / (offset + slope * fabs(r)) - 1.0));
@@ -213,8 +214,8 @@ double compensation_triangle(const void *context, double t)
 {
     const compensation_triangle_t *triangle = context;
     const double                   height   = triangle->high - triangle->low;
-    const double                   way      = fmod(triangle->slope * t, 2.0 * height);
-    return triangle->low + (way < height ? way : 2.0 * height - way);
+    const double                   sign     = fmod(triangle->slope * t, 2.0 * height);
+    return triangle->low + (sign < height ? sign : 2.0 * height - sign);
 }
 
 compensation_result_t compensation_run_triangle(compensation_t                        method,

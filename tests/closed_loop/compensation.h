@@ -1,4 +1,4 @@
-// A closed-loop run with one of the ways to compensate friction, on the paper's plant with deviations, and what came of it.
+// A closed-loop run with one compensation method on the paper's plant with deviations, and its results.
 
 #ifndef TESTS_CLOSED_LOOP_COMPENSATION_H
 #define TESTS_CLOSED_LOOP_COMPENSATION_H
@@ -14,7 +14,7 @@ typedef enum
     COMPENSATION_FEEDFORWARD
 } compensation_t;
 
-/// How the truth differs from the model; see compensation_nominal.
+/// Differences of the truth from the model; see compensation_nominal.
 typedef struct
 {
     double   breakaway_positive, breakaway_negative; // times the model's
@@ -25,7 +25,7 @@ typedef struct
     double   delay_s;
     double   quantisation_n;
     double   environment_n, environment_hz; // amplitude of its movement times the stiffness, and frequency
-    double   settle_s;                      // of the first part that does not count: the start from rest
+    double   settle_s;                      // start from rest: this part of the run does not count
 } compensation_truth_t;
 
 /// The reference in N at time t in s.
@@ -42,7 +42,7 @@ typedef struct
 
 compensation_truth_t compensation_nominal(void);
 
-/// Runs for `first_s` + `second_s` seconds. `config` of the feed-forward, null: the defaults.
+/// Runs for `first_s` + `second_s` seconds. `config` is the feed-forward's; null: the defaults.
 compensation_result_t compensation_run(compensation_t                        method,
                                        const tribo_feedforward_f32_config_t *config,
                                        const compensation_truth_t           *truth,
@@ -59,7 +59,7 @@ typedef struct
 /// From its low end.
 double compensation_triangle(const void *context, double t);
 
-/// Three periods of a triangle, of which the first is the first part.
+/// Three periods of a triangle; the first one is the first part.
 compensation_result_t compensation_run_triangle(compensation_t                        method,
                                                 const tribo_feedforward_f32_config_t *config,
                                                 const compensation_truth_t           *truth,

@@ -1,8 +1,8 @@
-// Prints the tables that compare the ways to compensate friction. Not a test; run it by hand:
+// Prints tables that compare the compensation methods. Not a test; run it by hand:
 //
 //     build/host-release/tests/closed_loop/compensation_study_f32 [triangle|many|...]
 //
-// tools/bench-compensation measures more, on tribo-sim; what moves the environment and what was learned is from here.
+// tools/bench-compensation measures more, on tribo-sim; only this study moves the environment and judges the learned values.
 
 #include "compensation.h"
 #include "unity.h"
@@ -139,7 +139,7 @@ static void study_variants(void)
         print(name, compensation_run_triangle(COMPENSATION_FEEDFORWARD, NULL, &truth, benchmark), off);
     }
 
-    // What the first direction teaches about the other one is wrong when u has the wrong scale.
+    // With a wrong scale of u the first direction teaches a wrong L for the other one.
     compensation_truth_t           truth  = compensation_nominal();
     tribo_feedforward_f32_config_t config = tribo_feedforward_f32_default();
     truth.actuator_gain                   = 0.86;
@@ -163,7 +163,7 @@ static double square(const void *context, double t)
     return fmod(t, wave->period_s) < 0.5 * wave->period_s ? wave->low : wave->high;
 }
 
-/// One period of the benchmark, then 0.5 N, reached by its slope from below, and held.
+/// One period of the benchmark, then 0.5 N, reached from below at its slope, and held.
 static double ramp_and_hold(const void *context, double t)
 {
     (void)context;
@@ -276,8 +276,8 @@ static void study_sines(void)
     }
 }
 
-/// How far off L is after four reversals, where it was believed to be 30 % more or less. What a slide needs is not the truth's L: an
-/// arm that falls slowly under noise rides on the curve below it.
+/// The error of L after four reversals, from a prior 30 % too large or too small. A slide does not need the truth's L: an arm
+/// that falls slowly under noise stays on the curve below it.
 static void study_learned(void)
 {
     static const double scale[]    = {0.7, 1.3};

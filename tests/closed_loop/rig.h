@@ -1,4 +1,4 @@
-// The paper's plant and a force loop, to be run tick by tick with whatever a test wants to happen in between.
+// The paper's plant and a force loop, run tick by tick so that a test can act in between.
 
 #ifndef TESTS_CLOSED_LOOP_RIG_H
 #define TESTS_CLOSED_LOOP_RIG_H
@@ -22,13 +22,13 @@ typedef struct
 void rig_open(rig_t *rig, const tribo_force_loop_f32_config_t *config);
 void rig_close(rig_t *rig);
 
-/// What the sensor shows now, in N.
+/// The sensor's present reading, in N.
 double rig_sensor(const rig_t *rig);
 
-/// End-point force F now, in N.
+/// The present end-point force F, in N.
 double rig_force(const rig_t *rig);
 
-/// One tick of 1 ms: the loop gets `y`, the plant its u. `params` are rig->loop's or another loop's. Returns u.
+/// One tick of 1 ms: the loop gets `y`, the plant gets u. `params` are rig->loop's or another loop's. Returns u.
 double rig_tick(rig_t *rig, const loop_t *params, double r, double y);
 
 /// The benchmark's reference: 0.4 to 0.6 N, period 20 s, from its low end.

@@ -1,4 +1,4 @@
-// The loop on the plant with each fault at many ticks: it stays within its limits, counts, and goes on.
+// The loop on the plant with each fault at many ticks: it stays within its limits, counts the fault, and recovers.
 
 #include "rig.h"
 #include "unity.h"
@@ -22,8 +22,8 @@ void tearDown(void)
     rig_close(&rig);
 }
 
-/// Runs with the sensor showing `fault` for `length` ticks from tick `at`; returns the largest |r - F| from two seconds
-/// after the fault on.
+/// Runs with the sensor reading `fault` for `length` ticks from tick `at`. Returns the largest |r - F| later than two seconds
+/// after the fault.
 static double run_with_fault(double fault, int at, int length)
 {
     double       worst = 0.0;
@@ -55,7 +55,7 @@ static void test_a_sensor_fault_at_any_tick_is_survived_and_counted(void)
     }
 }
 
-// A bad sample makes the loop coast: u moves less than it does by itself within a few ticks.
+// A bad sample makes the loop coast: u moves less than normally within a few ticks.
 static void test_a_bad_sample_does_not_kick_the_output(void)
 {
     double u = 0.0;
@@ -84,7 +84,7 @@ static void test_the_loop_leaves_a_long_limit_without_overshoot(void)
     TEST_ASSERT_TRUE(loop_limited_ticks(&rig.loop) > 19000u);
     const double held = rig_force(&rig);
     TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.379, held);
-    // The reference comes back below what is held: the loop is out of its limit within 50 ms and follows.
+    // The reference falls below the held force: the loop leaves its limit within 50 ms and follows.
     double lowest = held;
     for (int k = 0; k < 3000; k++)
     {
@@ -117,7 +117,7 @@ static void test_retuning_on_the_plant_does_not_show_in_the_force(void)
         worst_change            = k > 3000 && k % 1000 <= 1 ? fmax(worst_change, fabs(u - last)) : worst_change;
         worst_error             = k > 3000 ? fmax(worst_error, fabs(rig_triangle(k) - rig_force(&rig))) : worst_error;
     }
-    // In one jump it would be 0.45 f^ and more, about 0.1 N.
+    // A single jump would be 0.45 f^ or more, about 0.1 N.
     TEST_ASSERT_TRUE(worst_change <= worst_step);
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.0, worst_error);
     printf("u moves by up to %.1e N a tick, by %.1e N when params change\n", worst_step, worst_change);

@@ -1,4 +1,4 @@
-// The guard beside both methods on the paper's plant: it ends a loop that hunts and leaves all others alone.
+// The guard with both methods on the paper's plant: it stops hunting and leaves other loops alone.
 
 #include "plant/truth.h"
 #include "rig.h"
@@ -20,7 +20,7 @@ void tearDown(void)
 {
 }
 
-/// A plant with `scale` times the breakaway that the loop believes; with the feed-forward's `method`, or null.
+/// A plant with `scale` times the loop's model breakaway; with the feed-forward's `method`, or null.
 static void open_guarded(double scale, const tribo_feedforward_f32_config_t *method)
 {
     rig_open(&rig, &config);
@@ -99,8 +99,8 @@ static void test_a_feed_forward_that_does_not_learn_and_believes_too_much_oversh
 {
     tribo_feedforward_f32_config_t method = tribo_feedforward_f32_default();
     method.learning.trust                 = 1.0f;
-    method.learning.spread_scale          = 1e-3f;
-    method.learning.spread_offset_n       = 1e-5f;
+    method.learning.scale_sd              = 1e-3f;
+    method.learning.offset_sd_n           = 1e-5f;
     open_guarded(0.5, &method);
     for (int k = 0; k < 10000; k++)
     {

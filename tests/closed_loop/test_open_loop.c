@@ -56,8 +56,8 @@ static void ramp(double to, double seconds)
     }
 }
 
-/// Up to 0.6 N, down to 0.1 N in 3 s, then at once a rise to 0.195 N in `seconds`, below breakaway: how much F is lifted
-/// by it. (The specification does not give the time of the fall; 3 s meets all five of its numbers.)
+/// Up to 0.6 N, down to 0.1 N in 3 s, then at once a rise to 0.195 N in `seconds`, below breakaway: the resulting rise of F.
+/// (The specification does not give the time of the fall; 3 s meets all five of its numbers.)
 static double lift(double seconds)
 {
     start();
@@ -89,7 +89,7 @@ static void test_with_k_of_v_a_slow_rise_lifts_the_force_little(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0071, lift(50.0));
 }
 
-/// After a fall to `bottom`, a rise at 0.2 N/s: how far F has moved when u - F reaches 0.8 L.
+/// After a fall to `bottom`, a rise at 0.2 N/s: the change of F until u - F reaches 0.8 L.
 static double moved_before_breakaway(double bottom)
 {
     start();

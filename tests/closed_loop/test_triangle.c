@@ -1,4 +1,4 @@
-// The paper's benchmark in closed loop, and what the numbers of the specification ask of it.
+// The paper's benchmark in closed loop, against the specification's numbers.
 
 #include "rig.h"
 #include "tribo/paper_controller.h"
@@ -67,8 +67,8 @@ static void test_triangle_with_compensation_has_the_known_error(void)
 
 #define MIDDLE 4 // of twice as many runs and one
 
-/// Gain 1 is the border of hunting: a last bit in a run decides how long it hunts, and one run in seven or so hunts less. So the
-/// median of runs a bit apart.
+/// Gain 1 is the border of hunting: a last bit decides how long a run hunts, and about one run in seven hunts less. Hence the
+/// median of slightly different runs.
 static void test_triangle_at_gain_1_overcompensates(void)
 {
     double error[2 * MIDDLE + 1] = {0.0};
@@ -89,7 +89,7 @@ static void test_triangle_at_gain_1_overcompensates(void)
     check_within_2_percent(0.003216, error[MIDDLE]);
 }
 
-/// The cascade of tribo/paper_controller.h in double, from the poles, zeros and gain that its header names.
+/// The cascade of tribo/paper_controller.h in double, from the poles, zeros and gain in its header.
 typedef struct
 {
     double b0, b1, b2, a1, a2, w1, w2;
@@ -142,7 +142,7 @@ static void test_controller_stays_within_5e_5_of_its_cascade_in_double_over_the_
     TEST_ASSERT_DOUBLE_WITHIN(5e-5, 0.0, worst);
 }
 
-// Without what the coefficients' own rounding to single precision makes.
+// Excludes the effect of rounding the coefficients to single precision.
 static void test_controller_stays_close_to_the_sections_it_was_given_over_the_triangle(void)
 {
     const tribo_biquad_f32_section_t    given[] = TRIBO_PAPER_CONTROLLER_F32;

@@ -3,6 +3,8 @@
 #ifndef TESTS_CONTRACT_FEEDFORWARD_ARITH_F32_H
 #define TESTS_CONTRACT_FEEDFORWARD_ARITH_F32_H
 
+#include "controller/controller_f32.h"
+#include "feedforward/feedforward_f32.h"
 #include "feedforward_seen.h"
 #include "tribo/controller_f32.h"
 #include "tribo/feedforward_f32.h"
@@ -20,7 +22,7 @@ typedef struct
     tribo_friction_f32_params_t     friction;
     tribo_feedforward_f32_state_t   state;
     tribo_feedforward_f32_signals_t signals;
-    double                          spread_scale, spread_offset;
+    double                          scale_sd, offset_sd;
 } feedforward_t;
 
 /// With all forces of a config times `scale`.
@@ -32,8 +34,8 @@ static inline tribo_status_t feedforward_init_scaled(feedforward_t              
                                                      double                                scale)
 {
     (void)scale; // a float has none
-    x->spread_scale       = (double)config->learning.spread_scale;
-    x->spread_offset      = (double)config->learning.spread_offset_n;
+    x->scale_sd           = (double)config->learning.scale_sd;
+    x->offset_sd          = (double)config->learning.offset_sd_n;
     tribo_status_t status = tribo_friction_f32_init(&x->friction, &model->friction, (float)h);
     if (status == TRIBO_OK)
     {
@@ -72,21 +74,27 @@ static inline bool feedforward_holds(const feedforward_t *x)
     return x->state.hold.active;
 }
 
-static inline void feedforward_set_caution(feedforward_t *x, double caution)
+static inline void feedforward_set_caution(feedforward_t *x, double extra_margin)
 {
-    x->state.hold.caution = (float)caution;
+    x->state.hold.extra_margin = (float)extra_margin;
 }
 
 static inline double feedforward_caution(const feedforward_t *x)
 {
-    return (double)x->state.hold.caution;
+    return (double)x->state.hold.extra_margin;
+}
+
+/// As if `offset`, in prior standard deviations, had been learned in `direction`.
+static inline void feedforward_set_offset(feedforward_t *x, uint32_t direction, double offset)
+{
+    x->state.learning.of[direction].offset_n = (float)(offset * x->offset_sd);
 }
 
 /// As if `scale`, in prior spreads, had been learned in `direction` across 0, or on the side that learning is on.
 static inline void feedforward_set_scale(feedforward_t *x, bool across, uint32_t direction, double scale)
 {
     tribo_breakaway_learning_f32_state_t *learning                 = &x->state.learning;
-    (across ? learning->across.of : learning->of)[direction].scale = (float)(scale * x->spread_scale);
+    (across ? learning->across.of : learning->of)[direction].scale = (float)(scale * x->scale_sd);
 }
 
 /// What was learned is the same, of the other direction and side of 0 where `mirrored`.
@@ -140,26 +148,28 @@ static inline void feedforward_after(feedforward_t *x, double v, double u, bool 
 static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
 {
     const tribo_feedforward_f32_signals_t      *s        = &x->signals;
-    feedforward_seen_t                          seen     = {.e      = (double)s->e_n,
-                                                            .lin    = (double)s->lin_n,
-                                                            .f      = (double)s->f_n,
-                                                            .b      = (double)s->b_n,
-                                                            .added  = (double)s->added_n,
-                                                            .sigma  = (double)s->sigma,
-                                                            .z      = (double)s->meter.friction_n,
-                                                            .travel = (double)s->travel_n,
-                                                            .bad    = x->state.bad_inputs};
+    feedforward_seen_t                          seen     = {.e       = (double)s->e_n,
+                                                            .lin     = (double)s->lin_n,
+                                                            .f       = (double)s->f_n,
+                                                            .b       = (double)s->b_n,
+                                                            .added   = (double)s->added_n,
+                                                            .sigma   = (double)s->sigma,
+                                                            .z       = (double)s->observer.friction_n,
+                                                            .travel  = (double)s->travel_n,
+                                                            .reached = (double)s->reached_n,
+                                                            .turns   = s->turns,
+                                                            .bad     = x->state.bad_inputs};
     const tribo_breakaway_learning_f32_state_t *learning = &x->state.learning;
     for (int d = 0; d < 2; d++)
     {
-        seen.rho[d]       = (double)learning->of[d].scale / x->spread_scale;
-        seen.off[d]       = (double)learning->of[d].offset_n / x->spread_offset;
+        seen.rho[d]       = (double)learning->of[d].scale / x->scale_sd;
+        seen.off[d]       = (double)learning->of[d].offset_n / x->offset_sd;
         const float load  = fabsf(s->reached_n);
         const float prior = x->friction.law[d].offset_n + x->friction.law[d].slope * load;
         const tribo_breakaway_learning_f32_signals_t at =
             tribo_breakaway_learning_f32_at(&x->params.learning, learning, (uint32_t)d, prior);
-        seen.L[d]     = (double)at.weighted_n;
-        seen.doubt[d] = (double)at.doubt;
+        seen.L[d]                 = (double)at.weighted_n;
+        seen.relative_variance[d] = (double)at.relative_variance;
     }
     return seen;
 }
@@ -168,11 +178,11 @@ static inline feedforward_learned_t feedforward_learned(const feedforward_t *x, 
 {
     const tribo_feedforward_f32_learned_t at =
         tribo_feedforward_f32_learned(&x->params, &x->friction, &x->state, direction, (float)force);
-    return (feedforward_learned_t){.L              = (double)at.L_n,
-                                   .doubt          = (double)at.doubt,
-                                   .travel         = (double)at.travel_n,
-                                   .at_bound       = at.at_bound,
-                                   .stays_at_bound = at.stays_at_bound};
+    return (feedforward_learned_t){.L                 = (double)at.L_n,
+                                   .relative_variance = (double)at.relative_variance,
+                                   .travel            = (double)at.travel_n,
+                                   .at_bound          = at.at_bound,
+                                   .stays_at_bound    = at.stays_at_bound};
 }
 
 /// Controller and feed-forward, as the force loop joins them.
@@ -208,11 +218,11 @@ static inline double fed_loop_step(fed_loop_t *x, double r, double y)
     const double                 e = x->off ? (double)((float)r - (float)y) : feedforward_before(&x->feedforward, r, y);
     tribo_controller_f32_state_t copy = x->controller_state;
     tribo_controller_f32_signals_t signals;
-    (void)tribo_controller_f32_step(&x->controller, &copy, (float)e, 0.0f, &signals);
+    (void)controller_f32_step(&x->controller, &copy, (float)e, 0.0f, &signals);
     const double v     = (double)signals.v_n; // before the limit
     const double added = x->off ? 0.0 : feedforward_added(&x->feedforward, v);
     const float  u =
-        tribo_controller_f32_step(&x->controller, &x->controller_state, (float)e, (float)added, &x->controller_signals);
+        controller_f32_step(&x->controller, &x->controller_state, (float)e, (float)added, &x->controller_signals);
     if (!x->off)
     {
         feedforward_after(&x->feedforward, v, (double)u, x->controller_signals.limited);

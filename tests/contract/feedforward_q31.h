@@ -3,10 +3,23 @@
 #ifndef TESTS_CONTRACT_FEEDFORWARD_ARITH_Q31_H
 #define TESTS_CONTRACT_FEEDFORWARD_ARITH_Q31_H
 
+#include "controller/biquad_f32.h"
+#include "controller/biquad_q31.h"
+#include "controller/controller_f32.h"
+#include "controller/controller_q31.h"
+#include "feedforward/breakaway_learning_q31.h"
+#include "feedforward/feedforward_q31.h"
+#include "feedforward/friction_observer_q31.h"
+#include "feedforward/hold_q31.h"
+#include "feedforward/reference_model_q31.h"
 #include "feedforward_seen.h"
+#include "guard/guard_q31.h"
+#include "paper/arm_q31.h"
+#include "paper/lugre_f32.h"
+#include "paper/lugre_q31.h"
 #include "tribo/controller_f32.h"
-#include "tribo/quantize_feedforward_q31.h"
-#include "tribo/quantize_q31.h"
+#include "tribo/feedforward_q31.h"
+#include "tribo/force_loop_q31.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -93,14 +106,20 @@ static inline bool feedforward_holds(const feedforward_t *x)
     return x->state.hold.active;
 }
 
-static inline void feedforward_set_caution(feedforward_t *x, double caution)
+static inline void feedforward_set_caution(feedforward_t *x, double extra_margin)
 {
-    x->state.hold.caution = (uint32_t)(caution * 4294967295.0);
+    x->state.hold.extra_margin = (uint32_t)(extra_margin * 4294967295.0);
 }
 
 static inline double feedforward_caution(const feedforward_t *x)
 {
-    return x->state.hold.caution / 4294967295.0;
+    return x->state.hold.extra_margin / 4294967295.0;
+}
+
+/// As if `offset`, in prior standard deviations, had been learned in `direction`.
+static inline void feedforward_set_offset(feedforward_t *x, uint32_t direction, double offset)
+{
+    x->state.learning.of[direction].offset = (int32_t)lround(offset * 268435456.0);
 }
 
 /// As if `scale`, in prior spreads, had been learned in `direction` across 0, or on the side that learning is on.
@@ -175,15 +194,17 @@ static inline void feedforward_after(feedforward_t *x, double v, double u, bool 
 static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
 {
     const tribo_feedforward_q31_signals_t      *s        = &x->signals;
-    feedforward_seen_t                          seen     = {.e      = feedforward_from_q31(x, s->e),
-                                                            .lin    = feedforward_from_units(x, s->lin),
-                                                            .f      = feedforward_from_units(x, s->f),
-                                                            .b      = feedforward_from_units(x, s->b),
-                                                            .added  = feedforward_from_q31(x, s->added),
-                                                            .sigma  = s->sigma / 536870912.0,
-                                                            .z      = feedforward_from_units(x, s->meter.friction),
-                                                            .travel = feedforward_from_units(x, s->travel),
-                                                            .bad    = x->state.bad_inputs};
+    feedforward_seen_t                          seen     = {.e       = feedforward_from_q31(x, s->e),
+                                                            .lin     = feedforward_from_units(x, s->lin),
+                                                            .f       = feedforward_from_units(x, s->f),
+                                                            .b       = feedforward_from_units(x, s->b),
+                                                            .added   = feedforward_from_q31(x, s->added),
+                                                            .sigma   = s->sigma / 536870912.0,
+                                                            .z       = feedforward_from_units(x, s->observer.friction),
+                                                            .travel  = feedforward_from_units(x, s->travel),
+                                                            .reached = feedforward_from_units(x, s->reached),
+                                                            .turns   = s->turns,
+                                                            .bad     = x->state.bad_inputs};
     const tribo_breakaway_learning_q31_state_t *learning = &x->state.learning;
     for (int d = 0; d < 2; d++)
     {
@@ -191,10 +212,10 @@ static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
         const uint32_t prior = (x->friction.law[d].offset + tribo_q31_high(x->friction.law[d].slope, load)) / 4u;
         const tribo_breakaway_learning_q31_signals_t at =
             tribo_breakaway_learning_q31_at(&x->params.learning, learning, (uint32_t)d, prior);
-        seen.rho[d]   = learning->of[d].scale / 268435456.0;
-        seen.off[d]   = learning->of[d].offset / 268435456.0;
-        seen.L[d]     = feedforward_from_units(x, at.weighted);
-        seen.doubt[d] = at.doubt / 2147483648.0;
+        seen.rho[d]               = learning->of[d].scale / 268435456.0;
+        seen.off[d]               = learning->of[d].offset / 268435456.0;
+        seen.L[d]                 = feedforward_from_units(x, at.weighted);
+        seen.relative_variance[d] = at.relative_variance / 2147483648.0;
     }
     return seen;
 }
@@ -203,11 +224,11 @@ static inline feedforward_learned_t feedforward_learned(const feedforward_t *x, 
 {
     const tribo_feedforward_q31_learned_t at =
         tribo_feedforward_q31_learned(&x->params, &x->friction, &x->state, direction, feedforward_to_q31(x, force));
-    return (feedforward_learned_t){.L              = feedforward_from_units(x, at.L),
-                                   .doubt          = at.doubt / 2147483648.0,
-                                   .travel         = feedforward_from_units(x, (int64_t)at.travel),
-                                   .at_bound       = at.at_bound,
-                                   .stays_at_bound = at.stays_at_bound};
+    return (feedforward_learned_t){.L                 = feedforward_from_units(x, at.L),
+                                   .relative_variance = at.relative_variance / 2147483648.0,
+                                   .travel            = feedforward_from_units(x, (int64_t)at.travel),
+                                   .at_bound          = at.at_bound,
+                                   .stays_at_bound    = at.stays_at_bound};
 }
 
 /// Controller and feed-forward, as the force loop joins them.
@@ -248,10 +269,10 @@ static inline double fed_loop_step(fed_loop_t *x, double r, double y)
         x->off ? R - Y : tribo_feedforward_q31_before(&f->params, &f->friction, &f->state, R, Y, &f->signals);
     tribo_controller_q31_state_t   copy = x->controller_state;
     tribo_controller_q31_signals_t signals;
-    (void)tribo_controller_q31_step(&x->controller, &copy, e, 0, &signals);
+    (void)controller_q31_step(&x->controller, &copy, e, 0, &signals);
     const int32_t v     = signals.v; // before the limit
     const int32_t added = x->off ? 0 : tribo_feedforward_q31_added(&f->params, &f->state, v, &f->signals);
-    const int32_t u = tribo_controller_q31_step(&x->controller, &x->controller_state, e, added, &x->controller_signals);
+    const int32_t u     = controller_q31_step(&x->controller, &x->controller_state, e, added, &x->controller_signals);
     if (!x->off)
     {
         tribo_feedforward_q31_after(&f->params,

@@ -171,10 +171,10 @@ static void double_forces(void)
     config.slide_rate_max_n_per_s *= 2.0f;
     config.slide_run_in_n *= 2.0f;
     config.slide_error_max_n *= 2.0f;
-    config.learning.spread_offset_n *= 2.0f;
+    config.learning.offset_sd_n *= 2.0f;
     config.learning.weight_n *= 2.0f;
     config.learning.forgetting_per_n *= 0.5f;
-    config.hold.caution_travel_n *= 2.0f;
+    config.hold.margin_travel_n *= 2.0f;
     model.friction.positive.offset_n *= 2.0f;
     model.friction.negative.offset_n *= 2.0f;
     model.arm.inertia *= 2.0f;
@@ -583,9 +583,9 @@ static void test_a_reference_that_has_never_moved_is_not_held(void)
 
 static double learned_L(int direction)
 {
-    // At 0.4 N, unweighted: weighted is (1 - doubt/2) L at a trust of 1/2.
+    // At 0.4 N, unweighted: weighted is (1 - relative variance/2) L at a trust of 1/2.
     const feedforward_seen_t s = feedforward_seen(&x);
-    return s.L[direction] / (1.0 - 0.5 * s.doubt[direction]);
+    return s.L[direction] / (1.0 - 0.5 * s.relative_variance[direction]);
 }
 
 static void test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals(void)
@@ -604,7 +604,7 @@ static void test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_rever
         for (int d = 0; d < 2; d++)
         {
             TEST_ASSERT_DOUBLE_WITHIN(0.05 * scale[i][d] * L, scale[i][d] * L, learned_L(d));
-            TEST_ASSERT_TRUE(feedforward_seen(&x).doubt[d] < 0.05);
+            TEST_ASSERT_TRUE(feedforward_seen(&x).relative_variance[d] < 0.05);
         }
     }
 }
@@ -686,8 +686,8 @@ static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direct
             const feedforward_learned_t by_table = feedforward_learned(&other, d, force[i]);
             TEST_ASSERT_DOUBLE_WITHIN(1e-7, of_law[d], by_law.L);
             TEST_ASSERT_DOUBLE_WITHIN(1e-7, of_table[(i + 1) / 2][d], by_table.L);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, by_law.doubt);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, by_table.doubt);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, by_law.relative_variance);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, by_table.relative_variance);
             TEST_ASSERT_TRUE(by_law.travel == 0.0 && by_table.travel == 0.0);
             TEST_ASSERT_FALSE(by_law.at_bound || by_table.at_bound);
         }
@@ -707,7 +707,8 @@ static void test_what_was_learned_is_told_by_direction_and_force(void)
             const feedforward_learned_t down = feedforward_learned(&x, TRIBO_BREAKAWAY_NEGATIVE, 0.4);
             TEST_ASSERT_DOUBLE_WITHIN(2e-4, travel[0], up.travel);
             TEST_ASSERT_TRUE(down.travel == 0.0);
-            TEST_ASSERT_TRUE(up.doubt < 0.1 && down.doubt > 2.0 * up.doubt); // known by their correlation alone
+            TEST_ASSERT_TRUE(up.relative_variance < 0.1 &&
+                             down.relative_variance > 2.0 * up.relative_variance); // known by their correlation alone
         }
         (void)tick(&x, &plant, triangle(k));
         travel[k >= 10000] += feedforward_seen(&x).travel;
@@ -723,18 +724,20 @@ static void test_what_was_learned_is_told_by_direction_and_force(void)
             const feedforward_learned_t at    = feedforward_learned(&x, d, force);
             const feedforward_learned_t minus = feedforward_learned(&x, d, -force);
             TEST_ASSERT_DOUBLE_WITHIN(0.05 * L, L, at.L);
-            TEST_ASSERT_TRUE(at.doubt > 0.0 && at.doubt < 0.1);
+            TEST_ASSERT_TRUE(at.relative_variance > 0.0 && at.relative_variance < 0.1);
             TEST_ASSERT_FALSE(at.at_bound);
-            // Where F has not been, on the other side of 0, the same is believed with more doubt.
+            // Where F has not been, on the other side of 0, the same is believed with more relative variance.
             TEST_ASSERT_TRUE(minus.L == at.L && minus.travel == at.travel);
-            TEST_ASSERT_TRUE(minus.doubt > at.doubt + 0.1 && minus.doubt < 0.4);
+            TEST_ASSERT_TRUE(minus.relative_variance > at.relative_variance + 0.1 && minus.relative_variance < 0.4);
         }
         const feedforward_learned_t there = feedforward_learned(&x, d, 0.4);
         const feedforward_learned_t bit_0 = feedforward_learned(&x, d + 2u, 0.4); // of the direction only this counts
         TEST_ASSERT_TRUE(travel[d] > 0.3 && travel[d] < 0.6);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, travel[d], there.travel);
-        TEST_ASSERT_TRUE(feedforward_learned(&x, d, 0.0).doubt > there.doubt); // at the edge of what was travelled
-        TEST_ASSERT_TRUE(bit_0.L == there.L && bit_0.travel == there.travel && bit_0.doubt == there.doubt);
+        TEST_ASSERT_TRUE(feedforward_learned(&x, d, 0.0).relative_variance >
+                         there.relative_variance); // at the edge of what was travelled
+        TEST_ASSERT_TRUE(bit_0.L == there.L && bit_0.travel == there.travel &&
+                         bit_0.relative_variance == there.relative_variance);
     }
 }
 
@@ -803,17 +806,17 @@ static void test_a_restart_ends_no_slide(void)
 
 static void test_what_is_known_on_the_other_side_of_0_does_not_move_u(void)
 {
-    for (int way = -1; way <= 1; way += 2)
+    for (int sign = -1; sign <= 1; sign += 2)
     {
-        const uint32_t d = way > 0 ? TRIBO_BREAKAWAY_POSITIVE : TRIBO_BREAKAWAY_NEGATIVE;
+        const uint32_t d = sign > 0 ? TRIBO_BREAKAWAY_POSITIVE : TRIBO_BREAKAWAY_NEGATIVE;
         init(&x);
-        feedforward_set_scale(&x, way > 0, d, 2.0); // where r is at first; before, learning is above 0
-        feedforward_set_scale(&x, way < 0, d, -1.0);
+        feedforward_set_scale(&x, sign > 0, d, 2.0); // where r is at first; before, learning is above 0
+        feedforward_set_scale(&x, sign < 0, d, -1.0);
         feedforward_seen_t last    = {.f = 0.0};
         int                crossed = 0;
         for (int k = 0; k < 1000; k++)
         {
-            const double reference = way * 2e-5 * (k - 500);
+            const double reference = sign * 2e-5 * (k - 500);
             (void)feedforward_before(&x, reference, reference);
             (void)feedforward_added(&x, 0.01);
             feedforward_do_not_learn(&x);
@@ -916,6 +919,59 @@ static void test_friction_goes_over_within_the_jump_time_after_a_reversal(void)
     }
 }
 
+static void test_a_large_offset_is_at_its_bound_where_the_prior_is_small(void)
+{
+    init(&x);
+    feedforward_set_offset(&x, TRIBO_BREAKAWAY_NEGATIVE, 2.0);
+    const feedforward_learned_t at_0    = feedforward_learned(&x, TRIBO_BREAKAWAY_NEGATIVE, 0.0);
+    const feedforward_learned_t further = feedforward_learned(&x, TRIBO_BREAKAWAY_NEGATIVE, 0.1);
+    TEST_ASSERT_TRUE(at_0.at_bound);
+    TEST_ASSERT_DOUBLE_WITHIN(3e-8, 3.0 * 0.007, at_0.L); // scale_max
+    TEST_ASSERT_FALSE(further.at_bound);
+    TEST_ASSERT_DOUBLE_WITHIN(3e-8, 0.037 + 0.02, further.L);
+    TEST_ASSERT_FALSE(feedforward_learned(&x, TRIBO_BREAKAWAY_POSITIVE, 0.0).at_bound);
+}
+
+static void test_the_reachable_reference_stops_where_u_is_limited(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        init(&x);
+        for (int k = 0; k < 10; k++)
+        {
+            (void)feedforward_before(&x, sign * 0.5, 0.0);
+            (void)feedforward_added(&x, 0.0);
+            feedforward_after(&x, 0.0, sign * 0.125, true);
+        }
+        TEST_ASSERT_TRUE(feedforward_seen(&x).reached == sign * 0.5);
+        (void)feedforward_before(&x, sign * 0.625, 0.0);
+        TEST_ASSERT_TRUE(feedforward_seen(&x).reached == sign * 0.5); // not further
+        (void)feedforward_before(&x, sign * 0.375, 0.0);
+        TEST_ASSERT_TRUE(feedforward_seen(&x).reached == sign * 0.375); // but back
+    }
+}
+
+static void test_noise_of_the_reference_widens_a_reversal(void)
+{
+    int turns[2] = {0, 0};
+    for (int i = 0; i < 2; i++)
+    {
+        config.noise_gain = i == 0 ? 4.0f : 0.0f;
+        init(&x);
+        for (int k = 0; k < 20000; k++)
+        {
+            // A slow rise with a swing of 0.6 mN, wider than w.
+            const double reference = 0.3 + 1e-6 * k + (k % 10 < 5 ? 6e-4 : 0.0);
+            (void)feedforward_before(&x, reference, reference);
+            (void)feedforward_added(&x, 0.0);
+            feedforward_after(&x, 0.0, reference, false);
+            turns[i] += k > 10000 && feedforward_seen(&x).turns;
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(0, turns[0]);
+    TEST_ASSERT_GREATER_THAN_INT(1000, turns[1]);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -949,5 +1005,8 @@ int main(void)
     RUN_TEST(test_what_slid_before_r_crossed_0_does_not_count_beyond);
     RUN_TEST(test_a_jump_over_0_in_a_hold_changes_the_side_in_the_next_tick);
     RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
+    RUN_TEST(test_a_large_offset_is_at_its_bound_where_the_prior_is_small);
+    RUN_TEST(test_the_reachable_reference_stops_where_u_is_limited);
+    RUN_TEST(test_noise_of_the_reference_widens_a_reversal);
     return UNITY_END();
 }

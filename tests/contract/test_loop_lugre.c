@@ -174,8 +174,8 @@ static void test_loop_follows_equation_12_with_soft_bristles(void)
 static double rough(int k)
 {
     const double jump = k % 6000 > 5600 ? 0.7 : 0.0;
-    const double way  = k % 9000 > 6500 ? triangle(6500) : triangle(k);
-    return k % 700 == 699 ? 2.5 : way - jump;
+    const double sign = k % 9000 > 6500 ? triangle(6500) : triangle(k);
+    return k % 700 == 699 ? 2.5 : sign - jump;
 }
 
 static void test_loop_is_controller_and_compensator_joined(void)
@@ -190,7 +190,7 @@ static void test_loop_is_controller_and_compensator_joined(void)
         const bool   bad       = k % 700 == 699 || k % 800 == 799;
         const double y         = k % 800 == 799 ? 3.0 : plant.y;
         seen                   = loop_step(&loop, rough(k), y);
-        const loop_seen_t each = parts_step_lugre(&parts, &loop, seen.e, seen.feedforward);
+        const loop_seen_t each = parts_step(&parts, &loop, seen.e, seen.feedforward);
         TEST_ASSERT_TRUE(bad == (seen.e == 0.0));
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDING, feedforward, seen.feedforward);
         TEST_ASSERT_TRUE(seen.u == each.u && seen.limited == each.limited);
@@ -379,6 +379,24 @@ static void test_loop_changes_to_and_from_lugre_without_a_bump(void)
     }
 }
 
+static void test_loop_changes_between_two_friction_models_without_a_bump(void)
+{
+    static loop_t another;
+    begin();
+    for (int k = 0; k < 3000; k++)
+    {
+        tick(k);
+    }
+    loop_copy(&another, &loop);
+    loop_other_model(&another);
+    loop_copy(&other, &loop);
+    loop_copy(&unchanged, &loop);
+    const double      old = loop_step(&unchanged, triangle(3000), plant.y).u;
+    const loop_seen_t now = loop_step_by(&other, &another, triangle(3000), plant.y);
+    TEST_ASSERT_DOUBLE_WITHIN(2.0 * CHANGE_TOLERANCE_N, old, now.u);
+    TEST_ASSERT_DOUBLE_WITHIN(ROUNDING, plant.y, now.compensator.F); // the model starts anew
+}
+
 static void test_loop_with_lugre_keeps_new_limits_at_once(void)
 {
     make_methods();
@@ -524,6 +542,7 @@ int main(void)
     RUN_TEST(test_loop_takes_breakaway_and_gravity_of_the_friction);
     RUN_TEST(test_init_passes_on_what_its_parts_refuse);
     RUN_TEST(test_loop_changes_to_and_from_lugre_without_a_bump);
+    RUN_TEST(test_loop_changes_between_two_friction_models_without_a_bump);
     RUN_TEST(test_loop_with_lugre_keeps_new_limits_at_once);
     RUN_TEST(test_loop_takes_lugre_up_beside_a_bad_input);
     RUN_TEST(test_loop_is_a_mirror_image_of_itself);

@@ -104,8 +104,8 @@ static void make_methods(void)
 static double rough(int k)
 {
     const double jump = k % 6000 > 5600 ? 0.7 : 0.0;
-    const double way  = k % 9000 > 6500 ? triangle(6500) : triangle(9 * k);
-    return k % 700 == 699 ? 2.5 : way - jump;
+    const double sign = k % 9000 > 6500 ? triangle(6500) : triangle(9 * k);
+    return k % 700 == 699 ? 2.5 : sign - jump;
 }
 
 static void test_loop_is_controller_and_feedforward_joined(void)
@@ -191,6 +191,23 @@ static void test_loop_that_never_had_memory_hands_over_to_the_papers_method(void
         const double old = loop_step_by(&unchanged, &by[FEEDFORWARD], r, plant.y).u;
         TEST_ASSERT_DOUBLE_WITHIN(2.0 * CHANGE_TOLERANCE_N, old, loop_step_by(&other, &by[PAPER], r, plant.y).u);
     }
+}
+
+static void test_loop_that_has_just_forgotten_hands_over_like_one_without_memory(void)
+{
+    make_methods();
+    loop_restart_with_memory(&loop);
+    for (int k = 0; k < 500; k++)
+    {
+        move(&plant, loop_step_by(&loop, &by[FEEDFORWARD], triangle(k), plant.y).u);
+    }
+    loop_copy(&other, &loop);
+    loop_copy(&unchanged, &loop);
+    loop_forget(&other);
+    loop_detach_memory(&unchanged);
+    const double without = loop_step_by(&unchanged, &by[PAPER], triangle(500), plant.y).u;
+    TEST_ASSERT_TRUE(loop_step_by(&other, &by[PAPER], triangle(500), plant.y).u == without);
+    TEST_ASSERT_TRUE(loop_step_by(&loop, &by[PAPER], triangle(500), plant.y).u != without);
 }
 
 static void test_loop_restarts_with_or_without_what_was_learned(void)
@@ -296,6 +313,31 @@ static void test_loop_changes_between_off_the_papers_method_and_the_feedforward_
 }
 
 #define PERIOD RUNS(20000, 9000)
+
+static void test_loop_changes_between_two_methods_that_feed_forward_without_a_bump(void)
+{
+    static loop_t another;
+    make_methods();
+    begin();
+    loop_copy(&another, &by[FEEDFORWARD]);
+    loop_other_method(&another);
+    for (int k = 0; k < 5000; k++)
+    {
+        move(&plant, loop_step_by(&loop, &by[FEEDFORWARD], triangle(k), plant.y).u);
+    }
+    loop_copy(&other, &loop);
+    loop_copy(&unchanged, &loop);
+    const double old = loop_step_by(&unchanged, &by[FEEDFORWARD], triangle(5000), plant.y).u;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, old, loop_step_by(&other, &another, triangle(5000), plant.y).u);
+    loop_detach_memory(&loop); // a change within the method needs none
+    (void)loop_step_by(&loop, &by[FEEDFORWARD], triangle(5000), plant.y);
+    loop_copy(&another, &by[FEEDFORWARD]);
+    loop_copy(&unchanged, &loop);
+    const double alone = loop_step_by(&unchanged, &by[FEEDFORWARD], triangle(5001), plant.y).u;
+    TEST_ASSERT_DOUBLE_WITHIN(2.0 * CHANGE_TOLERANCE_N,
+                              alone,
+                              loop_step_by(&loop, &another, triangle(5001), plant.y).u);
+}
 
 static void test_loop_compensates_soon_after_a_change_of_method(void)
 {
@@ -490,9 +532,11 @@ int main(void)
     RUN_TEST(test_loop_with_a_feedforward_follows_closely);
     RUN_TEST(test_loop_without_memory_is_the_controller_alone);
     RUN_TEST(test_loop_that_never_had_memory_hands_over_to_the_papers_method);
+    RUN_TEST(test_loop_that_has_just_forgotten_hands_over_like_one_without_memory);
     RUN_TEST(test_loop_restarts_with_or_without_what_was_learned);
     RUN_TEST(test_loop_init_passes_on_what_its_parts_refuse);
     RUN_TEST(test_loop_changes_between_off_the_papers_method_and_the_feedforward_without_a_bump);
+    RUN_TEST(test_loop_changes_between_two_methods_that_feed_forward_without_a_bump);
     RUN_TEST(test_loop_compensates_soon_after_a_change_of_method);
     RUN_TEST(test_loop_taken_up_again_knows_what_it_had_learned);
     RUN_TEST(test_loop_changes_the_params_of_its_feedforward_without_a_bump);

@@ -114,9 +114,8 @@ COMPILERS = [c for c in ("gcc", "clang") if shutil.which(c)]
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_c_compiles_without_warnings_and_holds_the_json_numbers(paper_dir, tmp_path, compiler):
     probe = tmp_path / "probe.c"
-    probe.write_text("""#include "tribo/biquad_f32.h"
+    probe.write_text("""#include "tribo/controller_f32.h"
 #include "tribo/controller_q31.h"
-#include "tribo/quantize_q31.h"
 #include "paper_controller.h"
 #include <stddef.h>
 #include <stdio.h>
@@ -158,7 +157,7 @@ int main(void)
 def test_header_is_cpp_too(paper_dir, tmp_path):
     compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
     probe = tmp_path / "probe.cpp"
-    probe.write_text('#include "tribo/biquad_f32.h"\n#include "tribo/controller_q31.h"\n#include "paper_controller.h"\n'
+    probe.write_text('#include "tribo/controller_f32.h"\n#include "tribo/controller_q31.h"\n#include "paper_controller.h"\n'
                      "const tribo_biquad_f32_section_t f32[] = TRIBO_PAPER_CONTROLLER_F32;\n"
                      "const tribo_controller_q31_params_t q31 = TRIBO_PAPER_CONTROLLER_Q31;\n")
     subprocess.run([compiler, "-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-fsyntax-only", "-I", ROOT / "lib" / "include",

@@ -15,7 +15,7 @@ def test_the_papers_rig_has_the_defaults_of_the_library(capsys):
     found = tuned(capsys)
     assert found["method"] == "feedforward"
     assert (found["feedforward"]["reversal_N"], found["feedforward"]["jump_time_s"]) == (0.0005, 0.02)
-    assert found["feedforward"]["learning"] == {"spread_offset_N": 0.01, "weight_N": 0.0002, "forgetting_per_N": 0.1}
+    assert found["feedforward"]["learning"] == {"offset_sd_N": 0.01, "weight_N": 0.0002, "forgetting_per_N": 0.1}
     assert found["guard"] == {"on": "yes", "turn_N": 0.05, "quick_time_s": 0.2, "stray_N": 0.01, "fade_time_s": 0.5}
 
 

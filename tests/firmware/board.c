@@ -17,9 +17,9 @@ static void command(void *context, loop_force_t output)
 
 static void enable(void *context, bool on)
 {
-    board_t *board         = context;
-    board->moved_while_off = board->moved_while_off || (!on && board->command != 0);
-    board->enabled         = on;
+    board_t *board  = context;
+    board->off_late = board->off_late || (!on && board->enabled && board->commands > 0u);
+    board->enabled  = on;
 }
 
 static uint32_t inputs(void *context)
@@ -60,7 +60,7 @@ void board_init(board_t *board, uint32_t now_us)
 
 loop_force_t board_force(double force_n)
 {
-    return loop_from_q31((int32_t)(force_n / (double)BOARD_FULL_SCALE_N * 2147483647.0), BOARD_FULL_SCALE_N);
+    return tribo_force_of_q31((int32_t)(force_n / (double)BOARD_FULL_SCALE_N * 2147483647.0), BOARD_FULL_SCALE_N);
 }
 
 void board_new_tick(board_t *board)

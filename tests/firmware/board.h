@@ -28,6 +28,7 @@ typedef struct
     bool         enabled;
     unsigned     commands, clock_reads;
     bool         moved_while_off; ///< a command other than 0 while the power stage was off
+    bool         off_late; ///< the power stage went off behind a command in the same tick, which might have blocked
     char         log[BOARD_LOG_SIZE];
     unsigned     log_length;
 } board_t;

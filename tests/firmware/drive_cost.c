@@ -23,7 +23,7 @@ COUNTED(int, counted_trace, (trace_t * trace, uint32_t tick), (trace_step(trace,
 COUNTED(loop_force_t,
         counted_loop,
         (const loop_params_t *params, loop_state_t *state, loop_force_t r, loop_force_t y, loop_signals_t *signals),
-        loop_step(params, state, r, y, signals))
+        TRIBO(force_loop, step)(params, state, r, y, signals))
 
 #define TICK_BYTES 12 // of 1 ms
 
@@ -52,9 +52,9 @@ static board_t     board;
 
 static void print(const char *name, const counts_t *c)
 {
-    printf("%s.drive.%s.min %lu\n", LOOP_ARITHMETIC, name, (unsigned long)c->min);
-    printf("%s.drive.%s.mean %lu\n", LOOP_ARITHMETIC, name, (unsigned long)(c->sum / c->calls));
-    printf("%s.drive.%s.max %lu\n", LOOP_ARITHMETIC, name, (unsigned long)c->max);
+    printf("%s.drive.%s.min %lu\n", TRIBO_ARITHMETIC, name, (unsigned long)c->min);
+    printf("%s.drive.%s.mean %lu\n", TRIBO_ARITHMETIC, name, (unsigned long)(c->sum / c->calls));
+    printf("%s.drive.%s.max %lu\n", TRIBO_ARITHMETIC, name, (unsigned long)c->max);
 }
 
 int main(void)
@@ -132,8 +132,8 @@ int main(void)
             printf("the drive stopped: %s\n", drive_fault_text(registers.drive.fault));
             return 1;
         }
-        const double f_hat_n =
-            loop_to_q31(loop_f_hat(&registers.drive.signals), BOARD_FULL_SCALE_N) / 2147483648.0 * 4.0;
+        const double f_hat_n = tribo_force_q31(registers.drive.signals.compensator.TRIBO_N(force), BOARD_FULL_SCALE_N) /
+                               2147483648.0 * 4.0;
         shown_n += 0.0535 * (f_hat_n - shown_n);
     }
     print("loop", &loop);

@@ -7,15 +7,15 @@
 // Scenarios are those of host_sim/scenarios. N and MS: residual_n and residual_ms in place of their defaults.
 
 #include "app/drive.h"
-#include "app/loop_setup.h"
+#include "app/loop.h"
 #include "board.h"
+#include "loop/loop_config.h"
+#include "loop/reference.h"
 #include "plant/plant.h"
 #include "plant/random.h"
 #include "plant/sensor.h"
 #include "scenario/config.h"
-#include "scenario/loop_config.h"
 #include "scenario/plant_config.h"
-#include "scenario/reference.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -92,11 +92,11 @@ static void open_drive(rig_t *rig)
 {
     drive_config_t       config = drive_config_default();
     drive_config_error_t error;
-    config.period_us    = (uint32_t)lround(1e6 * rig->config.sample_time_s);
-    config.full_scale_n = (float)rig->config.limits.full_scale_n;
+    config.period_us    = (uint32_t)lround(1e6 * rig->config.loop.sample_time_s);
+    config.full_scale_n = (float)rig->config.loop.limits.full_scale_n;
     config.residual_n   = bound_n;
     config.residual_ms  = bound_ms;
-    sim_loop_config_fill(&rig->loop_config, &rig->config);
+    sim_loop_config_fill(&rig->loop_config, &rig->config.loop);
     board_init(&rig->board, 0);
     if (loop_setup(&rig->loop, &rig->loop_config.config, config.full_scale_n) != TRIBO_OK ||
         !drive_setup_init(&rig->setup, &config, &rig->loop.params, &rig->board.port, &error))
@@ -191,7 +191,7 @@ static bool advance(rig_t *rig, double r_n, sensor_t sensor)
 
 static double reference_now(rig_t *rig)
 {
-    return sim_reference_at(&rig->reference, (double)rig->tick * rig->config.sample_time_s);
+    return sim_reference_at(&rig->reference, (double)rig->tick * rig->config.loop.sample_time_s);
 }
 
 // --- healthy -------------------------------------------------------------------------------------------------------
@@ -208,17 +208,18 @@ static void play(healthy_t *seen, const char *name, double factor, uint64_t seed
 {
     static rig_t rig;
     open_rig(&rig, name, factor, seed);
-    const uint64_t ticks = (uint64_t)llround(rig.config.duration_s / rig.config.sample_time_s);
+    const uint64_t ticks = (uint64_t)llround(rig.config.duration_s / rig.config.loop.sample_time_s);
     bool           runs  = true;
     while (runs && rig.tick < ticks)
     {
-        runs                    = advance(&rig, reference_now(&rig), HEALTHY);
-        const double residual_n = fabs(newton(&rig, rig.drive.y) - newton(&rig, loop_f_hat(&rig.drive.signals)));
-        seen->max_residual_n    = fmax(seen->max_residual_n, residual_n);
+        runs = advance(&rig, reference_now(&rig), HEALTHY);
+        const double residual_n =
+            fabs(newton(&rig, rig.drive.y) - newton(&rig, rig.drive.signals.compensator.TRIBO_N(force)));
+        seen->max_residual_n = fmax(seen->max_residual_n, residual_n);
         seen->longest_ms =
             rig.drive.lasting.residual > seen->longest_ms ? rig.drive.lasting.residual : seen->longest_ms;
     }
-    seen->simulated_s += (double)rig.tick * rig.config.sample_time_s;
+    seen->simulated_s += (double)rig.tick * rig.config.loop.sample_time_s;
     seen->runs++;
     seen->stops += !runs;
     if (!runs)
@@ -228,7 +229,7 @@ static void play(healthy_t *seen, const char *name, double factor, uint64_t seed
                factor,
                (unsigned long long)seed,
                drive_fault_text(rig.drive.fault),
-               (double)rig.tick * rig.config.sample_time_s);
+               (double)rig.tick * rig.config.loop.sample_time_s);
     }
     close_rig(&rig);
 }
@@ -288,7 +289,7 @@ static int study_healthy(double hours, uint64_t seed)
         stops += of->stops;
     }
     printf("%s: %.2f h simulated, %u false stops; bound %g N for %lu ms\n",
-           LOOP_ARITHMETIC,
+           TRIBO_ARITHMETIC,
            total_s / 3600.0,
            stops,
            (double)bound_n,
@@ -321,7 +322,7 @@ static double moving(rig_t *rig, double broken_at_s)
 /// A step of 0.2 N with the break: what a sensor that froze at the reference needs to show.
 static double stepping(rig_t *rig, double broken_at_s)
 {
-    const double now_s = (double)rig->tick * rig->config.sample_time_s;
+    const double now_s = (double)rig->tick * rig->config.loop.sample_time_s;
     return now_s < broken_at_s ? reference_now(rig) : 0.7;
 }
 
@@ -343,7 +344,7 @@ static void study_sensor(sensor_t     sensor,
         const double factor = 0.8 + 0.4 * uniform(&random);
         const double at_s   = from_s + (to_s - from_s) * uniform(&random);
         open_rig(&rig, "triangle", factor, seed + run);
-        const uint64_t at = (uint64_t)llround(at_s / rig.config.sample_time_s);
+        const uint64_t at = (uint64_t)llround(at_s / rig.config.loop.sample_time_s);
         while (rig.tick < at)
         {
             if (!advance(&rig, r(&rig, at_s), HEALTHY))

@@ -1,11 +1,11 @@
 // The STM32F405's converters, code by code, with the scaling of its rig.
 
-#include "app/loop_setup.h"
+#include "app/loop.h"
 #include "app/scaling.h"
 #include "board.h"
 #include "port/stm32f405/convert.h"
 #include "port/stm32f405/rig_config.h"
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
 #include "port/stm32f405/rig_q31.h"
 #else
 #include "port/stm32f405/rig_f32.h"
@@ -42,7 +42,7 @@ void tearDown(void)
 
 static double newton(loop_force_t force)
 {
-    return loop_to_q31(force, config.full_scale_n) / 2147483648.0 * (double)config.full_scale_n;
+    return tribo_force_q31(force, config.full_scale_n) / 2147483648.0 * (double)config.full_scale_n;
 }
 
 static double sensor_n(uint32_t sum, uint32_t count)
@@ -89,8 +89,8 @@ static void test_codes_near_the_ends_are_not_credible(void)
         const bool         within = code >= 2048 - 1638 && code <= 2048 + 1638;
         const loop_force_t one    = scaling_force(&scaling, scaling.sensor_zero, convert_sensor(code, 1));
         const loop_force_t mean   = scaling_force(&scaling, scaling.sensor_zero, convert_sensor(42u * code, 42u));
-        TEST_ASSERT_EQUAL_INT(within, loop_is_credible(params, one));
-        TEST_ASSERT_EQUAL_INT(within, loop_is_credible(params, mean));
+        TEST_ASSERT_EQUAL_INT(within, tribo_force_is_credible(params, one));
+        TEST_ASSERT_EQUAL_INT(within, tribo_force_is_credible(params, mean));
     }
 }
 
@@ -98,7 +98,7 @@ static void test_rig_and_paper_can_be_run(void)
 {
     check_suits();
     TEST_ASSERT_TRUE(scaling_suits(&scaling, &config, &port, &rig_params, &error));
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
     TEST_ASSERT_TRUE(config.full_scale_n == RIG_FULL_SCALE_N);
 #endif
 }
@@ -132,9 +132,9 @@ static void test_command_ends_at_the_ends_of_the_converter(void)
         TEST_ASSERT_EQUAL_UINT32(0, code_of(fmax(-force_n, -3.999)));
     }
     TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX,
-                             convert_output(scaling_output(&scaling, loop_from_q31(INT32_MAX, 4.0f))));
-    TEST_ASSERT_EQUAL_UINT32(0, convert_output(scaling_output(&scaling, loop_from_q31(INT32_MIN, 4.0f))));
-#ifndef DRIVE_ARITH_Q31
+                             convert_output(scaling_output(&scaling, tribo_force_of_q31(INT32_MAX, 4.0f))));
+    TEST_ASSERT_EQUAL_UINT32(0, convert_output(scaling_output(&scaling, tribo_force_of_q31(INT32_MIN, 4.0f))));
+#ifndef TRIBO_ARITHMETIC_Q31
     TEST_ASSERT_EQUAL_UINT32(CONVERT_CODES_MAX, convert_output(1.0e6f));
     TEST_ASSERT_EQUAL_UINT32(0, convert_output(-1.0e6f));
     TEST_ASSERT_EQUAL_UINT32(0, convert_output(NAN));
@@ -241,7 +241,7 @@ static void test_a_unit_without_a_number_is_refused(void)
 {
     config.sensor_n_per_unit = 1e-12f;
     config.full_scale_n      = 1e6f;
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
     check_refused("sensor_n_per_unit");
     config                    = rig_config;
     config.command_n_per_unit = 1e6f;

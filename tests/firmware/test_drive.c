@@ -1,7 +1,7 @@
 // The drive's state machine through its port: every fault at 50 different ticks, and no output after it.
 
 #include "app/drive.h"
-#include "app/loop_setup.h"
+#include "app/loop.h"
 #include "board.h"
 #include "unity.h"
 
@@ -54,6 +54,7 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_FALSE_MESSAGE(board.moved_while_off, "a command while the power stage was off");
+    TEST_ASSERT_FALSE_MESSAGE(board.off_late, "the power stage went off behind a command");
 }
 
 /// A tick one period after the last one, with a sensor that changes every tick.
@@ -77,7 +78,7 @@ static void run_until(unsigned count)
 
 static void check_off(void)
 {
-    TEST_ASSERT_EQUAL_HEX32(0, loop_word(board.command));
+    TEST_ASSERT_EQUAL_HEX32(0, tribo_force_word(board.command));
     TEST_ASSERT_FALSE(board.enabled);
 }
 
@@ -85,7 +86,7 @@ static void check_running(void)
 {
     TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
     TEST_ASSERT_TRUE(board.enabled);
-    TEST_ASSERT_NOT_EQUAL(0, loop_word(board.command));
+    TEST_ASSERT_NOT_EQUAL(0, tribo_force_word(board.command));
     TEST_ASSERT_EQUAL_UINT(1, board.commands);
 }
 
@@ -176,7 +177,7 @@ static const injection_t injections[] = {
     {"sensor above its range", DRIVE_FAULT_SENSOR_RANGE, NULL, 2.001, 0.0},
     {"sensor below its range", DRIVE_FAULT_SENSOR_RANGE, NULL, -2.001, 0.0},
     {"overrun", DRIVE_FAULT_TICK_OVERRUN, take_too_long, 0.0, 0.0},
-#ifndef DRIVE_ARITH_Q31
+#ifndef TRIBO_ARITHMETIC_Q31
     {"sensor NaN", DRIVE_FAULT_NAN, NULL, (double)NAN, 0.0},
     {"reference NaN", DRIVE_FAULT_NAN, NULL, 0.0, (double)NAN},
     {"sensor infinite", DRIVE_FAULT_SENSOR_RANGE, NULL, (double)INFINITY, 0.0},
@@ -187,7 +188,7 @@ static const injection_t injections[] = {
 
 static void set_force(loop_force_t *force, double force_n)
 {
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
     *force = board_force(force_n);
 #else
     *force = (float)force_n;
@@ -528,33 +529,33 @@ static void test_a_start_of_a_running_drive_changes_nothing(void)
     drive_start(&drive);
     tick();
     check_running();
-    (void)loop_step(&setup.params, &again, reference, board.y, &signals);
+    (void)TRIBO(force_loop, step)(&setup.params, &again, reference, board.y, &signals);
     TEST_ASSERT_EQUAL_MEMORY(&again, &drive.loop, sizeof again);
 }
 
 static void test_every_start_begins_with_the_loop_at_rest(void)
 {
     start();
-    const uint32_t first = loop_word(board.command);
+    const uint32_t first = tribo_force_word(board.command);
     run_until(50);
     drive_stop(&drive);
     tick();
     ticks = 0; // the sensor as in the first run
     start();
-    TEST_ASSERT_EQUAL_HEX32(first, loop_word(board.command));
+    TEST_ASSERT_EQUAL_HEX32(first, tribo_force_word(board.command));
 }
 
 static void test_the_loop_that_runs_is_the_librarys(void)
 {
     loop_state_t   state;
     loop_signals_t signals;
-    loop_reset(&state);
+    TRIBO(force_loop, reset)(&state);
     drive_start(&drive);
     for (unsigned i = 0; i < 100u; i++)
     {
         tick();
-        const loop_force_t u = loop_step(&setup.params, &state, reference, board.y, &signals);
-        TEST_ASSERT_EQUAL_HEX32(loop_word(u), loop_word(board.command));
+        const loop_force_t u = TRIBO(force_loop, step)(&setup.params, &state, reference, board.y, &signals);
+        TEST_ASSERT_EQUAL_HEX32(tribo_force_word(u), tribo_force_word(board.command));
     }
 }
 
@@ -635,9 +636,9 @@ static void tick_on(void)
 
 static void check_reference_is_0(const char *when)
 {
-    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, loop_word(drive.reference), when);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, tribo_force_word(drive.reference), when);
     tick_on();
-    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, loop_word(drive.r), when);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, tribo_force_word(drive.r), when);
 }
 
 static void test_the_reference_returns_to_0_at_every_stop_fault_and_acknowledgement(void)
@@ -673,7 +674,7 @@ static void test_a_reference_lasts_until_the_next_if_it_need_not_be_renewed(void
     {
         tick_on();
         check_running();
-        TEST_ASSERT_EQUAL_HEX32(loop_word(reference), loop_word(drive.r));
+        TEST_ASSERT_EQUAL_HEX32(tribo_force_word(reference), tribo_force_word(drive.r));
     }
 }
 
@@ -681,7 +682,7 @@ static void test_a_reference_lasts_until_the_next_if_it_need_not_be_renewed(void
 
 static double newton(loop_force_t force)
 {
-    return loop_to_q31(force, BOARD_FULL_SCALE_N) / 2147483648.0 * (double)BOARD_FULL_SCALE_N;
+    return tribo_force_q31(force, BOARD_FULL_SCALE_N) / 2147483648.0 * (double)BOARD_FULL_SCALE_N;
 }
 
 static void tick_reading(double units)
@@ -705,7 +706,7 @@ static void test_readings_and_outputs_are_scaled_as_the_config_says(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.125, newton(board.command));
     drive_start(&drive);
     tick_reading(0.75);
-    const double u_n = newton(drive.signals.controller.LOOP_N(u));
+    const double u_n = newton(drive.signals.controller.TRIBO_N(u));
     TEST_ASSERT_TRUE(u_n > 0.1);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.125 - u_n / 2.0, newton(board.command));
     emergency_stop();
@@ -857,13 +858,13 @@ static void test_a_changed_setup_goes_on_without_a_bump(void)
     TEST_ASSERT_TRUE(drive_setup_init(&other, &config, &other_loop.params, &board.port, &error));
     start();
     run_until(30);
-    const int64_t before = loop_to_q31(board.command, BOARD_FULL_SCALE_N);
+    const int64_t before = tribo_force_q31(board.command, BOARD_FULL_SCALE_N);
     tick();
-    const int64_t without = loop_to_q31(board.command, BOARD_FULL_SCALE_N) - before;
+    const int64_t without = tribo_force_q31(board.command, BOARD_FULL_SCALE_N) - before;
     drive_change(&drive, &other);
-    const int64_t last = loop_to_q31(board.command, BOARD_FULL_SCALE_N);
+    const int64_t last = tribo_force_q31(board.command, BOARD_FULL_SCALE_N);
     tick();
-    const int64_t with = loop_to_q31(board.command, BOARD_FULL_SCALE_N) - last;
+    const int64_t with = tribo_force_q31(board.command, BOARD_FULL_SCALE_N) - last;
     check_running();
     TEST_ASSERT_TRUE(drive.loop.active == &other_loop.params);
     TEST_ASSERT_INT64_WITHIN(1 << 22, without, with); // 8 mN of 4 N

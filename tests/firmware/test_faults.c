@@ -2,7 +2,7 @@
 // through the lag of a real one, until it breaks.
 
 #include "app/drive.h"
-#include "app/loop_setup.h"
+#include "app/loop.h"
 #include "board.h"
 #include "unity.h"
 
@@ -44,11 +44,12 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_FALSE_MESSAGE(board.moved_while_off, "a command while the power stage was off");
+    TEST_ASSERT_FALSE_MESSAGE(board.off_late, "the power stage went off behind a command");
 }
 
 static double newton(loop_force_t force)
 {
-    return loop_to_q31(force, BOARD_FULL_SCALE_N) / 2147483648.0 * (double)BOARD_FULL_SCALE_N;
+    return tribo_force_q31(force, BOARD_FULL_SCALE_N) / 2147483648.0 * (double)BOARD_FULL_SCALE_N;
 }
 
 /// Within 1 mN, another one each tick.
@@ -99,7 +100,7 @@ static void tick_with(double (*sensor)(void), bool renew)
     drive_tick(&drive);
     ticks++;
     board.now_us += PERIOD_US;
-    const double f_hat_n = drive.state == DRIVE_RUN ? newton(loop_f_hat(&drive.signals)) : 0.0;
+    const double f_hat_n = drive.state == DRIVE_RUN ? newton(drive.signals.compensator.TRIBO_N(force)) : 0.0;
     shown_n += 0.0535 * (f_hat_n - shown_n); // 55 rad/s
 }
 
@@ -118,7 +119,7 @@ static void run_until(unsigned count)
 
 static void check_off(void)
 {
-    TEST_ASSERT_EQUAL_HEX32(0, loop_word(board.command));
+    TEST_ASSERT_EQUAL_HEX32(0, tribo_force_word(board.command));
     TEST_ASSERT_FALSE(board.enabled);
 }
 
@@ -144,14 +145,14 @@ static void check_latched_until_acknowledged(drive_fault_t cause)
         check_off();
         TEST_ASSERT_EQUAL_STRING(drive_fault_text(cause), drive_fault_text(drive.fault));
         TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
-        TEST_ASSERT_EQUAL_HEX32(0, loop_word(drive.reference));
+        TEST_ASSERT_EQUAL_HEX32(0, tribo_force_word(drive.reference));
         drive_start(&drive);
         tick_with(healthy, false);
     }
     drive_acknowledge(&drive);
     tick();
     TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
-    TEST_ASSERT_EQUAL_HEX32(0, loop_word(drive.reference));
+    TEST_ASSERT_EQUAL_HEX32(0, tribo_force_word(drive.reference));
     shown_n = 0.0;
     start();
     run_until(ticks + 300u);
@@ -215,7 +216,7 @@ static double offset_n;
 
 static double offset(void)
 {
-    return newton(loop_f_hat(&drive.signals)) + offset_n;
+    return newton(drive.signals.compensator.TRIBO_N(force)) + offset_n;
 }
 
 /// F^ of the tick to come is a little ahead of the last one's, and the noise 1 mN: 10 mN of room.
@@ -343,7 +344,7 @@ static void start_and_wait(unsigned count)
         tick();
         TEST_ASSERT_EQUAL_INT(DRIVE_STARTING, drive.state);
         TEST_ASSERT_TRUE(board.enabled);
-        TEST_ASSERT_EQUAL_HEX32(0, loop_word(board.command));
+        TEST_ASSERT_EQUAL_HEX32(0, tribo_force_word(board.command));
     }
 }
 
@@ -355,7 +356,7 @@ static void test_the_loop_starts_once_the_power_stage_is_ready(void)
         board.inputs = 0;
         tick();
         check_running();
-        TEST_ASSERT_NOT_EQUAL(0, loop_word(board.command));
+        TEST_ASSERT_NOT_EQUAL(0, tribo_force_word(board.command));
     }
 }
 

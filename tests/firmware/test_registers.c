@@ -171,15 +171,21 @@ static void command(uint16_t number)
     TEST_ASSERT_EQUAL_INT(MODBUS_OK, try_command(number));
 }
 
+enum
+{
+#define NUMBER(group, symbol, member, key, unit, low, high, standard, change, number, ...) NUMBER_##symbol = (number),
+    TRIBO_PARAMETERS(NUMBER)
+#undef NUMBER
+};
+
 #define STATE_OF(symbol)    read_word(REGISTERS_STATE_AT + 2u * REGISTERS_STATE_##symbol)
 #define NUMBER_OF(symbol)   read_number(REGISTERS_STATE_AT + 2u * REGISTERS_STATE_##symbol)
 #define COUNT_OF(symbol)    read_word(REGISTERS_COMPENSATION_AT + 2u * REGISTERS_COMPENSATION_##symbol)
 #define SHOWN_OF(symbol)    read_number(REGISTERS_COMPENSATION_AT + 2u * REGISTERS_COMPENSATION_##symbol)
 #define SIGNAL_OF(symbol)   read_number(REGISTERS_SIGNALS_AT + 2u * REGISTERS_SIGNAL_##symbol)
-#define LOOP_AT(symbol)     (REGISTERS_STAGED_AT + REGISTERS_LOOP_AT + 2u * PARAMS_##symbol)
+#define PARAM_AT(symbol)    (REGISTERS_STAGED_AT + NUMBER_##symbol)
 #define DRIVE_AT(symbol)    (REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT + 2u * DRIVE_CONFIG_##symbol)
 #define REQUEST_AT(symbol)  (REGISTERS_REQUESTS_AT + (uint32_t)offsetof(registers_requests_t, symbol) / 2u)
-#define GUARD_AT(symbol)    (REGISTERS_STAGED_AT + REGISTERS_GUARD_AT + 2u * PARAMS_GUARD_##symbol)
 #define TO_ACTIVE(register) ((register) - REGISTERS_STAGED_AT + REGISTERS_ACTIVE_AT)
 
 static void start(void)
@@ -196,21 +202,36 @@ static void test_defaults_are_the_papers_loop(void)
 {
     const params_set_t                  set   = params_default();
     const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
-#define COMPARE(type, symbol, member, name, unit, low, high, normal, status, text)                                     \
-    TEST_ASSERT_TRUE_MESSAGE(set.loop.symbol == paper.member, name);
-    PARAMS_LOOP_FIELDS(COMPARE)
-#undef COMPARE
+#define COMPARE(config, symbol, member, key)                                                                           \
+    {                                                                                                                  \
+        const uint32_t word = params_word(&set, PARAMS_##symbol);                                                      \
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&(config).member, &word, sizeof word, key);                                   \
+    }
+#define OF_LOOP(group, symbol, member, key, ...)       COMPARE(paper, symbol, member, key)
+#define OF_CONTROLLER(group, symbol, member, key, ...) COMPARE(paper.controller, symbol, member, key)
+#define OF_FRICTION(group, symbol, member, key, ...)   COMPARE(paper.compensator.friction, symbol, member, key)
+#define OF_ARM(group, symbol, member, key, ...)        COMPARE(paper.compensator.arm, symbol, member, key)
+    TRIBO_SAMPLE_PARAMETERS(OF_LOOP)
+    TRIBO_INPUT_PARAMETERS(OF_LOOP)
+    TRIBO_GAIN_PARAMETERS(OF_LOOP)
+    TRIBO_LIMIT_PARAMETERS(OF_CONTROLLER)
+    TRIBO_CASCADE_PARAMETERS(OF_CONTROLLER)
+    TRIBO_FRICTION_PARAMETERS(OF_FRICTION)
+    TRIBO_BREAKAWAY_PARAMETERS(OF_FRICTION)
+    TRIBO_TABLE_PARAMETERS(OF_FRICTION)
+    TRIBO_ARM_PARAMETERS(OF_ARM)
 #if DRIVE_FEEDFORWARD
     const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_default();
-#define COMPARE(type, symbol, member, name, unit, low, high, normal, status, text)                                     \
-    TEST_ASSERT_TRUE_MESSAGE(set.feed.symbol == feedforward.member, name);
-    PARAMS_FEED_FIELDS(COMPARE)
-#undef COMPARE
-    const tribo_guard_f32_config_t guard = tribo_guard_f32_default();
-#define COMPARE(type, symbol, member, name, unit, low, high, normal, status, text)                                     \
-    TEST_ASSERT_TRUE_MESSAGE(set.guard.symbol == guard.member, name);
-    PARAMS_GUARD_FIELDS(COMPARE)
-#undef COMPARE
+    const tribo_guard_f32_config_t       guard       = tribo_guard_f32_default();
+#define OF_FEEDFORWARD(group, symbol, member, key, ...) COMPARE(feedforward, symbol, member, key)
+#define OF_LEARNING(group, symbol, member, key, ...)    COMPARE(feedforward.learning, symbol, member, key)
+#define OF_HOLD(group, symbol, member, key, ...)        COMPARE(feedforward.hold, symbol, member, key)
+#define OF_GUARD(group, symbol, member, key, ...)       COMPARE(guard, symbol, member, key)
+    TRIBO_FEEDFORWARD_PARAMETERS(OF_FEEDFORWARD)
+    TRIBO_LEARNING_PARAMETERS(OF_LEARNING)
+    TRIBO_HOLD_PARAMETERS(OF_HOLD)
+    TRIBO_GUARD_PARAMETERS(OF_GUARD)
+    TEST_ASSERT_EQUAL_UINT32(0, set.guard_on);
 #endif
     TEST_ASSERT_EQUAL_MEMORY(paper.controller.sections, set.sections, 2 * sizeof set.sections[0]);
 }
@@ -219,21 +240,26 @@ static void test_defaults_are_the_papers_loop(void)
 static void test_the_layout_is_that_of_the_lists(void)
 {
 #if DRIVE_FEEDFORWARD
-    static const char *const names[] = {
-#define DRIVE_NAME(type, name, unit, low, high, off, normal, text)                   "drive." #name,
-#define LOOP_NAME(type, symbol, member, name, unit, low, high, normal, status, text) name,
-#define ELEMENT_NAME(member, name, unit, low, high, text)                            name,
-        DRIVE_CONFIG_FIELDS(DRIVE_NAME) PARAMS_LOOP_FIELDS(LOOP_NAME) "compensator.method",
-        PARAMS_FEED_FIELDS(LOOP_NAME) "compensator.guard.on",
-        PARAMS_GUARD_FIELDS(LOOP_NAME) PARAMS_SECTION_FIELDS(ELEMENT_NAME) PARAMS_POINT_FIELDS(ELEMENT_NAME)
+    static const char *const words[PARAMS_SECTIONS_AT] = {
+#define DRIVE_NAME(type, name, unit, low, high, off, normal, text) [DRIVE_CONFIG_##name] = "drive." #name,
+#define NAME(group, symbol, member, key, ...)                      [PARAMS_##symbol] = TRIBO_KEY_##group key,
+        DRIVE_CONFIG_FIELDS(DRIVE_NAME) PARAMS_LOOP_ROWS(NAME) PARAMS_FEED_ROWS(NAME)
+            PARAMS_GUARD_ROWS(NAME)[PARAMS_METHOD_AT] = "compensator.method",
+        [PARAMS_GUARD_AT]                             = "compensator.guard.on"};
 #undef DRIVE_NAME
-#undef LOOP_NAME
+#undef NAME
+#define ELEMENT_NAME(symbol, member, key, ...) key,
+    static const char *const elements[] = {TRIBO_SECTION_ELEMENTS(ELEMENT_NAME) TRIBO_POINT_ELEMENTS(ELEMENT_NAME)};
 #undef ELEMENT_NAME
-    };
     uint32_t crc = 0;
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++)
     {
-        crc = crc32_update(crc, names[i], strlen(names[i]) + 1u);
+        TEST_ASSERT_NOT_NULL(words[i]);
+        crc = crc32_update(crc, words[i], strlen(words[i]) + 1u);
+    }
+    for (size_t i = 0; i < sizeof elements / sizeof elements[0]; i++)
+    {
+        crc = crc32_update(crc, elements[i], strlen(elements[i]) + 1u);
     }
     TEST_ASSERT_EQUAL_HEX32(crc, PARAMS_LAYOUT);
     TEST_ASSERT_EQUAL_HEX32(crc, STATE_OF(layout));
@@ -284,8 +310,8 @@ static void test_a_set_is_swapped_in_run_without_a_bump(void)
     for (int change = 0; change < 20; change++)
     {
         run(400);
-        write_number(LOOP_AT(gain), change % 2 == 0 ? 0.2f : 0.85f);
-        write_number(LOOP_AT(offset_up), change % 2 == 0 ? 0.02f : 0.007f);
+        write_number(PARAM_AT(GAIN), change % 2 == 0 ? 0.2f : 0.85f);
+        write_number(PARAM_AT(BREAKAWAY_OFFSET), change % 2 == 0 ? 0.02f : 0.007f);
         write_number(REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT, change % 2 == 0 ? 1.5f : 1.81855643f);
         const double u = in_newton(board.command);
         command(REGISTERS_APPLY);
@@ -293,7 +319,7 @@ static void test_a_set_is_swapped_in_run_without_a_bump(void)
         tick();
         TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, u, in_newton(board.command));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-7, change % 2 == 0 ? 0.2 : 0.85, read_number(TO_ACTIVE(LOOP_AT(gain))));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, change % 2 == 0 ? 0.2 : 0.85, read_number(TO_ACTIVE(PARAM_AT(GAIN))));
         TEST_ASSERT_EQUAL_PTR(&registers.active->drive, drive_setup(&registers.drive));
         TEST_ASSERT_EQUAL_PTR(&registers.active->loop.params, registers.drive.loop.active);
     }
@@ -328,40 +354,40 @@ static void check_number_refused(const char *name, uint32_t address, float value
     check_refused(name, address, word, value, low, high);
 }
 
+static void check_ends(const char *name, uint32_t address, float low, float high)
+{
+    const float above = 1.5f;
+    check_number_refused(name, address, high > 0.0f ? high * above : 1.0f, low, high);
+    check_number_refused(name, address, low < 0.0f ? low * above : low / 2.0f - 1e-20f, low, high);
+    check_number_refused(name, address, NAN, low, high);
+}
+
 static void test_a_refused_field_is_named_with_its_range(void)
 {
     start();
-    const float above = 1.5f;
-#define CHECK_float(symbol, name, low, high)                                                                           \
-    check_number_refused(name, LOOP_AT(symbol), (high) > 0.0f ? (high) * above : 1.0f, low, high);                     \
-    check_number_refused(name, LOOP_AT(symbol), (low) < 0.0f ? (low) * above : (low) / 2.0f - 1e-20f, low, high);      \
-    check_number_refused(name, LOOP_AT(symbol), NAN, low, high);
-#define CHECK_uint32_t(symbol, name, low, high)                                                                        \
-    check_refused(name, LOOP_AT(symbol), (uint32_t)(high) + 1u, (float)((high) + 1), low, high);
-#define CHECK(type, symbol, member, name, unit, low, high, normal, status, text) CHECK_##type(symbol, name, low, high)
-    PARAMS_LOOP_FIELDS(CHECK)
+#define CHECK(group, symbol, member, key, unit, low, high, standard, change, number, ...)                              \
+    check_ends(key, PARAM_AT(symbol), (float)(low), (float)(high));
+    TRIBO_SAMPLE_PARAMETERS(CHECK)
+    TRIBO_INPUT_PARAMETERS(CHECK)
+    TRIBO_LIMIT_PARAMETERS(CHECK)
+    TRIBO_GAIN_PARAMETERS(CHECK)
+    TRIBO_FRICTION_PARAMETERS(CHECK)
+    TRIBO_BREAKAWAY_PARAMETERS(CHECK)
+    TRIBO_ARM_PARAMETERS(CHECK)
+    PARAMS_FEED_ROWS(CHECK)
+    PARAMS_GUARD_ROWS(CHECK)
 #undef CHECK
-#undef LOOP_AT
-#define LOOP_AT(symbol)                                                          (REGISTERS_STAGED_AT + REGISTERS_FEED_AT + 2u * PARAMS_FEED_##symbol)
-#define CHECK(type, symbol, member, name, unit, low, high, normal, status, text) CHECK_##type(symbol, name, low, high)
-    PARAMS_FEED_FIELDS(CHECK)
-#undef CHECK
-#undef LOOP_AT
+    check_refused("section_count", PARAM_AT(SECTION_COUNT), 5, 5.0f, 1.0f, 4.0f);
+    check_refused("table_length", PARAM_AT(TABLE_LENGTH), 33, 33.0f, 0.0f, 32.0f);
 #if DRIVE_FEEDFORWARD
-#define LOOP_AT(symbol)                                                          GUARD_AT(symbol)
-#define CHECK(type, symbol, member, name, unit, low, high, normal, status, text) CHECK_##type(symbol, name, low, high)
-    PARAMS_GUARD_FIELDS(CHECK)
-#undef CHECK
-#undef LOOP_AT
-    check_refused("guard.on", GUARD_AT(on), 2, 2.0f, 0.0f, 1.0f);
+    check_refused("guard.on", REGISTERS_STAGED_AT + REGISTERS_GUARD_AT, 2, 2.0f, 0.0f, 1.0f);
 #endif
-#define LOOP_AT(symbol) (REGISTERS_STAGED_AT + REGISTERS_LOOP_AT + 2u * PARAMS_##symbol)
     check_refused("method", REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 3, 3.0f, 0.0f, DRIVE_FEEDFORWARD ? 2.0f : 0.0f);
     for (uint32_t i = 0; i < DRIVE_CONFIG_COUNT; i++)
     {
         const drive_config_field_t *field   = &drive_config_fields[i];
         const uint32_t              address = REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT + 2u * i;
-        if (i == DRIVE_CONFIG_full_scale_n && LOOP_IS_Q31)
+        if (i == DRIVE_CONFIG_full_scale_n && TRIBO_IS_Q31)
         {
             continue; // the library refuses it first
         }
@@ -385,11 +411,29 @@ static void test_a_refused_field_is_named_with_its_range(void)
 static void test_fields_that_do_not_fit_each_other_are_refused(void)
 {
     start();
-    check_number_refused("sample_time_s", LOOP_AT(sample_time), 0.002f, 0.001f, 0.001f);
-    check_number_refused("k_min over k_max", LOOP_AT(k_min), 21.0f, 1.01f, 1000.0f);
+    check_number_refused("sample_time_s", PARAM_AT(SAMPLE_TIME), 0.002f, 0.001f, 0.001f);
+    check_number_refused("k_min over k_max", PARAM_AT(K_MIN), 21.0f, 1.01f, 1000.0f);
     check_number_refused("unstable", REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT + 6, -1.0f, -4.0f, 4.0f);
-    check_number_refused("pulse", LOOP_AT(pulse_width), 0.07f, 1e-6f, 6.3f);
+    check_number_refused("pulse", PARAM_AT(PULSE_WIDTH), 0.07f, 1e-6f, 6.3f);
     check_refused("late_us", DRIVE_AT(late_us), 1000, 1000.0f, 0.0f, 999.0f);
+}
+
+static void test_a_refusal_names_the_section_the_point_and_the_direction(void)
+{
+    start();
+    check_number_refused("unstable",
+                         REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT + 2u * (5u * 1u + 3u),
+                         -1.0f,
+                         -4.0f,
+                         4.0f);
+    check_number_refused("negative", PARAM_AT(BREAKAWAY_NEGATIVE_SLOPE), 11.0f, 0.0f, 10.0f);
+    const float points[] = {0.0f, 0.1f, 0.1f, 0.5f, 0.1f, 0.1f, 1.0f, 0.1f, 0.1f};
+    for (uint32_t i = 0; i < sizeof points / sizeof points[0]; i++)
+    {
+        write_number(REGISTERS_STAGED_AT + REGISTERS_TABLE_AT + 2u * i, points[i]);
+    }
+    write_word(PARAM_AT(TABLE_LENGTH), 3);
+    check_number_refused("point", REGISTERS_STAGED_AT + REGISTERS_TABLE_AT + 2u * (3u * 1u + 2u), -0.1f, 1e-6f, 1e6f);
 }
 
 #if DRIVE_FEEDFORWARD
@@ -450,22 +494,22 @@ static void apply_word(uint32_t address, uint32_t word)
 /// On a plant without friction the default L makes the loop hunt.
 static void hunt(void)
 {
-    write_number(LOOP_AT(gain), 1.2f);
-    apply_word(GUARD_AT(on), 1);
+    write_number(PARAM_AT(GAIN), 1.2f);
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_GUARD_AT, 1);
     start();
     run_triangle(10000);
     TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_HUNTING, COUNT_OF(warnings));
-    TEST_ASSERT_TRUE(SHOWN_OF(share) == 0.0 && SIGNAL_OF(added) == 0.0);
+    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 0.0 && SIGNAL_OF(added) == 0.0);
 }
 
 static void test_the_guard_fades_what_hunts_until_it_is_restored(void)
 {
-    write_number(LOOP_AT(gain), 1.2f);
+    write_number(PARAM_AT(GAIN), 1.2f);
     command(REGISTERS_APPLY);
     start();
     run_triangle(10000);
     TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings)); // none is on
-    TEST_ASSERT_TRUE(SHOWN_OF(share) == 1.0);
+    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 1.0);
     command(REGISTERS_STOP);
     tick();
 
@@ -480,17 +524,17 @@ static void test_the_guard_fades_what_hunts_until_it_is_restored(void)
     start();
     run_triangle(1000);
     TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_HUNTING, COUNT_OF(warnings)); // over a stop
-    TEST_ASSERT_TRUE(SHOWN_OF(share) == 0.0);
+    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 0.0);
 
     stiction_n = 0.1;
-    write_number(LOOP_AT(gain), 0.8f);
+    write_number(PARAM_AT(GAIN), 0.8f);
     command(REGISTERS_APPLY);
     command(REGISTERS_RESTORE);
     run_triangle(251);
     TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings));
-    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.5, SHOWN_OF(share)); // half of fade_time_s
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.5, SHOWN_OF(fade)); // half of fade_time_s
     run_triangle(3000);
-    TEST_ASSERT_TRUE(SHOWN_OF(share) == 1.0);
+    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 1.0);
     TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings));
 }
 
@@ -500,7 +544,7 @@ static void test_a_guard_that_is_turned_off_lets_friction_back_without_a_bump(vo
     hunt();
     stiction_n = 0.1;
     run_triangle(2000);
-    apply_word(GUARD_AT(on), 0);
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_GUARD_AT, 0);
     for (unsigned i = 0; i < 500u; i++)
     {
         const double u = in_newton(board.command);
@@ -508,7 +552,7 @@ static void test_a_guard_that_is_turned_off_lets_friction_back_without_a_bump(vo
         TEST_ASSERT_DOUBLE_WITHIN(4e-3, u, in_newton(board.command));
     }
     run_triangle(2);
-    TEST_ASSERT_TRUE(SHOWN_OF(share) == 1.0);
+    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 1.0);
     TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings));
 }
 
@@ -555,36 +599,36 @@ static void test_the_method_changes_without_a_bump_while_friction_is_faded(void)
     stiction_n = 0.1;
     check_change_of_method(1.5e-3, 8e-3);
     TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_HUNTING, COUNT_OF(warnings));
-    TEST_ASSERT_TRUE(SHOWN_OF(share) == 0.0);
+    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 0.0);
 }
 
 /// The registers from `place` on against what the library says.
 static void check_learned(uint32_t direction, uint32_t place)
 {
-    const loop_params_t *params   = &registers.active->loop.params;
-    const FEED(learned_t) learned = FEED(learned)(params->feedforward,
-                                                  &params->compensator.friction,
-                                                  &registers.memory.state,
-                                                  direction,
-                                                  registers.drive.r);
-    const double unit_n           = LOOP_IS_Q31 ? (double)BOARD_FULL_SCALE_N / 536870912.0 : 1.0;
-    const double unit             = LOOP_IS_Q31 ? 1.0 / 2147483648.0 : 1.0;
+    const loop_params_t *params                 = &registers.active->loop.params;
+    const TRIBO(feedforward, learned_t) learned = TRIBO(feedforward, learned)(TRIBO(feedforward, of)(params),
+                                                                              &params->compensator.friction,
+                                                                              &registers.memory.state,
+                                                                              direction,
+                                                                              registers.drive.r);
+    const double unit_n                         = TRIBO_IS_Q31 ? (double)BOARD_FULL_SCALE_N / 536870912.0 : 1.0;
+    const double unit                           = TRIBO_IS_Q31 ? 1.0 / 2147483648.0 : 1.0;
     TEST_ASSERT_DOUBLE_WITHIN(1e-7,
-                              (double)learned.LOOP_N(L) * unit_n,
+                              (double)learned.TRIBO_N(L) * unit_n,
                               read_number(REGISTERS_COMPENSATION_AT + 2u * place));
     TEST_ASSERT_DOUBLE_WITHIN(1e-7,
-                              (double)learned.doubt * unit,
+                              (double)learned.relative_variance * unit,
                               read_number(REGISTERS_COMPENSATION_AT + 2u * (place + 1u)));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6,
-                              (double)learned.LOOP_N(travel) * unit_n,
+                              (double)learned.TRIBO_N(travel) * unit_n,
                               read_number(REGISTERS_COMPENSATION_AT + 2u * (place + 2u)));
-    TEST_ASSERT_TRUE(learned.LOOP_N(travel) > 0 && learned.doubt > 0);
+    TEST_ASSERT_TRUE(learned.TRIBO_N(travel) > 0 && learned.relative_variance > 0);
 }
 
 /// The prior is half of the friction, and learning may not leave it by more than a tenth.
 static void test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_restored(void)
 {
-    write_number(REGISTERS_STAGED_AT + REGISTERS_FEED_AT + 2u * PARAMS_FEED_learning_scale_max, 1.1f);
+    write_number(PARAM_AT(LEARNING_SCALE_MAX), 1.1f);
     apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
     start();
     stiction_n = 0.3;
@@ -613,10 +657,11 @@ static void test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_resto
 
 static void test_what_is_learned_is_in_registers(void)
 {
-    TEST_ASSERT_TRUE(SHOWN_OF(learned_up) == 0.0 && SHOWN_OF(doubt_up) == 0.0); // nothing is learned by this method
+    TEST_ASSERT_TRUE(SHOWN_OF(learned_up) == 0.0 &&
+                     SHOWN_OF(relative_variance_up) == 0.0); // nothing is learned by this method
     apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
     start();
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, SHOWN_OF(doubt_up));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, SHOWN_OF(relative_variance_up));
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
     stiction_n = 0.2; // the model says 0.1 to 0.16
     run_triangle(20000);
@@ -624,7 +669,7 @@ static void test_what_is_learned_is_in_registers(void)
     check_learned(TRIBO_BREAKAWAY_NEGATIVE, REGISTERS_COMPENSATION_learned_down);
     TEST_ASSERT_DOUBLE_WITHIN(0.06, 0.2, SHOWN_OF(learned_up));
     TEST_ASSERT_DOUBLE_WITHIN(0.06, 0.2, SHOWN_OF(learned_down));
-    TEST_ASSERT_TRUE(SHOWN_OF(doubt_up) < 0.3 && SHOWN_OF(doubt_down) < 0.3);
+    TEST_ASSERT_TRUE(SHOWN_OF(relative_variance_up) < 0.3 && SHOWN_OF(relative_variance_down) < 0.3);
     TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(bound_up));
     TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(bound_down));
     const double travel = SHOWN_OF(travel_up);
@@ -646,7 +691,7 @@ static void test_what_is_learned_is_in_registers(void)
     command(REGISTERS_FORGET);
     tick();
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, SHOWN_OF(doubt_up));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, SHOWN_OF(relative_variance_up));
     start();
     run_triangle(20000);
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) > 0.0);
@@ -665,8 +710,8 @@ static void test_the_period_stays_that_of_the_board(void)
 {
     start();
     write_word(DRIVE_AT(period_us), 2000);
-    write_number(LOOP_AT(sample_time), 0.002f);
-    write_number(LOOP_AT(pulse_width), 0.006f);
+    write_number(PARAM_AT(SAMPLE_TIME), 0.002f);
+    write_number(PARAM_AT(PULSE_WIDTH), 0.006f);
     TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_APPLY));
     TEST_ASSERT_EQUAL_HEX32(DRIVE_AT(period_us), STATE_OF(refused_register));
     TEST_ASSERT_TRUE(NUMBER_OF(refused_low) == 1000.0 && NUMBER_OF(refused_high) == 1000.0);
@@ -695,7 +740,7 @@ static void test_the_full_scale_stays_once_a_start_is_asked_for(void)
 
 static void test_a_breakaway_table_is_used(void)
 {
-    write_word(LOOP_AT(table_length), 2);
+    write_word(PARAM_AT(TABLE_LENGTH), 2);
     const float points[] = {0.0f, 0.01f, 0.01f, 1.0f, 0.3f, 0.3f};
     for (uint32_t i = 0; i < 6; i++)
     {
@@ -707,7 +752,7 @@ static void test_a_breakaway_table_is_used(void)
     run(10);
     write_number(REGISTERS_STAGED_AT + REGISTERS_TABLE_AT + 6u, 0.0f); // falls
     TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_APPLY));
-    TEST_ASSERT_EQUAL_HEX32(REGISTERS_STAGED_AT + REGISTERS_TABLE_AT, STATE_OF(refused_register));
+    TEST_ASSERT_EQUAL_HEX32(REGISTERS_STAGED_AT + REGISTERS_TABLE_AT + 6u, STATE_OF(refused_register));
     TEST_ASSERT_EQUAL_UINT32(TRIBO_ERR_TABLE_FORCE, STATE_OF(refused_status));
 }
 
@@ -814,17 +859,17 @@ static void save(void)
 static void test_saved_params_are_those_of_the_next_power_up(void)
 {
     TEST_ASSERT_EQUAL_UINT32(STORE_EMPTY, STATE_OF(store));
-    write_number(LOOP_AT(gain), 0.5f);
+    write_number(PARAM_AT(GAIN), 0.5f);
     command(REGISTERS_APPLY);
     tick();
     save();
     power_up();
     TEST_ASSERT_EQUAL_UINT32(STORE_OK, STATE_OF(store));
     TEST_ASSERT_EQUAL_UINT32(DRIVE_IDLE, STATE_OF(state));
-    TEST_ASSERT_TRUE(read_number(TO_ACTIVE(LOOP_AT(gain))) == 0.5);
-    TEST_ASSERT_TRUE(read_number(LOOP_AT(gain)) == 0.5);
+    TEST_ASSERT_TRUE(read_number(TO_ACTIVE(PARAM_AT(GAIN))) == 0.5);
+    TEST_ASSERT_TRUE(read_number(PARAM_AT(GAIN)) == 0.5);
     command(REGISTERS_DEFAULTS);
-    TEST_ASSERT_TRUE(read_number(LOOP_AT(gain)) == (double)0.85f);
+    TEST_ASSERT_TRUE(read_number(PARAM_AT(GAIN)) == (double)0.85f);
     start();
 }
 
@@ -918,14 +963,15 @@ static void test_a_set_that_lacks_the_guard_is_said_and_waited_for(void)
 
 static void test_saved_params_that_the_board_refuses_are_said_and_waited_for(void)
 {
-    uint32_t words[PARAMS_WORDS];
-    defaults.loop.gain = 3.0f;
+    uint32_t    words[PARAMS_WORDS];
+    const float good = 0.85f, bad = 3.0f;
+    memcpy((uint32_t *)&defaults + PARAMS_GAIN, &bad, sizeof bad);
     memcpy(words, &defaults, sizeof words);
     TEST_ASSERT_EQUAL_INT(STORE_OK, store_write(&flash, PARAMS_LAYOUT, words, PARAMS_WORDS));
-    defaults.loop.gain = 0.85f;
+    memcpy((uint32_t *)&defaults + PARAMS_GAIN, &good, sizeof good);
     power_up();
-    TEST_ASSERT_EQUAL_HEX32(LOOP_AT(gain), STATE_OF(refused_register));
-    TEST_ASSERT_TRUE(read_number(LOOP_AT(gain)) == 3.0); // what was saved is there to be looked at
+    TEST_ASSERT_EQUAL_HEX32(PARAM_AT(GAIN), STATE_OF(refused_register));
+    TEST_ASSERT_TRUE(read_number(PARAM_AT(GAIN)) == 3.0); // what was saved is there to be looked at
     check_waits(STORE_FOREIGN);
 }
 
@@ -1053,6 +1099,7 @@ int main(void)
     RUN_TEST(test_a_set_is_swapped_in_run_without_a_bump);
     RUN_TEST(test_a_refused_field_is_named_with_its_range);
     RUN_TEST(test_fields_that_do_not_fit_each_other_are_refused);
+    RUN_TEST(test_a_refusal_names_the_section_the_point_and_the_direction);
 #if DRIVE_FEEDFORWARD
     RUN_TEST(test_the_method_changes_in_run_without_a_bump);
     RUN_TEST(test_the_guard_fades_what_hunts_until_it_is_restored);

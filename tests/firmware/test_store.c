@@ -160,6 +160,26 @@ static void test_records_alternate_between_the_sectors(void)
     }
 }
 
+static void test_a_record_that_is_the_last_one_costs_no_erasure(void)
+{
+    const record_t record = random_record();
+    (void)save(&record);
+    const uint32_t operations = chip.operations;
+    TEST_ASSERT_EQUAL_INT(STORE_OK, save(&record));
+    TEST_ASSERT_EQUAL_UINT32(operations, chip.operations);
+    // Another layout or length is another record.
+    TEST_ASSERT_EQUAL_INT(STORE_OK, store_write(&flash, LAYOUT + 1u, record.words, RECORD_MAX));
+    TEST_ASSERT_EQUAL_INT(STORE_OK, store_write(&flash, LAYOUT + 1u, record.words, RECORD_MAX - 1u));
+    TEST_ASSERT_EQUAL_UINT(2, chip.erasures[0]);
+    TEST_ASSERT_EQUAL_UINT(1, chip.erasures[1]);
+    TEST_ASSERT_EQUAL_INT(STORE_OK, save(&record));
+    TEST_ASSERT_TRUE(holds(&record));
+    // One that has rotted is written again.
+    chip.words[1][STORE_HEAD_WORDS] ^= 1u;
+    TEST_ASSERT_EQUAL_INT(STORE_OK, save(&record));
+    TEST_ASSERT_TRUE(holds(&record));
+}
+
 /// With the number set by hand, and the CRC over it.
 static void test_numbers_wrap(void)
 {
@@ -378,6 +398,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_an_erased_store_is_empty_and_stays_so);
     RUN_TEST(test_records_alternate_between_the_sectors);
+    RUN_TEST(test_a_record_that_is_the_last_one_costs_no_erasure);
     RUN_TEST(test_numbers_wrap);
     RUN_TEST(test_a_record_of_other_firmware_is_not_taken);
     RUN_TEST(test_a_record_that_has_no_room_is_refused);

@@ -44,7 +44,7 @@ static trace_setup_t two_channels(trace_trigger_t trigger, uint32_t after)
 static void step(int x)
 {
     force  = (loop_force_t)x;
-    second = loop_from_word(tick);
+    second = tribo_force_of_word(tick);
     trace_step(&trace, tick++, is_fault);
 }
 
@@ -53,7 +53,7 @@ static void assert_sample(uint32_t number, uint32_t expected_tick, int x)
     uint32_t words[2];
     TEST_ASSERT_TRUE(trace_read(&trace, number, words, 2));
     TEST_ASSERT_EQUAL_UINT32(expected_tick, words[1]);
-    TEST_ASSERT_EQUAL_HEX32(loop_word((loop_force_t)x), words[0]);
+    TEST_ASSERT_EQUAL_HEX32(tribo_force_word((loop_force_t)x), words[0]);
 }
 
 static void arm(const trace_setup_t *setup)

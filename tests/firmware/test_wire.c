@@ -1,6 +1,6 @@
 // What crosses the wire to an emulated drive arrives whole and in the order that both ends expect.
 
-#include "app/loop_setup.h"
+#include "app/loop.h"
 #include "tribo_wire.h"
 #include "unity.h"
 
@@ -76,7 +76,7 @@ static void check_loop_arrives(void)
     }
     here.params.compensator.friction.table  = NULL;
     there.params.compensator.friction.table = NULL;
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
     const size_t members =
         offsetof(tribo_force_loop_q31_params_t, compensator.arm.shift) + 1u; // without the last's padding
 #else
@@ -144,23 +144,24 @@ static void test_the_drives_own_config_arrives(void)
 static void test_signals_become_words_in_the_order_of_the_self_test(void)
 {
     loop_signals_t signals = {
-        .LOOP_N(e)           = 1,
-        .LOOP_N(feedforward) = 3,
-        .controller          = {.LOOP_N(v) = 2, .LOOP_N(u) = 4, .limited = true},
-        .compensator = {.LOOP_N(force) = 5, .friction = {.LOOP_N(n) = 6, .LOOP_N(L) = 7, .LOOP_N(f) = 9, .relays = 5}},
+        .TRIBO_N(e)             = 1,
+        .TRIBO_N(friction_term) = 3,
+        .controller             = {.TRIBO_N(v) = 2, .TRIBO_N(u) = 4, .limited = true},
+        .compensator            = {.TRIBO_N(force) = 5,
+                                   .friction       = {.TRIBO_N(n) = 6, .TRIBO_N(L) = 7, .TRIBO_N(f) = 9, .relays = 5}},
     };
     uint32_t words[TRIBO_SIGNAL_WORDS];
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
     signals.compensator.friction.rise = 8;
 #else
     signals.compensator.friction.v_n_per_s = 8.0f;
 #endif
-    loop_words(&signals, words);
+    tribo_signal_words(&signals, words);
     TEST_ASSERT_EQUAL_INT(10, TRIBO_SIGNAL_WORDS);
     TEST_ASSERT_EQUAL_HEX32(0xbu, words[0]);
     for (int i = 1; i < TRIBO_SIGNAL_WORDS; i++)
     {
-        TEST_ASSERT_EQUAL_HEX32(loop_word((loop_force_t)i), words[i]);
+        TEST_ASSERT_EQUAL_HEX32(tribo_force_word((loop_force_t)i), words[i]);
     }
 }
 

@@ -61,10 +61,10 @@ uintptr_t sys_semihost_write(int file, const void *buffer, size_t size)
     if (words[0] == TRIBO_WIRE_TOCK)
     {
         good += board.enabled ? 1u : 0u;
-#ifndef DRIVE_ARITH_Q31
+#ifndef TRIBO_ARITHMETIC_Q31
         ALWAYS(isfinite(board.command));
 #endif
-        ALWAYS(board.enabled || loop_word(board.command) == 0u);
+        ALWAYS(board.enabled || tribo_force_word(board.command) == 0u);
     }
     return 0;
 }

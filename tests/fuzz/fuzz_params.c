@@ -3,8 +3,8 @@
 #include "fuzz.h"
 
 #include "cli/params_header.h"
+#include "loop/loop_config.h"
 #include "scenario/config.h"
-#include "scenario/loop_config.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -38,8 +38,8 @@ static void write_header(const sim_config_t *config, const char *set, bool q31)
     sim_loop_t        loop;
     char             *text = NULL;
     size_t            size = 0;
-    sim_loop_config_fill(&loop_config, config);
-    if (sim_loop_init(&loop, q31, &loop_config, config->limits.full_scale_n) != TRIBO_OK)
+    sim_loop_config_fill(&loop_config, &config->loop);
+    if (sim_loop_init(&loop, q31, &loop_config, config->loop.limits.full_scale_n) != TRIBO_OK)
     {
         return;
     }

@@ -2,9 +2,9 @@
 
 #include "fuzz.h"
 
+#include "loop/loop_config.h"
 #include "scenario/config.h"
 #include "scenario/loop.h"
-#include "scenario/loop_config.h"
 
 static unsigned good;
 
@@ -25,7 +25,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     {
         sim_loop_config_t config;
         sim_loop_t        loop;
-        sim_loop_config_fill(&config, sim_scenario_config(scenario));
+        sim_loop_config_fill(&config, sim_scenario_loop(scenario));
         ALWAYS(sim_loop_init(&loop, false, &config, 2.0) == TRIBO_OK);
         good++;
     }

@@ -81,7 +81,7 @@ def test_random_scenarios(tmp_path, part):
         (tmp_path / "x.yaml").write_text("{}\n", encoding="ascii")
         out = tmp_path / str(index)
         result = subprocess.run([os.environ["TRIBO_SIM"], "run", "x.yaml", *options, "--arith", arith, "--out", out], cwd=tmp_path,
-                                capture_output=True, text=True, timeout=60, check=False)
+                                capture_output=True, text=True, timeout=600, check=False)
         about = f"seed {SEED}, part {part}, scenario {index}: {' '.join(options)} --arith {arith}"
         assert result.returncode in (0, 1), about
         if result.returncode == 1:

@@ -31,7 +31,7 @@ typedef struct
 {
     double up, down;           ///< learned L over the true breakaway
     double slid_up, slid_down; ///< friction that the arm had in its last slides, likewise
-    double doubt_up, doubt_down;
+    double relative_variance_up, relative_variance_down;
 } learned_t;
 
 /// The triangle with a belief of `times` the breakaway, on the paper's arm or on one whose friction is L(F) at any speed.
@@ -69,23 +69,24 @@ static learned_t run(double times, float gain, bool creeps, const char *log)
         }
     }
     TEST_ASSERT_TRUE(file == NULL || fclose(file) == 0);
-    double    doubt[2];
+    double    relative_variance[2];
     learned_t is = {.slid_up = slid[0], .slid_down = slid[1]};
-    is.up        = learn_L(&learn, TRIBO_BREAKAWAY_POSITIVE, 0.5, &doubt[0]) / truth(0.5);
-    is.down      = learn_L(&learn, TRIBO_BREAKAWAY_NEGATIVE, 0.5, &doubt[1]) / truth(0.5);
-    printf("%s arm, belief %.1f, gain %.2f: learned L+ %.3f, L- %.3f (doubt %.3f, %.3f); friction in the slides %.3f, "
+    is.up        = learn_L(&learn, TRIBO_BREAKAWAY_POSITIVE, 0.5, &relative_variance[0]) / truth(0.5);
+    is.down      = learn_L(&learn, TRIBO_BREAKAWAY_NEGATIVE, 0.5, &relative_variance[1]) / truth(0.5);
+    printf("%s arm, belief %.1f, gain %.2f: learned L+ %.3f, L- %.3f (relative variance %.3f, %.3f); friction in the "
+           "slides %.3f, "
            "%.3f\n",
            creeps ? "paper's" : "Coulomb",
            times,
            (double)gain,
            is.up,
            is.down,
-           doubt[0],
-           doubt[1],
+           relative_variance[0],
+           relative_variance[1],
            is.slid_up,
            is.slid_down);
-    is.doubt_up   = doubt[0];
-    is.doubt_down = doubt[1];
+    is.relative_variance_up   = relative_variance[0];
+    is.relative_variance_down = relative_variance[1];
     return is;
 }
 
@@ -104,7 +105,7 @@ static void test_breakaway_30_percent_off_is_learned_within_5_after_four_reversa
         const learned_t is = run(beliefs[i % 2], gains[i / 2], false, i == 0 ? getenv("TRIBO_LEARNING_LOG") : NULL);
         check_within_5_percent(1.0, is.up);
         check_within_5_percent(1.0, is.down);
-        TEST_ASSERT_TRUE(is.doubt_up < 0.1 && is.doubt_down < 0.1);
+        TEST_ASSERT_TRUE(is.relative_variance_up < 0.1 && is.relative_variance_down < 0.1);
         rig_close(&rig);
     }
     const learned_t is = run(0.7, 0.85f, false, NULL);
@@ -114,18 +115,19 @@ static void test_breakaway_30_percent_off_is_learned_within_5_after_four_reversa
 }
 
 /// 0.85 of 1.3 times the breakaway is more than there is: the loop hunts, and its u says little of friction.
-static void test_what_is_learned_while_the_loop_hunts_is_right_or_in_doubt(void)
+static void test_what_is_learned_while_the_loop_hunts_is_right_or_in_relative_variance(void)
 {
     const learned_t is = run(1.3, 0.85f, false, NULL);
-    TEST_ASSERT_TRUE(fabs(is.up - 1.0) < 0.05 || is.doubt_up > 0.3);
-    TEST_ASSERT_TRUE(fabs(is.down - 1.0) < 0.05 || is.doubt_down > 0.3);
+    TEST_ASSERT_TRUE(fabs(is.up - 1.0) < 0.05 || is.relative_variance_up > 0.3);
+    TEST_ASSERT_TRUE(fabs(is.down - 1.0) < 0.05 || is.relative_variance_down > 0.3);
     rig_close(&rig);
 }
 
 static tribo_breakaway_f32_t line_through(uint32_t direction)
 {
-    double       doubt;
-    const double low = learn_L(&learn, direction, 0.4, &doubt), high = learn_L(&learn, direction, 0.6, &doubt);
+    double       relative_variance;
+    const double low   = learn_L(&learn, direction, 0.4, &relative_variance),
+                 high  = learn_L(&learn, direction, 0.6, &relative_variance);
     const double slope = (high - low) / 0.2;
     return (tribo_breakaway_f32_t){.offset_n = (float)fmax(low - 0.4 * slope, 1e-3), .slope = (float)slope};
 }
@@ -170,7 +172,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_breakaway_30_percent_off_is_learned_within_5_after_four_reversals);
-    RUN_TEST(test_what_is_learned_while_the_loop_hunts_is_right_or_in_doubt);
+    RUN_TEST(test_what_is_learned_while_the_loop_hunts_is_right_or_in_relative_variance);
     RUN_TEST(test_learned_breakaway_is_swapped_into_the_papers_compensator);
     RUN_TEST(test_friction_of_the_slides_is_learned_within_5_percent_where_the_arm_creeps);
     return UNITY_END();

@@ -5,7 +5,8 @@ lib=$(cd "$(dirname "$0")/../../lib" && pwd)
 
 message=$1
 shift
-for source in "$lib"/src/*_f32.c "$lib"/src/{arm,biquad,controller,force_loop,friction,headroom}_q31.c; do
+readarray -t sources < <(ls "$lib"/src/*/*_f32.c && grep -lE '[0-9]f\b' "$lib"/src/*/*_q31.c)
+for source in "${sources[@]}"; do
     if errors=$("$@" -fsyntax-only -I "$lib/include" "$source" 2>&1); then
         echo "$source compiles: $*"
         exit 1

@@ -3,9 +3,14 @@
 // hashes must come out of every compiler, optimisation and machine (expected.txt).
 // A change that is meant to change a bit puts the new ones there: identity_trace >tests/identity/expected.txt
 
-#include "tribo/force_loop_feedforward_f32.h"
-#include "tribo/force_loop_feedforward_q31.h"
-#include "tribo/quantize_feedforward_q31.h"
+#include "../support/cascade_f32.h"
+#include "../support/cascade_q31.h"
+#include "feedforward/breakaway_learning_q31.h"
+#include "feedforward/friction_observer_q31.h"
+#include "feedforward/hold_q31.h"
+#include "feedforward/reference_model_q31.h"
+#include "tribo/feedforward_f32.h"
+#include "tribo/feedforward_q31.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -156,9 +161,13 @@ static float bad_float(int k)
 
 static void hash_f32(const tribo_feedforward_f32_memory_t *memory)
 {
-    const tribo_feedforward_f32_signals_t *s = &memory->signals;
-    const float                            seen[] =
-        {s->b_n, s->sigma, s->travel_n, s->ahead.doubt, s->meter.friction_n, memory->state.hold.caution};
+    const tribo_feedforward_f32_signals_t *s      = &memory->signals;
+    const float                            seen[] = {s->b_n,
+                                                     s->sigma,
+                                                     s->travel_n,
+                                                     s->ahead.relative_variance,
+                                                     s->observer.friction_n,
+                                                     memory->state.hold.extra_margin};
     for (size_t i = 0; i < sizeof seen / sizeof seen[0]; i++)
     {
         hash_float(seen[i]);
@@ -204,13 +213,13 @@ static bool run_f32(const scenario_t *scenario)
         tribo_compensator_f32_signals_t p;
         const float                     r = (float)scenario->reference(k) * (1.0f / GRID);
         const float                     F = plant_state.arm.force_n;
-        const float y = faulty(scenario, k) ? bad_float(k) : tribo_biquad_f32_step(&filter, &filter_state, F);
+        const float y = faulty(scenario, k) ? bad_float(k) : cascade_f32_step(&filter, &filter_state, F);
         const float u = tribo_force_loop_f32_step(&params[params_at(scenario, k)], &state, r, y, &s);
         (void)tribo_compensator_f32_step(&plant, &plant_state, u, &p);
         const float seen[] = {F,
                               u,
                               s.e_n,
-                              s.feedforward_n,
+                              s.friction_term_n,
                               s.controller.v_n,
                               s.compensator.force_n,
                               s.compensator.friction.n_n,
@@ -241,9 +250,9 @@ static void hash_q31(const tribo_feedforward_q31_memory_t *memory)
     hash_word((uint32_t)s->b);
     hash_word((uint32_t)s->sigma);
     hash_word(s->travel);
-    hash_word(s->ahead.doubt);
-    hash_word((uint32_t)s->meter.friction);
-    hash_word(memory->state.hold.caution);
+    hash_word(s->ahead.relative_variance);
+    hash_word((uint32_t)s->observer.friction);
+    hash_word(memory->state.hold.extra_margin);
     hash_word(memory->state.hold.active);
 }
 
@@ -265,7 +274,7 @@ static bool run_q31(const scenario_t *scenario)
 
     const tribo_compensator_f32_config_t truth = tribo_compensator_f32_paper();
     bool ok = tribo_compensator_q31_init(&plant, NULL, &truth, 1.0e-3f, 2.0f) == TRIBO_OK &&
-              tribo_biquad_q31_init(&filter, sensor, 1, &headroom) == TRIBO_OK;
+              cascade_q31_init(&filter, sensor, 1, &headroom) == TRIBO_OK;
     start();
     for (int i = 0; i < 3; i++)
     {
@@ -298,13 +307,13 @@ static bool run_q31(const scenario_t *scenario)
         tribo_compensator_q31_signals_t p;
         const int32_t                   r = scenario->reference(k) * 256;
         const int32_t                   F = tribo_arm_q31_force(&plant_state.arm);
-        const int32_t y = faulty(scenario, k) ? bad[k % 3] : tribo_biquad_q31_step(&filter, &filter_state, F);
+        const int32_t y = faulty(scenario, k) ? bad[k % 3] : cascade_q31_step(&filter, &filter_state, F);
         const int32_t u = tribo_force_loop_q31_step(&params[params_at(scenario, k)], &state, r, y, &s);
         (void)tribo_compensator_q31_step(&plant, &plant_state, u, &p);
         const int32_t seen[] = {F,
                                 u,
                                 s.e,
-                                s.feedforward,
+                                s.friction_term,
                                 s.controller.v,
                                 s.compensator.force,
                                 s.compensator.friction.n,

@@ -1,4 +1,4 @@
-"""tribo-drive on a simulated rig, in a folder of its own, and programs that talk to it over a pty."""
+"""tribo-desk, tribo-drive on a simulated rig, in a folder of its own, and programs that talk to it over a pty."""
 
 import csv
 import os
@@ -11,19 +11,27 @@ import time
 
 import pytest
 
-RIG = "scenario: loop.yaml\nio: simulated\nrealtime: {required: no}\n"
+RIG = "scenario: loop.yaml\nrealtime: {required: no}\n"
 LOOP = "duration_s: 5\nreference: {kind: triangle, low_N: 0.4, high_N: 0.6, period_s: 4}\nmetrics: {start_s: 1}\n"
 
 # On the clock of a machine that others load as well.
-CLOCK_RIG = "scenario: loop.yaml\nio: simulated\nrealtime: {required: no, catch_up_ms: 10000}\nheartbeat_ms: 10000\n"
+CLOCK_RIG = "scenario: loop.yaml\nrealtime: {required: no, catch_up_ms: 10000}\nheartbeat_ms: 10000\n"
+
+
+def until(has_happened, what, limit_s=200):
+    """Waits for it. The limit is for what never happens, and far beyond what a loaded machine takes."""
+    end = time.monotonic() + limit_s
+    while not has_happened():
+        assert time.monotonic() < end, what
+        time.sleep(0.005)
 
 
 class Drive:
-    """tribo-drive in a folder of its own."""
+    """tribo-desk in a folder of its own, or another program."""
 
     def __init__(self, folder):
         self.folder = folder
-        self.program = os.environ["TRIBO_DRIVE"]
+        self.program = os.environ["TRIBO_DESK"]
         self.write("loop.yaml", LOOP)
         self.write("rig.yaml", RIG)
 
@@ -32,7 +40,7 @@ class Drive:
 
     def run(self, *arguments, **options):
         return subprocess.run([self.program, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                              timeout=60, check=False, **options)
+                              timeout=600, check=False, **options)
 
     def ticks(self, count, *arguments, status=0, **options):
         """So many ticks of rig.yaml; its log by column, and what it said."""
@@ -47,12 +55,7 @@ class Drive:
         return subprocess.Popen([self.program, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
     def until(self, has_happened, what):
-        """Waits for it, at most 10 s."""
-        for _ in range(2000):
-            if has_happened():
-                return
-            time.sleep(0.005)
-        raise AssertionError(what)
+        until(has_happened, what)
 
     def until_rows(self, rows):
         """Waits until the log has so many."""
@@ -71,13 +74,16 @@ class Line:
             termios.tcsetattr(fd, termios.TCSANOW, attributes)
         self.drive, self.port = (os.ttyname(fd) for fd in self.slaves)
         self.ends = threading.Event()
+        self.answers, self.asked = 0, False  # pieces of answers so far, and whether one is due
         self.thread = threading.Thread(target=self.carry, daemon=True)
         self.thread.start()
 
     def carry(self):
         while not self.ends.is_set():
             for fd in select.select(self.masters, [], [], 0.05)[0]:
-                os.write(self.masters[1 - self.masters.index(fd)], os.read(fd, 4096))
+                side = self.masters.index(fd)
+                os.write(self.masters[1 - side], os.read(fd, 4096))
+                self.answers, self.asked = self.answers + (side == 0), side == 1
 
     def cut(self):
         if not self.ends.is_set():
@@ -101,16 +107,17 @@ class Served:
         return (self.drive.folder / "said.txt").read_text()
 
     def wait_for(self, what):
-        for _ in range(2000):
-            if what in self.said():
-                return
-            assert self.process.poll() is None, self.said()
-            time.sleep(0.005)
-        raise AssertionError(f"no '{what}' in {self.said()}")
+        until(lambda: what in self.said() or self.process.poll() is not None, f"no '{what}'")
+        assert what in self.said(), self.said()
+
+    def pass_ticks(self, count):
+        """Of the drive's, which are behind the clock's on a loaded machine."""
+        end = self.value("tick") + count
+        until(lambda: self.value("tick") >= end, "the drive does not tick")
 
     def link(self, *arguments, status=0):
         done = subprocess.run([os.environ["TRIBO_LINK"], "-d", self.line.port, *map(str, arguments)], capture_output=True, text=True,
-                              timeout=60, check=False)
+                              timeout=600, check=False)
         assert done.returncode == status, done.stdout + done.stderr + self.said()
         return done.stdout if status == 0 else done.stdout + done.stderr
 
@@ -121,7 +128,7 @@ class Served:
     def end(self):
         if self.process.poll() is None:
             self.process.terminate()
-        self.process.wait(timeout=30)
+        self.process.wait(timeout=300)
         self.line.cut()
         self.messages.close()
         return self.said()

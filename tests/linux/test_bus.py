@@ -1,16 +1,16 @@
 """A running tribo-drive's bus, store and trace, by programs that are not of this port: tribo-link over a pty, mbpoll over TCP."""
 
 import csv
+import fcntl
 import os
 import pathlib
-import signal
 import socket
 import subprocess
 import time
 
 import pytest
 
-from conftest import CLOCK_RIG
+from conftest import CLOCK_RIG, until
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TRIANGLE = ROOT / "host_sim" / "scenarios" / "triangle.yaml"
@@ -26,7 +26,7 @@ def test_it_waits_for_its_start_and_holds_the_reference(serve):
     assert "state: 0  # idle" in served.link("status") and served.value("q31") == 0
     served.link("start")
     served.link("reference", 0.5)
-    time.sleep(2)
+    served.pass_ticks(2000)
     assert served.value("F_N") == pytest.approx(0.5, abs=0.02)
     served.link("stop")
     assert served.value("u_N") == 0 and served.value("r_N") == 0
@@ -52,10 +52,11 @@ def test_params_change_while_it_runs(serve):
 def test_a_fault_waits_for_its_acknowledgement(serve, tmp_path):
     served = serve()
     served.link("start")
-    time.sleep(0.5)
+    served.pass_ticks(500)
     served.link("params", "set", "limits.u_max_N=0.1", "drive.command_limit_ms=20")
     served.link("reference", 1.0)
-    time.sleep(0.5)
+    until(lambda: "command at its limit" in served.link("fault"), "no fault")
+    served.pass_ticks(100)
     log = tmp_path / "fault.csv"
     assert served.link("fault", "--out", log).startswith("fault: command at its limit, since tick ")
     rows = rows_of(log)
@@ -76,19 +77,35 @@ def test_a_trace_is_recorded_while_it_runs(serve, tmp_path):
     log = tmp_path / "trace.csv"
     for high in (0.3, 0.5):
         served.link("reference", 0)
-        time.sleep(1)
+        served.pass_ticks(1000)
+        before = served.line.answers
         tracing = subprocess.Popen([os.environ["TRIBO_LINK"], "-d", served.line.port, "trace", "--signals", "r_N,F_N,u_N", "--trigger", "rise",
-                                    "--watch", "F_N", "--level", "0.2", "--after", "500", "--out", log])
-        time.sleep(0.5)
-        # The line is one client's at a time.
-        tracing.send_signal(signal.SIGSTOP)
+                                    "--watch", "F_N", "--level", "0.2", "--after", "500", "--wait", "300", "--out", log])
+        # The line is one client's at a time, and a trace's leaves it to others while it waits for its trigger.
+        until(lambda: served.line.answers > before + 20, "it does not ask for a trace")
         served.link("reference", high)
-        tracing.send_signal(signal.SIGCONT)
-        assert tracing.wait(timeout=30) == 0
+        assert tracing.wait(timeout=300) == 0
         rows = rows_of(log)
         trigger = len(rows) - 501
         assert rows[trigger]["F_N"] >= 0.2 > rows[trigger - 1]["F_N"]
         assert rows[-1]["r_N"] == pytest.approx(high)
+
+
+def test_a_line_in_use_is_refused_with_its_holder(serve):
+    served = serve()
+    with open(served.line.port, "rb", buffering=0) as line:
+        fcntl.flock(line, fcntl.LOCK_EX)
+        name = pathlib.Path("/proc/self/comm").read_text().strip()
+        assert f"{served.line.port}: in use by {name}, process {os.getpid()}\n" in served.link("status", status=2)
+        # One that comes free meanwhile is taken.
+        late = subprocess.Popen([os.environ["TRIBO_LINK"], "-d", served.line.port, "status"], stdout=subprocess.DEVNULL)
+        until(lambda: any(os.readlink(fd) == served.line.port for fd in open_files(late.pid)), "it does not open the line")
+        fcntl.flock(line, fcntl.LOCK_UN)
+        assert late.wait(timeout=300) == 0
+
+
+def open_files(pid):
+    return [fd for fd in pathlib.Path(f"/proc/{pid}/fd").iterdir() if fd.is_symlink()]
 
 
 def test_saved_params_outlast_the_program(serve):
@@ -156,12 +173,12 @@ def test_only_frames_with_the_right_crc_do_anything(serve):
     bad, frames = served.value("bad_frames"), served.value("frames")
     line = os.open(served.line.port, os.O_RDWR | os.O_NOCTTY)
     os.write(line, bytes.fromhex("010601000001") + bytes.fromhex("4837"))  # start, with a wrong CRC
-    time.sleep(0.3)
-    assert served.value("state") == 0 and served.value("bad_frames") == bad + 1
+    until(lambda: served.value("bad_frames") == bad + 1, "the frame does not come")
+    assert served.value("state") == 0
     os.write(line, bytes.fromhex("0006010000014827"))  # start for all, which nobody answers
-    time.sleep(0.3)
+    until(lambda: served.value("state") == 1, "it does not start")
     os.close(line)
-    assert served.value("state") == 1 and served.value("frames") > frames
+    assert served.value("frames") > frames
     # Half a frame, and then a whole one.
     line = os.open(served.line.port, os.O_RDWR | os.O_NOCTTY)
     os.write(line, bytes.fromhex("010601"))
@@ -174,15 +191,14 @@ def test_a_reference_of_the_command_line(serve):
     served = serve(arguments=("--reference", "0.25"))
     served.link("start")
     served.link("reference", 0.5)
-    time.sleep(0.1)
+    served.pass_ticks(100)
     assert served.value("r_N") == 0.25
 
 
 def test_a_reference_that_is_not_renewed(serve):
     served = serve("drive: {reference_ms: 300}\n")
     served.link("start")
-    time.sleep(0.6)
-    assert "reference not renewed" in served.link("fault")
+    until(lambda: "reference not renewed" in served.link("fault"), "no fault")
 
 
 def test_a_line_that_goes_stops_nothing(serve):
@@ -198,9 +214,9 @@ def test_a_line_that_goes_stops_nothing(serve):
 @pytest.mark.parametrize("bus, message", [
     ("device: /dev/nothing", "bus.device: /dev/nothing: No such file or directory"),
     ("listen: no.such.host.invalid", "bus.listen: no.such.host.invalid: "),
-    ("device: /dev/ttyS0, listen: 127.0.0.1", "rig.yaml:5: bus: has a device and an address, one of them is wanted"),
-    ("device: /dev/ttyS0, baud: 300", "rig.yaml:5: bus.baud: 300 is outside 1200 to 4e+06"),
-    ("listen: 127.0.0.1, port: 0", "rig.yaml:5: bus.port: 0 is outside 1 to 65535"),
+    ("device: /dev/ttyS0, listen: 127.0.0.1", "rig.yaml:4: bus: has a device and an address, one of them is wanted"),
+    ("device: /dev/ttyS0, baud: 300", "rig.yaml:4: bus.baud: 300 is outside 1200 to 4e+06"),
+    ("listen: 127.0.0.1, port: 0", "rig.yaml:4: bus.port: 0 is outside 1 to 65535"),
 ])
 def test_a_bus_that_is_wrong_is_named(drive, bus, message):
     drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{{bus}}}\n")
@@ -211,19 +227,88 @@ def test_a_bus_that_is_wrong_is_named(drive, bus, message):
 GAIN, COMMAND, REFERENCE, ACTIVE = 0x1108, 0x100, 0x110, 0x1000
 
 
+def read_state(client):
+    client.sendall(bytes.fromhex("000800000006010300060002"))
+    return client.recv(64)
+
+
+STATE = bytes.fromhex("000800000007010304")
+
+
+@pytest.fixture
+def listen(drive):
+    """A drive with a bus over TCP, what it said before it began, and its port."""
+    runs = []
+
+    def start(bus):
+        port = 20000 + (os.getpid() + 7 * len(runs) + 1) % 20000
+        drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{{bus}port: {port}}}\n")
+        with open(drive.folder / "said.txt", "w", encoding="utf-8") as said:
+            runs.append(subprocess.Popen([drive.program, "rig.yaml", "--duration", "2000"], cwd=drive.folder, stderr=said))
+        messages = drive.folder / "said.txt"
+        until(lambda: "off:" in messages.read_text(), "it does not start")
+        return messages, port
+
+    yield start
+    for run in runs:
+        run.terminate()
+        run.wait(timeout=300)
+
+
+@pytest.mark.parametrize("bus, where, who", [
+    ("", "127.0.0.1", "programs of this machine alone reach the drive"),
+    ("listen: 127.0.0.1, ", "127.0.0.1", "programs of this machine alone reach the drive"),
+    ("listen: 0.0.0.0, ", "0.0.0.0", "whoever reaches this address moves the drive, without a password"),
+])
+def test_the_start_says_who_reaches_it(listen, bus, where, who):
+    messages, port = listen(bus)
+    assert f"bus: Modbus TCP on {where} port {port}: {who}\n" in messages.read_text()
+    with socket.create_connection(("127.0.0.1", port)) as client:
+        assert read_state(client).startswith(STATE)
+
+
+def test_a_second_client_is_refused_while_the_first_lives(listen):
+    messages, port = listen("")
+    with socket.create_connection(("127.0.0.1", port)) as first:
+        assert read_state(first).startswith(STATE)
+        for trial in range(3):  # told once a second
+            with socket.create_connection(("127.0.0.1", port)) as second:
+                assert second.recv(64) == b""
+                here = second.getsockname()[1]
+                said = f"127.0.0.1 port {here} is refused: 127.0.0.1 port {first.getsockname()[1]} has the drive (1 refused)"
+                until(lambda what=said: trial > 0 or what in messages.read_text(), "it is not told")
+            assert read_state(first).startswith(STATE)
+    # Its place is free.
+    with socket.create_connection(("127.0.0.1", port)) as third:
+        assert read_state(third).startswith(STATE)
+
+
+def test_a_client_that_vanishes_is_no_first_one(listen):
+    """Its last request is answered, and the next client is not refused for it."""
+    messages, port = listen("")
+    for _ in range(20):
+        client = socket.create_connection(("127.0.0.1", port))
+        client.sendall(bytes.fromhex("000800000006010300060002"))
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
+        client.close()  # a reset
+    with socket.create_connection(("127.0.0.1", port)) as client:
+        assert read_state(client).startswith(STATE)
+    assert "is refused" not in messages.read_text()
+
+
 def test_mbpoll_over_tcp(drive):
     """An outside client: reads, writes and all exceptions."""
     port = 20000 + os.getpid() % 20000
     drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{listen: 127.0.0.1, port: {port}}}\n")
-    with drive.start("rig.yaml", "--duration", "20") as run:
+    with drive.start("rig.yaml", "--duration", "2000") as run:
         while not run.stderr.readline().startswith("off:"):
             assert run.poll() is None
 
         def poll(*arguments, status=0):
             values = [*map(str, arguments)]
             split = values.index("--") if "--" in values else len(values)
-            done = subprocess.run(["mbpoll", "-m", "tcp", "-p", str(port), "-0", "-1", "-q", "-o", "2", *values[:split], "127.0.0.1",
-                                   *values[split + 1:]], capture_output=True, text=True, timeout=30, check=False)
+            done = subprocess.run(["mbpoll", "-m", "tcp", "-p", str(port), "-0", "-1", "-q", "-o", "10", *values[:split], "127.0.0.1",
+                                   *values[split + 1:]], capture_output=True, text=True, timeout=300, check=False)
             assert done.returncode == status, done.stdout + done.stderr
             return done.stdout + done.stderr
 
@@ -238,7 +323,8 @@ def test_mbpoll_over_tcp(drive):
         assert value(GAIN + ACTIVE) == pytest.approx(0.5)
         poll("-t", "4", "-r", COMMAND, "--", 1)
         poll("-t", "4:float", "-B", "-r", REFERENCE, "--", 0.3)
-        time.sleep(1.5)
+        until(lambda: value(0x82) == pytest.approx(0.3, abs=0.02), "F does not come to r")
+        time.sleep(0.5)
         assert value(0x82) == pytest.approx(0.3, abs=0.02)  # F_N
         assert "Illegal data address" in poll("-t", "4", "-r", 0x0fff, "-c", 1, status=1)
         assert "Illegal function" in poll("-t", "3", "-r", 0, "-c", 1, status=1)
@@ -249,8 +335,11 @@ def test_mbpoll_over_tcp(drive):
         with socket.create_connection(("127.0.0.1", port)) as client:
             client.sendall(bytes.fromhex("00070000000d01 17 01000001 01000001 02 0002".replace(" ", "")))
             assert client.recv(64) == bytes.fromhex("000700000005011702 0000".replace(" ", ""))
-            time.sleep(0.1)
-            client.sendall(bytes.fromhex("00080000000601 03 0006 0002".replace(" ", "")))  # the state
-            assert client.recv(64) == bytes.fromhex("0008000000070103 04 00000000".replace(" ", ""))
+
+            def state():
+                client.sendall(bytes.fromhex("00080000000601 03 0006 0002".replace(" ", "")))
+                return client.recv(64)
+
+            until(lambda: state() == bytes.fromhex("0008000000070103 04 00000000".replace(" ", "")), "it does not stop")
         run.terminate()
-        assert run.wait(timeout=30) == 0
+        assert run.wait(timeout=300) == 0

@@ -7,9 +7,11 @@
 
 #include <fcntl.h>
 #include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -105,16 +107,96 @@ static void test_a_disk_that_stalls_costs_rows_not_time(void)
     TEST_ASSERT_TRUE(dropped > 0);
 }
 
-static void test_a_full_disk_is_told(void)
+static void test_a_disk_without_room_for_a_head_is_told(void)
 {
-    sim_error_t error    = {""};
-    uint64_t    written  = 0;
-    uint64_t    dropped  = 0;
-    recorder_t *recorder = recorder_start("/dev/full", &error);
+    sim_error_t error = {""};
+    TEST_ASSERT_NULL(recorder_start("/dev/full", &error));
+    TEST_ASSERT_EQUAL_STRING("--log /dev/full: No space left on device", error.text);
+}
+
+/// A limit on the size of files stands for the disk's end: a write that crosses it is cut, the next one fails.
+static void limit_files(rlim_t bytes)
+{
+    struct rlimit limit;
+    TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &limit));
+    limit.rlim_cur = bytes;
+    TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
+}
+
+/// Standard error, until it says so; at most 20 s.
+static void wait_until_said(int end, const char *what)
+{
+    char   said[1024] = "";
+    size_t length     = 0;
+    for (int i = 0; i < 2000 && strstr(said, what) == NULL; i++)
+    {
+        const ssize_t count = read(end, said + length, sizeof said - 1u - length);
+        length += count > 0 ? (size_t)count : 0u;
+        said[length] = '\0';
+        (void)realtime_sleep_until(realtime_now_ns() + INT64_C(10000000));
+    }
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(said, what), said);
+}
+
+static void test_a_full_disk_is_told_when_it_happens_and_when_it_is_over(void)
+{
+    sim_error_t error   = {""};
+    uint64_t    written = 0;
+    uint64_t    dropped = 0;
+    unsigned    rows    = 0;
+    int         ends[2];
+    (void)signal(SIGXFSZ, SIG_IGN);
+    TEST_ASSERT_EQUAL_INT(0, pipe(ends));
+    TEST_ASSERT_EQUAL_INT(0, fcntl(ends[0], F_SETFL, O_NONBLOCK));
+    const int kept = dup(STDERR_FILENO);
+    (void)dup2(ends[1], STDERR_FILENO);
+    limit_files(1000);
+    recorder_t *recorder = recorder_start(path, &error);
     TEST_ASSERT_NOT_NULL(recorder);
-    add(recorder, 0);
-    TEST_ASSERT_FALSE(recorder_stop(recorder, &written, &dropped, &error));
-    TEST_ASSERT_EQUAL_STRING("--log: No space left on device", error.text);
+    for (; rows < 100u; rows++)
+    {
+        add(recorder, rows);
+    }
+    wait_until_said(ends[0], "File too large; the drive goes on\n");
+    add(recorder, rows++);
+    limit_files(RLIM_INFINITY);
+    wait_until_said(ends[0], "rows are written again; the drive goes on\n");
+    const bool ok = recorder_stop(recorder, &written, &dropped, &error);
+    (void)dup2(kept, STDERR_FILENO);
+    (void)close(kept);
+    (void)close(ends[0]);
+    (void)close(ends[1]);
+    TEST_ASSERT_FALSE(ok);
+    TEST_ASSERT_EQUAL_STRING("--log: File too large", error.text);
+    TEST_ASSERT_EQUAL_UINT64(rows, written);
+    TEST_ASSERT_EQUAL_UINT64(0, dropped);
+    FILE *file = fopen(path, "r");
+    TEST_ASSERT_NOT_NULL(file);
+    TEST_ASSERT_EQUAL_UINT(rows, rows_in_order(file));
+    (void)fclose(file);
+}
+
+static void test_a_disk_that_stays_full_costs_the_rows_that_it_did_not_take(void)
+{
+    sim_error_t error   = {""};
+    uint64_t    written = 0;
+    uint64_t    dropped = 0;
+    (void)signal(SIGXFSZ, SIG_IGN);
+    limit_files(1000);
+    recorder_t *recorder = recorder_start(path, &error);
+    TEST_ASSERT_NOT_NULL(recorder);
+    for (unsigned i = 0; i < RECORDER_ROWS + 10u; i++)
+    {
+        add(recorder, i);
+    }
+    const bool ok = recorder_stop(recorder, &written, &dropped, &error);
+    limit_files(RLIM_INFINITY);
+    TEST_ASSERT_FALSE(ok);
+    TEST_ASSERT_EQUAL_UINT64(RECORDER_ROWS + 10u, written + dropped);
+    FILE *file = fopen(path, "r");
+    TEST_ASSERT_NOT_NULL(file);
+    TEST_ASSERT_EQUAL_UINT(written, rows_in_order(file)); // whole ones
+    (void)fclose(file);
 }
 
 static void test_a_file_that_cannot_be_made_is_named(void)
@@ -129,7 +211,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_all_rows_come_in_order);
     RUN_TEST(test_a_disk_that_stalls_costs_rows_not_time);
-    RUN_TEST(test_a_full_disk_is_told);
+    RUN_TEST(test_a_disk_without_room_for_a_head_is_told);
+    RUN_TEST(test_a_full_disk_is_told_when_it_happens_and_when_it_is_over);
+    RUN_TEST(test_a_disk_that_stays_full_costs_the_rows_that_it_did_not_take);
     RUN_TEST(test_a_file_that_cannot_be_made_is_named);
     return UNITY_END();
 }

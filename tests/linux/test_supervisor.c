@@ -1,11 +1,15 @@
-// Two processes on outputs that only count: whatever ends the loop, the outputs are off before supervisor_run returns.
+// Two processes on outputs that only count: whatever ends the loop, the outputs are off before supervisor_run returns. The linker
+// puts this file's ioctl, a watchdog's, in the place of the library's.
 
 #include "supervisor.h"
 
 #include "realtime.h"
 #include "unity.h"
 
+#include <errno.h>
+#include <linux/watchdog.h>
 #include <signal.h>
+#include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,6 +29,35 @@ static struct
 
 static supervisor_config_t config;
 
+static int  timeout_s;     ///< of the watchdog
+static int  timeout_min_s; ///< shortest that it takes
+static bool takes_no_timeout;
+
+// NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp): names of ld --wrap
+int __wrap_ioctl(int file, unsigned long request, ...);
+
+int __wrap_ioctl(int file, unsigned long request, ...)
+{
+    va_list arguments;
+    va_start(arguments, request);
+    int *seconds = va_arg(arguments, int *);
+    va_end(arguments);
+    (void)file;
+    if (takes_no_timeout)
+    {
+        errno = ENOTTY;
+        return -1;
+    }
+    TEST_ASSERT_TRUE(request == WDIOC_SETTIMEOUT || request == WDIOC_GETTIMEOUT);
+    if (request == WDIOC_SETTIMEOUT)
+    {
+        timeout_s = *seconds < timeout_min_s ? timeout_min_s : *seconds;
+    }
+    *seconds = timeout_s;
+    return 0;
+}
+// NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp)
+
 static void off(void *context)
 {
     (void)context;
@@ -36,7 +69,10 @@ void setUp(void)
 {
     seen = mmap(NULL, sizeof *seen, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     TEST_ASSERT_TRUE(seen != MAP_FAILED);
-    config = (supervisor_config_t){.heartbeat_ms = HEARTBEAT_MS, .priority = 1, .off = off};
+    config           = (supervisor_config_t){.heartbeat_ms = HEARTBEAT_MS, .priority = 1, .watchdog_s = 3, .off = off};
+    timeout_s        = 60;
+    timeout_min_s    = 1;
+    takes_no_timeout = false;
 }
 
 void tearDown(void)
@@ -173,6 +209,17 @@ static void test_without_its_supervisor_the_loop_ends(void)
     TEST_ASSERT_EQUAL_INT(100, atomic_load(&seen->off));
 }
 
+/// What a watchdog, a file in `path`, was told.
+static size_t read_watchdog(const char *path, char *text, size_t size)
+{
+    FILE *file = fopen(path, "r");
+    TEST_ASSERT_NOT_NULL(file);
+    const size_t length = fread(text, 1, size, file);
+    (void)fclose(file);
+    (void)unlink(path);
+    return length;
+}
+
 static void test_the_watchdog_is_fed_and_disarmed(void)
 {
     char path[] = "/tmp/tribo-watchdog-XXXXXX";
@@ -180,11 +227,8 @@ static void test_the_watchdog_is_fed_and_disarmed(void)
     (void)close(mkstemp(path));
     config.watchdog = path;
     TEST_ASSERT_EQUAL_INT(3, run(returns_3));
-    FILE *file = fopen(path, "r");
-    TEST_ASSERT_NOT_NULL(file);
-    const size_t length = fread(text, 1, sizeof text, file);
-    (void)fclose(file);
-    (void)unlink(path);
+    TEST_ASSERT_EQUAL_INT(3, timeout_s);
+    const size_t length = read_watchdog(path, text, sizeof text);
     TEST_ASSERT_TRUE(length > 1);
     TEST_ASSERT_EQUAL_UINT(length - 1, strspn(text, "."));
     TEST_ASSERT_EQUAL_CHAR('V', text[length - 1]);
@@ -198,6 +242,35 @@ static void test_a_watchdog_that_is_not_there_is_named(void)
     TEST_ASSERT_EQUAL_STRING("watchdog: /nowhere/watchdog: No such file or directory", error.text);
 }
 
+/// It is opened, and so armed, by then.
+static void check_refused(const char *message)
+{
+    char        path[]  = "/tmp/tribo-watchdog-XXXXXX";
+    char        text[8] = "";
+    char        expected[256];
+    sim_error_t error = {""};
+    (void)close(mkstemp(path));
+    config.watchdog = path;
+    TEST_ASSERT_EQUAL_INT(-1, supervisor_run(&config, returns_3, NULL, &error));
+    (void)snprintf(expected, sizeof expected, message, path);
+    TEST_ASSERT_EQUAL_STRING(expected, error.text);
+    TEST_ASSERT_EQUAL_UINT(1, read_watchdog(path, text, sizeof text));
+    TEST_ASSERT_EQUAL_CHAR('V', text[0]);
+    TEST_ASSERT_EQUAL_INT(0, atomic_load(&seen->off)); // no loop has run
+}
+
+static void test_a_watchdog_with_another_timeout_is_refused_and_disarmed(void)
+{
+    timeout_min_s = 16;
+    check_refused("watchdog_s: 3: %s has a timeout of 16 s in its place");
+}
+
+static void test_a_watchdog_that_takes_no_timeout_is_refused_and_disarmed(void)
+{
+    takes_no_timeout = true;
+    check_refused("watchdog: %s: takes no timeout of 3 s (watchdog_s): Inappropriate ioctl for device");
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -209,5 +282,7 @@ int main(void)
     RUN_TEST(test_without_its_supervisor_the_loop_ends);
     RUN_TEST(test_the_watchdog_is_fed_and_disarmed);
     RUN_TEST(test_a_watchdog_that_is_not_there_is_named);
+    RUN_TEST(test_a_watchdog_with_another_timeout_is_refused_and_disarmed);
+    RUN_TEST(test_a_watchdog_that_takes_no_timeout_is_refused_and_disarmed);
     return UNITY_END();
 }

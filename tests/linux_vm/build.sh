@@ -13,8 +13,8 @@ headers=/usr/src/linux-headers-$kernel
 rm -rf "$out/root"
 mkdir -p "$out/modules" "$out/root"/{bin,dev,lib/modules,proc,sys,tests,tmp}
 
-# The modules, once for a kernel.
-if [ ! -e "$out/modules/$kernel" ]; then
+# The modules, once for a kernel and its mock_pwm.c.
+if [ ! -e "$out/modules/$kernel" ] || [ "$here/mock_pwm.c" -nt "$out/modules/$kernel" ]; then
     cp "$here"/{Kbuild,mock_pwm.c} "$out/modules"
     cp "$cache"/source/* "$out/modules"
     # irq_to_desc is not exported to modules, this way to it is.
@@ -31,7 +31,7 @@ cp "$cache"/modules/* "$root/lib/modules"
 cp "$out"/modules/{gpio_sim,mock_pwm}.ko "$root/lib/modules"
 for file in "$root"/lib/modules/*.xz; do [ ! -e "$file" ] || xz -d "$file"; done
 printf '%s\n' configfs.ko industrialio.ko kfifo_buf.ko industrialio-triggered-buffer.ko ti-ads1015.ko ds4424.ko mlx90614.ko i2c-dev.ko \
-    gpio_sim.ko mock_pwm.ko "i2c-stub.ko chip_addr=0x48,0x10,0x5a" watchdog.ko "i6300esb.ko heartbeat=1" >"$root/lib/modules/order.txt"
+    gpio_sim.ko mock_pwm.ko "i2c-stub.ko chip_addr=0x48,0x10,0x5a" watchdog.ko "i6300esb.ko heartbeat=30" >"$root/lib/modules/order.txt"
 
 # put NAME FILE: a program with its libraries.
 put() {

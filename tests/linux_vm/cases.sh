@@ -112,6 +112,11 @@ check $version.ready_lost "$said" sh -c "[ $states = 333112 ] && [ $last = 0 ] &
 ready down down
 check $version.ready_never "$said" sh -c "[ $states = 333332 ] && [ $last = 0 ] && [ $status = 3 ] && grep -q 'power stage not ready' err.txt"
 
+pull 4 up
+$drive ready.yaml --check >out.txt 2>err.txt
+check $version.ready_though_off "$(cat err.txt)" grep -q "lines.ready ('ready'): the power stage is ready, though enable has been off for 100 ms" err.txt
+pull 4 down
+
 # --- stops ---------------------------------------------------------------------------------------------------------
 
 stop_by() { # NAME LINE CAUSE
@@ -128,6 +133,20 @@ stop_by() { # NAME LINE CAUSE
 }
 stop_by emergency_stop_in_the_tick 3 "emergency stop"
 stop_by power_fault_in_the_tick 2 "power stage"
+
+# An edge of the heartbeat with each tick, none from the fault on.
+start rig.yaml
+pulses=
+for i in 1 2 3 4; do
+    tick
+    pulses=$pulses$(level 5)
+done
+pull 3 up
+tick
+pulses=$pulses$(level 5)
+finish
+pull 3 down
+check $version.heartbeat "$pulses" [ $pulses = 10100 ]
 
 start rig.yaml
 tick
@@ -177,6 +196,31 @@ for signal in KILL STOP TERM INT; do
     check $version.$signal "enable is low after $took ms, duty $(cat $duty), status $status: $(cat err.txt)" stopped
 done
 
+# The output's driver blocks for 1 s from then on; NONE: and nobody does anything.
+block=/sys/module/mock_pwm/parameters/block_ms
+for signal in KILL STOP NONE; do
+    $drive clock.yaml >out.txt 2>err.txt &
+    pid=$!
+    until_level 0 1
+    took=$(linux_vm_signal $(loop_of $pid) $signal $lines/sim_gpio0/value $block 1000)
+    wait $pid
+    status=$?
+    echo 0 >$block
+    echo "value $version.BLOCKED_$signal.ms $took"
+    check $version.BLOCKED_$signal "enable is low after $took ms, duty $(cat $duty), status $status: $(cat err.txt)" stopped
+done
+
+# All processes of the drive's name are killed.
+$drive clock.yaml >out.txt 2>err.txt &
+pid=$!
+until_level 0 1
+for process in /proc/[0-9]*; do
+    [ "$(cat $process/comm)" = $drive ] && kill -KILL ${process#/proc/}
+done
+wait $pid
+status=$?
+check $version.killed_by_name "enable $(level 0), status $status: $(cat err.txt)" sh -c "[ $status = 137 ] && grep -q ', stopped$' err.txt && [ $(level 0) = 0 ]" # the supervisor has lived to say so
+
 # The supervisor is killed: the loop ends by itself.
 $drive clock.yaml >out.txt 2>err.txt &
 pid=$!
@@ -198,8 +242,8 @@ check $version.priorities "$priorities" [ "$priorities" = "81 80 " ]
 
 # --- the watchdog of the machine ------------------------------------------------------------------------------------
 
-# Of 1 s: kept alive for 2 s, disarmed at the end.
-echo "watchdog: /dev/watchdog" | cat clock.yaml - >dog.yaml
+# Of 30 s, which the drive makes 1 s: kept alive for 2 s, disarmed at the end.
+sed 's/watchdog: none/watchdog: \/dev\/watchdog/' clock.yaml >dog.yaml
 mark $version.watchdog_kept
 $drive dog.yaml --duration 2 >out.txt 2>err.txt
 status=$?
@@ -220,7 +264,7 @@ mark $version.watchdog_over
 # The kernel counts it as running, and QEMU has reset it.
 printf V >/dev/watchdog
 rmmod i6300esb
-insmod /lib/modules/i6300esb.ko heartbeat=1
+insmod /lib/modules/i6300esb.ko heartbeat=30
 sed 's/watchdog: .*/watchdog: \/dev\/watchdog7/' dog.yaml >bad.yaml
 $drive bad.yaml >out.txt 2>err.txt
 check $version.no_watchdog "$(cat err.txt)" sh -c "[ $(level 0) = 0 ] && grep -q 'watchdog: /dev/watchdog7: No such file' err.txt"

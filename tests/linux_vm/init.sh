@@ -15,7 +15,7 @@ chip=/sys/kernel/config/gpio-sim/board
 mkdir -p $chip/bank0
 echo 8 >$chip/bank0/num_lines
 echo drive >$chip/bank0/label
-for line in 0:enable 1:probe 2:power_fault 3:emergency_stop 4:ready; do
+for line in 0:enable 1:probe 2:power_fault 3:emergency_stop 4:ready 5:heartbeat; do
     mkdir $chip/bank0/line${line%:*}
     echo ${line#*:} >$chip/bank0/line${line%:*}/name
 done

@@ -1,11 +1,19 @@
-// A PWM chip without hardware: sysfs shows what was set.
+// A PWM chip without hardware: sysfs shows what was set. With block_ms a write takes that long.
 
+#include <linux/delay.h>
 #include <linux/module.h>
 #include <linux/platform_device.h>
 #include <linux/pwm.h>
 
+static unsigned int block_ms;
+module_param(block_ms, uint, 0644);
+
 static int mock_apply(struct pwm_chip *chip, struct pwm_device *pwm, const struct pwm_state *state)
 {
+    if (block_ms > 0)
+    {
+        msleep(block_ms); // 0 would be a tick of the kernel
+    }
     return 0; // the core keeps the state
 }
 

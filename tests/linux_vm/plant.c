@@ -6,8 +6,8 @@
 // Prints the RMS of r - F in N over the scenario's metrics window. Duty 0.5 is no force, 0 and 1 are -2 N and 2 N; the converter
 // (an ADS1115, 0.0625 mV a code) reads 1 N as 1024 mV.
 
+#include "loop/reference.h"
 #include "scenario/plant_config.h"
-#include "scenario/reference.h"
 
 #include <fcntl.h>
 #include <linux/i2c-dev.h>
@@ -82,7 +82,7 @@ int main(int count, char **arguments)
     long   counted = 0;
     for (long tick = 0; tick < ticks; tick++)
     {
-        const double t_s     = (double)tick * config->sample_time_s;
+        const double t_s     = (double)tick * config->loop.sample_time_s;
         const double error_n = sim_reference_at(&reference, t_s) - sim_plant_force(plant);
         char         byte    = '.';
         if (set_code(bus, sim_plant_filtered_force(plant)) != 0 || write(out, &byte, 1) != 1 || read(in, &byte, 1) != 1)

@@ -1,5 +1,5 @@
-// linux_vm_signal PID NAME VALUE_FILE: sends the signal and prints how many ms it takes until the file says 0. It comes before
-// the drive's processes, so that the end of one of them cannot hide the edge from it.
+// linux_vm_signal PID NAME VALUE_FILE [FILE NUMBER]: writes the number to the file, sends the signal, and prints how many ms it takes
+// until the value says 0. It comes before the drive's processes, so that the end of one of them cannot hide the edge from it.
 
 #include <fcntl.h>
 #include <sched.h>
@@ -23,18 +23,20 @@ int main(int count, char **arguments)
     {
         const char *name;
         int         number;
-    } known[]  = {{"KILL", SIGKILL}, {"STOP", SIGSTOP}, {"TERM", SIGTERM}, {"INT", SIGINT}};
-    int signal = 0;
-    for (size_t i = 0; count == 4 && i < sizeof known / sizeof known[0]; i++)
+    } known[]  = {{"KILL", SIGKILL}, {"STOP", SIGSTOP}, {"TERM", SIGTERM}, {"INT", SIGINT}, {"NONE", 0}};
+    int signal = -1;
+    for (size_t i = 0; count >= 4 && i < sizeof known / sizeof known[0]; i++)
     {
         signal = strcmp(arguments[2], known[i].name) == 0 ? known[i].number : signal;
     }
-    const int                file     = count == 4 ? open(arguments[3], O_RDONLY) : -1;
+    const int                file     = count >= 4 ? open(arguments[3], O_RDONLY) : -1;
+    const int                other    = count == 6 ? open(arguments[4], O_WRONLY) : -1;
     const struct sched_param highest  = {.sched_priority = 99};
     const struct timespec    look     = {.tv_nsec = 100000};
     const double             start_ms = now_ms();
     char                     level    = '1';
-    if (signal == 0 || file < 0 || sched_setscheduler(0, SCHED_FIFO, &highest) != 0 ||
+    if (signal < 0 || file < 0 || (count == 6 && other < 0) || sched_setscheduler(0, SCHED_FIFO, &highest) != 0 ||
+        (other >= 0 && write(other, arguments[5], strlen(arguments[5])) < 0) ||
         kill((pid_t)strtol(arguments[1], NULL, 10), signal) != 0)
     {
         perror("linux_vm_signal");

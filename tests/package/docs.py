@@ -1,5 +1,5 @@
-"""docs.py ROOT TRIBO_SIM: README.md and docs/ say what is there. Links lead somewhere, the README stays short, and the table
-of docs/parameters.md has the program's keys, ranges and defaults, and fields that the headers declare; its second table has all keys
+"""docs.py ROOT TRIBO_SIM: the pages say what is there. Links lead somewhere, each page is reached from docs/index.md, the README
+stays short, long tables come last. The table of docs/parameters.md has the program's keys, ranges and defaults, and fields that the headers declare; its second table has all keys
 of feed-forward and guard.
 """
 
@@ -9,7 +9,11 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(sys.argv[1])
-README_LINES = 130
+README_LINES = 100
+LONG_TABLE = 15
+PROSE_AFTER = 60  # words: a caption, not a page
+PAGES = sorted(page for page in ROOT.rglob("*.md") if not {"build", ".venv"} & set(page.relative_to(ROOT).parts))
+GENERATED = {"numbers.md", "registers.md", "reproduction.md"}
 
 
 def anchors(path):
@@ -17,14 +21,40 @@ def anchors(path):
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
+def links(page):
+    return [target for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text()) if not target.startswith(("http:", "https:"))]
+
+
 def dead_links(page):
-    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
-        if target.startswith(("http:", "https:")):
-            continue
+    for target in links(page):
         name, _, anchor = target.partition("#")
         file = (page.parent / name).resolve() if name else page
         if not file.exists() or (anchor and anchor not in anchors(file)):
             yield f"{page.relative_to(ROOT)}: {target} leads nowhere"
+
+
+def unreached():
+    """Pages that no chain of links leads to from docs/index.md."""
+    reached, ahead = set(), [ROOT / "docs" / "index.md"]
+    while ahead:
+        page = ahead.pop()
+        if page in reached or page.suffix != ".md" or not page.exists():
+            continue
+        reached.add(page)
+        ahead += [(page.parent / target.partition("#")[0]).resolve() for target in links(page) if not target.startswith("#")]
+    for page in PAGES:
+        if page.resolve() not in reached:
+            yield f"{page.relative_to(ROOT)}: no link leads there from docs/index.md"
+
+
+def early_tables(page):
+    """A table of more rows than LONG_TABLE has only captions below it, unless a tool writes the page."""
+    parts = re.split(r"((?:^\|.*\n)+)", re.sub(r"<!--.*?-->|^```.*?^```$", "", page.read_text(), flags=re.M | re.S), flags=re.M)
+    for i, part in enumerate(parts):
+        rows = part.count("\n") - 2 if part.startswith("|") else 0
+        words = sum(len(text.split()) for text in parts[i + 1 :] if not text.startswith("|"))
+        if rows > LONG_TABLE and words > PROSE_AFTER * sum(text.startswith("|") for text in parts[i:]):
+            yield f"{page.relative_to(ROOT)}: a table of {rows} rows with {words} words below it: put it at the end"
 
 
 def long_readme():
@@ -69,9 +99,12 @@ def wrong_compensation():
         yield f"docs/parameters.md: {len(page)} rows of feed-forward and guard, {len(made)} keys"
 
 
-complaints = [*long_readme()]
-for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
+complaints = [*long_readme(), *unreached()]
+for page in PAGES:
     complaints += dead_links(page)
+for page in (ROOT / "docs").glob("*.md"):
+    if page.name not in GENERATED:
+        complaints += early_tables(page)
 complaints += wrong_parameters(sys.argv[2])
 complaints += wrong_compensation()
 print("\n".join(complaints))

@@ -1,4 +1,4 @@
-// What the example in docs/compensation.md leaves to its reader: an arm with friction, and a main that runs the benchmark's
+// What the README's example leaves to its reader: an arm with friction, and a main that runs the benchmark's
 // triangle on it. The plant is simpler than the simulation's, and its breakaway 20 % above what the example believes.
 
 #include "tribo/status.h"

@@ -1,9 +1,10 @@
-/// Relays as in Figs. 12 and 13, sample by sample from the beginning, to compare the model's with.
+/// Relays as in Figs. 12 and 13, recomputed sample by sample, as a reference for the model's.
 
 #ifndef PLAIN_RELAYS_H
 #define PLAIN_RELAYS_H
 
-#include "tribo/edge.h"
+#include "paper/edge.h"
+#include "tribo/friction_f32.h"
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,4 +1,4 @@
-// Long runs are for the host; an emulated microcontroller, which computes the same bits (tests/identity), takes a part of them.
+// Long runs are for the host; an emulated microcontroller, which computes the same bits (tests/identity), runs a part of them.
 
 #ifndef TESTS_SUPPORT_RUNS_H
 #define TESTS_SUPPORT_RUNS_H

@@ -18,18 +18,14 @@ import boards  # noqa: E402
 BUDGET = HERE / "budget.txt"
 GROWTH = 1.02
 COMPARED = ("peer.", "cycles.")  # others' code and a model: in the table, but not ours to hold
-LIMITS = {("stm32f405", "f32.flash.drive"): 24576}  # without that growth
 COMPILER = "12"  # gcc's major version whose figures the budget holds
-
 
 def tool(processor, name):
     return boards.processor(processor)["tools"] + name
 
-
 def compiler(processor):
     version = subprocess.run([tool(processor, "gcc"), "-dumpversion"], check=True, capture_output=True, text=True).stdout
     return version.split(".")[0].strip()
-
 
 def run(processor, program):
     """Runs a program that prints "name value" lines, with instructions counted."""
@@ -37,13 +33,11 @@ def run(processor, program):
     out = subprocess.run(command, check=True, capture_output=True, text=True, timeout=100).stdout
     return dict(line.split() for line in out.splitlines())
 
-
 def flash(processor, image):
     """Bytes of code and constants, and of initialised data."""
     out = subprocess.run([tool(processor, "size"), image], check=True, capture_output=True, text=True).stdout
     text, data = out.splitlines()[1].split()[:2]
     return int(text) + int(data)
-
 
 def ram(processor, image):
     """Bytes of variables, without the stack."""
@@ -51,15 +45,12 @@ def ram(processor, image):
     sections = [line.split() for line in out.splitlines()]
     return sum(int(s[1]) for s in sections if s and s[0] in (".data", ".sdata", ".bss", ".sbss"))
 
-
 def code(processor, library, arithmetic):
     """Bytes of each module's step function alone: what it calls is not included."""
     out = subprocess.run([tool(processor, "nm"), "-S", library], check=True, capture_output=True, text=True).stdout
     sizes = {row[3]: int(row[1], 16) for row in map(str.split, out.splitlines()) if len(row) == 4}
-    names = {module: f"tribo_{module}_{arithmetic}_step" for module in ("force_loop", "controller", "compensator", "friction", "arm")}
-    names |= {"cascade": f"tribo_biquad_{arithmetic}_step", "relay": "tribo_relay_step", "edge": "tribo_edge_step"}
+    names = {module: f"tribo_{module}_{arithmetic}_step" for module in ("force_loop", "compensator", "friction")}
     return {f"{arithmetic}.code.{module}": sizes[name] for module, name in names.items()}
-
 
 def measure(processor, tree):
     figures = {}
@@ -84,15 +75,13 @@ def measure(processor, tree):
         figures[f"{arithmetic}.ram.image"] = ram(processor, image)
     return {name: int(value) for name, value in figures.items()}
 
-
 def read_budget():
     """Figures by name, then by processor, in the file's order. A board has only a few."""
     lines = [line.split() for line in BUDGET.read_text().splitlines() if line and not line.startswith(("#", *COMPARED))]
     processors = lines[0][1:]
     return {name: {p: int(v) for p, v in zip(processors, values) if v != "-"} for name, *values in lines[1:]}
 
-
-def compare(budget, measured, limits):
+def compare(budget, measured):
     """Complaints and remarks."""
     failures = [f"{name}: measured, but not in the budget" for name in measured if name not in budget]
     failures += [f"{name}: in the budget, but not measured" for name in budget if name not in measured]
@@ -107,12 +96,11 @@ def compare(budget, measured, limits):
                 failures.append(f"{text}: the results have changed")
         elif name.endswith(".min"):
             continue  # a smaller minimum is no gain, and .max is held
-        elif found > min(limit * GROWTH, limits.get(name, found)):
+        elif found > limit * GROWTH:
             failures.append(f"{text}: {100 * (found / limit - 1):+.1f} %")
         elif found < limit:
             remarks.append(f"{text}: less")
     return failures, remarks
-
 
 def main():
     processor, tree = sys.argv[1], pathlib.Path(sys.argv[2])
@@ -126,12 +114,11 @@ def main():
         measured = {name: value for name, value in measured.items() if ".hash." in name}
     else:
         budget = {name: row[processor] for name, row in budget.items() if processor in row}
-    failures, remarks = compare(budget, measured, {name: limit for (of, name), limit in LIMITS.items() if of == processor})
+    failures, remarks = compare(budget, measured)
     print("\n".join(remarks + failures))
     if failures:
         print("budget.py: not within the budget; if that is meant: tools/bench-target --update")
     return bool(failures)
-
 
 if __name__ == "__main__":
     sys.exit(main())

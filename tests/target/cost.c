@@ -1,8 +1,20 @@
 // What a tick costs on this target, in instructions and bytes: prints one figure a line, "name value", for the budget test
 // and tools/bench-target. The hashes are of all u of a run; they are the same on every target and on the host.
 
-#include COST_HEADER
+#include "../support/cascade_f32.h"
+#include "../support/cascade_q31.h"
+#include "controller/controller_f32.h"
+#include "controller/controller_q31.h"
 #include "counter.h"
+#include "paper/arm_f32.h"
+#include "paper/arm_q31.h"
+#include "paper/compensator_f32.h"
+#include "paper/compensator_q31.h"
+#include "paper/friction_f32.h"
+#include "paper/friction_q31.h"
+#include "paper/lugre_f32.h"
+#include "paper/lugre_q31.h"
+#include "tribo_arithmetic.h"
 
 #include <stdio.h>
 
@@ -10,6 +22,7 @@ typedef TRIBO(force_loop, params_t) loop_params_t;
 typedef TRIBO(force_loop, state_t) loop_state_t;
 typedef TRIBO(force_loop, signals_t) loop_signals_t;
 
+#define FULL_SCALE_N 2.0f
 #define TICKS        60000 // 60 s
 #define SEARCH_TICKS 20000
 #define SPLIT_EVERY  20 // ticks: then the modules are counted, too
@@ -25,7 +38,26 @@ static TRIBO(lugre, params_t) lugre;
 static TRIBO(feedforward, params_t) feedforward;
 static TRIBO(feedforward, memory_t) memory;
 
-static void step_axes(uint32_t axes, number_t r)
+// --- forces --------------------------------------------------------------------------------------------------------
+
+static inline tribo_force_t number(int32_t millinewton)
+{
+    return TRIBO_EITHER((float)millinewton * 1e-3f, (int32_t)((int64_t)millinewton * 2147483647 / 2000));
+}
+
+/// `of_65536` parts of x, of 65536.
+static inline tribo_force_t part(tribo_force_t x, int32_t of_65536)
+{
+    return TRIBO_EITHER(x * ((float)of_65536 * (1.0f / 65536.0f)), (int32_t)((int64_t)x * of_65536 / 65536));
+}
+
+/// From x towards `target` by `of_65536` parts of the distance.
+static inline tribo_force_t approach(tribo_force_t x, tribo_force_t target, int32_t of_65536)
+{
+    return TRIBO_EITHER(x + part(target - x, of_65536), (int32_t)(x + ((int64_t)target - x) * of_65536 / 65536));
+}
+
+static void step_axes(uint32_t axes, tribo_force_t r)
 {
     for (uint32_t i = 0; i < axes; i++)
     {
@@ -38,55 +70,100 @@ static void step_axes(uint32_t axes, number_t r)
 #define PARAMS(noun) const TRIBO(noun, params_t) * params
 #define STATE(noun)  TRIBO(noun, state_t) * state
 
-COUNTED(number_t,
+/// Defines `name`, a step that lib has inline only, as a function of its own.
+#define ALONE(type, name, parameters, statement)                                                                       \
+    static COUNTED_ALONE type name parameters                                                                          \
+    {                                                                                                                  \
+        statement;                                                                                                     \
+    }
+
+ALONE(tribo_force_t,
+      controller_alone,
+      (PARAMS(controller),
+       STATE(controller),
+       tribo_force_t e,
+       tribo_force_t friction,
+       TRIBO(controller, signals_t) * out),
+      return TRIBO_PART(controller, step)(params, state, e, friction, out))
+ALONE(tribo_force_t,
+      cascade_alone,
+      (PARAMS(biquad), STATE(biquad), tribo_force_t e),
+      return TRIBO_PART(cascade, step)(params, state, e))
+ALONE(tribo_force_t,
+      output_alone,
+      (PARAMS(biquad), STATE(biquad), tribo_force_t e, TRIBO(biquad, outputs_t) * nodes),
+      return TRIBO_PART(biquad, output)(params, state, e, nodes))
+ALONE(void,
+      advance_alone,
+      (PARAMS(biquad), STATE(biquad), tribo_force_t e, const TRIBO(biquad, outputs_t) * nodes),
+      TRIBO_EITHER(biquad_f32_advance(params, state, e, nodes, 0.0f),
+                   ((void)e, biquad_q31_advance(params, state, nodes, 0))))
+ALONE(void, arm_alone, (PARAMS(arm), STATE(arm), tribo_force_t drive), TRIBO_PART(arm, step)(params, state, drive))
+ALONE(uint8_t,
+      relay_alone,
+      (tribo_relay_state_t * state, uint8_t width, uint8_t events),
+      return (uint8_t)relay_step(state, width, events))
+ALONE(uint8_t,
+      edge_alone,
+      (tribo_edge_state_t * state, uint8_t width, uint8_t events),
+      return (uint8_t)edge_step(state, width, events))
+
+COUNTED(tribo_force_t,
         counted_tick,
-        (PARAMS(force_loop), STATE(force_loop), number_t r, number_t y, loop_signals_t *out),
+        (PARAMS(force_loop), STATE(force_loop), tribo_force_t r, tribo_force_t y, loop_signals_t *out),
         TRIBO(force_loop, step)(params, state, r, y, out))
-COUNTED(number_t,
+COUNTED(tribo_force_t,
         counted_tick_without_signals,
-        (PARAMS(force_loop), STATE(force_loop), number_t r, number_t y),
+        (PARAMS(force_loop), STATE(force_loop), tribo_force_t r, tribo_force_t y),
         TRIBO(force_loop, step)(params, state, r, y, NULL))
-COUNTED(number_t,
+COUNTED(tribo_force_t,
         counted_controller,
-        (PARAMS(controller), STATE(controller), number_t e, number_t friction, TRIBO(controller, signals_t) * out),
-        TRIBO(controller, step)(params, state, e, friction, out))
-COUNTED(number_t,
+        (PARAMS(controller),
+         STATE(controller),
+         tribo_force_t e,
+         tribo_force_t friction,
+         TRIBO(controller, signals_t) * out),
+        controller_alone(params, state, e, friction, out))
+COUNTED(tribo_force_t,
         counted_compensator,
-        (PARAMS(compensator), STATE(compensator), number_t u, TRIBO(compensator, signals_t) * out),
+        (PARAMS(compensator), STATE(compensator), tribo_force_t u, TRIBO(compensator, signals_t) * out),
         TRIBO(compensator, step)(params, state, u, out))
-COUNTED(number_t, counted_cascade, (PARAMS(biquad), STATE(biquad), number_t e), TRIBO(biquad, step)(params, state, e))
+COUNTED(tribo_force_t,
+        counted_cascade,
+        (PARAMS(biquad), STATE(biquad), tribo_force_t e),
+        cascade_alone(params, state, e))
 COUNTED(int,
         counted_output,
-        (PARAMS(biquad), STATE(biquad), number_t e, TRIBO(biquad, outputs_t) * nodes),
-        ((void)TRIBO(biquad, output)(params, state, e, nodes), 0))
+        (PARAMS(biquad), STATE(biquad), tribo_force_t e, TRIBO(biquad, outputs_t) * nodes),
+        ((void)output_alone(params, state, e, nodes), 0))
 COUNTED(int,
         counted_advance,
-        (PARAMS(biquad), STATE(biquad), number_t e, const TRIBO(biquad, outputs_t) * nodes),
-        (ADVANCE(params, state, e, nodes), 0))
-COUNTED(number_t,
+        (PARAMS(biquad), STATE(biquad), tribo_force_t e, const TRIBO(biquad, outputs_t) * nodes),
+        (advance_alone(params, state, e, nodes), 0))
+COUNTED(tribo_force_t,
         counted_friction,
-        (PARAMS(friction), STATE(friction), number_t u, number_t force, TRIBO(friction, signals_t) * out),
+        (PARAMS(friction), STATE(friction), tribo_force_t u, tribo_force_t force, TRIBO(friction, signals_t) * out),
         TRIBO(friction, step)(params, state, u, force, out))
-COUNTED(int, counted_arm, (PARAMS(arm), STATE(arm), number_t drive), (TRIBO(arm, step)(params, state, drive), 0))
+COUNTED(int, counted_arm, (PARAMS(arm), STATE(arm), tribo_force_t drive), (arm_alone(params, state, drive), 0))
 COUNTED(uint8_t,
         counted_relay,
         (tribo_relay_state_t * state, uint8_t width, uint8_t events),
-        tribo_relay_step(state, width, events))
+        relay_alone(state, width, events))
 COUNTED(uint8_t,
         counted_edge,
         (tribo_edge_state_t * state, uint8_t width, uint8_t events),
-        tribo_edge_step(state, width, events))
+        edge_alone(state, width, events))
 COUNTED(int,
         counted_watch,
-        (PARAMS(guard), STATE(guard), loop_state_t *loop, number_t r, number_t y),
-        (TRIBO(force_loop_guard, watch)(params, state, &other, loop, r, y, &signals), 0))
-COUNTED(int, counted_axes, (uint32_t axes, number_t r), (step_axes(axes, r), 0))
+        (PARAMS(guard), STATE(guard), tribo_force_t r, tribo_force_t y),
+        ((void)TRIBO(guard, step)(params, state, r, y, signals.compensator.friction.TRIBO_N(f), true), 0))
+COUNTED(int, counted_axes, (uint32_t axes, tribo_force_t r), (step_axes(axes, r), 0))
 
 // --- the plant: actuator, arm with friction, sensor ----------------------------------------------------------------
 
 static struct
 {
-    number_t actuator, sensor;
+    tribo_force_t actuator, sensor;
     TRIBO(compensator, state_t) arm;
 } plant;
 
@@ -98,18 +175,18 @@ static void plant_reset(void)
 }
 
 /// Poles -200 and -55 rad/s at 1 ms.
-static void plant_step(number_t u)
+static void plant_step(tribo_force_t u)
 {
     TRIBO(compensator, signals_t) seen;
     plant.actuator = approach(plant.actuator, u, 11880);
     (void)TRIBO(compensator, step)(&paper.compensator, &plant.arm, plant.actuator, &seen);
-    plant.sensor = approach(plant.sensor, seen.N(force), 3507);
+    plant.sensor = approach(plant.sensor, seen.TRIBO_N(force), 3507);
 }
 
 // --- inputs --------------------------------------------------------------------------------------------------------
 
 /// 0.4 to 0.6 N, period 20 s.
-static number_t triangle(int32_t tick)
+static tribo_force_t triangle(int32_t tick)
 {
     const int32_t phase = tick % 20000;
     return number(400) + part(number(200), (phase < 10000 ? phase : 20000 - phase) * 4096 / 625);
@@ -125,15 +202,15 @@ static uint32_t random_bits(void) // xorshift
     return random_state;
 }
 
-static number_t random_force(int32_t largest_millinewton)
+static tribo_force_t random_force(int32_t largest_millinewton)
 {
     return part(number(largest_millinewton), (int32_t)(random_bits() >> 15) - 65536);
 }
 
 typedef struct
 {
-    uint32_t kind;
-    number_t r, y, slope, error;
+    uint32_t      kind;
+    tribo_force_t r, y, slope, error;
 } search_t;
 
 /// Inputs of the search for the worst tick: creeping near rest, jumps, limits, bad inputs, random bits.
@@ -166,8 +243,8 @@ static void search_step(search_t *s, int32_t tick)
         s->y = random_force(1900);
         break;
     default:
-        s->r = number_of_bits(random_bits());
-        s->y = number_of_bits(random_bits());
+        s->r = tribo_force_of_word(random_bits());
+        s->y = tribo_force_of_word(random_bits());
         break;
     }
 }
@@ -176,7 +253,7 @@ static void search_step(search_t *s, int32_t tick)
 
 static void print(const char *name, const char *of, uint32_t value)
 {
-    printf("%s.%s%s %lu\n", ARITH, name, of, (unsigned long)value);
+    printf("%s.%s%s %lu\n", TRIBO_ARITHMETIC, name, of, (unsigned long)value);
 }
 
 static void print_counts(const char *name, const counts_t *c)
@@ -197,24 +274,24 @@ static void count_modules(const loop_state_t *before)
     loop_state_t                              s  = *before;
     const TRIBO(force_loop, signals_t) *const in = &signals;
     loop_signals_t                            out;
-    const number_t                            u     = in->controller.N(u);
-    const number_t                            force = in->compensator.N(force);
-    const number_t                            drive = in->compensator.friction.N(n) - in->compensator.friction.N(f);
+    const tribo_force_t                       u     = in->controller.TRIBO_N(u);
+    const tribo_force_t                       force = in->compensator.TRIBO_N(force);
+    const tribo_force_t drive = in->compensator.friction.TRIBO_N(n) - in->compensator.friction.TRIBO_N(f);
 
-    counted_controller(&paper.controller, &s.controller, in->N(e), in->N(feedforward), &out.controller);
+    counted_controller(&paper.controller, &s.controller, in->TRIBO_N(e), in->TRIBO_N(friction_term), &out.controller);
     counts_add(&modules.controller);
     counted_compensator(&paper.compensator, &s.compensator, u, &out.compensator);
     counts_add(&modules.compensator);
 
     s = *before;
-    (void)counted_cascade(&paper.controller.cascade, &s.controller.cascade, in->N(e));
+    (void)counted_cascade(&paper.controller.cascade, &s.controller.cascade, in->TRIBO_N(e));
     counts_add(&modules.cascade);
 
     s = *before;
     TRIBO(biquad, outputs_t) nodes;
-    counted_output(&paper.controller.cascade, &s.controller.cascade, in->N(e), &nodes);
+    counted_output(&paper.controller.cascade, &s.controller.cascade, in->TRIBO_N(e), &nodes);
     counts_add(&modules.output);
-    counted_advance(&paper.controller.cascade, &s.controller.cascade, in->N(e), &nodes);
+    counted_advance(&paper.controller.cascade, &s.controller.cascade, in->TRIBO_N(e), &nodes);
     counts_add(&modules.advance);
     counted_friction(&paper.compensator.friction, &s.compensator.friction.paper, u, force, &out.compensator.friction);
     counts_add(&modules.friction);
@@ -230,9 +307,9 @@ static void count_modules(const loop_state_t *before)
     counts_add(&modules.edge);
 }
 
-static uint32_t hash(uint32_t so_far, number_t u)
+static uint32_t hash(uint32_t so_far, tribo_force_t u)
 {
-    return (so_far ^ bits_of(u)) * 16777619u; // FNV-1a, by words
+    return (so_far ^ tribo_force_word(u)) * 16777619u; // FNV-1a, by words
 }
 
 static void run_triangle(void)
@@ -246,9 +323,9 @@ static void run_triangle(void)
     TRIBO(force_loop, reset)(&axis[0]);
     for (int32_t k = 0; k < TICKS; k++)
     {
-        const number_t r = triangle(k);
-        const number_t y = plant.sensor;
-        number_t       u;
+        const tribo_force_t r = triangle(k);
+        const tribo_force_t y = plant.sensor;
+        tribo_force_t       u;
         before = axis[0];
         u      = counted_tick(&paper, &axis[0], r, y, &signals);
         counts_add(&tick);
@@ -288,7 +365,7 @@ static void run_search(void)
     TRIBO(force_loop, reset)(&axis[0]);
     for (int32_t k = 0; k < SEARCH_TICKS; k++)
     {
-        number_t u;
+        tribo_force_t u;
         search_step(&s, k);
         copy = axis[0];
         (void)counted_tick_without_signals(&paper, &copy, s.r, s.y);
@@ -311,8 +388,8 @@ static void run_retuning(void)
     TRIBO(force_loop, reset)(&axis[0]);
     for (int32_t k = 0; k < 500; k++)
     {
-        const number_t r = triangle(k);
-        number_t       u;
+        const tribo_force_t r = triangle(k);
+        tribo_force_t       u;
         if (k == 0)
         {
             u = TRIBO(force_loop, step)(&other, &axis[0], r, plant.sensor, &signals);
@@ -339,7 +416,7 @@ static void run_axes(void)
         }
         for (int32_t k = 0; k < 200; k++)
         {
-            const number_t r = triangle(k);
+            const tribo_force_t r = triangle(k);
             counted_axes(axes, r);
             counts_add(&all);
         }
@@ -393,7 +470,7 @@ static __attribute__((noinline)) uint32_t stack_of_ticks(const loop_params_t *ev
     search_t s   = {.kind = 0};
     random_state = 0x7ab5u;
     TRIBO(force_loop, reset)(&axis[0]);
-    ATTACH(&axis[0], odd->feedforward != NULL ? &memory : NULL);
+    TRIBO(force_loop_feedforward, attach)(&axis[0], odd->method != NULL ? &memory : NULL);
     plant_reset();
     volatile uint32_t *const top     = stack_pointer();
     uint32_t                 deepest = 0;
@@ -430,16 +507,19 @@ static __attribute__((noinline)) void print_stack_of_modules(void)
     for (int32_t k = 0; k < 400; k++)
     {
         search_step(&s, k * 5);
-        const number_t       u   = TRIBO(force_loop, step)(&paper, &axis[0], s.r, s.y, &signals);
+        const tribo_force_t  u   = TRIBO(force_loop, step)(&paper, &axis[0], s.r, s.y, &signals);
         const loop_signals_t in  = signals;
         loop_state_t         was = axis[0];
 
         paint(top);
-        (void)TRIBO(controller,
-                    step)(&paper.controller, &was.controller, in.N(e), in.N(feedforward), &signals.controller);
+        (void)controller_alone(&paper.controller,
+                               &was.controller,
+                               in.TRIBO_N(e),
+                               in.TRIBO_N(friction_term),
+                               &signals.controller);
         note_depth(top, &stack.controller);
         paint(top);
-        (void)TRIBO(biquad, step)(&paper.controller.cascade, &was.controller.cascade, in.N(e));
+        (void)cascade_alone(&paper.controller.cascade, &was.controller.cascade, in.TRIBO_N(e));
         note_depth(top, &stack.cascade);
         paint(top);
         (void)TRIBO(compensator, step)(&paper.compensator, &was.compensator, u, &signals.compensator);
@@ -448,21 +528,21 @@ static __attribute__((noinline)) void print_stack_of_modules(void)
         (void)TRIBO(friction, step)(&paper.compensator.friction,
                                     &was.compensator.friction.paper,
                                     u,
-                                    in.compensator.N(force),
+                                    in.compensator.TRIBO_N(force),
                                     &signals.compensator.friction);
         note_depth(top, &stack.friction);
         paint(top);
-        (void)TRIBO(arm, step)(&paper.compensator.arm, &was.compensator.arm, in.compensator.friction.N(n));
+        arm_alone(&paper.compensator.arm, &was.compensator.arm, in.compensator.friction.TRIBO_N(n));
         note_depth(top, &stack.arm);
         paint(top);
-        (void)tribo_relay_step(&was.compensator.friction.paper.relay,
-                               paper.compensator.friction.pulse_width,
-                               (uint8_t)(k & 15));
+        (void)relay_alone(&was.compensator.friction.paper.relay,
+                          paper.compensator.friction.pulse_width,
+                          (uint8_t)(k & 15));
         note_depth(top, &stack.relay);
         paint(top);
-        (void)tribo_edge_step(&was.compensator.friction.paper.relay.edge,
-                              paper.compensator.friction.pulse_width,
-                              (uint8_t)(k & 15));
+        (void)edge_alone(&was.compensator.friction.paper.relay.edge,
+                         paper.compensator.friction.pulse_width,
+                         (uint8_t)(k & 15));
         note_depth(top, &stack.edge);
     }
     print("stack.controller", "", stack.controller);
@@ -498,7 +578,7 @@ static __attribute__((noinline)) void run_table(void)
     tribo_force_loop_f32_config_t      config   = tribo_force_loop_f32_paper();
     tribo_friction_f32_config_t *const friction = &config.compensator.friction;
     tribo_breakaway_point_f32_t        table[TRIBO_BREAKAWAY_POINTS_MAX];
-    point_t                            points[TRIBO_BREAKAWAY_POINTS_MAX]; // the same in this arithmetic
+    tribo_point_t                      points[TRIBO_BREAKAWAY_POINTS_MAX]; // the same in this arithmetic
     for (uint32_t i = 0; i < TRIBO_BREAKAWAY_POINTS_MAX; i++)
     {
         const float grown   = friction->positive.slope * ((float)i * 0.04f);
@@ -508,7 +588,7 @@ static __attribute__((noinline)) void run_table(void)
     }
     friction->table        = table;
     friction->table_length = TRIBO_BREAKAWAY_POINTS_MAX;
-    if (INIT(&other, &config, points) != TRIBO_OK)
+    if (tribo_init_loop(&other, points, &config, FULL_SCALE_N) != TRIBO_OK)
     {
         return; // the figures will be missed
     }
@@ -519,8 +599,8 @@ static __attribute__((noinline)) void run_table(void)
     TRIBO(force_loop, reset)(&axis[0]);
     for (int32_t k = 0; k < 20000; k++)
     {
-        const number_t r = triangle(k);
-        number_t       u;
+        const tribo_force_t r = triangle(k);
+        tribo_force_t       u;
         u = counted_tick(&other, &axis[0], r, plant.sensor, &signals);
         counts_add(&tick);
         hashed = hash(hashed, u);
@@ -534,7 +614,7 @@ static __attribute__((noinline)) void run_table(void)
     const tribo_biquad_f32_section_t four[] = {config.controller.sections[0], config.controller.sections[1], lag, lag};
     config.controller.sections              = four;
     config.controller.section_count         = 4;
-    if (INIT(&other, &config, points) == TRIBO_OK)
+    if (tribo_init_loop(&other, points, &config, FULL_SCALE_N) == TRIBO_OK)
     {
         print("stack.largest", "", stack_of_ticks(&paper, &other));
     }
@@ -543,7 +623,7 @@ static __attribute__((noinline)) void run_table(void)
 // --- feed-forward --------------------------------------------------------------------------------------------------
 
 /// Fast triangles, on which breakaway is learned, and after each a stand, in which friction is fed back.
-static number_t triangle_and_stand(int32_t tick)
+static tribo_force_t triangle_and_stand(int32_t tick)
 {
     const int32_t phase = tick % 8000;
     return triangle(phase < 5500 ? 5 * phase : 27500);
@@ -554,7 +634,7 @@ static __attribute__((noinline)) void run_feedforward(void)
 {
     const tribo_force_loop_f32_config_t  config   = tribo_force_loop_f32_paper();
     const tribo_feedforward_f32_config_t standard = tribo_feedforward_f32_default();
-    if (INIT_FED(&other, &feedforward, &config, &standard) != TRIBO_OK)
+    if (tribo_init_feedforward(&other, NULL, &feedforward, &config, &standard, FULL_SCALE_N) != TRIBO_OK)
     {
         return; // the figures will be missed
     }
@@ -567,7 +647,7 @@ static __attribute__((noinline)) void run_feedforward(void)
     plant_reset();
     TRIBO(force_loop, reset)(&axis[0]);
     TRIBO(feedforward, reset)(&feedforward, &memory.state);
-    ATTACH(&axis[0], &memory);
+    TRIBO(force_loop_feedforward, attach)(&axis[0], &memory);
     for (int32_t k = 0; k < 16000 + SEARCH_TICKS; k++)
     {
         s.r = triangle_and_stand(k);
@@ -576,8 +656,8 @@ static __attribute__((noinline)) void run_feedforward(void)
         {
             search_step(&s, k);
         }
-        const number_t u = k % 4 == 3 ? counted_tick_without_signals(&other, &axis[0], s.r, s.y)
-                                      : counted_tick(&other, &axis[0], s.r, s.y, &signals);
+        const tribo_force_t u = k % 4 == 3 ? counted_tick_without_signals(&other, &axis[0], s.r, s.y)
+                                           : counted_tick(&other, &axis[0], s.r, s.y, &signals);
         counts_add(k % 4 == 3 ? &without_signals : k < 16000 ? &tick : &search);
         hashed = hash(hashed, u);
         plant_step(u);
@@ -601,7 +681,7 @@ static __attribute__((noinline)) void run_guard(void)
                                             .quick_time_s = 0.2f,
                                             .stray_n      = 1.0e-3f,
                                             .fade_time_s  = 0.5f};
-    if (INIT_GUARD(&guard_params, &quick) != TRIBO_OK)
+    if (tribo_init_guard(&guard_params, &quick, 1e-3f, FULL_SCALE_N) != TRIBO_OK)
     {
         return; // the figures will be missed
     }
@@ -612,7 +692,7 @@ static __attribute__((noinline)) void run_guard(void)
     TRIBO(guard, reset)(&guard);
     TRIBO(force_loop, reset)(&axis[0]);
     TRIBO(feedforward, reset)(&feedforward, &memory.state);
-    ATTACH(&axis[0], &memory);
+    TRIBO(force_loop_feedforward, attach)(&axis[0], &memory);
     for (int32_t k = 0; k < 8000 + SEARCH_TICKS; k++)
     {
         s.r = triangle_and_stand(k);
@@ -621,8 +701,8 @@ static __attribute__((noinline)) void run_guard(void)
         {
             search_step(&s, k);
         }
-        const number_t u = TRIBO(force_loop, step)(&other, &axis[0], s.r, s.y, &signals);
-        (void)counted_watch(&guard_params, &guard, &axis[0], s.r, s.y);
+        const tribo_force_t u = TRIBO(force_loop, step)(&other, &axis[0], s.r, s.y, &signals);
+        (void)counted_watch(&guard_params, &guard, s.r, s.y);
         counts_add(&counts);
         if (k % 2000 == 0)
         {
@@ -662,7 +742,7 @@ static __attribute__((noinline)) void run_lugre(void)
 {
     const tribo_force_loop_f32_config_t config   = tribo_force_loop_f32_paper();
     const tribo_lugre_f32_config_t      bristles = tribo_lugre_f32_paper();
-    if (INIT_LUGRE(&other, &lugre, &config, &bristles) != TRIBO_OK)
+    if (tribo_init_lugre(&other, NULL, &lugre, &config, &bristles, FULL_SCALE_N) != TRIBO_OK)
     {
         return; // the figures will be missed
     }
@@ -682,8 +762,8 @@ static __attribute__((noinline)) void run_lugre(void)
         {
             search_step(&s, k);
         }
-        const number_t u = k % 4 == 3 ? counted_tick_without_signals(&other, &axis[0], s.r, s.y)
-                                      : counted_tick(&other, &axis[0], s.r, s.y, &signals);
+        const tribo_force_t u = k % 4 == 3 ? counted_tick_without_signals(&other, &axis[0], s.r, s.y)
+                                           : counted_tick(&other, &axis[0], s.r, s.y, &signals);
         counts_add(k % 4 == 3 ? &without_signals : k < 20000 ? &tick : &search);
         hashed = hash(hashed, u);
         plant_step(u);
@@ -701,12 +781,12 @@ static __attribute__((noinline)) void run_lugre(void)
 int main(void)
 {
     tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
-    if (INIT(&paper, &config, NULL) != TRIBO_OK)
+    if (tribo_init_loop(&paper, NULL, &config, FULL_SCALE_N) != TRIBO_OK)
     {
         return 1;
     }
     config.gain = 0.5f;
-    if (INIT(&other, &config, NULL) != TRIBO_OK)
+    if (tribo_init_loop(&other, NULL, &config, FULL_SCALE_N) != TRIBO_OK)
     {
         return 1;
     }

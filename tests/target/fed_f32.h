@@ -11,9 +11,9 @@
 #ifndef FED_PARAMS_F32_H
 #define FED_PARAMS_F32_H
 
-#include "tribo/force_loop_feedforward_f32.h"
+#include "tribo/feedforward_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 4
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 5
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -21,7 +21,8 @@
 #define FED_SAMPLE_TIME_S 1.00000005e-03f
 
 static const tribo_feedforward_f32_params_t fed_feedforward = {
-    .path = {
+    .method = TRIBO_FEEDFORWARD_F32_METHOD,
+    .reference_model = {
         .actuator_part = 1.81269258e-01f,
         .sensor_part = 5.35148568e-02f,
         .arm = {
@@ -31,7 +32,7 @@ static const tribo_feedforward_f32_params_t fed_feedforward = {
             .gamma_g = 7.73008466e-01f,
         },
     },
-    .meter = {
+    .observer = {
         .actuator_part = 1.81269258e-01f,
         .sensor_part = 5.35148568e-02f,
         .filter_part = 4.76190522e-02f,
@@ -45,7 +46,7 @@ static const tribo_feedforward_f32_params_t fed_feedforward = {
         .scale_shared = 1.60000008e-02f,
         .offset_shared = 9.99999975e-06f,
         .correlation = 6.99999988e-01f,
-        .doubt = 1.00000000e+00f,
+        .relative_variance = 1.00000000e+00f,
         .distrust = 5.00000000e-01f,
         .weight_n = 1.99999995e-04f,
         .forgetting_per_n = 1.00000001e-01f,
@@ -58,7 +59,7 @@ static const tribo_feedforward_f32_params_t fed_feedforward = {
         .quick_ticks = 201u,
         .gain = 9.49999988e-01f,
         .margin = 8.50000024e-01f,
-        .caution_per_n = 1.00000000e+01f,
+        .extra_margin_per_n = 1.00000000e+01f,
         .deadband_part = 3.32225929e-03f,
     },
     .input_max_n = 2.00000000e+00f,
@@ -131,10 +132,10 @@ static const tribo_force_loop_f32_params_t fed_params = {
             .gamma_d = 2.82982737e-02f,
             .gamma_g = 7.73008466e-01f,
         },
+        .model = NULL,
     },
-    .method = &tribo_force_loop_feedforward_f32,
-    .feedforward = &fed_feedforward,
-    .lugre = NULL,
+    .method = &fed_feedforward.method,
+    .guard = NULL,
 };
 // clang-format on
 

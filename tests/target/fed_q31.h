@@ -12,9 +12,9 @@
 #ifndef FED_PARAMS_Q31_H
 #define FED_PARAMS_Q31_H
 
-#include "tribo/force_loop_feedforward_q31.h"
+#include "tribo/feedforward_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 4
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 5
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -23,7 +23,8 @@
 #define FED_FULL_SCALE_N 2.00000000e+00f
 
 static const tribo_feedforward_q31_params_t fed_feedforward = {
-    .path = {
+    .method = TRIBO_FEEDFORWARD_Q31_METHOD,
+    .reference_model = {
         .actuator_part = 778545536u,
         .sensor_part = 229844560u,
         .arm = {
@@ -34,7 +35,7 @@ static const tribo_feedforward_q31_params_t fed_feedforward = {
             .shift = 2u,
         },
     },
-    .meter = {
+    .observer = {
         .actuator_part = 778545536u,
         .sensor_part = 229844560u,
         .filter_part = 204522272u,
@@ -43,9 +44,9 @@ static const tribo_feedforward_q31_params_t fed_feedforward = {
         .damping_shift = 3u,
     },
     .learning = {
-        .spread_scale = 1717986944u,
-        .spread_offset = 2684355u,
-        .doubt = 1073741824,
+        .scale_sd = 1717986944u,
+        .offset_sd = 2684355u,
+        .relative_variance = 1073741824,
         .correlation = 751619264,
         .correlation_faded = 429496736u,
         .distrust = 2147483648u,
@@ -60,7 +61,7 @@ static const tribo_feedforward_q31_params_t fed_feedforward = {
         .quick_ticks = 201u,
         .gain = 4080218880u,
         .margin = 3650722304u,
-        .caution_per_unit = 10485760u,
+        .extra_margin_per_unit = 10485760u,
         .deadband_part = 14268995u,
     },
     .input_max = 2147483647u,
@@ -146,10 +147,10 @@ static const tribo_force_loop_q31_params_t fed_params = {
             .gamma_g = 207502880,
             .shift = 2u,
         },
+        .model = NULL,
     },
-    .method = &tribo_force_loop_feedforward_q31,
-    .feedforward = &fed_feedforward,
-    .lugre = NULL,
+    .method = &fed_feedforward.method,
+    .guard = NULL,
 };
 // clang-format on
 

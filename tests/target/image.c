@@ -2,7 +2,7 @@
 // compiler's helpers and its params included, which tribo-sim params has made. With IMAGE_INIT it makes them itself, with
 // IMAGE_FED it feeds friction forward.
 
-#include COST_HEADER
+#include "tribo_arithmetic.h"
 
 static TRIBO(force_loop, state_t) state;
 static TRIBO(force_loop, signals_t) signals;
@@ -21,7 +21,7 @@ static TRIBO(force_loop, params_t) params;
 #endif
 #endif
 
-volatile number_t image_r, image_y, image_u;
+volatile tribo_force_t image_r, image_y, image_u;
 
 int main(void);
 
@@ -29,15 +29,15 @@ int main(void)
 {
 #ifdef IMAGE_INIT
     const tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
-    if (INIT(&params, &config, NULL) != TRIBO_OK)
+    if (tribo_init_loop(&params, NULL, &config, 2.0f) != TRIBO_OK)
     {
         return 1;
     }
 #endif
     TRIBO(force_loop, reset)(&state);
 #ifdef IMAGE_FED
-    TRIBO(feedforward, reset)(params.feedforward, &memory.state);
-    ATTACH(&state, &memory);
+    TRIBO(feedforward, reset)(&fed_feedforward, &memory.state);
+    TRIBO(force_loop_feedforward, attach)(&state, &memory);
 #endif
     for (;;)
     {

@@ -1,9 +1,15 @@
 // What others take for the same: CMSIS-DSP's cascades on the controller's two sections, one sample a call, and the C
 // library's tanhf. Beside each its error, RMS against a cascade in double, as a fraction of full scale.
 
+#include "../support/cascade_f32.h"
+#include "../support/cascade_q31.h"
 #include "counter.h"
+#include "guard/guard_q31.h"
+#include "paper/arm_q31.h"
+#include "paper/lugre_f32.h"
+#include "paper/lugre_q31.h"
+#include "tribo/force_loop_q31.h"
 #include "tribo/paper_controller.h"
-#include "tribo/quantize_q31.h"
 
 #include "dsp/filtering_functions.h"
 
@@ -50,11 +56,11 @@ static int32_t to_q31(double x)
 COUNTED(float,
         counted_ours_f32,
         (const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x),
-        tribo_biquad_f32_step(params, state, x))
+        cascade_f32_step(params, state, x))
 COUNTED(int32_t,
         counted_ours_q31,
         (const tribo_biquad_q31_params_t *params, tribo_biquad_q31_state_t *state, int32_t x),
-        tribo_biquad_q31_step(params, state, x))
+        cascade_q31_step(params, state, x))
 COUNTED(int,
         counted_df2T_f32,
         (const arm_biquad_cascade_df2T_instance_f32 *filter, const float *in, float *out, uint32_t n),
@@ -77,7 +83,7 @@ static void print(const peer_t *peer)
 
 int main(void)
 {
-    static peer_t ours_f32 = {.name = "tribo_biquad_f32_step"}, ours_q31 = {.name = "tribo_biquad_q31_step"};
+    static peer_t ours_f32 = {.name = "biquad_f32"}, ours_q31 = {.name = "biquad_q31"};
     static peer_t df2T_f32 = {.name = "arm_biquad_cascade_df2T_f32"}, df1_q31 = {.name = "arm_biquad_cascade_df1_q31"};
     static peer_t wide_q31 = {.name = "arm_biquad_cas_df1_32x64_q31"};
 

@@ -18,7 +18,7 @@ enum
     LAW ///< its own states from here on
 };
 
-/// Events without progress in time after which the run is given up.
+/// Largest number of events without progress in time.
 #define STALLED_EVENTS_MAX 1000
 #define STALLED_S          1e-13
 
@@ -48,7 +48,7 @@ struct cvode
     SUNMatrix          jacobian;
     SUNLinearSolver    solver;
     SUNNonlinearSolver iteration; ///< without a Jacobian; null: Newton's
-    cvode_cost_t       cost;      ///< of what CVODE no longer counts itself
+    cvode_cost_t       cost;      ///< of earlier starts, no longer counted by CVODE
     char               problem[96];
 };
 
@@ -64,8 +64,8 @@ static cvode_drive_t drive_at(const cvode_t *reference, double time_s, double po
     const cvode_drive_t      command   = reference->at(reference->context, time_s);
     const sim_ripple_t       ripple    = sim_drive_error_ripple(error, position);
     const double             scale     = 1.0 + error->scale;
-    const double             stiffness = reference->config.arm.stiffness_n_per_deg;
-    // The second derivative contains w', which is asked for where w' = u'' / K (the sliding mode of paper.c).
+    const double             stiffness = reference->config.arm.stiffness;
+    // The second derivative contains w'. It is used only where w' = u'' / K (the sliding mode of paper.c).
     const double second = scale * command.rate_n_per_s2 + ripple.curvature_n_per_deg2 * speed * speed;
     return (cvode_drive_t){.u_n           = sim_drive_error_command(error, command.u_n) + ripple.force_n,
                            .rate_n_per_s  = scale * command.rate_n_per_s + ripple.slope_n_per_deg * speed,
@@ -75,7 +75,7 @@ static cvode_drive_t drive_at(const cvode_t *reference, double time_s, double po
 static sim_contact_t contact_at(const cvode_t *reference, double time_s, const double y[])
 {
     const cvode_drive_t drive = drive_at(reference, time_s, y[POSITION], y[SPEED]);
-    const double        force = reference->config.arm.stiffness_n_per_deg * y[POSITION];
+    const double        force = reference->config.arm.stiffness * y[POSITION];
     return (sim_contact_t){.time_s          = time_s,
                            .u_n             = drive.u_n,
                            .n_n             = drive.u_n + reference->config.friction.gravity_n - force,
@@ -84,7 +84,7 @@ static sim_contact_t contact_at(const cvode_t *reference, double time_s, const d
                            .breakaway       = sim_breakaway_at(&reference->config.friction.breakaway, force),
                            .u_rate_n_per_s  = drive.rate_n_per_s,
                            .u_rate_n_per_s2 = drive.rate_n_per_s2,
-                           .n_rate_n_per_s = drive.rate_n_per_s - reference->config.arm.stiffness_n_per_deg * y[SPEED]};
+                           .n_rate_n_per_s  = drive.rate_n_per_s - reference->config.arm.stiffness * y[SPEED]};
 }
 
 static int right_hand_side(sunrealtype time_s, N_Vector y_vector, N_Vector rate_vector, void *user)
@@ -98,7 +98,7 @@ static int right_hand_side(sunrealtype time_s, N_Vector y_vector, N_Vector rate_
     const double        f      = reference->law->friction(reference->friction, &now, y + LAW);
     const bool          stands = reference->law->stands != NULL && reference->law->stands(reference->friction);
     rate[POSITION]             = stands ? 0.0 : y[SPEED];
-    rate[SPEED]                = (now.n_n - arm->damping_n_s_per_deg * rate[POSITION] - f) / arm->inertia_n_s2_per_deg;
+    rate[SPEED]                = (now.n_n - arm->damping * rate[POSITION] - f) / arm->inertia;
     if (reference->law->rates != NULL)
     {
         reference->law->rates(reference->friction, &now, y + LAW, rate + LAW);
@@ -111,7 +111,7 @@ static unsigned guard_count(const sim_law_t *law)
     return law->turns ? 1 : law->guard_count;
 }
 
-/// The law's guards or, at a kink of |w|, where nothing switches, the one for the integrator to start again.
+/// The law's guards or, for a law without modes, the one that restarts the integrator at a kink of |w|.
 static void guards_at(const cvode_t *reference, const sim_contact_t *now, const double y[], double g[])
 {
     if (reference->law->turns)
@@ -178,7 +178,7 @@ static bool allocate(cvode_t *reference, const cvode_options_t *options)
     return reference->solver != NULL;
 }
 
-/// What CVODE has to say comes back as a status.
+/// Silences CVODE's messages; its status suffices.
 static bool be_silent(cvode_t *reference)
 {
 #if SUNDIALS_VERSION_MAJOR >= 7
@@ -265,7 +265,7 @@ void cvode_destroy(cvode_t *reference)
     free(reference);
 }
 
-/// What CVODE has counted since it was last started.
+/// CVODE's counts since its last start.
 static cvode_cost_t counted(const cvode_t *reference)
 {
     long steps    = 0;
@@ -283,7 +283,7 @@ static bool failed(cvode_t *reference, const char *what, int flag)
     return false;
 }
 
-/// CVODE's counters start again with it.
+/// Restarts CVODE, which also resets its counters.
 static bool restart(cvode_t *reference)
 {
     const cvode_cost_t past = counted(reference);
@@ -298,7 +298,7 @@ static bool restart(cvode_t *reference)
     return flag == CV_SUCCESS || failed(reference, "CVODE does not start", flag);
 }
 
-/// A break of the input may leave guards negative, which CVODE would not see: their events happen now.
+/// A kink of the input may leave guards negative, which CVODE would miss: their events happen now.
 static void cross_at_break(cvode_t *reference)
 {
     double  g[SIM_LAW_GUARDS_MAX] = {0.0};
@@ -384,7 +384,7 @@ const char *cvode_problem(const cvode_t *reference)
 
 double cvode_force(const cvode_t *reference)
 {
-    return reference->config.arm.stiffness_n_per_deg * N_VGetArrayPointer(reference->y)[POSITION];
+    return reference->config.arm.stiffness * N_VGetArrayPointer(reference->y)[POSITION];
 }
 
 double cvode_speed(const cvode_t *reference)

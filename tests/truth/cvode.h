@@ -1,4 +1,4 @@
-/// A truth model's law integrated by SUNDIALS CVODE, with its root finding for the changes of mode: the reference for the
+/// A truth model's law integrated by SUNDIALS CVODE, with its root finding for changes of mode: the reference for the
 /// plant's fixed steps. Open loop: u is a given function of time.
 
 #ifndef TRUTH_CVODE_H
@@ -22,12 +22,12 @@ typedef struct
     double position_deg;       ///< absolute tolerances
     double speed_deg_per_s;
     double states;     ///< of the law's own states
-    bool   adams;      ///< and fixed-point iteration, for problems that are not stiff; otherwise backward
+    bool   adams;      ///< and fixed-point iteration, for non-stiff problems; otherwise backward
                        ///< differentiation and Newton's
     double max_step_s; ///< 0: no limit
 } cvode_options_t;
 
-/// Backward differentiation, 1e-8, and absolute tolerances far below what moves F by a micronewton.
+/// Backward differentiation, 1e-8, and absolute tolerances far below a micronewton of F.
 extern const cvode_options_t cvode_defaults;
 
 typedef struct
@@ -38,14 +38,15 @@ typedef struct
 
 typedef struct cvode cvode_t;
 
-/// At rest at F = 0 and time 0. Null if there is no memory. The config is copied, but not its breakaway table.
+/// Creates a reference at rest at F = 0 and time 0; null if there is no memory. Copies the config, but not its breakaway table.
 cvode_t *cvode_create(const sim_truth_ops_t *truth, const sim_truth_config_t *config, const cvode_options_t *options);
 
-/// Errors of the drive, none at first; of the command, there being no actuator here, at once. Before the first drive.
+/// Sets errors of the drive, initially none. Without an actuator here, those of the command act at once. Call before the first
+/// drive.
 void cvode_set_drive_error(cvode_t *reference, const sim_drive_error_t *error);
 void cvode_destroy(cvode_t *reference);
 
-/// From now to `until_s` u is `at(context, time)`, smooth. To be called at the start and at each break of the input.
+/// From now to `until_s` u is `at(context, time)`, smooth. Call at the start and at each kink of the input.
 bool cvode_drive(cvode_t *reference, cvode_drive_at_t at, const void *context, double until_s);
 
 /// Integrates to `time_s`, within the drive's span. False if CVODE gave up or modes changed without end; then

@@ -30,17 +30,16 @@ static void write_value(rig_t *rig, const sim_key_t *key, double value)
 
 void rig_init(rig_t *rig, const sim_truth_ops_t *truth)
 {
-    rig->truth  = truth;
-    rig->config = (sim_truth_config_t){
-        .friction = {.k_min         = 6.0,
-                     .k_max         = 20.0,
-                     .m             = 3.0,
-                     .v0_n_per_s    = 0.007,
-                     .breakaway     = {.offset_n = 0.007, .slope = 0.3},
-                     .set_level     = 0.75,
-                     .reset_level   = 0.8,
-                     .pulse_width_s = 0.003},
-        .arm      = {.inertia_n_s2_per_deg = 1.2e-4, .damping_n_s_per_deg = 0.0288, .stiffness_n_per_deg = 3.84}};
+    rig->truth       = truth;
+    rig->config      = (sim_truth_config_t){.friction = {.k_min         = 6.0,
+                                                         .k_max         = 20.0,
+                                                         .m             = 3.0,
+                                                         .v0_n_per_s    = 0.007,
+                                                         .breakaway     = {.offset_n = 0.007, .slope = 0.3},
+                                                         .set_level     = 0.75,
+                                                         .reset_level   = 0.8,
+                                                         .pulse_width_s = 0.003},
+                                            .arm      = {.inertia = 1.2e-4, .damping = 0.0288, .stiffness = 3.84}};
     rig->drive_error = (sim_drive_error_t){0};
     rig->config.own  = rig->own;
     memset(rig->own, 0, sizeof rig->own);
@@ -83,19 +82,18 @@ void rig_run(const rig_t *rig, double step_s, const rig_ramp_t *ramps, unsigned 
         const long steps = lround(ramps[i].seconds / step_s);
         for (long k = 0; k < steps; k++)
         {
-            // Held at its mean over the step, which is the ramp to second order.
+            // Held at its mean over the step: the ramp to second order.
             const double u      = from + (ramps[i].to_n - from) * ((double)k + 0.5) / (double)steps;
-            const double middle = (1.5 * past - 0.5 * before) / rig->config.arm.stiffness_n_per_deg;
+            const double middle = (1.5 * past - 0.5 * before) / rig->config.arm.stiffness;
             const double felt   = sim_drive_error_command(&rig->drive_error, u) +
                                 sim_drive_error_ripple(&rig->drive_error, middle).force_n;
             const double force = rig->truth->step(model, felt, &signals);
             done++;
-            const rig_sample_t sample = {.time_s  = (double)done * step_s,
-                                         .u_n     = u,
-                                         .force_n = force,
-                                         .f_n     = signals.f_n,
-                                         .speed_deg_per_s =
-                                             (force - past) / step_s / rig->config.arm.stiffness_n_per_deg};
+            const rig_sample_t sample = {.time_s          = (double)done * step_s,
+                                         .u_n             = u,
+                                         .force_n         = force,
+                                         .f_n             = signals.f_n,
+                                         .speed_deg_per_s = (force - past) / step_s / rig->config.arm.stiffness};
             before                    = past;
             past                      = force;
             see(context, &sample);
@@ -128,7 +126,7 @@ static void take_end(void *context, const rig_sample_t *sample)
 
 void rig_forces(const rig_t *rig, const rig_ramp_t *ramps, unsigned count, double forces_n[])
 {
-    rig_ramp_t copy[RAMPS_MAX + 1] = {{0}}; // one more than there is an end of
+    rig_ramp_t copy[RAMPS_MAX + 1] = {{0}}; // zero-terminated
     double     forces[RAMPS_MAX + 1];
     TEST_ASSERT_LESS_OR_EQUAL_UINT(RAMPS_MAX, count);
     memcpy(copy, ramps, count * sizeof *ramps);

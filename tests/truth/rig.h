@@ -1,4 +1,4 @@
-/// What the tests of the truth models share: the paper's arm, inputs made of ramps, a law under prescribed motion.
+/// Shared by the tests of the truth models: the paper's arm, inputs made of ramps, a law under prescribed motion.
 
 #ifndef TRUTH_RIG_H
 #define TRUTH_RIG_H
@@ -18,19 +18,19 @@ typedef struct
     double                 own[SIM_TRUTH_DOUBLES_MAX]; ///< the model's parameters
 } rig_t;
 
-/// The paper's values. The rig must not move in memory: its config points into it.
+/// The paper's values. Do not move or copy the rig: its config points into it.
 void rig_init(rig_t *rig, const sim_truth_ops_t *truth);
 
-/// Whether the model has a parameter of that name.
+/// True if the model has a parameter of this name.
 bool rig_has(const rig_t *rig, const char *name);
 
-/// Changes a parameter, of a choice to the word of that index; fails the test if there is none or the value is out of range.
+/// Changes a parameter; for a choice `value` is the word's index. Fails the test if the parameter is unknown or out of range.
 void rig_set(rig_t *rig, const char *name, double value);
 
-/// L(F) = level, whatever F: what most published properties are stated for.
+/// L(F) = level for all F, as in most published properties.
 void rig_constant_breakaway(rig_t *rig, double level_n);
 
-/// A ramp of u, from where the last one ended.
+/// A ramp of u, from the end of the last one.
 typedef struct
 {
     double to_n, seconds;
@@ -56,18 +56,18 @@ void rig_run_reference(const rig_t           *rig,
 /// F after each of `count` ramps.
 void rig_forces(const rig_t *rig, const rig_ramp_t *ramps, unsigned count, double forces_n[]);
 
-/// Presliding drift: slides up to u = 0.5 N, goes back to no net force, then swings u 50 times between net forces of
-/// 0.2 L and 0.8 L, reckoned from F at the start. Returns how far F moves from the end of the first swing to the last.
+/// Presliding drift: slides up to u = 0.5 N, returns to zero net force, then swings u 50 times between net forces of 0.2 L
+/// and 0.8 L, relative to F at the start. Returns the change of F from the end of the first swing to that of the last.
 double rig_drift(const rig_t *rig, double swing_s);
 
-/// The ramps that models are compared on: deep and shallow falls, a small loop inside stiction, through zero.
+/// The ramps for comparing models: deep and shallow falls, a small loop inside stiction, through zero.
 extern const rig_ramp_t rig_compare_ramps[];
 extern const unsigned   rig_compare_count;
 
 /// Largest difference of F between fixed steps and reference, over the largest |F|.
 typedef struct
 {
-    double difference; ///< of F, as a part of the largest |F|
+    double difference; ///< of F, as a fraction of the largest |F|
     double largest_n;  ///< |F|
     double at_s;
 } rig_comparison_t;
@@ -97,7 +97,7 @@ double rig_slide_step(rig_slide_t *slide, double speed_deg_per_s, double step_s)
 /// Moves by `distance_deg` at `speed_deg_per_s` (unsigned), in whole steps of at most `step_s`; returns friction there.
 double rig_slide_by(rig_slide_t *slide, double distance_deg, double speed_deg_per_s, double step_s);
 
-/// Presliding up, down, and up again to the first turn, with and without a small loop on the way: how much F differs for it.
+/// Presliding up, down, and up again to the first reversal, with and without a small inner loop: the difference of F.
 double rig_inner_loop(const rig_t *rig);
 
 #endif

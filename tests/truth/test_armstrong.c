@@ -1,4 +1,4 @@
-// Armstrong: breakaway that rises with the time at rest, Stribeck effect, frictional memory, elastic presliding.
+// Armstrong: breakaway rises with the time at rest; Stribeck effect, frictional memory, elastic presliding.
 
 #include "rig.h"
 #include "unity.h"
@@ -21,12 +21,12 @@ void tearDown(void)
 
 #define L 0.157
 
-/// Friction of breakaway after a slide at 0.1 deg/s and then a rest.
+/// Breakaway friction after a slide at 0.1 deg/s and a rest.
 static double breakaway_after(double rest_s)
 {
     rig_slide_start(&slide, &rig, 0.5);
     (void)rig_slide_by(&slide, 0.02, 0.1, 1e-4);
-    (void)rig_slide_by(&slide, -1e-4, 0.01, 1e-4); // stops it, as a spring
+    (void)rig_slide_by(&slide, -1e-4, 0.01, 1e-4); // stops against the spring
     for (int i = 0; i < (int)(rest_s / 1e-3); i++)
     {
         (void)rig_slide_step(&slide, 0.0, 1e-3);
@@ -40,7 +40,7 @@ static double breakaway_after(double rest_s)
     return highest;
 }
 
-/// s goes from what 0.1 deg/s has left of it, 1 / 101, to half way of the rest in one second (the dwell time).
+/// After a slide at 0.1 deg/s s is 1 / 101. In one second (the dwell time) it covers half of the distance to 1.
 static void test_breakaway_rises_with_the_time_at_rest(void)
 {
     rig_set(&rig, "sliding_ratio", 0.7);
@@ -48,7 +48,7 @@ static void test_breakaway_rises_with_the_time_at_rest(void)
     const double times[] = {0.1, 1.0, 10.0, 100.0};
     for (unsigned i = 0; i < 4; i++)
     {
-        const double rise = times[i] + 0.03; // the motion back and to breakaway is time at rest as well
+        const double rise = times[i] + 0.03; // the motion back and to breakaway counts as rest
         const double s    = share + (1.0 - share) * rise / (rise + 1.0);
         const double seen = breakaway_after(times[i]);
         printf("after %g s: %.4f N\n", times[i], seen);
@@ -69,7 +69,7 @@ static void test_steady_friction_follows_the_stribeck_curve(void)
     }
 }
 
-/// A jump of speed: friction reaches 1 - 1/e of the new speed's memory after tl, not at once.
+/// After a jump of speed the memory covers 1 - 1/e of the distance to the new speed in tl, not at once.
 static void test_friction_remembers_speed(void)
 {
     rig_set(&rig, "sliding_ratio", 0.7);

@@ -1,4 +1,4 @@
-// Bliman and Sorine: a peak of breakaway along the path, the same at any speed.
+// Bliman and Sorine: a breakaway peak along the path, the same at any speed.
 
 #include "rig.h"
 #include "unity.h"

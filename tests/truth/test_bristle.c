@@ -1,4 +1,4 @@
-// Bristles: noisy sliding about L(F), the same along the same path at any speed, different with another seed.
+// Bristles: noisy sliding friction around L(F), equal along the same path at any speed, different with another seed.
 
 #include "rig.h"
 #include "unity.h"
@@ -46,8 +46,8 @@ static noise_t go(double speed, double step_s)
     return noise;
 }
 
-/// A bond's deflection over a long path: mean 2/3 d, mean square 1/2 d^2, as (1 - u^3) / 3 over (1 - u) on average; so
-/// 20 of them deviate by 1.5 L sqrt((1/2 - 4/9) / 20) = 0.079 L.
+/// A bond's deflection over a long path has mean 2/3 d and mean square 1/2 d^2, the average of (1 - u^3) / 3 over (1 - u).
+/// Hence 20 of them deviate by 1.5 L sqrt((1/2 - 4/9) / 20) = 0.079 L.
 static void test_sliding_is_noisy_about_breakaway(void)
 {
     const noise_t noise = go(0.01, 1e-4);
@@ -73,7 +73,7 @@ static void test_another_seed_is_another_noise(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * L, L, two.mean_n);
 }
 
-/// From rest one bond snaps after a tenth of d; below that all of them are springs.
+/// From rest the first bond snaps after a tenth of d; below that all are springs.
 static void test_small_presliding_is_a_spring(void)
 {
     rig_slide_start(&slide, &rig, 0.5);

@@ -1,4 +1,4 @@
-// Coulomb: stands exactly inside breakaway, slides with L(F) whatever the speed, remembers nothing.
+// Coulomb: stands exactly inside breakaway, slides with L(F) at any speed, has no memory.
 
 #include "rig.h"
 #include "unity.h"
@@ -29,7 +29,7 @@ static void test_it_breaks_away_at_breakaway_in_both_directions(void)
     rig_forces(&rig, ramps, 5, forces);
     TEST_ASSERT_TRUE(forces[0] == 0.0 && forces[1] == 0.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, -0.0101 / 1.3, forces[3]);
-    // -0.0078 N: 0.0093 N of breakaway, n is 0.0128 N at 0.0051 N: it has moved.
+    // At -0.0078 N breakaway is 0.0093 N. At u = 0.0051 N n is 0.0128 N: it has moved.
     TEST_ASSERT_TRUE(forces[4] > forces[3] + 1e-3);
 }
 

@@ -1,4 +1,4 @@
-// Every truth model by the plant's fixed steps against its own equations by CVODE, to 1 % of force.
+// Every truth model: the plant's fixed steps against its equations by CVODE, to 1 % of force.
 
 #include "rig.h"
 #include "unity.h"
@@ -39,7 +39,7 @@ static void test_every_model_agrees_with_cvode_to_1_percent_of_force(void)
     }
 }
 
-/// As slow as the paper's waveforms, 0.01 N/s.
+/// 0.01 N/s, as slow as the paper's waveforms.
 static void test_every_model_agrees_on_slow_ramps(void)
 {
     static const rig_ramp_t ramps[] = {{0.5, 1.0}, {0.12, 1.0}, {0.27, 15.0}, {0.17, 10.0}};
@@ -51,7 +51,7 @@ static void test_every_model_agrees_on_slow_ramps(void)
     }
 }
 
-/// As from steps of the reference: 0.5 N within 5 ms.
+/// 0.5 N within 5 ms, as after steps of the reference.
 static void test_every_model_agrees_on_jumps(void)
 {
     static const rig_ramp_t ramps[] =
@@ -64,7 +64,7 @@ static void test_every_model_agrees_on_jumps(void)
     }
 }
 
-/// Directions that differ, gravity, breakaway from a table.
+/// Unequal directions, gravity, breakaway from a table.
 static void test_every_model_agrees_with_asymmetry_gravity_and_a_table(void)
 {
     static sim_breakaway_point_t points[] = {{0.0, 0.010, 0.005}, {0.2, 0.060, 0.080}, {0.5, 0.150, 0.170}};
@@ -79,7 +79,7 @@ static void test_every_model_agrees_with_asymmetry_gravity_and_a_table(void)
     }
 }
 
-/// Friction of sliding below breakaway, where a model has such a parameter.
+/// Sliding friction below breakaway, where a model has that parameter.
 static void test_models_with_a_stribeck_effect_agree(void)
 {
     for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
@@ -94,7 +94,7 @@ static void test_models_with_a_stribeck_effect_agree(void)
     }
 }
 
-/// A parameter away from its default: 0.8 of it, 0.05 for 0; another word of a choice.
+/// A value other than the default: 0.8 of it, 0.05 for 0; another word of a choice.
 static double other_value(const sim_key_t *key)
 {
     switch (key->type)
@@ -108,7 +108,7 @@ static double other_value(const sim_key_t *key)
     }
 }
 
-/// Both forms of a law must take each of its parameters alike.
+/// Both forms of a law must use each parameter in the same way.
 static void test_every_parameter_agrees(void)
 {
     static const rig_ramp_t ramps[] = {{0.5, 0.4}, {0.5, 0.1}, {0.1, 0.2}, {0.45, 0.005}, {0.45, 0.1}, {-0.2, 0.3}};

@@ -1,4 +1,4 @@
-// Dahl: the exponential loop in space at any speed, no Stribeck effect, and drift in presliding.
+// Dahl: the same exponential loop in space at any speed, no Stribeck effect, and drift in presliding.
 
 #include "rig.h"
 #include "unity.h"

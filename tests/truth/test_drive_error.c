@@ -18,7 +18,7 @@ void tearDown(void)
 {
 }
 
-/// F after `seconds` of the plant at rest in u.
+/// F after `seconds` at constant u, from rest.
 static double settled(const sim_drive_error_t *error, double u_n, double seconds)
 {
     const sim_plant_config_t config = {.step_s                  = RIG_STEP_S,
@@ -59,7 +59,7 @@ typedef struct
     double slowest, fastest; ///< of F against u
 } wave_t;
 
-/// u + ripple - F stays L while it slides up.
+/// u + ripple - F equals L while the arm slides up.
 static void check_balance(void *context, const rig_sample_t *sample)
 {
     wave_t *wave = context;
@@ -76,7 +76,7 @@ static void check_balance(void *context, const rig_sample_t *sample)
 
 static void test_ripple_is_a_force_periodic_in_position(void)
 {
-    // Slope 2 pi 0.01 / 0.1 N = 0.63 of the spring's: F wavers, but does not jump.
+    // Slope 2 pi 0.01 / 0.1 N = 0.63 of the spring's: F ripples without jumps.
     wave_t wave     = {.period_n = 0.1, .phase = 0.25, .amplitude_n = 0.01, .slowest = 1.0};
     rig.drive_error = (sim_drive_error_t){.ripple_n = 0.01, .ripple_period_deg = 0.1 / 3.84, .ripple_phase = 0.25};
     const rig_ramp_t ramps[] = {{0.6, 12.0}};
@@ -112,8 +112,8 @@ static void test_the_plants_arm_feels_the_ripple(void)
     sim_plant_destroy(plant);
 }
 
-/// As large as L at 0.5 N, and not so steep that the arm would jump from valley to valley, where the smallest difference
-/// decides in which it stops.
+/// Ripple as large as L at 0.5 N, but not so steep that the arm jumps between valleys: the smallest difference would then
+/// decide where it stops.
 static void test_every_model_agrees_with_cvode_under_ripple_and_command_errors(void)
 {
     for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)

@@ -1,4 +1,4 @@
-// Elasto-plastic: elastic, and without drift, up to a part of breakaway; beyond that as LuGre.
+// Elasto-plastic: elastic, without drift, up to a fraction of breakaway; beyond it like LuGre.
 
 #include "rig.h"
 #include "unity.h"
@@ -29,7 +29,7 @@ static void test_it_does_not_drift_in_presliding(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.0, drift);
 }
 
-/// The same swings with an elastic limit below them: that is LuGre, and it drifts.
+/// The same swings with an elastic limit below them: the model becomes LuGre and drifts.
 static void test_it_drifts_with_a_low_elastic_limit(void)
 {
     rig_set(&rig, "elastic_ratio", 0.0);
@@ -40,7 +40,7 @@ static void test_presliding_below_the_limit_is_a_spring(void)
 {
     rig_slide_start(&slide, &rig, 0.5);
     const double x = 0.8 * L / 200.0;
-    // After the motion itself, whose bristle damping is 0.3 w.
+    // During motion the bristle damping adds 0.3 w.
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 200.0 * x + 0.3 * 1e-3, rig_slide_by(&slide, x, 1e-3, 1e-4));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 200.0 * 0.25 * x - 0.3 * 1e-3, rig_slide_by(&slide, -0.75 * x, 1e-3, 1e-4));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, rig_slide_by(&slide, -0.25 * x, 1e-3, 1e-4) + 0.3 * 1e-3);

@@ -1,4 +1,4 @@
-// Karnopp: inside a zone of speeds the position stands exactly; breakaway may exceed the friction of sliding.
+// Karnopp: inside a zone of speeds the position stands exactly; breakaway may exceed sliding friction.
 
 #include "rig.h"
 #include "unity.h"
@@ -37,7 +37,7 @@ static void test_no_motion_is_slower_than_the_dead_zone(void)
     const rig_ramp_t ramps[] = {{0.3, 3.0}, {0.3, 0.5}, {0.1, 2.0}, {0.1, 0.5}};
     double           slowest = 1.0;
     rig_run(&rig, RIG_STEP_S, ramps, 4, find_slowest, &slowest);
-    // The step in which it stops or starts is cut short by up to the zone itself; the arm's own speed is 0.02 deg/s.
+    // The steps at stop and start are shortened by up to the zone; the arm's own speed is 0.02 deg/s.
     TEST_ASSERT_TRUE(slowest < 0.01);
     TEST_ASSERT_TRUE(slowest > 0.4 * 2e-4);
 }
@@ -59,8 +59,8 @@ static void find_jumps(void *context, const rig_sample_t *sample)
     jumps->past_n         = sample->force_n;
 }
 
-/// Breakaway above the friction of sliding: a slow rise moves the arm in jumps. On the spring it goes beyond the balance
-/// by as much as it was short of it, less what damping takes: from (1 - r) L to 2 (1 - r) L.
+/// With breakaway above sliding friction a slow rise moves the arm in jumps. On the spring it overshoots the balance by its
+/// deficit before, reduced by damping: from (1 - r) L to 2 (1 - r) L.
 static void test_a_slow_rise_goes_in_jumps_when_breakaway_exceeds_sliding(void)
 {
     rig_set(&rig, "sliding_ratio", 0.8);

@@ -1,4 +1,4 @@
-// Leuven: hysteresis of presliding with non-local memory, under LuGre's sliding.
+// Leuven: presliding hysteresis with non-local memory, and LuGre's sliding.
 
 #include "rig.h"
 #include "unity.h"
@@ -23,7 +23,7 @@ void tearDown(void)
 
 static void test_an_inner_loop_closes_and_is_forgotten(void)
 {
-    rig_set(&rig, "exponent", 20.0); // presliding is then all the hysteresis'
+    rig_set(&rig, "exponent", 20.0); // presliding is then pure hysteresis
     rig_set(&rig, "bristle_damping_N_s_per_deg", 0.0);
     const double leuven = rig_inner_loop(&rig);
     rig_init(&rig, &sim_dahl_truth);
@@ -31,7 +31,7 @@ static void test_an_inner_loop_closes_and_is_forgotten(void)
     TEST_ASSERT_TRUE(leuven < 1e-3 * L);
 }
 
-/// Elements yield at 2.0e-4, 5.3e-4, 1.2e-3 deg: the slope falls by steps. Far from sliding z is x.
+/// Elements yield at 2.0e-4, 5.3e-4, 1.2e-3 deg: the slope falls in steps. Far from sliding z is x.
 static void test_presliding_starts_with_the_stiffness_of_all_elements(void)
 {
     rig_set(&rig, "exponent", 20.0);
@@ -55,7 +55,7 @@ static void test_steady_friction_follows_the_stribeck_curve(void)
     }
 }
 
-/// The bristle's yielding makes it creep, but less the sharper sliding begins.
+/// The yielding bristle makes the arm creep, less with a sharper onset of sliding.
 static void test_drift_falls_with_the_exponent(void)
 {
     rig_set(&rig, "exponent", 1.0);

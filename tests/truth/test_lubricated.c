@@ -1,4 +1,4 @@
-// Lubricated contact: breakaway L at rest, a film that lifts the load off it with speed, and late.
+// Lubricated contact: breakaway L at rest; with speed a film takes over the load, with a lag.
 
 #include "rig.h"
 #include "unity.h"
@@ -21,7 +21,7 @@ void tearDown(void)
 
 #define L 0.157
 
-/// On the film's balance: contact + lift = L, lift = c w e^2 / (1 - e^2)^2.
+/// Friction at the film's balance: contact + lift = L, lift = c w e^2 / (1 - e^2)^2.
 static double steady(double speed)
 {
     double low  = 0.0;
@@ -49,7 +49,7 @@ static void test_steady_friction_falls_with_speed_and_rises_with_the_film(void)
         TEST_ASSERT_TRUE(f < past);
         past = f;
     }
-    // All on the film.
+    // The film carries the whole load.
     const double fast = rig_slide_by(&slide, 20.0, 4.0, 1e-3);
     TEST_ASSERT_TRUE(rig_slide_by(&slide, 40.0, 8.0, 1e-3) > 1.5 * fast);
 }
@@ -100,7 +100,7 @@ static void integrals(double e, double *j12, double *j22)
     }
 }
 
-/// From rest to a jump of speed, both ways: friction 0.05 s later, from the film's balance with those integrals.
+/// Jumps of speed from rest, in both directions: friction 0.05 s later, from the film's balance with these integrals.
 static void test_the_film_obeys_its_integrals_in_both_directions(void)
 {
     double e = 0.7 + L / 20.0;

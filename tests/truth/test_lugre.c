@@ -20,7 +20,7 @@ void tearDown(void)
     rig_slide_end(&slide);
 }
 
-/// The bristles of the other models of this folder: presliding that can be seen.
+/// The bristle stiffness of this folder's other models, for visible presliding.
 static void soften(void)
 {
     rig_set(&rig, "stiffness_N_per_deg", 200.0);
@@ -44,7 +44,7 @@ static void test_steady_friction_follows_the_stribeck_curve(void)
     }
 }
 
-/// The speed goes up and down between 0.002 and 0.02 deg/s: on the way up friction is higher (it lags).
+/// The speed rises and falls between 0.002 and 0.02 deg/s; friction lags, so it is higher during the rise.
 static void test_friction_lags_speed(void)
 {
     soften();
@@ -71,7 +71,7 @@ static void find_highest(void *context, const rig_sample_t *sample)
     *(double *)context = fmax(*(double *)context, sample->f_n);
 }
 
-/// Highest friction while u goes up from rest in this time.
+/// Highest friction while u rises from rest within `seconds`.
 static double breakaway(double seconds)
 {
     const rig_ramp_t ramps[] = {{0.3, seconds}};

@@ -1,9 +1,15 @@
 // The library's LuGre, at 1 kHz in float and in Q31 with its arm model, against Eq. (12) by CVODE with the same input.
 
+#include "controller/biquad_f32.h"
+#include "controller/biquad_q31.h"
+#include "guard/guard_q31.h"
+#include "paper/arm_q31.h"
+#include "paper/lugre_f32.h"
+#include "paper/lugre_q31.h"
 #include "rig.h"
-#include "tribo/compensator_lugre_f32.h"
-#include "tribo/compensator_lugre_q31.h"
-#include "tribo/quantize_q31.h"
+#include "tribo/force_loop_q31.h"
+#include "tribo/friction_f32.h"
+#include "tribo/friction_q31.h"
 #include "unity.h"
 
 #include <math.h>
@@ -45,12 +51,8 @@ static void tick(void *context, const rig_sample_t *sample)
 
     tribo_compensator_f32_signals_t seen_f32;
     tribo_compensator_q31_signals_t seen_q31;
-    const float f = tribo_compensator_lugre_f32_step(&own->f32_params, &own->f32_lugre, &own->f32, (float)u, &seen_f32);
-    (void)tribo_compensator_lugre_q31_step(&own->q31_params,
-                                           &own->q31_lugre,
-                                           &own->q31,
-                                           TRIBO_Q31(u, FULL_SCALE),
-                                           &seen_q31);
+    const float                     f = tribo_compensator_f32_step(&own->f32_params, &own->f32, (float)u, &seen_f32);
+    (void)tribo_compensator_q31_step(&own->q31_params, &own->q31, TRIBO_Q31(u, FULL_SCALE), &seen_q31);
 
     const double f_error   = fabs((double)f - sample->f_n);
     const double q31_force = tribo_arm_q31_force(&own->q31.arm) / 2147483648.0 * FULL_SCALE;
@@ -72,8 +74,12 @@ static compensator_t run(const rig_ramp_t *ramps, unsigned count)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_f32_init(&own.f32_lugre, &lugre, &config.arm, h));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_compensator_q31_init(&own.q31_params, NULL, &config, h, FS));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_q31_init(&own.q31_lugre, &lugre, &config.arm, h));
-    tribo_compensator_lugre_f32_reset(&own.f32);
-    tribo_compensator_lugre_q31_reset(&own.q31);
+    tribo_lugre_f32_attach(&own.f32_params, &own.f32_lugre);
+    tribo_lugre_q31_attach(&own.q31_params, &own.q31_lugre);
+    tribo_compensator_f32_reset(&own.f32);
+    tribo_compensator_q31_reset(&own.q31);
+    tribo_lugre_f32_reset(&own.f32.friction.lugre);
+    tribo_lugre_q31_reset(&own.q31.friction.lugre);
     rig_run_reference(&rig, &cvode_defaults, H, ramps, count, tick, &own, NULL);
     printf("f^: rms error %.2e N, largest %.2e N; F^: largest %.2e N in float, %.2e N in Q31\n",
            sqrt(own.f_square / (double)own.count),

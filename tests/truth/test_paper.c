@@ -25,7 +25,7 @@ static void become(const char *name)
     sim_paper_variant_apply(variant, &rig.config);
 }
 
-/// After a fall to `bottom_n` and a stop there, a rise at 0.2 N/s to u - F = 0.9 L of where F stood: how far F has moved.
+/// The change of F in a rise at 0.2 N/s, up to u - F = 0.9 L at the old F, after a fall to `bottom_n` and a stop there.
 static double lift(double bottom_n, double seconds)
 {
     rig_ramp_t ramps[] = {{0.6, 3.0}, {bottom_n, 2.4}, {bottom_n, 0.1}, {0.0, 0.0}};
@@ -40,7 +40,7 @@ static double lift(double bottom_n, double seconds)
 
 static void test_step_1_of_section_3_does_not_feel_the_drive(void)
 {
-    // I w' + b w = 0: an arm at rest stays, whatever u.
+    // I w' + b w = 0: an arm at rest stays at rest for any u.
     const rig_ramp_t ramps[] = {{0.6, 1.0}};
     double           force;
     become("unlimited");
@@ -111,7 +111,7 @@ static void test_every_variant_agrees_with_cvode(void)
     }
 }
 
-/// At 0.01 N/s v is held at 0, F' = u': the fixed steps chatter about it, CVODE follows Filippov's solution.
+/// At 0.01 N/s v is held at 0, F' = u': the fixed steps chatter around it, CVODE follows Filippov's solution.
 static void test_a_rise_too_slow_for_the_curve_agrees_with_cvode(void)
 {
     const rig_ramp_t       ramps[]    = {{0.5, 1.0}, {0.12, 1.0}, {0.25, 13.0}, {0.15, 10.0}};

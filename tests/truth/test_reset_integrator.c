@@ -1,4 +1,4 @@
-// Reset integrator: a spring up to breakaway, then at once the lower friction of slipping; no drift.
+// Reset integrator: a spring up to breakaway, then at once the lower slipping friction; no drift.
 
 #include "rig.h"
 #include "unity.h"

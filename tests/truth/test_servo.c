@@ -27,7 +27,7 @@ static const row_t rows[] = {{&sim_servo_mx106_truth, 0.1134, 0.108},
                              {&sim_servo_xl330_truth, 0.00888, 0.1217},
                              {&sim_servo_erob80_truth, 4.83, 0.148}};
 
-/// u - F at which it moves upwards from F: 0.007 + load (u + F).
+/// u - F at which the arm moves up from F: 0.007 + load (u + F).
 static void test_breakaway_is_the_base_and_a_part_of_the_load(void)
 {
     for (unsigned i = 0; i < 4; i++)
@@ -44,7 +44,7 @@ static void test_breakaway_is_the_base_and_a_part_of_the_load(void)
         printf("%s: at %.3f N %.4f up, %.4f N down\n", rows[i].truth->name, force, up, down);
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.6, force + up);
 
-        // Down to just short of breakaway it stands, beyond it does not.
+        // It stands just short of breakaway downwards, and moves beyond it.
         ramps[1].to_n = force - 0.97 * down;
         rig_forces(&rig, ramps, 2, forces);
         const double stood = forces[1];

@@ -1,4 +1,4 @@
-// The torque-based model: friction is the net force itself up to breakaway, so the transition is sharp and nothing drifts.
+// The torque-based model: friction equals the net force up to breakaway, so the transition is sharp and nothing drifts.
 
 #include "rig.h"
 #include "unity.h"
@@ -34,7 +34,7 @@ static void test_a_rise_after_a_deep_fall_does_not_lift_the_force_before_breakaw
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, bottom, forces[3]);
 }
 
-/// u = F + L(F) while it slides slowly, but for the arm's damping b F'/K.
+/// u = F + L(F) while the arm slides slowly, except for its damping b F'/K.
 static void test_sliding_friction_is_breakaway_of_the_load(void)
 {
     const rig_ramp_t ramps[] = {{0.6, 6.0}};

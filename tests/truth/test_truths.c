@@ -1,4 +1,4 @@
-// The list of truth models: names, rows of parameters, and what every model must do.
+// The list of truth models: names, rows of parameters, and the duties of every model.
 
 #include "rig.h"
 #include "scenario/config.h"
@@ -65,7 +65,7 @@ static void check_row(const sim_key_t *row, bool used[])
     }
 }
 
-/// Each row has room of its own, and rows are unique.
+/// Rows are unique and do not overlap in the struct.
 static void test_rows_of_parameters_are_sound(void)
 {
     for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
@@ -80,7 +80,7 @@ static void test_rows_of_parameters_are_sound(void)
     }
 }
 
-/// What the other tests of this folder start from is what a scenario starts from.
+/// Scenarios and the other tests of this folder start from the same defaults.
 static void test_a_scenarios_defaults_are_those_of_the_rows(void)
 {
     for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
@@ -94,7 +94,7 @@ static void test_a_scenarios_defaults_are_those_of_the_rows(void)
     }
 }
 
-/// A rise in 6 s: each slides with about the friction that the arm has at that force, so that they can be compared.
+/// A rise in 6 s: each model slides with about the arm's friction at that force, so that they are comparable.
 static void test_all_models_slide_with_breakaway_of_the_load(void)
 {
     static const rig_ramp_t ramps[] = {{0.6, 6.0}};
@@ -147,7 +147,7 @@ static void test_no_input_makes_a_model_diverge_and_reset_makes_it_new(void)
     }
 }
 
-/// Directions alike: the mirrored input makes the mirrored force, to the last bit. Bristles are random.
+/// With equal directions a mirrored input gives the mirrored force, to the last bit. Bristles are random.
 static void test_models_are_mirror_images_of_themselves(void)
 {
     for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)

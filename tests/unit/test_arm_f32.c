@@ -1,4 +1,7 @@
-#include "tribo/arm_f32.h"
+// What only the f32 arithmetic has. What both promise: tests/contract/test_arm.c.
+
+#include "paper/arm_f32.h"
+#include "tribo/friction_f32.h"
 
 #include "random.h"
 #include "same.h"
@@ -25,6 +28,12 @@ void setUp(void)
 
 void tearDown(void)
 {
+}
+
+static float step(float drive_n)
+{
+    arm_f32_step(&params, &state, drive_n);
+    return state.force_n;
 }
 
 typedef struct
@@ -83,54 +92,6 @@ static void test_arm_discretisation_holds_from_slow_to_stiff_and_overdamped(void
     }
 }
 
-static void test_arm_comes_to_rest_where_the_force_balances(void)
-{
-    float F = 0.0f;
-    for (int k = 0; k < 1000; k++)
-    {
-        F = tribo_arm_f32_step(&params, &state, 0.5f - F); // u = 0.5 N, no friction
-    }
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.5f, F);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.0f, state.force_change_n);
-}
-
-static void test_arm_follows_the_continuous_step_response(void)
-{
-    float F = 0.0f;
-    for (int k = 1; k <= 60; k++)
-    {
-        F = tribo_arm_f32_step(&params, &state, 1.0f - F);
-        // Eq. (2) with I 1.2e-4, b 0.0288, K 3.84: sigma 120, omega_d sqrt(32000 - 14400)
-        const double t     = k * 1e-3;
-        const double w     = sqrt(32000.0 - 14400.0);
-        const double exact = 1.0 - exp(-120.0 * t) * (cos(w * t) + 120.0 / w * sin(w * t));
-        TEST_ASSERT_DOUBLE_WITHIN(2e-6, exact, (double)F);
-    }
-}
-
-static void test_arm_that_sticks_does_not_move(void)
-{
-    state.force_n = 0.5f;
-    for (int k = 0; k < 100; k++)
-    {
-        TEST_ASSERT_SAME_FLOAT(0.5f, tribo_arm_f32_step(&params, &state, 0.0f));
-    }
-}
-
-static void test_arm_takes_a_bad_drive_for_none_and_counts_it(void)
-{
-    const float bad[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -1.01e7f};
-    state.force_n     = 0.5f;
-    for (uint32_t i = 0; i < 5u; i++)
-    {
-        TEST_ASSERT_SAME_FLOAT(0.5f, tribo_arm_f32_step(&params, &state, bad[i]));
-        TEST_ASSERT_EQUAL_UINT32(i + 1u, state.bad_inputs);
-    }
-    state.bad_inputs = UINT32_MAX;
-    (void)tribo_arm_f32_step(&params, &state, NAN);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, state.bad_inputs);
-}
-
 static void test_arm_stays_finite_when_its_resonance_is_driven_with_all_there_is(void)
 {
     config.damping = 0.0f;
@@ -138,10 +99,9 @@ static void test_arm_stays_finite_when_its_resonance_is_driven_with_all_there_is
     for (int k = 0; k < 100000; k++)
     {
         const float push = state.force_change_n >= 0.0f ? 5.0e6f : -5.0e6f;
-        const float F    = tribo_arm_f32_step(&params, &state, fmaxf(-1.0e7f, fminf(1.0e7f, push - state.force_n)));
+        const float F    = step(fmaxf(-1.0e7f, fminf(1.0e7f, push - state.force_n)));
         TEST_ASSERT_TRUE(isfinite(F));
     }
-    TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
 }
 
 // Driven beyond what the other modules take, it stays where they can still bring it back from.
@@ -152,15 +112,14 @@ static void test_arm_is_held_at_the_largest_force_and_comes_back(void)
         tribo_arm_f32_reset(&state);
         for (int k = 0; k < 1000; k++)
         {
-            TEST_ASSERT_TRUE(fabsf(tribo_arm_f32_step(&params, &state, drive)) <= 1.0e6f);
+            TEST_ASSERT_TRUE(fabsf(step(drive)) <= 1.0e6f);
             TEST_ASSERT_TRUE(fabsf(state.force_change_n) <= 1.0e6f);
         }
         TEST_ASSERT_SAME_FLOAT(drive < 0.0f ? -1.0e6f : 1.0e6f, state.force_n);
         TEST_ASSERT_TRUE(state.clamped > 900u);
-        TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
         for (int k = 0; k < 1000; k++)
         {
-            (void)tribo_arm_f32_step(&params, &state, -state.force_n);
+            (void)step(-state.force_n);
         }
         TEST_ASSERT_FLOAT_WITHIN(1.0f, 0.0f, state.force_n);
     }
@@ -174,12 +133,12 @@ static void test_arm_comes_back_from_a_lost_state(void)
         tribo_arm_f32_reset(&state);
         *(i % 2 == 0 ? &state.force_n : &state.force_change_n) = lost[i / 2];
         const float recovered                                  = isnan(lost[i / 2]) ? 0.0f : TRIBO_F32_FORCE_MAX_N;
-        TEST_ASSERT_TRUE(fabsf(tribo_arm_f32_step(&params, &state, 0.0f)) == recovered);
+        TEST_ASSERT_TRUE(fabsf(step(0.0f)) == recovered);
         TEST_ASSERT_SAME_FLOAT(0.0f, state.force_change_n);
         TEST_ASSERT_EQUAL_UINT32(1, state.clamped);
         for (int k = 0; k < 1000; k++)
         {
-            (void)tribo_arm_f32_step(&params, &state, -state.force_n);
+            (void)step(-state.force_n);
         }
         TEST_ASSERT_FLOAT_WITHIN(1.0f, 0.0f, state.force_n);
     }
@@ -195,34 +154,6 @@ static void check_refused(tribo_status_t status, float h)
     TEST_ASSERT_EQUAL_MEMORY(&untouched, &out, sizeof out);
 }
 
-static void test_arm_init_checks_every_field(void)
-{
-    const tribo_arm_f32_config_t good  = config;
-    const float                  bad[] = {-1.0f, NAN, INFINITY, 0.0f};
-    for (size_t i = 0; i < 4; i++)
-    {
-        config.inertia = bad[i];
-        check_refused(TRIBO_ERR_INERTIA, H);
-        config           = good;
-        config.stiffness = bad[i];
-        check_refused(TRIBO_ERR_STIFFNESS, H);
-        config = good;
-    }
-    for (size_t i = 0; i < 3; i++)
-    {
-        config.damping = bad[i];
-        check_refused(TRIBO_ERR_DAMPING, H);
-        config = good;
-    }
-    const float bad_h[] = {0.0f, 0.9e-6f, 0.101f, NAN};
-    for (size_t i = 0; i < 4; i++)
-    {
-        check_refused(TRIBO_ERR_SAMPLE_TIME, bad_h[i]);
-    }
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_arm_f32_init(NULL, &config, H));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_arm_f32_init(&params, NULL, H));
-}
-
 static void test_arm_init_refuses_an_arm_too_fast_or_too_slow_for_the_sample_time(void)
 {
     config = (tribo_arm_f32_config_t){.inertia = 1.0f, .damping = 1.0f, .stiffness = 0.99e10f};
@@ -236,8 +167,16 @@ static void test_arm_init_refuses_an_arm_too_fast_or_too_slow_for_the_sample_tim
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&params, &config, H));
     config.damping = 1.01e7f;
     check_refused(TRIBO_ERR_ARM_TOO_FAST, H);
-    config.inertia = 1e-30f; // quotients overflow
+    config = (tribo_arm_f32_config_t){.inertia = 1e-12f, .damping = 1e12f, .stiffness = 1e12f};
     check_refused(TRIBO_ERR_ARM_TOO_FAST, H);
+    config.inertia = 0.99e-12f;
+    check_refused(TRIBO_ERR_INERTIA, H);
+}
+
+static void test_arm_init_takes_no_null(void)
+{
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_arm_f32_init(NULL, &config, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_arm_f32_init(&params, NULL, H));
 }
 
 int main(void)
@@ -245,14 +184,10 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_arm_discretisation_is_exact_for_the_papers_arm);
     RUN_TEST(test_arm_discretisation_holds_from_slow_to_stiff_and_overdamped);
-    RUN_TEST(test_arm_comes_to_rest_where_the_force_balances);
-    RUN_TEST(test_arm_follows_the_continuous_step_response);
-    RUN_TEST(test_arm_that_sticks_does_not_move);
-    RUN_TEST(test_arm_takes_a_bad_drive_for_none_and_counts_it);
     RUN_TEST(test_arm_stays_finite_when_its_resonance_is_driven_with_all_there_is);
     RUN_TEST(test_arm_comes_back_from_a_lost_state);
     RUN_TEST(test_arm_is_held_at_the_largest_force_and_comes_back);
-    RUN_TEST(test_arm_init_checks_every_field);
     RUN_TEST(test_arm_init_refuses_an_arm_too_fast_or_too_slow_for_the_sample_time);
+    RUN_TEST(test_arm_init_takes_no_null);
     return UNITY_END();
 }

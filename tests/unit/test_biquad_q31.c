@@ -1,9 +1,10 @@
-#include "tribo/biquad_q31.h"
+// What only the Q31 arithmetic has. What both promise: tests/contract/test_biquad.c.
+
+#include "cascade_q31.h"
+#include "tribo/paper_controller.h"
 
 #include "random.h"
 #include "runs.h"
-#include "tribo/paper_controller.h"
-#include "tribo/quantize_q31.h"
 #include "unity.h"
 
 #include <math.h>
@@ -47,7 +48,7 @@ static int32_t end_of(int sign)
 
 static void init(const tribo_biquad_f32_section_t *sections, uint32_t count)
 {
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_q31_init(&params, sections, count, &headroom));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, cascade_q31_init(&params, sections, count, &headroom));
     tribo_biquad_q31_reset(&state);
 }
 
@@ -108,9 +109,9 @@ static void note_nodes(void)
 /// One step without the narrowing at its end.
 static double wide_step(int32_t x)
 {
-    const int64_t y = tribo_biquad_q31_output(&params, &state, x, &nodes);
+    const int64_t y = cascade_q31_output(&params, &state, x, &nodes);
     note_nodes();
-    tribo_biquad_q31_advance(&params, &state, &nodes, 0);
+    biquad_q31_advance(&params, &state, &nodes, 0);
     return (double)y;
 }
 
@@ -167,10 +168,10 @@ static void test_biquad_one_section_is_exact_to_its_rounding(void)
     const tribo_biquad_f32_section_t fir[] = {{0.25f, 0.25f, 0.125f, 2.0f, 1.0f}}; // both poles at z = 0
     init(fir, 1);
     // 0.25 d^2 + 0.25 d + 0.125 is 0.25 - 0.25 z^-1 + 0.125 z^-2.
-    TEST_ASSERT_EQUAL_INT32(250, tribo_biquad_q31_step(&params, &state, 1000));
-    TEST_ASSERT_EQUAL_INT32(0, tribo_biquad_q31_step(&params, &state, 1000));
-    TEST_ASSERT_EQUAL_INT32(125, tribo_biquad_q31_step(&params, &state, 1000));
-    TEST_ASSERT_EQUAL_INT32(125, tribo_biquad_q31_step(&params, &state, 1000));
+    TEST_ASSERT_EQUAL_INT32(250, cascade_q31_step(&params, &state, 1000));
+    TEST_ASSERT_EQUAL_INT32(0, cascade_q31_step(&params, &state, 1000));
+    TEST_ASSERT_EQUAL_INT32(125, cascade_q31_step(&params, &state, 1000));
+    TEST_ASSERT_EQUAL_INT32(125, cascade_q31_step(&params, &state, 1000));
 }
 
 /// Signal to noise in dB of a Butterworth low pass at `fc` of the sample rate, for a sine of half full scale at fc/2.
@@ -194,7 +195,7 @@ static double signal_to_noise_db(double fc)
     {
         const int32_t x     = (int32_t)round(1073741824.0 * sin(acos(-1.0) * fc * i));
         const double  ideal = exact_step(&exact, (double)x);
-        const double  error = (double)tribo_biquad_q31_step(&params, &state, x) - ideal;
+        const double  error = (double)cascade_q31_step(&params, &state, x) - ideal;
         signal += i >= settle ? ideal * ideal : 0.0;
         noise += i >= settle ? error * error : 0.0;
     }
@@ -226,7 +227,7 @@ static void test_biquad_gain_at_rest_is_exact_for_as_long_as_it_runs(void)
         double sum = 0.0;
         for (int k = 0; k < LONG_RUN / 4; k++)
         {
-            const int32_t y = tribo_biquad_q31_step(&params, &state, inputs[i]);
+            const int32_t y = cascade_q31_step(&params, &state, inputs[i]);
             sum += k >= LONG_RUN / 4 - 100000 ? y : 0;
         }
         // The mean, as the output's last bits may toggle.
@@ -248,11 +249,11 @@ static void test_biquad_carries_what_the_input_scale_drops(void)
     for (int k = 0; k < LONG_RUN; k++)
     {
         const int32_t x = k % 2 == 0 ? 7 : k % 37 - 11;
-        (void)tribo_biquad_q31_output(&params, &state, x, &nodes);
+        (void)cascade_q31_output(&params, &state, x, &nodes);
         came += x;
         sum += nodes.x;
         TEST_ASSERT_EQUAL_INT64(came, sum * 16 + (state.carry >> 28));
-        tribo_biquad_q31_advance(&params, &state, &nodes, 0);
+        biquad_q31_advance(&params, &state, &nodes, 0);
     }
 }
 
@@ -264,7 +265,7 @@ static void test_biquad_integrates_as_a_counter_does(void)
     params.section[0].minus_a1 = 0;
     for (int k = 0; k < LONG_RUN; k++)
     {
-        (void)tribo_biquad_q31_step(&params, &state, 4 * 12345);
+        (void)cascade_q31_step(&params, &state, 4 * 12345);
     }
     const int64_t half = INT64_C(1) << 27; // with which w1 starts
     TEST_ASSERT_EQUAL_INT64((int64_t)LONG_RUN * 12345 + half, state.section[0].w1);
@@ -280,7 +281,7 @@ static void test_biquad_sections_keep_their_own_rests(void)
     int32_t sum = 0;
     for (int k = 0; k < 1000; k++)
     {
-        sum += tribo_biquad_q31_step(&params, &state, 4); // 1 at the input node
+        sum += cascade_q31_step(&params, &state, 4); // 1 at the input node
     }
     TEST_ASSERT_EQUAL_INT32(500, sum);
 }
@@ -295,11 +296,11 @@ static void test_biquad_output_stays_in_the_symmetric_range(void)
         params.section[1].scale = 1;
         params.output_scale     = 1;
         tribo_biquad_q31_reset(&state);
-        TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_biquad_q31_step(&params, &state, INT32_MIN));
+        TEST_ASSERT_EQUAL_INT32(-INT32_MAX, cascade_q31_step(&params, &state, INT32_MIN));
         TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
         tribo_biquad_q31_reset(&state);
-        TEST_ASSERT_EQUAL_INT32(-INT32_MAX + 3, tribo_biquad_q31_step(&params, &state, -INT32_MAX + 3));
-        TEST_ASSERT_EQUAL_INT32(INT32_MAX - 3, tribo_biquad_q31_step(&params, &state, INT32_MAX - 3));
+        TEST_ASSERT_EQUAL_INT32(-INT32_MAX + 3, cascade_q31_step(&params, &state, -INT32_MAX + 3));
+        TEST_ASSERT_EQUAL_INT32(INT32_MAX - 3, cascade_q31_step(&params, &state, INT32_MAX - 3));
         TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
 
         // The last node's last value that fits, and the next.
@@ -311,35 +312,10 @@ static void test_biquad_output_stays_in_the_symmetric_range(void)
                 tribo_biquad_q31_reset(&state);
                 state.section[1].w1 = sign * (last + beyond) * (INT64_C(1) << 28);
                 const int64_t y     = beyond != 0 ? end_of(sign) : sign * last * 2;
-                TEST_ASSERT_EQUAL_INT64(y, tribo_biquad_q31_step(&params, &state, 0));
+                TEST_ASSERT_EQUAL_INT64(y, cascade_q31_step(&params, &state, 0));
                 TEST_ASSERT_EQUAL_UINT32(beyond, state.saturated);
             }
         }
-    }
-}
-
-// Two sections have a step of their own.
-static void test_biquad_step_is_its_two_halves(void)
-{
-    random_t r = {5};
-    for (uint32_t count = 1; count <= TRIBO_BIQUAD_Q31_SECTIONS_MAX; count++)
-    {
-        tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
-        for (uint32_t i = 0; i < count; i++)
-        {
-            sections[i] = random_section(&r);
-        }
-        init(sections, count);
-        tribo_biquad_q31_state_t apart       = state;
-        uint32_t                 not_counted = 0;
-        for (int k = 0; k < 2000; k++)
-        {
-            const int32_t x = (int32_t)random_between(&r, -2147483647.0, 2147483647.0);
-            const int64_t y = tribo_biquad_q31_output(&params, &apart, x, &nodes);
-            tribo_biquad_q31_advance(&params, &apart, &nodes, 0);
-            TEST_ASSERT_EQUAL_INT32(tribo_q31_saturate(y, &not_counted), tribo_biquad_q31_step(&params, &state, x));
-        }
-        TEST_ASSERT_EQUAL_MEMORY(apart.section, state.section, sizeof state.section);
     }
 }
 
@@ -522,7 +498,7 @@ static void test_biquad_takes_a_peak_up_to_2_to_the_24_and_no_further(void)
                                                       {0x1p10f, 0x1p10f, 0x1p8f, 1.0f, 0.25f},
                                                       {gain, gain, 0.25f * gain, 1.0f, 0.25f}};
         const tribo_status_t             expected  = beyond != 0 ? TRIBO_ERR_HEADROOM : TRIBO_OK;
-        TEST_ASSERT_EQUAL_INT(expected, tribo_biquad_q31_init(&params, section, 3, &headroom));
+        TEST_ASSERT_EQUAL_INT(expected, cascade_q31_init(&params, section, 3, &headroom));
     }
     TEST_ASSERT_EQUAL_INT(24, params.section[2].scale); // of the one that was taken
 }
@@ -533,11 +509,11 @@ static void test_biquad_step_saturates_its_output_and_counts(void)
 {
     const tribo_biquad_f32_section_t twice[] = {{2.0f, 4.0f, 2.0f, 2.0f, 1.0f}};
     init(twice, 1);
-    TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_biquad_q31_step(&params, &state, 1200000000));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, cascade_q31_step(&params, &state, 1200000000));
     TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
-    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, tribo_biquad_q31_step(&params, &state, INT32_MIN));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, cascade_q31_step(&params, &state, INT32_MIN));
     TEST_ASSERT_EQUAL_UINT32(2, state.saturated);
-    const int32_t y = tribo_biquad_q31_step(&params, &state, 100);
+    const int32_t y = cascade_q31_step(&params, &state, 100);
     TEST_ASSERT_INT32_WITHIN(8, 200, y); // nothing of it stays
 }
 
@@ -557,7 +533,7 @@ static void test_biquad_saturates_at_each_node_that_was_given_too_little_room(vo
             tribo_biquad_q31_reset(&state);
             state.section[at > 0u ? at - 1u : 0u].w1 = (int64_t)end_of(sign) * (INT64_C(1) << 27);
             const int32_t limit                      = end_of(sign);
-            const int64_t last = tribo_biquad_q31_output(&params, &state, limit, &nodes) >> params.output_scale;
+            const int64_t last = cascade_q31_output(&params, &state, limit, &nodes) >> params.output_scale;
             TEST_ASSERT_EQUAL_INT32(sign < 0 ? INT32_MIN : INT32_MAX, at < 2u ? nodes.y[at] : (int32_t)last);
             TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
         }
@@ -583,7 +559,7 @@ static void test_biquad_keeps_a_lost_state_in_range_and_recovers(void)
         {
             tribo_biquad_q31_reset(&state);
             lose(sign);
-            (void)tribo_biquad_q31_step(&params, &state, end_of(sign));
+            (void)cascade_q31_step(&params, &state, end_of(sign));
             TEST_ASSERT_TRUE(state.saturated > 0u);
             for (uint32_t i = 0; i < count; i++)
             {
@@ -593,7 +569,7 @@ static void test_biquad_keeps_a_lost_state_in_range_and_recovers(void)
             nodes.y[0]             = end_of(-sign);
             nodes.x                = end_of(sign);
             const uint32_t counted = state.saturated;
-            tribo_biquad_q31_advance(&params, &state, &nodes, 0);
+            biquad_q31_advance(&params, &state, &nodes, 0);
             TEST_ASSERT_EQUAL_INT64((sign < 0 ? -W_MAX : W_MAX), state.section[0].w2);
             TEST_ASSERT_TRUE(state.saturated > counted);
             for (int k = 0; k < 5000; k++)
@@ -615,8 +591,8 @@ static void test_biquad_advances_as_if_the_corrected_input_had_come(void)
     {
         const int32_t x = (int32_t)random_between(&r, -1e8, 1e8);
         const int32_t c = (int32_t)random_between(&r, -1e8, 1e8) >> params.input_scale;
-        (void)tribo_biquad_q31_output(&params, &corrected, x, &nodes);
-        tribo_biquad_q31_advance(&params, &corrected, &nodes, c);
+        (void)cascade_q31_output(&params, &corrected, x, &nodes);
+        biquad_q31_advance(&params, &corrected, &nodes, c);
         (void)wide_step((int32_t)((int64_t)x + (int64_t)c * (1 << params.input_scale)));
         for (uint32_t i = 0; i < 2u; i++)
         {
@@ -627,8 +603,8 @@ static void test_biquad_advances_as_if_the_corrected_input_had_come(void)
     for (int sign = -1; sign <= 1; sign += 2)
     {
         corrected.saturated = 0;
-        (void)tribo_biquad_q31_output(&params, &corrected, end_of(sign), &nodes);
-        tribo_biquad_q31_advance(&params, &corrected, &nodes, end_of(sign));
+        (void)cascade_q31_output(&params, &corrected, end_of(sign), &nodes);
+        biquad_q31_advance(&params, &corrected, &nodes, end_of(sign));
         TEST_ASSERT_TRUE(corrected.saturated > 0u);
     }
 }
@@ -651,7 +627,7 @@ static void test_biquad_change_keeps_the_output_and_its_slope(void)
             from_sections[j] = random_section(&r);
             to_sections[j]   = random_section(&r);
         }
-        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_q31_init(&to, to_sections, to_count, NULL));
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, cascade_q31_init(&to, to_sections, to_count, NULL));
         init(from_sections, from_count);
         for (int k = 0; k < 50; k++)
         {
@@ -667,8 +643,8 @@ static void test_biquad_change_keeps_the_output_and_its_slope(void)
         }
         unsaturated++;
         tribo_biquad_q31_outputs_t old_nodes;
-        const int64_t              wanted = tribo_biquad_q31_output(&params, &old, 70000000, &old_nodes) + offset;
-        const int64_t              found  = tribo_biquad_q31_output(&to, &state, 70000000, &nodes);
+        const int64_t              wanted = cascade_q31_output(&params, &old, 70000000, &old_nodes) + offset;
+        const int64_t              found  = cascade_q31_output(&to, &state, 70000000, &nodes);
         // To the last bits of the coarser node, which a section's gain of b0 may follow.
         const double unit = ldexp(1.0, to.section[to_count - 1u].scale) * (double)(8 << to.input_scale) +
                             ldexp(1.0, params.section[from_count - 1u].scale);
@@ -679,8 +655,8 @@ static void test_biquad_change_keeps_the_output_and_its_slope(void)
             // Its input standing, each output moves as its w1 does.
             const double was = (double)old.section[0].w1;
             const double is  = (double)state.section[0].w1;
-            tribo_biquad_q31_advance(&params, &old, &old_nodes, 0);
-            tribo_biquad_q31_advance(&to, &state, &nodes, 0);
+            biquad_q31_advance(&params, &old, &old_nodes, 0);
+            biquad_q31_advance(&to, &state, &nodes, 0);
             const double slope = ldexp((double)old.section[0].w1 - was, params.section[0].scale - 28);
             const double now   = ldexp((double)state.section[0].w1 - is, to.section[0].scale - 28);
             TEST_ASSERT_DOUBLE_WITHIN(ldexp(1.0, 10 + to.section[0].scale + params.section[0].scale + to.input_scale),
@@ -689,24 +665,6 @@ static void test_biquad_change_keeps_the_output_and_its_slope(void)
         }
     }
     TEST_ASSERT_TRUE(unsaturated > RUNS(150, 30));
-}
-
-static void test_biquad_change_to_the_same_params_changes_nothing_to_see(void)
-{
-    const tribo_biquad_f32_section_t paper[] = TRIBO_PAPER_CONTROLLER_F32;
-    init(paper, 2);
-    for (int k = 0; k < 100; k++)
-    {
-        (void)wide_step(k * 1000);
-    }
-    tribo_biquad_q31_state_t twin = state;
-    tribo_biquad_q31_change(&params, &params, &state, 100000, 0);
-    for (int k = 0; k < 100; k++)
-    {
-        const int64_t plain = tribo_biquad_q31_output(&params, &twin, 100000, &nodes);
-        tribo_biquad_q31_advance(&params, &twin, &nodes, 0);
-        TEST_ASSERT_DOUBLE_WITHIN(ldexp(1.0, 4 + params.section[1].scale), (double)plain, wide_step(100000));
-    }
 }
 
 static void test_biquad_change_clamps_what_the_new_params_cannot_hold(void)
@@ -745,7 +703,7 @@ static void test_biquad_feeds_back_by_both_words_of_d2(void)
         params.section[section] = (tribo_biquad_q31_section_t){.d2 = d2, .d2_low = d2_low, .shift = 30};
         tribo_biquad_q31_reset(&state);
         state.section[section].w1 = (int64_t)y * (INT64_C(1) << 28);
-        (void)tribo_biquad_q31_step(&params, &state, 0);
+        (void)cascade_q31_step(&params, &state, 0);
         const int64_t low = (int64_t)d2_low * y;
         const int64_t one = INT64_C(1) << 32;
         TEST_ASSERT_EQUAL_INT64((int64_t)d2 * y + (low - (low < 0 ? one - 1 : 0)) / one, state.section[section].w2);
@@ -770,7 +728,7 @@ static void test_biquad_finds_each_w2_that_is_lost(void)
                 const int64_t x = values[j];
                 tribo_biquad_q31_reset(&state);
                 state.section[i].w2 = x;
-                (void)tribo_biquad_q31_step(&params, &state, 0);
+                (void)cascade_q31_step(&params, &state, 0);
                 TEST_ASSERT_EQUAL_INT64(x > W_MAX ? W_MAX : (x < -W_MAX ? -W_MAX : x), state.section[i].w2);
                 TEST_ASSERT_EQUAL_UINT32(x > W_MAX || x < -W_MAX, state.saturated);
             }
@@ -786,7 +744,7 @@ static void test_biquad_forgets_a_lost_w1(void)
     {
         init(section, 2);
         state.section[1].w1 = sign < 0 ? -(INT64_C(1) << 62) : INT64_C(1) << 62;
-        TEST_ASSERT_EQUAL_INT32(end_of(sign), tribo_biquad_q31_step(&params, &state, 0));
+        TEST_ASSERT_EQUAL_INT32(end_of(sign), cascade_q31_step(&params, &state, 0));
         TEST_ASSERT_TRUE(state.saturated > 0u);
         TEST_ASSERT_DOUBLE_WITHIN(0x1p35, (1.0 - 0.9) * ldexp(end_of(sign), 28), (double)state.section[1].w1);
     }
@@ -803,7 +761,6 @@ int main(void)
     RUN_TEST(test_biquad_integrates_as_a_counter_does);
     RUN_TEST(test_biquad_output_stays_in_the_symmetric_range);
     RUN_TEST(test_biquad_sections_keep_their_own_rests);
-    RUN_TEST(test_biquad_step_is_its_two_halves);
     RUN_TEST(test_biquad_comes_to_rest_at_zero_input);
     RUN_TEST(test_biquad_of_the_papers_controller_comes_to_rest_within_a_bit);
     RUN_TEST(test_biquad_headroom_holds_the_worst_input_and_no_more_than_that);
@@ -812,7 +769,6 @@ int main(void)
     RUN_TEST(test_biquad_keeps_a_lost_state_in_range_and_recovers);
     RUN_TEST(test_biquad_advances_as_if_the_corrected_input_had_come);
     RUN_TEST(test_biquad_change_keeps_the_output_and_its_slope);
-    RUN_TEST(test_biquad_change_to_the_same_params_changes_nothing_to_see);
     RUN_TEST(test_biquad_change_clamps_what_the_new_params_cannot_hold);
     RUN_TEST(test_biquad_feeds_back_by_both_words_of_d2);
     RUN_TEST(test_biquad_finds_each_w2_that_is_lost);

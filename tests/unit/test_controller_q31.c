@@ -1,9 +1,17 @@
+#include "controller/biquad_f32.h"
+#include "controller/biquad_q31.h"
+#include "controller/controller_f32.h"
+#include "controller/controller_q31.h"
+#include "guard/guard_q31.h"
+#include "paper/arm_q31.h"
+#include "paper/lugre_f32.h"
+#include "paper/lugre_q31.h"
 #include "tribo/controller_q31.h"
+#include "tribo/force_loop_q31.h"
+#include "tribo/paper_controller.h"
 
 #include "random.h"
 #include "runs.h"
-#include "tribo/paper_controller.h"
-#include "tribo/quantize_q31.h"
 #include "unity.h"
 
 #include <math.h>
@@ -48,7 +56,7 @@ static int32_t q31(double force_n)
 
 static int32_t step(double e, double feedforward)
 {
-    return tribo_controller_q31_step(&params, &state, q31(e), q31(feedforward), &seen);
+    return controller_q31_step(&params, &state, q31(e), q31(feedforward), &seen);
 }
 
 typedef struct
@@ -171,7 +179,7 @@ static void test_controller_headroom_holds_for_full_scale_inputs_at_its_limits(v
             const uint64_t bits = random_bits(&r);
             e                   = bits % 8u == 0u ? -e : e;
             f                   = bits / 8u % 64u == 0u ? -f : f;
-            const int32_t u     = tribo_controller_q31_step(&params, &state, e, f, &seen);
+            const int32_t u     = controller_q31_step(&params, &state, e, f, &seen);
             TEST_ASSERT_TRUE(u >= params.u_min && u <= params.u_max);
         }
         TEST_ASSERT_EQUAL_UINT32(0, state.cascade.saturated);
@@ -428,7 +436,7 @@ static void test_controller_takes_whatever_an_input_can_be(void)
     {
         const int32_t e = inputs[random_bits(&r) % 6u];
         const int32_t f = inputs[random_bits(&r) % 6u];
-        const int32_t u = tribo_controller_q31_step(&params, &state, e, f, &seen);
+        const int32_t u = controller_q31_step(&params, &state, e, f, &seen);
         TEST_ASSERT_TRUE(u >= params.u_min && u <= params.u_max);
     }
 }
@@ -445,7 +453,7 @@ static void test_controller_corrects_towards_a_limit_of_0_from_the_very_end(void
     params.cascade.input_scale   = 2;
     params.cascade.section[0].b0 = 1 << 28; // and no more: w1 is then the corrected output
     state.cascade.section[1].w1  = -(INT64_C(1) << 59);
-    TEST_ASSERT_EQUAL_INT32(0, tribo_controller_q31_step(&params, &state, 0, 0, &seen));
+    TEST_ASSERT_EQUAL_INT32(0, controller_q31_step(&params, &state, 0, 0, &seen));
     TEST_ASSERT_TRUE(seen.limited);
     TEST_ASSERT_EQUAL_INT32(INT32_MIN, seen.v);
     TEST_ASSERT_EQUAL_UINT32(1, state.cascade.saturated);
@@ -466,7 +474,7 @@ static void test_controller_bounds_a_correction_and_counts(void)
         params.cascade.input_scale   = 2;
         params.cascade.section[0].b0 = by_gain ? 1 << 29 : 1 << 28; // and no more: w1 is then the corrected output
         tribo_controller_q31_reset(&state);
-        TEST_ASSERT_EQUAL_INT32(0, tribo_controller_q31_step(&params, &state, 0, -sign * INT32_MAX, &seen));
+        TEST_ASSERT_EQUAL_INT32(0, controller_q31_step(&params, &state, 0, -sign * INT32_MAX, &seen));
         TEST_ASSERT_TRUE(seen.limited);
         TEST_ASSERT_INT32_WITHIN(32, sign * INT32_MAX, (int32_t)(state.cascade.section[0].w1 >> 28));
         TEST_ASSERT_EQUAL_UINT32(1, state.cascade.saturated);
@@ -480,10 +488,10 @@ static void test_controller_takes_the_very_most_without_counting(void)
         params                     = (tribo_controller_q31_params_t){.taken_max = 1000, .anti_windup_shift = 1};
         params.cascade.count       = 2;
         params.cascade.input_scale = 2;
-        (void)tribo_controller_q31_step(&params, &state, 0, sign * 1000, &seen);
+        (void)controller_q31_step(&params, &state, 0, sign * 1000, &seen);
         TEST_ASSERT_TRUE(seen.limited);
         TEST_ASSERT_EQUAL_UINT32(sign < 0 ? 0 : 1, state.cascade.saturated);
-        (void)tribo_controller_q31_step(&params, &state, 0, sign * 1001, &seen);
+        (void)controller_q31_step(&params, &state, 0, sign * 1001, &seen);
         TEST_ASSERT_EQUAL_UINT32(sign < 0 ? 1 : 2, state.cascade.saturated);
     }
 }
@@ -546,7 +554,7 @@ static void test_controller_limits_exactly_the_sum(void)
             const int64_t sum     = v + added;
             const int64_t u       = sum < params.u_min ? params.u_min : (sum > params.u_max ? params.u_max : sum);
             tribo_controller_q31_reset(&state);
-            TEST_ASSERT_EQUAL_INT64(u, tribo_controller_q31_step(&params, &state, e, added, &seen));
+            TEST_ASSERT_EQUAL_INT64(u, controller_q31_step(&params, &state, e, added, &seen));
             TEST_ASSERT_EQUAL_INT(u != sum, seen.limited);
             TEST_ASSERT_EQUAL_UINT32(u != sum, state.limited_ticks);
             TEST_ASSERT_EQUAL_INT64(v > INT32_MAX ? INT32_MAX : (v < INT32_MIN ? INT32_MIN : v), seen.v);

@@ -1,6 +1,7 @@
-#include "tribo/feedforward_tuning_f32.h"
-
+#include "loop/force_loop_f32.h"
+#include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
+
 #include "unity.h"
 
 #include <stddef.h>

@@ -1,5 +1,5 @@
-#include "tribo/compensator_lugre_f32.h"
-#include "tribo/force_loop_lugre_f32.h"
+#include "tribo/force_loop_f32.h"
+#include "tribo/friction_f32.h"
 #include "unity.h"
 
 #include <math.h>
@@ -58,10 +58,13 @@ static void test_init_makes_the_loop_of_the_config_with_lugres_own_params(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_lugre_f32_init(&params, &lugre, &config, &lugre_config));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&plain, &config));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_f32_init(&own, &lugre_config, &config.compensator.arm, 1e-3f));
-    TEST_ASSERT_TRUE(plain.method == NULL && plain.lugre == NULL);
-    TEST_ASSERT_TRUE(params.method == &tribo_force_loop_lugre_f32 && params.lugre == &lugre &&
-                     params.feedforward == NULL);
+    TEST_ASSERT_TRUE(plain.method == NULL && plain.compensator.model == NULL);
+    TEST_ASSERT_TRUE(params.method == NULL && params.compensator.model == &lugre.model);
+    TEST_ASSERT_TRUE(lugre.model.step == tribo_lugre_f32_model_step &&
+                     lugre.model.enter == tribo_lugre_f32_model_enter);
+    own.model = lugre.model;
     TEST_ASSERT_EQUAL_MEMORY(&own, &lugre, sizeof own);
+    plain.compensator.model = params.compensator.model;
     TEST_ASSERT_EQUAL_MEMORY(&plain.compensator, &params.compensator, sizeof plain.compensator);
     TEST_ASSERT_EQUAL_FLOAT(plain.gain, params.gain);
 }
@@ -73,13 +76,14 @@ static void test_a_tick_adds_the_friction_of_the_last(void)
     tribo_compensator_f32_signals_t expected;
     tribo_force_loop_f32_signals_t  seen;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_lugre_f32_init(&params, &lugre, &config, &lugre_config));
-    tribo_compensator_lugre_f32_reset(&alone);
+    tribo_compensator_f32_reset(&alone);
+    tribo_lugre_f32_reset(&alone.friction.lugre);
     float f = 0.0f;
     for (int k = 0; k < 200; k++)
     {
         const float u = tribo_force_loop_f32_step(&params, &state, 0.1f, 0.0f, &seen);
-        TEST_ASSERT_EQUAL_FLOAT(config.gain * f, seen.feedforward_n);
-        f = tribo_compensator_lugre_f32_step(&params.compensator, &lugre, &alone, u, &expected);
+        TEST_ASSERT_EQUAL_FLOAT(config.gain * f, seen.friction_term_n);
+        f = tribo_compensator_f32_step(&params.compensator, &alone, u, &expected);
         TEST_ASSERT_EQUAL_FLOAT(f, seen.compensator.friction.f_n);
         TEST_ASSERT_EQUAL_FLOAT(expected.force_n, seen.compensator.force_n);
     }
@@ -106,7 +110,7 @@ static void test_a_corrupt_arm_starts_again_from_rest(void)
     tribo_compensator_f32_signals_t seen;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_lugre_f32_init(&params, &lugre, &config, &lugre_config));
     state.compensator.arm.force_n = NAN;
-    (void)tribo_compensator_lugre_f32_step(&params.compensator, &lugre, &state.compensator, 0.005f, &seen);
+    (void)tribo_compensator_f32_step(&params.compensator, &state.compensator, 0.005f, &seen);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, seen.force_n);
     TEST_ASSERT_EQUAL_FLOAT(0.007f, seen.friction.L_n);
     TEST_ASSERT_TRUE(isfinite(seen.friction.f_n) && isfinite(state.compensator.arm.force_n));

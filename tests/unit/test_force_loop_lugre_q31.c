@@ -1,6 +1,11 @@
-#include "tribo/compensator_lugre_q31.h"
-#include "tribo/force_loop_lugre_q31.h"
-#include "tribo/quantize_q31.h"
+#include "controller/biquad_f32.h"
+#include "controller/biquad_q31.h"
+#include "guard/guard_q31.h"
+#include "paper/arm_q31.h"
+#include "paper/lugre_f32.h"
+#include "paper/lugre_q31.h"
+#include "tribo/force_loop_q31.h"
+#include "tribo/friction_q31.h"
 #include "unity.h"
 
 #include <math.h>
@@ -77,9 +82,11 @@ static void test_init_makes_the_loop_of_the_config_with_lugres_own_params(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&plain, NULL, &config, FULL_SCALE_N, &measured));
     memset(&own, 0x5a, sizeof own);
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_q31_init(&own, &lugre_config, &config.compensator.arm, 1e-3f));
-    TEST_ASSERT_TRUE(plain.method == NULL && plain.lugre == NULL);
-    TEST_ASSERT_TRUE(params.method == &tribo_force_loop_lugre_q31 && params.lugre == &lugre &&
-                     params.feedforward == NULL);
+    TEST_ASSERT_TRUE(plain.method == NULL && plain.compensator.model == NULL);
+    TEST_ASSERT_TRUE(params.method == NULL && params.compensator.model == &lugre.model);
+    TEST_ASSERT_TRUE(lugre.model.step == tribo_lugre_q31_model_step &&
+                     lugre.model.enter == tribo_lugre_q31_model_enter);
+    own.model = lugre.model;
     TEST_ASSERT_EQUAL_MEMORY(&own, &lugre, sizeof own);
     TEST_ASSERT_EQUAL_FLOAT(measured.input, headroom.input);
     TEST_ASSERT_EQUAL_INT32(plain.gain, params.gain);
@@ -92,13 +99,14 @@ static void test_a_tick_adds_the_friction_of_the_last(void)
     tribo_compensator_q31_signals_t expected;
     tribo_force_loop_q31_signals_t  seen;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(FULL_SCALE_N));
-    tribo_compensator_lugre_q31_reset(&alone);
+    tribo_compensator_q31_reset(&alone);
+    tribo_lugre_q31_reset(&alone.friction.lugre);
     int32_t f = 0;
     for (int k = 0; k < 200; k++)
     {
         const int32_t u = tribo_force_loop_q31_step(&params, &state, TRIBO_Q31(0.1, 2.0), 0, &seen);
-        TEST_ASSERT_INT32_WITHIN(1, (int32_t)floor((double)params.gain * f / 536870912.0), seen.feedforward);
-        f = tribo_compensator_lugre_q31_step(&params.compensator, &lugre, &alone, u, &expected);
+        TEST_ASSERT_INT32_WITHIN(1, (int32_t)floor((double)params.gain * f / 536870912.0), seen.friction_term);
+        f = tribo_compensator_q31_step(&params.compensator, &alone, u, &expected);
         TEST_ASSERT_EQUAL_INT32(f, seen.compensator.friction.f);
         TEST_ASSERT_EQUAL_INT32(expected.force, seen.compensator.force);
     }

@@ -1,8 +1,12 @@
+#include "feedforward/breakaway_learning_q31.h"
+#include "feedforward/friction_observer_q31.h"
+#include "feedforward/hold_q31.h"
+#include "feedforward/reference_model_q31.h"
+#include "loop/force_loop_q31.h"
+#include "tribo/feedforward_q31.h"
 #include "tribo/force_loop_q31.h"
 
 #include "random.h"
-#include "tribo/force_loop_feedforward_q31.h"
-#include "tribo/quantize_feedforward_q31.h"
 #include "unity.h"
 
 #include <math.h>
@@ -90,7 +94,7 @@ static void test_loop_saturates_an_error_and_a_feedforward_beyond_full_scale(voi
     TEST_ASSERT_EQUAL_UINT32(1, state.saturated);
     state.friction = -q31(2.5);
     (void)tribo_force_loop_q31_step(&params, &state, 0, 0, &seen);
-    TEST_ASSERT_EQUAL_INT32(INT32_MIN, seen.feedforward);
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN, seen.friction_term);
     TEST_ASSERT_EQUAL_UINT32(2, state.saturated);
 }
 
@@ -146,8 +150,8 @@ static void test_loop_with_a_feedforward_init_writes_nothing_unless_ok(void)
     TEST_ASSERT_EQUAL_INT(
         TRIBO_OK,
         tribo_force_loop_feedforward_q31_init(&params, NULL, &made, &config, &feedforward, 2.0f, &headroom));
-    TEST_ASSERT_EQUAL_PTR(&tribo_force_loop_feedforward_q31, params.method);
-    TEST_ASSERT_EQUAL_PTR(&made, params.feedforward);
+    TEST_ASSERT_EQUAL_PTR(&made.method, params.method);
+    TEST_ASSERT_EQUAL_PTR(&made, tribo_feedforward_q31_of(&params));
     TEST_ASSERT_TRUE(headroom.input > 0.0f);
     tribo_force_loop_feedforward_q31_attach(&state, NULL);
     TEST_ASSERT_NULL(state.memory);

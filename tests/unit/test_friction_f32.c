@@ -1,3 +1,4 @@
+#include "paper/friction_f32.h"
 #include "tribo/friction_f32.h"
 
 #include "same.h"
@@ -384,10 +385,10 @@ static void test_friction_init_takes_each_field_to_the_ends_of_its_range_and_no_
         {TRIBO_ERR_V0, FIELD(v0_n_per_s), 1.0e-6f, 1.0e6f},
         {TRIBO_ERR_BREAKAWAY_OFFSET, FIELD(positive.offset_n), 1.0e-6f, 1.0e6f},
         {TRIBO_ERR_BREAKAWAY_SLOPE, FIELD(positive.slope), 0.0f, 10.0f},
-        {TRIBO_ERR_BREAKAWAY_OFFSET, FIELD(negative.offset_n), 1.0e-6f, 1.0e6f},
-        {TRIBO_ERR_BREAKAWAY_SLOPE, FIELD(negative.slope), 0.0f, 10.0f},
-        {TRIBO_ERR_SET_LEVEL, FIELD(set_level), FLT_MIN, 1.0f},
-        {TRIBO_ERR_RESET_LEVEL, FIELD(reset_level), FLT_MIN, 1.0f},
+        {TRIBO_ERR_BREAKAWAY_NEGATIVE_OFFSET, FIELD(negative.offset_n), 1.0e-6f, 1.0e6f},
+        {TRIBO_ERR_BREAKAWAY_NEGATIVE_SLOPE, FIELD(negative.slope), 0.0f, 10.0f},
+        {TRIBO_ERR_SET_LEVEL, FIELD(set_level), 1.0e-6f, 1.0f},
+        {TRIBO_ERR_RESET_LEVEL, FIELD(reset_level), 1.0e-6f, 1.0f},
         {TRIBO_ERR_PULSE_WIDTH, FIELD(pulse_width_s), 0.0005f, 0.06349f},
         {TRIBO_ERR_GRAVITY, FIELD(gravity_n), -1.0e6f, 1.0e6f},
     };
@@ -456,10 +457,10 @@ static void test_friction_init_checks_the_table(void)
     for (size_t i = 0; i < sizeof bad_breakaway / sizeof bad_breakaway[0]; i++)
     {
         points[3].positive_n = bad_breakaway[i];
-        check_refused(TRIBO_ERR_TABLE_BREAKAWAY, H);
+        check_refused(TRIBO_ERR_TABLE_POSITIVE, H);
         points[3].positive_n = 0.1f;
         points[3].negative_n = bad_breakaway[i];
-        check_refused(TRIBO_ERR_TABLE_BREAKAWAY, H);
+        check_refused(TRIBO_ERR_TABLE_NEGATIVE, H);
         points[3].negative_n = 0.1f;
     }
     // With a table the affine laws are not read.

@@ -1,9 +1,17 @@
+#include "controller/biquad_f32.h"
+#include "controller/biquad_q31.h"
+#include "guard/guard_q31.h"
+#include "paper/arm_q31.h"
+#include "paper/friction_f32.h"
+#include "paper/friction_q31.h"
+#include "paper/lugre_f32.h"
+#include "paper/lugre_q31.h"
+#include "tribo/force_loop_q31.h"
 #include "tribo/friction_q31.h"
 
 #include "plain_relays.h"
 #include "random.h"
 #include "runs.h"
-#include "tribo/quantize_q31.h"
 #include "unity.h"
 
 #include <math.h>

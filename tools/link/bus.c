@@ -3,12 +3,17 @@
 #include "tribo/status.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <modbus.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <time.h>
+#include <unistd.h>
 
 #define RESPONSE_S  2  // a later answer is flushed within as long again; one after that would be taken for the next
 #define TRIALS      3  // a frame may be lost, or cut by the log of a drive that has just started
@@ -16,8 +21,12 @@
 #define SAVE_TRIALS 50 // a flash may take seconds
 #define PAUSE_MS    100
 
+#define LOCK_WAIT_MS 3000
+#define LOCK_LOOK_MS 20
+
 struct link_bus
 {
+    int         lock; ///< of the line's file, held from command to command
     modbus_t   *modbus;
     const char *device;
     int         unit;
@@ -268,6 +277,74 @@ static bool check_lists(link_bus_t *bus)
     return true;
 }
 
+/// The process that has a lock on the file; 0: none that can be seen.
+static long find_holder(int file)
+{
+    struct stat is;
+    char        line[256];
+    char        where[64];
+    long        holder = 0;
+    FILE       *locks  = fopen("/proc/locks", "re");
+    if (locks == NULL || fstat(file, &is) != 0)
+    {
+        return 0;
+    }
+    (void)
+        snprintf(where, sizeof where, " %02x:%02x:%lu ", major(is.st_dev), minor(is.st_dev), (unsigned long)is.st_ino);
+    while (holder == 0 && fgets(line, sizeof line, locks) != NULL)
+    {
+        // 1: FLOCK  ADVISORY  WRITE 1234 00:18:5 0 EOF
+        const char *mode = strstr(line, where) != NULL && strstr(line, "->") == NULL ? strstr(line, "WRITE") : NULL;
+        holder           = mode != NULL ? strtol(mode + strlen("WRITE"), NULL, 10) : 0;
+    }
+    (void)fclose(locks);
+    return holder;
+}
+
+static bool complain_of_holder(const link_bus_t *bus)
+{
+    char       path[64];
+    char       name[32] = "?";
+    const long holder   = find_holder(bus->lock);
+    (void)snprintf(path, sizeof path, "/proc/%ld/comm", holder);
+    FILE *comm = holder > 0 ? fopen(path, "re") : NULL;
+    if (comm != NULL)
+    {
+        (void)!fgets(name, sizeof name, comm);
+        name[strcspn(name, "\n")] = '\0';
+        (void)fclose(comm);
+    }
+    return holder > 0 ? link_complain("%s: in use by %s, process %ld", bus->device, name, holder)
+                      : link_complain("%s: in use by another program", bus->device);
+}
+
+/// Two programs on a line would read each other's answers.
+static bool lock_line(const link_bus_t *bus)
+{
+    int waited_ms = 0;
+    while (flock(bus->lock, LOCK_EX | LOCK_NB) != 0)
+    {
+        if (errno != EWOULDBLOCK)
+        {
+            return link_complain("%s: cannot be locked: %s", bus->device, strerror(errno));
+        }
+        if (waited_ms >= LOCK_WAIT_MS)
+        {
+            return complain_of_holder(bus);
+        }
+        pause_ms(LOCK_LOOK_MS);
+        waited_ms += LOCK_LOOK_MS;
+    }
+    return true;
+}
+
+bool link_bus_rest(link_bus_t *bus, int ms)
+{
+    (void)flock(bus->lock, LOCK_UN);
+    pause_ms(ms);
+    return lock_line(bus);
+}
+
 link_bus_t *link_bus_open(const char *device, int unit, int baud)
 {
     link_bus_t *bus = calloc(1, sizeof *bus);
@@ -276,7 +353,20 @@ link_bus_t *link_bus_open(const char *device, int unit, int baud)
         (void)link_complain("out of memory");
         return NULL;
     }
-    *bus        = (link_bus_t){.device = device, .unit = unit};
+    *bus = (link_bus_t){.device = device,
+                        .unit   = unit,
+                        .lock   = open(device, O_RDONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)};
+    if (bus->lock < 0)
+    {
+        (void)link_complain("%s: %s", device, strerror(errno));
+        link_bus_close(bus);
+        return NULL;
+    }
+    if (!lock_line(bus))
+    {
+        link_bus_close(bus);
+        return NULL;
+    }
     bus->modbus = modbus_new_rtu(device, baud, 'N', 8, 1);
     if (bus->modbus == NULL || modbus_set_slave(bus->modbus, unit) != 0 || modbus_connect(bus->modbus) != 0)
     {
@@ -305,6 +395,10 @@ void link_bus_close(link_bus_t *bus)
     {
         modbus_close(bus->modbus);
         modbus_free(bus->modbus);
+    }
+    if (bus != NULL && bus->lock >= 0)
+    {
+        (void)close(bus->lock);
     }
     free(bus);
 }

@@ -14,6 +14,9 @@ typedef struct link_bus link_bus_t;
 link_bus_t *link_bus_open(const char *device, int unit, int baud);
 void        link_bus_close(link_bus_t *bus);
 
+/// Waits and leaves the line to others meanwhile: the only time when it is not locked.
+bool link_bus_rest(link_bus_t *bus, int ms);
+
 /// Whether the drive was built with the feed-forward, whose params others have not.
 bool link_bus_feeds_forward(const link_bus_t *bus);
 

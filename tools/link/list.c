@@ -3,6 +3,7 @@
 #include "app/registers.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define ROWS_MAX 300u
@@ -22,7 +23,7 @@ static link_row_t *add(const char  *name,
     row->group    = group;
     row->address  = (uint16_t)address;
     row->is_float = is_float;
-    row->unit     = unit;
+    row->unit     = unit[0] != '-' ? unit : "";
     row->text     = text;
     return row;
 }
@@ -75,33 +76,34 @@ static void add_fields(void)
     address += 2u;
     DRIVE_CONFIG_FIELDS(DRIVE)
 #undef DRIVE
-    address = REGISTERS_STAGED_AT + REGISTERS_LOOP_AT;
-#define LOOP_FIELD(type, symbol, member, path, unit, low, high, standard, status, text)                                \
-    set_range(add(path, LINK_PARAM, address, IS_FLOAT(type), unit, text),                                              \
+#define FIELD(group, symbol, member, key, unit, low, high, standard, change, number, condition, sentence)              \
+    set_range(add(TRIBO_KEY_##group key,                                                                               \
+                  LINK_PARAM,                                                                                          \
+                  REGISTERS_STAGED_AT + (number),                                                                      \
+                  PARAMS_##symbol != PARAMS_SECTION_COUNT && PARAMS_##symbol != PARAMS_TABLE_LENGTH,                   \
+                  unit,                                                                                                \
+                  sentence),                                                                                           \
               (double)(low),                                                                                           \
               (double)(high),                                                                                          \
               false,                                                                                                   \
-              (double)(standard));                                                                                     \
-    address += 2u;
-    PARAMS_LOOP_FIELDS(LOOP_FIELD)
+              (double)(standard));
+    PARAMS_LOOP_ROWS(FIELD)
     set_range(
         add("compensator.method", LINK_PARAM, REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, false, "", PARAMS_METHOD_TEXT),
         PARAMS_METHOD_PAPER,
         PARAMS_METHOD_OFF,
         false,
         PARAMS_METHOD_PAPER);
-    address = REGISTERS_STAGED_AT + REGISTERS_FEED_AT;
-    PARAMS_FEED_FIELDS(LOOP_FIELD)
+    PARAMS_FEED_ROWS(FIELD)
     address = REGISTERS_STAGED_AT + REGISTERS_GUARD_AT;
     set_range(add("compensator.guard.on", LINK_PARAM, address, false, "", PARAMS_GUARD_TEXT), 0.0, 1.0, false, 0.0);
-    address += 2u;
-    PARAMS_GUARD_FIELDS(LOOP_FIELD)
-#undef LOOP_FIELD
+    PARAMS_GUARD_ROWS(FIELD)
+#undef FIELD
     const params_set_t set = params_default();
     address                = REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT;
     for (unsigned i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {
-#define SECTION(member, last, unit, low, high, text)                                                                   \
+#define SECTION(symbol, member, last, unit, low, high, text)                                                           \
     (void)snprintf(name, sizeof name, "controller.sections[%u].%s", i, last);                                          \
     set_range(add(name, LINK_PARAM, address, true, unit, text),                                                        \
               (double)(low),                                                                                           \
@@ -109,19 +111,27 @@ static void add_fields(void)
               false,                                                                                                   \
               (double)set.sections[i].member);                                                                         \
     address += 2u;
-        PARAMS_SECTION_FIELDS(SECTION)
+        TRIBO_SECTION_ELEMENTS(SECTION)
 #undef SECTION
     }
     address = REGISTERS_STAGED_AT + REGISTERS_TABLE_AT;
     for (unsigned i = 0; i < TRIBO_BREAKAWAY_POINTS_MAX; i++)
     {
-#define POINT(member, last, unit, low, high, text)                                                                     \
+#define POINT(symbol, member, last, unit, low, high, text)                                                             \
     (void)snprintf(name, sizeof name, "compensator.friction.breakaway.table[%u].%s", i, last);                         \
     set_range(add(name, LINK_PARAM, address, true, unit, text), (double)(low), (double)(high), false, 0.0);            \
     address += 2u;
-        PARAMS_POINT_FIELDS(POINT)
+        TRIBO_POINT_ELEMENTS(POINT)
 #undef POINT
     }
+}
+
+static int compare_addresses(const void *left, const void *right)
+{
+    const link_row_t *const a = left;
+    const link_row_t *const b = right;
+    return a->group != b->group ? (a->group > b->group) - (a->group < b->group)
+                                : (a->address > b->address) - (a->address < b->address);
 }
 
 const link_row_t *link_list(size_t *count)
@@ -130,6 +140,7 @@ const link_row_t *link_list(size_t *count)
     {
         add_states_and_requests();
         add_fields();
+        qsort(rows, row_count, sizeof rows[0], compare_addresses); // the library's list is not in the registers' order
     }
     *count = row_count;
     return rows;

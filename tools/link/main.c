@@ -2,9 +2,9 @@
 
 #include "app/registers.h"
 #include "bus.h"
-#include "scenario/config.h"
-#include "scenario/keys.h"
-#include "scenario/loop_config.h"
+#include "keys/table.h"
+#include "loop/loop_check.h"
+#include "loop/loop_config.h"
 #include "support/number.h"
 #include "support/output_file.h"
 
@@ -120,11 +120,11 @@ static bool is_used(const params_t *params, const link_row_t *row)
     unsigned index;
     if (sscanf(row->name, "controller.sections[%u]", &index) == 1)
     {
-        return index < params->set.loop.section_count;
+        return index < params->words[PARAMS_SECTION_COUNT];
     }
     if (sscanf(row->name, "compensator.friction.breakaway.table[%u]", &index) == 1)
     {
-        return index < params->set.loop.table_length;
+        return index < params->words[PARAMS_TABLE_LENGTH];
     }
     return true;
 }
@@ -192,7 +192,7 @@ static const char *parse_value(const char *name, const char *text, double *numbe
 {
     static char wrong[64 + SIM_WORDS_MAX];
     sim_place_t place;
-    if (!sim_key_find(NULL, name, &place) || place.key->type != SIM_KEY_CHOICE)
+    if (!sim_key_find(sim_loop_keys, NULL, name, &place) || place.key->type != SIM_KEY_CHOICE)
     {
         return sim_number_parse(text, number);
     }
@@ -275,11 +275,12 @@ static bool take_scenario(params_t *params, const char *path)
 {
     sim_error_t       error = {""};
     sim_loop_config_t loop;
-    sim_scenario_t   *scenario = sim_scenario_create();
-    bool ok = scenario != NULL && sim_scenario_load(scenario, path, &error) && sim_scenario_check(scenario, &error);
+    sim_scenario_t   *scenario = sim_scenario_create_of(sim_loop_keys, sizeof(sim_loop_keys_t));
+    bool ok = scenario != NULL && sim_scenario_load(scenario, path, &error) && sim_check_present(scenario, &error) &&
+              sim_check_has_loop(scenario, &error) && sim_check_loop(scenario, &error);
     if (ok)
     {
-        sim_loop_config_fill(&loop, sim_scenario_config(scenario));
+        sim_loop_config_fill(&loop, sim_scenario_loop(scenario));
         ok = !loop.has_lugre || sim_error_set(&error, "%s: compensator.model: lugre is not in the drive", path);
     }
     if (ok)
@@ -707,7 +708,10 @@ static bool wait_for_trace(link_bus_t *bus, double wait_s, trace_head_t *head)
             (void)link_complain("trace: no trigger in %g s; what came last is written", wait_s);
             return link_bus_command(bus, REGISTERS_TRACE_STOP, "trace") && read_head(bus, 0, head);
         }
-        (void)nanosleep(&(struct timespec){.tv_nsec = (long)(slice_s * 1e9)}, NULL);
+        if (!link_bus_rest(bus, (int)(slice_s * 1e3)))
+        {
+            return false;
+        }
     }
 }
 

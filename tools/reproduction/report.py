@@ -58,8 +58,8 @@ def count(sections):
 INTRODUCTION = (
     "Written by `tools/reproduce`. Each row is one claim of \"Friction Hysteresis Modeling and Force Control in a "
     "Constrained Single-link Arm\" (DOI 10.1115/1.4004580), played by `tribo-sim`. The paper's figures are of its "
-    "rig or of its own simulation with inputs that it does not list; here the plant is its model with its parameters, "
-    "Eqs. (7), (9) and (10), and the inputs are chosen to its description."
+    "rig, or of its own simulation with inputs that it does not list. Here the plant is its model with its parameters, "
+    "Eqs. (7), (9) and (10). The inputs are chosen to its description."
 )
 
 

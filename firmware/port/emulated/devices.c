@@ -22,7 +22,7 @@ bool devices_have_bus(void)
 
 // --- bus -----------------------------------------------------------------------------------------------------------
 
-/// Semihosting returns the number of bytes that are missing.
+/// Semihosting returns the number of missing bytes.
 static size_t done(uintptr_t missing, size_t asked)
 {
     return missing <= asked ? asked - missing : 0u;
@@ -55,7 +55,7 @@ static bool seek(unsigned sector, uint32_t word)
     return sys_semihost_seek(flash, 4u * (sector * DEVICES_SECTOR_WORDS + word)) == 0;
 }
 
-/// A file that ends early is erased from there on.
+/// Words beyond the end of the file read as erased.
 static uint32_t read_word(void *context, unsigned sector, uint32_t word)
 {
     uint32_t value = ERASED;

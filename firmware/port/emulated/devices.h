@@ -1,5 +1,5 @@
-/// What an emulated board may have besides, over semihosting: a bus and a flash. The emulator's command line says which
-/// (-semihosting-config ...,arg=bus,arg=flash), and hands them over as open files, DEVICES_BUS and DEVICES_FLASH.
+/// Optional devices of an emulated board, over semihosting: a bus and a flash. The emulator's command line selects them
+/// (-semihosting-config ...,arg=bus,arg=flash) and passes them as open files, DEVICES_BUS and DEVICES_FLASH.
 
 #ifndef EMULATED_DEVICES_H
 #define EMULATED_DEVICES_H
@@ -17,7 +17,7 @@ void devices_open(void);
 
 bool devices_have_bus(void);
 
-/// A line on which nothing comes if there is no bus.
+/// The bus; a silent line if there is none.
 const modbus_line_t *devices_line(void);
 
 /// Null if there is no flash.

@@ -43,7 +43,7 @@ static bool read_more(uint8_t *buffer, size_t size, size_t *have)
 
 bool link_receive(uint32_t *kind, uint32_t words[TRIBO_WIRE_WORDS_MAX], uint32_t *count)
 {
-    // The host waits for each answer, so a read never returns more than one message, and mostly a whole one.
+    // The host waits for each answer, so a read returns at most one message, usually all of it.
     static uint32_t message[TRIBO_WIRE_HEADER_WORDS + TRIBO_WIRE_WORDS_MAX];
     size_t          have = 0;
     size_t          need = sizeof(uint32_t) * TRIBO_WIRE_HEADER_WORDS;

@@ -16,7 +16,7 @@ bool link_send(tribo_wire_kind_t kind, const uint32_t *words, uint32_t count);
 /// Waits for the next message. False at the end of the link or for a message that is too long.
 bool link_receive(uint32_t *kind, uint32_t words[TRIBO_WIRE_WORDS_MAX], uint32_t *count);
 
-/// Cycles that the drive's ticks took.
+/// Cycles of the drive's ticks.
 typedef struct
 {
     uint32_t least, most, ticks;
@@ -31,7 +31,7 @@ void link_log(uint8_t byte);
 /// The core's counter of cycles; 0 where there is none.
 uint32_t link_cycles(void);
 
-/// From where RAM is tested.
+/// Start of the tested RAM.
 uint32_t *link_ram(void);
 
 #endif

@@ -1,5 +1,5 @@
-// The drive in lock-step. The host simulates the plant and stands for sensor, power stage, fault inputs and clock; each TICK message
-// stands for a timer interrupt. The application is the one that runs on a board.
+// The drive in lock-step. The host simulates plant, sensor, power stage, fault inputs and clock; each TICK message replaces a
+// timer interrupt. The application is the same as on a board.
 
 #include "lock_step.h"
 
@@ -23,7 +23,7 @@ typedef struct
 static bool read_sensor(void *context, loop_force_t *reading)
 {
     const board_t *board = context;
-    *reading             = loop_from_word(board->tick[TRIBO_TICK_Y]);
+    *reading             = tribo_force_of_word(board->tick[TRIBO_TICK_Y]);
     return board->tick[TRIBO_TICK_SILENT] == 0u;
 }
 
@@ -58,7 +58,7 @@ static void log_byte(void *context, uint8_t byte)
     link_log(byte);
 }
 
-/// Sensor and output are in N, which the host has scaled: `ranges` are set with the full scale.
+/// Sensor and output are in N, already scaled by the host: `ranges` are set with the full scale.
 static board_t board;
 static port_t  port = {.context     = &board,
                        .read_sensor = read_sensor,
@@ -97,9 +97,9 @@ static void tick(registers_t *registers, const uint32_t *words)
     {
         drive_acknowledge(drive);
     }
-    if (!devices_have_bus()) // which gives the reference
+    if (!devices_have_bus()) // the bus gives the reference
     {
-        drive_reference(drive, loop_from_word(words[TRIBO_TICK_R]));
+        drive_reference(drive, tribo_force_of_word(words[TRIBO_TICK_R]));
     }
     const uint32_t start = link_cycles();
     registers_tick(registers);
@@ -110,7 +110,7 @@ static void tick(registers_t *registers, const uint32_t *words)
 static bool answer(const drive_t *drive)
 {
     uint32_t tock[TRIBO_TOCK_WORDS];
-    tock[TRIBO_TOCK_COMMAND]       = loop_word(board.command);
+    tock[TRIBO_TOCK_COMMAND]       = tribo_force_word(board.command);
     tock[TRIBO_TOCK_ENABLED]       = board.enabled;
     tock[TRIBO_TOCK_STATE]         = (uint32_t)drive->state;
     tock[TRIBO_TOCK_FAULT]         = (uint32_t)drive->fault;
@@ -118,15 +118,15 @@ static bool answer(const drive_t *drive)
     tock[TRIBO_TOCK_LIMITED_TICKS] = drive->loop.controller.limited_ticks;
     tock[TRIBO_TOCK_BAD_INPUTS]    = drive->loop.bad_inputs;
 #if DRIVE_FEEDFORWARD
-    tock[TRIBO_TOCK_GUARD] = (uint32_t)loop_guard_cause(&drive->guard);
+    tock[TRIBO_TOCK_GUARD] = (uint32_t)drive->guard.cause;
 #else
     tock[TRIBO_TOCK_GUARD] = (uint32_t)TRIBO_GUARD_NONE;
 #endif
-    loop_words(&drive->signals, tock + TRIBO_TOCK_SIGNALS);
+    tribo_signal_words(&drive->signals, tock + TRIBO_TOCK_SIGNALS);
     return link_send(TRIBO_WIRE_TOCK, tock, TRIBO_TOCK_WORDS);
 }
 
-/// The faults of the rig are off: a scenario's plant may be any, and is often meant to be wrong.
+/// The rig's faults are off, because a scenario's plant is often faulty on purpose.
 static params_set_t set_of(const tribo_setup_t *setup)
 {
     params_set_t set           = params_default();
@@ -203,7 +203,7 @@ int lock_step(void)
     const drive_fault_t found = selftest_run(&selftest_seal, NULL, link_ram(), RAM_TESTED_MAX);
 
     const uint32_t hello[TRIBO_HELLO_WORDS] = {[TRIBO_HELLO_VERSION] = TRIBO_WIRE_VERSION,
-                                               [TRIBO_HELLO_Q31]     = LOOP_IS_Q31,
+                                               [TRIBO_HELLO_Q31]     = TRIBO_IS_Q31,
                                                [TRIBO_HELLO_FAULT]   = (uint32_t)found};
     return link_send(TRIBO_WIRE_HELLO, hello, TRIBO_HELLO_WORDS) ? serve(found) : 3;
 }

@@ -1,4 +1,4 @@
-/// A drive that computes what the host sends it (wire/tribo_wire.h), over any link (link.h).
+/// A drive in lock-step with the host (wire/tribo_wire.h), over any link (link.h).
 
 #ifndef EMULATED_LOCK_STEP_H
 #define EMULATED_LOCK_STEP_H

@@ -1,35 +1,55 @@
 #include "board.h"
 
 #include "realtime.h"
-#include "scenario/plant_config.h"
 
 #include <errno.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
 
-#define FIRST_US 1000000u ///< of the first tick, on the schedule's clock
+#define FIRST_US  1000000u ///< of the first tick, on the schedule's clock
+#define NS_PER_MS 1000000
 
 static bool write_output(board_t *board, float output)
 {
     board->output = output;
-    if (board->plant != NULL)
+    if (board->desk != NULL)
     {
         return true;
     }
     return board->rig->output == RIG_OUTPUT_PWM ? pwm_write(&board->pwm, output) : channel_write(&board->dac, output);
 }
 
+static uint32_t time_us(void *context)
+{
+    const board_t *board  = context;
+    const int64_t  now_ns = realtime_now_ns();
+    const int64_t  behind = now_ns - board->due_ns;
+    if (board->slack_ns == 0)
+    {
+        return (uint32_t)(now_ns / 1000);
+    }
+    return board->due_us + (behind > board->slack_ns ? (uint32_t)(behind / 1000) : 0u);
+}
+
 static bool set_enable(board_t *board, bool on)
 {
+    if (on || board->is_on)
+    {
+        board->off_us      = time_us(board);
+        board->is_off_long = false;
+    }
+    board->is_on = on;
     return board->lines == NULL || lines_set(board->lines, LINE_ENABLE, on);
 }
 
+/// Enable first: an output's driver may block, and what it blocks is then off.
 void board_off(void *context)
 {
     board_t *board = context;
-    (void)write_output(board, *board->idle);
     (void)set_enable(board, false);
+    (void)write_output(board, *board->idle);
 }
 
 // --- the port ------------------------------------------------------------------------------------------------------
@@ -37,11 +57,11 @@ void board_off(void *context)
 static bool read_sensor(void *context, loop_force_t *reading)
 {
     board_t *board = context;
-    if (board->plant == NULL)
+    if (board->desk == NULL)
     {
         return channel_read(&board->sensor, reading);
     }
-    *reading = (float)sim_sensor_read(&board->plant_sensor, sim_plant_filtered_force(board->plant));
+    *reading = (float)board->desk->read(board->plant);
     return true;
 }
 
@@ -61,8 +81,25 @@ static void enable(void *context, bool on)
     board->failed  = !set_enable(board, on) || board->failed;
 }
 
+/// What is wrong with a power stage that is not as the last tick left it; null: nothing.
+static const char *check_stage(board_t *board, bool is_ready)
+{
+    bool       is_high   = false;
+    const bool is_read   = board->reads_enable && lines_read_back(board->lines, LINE_ENABLE, &is_high);
+    const bool must_fall = board->rig->ready_off_ms > 0u && line_is_used(&board->rig->lines[LINE_READY]);
+    board->is_off_long =
+        board->is_off_long || (!board->is_on && time_us(board) - board->off_us > 1000u * board->rig->ready_off_ms);
+    if (is_read && is_high != board->is_on)
+    {
+        return is_high ? "lines.enable reads on, though it is off" : "lines.enable reads off, though it is on";
+    }
+    return must_fall && is_ready && board->is_off_long && !board->is_on
+               ? "lines.ready has not fallen within ready_off_ms, though enable is off"
+               : NULL;
+}
+
 /// A line that cannot be read is active.
-static uint32_t inputs(void *context)
+static uint32_t read_inputs(const board_t *board)
 {
     static const struct
     {
@@ -72,8 +109,7 @@ static uint32_t inputs(void *context)
                  {LINE_POWER_FAULT, PORT_INPUT_POWER_FAULT},
                  {LINE_READY, PORT_INPUT_NOT_READY}};
 
-    const board_t *board  = context;
-    uint32_t       active = 0;
+    uint32_t active = 0;
     for (size_t i = 0; board->lines != NULL && i < sizeof known / sizeof known[0]; i++)
     {
         bool high;
@@ -90,46 +126,68 @@ static uint32_t inputs(void *context)
     return active;
 }
 
-static uint32_t time_us(void *context)
+static uint32_t inputs(void *context)
 {
-    const board_t *board  = context;
-    const int64_t  now_ns = realtime_now_ns();
-    const int64_t  behind = now_ns - board->due_ns;
-    if (board->slack_ns == 0)
+    board_t *board  = context;
+    uint32_t active = read_inputs(board);
+    if (board->lines != NULL)
     {
-        return (uint32_t)(now_ns / 1000);
+        board->complaint = check_stage(board, (active & PORT_INPUT_NOT_READY) == 0u);
+        active |= board->complaint != NULL ? PORT_INPUT_POWER_FAULT : 0u;
     }
-    return board->due_us + (behind > board->slack_ns ? (uint32_t)(behind / 1000) : 0u);
+    return active;
 }
 
 static void log_byte(void *context, uint8_t byte)
 {
-    (void)context;
+    board_t    *board     = context;
+    const char *complaint = board->complaint; // the tick's
     (void)fputc(byte, stderr);
+    if (byte == '\n' && complaint != board->told)
+    {
+        board->told = complaint;
+        if (complaint != NULL)
+        {
+            (void)fprintf(stderr, "power stage: %s\n", complaint);
+        }
+    }
 }
 
 // --- opening -------------------------------------------------------------------------------------------------------
 
-static bool open_simulation(board_t *board, const sim_scenario_t *scenario, sim_error_t *error)
+static bool open_desk(board_t *board, const sim_scenario_t *scenario, sim_error_t *error)
 {
-    const sim_config_t *config = sim_scenario_config(scenario);
-    board->plant_steps         = sim_plant_steps(config);
-    board->plant_config        = sim_plant_config_of(config);
-    if (!sim_sensor_init(&board->plant_sensor, &config->sensor.sampling, board->plant_config.step_s))
+    board->plant = board->desk->open(scenario, error);
+    return board->plant != NULL;
+}
+
+/// Right after it was turned off.
+static bool read_enable_back(board_t *board, sim_error_t *error)
+{
+    bool is_high = false;
+    char text[3 * LINES_NAME_MAX];
+    board->reads_enable = board->rig->read_back != 0 && lines_read_back(board->lines, LINE_ENABLE, &is_high);
+    line_describe(LINE_ENABLE, &board->rig->lines[LINE_ENABLE], text, sizeof text);
+    if (board->rig->read_back != 0 && !board->reads_enable)
     {
-        return sim_error_set(error, "out of memory");
+        (void)fprintf(stderr, "%s: this chip does not read an output back\n", text);
     }
-    board->plant = sim_plant_create(&board->plant_config, sim_truth_models[config->plant.model]);
-    return board->plant != NULL || sim_error_set(error, "out of memory");
+    return !is_high || sim_error_set(error, "%s: reads on, though it is off", text);
 }
 
 static bool open_devices(board_t *board, sim_error_t *error)
 {
     const rig_t *rig = board->rig;
     board->lines     = lines_open(rig->lines, "tribo-drive", error);
-    return board->lines != NULL && channel_open(&board->sensor, &rig->sensor, false, "sensor", error) &&
-           (rig->output == RIG_OUTPUT_PWM ? pwm_open(&board->pwm, &rig->pwm, *board->idle, "pwm", error)
-                                          : channel_open(&board->dac, &rig->dac, true, "dac", error));
+    const bool ok    = board->lines != NULL && channel_open(&board->sensor, &rig->sensor, false, "sensor", error) &&
+                    (rig->output == RIG_OUTPUT_PWM ? pwm_open(&board->pwm, &rig->pwm, *board->idle, "pwm", error)
+                                                   : channel_open(&board->dac, &rig->dac, true, "dac", error));
+    if (!ok)
+    {
+        return false;
+    }
+    board_off(board);
+    return read_enable_back(board, error);
 }
 
 static port_t port_of(board_t *board)
@@ -140,7 +198,7 @@ static port_t port_of(board_t *board)
     const port_range_t duty   = {.low_units = 0.0f, .high_units = 1.0f};
     const port_range_t dac    = {.low_units = (float)rig->dac_low, .high_units = (float)rig->dac_high};
     const port_range_t none   = {.low_units = 0.0f};
-    const bool         real   = rig->io == RIG_IO_DEVICES;
+    const bool         real   = board->desk == NULL;
     return (port_t){.context     = board,
                     .sensor      = real ? sensor : none,
                     .output      = !real ? none
@@ -154,24 +212,31 @@ static port_t port_of(board_t *board)
                     .log_byte    = log_byte};
 }
 
-bool board_open(board_t *board, const rig_t *rig, const sim_scenario_t *scenario, sim_error_t *error)
+bool board_open(board_t              *board,
+                const rig_t          *rig,
+                const desk_t         *desk,
+                const sim_scenario_t *scenario,
+                sim_error_t          *error)
 {
     void *shared = mmap(NULL, sizeof(float), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (shared == MAP_FAILED)
     {
         return sim_error_set(error, "no shared memory: %s", strerror(errno));
     }
-    *board = (board_t){.rig = rig, .sensor = {.file = -1}, .dac = {.file = -1}, .pwm = {.file = -1}, .idle = shared};
+    *board        = (board_t){.rig    = rig,
+                              .desk   = desk,
+                              .sensor = {.file = -1},
+                              .dac    = {.file = -1},
+                              .pwm    = {.file = -1},
+                              .idle   = shared};
     *board->idle  = rig->drive.command_zero_units;
     board->port   = port_of(board);
-    const bool ok = rig->io == RIG_IO_SIMULATED ? open_simulation(board, scenario, error) : open_devices(board, error);
+    const bool ok = desk != NULL ? open_desk(board, scenario, error) : open_devices(board, error);
     if (!ok)
     {
         board_close(board);
-        return false;
     }
-    board_off(board);
-    return true;
+    return ok;
 }
 
 void board_close(board_t *board)
@@ -180,10 +245,9 @@ void board_close(board_t *board)
     channel_close(&board->dac);
     channel_close(&board->sensor);
     lines_close(board->lines);
-    if (board->rig->io == RIG_IO_SIMULATED)
+    if (board->desk != NULL)
     {
-        sim_plant_destroy(board->plant);
-        sim_sensor_free(&board->plant_sensor);
+        board->desk->close(board->plant);
     }
     board->lines = NULL;
     board->plant = NULL;
@@ -195,10 +259,30 @@ const drive_config_t *board_config(const board_t *board)
     return board->drive != NULL ? &drive_setup(board->drive)->config : &board->rig->drive;
 }
 
-void board_attach(board_t *board, const drive_t *drive)
+bool board_attach(board_t *board, const drive_t *drive, sim_error_t *error)
 {
-    board->drive = drive;
-    *board->idle = board_config(board)->command_zero_units;
+    const rig_t  *rig       = board->rig;
+    const bool    has_ready = board->lines != NULL && line_is_used(&rig->lines[LINE_READY]);
+    const int64_t end_ns    = realtime_now_ns() + (int64_t)rig->ready_off_ms * NS_PER_MS;
+    board->drive            = drive;
+    *board->idle            = board_config(board)->command_zero_units;
+    // A power stage that was on before may need its time.
+    while (has_ready && rig->ready_off_ms > 0u && (read_inputs(board) & PORT_INPUT_NOT_READY) == 0u)
+    {
+        if (realtime_now_ns() > end_ns)
+        {
+            char text[3 * LINES_NAME_MAX];
+            line_describe(LINE_READY, &rig->lines[LINE_READY], text, sizeof text);
+            return sim_error_set(error,
+                                 "%s: the power stage is ready, though enable has been off for %" PRIu64
+                                 " ms (ready_off_ms; 0 if its ready output does not fall)",
+                                 text,
+                                 rig->ready_off_ms);
+        }
+        (void)realtime_sleep_until(realtime_now_ns() + NS_PER_MS);
+    }
+    board->is_off_long = true;
+    return true;
 }
 
 void board_begin(board_t *board, uint64_t number, int64_t due_ns)
@@ -207,17 +291,27 @@ void board_begin(board_t *board, uint64_t number, int64_t due_ns)
     board->due_us = FIRST_US + (uint32_t)(number * board_config(board)->period_us);
 }
 
+void board_pulse(board_t *board)
+{
+    const bool is_well = board->drive->state != DRIVE_FAULT && !board->failed;
+    if (board->lines == NULL || !is_well || ++board->pulse_ticks < board->rig->heartbeat_ticks)
+    {
+        return;
+    }
+    board->pulse_ticks = 0;
+    board->pulse       = !board->pulse;
+    board->failed      = !lines_set(board->lines, LINE_HEARTBEAT, board->pulse);
+}
+
 void board_advance(board_t *board)
 {
     const drive_config_t *drive = board_config(board);
     const double          sign  = drive->command_reversed != 0u ? -1.0 : 1.0;
     const double          u =
         sign * ((double)board->output - (double)drive->command_zero_units) * (double)drive->command_n_per_unit;
-    sim_plant_signals_t unused;
     *board->idle = drive->command_zero_units;
-    for (unsigned i = 0; board->plant != NULL && i < board->plant_steps; i++)
+    if (board->desk != NULL)
     {
-        sim_sensor_push(&board->plant_sensor, sim_plant_filtered_force(board->plant));
-        sim_plant_step(board->plant, u, &unused);
+        board->desk->advance(board->plant, u);
     }
 }

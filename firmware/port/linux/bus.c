@@ -2,10 +2,14 @@
 
 #include <errno.h>
 #include <modbus.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -15,6 +19,10 @@
 #define NS_PER_MS   1000000
 #define BYTE_GAP_US 50000 ///< within a frame: more than a pty or a USB adapter makes
 
+#define END_TEXT    96
+#define KEEP_IDLE_S 2 ///< then the kernel asks a silent client's once a second ...
+#define KEEP_TRIALS 3 ///< ... so often
+
 struct bus
 {
     const bus_config_t *config;
@@ -22,6 +30,9 @@ struct bus
     modbus_mapping_t   *mapping; ///< what modbus_reply answers from
     int                 listener;
     bool                gone; ///< the line
+    char                client[END_TEXT];
+    unsigned long long  refused;    ///< clients, beside another
+    time_t              refused_at; ///< and told
 };
 
 bool bus_is_used(const bus_config_t *config)
@@ -183,6 +194,124 @@ static bus_event_t answer(bus_t *bus, const bus_registers_t *registers, uint8_t 
     return status == 0u ? BUS_EXECUTED : BUS_REFUSED;
 }
 
+// --- clients over TCP ----------------------------------------------------------------------------------------------
+
+/// "ADDRESS port PORT" of one end of a socket.
+static void name_end(const struct sockaddr_storage *address, socklen_t size, char text[END_TEXT])
+{
+    char host[NI_MAXHOST] = "?";
+    char port[NI_MAXSERV] = "?";
+    (void)getnameinfo((const struct sockaddr *)address,
+                      size,
+                      host,
+                      sizeof host,
+                      port,
+                      sizeof port,
+                      NI_NUMERICHOST | NI_NUMERICSERV);
+    (void)snprintf(text, END_TEXT, "%.64s port %.8s", host, port);
+}
+
+/// Whoever leaves says so, and a host that is gone does not answer the kernel for KEEP_IDLE_S + KEEP_TRIALS s.
+static bool client_lives(const bus_t *bus)
+{
+    char      byte;
+    const int client = modbus_get_socket(bus->modbus);
+    if (client < 0)
+    {
+        return false;
+    }
+    const ssize_t count = recv(client, &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+    return count > 0 || (count < 0 && (errno == EAGAIN || errno == EINTR));
+}
+
+static void set_option(int socket, int level, int option, int value)
+{
+    (void)setsockopt(socket, level, option, &value, sizeof value);
+}
+
+static void accept_client(bus_t *bus)
+{
+    struct sockaddr_storage address;
+    socklen_t               size = sizeof address;
+    modbus_close(bus->modbus);
+    const int client = modbus_tcp_pi_accept(bus->modbus, &bus->listener);
+    if (client < 0 || getpeername(client, (struct sockaddr *)&address, &size) != 0)
+    {
+        return;
+    }
+    name_end(&address, size, bus->client);
+    set_option(client, SOL_SOCKET, SO_KEEPALIVE, 1);
+    set_option(client, IPPROTO_TCP, TCP_KEEPIDLE, KEEP_IDLE_S);
+    set_option(client, IPPROTO_TCP, TCP_KEEPINTVL, 1);
+    set_option(client, IPPROTO_TCP, TCP_KEEPCNT, KEEP_TRIALS);
+    set_option(client, IPPROTO_TCP, TCP_USER_TIMEOUT, (KEEP_IDLE_S + KEEP_TRIALS) * MS_PER_S);
+}
+
+/// A message a second at most: the one that is refused may try again and again.
+static void refuse_client(bus_t *bus)
+{
+    struct sockaddr_storage address;
+    socklen_t               size   = sizeof address;
+    const int               second = accept4(bus->listener, (struct sockaddr *)&address, &size, SOCK_CLOEXEC);
+    if (second < 0)
+    {
+        return;
+    }
+    (void)close(second);
+    bus->refused++;
+    const time_t now = time(NULL);
+    if (now != bus->refused_at)
+    {
+        char who[END_TEXT];
+        name_end(&address, size, who);
+        (void)fprintf(stderr,
+                      "%s: bus.listen: %s is refused: %s has the drive (%llu refused)\n",
+                      program_invocation_short_name,
+                      who,
+                      bus->client,
+                      bus->refused);
+        bus->refused_at = now;
+    }
+}
+
+static void take_client(bus_t *bus)
+{
+    if (client_lives(bus))
+    {
+        refuse_client(bus);
+    }
+    else
+    {
+        accept_client(bus);
+    }
+}
+
+static bool is_loopback(const struct sockaddr_storage *address)
+{
+    const struct sockaddr_in  *v4 = (const struct sockaddr_in *)address;
+    const struct sockaddr_in6 *v6 = (const struct sockaddr_in6 *)address;
+    return address->ss_family == AF_INET6 ? IN6_IS_ADDR_LOOPBACK(&v6->sin6_addr)
+                                          : ntohl(v4->sin_addr.s_addr) >> 24 == IN_LOOPBACKNET;
+}
+
+/// For the start: TCP has no password.
+static void say_who_reaches(const bus_t *bus)
+{
+    struct sockaddr_storage address;
+    socklen_t               size = sizeof address;
+    char                    where[END_TEXT];
+    if (getsockname(bus->listener, (struct sockaddr *)&address, &size) != 0)
+    {
+        return;
+    }
+    name_end(&address, size, where);
+    (void)fprintf(stderr,
+                  "bus: Modbus TCP on %s: %s\n",
+                  where,
+                  is_loopback(&address) ? "programs of this machine alone reach the drive"
+                                        : "whoever reaches this address moves the drive, without a password");
+}
+
 // --- the line ------------------------------------------------------------------------------------------------------
 
 static bool fail(const bus_t *bus, const char *why, sim_error_t *error)
@@ -208,7 +337,12 @@ static bool open_listener(bus_t *bus, sim_error_t *error)
     bus->modbus   = modbus_new_tcp_pi(bus->config->listen, service);
     errno         = EADDRNOTAVAIL; // if the name is unknown
     bus->listener = bus->modbus != NULL ? modbus_tcp_pi_listen(bus->modbus, 1) : -1;
-    return bus->listener >= 0 || fail(bus, modbus_strerror(errno), error);
+    if (bus->listener < 0)
+    {
+        return fail(bus, modbus_strerror(errno), error);
+    }
+    say_who_reaches(bus);
+    return true;
 }
 
 bus_t *bus_open(const bus_config_t *config, sim_error_t *error)
@@ -262,7 +396,11 @@ static void lose(bus_t *bus)
 {
     if (is_serial(bus) && !bus->gone)
     {
-        (void)fprintf(stderr, "tribo-drive: bus.device: %s: %s\n", bus->config->device, modbus_strerror(errno));
+        (void)fprintf(stderr,
+                      "%s: bus.device: %s: %s\n",
+                      program_invocation_short_name,
+                      bus->config->device,
+                      modbus_strerror(errno));
     }
     bus->gone = is_serial(bus);
     modbus_close(bus->modbus);
@@ -282,31 +420,9 @@ static bool come_back(bus_t *bus, int wait_ms)
     return !bus->gone;
 }
 
-/// A new client takes the place of one that may long be gone.
-static void take_client(bus_t *bus)
-{
-    modbus_close(bus->modbus);
-    (void)modbus_tcp_pi_accept(bus->modbus, &bus->listener);
-}
-
-bus_event_t bus_serve(bus_t *bus, unsigned unit, const bus_registers_t *registers, int wait_ms)
+static bus_event_t serve_request(bus_t *bus, unsigned unit, const bus_registers_t *registers)
 {
     uint8_t frame[MODBUS_MAX_ADU_LENGTH];
-    if (bus->gone && !come_back(bus, wait_ms))
-    {
-        return BUS_NOTHING;
-    }
-    struct pollfd ends[] = {{.fd = modbus_get_socket(bus->modbus), .events = POLLIN},
-                            {.fd = bus->listener, .events = POLLIN}};
-    if (poll(ends, sizeof ends / sizeof ends[0], wait_ms) <= 0)
-    {
-        return BUS_NOTHING;
-    }
-    if (ends[1].revents != 0)
-    {
-        take_client(bus);
-        return BUS_NOTHING;
-    }
     (void)modbus_set_slave(bus->modbus, (int)unit);
     errno           = 0;
     const int bytes = modbus_receive(bus->modbus, frame);
@@ -325,4 +441,25 @@ bus_event_t bus_serve(bus_t *bus, unsigned unit, const bus_registers_t *register
     }
     lose(bus);
     return BUS_NOTHING;
+}
+
+bus_event_t bus_serve(bus_t *bus, unsigned unit, const bus_registers_t *registers, int wait_ms)
+{
+    if (bus->gone && !come_back(bus, wait_ms))
+    {
+        return BUS_NOTHING;
+    }
+    struct pollfd ends[] = {{.fd = modbus_get_socket(bus->modbus), .events = POLLIN},
+                            {.fd = bus->listener, .events = POLLIN}};
+    if (poll(ends, sizeof ends / sizeof ends[0], wait_ms) <= 0)
+    {
+        return BUS_NOTHING;
+    }
+    // The client of before first: what it has sent is answered, and if it has left, its place is free for the next one.
+    const bus_event_t event = ends[0].revents != 0 ? serve_request(bus, unit, registers) : BUS_NOTHING;
+    if (ends[1].revents != 0)
+    {
+        take_client(bus);
+    }
+    return event;
 }

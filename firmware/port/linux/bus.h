@@ -1,4 +1,5 @@
-/// A Modbus server by libmodbus, on a serial line (RTU) or for a client at a time over TCP. For a thread that may wait.
+/// A Modbus server by libmodbus, on a serial line (RTU) or for a client at a time over TCP: a second one is refused, with a message on
+/// standard error, while the first lives. For a thread that may wait.
 
 #ifndef LINUX_BUS_H
 #define LINUX_BUS_H

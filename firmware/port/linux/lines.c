@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 const char *const line_names[LINE_COUNT] = {[LINE_ENABLE]         = "enable",
+                                            [LINE_HEARTBEAT]      = "heartbeat",
                                             [LINE_PROBE]          = "probe",
                                             [LINE_EMERGENCY_STOP] = "emergency_stop",
                                             [LINE_POWER_FAULT]    = "power_fault",

@@ -17,6 +17,7 @@
 typedef enum
 {
     LINE_ENABLE, ///< outputs up to LINE_PROBE, inputs from there on
+    LINE_HEARTBEAT,
     LINE_PROBE,
     LINE_EMERGENCY_STOP,
     LINE_POWER_FAULT,
@@ -53,6 +54,9 @@ void     lines_close(lines_t *lines);
 
 /// False if the kernel refuses, e.g. because the chip is gone. An output that is not used takes any level.
 bool lines_set(lines_t *lines, line_t output, bool high);
+
+/// The level of an output as its pin has it. False if the chip cannot read an output, or is gone.
+bool lines_read_back(lines_t *lines, line_t output, bool *high);
 
 /// Whether an input has been high, and low, since the last call: both if it changed. False as lines_set. No allocation.
 bool lines_seen(lines_t *lines, line_t input, bool *high, bool *low);

@@ -112,6 +112,13 @@ bool lines_set(lines_t *lines, line_t output, bool high)
     return lines->line[output] == NULL || gpiod_line_set_value(lines->line[output], high) == 0;
 }
 
+bool lines_read_back(lines_t *lines, line_t output, bool *high)
+{
+    const int level = lines->line[output] != NULL ? gpiod_line_get_value(lines->line[output]) : -1;
+    *high           = level == 1;
+    return level >= 0;
+}
+
 bool lines_seen(lines_t *lines, line_t input, bool *high, bool *low)
 {
     struct gpiod_line *line = lines->line[input];

@@ -179,6 +179,15 @@ bool lines_set(lines_t *lines, line_t output, bool high)
                                         high ? GPIOD_LINE_VALUE_ACTIVE : GPIOD_LINE_VALUE_INACTIVE) == 0;
 }
 
+bool lines_read_back(lines_t *lines, line_t output, bool *high)
+{
+    const enum gpiod_line_value level =
+        lines->request[output] != NULL ? gpiod_line_request_get_value(lines->request[output], lines->offset[output])
+                                       : GPIOD_LINE_VALUE_ERROR;
+    *high = level == GPIOD_LINE_VALUE_ACTIVE;
+    return level != GPIOD_LINE_VALUE_ERROR;
+}
+
 bool lines_seen(lines_t *lines, line_t input, bool *high, bool *low)
 {
     struct gpiod_line_request *line = lines->request[input];

@@ -33,7 +33,9 @@ static bool erase(void *context, unsigned sector)
     const params_file_t *store = context;
     uint32_t             words[PARAMS_FILE_SECTOR_WORDS];
     memset(words, 0xff, sizeof words);
-    return pwrite(store->file, words, sizeof words, place_of(sector, 0)) == (ssize_t)sizeof words &&
+    // The kernel may write a sector's blocks in any order, so the mark that it is replaced must be on the disk before one is erased.
+    return fdatasync(store->file) == 0 &&
+           pwrite(store->file, words, sizeof words, place_of(sector, 0)) == (ssize_t)sizeof words &&
            fdatasync(store->file) == 0;
 }
 

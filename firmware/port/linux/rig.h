@@ -1,4 +1,4 @@
-/// The configuration of tribo-drive, from YAML: devices, lines, real time, the drive's config, and the scenario whose loop and
+/// The configuration of tribo-drive and tribo-desk, from YAML: devices, lines, real time, the drive's config, and the scenario whose loop and
 /// reference it runs. docs/linux.md has the table of keys, which is the one in rig.c.
 
 #ifndef LINUX_RIG_H
@@ -7,18 +7,12 @@
 #include "app/config.h"
 #include "bus.h"
 #include "channel.h"
+#include "keys/source.h"
 #include "lines.h"
 #include "pwm.h"
 #include "realtime.h"
-#include "scenario/source.h"
 
 #define RIG_PATH_MAX 255u
-
-typedef enum
-{
-    RIG_IO_DEVICES,
-    RIG_IO_SIMULATED ///< the scenario's plant in their place: a run on any machine
-} rig_io_t;
 
 typedef enum
 {
@@ -29,7 +23,6 @@ typedef enum
 typedef struct
 {
     char             scenario[RIG_PATH_MAX + 1]; ///< from the folder of the configuration
-    int              io;                         ///< rig_io_t
     channel_config_t sensor;
     double           sensor_low, sensor_high; ///< the ends of its range; equal: none
     int              output;                  ///< rig_output_t
@@ -42,7 +35,11 @@ typedef struct
     int              required; ///< 0 or 1
     uint64_t         catch_up_ms;
     uint64_t         heartbeat_ms;
-    char             watchdog[RIG_PATH_MAX + 1]; ///< empty: none
+    uint64_t         heartbeat_ticks;
+    int              read_back; ///< 0 or 1
+    uint64_t         ready_off_ms;
+    char             watchdog[RIG_PATH_MAX + 1]; ///< see rig_watchdog
+    uint64_t         watchdog_s;
     bus_config_t     bus;
     char             store[RIG_PATH_MAX + 1]; ///< from the folder of the configuration; empty: none
     double           drive_values[DRIVE_CONFIG_COUNT];
@@ -50,8 +47,11 @@ typedef struct
     drive_config_t drive; ///< made of drive_values
 } rig_t;
 
-/// Reads and checks `path`. False with file, line, key, value and range in `error`; `sources` knows where each key was written.
-bool rig_load(rig_t *rig, const char *path, sim_sources_t *sources, sim_error_t *error);
+/// Reads and checks `path`; devices and lines are not needed at a desk. False with file, line, key, value and range in `error`; `sources` knows where each key was written.
+bool rig_load(rig_t *rig, const char *path, bool at_desk, sim_sources_t *sources, sim_error_t *error);
+
+/// The device; null: none.
+const char *rig_watchdog(const rig_t *rig);
 
 /// "FILE:LINE: " of a key, or of the file as a whole, and what is wrong with it. Always false.
 bool rig_complain(const sim_sources_t *sources,

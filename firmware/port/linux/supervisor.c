@@ -4,10 +4,12 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <linux/watchdog.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -31,26 +33,69 @@ void heart_rest(heart_t *heart)
     atomic_store_explicit(&heart->beats, 0u, memory_order_relaxed);
 }
 
-/// The device stays armed if the program dies; "V" disarms it.
-static int open_watchdog(const char *path, sim_error_t *error)
-{
-    if (path == NULL)
-    {
-        return -1;
-    }
-    const int watchdog = open(path, O_WRONLY | O_CLOEXEC);
-    if (watchdog < 0)
-    {
-        (void)sim_error_set(error, "watchdog: %s: %s", path, strerror(errno));
-    }
-    return watchdog;
-}
-
 static void tell_watchdog(int watchdog, char what)
 {
     if (watchdog >= 0)
     {
         (void)!write(watchdog, &what, 1);
+    }
+}
+
+/// A driver may take another timeout than it is given, and say so.
+static bool set_timeout(int watchdog, const supervisor_config_t *config, sim_error_t *error)
+{
+    const int wanted = (int)config->watchdog_s;
+    int       given  = wanted;
+    int       taken  = 0;
+    if (ioctl(watchdog, WDIOC_SETTIMEOUT, &given) != 0 || ioctl(watchdog, WDIOC_GETTIMEOUT, &taken) != 0)
+    {
+        return sim_error_set(error,
+                             "watchdog: %s: takes no timeout of %d s (watchdog_s): %s",
+                             config->watchdog,
+                             wanted,
+                             strerror(errno));
+    }
+    return taken == wanted || sim_error_set(error,
+                                            "watchdog_s: %d: %s has a timeout of %d s in its place",
+                                            wanted,
+                                            config->watchdog,
+                                            taken);
+}
+
+/// The device stays armed if the program dies; "V" disarms it.
+static int open_watchdog(const supervisor_config_t *config, sim_error_t *error)
+{
+    if (config->watchdog == NULL)
+    {
+        return -1;
+    }
+    const int watchdog = open(config->watchdog, O_WRONLY | O_CLOEXEC);
+    if (watchdog < 0)
+    {
+        (void)sim_error_set(error, "watchdog: %s: %s", config->watchdog, strerror(errno));
+    }
+    else if (!set_timeout(watchdog, config, error))
+    {
+        tell_watchdog(watchdog, 'V');
+        (void)close(watchdog);
+        return -1;
+    }
+    return watchdog;
+}
+
+/// One killall does not take both processes. What ps shows are the process's arguments, in place; messages keep the program's name.
+static void take_name(void)
+{
+    static char  own[64];
+    char        *name = program_invocation_short_name;
+    const size_t room = strlen(name);
+    (void)prctl(PR_SET_NAME, SUPERVISOR_NAME);
+    if (name != own)
+    {
+        (void)snprintf(own, sizeof own, "%s", name);
+        program_invocation_short_name = own;
+        memset(name, 0, room);
+        memcpy(name, SUPERVISOR_NAME, room < strlen(SUPERVISOR_NAME) ? room : strlen(SUPERVISOR_NAME));
     }
 }
 
@@ -85,7 +130,8 @@ static int watch(const supervisor_config_t *config,
         {
             config->off(config->context);
             (void)fprintf(stderr,
-                          "tribo-drive: no heartbeat for %llu ms, stopped\n",
+                          "%s: no heartbeat for %llu ms, stopped\n",
+                          program_invocation_short_name,
                           (unsigned long long)config->heartbeat_ms);
             (void)kill(loop, SIGKILL);
             is_killed = true;
@@ -94,7 +140,10 @@ static int watch(const supervisor_config_t *config,
     config->off(config->context);
     if (WIFSIGNALED(status) && !is_killed)
     {
-        (void)fprintf(stderr, "tribo-drive: the loop's process was ended by signal %d, stopped\n", WTERMSIG(status));
+        (void)fprintf(stderr,
+                      "%s: the loop's process was ended by signal %d, stopped\n",
+                      program_invocation_short_name,
+                      WTERMSIG(status));
     }
     return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
 }
@@ -146,6 +195,7 @@ static int run_both(const supervisor_config_t *config,
     }
     else
     {
+        take_name();
         // Only now, as the loop would inherit it. Without the privileges the loop says so.
         sim_error_t             refused   = {""};
         const realtime_config_t real_time = {.priority = config->priority, .cpu = -1};
@@ -162,7 +212,7 @@ int supervisor_run(const supervisor_config_t *config,
                    void        *context,
                    sim_error_t *error)
 {
-    const int watchdog = open_watchdog(config->watchdog, error);
+    const int watchdog = open_watchdog(config, error);
     if (config->watchdog != NULL && watchdog < 0)
     {
         return -1;

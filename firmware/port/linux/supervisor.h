@@ -14,9 +14,13 @@ typedef struct
     uint64_t    heartbeat_ms;   ///< longest time without one
     uint64_t    priority;       ///< of the supervisor, if it may have one: more than the loop's
     const char *watchdog;       ///< e.g. /dev/watchdog, kept alive as long as the heart beats; null: none
-    void (*off)(void *context); ///< command 0, then the power stage off
+    uint64_t    watchdog_s;     ///< its timeout, set and read back
+    void (*off)(void *context); ///< the power stage off, then command 0
     void *context;
 } supervisor_config_t;
+
+/// In ps, for killall and pidof; the loop's process keeps the program's.
+#define SUPERVISOR_NAME "tribo-safe"
 
 /// What the loop's process is given to show that it lives.
 typedef struct heart heart_t;

@@ -1,4 +1,4 @@
-// No bus and no store: the line is the link's, and the host brings the params.
+// No bus and no store: the link uses the line, and the host sends the params.
 
 #include "port/emulated/devices.h"
 

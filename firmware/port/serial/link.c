@@ -1,5 +1,5 @@
-// Messages of wire/tribo_wire.h over a serial line, each with its CRC. A byte that is lost or wrong costs its message, and the
-// host then ends the run; a HELLO from the host begins a new session at any time.
+// Messages of wire/tribo_wire.h over a serial line, each with its CRC. A lost or wrong byte invalidates its message, and the
+// host then ends the run. A HELLO from the host begins a new session at any time.
 
 #include "port/emulated/link.h"
 
@@ -11,7 +11,7 @@
 #define KIND_MASK 0xffff0000u // every kind begins with "TR"
 #define KIND_MARK 0x54520000u
 
-static bool hello_came; ///< within a session, which it has ended
+static bool hello_came; ///< within a session, and ended it
 
 static uint32_t read_word(void)
 {
@@ -23,7 +23,7 @@ static uint32_t read_word(void)
     return word;
 }
 
-/// Waits for a word that can be a kind, whatever comes before.
+/// Skips bytes until a word can be a kind.
 static uint32_t read_kind(void)
 {
     uint32_t word = read_word();
@@ -34,7 +34,7 @@ static uint32_t read_kind(void)
     return word;
 }
 
-/// The next message that is whole.
+/// Receives the next complete message.
 static void receive(uint32_t *kind, uint32_t words[TRIBO_WIRE_WORDS_MAX], uint32_t *count)
 {
     static uint32_t message[TRIBO_WIRE_HEADER_WORDS + TRIBO_WIRE_WORDS_MAX];
@@ -113,7 +113,7 @@ void link_close(const link_cycles_t *cycles)
 
 void link_log(uint8_t byte)
 {
-    (void)byte; // the line is the link's; a fault's number is in its answer
+    (void)byte; // the link uses the line; its answer carries a fault's number
 }
 
 uint32_t link_cycles(void)

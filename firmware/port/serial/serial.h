@@ -1,5 +1,5 @@
-/// What a board gives for a lock-step with the host over a serial line, 8N1 at any rate: four functions. link.c beside this file
-/// makes messages of bytes; lock_step() in port/emulated/lock_step.h does the rest.
+/// A board's four functions for lock-step with the host over a serial line, 8N1 at any rate. link.c in this folder turns bytes
+/// into messages; lock_step() in port/emulated/lock_step.h does the rest.
 
 #ifndef SERIAL_SERIAL_H
 #define SERIAL_SERIAL_H
@@ -15,7 +15,7 @@ void serial_write(uint8_t byte);
 /// The core's counter of cycles, e.g. DWT's; 0 where there is none.
 uint32_t serial_cycles(void);
 
-/// From where RAM is tested: the first variable.
+/// Start of the tested RAM: the first variable.
 uint32_t *serial_ram(void);
 
 #endif

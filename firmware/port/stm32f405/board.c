@@ -13,10 +13,10 @@
 #define STOP_LINE  (1u << STOP_PIN)
 #define FAULT_LINE (1u << FAULT_PIN)
 
-static uint32_t       off_code = CONVERT_ZERO; ///< of no current
+static uint32_t       off_code = CONVERT_ZERO; ///< for zero current
 static drive_config_t board_config;
 
-/// Pulls a pin of port B to a level, which an open wire then has.
+/// Pulls a pin of port B to the level that an open wire shall have.
 static void pull(uint32_t pin, bool up)
 {
     GPIOB->PUPDR |= (up ? 1u : 2u) << (2 * pin);
@@ -26,7 +26,7 @@ static void start_pins(const drive_config_t *config)
 {
     clock_on(&RCC->AHB1ENR, RCC_AHB1ENR_GPIOAEN | RCC_AHB1ENR_GPIOBEN);
     clock_on(&RCC->APB1ENR, RCC_APB1ENR_DACEN);
-    // Set the level before the direction, and zero before the DAC is on, so that neither pin shows another level.
+    // Level before direction, and zero before the DAC is on, so that neither pin shows another level.
     GPIOB->BSRR = 1u << (ENABLE_PIN + 16);
     GPIOB->MODER |= 1u << (2 * ENABLE_PIN);
     pull(STOP_PIN, true);
@@ -38,7 +38,7 @@ static void start_pins(const drive_config_t *config)
     DAC->CR |= DAC_CR_EN1;
 }
 
-/// An interrupt when emergency stop or power fault become active, which also latches a pulse between two ticks.
+/// Interrupts when emergency stop or power fault become active; they also latch pulses between two ticks.
 static void start_edges(const drive_config_t *config)
 {
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_SYSCFGEN);
@@ -94,12 +94,12 @@ static uint32_t timer_hz;
 
 board_clock_t board_init(const drive_config_t *config, loop_force_t no_current)
 {
-    board_config = *config; // the set it is of will be written with others
+    board_config = *config; // a copy: the caller's params change later
     off_code     = convert_output(no_current);
     start_pins(config);
     start_edges(config);
     const board_clock_t clock = clock_start(config->crystal_hz);
-    timer_hz                  = clock.apb_hz; // twice APB1's clock where that is divided
+    timer_hz                  = clock.apb_hz; // twice APB1's clock if APB1 is divided
     start_usart(clock.apb_hz);
     start_adc();
     return clock;
@@ -113,8 +113,8 @@ extern uint32_t stack_guard[];
 
 #define STORE_SECTORS_MASK 0xc0u // subregions of 128 KiB: the last two sectors hold the drive's params
 
-/// Flash cannot be written, but for the sectors of the params; the stack ends at a guard; RAM holds no instructions. Whatever
-/// breaks this is a hard fault, in whose handler none of it applies.
+/// Flash is read-only except the sectors of the params, the stack ends at a guard, and RAM is not executable. A violation is a
+/// hard fault, whose handler runs without these limits.
 static void start_mpu(void)
 {
     ARM_MPU_Disable();
@@ -126,8 +126,7 @@ static void start_mpu(void)
                         (uint32_t)stack_guard,
                         ARM_MPU_RASR(1, ARM_MPU_AP_NONE, 0, 1, 1, 0, 0, ARM_MPU_REGION_SIZE_256B));
     ARM_MPU_Enable(MPU_CTRL_PRIVDEFENA_Msk);
-    SCB->SHCSR &=
-        ~SCB_SHCSR_MEMFAULTENA_Msk; // which CMSIS has set: a fault of its own would use the stack that is full
+    SCB->SHCSR &= ~SCB_SHCSR_MEMFAULTENA_Msk; // set by CMSIS; a separate fault would need the full stack
 }
 
 static void start_interrupt(IRQn_Type interrupt, uint32_t priority)
@@ -147,11 +146,11 @@ void board_start(void)
     IWDG->KR  = IWDG_KR_ACCESS;
     IWDG->PR  = 0;   // LSI / 4, 8 kHz (4 to 12)
     IWDG->RLR = 240; // 30 ms (20 to 60)
-    // If this times out the watchdog runs with its longest period until the new one is loaded.
+    // After a time-out the watchdog runs with its longest period until the new one is loaded.
     (void)wait_for(&IWDG->SR, IWDG_SR_PVU | IWDG_SR_RVU, 0);
     board_kick();
     watch_supply();
-    EXTI->PR = STOP_LINE | FAULT_LINE | PVD_LINE; // edges that the pull-ups made
+    EXTI->PR = STOP_LINE | FAULT_LINE | PVD_LINE; // edges caused by the pull-ups
     start_interrupt(EXTI1_IRQn, STOP_PRIORITY);
     start_interrupt(EXTI15_10_IRQn, STOP_PRIORITY);
     start_interrupt(PVD_IRQn, STOP_PRIORITY);
@@ -283,7 +282,7 @@ void TIM2_IRQHandler(void)
     board_tick();
 }
 
-/// The stops that an interrupt has detected since the last tick. Only the interrupt writes `count`, and only the tick `seen`.
+/// Stops detected by an interrupt since the last tick. Only the interrupt writes `count`, and only the tick `seen`.
 typedef struct
 {
     volatile uint8_t count;
@@ -292,15 +291,15 @@ typedef struct
 
 static trip_t stop_trip, fault_trip, supply_trip;
 
-/// Turns the outputs off at once; the next tick makes it a fault, and enables the interrupt again. So an input that bounces
-/// takes no more time than one interrupt a tick.
+/// Turns the outputs off at once. The next tick raises the fault and enables the interrupt again, so a bouncing input costs
+/// at most one interrupt a tick.
 static void trip(trip_t *of, uint32_t line, IRQn_Type interrupt)
 {
     board_off();
     of->count = (uint8_t)(of->count + 1u);
     NVIC_DisableIRQ(interrupt);
     EXTI->PR = line;
-    (void)EXTI->PR; // the write has arrived before the interrupt returns
+    (void)EXTI->PR; // the read completes the write before the interrupt returns
 }
 
 void EXTI1_IRQHandler(void)
@@ -371,7 +370,7 @@ static bool take_trip(trip_t *of, IRQn_Type interrupt)
     return tripped;
 }
 
-/// The bit of an input, in the set `seen` if it was at that level.
+/// The bit `input` if the pin is high.
 static uint32_t input_of(uint32_t pins, uint32_t pin, uint32_t input)
 {
     return (pins >> pin & 1u) != 0u ? input : 0u;
@@ -402,7 +401,7 @@ static uint32_t time_us(void *context)
 
 #define LOG_TURNS 4000u // 0.2 ms at 168 MHz, twice what a byte takes
 
-/// If the USART is not ready in time the byte is dropped, and later ones do not wait: the watchdog would reset the chip.
+/// Drops the byte if the USART is not ready in time; later bytes then do not wait, or the watchdog would reset the chip.
 static void log_byte(void *context, uint8_t byte)
 {
     (void)context;

@@ -1,7 +1,7 @@
 /// A board with an STM32F405: its connections, and the drive's port to it.
 ///
 ///     PA0   ADC1_IN0    force sensor; 0.33 to 2.97 V are -2 to 2 N in rig_config.h. A reading within 80 mV of a rail is out of
-///                       range, and so is a broken wire, which a resistor pulls to ground
+///                       range; a resistor pulls a broken wire there, to ground
 ///     PA4   DAC_OUT1    current command to the voltage-to-current converter: 1.65 V at 0 A; not buffered, 15 kOhm. 0 V is
 ///                       full reverse: two resistors at the converter's input hold an open wire at 1.65 V (README.md)
 ///     PB0   output      power stage on when high; a resistor to ground keeps it off through reset
@@ -11,8 +11,8 @@
 ///     PB13  input       the power stage's ready output, if ready_ms is not 0; an open wire is not ready
 ///     PA9, PA10         USART1, log and commands, 115200 8N1
 ///
-/// PB1, PB12 and a supply below 2.9 V interrupt whatever runs and turn the outputs off; the next tick makes that a fault. A
-/// pulse between two ticks is detected as well.
+/// PB1, PB12 and a supply below 2.9 V interrupt any code and turn the outputs off; the next tick raises the fault. Pulses
+/// between two ticks are detected, too.
 ///
 /// TIM2 triggers the ticks at 1 kHz and TIM5 counts time at 1 MHz, both from one clock. The sensor is converted
 /// continuously, 42 times a tick at 168 MHz, and a tick reads the mean of the conversions since the last one.
@@ -31,11 +31,11 @@
 
 extern const port_t board_port;
 
-/// Sets up pins (outputs off), clock and peripherals. Interrupts stay off. Of `config` levels and crystal hold until the
-/// next power-up. `no_current` is the output that asks for no current.
+/// Sets up pins (outputs off), clock and peripherals. Interrupts stay off. The levels and the crystal of `config` hold until
+/// the next power-up. `no_current` is the output for zero current.
 board_clock_t board_init(const drive_config_t *config, loop_force_t no_current);
 
-/// Starts MPU, interrupts, TIM2, the converter and the watchdog: from now on board_kick must be called every 20 ms.
+/// Starts MPU, interrupts, TIM2, the converter and the watchdog. Call board_kick at least every 20 ms from now on.
 void board_start(void);
 
 /// Power stage off, command at zero current; safe at any time, also from a fault handler.
@@ -50,10 +50,10 @@ void board_kick(void);
 /// A byte from USART1; BOARD_NO_BYTE if there is none, BOARD_BAD_BYTE if it has an error, BOARD_OVERRUN if bytes were lost.
 int board_read_byte(void);
 
-/// Takes what the USART has received, in the background; the line hands it on in the tick.
+/// Background: takes received bytes from the USART; board_line passes them on in the tick.
 void board_poll(void);
 
-/// Whether bytes were lost since the last call.
+/// True if bytes were lost since the last call.
 bool board_has_lost_bytes(void);
 
 /// USART1 as the drive's bus.

@@ -6,7 +6,7 @@
 
 #define HSI_HZ 16000000u
 
-/// On the internal oscillator, undivided, with crystal and PLL off: a boot loader may have started them.
+/// Runs on the internal oscillator, undivided, with crystal and PLL off, which a boot loader may have started.
 static void start_internal(void)
 {
     RCC->CR |= RCC_CR_HSION;
@@ -53,7 +53,7 @@ static uint32_t measure_crystal_khz(void)
 
     uint32_t first = 0;
     uint32_t last  = 0;
-    bool     ok    = next_capture(&first) && next_capture(&first); // the first one may be an edge of before
+    bool     ok    = next_capture(&first) && next_capture(&first); // the first one may be old
     for (uint32_t i = 0; ok && i < CAPTURES; i++)
     {
         ok = next_capture(&last);
@@ -63,7 +63,7 @@ static uint32_t measure_crystal_khz(void)
     return ok && count != 0u ? CRYSTAL_CYCLES * (HSI_HZ / 1000u) / count : 0u;
 }
 
-/// 8 % is what the internal oscillator may be off over the chip's range of temperature.
+/// 8 % is the internal oscillator's error over the chip's temperature range.
 static bool is_the_crystal(uint32_t measured_khz, uint32_t crystal_hz)
 {
     const uint32_t named_khz = crystal_hz / 1000u;
@@ -77,7 +77,7 @@ static bool is_the_crystal(uint32_t measured_khz, uint32_t crystal_hz)
 /// switch to it fails.
 static bool start_pll(uint32_t input_mhz, uint32_t source)
 {
-    // Bus dividers first: they act some cycles after the write, before the PLL has locked.
+    // Bus dividers first: they act some cycles after the write, well before the PLL locks.
     RCC->CFGR = RCC_CFGR_PPRE1_DIV4 | RCC_CFGR_PPRE2_DIV2;
     RCC->CR &= ~RCC_CR_PLLON;
     if (!wait_for(&RCC->CR, RCC_CR_PLLRDY, 0))
@@ -91,7 +91,7 @@ static bool start_pll(uint32_t input_mhz, uint32_t source)
         RCC->CR &= ~RCC_CR_PLLON;
         return false;
     }
-    // Flash before the switch: it needs 5 wait states at 168 MHz.
+    // Before the switch: the flash needs 5 wait states at 168 MHz.
     FLASH_ACR = FLASH_ACR_LATENCY_5WS | FLASH_ACR_PRFTEN | FLASH_ACR_ICEN | FLASH_ACR_DCEN;
     if (!wait_for(&FLASH_ACR, FLASH_ACR_LATENCY, FLASH_ACR_LATENCY_5WS))
     {
@@ -119,7 +119,7 @@ board_clock_t clock_start(uint32_t crystal_hz)
         if (is_the_crystal(clock.crystal_khz, crystal_hz) &&
             start_pll(crystal_hz / CLOCK_CRYSTAL_STEP_HZ, RCC_PLLCFGR_PLLSRC_HSE))
         {
-            RCC->CR |= RCC_CR_CSSON; // a crystal that stops would slow all timers alike: raise an NMI
+            RCC->CR |= RCC_CR_CSSON; // NMI if the crystal stops: all timers would slow down alike
             clock.source = CLOCK_CRYSTAL;
             return clock;
         }

@@ -1,4 +1,4 @@
-/// The chip's clock: 168 MHz from the crystal, once that has been measured against the internal oscillator.
+/// The chip's clock: 168 MHz from the crystal, after a check of it against the internal oscillator.
 
 #ifndef STM32F405_CLOCK_H
 #define STM32F405_CLOCK_H
@@ -8,10 +8,10 @@
 
 typedef enum
 {
-    CLOCK_CRYSTAL, ///< 168 MHz from the crystal that the config names
+    CLOCK_CRYSTAL, ///< 168 MHz from the config's crystal
     CLOCK_INTERNAL, ///< 168 MHz from the internal oscillator (HSI): the crystal does not start. 1 % off at 25 C, 8 % in the cold
     CLOCK_SLOW, ///< 16 MHz, the internal oscillator itself: the PLL does not lock
-    CLOCK_WRONG ///< 168 MHz from the internal oscillator: the crystal runs, but is another than the config names
+    CLOCK_WRONG ///< 168 MHz from the internal oscillator: the crystal runs, but is not the config's
 } clock_source_t;
 
 typedef struct
@@ -23,8 +23,8 @@ typedef struct
 
 #define CLOCK_CRYSTAL_STEP_HZ 1000000u ///< the PLL's input is 1 MHz: a crystal is a multiple of it
 
-/// Starts the clock from whatever state it is in. Every way it can fail ends on a slower or less exact clock. If the crystal
-/// stops later, an NMI comes.
+/// Starts the clock from any state. Every failure ends on a slower or less accurate clock. If the crystal stops later, an NMI
+/// occurs.
 board_clock_t clock_start(uint32_t crystal_hz);
 
 #endif

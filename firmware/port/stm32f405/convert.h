@@ -1,5 +1,5 @@
 /// The codes of the STM32F405's 12-bit converters as readings and outputs of the drive. Without registers, so that the host can
-/// test it. What a code means in newton is in the drive's config.
+/// test it. The drive's config scales codes to newtons.
 
 #ifndef STM32F405_CONVERT_H
 #define STM32F405_CONVERT_H
@@ -13,9 +13,9 @@
 #define CONVERT_CODES        4096  ///< 2^31 in Q31
 #define CONVERT_ZERO         2048u ///< half of the supply: no current, before the config is known
 #define CONVERT_READINGS_MAX 1024u ///< their sum fits 22 bits, so shifted by 10 it fits 32
-#define CONVERT_RAIL         100u  ///< codes from either rail, 80 mV: a short or a broken wire reads within these
+#define CONVERT_RAIL         100u  ///< codes, 80 mV: a short or a broken wire reads this close to a rail
 
-/// An output of 4096 is that of 4095: a range of u that ends at the supply itself is a code short.
+/// An output of 4096 becomes 4095: a range of u that ends at the supply is one code short.
 #define CONVERT_SENSOR_RANGE                                                                                           \
     {.full_units = CONVERT_CODES, .low_units = CONVERT_RAIL, .high_units = CONVERT_CODES_MAX - CONVERT_RAIL}
 #define CONVERT_OUTPUT_RANGE {.full_units = CONVERT_CODES, .low_units = 0, .high_units = CONVERT_CODES}
@@ -24,7 +24,7 @@
 static inline loop_force_t convert_sensor(uint32_t sum, uint32_t count)
 {
     const uint32_t mean = (sum << 10) / count;
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
     return (int32_t)(mean << 9);
 #else
     return (float)mean * (1.0f / 1024.0f);
@@ -34,7 +34,7 @@ static inline loop_force_t convert_sensor(uint32_t sum, uint32_t count)
 /// The code nearest to an output, within the range of the converter.
 static inline uint32_t convert_output(loop_force_t output)
 {
-#ifdef DRIVE_ARITH_Q31
+#ifdef TRIBO_ARITHMETIC_Q31
     const int32_t  limited = output < 0 ? 0 : output;
     const uint32_t code    = ((uint32_t)limited + (1u << 18)) >> 19;
 #else

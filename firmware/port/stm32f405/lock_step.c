@@ -1,4 +1,4 @@
-// The drive on the STM32F405 in lock-step with the host over USART1, at 921,600 baud: for a bare board, which needs no rig. The
+// The drive on the STM32F405 in lock-step with the host over USART1, at 921,600 baud: for a bare board without a rig. The
 // outputs stay off. Cycles are DWT's.
 
 #include "port/emulated/lock_step.h"

@@ -1,5 +1,5 @@
-// The drive on the STM32F405: params from flash, clock, self-test, then ticks in TIM2's interrupt, and in the background USART1:
-// at first a log and commands in text (app/command.h), from the first Modbus frame on a bus (app/registers.h).
+// The drive on the STM32F405: params from flash, clock, self-test, then ticks in TIM2's interrupt. The background serves USART1:
+// first a log and text commands (app/command.h), from the first Modbus frame on a bus (app/registers.h).
 
 #include "app/command.h"
 #include "app/crc16.h"
@@ -35,7 +35,7 @@ static bool refuse(params_error_t *error, uint32_t word, float value, float righ
     return false;
 }
 
-/// Whether a set suits the tick and the clock of this board.
+/// True if a set suits this board's tick and clock.
 static bool suits(const params_set_t *set, params_error_t *error)
 {
     const uint32_t crystal_hz = set->drive.crystal_hz;
@@ -107,7 +107,7 @@ static bool is_text(void)
     return registers.modbus.frames == 0u;
 }
 
-/// Of the bytes between two silences, if they are no frame.
+/// Reads commands from the bytes between two silences that are no frame.
 static void read_commands(void)
 {
     static command_reader_t reader;
@@ -127,7 +127,7 @@ static void read_commands(void)
     }
 }
 
-/// The log last: it waits, and what comes meanwhile is only taken if the bytes before it have been.
+/// The log last, because it waits: bytes that arrive meanwhile find room only if the earlier ones have been taken.
 static void serve_line(void)
 {
     board_poll();
@@ -142,7 +142,7 @@ static void serve_line(void)
     }
 }
 
-/// Called by the background, which kicks the watchdog only if there was a tick since: it monitors both.
+/// Called by the background. Kicks the watchdog only after a new tick, so that it monitors both.
 static void kick(void)
 {
     static uint32_t kicked_at;
@@ -216,8 +216,8 @@ int main(void)
     }
     registers_start(&registers, found[first]);
     log_text(&board_port,
-             tested == DRIVE_FAULT_NONE ? "tribo " LOOP_ARITHMETIC ", self-test passed\n"
-                                        : "tribo " LOOP_ARITHMETIC ", self-test failed\n");
+             tested == DRIVE_FAULT_NONE ? "tribo " TRIBO_ARITHMETIC ", self-test passed\n"
+                                        : "tribo " TRIBO_ARITHMETIC ", self-test failed\n");
     report_reset(&reset);
     report_clock(&clock);
     log_text(&board_port, "params: ");

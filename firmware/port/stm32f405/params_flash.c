@@ -15,8 +15,8 @@ extern uint32_t store_start[];
 #define ERASE_TURNS 105000000u
 #define WRITE_TURNS 21000u
 
-/// In RAM, with all it needs: starts what FLASH_CR says and waits until it is done. `word` is written if it is not null. The
-/// watchdog is kicked, as nothing else can; a flash that stays busy ends in the time-out.
+/// Runs in RAM: starts the operation `control` of FLASH_CR and waits for its end. Writes `word` unless it is null. Kicks the
+/// watchdog, because no other code runs; the time-out ends a flash that stays busy.
 __attribute__((section(".ramcode"), noinline)) static bool run_in_ram(uint32_t           control,
                                                                       uint32_t           turns,
                                                                       volatile uint32_t *word,
@@ -40,7 +40,7 @@ __attribute__((section(".ramcode"), noinline)) static bool run_in_ram(uint32_t  
     return turns > 0u;
 }
 
-/// With the drive's time standing still, the flash unlocked, and RAM that may be executed.
+/// Stops the drive's timers, unlocks the flash and makes RAM executable for one operation.
 static bool operate(uint32_t control, uint32_t turns, volatile uint32_t *word, uint32_t value)
 {
     bool (*volatile in_ram)(uint32_t, uint32_t, volatile uint32_t *, uint32_t) =
@@ -63,7 +63,7 @@ static bool operate(uint32_t control, uint32_t turns, volatile uint32_t *word, u
     const bool open = (FLASH_CR & FLASH_CR_LOCK) == 0u;
     const bool done = open && in_ram(control, turns, word, value) && (FLASH_SR & FLASH_SR_ERRORS) == 0u;
     FLASH_CR        = FLASH_CR_LOCK;
-    // What the caches hold of the flash may have changed.
+    // The caches may hold outdated contents of the flash.
     const uint32_t caches = FLASH_ACR & (FLASH_ACR_ICEN | FLASH_ACR_DCEN);
     FLASH_ACR &= ~caches;
     FLASH_ACR |= FLASH_ACR_DCRST | FLASH_ACR_ICRST;

@@ -1,5 +1,5 @@
-/// The registers of the STM32F405 that this port uses, by the names of its reference manual (RM0090). Nothing else
-/// of the chip is touched; the core's own registers are CMSIS-Core's (device.h).
+/// The only registers of the STM32F405 that this port touches, named as in the reference manual (RM0090). The core's own
+/// registers are CMSIS-Core's (device.h).
 
 #ifndef STM32F405_REGISTERS_H
 #define STM32F405_REGISTERS_H

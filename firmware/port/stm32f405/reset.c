@@ -6,7 +6,7 @@
 
 #define RECORD_MAGIC 0x54455352u // "RSET"
 
-/// In RAM that start-up does not clear. After a loss of supply it holds anything, so it is sealed.
+/// In RAM that start-up does not clear. Its contents are random after a loss of supply, so it has a checksum.
 typedef struct
 {
     uint32_t magic;
@@ -29,7 +29,7 @@ reset_t reset_take(void)
     RCC->CSR |= RCC_CSR_RMVF;
     record.magic = 0;
 
-    // The chip pulls its own reset pin, so that flag is set with every other.
+    // The chip pulls its own reset pin, so the pin's flag accompanies every other.
     if ((flags & RCC_CSR_PORRSTF) != 0u)
     {
         return (reset_t){.cause = RESET_POWER_ON};

@@ -11,7 +11,7 @@ typedef enum
 {
     RESET_POWER_ON,
     RESET_PIN,       ///< the reset button or a debugger's reset line
-    RESET_BROWN_OUT, ///< the supply fell below the brown-out level, but not to nothing
+    RESET_BROWN_OUT, ///< the supply fell below the brown-out level, but not to 0
     RESET_WATCHDOG,  ///< a tick or the background hung
     RESET_EXCEPTION, ///< a hard fault, or an exception without a handler
     RESET_CRYSTAL,   ///< the crystal stopped
@@ -22,14 +22,14 @@ typedef struct
 {
     reset_cause_t cause;
     uint32_t      exception; ///< its number, as in PM0214: 3 is a hard fault
-    uint32_t      address;   ///< of the instruction that it stopped, or 0 if the stack is lost
-    uint32_t      status;    ///< CFSR of a hard fault: bit 4 is an overflow of the stack
+    uint32_t      address;   ///< of the interrupted instruction, or 0 if the stack is lost
+    uint32_t      status;    ///< CFSR of a hard fault: bit 4 is a stack overflow
 } reset_t;
 
 /// Reads flags and record and clears both, so that the next reset shows its own. Call it once, before RAM is tested.
 reset_t reset_take(void);
 
-/// The fault that the drive begins with.
+/// The drive's initial fault.
 drive_fault_t reset_fault(reset_cause_t cause);
 
 /// Leaves a record and resets the chip, with the outputs off. Does not return.

@@ -1,4 +1,4 @@
-// From reset to main: vector table, initialised memory, FPU; and what ends in a reset.
+// From reset to main: vector table, initialised memory, FPU; and the exceptions that reset the chip.
 
 #include "device.h"
 #include "registers.h"
@@ -37,7 +37,7 @@ void ADC_IRQHandler(void);
 
 #define FRAME_PC 6 // of the words that an exception pushes
 
-/// A hard fault or an exception that has no handler: outputs off, and a reset that tells where it was.
+/// A hard fault or an exception without a handler: outputs off, then a reset with a record of the place.
 __attribute__((used)) void startup_end(const uint32_t *frame)
 {
     const uint32_t status  = SCB->CFSR;
@@ -49,7 +49,7 @@ __attribute__((used)) void startup_end(const uint32_t *frame)
     reset_now(&reset);
 }
 
-/// Hands over where the exception's frame is, which a prologue of C would move.
+/// Passes the address of the exception's frame; a C prologue would move the stack pointer.
 __attribute__((naked)) void Exception_Handler(void)
 {
     __asm volatile("mov r0, sp\n b startup_end");
@@ -67,7 +67,7 @@ void NMI_Handler(void)
 
 void Reset_Handler(void)
 {
-    // A boot loader leaves its own vectors, and perhaps interrupts.
+    // A boot loader leaves its vectors, and perhaps interrupts.
     __disable_irq();
     SysTick->CTRL = 0;
     for (unsigned i = 0; i < NVIC_WORDS; i++)

@@ -1,4 +1,4 @@
-// Every wait has a time-out, in turns of its loop of about 10 cycles each. Each caller says what happens when it runs out.
+// Every wait has a time-out, counted in loop turns of about 10 cycles. Each caller handles its expiry.
 
 #ifndef STM32F405_WAIT_H
 #define STM32F405_WAIT_H
@@ -28,7 +28,7 @@ static inline bool wait_for(const reg_t *reg, uint32_t mask, uint32_t value)
     return wait_for_turns(reg, mask, value, WAIT_TURNS);
 }
 
-/// A peripheral may ignore a write in the first cycles of its clock (RM0090); the read-back alone is not long enough.
+/// A peripheral may ignore a write in the first cycles of its clock (RM0090); the read-back alone is too short.
 static inline void clock_on(reg_t *enable, uint32_t bits)
 {
     *enable |= bits;

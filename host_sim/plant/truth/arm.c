@@ -6,11 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/// More than any law needs: the bracket at least halves every second time.
+/// More than any law needs: the bracket at least halves every second iteration.
 #define ITERATIONS_MAX 100
 
-/// Speeds nearer than this to the root, in deg/s and as a part of the bracket, are the root: 1e-11 deg/s adds up to
-/// 4e-8 N of F in 1,000 s.
+/// Tolerances of the root, in deg/s and as a fraction of the bracket: 1e-11 deg/s adds up to 4e-8 N of F in 1,000 s.
 #define ROOT_DEG_PER_S 1e-11
 #define ROOT_PART      1e-10
 
@@ -31,8 +30,8 @@ typedef struct
 /// With d = u + g - f - F the arm obeys d'' = -(K/I) d - (b/I) d' while u and f are held, and F' = -d'.
 sim_arm_matrices_t sim_arm_matrices(const sim_arm_config_t *arm, double step_s)
 {
-    const double stiffness = arm->stiffness_n_per_deg / arm->inertia_n_s2_per_deg;
-    const double damping   = arm->damping_n_s_per_deg / arm->inertia_n_s2_per_deg;
+    const double stiffness = arm->stiffness / arm->inertia;
+    const double damping   = arm->damping / arm->inertia;
     const double a[4]      = {0.0, 1.0, -stiffness, -damping};
     double       phi[4];
     sim_zoh_transition(a, step_s, phi);
@@ -104,8 +103,8 @@ static double friction_at(step_t *step, double end_speed)
         ->update(step->arm->friction, &step->start, step->arm->z, end_speed, step->arm->step_s, step->z_end);
 }
 
-/// The root on one side of rest, where friction is continuous: between 0, with `friction` there, and the speed that
-/// this friction would leave. Regula falsi with the Illinois rule.
+/// The root on one side of rest, where friction is continuous: between 0, where friction is `friction`, and the speed
+/// after a step with this friction. Regula falsi with the Illinois rule.
 static double solve_moving(step_t *step, double friction)
 {
     const double width = step->free_speed - step->per_newton * friction;
@@ -137,7 +136,7 @@ static double solve_moving(step_t *step, double friction)
     return f;
 }
 
-/// Whether the arm moves that way in this step; then `f` is the friction.
+/// True if the arm moves in direction `way` in this step; `f` is then the friction.
 static bool moves(step_t *step, double way, double *f)
 {
     const double at_rest = friction_at(step, copysign(0.0, way));
@@ -149,8 +148,8 @@ static bool moves(step_t *step, double way, double *f)
     return free;
 }
 
-/// The friction to hold over the step; z_end belongs to it. The way that it goes already is asked for first: a law that
-/// holds better than it slides leaves both open.
+/// The friction to hold over the step, with its z_end. The present direction is tried first: if friction falls from rest
+/// to sliding, both directions can be solutions.
 static double solve(step_t *step)
 {
     const double way = copysign(1.0, step->start.speed_deg_per_s);
@@ -175,7 +174,7 @@ static sim_contact_t contact_of(const arm_t *arm, double u_n)
 
 static void step_once(arm_t *arm, double u_n, sim_truth_signals_t *signals)
 {
-    const double stiffness = arm->config.arm.stiffness_n_per_deg;
+    const double stiffness = arm->config.arm.stiffness;
     const double rate      = stiffness * arm->speed;
     step_t       step = {.arm = arm, .start = contact_of(arm, u_n), .per_newton = arm->matrices.gamma_d / stiffness};
     const double n    = step.start.n_n;

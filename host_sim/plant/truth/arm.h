@@ -1,18 +1,18 @@
 /// The arm of Eq. (2) with a friction law, by fixed steps: the arm by its exact zero-order-hold matrices, with the
-/// friction held that belongs to the speed at the step's end. That makes one scalar equation a step,
+/// friction held at its value for the speed at the step's end. Each step solves one scalar equation,
 ///
-///     w1 + c f(w1) = w0,    w0: the speed at the end without friction,  c: what friction takes off it a newton,
+///     w1 + c f(w1) = w0,    w0: end speed without friction,  c: loss of end speed per newton of friction,
 ///
-/// with one root, as f does not fall with speed by more than 1/c (Moreau's time stepping; Acary & Brogliato, "Numerical
-/// Methods for Nonsmooth Dynamical Systems", 2008). Friction that jumps at rest stands there exactly, and the root
-/// stays where a stiff law would need steps of a microsecond. First order in the step, see tests/bench/truth_bench.c.
+/// with one root, because f does not fall with speed by more than 1/c (Moreau's time stepping; Acary & Brogliato,
+/// "Numerical Methods for Nonsmooth Dynamical Systems", 2008). With friction that jumps at rest the arm stands exactly, and
+/// stiff laws need no steps of a microsecond. First order in the step, see tests/bench/truth_bench.c.
 
 #ifndef SIM_ARM_H
 #define SIM_ARM_H
 
 #include "plant/truth/law.h"
 
-/// An arm at rest with that law, null if there is no memory.
+/// Creates an arm at rest with this law; null if there is no memory.
 void *sim_arm_create(const sim_law_t *law, const sim_truth_config_t *config, double step_s);
 
 /// reset, step and destroy of sim_truth_ops_t.

@@ -1,16 +1,16 @@
 // Armstrong's model with seven parameters: one law while stuck, another while sliding.
 //
-//     stuck:    f = kt x,  x from where it would be without force, up to breakaway
+//     stuck:    f = kt x,  x from the position without force, up to breakaway
 //               Fs = Fc + (L - Fc) s,   s(t) = s0 + (1 - s0) t / (t + g)        t: time stuck, s0: s at the stop
-//     sliding:  f = (Fc + (L - Fc) s / (1 + (m / ws)^2)) sgn(w) + Fv w          s: what it was at breakaway
+//     sliding:  f = (Fc + (L - Fc) s / (1 + (m / ws)^2)) sgn(w) + Fv w          s: its value at breakaway
 //               dm/dt = (|w| - m) / tl                                          m: |w| with frictional memory
 //
-// Breakaway rises with the time stuck up to L, friction of sliding falls with speed (Stribeck) to Fc = r L, and does so
-// late. Presliding is elastic: no drift. The seven are kt, r (Fc), Fv, L (Fs), ws, tl, g.
+// Breakaway rises to L with the time stuck. Sliding friction falls with speed (Stribeck) to Fc = r L, with a lag.
+// Presliding is elastic: no drift. The seven are kt, r (Fc), Fv, L (Fs), ws, tl, g.
 //
 // Source: B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, "A survey of models, analysis tools and compensation methods
-// for the control of machines with friction", Automatica 30(7), 1994. There |w| is delayed by tl; here it is lagged by
-// tl, which makes it a differential equation, and the stop is without a jump of f. Scaled as in dahl.c.
+// for the control of machines with friction", Automatica 30(7), 1994. There |w| is delayed by tl. Here it has a first-order
+// lag of tl, a differential equation, and f does not jump at a stop. Scaled as in dahl.c.
 
 #include "plant/truth/arm.h"
 
@@ -47,7 +47,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     (void)z;
     memcpy(&armstrong->p, config->own, sizeof armstrong->p);
     armstrong->way     = 0;
-    armstrong->share   = 1.0; // it has stood for ever
+    armstrong->share   = 1.0; // at rest since forever
     armstrong->stuck_s = 0.0;
 }
 
@@ -63,7 +63,7 @@ static double level(const armstrong_t *armstrong, const sim_contact_t *contact, 
     return (sliding + (1.0 - sliding) * share) * sim_law_breakaway(contact, way);
 }
 
-/// What is left of the share at the speed that friction remembers.
+/// The share, reduced by the remembered speed (Stribeck).
 static double remembered(const armstrong_t *armstrong, double memory)
 {
     const double part = memory / armstrong->p.stribeck_speed;
@@ -83,7 +83,7 @@ static double stuck(const armstrong_t *armstrong, const sim_contact_t *contact, 
                 fmax(-level(armstrong, contact, -1.0, share), armstrong->p.stiffness * stretch));
 }
 
-/// While sliding STRETCH is 0; after a stop within the step it is where the spring stands that takes over.
+/// STRETCH is 0 while sliding. After a stop within the step it is the deflection of the spring that takes over.
 static double update(const void          *law,
                      const sim_contact_t *start,
                      const double         z[],

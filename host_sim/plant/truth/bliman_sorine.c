@@ -1,13 +1,13 @@
 // Bliman and Sorine, second order: friction is a linear filter of the direction of motion along the path.
 //
 //     s = integral |w| dt        df1/ds = -f1 / (h e) + c1 L sgn(w) / (h e)        df2/ds = -f2 / e - c2 L sgn(w) / e
-//     f = f1 + f2,  h < 1:  the slower of the two opposes, so that f overshoots to breakaway L and falls to (c1 - c2) L
+//     f = f1 + f2,  h < 1:  the slower one has the opposite sign, so f overshoots to breakaway L and falls to (c1 - c2) L
 //
-// c1 is chosen so that the peak is L; c2 = r c1. Rate independent, and yet with a peak of breakaway: the Stribeck effect
-// is over a distance, not over a speed. With r = 0 it is Dahl's model.
+// c1 is chosen so that the peak is L; c2 = r c1. Rate independent, yet with a breakaway peak: the Stribeck effect depends on
+// distance, not on speed. With r = 0 it is Dahl's model.
 //
 // Source: P.-A. Bliman, M. Sorine, "Easy-to-use realistic dry friction models for automatic control", European Control
-// Conference, 1995; here with L of the load, f1 and f2 in parts of it. Distance scaled to the stiffness in dahl.c.
+// Conference, 1995; here with a load-dependent L, f1 and f2 as fractions of it. Distance scaled to the stiffness in dahl.c.
 
 #include "plant/truth/arm.h"
 

@@ -1,14 +1,14 @@
-// Bristles: many bonds at random places, each of which snaps at a deflection and holds again elsewhere.
+// Bristles: many bonds at random places. Each snaps at a deflection and bonds again elsewhere.
 //
 //     f = s sum (x - b_i) + s1 w,  i = 1 .. 20      |x - b_i| = d: the bond snaps, and x - b_i = d u sgn(x - b_i), u random
 //
-// u is uniform in 0 to 1. Sliding is noisy, r L(F) on average: s = 1.5 r L / (20 d), as a bond's deflection is 2/3 d on
-// average along its path. An arm that is driven slowly waits at the peaks of this noise; with r = 0.85 it takes about L to
-// move it. The bonds depend on the path alone: rate independent but for s1, the same for the same seed.
+// u is uniform in 0 to 1. Sliding friction is noisy, r L(F) on average: s = 1.5 r L / (20 d), because a bond's deflection is
+// 2/3 d on average. A slowly driven arm waits at the peaks of this noise; with r = 0.85 it takes about L to move it. The
+// bonds depend on the path and the seed alone: rate independent except for s1.
 //
-// The published model has no damping (its authors note that it rings); without it each snap of this arm sets off others
-// by chance and no two solvers agree for long. s1 is the arm's critical damping on its bonds. Snaps are taken at the end
-// of a step, hence twenty of them in one of the plant's.
+// The published model has no damping (its authors note that it rings). Here each snap would then set off others by chance,
+// and no two solvers agree for long. s1 is the arm's critical damping on its bonds. Snaps happen at the end of a step,
+// hence twenty steps in one of the plant's.
 //
 // Source: D. A. Haessig, B. Friedland, "On the modeling and simulation of friction", ASME J. Dynamic Systems, Measurement,
 // and Control 113(3), 1991, who take 20 to 25 bristles. Deflection scaled to the stiffness in dahl.c.
@@ -35,7 +35,7 @@ typedef struct
     parameters_t p;
     double       origin[BRISTLES];     ///< b, where x is the path from the start
     double       sum, lowest, highest; ///< of the origins
-    sim_random_t random[BRISTLES];     ///< each its own, so that the order of snaps in a step does not matter
+    sim_random_t random[BRISTLES];     ///< one each, so that the order of snaps in a step does not matter
 } bristle_t;
 
 static void sum_up(bristle_t *bristle)
@@ -84,7 +84,7 @@ static double update(const void          *law,
     return force(law, start, z_end[0], end_speed);
 }
 
-/// As at the very place where the deflection was reached, so that the bonds depend on the path alone.
+/// At the exact place where the deflection was reached, so that the bonds depend on the path alone.
 static void snap(bristle_t *bristle, int i, double x)
 {
     const double part = (double)(sim_random_bits(&bristle->random[i]) >> 11) * 0x1p-53;

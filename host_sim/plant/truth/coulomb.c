@@ -3,9 +3,9 @@
 //     f = L(F) sgn(w)       while w is not 0
 //     f = n, |n| <= L(F)    at rest
 //
-// The arm stands exactly, or slides with all of L against it: no presliding motion, no memory.
+// The arm stands exactly, or slides against all of L: no presliding motion, no memory.
 //
-// Source: C. A. Coulomb, Theorie des machines simples, 1785; here with L of the load.
+// Source: C. A. Coulomb, Theorie des machines simples, 1785; here with a load-dependent L.
 
 #include "plant/truth/arm.h"
 

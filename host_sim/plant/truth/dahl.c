@@ -1,9 +1,9 @@
-// Dahl: the contact is a spring that yields as its force comes near breakaway, in space, not in time.
+// Dahl: the contact is a spring that yields, with distance rather than time, as its force approaches breakaway.
 //
 //     f = s0 z        dz/dt = w - s0 |w| z / L(F)
 //
 // At constant L the loop of f against position is f = +-L - (+-L - f0) exp(-+s0 x / L), at any speed: rate independent,
-// no Stribeck effect, no static friction of its own. A swing around a bias creeps (the model drifts in presliding).
+// no Stribeck effect, no separate static friction. An oscillation around a bias creeps (the model drifts in presliding).
 //
 // Source: P. R. Dahl, "A solid friction model", Aerospace Corp. TOR-0158(3107-18)-1, 1968, with exponent 1. The stiffness
 // is scaled to this arm: F moves by 3 mN before it slides at 0.5 N, as in the paper's gradual transitions.

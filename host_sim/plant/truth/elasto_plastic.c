@@ -1,10 +1,10 @@
-// Elasto-plastic: LuGre's bristle, which yields only beyond a deflection, so that presliding below it is elastic.
+// Elasto-plastic: LuGre's bristle, but yielding only beyond a deflection, so that presliding below it is elastic.
 //
 //     f = s0 z + s1 dz/dt + s2 w        dz/dt = w - a(z, w) s0 |w| z / g(w)        z_max = g(w) / s0
 //     a = 0 for |z| <= e z_max or z against w;  1 for |z| >= z_max;
 //         1/2 + 1/2 sin(pi (|z| - (1 + e) z_max / 2) / ((1 - e) z_max)) between
 //
-// No drift in presliding under a swing below e L, unlike Dahl and LuGre: the stiction that they lack.
+// Unlike Dahl and LuGre it has stiction: no drift in presliding for oscillations below e L.
 // g(w) and breakaway as in lugre.c.
 //
 // Source: P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE Trans.
@@ -38,7 +38,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     memcpy(&plastic->p, config->own, sizeof plastic->p);
 }
 
-/// a(z, w) with deflections in parts of z_max.
+/// a(z, w) with deflections as fractions of z_max.
 static double yielding(const elasto_plastic_t *plastic, double part, double w)
 {
     const double elastic = plastic->p.elastic_ratio;
@@ -70,7 +70,7 @@ static double update(const void          *law,
     const elasto_plastic_t *plastic = law;
     const double            x       = step_s * end_speed;
     const double            slope = plastic->p.s0 / level(plastic, start, copysign(start->speed_deg_per_s, end_speed));
-    // a from the start, then from the mean of start and end.
+    // a at the start, then the mean of start and end.
     const double at_start = slope * fabs(x) * yielding(plastic, slope * z[0], end_speed);
     const double middle   = 0.5 * (z[0] + (z[0] + x) / (1.0 + at_start));
     z_end[0]              = (z[0] + x) / (1.0 + slope * fabs(x) * yielding(plastic, slope * middle, end_speed));

@@ -1,10 +1,10 @@
 // Karnopp's friction: a speed below `dead_zone` counts as rest.
 //
-//     f = sat(n, L(F)) and theta' = 0    while |w| < dv     (momentum is still summed up: I w' = n - f)
+//     f = sat(n, L(F)) and theta' = 0    while |w| < dv     (momentum still accumulates: I w' = n - f)
 //     f = r L(F) sgn(w), theta' = w      otherwise
 //
-// L is the breakaway level, r L the one of sliding. Where |n| <= L the position stands exactly.
-// Here n contains -K theta, and b w is left to the arm.
+// L is the breakaway level, r L the sliding level. Where |n| <= L the position stands exactly.
+// Here n contains -K theta; b w is part of the arm.
 //
 // Source: D. Karnopp, "Computer simulation of stick-slip friction in mechanical dynamic systems", ASME J. Dynamic
 // Systems, Measurement, and Control 107, 1985. The dead zone is scaled to the arm: r at 0.01 N/s moves it by 0.0026 deg/s.

@@ -2,13 +2,13 @@
 ///
 ///     I w' = u + g - F - b w - f,   theta' = w,   F = K theta,   n = u + g - F,
 ///
-/// in two forms of the same equations. The plant's fixed steps (arm.h) ask for the friction at a step's end from the speed
+/// in two forms of the same equations. The plant's fixed steps (arm.h) take the friction at a step's end from the speed
 /// there (`update`), so that a stiff law needs no finer steps and a set-valued one stands without chatter. The reference
-/// solver (tests/truth/cvode.h) integrates the law as it is published: friction, rates of its states, and modes that change
-/// where a guard reaches 0.
+/// solver (tests/truth/cvode.h) integrates the published law: friction, rates of its states, and modes that change where a
+/// guard reaches 0.
 ///
-/// Where motion is positive, friction is positive. A law's own struct holds its parameters and modes; its continuous
-/// states z are the solver's.
+/// Friction has the sign of the motion that it opposes. A law's own struct holds its parameters and modes; the solver holds
+/// its continuous states z.
 
 #ifndef SIM_LAW_H
 #define SIM_LAW_H
@@ -22,10 +22,10 @@
 #define SIM_LAW_STATES_MAX 8u  ///< continuous states z
 #define SIM_LAW_GUARDS_MAX 32u ///< events at a time
 
-/// A kink of |w| counts as passed beyond this speed, as at rest w is a solver's noise.
+/// A kink of |w| counts as passed beyond this speed; at rest w is solver noise.
 #define SIM_LAW_TURN_DEG_PER_S 1e-7
 
-/// What the contact feels at an instant.
+/// Forces and motion at the contact at an instant.
 typedef struct
 {
     double          time_s;
@@ -43,8 +43,8 @@ typedef struct sim_law
     size_t   size; ///< of the law's struct
     unsigned state_count;
     unsigned guard_count;
-    bool     turns; ///< no modes and no guards, but a kink where w changes its sign
-    unsigned steps; ///< fixed steps in one of the plant's; 0 is 1
+    bool     turns; ///< no modes and no guards, but a kink where w changes sign
+    unsigned steps; ///< fixed steps in one of the plant's; 0 means 1
 
     /// At rest at F = 0, with the config's own parameters.
     void (*reset)(void *law, const sim_truth_config_t *config, double z[]);
@@ -59,14 +59,14 @@ typedef struct sim_law
                      double               step_s,
                      double               z_end[]);
 
-    /// Fixed steps: modes after a step; z and `end` are those of its end, but L, which is the one that the step was made
-    /// with. Null: the law has no modes.
+    /// Fixed steps: modes after a step. z and `end` belong to its end, except L, which is still the step's. Null: the law has no
+    /// modes.
     void (*settle)(void *law, const sim_contact_t *end, double z[]);
 
-    /// Whether the position stands in this mode, whatever the speed. Null: never.
+    /// True if the position stands in this mode, whatever the speed. Null: never.
     bool (*stands)(const void *law);
 
-    /// Continuous time, at constant mode.
+    /// Continuous time, while the mode is constant.
     double (*friction)(const void *law, const sim_contact_t *now, const double z[]);
     void (*rates)(const void *law, const sim_contact_t *now, const double z[], double dz[]);
 
@@ -75,7 +75,7 @@ typedef struct sim_law
     void (*cross)(void *law, sim_contact_t *now, double z[], unsigned guard);
 } sim_law_t;
 
-/// L on the side that `sign` shows (-0.0 is negative), unsigned.
+/// L for this sign (-0.0 is negative), as a magnitude.
 double sim_law_breakaway(const sim_contact_t *contact, double sign);
 
 /// x within -L- to L+.

@@ -2,10 +2,10 @@
 //
 //     f = Fh(z) + s1 dz/dt + s2 w        dz/dt = w (1 - sgn(w Fh) |Fh / s(w)|^n)
 //     s(w) = r L + (1 - r) L exp(-(w / ws)^2)
-//     Fh = L sum q_i:  dq_i/dt = k_i dz/dt while |q_i| < a_i; stands at a_i while z goes on that way;  sum a_i = 1
+//     Fh = L sum q_i:  dq_i/dt = k_i dz/dt while |q_i| < a_i; stays at a_i while z goes on in that direction;  sum a_i = 1
 //
-// Inner loops of f against position close and are forgotten; f goes to s(w) in sliding. With r = 1 there is no drift as
-// long as not all elements yield.
+// Inner loops of f against position close and are forgotten; sliding friction is s(w). With r = 1 there is no drift until
+// all elements yield.
 //
 // Source: J. Swevers, F. Al-Bender, C. G. Ganseman, T. Prajogo, "An integrated friction model structure with improved
 // presliding behavior for accurate friction compensation", IEEE Trans. Automatic Control 45(4), 2000, as modified by
@@ -21,7 +21,7 @@
 
 #define ELEMENTS 4
 
-/// Parts of breakaway and of stiffness of each element: they yield one after the other, the stiffest first.
+/// Each element's fraction of breakaway and stiffness: they yield one after the other, the stiffest first.
 static const double level_part[ELEMENTS]     = {0.1, 0.2, 0.3, 0.4};
 static const double stiffness_part[ELEMENTS] = {0.4, 0.3, 0.2, 0.1};
 
@@ -109,8 +109,8 @@ static double friction(const void *law, const sim_contact_t *now, const double z
 
 #define GUARDS ELEMENTS
 
-/// With friction of sliding below breakaway z may go back while w does not: it is dz/dt that turns, in sliding 0 but
-/// for rounding.
+/// The guard is on dz/dt, not on w: with sliding friction below breakaway z can reverse while w does not. In sliding dz/dt
+/// is 0 except for rounding.
 static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
 {
     const leuven_t *leuven = law;

@@ -1,5 +1,5 @@
-// Lubricated contact (Harnoy and Friedland): a shaft in a short bearing rides up on its film as it turns, and the
-// asperities carry the less.
+// Lubricated contact (Harnoy and Friedland): a turning shaft in a short bearing rises on its film, which unloads the
+// asperities.
 //
 //     film:       c J22(e) de/dt = W - contact(e) - c |w| e |J12(e)| / 2          e: eccentricity, 0 to 1
 //     contact:    contact(e) = k (e - et) where e > et, 0 elsewhere
@@ -7,15 +7,15 @@
 //     J12 = 2 e / (1 - e^2)^2,    J22 = pi (1 + 2 e^2) / (2 (1 - e^2)^(5/2))
 //
 // Loads are in newtons of friction (coefficient 1), so W = L(F): at rest the asperities carry all and breakaway is L.
-// Where L+ and L- differ, W is their mean and the asperities' share of each is that of W.
-// Friction of sliding falls as the film lifts the shaft (Stribeck), and late, as oil must be squeezed in and out
+// Where L+ and L- differ, W is their mean, and the asperities carry the same fraction of each as of W.
+// Sliding friction falls as the film lifts the shaft (Stribeck). It lags, because oil must be squeezed in and out
 // (frictional memory: f is lower while w falls than while it rises).
 //
 // Source: A. Harnoy, B. Friedland, "Dynamic friction model of lubricated surfaces for precise motion control", Tribology
 // Transactions 37(3), 1994, and A. Harnoy, Bearing Design in Machinery, 2003, Eqs. (15-8), (15-9) for the film of the
 // short bearing. Reduced here to one state of the film: no mass of the shaft, line of centres along the load. The
-// asperities' shear z, from -1 to 1, is Dahl's (dahl.c), its stiffness in proportion to their load. Scaled so that the
-// film carries all at about 0.4 deg/s.
+// asperities' shear z, from -1 to 1, is Dahl's (dahl.c), with a stiffness proportional to their load. Scaled so that the
+// film carries the whole load at about 0.4 deg/s.
 
 #include "plant/truth/arm.h"
 
@@ -43,10 +43,10 @@ typedef struct
 {
     parameters_t p;
     int          way;
-    bool         touches; ///< asperities; kept for the guard alone
+    bool         touches; ///< the asperities touch; only the guard reads it
 } lubricated_t;
 
-/// e cannot reach 1, where the film stiffens beyond bounds; steps of a solver may try.
+/// e cannot reach 1, where the film's stiffness is infinite, but a solver's trial steps can.
 #define ECCENTRICITY_MAX 0.999
 
 static double carried(const lubricated_t *bearing, double e)
@@ -90,7 +90,7 @@ static double force(const lubricated_t  *bearing,
     return most * shear + bearing->p.viscous * w / sqrt(1.0 - e * e);
 }
 
-/// The film is slow (0.1 s) and goes explicitly.
+/// The film is slow (0.1 s), so an explicit step suffices.
 static double update(const void          *law,
                      const sim_contact_t *start,
                      const double         z[],

@@ -1,12 +1,12 @@
-// LuGre: an average bristle with damping, as the paper has it in Eq. (12).
+// LuGre: an average bristle with damping, Eq. (12) of the paper.
 //
 //     f = sat(s0 z + s1 dz/dt + s2 w, L)        dz/dt = w - s0 |w| z / g(w)
 //     g(w) = r L + (1 - r) L exp(-(w / ws)^2)                                  L = L(F)
 //
-// Breakaway L, friction of sliding r L (the paper: r = 1, F_C = F_S). Shows presliding, Stribeck effect (r < 1), friction
+// Breakaway L, sliding friction r L (the paper: r = 1, F_C = F_S). Shows presliding, Stribeck effect (r < 1), friction
 // lag and a breakaway that depends on the rate of force; drifts in presliding. With the paper's stiffness presliding is
-// 1.6e-6 deg at 0.5 N and s1/I is 2.6e6 1/s: an explicit step must stay below 0.7 us. The fixed steps are implicit, and
-// two in one of the plant's for the stick-slip with r < 1.
+// 1.6e-6 deg at 0.5 N and s1/I is 2.6e6 1/s: an explicit step must stay below 0.7 us. The fixed steps are implicit, two
+// in one of the plant's for the stick-slip with r < 1.
 //
 // Source: C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, "A new model for control of systems with friction",
 // IEEE Trans. Automatic Control 40(3), 1995; parameters and saturation: the paper's section 4.
@@ -48,7 +48,7 @@ static double level(const lugre_t *lugre, const sim_contact_t *contact, double w
     return sim_stribeck(lugre->p.sliding_ratio, w, lugre->p.stribeck_speed) * sim_law_breakaway(contact, w);
 }
 
-/// Implicit in the bristle and in the speed, but for g, which is that of the start.
+/// Implicit in the bristle and the speed; only g is taken at the start.
 static double update(const void          *law,
                      const sim_contact_t *start,
                      const double         z[],

@@ -1,12 +1,12 @@
-// Generalised Maxwell slip: elements in parallel, each of which sticks as a spring or slips towards its part of the
-// Stribeck curve.
+// Generalised Maxwell slip: elements in parallel. Each sticks as a spring or slips towards its fraction of the Stribeck
+// curve.
 //
 //     sticks:  dF_i/dt = k_i w                                   until |F_i| = a_i s(w)
 //     slips:   dF_i/dt = sgn(w) C (a_i - |F_i| / s(w))           until w turns
 //     f = sum F_i + s2 w,    s(w) = r L + (1 - r) L exp(-(w / ws)^2),   sum a_i = 1
 //
-// Presliding is hysteresis with non-local memory: an inner loop closes and is forgotten (Masing's rules). Friction lag
-// by C. No drift.
+// Presliding is hysteresis with non-local memory: an inner loop closes and is forgotten (Masing's rules). C sets the
+// friction lag. No drift.
 //
 // Source: V. Lampaert, F. Al-Bender, J. Swevers, "A generalized Maxwell-slip friction model appropriate for control
 // purposes", IEEE Physics and Control, 2003; F. Al-Bender, V. Lampaert, J. Swevers, "The generalized Maxwell-slip model",
@@ -20,7 +20,7 @@
 
 #define ELEMENTS 4
 
-/// Parts of breakaway and of stiffness of each element: they yield one after the other, the stiffest first.
+/// Each element's fraction of breakaway and stiffness: they yield one after the other, the stiffest first.
 static const double level_part[ELEMENTS]     = {0.1, 0.2, 0.3, 0.4};
 static const double stiffness_part[ELEMENTS] = {0.4, 0.3, 0.2, 0.1};
 
@@ -50,7 +50,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     }
 }
 
-/// s on the side that `side` shows, at speed w.
+/// s for the sign `side`, at speed w.
 static double level(const maxwell_slip_t *maxwell, const sim_contact_t *contact, double side, double w)
 {
     return sim_stribeck(maxwell->p.sliding_ratio, w, maxwell->p.stribeck_speed) * sim_law_breakaway(contact, side);
@@ -80,7 +80,7 @@ static double update(const void          *law,
             const double up     = level_part[i] * level(maxwell, start, 1.0, start->speed_deg_per_s);
             const double down   = level_part[i] * level(maxwell, start, -1.0, start->speed_deg_per_s);
             const double spring = z[i] + stiffness_part[i] * maxwell->p.stiffness * step_s * end_speed;
-            // Beyond its level already, as that has fallen: it stays until it slips.
+            // Already beyond its level, because the level has fallen: it stays until it slips.
             z_end[i] = fmin(fmax(up, z[i]), fmax(fmin(-down, z[i]), spring));
         }
         f += z_end[i];
@@ -125,7 +125,7 @@ static void rates(const void *law, const sim_contact_t *now, const double z[], d
 
 #define GUARDS ELEMENTS
 
-/// A stuck element may be beyond its level, which falls with speed, as long as the motion unloads it.
+/// A stuck element may exceed its level, which falls with speed, while the motion unloads it.
 static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
 {
     const maxwell_slip_t *maxwell = law;

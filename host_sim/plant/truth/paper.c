@@ -2,16 +2,16 @@
 //
 //     f = sat(k(v) L tanh(n / (k(v) L)))  when Q,  sat(n) otherwise          v = d|n|/dt, L = L(F)
 //
-// Gradual after a deep fall, sharp after a shallow one; independent of the rate of n but through k(v).
+// Gradual after a deep fall, sharp after a shallow one; depends on the rate of n only through k(v).
 // `curve` and `limited` make the five steps of its section 3 and the lines of Figs. 6 and 7 (paper_variants.h).
 //
 // One fixed step, as in the compensator's own model: friction from u and F at the start of the step, then the arm by its
-// exact zero-order-hold matrices with u and f held. The relays' logic is the library's; the delay line is our own, as
+// exact zero-order-hold matrices with u and f held. The relays' logic is the library's. The delay line is our own, because
 // 3 ms can be any number of plant steps.
 //
-// In continuous time Q is switched by v, and f, which Q switches, turns v round: below about 0.017 N/s, where F creeps up
-// on the curve faster than u rises, v is held at 0 between the two (a sliding mode in Filippov's sense: F' = u', f between
-// curve and n). The fixed steps chatter about it.
+// In continuous time v switches Q, Q switches f, and f reverses v. Below about 0.017 N/s, where F creeps up on the curve
+// faster than u rises, this holds v at 0 (a sliding mode in Filippov's sense: F' = u', f between curve and n). The fixed
+// steps chatter around it.
 //
 // Source: the paper (DOI 10.1115/1.4004580). Sliding mode: A. F. Filippov, Differential Equations with Discontinuous
 // Righthand Sides, 1988.
@@ -19,7 +19,7 @@
 #include "plant/breakaway.h"
 #include "plant/truth/arm.h"
 #include "plant/truth/paper_variants.h"
-#include "tribo/relay.h"
+#include "tribo/friction_f32.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -118,7 +118,7 @@ static double gradual(const sim_friction_config_t *friction, double n, double L,
     return k * L * tanh(n / (k * L));
 }
 
-/// Whether the curve counts, from v > 0 and the output of the relay on the side of n.
+/// True on the gradual curve, from v > 0 and the output of the relay for the sign of n.
 static bool on_curve(const sim_paper_parameters_t *p, bool rises, bool armed)
 {
     switch (p->curve)
@@ -169,8 +169,8 @@ static double step(void *model, double u_n, sim_truth_signals_t *signals)
     return truth->force_n;
 }
 
-// In continuous time: comparators and their edges, by CVODE's root finding. What the circuit of Fig. 13 does to a
-// comparator that toggles faster than its pulse is left out.
+// In continuous time: comparators and their edges, by CVODE's root finding. Comparators that toggle faster than the pulse
+// of Fig. 13 are not modelled.
 
 typedef struct
 {
@@ -193,7 +193,7 @@ typedef struct
 
 #define LONG_AGO_S (-1e9)
 
-/// In the sliding mode, dn/dt beyond this comes from a break of u.
+/// In the sliding mode, a larger dn/dt comes from a kink of u.
 #define HELD_N_PER_S 1e-6
 
 static void law_reset(void *law, const sim_truth_config_t *config, double z[])
@@ -244,12 +244,11 @@ static bool armed(const paper_law_t *paper, const sim_contact_t *now)
     return now->n_n > 0.0 ? paper->relay2.out : paper->relay1.out;
 }
 
-/// What keeps v at 0: F' = u'.
+/// The friction that keeps v at 0: F' = u'.
 static double holding(const paper_law_t *paper, const sim_contact_t *now)
 {
-    const double acceleration = now->u_rate_n_per_s2 / paper->arm.stiffness_n_per_deg;
-    return now->n_n - paper->arm.damping_n_s_per_deg * now->speed_deg_per_s -
-           paper->arm.inertia_n_s2_per_deg * acceleration;
+    const double acceleration = now->u_rate_n_per_s2 / paper->arm.stiffness;
+    return now->n_n - paper->arm.damping * now->speed_deg_per_s - paper->arm.inertia * acceleration;
 }
 
 static double law_friction(const void *law, const sim_contact_t *now, const double z[])
@@ -302,7 +301,7 @@ static void law_guards(const void *law, const sim_contact_t *now, const double z
     g[LEAVES_FOR_N]     = paper->holds ? side * (limited(paper, now, n) - hold) : 1.0;
 }
 
-/// Whether both branches drive v towards 0: on the curve F overtakes u, off it F falls behind.
+/// True if both branches drive v towards 0: on the curve F overtakes u, off it F falls behind.
 static bool is_held(const paper_law_t *paper, const sim_contact_t *now)
 {
     if (!on_curve(&paper->p, true, armed(paper, now)) || on_curve(&paper->p, false, armed(paper, now)))
@@ -317,7 +316,7 @@ static bool is_held(const paper_law_t *paper, const sim_contact_t *now)
 static void take_relays(paper_law_t *paper, const sim_contact_t *now)
 {
     const double pulse_s = paper->friction.pulse_width_s;
-    // In the sliding mode n goes down as often as up.
+    // In the sliding mode n falls as often as it rises.
     const bool rises = paper->n_rises || paper->holds;
     const bool falls = !paper->n_rises || paper->holds;
     relay_take(&paper->relay1, paper->below, rises && paper->under, now->time_s, pulse_s);
@@ -331,7 +330,7 @@ static void law_cross(void *law, sim_contact_t *now, double z[], unsigned guard)
     switch (guard)
     {
     case N_TURNS:
-        // A break of u is no turn: there dn/dt is what it is, beside the root itself.
+        // A kink of u is no reversal: away from the root the sign of dn/dt is reliable.
         paper->n_rises = fabs(now->n_rate_n_per_s) > HELD_N_PER_S ? now->n_rate_n_per_s > 0.0 : !paper->n_rises;
         paper->holds   = fabs(now->n_rate_n_per_s) <= HELD_N_PER_S && is_held(paper, now);
         break;
@@ -359,7 +358,7 @@ static void law_cross(void *law, sim_contact_t *now, double z[], unsigned guard)
     take_relays(paper, now);
     if (paper->holds && !is_held(paper, now))
     {
-        // A relay went low: off the curve v turns up again.
+        // A relay went low: off the curve v rises again.
         paper->holds   = false;
         paper->n_rises = now->n_n > 0.0;
     }

@@ -24,7 +24,7 @@ typedef struct
 typedef struct
 {
     const char            *name;
-    const char            *text; ///< where the paper has it
+    const char            *text; ///< its place in the paper
     double                 k_min, k_max;
     sim_paper_parameters_t parameters;
 } sim_paper_variant_t;
@@ -35,7 +35,7 @@ extern const size_t              sim_paper_variant_count;
 /// Null if there is no variant of that name.
 const sim_paper_variant_t *sim_paper_variant_find(const char *name);
 
-/// Makes a config for sim_paper_truth that variant. The variant must outlive it.
+/// Turns a config for sim_paper_truth into this variant, which must outlive it.
 void sim_paper_variant_apply(const sim_paper_variant_t *variant, sim_truth_config_t *config);
 
 #endif

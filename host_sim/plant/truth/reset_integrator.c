@@ -1,10 +1,10 @@
-// Reset integrator: a bond is stretched up to a length and no further; while it is not slipping it is stronger.
+// Reset integrator: a bond stretches up to a length and then slips; it is stronger until it slips.
 //
 //     dz/dt = 0 where w > 0 and z >= z0, or w < 0 and z <= -z0;  w otherwise
 //     f = (1 + a) k z + s1 dz/dt    while |z| < z0        (stiction)
 //     f = k z0 sgn(w)               while it slips        (1 + a) k z0 = L(F)
 //
-// Presliding is a plain spring up to breakaway L, then friction falls at once to L / (1 + a). No memory beyond z.
+// Presliding is a linear spring up to breakaway L, then friction falls at once to L / (1 + a). No memory beyond z.
 //
 // Source: D. A. Haessig, B. Friedland, "On the modeling and simulation of friction", ASME J. Dynamic Systems, Measurement,
 // and Control 113(3), 1991. Length scaled to the stiffness in dahl.c, damping to the arm's inertia on it.

@@ -1,4 +1,4 @@
-// Load-dependent friction of real servo actuators, model m3: a base and a part of the load on the gearbox.
+// Load-dependent friction of real servo actuators, model m3: a base and a fraction of the load on the gearbox.
 //
 //     limit = (base + load |t_motor - t_external|) in newtons of this arm
 //     f = limit sgn(w) + cv w, set-valued at rest
@@ -8,8 +8,8 @@
 //
 // Source: M. Duclusaud, G. Passault, V. Padois, O. Ly, "Extended friction models for the physics simulation of servo
 // actuators", 2024, and the parameters published with it (Rhoban BAM, m3). Torques are scaled so that the base is this
-// arm's 0.007 N; the load coefficient has no unit and stays. That alone makes breakaway at 0.5 N 0.129, 0.090, 0.147 and
-// 0.182 N for the four, beside the arm's 0.157.
+// arm's 0.007 N; the load coefficient is dimensionless and stays. Breakaway at 0.5 N is then 0.129, 0.090, 0.147 and
+// 0.182 N for the four; the arm's is 0.157.
 
 #include "plant/truth/arm.h"
 

@@ -1,4 +1,4 @@
-/// The Stribeck effect: friction of sliding as a part of breakaway, falling from 1 at rest to `sliding_ratio`.
+/// The Stribeck effect: sliding friction as a fraction of breakaway, falling from 1 at rest to `sliding_ratio`.
 
 #ifndef SIM_STRIBECK_H
 #define SIM_STRIBECK_H
@@ -14,7 +14,7 @@ static inline double sim_stribeck(double sliding_ratio, double speed, double str
     return sliding_ratio == 1.0 ? 1.0 : sliding_ratio + (1.0 - sliding_ratio) * exp(-part * part);
 }
 
-/// The keys of its two parameters, members of the type.
+/// The keys of its two parameters, members of `type`.
 // clang-format off
 #define SIM_STRIBECK_KEYS(type)                                                                                        \
     SIM_TRUTH_NUMBER(type, sliding_ratio, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),  \

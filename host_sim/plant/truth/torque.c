@@ -1,17 +1,17 @@
-// Torque-based friction: the contact takes up what drives it, up to breakaway, whatever the speed.
+// Torque-based friction: the contact balances the net force up to breakaway, at any speed.
 //
 //     f = sat(n, L(F))                                                            Eq. (11) of the paper
 //
 // Inside breakaway I w' = -b w: the arm glides to a stop within I/b (4 ms), then stands. No states, no hysteresis.
 //
-// Source: the paper's references 22 to 24 (the torque-based model of constrained arms), in the form of its Eq. (11), with
-// L of the load.
+// Source: the paper's references 22 to 24 (the torque-based model of constrained arms), in the form of its Eq. (11), with a
+// load-dependent L.
 
 #include "plant/truth/arm.h"
 
 typedef struct
 {
-    char nothing; ///< the law remembers nothing
+    char nothing; ///< the law has no memory
 } torque_t;
 
 static void reset(void *law, const sim_truth_config_t *config, double z[])

@@ -1,11 +1,13 @@
-/// Force controller in Q31. controller_f32.h says how anti-windup and change of params work. What
-/// anti-windup takes back is rounded down to 16 units of the first node, 2^-27 of its full scale, and to a unit of later ones.
+/// Force controller in Q31; controller_f32.h explains anti-windup and change of params. The anti-windup's correction is
+/// rounded down to 16 units of the first node, 2^-27 of its full scale, and to a unit of later ones.
 /// Not synchronized: one state, one tick.
 
 #ifndef TRIBO_CONTROLLER_Q31_H
 #define TRIBO_CONTROLLER_Q31_H
 
-#include "tribo/biquad_q31.h"
+#include "tribo/controller_f32.h"
+#include "tribo/q31.h"
+#include "tribo/status.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -14,12 +16,45 @@
 extern "C" {
 #endif
 
-/// What a step reads, made by the functions of quantize_q31.h.
+#define TRIBO_BIQUAD_Q31_SECTIONS_MAX 4u
+
+typedef struct
+{
+    int32_t b0, c1;     ///< Q28, with the scales of both nodes in them
+    int32_t minus_a1;   ///< Q28
+    int32_t c2;         ///< Q(28 + shift), with the scales of both nodes in it
+    int32_t d2, d2_low; ///< Q(28 + shift), and 2^-32 of that, to add
+    uint8_t shift;      ///< s, 0 to 30
+    uint8_t scale;      ///< 0 to 24, of this section's output node: y is held times 2^-scale
+} tribo_biquad_q31_section_t;
+
+/// Constants of a step. Const once made; may be shared.
+typedef struct
+{
+    tribo_biquad_q31_section_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    uint8_t                    count;        ///< 2 to 4: a lone section is followed by a pass-through
+    uint8_t                    input_scale;  ///< 0 to 24, of the input node: x is held times 2^-input_scale
+    uint8_t                    output_scale; ///< that of the last section
+} tribo_biquad_q31_params_t;
+
+typedef struct
+{
+    int64_t w1, w2;
+} tribo_biquad_q31_section_state_t;
+
+typedef struct
+{
+    tribo_biquad_q31_section_state_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    uint32_t                         carry;     ///< bits of the input dropped for its scale so far, from bit 31 down
+    uint32_t                         saturated; ///< values clamped since reset; stops at UINT32_MAX
+} tribo_biquad_q31_state_t;
+
+/// Constants of a step, made by tribo_controller_q31_init.
 typedef struct
 {
     tribo_biquad_q31_params_t cascade;
-    int32_t                   anti_windup;  ///< c/D between the last and the input node: mantissa ...
-    int32_t                   taken_max;    ///< of the last node, what a limit may take: its correction fits any
+    int32_t                   anti_windup; ///< c/D between the last and the input node: mantissa ...
+    int32_t                   taken_max; ///< largest change of the last node by a limit; its correction fits every node
     int32_t                   u_min, u_max; ///< Q31
     uint8_t anti_windup_shift;              ///< ... and its exponent, 1 to 31: anti_windup 2^(anti_windup_shift - 32)
 } tribo_controller_q31_params_t;
@@ -30,7 +65,7 @@ typedef struct
     uint32_t                 limited_ticks; ///< since reset; stops at UINT32_MAX
 } tribo_controller_q31_state_t;
 
-/// What one step saw, for logging.
+/// Signals of one step, for logging.
 typedef struct
 {
     int32_t v;       ///< the cascade's output, Q31, saturated
@@ -38,24 +73,19 @@ typedef struct
     bool    limited; ///< u is not v + feedforward
 } tribo_controller_q31_signals_t;
 
-/// Cascade at rest, counters 0.
-void tribo_controller_q31_reset(tribo_controller_q31_state_t *state);
+/// Worst-case peaks as a fraction of full scale: L1 norms of the quantised cascade.
+typedef struct
+{
+    float input;                                 ///< of the input node
+    float output[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< of each section's output node; 2^scale is above it
+} tribo_headroom_q31_t;
 
-/// One tick: error `e` and feedforward give u within u_min to u_max, all Q31. Cannot fail.
-/// `signals` is written whole and must not be null.
-int32_t tribo_controller_q31_step(const tribo_controller_q31_params_t *params,
-                                  tribo_controller_q31_state_t        *state,
-                                  int32_t                              e,
-                                  int32_t                              feedforward,
-                                  tribo_controller_q31_signals_t      *signals);
-
-/// Between two ticks: takes the state over from params `from` to `to`, so that for error `e` v is and moves as it would
-/// have under `from`, plus `offset` (Q31). Cannot fail. Costs up to two ticks of the loop.
-void tribo_controller_q31_change(const tribo_controller_q31_params_t *from,
-                                 const tribo_controller_q31_params_t *to,
-                                 tribo_controller_q31_state_t        *state,
-                                 int32_t                              e,
-                                 int32_t                              offset);
+/// Makes `params` of a controller. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE, a status of tribo_controller_f32_init, or
+/// TRIBO_ERR_HEADROOM for a peak that is unbounded, cannot be determined or reaches 2^24 full scales. `headroom` may be null.
+tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *params,
+                                         const tribo_controller_f32_config_t *config,
+                                         float                                full_scale_n,
+                                         tribo_headroom_q31_t                *headroom);
 
 #ifdef __cplusplus
 }

@@ -4,30 +4,30 @@
 ///                              ^                                            |
 ///                              '------ anti-windup ------------------------+--> compensator --> f^
 ///
-/// Forces are in N, u is scaled so that u = F at rest without friction. (Newton stands for whatever unit the plant was
-/// identified in: N m serve as well.)
+/// Forces are in N, u is scaled so that u = F at rest without friction. (Newton stands for the unit in which the plant was
+/// identified, e.g. N m.)
 ///
-/// A tick is total: whatever r and y are, u is finite and within u_min_n to u_max_n. If one of them is bad (NaN,
-/// infinite, beyond input_max_n) the tick runs with e = 0, so u coasts on the controller's state; it is
-/// counted, and the loop goes on as before when the input does. Deciding when that is a fault is the drive's part.
+/// A tick is total: for any r and y, u is finite and within u_min_n to u_max_n. If one of them is bad (NaN, infinite,
+/// beyond input_max_n) the tick is counted and runs with e = 0, so u coasts on the controller's state. The loop resumes
+/// with the next good input. The drive decides when this is a fault.
 ///
-/// Retuning: hand in a pointer to other validated params at any tick. The tick that first sees it takes the state
-/// over without a bump in u, whatever has changed: cascade, gain, friction, arm (new limits hold at once). It needs
-/// the old params once more and costs about three ticks: they may go when state.active is the new pointer. Params in use
-/// must not be written to, nor a breakaway table that they point to, and all params of a loop are for one sample time.
+/// Retuning: pass a pointer to other validated params at any tick. The first tick with it takes the state over without a
+/// bump in u, even if cascade, gain, friction and arm have changed (new limits hold at once). It reads the old params once
+/// more and costs about three ticks; free them when state.active is the new pointer. Do not write to params in use, nor to
+/// a breakaway table that they point to. All params of a loop are for one sample time.
 ///
-/// Friction is compensated in the paper's way (off: gain 0), or in another one, which params.method selects and brings along: a
-/// drive that does not use it does not link it. A change of params may change the method; u goes on from where it was.
+/// Friction is compensated by the paper's method (off: gain 0), or by the method in params.method: feedforward_f32.h. A guard
+/// against over-compensation may watch the loop, params.guard. A drive that names neither links neither. A change of params
+/// may change the method without a jump of u.
 ///
-/// A third and a fourth section, a breakaway table and a change of params are branches that cost more when they are taken;
-/// docs/numbers.md says how much. No heap, no libm, no double, no globals; the same bits on every target. Not synchronized: one state, one tick.
+/// A third and a fourth section, a breakaway table and a change of params cost more when used; docs/numbers.md has the
+/// figures. No heap, no libm, no double, no globals; the same bits on every target. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FORCE_LOOP_F32_H
 #define TRIBO_FORCE_LOOP_F32_H
 
-#include "tribo/compensator_f32.h"
 #include "tribo/controller_f32.h"
-#include "tribo/feedforward_f32.h"
+#include "tribo/friction_f32.h"
 #include "tribo/status.h"
 
 #include <stdbool.h>
@@ -47,86 +47,144 @@ typedef struct
     tribo_compensator_f32_config_t compensator;
 } tribo_force_loop_f32_config_t;
 
-#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 4 ///< of the params' fields and what they mean, for params made on a host
+#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 5 ///< of the params' fields and their meaning, for params made on a host
 
-typedef struct tribo_force_loop_f32_method tribo_force_loop_f32_method_t;
+typedef struct tribo_force_loop_f32_params tribo_force_loop_f32_params_t;
 
-/// What a tick reads, made by tribo_force_loop_f32_init. Const from then on; may be shared by loops.
+/// Signals of one tick, for logging.
 typedef struct
 {
-    float                                 input_max_n; ///< largest credible |r| and |y|
-    float                                 gain;        ///< eta
-    tribo_controller_f32_params_t         controller;
-    tribo_compensator_f32_params_t        compensator;
-    const tribo_force_loop_f32_method_t  *method;      ///< null: the paper's
-    const tribo_feedforward_f32_params_t *feedforward; ///< of force_loop_feedforward_f32.h
-    const tribo_lugre_f32_params_t       *lugre;       ///< of force_loop_lugre_f32.h
-} tribo_force_loop_f32_params_t;
+    float                           e_n;             ///< the controller's error; r - y with the paper's method
+    float                           friction_term_n; ///< added to v; the paper's is gain f^[k-1]
+    tribo_controller_f32_signals_t  controller;      ///< controller term v, u, limited
+    tribo_compensator_f32_signals_t compensator;     ///< F^, n, L, v, f^, Q1, Q2, Q
+} tribo_force_loop_f32_signals_t;
 
-/// What a feed-forward keeps, attached to a loop (force_loop_feedforward_f32.h).
+/// Last tick of a method, for a hand-over.
 typedef struct
 {
-    tribo_feedforward_f32_state_t   state;
-    tribo_feedforward_f32_signals_t signals; ///< of the last tick
-} tribo_feedforward_f32_memory_t;
+    float e_n;    ///< the controller's error
+    float y_n;    ///< the reading of that tick
+    float term_n; ///< added to v
+} tribo_force_loop_f32_last_t;
+
+/// A compensation method other than the paper's: its part of a tick. The params of a method begin with this struct, and
+/// `params->method` points to them. `memory` is attached to the loop and never null: a loop without it is the controller
+/// alone. Functions are called in this order; none can fail.
+typedef struct
+{
+    /// The controller's error. `fade` is the guard's factor on friction, 0 to 1.
+    float (*error)(const tribo_force_loop_f32_params_t *params, void *memory, float r_n, float y_n, float fade);
+
+    /// The friction added in this tick, for a guard.
+    float (*friction)(const void *memory);
+
+    /// The term to add to the controller's output `v_n`.
+    float (*term)(const tribo_force_loop_f32_params_t *params, void *memory, float v_n);
+
+    /// Called once u is known. `signals` is complete except for the compensator's, which are at rest for the method to fill.
+    void (*after)(const tribo_force_loop_f32_params_t *params,
+                  void                                *memory,
+                  float                                v_n,
+                  float                                u_n,
+                  tribo_force_loop_f32_signals_t      *signals);
+
+    /// Before a change of params: writes `last`, or leaves it unchanged if there was no tick.
+    void (*last)(const void *memory, tribo_force_loop_f32_last_t *last);
+
+    /// After a change of params: the next tick shall add `term_n`. `anew`: another method ran the loop before.
+    void (*enter)(void *memory, float term_n, bool anew);
+} tribo_force_loop_f32_method_t;
+
+typedef struct
+{
+    float   position_n;
+    int32_t sign; ///< sign of the last move, 0 before the first
+} tribo_play_f32_state_t;
+
+typedef enum
+{
+    TRIBO_GUARD_NONE = 0, ///< no fading
+    TRIBO_GUARD_HUNTING,  ///< friction reversed quickly and drove y against r
+    TRIBO_GUARD_OVERSHOOT ///< F repeatedly broke away with an error of the wrong sign
+} tribo_guard_cause_t;
+
+typedef struct
+{
+    float turn_n;       ///< f has reversed after it returns by this much; 1e-9 to 1e6 N, about L/3
+    float quick_time_s; ///< closer reversals may be hunting, 1e-6 to 1e3 s and up to 1e5 samples
+    float stray_n;      ///< of an overshoot, 1e-9 to 1e6 N, about L/15 and over twice the noise's peaks
+    float fade_time_s;  ///< 1e-6 to 1e3 s
+} tribo_guard_f32_config_t;
+
+typedef struct
+{
+    bool                   running;       ///< false before the first tick
+    uint8_t                turns, strays; ///< in succession
+    tribo_guard_cause_t    cause;         ///< latched
+    float                  fade;          ///< of friction, 0 to 1
+    uint32_t               since;         ///< ticks since the last reversal, up to quick_ticks
+    float                  work_n2;       ///< W since then
+    float                  high_n, low_n; ///< largest and smallest error since then, and 0
+    float                  r_n, y_n;      ///< of the last tick
+    tribo_play_f32_state_t play;          ///< of f
+} tribo_guard_f32_state_t;
+
+/// Constants of a step, made by tribo_guard_f32_init. Const from then on; may be shared.
+typedef struct tribo_guard_f32_params
+{
+    /// tribo_guard_f32_step: a loop calls it through this pointer.
+    float (*step)(const struct tribo_guard_f32_params *params,
+                  tribo_guard_f32_state_t             *state,
+                  float                                r_n,
+                  float                                y_n,
+                  float                                f_n,
+                  bool                                 good);
+    bool     on; ///< set by init. False: the guard judges nothing, forgets its cause and removes its fading
+    float    half_n;
+    float    stray_n;
+    float    work_n2;   ///< of hunting
+    float    fade_step; ///< change of the fade in a tick
+    uint32_t quick_ticks;
+} tribo_guard_f32_params_t;
+
+/// Constants of a tick, made by tribo_force_loop_f32_init. Const from then on; may be shared by loops.
+struct tribo_force_loop_f32_params
+{
+    float                                input_max_n; ///< largest credible |r| and |y|
+    float                                gain;        ///< eta
+    tribo_controller_f32_params_t        controller;
+    tribo_compensator_f32_params_t       compensator;
+    const tribo_force_loop_f32_method_t *method; ///< null: the paper's, by the compensator
+    const tribo_guard_f32_params_t      *guard;  ///< null: none. Set it after the init
+};
 
 typedef struct
 {
     const tribo_force_loop_f32_params_t *active;      ///< params of the last tick; null after a reset
-    uintptr_t                            active_seal; ///< ~active, or `active` is corrupt and not followed
-    tribo_feedforward_f32_memory_t      *memory;      ///< of the feed-forward; null: none
+    uintptr_t                            active_seal; ///< ~active; otherwise `active` is corrupt and not used
+    void                                *memory;      ///< of a method; null: none
     uintptr_t                            memory_seal; ///< ~memory, likewise
+    tribo_guard_f32_state_t             *guard;       ///< null: none
+    uintptr_t                            guard_seal;  ///< ~guard, likewise
+    float                                fade;        ///< the guard's factor on friction, 0 to 1
     float                                friction_n;  ///< f^ of the last tick
     uint32_t                             bad_inputs;  ///< ticks with a bad r or y since reset; stops at UINT32_MAX
     tribo_controller_f32_state_t         controller;  ///< with limited_ticks
     tribo_compensator_f32_state_t        compensator;
 } tribo_force_loop_f32_state_t;
 
-/// What one tick saw, for logging.
-typedef struct
-{
-    float                           e_n;           ///< error r - y
-    float                           feedforward_n; ///< what is added to v; the paper's is gain f^[k-1]
-    tribo_controller_f32_signals_t  controller;    ///< controller term v, u, limited
-    tribo_compensator_f32_signals_t compensator;   ///< F^, n, L, v, f^, Q1, Q2, Q
-} tribo_force_loop_f32_signals_t;
-
-/// A way to compensate friction other than the paper's.
-struct tribo_force_loop_f32_method
-{
-    /// A whole tick, see tribo_force_loop_f32_step.
-    float (*step)(const tribo_force_loop_f32_params_t *params,
-                  tribo_force_loop_f32_state_t        *state,
-                  float                                r_n,
-                  float                                y_n,
-                  tribo_force_loop_f32_signals_t      *signals);
-
-    /// What u would be in this tick but for its limit, asked by another method that takes over in it.
-    float (*wanted)(const tribo_force_loop_f32_params_t *params,
-                    tribo_force_loop_f32_state_t        *state,
-                    float                                r_n,
-                    float                                y_n);
-
-    /// Hands over to the paper's method in front of the controller's step: tribo_force_loop_f32_hand_over.
-    void (*hand_over)(const tribo_force_loop_f32_params_t *from,
-                      const tribo_force_loop_f32_params_t *params,
-                      tribo_force_loop_f32_state_t        *state,
-                      float                                r_n,
-                      float                                y_n,
-                      float                                e_n);
-};
-
 /// The paper's loop: 1 ms, gain 0.85, Eqs. (7), (9), (10), the H-infinity controller of Eqs. (13), (14); u within
 /// +-2 N, |r| and |y| up to 2 N.
 tribo_force_loop_f32_config_t tribo_force_loop_f32_paper(void);
 
 /// Checks `config` field by field and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL,
-/// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, or what tribo_controller_f32_init and then
-/// tribo_compensator_f32_init say. Writes nothing unless TRIBO_OK. Not for the tick.
+/// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, or a status of tribo_controller_f32_init, then of
+/// tribo_compensator_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
                                          const tribo_force_loop_f32_config_t *config);
 
-/// Everything at rest at F = 0, counters 0, no feed-forward attached.
+/// All states at rest at F = 0, counters 0, neither memory nor guard attached.
 /// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
 void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state);
 
@@ -137,6 +195,41 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
                                 float                                r_n,
                                 float                                y_n,
                                 tribo_force_loop_f32_signals_t      *signals);
+
+/// Makes `params` of a loop with LuGre, and `lugre`, which must outlive them: they point to it. Returns TRIBO_OK or a status
+/// of tribo_force_loop_f32_init, then of tribo_lugre_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
+tribo_status_t tribo_force_loop_lugre_f32_init(tribo_force_loop_f32_params_t       *params,
+                                               tribo_lugre_f32_params_t            *lugre,
+                                               const tribo_force_loop_f32_config_t *config,
+                                               const tribo_lugre_f32_config_t      *lugre_config);
+
+/// The defaults, for forces about 1 N.
+tribo_guard_f32_config_t tribo_guard_f32_default(void);
+
+/// Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME or that of a row of TRIBO_GUARD_PARAMETERS. Writes nothing unless TRIBO_OK. Not for the tick.
+tribo_status_t tribo_guard_f32_init(tribo_guard_f32_params_t       *params,
+                                    const tribo_guard_f32_config_t *config,
+                                    float                           sample_time_s);
+
+/// No history, no cause, full friction.
+void tribo_guard_f32_reset(tribo_guard_f32_state_t *state);
+
+/// Clears cause and history; the fade rises to 1 again.
+void tribo_guard_f32_restore(tribo_guard_f32_state_t *state);
+
+/// One tick of the guard: reference, reading, and the friction in u. Returns the fade of friction for the next tick. Cannot fail:
+/// with `good` false (r or y is not credible), or with a NaN or a force beyond TRIBO_F32_FORCE_MAX_N, it judges nothing. A loop
+/// whose params have a guard calls it.
+float tribo_guard_f32_step(const tribo_guard_f32_params_t *params,
+                           tribo_guard_f32_state_t        *state,
+                           float                           r_n,
+                           float                           y_n,
+                           float                           f_n,
+                           bool                            good);
+
+/// Call after a reset of the loop: `guard` watches it and keeps its history and fade. It must outlive `loop`. Null: none. With
+/// params whose guard is null nothing is watched or faded.
+void tribo_guard_f32_attach(tribo_force_loop_f32_state_t *loop, tribo_guard_f32_state_t *guard);
 
 #ifdef __cplusplus
 }

@@ -1,25 +1,25 @@
 /// The friction-compensated force loop of Fig. 9 in Q31, one call a tick.
 ///
-/// Forces are Q31 of the full scale FS that the params were made for (quantize_q31.h); take FS at least the largest
-/// force and limit. A difference r - y or a net force beyond FS saturates without harm: friction is at
-/// breakaway there and u at its limit. Whatever r and y are, u is within u_min to u_max. A reference or a sensor beyond
-/// input_max_n is a bad input: the tick runs with e = 0, so u coasts on the controller's state, and is counted.
-/// Saturations are counted where they happen, in the states of the parts.
+/// Forces are Q31 of the params' full scale FS; choose FS no smaller than the largest force and limit. A difference r - y or
+/// a net force beyond FS saturates without harm: friction is at breakaway there and u at its limit. For any r and y, u is
+/// within u_min to u_max. A reference or a reading beyond input_max_n is a bad input: the tick is counted and runs with
+/// e = 0, so u coasts on the controller's state. Saturations are counted in the states of the parts.
 ///
-/// Retuning, as in f32: hand in a pointer to other params at any tick; u does not jump unless a new limit requires it.
-/// It takes about five ticks and needs the old params once more, with their table: both may go when state.active is the
-/// new pointer. All params of a loop are for one full scale, as for one sample time: the state has no notion of either.
+/// Retuning, as in f32: pass a pointer to other params at any tick; u does not jump unless a new limit requires it. It
+/// takes about five ticks and reads the old params and their table once more; free both when state.active is the new
+/// pointer. All params of a loop are for one full scale and one sample time: the state knows neither.
 ///
-/// Methods other than the paper's, and a change of method: as in f32.
+/// Other methods, a change of method, and the guard: as in f32.
 ///
 /// No float, no heap, no division of more than 32 bits; the same bits on every target. Not synchronized.
 
 #ifndef TRIBO_FORCE_LOOP_Q31_H
 #define TRIBO_FORCE_LOOP_Q31_H
 
-#include "tribo/compensator_q31.h"
 #include "tribo/controller_q31.h"
-#include "tribo/feedforward_q31.h"
+#include "tribo/force_loop_f32.h"
+#include "tribo/friction_q31.h"
+#include "tribo/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -29,77 +29,125 @@
 extern "C" {
 #endif
 
-#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 4 ///< of the params' fields and what they mean, for params made on a host
+#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 5 ///< of the params' fields and their meaning, for params made on a host
 
-typedef struct tribo_force_loop_q31_method tribo_force_loop_q31_method_t;
+typedef struct tribo_force_loop_q31_params tribo_force_loop_q31_params_t;
 
-/// What a tick reads, made by tribo_force_loop_q31_init. Const from then on; may be shared by loops.
+/// Signals of one tick, for logging.
 typedef struct
 {
-    int32_t                               input_max; ///< largest credible |r| and |y|, Q31
-    int32_t                               gain;      ///< eta, Q29, 0 to 2
-    tribo_controller_q31_params_t         controller;
-    tribo_compensator_q31_params_t        compensator;
-    const tribo_force_loop_q31_method_t  *method;      ///< null: the paper's
-    const tribo_feedforward_q31_params_t *feedforward; ///< of force_loop_feedforward_q31.h
-    const tribo_lugre_q31_params_t       *lugre;       ///< of force_loop_lugre_q31.h
-} tribo_force_loop_q31_params_t;
+    int32_t                         e;             ///< the controller's error; r - y with the paper's method, Q31
+    int32_t                         friction_term; ///< added to v, Q31; the paper's is gain f^[k-1]
+    tribo_controller_q31_signals_t  controller;    ///< controller term v, u, limited
+    tribo_compensator_q31_signals_t compensator;   ///< F^, n, L, rise, f^, Q1, Q2, Q
+} tribo_force_loop_q31_signals_t;
 
-/// What a feed-forward keeps, attached to a loop (force_loop_feedforward_q31.h).
+/// Last tick of a method, for a hand-over. All Q31.
 typedef struct
 {
-    tribo_feedforward_q31_state_t   state;
-    tribo_feedforward_q31_signals_t signals; ///< of the last tick
-} tribo_feedforward_q31_memory_t;
+    int32_t e;    ///< error that the controller got
+    int32_t y;    ///< the reading of that tick
+    int32_t term; ///< added to v
+} tribo_force_loop_q31_last_t;
+
+/// A compensation method, as tribo_force_loop_f32_method_t. All Q31, except `fade`.
+typedef struct
+{
+    /// `fade` is Q32; UINT32_MAX is all of friction.
+    int32_t (*error)(const tribo_force_loop_q31_params_t *params, void *memory, int32_t r, int32_t y, uint32_t fade);
+    int32_t (*friction)(const void *memory);
+    int32_t (*term)(const tribo_force_loop_q31_params_t *params, void *memory, int32_t v);
+    void (*after)(const tribo_force_loop_q31_params_t *params,
+                  void                                *memory,
+                  int32_t                              v,
+                  int32_t                              u,
+                  tribo_force_loop_q31_signals_t      *signals);
+    void (*last)(const void *memory, tribo_force_loop_q31_last_t *last);
+    void (*enter)(void *memory, int32_t term, bool anew);
+} tribo_force_loop_q31_method_t;
+
+typedef struct
+{
+    int32_t position;
+    int32_t sign; ///< sign of the last move, 0 before the first
+} tribo_play_q31_state_t;
+
+typedef struct
+{
+    bool                   running;       ///< false before the first tick
+    uint8_t                turns, strays; ///< in succession
+    tribo_guard_cause_t    cause;         ///< latched
+    uint32_t               fade;          ///< of friction, Q32; UINT32_MAX is all of it
+    uint32_t               since;         ///< ticks since the last reversal, up to quick_ticks
+    int64_t                work;          ///< W since then; constant from quick_ticks on
+    int32_t                high, low;     ///< largest and smallest error since then, and 0
+    int32_t                r, y;          ///< of the last tick
+    tribo_play_q31_state_t play;          ///< of f
+} tribo_guard_q31_state_t;
+
+/// Constants of a step, made by tribo_guard_q31_init. Const from then on; may be shared.
+typedef struct tribo_guard_q31_params
+{
+    /// tribo_guard_q31_step: a loop calls it through this pointer.
+    uint32_t (*step)(const struct tribo_guard_q31_params *params,
+                     tribo_guard_q31_state_t             *state,
+                     int32_t                              r,
+                     int32_t                              y,
+                     int32_t                              f,
+                     bool                                 good);
+    bool     on;          ///< set by init. False: the guard judges nothing, forgets its cause and removes its fading
+    int32_t  half;        ///< 2^-29 full scales
+    int32_t  stray;       ///< 2^-28 full scales
+    int64_t  work;        ///< of hunting, 2^-43 full scales squared
+    uint32_t fade_step;   ///< change of the fade in a tick, Q32
+    uint32_t quick_ticks; ///< up to 2^17
+} tribo_guard_q31_params_t;
+
+/// Constants of a tick, made by tribo_force_loop_q31_init. Const from then on; may be shared by loops.
+struct tribo_force_loop_q31_params
+{
+    int32_t                              input_max; ///< largest credible |r| and |y|, Q31
+    int32_t                              gain;      ///< eta, Q29, 0 to 2
+    tribo_controller_q31_params_t        controller;
+    tribo_compensator_q31_params_t       compensator;
+    const tribo_force_loop_q31_method_t *method; ///< null: the paper's, by the compensator
+    const tribo_guard_q31_params_t      *guard;  ///< null: none. Set it after the init
+};
 
 typedef struct
 {
     const tribo_force_loop_q31_params_t *active;      ///< params of the last tick; null after a reset
-    uintptr_t                            active_seal; ///< ~active, or `active` is corrupt and not followed
-    tribo_feedforward_q31_memory_t      *memory;      ///< of the feed-forward; null: none
+    uintptr_t                            active_seal; ///< ~active; otherwise `active` is corrupt and not used
+    void                                *memory;      ///< of a method; null: none
     uintptr_t                            memory_seal; ///< ~memory, likewise
+    tribo_guard_q31_state_t             *guard;       ///< null: none
+    uintptr_t                            guard_seal;  ///< ~guard, likewise
+    uint32_t                             fade;        ///< the guard's factor on friction, Q32
     int32_t                              friction;    ///< f^ of the last tick, Q31
     uint32_t                             bad_inputs;  ///< ticks with a bad r or y since reset; stops at UINT32_MAX
-    uint32_t                             saturated;   ///< errors and feedforwards clamped; stops at UINT32_MAX
+    uint32_t                             saturated;   ///< errors and friction terms clamped; stops at UINT32_MAX
     tribo_controller_q31_state_t         controller;  ///< with limited_ticks
     tribo_compensator_q31_state_t        compensator;
 } tribo_force_loop_q31_state_t;
 
-/// What one tick saw, for logging.
-typedef struct
-{
-    int32_t                         e;           ///< error r - y, Q31
-    int32_t                         feedforward; ///< what is added to v, Q31; the paper's is gain f^[k-1]
-    tribo_controller_q31_signals_t  controller;  ///< controller term v, u, limited
-    tribo_compensator_q31_signals_t compensator; ///< F^, n, L, rise, f^, Q1, Q2, Q
-} tribo_force_loop_q31_signals_t;
+/// Makes `params` of a loop: `table` as for the friction, `headroom` (may be null) as for the controller.
+tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
+                                         tribo_breakaway_point_q31_t         *table,
+                                         const tribo_force_loop_f32_config_t *config,
+                                         float                                full_scale_n,
+                                         tribo_headroom_q31_t                *headroom);
 
-/// A way to compensate friction other than the paper's.
-struct tribo_force_loop_q31_method
-{
-    /// A whole tick, see tribo_force_loop_q31_step.
-    int32_t (*step)(const tribo_force_loop_q31_params_t *params,
-                    tribo_force_loop_q31_state_t        *state,
-                    int32_t                              r,
-                    int32_t                              y,
-                    tribo_force_loop_q31_signals_t      *signals);
+/// The same with LuGre in the compensator: `params` will point to `lugre`. Returns TRIBO_OK or a status of
+/// tribo_force_loop_q31_init, then of tribo_lugre_q31_init. Writes only the table unless TRIBO_OK.
+tribo_status_t tribo_force_loop_lugre_q31_init(tribo_force_loop_q31_params_t       *params,
+                                               tribo_breakaway_point_q31_t         *table,
+                                               tribo_lugre_q31_params_t            *lugre,
+                                               const tribo_force_loop_f32_config_t *config,
+                                               const tribo_lugre_f32_config_t      *lugre_config,
+                                               float                                full_scale_n,
+                                               tribo_headroom_q31_t                *headroom);
 
-    /// What u would be in this tick but for its limit, within 32 bits; asked by another method that takes over in it.
-    int32_t (*wanted)(const tribo_force_loop_q31_params_t *params,
-                      tribo_force_loop_q31_state_t        *state,
-                      int32_t                              r,
-                      int32_t                              y);
-
-    /// Hands over to the paper's method in front of the controller's step: tribo_force_loop_q31_hand_over.
-    void (*hand_over)(const tribo_force_loop_q31_params_t *from,
-                      const tribo_force_loop_q31_params_t *params,
-                      tribo_force_loop_q31_state_t        *state,
-                      int32_t                              r,
-                      int32_t                              y,
-                      int32_t                              e);
-};
-
-/// Everything at rest at F = 0, counters 0, no feed-forward attached.
+/// All states at rest at F = 0, counters 0, neither memory nor guard attached.
 /// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
 void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state);
 
@@ -110,6 +158,31 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
                                   int32_t                              r,
                                   int32_t                              y,
                                   tribo_force_loop_q31_signals_t      *signals);
+
+/// No history, no cause, full friction.
+void tribo_guard_q31_reset(tribo_guard_q31_state_t *state);
+
+/// Clears cause and history; the fade rises to 1 again.
+void tribo_guard_q31_restore(tribo_guard_q31_state_t *state);
+
+/// Makes `params` of the guard. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE or a status of tribo_guard_f32_init; turn_n and stray_n
+/// are 1e-6 FS to under FS. Writes nothing unless TRIBO_OK.
+tribo_status_t tribo_guard_q31_init(tribo_guard_q31_params_t       *params,
+                                    const tribo_guard_f32_config_t *config,
+                                    float                           sample_time_s,
+                                    float                           full_scale_n);
+
+/// One tick of the guard: reference, reading, and the friction in u, all Q31. Returns the fade of friction for the next tick, Q32.
+/// Cannot fail: with `good` false (r or y is not credible) it judges nothing. A loop whose params have a guard calls it.
+uint32_t tribo_guard_q31_step(const tribo_guard_q31_params_t *params,
+                              tribo_guard_q31_state_t        *state,
+                              int32_t                         r,
+                              int32_t                         y,
+                              int32_t                         f,
+                              bool                            good);
+
+/// As tribo_guard_f32_attach.
+void tribo_guard_q31_attach(tribo_force_loop_q31_state_t *loop, tribo_guard_q31_state_t *guard);
 
 #ifdef __cplusplus
 }

@@ -8,22 +8,20 @@
 ///     Q = v > 0 and ((n > 0 and Q2) or (n < 0 and Q1))  Eq. (8)
 ///     sat(x) = min(L+, max(-L-, x)); L is L+ for n >= 0, else L-               Eq. (4)
 ///
-/// While f holds against n the arm sticks: f = n. Breakaway L grows with the applied force F.
-/// After the net force has been deep on the other side (Q), f falls short of n on its way back:
+/// While f balances n the arm sticks: f = n. Breakaway L grows with the applied force F.
+/// After the net force has been large with the other sign (Q), f stays below n as n returns:
 /// the hysteresis inside stiction. Symmetric parameters give f(-u, -F) = -f(u, F) exactly.
 ///
 /// Eq. (5) is computed as the same curve in the form k = (k_max + k_min E)/(1 + E), E = e^(2 m (v/v0 - 1)), and Eq. (3) as
-/// n less a rational function of (n/(k L))^2. f is within 1.2e-6 of itself for that k. k is within (1 + m/12) 1e-6 of
-/// k_max - k_min and 2e-7 of itself: the steeper k(v), the more the rounding of E's exponent counts. That is 2e-6 up to
-/// m = 20 and 7.8e-6 at m = 100 (tests/unit/test_friction_f32.c measures both). |f| <= L and |f| <= |n| always.
-/// One division (two with a table), no loop but the one over a breakaway table's points, always all of them.
+/// n less a rational function of (n/(k L))^2. The relative error of f for that k is within 1.2e-6. The error of k is within
+/// (1 + m/12) 1e-6 of k_max - k_min and 2e-7 of k: the rounding of E's exponent grows with the steepness of k(v). That is
+/// 2e-6 up to m = 20 and 7.8e-6 at m = 100 (tests/unit/test_friction_f32.c measures both). |f| <= L and |f| <= |n| always.
+/// One division (two with a table). The only loop is over a breakaway table's points, always all of them.
 /// Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FRICTION_F32_H
 #define TRIBO_FRICTION_F32_H
 
-#include "tribo/force_f32.h"
-#include "tribo/relay.h"
 #include "tribo/status.h"
 
 #include <stdbool.h>
@@ -32,6 +30,37 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+#define TRIBO_EDGE_WIDTH_MAX 63u ///< longest pulse, in samples
+
+typedef struct
+{
+    uint8_t line[TRIBO_EDGE_WIDTH_MAX + 1u]; ///< past inputs, a ring
+    uint8_t head;                            ///< place of the next input
+} tribo_edge_state_t;
+
+/// Events of one sample; the set lines rest high, the reset lines low.
+#define TRIBO_RELAY_SET1   1u ///< n <  c1 L+
+#define TRIBO_RELAY_SET2   2u ///< n > -c1 L-
+#define TRIBO_RELAY_RESET1 4u ///< n rises and n[k-1] < -c2 L-
+#define TRIBO_RELAY_RESET2 8u ///< n falls and n[k-1] >  c2 L+
+
+/// Outputs.
+#define TRIBO_RELAY_Q1 1u ///< armed for a fall: n was high
+#define TRIBO_RELAY_Q2 2u ///< armed for a rise: n was low
+#define TRIBO_RELAY_Q  4u ///< Eq. (8), in signals only: |n| rises with its relay armed
+
+/// The sample-and-hold pair alone.
+typedef struct
+{
+    uint8_t held; ///< outputs, and from bit 4 the last trigger (set or reset of each), to detect its rise
+} tribo_relay_latch_t;
+
+typedef struct
+{
+    tribo_edge_state_t  edge;
+    tribo_relay_latch_t latch;
+} tribo_relay_state_t;
 
 #define TRIBO_BREAKAWAY_POINTS_MAX 32u ///< longest breakaway table
 
@@ -56,8 +85,8 @@ typedef struct
     float                              k_max;      ///< 1.01 to 1000
     float                              m;          ///< 0 to 100; steepness of k(v)
     float                              v0_n_per_s; ///< 1e-6 to 1e6 N/s; centre of k(v)
-    tribo_breakaway_f32_t              positive;   ///< L+; not read when there is a table
-    tribo_breakaway_f32_t              negative;   ///< L-; not read when there is a table
+    tribo_breakaway_f32_t              positive;   ///< L+; not read with a table
+    tribo_breakaway_f32_t              negative;   ///< L-; not read with a table
     const tribo_breakaway_point_f32_t *table;      ///< null, or points that live as long as the params;
                                                    ///< linear between them, clamped at both ends
     uint32_t table_length;                         ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX
@@ -67,18 +96,18 @@ typedef struct
     float    gravity_n;                            ///< g, -1e6 to 1e6 N
 } tribo_friction_f32_config_t;
 
-/// k(v) 1.57 (1 + p) / 8 = at_0 + per_power p / 8, p = 2^-|exponent|; see friction_f32_step.h.
+/// k(v) 1.57 (1 + p) / 8 = at_0 + per_power p / 8, p = 2^-|exponent|; see src/paper/friction_f32.h.
 typedef struct
 {
     float at_0, per_power;
 } tribo_friction_f32_k_t;
 
-/// What a step reads, made by tribo_friction_f32_init. Const from then on; may be shared.
+/// Constants of a step, made by tribo_friction_f32_init. Const from then on; may be shared.
 typedef struct
 {
     float                  rate_hz;                             ///< 1/h
     float                  exponent_per_rise, exponent_at_rest; ///< of E = 2^(exponent_per_rise v h - exponent_at_rest)
-    tribo_friction_f32_k_t k[2];                                ///< for an exponent from 0, and below
+    tribo_friction_f32_k_t k[2];                                ///< for an exponent of 0 or more, and below 0
     tribo_breakaway_f32_t  law[2];                              ///< L+, L-
     const tribo_breakaway_point_f32_t *table;                   ///< null: the affine laws
     float                              set_level, reset_level;
@@ -94,22 +123,121 @@ typedef struct
     tribo_relay_state_t relay;
 } tribo_friction_f32_state_t;
 
-/// What one step saw, for logging.
+/// Signals of one step, for logging.
 typedef struct
 {
     float   n_n;       ///< net force
-    float   L_n;       ///< breakaway on the side of n
+    float   L_n;       ///< breakaway for the sign of n
     float   v_n_per_s; ///< net-force rate
     float   f_n;       ///< friction
     uint8_t relays;    ///< TRIBO_RELAY_Q1, _Q2 and, for Eq. (8), _Q
 } tribo_friction_f32_signals_t;
 
+typedef struct
+{
+    float    n_n;        ///< n[k-1]
+    uint32_t bad_inputs; ///< steps with a bad input since reset; stops at UINT32_MAX
+    float    bristle_n;  ///< Z
+    float    drive_n;    ///< r
+} tribo_lugre_f32_state_t;
+
+/// In one unit of displacement of your choice: degrees (the paper), radians, metres.
+typedef struct
+{
+    float inertia;   ///< I, over 0, N s^2 per unit
+    float damping;   ///< b, 0 or more, N s per unit
+    float stiffness; ///< K, over 0, N per unit; K h^2/I from 1e-9 to 1e4, b h/I at most 1e4
+} tribo_arm_f32_config_t;
+
+/// Constants of a step, made by tribo_arm_f32_init. Const from then on; may be shared.
+typedef struct
+{
+    float phi_d, phi_g;     ///< one sample's change of F
+    float gamma_d, gamma_g; ///< the next G
+} tribo_arm_f32_params_t;
+
+typedef struct
+{
+    float    force_n;        ///< F = K theta
+    float    force_change_n; ///< G = K theta' h
+    uint32_t clamped;        ///< F held at its limit since reset; stops at UINT32_MAX
+} tribo_arm_f32_state_t;
+
+/// Displacement in the arm's unit (arm_f32.h), degrees with the paper's numbers.
+typedef struct
+{
+    float stiffness; ///< s0, over 0, N per unit; c from 1e-6 to 1e6
+    float damping;   ///< s1, 0 or more, N s per unit; beta at most 1000
+    float viscous;   ///< s2, 0 or more, N s per unit; b at most 1000
+} tribo_lugre_f32_config_t;
+
+/// State of the compensator's friction model. Both begin with the same two members.
+typedef union
+{
+    tribo_friction_f32_state_t paper;
+    tribo_lugre_f32_state_t    lugre;
+} tribo_compensator_friction_f32_state_t;
+
+/// A friction model that replaces the paper's; its params begin with this struct. Neither function can fail.
+typedef struct tribo_friction_model_f32
+{
+    /// f for the net force `n_n` and the end-point force `force_n`. `friction` gives L(F); `signals` is written whole.
+    float (*step)(const struct tribo_friction_model_f32  *model,
+                  const tribo_friction_f32_params_t      *friction,
+                  tribo_compensator_friction_f32_state_t *state,
+                  float                                   n_n,
+                  float                                   force_n,
+                  tribo_friction_f32_signals_t           *signals);
+
+    /// Starts with an arm at rest at `force_n`, held against `n_n` as far as L allows. Returns f.
+    float (*enter)(const struct tribo_friction_model_f32  *model,
+                   const tribo_friction_f32_params_t      *friction,
+                   tribo_compensator_friction_f32_state_t *state,
+                   float                                   n_n,
+                   float                                   force_n);
+} tribo_friction_model_f32_t;
+
+/// Constants of a step, made by tribo_lugre_f32_init. Const from then on; may be shared.
+typedef struct
+{
+    tribo_friction_model_f32_t model;               ///< for a compensator with LuGre
+    float                      a, b_and_1, beta, c; ///< above
+    float                      stuck;               ///< c/(1 + a + b)
+    float                      gamma_g;             ///< of the arm
+} tribo_lugre_f32_params_t;
+
+typedef struct
+{
+    tribo_friction_f32_config_t friction;
+    tribo_arm_f32_config_t      arm;
+} tribo_compensator_f32_config_t;
+
+typedef struct
+{
+    tribo_friction_f32_params_t       friction;
+    tribo_arm_f32_params_t            arm;
+    const tribo_friction_model_f32_t *model; ///< null: the paper's friction
+} tribo_compensator_f32_params_t;
+
+typedef struct
+{
+    tribo_compensator_friction_f32_state_t friction; ///< counts the bad inputs
+    tribo_arm_f32_state_t                  arm;
+} tribo_compensator_f32_state_t;
+
+/// Signals of one step, for logging.
+typedef struct
+{
+    float                        force_n;  ///< F^ at the start of the tick
+    tribo_friction_f32_signals_t friction; ///< with f^
+} tribo_compensator_f32_signals_t;
+
 /// The paper's parameters, Eqs. (7), (9), (10), and its 3 ms pulse.
 tribo_friction_f32_config_t tribo_friction_f32_paper(void);
 
 /// Checks `config` field by field and computes `params` for a sample time of 1e-6 to 0.1 s.
-/// Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME or the status of the first field that is
-/// wrong. Writes nothing unless TRIBO_OK. Not for the tick.
+/// Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME or the status of the first wrong field.
+/// Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params,
                                        const tribo_friction_f32_config_t *config,
                                        float                              sample_time_s);
@@ -118,13 +246,84 @@ tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params
 void tribo_friction_f32_reset(tribo_friction_f32_state_t *state);
 
 /// Friction in N at manipulated input `u_n` and end-point force `force_n`, both in N. Cannot fail:
-/// with a bad input (NaN, or beyond TRIBO_F32_FORCE_MAX_N) n stays as it was, a bad force counts as 0
+/// with a bad input (NaN, or beyond TRIBO_F32_FORCE_MAX_N) n stays unchanged, a bad force counts as 0
 /// in L(F), and the step is counted. `signals` is written whole and must not be null.
 float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
                               tribo_friction_f32_state_t        *state,
                               float                              u_n,
                               float                              force_n,
                               tribo_friction_f32_signals_t      *signals);
+
+/// One step of the relays from pulses, for a caller with its own delay lines. Cannot fail.
+uint8_t tribo_relay_latch_step(tribo_relay_latch_t *latch, uint8_t pulses);
+
+/// The paper's arm, Eq. (10), in degrees.
+tribo_arm_f32_config_t tribo_arm_f32_paper(void);
+
+/// Eq. (12) with the paper's parameters: 1e5 N/deg, 10^2.5 and 0.4 N s/deg.
+tribo_lugre_f32_config_t tribo_lugre_f32_paper(void);
+
+/// Checks `config` and `arm` and computes `params` for a sample time of 1e-6 to 0.1 s. Returns TRIBO_OK, TRIBO_ERR_NULL,
+/// a status of tribo_arm_f32_init, TRIBO_ERR_BRISTLE_STIFFNESS, TRIBO_ERR_BRISTLE_DAMPING or TRIBO_ERR_BRISTLE_VISCOUS, in
+/// this order. Writes nothing unless TRIBO_OK. Not for the tick.
+tribo_status_t tribo_lugre_f32_init(tribo_lugre_f32_params_t       *params,
+                                    const tribo_lugre_f32_config_t *config,
+                                    const tribo_arm_f32_config_t   *arm,
+                                    float                           sample_time_s);
+
+/// At rest, bristles relaxed, counter 0.
+void tribo_lugre_f32_reset(tribo_lugre_f32_state_t *state);
+
+/// Friction in N at manipulated input `u_n` and end-point force `force_n`, both in N, to be held over the tick. `friction`
+/// supplies L(F), by law or table, and gravity. Cannot fail: with a bad input (NaN, or beyond TRIBO_F32_FORCE_MAX_N) n stays
+/// unchanged, a bad force counts as 0 in L(F), and the step is counted. `signals` is written whole and must not be null: L is
+/// for the sign of f, v and the relays are 0.
+float tribo_lugre_f32_step(const tribo_lugre_f32_params_t    *params,
+                           const tribo_friction_f32_params_t *friction,
+                           tribo_lugre_f32_state_t           *state,
+                           float                              u_n,
+                           float                              force_n,
+                           tribo_friction_f32_signals_t      *signals);
+
+/// Replaces the paper's friction by LuGre; `lugre` was made for the arm of `compensator` and must outlive it. A reset of such a
+/// compensator also needs tribo_lugre_f32_reset; a loop calls it.
+void tribo_lugre_f32_attach(tribo_compensator_f32_params_t *compensator, tribo_lugre_f32_params_t *lugre);
+
+/// LuGre as the friction model of a compensator, for params made on a host.
+#define TRIBO_LUGRE_F32_MODEL {.step = tribo_lugre_f32_model_step, .enter = tribo_lugre_f32_model_enter}
+
+float tribo_lugre_f32_model_step(const tribo_friction_model_f32_t       *model,
+                                 const tribo_friction_f32_params_t      *friction,
+                                 tribo_compensator_friction_f32_state_t *state,
+                                 float                                   n_n,
+                                 float                                   force_n,
+                                 tribo_friction_f32_signals_t           *signals);
+float tribo_lugre_f32_model_enter(const tribo_friction_model_f32_t       *model,
+                                  const tribo_friction_f32_params_t      *friction,
+                                  tribo_compensator_friction_f32_state_t *state,
+                                  float                                   n_n,
+                                  float                                   force_n);
+
+/// The paper's parameters, Eqs. (7), (9), (10).
+tribo_compensator_f32_config_t tribo_compensator_f32_paper(void);
+
+/// Checks `config` and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL or a status of
+/// tribo_friction_f32_init, then of tribo_arm_f32_init. Writes nothing unless TRIBO_OK.
+tribo_status_t tribo_compensator_f32_init(tribo_compensator_f32_params_t       *params,
+                                          const tribo_compensator_f32_config_t *config,
+                                          float                                 sample_time_s);
+
+/// The paper's friction and the arm at rest, counters 0. Another model needs its own reset as well.
+void tribo_compensator_f32_reset(tribo_compensator_f32_state_t *state);
+
+/// Estimated friction f^ in N for the applied manipulated input `u_n` in N, after the actuator limit.
+/// Cannot fail: with a bad `u_n` the net force stays unchanged and the step is counted. A corrupt F^ restarts
+/// from 0.
+/// `signals` is written whole and must not be null.
+float tribo_compensator_f32_step(const tribo_compensator_f32_params_t *params,
+                                 tribo_compensator_f32_state_t        *state,
+                                 float                                 u_n,
+                                 tribo_compensator_f32_signals_t      *signals);
 
 #ifdef __cplusplus
 }

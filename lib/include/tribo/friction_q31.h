@@ -3,24 +3,23 @@
 /// Forces are Q31 of one full scale FS. The net force saturates at FS (counted), where friction has long reached its
 /// breakaway. The rate v enters as the change of |n| a tick, exact to the last bit.
 ///
-///     k(v)       exponent (2/ln 2) m (v/v0 - 1) in Q22; 2^-|exponent| in Q32 by the polynomial of friction_f32_step.h;
+///     k(v)       exponent (2/ln 2) m (v/v0 - 1) in Q22; 2^-|exponent| in Q32 by the polynomial of src/paper/friction_f32.h;
 ///                k 2^-S in Q32, S the smallest that fits k_max + k_min
 ///     n/(k L)    as a fraction of two numbers of 32 bits, the larger one normalised
 ///     f          n less the rational function of friction_f32.h, coefficients Q32
 ///
 /// Against the model in double: f within 5e-7 N at a full scale of 2 N for the paper's parameters (tests/contract).
-/// By dense search: k L tanh(n/(k L)) is within 9e-7 of itself and 4 LSB (23 at k_max/k_min = 900), k(v) within the bound
-/// that friction_f32.h gives: 1.5e-6 of k_max - k_min up to m = 20, 4.5e-6 at m = 100 (tests/unit/test_friction_q31.c).
+/// By dense search: the error of k L tanh(n/(k L)) is within 9e-7 of it plus 4 LSB (23 at k_max/k_min = 900), k(v) within the
+/// bound of friction_f32.h: 1.5e-6 of k_max - k_min up to m = 20, 4.5e-6 at m = 100 (tests/unit/test_friction_q31.c).
 /// Symmetric parameters give f(-u, -F) = -f(u, F) exactly, and |f| <= |n|, |f| <= L always.
 /// Where offset + slope |F| is beyond FS, L is FS.
-/// One 32-bit division, two with a table, and no loop but the one over a table's points. Not synchronized: one state,
-/// one tick.
+/// One 32-bit division, two with a table. The only loop is over a table's points. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FRICTION_Q31_H
 #define TRIBO_FRICTION_Q31_H
 
+#include "tribo/friction_f32.h"
 #include "tribo/q31.h"
-#include "tribo/relay.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -44,16 +43,16 @@ typedef struct
     int32_t negative; ///< L-, over 0
 } tribo_breakaway_point_q31_t;
 
-/// What a step reads, made by the functions of quantize_q31.h.
+/// Constants of a step, made by tribo_friction_q31_init.
 typedef struct
 {
-    uint32_t                           rise_max;         ///< a larger rise of |n| makes E 2^32 or more, as this does
+    uint32_t                           rise_max;         ///< limit of the rise of |n|, where E is 2^32 or more
     uint32_t                           exponent_rate;    ///< of E = 2^exponent, per rise 2^rise_shift, Q54
-    int32_t                            exponent_at_rest; ///< minus the exponent of no rise, Q22
+    int32_t                            exponent_at_rest; ///< minus the exponent at no rise, Q22
     uint32_t                           k_min, k_max;     ///< times 2^-S, Q32
     tribo_breakaway_q31_t              law[2];           ///< L+, L-
     const tribo_breakaway_point_q31_t *table;            ///< null: the affine laws
-    uint32_t                           set_level;        ///< c1, Q32; 1 is a bit less
+    uint32_t                           set_level;        ///< c1, Q32; 1 becomes UINT32_MAX
     uint32_t                           reset_level;      ///< c2, Q32
     int32_t                            gravity;          ///< Q31
     uint8_t                            law_whole[2];     ///< the slopes' whole parts, 0 to 10
@@ -71,15 +70,102 @@ typedef struct
     tribo_relay_state_t relay;
 } tribo_friction_q31_state_t;
 
-/// What one step saw, for logging.
+/// Signals of one step, for logging.
 typedef struct
 {
     int32_t n;      ///< net force, Q31
-    int32_t L;      ///< breakaway on the side of n, Q31
+    int32_t L;      ///< breakaway for the sign of n, Q31
     int32_t rise;   ///< |n[k]| - |n[k-1]|, which is v h, Q31
     int32_t f;      ///< friction, Q31
     uint8_t relays; ///< TRIBO_RELAY_Q1, _Q2 and, for Eq. (8), _Q
 } tribo_friction_q31_signals_t;
+
+/// Constants of a step, made by tribo_arm_q31_init.
+typedef struct
+{
+    int32_t phi_d, phi_g;     ///< Q28, together within +-4; phi_d with the 2^s of G in it
+    int32_t gamma_d, gamma_g; ///< Q28, within +-4; gamma_d with the 2^s of G in it
+    uint8_t shift;            ///< s, 0 to 15
+} tribo_arm_q31_params_t;
+
+typedef struct
+{
+    int64_t  force;        ///< F = K theta, Q59
+    int32_t  force_change; ///< G 2^s, Q31
+    uint32_t saturated;    ///< F or G clamped since reset; stops at UINT32_MAX
+} tribo_arm_q31_state_t;
+
+typedef struct
+{
+    int32_t  bristle;   ///< Z, Q31
+    uint32_t saturated; ///< n or r clamped since reset; stops at UINT32_MAX
+    int32_t  drive;     ///< r, Q31
+} tribo_lugre_q31_state_t;
+
+/// State of the compensator's friction model. The second members of both are the same.
+typedef union
+{
+    tribo_friction_q31_state_t paper;
+    tribo_lugre_q31_state_t    lugre;
+} tribo_compensator_friction_q31_state_t;
+
+/// A friction model that replaces the paper's, as tribo_friction_model_f32_t.
+typedef struct tribo_friction_model_q31
+{
+    int32_t (*step)(const struct tribo_friction_model_q31  *model,
+                    const tribo_friction_q31_params_t      *friction,
+                    tribo_compensator_friction_q31_state_t *state,
+                    int32_t                                 n,
+                    int32_t                                 force,
+                    tribo_friction_q31_signals_t           *signals);
+    int32_t (*enter)(const struct tribo_friction_model_q31  *model,
+                     const tribo_friction_q31_params_t      *friction,
+                     tribo_compensator_friction_q31_state_t *state,
+                     int32_t                                 n,
+                     int32_t                                 force);
+} tribo_friction_model_q31_t;
+
+/// Constants of a step, made by tribo_lugre_q31_init. Const from then on; may be shared.
+typedef struct
+{
+    tribo_friction_model_q31_t model; ///< for a compensator with LuGre
+
+    uint32_t a, b_and_1; ///< of the divisor 1 + b + a/D*, together below 2^31
+    uint32_t one;        ///< 1 in their format, 2^10 to 2^30
+    int32_t  beta;       ///< Q20, 0 to 1000
+    uint32_t c;          ///< c 2^c_shift
+    uint32_t stuck;      ///< c/(1 + a + b), Q32
+    int32_t  gamma_g;    ///< Q28
+    uint8_t  c_shift;    ///< 11 to 50
+} tribo_lugre_q31_params_t;
+
+typedef struct
+{
+    tribo_friction_q31_params_t       friction;
+    tribo_arm_q31_params_t            arm;
+    const tribo_friction_model_q31_t *model; ///< null: the paper's friction
+} tribo_compensator_q31_params_t;
+
+typedef struct
+{
+    tribo_compensator_friction_q31_state_t friction; ///< counts the bad inputs
+    tribo_arm_q31_state_t                  arm;
+} tribo_compensator_q31_state_t;
+
+/// Signals of one step, for logging.
+typedef struct
+{
+    int32_t                      force;    ///< F^ at the start of the tick, Q31
+    tribo_friction_q31_signals_t friction; ///< with f^
+} tribo_compensator_q31_signals_t;
+
+/// `table` receives the config's table in Q31, config->table_length points that must outlive the params; null if the config
+/// has none. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_FULL_SCALE or a status of tribo_friction_f32_init.
+tribo_status_t tribo_friction_q31_init(tribo_friction_q31_params_t       *params,
+                                       tribo_breakaway_point_q31_t       *table,
+                                       const tribo_friction_f32_config_t *config,
+                                       float                              sample_time_s,
+                                       float                              full_scale_n);
 
 /// At rest: n[-1] = 0, relays low, counter 0.
 void tribo_friction_q31_reset(tribo_friction_q31_state_t *state);
@@ -91,6 +177,62 @@ int32_t tribo_friction_q31_step(const tribo_friction_q31_params_t *params,
                                 int32_t                            u,
                                 int32_t                            force,
                                 tribo_friction_q31_signals_t      *signals);
+
+/// Makes LuGre's `params` for its arm. Returns TRIBO_OK, TRIBO_ERR_NULL or a status of tribo_lugre_f32_init;
+/// TRIBO_ERR_BRISTLE_DAMPING also where 1 + a + b (lugre_f32.h) is 2^21 or more.
+tribo_status_t tribo_lugre_q31_init(tribo_lugre_q31_params_t       *params,
+                                    const tribo_lugre_f32_config_t *config,
+                                    const tribo_arm_f32_config_t   *arm,
+                                    float                           sample_time_s);
+
+/// At rest, bristles relaxed, counter 0.
+void tribo_lugre_q31_reset(tribo_lugre_q31_state_t *state);
+
+/// Friction at manipulated input `u` and end-point force `force`, all Q31, to be held over the tick. `friction` supplies L(F), by
+/// law or table, and gravity. Cannot fail. `signals` is written whole and must not be null: L is for the sign of f, rise and the
+/// relays are 0.
+int32_t tribo_lugre_q31_step(const tribo_lugre_q31_params_t    *params,
+                             const tribo_friction_q31_params_t *friction,
+                             tribo_lugre_q31_state_t           *state,
+                             int32_t                            u,
+                             int32_t                            force,
+                             tribo_friction_q31_signals_t      *signals);
+
+/// Replaces the paper's friction by LuGre; `lugre` was made for the arm of `compensator` and must outlive it. A reset of such a
+/// compensator also needs tribo_lugre_q31_reset; a loop calls it.
+void tribo_lugre_q31_attach(tribo_compensator_q31_params_t *compensator, tribo_lugre_q31_params_t *lugre);
+
+/// LuGre as the friction model of a compensator, for params made on a host.
+#define TRIBO_LUGRE_Q31_MODEL {.step = tribo_lugre_q31_model_step, .enter = tribo_lugre_q31_model_enter}
+
+int32_t tribo_lugre_q31_model_step(const tribo_friction_model_q31_t       *model,
+                                   const tribo_friction_q31_params_t      *friction,
+                                   tribo_compensator_friction_q31_state_t *state,
+                                   int32_t                                 n,
+                                   int32_t                                 force,
+                                   tribo_friction_q31_signals_t           *signals);
+int32_t tribo_lugre_q31_model_enter(const tribo_friction_model_q31_t       *model,
+                                    const tribo_friction_q31_params_t      *friction,
+                                    tribo_compensator_friction_q31_state_t *state,
+                                    int32_t                                 n,
+                                    int32_t                                 force);
+
+/// Friction and arm; see the two.
+tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *params,
+                                          tribo_breakaway_point_q31_t          *table,
+                                          const tribo_compensator_f32_config_t *config,
+                                          float                                 sample_time_s,
+                                          float                                 full_scale_n);
+
+/// The paper's friction and the arm at rest, counters 0. Another model needs its own reset as well.
+void tribo_compensator_q31_reset(tribo_compensator_q31_state_t *state);
+
+/// Estimated friction f^ for the applied manipulated input `u`, after the actuator limit, both Q31. Cannot fail.
+/// `signals` is written whole and must not be null.
+int32_t tribo_compensator_q31_step(const tribo_compensator_q31_params_t *params,
+                                   tribo_compensator_q31_state_t        *state,
+                                   int32_t                               u,
+                                   tribo_compensator_q31_signals_t      *signals);
 
 #ifdef __cplusplus
 }

@@ -10,7 +10,7 @@
 ///     K(z)      tustin, sample time 0.001 s
 ///     loop      with hold and 0.0001 s delay, Q31: gamma 1.7616, gain margin 10.49, phase margin 81.88 deg
 ///
-/// F32: sections as b0, b1, b2, a1, a2 of tribo/biquad_f32.h, the first nearest to the input, the slowest pole in the last.
+/// F32: sections as b0, b1, b2, a1, a2 of tribo/controller_f32.h, the first nearest to the input, the slowest pole in the last.
 /// Q31: params of tribo/controller_q31.h, as tribo_controller_q31_init makes them of these sections and limits.
 /// Constants only, no code; paper_controller.c holds both, declared here for whoever has included their types before.
 
@@ -43,7 +43,7 @@
     }
 // clang-format on
 
-#ifdef TRIBO_BIQUAD_F32_H
+#ifdef TRIBO_CONTROLLER_F32_H
 extern const tribo_biquad_f32_section_t tribo_paper_controller_f32[TRIBO_PAPER_CONTROLLER_SECTION_COUNT];
 #endif
 #ifdef TRIBO_CONTROLLER_Q31_H

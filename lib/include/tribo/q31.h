@@ -1,10 +1,10 @@
-/// Fixed point as the _q31 modules use it.
+/// Fixed point of the _q31 modules.
 ///
-/// A force is a fraction of a full scale that the caller fixes in newton: 2^31 is full scale. A result beyond it is
-/// saturated and counted. Values whose magnitude is taken are kept symmetric, -(2^31 - 1) to 2^31 - 1, so that it fits;
-/// others may be INT32_MIN. Where a result has a sign that must not matter (mirror symmetry), magnitudes are multiplied
-/// and the sign is put back. Products are 64 bits wide, divisions 32. Right shifts of negative numbers are arithmetic and
-/// casts to a narrower type keep the low bits; a compiler where they do not is refused.
+/// A force is a fraction of a full scale, 2^31, which the caller fixes in newtons. A larger result is saturated and counted.
+/// Values whose magnitude is needed are kept symmetric, -(2^31 - 1) to 2^31 - 1, so that it fits; others may be INT32_MIN.
+/// For mirror symmetry magnitudes are multiplied and the sign is put back. Products are 64 bits wide, divisions 32. Right
+/// shifts of negative numbers must be arithmetic and casts to a narrower type must keep the low bits; other compilers are
+/// refused.
 
 #ifndef TRIBO_Q31_H
 #define TRIBO_Q31_H
@@ -19,7 +19,7 @@ extern "C" {
 #define TRIBO_Q31_MAX INT32_MAX
 
 /// Constant of `value` in units of `full_scale`, e.g. TRIBO_Q31(0.5, 2.0) for 0.5 N at a full scale of 2 N. For
-/// constants with |value| < full_scale: anything else does not fit.
+/// constants with |value| < full_scale: others do not fit.
 #define TRIBO_Q31(value, full_scale) ((int32_t)((double)(value) / (double)(full_scale) * 2147483647.0))
 
 typedef char tribo_q31_needs_arithmetic_shifts[((-3) >> 1) == -2 ? 1 : -1];
@@ -40,27 +40,62 @@ static inline int32_t tribo_q31_extreme(int32_t x)
     return INT32_MAX ^ (x >> 31); // cppcheck-suppress shiftTooManyBitsSigned
 }
 
+/// Counts an overflow towards the sign of x and returns the largest or smallest number.
+static inline int32_t tribo_q31_beyond(int32_t x, uint32_t *saturated)
+{
+    tribo_q31_count(saturated);
+    return tribo_q31_extreme(x);
+}
+
 /// x within the symmetric range, -(2^31 - 1) to 2^31 - 1; a saturation is counted. The | 1 turns INT32_MIN into -(2^31 - 1).
 static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
 {
     const int32_t result = (int32_t)x;
     if (result != x || result == INT32_MIN)
     {
-        tribo_q31_count(saturated);
-        return tribo_q31_extreme((int32_t)(x >> 32)) | 1; // cppcheck-suppress shiftNegativeLHS
+        return tribo_q31_beyond((int32_t)(x >> 32), saturated) | 1; // cppcheck-suppress shiftNegativeLHS
     }
     return result;
 }
 
-/// a + b within 32 bits, saturated and counted: for values whose magnitude nobody takes. A sum whose sign neither has is
-/// beyond.
+// a + b and a - b in 32 bits, wrapped, and whether they overflow. Where the processor has a flag for that the compiler's
+// builtin takes two instructions; elsewhere ISO C is as short: an overflowed sum has the sign of neither.
+
+#if defined(__GNUC__) && !defined(__ARM_ARCH_6M__) && !defined(__riscv) && !defined(TRIBO_PORTABLE_BUILTINS)
+
+static inline bool tribo_q31_sum_overflows(int32_t a, int32_t b, int32_t *sum)
+{
+    return __builtin_add_overflow(a, b, sum);
+}
+
+static inline bool tribo_q31_difference_overflows(int32_t a, int32_t b, int32_t *difference)
+{
+    return __builtin_sub_overflow(a, b, difference);
+}
+
+#else
+
+static inline bool tribo_q31_sum_overflows(int32_t a, int32_t b, int32_t *sum)
+{
+    *sum = (int32_t)((uint32_t)a + (uint32_t)b);
+    return ((a ^ *sum) & (b ^ *sum)) < 0;
+}
+
+static inline bool tribo_q31_difference_overflows(int32_t a, int32_t b, int32_t *difference)
+{
+    *difference = (int32_t)((uint32_t)a - (uint32_t)b);
+    return ((a ^ b) & (a ^ *difference)) < 0;
+}
+
+#endif
+
+/// a + b within 32 bits, saturated and counted: for values whose magnitude is not needed.
 static inline int32_t tribo_q31_add(int32_t a, int32_t b, uint32_t *saturated)
 {
-    const int32_t sum = (int32_t)((uint32_t)a + (uint32_t)b);
-    if (((a ^ sum) & (b ^ sum)) < 0)
+    int32_t sum;
+    if (tribo_q31_sum_overflows(a, b, &sum))
     {
-        tribo_q31_count(saturated);
-        return tribo_q31_extreme(a);
+        return tribo_q31_beyond(a, saturated);
     }
     return sum;
 }
@@ -68,16 +103,15 @@ static inline int32_t tribo_q31_add(int32_t a, int32_t b, uint32_t *saturated)
 /// a - b likewise.
 static inline int32_t tribo_q31_subtract(int32_t a, int32_t b, uint32_t *saturated)
 {
-    const int32_t difference = (int32_t)((uint32_t)a - (uint32_t)b);
-    if (((a ^ b) & (a ^ difference)) < 0)
+    int32_t difference;
+    if (tribo_q31_difference_overflows(a, b, &difference))
     {
-        tribo_q31_count(saturated);
-        return tribo_q31_extreme(a);
+        return tribo_q31_beyond(a, saturated);
     }
     return difference;
 }
 
-/// x / 2^shift, rounded down, within 32 bits, saturated and counted. `shift` 1 to 31. What fits has a high word from
+/// x / 2^shift, rounded down, within 32 bits, saturated and counted. `shift` 1 to 31. A result fits if the high word is from
 /// -2^(shift - 1) to 2^(shift - 1) - 1: one comparison.
 static inline int32_t tribo_q31_narrow(int64_t x, uint32_t shift, uint32_t *saturated)
 {
@@ -85,8 +119,7 @@ static inline int32_t tribo_q31_narrow(int64_t x, uint32_t shift, uint32_t *satu
     const uint32_t half = UINT32_C(1) << (shift - 1u);
     if ((uint32_t)high + half >= 2u * half)
     {
-        tribo_q31_count(saturated);
-        return tribo_q31_extreme(high);
+        return tribo_q31_beyond(high, saturated);
     }
     return (int32_t)((uint32_t)high << (32u - shift) | (uint32_t)x >> shift);
 }
@@ -104,8 +137,7 @@ static inline int32_t tribo_q31_widen(int32_t x, uint32_t shift, uint32_t *satur
     const int32_t result = (int32_t)((uint32_t)x << shift);
     if (result >> shift != x) // cppcheck-suppress [shiftTooManyBitsSigned, integerOverflow]
     {
-        tribo_q31_count(saturated);
-        return tribo_q31_extreme(x);
+        return tribo_q31_beyond(x, saturated);
     }
     return result;
 }
@@ -135,13 +167,15 @@ static inline int64_t tribo_q31_multiply(int32_t a, int32_t b)
     return (int64_t)a * b;
 }
 
-#else // made of short ones, in half the time of the compiler's helper
+#else // made of four products of 16 bits, in half the time of the compiler's helper
 
-#ifdef __ARM_ARCH_6M__ // a call: measured to be shorter and to take less stack than inline products
-__attribute__((noinline, unused)) static uint64_t tribo_q31_product(uint32_t a, uint32_t b)
+#ifdef __ARM_ARCH_6M__ // calls: measured to be shorter and to take less stack than inline products
+#define TRIBO_Q31_PRODUCT __attribute__((noinline, unused)) static
 #else
-static inline uint64_t tribo_q31_product(uint32_t a, uint32_t b)
+#define TRIBO_Q31_PRODUCT static inline
 #endif
+
+TRIBO_Q31_PRODUCT uint64_t tribo_q31_product(uint32_t a, uint32_t b)
 {
     const uint32_t low    = (a & 0xffffu) * (b & 0xffffu);
     const uint32_t first  = (a >> 16) * (b & 0xffffu) + (low >> 16); // below 2^32
@@ -150,13 +184,19 @@ static inline uint64_t tribo_q31_product(uint32_t a, uint32_t b)
     return (uint64_t)high << 32 | (second << 16 | (low & 0xffffu));
 }
 
-/// As unsigned, a negative factor is 2^32 larger.
-static inline int64_t tribo_q31_multiply(int32_t a, int32_t b)
+/// The same with signed upper halves: `first` and `second` are within -2^31 to 2^31 - 1.
+TRIBO_Q31_PRODUCT int64_t tribo_q31_multiply(int32_t a, int32_t b)
 {
-    const uint64_t product = tribo_q31_product((uint32_t)a, (uint32_t)b);
-    const uint32_t excess  = (a < 0 ? (uint32_t)b : 0u) + (b < 0 ? (uint32_t)a : 0u);
-    return (int64_t)(product - ((uint64_t)excess << 32));
+    const int32_t  a_low  = a & 0xffff;
+    const int32_t  b_low  = b & 0xffff;
+    const uint32_t low    = (uint32_t)a_low * (uint32_t)b_low;
+    const int32_t  first  = (a >> 16) * b_low + (int32_t)(low >> 16);             // cppcheck-suppress shiftNegativeLHS
+    const int32_t  second = a_low * (b >> 16) + (first & 0xffff);                 // cppcheck-suppress shiftNegativeLHS
+    const int32_t  high = (a >> 16) * (b >> 16) + (first >> 16) + (second >> 16); // cppcheck-suppress shiftNegativeLHS
+    return (int64_t)((uint64_t)(uint32_t)high << 32 | ((uint32_t)second << 16 | (low & 0xffffu)));
 }
+
+#undef TRIBO_Q31_PRODUCT
 
 #endif
 
@@ -166,7 +206,7 @@ static inline uint32_t tribo_q31_high(uint32_t a, uint32_t b)
     return (uint32_t)(tribo_q31_product(a, b) >> 32);
 }
 
-/// x / 2^shift, rounded down, `shift` 0 to 31: half of what a shift of 64 bits by up to 63 costs on 32-bit targets.
+/// x / 2^shift, rounded down, `shift` 0 to 31: half the cost of a 64-bit shift by up to 63 on 32-bit targets.
 static inline int64_t tribo_q31_shift(int64_t x, uint32_t shift)
 {
     const int32_t  high  = (int32_t)(x >> 32);
@@ -175,14 +215,14 @@ static inline int64_t tribo_q31_shift(int64_t x, uint32_t shift)
     return (int64_t)((uint64_t)(uint32_t)(high >> shift) << 32 | (moved | (uint32_t)x >> shift));
 }
 
-/// What makes x / 2^shift, rounded down, round towards zero: 2^shift - 1 for a negative x, else 0. `shift` 0 to 31.
+/// Added to x, makes x / 2^shift, rounded down, round towards zero: 2^shift - 1 for a negative x, else 0. `shift` 0 to 31.
 static inline int64_t tribo_q31_up(int64_t x, uint32_t shift)
 {
-    const int32_t sign = (int32_t)(x >> 32) >> 31; // cppcheck-suppress shiftTooManyBitsSigned
-    return (uint32_t)sign & ((UINT32_C(1) << shift) - 1u);
+    const uint32_t ones = (uint32_t)((int32_t)(x >> 32) >> 31); // cppcheck-suppress shiftTooManyBitsSigned
+    return ones >> 1 >> (31u - shift);
 }
 
-/// x / 2^shift towards zero, so that what decays reaches zero from both sides. `shift` 0 to 31.
+/// x / 2^shift towards zero, so that decaying values reach zero from both sides. `shift` 0 to 31.
 static inline int64_t tribo_q31_shift_to_zero(int64_t x, uint32_t shift)
 {
     return tribo_q31_shift(x + tribo_q31_up(x, shift), shift);
@@ -207,7 +247,7 @@ static inline uint32_t tribo_q31_leading_zeros(uint32_t x)
 }
 
 /// 2^63 / m or a little less, for m from 2^31: within 2 in the last place of 2^-29 relative.
-/// One division of 32 bits for 16 bits of 1/m, and one of Newton's steps for the rest.
+/// One division of 32 bits for 16 bits of 1/m, and one Newton step for the rest.
 static inline uint32_t tribo_q31_inverse(uint32_t m)
 {
     const uint32_t coarse = UINT32_MAX / (m >> 16);                                 // 2^48 / m

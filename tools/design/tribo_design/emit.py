@@ -90,7 +90,7 @@ def header(result):
     lines = [f"/// Coefficients of the controller \"{name}\", made by tribo-design: change its input, not this file.", "///"]
     lines += [f"///     {line}" for line in _wrapped(provenance(result))]
     lines += ["///",
-              "/// F32: sections as b0, b1, b2, a1, a2 of tribo/biquad_f32.h, the first nearest to the input, the slowest pole in the last.",
+              "/// F32: sections as b0, b1, b2, a1, a2 of tribo/controller_f32.h, the first nearest to the input, the slowest pole in the last.",
               "/// Q31: params of tribo/controller_q31.h, as tribo_controller_q31_init makes them of these sections and limits.",
               f"/// Constants only, no code; {name}_controller.c holds both, declared here for whoever has included their types before.",
               "", f"#ifndef {macro}_H", f"#define {macro}_H", "", "// clang-format off",
@@ -102,7 +102,7 @@ def header(result):
     lines += _initialiser(f"{macro}_F32", rows)
     lines.append("")
     lines += _q31_initialiser(f"{macro}_Q31", result.q31)
-    lines += ["// clang-format on", "", "#ifdef TRIBO_BIQUAD_F32_H",
+    lines += ["// clang-format on", "", "#ifdef TRIBO_CONTROLLER_F32_H",
               f"extern const tribo_biquad_f32_section_t tribo_{name}_controller_f32[{macro}_SECTION_COUNT];", "#endif",
               "#ifdef TRIBO_CONTROLLER_Q31_H",
               f"extern const tribo_controller_q31_params_t tribo_{name}_controller_q31;", "#endif",
@@ -136,7 +136,7 @@ def source(result):
     return "\n".join([
         f"// Made by tribo-design; see {name}_controller.h. Input: {result.source}, SHA-256",
         f"// {result.digest}.",
-        "", '#include "tribo/biquad_f32.h"', '#include "tribo/controller_q31.h"', "", f'#include "{result.design.include_folder}{name}_controller.h"', "", "// clang-format off",
+        "", '#include "tribo/controller_f32.h"', '#include "tribo/controller_q31.h"', "", f'#include "{result.design.include_folder}{name}_controller.h"', "", "// clang-format off",
         f"const tribo_biquad_f32_section_t tribo_{name}_controller_f32[{macro}_SECTION_COUNT] = {macro}_F32;",
         f"const tribo_controller_q31_params_t tribo_{name}_controller_q31 = {macro}_Q31;", "// clang-format on", ""])
 

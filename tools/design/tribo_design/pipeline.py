@@ -12,7 +12,7 @@ from .errors import DesignError, IllPosedError, LimitError
 from .loop import Continuous, Loop, Metrics, SampledPlant, SampledSections, SampledZpk
 
 OFF_OPTIMUM_PERCENT = 1.0
-PEAK_TICKS, PEAK_DECAY = 131_072, 1e-6  # of lib/src/headroom_q31.c: a response must have decayed to this by then
+PEAK_TICKS, PEAK_DECAY = 131_072, 1e-6  # of lib/src/controller/headroom_q31.c: a response must have decayed to this by then
 GROWTH_MAX = 30  # powers of e within a sample time
 STEPS = ("full", "reduced", "discrete", "f32", "q31")
 TITLES = {"full": "full K", "reduced": "reduced K", "discrete": "K(z)", "f32": "K(z), f32", "q31": "K(z), Q31"}

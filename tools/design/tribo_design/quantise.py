@@ -18,7 +18,7 @@ import numpy as np
 
 from .errors import DesignError
 
-PARTS = ("biquad_f32", "biquad_q31", "controller_f32", "controller_q31", "headroom_q31", "status")  # of the library, that quantise_q31.c needs
+PARTS = ("controller/biquad_f32", "controller/biquad_q31", "controller/controller_f32", "controller/controller_q31", "controller/headroom_q31", "status")  # of the library, that quantise_q31.c needs
 FIELDS = ("b0", "c1", "minus_a1", "c2", "d2", "d2_low", "shift", "scale")
 
 
@@ -93,7 +93,7 @@ def _program():
 def compiled(name, parts):
     """NAME.c beside this file with parts of the library, compiled once a process."""
     lib = Path(os.environ.get("TRIBO_LIB") or Path(__file__).resolve().parents[3] / "lib")
-    if not (lib / "include" / "tribo" / "quantize_q31.h").is_file():
+    if not (lib / "include" / "tribo" / "force_loop_q31.h").is_file():
         raise DesignError(f"q31: {lib} is not the library's lib/; set TRIBO_LIB to it")
     names = [os.environ["CC"]] if os.environ.get("CC") else ["cc", "gcc", "clang"]
     compiler = next((c for c in names if shutil.which(c)), None)

@@ -2,7 +2,7 @@
 //   in   full scale, u_min, u_max, section count, then b0 b1 b2 a1 a2 of each section
 //   out  "error TEXT", or one "key value ..." a line
 
-#include "tribo/quantize_q31.h"
+#include "tribo/force_loop_q31.h"
 
 #include <stdio.h>
 

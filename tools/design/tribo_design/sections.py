@@ -8,7 +8,7 @@ Rules, and why:
   section and all sections after it. All groupings are tried (up to 2,000; beyond, real roots are grouped by size only).
 * An earlier section has gain 1 at rest, so that a change of controller finds like signals between like sections. In float no more
   scaling is needed; in Q31 the library holds each section's output times a power of two, 2^-scale, by the worst case of its
-  l1 norm (lib/src/headroom_q31.c), and the noise is judged with such scales.
+  l1 norm (lib/src/controller/headroom_q31.c), and the noise is judged with such scales.
 """
 
 import itertools

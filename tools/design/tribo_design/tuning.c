@@ -2,7 +2,7 @@
 //   in   offset, slope, negative offset and slope, I, b, K, actuator pole, sensor pole, input_max, noise, sample time
 //   out  "error TEXT", or one "key value" a line
 
-#include "tribo/feedforward_tuning_f32.h"
+#include "tribo/feedforward_f32.h"
 
 #include <stdio.h>
 
@@ -56,10 +56,10 @@ int main(void)
     PRINT("feedforward.", "slide_rate_max_N_per_s", tuned.slide_rate_max_n_per_s);
     PRINT("feedforward.", "slide_run_in_N", tuned.slide_run_in_n);
     PRINT("feedforward.", "slide_error_max_N", tuned.slide_error_max_n);
-    PRINT("feedforward.", "learning.spread_offset_N", tuned.learning.spread_offset_n);
+    PRINT("feedforward.", "learning.offset_sd_N", tuned.learning.offset_sd_n);
     PRINT("feedforward.", "learning.weight_N", tuned.learning.weight_n);
     PRINT("feedforward.", "learning.forgetting_per_N", tuned.learning.forgetting_per_n);
-    PRINT("feedforward.", "hold.caution_travel_N", tuned.hold.caution_travel_n);
+    PRINT("feedforward.", "hold.margin_travel_N", tuned.hold.margin_travel_n);
     PRINT("guard.", "turn_N", guard.turn_n);
     PRINT("guard.", "quick_time_s", guard.quick_time_s);
     PRINT("guard.", "stray_N", guard.stray_n);

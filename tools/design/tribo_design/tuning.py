@@ -1,4 +1,4 @@
-"""Parameters of feed-forward and guard from what is known of a rig: the library's own rule, lib/include/tribo/feedforward_tuning_f32.h."""
+"""Parameters of feed-forward and guard from what is known of a rig: the library's own rule, lib/include/tribo/feedforward_f32.h."""
 
 import math
 import subprocess
@@ -6,8 +6,8 @@ import subprocess
 from . import quantise
 from .errors import DesignError, InputError
 
-PARTS = ("arm_f32", "breakaway_learning_f32", "compensator_f32", "edge", "feedforward_f32", "feedforward_tuning_f32", "friction_f32", "friction_meter_f32",
-         "guard_f32", "hold_f32", "path_f32", "play_f32", "relay", "status")  # of the library, that tuning.c needs
+PARTS = ("paper/arm_f32", "feedforward/breakaway_learning_f32", "paper/compensator_f32", "paper/edge", "feedforward/feedforward_f32", "feedforward/feedforward_tuning_f32", "paper/friction_f32",
+         "feedforward/friction_observer_f32", "guard/guard_f32", "feedforward/hold_f32", "feedforward/reference_model_f32", "feedforward/play_f32", "paper/relay", "status")  # of the library, that tuning.c needs
 
 # Option, its default, least value, what it is. The defaults are the paper's rig.
 RIG = (

@@ -3,7 +3,7 @@
 Zeros, poles and gain are the form that the whole tool calculates in: roots keep their relative precision over
 the nine decades between a slow controller pole and a fast sensor pole, polynomial coefficients do not.
 The same class serves continuous time (roots in rad/s, variable s) and discrete time in the delta operator
-d = z - 1 of lib/include/tribo/biquad_f32.h; who holds a system knows which.
+d = z - 1 of lib/src/controller/biquad_f32.h; who holds a system knows which.
 """
 
 from dataclasses import dataclass, field

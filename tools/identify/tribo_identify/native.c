@@ -2,7 +2,7 @@
 // of a log as replay finds them.
 
 #include "log/verdict.h"
-#include "tribo/compensator_f32.h"
+#include "tribo/friction_f32.h"
 
 #include <math.h>
 #include <stdlib.h>

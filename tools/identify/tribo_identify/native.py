@@ -23,13 +23,13 @@ WIDE = Path(__file__).with_name("wide.h")
 
 
 def _sources():
-    lib = [ROOT / f"lib/src/{name}.c" for name in ("compensator_f32", "friction_f32", "arm_f32", "relay", "edge", "status")]
-    return [Path(__file__).with_name("native.c"), ROOT / "host_sim/log/verdict.c", ROOT / "host_sim/log/path.c", ROOT / "host_sim/support/error.c", *lib]
+    lib = [ROOT / f"lib/src/{name}.c" for name in ("paper/compensator_f32", "paper/friction_f32", "paper/arm_f32", "paper/relay", "paper/edge", "status")]
+    return [Path(__file__).with_name("native.c"), ROOT / "host_sim/log/verdict.c", ROOT / "host_sim/log/path.c", ROOT / "common/support/error.c", *lib]
 
 
 def _digest():
     seen = hashlib.sha256()
-    for path in [WIDE, *_sources(), *sorted((ROOT / "lib/src").glob("*.h")), *sorted((ROOT / "lib/include/tribo").glob("*.h")), ROOT / "host_sim/log/verdict.h", ROOT / "host_sim/log/path.h", ROOT / "host_sim/log/log.h"]:
+    for path in [WIDE, *_sources(), *sorted((ROOT / "lib/src").glob("*/*.h")), *sorted((ROOT / "lib/include/tribo").glob("*.h")), ROOT / "host_sim/log/verdict.h", ROOT / "host_sim/log/path.h", ROOT / "host_sim/log/log.h"]:
         seen.update(path.read_bytes())
     return seen.hexdigest()[:16]
 
@@ -46,7 +46,7 @@ def library():
         cache.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=cache) as folder:
             fresh = Path(folder) / "native.so"
-            done = subprocess.run([compiler, "-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-D_XOPEN_SOURCE=700", "-include", WIDE, "-I", ROOT / "lib/include", "-I", ROOT / "host_sim",
+            done = subprocess.run([compiler, "-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-D_XOPEN_SOURCE=700", "-include", WIDE, "-I", ROOT / "lib/include", "-I", ROOT / "common", "-I", ROOT / "host_sim",
                                    *_sources(), "-o", fresh, "-lm"], capture_output=True, text=True, check=False)
             if done.returncode != 0:
                 raise DesignError(f"the library does not compile with {compiler}: {(done.stderr.splitlines() or ['no message'])[0]}")

@@ -13,7 +13,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-#define TRIBO_IEEE_F32_H // instead of the library's ieee_f32.h
+#define TRIBO_NUMBER_IEEE_F32_H // instead of the library's ieee_f32.h
 
 // 2^-x is made by the exponent field of a float, and stays so: k within 6e-8.
 static inline uint32_t bits_f32(double x)

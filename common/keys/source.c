@@ -1,0 +1,69 @@
+#include "keys/source.h"
+
+#include "keys/table.h"
+#include "support/text.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+bool sim_sources_add(sim_sources_t *sources, const char *key, const char *name, size_t line, sim_error_t *error)
+{
+    sim_source_t *larger = realloc(sources->entry, (sources->count + 1) * sizeof *larger);
+    if (larger == NULL)
+    {
+        return sim_error_set(error, "out of memory");
+    }
+    sources->entry      = larger;
+    sim_source_t *added = &sources->entry[sources->count++];
+    added->is_option    = line == 0;
+    added->key          = strdup(key);
+    added->place        = added->is_option ? strdup(name) : sim_text_format("%s:%zu", name, line);
+    return (added->key != NULL && added->place != NULL) || sim_error_set(error, "out of memory");
+}
+
+void sim_sources_free(sim_sources_t *sources)
+{
+    for (size_t i = 0; i < sources->count; i++)
+    {
+        free(sources->entry[i].key);
+        free(sources->entry[i].place);
+    }
+    free(sources->entry);
+    *sources = (sim_sources_t){0};
+}
+
+/// The last entry for the first `length` characters of `key`, or for a --set below that path.
+static const sim_source_t *find(const sim_sources_t *sources, const char *key, size_t length, bool part_by_option)
+{
+    for (size_t i = sources->count; i-- > 0;)
+    {
+        const sim_source_t *entry = &sources->entry[i];
+        const char          next  = strncmp(entry->key, key, length) == 0 ? entry->key[length] : '?';
+        if (part_by_option ? entry->is_option && (next == '.' || next == '[') : next == '\0')
+        {
+            return entry;
+        }
+    }
+    return NULL;
+}
+
+bool sim_sources_has(const sim_sources_t *sources, const char *key)
+{
+    return find(sources, key, strlen(key), false) != NULL;
+}
+
+const sim_source_t *sim_sources_find(const sim_sources_t *sources, const char *key)
+{
+    size_t              length = strlen(key);
+    const sim_source_t *source = find(sources, key, length, true);
+    while (source == NULL && length > 0)
+    {
+        source = find(sources, key, length, false);
+        do
+        {
+            length--;
+        } while (length > 0 && key[length] != '.' && key[length] != '[');
+    }
+    return source;
+}

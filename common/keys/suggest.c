@@ -1,0 +1,122 @@
+#include "keys/suggest.h"
+
+#include <stdio.h>
+#include <string.h>
+
+typedef struct
+{
+    const char *path;
+    size_t      best;
+    char       *key;
+} search_t;
+
+static size_t smaller(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+/// Levenshtein's distance, one row at a time; `b` is a key's path.
+static size_t distance(const char *a, const char *b)
+{
+    size_t       row[SIM_KEY_MAX];
+    const size_t width = strlen(b);
+    for (size_t j = 0; j <= width; j++)
+    {
+        row[j] = j;
+    }
+    for (size_t i = 1; a[i - 1] != '\0'; i++)
+    {
+        size_t diagonal = row[0];
+        row[0]          = i;
+        for (size_t j = 1; j <= width; j++)
+        {
+            const size_t above   = row[j];
+            const size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0u : 1u);
+            row[j]               = smaller(changed, smaller(above, row[j - 1]) + 1);
+            diagonal             = above;
+        }
+    }
+    return row[width];
+}
+
+static const char *last_part(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    return dot != NULL ? dot + 1 : path;
+}
+
+static bool same_first_part(const char *a, const char *b)
+{
+    const size_t length = strcspn(a, ".");
+    return length == strcspn(b, ".") && strncmp(a, b, length) == 0;
+}
+
+/// Keys of earlier versions, by their last part.
+static const char *const renamed[][2] = {{"spread_scale", "scale_sd"},
+                                         {"spread_offset_N", "offset_sd_N"},
+                                         {"doubt", "relative_variance"},
+                                         {"caution_travel_N", "margin_travel_N"}};
+
+/// Whether `path` is a renamed key that is called `now`.
+static bool is_renamed(const char *path, const char *now)
+{
+    const size_t group = (size_t)(last_part(path) - path);
+    for (size_t i = 0; i < sizeof renamed / sizeof renamed[0]; i++)
+    {
+        if (strcmp(path + group, renamed[i][0]) == 0 && strncmp(path, now, group) == 0 &&
+            strcmp(now + group, renamed[i][1]) == 0)
+        {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void compare(void *context, const char *path, const sim_key_t *key)
+{
+    (void)key;
+    search_t *search = context;
+    size_t    found  = distance(search->path, path);
+    if (strcmp(last_part(search->path), last_part(path)) == 0)
+    {
+        found = smaller(found, same_first_part(search->path, path) ? 1 : 2);
+    }
+    found = is_renamed(search->path, path) ? 0 : found;
+    if (found < search->best)
+    {
+        search->best = found;
+        (void)snprintf(search->key, SIM_KEY_MAX, "%s", path);
+    }
+}
+
+/// The first rejected distance: more than a third of the letters, and more than two.
+static size_t too_far(const char *word)
+{
+    const size_t third = strlen(word) / 3;
+    return (third > 2 ? third : 2) + 1;
+}
+
+bool sim_suggest(const sim_key_t *keys, const char *path, char suggestion[SIM_KEY_MAX])
+{
+    search_t search = {.path = path, .best = too_far(last_part(path)), .key = suggestion};
+    suggestion[0]   = '\0';
+    sim_key_visit(keys, compare, &search);
+    return suggestion[0] != '\0';
+}
+
+const char *sim_suggest_word(const sim_key_t *key, const char *text)
+{
+    // No word may differ in every letter.
+    const char *nearest = NULL;
+    size_t      best    = smaller(too_far(text), strlen(text));
+    for (const char *const *word = key->words; *word != NULL; word++)
+    {
+        const size_t found = distance(text, *word);
+        if (found < best)
+        {
+            best    = found;
+            nearest = *word;
+        }
+    }
+    return nearest;
+}

@@ -1,0 +1,249 @@
+#include "loop/loop_check.h"
+
+#include "keys/table.h"
+#include "loop/loop_config.h"
+#include "tribo/friction_q31.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+bool sim_check_complain(const sim_scenario_t *scenario, const char *key, const char *what, sim_error_t *error)
+{
+    return sim_error_set(error, "%s: %s: %s", sim_scenario_source(scenario, key), key, what);
+}
+
+typedef struct
+{
+    const sim_scenario_t *scenario;
+    char                 *missing; ///< the first key
+} required_t;
+
+static void find_missing(void *context, const char *path, const sim_key_t *key)
+{
+    const required_t *required = context;
+    // That an element of a list has all its keys was checked where it was read.
+    if (key->is_required && required->missing[0] == '\0' && strchr(path, '[') == NULL &&
+        !sim_scenario_has(required->scenario, path))
+    {
+        (void)snprintf(required->missing, SIM_KEY_MAX, "%s", path);
+    }
+}
+
+bool sim_check_present(const sim_scenario_t *scenario, sim_error_t *error)
+{
+    const sim_reference_config_t *reference            = &sim_scenario_loop(scenario)->reference;
+    char                          missing[SIM_KEY_MAX] = "";
+    required_t                    required             = {.scenario = scenario, .missing = missing};
+    sim_key_visit(sim_scenario_keys(scenario), find_missing, &required);
+    if (missing[0] != '\0')
+    {
+        return sim_check_complain(scenario, missing, "is missing", error);
+    }
+    if (reference->kind == SIM_REFERENCE_CSV && reference->file[0] == '\0')
+    {
+        return sim_check_complain(scenario, "reference.file", "is missing, reference.kind is csv", error);
+    }
+    return true;
+}
+
+/// "WHOSE.friction." and the rest, as a key.
+static const char *friction_key(char key[SIM_KEY_MAX], const char *whose, const char *rest)
+{
+    (void)snprintf(key, SIM_KEY_MAX, "%s.friction.%s", whose, rest);
+    return key;
+}
+
+bool sim_check_friction(const sim_scenario_t        *scenario,
+                        const sim_friction_config_t *friction,
+                        const char                  *whose,
+                        sim_error_t                 *error)
+{
+    static const char *const law[] = {"offset_N", "slope", "negative_offset_N", "negative_slope"};
+
+    const sim_breakaway_point_t *points = friction->breakaway.table;
+    char                         table[SIM_KEY_MAX], key[2 * SIM_KEY_MAX];
+    if (friction->k_min > friction->k_max)
+    {
+        return sim_check_complain(scenario, friction_key(key, whose, "k_min"), "is larger than k_max", error);
+    }
+    (void)friction_key(table, whose, "breakaway.table");
+    for (size_t i = 0; friction->breakaway.table_count > 0 && i < sizeof law / sizeof law[0]; i++)
+    {
+        (void)snprintf(key, sizeof key, "%s.friction.breakaway.%s", whose, law[i]);
+        // A table of --set goes over a file's law.
+        if (sim_scenario_has(scenario, key) &&
+            (sim_scenario_is_set(scenario, key) || !sim_scenario_is_set(scenario, table)))
+        {
+            return sim_check_complain(scenario, key, "does not go with a table, which is in its place", error);
+        }
+    }
+    for (unsigned i = 1; i < friction->breakaway.table_count; i++)
+    {
+        if (!(points[i].force_n > points[i - 1].force_n))
+        {
+            (void)snprintf(key, sizeof key, "%s[%u].force_N", table, i);
+            return sim_check_complain(scenario, key, "must be larger than in the point before", error);
+        }
+    }
+    return true;
+}
+
+static bool check_controller(const sim_scenario_t *scenario, sim_error_t *error)
+{
+    const sim_loop_keys_t *config = sim_scenario_loop(scenario);
+    const bool             paper  = config->controller.kind == SIM_CONTROLLER_PAPER;
+    const bool own = config->controller.kind == SIM_CONTROLLER_Z || config->controller.kind == SIM_CONTROLLER_DELTA;
+    if (!own && config->controller.section_count > 0)
+    {
+        return sim_check_complain(scenario, "controller.sections", "go with controller.kind z or delta alone", error);
+    }
+    if (own && config->controller.section_count == 0)
+    {
+        return sim_check_complain(scenario, "controller.sections", "is missing, controller.kind is z or delta", error);
+    }
+    if (paper && fabs(config->sample_time_s - 1e-3) > 1e-9)
+    {
+        return sim_check_complain(scenario, "sample_time_s", "must be 0.001 with controller.kind paper", error);
+    }
+    return true;
+}
+
+bool sim_check_compensator(const sim_scenario_t *scenario, sim_error_t *error)
+{
+    const sim_compensator_config_t *compensator = &sim_scenario_loop(scenario)->compensator;
+    if (compensator->model == SIM_MODEL_LUGRE && compensator->method == SIM_METHOD_FEEDFORWARD)
+    {
+        return sim_check_complain(scenario,
+                                  "compensator.model",
+                                  "lugre goes with compensator.method paper or off alone",
+                                  error);
+    }
+    return sim_check_friction(scenario, &sim_scenario_loop(scenario)->compensator.friction, "compensator", error);
+}
+
+bool sim_check_has_loop(const sim_scenario_t *scenario, sim_error_t *error)
+{
+    const sim_loop_keys_t *config = sim_scenario_loop(scenario);
+    return config->controller.kind != SIM_CONTROLLER_NONE ||
+           sim_check_complain(scenario, "controller.kind", "none is open loop, without a loop for a drive", error);
+}
+
+/// The key of the first section that alone is refused with `status`; false if there is none.
+static bool find_section(const sim_loop_keys_t *config, tribo_status_t status, char key[SIM_KEY_MAX])
+{
+    sim_loop_config_t             loop;
+    tribo_controller_f32_params_t params;
+    sim_loop_config_fill(&loop, config);
+    for (unsigned i = 0; i < config->controller.section_count; i++)
+    {
+        const tribo_controller_f32_config_t one = {.sections      = &loop.sections[i],
+                                                   .section_count = 1,
+                                                   .u_min_n       = -1.0f,
+                                                   .u_max_n       = 1.0f};
+        if (tribo_controller_f32_init(&params, &one) == status)
+        {
+            (void)snprintf(key, SIM_KEY_MAX, "controller.sections[%u]", i);
+            return true;
+        }
+    }
+    return false;
+}
+
+/// The key of the number that the breakaway table's first refused point has; false if the points alone are good. In f32 their ranges were
+/// checked as they were read; in Q31 they depend on the full scale.
+static bool find_point(const sim_loop_keys_t *keys, tribo_status_t status, char key[SIM_KEY_MAX])
+{
+    const char *const number = status == TRIBO_ERR_TABLE_FORCE      ? "force_N"
+                               : status == TRIBO_ERR_TABLE_POSITIVE ? "positive_N"
+                                                                    : "negative_N";
+
+    tribo_breakaway_point_q31_t table[TRIBO_BREAKAWAY_POINTS_MAX];
+    tribo_friction_q31_params_t params;
+    sim_loop_config_t           loop;
+    sim_loop_config_fill(&loop, keys);
+    tribo_friction_f32_config_t *friction = &loop.config.compensator.friction;
+    const unsigned               points   = friction->table_length;
+    for (unsigned i = 0; i < points; i++)
+    {
+        friction->table_length = i + 1u;
+        if (tribo_friction_q31_init(&params,
+                                    table,
+                                    friction,
+                                    loop.config.sample_time_s,
+                                    (float)keys->limits.full_scale_n) == status)
+        {
+            (void)snprintf(key, SIM_KEY_MAX, "compensator.friction.breakaway.table[%u].%s", i, number);
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool is_of_table(tribo_status_t status)
+{
+    return status == TRIBO_ERR_TABLE_FORCE || status == TRIBO_ERR_TABLE_POSITIVE || status == TRIBO_ERR_TABLE_NEGATIVE;
+}
+
+/// The number at a key's place, of either type; false if there is none.
+static bool number_at(const sim_place_t *place, double *value)
+{
+    sim_optional_t optional;
+    switch (place->at != NULL ? place->key->type : SIM_KEY_GROUP)
+    {
+    case SIM_KEY_NUMBER:
+        memcpy(value, place->at, sizeof *value);
+        return true;
+    case SIM_KEY_OPTIONAL:
+        memcpy(&optional, place->at, sizeof optional);
+        *value = optional.value;
+        return optional.is_given;
+    default:
+        return false;
+    }
+}
+
+bool sim_check_status(const sim_scenario_t *scenario, tribo_status_t status, sim_error_t *error)
+{
+    if (status == TRIBO_OK)
+    {
+        return true;
+    }
+    const sim_loop_keys_t *loop = sim_scenario_loop(scenario);
+    const char            *text = tribo_status_text(status);
+    char                   key[SIM_KEY_MAX];
+    char                   with_value[256];
+    sim_place_t            place;
+    double                 value;
+    (void)snprintf(key, sizeof key, "%s", sim_loop_key_of(status));
+    if (strcmp(key, "controller.sections") == 0)
+    {
+        (void)find_section(loop, status, key);
+    }
+    else if (is_of_table(status))
+    {
+        (void)find_point(loop, status, key);
+    }
+    if (sim_key_find(sim_scenario_keys(scenario), (void *)sim_scenario_values(scenario), key, &place) &&
+        number_at(&place, &value))
+    {
+        const char *const unit = place.key->unit[0] == '-' ? "" : place.key->unit;
+        (void)snprintf(with_value,
+                       sizeof with_value,
+                       "%.10g%s%s is refused: %s",
+                       value,
+                       unit[0] != '\0' ? " " : "",
+                       unit,
+                       text);
+        text = with_value;
+    }
+    return sim_check_complain(scenario, key[0] != '\0' ? key : "scenario", text, error);
+}
+
+bool sim_check_loop(const sim_scenario_t *scenario, sim_error_t *error)
+{
+    sim_loop_config_t config;
+    sim_loop_config_fill(&config, sim_scenario_loop(scenario));
+    return sim_check_compensator(scenario, error) && check_controller(scenario, error) &&
+           sim_check_status(scenario, sim_loop_config_status(&config), error);
+}

@@ -1,0 +1,31 @@
+/// A loop's values as the library's configuration, in single precision.
+
+#ifndef SIM_LOOP_CONFIG_H
+#define SIM_LOOP_CONFIG_H
+
+#include "loop/loop_keys.h"
+#include "tribo/feedforward_f32.h"
+#include "tribo/force_loop_f32.h"
+
+#include <stdbool.h>
+
+/// The configuration and the arrays it points to: not to be moved, and to outlive the params made of it.
+typedef struct
+{
+    tribo_force_loop_f32_config_t  config;
+    bool                           feeds_forward; ///< instead of the paper's method
+    tribo_feedforward_f32_config_t feedforward;
+    bool                           has_lugre; ///< in the paper's method
+    tribo_lugre_f32_config_t       lugre;
+    bool                           guarded;
+    tribo_guard_f32_config_t       guard;
+    tribo_biquad_f32_section_t     sections[TRIBO_BIQUAD_SECTIONS_MAX];
+    tribo_breakaway_point_f32_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
+} sim_loop_config_t;
+
+void sim_loop_config_fill(sim_loop_config_t *loop, const sim_loop_keys_t *keys);
+
+/// What the library's init functions say of it.
+tribo_status_t sim_loop_config_status(const sim_loop_config_t *loop);
+
+#endif

@@ -1,0 +1,86 @@
+#include "support/file.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/// Reads to the end of `file`, but at most max + 1 bytes; null with errno set on failure.
+static char *read_up_to(FILE *file, size_t max, size_t *length)
+{
+    size_t capacity = 65536;
+    char  *bytes    = malloc(capacity);
+    *length         = 0;
+    while (bytes != NULL)
+    {
+        *length += fread(bytes + *length, 1, capacity - *length - 1, file);
+        if (ferror(file))
+        {
+            free(bytes);
+            return NULL;
+        }
+        if (feof(file) || *length > max)
+        {
+            bytes[*length] = '\0';
+            return bytes;
+        }
+        capacity *= 2;
+        char *larger = realloc(bytes, capacity);
+        if (larger == NULL)
+        {
+            free(bytes);
+        }
+        bytes = larger;
+    }
+    return NULL;
+}
+
+/// True if these bytes are text; else the reason is in `error`.
+static bool check_text(const char *bytes, size_t length, size_t max, const char *path, sim_error_t *error)
+{
+    const char *zero = memchr(bytes, '\0', length);
+    if (zero != NULL)
+    {
+        size_t line = 1;
+        for (const char *p = bytes; p < zero; p++)
+        {
+            line += (*p == '\n') ? 1u : 0u;
+        }
+        return sim_error_set(error, "%s:%zu: a zero byte: this is not a text file", path, line);
+    }
+    return length <= max || sim_error_set(error, "%s: is larger than %zu KB, the most that is read", path, max / 1024);
+}
+
+char *sim_file_read(const char *path, size_t max, sim_error_t *error)
+{
+    FILE *file = fopen(path, "rb");
+    if (file == NULL)
+    {
+        (void)sim_error_set(error, "%s: cannot be opened: %s", path, strerror(errno));
+        return NULL;
+    }
+    size_t length = 0;
+    char  *bytes  = read_up_to(file, max, &length);
+    if (bytes == NULL)
+    {
+        (void)sim_error_set(error, "%s: cannot be read: %s", path, strerror(errno));
+    }
+    (void)fclose(file);
+    if (bytes != NULL && !check_text(bytes, length, max, path, error))
+    {
+        free(bytes);
+        return NULL;
+    }
+    if (bytes != NULL && strncmp(bytes, "\xEF\xBB\xBF", 3) == 0)
+    {
+        memmove(bytes, bytes + 3, length - 2);
+    }
+    return bytes;
+}
+
+bool sim_file_is_same(const char *a, const char *b)
+{
+    struct stat x, y;
+    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}

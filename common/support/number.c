@@ -1,0 +1,42 @@
+#include "support/number.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+static bool is_not_finite_word(const char *text)
+{
+    const char *word = text + strspn(text, "+-");
+    word += (*word == '.') ? 1 : 0;
+    return strcasecmp(word, "nan") == 0 || strcasecmp(word, "inf") == 0 || strcasecmp(word, "infinity") == 0;
+}
+
+const char *sim_number_parse(const char *text, double *value)
+{
+    if (is_not_finite_word(text))
+    {
+        return "is not a finite number";
+    }
+    // From these characters strtod can only make decimal numbers. Its point is always '.', because the program never calls
+    // setlocale.
+    char *end = NULL;
+    *value    = strtod(text, &end);
+    if (end == text || *end != '\0' || text[strspn(text, "+-.0123456789eE")] != '\0')
+    {
+        return "is not a number";
+    }
+    return isfinite(*value) ? NULL : "is too large for a number";
+}
+
+const char *sim_number_parse_whole(const char *text, uint64_t *value)
+{
+    if (*text == '\0' || text[strspn(text, "0123456789")] != '\0')
+    {
+        return "is not a whole number of 0 or more";
+    }
+    errno  = 0;
+    *value = strtoull(text, NULL, 10);
+    return errno == 0 ? NULL : "is too large for a whole number";
+}

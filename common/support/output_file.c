@@ -1,0 +1,281 @@
+#include "support/output_file.h"
+
+#include "support/text.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+// --- signals -------------------------------------------------------------------------------------------------------
+
+// Global because a signal handler reads it.
+static char *volatile pending[SIM_OUTPUT_FILES_MAX];
+
+static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
+
+#define ENDING (sizeof ending / sizeof ending[0])
+
+static void remove_pending(int number)
+{
+    for (size_t i = 0; i < SIM_OUTPUT_FILES_MAX; i++)
+    {
+        if (pending[i] != NULL)
+        {
+            (void)unlink(pending[i]);
+        }
+    }
+    (void)signal(number, SIG_DFL);
+    (void)raise(number);
+}
+
+void sim_output_clean_on_signal(void)
+{
+    for (size_t i = 0; i < ENDING; i++)
+    {
+        // An ignored signal (nohup) stays ignored.
+        if (signal(ending[i], remove_pending) == SIG_IGN)
+        {
+            (void)signal(ending[i], SIG_IGN);
+        }
+    }
+}
+
+/// Blocks the signals that end a run; `before` receives the previous mask.
+static void block_ending(sigset_t *before)
+{
+    sigset_t set;
+    (void)sigemptyset(&set);
+    for (size_t i = 0; i < ENDING; i++)
+    {
+        (void)sigaddset(&set, ending[i]);
+    }
+    (void)sigprocmask(SIG_BLOCK, &set, before);
+}
+
+/// Replaces `old` by `name` among the files that a signal removes.
+static void replace_pending(const char *old, char *name)
+{
+    size_t i = 0;
+    while (i < SIM_OUTPUT_FILES_MAX && pending[i] != old)
+    {
+        i++;
+    }
+    if (i < SIM_OUTPUT_FILES_MAX)
+    {
+        pending[i] = name;
+    }
+}
+
+// --- opening -------------------------------------------------------------------------------------------------------
+
+static void forget(sim_output_file_t *file)
+{
+    if (file->temporary != NULL)
+    {
+        replace_pending(file->temporary, NULL);
+    }
+    free(file->path);
+    free(file->temporary);
+    *file = (sim_output_file_t){.stream = NULL};
+}
+
+/// Opens a new file in the folder of file->path, under a name of its own: file->path's may already have the maximum length.
+static bool open_next_to(sim_output_file_t *file)
+{
+    const char *slash = strrchr(file->path, '/');
+    file->temporary =
+        sim_text_format("%.*s.tribo.XXXXXX", slash != NULL ? (int)(slash - file->path) + 1 : 0, file->path);
+    const int descriptor = (file->temporary != NULL) ? mkstemp(file->temporary) : -1;
+    if (descriptor < 0)
+    {
+        const int cause = errno;
+        free(file->temporary);
+        file->temporary = NULL;
+        errno           = cause;
+        return false;
+    }
+    // mkstemp's files are for their owner only; a result gets the mode of any new file.
+    const mode_t mask = umask(0);
+    (void)umask(mask);
+    (void)fchmod(descriptor, 0666u & ~mask);
+    replace_pending(NULL, file->temporary);
+    file->stream = fdopen(descriptor, "wb");
+    return file->stream != NULL;
+}
+
+/// The final place of a file: `path`, or the target of a link, which stays a link.
+static char *find_place(const char *path)
+{
+    struct stat info;
+    const bool  is_link = lstat(path, &info) == 0 && S_ISLNK(info.st_mode);
+    return is_link ? realpath(path, NULL) : strdup(path);
+}
+
+static bool open_place(sim_output_file_t *file, const char *path)
+{
+    struct stat info;
+    if (stat(path, &info) == 0 && !S_ISREG(info.st_mode))
+    {
+        // Write directly to a device or a pipe: renaming a file over it would replace it.
+        file->path   = strdup(path);
+        file->stream = (file->path != NULL) ? fopen(path, "wb") : NULL;
+        return file->stream != NULL;
+    }
+    file->path = find_place(path);
+    // No signal may arrive between the creation of a file and its registration.
+    sigset_t before;
+    block_ending(&before);
+    const bool opened = file->path != NULL && open_next_to(file);
+    const int  cause  = errno;
+    (void)sigprocmask(SIG_SETMASK, &before, NULL);
+    errno = cause;
+    return opened;
+}
+
+bool sim_output_open(sim_output_file_t *file, const char *path, sim_error_t *error)
+{
+    *file = (sim_output_file_t){.stream = (path == NULL) ? stdout : NULL};
+    if (path != NULL && !open_place(file, path))
+    {
+        (void)sim_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
+        sim_output_discard(file, 1);
+        return false;
+    }
+    return true;
+}
+
+bool sim_output_expect_none(sim_output_file_t *file, const char *path, sim_error_t *error)
+{
+    *file = (sim_output_file_t){.path = strdup(path), .is_unwanted = true};
+    return file->path != NULL || sim_error_set(error, "out of memory");
+}
+
+// --- closing -------------------------------------------------------------------------------------------------------
+
+/// Closes the stream and reports any write error, with errno set.
+static bool close_stream(sim_output_file_t *file)
+{
+    // After a failed write the caller does nothing else, so errno is still valid.
+    bool      ok  = !ferror(file->stream) && fflush(file->stream) == 0;
+    const int why = errno;
+    if (file->path != NULL && fclose(file->stream) != 0 && ok)
+    {
+        file->stream = NULL;
+        return false;
+    }
+    file->stream = NULL;
+    errno        = (why != 0) ? why : EIO;
+    return ok;
+}
+
+static bool put_in_place(const sim_output_file_t *file)
+{
+    struct stat info;
+    if (file->is_unwanted)
+    {
+        return stat(file->path, &info) != 0 || !S_ISREG(info.st_mode) || unlink(file->path) == 0;
+    }
+    return file->temporary == NULL || rename(file->temporary, file->path) == 0;
+}
+
+/// Returns the first file that could not be put in its place; null on success.
+static const sim_output_file_t *put_all_in_place(sim_output_file_t *files, size_t count)
+{
+    if (count > 1 && files[count - 1].temporary != NULL)
+    {
+        (void)unlink(files[count - 1].path);
+    }
+    for (size_t i = 0; i < count; i++)
+    {
+        if (!put_in_place(&files[i]))
+        {
+            return &files[i];
+        }
+        forget(&files[i]);
+    }
+    return NULL;
+}
+
+bool sim_output_commit(sim_output_file_t *files, size_t count, sim_error_t *error)
+{
+    const sim_output_file_t *failed = NULL;
+    for (size_t i = 0; i < count && failed == NULL; i++)
+    {
+        failed = (files[i].stream == NULL || close_stream(&files[i])) ? NULL : &files[i];
+    }
+    if (failed == NULL)
+    {
+        sigset_t before;
+        block_ending(&before);
+        failed = put_all_in_place(files, count);
+        (void)sigprocmask(SIG_SETMASK, &before, NULL);
+    }
+    if (failed != NULL)
+    {
+        const char *path = (failed->path != NULL) ? failed->path : "standard output";
+        (void)sim_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
+    }
+    sim_output_discard(files, count);
+    return failed == NULL;
+}
+
+void sim_output_discard(sim_output_file_t *files, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+    {
+        if (files[i].stream != NULL && files[i].path != NULL)
+        {
+            (void)fclose(files[i].stream);
+        }
+        if (files[i].temporary != NULL)
+        {
+            (void)unlink(files[i].temporary);
+        }
+        forget(&files[i]);
+    }
+}
+
+bool sim_output_flush(sim_error_t *error)
+{
+    sim_output_file_t file = {.stream = stdout};
+    return sim_output_commit(&file, 1, error);
+}
+
+/// Creates `path` and its missing parents. Changes `path` temporarily.
+static bool make_folder(char *path)
+{
+    struct stat info;
+    char       *slash = strrchr(path, '/');
+    if (mkdir(path, 0777) == 0)
+    {
+        return true;
+    }
+    if (errno == ENOENT && slash != NULL && slash != path)
+    {
+        *slash          = '\0';
+        const bool made = make_folder(path);
+        *slash          = '/';
+        return made && (slash[1] == '\0' || mkdir(path, 0777) == 0);
+    }
+    if (errno == EEXIST && stat(path, &info) == 0)
+    {
+        errno = ENOTDIR;
+        return S_ISDIR(info.st_mode);
+    }
+    return false;
+}
+
+bool sim_output_folder_create(const char *path, sim_error_t *error)
+{
+    char      *copy = strdup(path);
+    const bool made = copy != NULL && make_folder(copy);
+    if (!made)
+    {
+        (void)sim_error_set(error, "%s: the folder cannot be made: %s", path, strerror(errno));
+    }
+    free(copy);
+    return made;
+}

@@ -1,0 +1,23 @@
+/// A desk's plant, in place of all devices and lines of a rig: what firmware/desk gives to the program of this port.
+
+#ifndef LINUX_DESK_H
+#define LINUX_DESK_H
+
+#include "loop/scenario.h"
+
+typedef struct
+{
+    // The keys of a scenario with its plant, and the size of the struct that they are about, which begins with a sim_loop_keys_t.
+    const sim_key_t *keys;
+    size_t           size;
+    bool (*check)(const sim_scenario_t *scenario, sim_error_t *error);
+
+    /// A plant at rest; null with why in `error`. `scenario` outlives it.
+    void *(*open)(const sim_scenario_t *scenario, sim_error_t *error);
+    void (*close)(void *plant);
+
+    double (*read)(void *plant);              ///< the sensor, in N
+    void (*advance)(void *plant, double u_n); ///< by a tick, with u held
+} desk_t;
+
+#endif

@@ -1,0 +1,688 @@
+// The program opens everything and then is two processes (supervisor.h). The one with the loop has up to three threads: this
+// one makes the ticks, recorder.h writes the log, background.h serves the bus.
+
+#include "program.h"
+
+#include "background.h"
+#include "board.h"
+#include "params_file.h"
+#include "recorder.h"
+#include "supervisor.h"
+
+#include "app/registers.h"
+#include "app/selftest.h"
+#include "loop/loop_check.h"
+#include "loop/loop_config.h"
+#include "loop/reference.h"
+#include "support/number.h"
+
+#include <argp.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define SETS_MAX    32u
+#define NS_PER_US   1000
+#define NS_PER_MS   1000000
+#define TRACE_WORDS 65536u ///< 16 s of four signals at 1 kHz
+
+enum
+{
+    EXIT_OK    = 0,
+    EXIT_SETUP = 1, ///< configuration, devices, log
+    EXIT_USAGE = 2,
+    EXIT_FAULT = 3 ///< the drive stopped for a fault
+};
+
+typedef struct
+{
+    const char *config, *log, *ticks;
+    const char *sets[SETS_MAX];
+    unsigned    set_count;
+    bool        check, keys;
+    double      duration_s; ///< 0: until a signal
+    enum
+    {
+        REFERENCE_SCENARIO, ///< with a bus, if --reference is left out: none
+        REFERENCE_CONSTANT,
+        REFERENCE_LINES
+    } reference;
+    bool        has_reference; ///< on the command line
+    double      constant_n;
+    const char *shape; ///< of the scenario's reference, or its file; null: as the scenario has it
+} options_t;
+
+// --- the command line ----------------------------------------------------------------------------------------------
+
+enum
+{
+    OPTION_CHECK     = 'c',
+    OPTION_DURATION  = 'd',
+    OPTION_KEYS      = 'k',
+    OPTION_LOG       = 'l',
+    OPTION_REFERENCE = 'r',
+    OPTION_SET       = 's',
+    OPTION_TICKS     = 't'
+};
+
+static const struct argp_option known[] = {
+    {.name = "check",
+     .key  = OPTION_CHECK,
+     .doc  = "reads the configuration and opens everything, with outputs at 0, and ends"},
+    {.name = "duration",
+     .key  = OPTION_DURATION,
+     .arg  = "S",
+     .doc  = "ends after that time in s; without it at SIGINT or SIGTERM"},
+    {.name = "keys", .key = OPTION_KEYS, .doc = "prints the configuration's keys as a table in Markdown and ends"},
+    {.name = "log", .key = OPTION_LOG, .arg = "FILE.csv", .doc = "writes a row a tick, which tribo-sim replay reads"},
+    {.name = "reference",
+     .key  = OPTION_REFERENCE,
+     .arg  = "N|SHAPE|FILE.csv|-",
+     .doc  = "a constant in N, a shape of scenarios (triangle, sine ...), a file with t_s and r_N, or lines with a "
+             "number in N on standard input; if left out the bus's or, without one, the scenario's"},
+    {.name = "set",
+     .key  = OPTION_SET,
+     .arg  = "KEY=VALUE",
+     .doc  = "changes a key of the scenario, e.g. reference.kind=sine"},
+    {.name = "ticks",
+     .key  = OPTION_TICKS,
+     .arg  = "IN,OUT",
+     .doc  = "for tests: a tick for each byte of the file IN, and a byte to OUT after it, in place of the clock"},
+    {.name = NULL}};
+
+static void take_reference(options_t *options, const char *value)
+{
+    options->shape         = NULL;
+    options->reference     = REFERENCE_LINES;
+    options->has_reference = true;
+    if (strcmp(value, "-") != 0)
+    {
+        const bool is_number = sim_number_parse(value, &options->constant_n) == NULL;
+        options->reference   = is_number ? REFERENCE_CONSTANT : REFERENCE_SCENARIO;
+        options->shape       = is_number ? NULL : value;
+    }
+}
+
+static error_t take(int key, char *value, struct argp_state *state)
+{
+    options_t *options = state->input;
+    switch (key)
+    {
+    case OPTION_CHECK:
+        options->check = true;
+        return 0;
+    case OPTION_KEYS:
+        options->keys = true;
+        return 0;
+    case OPTION_DURATION:
+        if (sim_number_parse(value, &options->duration_s) != NULL ||
+            !(options->duration_s >= 1e-3 && options->duration_s <= 1e6))
+        {
+            argp_error(state, "--duration %s: a time of 0.001 to 1e6 s is wanted", value);
+        }
+        return 0;
+    case OPTION_LOG:
+        options->log = value;
+        return 0;
+    case OPTION_TICKS:
+        options->ticks = value;
+        return strchr(value, ',') != NULL ? 0
+                                          : (argp_error(state, "--ticks %s: two files are wanted, IN,OUT", value), 0);
+    case OPTION_REFERENCE:
+        take_reference(options, value);
+        return 0;
+    case OPTION_SET:
+        if (options->set_count == SETS_MAX)
+        {
+            argp_error(state, "more than %u --set", SETS_MAX);
+        }
+        options->sets[options->set_count++] = value;
+        return 0;
+    case ARGP_KEY_ARG:
+        if (options->config != NULL)
+        {
+            argp_error(state, "one configuration is wanted, not %s as well", value);
+        }
+        options->config = value;
+        return 0;
+    case ARGP_KEY_END:
+        if (options->config == NULL && !options->keys)
+        {
+            argp_error(state, "a configuration is wanted");
+        }
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+// --- the ticks -----------------------------------------------------------------------------------------------------
+
+typedef struct
+{
+    const options_t *options;
+    const desk_t    *desk; ///< null: devices
+    const rig_t     *rig;
+    sim_scenario_t  *scenario;
+    board_t          board;
+    params_set_t     defaults; ///< of the configuration and its scenario
+    params_file_t    store;
+    registers_t      registers;
+    uint32_t         ring[TRACE_WORDS];
+    gate_t           gate;
+    bus_t           *bus; ///< null: none
+    background_t     background;
+    sim_reference_t  reference;
+    recorder_t      *recorder;
+    int              ticks_in, ticks_out; ///< -1: the clock
+
+    char        line[64]; ///< of standard input, as far as it has come
+    size_t      line_length;
+    bool        line_end; ///< of standard input
+    histogram_t wake, step;
+    uint64_t    overruns, late;
+} program_t;
+
+static volatile sig_atomic_t stops;
+
+static void stop(int signal)
+{
+    stops = signal;
+}
+
+/// A number in N a line. What is no number ends the run.
+static bool take_line(program_t *program, sim_error_t *error)
+{
+    double value;
+    program->line[program->line_length] = '\0';
+    program->line_length                = 0;
+    const char *complaint               = sim_number_parse(program->line, &value);
+    if (complaint != NULL)
+    {
+        return sim_error_set(error, "standard input: '%s' %s", program->line, complaint);
+    }
+    drive_reference(&program->registers.drive, (float)value);
+    return true;
+}
+
+/// What has come on standard input since the last tick, without waiting.
+static bool read_lines(program_t *program, sim_error_t *error)
+{
+    struct pollfd input = {.fd = STDIN_FILENO, .events = POLLIN};
+    char          bytes[64];
+    if (program->line_end || poll(&input, 1, 0) <= 0)
+    {
+        return true;
+    }
+    const ssize_t count = read(STDIN_FILENO, bytes, sizeof bytes);
+    program->line_end   = count == 0;
+    for (ssize_t i = 0; i < count; i++)
+    {
+        if (bytes[i] == '\n' ? !take_line(program, error) : program->line_length + 1u >= sizeof program->line)
+        {
+            return sim_error_set(error, "standard input: a line is too long");
+        }
+        if (bytes[i] != '\n')
+        {
+            program->line[program->line_length++] = bytes[i];
+        }
+    }
+    return true;
+}
+
+static bool renew_reference(program_t *program, double t_s, sim_error_t *error)
+{
+    drive_t *drive = &program->registers.drive;
+    if (program->bus != NULL && !program->options->has_reference)
+    {
+        return true; // the bus gives it
+    }
+    switch (program->options->reference)
+    {
+    case REFERENCE_SCENARIO:
+        drive_reference(drive, (float)sim_reference_at(&program->reference, t_s));
+        return true;
+    case REFERENCE_CONSTANT:
+        drive_reference(drive, (float)program->options->constant_n);
+        return true;
+    default:
+        return read_lines(program, error);
+    }
+}
+
+/// Waits for tick `number`. False if the run is to end.
+static bool wait_for_tick(program_t *program, uint64_t number, int64_t *due_ns)
+{
+    char byte;
+    *due_ns += (int64_t)program->rig->drive.period_us * NS_PER_US;
+    board_begin(&program->board, number, *due_ns);
+    if (program->ticks_in >= 0)
+    {
+        return read(program->ticks_in, &byte, 1) == 1 && stops == 0;
+    }
+    (void)realtime_sleep_until(*due_ns); // a signal ends it early, and then the run
+    return stops == 0;
+}
+
+static void record(program_t *program, double t_s, int64_t late_ns, int64_t step_ns)
+{
+    const drive_t        *drive  = &program->registers.drive;
+    const drive_config_t *config = board_config(&program->board);
+    histogram_add(&program->wake, late_ns);
+    program->overruns += step_ns > (int64_t)config->budget_us * NS_PER_US;
+    program->late += late_ns > (int64_t)config->late_us * NS_PER_US;
+    recorder_add(program->recorder,
+                 &(recorder_row_t){.t_s     = t_s,
+                                   .r_n     = drive->r,
+                                   .y_n     = drive->y,
+                                   .u_n     = program->registers.applied,
+                                   .state   = (uint32_t)drive->state,
+                                   .fault   = (uint32_t)drive->fault,
+                                   .limits  = drive->limits,
+                                   .late_us = (float)late_ns / NS_PER_US,
+                                   .step_us = (float)step_ns / NS_PER_US});
+}
+
+/// One tick. False if the run is to end.
+static bool tick(program_t *program, uint64_t number, int64_t due_ns, sim_error_t *error)
+{
+    board_t      *board    = &program->board;
+    const int64_t start_ns = realtime_now_ns();
+    const double  t_s      = (double)number * 1e-6 * program->rig->drive.period_us;
+    if (!renew_reference(program, t_s, error))
+    {
+        return false;
+    }
+    board->failed = (board->lines != NULL && !lines_set(board->lines, LINE_PROBE, true)) || board->failed;
+    gate_pass(&program->gate);
+    registers_tick(&program->registers);
+    gate_pass(&program->gate);
+    board->failed = (board->lines != NULL && !lines_set(board->lines, LINE_PROBE, false)) || board->failed;
+    board_pulse(board);
+    record(program, t_s, program->ticks_in >= 0 ? 0 : start_ns - due_ns, realtime_now_ns() - start_ns);
+    histogram_add(&program->step, realtime_now_ns() - start_ns);
+    board_advance(board);
+    if (board->failed)
+    {
+        return sim_error_set(error, "a device or line fails: %s", strerror(errno));
+    }
+    const char byte = '.';
+    return program->ticks_out < 0 || write(program->ticks_out, &byte, 1) == 1;
+}
+
+static bool is_over(const program_t *program, uint64_t number)
+{
+    const double periods  = program->options->duration_s * 1e6 / program->rig->drive.period_us;
+    const bool   gives_up = program->bus == NULL && program->registers.drive.state == DRIVE_FAULT;
+    return gives_up || (periods > 0.0 && (double)number >= floor(periods + 0.5));
+}
+
+/// From the start of the drive to its end. The number of ticks.
+static uint64_t run_ticks(program_t *program, heart_t *heart, sim_error_t *error)
+{
+    uint64_t number = 0;
+    int64_t  due_ns = realtime_now_ns();
+    if (program->bus == NULL)
+    {
+        drive_start(&program->registers.drive);
+    }
+    while (!is_over(program, number) && wait_for_tick(program, number, &due_ns))
+    {
+        heart_beat(heart);
+        const bool ok = tick(program, number, due_ns, error);
+        number++;
+        if (!ok)
+        {
+            break;
+        }
+    }
+    board_off(&program->board);
+    heart_rest(heart);
+    return number;
+}
+
+static int end(program_t *program, uint64_t ticks, sim_error_t *error)
+{
+    uint64_t written = 0;
+    uint64_t dropped = 0;
+    drive_report(&program->registers.drive);
+    drive_log(&program->registers.drive); // of its warnings, if the bus has not
+    if (program->recorder != NULL && recorder_stop(program->recorder, &written, &dropped, error))
+    {
+        (void)
+            fprintf(stderr, "log: %llu rows, %llu dropped\n", (unsigned long long)written, (unsigned long long)dropped);
+    }
+    (void)fprintf(stderr,
+                  "%llu ticks, %llu late, %llu overruns\n",
+                  (unsigned long long)ticks,
+                  (unsigned long long)program->late,
+                  (unsigned long long)program->overruns);
+    histogram_print(&program->wake, "wake-up", stderr);
+    histogram_print(&program->step, "step", stderr);
+    if (error->text[0] != '\0')
+    {
+        (void)fprintf(stderr, "%s: %s\n", program_invocation_short_name, error->text);
+        return EXIT_SETUP;
+    }
+    return program->registers.drive.state == DRIVE_FAULT ? EXIT_FAULT : EXIT_OK;
+}
+
+/// The process with the loop.
+static int run(void *context, heart_t *heart)
+{
+    program_t              *program = context;
+    sim_error_t             error   = {""};
+    const realtime_config_t wanted  = {.priority = program->rig->priority,
+                                       .cpu      = (int64_t)program->rig->cpu,
+                                       .required = program->rig->required != 0};
+    const struct sigaction  action  = {.sa_handler = stop};
+    (void)sigaction(SIGINT, &action, NULL);
+    (void)sigaction(SIGTERM, &action, NULL);
+    program->recorder = program->options->log != NULL ? recorder_start(program->options->log, &error) : NULL;
+    const bool has_bus =
+        program->bus != NULL && error.text[0] == '\0' &&
+        background_start(&program->background, &program->registers, &program->gate, program->bus, &error);
+    if (error.text[0] != '\0')
+    {
+        (void)fprintf(stderr, "%s: %s\n", program_invocation_short_name, error.text);
+        return EXIT_SETUP;
+    }
+    // After the other threads, which keep an ordinary priority.
+    if (!realtime_enter(&wanted, &error))
+    {
+        (void)fprintf(stderr, "%s: no real time: %s\n", program_invocation_short_name, error.text);
+        if (wanted.required)
+        {
+            return EXIT_SETUP;
+        }
+        error.text[0] = '\0';
+    }
+    const uint64_t ticks = run_ticks(program, heart, &error);
+    if (has_bus)
+    {
+        background_stop(&program->background);
+    }
+    return end(program, ticks, &error);
+}
+
+// --- setting up ----------------------------------------------------------------------------------------------------
+
+/// A path of the configuration, from its folder.
+static void path_of(const char *name, const char *config, char path[2 * RIG_PATH_MAX])
+{
+    const char *slash  = strrchr(config, '/');
+    const int   length = slash != NULL && name[0] != '/' ? (int)(slash - config) + 1 : 0;
+    (void)snprintf(path, 2 * RIG_PATH_MAX, "%.*s%s", length < (int)RIG_PATH_MAX ? length : 0, config, name);
+}
+
+/// --reference SHAPE or FILE.csv, as --set of the scenario's keys.
+static bool set_shape(program_t *program, sim_error_t *error)
+{
+    const char *shape = program->options->shape;
+    char        assignment[2 * RIG_PATH_MAX];
+    const char *dot    = strrchr(shape, '.');
+    const bool  is_csv = dot != NULL && strcmp(dot, ".csv") == 0;
+    const int   length = snprintf(assignment, sizeof assignment, "reference.%s=%s", is_csv ? "file" : "kind", shape);
+    if (length >= (int)sizeof assignment)
+    {
+        return sim_error_set(error, "--reference: %s is too long", shape);
+    }
+    return sim_scenario_set(program->scenario, assignment, error) &&
+           (!is_csv || sim_scenario_set(program->scenario, "reference.kind=csv", error));
+}
+
+static bool open_scenario(program_t *program, sim_error_t *error)
+{
+    char path[2 * RIG_PATH_MAX];
+    path_of(program->rig->scenario, program->options->config, path);
+    const desk_t *desk = program->desk;
+    program->scenario  = desk != NULL ? sim_scenario_create_of(desk->keys, desk->size)
+                                      : sim_scenario_create_of(sim_loop_keys, sizeof(sim_loop_keys_t));
+    bool ok            = program->scenario != NULL || sim_error_set(error, "out of memory");
+    ok                 = ok && sim_scenario_load(program->scenario, path, error);
+    for (unsigned i = 0; ok && i < program->options->set_count; i++)
+    {
+        ok = sim_scenario_set(program->scenario, program->options->sets[i], error);
+    }
+    ok = ok && (program->options->shape == NULL || set_shape(program, error));
+    ok = ok && (desk != NULL ? desk->check(program->scenario, error)
+                             : sim_check_present(program->scenario, error) && sim_check_loop(program->scenario, error));
+    return ok && sim_check_has_loop(program->scenario, error) &&
+           sim_reference_init(&program->reference, program->scenario, error);
+}
+
+/// The name of a word of a set, as the registers have it.
+static const char *name_of(uint32_t word)
+{
+    static const char *const names[] = {
+#define NAME(group, symbol, member, key, ...) [PARAMS_##symbol] = TRIBO_KEY_##group key,
+        PARAMS_LOOP_ROWS(NAME) PARAMS_FEED_ROWS(NAME) PARAMS_GUARD_ROWS(NAME)
+#undef NAME
+            [PARAMS_SECTIONS_AT] = "controller.sections",
+        [PARAMS_TABLE_AT]        = "compensator.friction.breakaway.table"};
+    const uint32_t at = word >= (uint32_t)PARAMS_TABLE_AT      ? (uint32_t)PARAMS_TABLE_AT
+                        : word >= (uint32_t)PARAMS_SECTIONS_AT ? (uint32_t)PARAMS_SECTIONS_AT
+                                                               : word;
+    return names[at] != NULL ? names[at] : "compensator.method";
+}
+
+/// Of the configuration, or of its scenario.
+static bool complain_of_set(program_t *program, const sim_sources_t *sources, sim_error_t *error)
+{
+    const params_error_t *refused = &program->registers.refused;
+    char                  what[160];
+    (void)snprintf(what,
+                   sizeof what,
+                   "%.9g does not fit devices and loop: %.9g to %.9g is wanted",
+                   (double)refused->value,
+                   (double)refused->low,
+                   (double)refused->high);
+    if (refused->word < DRIVE_CONFIG_COUNT)
+    {
+        char key[64];
+        (void)snprintf(key, sizeof key, "drive.%s", drive_config_name(refused->word));
+        return rig_complain(sources, program->options->config, key, what, error);
+    }
+    return sim_error_set(error, "%s: %s: %s", program->rig->scenario, name_of(refused->word), what);
+}
+
+static const rig_t *the_rig; // of suits, which gets nothing else
+
+/// Ticks go on as they are set up.
+static bool suits(const params_set_t *set, params_error_t *error)
+{
+    const float period_us = (float)the_rig->drive.period_us;
+    *error = (params_error_t){DRIVE_CONFIG_period_us, (float)set->drive.period_us, period_us, period_us, TRIBO_OK};
+    return set->drive.period_us == the_rig->drive.period_us;
+}
+
+/// What is in use, and whether it is what the configuration says.
+static void report_params(const program_t *program)
+{
+    const registers_t *registers = &program->registers;
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison,cert-exp42-c,cert-flp37-c): copied whole, with its padding
+    const bool same = memcmp(&registers->active->set, &program->defaults, sizeof program->defaults) == 0;
+    (void)fprintf(stderr,
+                  "params: %s%s%s\n",
+                  program->store.file >= 0 ? "store " : "the configuration's",
+                  program->store.file >= 0 ? store_status_text(registers->store) : "",
+                  same ? "" : ", and they differ from the configuration's");
+}
+
+static bool open_store(program_t *program, sim_error_t *error)
+{
+    char path[2 * RIG_PATH_MAX];
+    path_of(program->rig->store, program->options->config, path);
+    return program->rig->store[0] == '\0' || params_file_open(&program->store, path, error);
+}
+
+/// The application behind its registers, with the configuration's params as its board's defaults.
+static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_error_t *error)
+{
+    const sim_loop_keys_t *config    = sim_scenario_loop(program->scenario);
+    const char            *path      = program->options->config;
+    registers_t           *registers = &program->registers;
+    sim_loop_config_t      loop;
+    if ((uint32_t)(config->sample_time_s * 1e6 + 0.5) != program->rig->drive.period_us)
+    {
+        char what[160];
+        (void)snprintf(what,
+                       sizeof what,
+                       "%u is not the scenario's sample_time_s of %g",
+                       program->rig->drive.period_us,
+                       config->sample_time_s);
+        return rig_complain(sources, path, "drive.period_us", what, error);
+    }
+    sim_loop_config_fill(&loop, config);
+    if (loop.has_lugre)
+    {
+        return sim_error_set(error, "%s: compensator.model: lugre is not in the drive", program->rig->scenario);
+    }
+    program->defaults       = params_default();
+    program->defaults.drive = program->rig->drive;
+    params_take_loop(&program->defaults, &loop.config, loop.feeds_forward ? &loop.feedforward : NULL);
+    params_take_guard(&program->defaults, loop.guarded ? &loop.guard : NULL);
+    if (!open_store(program, error))
+    {
+        return false;
+    }
+    the_rig                       = program->rig;
+    const registers_board_t parts = {.port       = &program->board.port,
+                                     .line       = &background_line,
+                                     .flash      = program->store.file >= 0 ? &program->store.flash : NULL,
+                                     .defaults   = &program->defaults,
+                                     .suits      = suits,
+                                     .baud       = (uint32_t)program->rig->bus.baud,
+                                     .ring       = program->ring,
+                                     .ring_words = TRACE_WORDS};
+    registers_load(registers, &parts);
+    if (!registers->is_made && registers->is_refused)
+    {
+        return complain_of_set(program, sources, error);
+    }
+    return true;
+}
+
+static bool open_ticks(program_t *program, sim_error_t *error)
+{
+    const char *ticks = program->options->ticks;
+    program->ticks_in = program->ticks_out = -1;
+    if (ticks == NULL)
+    {
+        return true;
+    }
+    char        in[RIG_PATH_MAX + 1];
+    const char *comma = strchr(ticks, ',');
+    (void)snprintf(in, sizeof in, "%.*s", (int)(comma - ticks), ticks);
+    program->ticks_in  = open(in, O_RDONLY | O_CLOEXEC);
+    program->ticks_out = program->ticks_in >= 0 ? open(comma + 1, O_WRONLY | O_CLOEXEC) : -1;
+    return program->ticks_out >= 0 || sim_error_set(error, "--ticks %s: %s", ticks, strerror(errno));
+}
+
+static bool open_bus(program_t *program, sim_error_t *error)
+{
+    program->bus = bus_is_used(&program->rig->bus) ? bus_open(&program->rig->bus, error) : NULL;
+    return error->text[0] == '\0';
+}
+
+/// With ticks from outside time is theirs, however long they take.
+static int64_t slack_of(const program_t *program)
+{
+    return program->options->ticks != NULL ? INT64_MAX : (int64_t)program->rig->catch_up_ms * NS_PER_MS;
+}
+
+/// Whether it is there: opening it would arm it.
+static bool find_watchdog(const program_t *program, sim_error_t *error)
+{
+    const char *watchdog = rig_watchdog(program->rig);
+    if (program->desk != NULL)
+    {
+        return true;
+    }
+    if (watchdog == NULL)
+    {
+        (void)fputs("watchdog: none, so nothing turns the outputs off if the kernel hangs\n", stderr);
+        return true;
+    }
+    return access(watchdog, W_OK) == 0 || sim_error_set(error, "watchdog: %s: %s", watchdog, strerror(errno));
+}
+
+static int open_and_run(program_t *program, const sim_sources_t *sources, sim_error_t *error)
+{
+    if (!open_scenario(program, error) || !find_watchdog(program, error) ||
+        !board_open(&program->board, program->rig, program->desk, program->scenario, error))
+    {
+        return -1;
+    }
+    int status = -1;
+    if (set_up_drive(program, sources, error) && open_bus(program, error))
+    {
+        program->board.slack_ns = slack_of(program);
+        registers_start(&program->registers, selftest_golden());
+        report_params(program);
+        drive_report_off(&program->board.port, &program->registers.active->set.drive);
+        const supervisor_config_t supervisor = {.heartbeat_ms = program->rig->heartbeat_ms,
+                                                .priority     = program->rig->priority + 1u,
+                                                .watchdog   = program->desk == NULL ? rig_watchdog(program->rig) : NULL,
+                                                .watchdog_s = program->rig->watchdog_s,
+                                                .off        = board_off,
+                                                .context    = &program->board};
+        const bool                ok         = board_attach(&program->board, &program->registers.drive, error);
+        status                               = ok && program->options->check ? EXIT_OK
+                                               : ok && open_ticks(program, error) ? supervisor_run(&supervisor, run, program, error)
+                                                                                  : -1;
+        if (status == EXIT_OK && program->options->check)
+        {
+            (void)printf("%s: all is open, nothing has moved\n", program_invocation_short_name);
+        }
+    }
+    board_off(&program->board);
+    board_close(&program->board);
+    bus_close(program->bus);
+    params_file_close(&program->store);
+    return status;
+}
+
+int program_run(int count, char **arguments, const desk_t *desk)
+{
+    static program_t         program;
+    static rig_t             rig;
+    static options_t         options;
+    static const struct argp argp = {
+        .options  = known,
+        .parser   = take,
+        .args_doc = "CONFIG.yaml",
+        .doc = "Friction-compensated force control on a Linux board: runs the loop of a scenario on IIO, PWM and GPIO, "
+               "or as "
+               "tribo-desk on the scenario's plant.\v"
+               "Exit status: 0 done, 1 configuration, devices or log, 2 command line, 3 stopped for a fault."};
+    argp_err_exit_status = EXIT_USAGE;
+    (void)argp_parse(&argp, count, arguments, 0, NULL, &options);
+    if (options.keys)
+    {
+        rig_print_keys();
+        return EXIT_OK;
+    }
+    sim_sources_t sources = {.count = 0};
+    sim_error_t   error   = {""};
+    program.options       = &options;
+    program.desk          = desk;
+    program.rig           = &rig;
+    program.store.file    = -1;
+    const int status =
+        rig_load(&rig, options.config, desk != NULL, &sources, &error) ? open_and_run(&program, &sources, &error) : -1;
+    if (error.text[0] != '\0')
+    {
+        (void)fprintf(stderr, "%s: %s\n", program_invocation_short_name, error.text);
+    }
+    sim_reference_free(&program.reference);
+    sim_scenario_destroy(program.scenario);
+    sim_sources_free(&sources);
+    return status >= 0 ? status : EXIT_SETUP;
+}

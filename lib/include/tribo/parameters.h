@@ -1,0 +1,245 @@
+/// Every parameter of the library, one row each. Made from these rows:
+///
+///     the library   defaults, range checks, tribo_status_t and its texts
+///     tribo-sim     keys of scenarios with their defaults and ranges, `list --keys`, the tables of the docs
+///     the drive     registers, what is stored, what crosses the wire to an emulated drive
+///
+/// ROW(group, symbol, member, key, unit, low, high, standard, change, number, condition, sentence)
+///
+///     symbol      TRIBO_ERR_<symbol> refuses it
+///     member      of the group's config, a float or a uint32_t
+///     key         in a scenario, behind TRIBO_KEY_<group>
+///     low, high   inclusive; a NaN is outside. standard is the default: the paper's loop
+///     change      LIVE: by a change of params while the loop runs; FIXED: at rest only
+///     number      register in a set of params, 0: none. Pinned (tests/golden/registers.txt): a new row takes the next free one
+///     condition   what else set-up demands, "" if nothing: ranges that depend on other parameters, on the sample time
+///                 or, in Q31, on the full scale. It is checked beside the list and refused by the same status
+///
+/// A new friction parameter is a row of TRIBO_FRICTION_PARAMETERS, a member of its config and its use (CONTRIBUTING.md).
+
+#ifndef TRIBO_PARAMETERS_H
+#define TRIBO_PARAMETERS_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// clang-format off: one row a parameter
+
+/// Of tribo_force_loop_f32_config_t: three lists, as their keys stand in three groups of a scenario.
+#define TRIBO_SAMPLE_PARAMETERS(ROW) \
+    ROW(SAMPLE, SAMPLE_TIME, sample_time_s, "sample_time_s", "s", 1e-6, 0.1, 1e-3, FIXED, 0x100, "", "of every tick of the control loop")
+
+#define TRIBO_INPUT_PARAMETERS(ROW) \
+    ROW(INPUT, INPUT_MAX, input_max_n, "input_max_N", "N", 1e-6, 1e6, 2.0, LIVE, 0x102, "q31: 1e-6 to 1 full_scale_n", "largest credible reference and measurement; beyond it an input is bad")
+
+#define TRIBO_GAIN_PARAMETERS(ROW) \
+    ROW(GAIN, GAIN, gain, "gain", "-", 0, 2, 0.85, LIVE, 0x108, "", "η of `paper`: how much of the estimated friction is fed back; 0 turns the compensation off")
+
+/// Of tribo_controller_f32_config_t.
+#define TRIBO_LIMIT_PARAMETERS(ROW) \
+    ROW(LIMIT, U_MIN, u_min_n, "u_min_N", "N", -1e6, 0, -2.0, LIVE, 0x104, "q31: from -full_scale_n", "lower limit of u") \
+    ROW(LIMIT, U_MAX, u_max_n, "u_max_N", "N", 0, 1e6, 2.0, LIVE, 0x106, "over u_min_n; q31: to full_scale_n", "upper limit of u, over u_min_N")
+
+#define TRIBO_CASCADE_PARAMETERS(ROW) \
+    ROW(CASCADE, SECTION_COUNT, section_count, "section_count", "-", 1, 4, 2, LIVE, 0x128, "", "second-order sections of the controller")
+
+/// Of tribo_friction_f32_config_t.
+#define TRIBO_FRICTION_PARAMETERS(ROW) \
+    ROW(FRICTION, K_MIN, k_min, "k_min", "-", 1.01, 1000, 6.0, LIVE, 0x10a, "at most k_max", "k of Eq. (5) at high net-force rates, where hysteresis is widest; at most `k_max`") \
+    ROW(FRICTION, K_MAX, k_max, "k_max", "-", 1.01, 1000, 20.0, LIVE, 0x10c, "", "k of Eq. (5) at low net-force rates") \
+    ROW(FRICTION, V0, v0_n_per_s, "v0_N_per_s", "N/s", 1e-6, 1e6, 0.007, LIVE, 0x110, "q31: over m full_scale_n/(6 2^31 h)", "centre of k(v)") \
+    ROW(FRICTION, M, m, "m", "-", 0, 100, 3.0, LIVE, 0x10e, "", "steepness of k(v)") \
+    ROW(FRICTION, SET_LEVEL, set_level, "set_level", "-", 1e-6, 1, 0.75, LIVE, 0x112, "q31: at least 2^-32 of the smallest L", "c1 of Eq. (9): where the relays set, as a fraction of L") \
+    ROW(FRICTION, RESET_LEVEL, reset_level, "reset_level", "-", 1e-6, 1, 0.8, LIVE, 0x114, "", "c2 of Eq. (9): where the relays reset, as a fraction of L") \
+    ROW(FRICTION, PULSE_WIDTH, pulse_width_s, "pulse_width_s", "s", 1e-6, 6.3, 0.003, LIVE, 0x116, "1 to 63 sample times", "pulse of the edge detectors; in the compensator 1 to 63 samples") \
+    ROW(FRICTION, GRAVITY, gravity_n, "gravity_N", "N", -1e6, 1e6, 0, LIVE, 0x118, "q31: within full_scale_n", "gravity on the arm, as end-point force")
+
+/// Likewise: L(F) by direction, not read where there is a table.
+#define TRIBO_BREAKAWAY_PARAMETERS(ROW) \
+    ROW(BREAKAWAY, BREAKAWAY_OFFSET, positive.offset_n, "offset_N", "N", 1e-6, 1e6, 0.007, LIVE, 0x11a, "q31: 1e-6 to under 1 full_scale_n", "L(F) = offset + slope |F|, in the positive direction") \
+    ROW(BREAKAWAY, BREAKAWAY_SLOPE, positive.slope, "slope", "-", 0, 10, 0.3, LIVE, 0x11c, "", "likewise") \
+    ROW(BREAKAWAY, BREAKAWAY_NEGATIVE_OFFSET, negative.offset_n, "negative_offset_N", "N", 1e-6, 1e6, 0.007, LIVE, 0x11e, "q31: 1e-6 to under 1 full_scale_n", "in the negative direction; in a scenario as the positive one if left out") \
+    ROW(BREAKAWAY, BREAKAWAY_NEGATIVE_SLOPE, negative.slope, "negative_slope", "-", 0, 10, 0.3, LIVE, 0x120, "", "likewise")
+
+#define TRIBO_TABLE_PARAMETERS(ROW) \
+    ROW(TABLE, TABLE_LENGTH, table_length, "table_length", "-", 0, 32, 0, LIVE, 0x12a, "with a table at least 1", "points of the breakaway table; 0: offset and slope")
+
+/// Of tribo_arm_f32_config_t.
+#define TRIBO_ARM_PARAMETERS(ROW) \
+    ROW(ARM, STIFFNESS, stiffness, "stiffness_N_per_deg", "N/deg", 1e-12, 1e12, 3.84, LIVE, 0x126, "", "K of Eq. (2)") \
+    ROW(ARM, DAMPING, damping, "damping_N_s_per_deg", "N s/deg", 0, 1e12, 0.0288, LIVE, 0x124, "q31: enough for quantised poles inside the unit circle", "b of Eq. (2)") \
+    ROW(ARM, INERTIA, inertia, "inertia_N_s2_per_deg", "N s²/deg", 1e-12, 1e12, 1.2e-4, LIVE, 0x122, "", "I of Eq. (2)")
+
+/// Of tribo_lugre_f32_config_t. No registers: the drive's firmware does not have it.
+#define TRIBO_LUGRE_PARAMETERS(ROW) \
+    ROW(LUGRE, BRISTLE_STIFFNESS, stiffness, "stiffness_N_per_deg", "N/deg", 1e-12, 1e12, 1e5, LIVE, 0, "stiffness gamma_d/K 1e-6 to 1e6", "σ0 of Eq. (12): of the bristles") \
+    ROW(LUGRE, BRISTLE_DAMPING, damping, "bristle_damping_N_s_per_deg", "N s/deg", 0, 1e12, 316.227766, LIVE, 0, "at most 1000 stiffness h; q31: less for stiff bristles", "σ1: of the bristles; at most 1000 σ0 h") \
+    ROW(LUGRE, BRISTLE_VISCOUS, viscous, "viscous_N_s_per_deg", "N s/deg", 0, 1e12, 0.4, LIVE, 0, "at most 1000 K h/gamma_d", "σ2: of sliding, beside the arm's own")
+
+/// Of tribo_feedforward_f32_config_t.
+#define TRIBO_SLIDE_FILTER_PARAMETER(ROW) \
+    ROW(FEEDFORWARD, SLIDE_FILTER, slide_filter_time_s, "slide_filter_time_s", "s", 1e-6, 10, 0.02, LIVE, 0x216, "", "time constant of friction observer and slide detector")
+
+#define TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
+    ROW(FEEDFORWARD, ACTUATOR_POLE, actuator_pole_rad_per_s, "actuator_pole_rad_per_s", "rad/s", 1e-3, 1e6, 200.0, LIVE, 0x200, "times sample time 1e-9 to 50", "pole of the actuator, as believed") \
+    ROW(FEEDFORWARD, SENSOR_POLE, sensor_pole_rad_per_s, "sensor_pole_rad_per_s", "rad/s", 1e-3, 1e6, 55.0, LIVE, 0x202, "times sample time 1e-9 to 50", "pole of the sensor, as believed") \
+    ROW(FEEDFORWARD, REVERSAL_WIDTH, reversal_n, "reversal_N", "N", 1e-9, 1e6, 0.5e-3, LIVE, 0x204, "q31: 1e-6 to 0.25 full_scale_n", "w: r has reversed once it has come back by w; the error at a reversal is at least about w") \
+    ROW(FEEDFORWARD, JUMP_TIME, jump_time_s, "jump_time_s", "s", 1e-6, 1e3, 0.02, LIVE, 0x206, "", "time in which friction changes its sign at a reversal") \
+    ROW(FEEDFORWARD, LEAD, lead, "lead", "-", 0, 1, 1.0, LIVE, 0x208, "q31: times the lag and rate_max_n_per_s to half full_scale_n", "fraction of the lag from u to F that the rate of r compensates; 0: the rate is not used") \
+    ROW(FEEDFORWARD, NOISE_GAIN, noise_gain, "noise_gain", "-", 0, 8, 4.0, LIVE, 0x20a, "", "widens `reversal_N` by the noise of r; 0 for a clean r") \
+    ROW(FEEDFORWARD, NOISE_TIME, noise_time_s, "noise_time_s", "s", 1e-6, 1e3, 0.25, LIVE, 0x20c, "q31: to 1e5 sample times", "averaging time of the noise of r") \
+    ROW(FEEDFORWARD, RATE_TIME, rate_time_s, "rate_time_s", "s", 1e-6, 1e3, 0.01, LIVE, 0x20e, "q31: to 1e5 sample times", "time constant of the filter of r's rate") \
+    ROW(FEEDFORWARD, RATE_MAX, rate_max_n_per_s, "rate_max_N_per_s", "N/s", 1e-6, 1e9, 2.0, LIVE, 0x210, "q31: times sample time 1e-6 to 2^-7 full_scale_n", "a faster r counts as a step") \
+    ROW(FEEDFORWARD, OFFSET_TIME, offset_time_s, "offset_time_s", "s", 1e-6, 1e3, 5.0, LIVE, 0x212, "q31: over 2 sample times", "time constant with which the offset b leaks away") \
+    ROW(FEEDFORWARD, SLIDE_WIDTH, slide_width_n, "slide_width_N", "N", 1e-9, 1e6, 3e-3, LIVE, 0x214, "q31: 1e-6 to 0.25 full_scale_n", "travel of y that is a slide, not noise") \
+    TRIBO_SLIDE_FILTER_PARAMETER(ROW) \
+    ROW(FEEDFORWARD, SLIDE_RATE, slide_rate_max_n_per_s, "slide_rate_max_N_per_s", "N/s", 1e-6, 1e9, 0.5, LIVE, 0x218, "q31: times sample time 1e-6 to 2^-9 full_scale_n", "nothing is learned while y is faster") \
+    ROW(FEEDFORWARD, SLIDE_RUN_IN, slide_run_in_n, "slide_run_in_N", "N", 1e-9, 1e6, 5e-3, LIVE, 0x21a, "q31: 1e-6 to 0.25 full_scale_n", "travel of y before learning begins") \
+    ROW(FEEDFORWARD, SLIDE_ERROR, slide_error_max_n, "slide_error_max_N", "N", 1e-9, 1e6, 1e-3, LIVE, 0x21c, "q31: 1e-6 to 0.25 full_scale_n", "nothing is learned while the filtered error is larger")
+
+/// Of tribo_breakaway_learning_f32_config_t.
+#define TRIBO_LEARNING_PARAMETERS(ROW) \
+    ROW(LEARNING, LEARNING_SCALE_SD, scale_sd, "scale_sd", "-", 1e-3, 2, 0.4, LIVE, 0x21e, "q31: to 1", "prior standard deviation of breakaway, as a factor of the believed; in Q31 at most 1") \
+    ROW(LEARNING, LEARNING_OFFSET_SD, offset_sd_n, "offset_sd_N", "N", 1e-9, 1e6, 0.01, LIVE, 0x220, "q31: 1e-6 to 0.25 full_scale_n", "prior standard deviation of breakaway, as an offset") \
+    ROW(LEARNING, LEARNING_CORRELATION, correlation, "correlation", "-", 0, 0.99, 0.7, LIVE, 0x222, "", "prior correlation of the two directions") \
+    ROW(LEARNING, LEARNING_CORRELATION_FADED, correlation_faded, "correlation_faded", "-", 0, 0.99, 0.1, LIVE, 0x224, "", "correlation of the two directions once what was learned is forgotten") \
+    ROW(LEARNING, LEARNING_TRUST, trust, "trust", "-", 0, 1, 0.5, LIVE, 0x226, "", "fraction of the believed breakaway that is fed forward before anything is learned") \
+    ROW(LEARNING, LEARNING_RELATIVE_VARIANCE, relative_variance, "relative_variance", "-", 1e-3, 1, 1.0, LIVE, 0x228, "", "variance to begin with, relative to the prior's: 1, or less where the believed breakaway has itself been learned (`learned.yaml`)") \
+    ROW(LEARNING, LEARNING_WEIGHT, weight_n, "weight_N", "N", 1e-9, 1e6, 2e-4, LIVE, 0x22a, "q31: 1e-6 to 2^-4 full_scale_n", "travel over which noise averages out; larger learns more slowly") \
+    ROW(LEARNING, LEARNING_FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0.1, LIVE, 0x22c, "q31: less for a large full_scale_n", "fraction of the prior variance that returns per newton travelled; 1 for friction that drifts") \
+    ROW(LEARNING, LEARNING_SCALE_MIN, scale_min, "scale_min", "-", 1e-3, 1, 0.2, LIVE, 0x22e, "", "learned breakaway is at least this fraction of the believed") \
+    ROW(LEARNING, LEARNING_SCALE_MAX, scale_max, "scale_max", "-", 1, 10, 3.0, LIVE, 0x230, "", "learned breakaway is at most this multiple of the believed")
+
+/// Of tribo_hold_f32_config_t.
+#define TRIBO_HOLD_PARAMETERS(ROW) \
+    ROW(HOLD, HOLD_GAIN, gain, "gain", "-", 0, 0.99, 0.95, LIVE, 0x232, "", "E: gain of the friction fed back while r is at rest; 0: none") \
+    ROW(HOLD, HOLD_STILL_TIME, still_time_s, "still_time_s", "s", 1e-6, 1e3, 1.5, LIVE, 0x234, "", "r is at rest once it has not moved for that long") \
+    ROW(HOLD, HOLD_MARGIN, margin, "margin", "-", 0.1, 1, 0.85, LIVE, 0x236, "", "fraction of the learned breakaway that is fed back") \
+    ROW(HOLD, HOLD_QUICK_TIME, quick_time_s, "quick_time_s", "s", 1e-6, 1e3, 0.2, LIVE, 0x238, "", "sign changes within that time are chatter, and add margin") \
+    ROW(HOLD, HOLD_MARGIN_TRAVEL, margin_travel_n, "margin_travel_N", "N", 1e-9, 1e6, 0.1, LIVE, 0x23a, "q31: 1.25e-4 to 1e3 full_scale_n", "travel of learning over which the added margin fades") \
+    ROW(HOLD, HOLD_DEADBAND, deadband_time_s, "deadband_time_s", "s", 1e-6, 1e3, 0.3, LIVE, 0x23c, "q31: to 1e5 sample times", "time constant of the deadband that keeps noise of y from moving u")
+
+/// Of tribo_guard_f32_config_t.
+#define TRIBO_GUARD_PARAMETERS(ROW) \
+    ROW(GUARD, GUARD_TURN, turn_n, "turn_N", "N", 1e-9, 1e6, 0.05, LIVE, 0x2e2, "q31: 1e-6 to under 1 full_scale_n", "the added friction turns when it comes back by that much: about a third of the breakaway") \
+    ROW(GUARD, GUARD_QUICK_TIME, quick_time_s, "quick_time_s", "s", 1e-6, 1e3, 0.2, LIVE, 0x2e4, "up to 1e5 samples", "turns closer than that may be hunting; up to 100,000 samples") \
+    ROW(GUARD, GUARD_STRAY, stray_n, "stray_N", "N", 1e-9, 1e6, 0.01, LIVE, 0x2e6, "q31: 1e-6 to under 1 full_scale_n", "excess of an overshoot over the lag: about a fifteenth of the breakaway, and over twice the peaks of noise") \
+    ROW(GUARD, GUARD_FADE_TIME, fade_time_s, "fade_time_s", "s", 1e-6, 1e3, 0.5, LIVE, 0x2e8, "", "time in which the added friction fades out")
+
+/// An argument of each Q31 set-up.
+#define TRIBO_SCALE_PARAMETERS(ROW) \
+    ROW(SCALE, FULL_SCALE, full_scale_n, "full_scale_N", "N", 1e-3, 1e6, 2.0, FIXED, 0, "", "what 2^31 stands for in Q31: every force of the loop fits into it, better twice; in f32 only what chatter is measured by")
+
+/// The numbers of an element of a list: ELEMENT(symbol, member, key, unit, low, high, sentence). Of tribo_biquad_f32_section_t
+/// and tribo_breakaway_point_f32_t.
+#define TRIBO_SECTION_ELEMENTS(ELEMENT) \
+    ELEMENT(SECTION_COEFFICIENT, b0, "b0", "-", -1e6, 1e6, "numerator b0 d² + b1 d + b2 with d = z − 1, or b0 + b1 z⁻¹ + b2 z⁻²; b0 not 0") \
+    ELEMENT(SECTION_COEFFICIENT, b1, "b1", "-", -1e6, 1e6, "likewise") \
+    ELEMENT(SECTION_COEFFICIENT, b2, "b2", "-", -1e6, 1e6, "likewise") \
+    ELEMENT(SECTION_COEFFICIENT, a1, "a1", "-", -4, 4, "denominator d² + a1 d + a2, or 1 + a1 z⁻¹ + a2 z⁻²; stable") \
+    ELEMENT(SECTION_COEFFICIENT, a2, "a2", "-", -4, 4, "likewise")
+
+#define TRIBO_POINT_ELEMENTS(ELEMENT) \
+    ELEMENT(TABLE_FORCE, force_n, "force_N", "N", 0, 1e6, "a point's applied force |F|, strictly rising from point to point") \
+    ELEMENT(TABLE_POSITIVE, positive_n, "positive_N", "N", 1e-6, 1e6, "L in the positive direction there") \
+    ELEMENT(TABLE_NEGATIVE, negative_n, "negative_N", "N", 1e-6, 1e6, "L in the negative direction there")
+
+/// What set-up refuses beside parameters: REFUSAL(symbol, key, text).
+#define TRIBO_REFUSALS(REFUSAL) \
+    REFUSAL(ARM_TOO_FAST, "compensator.arm", "arm: stiffness h^2/inertia 1e-9 to 1e4 and damping h/inertia at most 1e4; q31: coefficients below 4") \
+    REFUSAL(SECTION_COEFFICIENT, "controller.sections", "controller section coefficient: b0, b1 and b2 -1e6 to 1e6, a1 and a2 -4 to 4") \
+    REFUSAL(SECTION_FEEDTHROUGH, "controller.sections", "controller section b0: magnitude 1e-6 to 1e6, so that the cascade is biproper") \
+    REFUSAL(SECTION_UNSTABLE, "controller.sections", "controller section poles: inside the unit circle, or one of them at z = 1") \
+    REFUSAL(ANTI_WINDUP, "controller.sections", "controller cascade: no pole at z = 1, nor a slow one, that a zero hides") \
+    REFUSAL(HEADROOM, "controller.sections", "controller cascade: worst-case peak below 2^24 full scales at every node") \
+    REFUSAL(TABLE_FORCE, "compensator.friction.breakaway.table", "friction table force_n: 0 to 1e6 N, strictly rising; q31: under full_scale_n") \
+    REFUSAL(TABLE_POSITIVE, "compensator.friction.breakaway.table", "friction table positive_n: 1e-6 to 1e6 N; q31: 1e-6 to under 1 full_scale_n") \
+    REFUSAL(TABLE_NEGATIVE, "compensator.friction.breakaway.table", "friction table negative_n: 1e-6 to 1e6 N; q31: 1e-6 to under 1 full_scale_n")
+
+/// All rows.
+#define TRIBO_PARAMETERS(ROW) \
+    TRIBO_SAMPLE_PARAMETERS(ROW) \
+    TRIBO_INPUT_PARAMETERS(ROW) \
+    TRIBO_LIMIT_PARAMETERS(ROW) \
+    TRIBO_SCALE_PARAMETERS(ROW) \
+    TRIBO_CASCADE_PARAMETERS(ROW) \
+    TRIBO_GAIN_PARAMETERS(ROW) \
+    TRIBO_BREAKAWAY_PARAMETERS(ROW) \
+    TRIBO_TABLE_PARAMETERS(ROW) \
+    TRIBO_ARM_PARAMETERS(ROW) \
+    TRIBO_FRICTION_PARAMETERS(ROW) \
+    TRIBO_LUGRE_PARAMETERS(ROW) \
+    TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
+    TRIBO_LEARNING_PARAMETERS(ROW) \
+    TRIBO_HOLD_PARAMETERS(ROW) \
+    TRIBO_GUARD_PARAMETERS(ROW)
+// clang-format on
+
+/// Of each group: what stands before its keys in a scenario, and before its members in a text.
+#define TRIBO_KEY_SAMPLE        ""
+#define TRIBO_KEY_INPUT         "limits."
+#define TRIBO_KEY_LIMIT         "limits."
+#define TRIBO_KEY_SCALE         "limits."
+#define TRIBO_KEY_CASCADE       "controller."
+#define TRIBO_KEY_GAIN          "compensator."
+#define TRIBO_KEY_BREAKAWAY     "compensator.friction.breakaway."
+#define TRIBO_KEY_TABLE         "compensator.friction.breakaway."
+#define TRIBO_KEY_ARM           "compensator.arm."
+#define TRIBO_KEY_FRICTION      "compensator.friction."
+#define TRIBO_KEY_LUGRE         "compensator.lugre."
+#define TRIBO_KEY_FEEDFORWARD   "compensator.feedforward."
+#define TRIBO_KEY_LEARNING      "compensator.feedforward.learning."
+#define TRIBO_KEY_HOLD          "compensator.feedforward.hold."
+#define TRIBO_KEY_GUARD         "compensator.guard."
+#define TRIBO_TITLE_SAMPLE      ""
+#define TRIBO_TITLE_INPUT       "force loop "
+#define TRIBO_TITLE_LIMIT       "controller "
+#define TRIBO_TITLE_SCALE       ""
+#define TRIBO_TITLE_CASCADE     "controller "
+#define TRIBO_TITLE_GAIN        "force loop "
+#define TRIBO_TITLE_BREAKAWAY   "friction breakaway "
+#define TRIBO_TITLE_TABLE       "friction breakaway "
+#define TRIBO_TITLE_ARM         "arm "
+#define TRIBO_TITLE_FRICTION    "friction "
+#define TRIBO_TITLE_LUGRE       "lugre "
+#define TRIBO_TITLE_FEEDFORWARD "feedforward "
+#define TRIBO_TITLE_LEARNING    "learning "
+#define TRIBO_TITLE_HOLD        "hold "
+#define TRIBO_TITLE_GUARD       "guard "
+
+/// What set-up reads of a row, so that a program can check and convert without the texts.
+typedef struct
+{
+    float    low, high, standard;
+    uint16_t at;       ///< byte of the member in its config
+    uint16_t number;   ///< register, 0: none
+    uint8_t  status;   ///< tribo_status_t
+    uint8_t  is_whole; ///< 1: a uint32_t, else a float
+} tribo_parameter_t;
+
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a summand
+#define TRIBO_PARAMETER_ONE(...)    +1
+#define TRIBO_PARAMETER_COUNT(list) (0 list(TRIBO_PARAMETER_ONE))
+
+/// A table a config; friction's two stand apart, as breakaway's is not read where there is a breakaway table.
+extern const tribo_parameter_t tribo_loop_parameters[3]; ///< sample_time_s, input_max_n, gain
+extern const tribo_parameter_t tribo_limit_parameters[TRIBO_PARAMETER_COUNT(TRIBO_LIMIT_PARAMETERS)];
+extern const tribo_parameter_t tribo_cascade_parameters[TRIBO_PARAMETER_COUNT(TRIBO_CASCADE_PARAMETERS)];
+extern const tribo_parameter_t tribo_friction_parameters[TRIBO_PARAMETER_COUNT(TRIBO_FRICTION_PARAMETERS)];
+extern const tribo_parameter_t tribo_breakaway_parameters[TRIBO_PARAMETER_COUNT(TRIBO_BREAKAWAY_PARAMETERS)];
+extern const tribo_parameter_t tribo_table_parameters[TRIBO_PARAMETER_COUNT(TRIBO_TABLE_PARAMETERS)];
+extern const tribo_parameter_t tribo_arm_parameters[TRIBO_PARAMETER_COUNT(TRIBO_ARM_PARAMETERS)];
+extern const tribo_parameter_t tribo_lugre_parameters[TRIBO_PARAMETER_COUNT(TRIBO_LUGRE_PARAMETERS)];
+extern const tribo_parameter_t tribo_feedforward_parameters[TRIBO_PARAMETER_COUNT(TRIBO_FEEDFORWARD_PARAMETERS)];
+extern const tribo_parameter_t tribo_learning_parameters[TRIBO_PARAMETER_COUNT(TRIBO_LEARNING_PARAMETERS)];
+extern const tribo_parameter_t tribo_hold_parameters[TRIBO_PARAMETER_COUNT(TRIBO_HOLD_PARAMETERS)];
+extern const tribo_parameter_t tribo_guard_parameters[TRIBO_PARAMETER_COUNT(TRIBO_GUARD_PARAMETERS)];
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

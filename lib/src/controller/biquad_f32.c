@@ -1,0 +1,130 @@
+#include "biquad_f32.h"
+
+#include "tribo/controller_f32.h"
+
+#include <stddef.h>
+
+static tribo_status_t check(const tribo_biquad_f32_section_t *s)
+{
+#define CHECK(symbol, member, key, unit, low, high, sentence)                                                          \
+    if (!within(s->member, (float)(low), (float)(high)))                                                               \
+    {                                                                                                                  \
+        return TRIBO_ERR_##symbol;                                                                                     \
+    }
+    TRIBO_SECTION_ELEMENTS(CHECK)
+#undef CHECK
+    return biquad_f32_is_inside_or_at_1(s->a1, s->a2) ? TRIBO_OK : TRIBO_ERR_SECTION_UNSTABLE;
+}
+
+tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
+                                     const tribo_biquad_f32_section_t *sections,
+                                     uint32_t                          count)
+{
+    if (params == NULL || sections == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    if (count < 1u || count > TRIBO_BIQUAD_SECTIONS_MAX)
+    {
+        return TRIBO_ERR_SECTION_COUNT;
+    }
+    for (uint32_t i = 0; i < count; i++)
+    {
+        const tribo_status_t status = check(&sections[i]);
+        if (status != TRIBO_OK)
+        {
+            return status;
+        }
+    }
+    // A step computes two sections at least, so a lone one is followed by a pass-through: b0 = 1 with zeros and poles at
+    // z = 0, whose states stay exactly 0.
+    params->section[1] = (tribo_biquad_f32_section_t){.b0 = 1.0f, .b1 = 2.0f, .b2 = 1.0f, .a1 = 2.0f, .a2 = 1.0f};
+    params->count      = count > 2u ? count : 2u;
+    for (uint32_t i = 0; i < count; i++)
+    {
+        params->section[i] = sections[i];
+    }
+    return TRIBO_OK;
+}
+
+void tribo_biquad_f32_reset(tribo_biquad_f32_state_t *state)
+{
+    *state = (tribo_biquad_f32_state_t){.bad_inputs = 0};
+}
+
+/// The number of sections, at most TRIBO_BIQUAD_SECTIONS_MAX even if a bit of params has flipped.
+static uint32_t sections(const tribo_biquad_f32_params_t *params)
+{
+    return params->count < TRIBO_BIQUAD_SECTIONS_MAX ? params->count : TRIBO_BIQUAD_SECTIONS_MAX;
+}
+
+float tribo_biquad_f32_long_output(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
+{
+    float y = x;
+    for (uint32_t i = 0; i < sections(params); i++)
+    {
+        y = biquad_f32_section_output(&params->section[i], &state->section[i], y);
+    }
+    return y;
+}
+
+// Each section's output is computed again: storing it would take one word per section in every state.
+void tribo_biquad_f32_long_advance(const tribo_biquad_f32_params_t *params,
+                                   tribo_biquad_f32_state_t        *state,
+                                   float                            x,
+                                   float                            correction)
+{
+    float in = x + correction;
+    float y  = x;
+    float c  = correction;
+    for (uint32_t i = 0; i < sections(params); i++)
+    {
+        y = biquad_f32_section_output(&params->section[i], &state->section[i], y);
+        c *= params->section[i].b0;
+        const float corrected = y + c;
+        biquad_f32_section_advance(&params->section[i], &state->section[i], in, corrected);
+        in = corrected;
+    }
+}
+
+void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
+                             const tribo_biquad_f32_params_t *to,
+                             tribo_biquad_f32_state_t        *state,
+                             float                            x,
+                             float                            offset)
+{
+    float          were[TRIBO_BIQUAD_SECTIONS_MAX];
+    float          last       = x;
+    const uint32_t from_count = sections(from);
+    const uint32_t to_count   = sections(to);
+    for (uint32_t i = 0; i < from_count; i++)
+    {
+        last    = biquad_f32_section_output(&from->section[i], &state->section[i], last);
+        were[i] = last;
+    }
+    last += offset;
+
+    float in = x;
+    for (uint32_t i = 0; i < to_count; i++)
+    {
+        const tribo_biquad_f32_section_t *now = &to->section[i];
+
+        // A section missing in `from` starts as a pass-through at rest.
+        float out    = in;
+        float change = 0.0f;
+        if (i < from_count)
+        {
+            const tribo_biquad_f32_section_t *was = &from->section[i];
+            out                                   = were[i];
+            change = (was->b1 * in - was->a1 * out) + (state->section[i].w2 + state->section[i].w2_carry);
+        }
+        if (i == to_count - 1u)
+        {
+            out = last;
+        }
+        state->section[i].w1       = out - now->b0 * in;
+        state->section[i].w2       = change - (now->b1 * in - now->a1 * out);
+        state->section[i].w2_carry = 0.0f;
+        in                         = out;
+    }
+}

@@ -1,0 +1,200 @@
+#include "tribo/controller_f32.h"
+
+#include "../number/parameters.h"
+#include "controller_f32.h"
+
+#include <stddef.h>
+
+#define INPUT_MAX_N 4.0e6f // above gain * f^ and r - y of an accepted loop
+#define STATES_MAX  (2u * TRIBO_BIQUAD_SECTIONS_MAX)
+
+/// A square matrix of a cascade's states w1, w2, w1, w2 ...
+typedef struct
+{
+    float    at[STATES_MAX][STATES_MAX];
+    uint32_t size;
+} matrix_t;
+
+/// The matrix of the states' change in one tick while u is held at its limit. Each column is computed by the cascade's
+/// own code from a unit state.
+static matrix_t conditioned_change(const tribo_biquad_f32_params_t *cascade, float anti_windup)
+{
+    matrix_t change = {.size = 2u * cascade->count};
+    for (uint32_t column = 0; column < change.size; column++)
+    {
+        tribo_biquad_f32_state_t state;
+        tribo_biquad_f32_reset(&state);
+        float *const unit = column % 2u == 0u ? &state.section[column / 2u].w1 : &state.section[column / 2u].w2;
+        *unit             = 1.0f;
+        tribo_biquad_f32_outputs_t outputs;
+        const float                v = biquad_f32_output(cascade, &state, 0.0f, &outputs);
+        biquad_f32_advance(cascade, &state, 0.0f, &outputs, -v * anti_windup);
+        *unit -= 1.0f;
+        for (uint32_t i = 0; i < cascade->count; i++)
+        {
+            change.at[2u * i][column]      = state.section[i].w1;
+            change.at[2u * i + 1u][column] = state.section[i].w2 + state.section[i].w2_carry;
+        }
+    }
+    return change;
+}
+
+/// (1 + E)^2 - 1, which keeps a slow pole's distance from 1.
+static matrix_t twice(const matrix_t *E)
+{
+    matrix_t result = {.size = E->size};
+    for (uint32_t i = 0; i < E->size; i++)
+    {
+        for (uint32_t j = 0; j < E->size; j++)
+        {
+            float sum = 2.0f * E->at[i][j];
+            for (uint32_t k = 0; k < E->size; k++)
+            {
+                sum += E->at[i][k] * E->at[k][j];
+            }
+            result.at[i][j] = sum;
+        }
+    }
+    return result;
+}
+
+/// Largest element of 1 + E, by magnitude; not finite if any element is not.
+static float largest(const matrix_t *E)
+{
+    float max = 0.0f;
+    for (uint32_t i = 0; i < E->size; i++)
+    {
+        for (uint32_t j = 0; j < E->size; j++)
+        {
+            const float element = magnitude((i == j ? 1.0f : 0.0f) + E->at[i][j]);
+            max                 = element <= max ? max : element;
+        }
+    }
+    return max;
+}
+
+/// True when the states decay within 2^24 ticks while u is held at its limit.
+static bool dies_away(const tribo_biquad_f32_params_t *cascade, float anti_windup)
+{
+    matrix_t E = conditioned_change(cascade, anti_windup);
+    for (uint32_t doubling = 0; doubling < 24u; doubling++)
+    {
+        E               = twice(&E);
+        const float max = largest(&E);
+        if (!(max < 1.0e12f))
+        {
+            return false;
+        }
+        if (max < 0.01f)
+        {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool zeros_inside(const tribo_biquad_f32_params_t *cascade)
+{
+    bool inside = true;
+    for (uint32_t i = 0; i < cascade->count; i++)
+    {
+        const tribo_biquad_f32_section_t *s  = &cascade->section[i];
+        const float                       c1 = s->b1 / s->b0;
+        const float                       c2 = s->b2 / s->b0;
+        inside                               = inside && c2 > 0.0f && biquad_f32_is_inside_or_at_1(c1, c2);
+    }
+    return inside;
+}
+
+/// The largest c of 1, -1, 1/2, -1/2 ... for which the conditioned cascade is stable, 0 if there is none.
+static float conditioning(const tribo_biquad_f32_params_t *cascade, float D)
+{
+    if (zeros_inside(cascade))
+    {
+        return 1.0f; // its poles are the zeros
+    }
+    for (float c = 1.0f; c > 1.0e-6f; c *= 0.5f)
+    {
+        if (dies_away(cascade, c / D))
+        {
+            return c;
+        }
+        if (dies_away(cascade, -c / D))
+        {
+            return -c;
+        }
+    }
+    return 0.0f;
+}
+
+static tribo_status_t feedthrough(const tribo_biquad_f32_params_t *cascade, float *D)
+{
+    *D = 1.0f;
+    for (uint32_t i = 0; i < cascade->count; i++)
+    {
+        const float b0 = cascade->section[i].b0;
+        if (!within(magnitude(b0), 1.0e-6f, 1.0e6f))
+        {
+            return TRIBO_ERR_SECTION_FEEDTHROUGH;
+        }
+        *D *= b0;
+    }
+    return TRIBO_OK;
+}
+
+tribo_status_t tribo_controller_f32_init(tribo_controller_f32_params_t       *params,
+                                         const tribo_controller_f32_config_t *config)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_controller_f32_params_t made = {.u_min_n = config->u_min_n, .u_max_n = config->u_max_n};
+    tribo_status_t status              = tribo_biquad_f32_init(&made.cascade, config->sections, config->section_count);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    float D = 1.0f;
+    status  = feedthrough(&made.cascade, &D);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    status = PARAMETERS_CHECK(tribo_limit_parameters, config);
+    if (status == TRIBO_OK && !(config->u_max_n > config->u_min_n))
+    {
+        status = TRIBO_ERR_U_MAX;
+    }
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    const float c = conditioning(&made.cascade, D);
+    if (c == 0.0f)
+    {
+        return TRIBO_ERR_ANTI_WINDUP;
+    }
+    made.anti_windup = c / D;
+    *params          = made;
+    return TRIBO_OK;
+}
+
+void tribo_controller_f32_reset(tribo_controller_f32_state_t *state)
+{
+    tribo_biquad_f32_reset(&state->cascade);
+    state->limited_ticks = 0;
+}
+
+void tribo_controller_f32_change(const tribo_controller_f32_params_t *from,
+                                 const tribo_controller_f32_params_t *to,
+                                 tribo_controller_f32_state_t        *state,
+                                 float                                e_n,
+                                 float                                offset_n)
+{
+    tribo_biquad_f32_change(&from->cascade,
+                            &to->cascade,
+                            &state->cascade,
+                            exceeds(e_n, INPUT_MAX_N) ? 0.0f : e_n,
+                            exceeds(offset_n, INPUT_MAX_N) ? 0.0f : offset_n);
+}

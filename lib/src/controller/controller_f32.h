@@ -1,0 +1,97 @@
+// One tick of the controller: v = K(z) e, u = limit(v + feedforward), anti-windup. The caller has checked that e is finite.
+//
+// Without anti-windup the slow pole of K(z) would integrate e while u is limited, and u would stay at the limit long after e
+// has changed sign. The conditioning technique (Hanus et al., see tribo/controller_f32.h) advances the states with the error
+// that would have given the applied u. While u is within its limits it changes nothing.
+//
+//     e --> first half of the cascade --> v --(+ feedforward)--> wanted --> limit --> u
+//     e + (u - wanted) c/D --> second half of the cascade: the states
+
+#ifndef TRIBO_CONTROLLER_CONTROLLER_F32_H
+#define TRIBO_CONTROLLER_CONTROLLER_F32_H
+
+#include "tribo/controller_f32.h"
+
+#include "biquad_f32.h"
+
+/// Cascade at rest, counters 0.
+void tribo_controller_f32_reset(tribo_controller_f32_state_t *state);
+
+/// Between two ticks: takes the state over from params `from` to `to`, so that for error `e_n` v is and moves as it would
+/// have under `from`, plus `offset_n` (what v has to make up for in the sum, 0 if nothing). Cannot fail; a bad `e_n` or
+/// `offset_n` counts as 0. Costs up to two ticks of the loop.
+void tribo_controller_f32_change(const tribo_controller_f32_params_t *from,
+                                 const tribo_controller_f32_params_t *to,
+                                 tribo_controller_f32_state_t        *state,
+                                 float                                e_n,
+                                 float                                offset_n);
+
+/// The limit that `wanted` exceeds. 0 where it exceeds neither: `wanted` is a NaN, or a limit is one after a flipped bit.
+static inline float controller_f32_limit(const tribo_controller_f32_params_t *params, float wanted)
+{
+    if (wanted > params->u_max_n)
+    {
+        return params->u_max_n;
+    }
+    return wanted < params->u_min_n ? params->u_min_n : 0.0f;
+}
+
+/// A sum beyond any credible force means a corrupt state: the cascade restarts from rest and u is the limited feedforward.
+static inline float controller_f32_restart(const tribo_controller_f32_params_t *params,
+                                           tribo_controller_f32_state_t        *state,
+                                           float                                feedforward_n,
+                                           tribo_controller_f32_signals_t      *signals)
+{
+    const bool  limited = !within(feedforward_n, params->u_min_n, params->u_max_n);
+    const float u       = limited ? controller_f32_limit(params, feedforward_n) : feedforward_n;
+    biquad_f32_restart(&state->cascade);
+    *signals = (tribo_controller_f32_signals_t){.v_n = 0.0f, .u_n = u, .limited = limited};
+    return u;
+}
+
+/// Second half of a tick: u for the cascade's output `v`, and its states. u is within u_min_n to u_max_n in any state.
+static inline float controller_f32_apply(const tribo_controller_f32_params_t *params,
+                                         tribo_controller_f32_state_t        *state,
+                                         float                                e_n,
+                                         float                                v,
+                                         float                                feedforward_n,
+                                         const tribo_biquad_f32_outputs_t    *outputs,
+                                         tribo_controller_f32_signals_t      *signals)
+{
+    const float wanted  = v + feedforward_n;
+    const bool  limited = !within(wanted, params->u_min_n, params->u_max_n);
+    float       u       = wanted;
+    if (limited) // true for NaN
+    {
+        count(&state->limited_ticks);
+        if (exceeds(wanted, BIQUAD_F32_OUTPUT_MAX))
+        {
+            return controller_f32_restart(params, state, feedforward_n, signals);
+        }
+        u = controller_f32_limit(params, wanted);
+    }
+    // v is the cascade's output before this tick's anti-windup; the limit changed the sum by u - v - feedforward.
+    signals->v_n     = v;
+    signals->u_n     = u;
+    signals->limited = limited;
+
+    // Anti-windup: the states advance as if the error had been e + (u - wanted) c/D. D is the direct feedthrough of the
+    // cascade, so c = 1 makes the conditioned output exactly u; where that is unstable, init has chosen a smaller |c|.
+    biquad_f32_advance(&params->cascade, &state->cascade, e_n, outputs, (u - wanted) * params->anti_windup);
+    return u;
+}
+
+/// u for the error `e_n`.
+static inline float controller_f32_step(const tribo_controller_f32_params_t *params,
+                                        tribo_controller_f32_state_t        *state,
+                                        float                                e_n,
+                                        float                                feedforward_n,
+                                        tribo_controller_f32_signals_t      *signals)
+{
+    tribo_biquad_f32_outputs_t outputs;
+
+    const float v = biquad_f32_output(&params->cascade, &state->cascade, e_n, &outputs);
+    return controller_f32_apply(params, state, e_n, v, feedforward_n, &outputs, signals);
+}
+
+#endif

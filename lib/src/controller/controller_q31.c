@@ -1,0 +1,97 @@
+#include "tribo/controller_q31.h"
+
+#include "../number/fixed_q31.h"
+#include "../number/parameters.h"
+#include "controller_q31.h"
+#include "headroom_q31.h"
+
+#include <stddef.h>
+
+/// x below 2^30 as mantissa 2^(shift - 32), `shift` 1 to 31, with 31 significant bits where `shift` allows.
+static void normalise(float x, int32_t *mantissa, uint8_t *shift)
+{
+    int32_t bits = 1;
+    while (bits < 31 && magnitude(scaled(x, bits)) < 1073741824.0f)
+    {
+        bits++;
+    }
+    *mantissa = fixed(x, bits);
+    *shift    = (uint8_t)(32 - bits);
+}
+
+static tribo_status_t check_limits(const tribo_controller_f32_params_t *f32, float full_scale_n)
+{
+    if (!(f32->u_min_n >= -full_scale_n))
+    {
+        return TRIBO_ERR_U_MIN;
+    }
+    const bool wide =
+        (f32->u_max_n - f32->u_min_n) / full_scale_n >= FIXED_Q31_SMALLEST; // else too few bits would be left
+    return f32->u_max_n <= full_scale_n && wide ? TRIBO_OK : TRIBO_ERR_U_MAX;
+}
+
+/// The largest change of the last node by a limit that keeps the correction below full scale at every node.
+static int32_t taken_max(const tribo_controller_q31_params_t *made)
+{
+    float gain = magnitude(scaled((float)made->anti_windup, (int32_t)made->anti_windup_shift - 32));
+    float most = larger(gain, 1.0f);
+    for (uint32_t i = 0; i < made->cascade.count; i++)
+    {
+        gain *= magnitude(scaled((float)made->cascade.section[i].b0, -28));
+        most = larger(gain, most);
+    }
+    // Just below full scale, closer than the headroom's margin. 5 units cover the rounding here and in the correction.
+    return fixed(0.99999f / most, 31) - 5;
+}
+
+tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *params,
+                                         const tribo_controller_f32_config_t *config,
+                                         float                                full_scale_n,
+                                         tribo_headroom_q31_t                *headroom)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    if (!full_scale_ok(full_scale_n))
+    {
+        return TRIBO_ERR_FULL_SCALE;
+    }
+    tribo_controller_q31_params_t made = {.u_min = 0};
+    tribo_controller_f32_params_t f32;
+    tribo_status_t                status = tribo_controller_f32_init(&f32, config);
+    status                               = status != TRIBO_OK ? status : check_limits(&f32, full_scale_n);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    const float u_peak = larger(-f32.u_min_n, f32.u_max_n) / full_scale_n;
+    status = tribo_headroom_q31_quantize(&made.cascade, &f32, config, FIXED_Q31_FULL, u_peak + 1.0f, headroom);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    const int32_t by = (int32_t)made.cascade.output_scale - (int32_t)made.cascade.input_scale;
+    // It is below 2^24: the anti-windup's share of s stays below full scale at the input node.
+    normalise(scaled(f32.anti_windup, by), &made.anti_windup, &made.anti_windup_shift);
+    made.taken_max = taken_max(&made);
+    made.u_min     = fixed_force(f32.u_min_n, full_scale_n);
+    made.u_max     = fixed_force(f32.u_max_n, full_scale_n);
+    *params        = made;
+    return TRIBO_OK;
+}
+
+void tribo_controller_q31_reset(tribo_controller_q31_state_t *state)
+{
+    tribo_biquad_q31_reset(&state->cascade);
+    state->limited_ticks = 0;
+}
+
+void tribo_controller_q31_change(const tribo_controller_q31_params_t *from,
+                                 const tribo_controller_q31_params_t *to,
+                                 tribo_controller_q31_state_t        *state,
+                                 int32_t                              e,
+                                 int32_t                              offset)
+{
+    tribo_biquad_q31_change(&from->cascade, &to->cascade, &state->cascade, e, offset);
+}

@@ -1,0 +1,91 @@
+// One tick of the controller in Q31: v = K(z) e, u = limit(v + feedforward), anti-windup as in controller_f32.h.
+//
+//     y, wanted, taken   at the scale of the last node      correction   at the scale of the input node
+//     v, u, feedforward  Q31
+//
+// A node of the cascade holds its value times 2^-scale, so v = y 2^output_scale may exceed full scale. The sum v + feedforward
+// is therefore held at the scale of the last node, rounded down to fit 32 bits, as `wanted`.
+
+#ifndef TRIBO_CONTROLLER_CONTROLLER_Q31_H
+#define TRIBO_CONTROLLER_CONTROLLER_Q31_H
+
+#include "tribo/controller_q31.h"
+
+#include "biquad_q31.h"
+
+/// Cascade at rest, counters 0.
+void tribo_controller_q31_reset(tribo_controller_q31_state_t *state);
+
+/// Between two ticks: takes the state over from params `from` to `to`, so that for error `e` v is and moves as it would
+/// have under `from`, plus `offset` (Q31). Cannot fail. Costs up to two ticks of the loop.
+void tribo_controller_q31_change(const tribo_controller_q31_params_t *from,
+                                 const tribo_controller_q31_params_t *to,
+                                 tribo_controller_q31_state_t        *state,
+                                 int32_t                              e,
+                                 int32_t                              offset);
+
+/// (u - wanted) c/D, the correction of the error, at the input node; 0 while u is not limited. `u` and `wanted` are at the scale
+/// of the last node. anti_windup is c/D as a mantissa of 31 bits, with the exponent anti_windup_shift - 32.
+static inline int32_t controller_q31_correction(const tribo_controller_q31_params_t *params,
+                                                int32_t                              u,
+                                                int32_t                              wanted,
+                                                uint32_t                            *saturated)
+{
+    const uint32_t most  = (uint32_t)params->taken_max;
+    int32_t        taken = (int32_t)((uint32_t)u - (uint32_t)wanted);
+    // |taken| > most in one comparison: after a change of params, or where the difference wraps.
+    if ((uint32_t)taken + most > 2u * most)
+    {
+        tribo_q31_count(saturated);
+        taken = wanted < 0 ? params->taken_max : -params->taken_max;
+    }
+    const int32_t back = (int32_t)(tribo_q31_multiply(taken, params->anti_windup) >> 32);
+    return (int32_t)((uint32_t)back << params->anti_windup_shift); // fits as |taken| <= taken_max
+}
+
+/// Second half of a tick: u for the cascade's last node `y`, and its states. u is within u_min to u_max in any state.
+static inline int32_t controller_q31_apply(const tribo_controller_q31_params_t *params,
+                                           tribo_controller_q31_state_t        *state,
+                                           int32_t                              y,
+                                           int32_t                              feedforward,
+                                           const tribo_biquad_q31_outputs_t    *outputs,
+                                           tribo_controller_q31_signals_t      *signals)
+{
+    uint32_t        not_counted = 0;
+    uint32_t *const saturated   = &state->cascade.saturated;
+
+    const uint32_t scale  = params->cascade.output_scale;
+    const int32_t  wanted = tribo_q31_add(y, feedforward >> scale, saturated);
+
+    // v + feedforward in Q31. A sum that does not fit wraps and then differs from `wanted` at the scale of the last node.
+    int32_t    u       = (int32_t)(((uint32_t)y << scale) + (uint32_t)feedforward);
+    const bool limited = u >> scale != wanted || u < params->u_min || u > params->u_max;
+    if (limited)
+    {
+        u = wanted < 0 ? params->u_min : params->u_max; // u_min <= 0 <= u_max
+        tribo_q31_count(&state->limited_ticks);
+    }
+    signals->v       = tribo_q31_widen(y, scale, &not_counted);
+    signals->u       = u;
+    signals->limited = limited;
+
+    // Anti-windup: the states advance as if the error had been larger by the correction.
+    const int32_t correction = controller_q31_correction(params, u >> scale, wanted, saturated);
+    biquad_q31_advance(&params->cascade, &state->cascade, outputs, correction);
+    return u;
+}
+
+/// u for the error `e`.
+static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *params,
+                                          tribo_controller_q31_state_t        *state,
+                                          int32_t                              e,
+                                          int32_t                              feedforward,
+                                          tribo_controller_q31_signals_t      *signals)
+{
+    tribo_biquad_q31_outputs_t outputs;
+
+    const int32_t y = biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
+    return controller_q31_apply(params, state, y, feedforward, &outputs, signals);
+}
+
+#endif

@@ -1,0 +1,173 @@
+#include "tribo/force_loop_f32.h"
+
+#include "tribo/paper_controller.h"
+
+#include "../controller/controller_f32.h"
+#include "../number/parameters.h"
+#include "../paper/compensator_f32.h"
+#include "force_loop_f32.h"
+
+#include <stddef.h>
+
+tribo_force_loop_f32_config_t tribo_force_loop_f32_paper(void)
+{
+    tribo_force_loop_f32_config_t paper = {
+        TRIBO_SAMPLE_PARAMETERS(PARAMETERS_DEFAULT) TRIBO_INPUT_PARAMETERS(PARAMETERS_DEFAULT)
+            TRIBO_GAIN_PARAMETERS(PARAMETERS_DEFAULT)
+                .controller = {.section_count = TRIBO_PAPER_CONTROLLER_SECTION_COUNT,
+                               TRIBO_LIMIT_PARAMETERS(PARAMETERS_DEFAULT)},
+        .compensator        = tribo_compensator_f32_paper(),
+    };
+    paper.controller.sections = tribo_paper_controller_f32; // an address in an initialiser would be a relocation
+    return paper;
+}
+
+tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
+                                         const tribo_force_loop_f32_config_t *config)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_force_loop_f32_params_t made   = {.input_max_n = config->input_max_n, .gain = config->gain};
+    tribo_status_t                status = PARAMETERS_CHECK(tribo_loop_parameters, config);
+    if (status == TRIBO_OK)
+    {
+        status = tribo_controller_f32_init(&made.controller, &config->controller);
+    }
+    if (status == TRIBO_OK)
+    {
+        status = tribo_compensator_f32_init(&made.compensator, &config->compensator, config->sample_time_s);
+    }
+    if (status == TRIBO_OK)
+    {
+        *params = made;
+    }
+    return status;
+}
+
+void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state)
+{
+    force_loop_f32_activate(state, NULL);
+    state->memory      = NULL;
+    state->memory_seal = ~(uintptr_t)NULL;
+    state->guard       = NULL;
+    state->guard_seal  = ~(uintptr_t)NULL;
+    state->fade        = 1.0f;
+    state->friction_n  = 0.0f;
+    state->bad_inputs  = 0;
+    tribo_controller_f32_reset(&state->controller);
+    tribo_compensator_f32_reset(&state->compensator);
+}
+
+/// The guard, if any: judges the friction added in this tick, and sets the fade for the next. Returns f^ of the last tick,
+/// faded.
+static float guarded_friction(const tribo_force_loop_f32_params_t *params,
+                              tribo_force_loop_f32_state_t        *state,
+                              float                                r_n,
+                              float                                y_n)
+{
+    const float f      = force_loop_f32_faded(params, state);
+    void *const memory = force_loop_f32_memory(state);
+    float       judged = 0.0f;
+    if (params->method == NULL)
+    {
+        judged = params->gain * f;
+    }
+    else if (memory != NULL)
+    {
+        judged = params->method->friction(memory);
+    }
+    if (state->guard_seal != ~(uintptr_t)state->guard)
+    {
+        return f; // with a corrupt pointer the fade stays
+    }
+    state->fade = 1.0f;
+    if (state->guard != NULL)
+    {
+        const bool good = !force_loop_f32_bad(params, r_n, y_n);
+        state->fade     = params->guard->step(params->guard, state->guard, r_n, y_n, judged, good);
+    }
+    return f;
+}
+
+/// The term that a method adds to v.
+static float method_term(const tribo_force_loop_f32_params_t *params, tribo_force_loop_f32_state_t *state, float v)
+{
+    void *const memory = force_loop_f32_memory(state);
+    return memory != NULL ? params->method->term(params, memory, v) : 0.0f;
+}
+
+/// A method's part of the tick once u is known.
+static void method_after(const tribo_force_loop_f32_params_t *params,
+                         tribo_force_loop_f32_state_t        *state,
+                         tribo_force_loop_f32_signals_t      *signals)
+{
+    void *const memory = force_loop_f32_memory(state);
+
+    signals->compensator = (tribo_compensator_f32_signals_t){.force_n = 0.0f};
+    if (memory != NULL)
+    {
+        params->method->after(params, memory, signals->controller.v_n, signals->controller.u_n, signals);
+    }
+}
+
+// Fig. 9, for every method.
+float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
+                                tribo_force_loop_f32_state_t        *state,
+                                float                                r_n,
+                                float                                y_n,
+                                tribo_force_loop_f32_signals_t      *signals)
+{
+    const tribo_force_loop_f32_method_t *const method = params->method; // null: the paper's
+
+    tribo_force_loop_f32_signals_t        unseen;
+    tribo_force_loop_f32_signals_t *const seen = signals != NULL ? signals : &unseen; // cppcheck-suppress uninitvar
+    tribo_biquad_f32_outputs_t            nodes;
+
+    // error, 0 for a bad input: u coasts on the controller's state
+    float e = r_n - y_n;
+    if (force_loop_f32_bad(params, r_n, y_n))
+    {
+        e = 0.0f;
+        count(&state->bad_inputs);
+    }
+    if (state->active != params)
+    {
+        tribo_force_loop_f32_change(params, state, r_n, y_n, e);
+    }
+    if (method != NULL)
+    {
+        e = tribo_force_loop_f32_method_error(params, state, r_n, y_n, e);
+    }
+    float friction = state->friction_n;
+    if (params->guard != NULL)
+    {
+        friction = guarded_friction(params, state, r_n, y_n);
+    }
+    seen->e_n = e;
+
+    // controller
+    const tribo_controller_f32_params_t *const controller = &params->controller;
+
+    const float v         = biquad_f32_output(&controller->cascade, &state->controller.cascade, e, &nodes);
+    const float term      = method == NULL ? params->gain * friction : method_term(params, state, v);
+    const float u         = controller_f32_apply(controller, &state->controller, e, v, term, &nodes, &seen->controller);
+    seen->friction_term_n = term;
+
+    // compensation
+    if (state->active != params)
+    {
+        tribo_force_loop_f32_change_friction(params, state, seen->e_n, u);
+    }
+    if (method == NULL)
+    {
+        const float n     = compensator_f32_net_force(&params->compensator, &state->compensator, u);
+        state->friction_n = compensator_f32_step(&params->compensator, &state->compensator, n, &seen->compensator);
+    }
+    else
+    {
+        method_after(params, state, seen);
+    }
+    return u;
+}

@@ -1,0 +1,143 @@
+#include "tribo/friction_f32.h"
+
+#include "../number/parameters.h"
+#include "friction_f32.h"
+
+#include <stddef.h>
+
+tribo_friction_f32_config_t tribo_friction_f32_paper(void)
+{
+    const tribo_friction_f32_config_t paper = {TRIBO_FRICTION_PARAMETERS(PARAMETERS_DEFAULT)
+                                                   TRIBO_BREAKAWAY_PARAMETERS(PARAMETERS_DEFAULT)};
+    return paper;
+}
+
+static tribo_status_t check_table(const tribo_breakaway_point_f32_t *table, uint32_t length)
+{
+    if (length < 1u || length > TRIBO_BREAKAWAY_POINTS_MAX)
+    {
+        return TRIBO_ERR_TABLE_LENGTH;
+    }
+    for (uint32_t i = 0; i < length; i++)
+    {
+        const bool rises = i == 0u || table[i].force_n > table[i - 1u].force_n;
+        if (!rises)
+        {
+            return TRIBO_ERR_TABLE_FORCE;
+        }
+#define CHECK(symbol, member, key, unit, low, high, sentence)                                                          \
+    if (!within(table[i].member, (float)(low), (float)(high)))                                                         \
+    {                                                                                                                  \
+        return TRIBO_ERR_##symbol;                                                                                     \
+    }
+        TRIBO_POINT_ELEMENTS(CHECK)
+#undef CHECK
+    }
+    return TRIBO_OK;
+}
+
+static tribo_status_t check_breakaway(const tribo_friction_f32_config_t *config)
+{
+    if (config->table != NULL)
+    {
+        return check_table(config->table, config->table_length);
+    }
+    return PARAMETERS_CHECK(tribo_breakaway_parameters, config);
+}
+
+tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params,
+                                       const tribo_friction_f32_config_t *config,
+                                       float                              sample_time_s)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    if (!sample_time_ok(sample_time_s))
+    {
+        return TRIBO_ERR_SAMPLE_TIME;
+    }
+    const float    pulse_samples = config->pulse_width_s / sample_time_s;
+    tribo_status_t status        = PARAMETERS_CHECK(tribo_friction_parameters, config);
+    if (status == TRIBO_OK && !(config->k_min <= config->k_max))
+    {
+        status = TRIBO_ERR_K_MIN;
+    }
+    status = status != TRIBO_OK ? status : check_breakaway(config);
+    if (status == TRIBO_OK && !within(pulse_samples, 0.5f, (float)TRIBO_EDGE_WIDTH_MAX + 0.49f))
+    {
+        status = TRIBO_ERR_PULSE_WIDTH;
+    }
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+
+    const float e_fold = 2.0f * 1.44269504f * config->m; // e^x = 2^(x/ln 2)
+    const float k_min  = 1.57108067f * config->k_min;    // tools/fit_friction.py
+    const float k_max  = 1.57108067f * config->k_max;
+
+    params->rate_hz           = 1.0f / sample_time_s;
+    params->exponent_per_rise = e_fold / config->v0_n_per_s * params->rate_hz;
+    params->exponent_at_rest  = e_fold;
+    params->k[0].at_0         = 0.125f * k_min;
+    params->k[0].per_power    = k_max;
+    params->k[1].at_0         = 0.125f * k_max;
+    params->k[1].per_power    = k_min;
+    params->law[0]            = config->positive;
+    params->law[1]            = config->negative;
+    params->table             = config->table;
+    params->table_length      = (uint8_t)(config->table != NULL ? config->table_length : 0u);
+    params->set_level         = config->set_level;
+    params->reset_level       = config->reset_level;
+    params->gravity_n         = config->gravity_n + 0.0f; // -0 would make n = -0
+    params->pulse_width       = (uint8_t)(pulse_samples + 0.5f);
+    return TRIBO_OK;
+}
+
+void tribo_friction_f32_reset(tribo_friction_f32_state_t *state)
+{
+    state->n_n        = 0.0f;
+    state->bad_inputs = 0;
+    relay_reset(&state->relay);
+}
+
+/// Linear between the points, clamped at both ends. Visits every point, whatever the load.
+void tribo_friction_f32_look_up(const tribo_friction_f32_params_t *params, float load_n, float L_n[2])
+{
+    if (params->table == NULL) // a bit of table_length has flipped
+    {
+        L_n[0] = friction_f32_affine(&params->law[0], load_n);
+        L_n[1] = friction_f32_affine(&params->law[1], load_n);
+        return;
+    }
+    const uint32_t length = params->table_length;
+    uint32_t       below  = 0; // points at or below the load
+    for (uint32_t i = 0; i < length; i++)
+    {
+        below += load_n >= params->table[i].force_n;
+    }
+    const tribo_breakaway_point_f32_t *lower = &params->table[below > 0u ? below - 1u : 0u];
+    const tribo_breakaway_point_f32_t *upper = &params->table[below < length ? below : length - 1u];
+
+    const float span = upper->force_n - lower->force_n;
+    const float part = span > 0.0f ? (load_n - lower->force_n) / span : 0.0f;
+    L_n[0]           = lower->positive_n + part * (upper->positive_n - lower->positive_n);
+    L_n[1]           = lower->negative_n + part * (upper->negative_n - lower->negative_n);
+}
+
+float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
+                              tribo_friction_f32_state_t        *state,
+                              float                              u_n,
+                              float                              force_n,
+                              tribo_friction_f32_signals_t      *signals)
+{
+    const bool bad_force = exceeds(force_n, TRIBO_F32_FORCE_MAX_N);
+    const bool bad       = bad_force || exceeds(u_n, TRIBO_F32_FORCE_MAX_N);
+    if (bad)
+    {
+        count(&state->bad_inputs);
+    }
+    const float n = bad ? state->n_n : u_n - force_n + params->gravity_n;
+    return friction_f32_step(params, state, n, bad_force ? 0.0f : force_n, signals);
+}

@@ -1,0 +1,393 @@
+#include "bank.h"
+
+#include "tribo/controller_f32.h"
+#include "tribo/paper_controller.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#define H        1e-3
+#define ACTUATOR 200.0           // pole, rad/s
+#define SENSOR   55.0            // pole, rad/s
+#define ARM_LAG  (0.0288 / 3.84) // b/K, s
+#define U_MAX    2.0
+#define PART(T)  (H / ((T) + H)) // of a low pass with time constant T
+
+// Constants of the design that are not studied.
+#define STOP_RATIO      (8.0 / 3.0)
+#define NOISE_TIME_S    0.25
+#define RATE_TIME_S     0.010
+#define STEP_N          (2.0 * H) // a larger move of r in a tick is a step
+#define NOISE_WIDTH     4.0       // width of a reversal per mean second difference of r
+#define TRAVEL_WIDTH_N  0.1e-3
+#define TRAVEL_NOISE    0.4
+#define OBSERVER_TIME_S 0.010
+#define RATE_MAX_N_S    0.5
+#define MEASURED_MOST_N 1e-3 // a larger move counts as that
+#define WEIGHING_N      2e-3 // R
+#define FORGETTING_1_N  0.1  // Q
+#define DOUBT_TRAVEL_N  0.020
+#define PRIOR_WEIGHT    0.5 // of f before anything is learned
+#define HOLD_GAIN       0.94
+#define HOLD_MARGIN     0.85
+
+static const tribo_biquad_f32_section_t controller[2] = TRIBO_PAPER_CONTROLLER_F32;
+static const double                     prior[3]      = {0.16, 1e-4, 0.01}; // variances of V_0, c_0, c_1
+static const double                     prior_stop    = 0.16;
+
+bank_options_t bank_default(void)
+{
+    return (bank_options_t){.method       = BANK_FEEDFORWARD,
+                            .lead         = 0.7,
+                            .shrinkage    = 0.2,
+                            .still_time_s = 0.2,
+                            .width_n      = 0.5e-3,
+                            .jump_time_s  = 0.020,
+                            .stop_n       = 0.75e-3};
+}
+
+void bank_reset(bank_t *x)
+{
+    *x = (bank_t){.running = false};
+}
+
+static double within(double x, double low, double high)
+{
+    return fmin(fmax(x, low), high);
+}
+
+static int sign_of(double x)
+{
+    return (x > 0.0) - (x < 0.0);
+}
+
+static double breakaway(double force)
+{
+    return 0.007 + 0.3 * fabs(force);
+}
+
+// --- the controller -------------------------------------------------------------------------------------------------
+
+static double output(const bank_t *x, double e, double y[2])
+{
+    y[0] = (double)controller[0].b0 * e + x->w1[0];
+    y[1] = (double)controller[1].b0 * y[0] + x->w1[1];
+    return y[1];
+}
+
+/// u within its limits; the states receive the difference (anti-windup).
+static double apply(bank_t *x, double e, const double y[2], double unsaturated)
+{
+    const double u          = within(unsaturated, -U_MAX, U_MAX);
+    double       correction = (u - unsaturated) / ((double)controller[0].b0 * (double)controller[1].b0);
+    double       in         = e + correction;
+    for (int i = 0; i < 2; i++)
+    {
+        correction *= (double)controller[i].b0;
+        const double out = y[i] + correction;
+        const double w2  = x->w2[i];
+        x->w1[i] += (double)controller[i].b1 * in - (double)controller[i].a1 * out + w2;
+        x->w2[i] += (double)controller[i].b2 * in - (double)controller[i].a2 * out;
+        in = out;
+    }
+    x->limited = sign_of(unsaturated - u);
+    return u;
+}
+
+// --- the bank -------------------------------------------------------------------------------------------------------
+
+static void start(bank_t *x, double r, double y)
+{
+    bank_reset(x);
+    x->running = true;
+    x->r[0] = x->r[1] = r;
+    x->y[0] = x->y[1] = y;
+    x->reached = x->play = x->stopped = x->anchor = y;
+    x->u = x->actuator = x->sensor = x->filtered = x->travelled = y;
+    x->weight[0]                                                = 1.0;
+    x->doubt                                                    = 1.0;
+    for (int j = 0; j < BANK_STOPS; j++)
+    {
+        x->variance[j] = prior_stop;
+    }
+    for (int j = 0; j < 3; j++)
+    {
+        x->covariance[j][j] = prior[j];
+    }
+}
+
+/// Updates the mean second difference of a signal with its `last` two values; each tick counts at most four times the mean.
+static double noise(double mean, double now, double last[2])
+{
+    const double second = fmin(fabs(now - 2.0 * last[0] + last[1]), 4.0 * mean + 1e-6);
+    last[1]             = last[0];
+    last[0]             = now;
+    return mean + (second - mean) * H / NOISE_TIME_S;
+}
+
+static double stop_width(const bank_options_t *options, int j)
+{
+    return options->stop_n * pow(STOP_RATIO, j);
+}
+
+/// A learned weight for use: small ones, possibly noise, shrink.
+static double shrunk(const bank_options_t *options, double V)
+{
+    return V * V * V / (V * V + options->shrinkage * options->shrinkage);
+}
+
+/// Step 4: f for direction sigma.
+static double friction(const bank_t *x, const bank_options_t *options, double sigma)
+{
+    double last = sigma;
+    double sum  = x->weight[0] * sigma;
+    for (int j = 0; j < BANK_STOPS; j++)
+    {
+        const double phi = x->stop[j] / stop_width(options, j);
+        sum += shrunk(options, x->weight[j + 1]) * (phi - last);
+        last = phi;
+    }
+    return (1.0 - (1.0 - PRIOR_WEIGHT) * x->doubt) * breakaway(x->reached) * sum;
+}
+
+/// The value of v in a slide at rs.
+static double bias(const bank_t *x)
+{
+    return x->constant + x->slope * fabs(x->reached);
+}
+
+/// Step 10: f while r stands, from the play of hold_f32.h around u.
+static double hold(bank_t *x, double *e, double y)
+{
+    const double L     = HOLD_MARGIN * fmax(0.2, x->weight[0]) * breakaway(x->reached) * (1.0 - x->extra_margin);
+    const double last  = x->y[0];
+    const double moved = fabs(y - 2.0 * last + x->y[1]);
+    if (!x->holds)
+    {
+        const double f = within(x->f, -L, L);
+        x->held_force  = x->u - f;
+        x->offset += HOLD_GAIN * f - x->f;
+        x->side       = x->sign;
+        x->held_error = 0.0;
+    }
+    const double f    = within(x->u - x->held_force, -L, L);
+    const double F    = x->u - f;
+    const int    side = F != x->held_force ? sign_of(F - x->held_force) : x->side;
+    x->side_s += H;
+    if (side != x->side)
+    {
+        x->quick = x->side_s < 0.2 ? x->quick + 1 : 0;
+        x->extra_margin += x->quick >= 4 ? 0.1 * (1.0 - x->extra_margin) : 0.0;
+        x->side_s = 0.0;
+    }
+    x->side       = side;
+    x->held_force = F;
+    x->sigma      = 0.0;
+
+    const bool changes = y != last;
+    x->held_changes += ((changes ? 1.0 : 0.0) - x->held_changes) * PART(0.3);
+    x->held_noise += changes ? (moved - x->held_noise) * PART(0.3) : 0.0;
+    x->held_error += (*e - x->held_error) * PART(0.3);
+    const double deadband = x->held_noise * (0.1 * x->held_changes + 0.6 * (1.0 - x->held_changes));
+    *e -= within(x->held_error, -deadband, deadband);
+    return HOLD_GAIN * f;
+}
+
+/// f in the first tick after a hold, chosen so that u continues.
+static double leave(bank_t *x, const bank_options_t *options, double lin)
+{
+    const double L = fabs(friction(x, options, 1.0));
+    x->sigma       = x->sign;
+    if (x->side != x->sign && L > 0.0)
+    {
+        x->sigma = within((x->u - lin - bias(x)) / L, -1.0, 1.0);
+    }
+    return friction(x, options, x->sigma);
+}
+
+/// Step 9, with the regressor `psi` of the stops on the measured force and the measured friction z.
+static void learn(bank_t *x, const bank_options_t *options, const double psi[BANK_STOPS + 1], double z, double moved)
+{
+    const double load       = fabs(x->travelled);
+    const double L          = breakaway(x->filtered);
+    const double travel     = fmin(fabs(moved), MEASURED_MOST_N);
+    const double regress[3] = {psi[0], 1.0, load};
+    double       error      = z - x->constant - x->slope * load;
+    double       q[3]       = {0.0};
+    double       spread     = 0.0;
+    double       q_stop[BANK_STOPS];
+    for (int j = 0; j <= BANK_STOPS; j++)
+    {
+        error -= x->weight[j] * psi[j];
+    }
+    for (int i = 0; i < 3; i++)
+    {
+        for (int j = 0; j < 3; j++)
+        {
+            q[i] += x->covariance[i][j] * regress[j];
+        }
+        spread += q[i] * regress[i];
+    }
+    for (int j = 0; j < BANK_STOPS; j++)
+    {
+        q_stop[j] = x->variance[j] * psi[j + 1];
+        spread += q_stop[j] * psi[j + 1];
+    }
+    const double gain   = travel / (WEIGHING_N * L * L + travel * spread);
+    const double before = friction(x, options, x->sigma);
+    x->weight[0]        = within(x->weight[0] + gain * q[0] * error, 0.2, 3.0);
+    x->constant += gain * q[1] * error;
+    x->slope += gain * q[2] * error;
+    for (int i = 0; i < 3; i++)
+    {
+        for (int j = 0; j < 3; j++)
+        {
+            x->covariance[i][j] -= gain * q[i] * q[j];
+            x->covariance[i][j] += FORGETTING_1_N * travel * ((i == j ? prior[i] : 0.0) - x->covariance[i][j]);
+        }
+    }
+    for (int j = 0; j < BANK_STOPS; j++)
+    {
+        x->weight[j + 1] = within(x->weight[j + 1] + gain * q_stop[j] * error, -2.0, 2.0);
+        x->variance[j] -= gain * q_stop[j] * q_stop[j];
+        x->variance[j] += FORGETTING_1_N * travel * (prior_stop - x->variance[j]);
+    }
+    x->doubt -= x->doubt * fmin(1.0, travel / DOUBT_TRAVEL_N);
+    x->extra_margin -= x->extra_margin * travel / 0.1;
+    x->f = friction(x, options, x->sigma);
+    x->offset += x->f - before; // learning does not move u
+}
+
+/// Steps 7 and 8: the measured friction, and the same stops on the measured force.
+static void observe(bank_t *x, const bank_options_t *options, double y)
+{
+    const double before = x->filtered;
+    x->actuator += (1.0 - exp(-ACTUATOR * H)) * (x->u - x->actuator);
+    x->sensor += (1.0 - exp(-SENSOR * H)) * (x->actuator - x->sensor);
+    x->y_noise = noise(x->y_noise, y, x->y);
+    x->filtered += PART(OBSERVER_TIME_S) * (y - x->filtered);
+    x->difference += PART(OBSERVER_TIME_S) * (x->sensor - y - x->difference);
+    const double rate  = (x->filtered - before) / H;
+    const double half  = 0.5 * (TRAVEL_WIDTH_N + TRAVEL_NOISE * x->y_noise);
+    const double now   = within(x->travelled, x->filtered - half, x->filtered + half);
+    const double moved = now - x->travelled;
+    double       last  = 0.0;
+    double       psi[BANK_STOPS + 1];
+    x->travelled = now;
+    if (moved == 0.0)
+    {
+        return;
+    }
+    for (int j = 0; j <= BANK_STOPS; j++)
+    {
+        const double width  = j == 0 ? 0.5 * options->width_n : stop_width(options, j - 1);
+        x->measured_stop[j] = within(x->measured_stop[j] + moved, -width, width);
+        const double phi    = x->measured_stop[j] / width;
+        psi[j]              = breakaway(x->filtered) * (phi - last);
+        last                = phi;
+    }
+    if (x->limited == 0 && x->sign != 0 && fabs(rate) <= RATE_MAX_N_S && !x->holds)
+    {
+        learn(x, options, psi, x->difference - ARM_LAG * rate, moved);
+    }
+}
+
+/// f while r moves; `lead` gets the jump's lead. Returns f.
+static double follow(bank_t *x, const bank_options_t *options, bool controller_alone, double f_before, double *lead)
+{
+    const double before = x->sigma;
+    const double most   = 2.0 * H / options->jump_time_s;
+    if (controller_alone) // f jumps and the offset with it
+    {
+        x->sigma = x->sign;
+        x->offset += friction(x, options, x->sigma) - f_before;
+        return friction(x, options, x->sigma);
+    }
+    x->sigma += within(x->sign - x->sigma, -most, most);
+    const double f = friction(x, options, x->sigma);
+    *lead          = x->sigma != before ? options->lead / (ACTUATOR * H) * (f - friction(x, options, before)) : 0.0;
+    return f;
+}
+
+/// True if r has stayed within `half` of one value for the still time.
+static bool stands(bank_t *x, const bank_options_t *options, double half, bool step)
+{
+    x->still_s += H;
+    if (fabs(x->reached - x->anchor) > half)
+    {
+        x->anchor  = x->reached;
+        x->still_s = step && x->holds ? x->still_s : 0.0;
+    }
+    return options->still_time_s > 0.0 && x->still_s > options->still_time_s && x->sign != 0;
+}
+
+double bank_tick(bank_t *x, const bank_options_t *options, double r, double y)
+{
+    double nodes[2];
+    if (options->method == BANK_OFF)
+    {
+        const double v = output(x, r - y, nodes);
+        return apply(x, r - y, nodes, v);
+    }
+    if (!x->running)
+    {
+        start(x, r, y);
+    }
+    // 1 to 3: rs, its rate, the stops, the sign.
+    x->r_noise          = noise(x->r_noise, r, x->r);
+    const double wanted = r - x->reached;
+    const double moved  = x->limited != 0 && wanted * x->limited > 0.0 ? 0.0 : wanted;
+    const bool   step   = fabs(moved) > STEP_N;
+    const double was    = x->reached;
+    const double widen  = NOISE_WIDTH * x->r_noise;
+    const double half   = 0.5 * (options->width_n + widen);
+    x->reached += moved;
+    x->rate += ((step ? 0.0 : moved / H) - x->rate) * PART(RATE_TIME_S);
+    const double f_before = friction(x, options, x->sigma);
+    const double stopped  = within(x->stopped, x->reached - 0.5 * widen, x->reached + 0.5 * widen);
+    for (int j = 0; j < BANK_STOPS; j++)
+    {
+        const double width = stop_width(options, j);
+        x->stop[j]         = within(x->stop[j] + stopped - x->stopped, -width, width);
+    }
+    x->stopped             = stopped;
+    const double play      = within(x->play, x->reached - half, x->reached + half);
+    const int    last_sign = x->sign;
+    x->sign                = play != x->play ? sign_of(play - x->play) : x->sign;
+    x->play                = play;
+
+    // 5: the error against the reference model, two low passes kept as distances from rs.
+    const double ahead = (1.0 / ACTUATOR + ARM_LAG) * x->rate * options->width_n / (options->width_n + widen);
+    const double lin   = x->reached + ahead;
+    double       e     = was - y + x->behind_sensor;
+    x->behind_actuator -= moved;
+    x->behind_sensor -= moved;
+    x->behind_actuator += PART(1.0 / ACTUATOR + ARM_LAG) * (ahead - x->behind_actuator);
+    x->behind_sensor += (1.0 - exp(-SENSOR * H)) * (x->behind_actuator - x->behind_sensor);
+
+    // 4, 6 and 10: friction and its lead.
+    const bool   holds  = stands(x, options, half, step);
+    const bool   leaves = x->holds && !holds;
+    const bool   flips  = x->sign != last_sign;
+    const bool   alone  = flips && (last_sign == 0 || (step && x->doubt > 0.5));
+    double       lead   = 0.0;
+    const double f      = holds    ? hold(x, &e, y)
+                          : leaves ? leave(x, options, lin)
+                                   : follow(x, options, alone, f_before, &lead);
+
+    const double v = output(x, e, nodes);
+    if (flips && !alone && !holds && !leaves)
+    {
+        x->offset = v - bias(x);
+    }
+    if (leaves)
+    {
+        x->offset = v + lin + f - x->u;
+    }
+    x->offset = within(x->offset, -4.0 * U_MAX, 4.0 * U_MAX);
+    x->f      = f;
+    x->holds  = holds;
+    x->u      = apply(x, e, nodes, v + lin + f + lead - x->offset);
+    observe(x, options, y);
+    return x->u;
+}

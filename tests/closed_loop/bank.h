@@ -1,0 +1,63 @@
+// A bank of stops with learned weights as the feed-forward of friction, and a jump that leads the actuator, in double precision:
+// a study for a successor of feedforward_f32.h, not a product. The controller is the paper's.
+//
+//     f = g L(rs) (V0 sigma + sum of S(Vj) (phi_j - phi_(j-1)))      phi_0 = sigma, phi_j = s_j/d_j
+//
+// sigma ramps to the sign of r as in feedforward_f32.h. The stops s_j of widths d_j are Prandtl-Ishlinskii operators of r.
+// Their weights V_j are the friction still missing while stop j moves: presliding over distance. The same stops, driven by the
+// measured force, teach the weights.
+
+#ifndef TESTS_CLOSED_LOOP_BANK_H
+#define TESTS_CLOSED_LOOP_BANK_H
+
+#include <stdbool.h>
+
+#define BANK_STOPS 4
+
+typedef enum
+{
+    BANK_OFF,         // the controller alone
+    BANK_FEEDFORWARD, // the bank
+} bank_method_t;
+
+typedef struct
+{
+    bank_method_t method;
+    double        lead;         // of the jump of f, as a fraction of the actuator's inverse; 0: none
+    double        shrinkage;    // theta of S(V) = V^3/(V^2 + theta^2)
+    double        still_time_s; // r stands after this time; 0: no hold
+    double        width_n;      // w of a reversal
+    double        jump_time_s;  // of sigma
+    double        stop_n;       // d_1; each is wider than the last by bank_stop_ratio
+} bank_options_t;
+
+typedef struct
+{
+    double w1[2], w2[2]; // controller
+    bool   running;
+    double r[2], y[2], r_noise, y_noise; // the last two, and mean second differences
+    double reached, rate, play;          // rs, its filtered rate, rp
+    int    sign;
+    double sigma, offset, f, u;
+    int    limited;
+    double stopped, stop[BANK_STOPS];              // rn, s_j
+    double behind_actuator, behind_sensor;         // distances of the reference model from rs
+    double actuator, sensor, filtered, difference; // observer: u1, u2, LP(y), LP(u2 - y)
+    double travelled, measured_stop[BANK_STOPS + 1];
+    double weight[BANK_STOPS + 1], constant, slope; // V, c_0, c_1
+    double covariance[3][3], variance[BANK_STOPS], doubt;
+    bool   holds;
+    double anchor, still_s, held_force, side_s, extra_margin, held_error, held_noise, held_changes;
+    int    side, quick;
+} bank_t;
+
+/// The options of the design.
+bank_options_t bank_default(void);
+
+/// Starts with the first tick.
+void bank_reset(bank_t *x);
+
+/// One tick of 1 ms: reference and reading in N give u in N.
+double bank_tick(bank_t *x, const bank_options_t *options, double r, double y);
+
+#endif

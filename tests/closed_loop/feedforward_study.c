@@ -1,0 +1,426 @@
+// Judges the bank of stops (bank.h) on all truths. Not a test; run it by hand:
+//
+//     build/host-release/tests/closed_loop/feedforward_study [NAME=VALUE...] [truths|ratios|triangles|waves|random|iterative]...
+//
+// A ratio is the RMS of r - F without over that with the bank, after the first third of a run, with the same plant and noise.
+// NAME is one of bank_options_t: lead, shrinkage, still, width, jump, stop.
+
+#include "bank.h"
+#include "plant/plant.h"
+#include "plant/random.h"
+#include "scenario/config.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define H            1e-3
+#define STEPS_A_TICK 10
+#define PI           3.141592653589793
+#define MOST_CASES   1024
+
+typedef struct
+{
+    int    truth;
+    double breakaway;     // of the truth over the model's
+    double sliding;       // level of sliding over breakaway, for truths that have one
+    double actuator_gain; // of the truth
+    double noise_n;       // standard deviation
+    int    seed;          // of the noise
+    double (*reference)(const double of[3], double t);
+    double of[3]; // low, high, and a slope in N/s or a time in s
+    double third_s;
+} case_t;
+
+static double triangle(const double of[3], double t)
+{
+    const double swing = of[1] - of[0];
+    const double gone  = fmod(t * of[2], 2.0 * swing);
+    return of[0] + (gone < swing ? gone : 2.0 * swing - gone);
+}
+
+static double stairs(const double of[3], double t)
+{
+    const int step = (int)(t / of[2]) % 10;
+    return of[0] + (step < 5 ? step : 10 - step) * (of[1] - of[0]) / 5.0;
+}
+
+static double sawtooth(const double of[3], double t)
+{
+    return of[0] + (of[1] - of[0]) * fmod(t, of[2]) / of[2];
+}
+
+static double sine(const double of[3], double t)
+{
+    return 0.5 * (of[0] + of[1]) + 0.5 * (of[1] - of[0]) * sin(2.0 * PI * t / of[2]);
+}
+
+static double square(const double of[3], double t)
+{
+    return fmod(t, of[2]) < 0.5 * of[2] ? of[0] : of[1];
+}
+
+// --- one run --------------------------------------------------------------------------------------------------------
+
+typedef struct
+{
+    sim_scenario_t    *scenario; // for the plant's defaults
+    sim_plant_config_t config;
+    double             own[SIM_TRUTH_DOUBLES_MAX];
+    sim_plant_t       *plant;
+    sim_random_t       random;
+} rig_t;
+
+/// Sets the truth's sliding friction, for truths with a separate breakaway.
+static void set_sliding(rig_t *rig, const case_t *x)
+{
+    const sim_truth_ops_t *truth = sim_truth_models[x->truth];
+    for (const sim_key_t *key = truth->keys; key != NULL && key->name != NULL; key++)
+    {
+        if (x->sliding < 1.0 && strcmp(key->name, "sliding_ratio") == 0)
+        {
+            memcpy((char *)rig->own + key->offset, &x->sliding, sizeof x->sliding);
+        }
+    }
+}
+
+static void open_rig(rig_t *rig, const case_t *x)
+{
+    rig->scenario = sim_scenario_create();
+    if (rig->scenario == NULL)
+    {
+        exit(1);
+    }
+    const sim_config_t *defaults = sim_scenario_config(rig->scenario);
+    memcpy(rig->own, defaults->plant.own[x->truth], sizeof rig->own);
+    set_sliding(rig, x);
+    rig->config = (sim_plant_config_t){
+        .step_s                  = H / STEPS_A_TICK,
+        .actuator_pole_rad_per_s = defaults->plant.actuator_pole_rad_per_s,
+        .sensor_pole_rad_per_s   = defaults->sensor.pole_rad_per_s,
+        .truth                   = {.friction = defaults->plant.friction, .arm = defaults->plant.arm, .own = rig->own}};
+    rig->config.truth.friction.breakaway.offset_n *= x->breakaway;
+    rig->config.truth.friction.breakaway.slope *= x->breakaway;
+    rig->plant = sim_plant_create(&rig->config, sim_truth_models[x->truth]);
+    if (rig->plant == NULL)
+    {
+        exit(1);
+    }
+    sim_random_seed(&rig->random, (uint64_t)x->seed);
+}
+
+static void close_rig(rig_t *rig)
+{
+    sim_plant_destroy(rig->plant);
+    sim_scenario_destroy(rig->scenario);
+}
+
+static double read_rig(rig_t *rig, const case_t *x)
+{
+    return sim_plant_filtered_force(rig->plant) + x->noise_n * sim_random_normal(&rig->random);
+}
+
+static void tick_rig(rig_t *rig, const case_t *x, double u)
+{
+    sim_plant_signals_t unseen;
+    for (int i = 0; i < STEPS_A_TICK; i++)
+    {
+        sim_plant_step(rig->plant, x->actuator_gain * u, &unseen);
+    }
+}
+
+/// RMS of r - F over the last two thirds, in N.
+static double run(const case_t *x, const bank_options_t *options)
+{
+    rig_t      rig;
+    bank_t     bank;
+    double     sum   = 0.0;
+    const long third = lround(x->third_s / H);
+    open_rig(&rig, x);
+    bank_reset(&bank);
+    for (long k = 0; k < 3 * third; k++)
+    {
+        const double r     = x->reference(x->of, (double)k * H);
+        const double error = k < third ? 0.0 : r - sim_plant_force(rig.plant);
+        sum += error * error;
+        tick_rig(&rig, x, bank_tick(&bank, options, r, read_rig(&rig, x)));
+    }
+    close_rig(&rig);
+    return sqrt(sum / (double)(2 * third));
+}
+
+static double ratio(const case_t *x, const bank_options_t *options)
+{
+    const bank_options_t off = {.method = BANK_OFF};
+    return run(x, &off) / run(x, options);
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a;
+    const double y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static void print(const char *name, double *ratios, size_t count)
+{
+    size_t worse = 0;
+    for (size_t i = 0; i < count; i++)
+    {
+        worse += ratios[i] < 1.0;
+    }
+    qsort(ratios, count, sizeof ratios[0], ascending);
+    printf("%-36s %4zu cases: least %.2f, 5 %% %.2f, median %.2f, below 1 in %zu\n",
+           name,
+           count,
+           ratios[0],
+           ratios[count / 20],
+           0.5 * (ratios[(count - 1) / 2] + ratios[count / 2]),
+           worse);
+    (void)fflush(stdout);
+}
+
+static case_t benchmark(int truth)
+{
+    return (case_t){.truth         = truth,
+                    .breakaway     = 1.0,
+                    .sliding       = 1.0,
+                    .actuator_gain = 1.0,
+                    .seed          = 1,
+                    .reference     = triangle,
+                    .of            = {0.4, 0.6, 0.02},
+                    .third_s       = 20.0};
+}
+
+// --- the studies ----------------------------------------------------------------------------------------------------
+
+static void study_truths(const bank_options_t *options)
+{
+    double ratios[SIM_TRUTH_COUNT];
+    for (int truth = 0; truth < SIM_TRUTH_COUNT; truth++)
+    {
+        const case_t         x   = benchmark(truth);
+        const bank_options_t off = {.method = BANK_OFF};
+        const double         rms = run(&x, options);
+        ratios[truth]            = run(&x, &off) / rms;
+        printf("  %-18s %.3f mN, %.2f times\n", sim_truth_models[truth]->name, 1e3 * rms, ratios[truth]);
+    }
+    print("truths, triangle", ratios, SIM_TRUTH_COUNT);
+}
+
+static void study_ratios(const bank_options_t *options)
+{
+    static const int    truth[]   = {SIM_TRUTH_karnopp, SIM_TRUTH_leuven, SIM_TRUTH_maxwell_slip};
+    static const double sliding[] = {0.85, 0.7, 0.6};
+    double              ratios[9];
+    for (int i = 0; i < 9; i++)
+    {
+        case_t x  = benchmark(truth[i / 3]);
+        x.sliding = sliding[i % 3];
+        ratios[i] = ratio(&x, options);
+        printf("  %-18s sliding at %.2f: %.2f times\n", sim_truth_models[x.truth]->name, x.sliding, ratios[i]);
+    }
+    print("sliding below breakaway, triangle", ratios, 9);
+}
+
+static void study_triangles(const bank_options_t *options)
+{
+    static const double range[8][2] =
+        {{0.1, 0.3}, {0.2, 0.5}, {0.2, 0.6}, {0.3, 0.5}, {0.4, 0.6}, {0.1, 0.5}, {-0.2, 0.2}, {-0.4, 0.4}};
+    static const double slope[4]     = {0.01, 0.015, 0.02, 0.04};
+    static const double breakaway[5] = {1.0, 0.8, 1.2, 0.5, 1.5};
+    for (int set = 0; set < 20; set++) // quiet, then with three noise seeds
+    {
+        double ratios[32];
+        char   name[64];
+        for (int i = 0; i < 32; i++)
+        {
+            case_t x    = benchmark(SIM_TRUTH_paper);
+            x.breakaway = breakaway[set % 5];
+            x.seed      = set / 5;
+            x.noise_n   = set < 5 ? 0.0 : 1e-3;
+            x.of[0]     = range[i / 4][0];
+            x.of[1]     = range[i / 4][1];
+            x.of[2]     = slope[i % 4];
+            x.third_s   = 2.0 * (x.of[1] - x.of[0]) / x.of[2];
+            ratios[i]   = ratio(&x, options);
+        }
+        (void)snprintf(name, sizeof name, "triangles, L x%.1f, noise %d mN, %d", breakaway[set % 5], set >= 5, set / 5);
+        print(name, ratios, 32);
+    }
+}
+
+static void study_waves(const bank_options_t *options)
+{
+    static const struct
+    {
+        const char *name;
+        double (*reference)(const double of[3], double t);
+        double of[3], third_s;
+    } wave[] = {{"steps", square, {0.4, 0.6, 10.0}, 10.0},
+                {"small steps", square, {0.4, 0.42, 10.0}, 10.0},
+                {"stairs", stairs, {0.4, 0.6, 2.0}, 20.0},
+                {"quick stairs", stairs, {0.2, 0.6, 1.0}, 10.0},
+                {"sawtooth", sawtooth, {0.4, 0.6, 10.0}, 10.0},
+                {"quick sawtooth", sawtooth, {0.3, 0.6, 4.0}, 8.0},
+                {"slow sine", sine, {0.4, 0.6, 20.0}, 20.0},
+                {"sine", sine, {0.4, 0.6, 5.0}, 10.0},
+                {"quick sine", sine, {0.4, 0.6, 1.0}, 4.0}};
+    for (size_t i = 0; i < sizeof wave / sizeof wave[0]; i++)
+    {
+        double ratios[SIM_TRUTH_COUNT];
+        for (int truth = 0; truth < SIM_TRUTH_COUNT; truth++)
+        {
+            case_t x    = benchmark(truth);
+            x.reference = wave[i].reference;
+            x.third_s   = wave[i].third_s;
+            memcpy(x.of, wave[i].of, sizeof x.of);
+            ratios[truth] = ratio(&x, options);
+        }
+        print(wave[i].name, ratios, SIM_TRUTH_COUNT);
+    }
+}
+
+static double uniform(sim_random_t *random, double low, double high)
+{
+    return low + (high - low) * (double)(sim_random_bits(random) >> 11) / 9007199254740992.0;
+}
+
+/// Random rigs and references over all truths, in two halves with different seeds.
+static void study_random(const bank_options_t *options)
+{
+    for (uint64_t half = 0; half < 2u; half++)
+    {
+        static double ratios[MOST_CASES];
+        const size_t  count = 150;
+        sim_random_t  random;
+        sim_random_seed(&random, half + 1u);
+        for (size_t i = 0; i < count; i++)
+        {
+            case_t x        = benchmark((int)uniform(&random, 0.0, SIM_TRUTH_COUNT));
+            x.breakaway     = uniform(&random, 0.6, 1.4);
+            x.actuator_gain = uniform(&random, 0.95, 1.05);
+            x.noise_n       = fmax(0.0, uniform(&random, -1e-3, 1e-3));
+            x.seed          = (int)i;
+            x.reference     = i % 3 == 0 ? sine : triangle;
+            x.of[0]         = uniform(&random, 0.1, 0.4);
+            x.of[1]         = x.of[0] + uniform(&random, 0.1, 0.4);
+            x.of[2]         = i % 3 == 0 ? uniform(&random, 2.0, 20.0) : uniform(&random, 0.01, 0.08);
+            x.third_s       = i % 3 == 0 ? 2.0 * x.of[2] : 2.0 * (x.of[1] - x.of[0]) / x.of[2];
+            ratios[i]       = ratio(&x, options);
+        }
+        print(half == 0u ? "random rigs, tuned on" : "random rigs, held out", ratios, count);
+    }
+}
+
+/// The rival for periodic references: learns an addition to r, tick by tick, from the error of the last period.
+static void study_iterative(void)
+{
+    static const double gain   = 0.3;
+    static const int    ahead  = 60; // ticks from u to F
+    const long          period = 20000;
+    static double       learned[20000];
+    static double       errors[20000];
+    static const int    truths[] = {SIM_TRUTH_paper, SIM_TRUTH_coulomb, SIM_TRUTH_leuven, SIM_TRUTH_maxwell_slip};
+    for (size_t i = 0; i < sizeof truths / sizeof truths[0]; i++)
+    {
+        const case_t         x   = benchmark(truths[i]);
+        const bank_options_t off = {.method = BANK_OFF};
+        rig_t                rig;
+        bank_t               bank;
+        open_rig(&rig, &x);
+        bank_reset(&bank);
+        memset(learned, 0, sizeof learned);
+        printf("  iterative, %-14s mN in periods 1, 2, 5, 10, 20:", sim_truth_models[x.truth]->name);
+        for (int turn = 1; turn <= 20; turn++)
+        {
+            double sum = 0.0;
+            for (long k = 0; k < period; k++)
+            {
+                const double r = triangle(x.of, (double)k * H);
+                errors[k]      = r - sim_plant_force(rig.plant);
+                sum += errors[k] * errors[k];
+                tick_rig(&rig, &x, bank_tick(&bank, &off, r + learned[k], read_rig(&rig, &x)));
+            }
+            for (long k = 0; k < period; k++)
+            {
+                double mean = 0.0;
+                for (long j = -5; j <= 5; j++)
+                {
+                    mean += errors[(k + ahead + j + period) % period] / 11.0;
+                }
+                learned[k] += gain * mean;
+            }
+            if (turn == 1 || turn == 2 || turn == 5 || turn == 10 || turn == 20)
+            {
+                printf(" %.3f", 1e3 * sqrt(sum / (double)period));
+            }
+        }
+        printf("\n");
+        close_rig(&rig);
+    }
+}
+
+/// Takes an argument NAME=VALUE; false for other arguments.
+static bool take(bank_options_t *options, const char *argument)
+{
+    const struct
+    {
+        const char *name;
+        double     *value;
+    } option[] = {{"lead=", &options->lead},
+                  {"shrinkage=", &options->shrinkage},
+                  {"still=", &options->still_time_s},
+                  {"width=", &options->width_n},
+                  {"jump=", &options->jump_time_s},
+                  {"stop=", &options->stop_n}};
+    for (size_t i = 0; i < sizeof option / sizeof option[0]; i++)
+    {
+        const size_t length = strlen(option[i].name);
+        char        *end    = NULL;
+        if (strncmp(argument, option[i].name, length) == 0)
+        {
+            *option[i].value = strtod(argument + length, &end);
+            return *end == '\0' && end != argument + length;
+        }
+    }
+    return false;
+}
+
+int main(int argc, char **argv)
+{
+    static const struct
+    {
+        const char *name;
+        void (*run)(const bank_options_t *options);
+    } study[]              = {{"truths", study_truths},
+                              {"ratios", study_ratios},
+                              {"triangles", study_triangles},
+                              {"waves", study_waves},
+                              {"random", study_random}};
+    bank_options_t options = bank_default();
+    for (int i = 1; i < argc; i++)
+    {
+        bool known = take(&options, argv[i]);
+        for (size_t k = 0; k < sizeof study / sizeof study[0]; k++)
+        {
+            if (strcmp(argv[i], study[k].name) == 0)
+            {
+                study[k].run(&options);
+                known = true;
+            }
+        }
+        if (strcmp(argv[i], "iterative") == 0)
+        {
+            study_iterative();
+            known = true;
+        }
+        if (!known)
+        {
+            (void)fprintf(stderr, "feedforward_study: what is %s? The file's head says what there is.\n", argv[i]);
+            return 2;
+        }
+    }
+    return 0;
+}

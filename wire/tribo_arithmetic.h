@@ -1,0 +1,210 @@
+/// The library in one arithmetic, by names that both share: Q31 if TRIBO_ARITHMETIC_Q31 is defined, else single precision. For
+/// a source that is compiled once for each.
+///
+///     TRIBO(force_loop, step)   tribo_force_loop_f32_step or tribo_force_loop_q31_step
+///     TRIBO_N(input_max)        a force in a struct: input_max_n or input_max
+///     tribo_force_t             a force: float in N, or int32_t in Q31 of the full scale
+///     TRIBO_ALL                 all of friction, for a guard's fade
+///
+/// Functions take the full scale in either; single precision ignores it. Freestanding C.
+
+#ifndef TRIBO_ARITHMETIC_H
+#define TRIBO_ARITHMETIC_H
+
+#include "tribo_signal_words.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#ifdef TRIBO_ARITHMETIC_Q31
+
+#include "tribo/feedforward_q31.h"
+#include "tribo/force_loop_q31.h"
+
+#define TRIBO_ARITHMETIC       "q31"
+#define TRIBO_IS_Q31           1
+#define TRIBO(noun, verb)      tribo_##noun##_q31_##verb
+#define TRIBO_PART(noun, verb) noun##_q31_##verb // of a part of the library
+#define TRIBO_N(field)         field
+#define TRIBO_ALL              UINT32_MAX
+#define TRIBO_EITHER(f32, q31) (q31)
+
+typedef int32_t                     tribo_force_t;
+typedef tribo_breakaway_point_q31_t tribo_point_t;
+
+#else
+
+#include "tribo/feedforward_f32.h"
+#include "tribo/force_loop_f32.h"
+
+#define TRIBO_ARITHMETIC       "f32"
+#define TRIBO_IS_Q31           0
+#define TRIBO(noun, verb)      tribo_##noun##_f32_##verb
+#define TRIBO_PART(noun, verb) noun##_f32_##verb // of a part of the library
+#define TRIBO_N(field)         field##_n
+#define TRIBO_ALL              1.0f
+#define TRIBO_EITHER(f32, q31) (f32)
+
+typedef float                       tribo_force_t;
+typedef tribo_breakaway_point_f32_t tribo_point_t;
+
+#endif
+
+// --- forces --------------------------------------------------------------------------------------------------------
+
+/// The bits of a force, for telemetry and checksums, and back.
+static inline uint32_t tribo_force_word(tribo_force_t x)
+{
+    uint32_t word;
+    memcpy(&word, &x, sizeof word);
+    return word;
+}
+
+static inline tribo_force_t tribo_force_of_word(uint32_t word)
+{
+    tribo_force_t x;
+    memcpy(&x, &word, sizeof x);
+    return x;
+}
+
+/// A force from a fraction of the full scale in Q31, and back, saturated; not for a NaN. In Q31 it is the force itself.
+static inline tribo_force_t tribo_force_of_q31(int32_t x, float full_scale_n)
+{
+    (void)full_scale_n;
+    return TRIBO_EITHER((float)x * (full_scale_n * (1.0f / 2147483648.0f)), x);
+}
+
+static inline int32_t tribo_force_q31(tribo_force_t x, float full_scale_n)
+{
+#ifdef TRIBO_ARITHMETIC_Q31
+    (void)full_scale_n;
+    return x;
+#else
+    const float scaled = x / full_scale_n * 2147483648.0f;
+    return scaled >= 2147483648.0f ? INT32_MAX : scaled <= -2147483648.0f ? INT32_MIN : (int32_t)scaled;
+#endif
+}
+
+/// For a host: from N, in Q31 to the nearest bit and a force beyond full scale as full scale, and back.
+static inline int32_t tribo_q31_of_n(double force_n, double full_scale_n)
+{
+    const double  x         = force_n / full_scale_n * 2147483648.0;
+    const double  limited   = !(x < 2147483647.0) ? 2147483647.0 : x > -2147483647.0 ? x : -2147483647.0;
+    const int32_t truncated = (int32_t)limited;
+    const double  rest      = limited - truncated;
+    return truncated + (rest >= 0.5) - (rest <= -0.5);
+}
+
+static inline double tribo_n_of_q31(int32_t x, double full_scale_n)
+{
+    return x / 2147483648.0 * full_scale_n;
+}
+
+static inline tribo_force_t tribo_force_of_n(double force_n, double full_scale_n)
+{
+    (void)full_scale_n;
+    return TRIBO_EITHER((float)force_n, tribo_q31_of_n(force_n, full_scale_n));
+}
+
+static inline double tribo_force_n(tribo_force_t x, double full_scale_n)
+{
+    (void)full_scale_n;
+    return TRIBO_EITHER((double)x, tribo_n_of_q31(x, full_scale_n));
+}
+
+/// False in Q31.
+static inline bool tribo_force_is_nan(tribo_force_t x)
+{
+    (void)x;
+    return TRIBO_EITHER((tribo_force_word(x) & 0x7fffffffu) > 0x7f800000u, false);
+}
+
+/// Whether the loop accepts a reference or reading; false for a NaN.
+static inline bool tribo_force_is_credible(const TRIBO(force_loop, params_t) * params, tribo_force_t x)
+{
+    return x >= -params->TRIBO_N(input_max) && x <= params->TRIBO_N(input_max);
+}
+
+/// What a feed-forward has learned, as float or double: a force in N and a relative variance.
+#define TRIBO_LEARNED_N(type, x, full_scale_n)                                                                         \
+    TRIBO_EITHER(((void)(full_scale_n), (type)(x)), (type)(x) * ((full_scale_n) * ((type)1 / (type)536870912)))
+#define TRIBO_LEARNED_RELATIVE_VARIANCE(type, x) TRIBO_EITHER((type)(x), (type)(x) * ((type)1 / (type)2147483648u))
+
+/// A tick's signals in the order of tribo_signal_words.h.
+static inline void tribo_signal_words(const TRIBO(force_loop, signals_t) * signals, uint32_t words[TRIBO_SIGNAL_WORDS])
+{
+    TRIBO_EITHER(tribo_signal_words_f32, tribo_signal_words_q31)(signals, words);
+}
+
+// --- init functions ------------------------------------------------------------------------------------------------
+
+/// The library's, with its statuses. `table` is for the breakaway points in Q31, null for a config without; in single precision
+/// it is not used, and params point to the table of the config.
+static inline tribo_status_t tribo_init_loop(TRIBO(force_loop, params_t) * params,
+                                             tribo_point_t                       *table,
+                                             const tribo_force_loop_f32_config_t *config,
+                                             float                                full_scale_n)
+{
+#ifdef TRIBO_ARITHMETIC_Q31
+    return tribo_force_loop_q31_init(params, table, config, full_scale_n, NULL);
+#else
+    (void)table;
+    (void)full_scale_n;
+    return tribo_force_loop_f32_init(params, config);
+#endif
+}
+
+static inline tribo_status_t tribo_init_lugre(TRIBO(force_loop, params_t) * params,
+                                              tribo_point_t *table,
+                                              TRIBO(lugre, params_t) * lugre,
+                                              const tribo_force_loop_f32_config_t *config,
+                                              const tribo_lugre_f32_config_t      *lugre_config,
+                                              float                                full_scale_n)
+{
+#ifdef TRIBO_ARITHMETIC_Q31
+    return tribo_force_loop_lugre_q31_init(params, table, lugre, config, lugre_config, full_scale_n, NULL);
+#else
+    (void)table;
+    (void)full_scale_n;
+    return tribo_force_loop_lugre_f32_init(params, lugre, config, lugre_config);
+#endif
+}
+
+static inline tribo_status_t tribo_init_feedforward(TRIBO(force_loop, params_t) * params,
+                                                    tribo_point_t *table,
+                                                    TRIBO(feedforward, params_t) * feedforward,
+                                                    const tribo_force_loop_f32_config_t  *config,
+                                                    const tribo_feedforward_f32_config_t *feedforward_config,
+                                                    float                                 full_scale_n)
+{
+#ifdef TRIBO_ARITHMETIC_Q31
+    return tribo_force_loop_feedforward_q31_init(params,
+                                                 table,
+                                                 feedforward,
+                                                 config,
+                                                 feedforward_config,
+                                                 full_scale_n,
+                                                 NULL);
+#else
+    (void)table;
+    (void)full_scale_n;
+    return tribo_force_loop_feedforward_f32_init(params, feedforward, config, feedforward_config);
+#endif
+}
+
+static inline tribo_status_t tribo_init_guard(TRIBO(guard, params_t) * params,
+                                              const tribo_guard_f32_config_t *config,
+                                              float                           sample_time_s,
+                                              float                           full_scale_n)
+{
+#ifdef TRIBO_ARITHMETIC_Q31
+    return tribo_guard_q31_init(params, config, sample_time_s, full_scale_n);
+#else
+    (void)full_scale_n;
+    return tribo_guard_f32_init(params, config, sample_time_s);
+#endif
+}
+
+#endif
