@@ -486,8 +486,8 @@ def _strongest_sine(record, residual):
     return found if max(abs(w - np.mean(waves)) for w in waves) < 0.6 * abs(np.mean(waves)) else None
 
 
-LAG_RELATIVE_VARIANCE = 12.0  # of -2 log likelihood
-HIDDEN, HIDDEN_RELATIVE_VARIANCE = (4.0, 8.0, 16.0), 2.0  # a pole so many times faster than the fastest, as long as -2 log likelihood grows by no more
+LAG_EVIDENCE = 12.0  # of -2 log likelihood
+HIDDEN, HIDDEN_EVIDENCE = (4.0, 8.0, 16.0), 2.0  # a pole so many times faster than the fastest, as long as -2 log likelihood grows by no more
 WALKS = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0, 90.0, 135.0, 200.0, 300.0, 450.0, 675.0, 1000.0, 1500.0, 2200.0, 3300.0, 5000.0)  # rows x (1 - memory)
 
 
@@ -812,7 +812,7 @@ def _allow_for_a_hidden_pole(found, record, best):
         if extra > np.pi / record.row_dt:
             break
         other = fit(record, replace(best.structure, extra=extra), best.noise, [best.theta], thorough=True)
-        if other is None or n * np.log(float(other.residual @ other.residual) / least) > HIDDEN_RELATIVE_VARIANCE:
+        if other is None or n * np.log(float(other.residual @ other.residual) / least) > HIDDEN_EVIDENCE:
             continue
         found["gain_half_width"] = max(found["gain_half_width"], abs(float(other.linear[0]) - found["gain"]) + 0.5 * found["gain_half_width"])
         if found["delay_s"]:
@@ -826,7 +826,7 @@ def _allow_for_a_hidden_pole(found, record, best):
 
 
 def _allow_for_lag_and_dead_time(found, record, best, remarks):
-    """A dead time and fast poles look alike when there is noise. A wrong structure beats the true one by LAG_RELATIVE_VARIANCE once in some 400 records:
+    """A dead time and fast poles look alike when there is noise. A wrong structure beats the true one by LAG_EVIDENCE once in some 400 records:
     up to there both count, however many parameters they have."""
     s, noise = best.structure, best.noise
     others = []
@@ -840,14 +840,14 @@ def _allow_for_lag_and_dead_time(found, record, best, remarks):
         others += [(Structure(s.order - 1, s.pairs, True, s.integrator), np.r_[best.theta[: 2 * s.pairs], reals[:-1], np.exp(-reals[-1])])]
     elif s.pairs:
         others += [(Structure(s.order - 2, s.pairs - 1, True, s.integrator), np.r_[best.theta[2 : s.order], 1.4 * np.exp(-best.theta[0])])]
-    least, relative variance = float(best.residual @ best.residual), False
+    least, ambiguous = float(best.residual @ best.residual), False
     for structure, start in others:
         other = fit(record, structure, noise, [start], thorough=True)
-        if other is None or record.n * np.log(float(other.residual @ other.residual) / max(least, 1e-300)) > LAG_RELATIVE_VARIANCE:
+        if other is None or record.n * np.log(float(other.residual @ other.residual) / max(least, 1e-300)) > LAG_EVIDENCE:
             continue
         if s.delay and len(other.poles) and np.max(np.abs(other.poles)) > 10 / max(best.tau, 0.1 * record.row_dt):
             continue  # a pole too fast to stand for the dead time
-        doubt = True
+        ambiguous = True
         found["gain_half_width"] = max(found["gain_half_width"], abs(float(other.linear[0]) - found["gain"]) + found["gain_half_width"])
         found["delay_half_width_s"] = max(found["delay_half_width_s"], abs(other.tau - found["delay_s"]) + found["delay_half_width_s"])
         for p in found["poles"]:
@@ -855,7 +855,7 @@ def _allow_for_lag_and_dead_time(found, record, best, remarks):
             moved = min(np.abs(other.poles), key=lambda q, size=size: abs(np.log(q / size)), default=np.inf) / size
             p["size_low"], p["size_high"] = p["size_low"] * min(moved, 1), p["size_high"] * max(moved, 1)
             p["identifiable"] = bool(p["identifiable"] and p["size_high"] < 2 * size and p["size_low"] > size / 2)
-    if relative_variance:
+    if ambiguous:
         remarks.append("dead time and fast poles are not separable in this record: " + ("there may be a lag instead of the dead time" if s.delay else "there may be a dead time instead of the fastest poles"))
 
 
