@@ -14,26 +14,29 @@
 #define PART(T)  (H / ((T) + H)) // of a low pass with time constant T
 
 // Constants of the design that are not studied.
-#define STOP_RATIO      (8.0 / 3.0)
-#define NOISE_TIME_S    0.25
-#define RATE_TIME_S     0.010
-#define STEP_N          (2.0 * H) // a larger move of r in a tick is a step
-#define NOISE_WIDTH     4.0       // width of a reversal per mean second difference of r
-#define TRAVEL_WIDTH_N  0.1e-3
-#define TRAVEL_NOISE    0.4
-#define OBSERVER_TIME_S 0.010
-#define RATE_MAX_N_S    0.5
-#define MEASURED_MOST_N 1e-3 // a larger move counts as that
-#define WEIGHING_N      2e-3 // R
-#define FORGETTING_1_N  0.1  // Q
-#define DOUBT_TRAVEL_N  0.020
-#define PRIOR_WEIGHT    0.5 // of f before anything is learned
-#define HOLD_GAIN       0.94
-#define HOLD_MARGIN     0.85
+#define STOP_RATIO       (8.0 / 3.0)
+#define NOISE_TIME_S     0.25
+#define RATE_TIME_S      0.010
+#define STEP_N           (2.0 * H) // a larger move of r in a tick is a step
+#define NOISE_WIDTH      4.0       // width of a reversal per mean second difference of r
+#define TRAVEL_WIDTH_N   0.1e-3
+#define TRAVEL_NOISE     0.4
+#define OBSERVER_TIME_S  0.010
+#define RATE_MAX_N_S     0.5
+#define MEASURED_MOST_N  1e-3 // a larger move counts as that
+#define WEIGHING_N       2e-3 // R
+#define FORGETTING_1_N   0.1  // Q
+#define DOUBT_TRAVEL_N   0.020
+#define PRIOR_WEIGHT     0.5 // of f before anything is learned
+#define PRIOR_SD         0.4 // of the weights
+#define PRIOR_CONSTANT_N 0.010
+#define PRIOR_SLOPE      0.1
+#define CONSTANT_MOST_N  0.157
+#define SLOPE_MOST       0.5
+#define HOLD_GAIN        0.94
+#define HOLD_MARGIN      0.85
 
 static const tribo_biquad_f32_section_t controller[2] = TRIBO_PAPER_CONTROLLER_F32;
-static const double                     prior[3]      = {0.16, 1e-4, 0.01}; // variances of V_0, c_0, c_1
-static const double                     prior_stop    = 0.16;
 
 bank_options_t bank_default(void)
 {
@@ -43,7 +46,8 @@ bank_options_t bank_default(void)
                             .still_time_s = 0.2,
                             .width_n      = 0.5e-3,
                             .jump_time_s  = 0.020,
-                            .stop_n       = 0.75e-3};
+                            .stop_n       = 0.75e-3,
+                            .period       = 4.0};
 }
 
 void bank_reset(bank_t *x)
@@ -108,11 +112,11 @@ static void start(bank_t *x, double r, double y)
     x->doubt                                                    = 1.0;
     for (int j = 0; j < BANK_STOPS; j++)
     {
-        x->variance[j] = prior_stop;
+        x->variance[j] = 1.0;
     }
     for (int j = 0; j < 3; j++)
     {
-        x->covariance[j][j] = prior[j];
+        x->covariance[j][j] = 1.0;
     }
 }
 
@@ -169,6 +173,10 @@ static double hold(bank_t *x, double *e, double y)
         x->offset += HOLD_GAIN * f - x->f;
         x->side       = x->sign;
         x->held_error = 0.0;
+        x->side_s     = 0.0;
+        x->quick      = 0;
+        x->phase      = 0;
+        x->travel     = 0.0;
     }
     const double f    = within(x->u - x->held_force, -L, L);
     const double F    = x->u - f;
@@ -196,30 +204,46 @@ static double hold(bank_t *x, double *e, double y)
 /// f in the first tick after a hold, chosen so that u continues.
 static double leave(bank_t *x, const bank_options_t *options, double lin)
 {
-    const double L = fabs(friction(x, options, 1.0));
-    x->sigma       = x->sign;
-    if (x->side != x->sign && L > 0.0)
+    const double at_0 = friction(x, options, 0.0);
+    const double rise = friction(x, options, 1.0) - at_0;
+    x->sigma          = x->sign;
+    if (x->side != x->sign && rise > 0.0)
     {
-        x->sigma = within((x->u - lin - bias(x)) / L, -1.0, 1.0);
+        x->sigma = within((x->u - lin - at_0) / rise, -1.0, 1.0);
     }
     return friction(x, options, x->sigma);
 }
 
-/// Step 9, with the regressor `psi` of the stops on the measured force and the measured friction z.
-static void learn(bank_t *x, const bank_options_t *options, const double psi[BANK_STOPS + 1], double z, double moved)
+/// Step 9: a sample of the regressor and the measured friction.
+static void sample(bank_t *x, const double psi[BANK_STOPS + 1], double z)
 {
-    const double load       = fabs(x->travelled);
-    const double L          = breakaway(x->filtered);
-    const double travel     = fmin(fabs(moved), MEASURED_MOST_N);
-    const double regress[3] = {psi[0], 1.0, load};
-    double       error      = z - x->constant - x->slope * load;
-    double       q[3]       = {0.0};
-    double       spread     = 0.0;
-    double       q_stop[BANK_STOPS];
+    const double load = fabs(x->filtered);
+    const double L    = breakaway(x->filtered);
+    x->sample_k[0]    = PRIOR_SD * psi[0];
+    x->sample_k[1]    = PRIOR_CONSTANT_N / L;
+    x->sample_k[2]    = PRIOR_SLOPE * load / L;
+    x->sample_e       = (z - x->constant - x->slope * load) / L;
     for (int j = 0; j <= BANK_STOPS; j++)
     {
-        error -= x->weight[j] * psi[j];
+        x->sample_e -= x->weight[j] * psi[j];
     }
+    for (int j = 0; j < BANK_STOPS; j++)
+    {
+        x->sample_psi[j] = PRIOR_SD * psi[j + 1];
+    }
+    x->sample_travel = fmin(x->travel, MEASURED_MOST_N);
+    x->travel        = 0.0;
+}
+
+/// Learning from the sample of the last tick. A sample is taken every `period` ticks, so that its parts may be spread over them.
+static void learn(bank_t *x, const bank_options_t *options)
+{
+    const double *const regress = x->sample_k;
+    double              q[3]    = {0.0};
+    double              spread  = 0.0;
+    double              q_stop[BANK_STOPS];
+    const double        travel = x->sample_travel;
+    const double        error  = x->sample_e;
     for (int i = 0; i < 3; i++)
     {
         for (int j = 0; j < 3; j++)
@@ -230,32 +254,32 @@ static void learn(bank_t *x, const bank_options_t *options, const double psi[BAN
     }
     for (int j = 0; j < BANK_STOPS; j++)
     {
-        q_stop[j] = x->variance[j] * psi[j + 1];
-        spread += q_stop[j] * psi[j + 1];
+        q_stop[j] = x->variance[j] * x->sample_psi[j];
+        spread += q_stop[j] * x->sample_psi[j];
     }
-    const double gain   = travel / (WEIGHING_N * L * L + travel * spread);
-    const double before = friction(x, options, x->sigma);
-    x->weight[0]        = within(x->weight[0] + gain * q[0] * error, 0.2, 3.0);
-    x->constant += gain * q[1] * error;
-    x->slope += gain * q[2] * error;
+    const double gain   = travel / (WEIGHING_N + travel * spread);
+    const double before = friction(x, options, x->sigma) + bias(x);
+    x->weight[0]        = within(x->weight[0] + PRIOR_SD * gain * q[0] * error, 0.2, 3.0);
+    x->constant = within(x->constant + PRIOR_CONSTANT_N * gain * q[1] * error, -CONSTANT_MOST_N, CONSTANT_MOST_N);
+    x->slope    = within(x->slope + PRIOR_SLOPE * gain * q[2] * error, -SLOPE_MOST, SLOPE_MOST);
     for (int i = 0; i < 3; i++)
     {
         for (int j = 0; j < 3; j++)
         {
             x->covariance[i][j] -= gain * q[i] * q[j];
-            x->covariance[i][j] += FORGETTING_1_N * travel * ((i == j ? prior[i] : 0.0) - x->covariance[i][j]);
+            x->covariance[i][j] += FORGETTING_1_N * travel * ((i == j ? 1.0 : 0.0) - x->covariance[i][j]);
         }
     }
     for (int j = 0; j < BANK_STOPS; j++)
     {
-        x->weight[j + 1] = within(x->weight[j + 1] + gain * q_stop[j] * error, -2.0, 2.0);
+        x->weight[j + 1] = within(x->weight[j + 1] + PRIOR_SD * gain * q_stop[j] * error, -2.0, 2.0);
         x->variance[j] -= gain * q_stop[j] * q_stop[j];
-        x->variance[j] += FORGETTING_1_N * travel * (prior_stop - x->variance[j]);
+        x->variance[j] += FORGETTING_1_N * travel * (1.0 - x->variance[j]);
     }
     x->doubt -= x->doubt * fmin(1.0, travel / DOUBT_TRAVEL_N);
     x->extra_margin -= x->extra_margin * travel / 0.1;
     x->f = friction(x, options, x->sigma);
-    x->offset += x->f - before; // learning does not move u
+    x->offset += x->f + bias(x) - before; // learning does not move u
 }
 
 /// Steps 7 and 8: the measured friction, and the same stops on the measured force.
@@ -274,39 +298,46 @@ static void observe(bank_t *x, const bank_options_t *options, double y)
     double       last  = 0.0;
     double       psi[BANK_STOPS + 1];
     x->travelled = now;
-    if (moved == 0.0)
+    if (x->phase == 1)
     {
-        return;
+        learn(x, options);
+    }
+    if (x->phase > 0)
+    {
+        x->phase = (x->phase + 1) % (int)options->period;
     }
     for (int j = 0; j <= BANK_STOPS; j++)
     {
         const double width  = j == 0 ? 0.5 * options->width_n : stop_width(options, j - 1);
         x->measured_stop[j] = within(x->measured_stop[j] + moved, -width, width);
         const double phi    = x->measured_stop[j] / width;
-        psi[j]              = breakaway(x->filtered) * (phi - last);
+        psi[j]              = phi - last;
         last                = phi;
     }
     if (x->limited == 0 && x->sign != 0 && fabs(rate) <= RATE_MAX_N_S && !x->holds)
     {
-        learn(x, options, psi, x->difference - ARM_LAG * rate, moved);
+        x->travel += fabs(moved);
+        if (x->travel > 0.0 && x->phase == 0)
+        {
+            sample(x, psi, x->difference - ARM_LAG * rate);
+            x->phase = 1;
+        }
     }
 }
 
 /// f while r moves; `lead` gets the jump's lead. Returns f.
-static double follow(bank_t *x, const bank_options_t *options, bool controller_alone, double f_before, double *lead)
+static double follow(bank_t *x, const bank_options_t *options, bool controller_alone, double *lead)
 {
     const double before = x->sigma;
     const double most   = 2.0 * H / options->jump_time_s;
-    if (controller_alone) // f jumps and the offset with it
+    x->sigma += controller_alone ? x->sign - before : within(x->sign - before, -most, most);
+    const double jump = friction(x, options, x->sigma) - friction(x, options, before);
+    if (controller_alone)
     {
-        x->sigma = x->sign;
-        x->offset += friction(x, options, x->sigma) - f_before;
-        return friction(x, options, x->sigma);
+        x->offset += jump;
     }
-    x->sigma += within(x->sign - x->sigma, -most, most);
-    const double f = friction(x, options, x->sigma);
-    *lead          = x->sigma != before ? options->lead / (ACTUATOR * H) * (f - friction(x, options, before)) : 0.0;
-    return f;
+    *lead = controller_alone ? 0.0 : options->lead / (ACTUATOR * H) * jump;
+    return friction(x, options, x->sigma);
 }
 
 /// True if r has stayed within `half` of one value for the still time.
@@ -343,8 +374,7 @@ double bank_tick(bank_t *x, const bank_options_t *options, double r, double y)
     const double half   = 0.5 * (options->width_n + widen);
     x->reached += moved;
     x->rate += ((step ? 0.0 : moved / H) - x->rate) * PART(RATE_TIME_S);
-    const double f_before = friction(x, options, x->sigma);
-    const double stopped  = within(x->stopped, x->reached - 0.5 * widen, x->reached + 0.5 * widen);
+    const double stopped = within(x->stopped, x->reached - 0.5 * widen, x->reached + 0.5 * widen);
     for (int j = 0; j < BANK_STOPS; j++)
     {
         const double width = stop_width(options, j);
@@ -358,7 +388,7 @@ double bank_tick(bank_t *x, const bank_options_t *options, double r, double y)
 
     // 5: the error against the reference model, two low passes kept as distances from rs.
     const double ahead = (1.0 / ACTUATOR + ARM_LAG) * x->rate * options->width_n / (options->width_n + widen);
-    const double lin   = x->reached + ahead;
+    const double lin   = x->reached + ahead + bias(x);
     double       e     = was - y + x->behind_sensor;
     x->behind_actuator -= moved;
     x->behind_sensor -= moved;
@@ -371,14 +401,12 @@ double bank_tick(bank_t *x, const bank_options_t *options, double r, double y)
     const bool   flips  = x->sign != last_sign;
     const bool   alone  = flips && (last_sign == 0 || (step && x->doubt > 0.5));
     double       lead   = 0.0;
-    const double f      = holds    ? hold(x, &e, y)
-                          : leaves ? leave(x, options, lin)
-                                   : follow(x, options, alone, f_before, &lead);
+    const double f      = holds ? hold(x, &e, y) : leaves ? leave(x, options, lin) : follow(x, options, alone, &lead);
 
     const double v = output(x, e, nodes);
     if (flips && !alone && !holds && !leaves)
     {
-        x->offset = v - bias(x);
+        x->offset = v;
     }
     if (leaves)
     {

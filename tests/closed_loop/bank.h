@@ -28,6 +28,7 @@ typedef struct
     double        still_time_s; // r stands after this time; 0: no hold
     double        width_n;      // w of a reversal
     double        jump_time_s;  // of sigma
+    double        period;       // ticks from one sample for learning to the next
     double        stop_n;       // d_1; each is wider than the last by bank_stop_ratio
 } bank_options_t;
 
@@ -46,6 +47,8 @@ typedef struct
     double travelled, measured_stop[BANK_STOPS + 1];
     double weight[BANK_STOPS + 1], constant, slope; // V, c_0, c_1
     double covariance[3][3], variance[BANK_STOPS], doubt;
+    double travel, sample_k[3], sample_psi[4], sample_e, sample_travel;
+    int    phase;
     bool   holds;
     double anchor, still_s, held_force, side_s, extra_margin, held_error, held_noise, held_changes;
     int    side, quick;

@@ -3,7 +3,7 @@
 //     build/host-release/tests/closed_loop/feedforward_study [NAME=VALUE...] [truths|ratios|triangles|waves|random|iterative]...
 //
 // A ratio is the RMS of r - F without over that with the bank, after the first third of a run, with the same plant and noise.
-// NAME is one of bank_options_t: lead, shrinkage, still, width, jump, stop.
+// NAME is one of bank_options_t: lead, shrinkage, still, width, jump, stop, period.
 
 #include "bank.h"
 #include "plant/plant.h"
@@ -374,7 +374,8 @@ static bool take(bank_options_t *options, const char *argument)
                   {"still=", &options->still_time_s},
                   {"width=", &options->width_n},
                   {"jump=", &options->jump_time_s},
-                  {"stop=", &options->stop_n}};
+                  {"stop=", &options->stop_n},
+                  {"period=", &options->period}};
     for (size_t i = 0; i < sizeof option / sizeof option[0]; i++)
     {
         const size_t length = strlen(option[i].name);
