@@ -47,16 +47,38 @@ def test_parameters_of_the_rig_are_accepted(rig, tmp_path, capsys):
     assert "<img src=\"data:image/png;base64," in (tmp_path / "verdict/report.html").read_text(encoding="utf-8")
 
 
+def with_old(arguments, tmp_path, plant, old):
+    """The arguments with the log of an old loop on the rig, whose breakaway is `old` times the paper's."""
+    path = tmp_path / "old.yaml"
+    path.write_text(LOOP.replace("OFFSET", f"{0.007 * old:.6g}").replace("SLOPE", f"{0.3 * old:.6g}"), encoding="utf-8")
+    tree = accept.case_of(accept.load(path), "old", 0.4, 0.6)
+    (tmp_path / "sequence/old.yaml").write_text(accept._text(tree), encoding="utf-8")
+    native.run_tribo_sim("run", tmp_path / "sequence/old.yaml", "--set", f"plant.friction.breakaway={{offset_N: {0.007 * plant}, slope: {0.3 * plant}}}",
+                         "--set", "sensor={noise_N: 0.0005, noise_seed: 4}", "--out", tmp_path / "old")
+    return [*arguments, "--old", path, "--old-log", tmp_path / "old/trace.csv"]
+
+
 @pytest.mark.parametrize("plant, named", [(0.5, ["u chatters with compensation on", "there is no margin"]), (1.6, [])])
 def test_parameters_of_another_rig_are_rejected_and_the_old_stay(rig, tmp_path, capsys, plant, named):
-    arguments = rig(1.0, plant)
+    arguments = with_old(rig(1.0, plant), tmp_path, plant, 0.05)
     old = tmp_path / "old.yaml"
-    old.write_text(LOOP.replace("OFFSET", "0.001").replace("SLOPE", "0.01"), encoding="utf-8")
-    status, out, err = identify(capsys, *arguments, "--old", old)
+    status, out, err = identify(capsys, *arguments)
     assert status == 4 and "rejected" in err and "REJECTED" in out
     reasons = " ".join(verdict(tmp_path)["reasons"])
     assert all(reason in reasons for reason in named) and "the parameters are not this rig's" in reasons
     assert (tmp_path / "verdict/accepted.yaml").read_bytes() == old.read_bytes()
+
+
+def test_new_parameters_that_are_no_better_than_the_old_are_rejected(rig, tmp_path, capsys):
+    status, _, _ = identify(capsys, *with_old(rig(0.9, 1.0), tmp_path, 1.0, 1.0))
+    assert status == 4 and "times that with the old parameters: the new ones do not help" in " ".join(verdict(tmp_path)["reasons"])
+    assert (tmp_path / "verdict/accepted.yaml").read_bytes() == (tmp_path / "old.yaml").read_bytes()
+
+
+def test_new_parameters_that_are_better_than_the_old_are_accepted(rig, tmp_path, capsys):
+    status, out, _ = identify(capsys, *with_old(rig(1.0, 1.0), tmp_path, 1.0, 0.5))
+    assert status == 0 and "error with the old parameters" in out
+    assert (tmp_path / "verdict/accepted.yaml").read_bytes() == (tmp_path / "loop.yaml").read_bytes()
 
 
 def test_without_old_parameters_a_rejection_names_none(rig, tmp_path, capsys):
@@ -70,7 +92,7 @@ def test_the_sequence_is_the_loop_with_its_breakaway_scaled(rig, tmp_path):
     trees = {case: accept.load(tmp_path / f"sequence/{case}.yaml") for case in accept.CASES}
     slopes = [trees[case]["compensator"]["friction"]["breakaway"]["slope"] for case in ("on", "less", "more")]
     assert slopes == pytest.approx([0.3, 0.24, 0.36])
-    assert trees["off"]["compensator"]["gain"] == 0 and trees["on"]["compensator"]["gain"] == 0.85
+    assert trees["off"]["compensator"]["method"] == "off" and trees["on"]["compensator"]["gain"] == 0.85
     table = accept.scaled({"breakaway": {"table": [{"force_N": 0.1, "positive_N": 0.2, "negative_N": 0.3}]}}, 0.5)
     assert table["breakaway"]["table"] == [{"force_N": 0.1, "positive_N": 0.1, "negative_N": 0.15}]
 
@@ -79,7 +101,9 @@ def test_mistakes_are_named(rig, tmp_path, capsys):
     arguments = rig(1.0, 1.0)
     logs = {arguments[i][2:]: arguments[i + 1] for i in range(len(arguments)) if str(arguments[i])[2:] in accept.CASES}
     cut = [a for i, a in enumerate(arguments) if a != "--more" and arguments[i - 1] != "--more"]
-    assert "--more: its log is missing" in identify(capsys, *cut)[2]
+    assert "--more: its log is missing: the rule needs all 4" in identify(capsys, *cut)[2]
+    assert "--old-log: its log is missing: the rule needs all 5" in identify(capsys, *arguments, "--old", tmp_path / "loop.yaml")[2]
+    assert "--old: must be given with --old-log" in identify(capsys, *arguments, "--old-log", logs["on"])[2]
     short = tmp_path / "short.csv"
     short.write_text("\n".join(logs["on"].read_text(encoding="ascii").splitlines()[:5000]) + "\n", encoding="ascii")
     status, _, err = identify(capsys, *[short if a == logs["on"] else a for a in arguments])

@@ -7,6 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 import synthetic
+from ruamel.yaml import YAML
 from synthetic import L_of
 
 from tribo_identify import cli, events, friction, native
@@ -220,6 +221,8 @@ def test_the_result_is_what_tribo_sim_and_the_drive_take(experiment, log, tmp_pa
     assert sorted(os.listdir(tmp_path / "out")) == ["friction.yaml", "loop.yaml", "loop_params.h", "report.html"]
     native.run_tribo_sim("replay", log, "--params", tmp_path / "out/friction.yaml", "--out", tmp_path / "replayed.csv")
     native.run_tribo_sim("run", tmp_path / "out/loop.yaml", "--set", "duration_s=1", "--set", "metrics.start_s=0")
+    tree = YAML(typ="safe").load((tmp_path / "out/loop.yaml").read_text(encoding="utf-8"))
+    assert tree["plant"]["friction"] == tree["compensator"]["friction"]  # the plant is the log's, too
     header = tmp_path / "out/loop_params.h"
     program = tmp_path / "main.c"
     program.write_text('#include "loop_params.h"\nint main(void) { return loop_params.input_max == 0; }\n', encoding="ascii")
@@ -230,6 +233,17 @@ def test_the_result_is_what_tribo_sim_and_the_drive_take(experiment, log, tmp_pa
     for line in out.splitlines()[:5]:
         assert line.split("  ")[0] in page
     assert not list((ROOT / "host_sim/scenarios").glob(".*"))
+
+
+def test_the_plant_of_the_loop_is_that_of_the_log(experiment, log, tmp_path, capsys):
+    base = tmp_path / "base.yaml"
+    base.write_text("duration_s: 1\nreference: {kind: triangle}\nplant: {model: karnopp, karnopp: {sliding_ratio: 0.7}, ripple: {amplitude_N: 0.1}, arm: {stiffness_N_per_deg: 4}}\n"
+                    "sensor: {noise_N: 0.001}\n", encoding="ascii")
+    status, _, err = identify(capsys, "friction", log, "--out", tmp_path / "out", "--scenario", base, "--actuator", 210, "--sensor", 54)
+    assert status == 0, err
+    tree = YAML(typ="safe").load((tmp_path / "out/loop.yaml").read_text(encoding="utf-8"))
+    assert tree["plant"] == {"arm": {"stiffness_N_per_deg": 4}, "friction": tree["compensator"]["friction"], "actuator_pole_rad_per_s": 210}
+    assert tree["sensor"] == {"noise_N": 0.001, "pole_rad_per_s": 54}
 
 
 def test_a_refusal_writes_nothing(log, tmp_path, capsys):

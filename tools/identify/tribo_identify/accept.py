@@ -1,13 +1,14 @@
 """tribo-identify accept: are the new parameters better on the rig? A fixed, short sequence, and a rule.
 
-Without logs it writes the sequence: four loops on a triangle of force, with compensation off, on, and with L 20 % less and 20 % more. With
-their logs it judges. The new parameters are accepted if
+Without logs it writes the sequence: four loops on a triangle of force, with compensation off, on, and with L 20 % less and 20 % more; with
+--old a fifth, the old loop. With their logs it judges. The new parameters are accepted if
 
 - the error falls by the factor that a simulation with these parameters predicts, within its interval: the simulation with L 10 % less and
   more in the plant, a tenth added on both sides (a larger factor is welcome);
 - with L 20 % less and more the error is smaller than without compensation;
 - u does not chatter: it varies at most twice as much as predicted, in each of the four;
-- the model follows the log without compensation within 10 % of breakaway.
+- the model follows the log without compensation within 10 % of breakaway;
+- the error is smaller than with the old parameters, where these are given.
 
 Otherwise the old ones stay, and the report says why.
 """
@@ -33,7 +34,7 @@ PLANT = (0.9, 1.0, 1.1)  # L of the simulated plant over the loop's
 ROOM = 0.1
 VARIES = 2.0
 RESIDUAL = 0.1
-SEQUENCE = tuple(f"{case}.yaml" for case in CASES)
+SEQUENCE = (*(f"{case}.yaml" for case in CASES), "old.yaml")
 VERDICT = ("report.html", "verdict.json", "accepted.y*ml")
 
 
@@ -55,7 +56,8 @@ def add_options(command):
     command.add_argument("--high", type=float, metavar="N", help="largest force")
     for case, what in (("off", "without compensation"), ("on", "with it"), ("less", "with L 20 %% less"), ("more", "with L 20 %% more")):
         command.add_argument(f"--{case}", metavar="LOG.csv", help=f"log of the rig {what}: t, r, u, F")
-    command.add_argument("--old", metavar="OLD.yaml", help="the loop with the old parameters, which stays if the new ones are rejected")
+    command.add_argument("--old", metavar="OLD.yaml", help="the loop with the old parameters, which stays unless the new ones are better")
+    command.add_argument("--old-log", metavar="LOG.csv", help="log of the rig with the old parameters")
     logs.add_options(command, several=False)
     command.add_argument("--out", required=True, metavar="DIR", help="without logs for the sequence, off.yaml to more.yaml; with them for accepted.yaml and report.html")
 
@@ -84,14 +86,15 @@ def scaled(friction, times):
 
 def case_of(loop, case, low, high):
     tree = copy.deepcopy(loop)
+    compensator = tree["compensator"]
     tree["reference"] = {"kind": "triangle", "low_N": low, "high_N": high, "period_s": PERIOD_S}
     tree["duration_s"] = PERIOD_S * PERIODS
     tree["metrics"] = {"start_s": PERIOD_S}
     tree["description"] = f"acceptance, compensation {case}"
-    if CASES[case] is None:
-        tree["compensator"]["gain"] = 0
-    else:
-        tree["compensator"]["friction"] = scaled(tree["compensator"]["friction"], CASES[case])
+    if case == "off":
+        compensator["method"] = "off"
+    elif case != "old":
+        compensator["friction"] = scaled(compensator["friction"], CASES[case])
     return tree
 
 
@@ -99,6 +102,7 @@ def _text(tree):
     out = io.StringIO()
     yaml = YAML()
     yaml.width = 200
+    yaml.representer.ignore_aliases = lambda _: True  # tribo-sim reads none
     yaml.dump(tree, out)
     return out.getvalue()
 
@@ -155,6 +159,9 @@ def params_of(loop):
     p["offset_negative"], p["slope_negative"] = b.get("negative_offset_N", p["offset_positive"]), b.get("negative_slope", p["slope_positive"])
     for ours, key in (("inertia", "inertia_N_s2_per_deg"), ("damping", "damping_N_s_per_deg"), ("stiffness", "stiffness_N_per_deg")):
         p[ours] = (loop["compensator"].get("arm") or {}).get(key, p[ours])
+    plant, sensor = loop.get("plant") or {}, loop.get("sensor") or {}
+    p["actuator"], p["sensor"] = plant.get("actuator_pole_rad_per_s", p["actuator"]), sensor.get("pole_rad_per_s", p["sensor"])
+    p["delay"] = sensor.get("delay_s", p["delay"])
     return p, [(q["force_N"], q["positive_N"], q["negative_N"]) for q in b.get("table", [])]
 
 
@@ -188,6 +195,10 @@ def rule(measured, predicted, left, level):
     for case, what in (("less", "less"), ("more", "more")):
         if not measured[case].rms < measured["off"].rms:
             against.append(f"with L 20 % {what} the error is {measured[case].rms / measured['off'].rms:.3g} times that without compensation: there is no margin")
+    if "old" in measured:
+        lines.append(f"error with the old parameters {measured['old'].rms:.4g} N")
+        if not measured["on"].rms < measured["old"].rms:
+            against.append(f"the error is {measured['on'].rms / measured['old'].rms:.3g} times that with the old parameters: the new ones do not help")
     for case in CASES:
         most = VARIES * max(p.variation for p in predicted[case])
         if measured[case].variation > most:
@@ -207,26 +218,33 @@ def _read(path, words):
     return segment
 
 
+def _option(case):
+    return "--old-log" if case == "old" else f"--{case}"
+
+
 def command(options):
     loop = load(options.loop)
-    given = [case for case in CASES if getattr(options, case)]
-    if not given:
-        check_range(options.low, options.high)
-        files = {f"{case}.yaml": _text(case_of(loop, case, options.low, options.high)).encode() for case in CASES}
-        write_directory(options.out, files, SEQUENCE)
-        print(f"wrote {options.out}: {', '.join(files)}; play each for {PERIOD_S * PERIODS:g} s, then give the logs to accept (--off, --on, --less, --more)")
-        return 0
-    if len(given) < len(CASES):
-        raise InputError(f"--{next(c for c in CASES if c not in given)}: its log is missing: the rule needs all four")
-    check_replaceable(options.out, VERDICT)
     old = load(options.old) if options.old else None
-    segments = {case: _read(getattr(options, case), logs.arguments_of(options)) for case in CASES}
+    paths = {case: getattr(options, case) for case in CASES} | ({"old": options.old_log} if old else {})
+    if options.old_log and not old:
+        raise InputError("--old: must be given with --old-log")
+    if not any(paths.values()):
+        check_range(options.low, options.high)
+        files = {f"{case}.yaml": _text(case_of(old if case == "old" else loop, case, options.low, options.high)).encode() for case in paths}
+        write_directory(options.out, files, SEQUENCE)
+        print(f"wrote {options.out}: {', '.join(files)}; play each for {PERIOD_S * PERIODS:g} s, then give the logs to accept ({', '.join(_option(case) for case in paths)})")
+        return 0
+    missing = [case for case, path in paths.items() if not path]
+    if missing:
+        raise InputError(f"{_option(missing[0])}: its log is missing: the rule needs all {len(paths)}")
+    check_replaceable(options.out, VERDICT)
+    segments = {case: _read(path, logs.arguments_of(options)) for case, path in paths.items()}
     measured = {case: judged(s.t, s.reference, s.u, s.force) for case, s in segments.items()}
     off = segments["off"]
     low, high = float(off.reference.min()), float(off.reference.max())
     for case, s in segments.items():
         if abs(s.reference.min() - low) > 0.02 * (high - low) or abs(s.reference.max() - high) > 0.02 * (high - low):
-            raise InputError(f"{getattr(options, case)}: its reference goes from {s.reference.min():.4g} to {s.reference.max():.4g} N, that of the first log from {low:.4g} to {high:.4g} N")
+            raise InputError(f"{paths[case]}: its reference goes from {s.reference.min():.4g} to {s.reference.max():.4g} N, that of the first log from {low:.4g} to {high:.4g} N")
     noise = float(np.median(np.abs(np.diff(off.force, 2))) / (0.6745 * np.sqrt(6)))
     lines, against = rule(measured, predict(loop, low, high, noise), residual(loop, off), level_of(loop, (low + high) / 2))
     lines += [f"REJECTED: {reason}" for reason in against] or ["ACCEPTED: the new parameters"]

@@ -45,7 +45,7 @@ def _parser():
                              ("lag", "S", "of the arm, b/K (0.0075)")):
         command.add_argument(f"--{name}", type=float, metavar=unit, help=what)
     actuator.add_options(commands.add_parser("actuator", help="gain, poles and delay of actuator, arm and sensor, by tribo-design identify-plant"))
-    accept.add_options(commands.add_parser("accept", help="an acceptance test on the rig: compensation off, on, with L 20 % less and more; the new parameters or the old ones"))
+    accept.add_options(commands.add_parser("accept", help="an acceptance test on the rig: compensation off, on, with L 20 %% less and more; the new parameters or the old ones"))
     return parser
 
 

@@ -75,6 +75,15 @@ def _mapping(result):
     return keys
 
 
+def _plant(base, result, options):
+    """The base's actuator and arm with the friction of the log, whatever friction the base had."""
+    plant = {key: base[key] for key in ("step_s", "actuator_pole_rad_per_s", "arm") if key in base}
+    plant["friction"] = _mapping(result)
+    if options.actuator:
+        plant["actuator_pole_rad_per_s"] = options.actuator
+    return plant
+
+
 def _dump(tree):
     yaml, out = YAML(), io.StringIO()
     yaml.width = 200
@@ -96,6 +105,9 @@ def _loop(base, result, options):
     if not isinstance(tree, dict):
         raise InputError(f"--scenario {options.scenario}: is not a scenario")
     tree.setdefault("compensator", {})["friction"] = _mapping(result)
+    tree["plant"] = _plant(tree.get("plant") or {}, result, options)
+    if options.sensor:
+        tree["sensor"] = (tree.get("sensor") or {}) | {"pole_rad_per_s": options.sensor}
     text = _dump(tree)
     trial = base.with_name(f".{base.stem}.identified.yaml")  # beside it, as it may name files
     try:

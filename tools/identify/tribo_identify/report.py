@@ -129,12 +129,15 @@ def strokes_html(log, law, lines):
     return _page("Friction of strokes", lines, pictures)
 
 
+TITLES = {"off": "without compensation", "on": "the new parameters", "less": "L 20 % less", "more": "L 20 % more", "old": "the old parameters"}
+
+
 def accept_html(segments, lines):
-    figure, axes = _figure(4, 2, (12, 11))
+    figure, axes = _figure(len(segments), 2, (12, 2.75 * len(segments)))
     for row, (case, s) in enumerate(segments.items()):
         axes[row, 0].plot(*_thin(s.t - s.t[0], s.reference), color="#CC79A7", lw=1, ls=":")
         axes[row, 0].plot(*_thin(s.t - s.t[0], s.force), color="#56B4E9", lw=1)
-        axes[row, 0].set(ylabel="r, F [N]", title=f"compensation {case}")
+        axes[row, 0].set(ylabel="r, F [N]", title=TITLES[case])
         axes[row, 1].plot(*_thin(s.t - s.t[0], s.reference - s.force), color="#D55E00", lw=0.8)
         axes[row, 1].set(ylabel="r - F [N]")
     return _page("Acceptance", lines, [("The sequence", _png(figure))])
