@@ -18,7 +18,6 @@ import numpy as np
 
 from .errors import DesignError
 
-PARTS = ("controller/biquad_f32", "controller/biquad_q31", "controller/controller_f32", "controller/controller_q31", "controller/headroom_q31", "status")  # of the library, that quantise_q31.c needs
 FIELDS = ("b0", "c1", "minus_a1", "c2", "d2", "d2_low", "shift", "scale")
 
 
@@ -86,12 +85,12 @@ def to_q31(f32, full_scale_n, u_min_n, u_max_n):
 
 def _program():
     """The library's quantiser as a program."""
-    return compiled("quantise_q31", PARTS)
+    return compiled("quantise_q31")
 
 
 @functools.lru_cache
-def compiled(name, parts):
-    """NAME.c beside this file with parts of the library, compiled once a process."""
+def compiled(name):
+    """NAME.c beside this file with the library, compiled once a process."""
     lib = Path(os.environ.get("TRIBO_LIB") or Path(__file__).resolve().parents[3] / "lib")
     if not (lib / "include" / "tribo" / "force_loop_q31.h").is_file():
         raise DesignError(f"q31: {lib} is not the library's lib/; set TRIBO_LIB to it")
@@ -103,7 +102,7 @@ def compiled(name, parts):
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     program = Path(folder) / name
     done = subprocess.run([compiler, "-std=c11", "-O0", "-ffp-contract=off", "-I", lib / "include", Path(__file__).with_name(f"{name}.c"),
-                           *(lib / "src" / f"{part}.c" for part in parts), "-o", program], capture_output=True, text=True, timeout=120, check=False)
+                           *sorted((lib / "src").rglob("*.c")), "-o", program], capture_output=True, text=True, timeout=120, check=False)
     if done.returncode != 0:
         first = next((line for line in done.stderr.splitlines() if "error" in line), "no message")
         raise DesignError(f"q31: the library does not compile with {compiler}: {first}")

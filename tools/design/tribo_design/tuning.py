@@ -6,9 +6,6 @@ import subprocess
 from . import quantise
 from .errors import DesignError, InputError
 
-PARTS = ("paper/arm_f32", "feedforward/breakaway_learning_f32", "paper/compensator_f32", "paper/edge", "feedforward/feedforward_f32", "feedforward/feedforward_tuning_f32", "paper/friction_f32",
-         "feedforward/friction_observer_f32", "guard/guard_f32", "feedforward/hold_f32", "feedforward/reference_model_f32", "feedforward/play_f32", "paper/relay", "status")  # of the library, that tuning.c needs
-
 # Option, its default, least value, what it is. The defaults are the paper's rig.
 RIG = (
     ("offset", 0.007, 1e-6, "believed breakaway at no force, N"),
@@ -49,7 +46,7 @@ def command(options):
 def tuned(numbers):
     """[(key, value as text)] under `compensator` of a scenario."""
     text = " ".join(f"{number:.9g}" for number in numbers)
-    done = subprocess.run([quantise.compiled("tuning", PARTS)], input=text, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([quantise.compiled("tuning")], input=text, capture_output=True, text=True, timeout=60, check=False)
     if done.returncode != 0:
         raise DesignError("tune: the library's rule broke down")
     pairs = [tuple(line.split(" ", 1)) for line in done.stdout.splitlines()]
