@@ -119,3 +119,35 @@ def test_mistakes_are_named(rig, tmp_path, capsys):
     status, _, err = identify(capsys, "accept", tmp_path / "loop.yaml", "--low", 0.6, "--high", 0.6, "--out", tmp_path / "x")
     assert status == 2 and "--high: value 0.6: must be above --low" in err
     assert not (tmp_path / "verdict").exists() and not (tmp_path / "x").exists()
+
+
+# As tribo-design writes it, far from the paper's rig: 2 ms, a slow actuator, an arm and a delay of its own.
+DESIGNED = """duration_s: 60
+sample_time_s: 0.002
+reference: {kind: triangle, low_N: 1, high_N: 1.5, period_s: 20}
+plant: {step_s: 0.0002, actuator_pole_rad_per_s: 12, arm: {inertia_N_s2_per_deg: 0.00038, damping_N_s_per_deg: 0.061, stiffness_N_per_deg: 3.84}}
+sensor: {pole_rad_per_s: 100000000, delay_s: 0.002}
+controller:
+  kind: delta
+  sections:
+    - {b0: 2.10039663, b1: 0.653936446, b2: 0.0726709738, a1: 0.423257381, a2: 0.0726709738}
+    - {b0: 1.59466267, b1: 1.63247762, b2: 0.0378149718, a1: 1.00003004, a2: 2.999955e-05}
+compensator:
+  gain: 0.85
+  friction: {breakaway: {offset_N: 0.02, slope: 0.1}}
+  arm: {inertia_N_s2_per_deg: 0.00038, damping_N_s_per_deg: 0.061, stiffness_N_per_deg: 3.84}
+limits: {u_min_N: -7, u_max_N: 7, input_max_N: 5, full_scale_N: 7}
+"""
+
+
+@pytest.mark.parametrize("plant, status", [(1.0, 0), (0.75, 4), (1.25, 4)])
+def test_a_designed_loop_of_another_rig_is_judged(tmp_path, capsys, plant, status):
+    loop = tmp_path / "loop.yaml"
+    loop.write_text(DESIGNED, encoding="utf-8")
+    assert identify(capsys, "accept", loop, "--low", 1, "--high", 1.5, "--out", tmp_path / "sequence")[0] == 0
+    arguments = ["accept", loop, "--column", "F=y_N", "--out", tmp_path / "verdict"]
+    for case in accept.CASES:
+        native.run_tribo_sim("run", tmp_path / f"sequence/{case}.yaml", "--set", f"plant.friction.breakaway={{offset_N: {0.02 * plant}, slope: {0.1 * plant}}}",
+                             "--set", "sensor.noise_N=0.001", "--out", tmp_path / case)
+        arguments += [f"--{case}", tmp_path / case / "trace.csv"]
+    assert identify(capsys, *arguments)[0] == status
