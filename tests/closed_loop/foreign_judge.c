@@ -1,0 +1,498 @@
+// Judges the feed-forward, by its name and nothing else, on rigs, frictions and waveforms of its own. Prints tables:
+//
+//     foreign_judge_f32 waves|pushes|load|environment|drift|flips N SEED ...
+//
+// without/with is the RMS of r - F without compensation over that with it.
+
+#include "foreign_loop.h"
+#include "foreign_plant.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define STEPS_A_TICK 10
+#define PERIOD_S     20.0
+#define TWO_PI       6.283185307179586
+
+static const char *const law_names[FOREIGN_LAWS] = {"coulomb", "stribeck", "lugre", "maxwell"};
+
+typedef enum
+{
+    TRIANGLE,
+    SINE,
+    STEPS,
+    STAIRCASE,
+    SAWTOOTH,
+    WALK,
+    NESTED,
+    STOP_AND_GO,
+    WAVES
+} wave_t;
+
+static const char *const wave_names[WAVES] =
+    {"triangle", "sine", "steps", "staircase", "sawtooth", "walk", "nested", "stop-and-go"};
+
+static double triangle(double t, double period)
+{
+    const double phase = fmod(t, period) / period;
+    return phase < 0.5 ? 4.0 * phase - 1.0 : 3.0 - 4.0 * phase;
+}
+
+/// Straight lines between random points 1.5 s apart.
+static double walk(double t, uint64_t which)
+{
+    double       point[2];
+    const double place = t / 1.5;
+    for (int i = 0; i < 2; i++)
+    {
+        uint64_t seed = ((uint64_t)place + (uint64_t)i + 1u) * 0x9e3779b97f4a7c15u + which;
+        (void)foreign_random(&seed);
+        (void)foreign_random(&seed);
+        point[i] = foreign_random(&seed);
+    }
+    return point[0] + (place - floor(place)) * (point[1] - point[0]);
+}
+
+/// -1 to 1.
+static double wave_at(wave_t wave, double t)
+{
+    const double tri = triangle(t, PERIOD_S);
+    switch (wave)
+    {
+    case SINE:
+        return sin(TWO_PI * t / 5.0);
+    case STEPS:
+        return fmod(t, 10.0) < 5.0 ? -1.0 : 1.0;
+    case STAIRCASE:
+        return floor(tri * 4.0) / 4.0;
+    case SAWTOOTH:
+        return 2.0 * fmod(t, 4.0) / 4.0 - 1.0;
+    case WALK:
+        return walk(t, 7u);
+    case NESTED:
+        return 0.7 * tri + 0.3 * triangle(t, 2.9);
+    case STOP_AND_GO:
+        return triangle(floor(t / 4.0) * 2.0 + fmin(fmod(t, 4.0), 2.0), PERIOD_S);
+    default:
+        return tri;
+    }
+}
+
+/// The truth's deviations and what happens to the arm.
+typedef struct
+{
+    foreign_law_t law;
+    double        sliding;
+    double        breakaway[2]; // times the model's
+    double        noise;        // of y, times L at the mean
+    double        believed_noise;
+    wave_t        wave;
+    uint64_t      seed;
+    double        push, push_from_s, push_to_s; // times L at the mean
+    double        environment, environment_hz;  // times the amplitude
+    double        fading_s;                     // L falls to half within this time, from push_from_s on; 0: it stays
+} case_t;
+
+static case_t nominal(wave_t wave)
+{
+    return (case_t){.law = FOREIGN_COULOMB, .sliding = 1.0, .breakaway = {1.0, 1.0}, .wave = wave, .seed = 1u};
+}
+
+typedef struct
+{
+    const foreign_rig_t *rig;
+    case_t               given;
+    foreign_loop_t      *loop;
+    foreign_plant_t      plant;
+    double               level; // L at the mean
+    double               u, variation;
+    long                 tick;
+    int                  steps;
+} run_t;
+
+static double level_of(const foreign_rig_t *rig)
+{
+    return rig->offset + rig->slope * (fabs(rig->mean) + 0.5 * rig->amplitude);
+}
+
+static void scale_friction(run_t *run, double scale)
+{
+    for (int d = 0; d < 2; d++)
+    {
+        run->plant.config.offset[d] = run->rig->offset * run->given.breakaway[d] * scale;
+        run->plant.config.slope[d]  = run->rig->slope * run->given.breakaway[d] * scale;
+    }
+}
+
+static void open_run(run_t               *run,
+                     foreign_loop_t      *loop,
+                     const foreign_rig_t *rig,
+                     const case_t        *given,
+                     foreign_method_t     method)
+{
+    *run = (run_t){.rig = rig, .given = *given, .loop = loop, .level = level_of(rig), .steps = STEPS_A_TICK};
+    const tribo_status_t status = foreign_loop_open(loop, rig, method, given->believed_noise * run->level);
+    if (status != TRIBO_OK)
+    {
+        (void)fprintf(stderr, "%s: refused, %s\n", rig->name, tribo_status_text(status));
+        exit(1);
+    }
+    const foreign_plant_config_t plant = {.actuator_pole = rig->actuator_pole,
+                                          .sensor_pole   = rig->sensor_pole,
+                                          .inertia       = rig->inertia / rig->stiffness,
+                                          .damping       = rig->damping / rig->stiffness,
+                                          .law           = given->law,
+                                          .sliding       = given->sliding,
+                                          .stribeck      = 0.1 * rig->amplitude,
+                                          .presliding    = given->law == FOREIGN_LUGRE ? 0.01 * rig->amplitude
+                                                                                       : 0.3 * rig->amplitude,
+                                          .noise         = given->noise * run->level,
+                                          .step_s        = rig->sample_time_s / run->steps};
+    foreign_plant_open(&run->plant, &plant, given->seed);
+    scale_friction(run, 1.0);
+}
+
+/// One tick; returns r - F at its start.
+static double tick(run_t *run)
+{
+    const case_t *given = &run->given;
+    const double  t     = (double)run->tick * run->rig->sample_time_s;
+    const double  r     = run->rig->mean + run->rig->amplitude * wave_at(given->wave, t);
+    const double  error = r - foreign_plant_force(&run->plant);
+    const double  u     = foreign_loop_step(run->loop, r, foreign_plant_read(&run->plant));
+    const double  load  = t >= given->push_from_s && t < given->push_to_s ? given->push * run->level : 0.0;
+    if (given->fading_s > 0.0)
+    {
+        scale_friction(run, 1.0 - 0.5 * fmin(1.0, fmax(0.0, (t - given->push_from_s) / given->fading_s)));
+    }
+    run->variation += fabs(u - run->u);
+    run->u = u;
+    for (int i = 0; i < run->steps; i++)
+    {
+        const double at = t + (double)i * run->plant.config.step_s;
+        foreign_plant_step(&run->plant,
+                           u,
+                           load,
+                           given->environment * run->rig->amplitude * sin(TWO_PI * given->environment_hz * at));
+    }
+    run->tick++;
+    return error;
+}
+
+/// RMS of r - F until time `to_s`.
+static double run_to(run_t *run, double to_s)
+{
+    const long end   = lround(to_s / run->rig->sample_time_s);
+    const long begin = run->tick;
+    double     sum   = 0.0;
+    run->variation   = 0.0;
+    while (run->tick < end)
+    {
+        const double error = tick(run);
+        sum += error * error;
+    }
+    return sqrt(sum / (double)(end - begin));
+}
+
+static foreign_loop_t the_loop; // large
+
+/// RMS from `from_s` to `to_s`; the variation of u there, if asked.
+static double rms(const foreign_rig_t *rig,
+                  const case_t        *given,
+                  foreign_method_t     method,
+                  double               from_s,
+                  double               to_s,
+                  double              *variation)
+{
+    run_t run;
+    open_run(&run, &the_loop, rig, given, method);
+    (void)run_to(&run, from_s);
+    const double found = run_to(&run, to_s);
+    if (variation != NULL)
+    {
+        *variation = run.variation;
+    }
+    return found;
+}
+
+static int compare(const void *a, const void *b)
+{
+    const double x = *(const double *)a;
+    const double y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static void report(const char *name, double *ratios, int count)
+{
+    int below = 0;
+    qsort(ratios, (size_t)count, sizeof *ratios, compare);
+    for (int i = 0; i < count; i++)
+    {
+        below += ratios[i] < 0.9;
+    }
+    printf("%s: %d cases, least %.2f, 5 %% %.2f, median %.2f, below 0.9: %d\n",
+           name,
+           count,
+           ratios[0],
+           ratios[count / 20],
+           ratios[count / 2],
+           below);
+}
+
+static void judge_waves(void)
+{
+    static double       ratios[WAVES][1000];
+    static double       all[10000];
+    int                 counts[WAVES] = {0};
+    int                 total         = 0;
+    static const double scales[][2]   = {{1.0, 1.0}, {0.7, 0.7}, {1.3, 1.3}, {0.75, 1.2}};
+    for (int i = 0; i < FOREIGN_RIGS; i++)
+    {
+        for (int law = 0; law < FOREIGN_LAWS; law++)
+        {
+            for (int variant = 0; variant < 6; variant++)
+            {
+                printf("%-30s %-9s %d:", foreign_rigs[i].name, law_names[law], variant);
+                for (int wave = 0; wave < WAVES; wave++)
+                {
+                    case_t given         = nominal((wave_t)wave);
+                    given.law            = (foreign_law_t)law;
+                    given.sliding        = law == FOREIGN_STRIBECK ? 0.85 : 1.0;
+                    const double *scale  = scales[variant < 4 ? variant : 0];
+                    given.breakaway[0]   = scale[0];
+                    given.breakaway[1]   = scale[1];
+                    given.noise          = variant == 4 ? 0.002 : variant == 5 ? 0.006 : 0.0;
+                    given.believed_noise = given.noise;
+                    double       wild;
+                    double       calm;
+                    const double none  = rms(&foreign_rigs[i], &given, FOREIGN_NONE, 20.0, 80.0, &calm);
+                    const double with  = rms(&foreign_rigs[i], &given, FOREIGN_FEEDFORWARD, 20.0, 80.0, &wild);
+                    const double ratio = none / with;
+                    printf(" %s %.2f%s", wave_names[wave], ratio, wild > 1.35 * calm ? "!" : "");
+                    ratios[wave][counts[wave]++] = ratio;
+                    all[total++]                 = ratio;
+                }
+                printf("\n");
+                (void)fflush(stdout);
+            }
+        }
+    }
+    for (int wave = 0; wave < WAVES; wave++)
+    {
+        report(wave_names[wave], ratios[wave], counts[wave]);
+    }
+    report("all", all, total);
+}
+
+static void judge_pushes(void)
+{
+    static const double pushes[] = {0.64, 1.9, 3.2}; // of L: 0.1, 0.3, 0.5 N on the paper's arm
+    double              worst    = 0.0;
+    int                 above    = 0;
+    int                 count    = 0;
+    for (int i = 0; i < FOREIGN_RIGS; i++)
+    {
+        for (int j = 0; j < 12; j++)
+        {
+            printf("%-30s push %+.2f L, noise %.3f L: after/before",
+                   foreign_rigs[i].name,
+                   pushes[j % 3] * (j % 2 == 0 ? 1.0 : -1.0),
+                   j >= 6 ? 0.002 : 0.0);
+            for (int phase = 0; phase < 8; phase++)
+            {
+                case_t given         = nominal(TRIANGLE);
+                given.push           = pushes[j % 3] * (j % 2 == 0 ? 1.0 : -1.0);
+                given.push_from_s    = 3.0 * PERIOD_S + PERIOD_S * phase / 8.0 + 0.3;
+                given.push_to_s      = given.push_from_s + 1.0;
+                given.noise          = j >= 6 ? 0.002 : 0.0;
+                given.believed_noise = given.noise;
+                run_t run;
+                open_run(&run, &the_loop, &foreign_rigs[i], &given, FOREIGN_FEEDFORWARD);
+                (void)run_to(&run, 2.0 * PERIOD_S);
+                const double before = run_to(&run, 3.0 * PERIOD_S);
+                (void)run_to(&run, given.push_to_s + 60.0);
+                const double ratio = run_to(&run, given.push_to_s + 60.0 + PERIOD_S) / before;
+                printf(" %.2f", ratio);
+                worst = fmax(worst, ratio);
+                above += ratio > 1.5;
+                count++;
+            }
+            printf("\n");
+            (void)fflush(stdout);
+        }
+    }
+    printf("pushes: %d, above 1.5: %d, worst %.2f\n", count, above, worst);
+}
+
+static void judge_load(void)
+{
+    static const double scales[] = {1.0, 0.7, 1.3};
+    for (int i = 0; i < FOREIGN_RIGS; i++)
+    {
+        for (int j = 0; j < 6; j++)
+        {
+            case_t given                = nominal(TRIANGLE);
+            given.push                  = j % 2 == 0 ? 0.64 : -0.64;
+            given.push_from_s           = 3.0 * PERIOD_S;
+            given.push_to_s             = 1e9;
+            given.breakaway[0]          = scales[j / 2];
+            given.breakaway[1]          = scales[j / 2];
+            const double          none  = rms(&foreign_rigs[i], &given, FOREIGN_NONE, 120.0, 160.0, NULL);
+            const double          with  = rms(&foreign_rigs[i], &given, FOREIGN_FEEDFORWARD, 120.0, 160.0, NULL);
+            const foreign_state_t start = {.memory = {.state = {.bad_inputs = 0u}}};
+            printf("%-30s load %+.2f L, L x %.1f: without/with %.2f%s\n",
+                   foreign_rigs[i].name,
+                   given.push,
+                   scales[j / 2],
+                   none / with,
+                   foreign_loop_says(&the_loop, &start) ? ", says so" : "");
+            (void)fflush(stdout);
+        }
+    }
+}
+
+static void judge_environment(void)
+{
+    static double       ratios[200];
+    static const double hz[]  = {0.1, 0.37, 1.0};
+    int                 count = 0;
+    for (int i = 0; i < FOREIGN_RIGS; i++)
+    {
+        for (int j = 0; j < 12; j++)
+        {
+            case_t given         = nominal(j < 6 ? TRIANGLE : STOP_AND_GO);
+            given.environment    = j % 6 < 3 ? 0.2 : 0.5;
+            given.environment_hz = hz[j % 3];
+            const double none    = rms(&foreign_rigs[i], &given, FOREIGN_NONE, 20.0, 80.0, NULL);
+            const double ratio   = none / rms(&foreign_rigs[i], &given, FOREIGN_FEEDFORWARD, 20.0, 80.0, NULL);
+            printf("%-30s environment %.1f of the swing at %.2f Hz, %s: %.2f\n",
+                   foreign_rigs[i].name,
+                   given.environment,
+                   given.environment_hz,
+                   wave_names[given.wave],
+                   ratio);
+            ratios[count++] = ratio;
+            (void)fflush(stdout);
+        }
+    }
+    report("environment", ratios, count);
+}
+
+/// L falls to half in a minute.
+static void judge_drift(void)
+{
+    static double ratios[1000];
+    int           count = 0;
+    for (int i = 0; i < FOREIGN_RIGS; i++)
+    {
+        for (int j = 0; j < 2 * WAVES; j++)
+        {
+            case_t given      = nominal((wave_t)(j / 2));
+            given.noise       = j % 2 == 0 ? 0.0 : 0.002;
+            given.push_from_s = 40.0;
+            given.fading_s    = 60.0;
+            const double none = rms(&foreign_rigs[i], &given, FOREIGN_NONE, 40.0, 120.0, NULL);
+            ratios[count++]   = none / rms(&foreign_rigs[i], &given, FOREIGN_FEEDFORWARD, 40.0, 120.0, NULL);
+            printf("%-30s L to half in 60 s, %s: %.2f\n",
+                   foreign_rigs[i].name,
+                   wave_names[given.wave],
+                   ratios[count - 1]);
+            (void)fflush(stdout);
+        }
+    }
+    report("drift", ratios, count);
+}
+
+/// Flips a bit of the state at a random tick of a period, and looks 60 s later.
+static void judge_flips(long count, uint64_t seed)
+{
+    static foreign_state_t snapshot;
+    static run_t           start;
+    const foreign_rig_t   *rig    = &foreign_rigs[0];
+    const case_t           given  = nominal(TRIANGLE);
+    const double           period = PERIOD_S;
+    long                   silent = 0;
+    long                   said   = 0;
+    double                 worst  = 0.0;
+    open_run(&start, &the_loop, rig, &given, FOREIGN_FEEDFORWARD);
+    start.steps               = 4;
+    start.plant.config.step_s = rig->sample_time_s / 4.0;
+    (void)run_to(&start, 3.0 * period);
+    snapshot            = the_loop.state;
+    run_t        run    = start;
+    const double good   = run_to(&run, 4.0 * period);
+    uint64_t     random = seed * 0x9e3779b97f4a7c15u + 1u;
+    for (long i = 0; i < count; i++)
+    {
+        const size_t byte = (size_t)(0.5 * (1.0 + foreign_random(&random)) * (double)sizeof snapshot) % sizeof snapshot;
+        const int    bit  = (int)(4.0 * (1.0 + foreign_random(&random))) % 8;
+        const double at   = 3.0 * period + 0.5 * (1.0 + foreign_random(&random)) * period;
+        run               = start;
+        the_loop.state    = snapshot;
+        (void)run_to(&run, at);
+        const foreign_state_t before = the_loop.state;
+        ((unsigned char *)&the_loop.state)[byte] ^= (unsigned char)(1u << bit);
+        (void)run_to(&run, 7.0 * period + period);
+        const double ratio = run_to(&run, 9.0 * period) / good;
+        if (!(ratio <= 1.5))
+        {
+            const bool says = foreign_loop_says(&the_loop, &before);
+            said += says;
+            silent += !says;
+            worst = fmax(worst, ratio);
+            printf("byte %zu of %zu (loop %zu, memory %zu), bit %d, at %.3f s: %.1f times%s\n",
+                   byte,
+                   sizeof snapshot,
+                   sizeof snapshot.state,
+                   sizeof snapshot.memory,
+                   bit,
+                   at,
+                   ratio,
+                   says ? ", says so" : "");
+            (void)fflush(stdout);
+        }
+    }
+    printf("flips: %ld, not back after 60 s: %ld silent, %ld said; worst %.1f times\n", count, silent, said, worst);
+}
+
+int main(int argc, char **argv)
+{
+    for (int i = 1; i < argc; i++)
+    {
+        if (strcmp(argv[i], "waves") == 0)
+        {
+            judge_waves();
+        }
+        else if (strcmp(argv[i], "pushes") == 0)
+        {
+            judge_pushes();
+        }
+        else if (strcmp(argv[i], "load") == 0)
+        {
+            judge_load();
+        }
+        else if (strcmp(argv[i], "environment") == 0)
+        {
+            judge_environment();
+        }
+        else if (strcmp(argv[i], "drift") == 0)
+        {
+            judge_drift();
+        }
+        else if (strcmp(argv[i], "flips") == 0 && i + 2 < argc)
+        {
+            judge_flips(strtol(argv[i + 1], NULL, 10), strtoull(argv[i + 2], NULL, 10));
+            i += 2;
+        }
+        else
+        {
+            (void)fprintf(stderr,
+                          "foreign_judge: %s: not one of waves, pushes, load, environment, drift, flips N SEED\n",
+                          argv[i]);
+            return 2;
+        }
+    }
+    return 0;
+}
