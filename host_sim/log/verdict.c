@@ -353,6 +353,23 @@ static double correlation(const sim_log_t *log, size_t step)
     return uu > 0.0 && ff > 0.0 ? uf / sqrt(uu * ff) : 0.0;
 }
 
+/// How much more often u and F change alike than opposite over `step` rows, -1 to 1: each step counts the same, however large.
+static double concordance(const sim_log_t *log, size_t step)
+{
+    const double *u = log->values[SIM_LOG_U], *force = log->values[SIM_LOG_F];
+    double        alike = 0.0, steps = 0.0;
+    for (size_t s = 0; s < log->segments; s++)
+    {
+        for (size_t k = log->starts[s] + step; k < log->starts[s + 1]; k += step)
+        {
+            const double both = (u[k] - u[k - step]) * (force[k] - force[k - step]);
+            alike += both > 0.0 ? 1.0 : both < 0.0 ? -1.0 : 0.0;
+            steps += 1.0;
+        }
+    }
+    return steps > 0.0 ? alike / steps : 0.0;
+}
+
 /// Finds faults that hide all others; true if there is one.
 static bool find_gross(sim_verdict_t *verdict, const sim_log_t *log)
 {
@@ -370,10 +387,11 @@ static bool find_gross(sim_verdict_t *verdict, const sim_log_t *log)
             u);
         return true;
     }
-    // A hunting loop reduces u while F slips on: for a tenth of a second, but not on average.
+    // A hunting loop reduces u while F slips on: for a tenth of a second, but not on average. The first ticks of a loop move u far
+    // while F settles back: one large step, but few of many.
     const size_t fast = (size_t)fmax(1.0, 0.1 / log->sample_time_s),
                  slow = fast > log->rows / 20 ? fast : log->rows / 20;
-    if (correlation(log, fast) < -0.3 && correlation(log, slow) <= 0.0)
+    if (correlation(log, fast) < -0.3 && correlation(log, slow) <= 0.0 && concordance(log, slow) < 0.0)
     {
         say(verdict, "wrong sign: F falls where u rises (--scale u=- or --scale F=-)");
         return true;

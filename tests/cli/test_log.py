@@ -222,6 +222,13 @@ def test_a_loop_that_takes_u_back_at_each_slip_has_no_wrong_sign(sim):
     assert verdict(sim, *options, "--scale", "u=-", log="trace_of_run/trace.csv")[0][0].startswith("wrong sign")
 
 
+@pytest.mark.parametrize("duration", [4, 9])
+def test_a_right_log_of_one_direction_has_no_wrong_sign(sim, duration):
+    sim.trace("triangle", "--set", f"duration_s={duration}", "--set", "metrics.start_s=0")
+    words, _ = verdict(sim, "--column", "F=y_N", log="trace_of_run/trace.csv")
+    assert words == ["F slides in one direction only: L cannot be told from scale and bias of u"]
+
+
 @pytest.mark.parametrize("scale", [0.6, 0.85, 1.2])
 def test_a_wrong_scale_is_named_with_its_factor(sim, scale):
     slow_triangle(sim, u_of=lambda u: u * scale)
