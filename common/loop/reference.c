@@ -119,3 +119,14 @@ double sim_reference_at(sim_reference_t *reference, double t_s)
         return from_file(reference, t_s);
     }
 }
+
+double sim_reference_peak(const sim_reference_t *reference)
+{
+    const bool is_file = reference->config.kind == SIM_REFERENCE_CSV;
+    double     peak    = is_file ? 0.0 : fmax(fabs(reference->config.low_n), fabs(reference->config.high_n));
+    for (size_t i = 0; is_file && i < reference->csv.rows; i++)
+    {
+        peak = fmax(peak, fabs(reference->csv.values[1][i]));
+    }
+    return peak;
+}

@@ -28,4 +28,7 @@ void sim_reference_free(sim_reference_t *reference);
 /// r at `t_s`. Any time is right, but rising ones are fast.
 double sim_reference_at(sim_reference_t *reference, double t_s);
 
+/// Largest |r|.
+double sim_reference_peak(const sim_reference_t *reference);
+
 #endif

@@ -169,6 +169,20 @@ def test_a_file_as_reference(drive):
     assert log["r_N"][50] == pytest.approx(0.15)
 
 
+@pytest.mark.parametrize("words, name", [
+    (("--reference", "5"), "--reference: 5 N"), (("--reference", "-2.5"), "--reference: 2.5 N"),
+    (("--set", "reference.high_N=3"), "reference: 3 N"), (("--reference", "r.csv"), "reference: 2.01 N")])
+def test_a_reference_beyond_the_loops_range_is_refused(drive, words, name):
+    drive.write("r.csv", "t_s,r_N\n0,0.1\n0.1,-2.01\n")
+    run = drive.run("rig.yaml", "--check", *words)
+    assert run.returncode == 1 and f"{name}: must be within -2 to 2 N, as limits.input_max_N has it" in run.stderr
+
+
+def test_a_line_beyond_the_loops_range_ends_the_run(drive):
+    run = drive.run("rig.yaml", "--reference", "-", "--duration", "1", input="0.1\n7\n")
+    assert run.returncode == 1 and "standard input: 7 N: must be within -2 to 2 N" in run.stderr
+
+
 def test_lines_as_reference(drive):
     log, _ = drive.ticks(100, "--reference", "-", input="0.1\n0.25\n")
     assert log["r_N"][-1] == pytest.approx(0.25)

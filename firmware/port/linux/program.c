@@ -196,7 +196,21 @@ static void stop(int signal)
     stops = signal;
 }
 
-/// A number in N a line. What is no number ends the run.
+/// True if the loop takes references up to `peak_n`: it coasts at larger ones.
+static bool check_reference(const program_t *program, const char *name, double peak_n, sim_error_t *error)
+{
+    float most_n;
+    memcpy(&most_n, &program->registers.active->set.loop[PARAMS_INPUT_MAX - PARAMS_LOOP_AT], sizeof most_n);
+    return peak_n <= (double)most_n ||
+           sim_error_set(error,
+                         "%s: %.9g N: must be within -%.9g to %.9g N, as limits.input_max_N has it",
+                         name,
+                         peak_n,
+                         (double)most_n,
+                         (double)most_n);
+}
+
+/// A number in N a line. What is none, or beyond the loop's range, ends the run.
 static bool take_line(program_t *program, sim_error_t *error)
 {
     double value;
@@ -206,6 +220,10 @@ static bool take_line(program_t *program, sim_error_t *error)
     if (complaint != NULL)
     {
         return sim_error_set(error, "standard input: '%s' %s", program->line, complaint);
+    }
+    if (!check_reference(program, "standard input", fabs(value), error))
+    {
+        return false;
     }
     drive_reference(&program->registers.drive, (float)value);
     return true;
@@ -569,6 +587,22 @@ static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_e
     return true;
 }
 
+/// The reference of the command line or the scenario, where the bus does not give it.
+static bool check_given_reference(const program_t *program, sim_error_t *error)
+{
+    const options_t *options = program->options;
+    switch (options->reference)
+    {
+    case REFERENCE_CONSTANT:
+        return check_reference(program, "--reference", fabs(options->constant_n), error);
+    case REFERENCE_SCENARIO:
+        return (bus_is_used(&program->rig->bus) && !options->has_reference) ||
+               check_reference(program, "reference", sim_reference_peak(&program->reference), error);
+    default:
+        return true;
+    }
+}
+
 static bool open_ticks(program_t *program, sim_error_t *error)
 {
     const char *ticks = program->options->ticks;
@@ -621,7 +655,7 @@ static int open_and_run(program_t *program, const sim_sources_t *sources, sim_er
         return -1;
     }
     int status = -1;
-    if (set_up_drive(program, sources, error) && open_bus(program, error))
+    if (set_up_drive(program, sources, error) && check_given_reference(program, error) && open_bus(program, error))
     {
         program->board.slack_ns = slack_of(program);
         registers_start(&program->registers, selftest_golden());
