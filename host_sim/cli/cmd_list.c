@@ -2,6 +2,7 @@
 #include "cli/scenario_choice.h"
 #include "scenario/config.h"
 #include "scenario/key_list.h"
+#include "scenario/parameter_list.h"
 #include "support/output_file.h"
 #include "support/text.h"
 
@@ -56,13 +57,15 @@ static bool list_folder(const char *folder, sim_error_t *error)
 enum
 {
     OPTION_KEYS = SIM_OPTION_FIRST,
-    OPTION_MARKDOWN
+    OPTION_MARKDOWN,
+    OPTION_PARAMETERS
 };
 
 // clang-format off: one row an option
 static const struct argp_option options[] = {
     {.name = "keys", .key = OPTION_KEYS, .doc = "every key that a scenario can have, with its range and default"},
     {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "the same as the tables of scenarios/README.md"},
+    {.name = "parameters", .key = OPTION_PARAMETERS, .doc = "every parameter of the library with its field, as the tables of docs/parameters.md"},
     {.name = NULL}};
 // clang-format on
 
@@ -93,14 +96,18 @@ static int run(int count, char **arguments)
     case OPTION_MARKDOWN:
         sim_key_list_print_markdown();
         break;
+    case OPTION_PARAMETERS:
+        sim_parameter_list_print();
+        break;
     default:
         ok = list_folder(sim_scenario_folder(), &error);
     }
     return (ok && sim_output_flush(&error)) ? SIM_EXIT_OK : sim_failure(error.text);
 }
 
-const sim_command_t sim_command_list = {.name    = "list",
-                                        .text    = "Lists the scenarios of the scenarios folder, or all keys.",
-                                        .options = options,
-                                        .run     = run,
-                                        .take    = take};
+const sim_command_t sim_command_list = {
+    .name    = "list",
+    .text    = "Lists the scenarios of the scenarios folder, all keys, or the library's parameters.",
+    .options = options,
+    .run     = run,
+    .take    = take};

@@ -1,4 +1,4 @@
-"""`list`, and that scenarios/README.md describes every key as the program has it."""
+"""`list`, and that scenarios/README.md and docs/parameters.md have its tables."""
 
 import os
 import re
@@ -7,6 +7,7 @@ import pytest
 
 from conftest import SCENARIOS
 
+PARAMETERS = SCENARIOS.parents[1] / "docs" / "parameters.md"
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
 
@@ -72,11 +73,21 @@ def test_readme_has_every_key_with_its_range_and_default(sim):
         assert (unit != "-") == bool(suffix), key
 
 
-def test_the_readmes_tables_are_current(sim):
+@pytest.mark.parametrize(("page", "option"), [(SCENARIOS / "README.md", "--markdown"), (PARAMETERS, "--parameters")])
+def test_tables_in_the_docs_are_current(sim, page, option):
     """If not: cmake --build --preset host-release --target scenario-readme"""
-    readme = (SCENARIOS / "README.md").read_text(encoding="utf-8")
-    made = re.search(r"<!-- made by [^\n]*\n(.*)<!-- end -->", readme, re.S)[1]
-    assert made == sim.ok("list", "--markdown")
+    made = re.search(r"<!-- made by [^\n]*\n(.*)<!-- end -->", page.read_text(encoding="utf-8"), re.S)[1]
+    assert made == sim.ok("list", option)
+
+
+def test_parameters_have_the_keys_ranges_and_defaults_of_a_scenario(sim):
+    rows = [line.strip("| ").split(" | ") for line in sim.ok("list", "--parameters").splitlines() if line.startswith("| `")]
+    program = keys(sim)
+    assert len(rows) > 60
+    assert len({field for field, *_ in rows}) > 60
+    for _, key, _, allowed, default, *_ in rows:
+        if key != "-":
+            assert program[key.strip("`")][1:] in ((allowed, default), (allowed, "-")), key
 
 
 def test_readme_says_what_each_truth_model_is(sim):

@@ -1,0 +1,9 @@
+/// The library's list of parameters for people: `tribo-sim list --parameters`, the tables of docs/parameters.md.
+
+#ifndef SIM_PARAMETER_LIST_H
+#define SIM_PARAMETER_LIST_H
+
+/// On standard output, a table in Markdown for each config.
+void sim_parameter_list_print(void);
+
+#endif
