@@ -116,6 +116,9 @@ def test_mistakes_are_named(rig, tmp_path, capsys):
     bare.write_text("duration_s: 1\n", encoding="ascii")
     status, _, err = identify(capsys, "accept", bare, "--low", 0.1, "--high", 0.6, "--out", tmp_path / "x")
     assert status == 2 and "compensator.friction.breakaway: is missing" in err
+    bare.write_text("duration_s: 1\nplant: {a: [\n", encoding="ascii")
+    status, _, err = identify(capsys, "accept", bare, "--low", 0.1, "--high", 0.6, "--out", tmp_path / "x")
+    assert status == 2 and "bare.yaml:3: not YAML: " in err
     status, _, err = identify(capsys, "accept", tmp_path / "loop.yaml", "--low", 0.6, "--high", 0.6, "--out", tmp_path / "x")
     assert status == 2 and "--high: value 0.6: must be above --low" in err
     assert not (tmp_path / "verdict").exists() and not (tmp_path / "x").exists()

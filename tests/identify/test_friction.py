@@ -204,6 +204,31 @@ def test_measured_kdn_shows_no_slope(capsys):
     assert status == 0 and "slope: weak" in out and "no line" not in out
 
 
+def strokes(path, load, pairs):
+    """Strokes of 10 mm at 10 mm/s against a load: friction 2 N + 0.05 |load|, and 10 mN of noise."""
+    t = np.arange(0, 2 * pairs, 0.001)
+    way = np.where(t % 2 < 1, 1, -1)
+    x = np.where(way > 0, t % 1, 1 - t % 1) * 10
+    u = load + way * (2 + 0.05 * abs(load)) + np.random.default_rng(int(abs(load))).normal(0, 0.01, len(t))
+    path.write_text("t_s,u_N,x_deg\n" + "".join(f"{a:.3f},{b:.5f},{c:.4f}\n" for a, b, c in zip(t, u, x)), encoding="ascii")
+    return path
+
+
+def test_friction_of_strokes_grows_with_the_loads_size(tmp_path, capsys):
+    """A load from the other side has a negative sign, and the same friction."""
+    logs = [strokes(tmp_path / f"{load}.csv", load, 3) for load in (-80, -40, 20, 60)]
+    status, out, err = identify(capsys, "friction", *logs, "--out", tmp_path / "out")
+    assert status == 0, err
+    assert float(out.split("offset ")[1].split()[0]) == pytest.approx(2, abs=0.05)
+    assert float(out.split("slope ")[1].split()[0]) == pytest.approx(0.05, abs=0.002)
+
+
+def test_one_pair_of_strokes_has_no_standard_error(tmp_path, capsys):
+    status, out, err = identify(capsys, "friction", *[strokes(tmp_path / f"{load}.csv", load, 1) for load in (20, 40, 60, 80)])
+    assert status == 0, err
+    assert out.count("1 pair of strokes, no standard error") == 4 and "standard error 0" not in out
+
+
 def test_strokes_at_three_loads_are_refused(capsys):
     arguments = seal("O-ring")
     status, _, err = identify(capsys, "friction", *arguments[1:])
@@ -260,7 +285,7 @@ BAD = {
     "unit": (["friction", "LOG", "--unit", "u=lbf"], "--unit u=lbf: there are"),
     "actuator": (["friction", "LOG", "--actuator", "-1"], "--actuator: value -1: must be 0 or"),
     "lag": (["friction", "LOG", "--lag", "nan"], "--lag: value nan: must be"),
-    "scenario": (["friction", "LOG", "--scenario", "none.yaml"], "--scenario none.yaml: is not a file"),
+    "scenario": (["friction", "LOG", "--scenario", "none.yaml"], "none.yaml: cannot be read: No such file or directory"),
     "levels": (["plan", "--low", "0.1", "--high", "0.6", "--levels", "3", "--out", "OUT"], "--levels: value 3: must be 4 to 32"),
     "range": (["plan", "--low", "0.6", "--high", "0.1", "--out", "OUT"], "--high: value 0.1: must be above --low"),
     "repeats": (["plan", "--low", "0.1", "--high", "0.6", "--repeats", "1", "--out", "OUT"], "--repeats: value 1: must be 2 to 100"),

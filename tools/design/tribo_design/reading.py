@@ -6,6 +6,8 @@ import io
 import urllib.parse
 from pathlib import Path
 
+import ruamel.yaml
+
 from .errors import InputError
 
 
@@ -21,6 +23,20 @@ def read_text(path):
         return data.decode("utf-8-sig"), hashlib.sha256(data).hexdigest()
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not UTF-8 text (byte {error.start})") from None
+
+
+def read_mapping(path, kind="safe"):
+    """The mapping that a YAML file holds; `kind` as of ruamel.yaml: rt keeps comments and order."""
+    text, _ = read_text(path)
+    try:
+        tree = ruamel.yaml.YAML(typ=kind).load(text)
+    except ruamel.yaml.error.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+        raise InputError(f"{path}:{mark.line + 1 if mark else 1}: not YAML: {problem}") from None
+    if not isinstance(tree, dict):
+        raise InputError(f"{path}:1: must be keys and values, as a scenario is")
+    return tree
 
 
 def read_rows(path, text):

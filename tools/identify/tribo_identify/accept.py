@@ -25,6 +25,7 @@ from ruamel.yaml import YAML
 
 from tribo_design.errors import DesignError, InputError
 from tribo_design.output import check_replaceable, write_directory
+from tribo_design.reading import read_mapping
 
 from . import events, logs, native, report
 
@@ -63,10 +64,8 @@ def add_options(command):
 
 
 def load(path):
-    if not Path(path).is_file():
-        raise InputError(f"{path}: is not a file")
-    tree = YAML(typ="safe").load(Path(path).read_text(encoding="utf-8"))
-    if not isinstance(tree, dict) or not isinstance(tree.get("compensator"), dict) or "breakaway" not in (tree["compensator"].get("friction") or {}):
+    tree = read_mapping(path)
+    if not isinstance(tree.get("compensator"), dict) or "breakaway" not in (tree["compensator"].get("friction") or {}):
         raise InputError(f"{path}: compensator.friction.breakaway: is missing; tribo-identify friction --scenario writes such a loop")
     return tree
 

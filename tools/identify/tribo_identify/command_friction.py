@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from ruamel.yaml import YAML
 
-from tribo_design.reading import printable
 from tribo_design.errors import InputError
 from tribo_design.output import check_replaceable, write_directory
+from tribo_design.reading import printable, read_mapping
 
 from . import friction, logs, native, report, strokes
 
@@ -33,9 +33,7 @@ def rig_of(options):
 def run(options):
     if options.out:
         check_replaceable(options.out, NAMES)
-    base = Path(options.scenario).resolve() if options.scenario else None
-    if base and not base.is_file():
-        raise InputError(f"--scenario {options.scenario}: is not a file")
+    base = read_mapping(options.scenario, "rt") if options.scenario else None
     log = logs.read(options.logs, logs.arguments_of(options))
     if all(s.force is None for s in log.segments):
         return _strokes(log, options)
@@ -97,13 +95,11 @@ def friction_yaml(result, options):
     return "\n".join(head) + "\n" + _dump({"friction": _mapping(result)})
 
 
-def _loop(base, result, options):
+def _loop(tree, result, options):
     """The rig's loop with this friction, checked by the library, and its params for the drive."""
-    if base is None:
+    if tree is None:
         return {}
-    tree = YAML().load(base.read_text(encoding="utf-8"))
-    if not isinstance(tree, dict):
-        raise InputError(f"--scenario {options.scenario}: is not a scenario")
+    base = Path(options.scenario).resolve()
     tree.setdefault("compensator", {})["friction"] = _mapping(result)
     tree["plant"] = _plant(tree.get("plant") or {}, result, options)
     if options.sensor:
@@ -118,12 +114,15 @@ def _loop(base, result, options):
     return {"loop.yaml": text.encode(), "loop_params.h": header.replace(trial.name, "loop.yaml").encode()}
 
 
+def _standard_error(repeats):
+    return f"standard error {np.std(repeats, ddof=1) / len(repeats) ** 0.5:.2g} N" if len(repeats) > 1 else "no standard error: one pair has no scatter"
+
+
 def _strokes(log, options):
     if any(s.position is None for s in log.segments):
         raise InputError(f"{options.logs[0]}: there is no force: name its column (--column F=...); or, for strokes at speed, that of the position (--column x=...)")
     law = strokes.identify(log)
-    lines = [f"{v.file}: load {v.load:.5g} N, friction {v.friction:.4g} N, {len(v.repeats)} pairs of strokes, standard error {np.std(v.repeats, ddof=min(1, len(v.repeats) - 1)) / len(v.repeats) ** 0.5:.2g} N"
-             for v in law.levels]
+    lines = [f"{v.file}: load {v.load:.5g} N, friction {v.friction:.4g} N, {len(v.repeats)} pair{"s" * (len(v.repeats) > 1)} of strokes, {_standard_error(v.repeats)}" for v in law.levels]
     if law.is_table:
         lines.append(f"no line: off by up to {100 * law.deviation:.2g} % at a load, far beyond the scatter of the repeats; a table of {len(law.levels)} loads")
     else:
@@ -135,7 +134,7 @@ def _strokes(log, options):
     print("\n".join(lines))
     if options.out:
         number = lambda x: float(f"{x:.6g}")
-        breakaway = {"table": [{"force_N": number(v.load), "positive_N": number(v.friction), "negative_N": number(v.friction)} for v in law.levels]}
+        breakaway = {"table": [{"force_N": number(abs(v.load)), "positive_N": number(v.friction), "negative_N": number(v.friction)} for v in law.levels]}
         if not law.is_table and law.slope > 0 and law.offset > 0:
             breakaway = {"offset_N": number(law.offset), "slope": number(law.slope)}
         text = "\n".join(f"# {line}" for line in lines) + "\n" + _dump({"friction": {"breakaway": breakaway}})

@@ -20,7 +20,7 @@ DRAWS = 999
 @dataclass
 class Level:
     file: str
-    load: float
+    load: float  # with its sign
     friction: float
     repeats: np.ndarray  # friction of each pair of strokes
     strokes: list  # (segment, first row, last row, way, mean u)
@@ -94,11 +94,11 @@ def identify(log):
     files = {}
     for s in log.segments:
         files.setdefault(s.file, []).append(s)
-    levels = sorted((level_of(file, segments) for file, segments in files.items()), key=lambda level: level.load)
+    levels = sorted((level_of(file, segments) for file, segments in files.items()), key=lambda level: abs(level.load))
     if len(levels) < 4:
         raise Refusal("few loads", f"few loads: {len(levels)}; each file of strokes is one load, four at least tell a line from a bend")
-    load, friction = np.array([v.load for v in levels]), np.array([v.friction for v in levels])
-    if np.ptp(load) < 0.15 * np.abs(load).max():
+    load, friction = np.abs([v.load for v in levels]), np.array([v.friction for v in levels])
+    if np.ptp(load) < 0.15 * load.max():
         raise Refusal("few loads", f"few loads: all are within {np.ptp(load):.3g} N of each other")
     fit = scipy.stats.linregress(load, friction)
     t = scipy.stats.t.ppf(0.975, len(levels) - 2)
