@@ -182,7 +182,7 @@ def hysteresis_figure(replay, with_):
     for time_s, colour in ((TURNS_UP_S, WITH), (TURNS_DOWN_S, WITHOUT)):
         turn = with_.between(time_s + 0.01, time_s + 0.5)
         rest.plot(turn["n_N"], [1e3 * (n - f) for n, f in zip(turn["n_N"], turn["f_hat_N"])], color=colour, linewidth=1.8)
-    rest.set_title("Two turns of the benchmark, k = 6 to 20: the force that is left")
+    rest.set_title("Two reversals of the benchmark, k = 6 to 20: net force less friction")
     rest.set_ylabel("n − f (mN)")
     for axes in (law, rest):
         axes.set_xlabel("net force n (N)")

@@ -96,16 +96,6 @@ def test_the_other_arithmetic_is_refused(line):
     line.fails("the image is of another version or arithmetic", "--arith", "q31")
 
 
-def test_a_session_that_was_cut_does_not_spoil_the_next(line):
-    line.attach_board(image_of("f32"))
-    cut = subprocess.Popen([SIM, "run", "triangle", "--target", f"serial:{line.device}"], stdout=subprocess.PIPE)
-    time.sleep(2)
-    cut.kill()
-    cut.communicate()
-    done = line.run("--json")
-    assert (done.returncode, json.loads(done.stdout)["different_ticks"]) == (0, 0)
-
-
 def at_byte(number, change):
     """A hook that changes one byte of what the board says, by then in an answer to a tick."""
     seen = {"bytes": 0}
@@ -115,6 +105,18 @@ def at_byte(number, change):
         return data[:at] + change(data[at]) + data[at + 1:] if 0 <= at < len(data) else data
 
     return hook
+
+
+def test_a_session_that_was_cut_does_not_spoil_the_next(line):
+    in_the_ticks = threading.Event()
+    line.hook = at_byte(1000, lambda byte: in_the_ticks.set() or bytes([byte]))
+    line.attach_board(image_of("f32"))
+    cut = subprocess.Popen([SIM, "run", "triangle", "--target", f"serial:{line.device}"], stdout=subprocess.PIPE)
+    assert in_the_ticks.wait(200)
+    cut.kill()
+    cut.communicate()
+    done = line.run("--json")
+    assert (done.returncode, json.loads(done.stdout)["different_ticks"]) == (0, 0)
 
 
 @pytest.mark.parametrize("number", [1000, 1027])

@@ -18,7 +18,7 @@
 #include <unistd.h>
 
 #define MS           INT64_C(1000000)
-#define HEARTBEAT_MS 50u
+#define HEARTBEAT_MS 500u // the loop beats every millisecond
 
 /// Shared by both processes.
 static struct
@@ -202,7 +202,7 @@ static void test_without_its_supervisor_the_loop_ends(void)
         sim_error_t error = {""};
         _exit(supervisor_run(&config, kills_supervisor, NULL, &error));
     }
-    for (int i = 0; i < 5000 && atomic_load(&seen->off) < 100; i++)
+    for (int i = 0; i < 60000 && atomic_load(&seen->off) < 100; i++)
     {
         (void)realtime_sleep_until(realtime_now_ns() + MS);
     }
