@@ -178,6 +178,12 @@ def test_a_reference_beyond_the_loops_range_is_refused(drive, words, name):
     assert run.returncode == 1 and f"{name}: must be within -2 to 2 N, as limits.input_max_N has it" in run.stderr
 
 
+def test_a_cpu_that_is_not_there_is_found_by_check(drive):
+    drive.write("rig.yaml", "scenario: loop.yaml\nrealtime: {required: no, cpu: 1000}\n")
+    run = drive.run("rig.yaml", "--check")
+    assert run.returncode == 1 and "realtime.cpu: value 1000: must be a CPU that this process may run on" in run.stderr
+
+
 def test_a_line_beyond_the_loops_range_ends_the_run(drive):
     run = drive.run("rig.yaml", "--reference", "-", "--duration", "1", input="0.1\n7\n")
     assert run.returncode == 1 and "standard input: 7 N: must be within -2 to 2 N" in run.stderr

@@ -650,6 +650,7 @@ static bool find_watchdog(const program_t *program, sim_error_t *error)
 static int open_and_run(program_t *program, const sim_sources_t *sources, sim_error_t *error)
 {
     if (!open_scenario(program, error) || !find_watchdog(program, error) ||
+        !realtime_check_cpu((int64_t)program->rig->cpu, error) ||
         !board_open(&program->board, program->rig, program->desk, program->scenario, error))
     {
         return -1;

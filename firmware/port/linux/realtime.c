@@ -53,6 +53,21 @@ void histogram_print(const histogram_t *histogram, const char *name, FILE *strea
     (void)fputc('\n', stream);
 }
 
+bool realtime_check_cpu(int64_t cpu, sim_error_t *error)
+{
+    cpu_set_t allowed;
+    CPU_ZERO(&allowed);
+    if (cpu < 0 || sched_getaffinity(0, sizeof allowed, &allowed) != 0 ||
+        (cpu < CPU_SETSIZE && CPU_ISSET((size_t)cpu, &allowed)))
+    {
+        return true;
+    }
+    return sim_error_set(error,
+                         "realtime.cpu: value %lld: must be a CPU that this process may run on; it has %d",
+                         (long long)cpu,
+                         CPU_COUNT(&allowed));
+}
+
 static bool choose_cpu(int64_t cpu, sim_error_t *error)
 {
     cpu_set_t set;
@@ -61,9 +76,9 @@ static bool choose_cpu(int64_t cpu, sim_error_t *error)
     {
         return true;
     }
-    if (cpu >= CPU_SETSIZE)
+    if (!realtime_check_cpu(cpu, error))
     {
-        return sim_error_set(error, "realtime.cpu: %lld is beyond %d", (long long)cpu, CPU_SETSIZE - 1);
+        return false;
     }
     CPU_SET((size_t)cpu, &set);
     return sched_setaffinity(0, sizeof set, &set) == 0 ||

@@ -34,6 +34,9 @@ double histogram_quantile_us(const histogram_t *histogram, double part);
 /// Prints all bins that are not empty, and the longest.
 void histogram_print(const histogram_t *histogram, const char *name, FILE *stream);
 
+/// True if this process may run on the CPU; -1: any.
+bool realtime_check_cpu(int64_t cpu, sim_error_t *error);
+
 /// Locks all memory and makes the calling thread one of SCHED_FIFO on its CPU. False with what is refused in `error`; what
 /// comes before it has been done.
 bool realtime_enter(const realtime_config_t *config, sim_error_t *error);
