@@ -233,11 +233,16 @@ static tribo_status_t set_up_guard(params_t *params, const configs_t *configs)
     const params_set_t      *set    = &params->set;
     const float              h      = configs->loop.sample_time_s;
     tribo_guard_f32_config_t config = configs->guard;
-    if (set->guard_on == 0u) // only fade_time_s counts, within which an earlier guard's fade ends
+    if (set->guard_on ==
+        0u) // only fade_time_s counts, within which an earlier guard's fade ends: nothing of it is refused
     {
-        config.turn_n       = 0.5f * configs->loop.input_max_n;
-        config.stray_n      = 0.5f * configs->loop.input_max_n;
+        config.turn_n       = TRIBO_EITHER(1.0f, 0.5f * set->drive.full_scale_n);
+        config.stray_n      = config.turn_n;
         config.quick_time_s = h;
+        if (config.fade_time_s > 1e6f * h)
+        {
+            config.fade_time_s = 1e6f * h;
+        }
     }
     return loop_setup_guard(&params->loop, &config, set->guard_on != 0u, h, set->drive.full_scale_n);
 }

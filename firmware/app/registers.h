@@ -64,7 +64,7 @@
     REGISTER(max_late_us, "max_late_us", uint32_t, "us", "latest start") \
     REGISTER(overruns, "overruns", uint32_t, "ticks", "over budget") \
     REGISTER(limited_ticks, "limited_ticks", uint32_t, "ticks", "with u at a limit, since the start") \
-    REGISTER(bad_inputs, "bad_inputs", uint32_t, "ticks", "with a bad reference or reading, since the start") \
+    REGISTER(bad_inputs, "bad_inputs", uint32_t, "ticks", "with a bad reference or reading, and corrupt pointers found, since the start") \
     REGISTER(tare, "tare", uint32_t, "", "of the last tare: 0 none, 1 busy, 2 done, 3 refused") \
     REGISTER(store, "store", uint32_t, "", "0 read, 1 empty, 2 of other firmware, 3 damaged, 4 not writable") \
     REGISTER(outcome, "outcome", uint32_t, "", "of the last command, see below") \

@@ -225,6 +225,20 @@ static void test_a_fade_time_below_a_tick_fades_at_once(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_HUNTING, guard.state.cause);
 }
 
+// In f32 a step of less than 2^-25 would leave a fade of 1 as it is.
+static void test_the_longest_fade_time_fades_and_a_longer_one_is_refused(void)
+{
+    config.fade_time_s = 1.0e3f; // 1e6 samples
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, guard_init(&guard, &config, H));
+    guard.state.cause = TRIBO_GUARD_HUNTING;
+    for (int k = 0; k < 1000; k++)
+    {
+        (void)guard_step(&guard, 0.5, 0.5, 0.1);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(5e-5, 1e-3, 1.0 - guard_step(&guard, 0.5, 0.5, 0.1));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_GUARD_FADE_TIME, guard_init(&guard, &config, 0.99 * H));
+}
+
 static void test_a_corrupt_cause_is_a_cause_that_has_a_name(void)
 {
     guard.state.cause = (tribo_guard_cause_t)64;
@@ -248,6 +262,7 @@ int main(void)
     RUN_TEST(test_whatever_the_signals_the_fade_is_within_0_and_1);
     RUN_TEST(test_set_up_names_the_field_that_is_wrong);
     RUN_TEST(test_a_fade_time_below_a_tick_fades_at_once);
+    RUN_TEST(test_the_longest_fade_time_fades_and_a_longer_one_is_refused);
     RUN_TEST(test_a_corrupt_cause_is_a_cause_that_has_a_name);
     return UNITY_END();
 }

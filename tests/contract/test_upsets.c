@@ -9,9 +9,11 @@
 
 static tribo_force_loop_f32_config_t config;
 static loop_t                        loop;
+static uint32_t                      found; // corrupt pointers
 
 void setUp(void)
 {
+    found  = 0;
     config = tribo_force_loop_f32_paper();
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, &config));
 }
@@ -23,7 +25,7 @@ void tearDown(void)
 static double tick(int k)
 {
     const double u = loop_step(&loop, 0.5 + 0.1 * sin(k * 0.002), 0.5 + 0.099 * sin(k * 0.002 - 0.01)).u;
-    TEST_ASSERT_EQUAL_UINT32(0, loop_bad_inputs(&loop));
+    TEST_ASSERT_EQUAL_UINT32(found, loop_bad_inputs(&loop));
     return u;
 }
 
@@ -62,11 +64,13 @@ static void test_loop_with_a_flipped_bit_in_its_active_params_goes_on(void)
     for (uint32_t bit = 0; bit < 8u * sizeof(void *); bit++)
     {
         loop_reset(&loop);
+        found = 0;
         for (int k = 0; k < 200; k++)
         {
             (void)tick(k);
         }
         flip(&loop.state.active, bit);
+        found = 1;
         for (int k = 200; k < 220; k++)
         {
             const double u = tick(k);
@@ -120,6 +124,39 @@ static void test_loop_with_a_flipped_bit_in_a_count_changes_params(void)
     }
 }
 
+// Each is counted where it is found: the active params once, as they are replaced, the others in each tick.
+static void test_corrupt_pointers_in_the_state_are_counted(void)
+{
+    const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_default();
+    guard_t                              guard;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&loop, &config, &feedforward));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, guard_init(&guard, (double)config.sample_time_s));
+    loop_guard(&loop, &guard);
+    void *const    at[]       = {&loop.state.active, &loop.state.memory, &loop.state.guard};
+    const uint32_t expected[] = {1, 20, 20};
+    for (uint32_t i = 0; i < 3u; i++)
+    {
+        for (uint32_t bit = 0; bit < 8u * sizeof(void *); bit++)
+        {
+            loop.state.bad_inputs = 0;
+            (void)tick(0);
+            flip(at[i], bit);
+            for (int k = 0; k < 20; k++)
+            {
+                const double term = loop_step(&loop, 0.5 + 0.01 * k, 0.4).feedforward;
+                TEST_ASSERT_TRUE(at[i] != &loop.state.memory || term == 0.0);
+            }
+            TEST_ASSERT_EQUAL_UINT32(expected[i], loop_bad_inputs(&loop));
+            if (i > 0u)
+            {
+                flip(at[i], bit);
+            }
+        }
+    }
+    loop_reset(&loop);
+    (void)tick(0); // without memory, which is no upset
+}
+
 // At rest, where n[k-1] = 0 becomes the smallest number or -0.
 static void test_loop_with_a_flipped_bit_anywhere_in_its_state_keeps_its_limits(void)
 {
@@ -139,6 +176,7 @@ static void test_loop_with_a_flipped_bit_anywhere_in_its_state_keeps_its_limits(
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_corrupt_pointers_in_the_state_are_counted);
     RUN_TEST(test_loop_with_a_flipped_bit_in_a_count_changes_params);
     RUN_TEST(test_loop_with_a_flipped_bit_anywhere_in_its_state_keeps_its_limits);
     RUN_TEST(test_loop_with_a_flipped_bit_in_a_count_or_a_null_table_stays_in_its_params);

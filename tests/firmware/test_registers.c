@@ -556,6 +556,19 @@ static void test_a_guard_that_is_turned_off_lets_friction_back_without_a_bump(vo
     TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings));
 }
 
+/// Nothing of a guard that is off refuses a set: neither a small input_max nor a fade_time_s that the guard could not have.
+static void test_a_guard_that_is_off_refuses_nothing(void)
+{
+    write_number(PARAM_AT(INPUT_MAX), 5e-6f);
+    write_number(PARAM_AT(GUARD_TURN), 1e-9f);
+    write_number(PARAM_AT(GUARD_STRAY), 1e6f);
+    write_number(PARAM_AT(GUARD_QUICK_TIME), 1e3f);
+    write_number(PARAM_AT(GUARD_FADE_TIME), 1e3f);
+    command(REGISTERS_APPLY);
+    TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(refused_register));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, STATE_OF(outcome));
+}
+
 /// u with a change of the method against u without it, in a slide and in mid-stick, with and without a guard that has faded.
 static void check_change_of_method(double slide_n, double stick_n)
 {
@@ -1104,6 +1117,7 @@ int main(void)
     RUN_TEST(test_the_method_changes_in_run_without_a_bump);
     RUN_TEST(test_the_guard_fades_what_hunts_until_it_is_restored);
     RUN_TEST(test_a_guard_that_is_turned_off_lets_friction_back_without_a_bump);
+    RUN_TEST(test_a_guard_that_is_off_refuses_nothing);
     RUN_TEST(test_the_method_changes_in_a_slide_and_in_mid_stick_without_a_bump);
     RUN_TEST(test_the_method_changes_without_a_bump_while_friction_is_faded);
     RUN_TEST(test_what_is_learned_is_in_registers);

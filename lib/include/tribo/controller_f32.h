@@ -51,7 +51,7 @@ typedef struct
      (float)(2.0 + (a1_)),                                                                                             \
      (float)(1.0 + (double)(a1_) + (a2_))}
 
-/// Constants of a step, made by tribo_biquad_f32_init. Const from then on; may be shared.
+/// The cascade of tribo_controller_f32_params_t.
 typedef struct
 {
     tribo_biquad_f32_section_t section[TRIBO_BIQUAD_SECTIONS_MAX]; ///< the first is next to the input
@@ -100,9 +100,9 @@ typedef struct
     bool  limited; ///< u is not v + feedforward
 } tribo_controller_f32_signals_t;
 
-/// Checks `config`, copies the sections and finds the anti-windup. Returns TRIBO_OK, TRIBO_ERR_NULL, a status of
-/// tribo_biquad_f32_init, TRIBO_ERR_SECTION_FEEDTHROUGH, TRIBO_ERR_U_MIN, TRIBO_ERR_U_MAX or
-/// TRIBO_ERR_ANTI_WINDUP (see above). Writes nothing unless TRIBO_OK. Not for the tick.
+/// Checks `config`, copies the sections and finds the anti-windup. Returns TRIBO_OK, TRIBO_ERR_NULL,
+/// TRIBO_ERR_SECTION_COUNT, TRIBO_ERR_SECTION_COEFFICIENT, TRIBO_ERR_SECTION_UNSTABLE, TRIBO_ERR_SECTION_FEEDTHROUGH,
+/// TRIBO_ERR_U_MIN, TRIBO_ERR_U_MAX or TRIBO_ERR_ANTI_WINDUP (see above). Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_controller_f32_init(tribo_controller_f32_params_t       *params,
                                          const tribo_controller_f32_config_t *config);
 

@@ -20,6 +20,12 @@
 /// against over-compensation may watch the loop, params.guard. A drive that names neither links neither. A change of params
 /// may change the method without a jump of u.
 ///
+/// A flipped bit in RAM: a corrupt pointer in the state is not used. With a corrupt `active` there is no change of params, with a
+/// corrupt `memory` the controller runs alone until the method is attached again, with a corrupt `guard` the fade stays; each is
+/// counted in `bad_inputs`. Params are trusted: they hold factors, pointers to params of parts, and pointers to code (the functions
+/// of `method`, of the friction model and of the guard). Nothing in a tick checks them, so keep them in flash, in RAM with ECC, or
+/// under a checksum of your own.
+///
 /// A third and a fourth section, a breakaway table and a change of params cost more when used; docs/numbers.md has the
 /// figures. No heap, no libm, no double, no globals; the same bits on every target. Not synchronized: one state, one tick.
 
@@ -41,7 +47,7 @@ extern "C" {
 typedef struct
 {
     float                          sample_time_s; ///< of every tick, 1e-6 to 0.1 s
-    float                          input_max_n;   ///< largest credible |r| and |y|, over 0 to 1e6 N
+    float                          input_max_n;   ///< largest credible |r| and |y|, 1e-6 to 1e6 N
     float                          gain;          ///< eta, 0 to 2; 0 turns the compensation off, 1 overcompensates
     tribo_controller_f32_config_t  controller;    ///< made for the same sample time
     tribo_compensator_f32_config_t compensator;
@@ -114,12 +120,12 @@ typedef struct
     float turn_n;       ///< f has reversed after it returns by this much; 1e-9 to 1e6 N, about L/3
     float quick_time_s; ///< closer reversals may be hunting, 1e-6 to 1e3 s and up to 1e5 samples
     float stray_n;      ///< of an overshoot, 1e-9 to 1e6 N, about L/15 and over twice the noise's peaks
-    float fade_time_s;  ///< 1e-6 to 1e3 s
+    float fade_time_s;  ///< 1e-6 to 1e3 s and up to 1e6 samples
 } tribo_guard_f32_config_t;
 
 typedef struct
 {
-    bool                   running;       ///< false before the first tick
+    uint8_t                running;       ///< 0 before the first tick
     uint8_t                turns, strays; ///< in succession
     tribo_guard_cause_t    cause;         ///< latched
     float                  fade;          ///< of friction, 0 to 1
@@ -140,7 +146,7 @@ typedef struct tribo_guard_f32_params
                   float                                y_n,
                   float                                f_n,
                   bool                                 good);
-    bool     on; ///< set by init. False: the guard judges nothing, forgets its cause and removes its fading
+    uint8_t  on; ///< 1, set by init. 0: the guard judges nothing, forgets its cause and removes its fading
     float    half_n;
     float    stray_n;
     float    work_n2;   ///< of hunting
@@ -169,9 +175,9 @@ typedef struct
     uintptr_t                            guard_seal;  ///< ~guard, likewise
     float                                fade;        ///< the guard's factor on friction, 0 to 1
     float                                friction_n;  ///< f^ of the last tick
-    uint32_t                             bad_inputs;  ///< ticks with a bad r or y since reset; stops at UINT32_MAX
-    tribo_controller_f32_state_t         controller;  ///< with limited_ticks
-    tribo_compensator_f32_state_t        compensator;
+    uint32_t                      bad_inputs; ///< bad r or y, corrupt pointers above, since reset; stops at UINT32_MAX
+    tribo_controller_f32_state_t  controller; ///< with limited_ticks
+    tribo_compensator_f32_state_t compensator;
 } tribo_force_loop_f32_state_t;
 
 /// The paper's loop: 1 ms, gain 0.85, Eqs. (7), (9), (10), the H-infinity controller of Eqs. (13), (14); u within

@@ -74,7 +74,7 @@ typedef struct
 
 typedef struct
 {
-    bool                   running;       ///< false before the first tick
+    uint8_t                running;       ///< 0 before the first tick
     uint8_t                turns, strays; ///< in succession
     tribo_guard_cause_t    cause;         ///< latched
     uint32_t               fade;          ///< of friction, Q32; UINT32_MAX is all of it
@@ -95,7 +95,7 @@ typedef struct tribo_guard_q31_params
                      int32_t                              y,
                      int32_t                              f,
                      bool                                 good);
-    bool     on;          ///< set by init. False: the guard judges nothing, forgets its cause and removes its fading
+    uint8_t  on;          ///< 1, set by init. 0: the guard judges nothing, forgets its cause and removes its fading
     int32_t  half;        ///< 2^-29 full scales
     int32_t  stray;       ///< 2^-28 full scales
     int64_t  work;        ///< of hunting, 2^-43 full scales squared
@@ -124,13 +124,15 @@ typedef struct
     uintptr_t                            guard_seal;  ///< ~guard, likewise
     uint32_t                             fade;        ///< the guard's factor on friction, Q32
     int32_t                              friction;    ///< f^ of the last tick, Q31
-    uint32_t                             bad_inputs;  ///< ticks with a bad r or y since reset; stops at UINT32_MAX
-    uint32_t                             saturated;   ///< errors and friction terms clamped; stops at UINT32_MAX
-    tribo_controller_q31_state_t         controller;  ///< with limited_ticks
-    tribo_compensator_q31_state_t        compensator;
+    uint32_t                      bad_inputs; ///< bad r or y, corrupt pointers above, since reset; stops at UINT32_MAX
+    uint32_t                      saturated;  ///< errors and friction terms clamped; stops at UINT32_MAX
+    tribo_controller_q31_state_t  controller; ///< with limited_ticks
+    tribo_compensator_q31_state_t compensator;
 } tribo_force_loop_q31_state_t;
 
-/// Makes `params` of a loop: `table` as for the friction, `headroom` (may be null) as for the controller.
+/// Makes `params` of a loop: `table` as for the friction, `headroom` (may be null) as for the controller. Returns TRIBO_OK,
+/// TRIBO_ERR_FULL_SCALE, a status of tribo_force_loop_f32_init, of tribo_controller_q31_init, or of tribo_compensator_q31_init.
+/// Writes only the table unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
                                          tribo_breakaway_point_q31_t         *table,
                                          const tribo_force_loop_f32_config_t *config,

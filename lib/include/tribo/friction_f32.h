@@ -90,8 +90,8 @@ typedef struct
     const tribo_breakaway_point_f32_t *table;      ///< null, or points that live as long as the params;
                                                    ///< linear between them, clamped at both ends
     uint32_t table_length;                         ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX
-    float    set_level;                            ///< c1, over 0 to 1, as a fraction of L
-    float    reset_level;                          ///< c2, over 0 to 1, as a fraction of L
+    float    set_level;                            ///< c1, 1e-6 to 1, as a fraction of L
+    float    reset_level;                          ///< c2, 1e-6 to 1, as a fraction of L
     float    pulse_width_s;                        ///< of the edge detectors, 1 to 63 samples once rounded
     float    gravity_n;                            ///< g, -1e6 to 1e6 N
 } tribo_friction_f32_config_t;
@@ -144,12 +144,12 @@ typedef struct
 /// In one unit of displacement of your choice: degrees (the paper), radians, metres.
 typedef struct
 {
-    float inertia;   ///< I, over 0, N s^2 per unit
-    float damping;   ///< b, 0 or more, N s per unit
-    float stiffness; ///< K, over 0, N per unit; K h^2/I from 1e-9 to 1e4, b h/I at most 1e4
+    float inertia;   ///< I, 1e-12 to 1e12 N s^2 per unit
+    float damping;   ///< b, 0 to 1e12 N s per unit; b h/I at most 1e4
+    float stiffness; ///< K, 1e-12 to 1e12 N per unit; K h^2/I 1e-9 to 1e4
 } tribo_arm_f32_config_t;
 
-/// Constants of a step, made by tribo_arm_f32_init. Const from then on; may be shared.
+/// The arm of tribo_compensator_f32_params_t; src/paper/arm_f32.h has the equations.
 typedef struct
 {
     float phi_d, phi_g;     ///< one sample's change of F
@@ -163,12 +163,12 @@ typedef struct
     uint32_t clamped;        ///< F held at its limit since reset; stops at UINT32_MAX
 } tribo_arm_f32_state_t;
 
-/// Displacement in the arm's unit (arm_f32.h), degrees with the paper's numbers.
+/// Displacement in the arm's unit, degrees with the paper's numbers. a, b, c and beta: src/paper/lugre_f32.h.
 typedef struct
 {
-    float stiffness; ///< s0, over 0, N per unit; c from 1e-6 to 1e6
-    float damping;   ///< s1, 0 or more, N s per unit; beta at most 1000
-    float viscous;   ///< s2, 0 or more, N s per unit; b at most 1000
+    float stiffness; ///< s0, 1e-12 to 1e12 N per unit; c 1e-6 to 1e6
+    float damping;   ///< s1, 0 to 1e12 N s per unit; beta at most 1000
+    float viscous;   ///< s2, 0 to 1e12 N s per unit; b at most 1000
 } tribo_lugre_f32_config_t;
 
 /// State of the compensator's friction model. Both begin with the same two members.
@@ -263,9 +263,10 @@ tribo_arm_f32_config_t tribo_arm_f32_paper(void);
 /// Eq. (12) with the paper's parameters: 1e5 N/deg, 10^2.5 and 0.4 N s/deg.
 tribo_lugre_f32_config_t tribo_lugre_f32_paper(void);
 
-/// Checks `config` and `arm` and computes `params` for a sample time of 1e-6 to 0.1 s. Returns TRIBO_OK, TRIBO_ERR_NULL,
-/// a status of tribo_arm_f32_init, TRIBO_ERR_BRISTLE_STIFFNESS, TRIBO_ERR_BRISTLE_DAMPING or TRIBO_ERR_BRISTLE_VISCOUS, in
-/// this order. Writes nothing unless TRIBO_OK. Not for the tick.
+/// Checks `arm` and `config` and computes `params` for a sample time of 1e-6 to 0.1 s. Returns TRIBO_OK, TRIBO_ERR_NULL,
+/// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_STIFFNESS, TRIBO_ERR_DAMPING, TRIBO_ERR_INERTIA, TRIBO_ERR_ARM_TOO_FAST,
+/// TRIBO_ERR_BRISTLE_STIFFNESS, TRIBO_ERR_BRISTLE_DAMPING or TRIBO_ERR_BRISTLE_VISCOUS: the ranges of all three first, then
+/// c, beta and b. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_lugre_f32_init(tribo_lugre_f32_params_t       *params,
                                     const tribo_lugre_f32_config_t *config,
                                     const tribo_arm_f32_config_t   *arm,
@@ -307,8 +308,8 @@ float tribo_lugre_f32_model_enter(const tribo_friction_model_f32_t       *model,
 /// The paper's parameters, Eqs. (7), (9), (10).
 tribo_compensator_f32_config_t tribo_compensator_f32_paper(void);
 
-/// Checks `config` and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL or a status of
-/// tribo_friction_f32_init, then of tribo_arm_f32_init. Writes nothing unless TRIBO_OK.
+/// Checks `config` and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, a status of tribo_friction_f32_init, or of the
+/// arm: TRIBO_ERR_STIFFNESS, TRIBO_ERR_DAMPING, TRIBO_ERR_INERTIA or TRIBO_ERR_ARM_TOO_FAST. Writes nothing unless TRIBO_OK.
 tribo_status_t tribo_compensator_f32_init(tribo_compensator_f32_params_t       *params,
                                           const tribo_compensator_f32_config_t *config,
                                           float                                 sample_time_s);

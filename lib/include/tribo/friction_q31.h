@@ -80,7 +80,7 @@ typedef struct
     uint8_t relays; ///< TRIBO_RELAY_Q1, _Q2 and, for Eq. (8), _Q
 } tribo_friction_q31_signals_t;
 
-/// Constants of a step, made by tribo_arm_q31_init.
+/// The arm of tribo_compensator_q31_params_t; src/paper/arm_q31.h has the equations.
 typedef struct
 {
     int32_t phi_d, phi_g;     ///< Q28, together within +-4; phi_d with the 2^s of G in it
@@ -179,7 +179,7 @@ int32_t tribo_friction_q31_step(const tribo_friction_q31_params_t *params,
                                 tribo_friction_q31_signals_t      *signals);
 
 /// Makes LuGre's `params` for its arm. Returns TRIBO_OK, TRIBO_ERR_NULL or a status of tribo_lugre_f32_init;
-/// TRIBO_ERR_BRISTLE_DAMPING also where 1 + a + b (lugre_f32.h) is 2^21 or more.
+/// TRIBO_ERR_BRISTLE_DAMPING also where 1 + a + b (src/paper/lugre_f32.h) is 2^21 or more.
 tribo_status_t tribo_lugre_q31_init(tribo_lugre_q31_params_t       *params,
                                     const tribo_lugre_f32_config_t *config,
                                     const tribo_arm_f32_config_t   *arm,
@@ -217,7 +217,9 @@ int32_t tribo_lugre_q31_model_enter(const tribo_friction_model_q31_t       *mode
                                     int32_t                                 n,
                                     int32_t                                 force);
 
-/// Friction and arm; see the two.
+/// Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_FULL_SCALE or a status of tribo_compensator_f32_init; TRIBO_ERR_ARM_TOO_FAST and
+/// TRIBO_ERR_DAMPING also where the quantised arm overflows or is not stable. `table` as in tribo_friction_q31_init. Writes only the
+/// table unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *params,
                                           tribo_breakaway_point_q31_t          *table,
                                           const tribo_compensator_f32_config_t *config,

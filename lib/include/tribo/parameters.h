@@ -127,7 +127,7 @@ extern "C" {
     ROW(GUARD, GUARD_TURN, turn_n, "turn_N", "N", 1e-9, 1e6, 0.05, LIVE, 0x2e2, "q31: 1e-6 to under 1 full_scale_n", "the added friction turns when it comes back by that much: about a third of the breakaway") \
     ROW(GUARD, GUARD_QUICK_TIME, quick_time_s, "quick_time_s", "s", 1e-6, 1e3, 0.2, LIVE, 0x2e4, "up to 1e5 samples", "turns closer than that may be hunting; up to 100,000 samples") \
     ROW(GUARD, GUARD_STRAY, stray_n, "stray_N", "N", 1e-9, 1e6, 0.01, LIVE, 0x2e6, "q31: 1e-6 to under 1 full_scale_n", "excess of an overshoot over the lag: about a fifteenth of the breakaway, and over twice the peaks of noise") \
-    ROW(GUARD, GUARD_FADE_TIME, fade_time_s, "fade_time_s", "s", 1e-6, 1e3, 0.5, LIVE, 0x2e8, "", "time in which the added friction fades out")
+    ROW(GUARD, GUARD_FADE_TIME, fade_time_s, "fade_time_s", "s", 1e-6, 1e3, 0.5, LIVE, 0x2e8, "up to 1e6 samples", "time in which the added friction fades out; up to 1,000,000 samples")
 
 /// An argument of each Q31 set-up.
 #define TRIBO_SCALE_PARAMETERS(ROW) \

@@ -46,7 +46,11 @@ tribo_status_t tribo_guard_f32_prepare(tribo_guard_f32_params_t       *params,
     {
         return TRIBO_ERR_GUARD_QUICK_TIME;
     }
-    params->on          = true;
+    if (!(config->fade_time_s <= 1.0e6f * sample_time_s)) // of 1 less a smaller step only 1 would be left
+    {
+        return TRIBO_ERR_GUARD_FADE_TIME;
+    }
+    params->on          = 1;
     params->half_n      = 0.5f * config->turn_n;
     params->stray_n     = config->stray_n;
     params->work_n2     = config->turn_n * config->stray_n;
@@ -65,7 +69,7 @@ void tribo_guard_f32_restore(tribo_guard_f32_state_t *state)
     state->cause   = TRIBO_GUARD_NONE;
     state->turns   = 0;
     state->strays  = 0;
-    state->running = false;
+    state->running = 0;
     guard_f32_begin(state);
 }
 
@@ -83,7 +87,7 @@ float tribo_guard_f32_step(const tribo_guard_f32_params_t *params,
                            float                           f_n,
                            bool                            good)
 {
-    if (!params->on)
+    if (params->on == 0u)
     {
         tribo_guard_f32_restore(state);
     }

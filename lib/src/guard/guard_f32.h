@@ -66,9 +66,9 @@ static inline void guard_f32_watch(const tribo_guard_f32_params_t *params,
                                    float                           f)
 {
     const float e = r - y;
-    if (!state->running || exceeds(state->play.position_n, TRIBO_F32_FORCE_MAX_N)) // a corrupt play would stick
+    if (state->running == 0u || exceeds(state->play.position_n, TRIBO_F32_FORCE_MAX_N)) // a corrupt play would stick
     {
-        state->running = true;
+        state->running = 1;
         state->r_n     = r;
         state->y_n     = y;
         play_f32_reset(&state->play, f);

@@ -37,7 +37,7 @@ tribo_status_t tribo_guard_q31_init(tribo_guard_q31_params_t       *params,
         return TRIBO_ERR_GUARD_STRAY;
     }
     params->step        = tribo_guard_q31_step;
-    params->on          = true;
+    params->on          = 1;
     params->half        = fixed(f32.half_n / full_scale_n, 29);
     params->stray       = fixed(f32.stray_n / full_scale_n, 28);
     params->work        = (int64_t)fixed(f32.half_n / full_scale_n, 29) * fixed(f32.stray_n / full_scale_n, 28) / 8192;
@@ -56,7 +56,7 @@ void tribo_guard_q31_restore(tribo_guard_q31_state_t *state)
     state->cause   = TRIBO_GUARD_NONE;
     state->turns   = 0;
     state->strays  = 0;
-    state->running = false;
+    state->running = 0;
     guard_q31_begin(state);
 }
 
@@ -74,7 +74,7 @@ uint32_t tribo_guard_q31_step(const tribo_guard_q31_params_t *params,
                               int32_t                         f,
                               bool                            good)
 {
-    if (!params->on)
+    if (params->on == 0u)
     {
         tribo_guard_q31_restore(state);
     }

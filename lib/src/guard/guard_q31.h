@@ -49,9 +49,9 @@ static inline void guard_q31_watch(const tribo_guard_q31_params_t *params,
     const int32_t y = y_q31 / 8;
     const int32_t f = f_q31 / 4;
     const int32_t e = r - y;
-    if (!state->running)
+    if (state->running == 0u)
     {
-        state->running = true;
+        state->running = 1;
         state->r       = r;
         state->y       = y;
         play_q31_reset(&state->play, f);

@@ -78,9 +78,10 @@ static float guarded_friction(const tribo_force_loop_f32_params_t *params,
     {
         judged = params->method->friction(memory);
     }
-    if (state->guard_seal != ~(uintptr_t)state->guard)
+    if (!loop_sealed(state->guard, state->guard_seal))
     {
-        return f; // with a corrupt pointer the fade stays
+        count(&state->bad_inputs); // the fade stays
+        return f;
     }
     state->fade = 1.0f;
     if (state->guard != NULL)

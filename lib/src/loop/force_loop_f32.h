@@ -9,7 +9,11 @@
 
 #include <stddef.h>
 
-// Each pointer in the state has a seal, its complement: a pointer with a flipped bit is detected and not used.
+/// Each pointer in the state has a seal, its complement: one with a flipped bit is not used, and counted where it is found.
+static inline bool loop_sealed(const void *pointer, uintptr_t seal)
+{
+    return seal == ~(uintptr_t)pointer;
+}
 
 static inline void force_loop_f32_activate(tribo_force_loop_f32_state_t        *state,
                                            const tribo_force_loop_f32_params_t *params)
@@ -21,7 +25,7 @@ static inline void force_loop_f32_activate(tribo_force_loop_f32_state_t        *
 /// The memory of the method; null where none is attached.
 static inline void *force_loop_f32_memory(const tribo_force_loop_f32_state_t *state)
 {
-    return state->memory_seal == ~(uintptr_t)state->memory ? state->memory : NULL;
+    return loop_sealed(state->memory, state->memory_seal) ? state->memory : NULL;
 }
 
 /// The guard's factor on friction, 0 to 1.

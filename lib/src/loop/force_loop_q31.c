@@ -89,9 +89,10 @@ static int32_t guarded_friction(const tribo_force_loop_q31_params_t *params,
     {
         judged = params->method->friction(memory);
     }
-    if (state->guard_seal != ~(uintptr_t)state->guard)
+    if (!loop_sealed(state->guard, state->guard_seal))
     {
-        return f; // with a corrupt pointer the fade stays
+        tribo_q31_count(&state->bad_inputs); // the fade stays
+        return f;
     }
     state->fade = UINT32_MAX;
     if (state->guard != NULL)

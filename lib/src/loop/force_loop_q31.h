@@ -6,12 +6,11 @@
 #include "tribo/force_loop_q31.h"
 
 #include "../number/first_order_q31.h"
+#include "force_loop_f32.h"
 
 #include <stddef.h>
 
 #define FORCE_LOOP_Q31_GAIN_FRACTION 29
-
-// Each pointer in the state has a seal, its complement: a pointer with a flipped bit is detected and not used.
 
 static inline void force_loop_q31_activate(tribo_force_loop_q31_state_t        *state,
                                            const tribo_force_loop_q31_params_t *params)
@@ -23,7 +22,7 @@ static inline void force_loop_q31_activate(tribo_force_loop_q31_state_t        *
 /// The memory of the method; null where none is attached.
 static inline void *force_loop_q31_memory(const tribo_force_loop_q31_state_t *state)
 {
-    return state->memory_seal == ~(uintptr_t)state->memory ? state->memory : NULL;
+    return loop_sealed(state->memory, state->memory_seal) ? state->memory : NULL;
 }
 
 /// The guard's factor on friction, Q32.

@@ -14,7 +14,7 @@
 static const tribo_force_loop_f32_params_t *active(const tribo_force_loop_f32_state_t  *state,
                                                    const tribo_force_loop_f32_params_t *params)
 {
-    const bool good = state->active != NULL && state->active_seal == ~(uintptr_t)state->active;
+    const bool good = state->active != NULL && loop_sealed(state->active, state->active_seal);
     return good ? state->active : params;
 }
 
@@ -102,7 +102,15 @@ float tribo_force_loop_f32_method_error(const tribo_force_loop_f32_params_t *par
                                         float                                e_n)
 {
     void *const memory = force_loop_f32_memory(state);
-    return memory != NULL ? params->method->error(params, memory, r_n, y_n, force_loop_f32_fade(params, state)) : e_n;
+    if (memory == NULL)
+    {
+        if (!loop_sealed(state->memory, state->memory_seal))
+        {
+            count(&state->bad_inputs);
+        }
+        return e_n;
+    }
+    return params->method->error(params, memory, r_n, y_n, force_loop_f32_fade(params, state));
 }
 
 void tribo_force_loop_f32_change(const tribo_force_loop_f32_params_t *params,
@@ -113,6 +121,10 @@ void tribo_force_loop_f32_change(const tribo_force_loop_f32_params_t *params,
 {
     const tribo_force_loop_f32_params_t *const from  = active(state, params);
     const tribo_friction_model_f32_t *const    model = params->compensator.model;
+    if (!loop_sealed(state->active, state->active_seal))
+    {
+        count(&state->bad_inputs);
+    }
     if (from == params)
     {
         if (state->active == NULL && model != NULL) // the loop's reset covers only the paper's friction

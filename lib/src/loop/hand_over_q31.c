@@ -14,7 +14,7 @@
 static const tribo_force_loop_q31_params_t *active(const tribo_force_loop_q31_state_t  *state,
                                                    const tribo_force_loop_q31_params_t *params)
 {
-    const bool good = state->active != NULL && state->active_seal == ~(uintptr_t)state->active;
+    const bool good = state->active != NULL && loop_sealed(state->active, state->active_seal);
     return good ? state->active : params;
 }
 
@@ -127,7 +127,15 @@ int32_t tribo_force_loop_q31_method_error(const tribo_force_loop_q31_params_t *p
                                           int32_t                              e)
 {
     void *const memory = force_loop_q31_memory(state);
-    return memory != NULL ? params->method->error(params, memory, r, y, force_loop_q31_fade(params, state)) : e;
+    if (memory == NULL)
+    {
+        if (!loop_sealed(state->memory, state->memory_seal))
+        {
+            tribo_q31_count(&state->bad_inputs);
+        }
+        return e;
+    }
+    return params->method->error(params, memory, r, y, force_loop_q31_fade(params, state));
 }
 
 void tribo_force_loop_q31_change(const tribo_force_loop_q31_params_t *params,
@@ -139,6 +147,10 @@ void tribo_force_loop_q31_change(const tribo_force_loop_q31_params_t *params,
     const tribo_force_loop_q31_params_t *const from        = active(state, params);
     const tribo_friction_model_q31_t *const    model       = params->compensator.model;
     uint32_t                                   not_counted = 0;
+    if (!loop_sealed(state->active, state->active_seal))
+    {
+        tribo_q31_count(&state->bad_inputs);
+    }
     if (from == params)
     {
         if (state->active == NULL && model != NULL) // the loop's reset covers only the paper's friction
