@@ -1,10 +1,13 @@
 #include "app/config.h"
 
+#include "tribo/parameters.h"
+
 #include <stddef.h>
 #include <string.h>
 
 const drive_config_field_t drive_config_fields[DRIVE_CONFIG_COUNT] = {
-#define FIELD(type, name, unit, low, high, off, normal, text) {(float)(low), (float)(high), (type)0.5 != 0, (off) != 0},
+#define FIELD(type, name, unit, low, high, off, normal, change, text)                                                  \
+    {(float)(low), (float)(high), (type)0.5 != 0, (off) != 0, TRIBO_##change != 0},
     DRIVE_CONFIG_FIELDS(FIELD)
 #undef FIELD
 };
@@ -14,7 +17,7 @@ _Static_assert(sizeof(drive_config_t) == DRIVE_CONFIG_COUNT * sizeof(uint32_t), 
 const char *drive_config_name(unsigned field)
 {
     static const char *const names[DRIVE_CONFIG_COUNT] = {
-#define NAME(type, name, unit, low, high, off, normal, text) #name,
+#define NAME(type, name, unit, low, high, off, normal, change, text) #name,
         DRIVE_CONFIG_FIELDS(NAME)
 #undef NAME
     };
@@ -32,7 +35,7 @@ float drive_config_value(const drive_config_t *config, unsigned field)
 
 drive_config_t drive_config_default(void)
 {
-#define DEFAULT(type, name, unit, low, high, off, normal, text) .name = (normal),
+#define DEFAULT(type, name, unit, low, high, off, normal, change, text) .name = (normal),
     return (drive_config_t){DRIVE_CONFIG_FIELDS(DEFAULT)};
 #undef DEFAULT
 }

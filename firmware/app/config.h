@@ -13,44 +13,49 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// FIELD(type, name, unit, low, high, off, default, text): `off` is 1 if 0 is allowed as well and turns the field's check off.
-/// The type is uint32_t or float. A 1 in a flag is a yes.
-#define DRIVE_CONFIG_FIELDS(FIELD)                                                                                     \
-    FIELD(uint32_t, period_us, "us", 10, 100000, 0, 1000, "of the ticks")                                              \
-    FIELD(uint32_t, late_us, "us", 0, 100000, 0, 50, "jitter allowed, below period_us")                                \
-    FIELD(uint32_t, budget_us, "us", 1, 100000, 0, 250, "for a tick, from its start to its command")                   \
-    FIELD(uint32_t, stuck_ticks, "ticks", 1, 1000000, 1, 0, "readings without any change: the sensor is dead")         \
-    FIELD(float, residual_n, "N", 1e-6f, 1e6f, 1, 0.2f, "|y - F^| beyond this ...")                                    \
-    FIELD(uint32_t, residual_ms, "ms", 1, 10000, 0, 50, "... for this long: the sensor is wrong")                      \
-    FIELD(uint32_t, command_limit_ms, "ms", 1, 600000, 1, 500, "u at a limit for longer")                              \
-    FIELD(uint32_t, reference_ms, "ms", 1, 600000, 1, 0, "the reference not renewed for longer, in RUN")               \
-    FIELD(uint32_t, ready_ms, "ms", 1, 10000, 1, 0, "for the power stage to become ready after it is enabled")         \
-    FIELD(uint32_t, ready_level, "", 0, 1, 0, 1, "of the power stage's ready output when it is ready: 1 is high")      \
-    FIELD(uint32_t, fault_level, "", 0, 1, 0, 1, "of the power stage's fault output in a fault: 1 is high")            \
-    FIELD(float,                                                                                                       \
-          full_scale_n,                                                                                                \
-          "N",                                                                                                         \
-          1e-6f,                                                                                                       \
-          1e6f,                                                                                                        \
-          0,                                                                                                           \
-          4.0f,                                                                                                        \
-          "2^31 in Q31, as the loop's params have it; not read in f32")                                                \
-    FIELD(float, sensor_n_per_unit, "N", 1e-12f, 1e6f, 0, 1.0f, "a unit of the sensor")                                \
-    FIELD(float, sensor_zero_units, "", -1e6f, 1e6f, 0, 0.0f, "reading at 0 N; a tare moves it")                       \
-    FIELD(uint32_t, sensor_reversed, "", 0, 1, 0, 0, "the reading falls as the force rises")                           \
-    FIELD(float, tare_max_n, "N", 1e-6f, 1e6f, 1, 0.0f, "largest force that a tare takes for 0 N; 0: no tare")         \
-    FIELD(float, command_n_per_unit, "N", 1e-12f, 1e6f, 0, 1.0f, "a unit of the output")                               \
-    FIELD(float, command_zero_units, "", -1e6f, 1e6f, 0, 0.0f, "output at no current")                                 \
-    FIELD(uint32_t, command_reversed, "", 0, 1, 0, 0, "the output falls as u rises")                                   \
-    FIELD(float, command_n_per_a, "N/A", 1e-6f, 1e6f, 0, 1.0f, "force of an ampere of motor current")                  \
-    FIELD(float, current_max_a, "A", 1e-6f, 1e6f, 1, 0.0f, "largest current that u may ask for")                       \
-    FIELD(uint32_t, crystal_hz, "Hz", 4000000, 26000000, 0, 8000000, "of the board's crystal")                         \
-    FIELD(uint32_t, degraded_clock, "", 0, 1, 0, 0, "the drive may run from the internal oscillator")                  \
-    FIELD(uint32_t, bus_unit, "", 1, 247, 0, 1, "address on the bus")
+/// FIELD(type, name, unit, low, high, off, default, change, text): `off` is 1 if 0 is allowed as well and turns the field's
+/// check off. The type is uint32_t or float. A 1 in a flag is a yes. `change` is as in tribo/parameters.h. A field's place is its
+/// register: a new one goes to the end.
+// clang-format off: one row a field
+#define DRIVE_CONFIG_FIELDS(FIELD) \
+    FIELD(uint32_t, period_us, "us", 10, 100000, 0, 1000, PROTECTS, "of the ticks") \
+    FIELD(uint32_t, late_us, "us", 0, 100000, 0, 50, PROTECTS, "jitter allowed, below period_us") \
+    FIELD(uint32_t, budget_us, "us", 1, 100000, 0, 250, PROTECTS, "for a tick, from its start to its command") \
+    FIELD(uint32_t, stuck_ticks, "ticks", 1, 1000000, 1, 0, PROTECTS, "readings without any change: the sensor is dead") \
+    FIELD(float, residual_n, "N", 1e-6f, 1e6f, 1, 0.2f, PROTECTS, "|y - F^| beyond this ...") \
+    FIELD(uint32_t, residual_ms, "ms", 1, 10000, 0, 50, PROTECTS, "... for this long: the sensor is wrong") \
+    FIELD(uint32_t, command_limit_ms, "ms", 1, 600000, 1, 500, PROTECTS, "u at a limit for longer") \
+    FIELD(uint32_t, reference_ms, "ms", 1, 600000, 1, 250, PROTECTS, "the host's reference not renewed for longer, in RUN") \
+    FIELD(uint32_t, ready_ms, "ms", 1, 10000, 1, 0, PROTECTS, "for the power stage to become ready after it is enabled") \
+    FIELD(uint32_t, ready_level, "", 0, 1, 0, 1, PROTECTS, "of the power stage's ready output when it is ready: 1 is high") \
+    FIELD(uint32_t, fault_level, "", 0, 1, 0, 1, PROTECTS, "of the power stage's fault output in a fault: 1 is high") \
+    FIELD(float, full_scale_n, "N", 1e-6f, 1e6f, 0, 4.0f, PROTECTS, "2^31 in Q31, as the loop's params have it; not read in f32") \
+    FIELD(float, sensor_n_per_unit, "N", 1e-12f, 1e6f, 0, 1.0f, PROTECTS, "a unit of the sensor") \
+    FIELD(float, sensor_zero_units, "", -1e6f, 1e6f, 0, 0.0f, PROTECTS, "reading at 0 N; a tare moves it") \
+    FIELD(uint32_t, sensor_reversed, "", 0, 1, 0, 0, PROTECTS, "the reading falls as the force rises") \
+    FIELD(float, tare_max_n, "N", 1e-6f, 1e6f, 1, 0.0f, PROTECTS, "largest force that a tare takes for 0 N; 0: no tare") \
+    FIELD(float, command_n_per_unit, "N", 1e-12f, 1e6f, 0, 1.0f, PROTECTS, "a unit of the output") \
+    FIELD(float, command_zero_units, "", -1e6f, 1e6f, 0, 0.0f, PROTECTS, "output at no current") \
+    FIELD(uint32_t, command_reversed, "", 0, 1, 0, 0, PROTECTS, "the output falls as u rises") \
+    FIELD(float, command_n_per_a, "N/A", 1e-6f, 1e6f, 0, 1.0f, PROTECTS, "force of an ampere of motor current") \
+    FIELD(float, current_max_a, "A", 1e-6f, 1e6f, 1, 0.0f, PROTECTS, "largest current that u may ask for") \
+    FIELD(uint32_t, crystal_hz, "Hz", 4000000, 26000000, 0, 8000000, PROTECTS, "of the board's crystal") \
+    FIELD(uint32_t, degraded_clock, "", 0, 1, 0, 0, PROTECTS, "the drive may run from the internal oscillator") \
+    FIELD(uint32_t, bus_unit, "", 1, 247, 0, 1, TUNES, "address on the bus") \
+    FIELD(float, reference_ramp_n_per_s, "N/s", 0.0f, 1e6f, 0, 0.0f, PROTECTS, "after reference_ms r goes to safe_reference_n that fast; 0: a fault") \
+    FIELD(float, safe_reference_n, "N", -1e6f, 1e6f, 0, 0.0f, PROTECTS, "where r goes without a host, within input_max_N") \
+    FIELD(float, over_current_a, "A", 1e-3f, 1e6f, 1, 0.0f, PROTECTS, "measured motor current beyond this ...") \
+    FIELD(uint32_t, over_current_ms, "ms", 1, 10000, 0, 5, PROTECTS, "... for longer") \
+    FIELD(float, bus_low_v, "V", 1e-3f, 1e6f, 1, 0.0f, PROTECTS, "measured voltage of the power stage's supply below this ...") \
+    FIELD(float, bus_high_v, "V", 1e-3f, 1e6f, 1, 0.0f, PROTECTS, "... or above this ...") \
+    FIELD(uint32_t, bus_voltage_ms, "ms", 1, 10000, 0, 10, PROTECTS, "... for longer") \
+    FIELD(float, temperature_max_c, "degC", 1e-3f, 1000.0f, 1, 0.0f, PROTECTS, "measured temperature above this ...") \
+    FIELD(uint32_t, temperature_ms, "ms", 1, 600000, 0, 1000, PROTECTS, "... for longer")
+// clang-format on
 
 typedef struct
 {
-#define DRIVE_CONFIG_MEMBER(type, name, unit, low, high, off, normal, text) type name; ///< see the list
+#define DRIVE_CONFIG_MEMBER(type, name, unit, low, high, off, normal, change, text) type name; ///< see the list
     DRIVE_CONFIG_FIELDS(DRIVE_CONFIG_MEMBER)
 #undef DRIVE_CONFIG_MEMBER
 } drive_config_t;
@@ -59,12 +64,12 @@ typedef struct
 typedef struct
 {
     float low, high;
-    bool  is_float, off;
+    bool  is_float, off, protects;
 } drive_config_field_t;
 
 enum
 {
-#define DRIVE_CONFIG_PLACE(type, name, unit, low, high, off, normal, text) DRIVE_CONFIG_##name,
+#define DRIVE_CONFIG_PLACE(type, name, unit, low, high, off, normal, change, text) DRIVE_CONFIG_##name,
     DRIVE_CONFIG_FIELDS(DRIVE_CONFIG_PLACE)
 #undef DRIVE_CONFIG_PLACE
         DRIVE_CONFIG_COUNT

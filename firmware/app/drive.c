@@ -5,6 +5,41 @@
 #include <stdatomic.h>
 #include <stddef.h>
 
+static bool refuse(drive_config_error_t *error, unsigned field, float value, float low, float high)
+{
+    *error = (drive_config_error_t){.field = field, .value = value, .low = low, .high = high};
+    return false;
+}
+
+/// A level of what the board does not measure would never be reached.
+static bool is_measured(const drive_config_t *config, const port_t *port, drive_config_error_t *error)
+{
+    static const struct
+    {
+        uint8_t field, needs;
+    } levels[] = {{DRIVE_CONFIG_over_current_a, PORT_MEASURES_CURRENT},
+                  {DRIVE_CONFIG_bus_low_v, PORT_MEASURES_BUS},
+                  {DRIVE_CONFIG_bus_high_v, PORT_MEASURES_BUS},
+                  {DRIVE_CONFIG_temperature_max_c, PORT_MEASURES_TEMPERATURE}};
+    for (size_t i = 0; i < sizeof levels / sizeof levels[0]; i++)
+    {
+        const float level = drive_config_value(config, levels[i].field);
+        if (level > 0.0f && (port->measures & levels[i].needs) == 0u)
+        {
+            return refuse(error, levels[i].field, level, 0.0f, 0.0f);
+        }
+    }
+    return true;
+}
+
+/// Where r goes without a host must be credible.
+static bool is_safe_credible(const drive_setup_t *setup, drive_config_error_t *error)
+{
+    const float most = scaling_value(setup->params->TRIBO_N(input_max), setup->config.full_scale_n);
+    return tribo_force_is_credible(setup->params, setup->bounds.safe_reference) ||
+           refuse(error, DRIVE_CONFIG_safe_reference_n, setup->config.safe_reference_n, -most, most);
+}
+
 bool drive_setup_init(drive_setup_t        *setup,
                       const drive_config_t *config,
                       const loop_params_t  *params,
@@ -19,7 +54,7 @@ bool drive_setup_init(drive_setup_t        *setup,
         return false;
     }
     faults_init(&setup->bounds, config);
-    return true;
+    return is_measured(config, port, error) && is_safe_credible(setup, error);
 }
 
 /// Enable first: it is off even if the output's driver blocks.
@@ -36,7 +71,7 @@ static void stop_with(drive_t *drive, drive_fault_t cause)
     drive->fault      = cause;
     drive->fault_tick = drive->ticks;
     drive->limits     = 0;
-    drive->reference  = 0;
+    drive_set_reference(drive, 0);
 }
 
 void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, drive_fault_t found)
@@ -130,11 +165,39 @@ static drive_fault_t check_sensor(drive_t *drive, loop_force_t *reading)
                                                                                               : DRIVE_FAULT_NONE;
 }
 
-static drive_fault_t check_reference(drive_t *drive, bool renewed)
+static drive_fault_t check_measured(drive_t *drive)
 {
-    return drive->state == DRIVE_RUN && faults_reference(&drive->setup->bounds, &drive->lasting, renewed)
-               ? DRIVE_FAULT_REFERENCE
-               : DRIVE_FAULT_NONE;
+    const faults_bounds_t *bounds   = &drive->setup->bounds;
+    const port_t          *port     = drive->port;
+    port_measured_t        measured = {0};
+    if (port->measures == 0u)
+    {
+        return DRIVE_FAULT_NONE;
+    }
+    port->measure(port->context, &measured);
+    const bool current     = faults_over_current(bounds, &drive->lasting, measured.current_ma);
+    const bool bus         = faults_bus_voltage(bounds, &drive->lasting, measured.bus_mv);
+    const bool temperature = faults_temperature(bounds, &drive->lasting, measured.temperature_mc);
+    return current       ? DRIVE_FAULT_OVER_CURRENT
+           : bus         ? DRIVE_FAULT_BUS_VOLTAGE
+           : temperature ? DRIVE_FAULT_TEMPERATURE
+                         : DRIVE_FAULT_NONE;
+}
+
+/// By `step` towards `end`.
+static loop_force_t approach(loop_force_t r, loop_force_t end, loop_force_t step)
+{
+    return !faults_is_beyond(end, r, step) ? end : r < end ? r + step : r - step;
+}
+
+/// Takes r, and looks whether a host still renews it.
+static drive_fault_t take_reference(drive_t *drive, bool renewed)
+{
+    const faults_bounds_t *bounds = &drive->setup->bounds;
+    const bool lost  = drive->state == DRIVE_RUN && drive->hosted && faults_reference(bounds, &drive->lasting, renewed);
+    drive->host_lost = lost && bounds->ramp > 0;
+    drive->r         = drive->host_lost ? approach(drive->r, bounds->safe_reference, bounds->ramp) : drive->reference;
+    return lost && !drive->host_lost ? DRIVE_FAULT_REFERENCE : DRIVE_FAULT_NONE;
 }
 
 static drive_fault_t first_of(drive_fault_t a, drive_fault_t b)
@@ -216,6 +279,7 @@ static void run_loop(drive_t *drive, uint32_t start_us)
         return;
     }
     drive->limits = (limited ? (uint32_t)DRIVE_LIMIT_COMMAND : 0u) |
+                    (drive->host_lost ? (uint32_t)DRIVE_LIMIT_HOST : 0u) |
                     (tribo_force_is_credible(setup->params, r) ? 0u : (uint32_t)DRIVE_LIMIT_REFERENCE);
     drive->port->command(drive->port->context, scaling_output(&setup->scaling, u));
 }
@@ -257,15 +321,15 @@ static void refuse_tare(drive_t *drive, bool requested)
 
 static bool is_for_good(drive_fault_t fault)
 {
-    return fault >= DRIVE_FAULT_IMAGE && fault <= DRIVE_FAULT_CLOCK;
+    return (fault >= DRIVE_FAULT_IMAGE && fault <= DRIVE_FAULT_CLOCK) || fault == DRIVE_FAULT_CONFIG_CHANGED;
 }
 
 static void change_state(drive_t *drive, const requests_t *requests)
 {
     if (requests->stop)
     {
-        drive->state     = DRIVE_IDLE;
-        drive->reference = 0;
+        drive->state = DRIVE_IDLE;
+        drive_set_reference(drive, 0);
     }
     else if (drive->state == DRIVE_IDLE && requests->start)
     {
@@ -354,6 +418,10 @@ void drive_tick(drive_t *drive)
 #if DRIVE_FEEDFORWARD
     change_compensation(drive, &requests);
 #endif
+    if (drive->changed && !is_for_good(drive->fault))
+    {
+        stop_with(drive, DRIVE_FAULT_CONFIG_CHANGED);
+    }
     if (drive->state == DRIVE_FAULT && is_for_good(drive->fault))
     {
         off(drive); // after a failed self-test or without valid params nothing else runs
@@ -362,14 +430,14 @@ void drive_tick(drive_t *drive)
     }
 
     // Every check runs in every tick, so that the state of one does not depend on the result of another.
-    drive->r                      = drive->reference;
+    const drive_fault_t reference = take_reference(drive, requests.renewed);
     loop_force_t        reading   = 0;
     const uint32_t      inputs    = drive->port->inputs(drive->port->context);
     const drive_fault_t input     = check_inputs(drive, inputs);
     const drive_fault_t timing    = check_time(drive, start_us);
     const drive_fault_t sensor    = check_sensor(drive, &reading);
-    const drive_fault_t reference = check_reference(drive, requests.renewed);
-    const drive_fault_t found     = first_of(first_of(input, timing), first_of(sensor, reference));
+    const drive_fault_t measured  = check_measured(drive);
+    const drive_fault_t found     = first_of(first_of(input, measured), first_of(first_of(timing, sensor), reference));
 
     if (drive->state == DRIVE_FAULT)
     {
@@ -377,7 +445,7 @@ void drive_tick(drive_t *drive)
         refuse_tare(drive, requests.tare);
         if (requests.acknowledge)
         {
-            drive->reference = 0;
+            drive_set_reference(drive, 0);
         }
         if (requests.acknowledge && found == DRIVE_FAULT_NONE)
         {
@@ -400,7 +468,19 @@ void drive_tick(drive_t *drive)
 void drive_reference(drive_t *drive, loop_force_t r)
 {
     drive->reference  = r;
+    drive->hosted     = true;
     drive->references = (uint8_t)(drive->references + 1u);
+}
+
+void drive_set_reference(drive_t *drive, loop_force_t r)
+{
+    drive->reference = r;
+    drive->hosted    = false;
+}
+
+void drive_condemn(drive_t *drive)
+{
+    drive->changed = true;
 }
 
 static void ask(drive_t *drive, volatile uint8_t *count)
@@ -502,7 +582,11 @@ const char *drive_fault_text(drive_fault_t fault)
                                         [DRIVE_FAULT_REFERENCE]      = "reference not renewed",
                                         [DRIVE_FAULT_TICK_OVERRUN]   = "tick overrun",
                                         [DRIVE_FAULT_RESIDUAL]       = "sensor and model differ",
-                                        [DRIVE_FAULT_COMMAND_LIMIT]  = "command at its limit"};
+                                        [DRIVE_FAULT_COMMAND_LIMIT]  = "command at its limit",
+                                        [DRIVE_FAULT_CONFIG_CHANGED] = "params changed",
+                                        [DRIVE_FAULT_OVER_CURRENT]   = "over-current",
+                                        [DRIVE_FAULT_BUS_VOLTAGE]    = "bus voltage",
+                                        [DRIVE_FAULT_TEMPERATURE]    = "temperature"};
     return (unsigned)fault < DRIVE_FAULTS ? texts[fault] : "unknown";
 }
 
@@ -552,7 +636,7 @@ void drive_report(drive_t *drive)
 void drive_report_off(const port_t *port, const drive_config_t *config)
 {
     static const char *const names[DRIVE_CONFIG_COUNT] = {
-#define NAME(type, name, unit, low, high, off, normal, text) (off) ? " " #name : NULL,
+#define NAME(type, name, unit, low, high, off, normal, change, text) (off) ? " " #name : NULL,
         DRIVE_CONFIG_FIELDS(NAME)
 #undef NAME
     };

@@ -11,10 +11,13 @@
 /// A limit acts and the loop runs on; a fault stops the drive. Within the tick that detects a fault the power stage goes off
 /// and the command to 0, and the cause is latched. Only an acknowledgement leaves FAULT, to IDLE, and only once the
 /// cause is gone. A start requested before that is dropped, so the drive never restarts by itself. A failed self-test, wrong
-/// params and a wrong clock last until the next power-up. After a reset that nobody asked for the drive begins in FAULT.
+/// params, a wrong clock and changed params last until the next power-up. After a reset that nobody asked for the drive begins in FAULT.
 ///
 /// In STARTING the power stage is on and the command 0 until the stage is ready; without a ready input (ready_ms of 0) the
 /// tick of the start is the first in RUN. The reference is 0 after every stop, fault and acknowledgement, until a new one.
+///
+/// A reference that a host has set must be renewed within reference_ms, or the drive stops for DRIVE_FAULT_REFERENCE. With a
+/// reference_ramp_n_per_s it does not: r goes to safe_reference_n at that rate and stays there until the host is back.
 ///
 /// Call drive_tick in the timer interrupt, and the functions at the end of this file in the background, one caller each.
 
@@ -42,7 +45,8 @@ typedef enum
 typedef enum
 {
     DRIVE_LIMIT_COMMAND   = 1, ///< u is limited to u_min or u_max
-    DRIVE_LIMIT_REFERENCE = 2  ///< r is beyond input_max: the loop coasts
+    DRIVE_LIMIT_REFERENCE = 2, ///< r is beyond input_max: the loop coasts
+    DRIVE_LIMIT_HOST      = 4  ///< the reference was not renewed: r is on its way to safe_reference_n, or there
 } drive_limit_t;
 
 /// What a person should look at, as bits; the drive runs on. They stay until drive_restore, over stops and faults.
@@ -56,7 +60,7 @@ typedef enum
     DRIVE_WARNINGS_END       = 16
 } drive_warning_t;
 
-/// What stops the drive. Of several causes in one tick the first in this list is latched.
+/// What stops the drive. Of several causes in one tick the first that is checked is latched; the numbers are the bus's.
 typedef enum
 {
     DRIVE_FAULT_NONE,
@@ -82,10 +86,14 @@ typedef enum
     DRIVE_FAULT_NAN,            ///< the sensor or the reference
     DRIVE_FAULT_SENSOR_RANGE,   ///< |y| beyond input_max
     DRIVE_FAULT_SENSOR_STUCK,   ///< stuck_ticks readings in a row without a change
-    DRIVE_FAULT_REFERENCE,      ///< not renewed for reference_ms, in RUN
+    DRIVE_FAULT_REFERENCE,      ///< the host's not renewed for reference_ms, in RUN
     DRIVE_FAULT_TICK_OVERRUN,   ///< longer than budget_us from its start to its command
     DRIVE_FAULT_RESIDUAL,       ///< the sensor does not show the force that the loop commands
     DRIVE_FAULT_COMMAND_LIMIT,  ///< u at a limit for command_limit_ms
+    DRIVE_FAULT_CONFIG_CHANGED, ///< params that the drive runs with are not those that were checked; for good
+    DRIVE_FAULT_OVER_CURRENT,   ///< measured, beyond over_current_a
+    DRIVE_FAULT_BUS_VOLTAGE,    ///< measured, outside bus_low_v to bus_high_v
+    DRIVE_FAULT_TEMPERATURE,    ///< measured, above temperature_max_c
     DRIVE_FAULTS
 } drive_fault_t;
 
@@ -133,11 +141,14 @@ typedef struct
     volatile uint8_t      starts, stops, acknowledgements, tares, asked, references;
     uint8_t               starts_seen, stops_seen, acknowledgements_seen, tares_seen, asked_seen, references_seen;
     volatile loop_force_t reference;
+    volatile bool         hosted;       ///< the reference is a host's, which must renew it
+    volatile bool         changed;      ///< the params are not those that were checked
     const drive_setup_t *volatile next; ///< a setup to go on with; null: none
     drive_state_t logged_state;
 
-    uint32_t due_us; ///< when the next tick should start
-    bool     timed;  ///< due_us is valid
+    uint32_t due_us;    ///< when the next tick should start
+    bool     timed;     ///< due_us is valid
+    bool     host_lost; ///< r is on its way to safe_reference_n, or there
 
     loop_force_t   sensor_zero; ///< reading at 0 N, by the config or by the last tare
     loop_force_t   last_reading;
@@ -179,8 +190,14 @@ void drive_attach(drive_t *drive, loop_memory_t *memory);
 /// One tick: reads the inputs, checks them, runs the loop in RUN, and writes the command.
 void drive_tick(drive_t *drive);
 
-/// The reference from the next tick on. Renew it as often as reference_ms says.
+/// A host's reference from the next tick on. It must be renewed within reference_ms.
 void drive_reference(drive_t *drive, loop_force_t r);
+
+/// Likewise of a person or of the drive itself: it stays without being renewed.
+void drive_set_reference(drive_t *drive, loop_force_t r);
+
+/// The params that the drive runs with are not those that were checked: DRIVE_FAULT_CONFIG_CHANGED in the next tick.
+void drive_condemn(drive_t *drive);
 
 /// Requests for the next tick. A start acts only in IDLE, an acknowledgement only in FAULT, a tare only in IDLE.
 void drive_start(drive_t *drive);

@@ -16,12 +16,18 @@ typedef struct
     loop_force_t residual; ///< 0: off
     loop_force_t tare_max; ///< 0: off
     uint32_t     residual_ticks, command_limit_ticks, reference_ticks, ready_ticks;
+
+    loop_force_t ramp;           ///< of r a tick without a host; 0: a fault
+    loop_force_t safe_reference; ///< where it ends
+    int32_t      over_current_ma, bus_low_mv, bus_high_mv, temperature_max_mc; ///< 0: off
+    uint32_t     over_current_ticks, bus_voltage_ticks, temperature_ticks;
 } faults_bounds_t;
 
 /// Ticks in a row. Zero at a start.
 typedef struct
 {
     uint32_t residual, command_limit, reference, starting;
+    uint32_t over_current, bus_voltage, temperature;
 } faults_state_t;
 
 void faults_init(faults_bounds_t *bounds, const drive_config_t *config);
@@ -64,6 +70,26 @@ static inline bool faults_command_limit(const faults_bounds_t *bounds, faults_st
 static inline bool faults_reference(const faults_bounds_t *bounds, faults_state_t *state, bool renewed)
 {
     return faults_last(&state->reference, !renewed, bounds->reference_ticks);
+}
+
+static inline bool faults_over_current(const faults_bounds_t *bounds, faults_state_t *state, int32_t current_ma)
+{
+    const int32_t most   = bounds->over_current_ma;
+    const bool    beyond = most > 0 && (current_ma > most || current_ma < -most);
+    return faults_last(&state->over_current, beyond, bounds->over_current_ticks);
+}
+
+static inline bool faults_bus_voltage(const faults_bounds_t *bounds, faults_state_t *state, int32_t bus_mv)
+{
+    const bool beyond = (bounds->bus_low_mv > 0 && bus_mv < bounds->bus_low_mv) ||
+                        (bounds->bus_high_mv > 0 && bus_mv > bounds->bus_high_mv);
+    return faults_last(&state->bus_voltage, beyond, bounds->bus_voltage_ticks);
+}
+
+static inline bool faults_temperature(const faults_bounds_t *bounds, faults_state_t *state, int32_t temperature_mc)
+{
+    const bool beyond = bounds->temperature_max_mc > 0 && temperature_mc > bounds->temperature_max_mc;
+    return faults_last(&state->temperature, beyond, bounds->temperature_ticks);
 }
 
 /// While the power stage is on but not ready.

@@ -1,5 +1,7 @@
 #include "app/params.h"
 
+#include "app/crc32.h"
+
 #include "tribo/paper_controller.h"
 
 #include <stddef.h>
@@ -155,6 +157,110 @@ static bool check_ranges(params_error_t *error, const params_set_t *set)
     }
 #endif
     return true;
+}
+
+// --- what protects --------------------------------------------------------------------------------------------------
+
+static float value_of(const params_set_t *set, uint32_t word)
+{
+    return word < (uint32_t)DRIVE_CONFIG_COUNT ? drive_config_value(&set->drive, word) : params_number(set, word);
+}
+
+bool params_check_ceilings(const params_set_t     *set,
+                           const params_ceiling_t *ceilings,
+                           uint32_t                count,
+                           params_error_t         *error)
+{
+    for (uint32_t i = 0; i < count; i++)
+    {
+        const float value = value_of(set, ceilings[i].word);
+        if (!(value >= ceilings[i].low && value <= ceilings[i].high))
+        {
+            return refuse(error, ceilings[i].word, value, ceilings[i].low, ceilings[i].high, TRIBO_OK);
+        }
+    }
+    return true;
+}
+
+uint32_t params_next_protecting(uint32_t *place)
+{
+    const tribo_parameter_t *row;
+    uint32_t                 word;
+    size_t                   at;
+    while (*place < (uint32_t)DRIVE_CONFIG_COUNT)
+    {
+        word = (*place)++;
+        if (drive_config_fields[word].protects)
+        {
+            return word;
+        }
+    }
+    while (find_row(*place - (uint32_t)DRIVE_CONFIG_COUNT, &row, &word, &at))
+    {
+        ++*place;
+        if (row->protects != 0u)
+        {
+            return word;
+        }
+    }
+    return PARAMS_WORDS;
+}
+
+uint32_t params_protection(const params_set_t *set)
+{
+    uint32_t crc   = 0;
+    uint32_t place = 0;
+    for (uint32_t word = params_next_protecting(&place); word < PARAMS_WORDS; word = params_next_protecting(&place))
+    {
+        const uint32_t bits = params_word(set, word);
+        crc                 = crc32_update(crc, &bits, sizeof bits);
+    }
+    return crc;
+}
+
+static int sign_of(float x)
+{
+    return (x > 0.0f) - (x < 0.0f);
+}
+
+/// Signs of the controller's gain: `at_once` of u to a step of e, b0 of each section, and `in_the_end`, b2 of each in delta form.
+static void find_signs(const params_set_t *set, int *at_once, int *in_the_end)
+{
+    const uint32_t count = params_word(set, PARAMS_SECTION_COUNT);
+    *at_once = *in_the_end = 1;
+    for (uint32_t i = 0; i < count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
+    {
+        *at_once *= sign_of(set->sections[i].b0);
+        *in_the_end *= sign_of(set->sections[i].b2);
+    }
+}
+
+static bool refuse_change(params_error_t *error, const params_set_t *set, const params_set_t *like, uint32_t word)
+{
+    const float right = value_of(like, word);
+    return refuse(error, word, value_of(set, word), right, right, TRIBO_OK);
+}
+
+bool params_signs_alike(const params_set_t *set, const params_set_t *like, params_error_t *error)
+{
+    int at_once, in_the_end, at_once_like, in_the_end_like;
+    find_signs(set, &at_once, &in_the_end);
+    find_signs(like, &at_once_like, &in_the_end_like);
+    return (at_once == at_once_like || refuse_change(error, set, like, PARAMS_SECTIONS_AT)) &&
+           (in_the_end == in_the_end_like || refuse_change(error, set, like, PARAMS_SECTIONS_AT + 2u));
+}
+
+bool params_protect_alike(const params_set_t *set, const params_set_t *like, params_error_t *error)
+{
+    uint32_t place = 0;
+    for (uint32_t word = params_next_protecting(&place); word < PARAMS_WORDS; word = params_next_protecting(&place))
+    {
+        if (params_word(set, word) != params_word(like, word))
+        {
+            return refuse_change(error, set, like, word);
+        }
+    }
+    return params_signs_alike(set, like, error);
 }
 
 // --- params --------------------------------------------------------------------------------------------------------

@@ -122,6 +122,13 @@ typedef struct
     drive_setup_t drive;
 } params_t;
 
+/// The widest that a board lets a word of a set be, whoever asks. 0 turns a check off and is allowed only if it is within.
+typedef struct
+{
+    uint16_t word; ///< of drive_config_t, or of a float of the loop
+    float    low, high;
+} params_ceiling_t;
+
 /// The default of every field: the paper's loop.
 params_set_t params_default(void);
 
@@ -143,9 +150,26 @@ void params_take_guard(params_set_t *set, const tribo_guard_f32_config_t *config
 /// that is refused: then `params` are not to be used. Not for the tick.
 bool params_make(params_t *params, const port_t *port, params_error_t *error);
 
+/// Whether no ceiling is exceeded; false with `error` for the first that is.
+bool params_check_ceilings(const params_set_t     *set,
+                           const params_ceiling_t *ceilings,
+                           uint32_t                count,
+                           params_error_t         *error);
+
+/// The words that protect: limits, scaling, signs, levels and times of faults (PROTECTS in tribo/parameters.h and config.h).
+/// Returns the next one and moves `place`, which begins at 0; PARAMS_WORDS behind the last. In the order of their registers.
+uint32_t params_next_protecting(uint32_t *place);
+
+/// CRC-32 of these words, each as four bytes with the low one first.
+uint32_t params_protection(const params_set_t *set);
+
+/// Whether all of them are those of `like`, and the signs of the controller's gain; false with `error` for the first that is not.
+bool params_protect_alike(const params_set_t *set, const params_set_t *like, params_error_t *error);
+bool params_signs_alike(const params_set_t *set, const params_set_t *like, params_error_t *error);
+
 /// Differs if the words of a set mean something else: CRC-32 of all names of the lists, and one less without the feed-forward.
 /// Names are not in an image, so test_registers.c computes it and fails if a list has changed.
-#define PARAMS_LAYOUT_OF(feeds_forward) (0xe8f335d6u - ((feeds_forward) ? 0u : 1u))
+#define PARAMS_LAYOUT_OF(feeds_forward) (0xc761b14du - ((feeds_forward) ? 0u : 1u))
 #define PARAMS_LAYOUT                   PARAMS_LAYOUT_OF(DRIVE_FEEDFORWARD)
 
 #endif

@@ -1,5 +1,7 @@
 #include "app/registers.h"
 
+#include "app/crc32.h"
+
 #include <stdatomic.h>
 #include <stddef.h>
 #include <string.h>
@@ -28,8 +30,10 @@ static bool is_running(const registers_t *registers)
 static bool make(registers_t *registers, params_t *params)
 {
     const registers_board_t *board = &registers->board;
-    registers->is_refused          = !params_make(params, board->port, &registers->refused) ||
-                            (board->suits != NULL && !board->suits(&params->set, &registers->refused));
+    registers->is_refused =
+        !params_make(params, board->port, &registers->refused) ||
+        !params_check_ceilings(&params->set, board->ceilings, board->ceiling_count, &registers->refused) ||
+        (board->suits != NULL && !board->suits(&params->set, &registers->refused));
     return !registers->is_refused;
 }
 
@@ -53,6 +57,38 @@ static void load(registers_t *registers)
         registers->is_made = registers->is_made || registers->store == STORE_OK;
     }
     registers->is_known = registers->store == STORE_OK || registers->store == STORE_EMPTY;
+}
+
+/// New params begin a new seal.
+static void renew_seal(registers_t *registers)
+{
+    registers->is_sealed  = false;
+    registers->crc        = 0;
+    registers->crc_bytes  = 0;
+    registers->protection = params_protection(&registers->active->set);
+}
+
+#define SEAL_STEP 16u // bytes a call, as a tick and the line wait meanwhile
+
+/// Params that change without being applied are the work of a stray write or of rotten RAM.
+static void check_seal(registers_t *registers)
+{
+    const unsigned char *params = (const unsigned char *)registers->active;
+    const uint32_t       left   = (uint32_t)sizeof *registers->active - registers->crc_bytes;
+    const uint32_t       step   = left < SEAL_STEP ? left : SEAL_STEP;
+    registers->crc              = crc32_update(registers->crc, params + registers->crc_bytes, step);
+    registers->crc_bytes += step;
+    if (step == left)
+    {
+        if (registers->is_sealed && registers->crc != registers->seal)
+        {
+            drive_condemn(&registers->drive);
+        }
+        registers->seal      = registers->crc;
+        registers->is_sealed = true;
+        registers->crc       = 0;
+        registers->crc_bytes = 0;
+    }
 }
 
 static const loop_force_t *signal_of(const registers_t *registers, uint32_t signal);
@@ -122,6 +158,7 @@ void registers_start(registers_t *registers, drive_fault_t found)
     const drive_config_t *const config = config_of(registers);
     drive_init(&registers->drive, board->port, &registers->active->drive, first_fault(registers, found));
     registers->taken = &registers->active->drive;
+    renew_seal(registers);
     begin_learning(registers, registers->active);
     drive_attach(&registers->drive, &registers->memory);
     trace_init(&registers->trace, board->ring, board->ring_words);
@@ -184,25 +221,62 @@ void registers_tick(registers_t *registers)
 
 // --- commands ------------------------------------------------------------------------------------------------------
 
-/// What only a drive at rest, or not even that, can take over.
-static bool check_fixed(registers_t *registers, const params_set_t *next)
+/// The timer goes on as it was set up.
+static bool keeps_period(registers_t *registers, const params_set_t *next)
 {
-    const drive_config_t *is     = config_of(registers);
-    const bool            period = next->drive.period_us != is->period_us;
-    const bool            starts = registers->drive.starts != registers->drive.starts_seen; // in the next tick
-    const bool            runs   = is_running(registers) || starts;
-    const bool            scale  = runs && next->drive.full_scale_n != is->full_scale_n;
-    if (period || scale)
-    {
-        const float right     = period ? (float)is->period_us : is->full_scale_n;
-        const float value     = period ? (float)next->drive.period_us : next->drive.full_scale_n;
-        registers->refused    = (params_error_t){.word  = period ? DRIVE_CONFIG_period_us : DRIVE_CONFIG_full_scale_n,
-                                                 .value = value,
-                                                 .low   = right,
-                                                 .high  = right};
-        registers->is_refused = true;
-    }
+    const float is        = (float)config_of(registers)->period_us;
+    const float value     = (float)next->drive.period_us;
+    registers->refused    = (params_error_t){.word = DRIVE_CONFIG_period_us, .value = value, .low = is, .high = is};
+    registers->is_refused = value != is;
     return !registers->is_refused;
+}
+
+/// Whether the drive runs, or will in the next tick.
+static bool is_started(const registers_t *registers)
+{
+    return is_running(registers) || registers->drive.starts != registers->drive.starts_seen;
+}
+
+static uint32_t unlocked_ticks(const registers_t *registers)
+{
+    const uint32_t most = REGISTERS_UNLOCK_S * 1000000u / config_of(registers)->period_us;
+    const uint32_t gone = registers->drive.ticks - registers->unlocked_at;
+    return registers->is_unlocked && gone < most ? most - gone : 0u;
+}
+
+/// What protects changes only at rest, and unlocked.
+static registers_outcome_t check_protection(registers_t *registers, const params_set_t *next)
+{
+    registers->is_refused = !params_protect_alike(next, &registers->active->set, &registers->refused) &&
+                            (is_started(registers) || unlocked_ticks(registers) == 0u);
+    return !registers->is_refused ? REGISTERS_DONE : is_started(registers) ? REGISTERS_PROTECTED : REGISTERS_LOCKED;
+}
+
+static uint32_t register_of(uint32_t word);
+
+static void keep_change(registers_t *registers, uint32_t word, uint32_t from, uint32_t to)
+{
+    registers->changes[registers->protection_changes % REGISTERS_CHANGES] =
+        (registers_change_t){.tick = registers->drive.ticks, .address = register_of(word), .from = from, .to = to};
+    registers->protection_changes++;
+}
+
+static void keep_changes(registers_t *registers, const params_set_t *next)
+{
+    const params_set_t *is    = &registers->active->set;
+    uint32_t            place = 0;
+    for (uint32_t word = params_next_protecting(&place); word < PARAMS_WORDS; word = params_next_protecting(&place))
+    {
+        if (params_word(next, word) != params_word(is, word))
+        {
+            keep_change(registers, word, params_word(is, word), params_word(next, word));
+        }
+    }
+    params_error_t turned;
+    if (!params_signs_alike(next, is, &turned))
+    {
+        keep_change(registers, turned.word, params_word(is, turned.word), params_word(next, turned.word));
+    }
 }
 
 /// A tick that has taken over the last set has ended: the spare is free.
@@ -220,16 +294,28 @@ static registers_outcome_t apply(registers_t *registers)
         return REGISTERS_BUSY; // the tick still runs with the spare
     }
     next->set = registers->staged;
-    if (!make(registers, next) || !check_fixed(registers, &next->set))
+    if (bits_of(next->set.drive.sensor_zero_units) == bits_of(drive_sensor_zero_units(drive)))
+    {
+        next->set.drive.sensor_zero_units =
+            config_of(registers)->sensor_zero_units; // as a tare has moved it: no change
+    }
+    if (!make(registers, next) || !keeps_period(registers, &next->set))
     {
         return REGISTERS_SET_REFUSED;
     }
+    const registers_outcome_t protection = check_protection(registers, &next->set);
+    if (protection != REGISTERS_DONE)
+    {
+        return protection;
+    }
+    keep_changes(registers, &next->set);
     begin_learning(registers, next);
     if (next->set.drive.full_scale_n != config_of(registers)->full_scale_n)
     {
         drive_reference(drive, 0); // a number of the old scale
     }
-    registers->active      = next;
+    registers->active = next;
+    renew_seal(registers);
     registers->is_known    = true;
     registers->modbus.unit = (uint8_t)next->set.drive.bus_unit; // the answer still has the request's
     drive_change(drive, &next->drive);
@@ -358,6 +444,8 @@ static void save(registers_t *registers)
 
 void registers_run(registers_t *registers)
 {
+    registers->is_unlocked = unlocked_ticks(registers) > 0u && !is_started(registers);
+    check_seal(registers);
     const modbus_registers_t map = registers_map(registers);
     modbus_serve(&registers->modbus, registers->board.line, &map);
     if (registers->must_save && is_taken(registers) && registers->modbus.answer_sent == registers->modbus.answer_length)
@@ -470,6 +558,9 @@ static word_t state_word(const registers_t *registers, uint32_t place)
         [REGISTERS_STATE_trace_trigger]         = trace->trigger_sample,
         [REGISTERS_STATE_trace_signals_seen]    = own ? registers->trace_signals : FAULT_SIGNALS,
         [REGISTERS_STATE_trace_decimation_seen] = trace->setup.decimation,
+        [REGISTERS_STATE_protection]            = registers->protection,
+        [REGISTERS_STATE_protection_changes]    = registers->protection_changes,
+        [REGISTERS_STATE_unlocked_ticks]        = unlocked_ticks(registers),
     };
     return words[place];
 }
@@ -482,6 +573,7 @@ typedef enum
     SIGNALS,
     COMPENSATION,
     REQUESTS,
+    CHANGES,
     WINDOW,
     STAGED,
     ACTIVE
@@ -507,6 +599,7 @@ static place_t find(uint32_t address)
         {REGISTERS_COMPENSATION_AT, REGISTERS_COMPENSATION_COUNT, 0, COMPENSATION},
 #endif
         {REGISTERS_REQUESTS_AT, sizeof(registers_requests_t) / sizeof(word_t), 0, REQUESTS},
+        {REGISTERS_CHANGES_AT, REGISTERS_CHANGES * sizeof(registers_change_t) / sizeof(word_t), 0, CHANGES},
         {REGISTERS_WINDOW_AT, REGISTERS_WINDOW, 0, WINDOW},
 #if DRIVE_FEEDFORWARD
 #define SET_OF_FEEDFORWARD(base, kind)                                                                                 \
@@ -581,6 +674,9 @@ static modbus_status_t read_word(const registers_t *registers, const place_t *pl
         *word = place->word == 0u ? to_bus(registers, tribo_force_word(registers->drive.reference))
                                   : word_in(&registers->requests, place->word);
         return MODBUS_OK;
+    case CHANGES:
+        *word = word_in(registers->changes, place->word);
+        return MODBUS_OK;
     case WINDOW:
         return read_window(registers, place->word, word) ? MODBUS_OK : MODBUS_ILLEGAL_VALUE; // no such sample
     case STAGED:
@@ -650,6 +746,17 @@ static bool take_reference(registers_t *registers, word_t word, bool only_check)
     return true;
 }
 
+static bool unlock(registers_t *registers, word_t key, bool only_check)
+{
+    const bool fits = key == 0u || (key == REGISTERS_KEY && !is_started(registers));
+    if (!only_check || !fits)
+    {
+        registers->is_unlocked = fits && key == REGISTERS_KEY;
+        registers->unlocked_at = registers->drive.ticks;
+    }
+    return fits;
+}
+
 static modbus_status_t write_word(registers_t *registers, const place_t *place, word_t word, bool only_check)
 {
     void *words = NULL;
@@ -659,6 +766,10 @@ static modbus_status_t write_word(registers_t *registers, const place_t *place, 
         if (place->word == 0u)
         {
             return take_reference(registers, word, only_check) ? MODBUS_OK : MODBUS_ILLEGAL_VALUE;
+        }
+        if (place->word == offsetof(registers_requests_t, unlock) / sizeof word)
+        {
+            return unlock(registers, word, only_check) ? MODBUS_OK : MODBUS_ILLEGAL_VALUE;
         }
         words = &registers->requests;
         break;

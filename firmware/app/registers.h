@@ -8,10 +8,16 @@
 ///     0x0080   signals of the last tick           0x1000   the staged set of params, read and written
 ///     0x0100   command, one Modbus register       0x2000   the set that the drive runs with, at the same places
 ///     0x0110   requests
+///     0x0180   the last changes of what protects
 ///
 /// Params are written to the staged set, where nothing is checked. REGISTERS_APPLY makes params of it, checked as a whole, and
 /// the drive goes on with them from one tick to the next. If they are refused the drive goes on as it was, and refused_* name
 /// the register of the staged set and its range. REGISTERS_SAVE writes what the drive runs with into the store.
+///
+/// Some registers protect: limits, scaling, signs, levels and times of faults. A set that changes one of them, or the sign of
+/// the controller's gain, is applied only out of RUN, and once `unlock` was written with REGISTERS_KEY. That lasts
+/// REGISTERS_UNLOCK_S; a start or another value ends it. No set is wider than the ceilings of the board, whose values are in
+/// its image. `protection` is a CRC-32 of all that protects, for a host to compare, and each change is counted and kept.
 ///
 /// At power-up the drive runs with what the store holds, or if nothing was ever saved with the defaults of its board. If the
 /// store is damaged or of other firmware it is in DRIVE_FAULT_STORE, which cannot be acknowledged before a set was applied.
@@ -28,17 +34,22 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define REGISTERS_VERSION 3u ///< of the lists in this file
+#define REGISTERS_VERSION 4u ///< of the lists in this file
 
 #define REGISTERS_STATE_AT        0x0000u
 #define REGISTERS_SIGNALS_AT      0x0080u
 #define REGISTERS_COMPENSATION_AT 0x00c0u
 #define REGISTERS_COMMAND_AT      0x0100u
 #define REGISTERS_REQUESTS_AT     0x0110u
+#define REGISTERS_CHANGES_AT      0x0180u
 #define REGISTERS_WINDOW_AT       0x0200u
 #define REGISTERS_STAGED_AT       0x1000u
 #define REGISTERS_ACTIVE_AT       0x2000u
 #define REGISTERS_WINDOW          62u ///< words that one frame can read
+
+#define REGISTERS_KEY      0x6c6f6f73u ///< "loos"
+#define REGISTERS_UNLOCK_S 60u
+#define REGISTERS_CHANGES  8u ///< that are kept
 
 // Places in a set, in Modbus registers.
 #define REGISTERS_DRIVE_AT    0x000u
@@ -59,7 +70,7 @@
     REGISTER(fault, "fault", uint32_t, "", "the cause of the fault, see below") \
     REGISTER(fault_tick, "fault_tick", uint32_t, "ticks", "the tick that latched it") \
     REGISTER(tick, "tick", uint32_t, "ticks", "since power-up; wraps") \
-    REGISTER(limits, "limits", uint32_t, "", "of the last tick: 1 u is limited, 2 the reference is not credible") \
+    REGISTER(limits, "limits", uint32_t, "", "of the last tick: 1 u is limited, 2 the reference is not credible, 4 the host is gone and r goes to safe_reference_n") \
     REGISTER(max_tick_us, "max_tick_us", uint32_t, "us", "longest from a tick's start to its command") \
     REGISTER(max_late_us, "max_late_us", uint32_t, "us", "latest start") \
     REGISTER(overruns, "overruns", uint32_t, "ticks", "over budget") \
@@ -82,7 +93,10 @@
     REGISTER(trace_first_tick, "trace_first_tick", uint32_t, "ticks", "of sample 0") \
     REGISTER(trace_trigger, "trace_trigger_sample", uint32_t, "samples", "once triggered") \
     REGISTER(trace_signals_seen, "trace_signals_seen", uint32_t, "", "trace.signals of what it holds") \
-    REGISTER(trace_decimation_seen, "trace_decimation_seen", uint32_t, "ticks", "trace.decimation of what it holds")
+    REGISTER(trace_decimation_seen, "trace_decimation_seen", uint32_t, "ticks", "trace.decimation of what it holds") \
+    REGISTER(protection, "protection", uint32_t, "", "CRC-32 of the registers that protect, see below") \
+    REGISTER(protection_changes, "protection_changes", uint32_t, "", "of such registers since power-up") \
+    REGISTER(unlocked_ticks, "unlocked_ticks", uint32_t, "ticks", "left in which a set may change what protects; 0: locked")
 // clang-format on
 
 /// Of feed-forward and guard, likewise; not in a drive without them.
@@ -126,7 +140,17 @@
     REGISTER(trigger, "trace.trigger", uint32_t, "", 1u, "0 none, 1 fault, 2 reversal, 3 rises to level, 4 falls to level") \
     REGISTER(watched, "trace.watched", uint32_t, "", 0u, "the signal of a reversal or level, by its order") \
     REGISTER(level, "trace.level", float, "N", 0.0f, "of the trigger") \
-    REGISTER(after, "trace.after", uint32_t, "samples", 100u, "recorded after the trigger's")
+    REGISTER(after, "trace.after", uint32_t, "samples", 100u, "recorded after the trigger's") \
+    REGISTER(unlock, "unlock", uint32_t, "", 0u, "0x6c6f6f73 out of run: for 60 s a set may change what protects; 0 ends it; reads as 0")
+// clang-format on
+
+/// Of the change whose number is n, n modulo REGISTERS_CHANGES: REGISTER(symbol, name, type, unit, text).
+// clang-format off: one row a register
+#define REGISTERS_CHANGE(REGISTER) \
+    REGISTER(tick, "tick", uint32_t, "ticks", "that it was made in") \
+    REGISTER(address, "register", uint32_t, "", "of the staged set") \
+    REGISTER(from, "from", uint32_t, "", "the word that it had") \
+    REGISTER(to, "to", uint32_t, "", "the word that it has")
 // clang-format on
 
 /// COMMAND(symbol, number, text)
@@ -152,7 +176,9 @@
     OUTCOME(SET_REFUSED, "the set is refused, see refused_*")                                                          \
     OUTCOME(NO_PARAMS, "the store is damaged or of other firmware: a set must be applied first")                       \
     OUTCOME(NOT_SAVED, "the flash does not take it")                                                                   \
-    OUTCOME(TRACE_REFUSED, "trace.* are out of range")
+    OUTCOME(TRACE_REFUSED, "trace.* are out of range")                                                                 \
+    OUTCOME(PROTECTED, "refused_register protects: stop the drive, then unlock")                                       \
+    OUTCOME(LOCKED, "refused_register protects: unlock")
 
 typedef enum
 {
@@ -200,6 +226,13 @@ typedef struct
 #undef REGISTERS_MEMBER
 } registers_requests_t;
 
+typedef struct
+{
+#define REGISTERS_MEMBER(symbol, name, type, unit, text) type symbol;
+    REGISTERS_CHANGE(REGISTERS_MEMBER)
+#undef REGISTERS_MEMBER
+} registers_change_t;
+
 #define REGISTERS_FAULT_CHANNELS 4u ///< r, y, u and F^
 #define REGISTERS_FAULT_AFTER    15u
 #define REGISTERS_FAULT_SAMPLES  216u ///< 200 before the fault's own, and those after it
@@ -213,9 +246,11 @@ typedef struct
     const params_set_t  *defaults; ///< of the board
     /// Whether a set suits the board beyond what the port says of its converters; null: any does.
     bool (*suits)(const params_set_t *set, params_error_t *error);
-    uint32_t  baud;
-    uint32_t *ring; ///< of the trace
-    uint32_t  ring_words;
+    const params_ceiling_t *ceilings;
+    uint32_t                ceiling_count;
+    uint32_t                baud;
+    uint32_t               *ring; ///< of the trace
+    uint32_t                ring_words;
 } registers_board_t;
 
 /// Read only; the functions below write it. The small members first: code that reaches them is shorter.
@@ -227,6 +262,12 @@ typedef struct
     bool                 is_known;       ///< the params were saved once, or applied since power-up
     bool                 is_refused;
     bool                 must_save;
+    bool                 is_unlocked;
+    uint32_t             unlocked_at; ///< tick
+    uint32_t             protection, protection_changes;
+    bool                 is_sealed;
+    uint32_t             seal;           ///< CRC-32 of the active params
+    uint32_t             crc, crc_bytes; ///< of the first bytes of them
     store_status_t       store;
     registers_outcome_t  outcome;
     params_error_t       refused;
@@ -235,14 +276,15 @@ typedef struct
     uint32_t             trace_signals; ///< of what the trace holds
     registers_board_t    board;
 
-    drive_t       drive;
-    modbus_t      modbus;
-    trace_t       trace, fault_trace;
-    uint32_t      fault_ring[REGISTERS_FAULT_CHANNELS * REGISTERS_FAULT_SAMPLES];
-    loop_memory_t memory;      ///< of a feed-forward, which goes on over stops and changes of params and of the method
-    bool          is_learning; ///< the memory has begun
-    params_set_t  staged;
-    params_t      params[2];
+    drive_t            drive;
+    modbus_t           modbus;
+    trace_t            trace, fault_trace;
+    uint32_t           fault_ring[REGISTERS_FAULT_CHANNELS * REGISTERS_FAULT_SAMPLES];
+    loop_memory_t      memory; ///< of a feed-forward, which goes on over stops and changes of params and of the method
+    bool               is_learning; ///< the memory has begun
+    registers_change_t changes[REGISTERS_CHANGES];
+    params_set_t       staged;
+    params_t           params[2];
 } registers_t;
 
 /// Reads the store and makes params, for a board that needs its config before its hardware is set up: registers->active, whose

@@ -19,6 +19,18 @@
 #define PORT_INPUT_NOT_READY      4u ///< the power stage; means nothing while it is off
 #define PORT_INPUT_SUPPLY         8u ///< below the level at which the chip and its converters are reliable
 
+/// What a board measures of its power stage, as bits of port_t.measures.
+#define PORT_MEASURES_CURRENT     1u
+#define PORT_MEASURES_BUS         2u
+#define PORT_MEASURES_TEMPERATURE 4u
+
+/// The latest of each.
+typedef struct
+{
+    int32_t current_ma, bus_mv,
+        temperature_mc; ///< of the motor, of the power stage's supply, of its hottest place in 1e-3 degC
+} port_measured_t;
+
 /// A converter, or what a port has in its place. A number of units is a float in f32, and a fraction of full_units in Q31.
 typedef struct
 {
@@ -30,6 +42,7 @@ typedef struct
 {
     void        *context; ///< passed to every function
     port_range_t sensor, output;
+    uint32_t     measures; ///< PORT_MEASURES_ bits
 
     /// The latest reading; false if there is no new one since the last call.
     bool (*read_sensor)(void *context, loop_force_t *reading);
@@ -39,6 +52,8 @@ typedef struct
     void (*enable)(void *context, bool on);
     /// PORT_INPUT_ bits that are active. A broken wire must read as active.
     uint32_t (*inputs)(void *context);
+    /// What `measures` says; not called without.
+    void (*measure)(void *context, port_measured_t *measured);
     /// A free-running clock that wraps at 2^32, derived from the clock that triggers the ticks.
     uint32_t (*time_us)(void *context);
     void (*log_byte)(void *context, uint8_t byte);

@@ -28,6 +28,12 @@ static uint32_t inputs(void *context)
     return board->inputs;
 }
 
+static void measure(void *context, port_measured_t *measured)
+{
+    const board_t *board = context;
+    *measured            = board->measured;
+}
+
 static uint32_t time_us(void *context)
 {
     board_t *board = context;
@@ -46,10 +52,16 @@ static void log_byte(void *context, uint8_t byte)
 
 void board_init(board_t *board, uint32_t now_us)
 {
-    *board      = (board_t){.now_us = now_us, .tick_us = 20, .command = board_force(1.0), .enabled = true};
+    *board      = (board_t){.now_us   = now_us,
+                            .tick_us  = 20,
+                            .measured = {.bus_mv = 24000, .temperature_mc = 25000},
+                            .command  = board_force(1.0),
+                            .enabled  = true};
     board->port = (port_t){.context     = board,
                            .sensor      = {.full_units = BOARD_FULL_SCALE_N},
                            .output      = {.full_units = BOARD_FULL_SCALE_N},
+                           .measures    = PORT_MEASURES_CURRENT | PORT_MEASURES_BUS | PORT_MEASURES_TEMPERATURE,
+                           .measure     = measure,
                            .read_sensor = read_sensor,
                            .command     = command,
                            .enable      = enable,

@@ -17,11 +17,12 @@ typedef struct
     port_t port;
 
     // inputs of the drive
-    loop_force_t y;
-    bool         silent;
-    uint32_t     inputs;
-    uint32_t     now_us;
-    uint32_t     tick_us; ///< time between the first and the second reading of the clock in a tick
+    loop_force_t    y;
+    bool            silent;
+    uint32_t        inputs;
+    uint32_t        now_us;
+    port_measured_t measured;
+    uint32_t        tick_us; ///< time between the first and the second reading of the clock in a tick
 
     // outputs of the drive
     loop_force_t command;

@@ -39,7 +39,7 @@ static void test_the_defaults_are_within_their_ranges(void)
 static void test_every_field_is_refused_beyond_its_range_and_named(void)
 {
     const drive_config_t normal = config;
-#define CHECK(type, name, unit, low, high, zero_ok, value, text)                                                       \
+#define CHECK(type, name, unit, low, high, zero_ok, value, change, text)                                               \
     config.name = (type)ABOVE(high);                                                                                   \
     check_refused(#name, (float)config.name, (float)(low), (float)(high));                                             \
     TEST_ASSERT_EQUAL_INT((zero_ok), error.off);                                                                       \
@@ -56,7 +56,7 @@ static void test_every_field_is_refused_beyond_its_range_and_named(void)
 static void test_zero_turns_off_only_what_can_be_off(void)
 {
     const drive_config_t normal = config;
-#define CHECK(type, name, unit, low, high, zero_ok, value, text)                                                       \
+#define CHECK(type, name, unit, low, high, zero_ok, value, change, text)                                               \
     config.name = 0;                                                                                                   \
     TEST_ASSERT_EQUAL_INT_MESSAGE((zero_ok) != 0 || (low) <= 0, drive_config_check(&config, &error), #name);           \
     config = normal;
@@ -67,7 +67,7 @@ static void test_zero_turns_off_only_what_can_be_off(void)
 static void test_a_nan_is_refused_wherever_it_is(void)
 {
     const drive_config_t normal = config;
-#define CHECK(type, name, unit, low, high, zero_ok, value, text)                                                       \
+#define CHECK(type, name, unit, low, high, zero_ok, value, change, text)                                               \
     if ((type)0.5 != 0)                                                                                                \
     {                                                                                                                  \
         const float nan = NAN;                                                                                         \

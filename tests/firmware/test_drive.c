@@ -669,6 +669,8 @@ static void test_the_reference_returns_to_0_at_every_stop_fault_and_acknowledgem
 
 static void test_a_reference_lasts_until_the_next_if_it_need_not_be_renewed(void)
 {
+    config.reference_ms = 0;
+    power_up();
     start();
     for (unsigned i = 0; i < 1000u; i++)
     {

@@ -314,6 +314,109 @@ static void test_a_reference_that_is_not_renewed_stops_at_50_ticks(void)
     }
 }
 
+static void test_a_host_must_renew_its_reference_unless_the_config_says_otherwise(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(250, drive_config_default().reference_ms);
+    start(); // with a reference that a host has set before
+    for (unsigned i = 0; i < 250u; i++)
+    {
+        tick_with(healthy, false);
+        check_running();
+    }
+    tick_with(healthy, false);
+    check_latched_until_acknowledged(DRIVE_FAULT_REFERENCE);
+}
+
+static void test_only_the_reference_of_a_host_must_be_renewed(void)
+{
+    power_up();
+    drive_start(&drive);
+    for (unsigned i = 0; i < 2000u; i++)
+    {
+        tick_with(healthy, false); // 0, which nobody has set
+        check_running();
+    }
+    drive_set_reference(&drive, board_force(0.5));
+    for (unsigned i = 0; i < 2000u; i++)
+    {
+        tick_with(healthy, false);
+        check_running();
+    }
+    tick();
+    for (unsigned i = 0; i < 251u; i++)
+    {
+        tick_with(healthy, false);
+    }
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_REFERENCE, drive.fault);
+}
+
+static void test_a_host_of_the_last_run_need_not_renew_in_the_next(void)
+{
+    power_up();
+    start();
+    drive_stop(&drive);
+    tick_with(healthy, false);
+    drive_start(&drive);
+    for (unsigned i = 0; i < 2000u; i++)
+    {
+        tick_with(healthy, false);
+        check_running();
+    }
+}
+
+/// From `from_n`: 0.5 N/s are 0.5 mN a tick.
+static void check_ramp(double from_n, double to_n)
+{
+    reference_n = from_n;
+    run_until(ticks + 1500u);
+    TEST_ASSERT_EQUAL_UINT32(0, drive.limits);
+    const double   span_n = from_n > to_n ? from_n - to_n : to_n - from_n;
+    const unsigned count  = (unsigned)(span_n / 0.5e-3);
+    for (unsigned i = 0; i < 100u; i++)
+    {
+        tick_with(healthy, false);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, from_n, newton(drive.r));
+    }
+    for (unsigned i = 1; i < count; i++)
+    {
+        tick_with(healthy, false);
+        check_running();
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_LIMIT_HOST, drive.limits);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-5, from_n + (to_n > from_n ? 0.5e-3 : -0.5e-3) * i, newton(drive.r));
+    }
+    for (unsigned i = 0; i < 1000u; i++)
+    {
+        tick_with(healthy, false);
+        check_running();
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, to_n, newton(drive.r));
+    tick(); // the host is back
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, from_n, newton(drive.r));
+    TEST_ASSERT_EQUAL_UINT32(0, drive.limits);
+}
+
+static void test_without_a_host_the_reference_goes_to_a_safe_one_if_there_is_a_ramp(void)
+{
+    config.reference_ms           = 100;
+    config.reference_ramp_n_per_s = 0.5f;
+    config.safe_reference_n       = 0.2f;
+    power_up();
+    start();
+    check_ramp(0.5, 0.2);
+    check_ramp(-0.3, 0.2);
+}
+
+static void test_a_safe_reference_beyond_what_is_credible_is_refused(void)
+{
+    drive_config_error_t error;
+    config.safe_reference_n = -2.5f;
+    TEST_ASSERT_FALSE(drive_setup_init(&setup, &config, &loop.params, &board.port, &error));
+    TEST_ASSERT_EQUAL_UINT(DRIVE_CONFIG_safe_reference_n, error.field);
+    TEST_ASSERT_EQUAL_FLOAT(-2.5f, error.value);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, -2.0f, error.low);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 2.0f, error.high);
+}
+
 static void test_an_idle_drive_needs_no_reference(void)
 {
     config.reference_ms = 9;
@@ -451,13 +554,18 @@ static void test_the_boot_report_says_what_is_off(void)
     config.tare_max_n    = 0.1f;
     config.current_max_a = 3.0f;
     drive_report_off(&board.port, &config);
-    TEST_ASSERT_EQUAL_STRING("off: stuck_ticks reference_ms ready_ms\n", board.log);
+    TEST_ASSERT_EQUAL_STRING("off: stuck_ticks ready_ms over_current_a bus_low_v bus_high_v temperature_max_c\n",
+                             board.log);
     power_up();
     config.residual_n       = 0.0f;
     config.command_limit_ms = 0;
     config.stuck_ticks      = 200;
+    config.reference_ms     = 0;
+    config.over_current_a   = 5.0f;
+    config.bus_high_v       = 30.0f;
     drive_report_off(&board.port, &config);
-    TEST_ASSERT_EQUAL_STRING("off: residual_n command_limit_ms reference_ms ready_ms\n", board.log);
+    TEST_ASSERT_EQUAL_STRING("off: residual_n command_limit_ms reference_ms ready_ms bus_low_v temperature_max_c\n",
+                             board.log);
 }
 
 int main(void)
@@ -474,6 +582,11 @@ int main(void)
     RUN_TEST(test_a_command_at_its_limit_stops_at_50_ticks_once_it_lasts);
     RUN_TEST(test_a_command_at_its_limit_may_be_allowed);
     RUN_TEST(test_a_reference_that_is_not_renewed_stops_at_50_ticks);
+    RUN_TEST(test_a_host_must_renew_its_reference_unless_the_config_says_otherwise);
+    RUN_TEST(test_only_the_reference_of_a_host_must_be_renewed);
+    RUN_TEST(test_a_host_of_the_last_run_need_not_renew_in_the_next);
+    RUN_TEST(test_without_a_host_the_reference_goes_to_a_safe_one_if_there_is_a_ramp);
+    RUN_TEST(test_a_safe_reference_beyond_what_is_credible_is_refused);
     RUN_TEST(test_an_idle_drive_needs_no_reference);
     RUN_TEST(test_the_loop_starts_once_the_power_stage_is_ready);
     RUN_TEST(test_the_ready_input_counts_only_after_the_tick_of_the_start);

@@ -88,6 +88,7 @@ void setUp(void)
     defaults                        = params_default();
     defaults.drive.residual_n       = 0.0f;
     defaults.drive.command_limit_ms = 0;
+    defaults.drive.reference_ms     = 0;
     power_up();
 }
 
@@ -241,8 +242,8 @@ static void test_the_layout_is_that_of_the_lists(void)
 {
 #if DRIVE_FEEDFORWARD
     static const char *const words[PARAMS_SECTIONS_AT] = {
-#define DRIVE_NAME(type, name, unit, low, high, off, normal, text) [DRIVE_CONFIG_##name] = "drive." #name,
-#define NAME(group, symbol, member, key, ...)                      [PARAMS_##symbol] = TRIBO_KEY_##group key,
+#define DRIVE_NAME(type, name, unit, low, high, off, normal, change, text) [DRIVE_CONFIG_##name] = "drive." #name,
+#define NAME(group, symbol, member, key, ...)                              [PARAMS_##symbol] = TRIBO_KEY_##group key,
         DRIVE_CONFIG_FIELDS(DRIVE_NAME) PARAMS_LOOP_ROWS(NAME) PARAMS_FEED_ROWS(NAME)
             PARAMS_GUARD_ROWS(NAME)[PARAMS_METHOD_AT] = "compensator.method",
         [PARAMS_GUARD_AT]                             = "compensator.guard.on"};
@@ -564,6 +565,7 @@ static void test_a_guard_that_is_off_refuses_nothing(void)
     write_number(PARAM_AT(GUARD_STRAY), 1e6f);
     write_number(PARAM_AT(GUARD_QUICK_TIME), 1e3f);
     write_number(PARAM_AT(GUARD_FADE_TIME), 1e3f);
+    write_word(REQUEST_AT(unlock), REGISTERS_KEY);
     command(REGISTERS_APPLY);
     TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(refused_register));
     TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, STATE_OF(outcome));
@@ -739,6 +741,7 @@ static void test_the_full_scale_stays_in_run(void)
     command(REGISTERS_STOP);
     tick();
     write_number(REQUEST_AT(reference), 1.0f);
+    write_word(REQUEST_AT(unlock), REGISTERS_KEY);
     command(REGISTERS_APPLY);
     TEST_ASSERT_TRUE(read_number(REQUEST_AT(reference)) == 0.0);
 }
@@ -814,9 +817,11 @@ static void test_a_reference_beyond_what_is_credible_is_refused(void)
 
 static void test_a_silent_bus_is_the_fault_of_the_reference(void)
 {
-    write_word(DRIVE_AT(reference_ms), 20);
-    command(REGISTERS_APPLY);
+    defaults.drive.reference_ms = 20;
+    power_up();
     start();
+    run(1000); // nobody has set one
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
     for (int i = 0; i < 100; i++)
     {
         write_number(REQUEST_AT(reference), 0.1f);
@@ -899,8 +904,8 @@ static void test_a_start_just_before_a_save_prevents_it(void)
 
 static void test_a_tare_is_saved(void)
 {
-    write_number(DRIVE_AT(tare_max_n), 0.5f);
-    command(REGISTERS_APPLY);
+    defaults.drive.tare_max_n = 0.5f;
+    power_up();
     tick();
     force_n = 0.2;
     command(REGISTERS_TARE);

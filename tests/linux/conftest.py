@@ -1,5 +1,6 @@
 """tribo-desk, tribo-drive on a simulated rig, in a folder of its own, and programs that talk to it over a pty."""
 
+import contextlib
 import csv
 import os
 import pathlib
@@ -94,9 +95,11 @@ class Line:
 
 
 class Served:
-    """A drive that runs on its clock, with a bus on a line; what it says on standard error goes to a file."""
+    """A drive that runs on its clock, with a bus on a line; what it says on standard error goes to a file. Unless the rig has another
+    drive: the reference need not be renewed, as a test's is set once."""
 
     def __init__(self, drive, rig="", arguments=()):
+        rig += "" if "drive:" in rig else "drive: {reference_ms: 0}\n"
         self.drive, self.line = drive, Line()
         drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{device: {self.line.drive}}}\n{rig}")
         self.messages = open(drive.folder / "said.txt", "w", encoding="utf-8")
@@ -120,6 +123,17 @@ class Served:
                               timeout=600, check=False)
         assert done.returncode == status, done.stdout + done.stderr + self.said()
         return done.stdout if status == 0 else done.stdout + done.stderr
+
+    @contextlib.contextmanager
+    def host(self, r_n):
+        """A tribo-link that renews its reference until the end."""
+        before = self.line.answers
+        link = subprocess.Popen([os.environ["TRIBO_LINK"], "-d", self.line.port, "reference", str(r_n)], stderr=subprocess.DEVNULL)
+        until(lambda: self.line.answers > before + 3, "it does not renew")
+        yield
+        assert link.poll() is None
+        link.terminate()
+        link.wait(timeout=300)
 
     def value(self, name):
         line = next(line for line in self.link("status").splitlines() if line.startswith(f"{name}: "))

@@ -39,8 +39,9 @@ def test_params_change_while_it_runs(serve):
     served = serve()
     served.link("start")
     served.link("reference", 0.4)
-    served.link("params", "set", "compensator.gain=0.3", "drive.residual_ms=80")
-    assert served.link("params", "get", "compensator.gain", "drive.residual_ms") == "compensator.gain: 0.300000012\ndrive.residual_ms: 80\n"
+    served.link("params", "set", "compensator.gain=0.3", "compensator.friction.k_max=25")
+    assert served.link("params", "get", "compensator.gain", "compensator.friction.k_max") == \
+        "compensator.gain: 0.300000012\ncompensator.friction.k_max: 25\n"
     assert "compensator.friction.k_min = 26 is refused" in served.link("params", "set", "compensator.friction.k_min=26", status=2)
     assert "drive.period_us = 2000 is refused" in served.link("params", "set", "drive.period_us=2000", "sample_time_s=0.002", status=2)
     assert served.link("params", "diff", TRIANGLE, status=1).startswith("compensator.gain: 0.300000012 in the drive, 0.850000024 in")
@@ -51,9 +52,9 @@ def test_params_change_while_it_runs(serve):
 
 def test_a_fault_waits_for_its_acknowledgement(serve, tmp_path):
     served = serve()
+    served.link("params", "set", "limits.u_max_N=0.1", "drive.command_limit_ms=20")
     served.link("start")
     served.pass_ticks(500)
-    served.link("params", "set", "limits.u_max_N=0.1", "drive.command_limit_ms=20")
     served.link("reference", 1.0)
     until(lambda: "command at its limit" in served.link("fault"), "no fault")
     served.pass_ticks(100)
@@ -196,9 +197,58 @@ def test_a_reference_of_the_command_line(serve):
 
 
 def test_a_reference_that_is_not_renewed(serve):
-    served = serve("drive: {reference_ms: 300}\n")
+    served = serve("drive: {period_us: 1000}\n")
+    assert "drive.reference_ms: 250\n" in served.link("params", "get", "drive.reference_ms")  # its default
+    served = serve("drive: {reference_ms: 3000}\n")  # time for a client on a loaded machine
     served.link("start")
+    served.pass_ticks(1000)
+    assert served.value("state") == 1  # nobody has set one
+    with served.host(0.4):
+        served.pass_ticks(3000)
+        assert served.value("state") == 1 and served.value("F_N") == pytest.approx(0.4, abs=0.02)
     until(lambda: "reference not renewed" in served.link("fault"), "no fault")
+
+
+def test_without_its_host_a_drive_with_a_ramp_goes_to_its_safe_reference(serve):
+    served = serve("drive: {reference_ms: 3000, reference_ramp_n_per_s: 0.5, safe_reference_n: 0.1}\n")
+    served.link("start")
+    with served.host(0.4):
+        until(lambda: abs(served.value("r_N") - 0.4) < 1e-6, "no reference")
+        assert served.value("limits") == 0
+    until(lambda: served.value("r_N") == pytest.approx(0.1), "no ramp")
+    assert served.value("state") == 1 and served.value("limits") == 4
+    with served.host(0.3):
+        until(lambda: abs(served.value("r_N") - 0.3) < 1e-6, "it does not come back")
+
+
+def test_what_protects_changes_only_at_rest_and_is_said(serve):
+    served = serve()
+    protection = served.value("protection")
+    served.link("start")
+    message = served.link("params", "set", "drive.residual_ms=40", status=2)
+    assert "drive.residual_ms = 40 is refused, the drive goes on as it was: it protects, and is 50; stop the drive first" in message
+    assert "limits.u_max_N = 1.5 is refused" in served.link("params", "set", "limits.u_max_N=1.5", status=2)
+    served.link("stop")
+    done = subprocess.run([os.environ["TRIBO_LINK"], "-d", served.line.port, "params", "set", "drive.residual_ms=40", "limits.u_max_N=1.5"],
+                          capture_output=True, text=True, check=True)
+    assert done.stderr == "drive.residual_ms protects: from 50 to 40\nlimits.u_max_N protects: from 2 to 1.5\n"
+    assert served.value("protection") != protection and served.value("protection_changes") == 2 and served.value("unlocked_ticks") == 0
+    changes = served.link("changes").splitlines()
+    assert [line.split(": ")[1] for line in changes] == ["drive.residual_ms from 50 to 40", "limits.u_max_N from 2 to 1.5"]
+    served.wait_for("protection: limits.u_max_N from 2 to 1.5 at tick ")
+
+
+def test_nobody_goes_beyond_the_configuration(serve):
+    served = serve("store: params.bin\n")
+    assert "drive.residual_ms = 80 is refused, the drive goes on as it was: 1 to 50" in \
+        served.link("params", "set", "drive.residual_ms=80", status=2)
+    assert "limits.u_max_N = 2.5 is refused, the drive goes on as it was: 0 to 2" in \
+        served.link("params", "set", "limits.u_max_N=2.5", status=2)
+    assert "drive.command_limit_ms = 0 is refused" in served.link("params", "set", "drive.command_limit_ms=0", status=2)
+    served.link("params", "save")
+    served = serve("store: params.bin\ndrive: {residual_ms: 40}\n")  # narrower than what was saved
+    assert "params: the store's drive.residual_ms = 50 is refused: 1 to 40\n" in served.said()
+    assert "saved params damaged" in served.link("fault")
 
 
 def test_a_line_that_goes_stops_nothing(serve):
@@ -299,7 +349,7 @@ def test_a_client_that_vanishes_is_no_first_one(listen):
 def test_mbpoll_over_tcp(drive):
     """An outside client: reads, writes and all exceptions."""
     port = 20000 + os.getpid() % 20000
-    drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{listen: 127.0.0.1, port: {port}}}\n")
+    drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{listen: 127.0.0.1, port: {port}}}\ndrive: {{reference_ms: 0}}\n")
     with drive.start("rig.yaml", "--duration", "2000") as run:
         while not run.stderr.readline().startswith("off:"):
             assert run.poll() is None

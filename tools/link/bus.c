@@ -22,7 +22,7 @@
 #define PAUSE_MS    100
 
 #define LOCK_WAIT_MS 3000
-#define LOCK_LOOK_MS 20
+#define LOCK_LOOK_MS 2
 
 struct link_bus
 {
@@ -200,6 +200,51 @@ static bool complain_of_set(link_bus_t *bus)
                          more);
 }
 
+/// What a set that was not applied would have changed.
+static bool complain_of_protection(link_bus_t *bus, bool runs)
+{
+    uint32_t said[5] = {0}; // as in complain_of_set
+    if (!link_bus_read(bus, link_find("refused_register")->address, said, 5))
+    {
+        return false;
+    }
+    const link_row_t *row = link_at((uint16_t)said[0]);
+    return link_complain("%s = %.7g is refused, the drive goes on as it was: it protects, and is %.7g%s",
+                         row != NULL ? row->name : "a param",
+                         (double)link_float(said[2]),
+                         (double)link_float(said[3]),
+                         runs ? "; stop the drive first" : "; the drive is locked");
+}
+
+/// Each register that protects and is staged otherwise than the drive has it.
+static bool say_changes(link_bus_t *bus)
+{
+    size_t            count;
+    const link_row_t *list = link_list(&count);
+    for (size_t i = 0; i < count; i++)
+    {
+        uint32_t staged, active;
+        if (list[i].group != LINK_PARAM || !list[i].protects)
+        {
+            continue;
+        }
+        if (!link_bus_read(bus, list[i].address, &staged, 1) ||
+            !link_bus_read(bus, (uint16_t)(list[i].address + link_active_offset), &active, 1))
+        {
+            return false;
+        }
+        if (staged != active)
+        {
+            (void)fprintf(stderr,
+                          "%s protects: from %.9g to %.9g\n",
+                          list[i].name,
+                          list[i].is_float ? (double)link_float(active) : (double)active,
+                          list[i].is_float ? (double)link_float(staged) : (double)staged);
+        }
+    }
+    return true;
+}
+
 static bool wait_for_outcome(link_bus_t *bus, uint32_t *outcome)
 {
     for (int trial = 0; trial < SAVE_TRIALS; trial++)
@@ -220,10 +265,10 @@ static bool wait_for_outcome(link_bus_t *bus, uint32_t *outcome)
     return fail(bus, "waiting for the end of a command");
 }
 
-bool link_bus_command(link_bus_t *bus, unsigned command, const char *what)
+/// Sends a command; its outcome.
+static bool execute(link_bus_t *bus, unsigned command, const char *what, uint32_t *outcome)
 {
-    uint32_t outcome = (uint32_t)LINK_DONE;
-    int      got     = -1;
+    int got = -1;
     for (int trial = 0; got < 0; trial++)
     {
         got = modbus_write_register(bus->modbus, link_command_at, (uint16_t)command);
@@ -240,15 +285,43 @@ bool link_bus_command(link_bus_t *bus, unsigned command, const char *what)
             break;
         }
     }
-    if (!wait_for_outcome(bus, &outcome))
-    {
-        return false;
-    }
+    return wait_for_outcome(bus, outcome);
+}
+
+static bool judge(link_bus_t *bus, uint32_t outcome, const char *what)
+{
     if (outcome == (uint32_t)LINK_SET_REFUSED)
     {
         return complain_of_set(bus);
     }
+    if (outcome == (uint32_t)LINK_PROTECTED || outcome == (uint32_t)LINK_LOCKED)
+    {
+        return complain_of_protection(bus, outcome == (uint32_t)LINK_PROTECTED);
+    }
     return outcome == (uint32_t)LINK_DONE || link_complain("%s: refused: %s", what, link_outcome_text(outcome));
+}
+
+bool link_bus_command(link_bus_t *bus, unsigned command, const char *what)
+{
+    uint32_t outcome = (uint32_t)LINK_DONE;
+    return execute(bus, command, what, &outcome) && judge(bus, outcome, what);
+}
+
+bool link_bus_apply(link_bus_t *bus, const char *what)
+{
+    const uint16_t lock    = link_find("unlock")->address;
+    const uint32_t none    = 0;
+    uint32_t       outcome = (uint32_t)LINK_DONE;
+    if (!execute(bus, link_apply, what, &outcome))
+    {
+        return false;
+    }
+    if (outcome != (uint32_t)LINK_LOCKED)
+    {
+        return judge(bus, outcome, what);
+    }
+    return say_changes(bus) && link_bus_write(bus, lock, &link_key, 1) && execute(bus, link_apply, what, &outcome) &&
+           link_bus_write(bus, lock, &none, 1) && judge(bus, outcome, what);
 }
 
 // --- the line ------------------------------------------------------------------------------------------------------

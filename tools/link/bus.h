@@ -30,6 +30,9 @@ bool link_bus_window(link_bus_t *bus, uint32_t position, uint32_t *words, unsign
 /// Of a state, a signal or a request.
 bool link_bus_state(link_bus_t *bus, const char *name, uint32_t *word);
 
+/// Applies the staged set. Where that changes what protects, says so and writes the key first.
+bool link_bus_apply(link_bus_t *bus, const char *what);
+
 /// Sends a command (registers_command_t) and waits for its outcome. False, with the drive's reason on stderr, if it refuses.
 bool link_bus_command(link_bus_t *bus, unsigned command, const char *what);
 

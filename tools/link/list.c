@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ROWS_MAX 300u
+#define ROWS_MAX 400u
 
 static link_row_t rows[ROWS_MAX];
 static size_t     row_count;
@@ -28,13 +28,14 @@ static link_row_t *add(const char  *name,
     return row;
 }
 
-static void set_range(link_row_t *row, double low, double high, bool can_be_0, double normal)
+static link_row_t *set_range(link_row_t *row, double low, double high, bool can_be_0, double normal)
 {
     row->has_range = true;
     row->low       = low;
     row->high      = high;
     row->can_be_0  = can_be_0;
     row->normal    = normal;
+    return row;
 }
 
 #define IS_FLOAT(type) ((type)0.5 != (type)0)
@@ -61,18 +62,30 @@ static void add_states_and_requests(void)
     address += 2u;
     REGISTERS_REQUESTS(REQUEST)
 #undef REQUEST
+    address = REGISTERS_CHANGES_AT;
+    for (unsigned i = 0; i < REGISTERS_CHANGES; i++)
+    {
+        char full[32];
+#define CHANGE(symbol, name, type, unit, text)                                                                         \
+    (void)snprintf(full, sizeof full, "changes[%u].%s", i, name);                                                      \
+    (void)add(full, LINK_CHANGE, address, false, unit, text);                                                          \
+    address += 2u;
+        REGISTERS_CHANGE(CHANGE)
+#undef CHANGE
+    }
 }
 
 static void add_fields(void)
 {
     char     name[72];
     uint32_t address = REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT;
-#define DRIVE(type, field, unit, low, high, off, standard, text)                                                       \
+#define DRIVE(type, field, unit, low, high, off, standard, change, text)                                               \
     set_range(add("drive." #field, LINK_PARAM, address, IS_FLOAT(type), unit, text),                                   \
               (double)(low),                                                                                           \
               (double)(high),                                                                                          \
               (off) != 0,                                                                                              \
-              (double)(standard));                                                                                     \
+              (double)(standard))                                                                                      \
+        ->protects = TRIBO_##change != 0;                                                                              \
     address += 2u;
     DRIVE_CONFIG_FIELDS(DRIVE)
 #undef DRIVE
@@ -86,9 +99,10 @@ static void add_fields(void)
               (double)(low),                                                                                           \
               (double)(high),                                                                                          \
               false,                                                                                                   \
-              (double)(standard));
+              (double)(standard))                                                                                      \
+        ->protects = TRIBO_##change != 0;
     PARAMS_LOOP_ROWS(FIELD)
-    set_range(
+    (void)set_range(
         add("compensator.method", LINK_PARAM, REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, false, "", PARAMS_METHOD_TEXT),
         PARAMS_METHOD_PAPER,
         PARAMS_METHOD_OFF,
@@ -96,7 +110,8 @@ static void add_fields(void)
         PARAMS_METHOD_PAPER);
     PARAMS_FEED_ROWS(FIELD)
     address = REGISTERS_STAGED_AT + REGISTERS_GUARD_AT;
-    set_range(add("compensator.guard.on", LINK_PARAM, address, false, "", PARAMS_GUARD_TEXT), 0.0, 1.0, false, 0.0);
+    (void)
+        set_range(add("compensator.guard.on", LINK_PARAM, address, false, "", PARAMS_GUARD_TEXT), 0.0, 1.0, false, 0.0);
     PARAMS_GUARD_ROWS(FIELD)
 #undef FIELD
     const params_set_t set = params_default();
@@ -105,11 +120,11 @@ static void add_fields(void)
     {
 #define SECTION(symbol, member, last, unit, low, high, text)                                                           \
     (void)snprintf(name, sizeof name, "controller.sections[%u].%s", i, last);                                          \
-    set_range(add(name, LINK_PARAM, address, true, unit, text),                                                        \
-              (double)(low),                                                                                           \
-              (double)(high),                                                                                          \
-              false,                                                                                                   \
-              (double)set.sections[i].member);                                                                         \
+    (void)set_range(add(name, LINK_PARAM, address, true, unit, text),                                                  \
+                    (double)(low),                                                                                     \
+                    (double)(high),                                                                                    \
+                    false,                                                                                             \
+                    (double)set.sections[i].member);                                                                   \
     address += 2u;
         TRIBO_SECTION_ELEMENTS(SECTION)
 #undef SECTION
@@ -119,7 +134,7 @@ static void add_fields(void)
     {
 #define POINT(symbol, member, last, unit, low, high, text)                                                             \
     (void)snprintf(name, sizeof name, "compensator.friction.breakaway.table[%u].%s", i, last);                         \
-    set_range(add(name, LINK_PARAM, address, true, unit, text), (double)(low), (double)(high), false, 0.0);            \
+    (void)set_range(add(name, LINK_PARAM, address, true, unit, text), (double)(low), (double)(high), false, 0.0);      \
     address += 2u;
         TRIBO_POINT_ELEMENTS(POINT)
 #undef POINT
@@ -188,13 +203,18 @@ const char *link_nearest(const char *part, bool params_only)
     return NULL;
 }
 
-const uint16_t link_command_at = REGISTERS_COMMAND_AT;
-const uint16_t link_window_at  = REGISTERS_WINDOW_AT;
-const unsigned link_version    = REGISTERS_VERSION;
+const uint16_t link_command_at    = REGISTERS_COMMAND_AT;
+const uint16_t link_window_at     = REGISTERS_WINDOW_AT;
+const uint16_t link_active_offset = REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT;
+const unsigned link_apply         = REGISTERS_APPLY;
+const uint32_t link_key           = REGISTERS_KEY;
+const unsigned link_version       = REGISTERS_VERSION;
 
 _Static_assert(LINK_WINDOW == REGISTERS_WINDOW && (unsigned)LINK_DONE == (unsigned)REGISTERS_DONE &&
                    (unsigned)LINK_BUSY == (unsigned)REGISTERS_BUSY &&
-                   (unsigned)LINK_SET_REFUSED == (unsigned)REGISTERS_SET_REFUSED,
+                   (unsigned)LINK_SET_REFUSED == (unsigned)REGISTERS_SET_REFUSED &&
+                   (unsigned)LINK_PROTECTED == (unsigned)REGISTERS_PROTECTED &&
+                   (unsigned)LINK_LOCKED == (unsigned)REGISTERS_LOCKED,
                "as in registers.h");
 
 uint32_t link_layout(bool feeds_forward)
@@ -238,7 +258,12 @@ static void print_row(const link_row_t *row)
                  row->unit[0] != '\0' ? row->unit : "-");
     if (row->has_range)
     {
-        (void)printf("%g to %g%s | %g | ", row->low, row->high, row->can_be_0 ? ", 0: off" : "", row->normal);
+        (void)printf("%g to %g%s | %g | %s | ",
+                     row->low,
+                     row->high,
+                     row->can_be_0 ? ", 0: off" : "",
+                     row->normal,
+                     row->protects ? "protects" : "tunes");
     }
     else if (row->group == LINK_REQUEST)
     {
@@ -304,9 +329,20 @@ void link_print_markdown(void)
         "with, read "
         "only. Names are keys of a\nscenario, or `drive.` and a field of firmware/app/config.h. Of lists the first "
         "element is "
-        "shown.\n\n| name | address | type | unit | range | default | what |\n|---|---|---|---|---|---|---|\n",
+        "shown.\n\nWhat tunes changes while the drive runs. What protects does not: stop the drive, write 0x%08x to "
+        "`unlock`, "
+        "and apply the\nset within %u s. The sign of the controller's gain (that of the product of all `b0`, and of "
+        "all `b2`) "
+        "protects likewise. No set is\nwider than the ceilings of its board. `protection` is the CRC-32 (IEEE 802.3) "
+        "of the words "
+        "of all registers that protect, in the order\nof their addresses, each with its low byte first, the zero of "
+        "the sensor "
+        "without a tare.\n\n"
+        "| name | address | type | unit | range | default | class | what |\n|---|---|---|---|---|---|---|---|\n",
         REGISTERS_VERSION,
-        REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT);
+        REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT,
+        REGISTERS_KEY,
+        REGISTERS_UNLOCK_S);
     print_group(LINK_PARAM);
     print_words();
     (void)fputs("\n## Requests\n\nRead and written.\n\n| name | address | type | unit | default | what "
@@ -317,6 +353,11 @@ void link_print_markdown(void)
         "\n## States and counters\n\nRead only.\n\n| name | address | type | unit | what |\n|---|---|---|---|---|\n",
         stdout);
     print_group(LINK_STATE);
+    (void)printf(
+        "\n## Changes of what protects\n\nRead only. The change whose number is n, from 0, is at element n modulo %u; "
+        "`protection_changes` are there so far.\n\n| name | address | type | unit | what |\n|---|---|---|---|---|\n",
+        REGISTERS_CHANGES);
+    print_group(LINK_CHANGE);
     (void)fputs("\n## Signals\n\nOf the last tick, read only; their order is that of `trace.signals`.\n\n| name | "
                 "address | type | unit | what |\n|---|---|---|---|---|\n",
                 stdout);

@@ -12,7 +12,8 @@ typedef enum
     LINK_STATE,
     LINK_SIGNAL,
     LINK_REQUEST,
-    LINK_PARAM ///< at its address in the staged set
+    LINK_CHANGE, ///< of what protects
+    LINK_PARAM   ///< at its address in the staged set
 } link_group_t;
 
 typedef struct
@@ -21,6 +22,7 @@ typedef struct
     link_group_t group;
     uint16_t     address;
     bool         is_float, has_range, can_be_0; ///< can_be_0: 0 is allowed as well, and turns the field off
+    bool         protects;                      ///< changes only out of run and unlocked
     double       low, high, normal;
     const char  *unit, *text;
 } link_row_t;
@@ -37,6 +39,9 @@ const char *link_nearest(const char *part, bool params_only);
 
 /// What else of the lists a program needs that includes libmodbus, whose names are those of the drive's own server.
 extern const uint16_t link_command_at, link_window_at;
+extern const uint16_t link_active_offset;              ///< of the set that the drive runs with, from the staged one
+extern const unsigned link_apply;                      ///< the command
+extern const uint32_t link_key;                        ///< of unlock
 extern const unsigned link_version;                    ///< of the lists
 uint32_t              link_layout(bool feeds_forward); ///< of a drive with or without the feed-forward
 bool                  link_is_of_feedforward(const link_row_t *row);
@@ -46,7 +51,9 @@ typedef enum
 {
     LINK_DONE,
     LINK_BUSY,
-    LINK_SET_REFUSED = 3
+    LINK_SET_REFUSED = 3,
+    LINK_PROTECTED   = 7,
+    LINK_LOCKED      = 8
 } link_outcome_t;
 
 #define LINK_WINDOW 62u ///< words

@@ -19,6 +19,8 @@
 #define EXIT_FAILED    2
 
 #define WORDS_MAX 64
+#define RENEWALS  4u   ///< of a reference within drive.reference_ms
+#define TURN_S    0.05 ///< that a trace is read before others have their turn on the line
 
 typedef struct
 {
@@ -26,7 +28,7 @@ typedef struct
     int         unit, baud;
     const char *out; ///< null: standard output
     const char *signals, *trigger, *watch;
-    double      level, wait_s;
+    double      level, wait_s, hold_s;
     uint64_t    decimation, after;
     bool        acknowledge, markdown;
     char       *words[WORDS_MAX]; ///< the command and what it is about
@@ -267,7 +269,7 @@ static int set_params(link_bus_t *bus, const options_t *options)
     {
         ok = link_bus_write(bus, changes[i].row->address, &changes[i].word, 1);
     }
-    return ok && link_bus_command(bus, REGISTERS_APPLY, "applying the params") ? 0 : EXIT_FAILED;
+    return ok && link_bus_apply(bus, "applying the params") ? 0 : EXIT_FAILED;
 }
 
 /// The drive's set with the loop of a scenario.
@@ -306,7 +308,7 @@ static int params_from(link_bus_t *bus, const options_t *options)
     params_t params;
     return wants_scenario(options) && read_set(bus, REGISTERS_ACTIVE_AT, &params) &&
                    take_scenario(&params, options->words[2]) && stage_set(bus, &params) &&
-                   link_bus_command(bus, REGISTERS_APPLY, "applying the params")
+                   link_bus_apply(bus, "applying the params")
                ? 0
                : EXIT_FAILED;
 }
@@ -345,7 +347,7 @@ static int diff_params(link_bus_t *bus, const options_t *options)
 static int apply_defaults(link_bus_t *bus)
 {
     return link_bus_command(bus, REGISTERS_DEFAULTS, "staging the defaults") &&
-                   link_bus_command(bus, REGISTERS_APPLY, "applying the defaults")
+                   link_bus_apply(bus, "applying the defaults")
                ? 0
                : EXIT_FAILED;
 }
@@ -441,6 +443,43 @@ static int show_status(link_bus_t *bus)
     return 0;
 }
 
+static int show_changes(link_bus_t *bus)
+{
+    enum
+    {
+        WORDS = sizeof(registers_change_t) / sizeof(uint32_t)
+    };
+    uint32_t words[REGISTERS_CHANGES * WORDS];
+    uint32_t count;
+    if (!link_bus_state(bus, "protection_changes", &count) ||
+        !link_bus_read(bus, REGISTERS_CHANGES_AT, words, REGISTERS_CHANGES * WORDS))
+    {
+        return EXIT_FAILED;
+    }
+    const uint32_t first = count > REGISTERS_CHANGES ? count - REGISTERS_CHANGES : 0u;
+    if (first > 0u)
+    {
+        (void)printf("%u before these\n", first);
+    }
+    for (uint32_t i = first; i < count; i++)
+    {
+        registers_change_t change;
+        memcpy(&change, words + (size_t)(i % REGISTERS_CHANGES) * WORDS, sizeof change);
+        const link_row_t *row = link_at((uint16_t)change.address);
+        if (row != NULL)
+        {
+            (void)printf("tick %u: %s from %.*g to %.*g\n",
+                         change.tick,
+                         row->name,
+                         digits_of(row),
+                         number_of(row, change.from),
+                         digits_of(row),
+                         number_of(row, change.to));
+        }
+    }
+    return 0;
+}
+
 static bool wait_for_state(link_bus_t *bus, uint32_t wanted, const char *what)
 {
     uint32_t state = 0;
@@ -507,6 +546,34 @@ static int forget(link_bus_t *bus)
     return link_bus_command(bus, REGISTERS_FORGET, "forget") ? 0 : EXIT_FAILED;
 }
 
+/// Where the drive counts on its host, again and again: for --hold, or until a signal ends this program.
+static bool renew_reference(link_bus_t *bus, uint32_t word, const options_t *options)
+{
+    uint32_t   within_ms, state;
+    double     held_s  = 0.0;
+    const bool ok      = link_bus_read(bus, active_at(link_find("drive.reference_ms")), &within_ms, 1);
+    const int  rest_ms = ok && within_ms / RENEWALS > 0u ? (int)(within_ms / RENEWALS) : 1;
+    if (!ok || !link_bus_write(bus, link_find("reference")->address, &word, 1) || within_ms == 0u)
+    {
+        return ok;
+    }
+    (void)fprintf(stderr, "reference: renewed every %d ms; the drive waits %u ms for it\n", rest_ms, within_ms);
+    while (!(held_s >= options->hold_s))
+    {
+        if (!link_bus_rest(bus, rest_ms) || !link_bus_write(bus, link_find("reference")->address, &word, 1) ||
+            !link_bus_state(bus, "state", &state))
+        {
+            return false;
+        }
+        if (state == DRIVE_FAULT)
+        {
+            return link_complain("reference: the drive is in fault");
+        }
+        held_s += 1e-3 * rest_ms;
+    }
+    return true;
+}
+
 static int set_reference(link_bus_t *bus, const options_t *options)
 {
     double      number = 0.0;
@@ -529,8 +596,7 @@ static int set_reference(link_bus_t *bus, const options_t *options)
                             (double)link_float(most));
         return EXIT_FAILED;
     }
-    const uint32_t word = link_word((float)number);
-    return link_bus_write(bus, link_find("reference")->address, &word, 1) ? 0 : EXIT_FAILED;
+    return renew_reference(bus, link_word((float)number), options) ? 0 : EXIT_FAILED;
 }
 
 // --- traces --------------------------------------------------------------------------------------------------------
@@ -575,12 +641,28 @@ static void write_header(FILE *file, uint32_t signals)
     (void)fputc('\n', file);
 }
 
+static struct timespec now(void)
+{
+    struct timespec time;
+    (void)clock_gettime(CLOCK_MONOTONIC, &time);
+    return time;
+}
+
+static double seconds_since(const struct timespec *then)
+{
+    const struct timespec time = now();
+    return (double)(time.tv_sec - then->tv_sec) + 1e-9 * (double)(time.tv_nsec - then->tv_nsec);
+}
+
+#define REST_MS 5
+
 /// What the trace holds, time 0 at its first sample.
 static bool write_samples(link_bus_t *bus, const trace_head_t *head, double interval_s, FILE *file)
 {
-    const uint32_t held  = head->states[REGISTERS_STATE_trace_held];
-    const uint32_t first = head->states[REGISTERS_STATE_trace_count] - held;
-    const uint32_t most  = LINK_WINDOW / head->channels;
+    const uint32_t  held  = head->states[REGISTERS_STATE_trace_held];
+    const uint32_t  first = head->states[REGISTERS_STATE_trace_count] - held;
+    const uint32_t  most  = LINK_WINDOW / head->channels;
+    struct timespec turn  = now();
     for (uint32_t done = 0; done < held;)
     {
         uint32_t       words[LINK_WINDOW];
@@ -588,6 +670,14 @@ static bool write_samples(link_bus_t *bus, const trace_head_t *head, double inte
         if (!link_bus_window(bus, first + done, words, samples * head->channels))
         {
             return false;
+        }
+        if (seconds_since(&turn) > TURN_S) // a host that renews its reference must not wait for the whole trace
+        {
+            if (!link_bus_rest(bus, REST_MS))
+            {
+                return false;
+            }
+            turn = now();
         }
         for (uint32_t i = 0; i < samples; i++, done++)
         {
@@ -794,6 +884,7 @@ static int perform(link_bus_t *bus, const options_t *options)
                     {.name = "stop", .plain = stop},
                     {.name = "fault", .with_options = show_fault},
                     {.name = "tare", .plain = tare},
+                    {.name = "changes", .plain = show_changes},
                     {.name = "restore", .plain = restore},
                     {.name = "forget", .plain = forget},
                     {.name = "reference", .with_options = set_reference},
@@ -823,6 +914,7 @@ enum
     OPTION_LEVEL,
     OPTION_AFTER,
     OPTION_WAIT,
+    OPTION_HOLD,
     OPTION_ACKNOWLEDGE,
     OPTION_MARKDOWN
 };
@@ -840,6 +932,7 @@ static const struct argp_option known[] = {
     {.name = "level", .key = OPTION_LEVEL, .arg = "N", .doc = "trace: that it rises or falls to"},
     {.name = "after", .key = OPTION_AFTER, .arg = "SAMPLES", .doc = "trace: after the trigger, 100 if left out; the rest of the ring is from before it"},
     {.name = "wait", .key = OPTION_WAIT, .arg = "S", .doc = "trace: for its end, 10 s if left out"},
+    {.name = "hold", .key = OPTION_HOLD, .arg = "S", .doc = "reference: renews it for that long; until a signal if left out"},
     {.name = "acknowledge", .key = OPTION_ACKNOWLEDGE, .doc = "fault: acknowledges it"},
     {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: as docs/registers.md"},
     {.name = NULL}};
@@ -917,6 +1010,9 @@ static error_t take(int key, char *value, struct argp_state *state)
     case OPTION_WAIT:
         take_number(state, "wait", value, 0.0, 86400.0, &options->wait_s);
         return 0;
+    case OPTION_HOLD:
+        take_number(state, "hold", value, 0.0, 1e6, &options->hold_s);
+        return 0;
     case OPTION_ACKNOWLEDGE:
         options->acknowledge = true;
         return 0;
@@ -945,7 +1041,10 @@ static const struct argp parser = {
     .doc      = "A drive on a serial line, over Modbus RTU.\v"
                 "  status                      states, counters and signals\n"
                 "  params get [NAME...]        what the drive runs with, all of it if no NAME is given\n"
-                "  params set NAME=VALUE...    together and while the drive runs; refused if one does not fit\n"
+                "  params set NAME=VALUE...    together; refused if one does not fit. What tunes changes while the drive "
+                "runs, what protects\n"
+                "                              (list --markdown) at rest: each change is said, and unlocked for this one "
+                "command\n"
                 "  params from SCENARIO.yaml   likewise the loop of a scenario\n"
                 "  params diff SCENARIO.yaml   what the drive has otherwise; exit status 1 if there is any\n"
                 "  params save                 into the drive's flash, with the last tare\n"
@@ -953,7 +1052,9 @@ static const struct argp parser = {
                 "  start, stop, tare\n"
                 "  restore                     takes warnings back; friction that was faded returns\n"
                 "  forget                      what the feed-forward has learned; not in run\n"
-                "  reference N                 the force to be held\n"
+                "  reference N                 the force to be held, renewed until a signal ends it if drive.reference_ms "
+                "is not 0\n"
+                "  changes                     of what protects, since power-up\n"
                 "  fault                       the cause; with --out what came before it\n"
                 "  trace                       records signals, for tribo-sim replay\n"
                 "  list                        the names of all registers"};
@@ -967,6 +1068,7 @@ int main(int count, char **arguments)
                             .trigger    = "none",
                             .watch      = "r_N",
                             .wait_s     = 10.0,
+                            .hold_s     = INFINITY,
                             .decimation = 1,
                             .after      = 100};
     argp_err_exit_status = EXIT_FAILED;

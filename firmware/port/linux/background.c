@@ -1,5 +1,7 @@
 #include "background.h"
 
+#include "params_name.h"
+
 #include <signal.h>
 #include <string.h>
 
@@ -63,6 +65,7 @@ static void *work(void *context)
         count_event(&registers->modbus, bus_serve(background->bus, registers->modbus.unit, &map, WAIT_MS));
         registers_run(registers);
         drive_log(&registers->drive);
+        params_name_changes(registers);
     }
     return NULL;
 }

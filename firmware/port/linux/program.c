@@ -6,6 +6,7 @@
 #include "background.h"
 #include "board.h"
 #include "params_file.h"
+#include "params_name.h"
 #include "recorder.h"
 #include "supervisor.h"
 
@@ -172,6 +173,8 @@ typedef struct
     sim_scenario_t  *scenario;
     board_t          board;
     params_set_t     defaults; ///< of the configuration and its scenario
+    params_ceiling_t ceilings[16];
+    uint32_t         ceiling_count;
     params_file_t    store;
     registers_t      registers;
     uint32_t         ring[TRACE_WORDS];
@@ -264,10 +267,10 @@ static bool renew_reference(program_t *program, double t_s, sim_error_t *error)
     switch (program->options->reference)
     {
     case REFERENCE_SCENARIO:
-        drive_reference(drive, (float)sim_reference_at(&program->reference, t_s));
+        drive_set_reference(drive, (float)sim_reference_at(&program->reference, t_s));
         return true;
     case REFERENCE_CONSTANT:
-        drive_reference(drive, (float)program->options->constant_n);
+        drive_set_reference(drive, (float)program->options->constant_n);
         return true;
     default:
         return read_lines(program, error);
@@ -475,21 +478,6 @@ static bool open_scenario(program_t *program, sim_error_t *error)
            sim_reference_init(&program->reference, program->scenario, error);
 }
 
-/// The name of a word of a set, as the registers have it.
-static const char *name_of(uint32_t word)
-{
-    static const char *const names[] = {
-#define NAME(group, symbol, member, key, ...) [PARAMS_##symbol] = TRIBO_KEY_##group key,
-        PARAMS_LOOP_ROWS(NAME) PARAMS_FEED_ROWS(NAME) PARAMS_GUARD_ROWS(NAME)
-#undef NAME
-            [PARAMS_SECTIONS_AT] = "controller.sections",
-        [PARAMS_TABLE_AT]        = "compensator.friction.breakaway.table"};
-    const uint32_t at = word >= (uint32_t)PARAMS_TABLE_AT      ? (uint32_t)PARAMS_TABLE_AT
-                        : word >= (uint32_t)PARAMS_SECTIONS_AT ? (uint32_t)PARAMS_SECTIONS_AT
-                                                               : word;
-    return names[at] != NULL ? names[at] : "compensator.method";
-}
-
 /// Of the configuration, or of its scenario.
 static bool complain_of_set(program_t *program, const sim_sources_t *sources, sim_error_t *error)
 {
@@ -503,11 +491,9 @@ static bool complain_of_set(program_t *program, const sim_sources_t *sources, si
                    (double)refused->high);
     if (refused->word < DRIVE_CONFIG_COUNT)
     {
-        char key[64];
-        (void)snprintf(key, sizeof key, "drive.%s", drive_config_name(refused->word));
-        return rig_complain(sources, program->options->config, key, what, error);
+        return rig_complain(sources, program->options->config, params_name(refused->word), what, error);
     }
-    return sim_error_set(error, "%s: %s: %s", program->rig->scenario, name_of(refused->word), what);
+    return sim_error_set(error, "%s: %s: %s", program->rig->scenario, params_name(refused->word), what);
 }
 
 static const rig_t *the_rig; // of suits, which gets nothing else
@@ -531,6 +517,49 @@ static void report_params(const program_t *program)
                   program->store.file >= 0 ? "store " : "the configuration's",
                   program->store.file >= 0 ? store_status_text(registers->store) : "",
                   same ? "" : ", and they differ from the configuration's");
+    if (registers->is_refused)
+    {
+        const params_error_t *refused = &registers->refused;
+        (void)fprintf(stderr,
+                      "params: the store's %s = %.9g is refused: %.9g to %.9g\n",
+                      params_name(refused->word),
+                      (double)refused->value,
+                      (double)refused->low,
+                      (double)refused->high);
+    }
+}
+
+/// What the configuration allows is the widest: the bus and the store may narrow it. What it turns off they may turn on.
+static void take_ceilings(program_t *program)
+{
+    static const uint16_t rising[] = {PARAMS_INPUT_MAX,
+                                      PARAMS_U_MAX,
+                                      DRIVE_CONFIG_late_us,
+                                      DRIVE_CONFIG_budget_us,
+                                      DRIVE_CONFIG_stuck_ticks,
+                                      DRIVE_CONFIG_residual_n,
+                                      DRIVE_CONFIG_residual_ms,
+                                      DRIVE_CONFIG_command_limit_ms,
+                                      DRIVE_CONFIG_reference_ms,
+                                      DRIVE_CONFIG_ready_ms,
+                                      DRIVE_CONFIG_current_max_a};
+    const params_set_t   *set      = &program->defaults;
+    for (size_t i = 0; i < sizeof rising / sizeof rising[0]; i++)
+    {
+        const uint16_t word  = rising[i];
+        const bool     drive = word < DRIVE_CONFIG_COUNT;
+        const float    high  = drive ? drive_config_value(&set->drive, word) : params_number(set, word);
+        const bool     off   = drive && drive_config_fields[word].off;
+        if (!off || high > 0.0f)
+        {
+            program->ceilings[program->ceiling_count++] =
+                (params_ceiling_t){.word = word, .low = drive ? drive_config_fields[word].low : 0.0f, .high = high};
+        }
+    }
+    program->ceilings[program->ceiling_count++] =
+        (params_ceiling_t){PARAMS_U_MIN, params_number(set, PARAMS_U_MIN), 0.0f};
+    program->ceilings[program->ceiling_count++] =
+        (params_ceiling_t){DRIVE_CONFIG_tare_max_n, 0.0f, set->drive.tare_max_n};
 }
 
 static bool open_store(program_t *program, sim_error_t *error)
@@ -566,19 +595,22 @@ static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_e
     program->defaults.drive = program->rig->drive;
     params_take_loop(&program->defaults, &loop.config, loop.feeds_forward ? &loop.feedforward : NULL);
     params_take_guard(&program->defaults, loop.guarded ? &loop.guard : NULL);
+    take_ceilings(program);
     if (!open_store(program, error))
     {
         return false;
     }
     the_rig                       = program->rig;
-    const registers_board_t parts = {.port       = &program->board.port,
-                                     .line       = &background_line,
-                                     .flash      = program->store.file >= 0 ? &program->store.flash : NULL,
-                                     .defaults   = &program->defaults,
-                                     .suits      = suits,
-                                     .baud       = (uint32_t)program->rig->bus.baud,
-                                     .ring       = program->ring,
-                                     .ring_words = TRACE_WORDS};
+    const registers_board_t parts = {.port          = &program->board.port,
+                                     .line          = &background_line,
+                                     .flash         = program->store.file >= 0 ? &program->store.flash : NULL,
+                                     .defaults      = &program->defaults,
+                                     .suits         = suits,
+                                     .ceilings      = program->ceilings,
+                                     .ceiling_count = program->ceiling_count,
+                                     .baud          = (uint32_t)program->rig->bus.baud,
+                                     .ring          = program->ring,
+                                     .ring_words    = TRACE_WORDS};
     registers_load(registers, &parts);
     if (!registers->is_made && registers->is_refused)
     {

@@ -66,7 +66,7 @@ static const sim_key_t bus_keys[] = {
     WHOLE("port",  AT(rig_t, bus.port),   RANGE("-", 1.0, 65535.0, 1502.0), "of it"),
     END};
 
-#define DRIVE_KEY(type_, name_, unit_, low, high, off, normal, text_) \
+#define DRIVE_KEY(type_, name_, unit_, low, high, off, normal, change, text_) \
     {.name = #name_, .type = SIM_KEY_NUMBER, .offset = offsetof(rig_t, drive_values) + DRIVE_CONFIG_##name_ * sizeof(double), \
      .unit = (unit_), .min = (off) != 0 ? 0.0 : (double)(low), .max = (double)(high), .standard = (double)(normal), .text = (text_)},
 static const sim_key_t drive_keys[] = {DRIVE_CONFIG_FIELDS(DRIVE_KEY) END};

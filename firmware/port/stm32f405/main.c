@@ -49,14 +49,16 @@ static bool suits(const params_set_t *set, params_error_t *error)
 
 static void load_params(void)
 {
-    static const registers_board_t parts = {.port       = &board_port,
-                                            .line       = &board_line,
-                                            .flash      = &params_flash,
-                                            .defaults   = &defaults,
-                                            .suits      = suits,
-                                            .baud       = 115200,
-                                            .ring       = ring,
-                                            .ring_words = TRACE_WORDS};
+    static const registers_board_t parts = {.port          = &board_port,
+                                            .line          = &board_line,
+                                            .flash         = &params_flash,
+                                            .defaults      = &defaults,
+                                            .suits         = suits,
+                                            .ceilings      = rig_ceilings,
+                                            .ceiling_count = sizeof rig_ceilings / sizeof rig_ceilings[0],
+                                            .baud          = 115200,
+                                            .ring          = ring,
+                                            .ring_words    = TRACE_WORDS};
     defaults                             = params_default();
     defaults.drive                       = rig_config;
     registers_load(&registers, &parts);
@@ -69,7 +71,7 @@ static void move_reference(float step_n)
     const float now_n        = scaling_value(registers.drive.reference, full_scale_n);
     const float next_n       = now_n + step_n;
     const float r_n = next_n > REFERENCE_MAX ? REFERENCE_MAX : next_n < -REFERENCE_MAX ? -REFERENCE_MAX : next_n;
-    drive_reference(&registers.drive, scaling_number(r_n, full_scale_n));
+    drive_set_reference(&registers.drive, scaling_number(r_n, full_scale_n));
 }
 
 static void execute(command_t command)

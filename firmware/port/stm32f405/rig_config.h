@@ -1,10 +1,10 @@
-/// The rig of this board, for the drive: the bounds of its faults and what its sensor, its motor and its clock are. Every field
+/// The rig of this board, for the drive: the bounds of its faults, what its sensor, its motor and its clock are, and the ceilings. Every field
 /// is explained with its range in app/config.h. The forces of the loop itself are in rig.yaml.
 
 #ifndef STM32F405_RIG_CONFIG_H
 #define STM32F405_RIG_CONFIG_H
 
-#include "app/config.h"
+#include "app/params.h"
 
 static const drive_config_t rig_config = {
     .period_us          = 1000,
@@ -14,7 +14,7 @@ static const drive_config_t rig_config = {
     .residual_n         = 0.2f,
     .residual_ms        = 50,
     .command_limit_ms   = 500,
-    .reference_ms       = 0, // a person at the serial line types no reference 1,000 times a second
+    .reference_ms       = 250,
     .ready_ms           = 0, // this power stage has no such output
     .ready_level        = 1,
     .fault_level        = 1,
@@ -31,6 +31,25 @@ static const drive_config_t rig_config = {
     .crystal_hz         = 8000000,
     .degraded_clock     = 0,
     .bus_unit           = 1,
+    .over_current_ms    = 5, // over_current_a and the levels below are 0: this board measures none of them yet
+    .bus_voltage_ms     = 10,
+    .temperature_ms     = 1000,
+};
+
+/// The widest that this board lets anybody be, over the bus or from the store: a check that is not allowed 0 cannot be turned
+/// off. Change them with the rig's motor, driver and sensor.
+static const params_ceiling_t rig_ceilings[] = {
+    {PARAMS_INPUT_MAX, 1e-6f, 2.0f},
+    {PARAMS_U_MIN, -2.0f, 0.0f},
+    {PARAMS_U_MAX, 0.0f, 2.0f},
+    {DRIVE_CONFIG_late_us, 0.0f, 100.0f},
+    {DRIVE_CONFIG_budget_us, 1.0f, 500.0f},
+    {DRIVE_CONFIG_stuck_ticks, 1.0f, 1000.0f},
+    {DRIVE_CONFIG_residual_n, 1e-6f, 0.5f},
+    {DRIVE_CONFIG_residual_ms, 1.0f, 200.0f},
+    {DRIVE_CONFIG_command_limit_ms, 1.0f, 5000.0f},
+    {DRIVE_CONFIG_tare_max_n, 0.0f, 0.5f},
+    {DRIVE_CONFIG_current_max_a, 1e-6f, 2.0f},
 };
 
 #endif

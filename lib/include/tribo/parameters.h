@@ -10,7 +10,7 @@
 ///     member      of the group's config, a float or a uint32_t
 ///     key         in a scenario, behind TRIBO_KEY_<group>
 ///     low, high   inclusive; a NaN is outside. standard is the default: the paper's loop
-///     change      LIVE: by a change of params while the loop runs; FIXED: at rest only
+///     change      TUNES: a drive takes it while it runs; PROTECTS: at rest only, and once it is unlocked
 ///     number      register in a set of params, 0: none. Pinned (tests/golden/registers.txt): a new row takes the next free one
 ///     condition   what else set-up demands, "" if nothing: ranges that depend on other parameters, on the sample time
 ///                 or, in Q31, on the full scale. It is checked beside the list and refused by the same status
@@ -30,108 +30,108 @@ extern "C" {
 
 /// Of tribo_force_loop_f32_config_t: three lists, as their keys stand in three groups of a scenario.
 #define TRIBO_SAMPLE_PARAMETERS(ROW) \
-    ROW(SAMPLE, SAMPLE_TIME, sample_time_s, "sample_time_s", "s", 1e-6, 0.1, 1e-3, FIXED, 0x100, "", "of every tick of the control loop")
+    ROW(SAMPLE, SAMPLE_TIME, sample_time_s, "sample_time_s", "s", 1e-6, 0.1, 1e-3, PROTECTS, 0x100, "", "of every tick of the control loop")
 
 #define TRIBO_INPUT_PARAMETERS(ROW) \
-    ROW(INPUT, INPUT_MAX, input_max_n, "input_max_N", "N", 1e-6, 1e6, 2.0, LIVE, 0x102, "q31: 1e-6 to 1 full_scale_n", "largest credible reference and measurement; beyond it an input is bad")
+    ROW(INPUT, INPUT_MAX, input_max_n, "input_max_N", "N", 1e-6, 1e6, 2.0, PROTECTS, 0x102, "q31: 1e-6 to 1 full_scale_n", "largest credible reference and measurement; beyond it an input is bad")
 
 #define TRIBO_GAIN_PARAMETERS(ROW) \
-    ROW(GAIN, GAIN, gain, "gain", "-", 0, 2, 0.85, LIVE, 0x108, "", "η of `paper`: how much of the estimated friction is fed back; 0 turns the compensation off")
+    ROW(GAIN, GAIN, gain, "gain", "-", 0, 2, 0.85, TUNES, 0x108, "", "η of `paper`: how much of the estimated friction is fed back; 0 turns the compensation off")
 
 /// Of tribo_controller_f32_config_t.
 #define TRIBO_LIMIT_PARAMETERS(ROW) \
-    ROW(LIMIT, U_MIN, u_min_n, "u_min_N", "N", -1e6, 0, -2.0, LIVE, 0x104, "q31: from -full_scale_n", "lower limit of u") \
-    ROW(LIMIT, U_MAX, u_max_n, "u_max_N", "N", 0, 1e6, 2.0, LIVE, 0x106, "over u_min_n; q31: to full_scale_n", "upper limit of u, over u_min_N")
+    ROW(LIMIT, U_MIN, u_min_n, "u_min_N", "N", -1e6, 0, -2.0, PROTECTS, 0x104, "q31: from -full_scale_n", "lower limit of u") \
+    ROW(LIMIT, U_MAX, u_max_n, "u_max_N", "N", 0, 1e6, 2.0, PROTECTS, 0x106, "over u_min_n; q31: to full_scale_n", "upper limit of u, over u_min_N")
 
 #define TRIBO_CASCADE_PARAMETERS(ROW) \
-    ROW(CASCADE, SECTION_COUNT, section_count, "section_count", "-", 1, 4, 2, LIVE, 0x128, "", "second-order sections of the controller")
+    ROW(CASCADE, SECTION_COUNT, section_count, "section_count", "-", 1, 4, 2, TUNES, 0x128, "", "second-order sections of the controller")
 
 /// Of tribo_friction_f32_config_t.
 #define TRIBO_FRICTION_PARAMETERS(ROW) \
-    ROW(FRICTION, K_MIN, k_min, "k_min", "-", 1.01, 1000, 6.0, LIVE, 0x10a, "at most k_max", "k of Eq. (5) at high net-force rates, where hysteresis is widest; at most `k_max`") \
-    ROW(FRICTION, K_MAX, k_max, "k_max", "-", 1.01, 1000, 20.0, LIVE, 0x10c, "", "k of Eq. (5) at low net-force rates") \
-    ROW(FRICTION, V0, v0_n_per_s, "v0_N_per_s", "N/s", 1e-6, 1e6, 0.007, LIVE, 0x110, "q31: over m full_scale_n/(6 2^31 h)", "centre of k(v)") \
-    ROW(FRICTION, M, m, "m", "-", 0, 100, 3.0, LIVE, 0x10e, "", "steepness of k(v)") \
-    ROW(FRICTION, SET_LEVEL, set_level, "set_level", "-", 1e-6, 1, 0.75, LIVE, 0x112, "q31: at least 2^-32 of the smallest L", "c1 of Eq. (9): where the relays set, as a fraction of L") \
-    ROW(FRICTION, RESET_LEVEL, reset_level, "reset_level", "-", 1e-6, 1, 0.8, LIVE, 0x114, "", "c2 of Eq. (9): where the relays reset, as a fraction of L") \
-    ROW(FRICTION, PULSE_WIDTH, pulse_width_s, "pulse_width_s", "s", 1e-6, 6.3, 0.003, LIVE, 0x116, "1 to 63 sample times", "pulse of the edge detectors; in the compensator 1 to 63 samples") \
-    ROW(FRICTION, GRAVITY, gravity_n, "gravity_N", "N", -1e6, 1e6, 0, LIVE, 0x118, "q31: within full_scale_n", "gravity on the arm, as end-point force")
+    ROW(FRICTION, K_MIN, k_min, "k_min", "-", 1.01, 1000, 6.0, TUNES, 0x10a, "at most k_max", "k of Eq. (5) at high net-force rates, where hysteresis is widest; at most `k_max`") \
+    ROW(FRICTION, K_MAX, k_max, "k_max", "-", 1.01, 1000, 20.0, TUNES, 0x10c, "", "k of Eq. (5) at low net-force rates") \
+    ROW(FRICTION, V0, v0_n_per_s, "v0_N_per_s", "N/s", 1e-6, 1e6, 0.007, TUNES, 0x110, "q31: over m full_scale_n/(6 2^31 h)", "centre of k(v)") \
+    ROW(FRICTION, M, m, "m", "-", 0, 100, 3.0, TUNES, 0x10e, "", "steepness of k(v)") \
+    ROW(FRICTION, SET_LEVEL, set_level, "set_level", "-", 1e-6, 1, 0.75, TUNES, 0x112, "q31: at least 2^-32 of the smallest L", "c1 of Eq. (9): where the relays set, as a fraction of L") \
+    ROW(FRICTION, RESET_LEVEL, reset_level, "reset_level", "-", 1e-6, 1, 0.8, TUNES, 0x114, "", "c2 of Eq. (9): where the relays reset, as a fraction of L") \
+    ROW(FRICTION, PULSE_WIDTH, pulse_width_s, "pulse_width_s", "s", 1e-6, 6.3, 0.003, TUNES, 0x116, "1 to 63 sample times", "pulse of the edge detectors; in the compensator 1 to 63 samples") \
+    ROW(FRICTION, GRAVITY, gravity_n, "gravity_N", "N", -1e6, 1e6, 0, TUNES, 0x118, "q31: within full_scale_n", "gravity on the arm, as end-point force")
 
 /// Likewise: L(F) by direction, not read where there is a table.
 #define TRIBO_BREAKAWAY_PARAMETERS(ROW) \
-    ROW(BREAKAWAY, BREAKAWAY_OFFSET, positive.offset_n, "offset_N", "N", 1e-6, 1e6, 0.007, LIVE, 0x11a, "q31: 1e-6 to under 1 full_scale_n", "L(F) = offset + slope |F|, in the positive direction") \
-    ROW(BREAKAWAY, BREAKAWAY_SLOPE, positive.slope, "slope", "-", 0, 10, 0.3, LIVE, 0x11c, "", "likewise") \
-    ROW(BREAKAWAY, BREAKAWAY_NEGATIVE_OFFSET, negative.offset_n, "negative_offset_N", "N", 1e-6, 1e6, 0.007, LIVE, 0x11e, "q31: 1e-6 to under 1 full_scale_n", "in the negative direction; in a scenario as the positive one if left out") \
-    ROW(BREAKAWAY, BREAKAWAY_NEGATIVE_SLOPE, negative.slope, "negative_slope", "-", 0, 10, 0.3, LIVE, 0x120, "", "likewise")
+    ROW(BREAKAWAY, BREAKAWAY_OFFSET, positive.offset_n, "offset_N", "N", 1e-6, 1e6, 0.007, TUNES, 0x11a, "q31: 1e-6 to under 1 full_scale_n", "L(F) = offset + slope |F|, in the positive direction") \
+    ROW(BREAKAWAY, BREAKAWAY_SLOPE, positive.slope, "slope", "-", 0, 10, 0.3, TUNES, 0x11c, "", "likewise") \
+    ROW(BREAKAWAY, BREAKAWAY_NEGATIVE_OFFSET, negative.offset_n, "negative_offset_N", "N", 1e-6, 1e6, 0.007, TUNES, 0x11e, "q31: 1e-6 to under 1 full_scale_n", "in the negative direction; in a scenario as the positive one if left out") \
+    ROW(BREAKAWAY, BREAKAWAY_NEGATIVE_SLOPE, negative.slope, "negative_slope", "-", 0, 10, 0.3, TUNES, 0x120, "", "likewise")
 
 #define TRIBO_TABLE_PARAMETERS(ROW) \
-    ROW(TABLE, TABLE_LENGTH, table_length, "table_length", "-", 0, 32, 0, LIVE, 0x12a, "with a table at least 1", "points of the breakaway table; 0: offset and slope")
+    ROW(TABLE, TABLE_LENGTH, table_length, "table_length", "-", 0, 32, 0, TUNES, 0x12a, "with a table at least 1", "points of the breakaway table; 0: offset and slope")
 
 /// Of tribo_arm_f32_config_t.
 #define TRIBO_ARM_PARAMETERS(ROW) \
-    ROW(ARM, STIFFNESS, stiffness, "stiffness_N_per_deg", "N/deg", 1e-12, 1e12, 3.84, LIVE, 0x126, "", "K of Eq. (2)") \
-    ROW(ARM, DAMPING, damping, "damping_N_s_per_deg", "N s/deg", 0, 1e12, 0.0288, LIVE, 0x124, "q31: enough for quantised poles inside the unit circle", "b of Eq. (2)") \
-    ROW(ARM, INERTIA, inertia, "inertia_N_s2_per_deg", "N s²/deg", 1e-12, 1e12, 1.2e-4, LIVE, 0x122, "", "I of Eq. (2)")
+    ROW(ARM, STIFFNESS, stiffness, "stiffness_N_per_deg", "N/deg", 1e-12, 1e12, 3.84, TUNES, 0x126, "", "K of Eq. (2)") \
+    ROW(ARM, DAMPING, damping, "damping_N_s_per_deg", "N s/deg", 0, 1e12, 0.0288, TUNES, 0x124, "q31: enough for quantised poles inside the unit circle", "b of Eq. (2)") \
+    ROW(ARM, INERTIA, inertia, "inertia_N_s2_per_deg", "N s²/deg", 1e-12, 1e12, 1.2e-4, TUNES, 0x122, "", "I of Eq. (2)")
 
 /// Of tribo_lugre_f32_config_t. No registers: the drive's firmware does not have it.
 #define TRIBO_LUGRE_PARAMETERS(ROW) \
-    ROW(LUGRE, BRISTLE_STIFFNESS, stiffness, "stiffness_N_per_deg", "N/deg", 1e-12, 1e12, 1e5, LIVE, 0, "stiffness gamma_d/K 1e-6 to 1e6", "σ0 of Eq. (12): of the bristles") \
-    ROW(LUGRE, BRISTLE_DAMPING, damping, "bristle_damping_N_s_per_deg", "N s/deg", 0, 1e12, 316.227766, LIVE, 0, "at most 1000 stiffness h; q31: less for stiff bristles", "σ1: of the bristles; at most 1000 σ0 h") \
-    ROW(LUGRE, BRISTLE_VISCOUS, viscous, "viscous_N_s_per_deg", "N s/deg", 0, 1e12, 0.4, LIVE, 0, "at most 1000 K h/gamma_d", "σ2: of sliding, beside the arm's own")
+    ROW(LUGRE, BRISTLE_STIFFNESS, stiffness, "stiffness_N_per_deg", "N/deg", 1e-12, 1e12, 1e5, TUNES, 0, "stiffness gamma_d/K 1e-6 to 1e6", "σ0 of Eq. (12): of the bristles") \
+    ROW(LUGRE, BRISTLE_DAMPING, damping, "bristle_damping_N_s_per_deg", "N s/deg", 0, 1e12, 316.227766, TUNES, 0, "at most 1000 stiffness h; q31: less for stiff bristles", "σ1: of the bristles; at most 1000 σ0 h") \
+    ROW(LUGRE, BRISTLE_VISCOUS, viscous, "viscous_N_s_per_deg", "N s/deg", 0, 1e12, 0.4, TUNES, 0, "at most 1000 K h/gamma_d", "σ2: of sliding, beside the arm's own")
 
 /// Of tribo_feedforward_f32_config_t.
 #define TRIBO_SLIDE_FILTER_PARAMETER(ROW) \
-    ROW(FEEDFORWARD, SLIDE_FILTER, slide_filter_time_s, "slide_filter_time_s", "s", 1e-6, 10, 0.02, LIVE, 0x216, "", "time constant of friction observer and slide detector")
+    ROW(FEEDFORWARD, SLIDE_FILTER, slide_filter_time_s, "slide_filter_time_s", "s", 1e-6, 10, 0.02, TUNES, 0x216, "", "time constant of friction observer and slide detector")
 
 #define TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
-    ROW(FEEDFORWARD, ACTUATOR_POLE, actuator_pole_rad_per_s, "actuator_pole_rad_per_s", "rad/s", 1e-3, 1e6, 200.0, LIVE, 0x200, "times sample time 1e-9 to 50", "pole of the actuator, as believed") \
-    ROW(FEEDFORWARD, SENSOR_POLE, sensor_pole_rad_per_s, "sensor_pole_rad_per_s", "rad/s", 1e-3, 1e6, 55.0, LIVE, 0x202, "times sample time 1e-9 to 50", "pole of the sensor, as believed") \
-    ROW(FEEDFORWARD, REVERSAL_WIDTH, reversal_n, "reversal_N", "N", 1e-9, 1e6, 0.5e-3, LIVE, 0x204, "q31: 1e-6 to 0.25 full_scale_n", "w: r has reversed once it has come back by w; the error at a reversal is at least about w") \
-    ROW(FEEDFORWARD, JUMP_TIME, jump_time_s, "jump_time_s", "s", 1e-6, 1e3, 0.02, LIVE, 0x206, "", "time in which friction changes its sign at a reversal") \
-    ROW(FEEDFORWARD, LEAD, lead, "lead", "-", 0, 1, 1.0, LIVE, 0x208, "q31: times the lag and rate_max_n_per_s to half full_scale_n", "fraction of the lag from u to F that the rate of r compensates; 0: the rate is not used") \
-    ROW(FEEDFORWARD, NOISE_GAIN, noise_gain, "noise_gain", "-", 0, 8, 4.0, LIVE, 0x20a, "", "widens `reversal_N` by the noise of r; 0 for a clean r") \
-    ROW(FEEDFORWARD, NOISE_TIME, noise_time_s, "noise_time_s", "s", 1e-6, 1e3, 0.25, LIVE, 0x20c, "q31: to 1e5 sample times", "averaging time of the noise of r") \
-    ROW(FEEDFORWARD, RATE_TIME, rate_time_s, "rate_time_s", "s", 1e-6, 1e3, 0.01, LIVE, 0x20e, "q31: to 1e5 sample times", "time constant of the filter of r's rate") \
-    ROW(FEEDFORWARD, RATE_MAX, rate_max_n_per_s, "rate_max_N_per_s", "N/s", 1e-6, 1e9, 2.0, LIVE, 0x210, "q31: times sample time 1e-6 to 2^-7 full_scale_n", "a faster r counts as a step") \
-    ROW(FEEDFORWARD, OFFSET_TIME, offset_time_s, "offset_time_s", "s", 1e-6, 1e3, 5.0, LIVE, 0x212, "q31: over 2 sample times", "time constant with which the offset b leaks away") \
-    ROW(FEEDFORWARD, SLIDE_WIDTH, slide_width_n, "slide_width_N", "N", 1e-9, 1e6, 3e-3, LIVE, 0x214, "q31: 1e-6 to 0.25 full_scale_n", "travel of y that is a slide, not noise") \
+    ROW(FEEDFORWARD, ACTUATOR_POLE, actuator_pole_rad_per_s, "actuator_pole_rad_per_s", "rad/s", 1e-3, 1e6, 200.0, TUNES, 0x200, "times sample time 1e-9 to 50", "pole of the actuator, as believed") \
+    ROW(FEEDFORWARD, SENSOR_POLE, sensor_pole_rad_per_s, "sensor_pole_rad_per_s", "rad/s", 1e-3, 1e6, 55.0, TUNES, 0x202, "times sample time 1e-9 to 50", "pole of the sensor, as believed") \
+    ROW(FEEDFORWARD, REVERSAL_WIDTH, reversal_n, "reversal_N", "N", 1e-9, 1e6, 0.5e-3, TUNES, 0x204, "q31: 1e-6 to 0.25 full_scale_n", "w: r has reversed once it has come back by w; the error at a reversal is at least about w") \
+    ROW(FEEDFORWARD, JUMP_TIME, jump_time_s, "jump_time_s", "s", 1e-6, 1e3, 0.02, TUNES, 0x206, "", "time in which friction changes its sign at a reversal") \
+    ROW(FEEDFORWARD, LEAD, lead, "lead", "-", 0, 1, 1.0, TUNES, 0x208, "q31: times the lag and rate_max_n_per_s to half full_scale_n", "fraction of the lag from u to F that the rate of r compensates; 0: the rate is not used") \
+    ROW(FEEDFORWARD, NOISE_GAIN, noise_gain, "noise_gain", "-", 0, 8, 4.0, TUNES, 0x20a, "", "widens `reversal_N` by the noise of r; 0 for a clean r") \
+    ROW(FEEDFORWARD, NOISE_TIME, noise_time_s, "noise_time_s", "s", 1e-6, 1e3, 0.25, TUNES, 0x20c, "q31: to 1e5 sample times", "averaging time of the noise of r") \
+    ROW(FEEDFORWARD, RATE_TIME, rate_time_s, "rate_time_s", "s", 1e-6, 1e3, 0.01, TUNES, 0x20e, "q31: to 1e5 sample times", "time constant of the filter of r's rate") \
+    ROW(FEEDFORWARD, RATE_MAX, rate_max_n_per_s, "rate_max_N_per_s", "N/s", 1e-6, 1e9, 2.0, TUNES, 0x210, "q31: times sample time 1e-6 to 2^-7 full_scale_n", "a faster r counts as a step") \
+    ROW(FEEDFORWARD, OFFSET_TIME, offset_time_s, "offset_time_s", "s", 1e-6, 1e3, 5.0, TUNES, 0x212, "q31: over 2 sample times", "time constant with which the offset b leaks away") \
+    ROW(FEEDFORWARD, SLIDE_WIDTH, slide_width_n, "slide_width_N", "N", 1e-9, 1e6, 3e-3, TUNES, 0x214, "q31: 1e-6 to 0.25 full_scale_n", "travel of y that is a slide, not noise") \
     TRIBO_SLIDE_FILTER_PARAMETER(ROW) \
-    ROW(FEEDFORWARD, SLIDE_RATE, slide_rate_max_n_per_s, "slide_rate_max_N_per_s", "N/s", 1e-6, 1e9, 0.5, LIVE, 0x218, "q31: times sample time 1e-6 to 2^-9 full_scale_n", "nothing is learned while y is faster") \
-    ROW(FEEDFORWARD, SLIDE_RUN_IN, slide_run_in_n, "slide_run_in_N", "N", 1e-9, 1e6, 5e-3, LIVE, 0x21a, "q31: 1e-6 to 0.25 full_scale_n", "travel of y before learning begins") \
-    ROW(FEEDFORWARD, SLIDE_ERROR, slide_error_max_n, "slide_error_max_N", "N", 1e-9, 1e6, 1e-3, LIVE, 0x21c, "q31: 1e-6 to 0.25 full_scale_n", "nothing is learned while the filtered error is larger")
+    ROW(FEEDFORWARD, SLIDE_RATE, slide_rate_max_n_per_s, "slide_rate_max_N_per_s", "N/s", 1e-6, 1e9, 0.5, TUNES, 0x218, "q31: times sample time 1e-6 to 2^-9 full_scale_n", "nothing is learned while y is faster") \
+    ROW(FEEDFORWARD, SLIDE_RUN_IN, slide_run_in_n, "slide_run_in_N", "N", 1e-9, 1e6, 5e-3, TUNES, 0x21a, "q31: 1e-6 to 0.25 full_scale_n", "travel of y before learning begins") \
+    ROW(FEEDFORWARD, SLIDE_ERROR, slide_error_max_n, "slide_error_max_N", "N", 1e-9, 1e6, 1e-3, TUNES, 0x21c, "q31: 1e-6 to 0.25 full_scale_n", "nothing is learned while the filtered error is larger")
 
 /// Of tribo_breakaway_learning_f32_config_t.
 #define TRIBO_LEARNING_PARAMETERS(ROW) \
-    ROW(LEARNING, LEARNING_SCALE_SD, scale_sd, "scale_sd", "-", 1e-3, 2, 0.4, LIVE, 0x21e, "q31: to 1", "prior standard deviation of breakaway, as a factor of the believed; in Q31 at most 1") \
-    ROW(LEARNING, LEARNING_OFFSET_SD, offset_sd_n, "offset_sd_N", "N", 1e-9, 1e6, 0.01, LIVE, 0x220, "q31: 1e-6 to 0.25 full_scale_n", "prior standard deviation of breakaway, as an offset") \
-    ROW(LEARNING, LEARNING_CORRELATION, correlation, "correlation", "-", 0, 0.99, 0.7, LIVE, 0x222, "", "prior correlation of the two directions") \
-    ROW(LEARNING, LEARNING_CORRELATION_FADED, correlation_faded, "correlation_faded", "-", 0, 0.99, 0.1, LIVE, 0x224, "", "correlation of the two directions once what was learned is forgotten") \
-    ROW(LEARNING, LEARNING_TRUST, trust, "trust", "-", 0, 1, 0.5, LIVE, 0x226, "", "fraction of the believed breakaway that is fed forward before anything is learned") \
-    ROW(LEARNING, LEARNING_RELATIVE_VARIANCE, relative_variance, "relative_variance", "-", 1e-3, 1, 1.0, LIVE, 0x228, "", "variance to begin with, relative to the prior's: 1, or less where the believed breakaway has itself been learned (`learned.yaml`)") \
-    ROW(LEARNING, LEARNING_WEIGHT, weight_n, "weight_N", "N", 1e-9, 1e6, 2e-4, LIVE, 0x22a, "q31: 1e-6 to 2^-4 full_scale_n", "travel over which noise averages out; larger learns more slowly") \
-    ROW(LEARNING, LEARNING_FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0.1, LIVE, 0x22c, "q31: less for a large full_scale_n", "fraction of the prior variance that returns per newton travelled; 1 for friction that drifts") \
-    ROW(LEARNING, LEARNING_SCALE_MIN, scale_min, "scale_min", "-", 1e-3, 1, 0.2, LIVE, 0x22e, "", "learned breakaway is at least this fraction of the believed") \
-    ROW(LEARNING, LEARNING_SCALE_MAX, scale_max, "scale_max", "-", 1, 10, 3.0, LIVE, 0x230, "", "learned breakaway is at most this multiple of the believed")
+    ROW(LEARNING, LEARNING_SCALE_SD, scale_sd, "scale_sd", "-", 1e-3, 2, 0.4, TUNES, 0x21e, "q31: to 1", "prior standard deviation of breakaway, as a factor of the believed; in Q31 at most 1") \
+    ROW(LEARNING, LEARNING_OFFSET_SD, offset_sd_n, "offset_sd_N", "N", 1e-9, 1e6, 0.01, TUNES, 0x220, "q31: 1e-6 to 0.25 full_scale_n", "prior standard deviation of breakaway, as an offset") \
+    ROW(LEARNING, LEARNING_CORRELATION, correlation, "correlation", "-", 0, 0.99, 0.7, TUNES, 0x222, "", "prior correlation of the two directions") \
+    ROW(LEARNING, LEARNING_CORRELATION_FADED, correlation_faded, "correlation_faded", "-", 0, 0.99, 0.1, TUNES, 0x224, "", "correlation of the two directions once what was learned is forgotten") \
+    ROW(LEARNING, LEARNING_TRUST, trust, "trust", "-", 0, 1, 0.5, TUNES, 0x226, "", "fraction of the believed breakaway that is fed forward before anything is learned") \
+    ROW(LEARNING, LEARNING_RELATIVE_VARIANCE, relative_variance, "relative_variance", "-", 1e-3, 1, 1.0, TUNES, 0x228, "", "variance to begin with, relative to the prior's: 1, or less where the believed breakaway has itself been learned (`learned.yaml`)") \
+    ROW(LEARNING, LEARNING_WEIGHT, weight_n, "weight_N", "N", 1e-9, 1e6, 2e-4, TUNES, 0x22a, "q31: 1e-6 to 2^-4 full_scale_n", "travel over which noise averages out; larger learns more slowly") \
+    ROW(LEARNING, LEARNING_FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0.1, TUNES, 0x22c, "q31: less for a large full_scale_n", "fraction of the prior variance that returns per newton travelled; 1 for friction that drifts") \
+    ROW(LEARNING, LEARNING_SCALE_MIN, scale_min, "scale_min", "-", 1e-3, 1, 0.2, TUNES, 0x22e, "", "learned breakaway is at least this fraction of the believed") \
+    ROW(LEARNING, LEARNING_SCALE_MAX, scale_max, "scale_max", "-", 1, 10, 3.0, TUNES, 0x230, "", "learned breakaway is at most this multiple of the believed")
 
 /// Of tribo_hold_f32_config_t.
 #define TRIBO_HOLD_PARAMETERS(ROW) \
-    ROW(HOLD, HOLD_GAIN, gain, "gain", "-", 0, 0.99, 0.95, LIVE, 0x232, "", "E: gain of the friction fed back while r is at rest; 0: none") \
-    ROW(HOLD, HOLD_STILL_TIME, still_time_s, "still_time_s", "s", 1e-6, 1e3, 1.5, LIVE, 0x234, "", "r is at rest once it has not moved for that long") \
-    ROW(HOLD, HOLD_MARGIN, margin, "margin", "-", 0.1, 1, 0.85, LIVE, 0x236, "", "fraction of the learned breakaway that is fed back") \
-    ROW(HOLD, HOLD_QUICK_TIME, quick_time_s, "quick_time_s", "s", 1e-6, 1e3, 0.2, LIVE, 0x238, "", "sign changes within that time are chatter, and add margin") \
-    ROW(HOLD, HOLD_MARGIN_TRAVEL, margin_travel_n, "margin_travel_N", "N", 1e-9, 1e6, 0.1, LIVE, 0x23a, "q31: 1.25e-4 to 1e3 full_scale_n", "travel of learning over which the added margin fades") \
-    ROW(HOLD, HOLD_DEADBAND, deadband_time_s, "deadband_time_s", "s", 1e-6, 1e3, 0.3, LIVE, 0x23c, "q31: to 1e5 sample times", "time constant of the deadband that keeps noise of y from moving u")
+    ROW(HOLD, HOLD_GAIN, gain, "gain", "-", 0, 0.99, 0.95, TUNES, 0x232, "", "E: gain of the friction fed back while r is at rest; 0: none") \
+    ROW(HOLD, HOLD_STILL_TIME, still_time_s, "still_time_s", "s", 1e-6, 1e3, 1.5, TUNES, 0x234, "", "r is at rest once it has not moved for that long") \
+    ROW(HOLD, HOLD_MARGIN, margin, "margin", "-", 0.1, 1, 0.85, TUNES, 0x236, "", "fraction of the learned breakaway that is fed back") \
+    ROW(HOLD, HOLD_QUICK_TIME, quick_time_s, "quick_time_s", "s", 1e-6, 1e3, 0.2, TUNES, 0x238, "", "sign changes within that time are chatter, and add margin") \
+    ROW(HOLD, HOLD_MARGIN_TRAVEL, margin_travel_n, "margin_travel_N", "N", 1e-9, 1e6, 0.1, TUNES, 0x23a, "q31: 1.25e-4 to 1e3 full_scale_n", "travel of learning over which the added margin fades") \
+    ROW(HOLD, HOLD_DEADBAND, deadband_time_s, "deadband_time_s", "s", 1e-6, 1e3, 0.3, TUNES, 0x23c, "q31: to 1e5 sample times", "time constant of the deadband that keeps noise of y from moving u")
 
 /// Of tribo_guard_f32_config_t.
 #define TRIBO_GUARD_PARAMETERS(ROW) \
-    ROW(GUARD, GUARD_TURN, turn_n, "turn_N", "N", 1e-9, 1e6, 0.05, LIVE, 0x2e2, "q31: 1e-6 to under 1 full_scale_n", "the added friction turns when it comes back by that much: about a third of the breakaway") \
-    ROW(GUARD, GUARD_QUICK_TIME, quick_time_s, "quick_time_s", "s", 1e-6, 1e3, 0.2, LIVE, 0x2e4, "up to 1e5 samples", "turns closer than that may be hunting; up to 100,000 samples") \
-    ROW(GUARD, GUARD_STRAY, stray_n, "stray_N", "N", 1e-9, 1e6, 0.01, LIVE, 0x2e6, "q31: 1e-6 to under 1 full_scale_n", "excess of an overshoot over the lag: about a fifteenth of the breakaway, and over twice the peaks of noise") \
-    ROW(GUARD, GUARD_FADE_TIME, fade_time_s, "fade_time_s", "s", 1e-6, 1e3, 0.5, LIVE, 0x2e8, "up to 1e6 samples", "time in which the added friction fades out; up to 1,000,000 samples")
+    ROW(GUARD, GUARD_TURN, turn_n, "turn_N", "N", 1e-9, 1e6, 0.05, TUNES, 0x2e2, "q31: 1e-6 to under 1 full_scale_n", "the added friction turns when it comes back by that much: about a third of the breakaway") \
+    ROW(GUARD, GUARD_QUICK_TIME, quick_time_s, "quick_time_s", "s", 1e-6, 1e3, 0.2, TUNES, 0x2e4, "up to 1e5 samples", "turns closer than that may be hunting; up to 100,000 samples") \
+    ROW(GUARD, GUARD_STRAY, stray_n, "stray_N", "N", 1e-9, 1e6, 0.01, TUNES, 0x2e6, "q31: 1e-6 to under 1 full_scale_n", "excess of an overshoot over the lag: about a fifteenth of the breakaway, and over twice the peaks of noise") \
+    ROW(GUARD, GUARD_FADE_TIME, fade_time_s, "fade_time_s", "s", 1e-6, 1e3, 0.5, TUNES, 0x2e8, "up to 1e6 samples", "time in which the added friction fades out; up to 1,000,000 samples")
 
 /// An argument of each Q31 set-up.
 #define TRIBO_SCALE_PARAMETERS(ROW) \
-    ROW(SCALE, FULL_SCALE, full_scale_n, "full_scale_N", "N", 1e-3, 1e6, 2.0, FIXED, 0, "", "what 2^31 stands for in Q31: every force of the loop fits into it, better twice; in f32 only what chatter is measured by")
+    ROW(SCALE, FULL_SCALE, full_scale_n, "full_scale_N", "N", 1e-3, 1e6, 2.0, PROTECTS, 0, "", "what 2^31 stands for in Q31: every force of the loop fits into it, better twice; in f32 only what chatter is measured by")
 
 /// The numbers of an element of a list: ELEMENT(symbol, member, key, unit, low, high, sentence). Of tribo_biquad_f32_section_t
 /// and tribo_breakaway_point_f32_t.
@@ -210,7 +210,11 @@ extern "C" {
 #define TRIBO_TITLE_HOLD        "hold "
 #define TRIBO_TITLE_GUARD       "guard "
 
-/// What set-up reads of a row, so that a program can check and convert without the texts.
+/// The classes of `change`.
+#define TRIBO_TUNES    0
+#define TRIBO_PROTECTS 1
+
+/// What set-up and a drive read of a row, so that a program can check and convert without the texts.
 typedef struct
 {
     float    low, high, standard;
@@ -218,6 +222,7 @@ typedef struct
     uint16_t number;   ///< register, 0: none
     uint8_t  status;   ///< tribo_status_t
     uint8_t  is_whole; ///< 1: a uint32_t, else a float
+    uint8_t  protects; ///< 1: PROTECTS
 } tribo_parameter_t;
 
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a summand

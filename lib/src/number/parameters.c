@@ -11,7 +11,8 @@
 #define IS_WHOLE(x) _Generic((x), float: 0, uint32_t: 1)
 #define ROW(group, symbol, member, key, unit, low_, high_, standard_, change, number_, condition, sentence) \
     {.low = (float)(low_), .high = (float)(high_), .standard = (float)(standard_), .at = offsetof(T, member), .number = (number_), \
-     .status = TRIBO_ERR_##symbol, .is_whole = IS_WHOLE(((T *)0)->member)},
+     .status = TRIBO_ERR_##symbol, .is_whole = IS_WHOLE(((T *)0)->member), \
+     .protects = TRIBO_##change},
 
 #define T tribo_force_loop_f32_config_t
 const tribo_parameter_t tribo_loop_parameters[] = {TRIBO_SAMPLE_PARAMETERS(ROW) TRIBO_INPUT_PARAMETERS(ROW) TRIBO_GAIN_PARAMETERS(ROW)};

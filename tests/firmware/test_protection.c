@@ -1,0 +1,766 @@
+// What protects the rig: nobody changes it while the drive runs, nobody at rest without the key, and nobody beyond the board's
+// ceilings. First one rule a test, then a client that tries everything. TRIBO_WRITES=1000000 lets it write that often.
+
+#include "app/crc32.h"
+#include "app/registers.h"
+#include "board.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PERIOD_US    1000u
+#define UNLOCK_TICKS (REGISTERS_UNLOCK_S * 1000000u / PERIOD_US)
+#define SECTOR_WORDS (STORE_HEAD_WORDS + PARAMS_WORDS + 1u)
+
+static board_t            board;
+static registers_t        registers;
+static modbus_registers_t map;
+static params_set_t       defaults;
+static uint32_t           ring[64];
+static uint32_t           sectors[STORE_SECTORS][SECTOR_WORDS];
+static double             force_n; ///< of a plant that follows u with a lag
+
+static const params_ceiling_t ceilings[] = {{PARAMS_U_MAX, 0.0f, 3.0f},
+                                            {PARAMS_U_MIN, -3.0f, 0.0f},
+                                            {DRIVE_CONFIG_residual_n, 1e-6f, 0.5f},
+                                            {DRIVE_CONFIG_command_limit_ms, 1.0f, 1000.0f}};
+
+// --- a board -------------------------------------------------------------------------------------------------------
+
+static uint32_t read_flash(void *context, unsigned sector, uint32_t word)
+{
+    (void)context;
+    return sectors[sector][word];
+}
+
+static bool erase_flash(void *context, unsigned sector)
+{
+    (void)context;
+    memset(sectors[sector], 0xff, sizeof sectors[sector]);
+    return true;
+}
+
+static bool write_flash(void *context, unsigned sector, uint32_t word, uint32_t value)
+{
+    (void)context;
+    sectors[sector][word] &= value;
+    return true;
+}
+
+static const store_flash_t flash = {.sector_words = SECTOR_WORDS,
+                                    .read         = read_flash,
+                                    .erase        = erase_flash,
+                                    .write        = write_flash};
+
+static size_t send_all(void *context, const uint8_t *bytes, size_t count)
+{
+    (void)context;
+    (void)bytes;
+    return count;
+}
+
+static const modbus_line_t line = {.receive = board_receive_nothing, .send = send_all};
+
+static void power_up_under(uint32_t ceiling_count)
+{
+    const registers_board_t parts = {.port          = &board.port,
+                                     .line          = &line,
+                                     .flash         = &flash,
+                                     .defaults      = &defaults,
+                                     .ceilings      = ceilings,
+                                     .ceiling_count = ceiling_count,
+                                     .baud          = 115200,
+                                     .ring          = ring,
+                                     .ring_words    = sizeof ring / sizeof ring[0]};
+    board_init(&board, UINT32_MAX - 20u * PERIOD_US);
+    registers_load(&registers, &parts);
+    registers_start(&registers, DRIVE_FAULT_NONE);
+    map     = registers_map(&registers);
+    force_n = 0.0;
+}
+
+static void power_up(void)
+{
+    power_up_under(sizeof ceilings / sizeof ceilings[0]);
+}
+
+void setUp(void)
+{
+    memset(sectors, 0xff, sizeof sectors);
+    defaults                  = params_default();
+    defaults.drive.residual_n = 0.4f;
+    defaults.drive.tare_max_n = 0.5f;
+    power_up();
+}
+
+void tearDown(void)
+{
+}
+
+static void tick(void)
+{
+    board_new_tick(&board);
+    board.y = board_force(force_n);
+    registers_tick(&registers);
+    registers_run(&registers);
+    force_n += ((double)scaling_value(board.command, BOARD_FULL_SCALE_N) - force_n) * 0.05;
+    board.now_us += PERIOD_US;
+}
+
+static void run(unsigned count)
+{
+    for (unsigned i = 0; i < count; i++)
+    {
+        tick();
+    }
+}
+
+// --- a host --------------------------------------------------------------------------------------------------------
+
+static uint32_t read_word(uint32_t address)
+{
+    uint16_t values[2] = {0, 0};
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, map.read(map.context, (uint16_t)address, 2, values));
+    return (uint32_t)values[0] << 16 | values[1];
+}
+
+static uint32_t bits_of(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static float number_of(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static modbus_status_t try_word(uint32_t address, uint32_t word)
+{
+    const uint16_t values[2] = {(uint16_t)(word >> 16), (uint16_t)word};
+    return map.write(map.context, (uint16_t)address, 2, values);
+}
+
+static void write_word(uint32_t address, uint32_t word)
+{
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, try_word(address, word));
+}
+
+static modbus_status_t try_command(uint16_t command)
+{
+    return map.write(map.context, REGISTERS_COMMAND_AT, 1, &command);
+}
+
+static void command(uint16_t number)
+{
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, try_command(number));
+}
+
+#define STATE_OF(symbol)    read_word(REGISTERS_STATE_AT + 2u * REGISTERS_STATE_##symbol)
+#define REQUEST_AT(symbol)  (REGISTERS_REQUESTS_AT + (uint32_t)offsetof(registers_requests_t, symbol) / 2u)
+#define DRIVE_AT(symbol)    (REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT + 2u * DRIVE_CONFIG_##symbol)
+#define TO_ACTIVE(register) ((register) - REGISTERS_STAGED_AT + REGISTERS_ACTIVE_AT)
+#define U_MAX_AT            (REGISTERS_STAGED_AT + 0x106u)
+#define GAIN_AT             (REGISTERS_STAGED_AT + 0x108u)
+
+/// Of the words in front of the sections.
+static uint32_t register_of(uint32_t word)
+{
+    return REGISTERS_STAGED_AT + (word < (uint32_t)PARAMS_LOOP_AT ? REGISTERS_DRIVE_AT + 2u * word
+                                                                  : REGISTERS_LOOP_AT + 2u * (word - PARAMS_LOOP_AT));
+}
+
+static void start(void)
+{
+    command(REGISTERS_START);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+}
+
+static void unlock(void)
+{
+    write_word(REQUEST_AT(unlock), REGISTERS_KEY);
+}
+
+// --- one rule a test -----------------------------------------------------------------------------------------------
+
+/// A value of a word that protects which is another one and, but for the period and what goes with it, allowed.
+static uint32_t other_value(uint32_t word)
+{
+    const uint32_t is = params_word(&registers.active->set, word);
+    if (word >= (uint32_t)DRIVE_CONFIG_COUNT)
+    {
+        return bits_of(0.75f * number_of(is));
+    }
+    const drive_config_field_t *field = &drive_config_fields[word];
+    if (field->is_float)
+    {
+        return bits_of(number_of(is) != 0.0f ? 0.75f * number_of(is) : field->low > 0.0f ? 100.0f : 0.125f);
+    }
+    return field->high == 1.0f ? 1u - is : word == DRIVE_CONFIG_crystal_hz ? 16000000u : is + 1u;
+}
+
+static bool is_bound_to_the_tick(uint32_t word)
+{
+    return word == DRIVE_CONFIG_period_us || word == (uint32_t)PARAMS_SAMPLE_TIME || // refused for each other
+           (word == DRIVE_CONFIG_full_scale_n && TRIBO_IS_Q31);                      // below twice u_max
+}
+
+static void stage(uint32_t address, uint32_t word)
+{
+    command(REGISTERS_REVERT);
+    write_word(address, word);
+}
+
+static void check_refused(uint32_t address, uint32_t outcome)
+{
+    const params_set_t         active     = registers.active->set;
+    const drive_setup_t *const setup      = drive_setup(&registers.drive);
+    const uint32_t             protection = STATE_OF(protection);
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_APPLY));
+    TEST_ASSERT_EQUAL_UINT32(outcome, STATE_OF(outcome));
+    TEST_ASSERT_EQUAL_HEX32(address, STATE_OF(refused_register));
+    TEST_ASSERT_EQUAL_HEX32(STATE_OF(refused_low), STATE_OF(refused_high));
+    tick();
+    TEST_ASSERT_EQUAL_MEMORY(&active, &registers.active->set, sizeof active);
+    TEST_ASSERT_EQUAL_PTR(setup, drive_setup(&registers.drive));
+    TEST_ASSERT_EQUAL_HEX32(protection, STATE_OF(protection));
+    TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(protection_changes));
+}
+
+static unsigned check_every_word(uint32_t outcome)
+{
+    unsigned checked = 0;
+    uint32_t place   = 0;
+    for (uint32_t word = params_next_protecting(&place); word < PARAMS_WORDS; word = params_next_protecting(&place))
+    {
+        if (!is_bound_to_the_tick(word))
+        {
+            stage(register_of(word), other_value(word));
+            check_refused(register_of(word), outcome);
+            checked++;
+        }
+    }
+    return checked;
+}
+
+static void test_nothing_that_protects_changes_in_run(void)
+{
+    start();
+    TEST_ASSERT_GREATER_THAN_UINT(30, check_every_word(REGISTERS_PROTECTED));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_word(REQUEST_AT(unlock), REGISTERS_KEY));
+    TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(unlocked_ticks));
+    stage(U_MAX_AT, bits_of(1.5f));
+    check_refused(U_MAX_AT, REGISTERS_PROTECTED);
+}
+
+static void test_nothing_that_protects_changes_at_rest_while_it_is_locked(void)
+{
+    tick();
+    TEST_ASSERT_GREATER_THAN_UINT(30, check_every_word(REGISTERS_LOCKED));
+}
+
+static void test_what_tunes_changes_in_run_without_a_key(void)
+{
+    const uint32_t protection = STATE_OF(protection);
+    start();
+    stage(GAIN_AT, bits_of(0.5f));
+    command(REGISTERS_APPLY);
+    tick();
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, number_of(read_word(TO_ACTIVE(GAIN_AT))));
+    TEST_ASSERT_EQUAL_HEX32(protection, STATE_OF(protection));
+    TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(protection_changes));
+}
+
+static void test_a_change_at_rest_with_the_key_is_counted_and_kept(void)
+{
+    const uint32_t protection = STATE_OF(protection);
+    run(7);
+    unlock();
+    TEST_ASSERT_EQUAL_UINT32(UNLOCK_TICKS, STATE_OF(unlocked_ticks));
+    TEST_ASSERT_EQUAL_UINT32(0, read_word(REQUEST_AT(unlock)));
+    stage(U_MAX_AT, bits_of(2.5f));
+    write_word(DRIVE_AT(residual_ms), 80);
+    command(REGISTERS_APPLY);
+    tick();
+    TEST_ASSERT_TRUE(protection != STATE_OF(protection));
+    TEST_ASSERT_EQUAL_UINT32(2, STATE_OF(protection_changes));
+    TEST_ASSERT_EQUAL_UINT32(7, read_word(REGISTERS_CHANGES_AT));
+    TEST_ASSERT_EQUAL_HEX32(DRIVE_AT(residual_ms), read_word(REGISTERS_CHANGES_AT + 2));
+    TEST_ASSERT_EQUAL_UINT32(50, read_word(REGISTERS_CHANGES_AT + 4));
+    TEST_ASSERT_EQUAL_UINT32(80, read_word(REGISTERS_CHANGES_AT + 6));
+    TEST_ASSERT_EQUAL_HEX32(U_MAX_AT, read_word(REGISTERS_CHANGES_AT + 10));
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, number_of(read_word(REGISTERS_CHANGES_AT + 12)));
+    TEST_ASSERT_EQUAL_FLOAT(2.5f, number_of(read_word(REGISTERS_CHANGES_AT + 14)));
+    stage(U_MAX_AT, bits_of(2.0f));
+    write_word(DRIVE_AT(residual_ms), 50);
+    command(REGISTERS_APPLY);
+    TEST_ASSERT_EQUAL_HEX32(protection, STATE_OF(protection)); // what it was
+    TEST_ASSERT_EQUAL_UINT32(4, STATE_OF(protection_changes));
+}
+
+static void check_locked(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(unlocked_ticks));
+    stage(U_MAX_AT, bits_of(1.5f));
+    check_refused(U_MAX_AT, REGISTERS_LOCKED);
+}
+
+static void test_the_key_lasts_for_a_minute(void)
+{
+    tick();
+    unlock();
+    run(UNLOCK_TICKS - 1u);
+    TEST_ASSERT_EQUAL_UINT32(1, STATE_OF(unlocked_ticks));
+    tick();
+    check_locked();
+    registers.drive.ticks = registers.unlocked_at; // as after 2^32 ticks
+    check_locked();
+}
+
+static void test_a_start_and_every_other_value_lock(void)
+{
+    tick();
+    unlock();
+    start();
+    command(REGISTERS_STOP);
+    tick();
+    check_locked();
+    unlock();
+    write_word(REQUEST_AT(unlock), 0);
+    check_locked();
+    unlock();
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_word(REQUEST_AT(unlock), REGISTERS_KEY + 1u));
+    check_locked();
+}
+
+static void test_a_start_that_is_asked_for_is_too_late_for_a_key(void)
+{
+    tick();
+    command(REGISTERS_START);
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_word(REQUEST_AT(unlock), REGISTERS_KEY));
+    command(REGISTERS_STOP);
+    tick();
+    unlock();
+    command(REGISTERS_START);
+    stage(U_MAX_AT, bits_of(2.5f));
+    check_refused(U_MAX_AT, REGISTERS_PROTECTED);
+}
+
+static void test_the_sign_of_the_controller_does_not_turn_in_run(void)
+{
+    const uint32_t b0 = REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT;
+    const uint32_t b2 = b0 + 4u;
+    const float   *is = &registers.active->set.sections[0].b0;
+    start();
+    command(REGISTERS_REVERT);
+    for (uint32_t i = 0; i < 3u; i++)
+    {
+        write_word(b0 + 2u * i, bits_of(-is[i]));
+    }
+    check_refused(b0, REGISTERS_PROTECTED);
+    command(REGISTERS_REVERT);
+    write_word(b2, bits_of(-is[2]));
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_APPLY));
+    command(REGISTERS_REVERT);
+    write_word(b0, bits_of(0.9f * is[0])); // a retuned one
+    command(REGISTERS_APPLY);
+    tick();
+    command(REGISTERS_STOP);
+    tick();
+    unlock();
+    for (uint32_t i = 0; i < 3u; i++)
+    {
+        write_word(b0 + 2u * i, bits_of(-(&registers.active->set.sections[0].b0)[i]));
+    }
+    command(REGISTERS_APPLY);
+    TEST_ASSERT_EQUAL_UINT32(1, STATE_OF(protection_changes));
+    TEST_ASSERT_EQUAL_HEX32(b0, read_word(REGISTERS_CHANGES_AT + 2));
+}
+
+static void test_no_key_goes_beyond_the_boards_ceiling(void)
+{
+    tick();
+    unlock();
+    stage(U_MAX_AT, bits_of(3.5f));
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_APPLY));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_SET_REFUSED, STATE_OF(outcome));
+    TEST_ASSERT_EQUAL_HEX32(U_MAX_AT, STATE_OF(refused_register));
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, number_of(STATE_OF(refused_value)));
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, number_of(STATE_OF(refused_low)));
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, number_of(STATE_OF(refused_high)));
+    stage(DRIVE_AT(command_limit_ms), 0); // off
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_APPLY));
+    TEST_ASSERT_EQUAL_HEX32(DRIVE_AT(command_limit_ms), STATE_OF(refused_register));
+    stage(U_MAX_AT, bits_of(3.0f));
+    command(REGISTERS_APPLY);
+    tick();
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, number_of(read_word(TO_ACTIVE(U_MAX_AT))));
+}
+
+static void test_a_store_beyond_the_boards_ceiling_is_not_used(void)
+{
+    power_up_under(0); // of other firmware, say
+    tick();
+    unlock();
+    stage(U_MAX_AT, bits_of(3.5f));
+    command(REGISTERS_APPLY);
+    tick();
+    command(REGISTERS_SAVE);
+    run(2);
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, STATE_OF(outcome));
+    power_up_under(0);
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, number_of(read_word(TO_ACTIVE(U_MAX_AT))));
+    power_up();
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(STORE_FOREIGN, STATE_OF(store));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_STORE, STATE_OF(fault));
+    TEST_ASSERT_EQUAL_HEX32(U_MAX_AT, STATE_OF(refused_register));
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, number_of(read_word(TO_ACTIVE(U_MAX_AT))));
+}
+
+static void test_defaults_beyond_the_boards_ceiling_are_a_fault(void)
+{
+    defaults.drive.command_limit_ms = 0;
+    power_up();
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_PARAMS, STATE_OF(fault));
+}
+
+/// As a host would: from the registers, in the order of their addresses.
+static void test_a_host_can_compute_the_crc_of_what_protects(void)
+{
+    uint32_t crc   = 0;
+    uint32_t place = 0;
+    uint32_t last  = 0;
+    for (uint32_t word = params_next_protecting(&place); word < PARAMS_WORDS; word = params_next_protecting(&place))
+    {
+        const uint32_t address = register_of(word);
+        const uint32_t bits    = read_word(TO_ACTIVE(address));
+        const uint8_t  bytes[] = {(uint8_t)bits, (uint8_t)(bits >> 8), (uint8_t)(bits >> 16), (uint8_t)(bits >> 24)};
+        TEST_ASSERT_GREATER_THAN_UINT32(last, address);
+        last = address;
+        crc  = crc32_update(crc, bytes, sizeof bytes);
+    }
+    TEST_ASSERT_EQUAL_HEX32(REGISTERS_STAGED_AT + 0x106u, last);
+    TEST_ASSERT_EQUAL_HEX32(crc, STATE_OF(protection));
+}
+
+/// A host that reads the active set and writes it back with a change of what tunes.
+static void test_a_tare_is_no_change_of_what_protects(void)
+{
+    tick();
+    command(REGISTERS_TARE);
+    for (unsigned i = 0; i <= DRIVE_TARE_TICKS; i++)
+    {
+        force_n = 0.2;
+        tick();
+    }
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_TARE_DONE, STATE_OF(tare));
+    const uint32_t zero = read_word(TO_ACTIVE(DRIVE_AT(sensor_zero_units)));
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.2f, number_of(zero));
+    stage(GAIN_AT, bits_of(0.5f));
+    write_word(DRIVE_AT(sensor_zero_units), zero);
+    command(REGISTERS_APPLY);
+    tick();
+    TEST_ASSERT_EQUAL_HEX32(zero, read_word(TO_ACTIVE(DRIVE_AT(sensor_zero_units))));
+    TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(protection_changes));
+}
+
+static void test_params_that_change_by_themselves_stop_the_drive_for_good(void)
+{
+    const size_t places[] = {offsetof(params_t, set.drive.residual_n),
+                             offsetof(params_t, loop.params.controller.TRIBO_N(u_max)),
+                             offsetof(params_t, drive.bounds.residual_ticks),
+                             sizeof(params_t) - 1u};
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++)
+    {
+        power_up();
+        start();
+        run(1000);
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+        ((unsigned char *)registers.active)[places[i]] ^= 4u;
+        run((unsigned)(2u * sizeof(params_t) / 16u + 3u));
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT, STATE_OF(state));
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_CONFIG_CHANGED, STATE_OF(fault));
+        TEST_ASSERT_FALSE(board.enabled);
+        command(REGISTERS_ACKNOWLEDGE);
+        run(3);
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_CONFIG_CHANGED, STATE_OF(fault));
+    }
+}
+
+// --- a client that tries everything --------------------------------------------------------------------------------
+
+/// What a tick runs with, of all that protects: numbers as the tick reads them, not as they are reported.
+typedef struct
+{
+    drive_config_t  config;
+    scaling_t       scaling;
+    faults_bounds_t bounds;
+    loop_force_t    u_min, u_max, input_max;
+    int             signs[2]; ///< of b0 and of b2 of all sections
+} effective_t;
+
+static uint32_t random_state;
+
+static uint32_t draw(uint32_t count)
+{
+    random_state = random_state * 1664525u + 1013904223u;
+    return (uint32_t)((uint64_t)(random_state >> 4) * count >> 28);
+}
+
+static int sign_of(float x)
+{
+    return (x > 0.0f) - (x < 0.0f);
+}
+
+static effective_t effective(void)
+{
+    const drive_setup_t *setup  = drive_setup(&registers.drive);
+    const params_t      *params = setup == &registers.params[0].drive ? &registers.params[0] : &registers.params[1];
+    effective_t          is;
+    memset(&is, 0, sizeof is); // its padding as well
+    is.config          = setup->config;
+    is.config.bus_unit = 0; // tunes
+    memcpy(&is.scaling, &setup->scaling, sizeof is.scaling);
+    memcpy(&is.bounds, &setup->bounds, sizeof is.bounds);
+    is.u_min     = setup->params->controller.TRIBO_N(u_min);
+    is.u_max     = setup->params->controller.TRIBO_N(u_max);
+    is.input_max = setup->params->TRIBO_N(input_max);
+    is.signs[0] = is.signs[1] = 1;
+    for (uint32_t i = 0; i < params_word(&params->set, PARAMS_SECTION_COUNT); i++)
+    {
+        is.signs[0] *= sign_of(params->set.sections[i].b0);
+        is.signs[1] *= sign_of(params->set.sections[i].b2);
+    }
+    return is;
+}
+
+/// Of a word that was: what hostile and careless clients write.
+static uint32_t evil_value(uint32_t is)
+{
+    static const float numbers[] = {0.0f, -0.0f, 1.0f, -1.0f, 1e-9f, 1e3f, 1e6f, -1e6f, 1e30f};
+    switch (draw(7))
+    {
+    case 0:
+        return bits_of(numbers[draw(sizeof numbers / sizeof numbers[0])]);
+    case 1:
+        return is ^ 0x80000000u;
+    case 2:
+        return bits_of(number_of(is) * 2.0f);
+    case 3:
+        return bits_of(number_of(is) * (0.5f + (float)draw(100) / 100.0f));
+    case 4:
+        return draw(3);
+    case 5:
+        return is + 1u + draw(1000);
+    default:
+        return is ^ 1u << draw(32);
+    }
+}
+
+static const uint16_t block_ends[][2] = {{REGISTERS_DRIVE_AT, 2u * DRIVE_CONFIG_COUNT},
+                                         {REGISTERS_LOOP_AT, 2u * PARAMS_LOOP_COUNT},
+                                         {REGISTERS_METHOD_AT, 2},
+#if DRIVE_FEEDFORWARD
+                                         {REGISTERS_FEED_AT, 2u * PARAMS_FEED_COUNT},
+                                         {REGISTERS_GUARD_AT, 2u * PARAMS_GUARD_COUNT},
+#endif
+                                         {REGISTERS_SECTIONS_AT, 40},
+                                         {REGISTERS_TABLE_AT, 12}};
+
+static uint32_t draw_staged(void)
+{
+    const uint16_t *block = block_ends[draw(2) == 0u ? draw(2) : draw(sizeof block_ends / sizeof block_ends[0])];
+    return REGISTERS_STAGED_AT + block[0] + 2u * draw(block[1] / 2u);
+}
+
+static bool is_at_rest(void)
+{
+    return registers.drive.state == DRIVE_IDLE || registers.drive.state == DRIVE_FAULT;
+}
+
+typedef struct
+{
+    unsigned long writes, in_run, applied, by_key;
+    bool          permitted; ///< the key was written at rest, and nothing has ended it since
+    uint32_t      permitted_at;
+    bool          granted; ///< a set was applied meanwhile; the next tick takes it
+    bool          started; ///< asked for
+} client_t;
+
+/// What each tick must leave as it was. Padding is compared as well: effective() clears it.
+static void check_tick(client_t *client)
+{
+    const effective_t before = effective();
+    const bool        ran    = !is_at_rest();
+    tick();
+    const effective_t after   = effective();
+    const bool        granted = client->granted;
+    client->started = client->granted = false;
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison,cert-exp42-c,cert-flp37-c): see above
+    const bool alike = memcmp(&before, &after, sizeof before) == 0;
+    TEST_ASSERT_TRUE_MESSAGE(alike || !ran, "what protects has changed in run");
+    TEST_ASSERT_TRUE_MESSAGE(alike || granted, "what protects has changed without the key");
+    client->by_key += !alike;
+    client->permitted =
+        client->permitted && is_at_rest() && registers.drive.ticks - client->permitted_at < UNLOCK_TICKS;
+    const float u_max = scaling_value(after.u_max, after.config.full_scale_n);
+    const float u_min = scaling_value(after.u_min, after.config.full_scale_n);
+    TEST_ASSERT_TRUE_MESSAGE(u_max <= 3.00001f && u_min >= -3.00001f, "u's limit is beyond the ceiling");
+    TEST_ASSERT_TRUE_MESSAGE(after.bounds.residual > 0 && after.bounds.residual_ticks > 0u, "the residual is off");
+    TEST_ASSERT_TRUE_MESSAGE(after.bounds.command_limit_ticks > 0u && after.bounds.command_limit_ticks <= 1000u,
+                             "the limit of u at its limit is off");
+}
+
+static void write_staged(client_t *client)
+{
+    const uint32_t address = draw_staged();
+    client->writes++;
+    if (draw(20) == 0u) // a whole frame, perhaps over the end of a block
+    {
+        uint16_t       values[40];
+        const uint16_t count = (uint16_t)(1u + draw(40));
+        for (uint16_t i = 0; i < count; i++)
+        {
+            values[i] = (uint16_t)draw(65536);
+        }
+        (void)map.write(map.context, (uint16_t)(address + draw(2)), count, values);
+        return;
+    }
+    (void)try_word(address, evil_value(read_word(address)));
+}
+
+static void write_key(client_t *client)
+{
+    const uint32_t key  = draw(3) == 0u ? evil_value(REGISTERS_KEY) : draw(8) == 0u ? 0u : REGISTERS_KEY;
+    const bool     rest = is_at_rest() && !client->started;
+    client->writes++;
+    const modbus_status_t status = try_word(REQUEST_AT(unlock), key);
+    if (status == MODBUS_BUSY) // with a save
+    {
+        return;
+    }
+    client->permitted    = status == MODBUS_OK && key == REGISTERS_KEY;
+    client->permitted_at = registers.drive.ticks;
+    TEST_ASSERT_TRUE_MESSAGE(rest || !client->permitted, "unlocked in run");
+}
+
+static void send_command(client_t *client, uint16_t number)
+{
+    const bool            rest   = is_at_rest() && !client->started;
+    const modbus_status_t status = try_command(number);
+    client->writes++;
+    client->applied += number == REGISTERS_APPLY && status == MODBUS_OK;
+    client->granted =
+        client->granted || (number == REGISTERS_APPLY && status == MODBUS_OK && rest && client->permitted);
+    client->started =
+        (client->started || (number == REGISTERS_START && status == MODBUS_OK)) && number != REGISTERS_STOP;
+}
+
+/// A client's next act. Most begin from what the drive has, change little and apply it, as that is most often accepted.
+static void act(client_t *client)
+{
+    switch (draw(10))
+    {
+    case 0:
+    case 1:
+    case 2:
+        send_command(client, REGISTERS_REVERT);
+        write_staged(client);
+        break;
+    case 3:
+        write_staged(client);
+        break;
+    case 4:
+    case 5:
+    case 6:
+        send_command(client, REGISTERS_APPLY);
+        break;
+    case 7:
+        write_key(client);
+        break;
+    case 8:
+        client->writes++;
+        (void)try_word(REQUEST_AT(reference), bits_of((float)draw(100) / 50.0f - 1.0f));
+        break;
+    default:
+        send_command(client, (uint16_t)(draw(20) == 0u ? draw(65536) : draw(14)));
+        break;
+    }
+}
+
+/// A drive that is not in RUN most often is brought there: it is what the client attacks.
+static void go_on(client_t *client)
+{
+    if (registers.drive.state == DRIVE_FAULT && draw(4) == 0u)
+    {
+        send_command(client, REGISTERS_ACKNOWLEDGE);
+    }
+    else if (registers.drive.state == DRIVE_IDLE && draw(40) == 0u)
+    {
+        send_command(client, REGISTERS_START);
+    }
+}
+
+static void test_no_sequence_of_one_client_talks_the_drive_out_of_its_protection(void)
+{
+    const char         *asked  = getenv("TRIBO_WRITES");
+    const unsigned long writes = asked != NULL ? strtoul(asked, NULL, 10) : 20000u;
+    client_t            client = {.writes = 0};
+    random_state               = 20261122u;
+    for (unsigned long round = 0; client.writes < writes; round++)
+    {
+        if (round % 2000u == 0u) // of a rig as it was set up
+        {
+            memset(sectors, 0xff, sizeof sectors);
+            power_up();
+            client.permitted = client.granted = client.started = false;
+        }
+        const bool          ran    = !is_at_rest();
+        const unsigned long before = client.writes;
+        act(&client);
+        client.in_run += ran ? client.writes - before : 0u;
+        go_on(&client);
+        for (uint32_t i = draw(3); i > 0u; i--)
+        {
+            check_tick(&client);
+        }
+    }
+    (void)printf("%lu writes, %lu in run, %lu sets applied, %lu changes of what protects at rest with the key\n",
+                 client.writes,
+                 client.in_run,
+                 client.applied,
+                 client.by_key);
+    TEST_ASSERT_GREATER_THAN_UINT64(writes / 3u, client.in_run);
+    TEST_ASSERT_GREATER_THAN_UINT64(writes / 100u, client.applied);
+    TEST_ASSERT_GREATER_THAN_UINT64(0, client.by_key);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_nothing_that_protects_changes_in_run);
+    RUN_TEST(test_nothing_that_protects_changes_at_rest_while_it_is_locked);
+    RUN_TEST(test_what_tunes_changes_in_run_without_a_key);
+    RUN_TEST(test_a_change_at_rest_with_the_key_is_counted_and_kept);
+    RUN_TEST(test_the_key_lasts_for_a_minute);
+    RUN_TEST(test_a_start_and_every_other_value_lock);
+    RUN_TEST(test_a_start_that_is_asked_for_is_too_late_for_a_key);
+    RUN_TEST(test_the_sign_of_the_controller_does_not_turn_in_run);
+    RUN_TEST(test_no_key_goes_beyond_the_boards_ceiling);
+    RUN_TEST(test_a_store_beyond_the_boards_ceiling_is_not_used);
+    RUN_TEST(test_defaults_beyond_the_boards_ceiling_are_a_fault);
+    RUN_TEST(test_a_host_can_compute_the_crc_of_what_protects);
+    RUN_TEST(test_a_tare_is_no_change_of_what_protects);
+    RUN_TEST(test_params_that_change_by_themselves_stop_the_drive_for_good);
+    RUN_TEST(test_no_sequence_of_one_client_talks_the_drive_out_of_its_protection);
+    return UNITY_END();
+}
