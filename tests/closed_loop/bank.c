@@ -28,11 +28,16 @@
 #define FORGETTING_1_N   0.1  // Q
 #define DOUBT_TRAVEL_N   0.020
 #define PRIOR_WEIGHT     0.5 // of f before anything is learned
-#define PRIOR_SD         0.4 // of the weights
+#define PRIOR_SD         0.4 // of V_0
+#define PRIOR_STOP_SD    0.55
 #define PRIOR_CONSTANT_N 0.010
 #define PRIOR_SLOPE      0.1
 #define CONSTANT_MOST_N  0.157
 #define SLOPE_MOST       0.5
+#define LAG_S            0.030 // of z behind the stops
+#define SURPRISE         9.0   // squared standard deviations; what surprises more is a push, not friction
+#define MODEL_ERROR      0.01  // square of what no weight explains
+#define LEAST_PRESLIDING 0.15  // sum of squared weights of the stops below which none is used
 #define HOLD_GAIN        0.94
 #define HOLD_MARGIN      0.85
 
@@ -140,15 +145,27 @@ static double shrunk(const bank_options_t *options, double V)
     return V * V * V / (V * V + options->shrinkage * options->shrinkage);
 }
 
+/// Part of the stops' weights that is used: none before they are sure to be more than the creep at a jump.
+static double presliding(const bank_t *x)
+{
+    double squares = 0.0;
+    for (int j = 1; j <= BANK_STOPS; j++)
+    {
+        squares += x->weight[j] * x->weight[j];
+    }
+    return squares > LEAST_PRESLIDING ? 1.0 - pow(LEAST_PRESLIDING / squares, 2.0) : 0.0;
+}
+
 /// Step 4: f for direction sigma.
 static double friction(const bank_t *x, const bank_options_t *options, double sigma)
 {
-    double last = sigma;
-    double sum  = x->weight[0] * sigma;
+    const double part = presliding(x);
+    double       last = sigma;
+    double       sum  = x->weight[0] * sigma;
     for (int j = 0; j < BANK_STOPS; j++)
     {
         const double phi = x->stop[j] / stop_width(options, j);
-        sum += shrunk(options, x->weight[j + 1]) * (phi - last);
+        sum += part * shrunk(options, x->weight[j + 1]) * (phi - last);
         last = phi;
     }
     return (1.0 - (1.0 - PRIOR_WEIGHT) * x->doubt) * breakaway(x->reached) * sum;
@@ -214,8 +231,8 @@ static double leave(bank_t *x, const bank_options_t *options, double lin)
     return friction(x, options, x->sigma);
 }
 
-/// Step 9: a sample of the regressor and the measured friction.
-static void sample(bank_t *x, const double psi[BANK_STOPS + 1], double z)
+/// Step 9: a sample of the regressor and of the measured friction with its change over LAG_S.
+static void sample(bank_t *x, const double psi[BANK_STOPS + 1], double z, double change)
 {
     const double load = fabs(x->filtered);
     const double L    = breakaway(x->filtered);
@@ -229,10 +246,11 @@ static void sample(bank_t *x, const double psi[BANK_STOPS + 1], double z)
     }
     for (int j = 0; j < BANK_STOPS; j++)
     {
-        x->sample_psi[j] = PRIOR_SD * psi[j + 1];
+        x->sample_psi[j] = PRIOR_STOP_SD * psi[j + 1];
     }
-    x->sample_travel = fmin(x->travel, MEASURED_MOST_N);
-    x->travel        = 0.0;
+    x->sample_weighing = WEIGHING_N * (1.0 + pow(change / L, 2.0));
+    x->sample_travel   = fmin(x->travel, MEASURED_MOST_N);
+    x->travel          = 0.0;
 }
 
 /// Learning from the sample of the last tick. A sample is taken every `period` ticks, so that its parts may be spread over them.
@@ -257,7 +275,8 @@ static void learn(bank_t *x, const bank_options_t *options)
         q_stop[j] = x->variance[j] * x->sample_psi[j];
         spread += q_stop[j] * x->sample_psi[j];
     }
-    const double gain   = travel / (WEIGHING_N + travel * spread);
+    const double trust  = fmin(1.0, SURPRISE * (spread + MODEL_ERROR) / (error * error));
+    const double gain   = trust * travel / (x->sample_weighing + travel * spread);
     const double before = friction(x, options, x->sigma) + bias(x);
     x->weight[0]        = within(x->weight[0] + PRIOR_SD * gain * q[0] * error, 0.2, 3.0);
     x->constant = within(x->constant + PRIOR_CONSTANT_N * gain * q[1] * error, -CONSTANT_MOST_N, CONSTANT_MOST_N);
@@ -272,7 +291,7 @@ static void learn(bank_t *x, const bank_options_t *options)
     }
     for (int j = 0; j < BANK_STOPS; j++)
     {
-        x->weight[j + 1] = within(x->weight[j + 1] + PRIOR_SD * gain * q_stop[j] * error, -2.0, 2.0);
+        x->weight[j + 1] = within(x->weight[j + 1] + PRIOR_STOP_SD * gain * q_stop[j] * error, -2.0, 2.0);
         x->variance[j] -= gain * q_stop[j] * q_stop[j];
         x->variance[j] += FORGETTING_1_N * travel * (1.0 - x->variance[j]);
     }
@@ -297,7 +316,10 @@ static void observe(bank_t *x, const bank_options_t *options, double y)
     const double moved = now - x->travelled;
     double       last  = 0.0;
     double       psi[BANK_STOPS + 1];
-    x->travelled = now;
+    const double z      = x->difference - ARM_LAG * rate;
+    const double change = (z - x->measured) * LAG_S / H;
+    x->travelled        = now;
+    x->measured         = z;
     if (x->phase == 1)
     {
         learn(x, options);
@@ -319,7 +341,7 @@ static void observe(bank_t *x, const bank_options_t *options, double y)
         x->travel += fabs(moved);
         if (x->travel > 0.0 && x->phase == 0)
         {
-            sample(x, psi, x->difference - ARM_LAG * rate);
+            sample(x, psi, z, change);
             x->phase = 1;
         }
     }

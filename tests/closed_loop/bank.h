@@ -41,13 +41,13 @@ typedef struct
     int    sign;
     double sigma, offset, f, u;
     int    limited;
-    double stopped, stop[BANK_STOPS];              // rn, s_j
-    double behind_actuator, behind_sensor;         // distances of the reference model from rs
-    double actuator, sensor, filtered, difference; // observer: u1, u2, LP(y), LP(u2 - y)
-    double travelled, measured_stop[BANK_STOPS + 1];
-    double weight[BANK_STOPS + 1], constant, slope; // V, c_0, c_1
+    double stopped, stop[BANK_STOPS];                          // rn, s_j
+    double behind_actuator, behind_sensor;                     // distances of the reference model from rs
+    double actuator, sensor, filtered, difference;             // observer: u1, u2, LP(y), LP(u2 - y)
+    double measured, travelled, measured_stop[BANK_STOPS + 1]; // z, m and its stops
+    double weight[BANK_STOPS + 1], constant, slope;            // V, c_0, c_1
     double covariance[3][3], variance[BANK_STOPS], doubt;
-    double travel, sample_k[3], sample_psi[4], sample_e, sample_travel;
+    double travel, sample_k[3], sample_psi[4], sample_e, sample_weighing, sample_travel;
     int    phase;
     bool   holds;
     double anchor, still_s, held_force, side_s, extra_margin, held_error, held_noise, held_changes;

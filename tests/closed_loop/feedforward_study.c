@@ -1,6 +1,6 @@
 // Judges the bank of stops (bank.h) on all truths. Not a test; run it by hand:
 //
-//     build/host-release/tests/closed_loop/feedforward_study [NAME=VALUE...] [truths|ratios|triangles|waves|random|iterative]...
+//     build/host-release/tests/closed_loop/feedforward_study [NAME=VALUE...] [truths|ratios|triangles|waves|random|pushes|loads|iterative]...
 //
 // A ratio is the RMS of r - F without over that with the bank, after the first third of a run, with the same plant and noise.
 // NAME is one of bank_options_t: lead, shrinkage, still, width, jump, stop, period.
@@ -31,6 +31,7 @@ typedef struct
     double (*reference)(const double of[3], double t);
     double of[3]; // low, high, and a slope in N/s or a time in s
     double third_s;
+    double push_n, push_s, push_time_s; // a force on the arm, from when and for how long
 } case_t;
 
 static double triangle(const double of[3], double t)
@@ -70,6 +71,7 @@ typedef struct
     double             own[SIM_TRUTH_DOUBLES_MAX];
     sim_plant_t       *plant;
     sim_random_t       random;
+    double             t;
 } rig_t;
 
 /// Sets the truth's sliding friction, for truths with a separate breakaway.
@@ -87,6 +89,7 @@ static void set_sliding(rig_t *rig, const case_t *x)
 
 static void open_rig(rig_t *rig, const case_t *x)
 {
+    rig->t        = 0.0;
     rig->scenario = sim_scenario_create();
     if (rig->scenario == NULL)
     {
@@ -124,10 +127,47 @@ static double read_rig(rig_t *rig, const case_t *x)
 static void tick_rig(rig_t *rig, const case_t *x, double u)
 {
     sim_plant_signals_t unseen;
+    const double        since = rig->t - x->push_s;
+    const double        push  = since >= 0.0 && since < x->push_time_s ? x->push_n : 0.0;
     for (int i = 0; i < STEPS_A_TICK; i++)
     {
-        sim_plant_step(rig->plant, x->actuator_gain * u, &unseen);
+        sim_plant_step(rig->plant, x->actuator_gain * u + push, &unseen);
     }
+    rig->t += H;
+}
+
+/// RMS of r - F in `count` windows of one period each that end at `ends`, ascending, in s.
+static void run_windows(const case_t         *x,
+                        const bank_options_t *options,
+                        double                period_s,
+                        const double         *ends,
+                        double               *rms,
+                        int                   count)
+{
+    rig_t  rig;
+    bank_t bank;
+    open_rig(&rig, x);
+    bank_reset(&bank);
+    for (int i = 0; i < count; i++)
+    {
+        rms[i] = 0.0;
+    }
+    for (long k = 0; k < lround(ends[count - 1] / H); k++)
+    {
+        const double t     = (double)k * H;
+        const double r     = x->reference(x->of, t);
+        const double error = r - sim_plant_force(rig.plant);
+        for (int i = 0; i < count; i++)
+        {
+            rms[i] += t >= ends[i] - period_s && t < ends[i] ? error * error * H / period_s : 0.0;
+        }
+        tick_rig(&rig, x, bank_tick(&bank, options, r, read_rig(&rig, x)));
+    }
+    for (int i = 0; i < count; i++)
+    {
+        rms[i] = sqrt(rms[i]);
+    }
+    close_rig(&rig);
 }
 
 /// RMS of r - F over the last two thirds, in N.
@@ -314,6 +354,82 @@ static void study_random(const bank_options_t *options)
     }
 }
 
+/// Pushes of 1 s while r moves: the error 60 s later over that before.
+static void study_pushes(const bank_options_t *options)
+{
+    static const int    truths[] = {SIM_TRUTH_paper, SIM_TRUTH_coulomb, SIM_TRUTH_leuven};
+    static const double push[]   = {-0.5, -0.3, -0.1, 0.1, 0.3, 0.5};
+    for (size_t truth = 0; truth < 3; truth++)
+    {
+        for (int noisy = 0; noisy < 2; noisy++)
+        {
+            double worst[6] = {0.0};
+            double ratios[48];
+            for (int i = 0; i < 48; i++)
+            {
+                case_t x      = benchmark(truths[truth]);
+                x.noise_n     = noisy ? 0.3e-3 : 0.0;
+                x.push_n      = push[i / 8];
+                x.push_s      = 40.0 + 2.5 * (i % 8);
+                x.push_time_s = 1.0;
+                double       rms[3];
+                const double ends[3] = {x.push_s, x.push_s + 21.0, x.push_s + 81.0};
+                run_windows(&x, options, 20.0, ends, rms, 3);
+                ratios[i]    = rms[0] / rms[2];
+                worst[i / 8] = fmax(worst[i / 8], rms[2] / rms[0]);
+                if (rms[2] > 1.5 * rms[0])
+                {
+                    printf("    push %+.1f N at %.1f s: %.3f mN, then %.2f, then %.3f\n",
+                           x.push_n,
+                           x.push_s,
+                           1e3 * rms[0],
+                           1e3 * rms[1],
+                           1e3 * rms[2]);
+                }
+            }
+            printf("  %-10s noise %.1f mN, most of error 60 s after a push over before:",
+                   sim_truth_models[truths[truth]]->name,
+                   0.3 * noisy);
+            for (int i = 0; i < 6; i++)
+            {
+                printf(" %.2f", worst[i]);
+            }
+            printf("\n");
+            print("pushes, before over after", ratios, 48);
+        }
+    }
+}
+
+/// A load that lasts: the error 60 s later, without over with.
+static void study_loads(const bank_options_t *options)
+{
+    static const double  breakaway[] = {1.0, 0.7, 1.3};
+    const bank_options_t off         = {.method = BANK_OFF};
+    for (int i = 0; i < 24; i++)
+    {
+        case_t x      = benchmark(i < 12 ? SIM_TRUTH_paper : SIM_TRUTH_leuven);
+        x.breakaway   = breakaway[i / 4 % 3];
+        x.noise_n     = i & 1 ? 0.3e-3 : 0.0;
+        x.push_n      = i & 2 ? 0.1 : -0.1;
+        x.push_s      = 45.0;
+        x.push_time_s = 1e9;
+        double       without[3], with[3];
+        const double ends[3] = {45.0, 65.0, 125.0};
+        run_windows(&x, &off, 20.0, ends, without, 3);
+        run_windows(&x, options, 20.0, ends, with, 3);
+        printf(
+            "  %-8s L x%.1f load %+.1f N noise %.1f mN: %.2f times before, %.2f with it, %.2f after 60 s (%.3f mN)\n",
+            sim_truth_models[x.truth]->name,
+            x.breakaway,
+            x.push_n,
+            1e3 * x.noise_n,
+            without[0] / with[0],
+            without[1] / with[1],
+            without[2] / with[2],
+            1e3 * with[2]);
+    }
+}
+
 /// The rival for periodic references: learns an addition to r, tick by tick, from the error of the last period.
 static void study_iterative(void)
 {
@@ -399,7 +515,9 @@ int main(int argc, char **argv)
                               {"ratios", study_ratios},
                               {"triangles", study_triangles},
                               {"waves", study_waves},
-                              {"random", study_random}};
+                              {"random", study_random},
+                              {"pushes", study_pushes},
+                              {"loads", study_loads}};
     bank_options_t options = bank_default();
     for (int i = 1; i < argc; i++)
     {
