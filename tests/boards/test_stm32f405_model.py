@@ -54,9 +54,9 @@ class Bench:
     def refer(self, r_n):
         drive = self.chip.argument  # of the last tick
         if self.arithmetic == "f32":
-            self.chip.call("drive_reference", drive, force=r_n)
+            self.chip.call("drive_set_reference", drive, force=r_n)
         else:
-            self.chip.call("drive_reference", drive, int(r_n / 4.0 * 2**31))
+            self.chip.call("drive_set_reference", drive, int(r_n / 4.0 * 2**31))
 
     def is_off(self):
         return not self.chip.power_is_on() and self.chip.output_code() == ZERO
@@ -132,7 +132,7 @@ def test_boot_reports_reset_clock_and_what_is_off_and_waits_in_idle(bench, arith
     assert lines[2].startswith("clock: 168 MHz from HSE, HSE ")
     assert abs(int(lines[2].split()[-2]) - 8000) < 50
     assert lines[3] == "params: empty"
-    assert lines[4] == "off: reference_ms ready_ms"
+    assert lines[4] == "off: ready_ms over_current_a bus_low_v bus_high_v temperature_max_c"
     assert lines[5].startswith("idle at tick ")
     assert board.is_off()
     assert not board.chip.bad_baud
@@ -461,7 +461,7 @@ def test_the_mpu_guards_the_stack_and_flash(bench):
     assert chip.symbols["store_start"] == model.FLASH + model.FLASH_SIZE // 8 * 6
     assert ram == (model.RAM, model.RAM + model.RAM_SIZE, 3, 0)
     assert guard == (chip.symbols["stack_guard"], chip.symbols["stack_guard"] + 256, 0, 0)
-    assert chip.symbols["stack_top"] - guard[1] >= 4096
+    assert chip.symbols["stack_top"] - guard[1] >= chip.symbols["stack_size"]
     assert chip.symbols["bss_end"] <= guard[0]
 
 
