@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 #define H 1e-3
@@ -366,6 +367,14 @@ static void test_loop_reset_leaves_nothing_of_what_was(void)
     TEST_ASSERT_FALSE(seen.compensator.friction.q1 || seen.compensator.friction.q2);
 }
 
+static void test_loop_params_and_state_of_one_axis_are_small(void)
+{
+    const size_t pointers = TRIBO_EITHER(10u, 7u) * (sizeof(void *) - 4u); // 4 bytes each on the targets
+    const size_t bytes    = sizeof loop.params + sizeof loop.state - pointers;
+    printf("params and state of one axis: %u bytes\n", (unsigned)bytes);
+    TEST_ASSERT_TRUE(bytes <= TRIBO_EITHER(400u, 480u));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -383,5 +392,6 @@ int main(void)
     RUN_TEST(test_loop_takes_inputs_up_to_their_very_maximum);
     RUN_TEST(test_loop_coasts_over_a_bad_input_counts_it_and_recovers);
     RUN_TEST(test_loop_reset_leaves_nothing_of_what_was);
+    RUN_TEST(test_loop_params_and_state_of_one_axis_are_small);
     return UNITY_END();
 }

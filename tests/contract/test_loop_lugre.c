@@ -284,13 +284,48 @@ static void test_loop_takes_breakaway_and_gravity_of_the_friction(void)
     }
 }
 
-static void test_init_passes_on_what_its_parts_refuse(void)
+static tribo_status_t init(tribo_force_loop_f32_config_t *of_loop, tribo_lugre_f32_config_t *of_lugre)
+{
+    return tribo_init_lugre(&loop.params, loop.table, &loop.lugre, of_loop, of_lugre, (float)FULL_SCALE_N);
+}
+
+static void check_refused(tribo_status_t status)
+{
+    memset(&loop, 0x5a, sizeof loop);
+    memcpy(&other, &loop, sizeof loop);
+    TEST_ASSERT_EQUAL_INT(status, init(&config, &lugre));
+    TEST_ASSERT_EQUAL_MEMORY(&other, &loop, sizeof loop); // nothing is written
+    setUp();
+}
+
+static void test_init_names_the_field_that_is_wrong(void)
 {
     config.gain = 3.0f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_GAIN, loop_init_lugre(&loop, &config, &lugre));
-    config.gain   = 0.5f;
+    check_refused(TRIBO_ERR_GAIN);
+    config.gain = NAN;
+    check_refused(TRIBO_ERR_GAIN);
+    lugre.stiffness = 0.0f;
+    check_refused(TRIBO_ERR_BRISTLE_STIFFNESS);
     lugre.damping = -1.0f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_BRISTLE_DAMPING, loop_init_lugre(&loop, &config, &lugre));
+    check_refused(TRIBO_ERR_BRISTLE_DAMPING);
+    lugre.viscous = NAN;
+    check_refused(TRIBO_ERR_BRISTLE_VISCOUS);
+    const float full_scale_n = (float)FULL_SCALE_N;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, init(NULL, &lugre));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, init(&config, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
+                          tribo_init_lugre(NULL, loop.table, &loop.lugre, &config, &lugre, full_scale_n));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
+                          tribo_init_lugre(&loop.params, loop.table, NULL, &config, &lugre, full_scale_n));
+}
+
+static void test_init_makes_the_loop_of_the_config_with_another_friction_model(void)
+{
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&other, &config));
+    TEST_ASSERT_NULL(other.params.compensator.model);
+    TEST_ASSERT_EQUAL_PTR(&loop.lugre.model, loop.params.compensator.model);
+    other.params.compensator.model = loop.params.compensator.model;
+    TEST_ASSERT_EQUAL_MEMORY(&other.params, &loop.params, sizeof other.params);
 }
 
 // --- changes of params -------------------------------------------------------------------------------------------
@@ -540,7 +575,8 @@ int main(void)
     RUN_TEST(test_loop_compensates);
     RUN_TEST(test_loop_after_a_reset_is_as_new);
     RUN_TEST(test_loop_takes_breakaway_and_gravity_of_the_friction);
-    RUN_TEST(test_init_passes_on_what_its_parts_refuse);
+    RUN_TEST(test_init_names_the_field_that_is_wrong);
+    RUN_TEST(test_init_makes_the_loop_of_the_config_with_another_friction_model);
     RUN_TEST(test_loop_changes_to_and_from_lugre_without_a_bump);
     RUN_TEST(test_loop_changes_between_two_friction_models_without_a_bump);
     RUN_TEST(test_loop_with_lugre_keeps_new_limits_at_once);

@@ -10,7 +10,6 @@
 #include "unity.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #define FULL_SCALE 4.0f
@@ -157,12 +156,26 @@ static void test_loop_with_a_feedforward_init_writes_nothing_unless_ok(void)
     TEST_ASSERT_NULL(state.memory);
 }
 
-static void test_loop_state_and_params_of_one_axis_take_at_most_480_bytes(void)
+static void test_loop_with_lugre_init_measures_the_headroom_and_writes_nothing_unless_ok(void)
 {
-    const size_t pointers = 7u * (sizeof(void *) - 4u); // 4 bytes each on the targets
-    const size_t bytes    = sizeof(tribo_force_loop_q31_params_t) + sizeof(tribo_force_loop_q31_state_t) - pointers;
-    printf("params and state of one axis: %u bytes\n", (unsigned)bytes);
-    TEST_ASSERT_TRUE(bytes <= 480u);
+    const tribo_lugre_f32_config_t lugre = tribo_lugre_f32_paper();
+    tribo_lugre_q31_params_t       made;
+    tribo_force_loop_q31_params_t  untouched;
+    tribo_headroom_q31_t           headroom = {.input = -1.0f};
+    tribo_headroom_q31_t           of_paper;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&params, NULL, &config, FULL_SCALE, &of_paper));
+    memset(&params, 0x5a, sizeof params);
+    memset(&made, 0x5a, sizeof made);
+    untouched = params;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_FULL_SCALE,
+                          tribo_force_loop_lugre_q31_init(&params, NULL, &made, &config, &lugre, NAN, &headroom));
+    TEST_ASSERT_EQUAL_MEMORY(&untouched, &params, sizeof params);
+    TEST_ASSERT_EACH_EQUAL_HEX8(0x5a, &made, sizeof made);
+    TEST_ASSERT_TRUE(headroom.input == -1.0f);
+    TEST_ASSERT_EQUAL_INT(
+        TRIBO_OK,
+        tribo_force_loop_lugre_q31_init(&params, NULL, &made, &config, &lugre, FULL_SCALE, &headroom));
+    TEST_ASSERT_TRUE(headroom.input == of_paper.input);
 }
 
 static void test_loop_reset_clears_the_counts_of_saturations(void)
@@ -181,8 +194,8 @@ int main(void)
     RUN_TEST(test_loop_takes_inputs_up_to_the_largest_credible_one);
     RUN_TEST(test_loop_saturates_an_error_and_a_feedforward_beyond_full_scale);
     RUN_TEST(test_loop_stays_within_its_limits_whatever_comes);
-    RUN_TEST(test_loop_state_and_params_of_one_axis_take_at_most_480_bytes);
     RUN_TEST(test_loop_reset_clears_the_counts_of_saturations);
     RUN_TEST(test_loop_with_a_feedforward_init_writes_nothing_unless_ok);
+    RUN_TEST(test_loop_with_lugre_init_measures_the_headroom_and_writes_nothing_unless_ok);
     return UNITY_END();
 }
