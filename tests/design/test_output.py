@@ -21,7 +21,7 @@ def test_the_same_input_gives_the_same_bytes(paper_dir, tmp_path):
         assert (again / name).read_bytes() == (paper_dir / name).read_bytes(), name
 
 
-@pytest.mark.parametrize("name, folder", [("paper_controller.h", "include/tribo"), ("paper_controller.c", "src")])
+@pytest.mark.parametrize("name, folder", [("paper_controller.h", "include/tribo"), ("paper_controller.c", "src/controller")])
 def test_the_librarys_controller_is_this_tools_output(paper_dir, name, folder):
     assert (paper_dir / name).read_text() == (ROOT / "lib" / folder / name).read_text(), "make it again, as tools/design/README.md says"
 
@@ -147,8 +147,8 @@ int main(void)
 }
 """)
     program = tmp_path / "probe"
-    subprocess.run([compiler, "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-ffp-contract=off", "-I", ROOT / "lib" / "include", "-I", paper_dir,
-                    probe, *sorted((ROOT / "lib" / "src").glob("*.c")), "-o", program], check=True)  # with paper_controller.c
+    subprocess.run([compiler, "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-ffp-contract=off", "-I", ROOT / "lib" / "include",
+                    "-I", ROOT / "lib" / "src", "-I", paper_dir, probe, *sorted((ROOT / "lib" / "src").rglob("*.c")), "-o", program], check=True)  # with paper_controller.c
     lines = subprocess.run([program], check=True, capture_output=True, text=True).stdout.splitlines()
     stored = json.loads((paper_dir / "paper_design.json").read_text())["sections"]
     assert [[float(x) for x in line.split()] for line in lines] == stored["f32"]

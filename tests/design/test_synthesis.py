@@ -57,6 +57,24 @@ def test_a_solver_that_dies_or_lies_is_refused(monkeypatch, child, words):
         synthesis.solve(synthesis.make_problem(design), design.synthesis)
 
 
+def test_a_search_that_stops_too_low_is_gone_over_again(monkeypatch):
+    """As on processors on which rounding hides from the solver that a gamma cannot be reached."""
+    design, _ = load_design(PAPER)
+    problem = synthesis.make_problem(design)
+    right = synthesis.solve(problem, design.synthesis)
+    search = synthesis._search
+
+    def low(systems):
+        gamma = search(systems)[0]
+        p = synthesis._augmented(*systems)
+        return 0.7 * gamma, synthesis.slycot.sb10ad(p.nstates, p.ninputs, p.noutputs, 1, 1, 3 * gamma, p.A, p.B, p.C, p.D, job=4)[1:5]
+
+    monkeypatch.setattr(synthesis, "_search", low)
+    found = synthesis.solve(problem, design.synthesis)
+    assert found.how.endswith("gamma bisected")
+    assert right.gamma_measured * 0.995 < found.gamma_measured < right.gamma_measured * 1.015
+
+
 def test_gamma_is_python_controls_own_norm(paper_result):
     """The figure against the norm of python-control's closed loop, made from its own pieces here."""
     s = ct.tf("s")

@@ -340,7 +340,7 @@ def solve(problem, synthesis, off_percent=0.0):
             infos.append((None, "the loop that it makes is not stable"))
             continue
         if best is None or solution.gamma_measured < best.gamma_measured:
-            best = solution
+            best, best_space, best_scale = solution, space, scale
         if abs(solution.gamma_measured / solution.gamma - 1) < 5e-3 + off_percent / 100:
             break
     if best is None:
@@ -353,7 +353,9 @@ def solve(problem, synthesis, off_percent=0.0):
         raise IllPosedError("numerical", "the solver finds no controller that stands a check "
                                          f"({'; '.join(sorted({text for _, text in infos}))}): the problem's frequencies are too far apart or a weight is too close to singular; "
                                          f"the weights come closest to a contradiction at {bound_omega:.4g} rad/s")
-    if not abs(best.gamma_measured / best.gamma - 1) < 0.05 + off_percent / 100 and best.gamma_measured > best.gamma:
+    if not _holds(best, 0.05, off_percent):
+        best = _bisect(problem, best_space, best_scale, best, deadline, off_percent)
+    if not _holds(best, 0.05, off_percent):
         raise IllPosedError("numerical", f"the solver states gamma {best.gamma:.4g}, but its loop has {best.gamma_measured:.4g}: the problem is too badly scaled to be solved "
                                          "in double precision; bring the slowest and fastest poles of plant and weights closer together")
     if best.gamma_measured > synthesis.gamma_max:
@@ -363,6 +365,28 @@ def solve(problem, synthesis, off_percent=0.0):
     if unstable:
         raise IllPosedError("unstable controller", f"the best controller is unstable itself (pole {_list(unstable)} rad/s); the library runs stable controllers only. "
                                                    "Ask for less bandwidth, or limit wT less")
+    return best
+
+
+def _holds(solution, tolerance, off_percent):
+    """Whether the loop has the gamma that the solver states."""
+    return solution.gamma_measured < (1 + tolerance + off_percent / 100) * solution.gamma
+
+
+def _bisect(problem, space, scale, wrong, deadline, off_percent):
+    """The solution of the least gamma, within 0.5 %, that its loop holds. The solver's own search stops too low where rounding hides
+    from it that a gamma cannot be reached, which depends on the processor: `wrong` is what it found. `wrong` again if there is none."""
+    best, low, high = wrong, wrong.gamma, wrong.gamma_measured
+    while high > 1.005 * low and time.monotonic() < deadline:
+        gamma = float(np.sqrt(low * high))
+        answer = _run(space, problem.weights, scale, deadline - time.monotonic(), off_percent, gamma)
+        found = None
+        if answer is not None and answer[0] != "failed":
+            found = _verify(problem, gamma, ct.ss(*answer[1:], remove_useless_states=False), f"{wrong.how}, gamma bisected")
+        if found is not None and _holds(found, 5e-3, off_percent):
+            best, high = found, gamma
+        else:
+            low = gamma
     return best
 
 
@@ -402,13 +426,13 @@ def _performance(space, weights):
     return ct.ss(a, np.vstack([p.B for p in parts]), c, d, remove_useless_states=False)
 
 
-def _run(space, weights, scale, seconds, off_percent):
-    """mixsyn in a process of its own. None when the time is over, ("failed", info, text), or gamma and K's matrices."""
+def _run(space, weights, scale, seconds, off_percent, gamma=None):
+    """mixsyn in a process of its own, or K for a given gamma. None when the time is over, ("failed", info, text), or gamma and K's matrices."""
     methods = multiprocessing.get_all_start_methods()
     context = multiprocessing.get_context("fork" if "fork" in methods else "spawn")
     receiver, sender = context.Pipe(duplex=False)
     systems = [_matrices(s) for s in (space, _performance(space, weights), *(state_space(weights[n]) if n in weights else None for n in ("wu", "wT")))]
-    child = context.Process(target=_child, args=(sender, systems, scale, off_percent), daemon=True)
+    child = context.Process(target=_child, args=(sender, systems, scale, off_percent, gamma), daemon=True)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # forking beside numpy's idle threads
         child.start()
@@ -447,18 +471,24 @@ def _augmented(plant, w1, wu, wt):
     return ct.ss(total_a, np.hstack([np.vstack(rows_b1), np.vstack(rows_b2)]), total_c, total_d, remove_useless_states=False)
 
 
-def _child(sender, systems, scale, off_percent):
+def _search(systems):
+    """The least gamma, and K's matrices."""
+    if systems[1].noutputs == 1:
+        k, _, (gamma, _) = ct.mixsyn(*systems)
+    else:  # python-control's augw takes as many outputs of wp as it has inputs
+        k, _, gamma, _ = ct.hinfsyn(_augmented(*systems), 1, 1)
+    return gamma, tuple(np.asarray(m) for m in ct.ssdata(k))
+
+
+def _child(sender, systems, scale, off_percent, gamma):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scaled = [None if s is None else ct.ss(s[0] / scale, s[1] / scale, s[2], s[3], remove_useless_states=False) for s in systems]
-            if scaled[1].noutputs == 1:
-                k, _, (gamma, _) = ct.mixsyn(*scaled)
-                k = tuple(np.asarray(m) for m in ct.ssdata(k))
-            else:  # python-control's augw takes as many outputs of wp as it has inputs
-                k, _, gamma, _ = ct.hinfsyn(_augmented(*scaled), 1, 1)
-                k = tuple(np.asarray(m) for m in ct.ssdata(k))
-            if off_percent:
+            searched = gamma is None
+            if searched:
+                gamma, k = _search(scaled)
+            if off_percent or not searched:
                 p = _augmented(*scaled)
                 k = slycot.sb10ad(p.nstates, p.ninputs, p.noutputs, 1, 1, gamma * (1 + off_percent / 100), p.A, p.B, p.C, p.D, job=4)[1:5]
         sender.send((float(gamma), k[0] * scale, k[1] * scale, k[2], k[3]))
