@@ -2,7 +2,7 @@
 
 #include "keys/table.h"
 #include "loop/loop_config.h"
-#include "tribo/friction_q31.h"
+#include "tribo/force_loop_q31.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -129,60 +129,35 @@ bool sim_check_has_loop(const sim_scenario_t *scenario, sim_error_t *error)
            sim_check_complain(scenario, "controller.kind", "none is open loop, without a loop for a drive", error);
 }
 
-/// The key of the first section that alone is refused with `status`; false if there is none.
-static bool find_section(const sim_loop_keys_t *config, tribo_status_t status, char key[SIM_KEY_MAX])
+/// The key of what is refused: in a list, its section, or the number of the breakaway table's row.
+static void name_refused(const sim_loop_keys_t *keys, tribo_status_t status, char key[SIM_KEY_MAX])
 {
-    sim_loop_config_t             loop;
-    tribo_controller_f32_params_t params;
-    sim_loop_config_fill(&loop, config);
-    for (unsigned i = 0; i < config->controller.section_count; i++)
-    {
-        const tribo_controller_f32_config_t one = {.sections      = &loop.sections[i],
-                                                   .section_count = 1,
-                                                   .u_min_n       = -1.0f,
-                                                   .u_max_n       = 1.0f};
-        if (tribo_controller_f32_init(&params, &one) == status)
-        {
-            (void)snprintf(key, SIM_KEY_MAX, "controller.sections[%u]", i);
-            return true;
-        }
-    }
-    return false;
-}
-
-/// The key of the number that the breakaway table's first refused point has; false if the points alone are good. In f32 their ranges were
-/// checked as they were read; in Q31 they depend on the full scale.
-static bool find_point(const sim_loop_keys_t *keys, tribo_status_t status, char key[SIM_KEY_MAX])
-{
-    const char *const number = status == TRIBO_ERR_TABLE_FORCE      ? "force_N"
-                               : status == TRIBO_ERR_TABLE_POSITIVE ? "positive_N"
-                                                                    : "negative_N";
-
-    tribo_breakaway_point_q31_t table[TRIBO_BREAKAWAY_POINTS_MAX];
-    tribo_friction_q31_params_t params;
-    sim_loop_config_t           loop;
+#define NUMBER_KEY(symbol, member, key, unit, low, high, sentence) key,
+    static const char *const numbers[] = {TRIBO_POINT_ELEMENTS(NUMBER_KEY)};
+    sim_loop_config_t        loop;
     sim_loop_config_fill(&loop, keys);
-    tribo_friction_f32_config_t *friction = &loop.config.compensator.friction;
-    const unsigned               points   = friction->table_length;
-    for (unsigned i = 0; i < points; i++)
+    const tribo_refusal_t refusal =
+        tribo_force_loop_q31_refusal(status, &loop.config, (float)keys->limits.full_scale_n); // of f32, too
+    switch (status)
     {
-        friction->table_length = i + 1u;
-        if (tribo_friction_q31_init(&params,
-                                    table,
-                                    friction,
-                                    loop.config.sample_time_s,
-                                    (float)keys->limits.full_scale_n) == status)
-        {
-            (void)snprintf(key, SIM_KEY_MAX, "compensator.friction.breakaway.table[%u].%s", i, number);
-            return true;
-        }
+    case TRIBO_ERR_SECTION_COEFFICIENT:
+    case TRIBO_ERR_SECTION_FEEDTHROUGH:
+    case TRIBO_ERR_SECTION_UNSTABLE:
+        (void)snprintf(key, SIM_KEY_MAX, "controller.sections[%u]", (unsigned)refusal.index);
+        break;
+    case TRIBO_ERR_TABLE_FORCE:
+    case TRIBO_ERR_TABLE_POSITIVE:
+    case TRIBO_ERR_TABLE_NEGATIVE:
+        (void)snprintf(key,
+                       SIM_KEY_MAX,
+                       "compensator.friction.breakaway.table[%u].%s",
+                       (unsigned)refusal.index,
+                       numbers[refusal.member]);
+        break;
+    default:
+        (void)snprintf(key, SIM_KEY_MAX, "%s", sim_loop_key_of(status));
+        break;
     }
-    return false;
-}
-
-static bool is_of_table(tribo_status_t status)
-{
-    return status == TRIBO_ERR_TABLE_FORCE || status == TRIBO_ERR_TABLE_POSITIVE || status == TRIBO_ERR_TABLE_NEGATIVE;
 }
 
 /// The number at a key's place, of either type; false if there is none.
@@ -215,15 +190,7 @@ bool sim_check_status(const sim_scenario_t *scenario, tribo_status_t status, sim
     char                   with_value[256];
     sim_place_t            place;
     double                 value;
-    (void)snprintf(key, sizeof key, "%s", sim_loop_key_of(status));
-    if (strcmp(key, "controller.sections") == 0)
-    {
-        (void)find_section(loop, status, key);
-    }
-    else if (is_of_table(status))
-    {
-        (void)find_point(loop, status, key);
-    }
+    name_refused(loop, status, key);
     if (sim_key_find(sim_scenario_keys(scenario), (void *)sim_scenario_values(scenario), key, &place) &&
         number_at(&place, &value))
     {

@@ -100,26 +100,6 @@ params_set_t params_default(void)
 
 // --- refusals ------------------------------------------------------------------------------------------------------
 
-/// What a refusal is about that no row is about: its word, of a list the first element's, and the range.
-typedef struct
-{
-    uint8_t status, word;
-    float   low, high;
-} refusal_t;
-
-static const refusal_t refusals[] = {
-    {TRIBO_ERR_SECTION_COEFFICIENT, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
-    {TRIBO_ERR_SECTION_FEEDTHROUGH, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
-    {TRIBO_ERR_SECTION_UNSTABLE, PARAMS_SECTIONS_AT + 3, -4.0f, 4.0f},
-    {TRIBO_ERR_ANTI_WINDUP, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
-    {TRIBO_ERR_HEADROOM, PARAMS_SECTIONS_AT, -1e6f, 1e6f},
-    {TRIBO_ERR_TABLE_FORCE, PARAMS_TABLE_AT, 0.0f, 1e6f},
-    {TRIBO_ERR_TABLE_POSITIVE, PARAMS_TABLE_AT + 1, 1e-6f, 1e6f},
-    {TRIBO_ERR_TABLE_NEGATIVE, PARAMS_TABLE_AT + 2, 1e-6f, 1e6f},
-    {TRIBO_ERR_ARM_TOO_FAST, PARAMS_INERTIA, 1e-12f, 1e12f},
-    {TRIBO_ERR_FULL_SCALE, DRIVE_CONFIG_full_scale_n, 1e-3f, 1e6f},
-};
-
 static bool refuse(params_error_t *error, uint32_t word, float value, float low, float high, tribo_status_t status)
 {
     *error = (params_error_t){word, value, low, high, status};
@@ -372,45 +352,31 @@ static tribo_status_t set_up_loop(params_t *params, const configs_t *configs)
     return loop_setup(&params->loop, &configs->loop, set->drive.full_scale_n);
 }
 
-/// The section or the point that is refused, from 0: the first with which those before it are refused likewise.
-static uint32_t element_of(params_t *params, configs_t *configs, uint32_t *count, tribo_status_t status)
+/// Of several parameters together the inertia is named, of the whole cascade its first coefficient.
+static bool refuse_loop(params_error_t *error, const params_t *params, const configs_t *configs, tribo_status_t status)
 {
-    const uint32_t all = *count;
-    *count             = 1;
-    while (*count < all && set_up_loop(params, configs) != status)
-    {
-        ++*count;
-    }
-    return *count - 1u;
-}
-
-static bool refuse_loop(params_error_t *error, params_t *params, configs_t *configs, tribo_status_t status)
-{
+    const tribo_status_t     named = status == TRIBO_ERR_ARM_TOO_FAST ? TRIBO_ERR_INERTIA : status;
     const tribo_parameter_t *row;
     uint32_t                 word;
     size_t                   at;
     for (uint32_t n = 0; find_row(n, &row, &word, &at); n++)
     {
-        if (row->status == (uint8_t)status)
+        if (row->status == (uint8_t)named)
         {
-            return refuse_row(error, &params->set, row, word);
+            (void)refuse_row(error, &params->set, row, word);
+            error->status = status;
+            return false;
         }
     }
-    size_t i = 0;
-    while (i + 1u < sizeof refusals / sizeof refusals[0] && refusals[i].status != (uint8_t)status)
+    const float full_scale_n = params->set.drive.full_scale_n;
+    if (status == TRIBO_ERR_FULL_SCALE)
     {
-        i++;
+        return refuse(error, DRIVE_CONFIG_full_scale_n, full_scale_n, 1e-3f, 1e6f, status);
     }
-    word = refusals[i].word;
-    if (word >= (uint32_t)PARAMS_TABLE_AT)
-    {
-        word += 3u * element_of(params, configs, &configs->loop.compensator.friction.table_length, status);
-    }
-    else if (word >= (uint32_t)PARAMS_SECTIONS_AT && status != TRIBO_ERR_ANTI_WINDUP && status != TRIBO_ERR_HEADROOM)
-    {
-        word += 5u * element_of(params, configs, &configs->loop.controller.section_count, status);
-    }
-    return refuse(error, word, params_number(&params->set, word), refusals[i].low, refusals[i].high, status);
+    const tribo_refusal_t refusal  = tribo_loop_refusal(status, &configs->loop, full_scale_n);
+    const bool            of_table = status >= TRIBO_ERR_TABLE_FORCE && status <= TRIBO_ERR_TABLE_NEGATIVE;
+    word = of_table ? PARAMS_TABLE_AT + 3u * refusal.index : PARAMS_SECTIONS_AT + 5u * refusal.index;
+    return refuse(error, word + refusal.member, refusal.value, refusal.low, refusal.high, status);
 }
 
 bool params_make(params_t *params, const port_t *port, params_error_t *error)

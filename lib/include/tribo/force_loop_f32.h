@@ -190,6 +190,11 @@ tribo_force_loop_f32_config_t tribo_force_loop_f32_paper(void);
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
                                          const tribo_force_loop_f32_config_t *config);
 
+/// The section, or the row of the breakaway table, for which tribo_force_loop_f32_init refused `config` with `status`, and the
+/// number in it; of a cascade as a whole (TRIBO_ERR_ANTI_WINDUP, TRIBO_ERR_HEADROOM) the first b0. All 0 where the status is about
+/// no list: then its text and the config's member say it. It sets up again, once an element.
+tribo_refusal_t tribo_force_loop_f32_refusal(tribo_status_t status, const tribo_force_loop_f32_config_t *config);
+
 /// All states at rest at F = 0, counters 0, neither memory nor guard attached.
 /// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
 void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state);

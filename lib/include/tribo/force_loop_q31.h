@@ -149,6 +149,11 @@ tribo_status_t tribo_force_loop_lugre_q31_init(tribo_force_loop_q31_params_t    
                                                float                                full_scale_n,
                                                tribo_headroom_q31_t                *headroom);
 
+/// The same of tribo_force_loop_q31_init, in the units of `config`; of TRIBO_ERR_FULL_SCALE all 0.
+tribo_refusal_t tribo_force_loop_q31_refusal(tribo_status_t                       status,
+                                             const tribo_force_loop_f32_config_t *config,
+                                             float                                full_scale_n);
+
 /// All states at rest at F = 0, counters 0, neither memory nor guard attached.
 /// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
 void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state);

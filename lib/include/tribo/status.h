@@ -41,6 +41,14 @@ typedef enum
 /// "sample_time_s: 1e-6 to 0.1 s". Never null; points to constant storage.
 const char *tribo_status_text(tribo_status_t status);
 
+/// The number that is refused in a list of a config, with its range in tribo/parameters.h; the status's text says what may narrow it.
+typedef struct
+{
+    uint32_t index;            ///< of the section, or of the row of the breakaway table, from 0
+    uint32_t member;           ///< the number in it: 0 to 4 for b0 to a2, 0 to 2 for force_n to negative_n
+    float    value, low, high; ///< inclusive
+} tribo_refusal_t;
+
 #ifdef __cplusplus
 }
 #endif

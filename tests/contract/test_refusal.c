@@ -1,0 +1,98 @@
+// What is said of a refused list: the element, the number in it, its value and its range.
+
+#include ARITH_HEADER
+#include "unity.h"
+
+#include <math.h>
+#include <stddef.h>
+
+static tribo_force_loop_f32_config_t config;
+static tribo_biquad_f32_section_t    sections[TRIBO_BIQUAD_SECTIONS_MAX];
+static tribo_breakaway_point_f32_t   points[3];
+
+void setUp(void)
+{
+    config = tribo_force_loop_f32_paper();
+    for (uint32_t i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
+    {
+        sections[i] = config.controller.sections[i < 2u ? i : 0u];
+    }
+    points[0] = (tribo_breakaway_point_f32_t){0.0f, 0.01f, 0.01f};
+    points[1] = (tribo_breakaway_point_f32_t){0.5f, 0.02f, 0.02f};
+    points[2] = (tribo_breakaway_point_f32_t){1.0f, 0.03f, 0.03f};
+
+    config.controller.sections               = sections;
+    config.controller.section_count          = 3;
+    config.compensator.friction.table        = points;
+    config.compensator.friction.table_length = 3;
+}
+
+void tearDown(void)
+{
+}
+
+/// `number` made `value` is refused with `status`, in place `member` of element `index`, for this range.
+static void check(tribo_status_t status,
+                  float         *number,
+                  float          value,
+                  uint32_t       index,
+                  uint32_t       member,
+                  float          low,
+                  float          high)
+{
+    static loop_t loop;
+    const float   good = *number;
+    *number            = value;
+    TEST_ASSERT_EQUAL_INT(status, loop_init(&loop, &config));
+    const tribo_refusal_t refusal = tribo_loop_refusal(status, &config, (float)FULL_SCALE_N);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(index, refusal.index, tribo_status_text(status));
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(member, refusal.member, tribo_status_text(status));
+    TEST_ASSERT_TRUE_MESSAGE(isnan(value) ? isnan(refusal.value) : refusal.value == value, tribo_status_text(status));
+    TEST_ASSERT_EQUAL_FLOAT_MESSAGE(low, refusal.low, tribo_status_text(status));
+    TEST_ASSERT_EQUAL_FLOAT_MESSAGE(high, refusal.high, tribo_status_text(status));
+    *number = good;
+}
+
+static void test_a_refused_section_is_said_with_its_coefficient(void)
+{
+    check(TRIBO_ERR_SECTION_COEFFICIENT, &sections[0].b2, 2e6f, 0, 2, -1e6f, 1e6f);
+    check(TRIBO_ERR_SECTION_COEFFICIENT, &sections[2].a2, NAN, 2, 4, -4.0f, 4.0f);
+    check(TRIBO_ERR_SECTION_FEEDTHROUGH, &sections[1].b0, 0.0f, 1, 0, -1e6f, 1e6f);
+    check(TRIBO_ERR_SECTION_UNSTABLE, &sections[2].a1, -1.0f, 2, 3, -4.0f, 4.0f);
+}
+
+static void test_a_refused_row_of_the_table_is_said_with_its_number(void)
+{
+    check(TRIBO_ERR_TABLE_POSITIVE, &points[0].positive_n, 0.0f, 0, 1, 1e-6f, 1e6f);
+    check(TRIBO_ERR_TABLE_NEGATIVE, &points[2].negative_n, -1.0f, 2, 2, 1e-6f, 1e6f);
+    check(TRIBO_ERR_TABLE_FORCE, &points[0].force_n, NAN, 0, 0, 0.0f, 1e6f);
+    check(TRIBO_ERR_TABLE_FORCE, &points[2].force_n, 0.5f, 2, 0, 0.0f, 1e6f); // not over the row before
+#if TRIBO_IS_Q31
+    check(TRIBO_ERR_TABLE_FORCE, &points[2].force_n, 2.5f, 2, 0, 0.0f, 1e6f); // over the full scale
+    check(TRIBO_ERR_TABLE_POSITIVE, &points[1].positive_n, 2.5f, 1, 1, 1e-6f, 1e6f);
+#endif
+}
+
+static void test_a_refused_cascade_is_said_with_its_first_coefficient(void)
+{
+    const tribo_refusal_t refusal = tribo_loop_refusal(TRIBO_ERR_ANTI_WINDUP, &config, (float)FULL_SCALE_N);
+    TEST_ASSERT_EQUAL_UINT32(0, refusal.index);
+    TEST_ASSERT_EQUAL_UINT32(0, refusal.member);
+    TEST_ASSERT_TRUE(refusal.value == sections[0].b0 && refusal.high == 1e6f);
+}
+
+static void test_a_status_of_no_list_has_no_number(void)
+{
+    const tribo_refusal_t refusal = tribo_loop_refusal(TRIBO_ERR_GAIN, &config, (float)FULL_SCALE_N);
+    TEST_ASSERT_TRUE(refusal.value == 0.0f && refusal.low == 0.0f && refusal.high == 0.0f);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_refused_section_is_said_with_its_coefficient);
+    RUN_TEST(test_a_refused_row_of_the_table_is_said_with_its_number);
+    RUN_TEST(test_a_refused_cascade_is_said_with_its_first_coefficient);
+    RUN_TEST(test_a_status_of_no_list_has_no_number);
+    return UNITY_END();
+}
