@@ -150,16 +150,6 @@ const sim_key_t sim_loop_keys[] = {
     END};
 // clang-format on
 
-double sim_breakaway_negative_offset(const sim_breakaway_config_t *config)
-{
-    return config->negative_offset_n.is_given ? config->negative_offset_n.value : config->offset_n;
-}
-
-double sim_breakaway_negative_slope(const sim_breakaway_config_t *config)
-{
-    return config->negative_slope.is_given ? config->negative_slope.value : config->slope;
-}
-
 const char *sim_loop_key_of(tribo_status_t status)
 {
 #define KEY(group, symbol, member, key, ...) [TRIBO_ERR_##symbol] = TRIBO_KEY_##group key,

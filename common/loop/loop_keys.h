@@ -170,8 +170,15 @@ extern const sim_key_t sim_limits_keys[];      ///< of sim_limits_config_t
 extern const sim_key_t sim_loop_keys[];
 
 /// The negative direction's own offset and slope, or the positive one's.
-double sim_breakaway_negative_offset(const sim_breakaway_config_t *config);
-double sim_breakaway_negative_slope(const sim_breakaway_config_t *config);
+static inline double sim_breakaway_negative_offset(const sim_breakaway_config_t *config)
+{
+    return config->negative_offset_n.is_given ? config->negative_offset_n.value : config->offset_n;
+}
+
+static inline double sim_breakaway_negative_slope(const sim_breakaway_config_t *config)
+{
+    return config->negative_slope.is_given ? config->negative_slope.value : config->slope;
+}
 
 /// The path of the key that a refusal of the library is about, "" if it is about none.
 const char *sim_loop_key_of(tribo_status_t status);
