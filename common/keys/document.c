@@ -7,10 +7,10 @@
 
 typedef struct
 {
-    const char             *text;
-    unsigned                nodes_max;
-    sim_document_problem_t *problem;
-    unsigned                depth, nodes, documents;
+    const char                *text;
+    unsigned                   nodes_max;
+    common_document_problem_t *problem;
+    unsigned                   depth, nodes, documents;
 } shape_t;
 
 static bool complain(const shape_t *shape, const char *what)
@@ -21,9 +21,9 @@ static bool complain(const shape_t *shape, const char *what)
 
 static bool complain_yaml(const shape_t *shape, const yaml_parser_t *parser)
 {
-    sim_document_problem_t *problem = shape->problem;
-    problem->line                   = SIM_LINE(parser->problem_mark);
-    problem->column                 = SIM_COLUMN(parser->problem_mark);
+    common_document_problem_t *problem = shape->problem;
+    problem->line                      = COMMON_LINE(parser->problem_mark);
+    problem->column                    = COMMON_COLUMN(parser->problem_mark);
     if (parser->error == YAML_READER_ERROR) // has only an offset
     {
         problem->line = problem->column = 1;
@@ -45,8 +45,8 @@ static bool check_event(shape_t *shape, const yaml_event_t *event)
     const yaml_event_type_t type  = event->type;
     const bool              opens = type == YAML_SEQUENCE_START_EVENT || type == YAML_MAPPING_START_EVENT;
     const bool              ends  = type == YAML_SEQUENCE_END_EVENT || type == YAML_MAPPING_END_EVENT;
-    shape->problem->line          = SIM_LINE(event->start_mark);
-    shape->problem->column        = SIM_COLUMN(event->start_mark);
+    shape->problem->line          = COMMON_LINE(event->start_mark);
+    shape->problem->column        = COMMON_COLUMN(event->start_mark);
     shape->depth                  = shape->depth + (opens ? 1u : 0u) - (ends ? 1u : 0u);
     shape->nodes += (opens || type == YAML_SCALAR_EVENT) ? 1u : 0u;
     shape->documents += (type == YAML_DOCUMENT_START_EVENT) ? 1u : 0u;
@@ -88,11 +88,14 @@ static bool check_shape(shape_t *shape)
     return ok;
 }
 
-bool sim_document_load(yaml_document_t *document, const char *text, unsigned nodes_max, sim_document_problem_t *problem)
+bool common_document_load(yaml_document_t           *document,
+                          const char                *text,
+                          unsigned                   nodes_max,
+                          common_document_problem_t *problem)
 {
     shape_t       shape = {.text = text, .nodes_max = nodes_max, .problem = problem};
     yaml_parser_t parser;
-    *problem = (sim_document_problem_t){.line = 1, .column = 1, .what = "out of memory"};
+    *problem = (common_document_problem_t){.line = 1, .column = 1, .what = "out of memory"};
     if (!check_shape(&shape) || yaml_parser_initialize(&parser) != 1)
     {
         return false;

@@ -1,7 +1,7 @@
 /// Loads text as a YAML document after checking its shape: one document, not empty, no aliases, bounded in depth and size.
 
-#ifndef SIM_DOCUMENT_H
-#define SIM_DOCUMENT_H
+#ifndef COMMON_DOCUMENT_H
+#define COMMON_DOCUMENT_H
 
 #include <yaml.h>
 
@@ -13,16 +13,16 @@ typedef struct
 {
     size_t line, column;
     char   what[256];
-} sim_document_problem_t;
+} common_document_problem_t;
 
 /// Line and column of a libyaml mark.
-#define SIM_LINE(mark)   ((mark).line + 1u)
-#define SIM_COLUMN(mark) ((mark).column + 1u)
+#define COMMON_LINE(mark)   ((mark).line + 1u)
+#define COMMON_COLUMN(mark) ((mark).column + 1u)
 
 /// On success `document` has a root; delete it with yaml_document_delete. `nodes_max` counts keys, values, mappings and lists.
-bool sim_document_load(yaml_document_t        *document,
-                       const char             *text,
-                       unsigned                nodes_max,
-                       sim_document_problem_t *problem);
+bool common_document_load(yaml_document_t           *document,
+                          const char                *text,
+                          unsigned                   nodes_max,
+                          common_document_problem_t *problem);
 
 #endif

@@ -1,7 +1,7 @@
 /// One key of a file, as a row of a table: its name, type and range, and the place of its value.
 
-#ifndef SIM_KEY_H
-#define SIM_KEY_H
+#ifndef COMMON_KEY_H
+#define COMMON_KEY_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -9,38 +9,38 @@
 
 typedef enum
 {
-    SIM_KEY_NUMBER,   ///< double
-    SIM_KEY_OPTIONAL, ///< sim_optional_t: a number that may be left out
-    SIM_KEY_WHOLE,    ///< uint64_t
-    SIM_KEY_CHOICE,   ///< int, the index of a word
-    SIM_KEY_TEXT,     ///< char[max + 1]
-    SIM_KEY_GROUP,    ///< a mapping with its own keys
-    SIM_KEY_LIST,     ///< an array of such mappings, and its length, an unsigned
-    SIM_KEY_SKIPPED   ///< another program's: known, value ignored
-} sim_key_type_t;
+    COMMON_KEY_NUMBER,   ///< double
+    COMMON_KEY_OPTIONAL, ///< common_optional_t: a number that may be left out
+    COMMON_KEY_WHOLE,    ///< uint64_t
+    COMMON_KEY_CHOICE,   ///< int, the index of a word
+    COMMON_KEY_TEXT,     ///< char[max + 1]
+    COMMON_KEY_GROUP,    ///< a mapping with its own keys
+    COMMON_KEY_LIST,     ///< an array of such mappings, and its length, an unsigned
+    COMMON_KEY_SKIPPED   ///< another program's: known, value ignored
+} common_key_type_t;
 
 typedef struct
 {
     bool   is_given;
     double value;
-} sim_optional_t;
+} common_optional_t;
 
 /// A table is an array of rows, ended by one without a name.
-typedef struct sim_key
+typedef struct common_key
 {
-    const char                  *name;
-    sim_key_type_t               type;
-    bool                         is_required;   ///< has no default
-    size_t                       offset;        ///< of the value, in the struct described by the table
-    const char                  *unit;          ///< "-": none
-    double                       min, max;      ///< of a number; of the length of a text or list
-    double                       standard;      ///< the default; of a choice its index
-    const char *const           *words;         ///< of a choice, ended by null
-    const struct sim_key        *keys;          ///< of a group or of a list's elements
-    const struct sim_key *const *keys_of_model; ///< of a group, instead: pointer to a truth model's keys
-    size_t                       size;          ///< of a list's element
-    size_t                       count_offset;  ///< of a list's counter
-    const char                  *text;          ///< for the tables of scenarios/README.md; of a group its title
-} sim_key_t;
+    const char                     *name;
+    common_key_type_t               type;
+    bool                            is_required;   ///< has no default
+    size_t                          offset;        ///< of the value, in the struct described by the table
+    const char                     *unit;          ///< "-": none
+    double                          min, max;      ///< of a number; of the length of a text or list
+    double                          standard;      ///< the default; of a choice its index
+    const char *const              *words;         ///< of a choice, ended by null
+    const struct common_key        *keys;          ///< of a group or of a list's elements
+    const struct common_key *const *keys_of_model; ///< of a group, instead: pointer to a truth model's keys
+    size_t                          size;          ///< of a list's element
+    size_t                          count_offset;  ///< of a list's counter
+    const char                     *text;          ///< for the tables of scenarios/README.md; of a group its title
+} common_key_t;
 
 #endif

@@ -11,13 +11,13 @@
 /// Position in the document.
 typedef struct
 {
-    const sim_text_t *text;
-    sim_sources_t    *sources;
-    sim_error_t      *error;
-    yaml_document_t   document;
-    size_t            line; ///< of the key, or of the element of a list
-    char              path[SIM_KEY_MAX];
-    size_t            length; ///< of the path
+    const common_text_t *text;
+    common_sources_t    *sources;
+    common_error_t      *error;
+    yaml_document_t      document;
+    size_t               line; ///< of the key, or of the element of a list
+    char                 path[COMMON_KEY_MAX];
+    size_t               length; ///< of the path
 } reader_t;
 
 // --- messages ------------------------------------------------------------------------------------------------------
@@ -25,30 +25,30 @@ typedef struct
 /// "FILE:LINE: " and the rest, or without the line for an option. Always false.
 static bool complain(const reader_t *reader, const char *format, ...)
 {
-    const sim_text_t *text = reader->text;
-    sim_error_t       what = {""};
-    va_list           args;
+    const common_text_t *text = reader->text;
+    common_error_t       what = {""};
+    va_list              args;
     va_start(args, format);
-    (void)sim_error_set_list(&what, format, args);
+    (void)common_error_set_list(&what, format, args);
     va_end(args);
-    return text->is_option ? sim_error_set(reader->error, "%s: %s", text->name, what.text)
-                           : sim_error_set(reader->error, "%s:%zu: %s", text->name, reader->line, what.text);
+    return text->is_option ? common_error_set(reader->error, "%s: %s", text->name, what.text)
+                           : common_error_set(reader->error, "%s:%zu: %s", text->name, reader->line, what.text);
 }
 
 static bool complain_unknown(const reader_t *reader)
 {
-    const sim_text_t *text   = reader->text;
-    const size_t      prefix = (text->prefix[0] != '\0') ? strlen(text->prefix) + 1 : 0;
-    sim_place_t       place;
-    char              suggestion[SIM_KEY_MAX];
-    if (prefix > 0 && !text->is_option && sim_key_find(text->root, NULL, reader->path + prefix, &place))
+    const common_text_t *text   = reader->text;
+    const size_t         prefix = (text->prefix[0] != '\0') ? strlen(text->prefix) + 1 : 0;
+    common_place_t       place;
+    char                 suggestion[COMMON_KEY_MAX];
+    if (prefix > 0 && !text->is_option && common_key_find(text->root, NULL, reader->path + prefix, &place))
     {
         return complain(reader,
                         "%s is a scenario's key: a file with the keys of its %s alone is wanted here",
                         reader->path + prefix,
                         text->prefix);
     }
-    return sim_suggest(text->root, reader->path, suggestion)
+    return common_suggest(text->root, reader->path, suggestion)
                ? complain(reader, "unknown key %s, did you mean %s?", reader->path, suggestion)
                : complain(reader, "unknown key %s", reader->path);
 }
@@ -92,25 +92,25 @@ static void cut(reader_t *reader, size_t length)
 /// Records the source line of the path's value.
 static bool note(const reader_t *reader, size_t line)
 {
-    const sim_text_t *text = reader->text;
-    return sim_sources_add(reader->sources, reader->path, text->name, text->is_option ? 0 : line, reader->error);
+    const common_text_t *text = reader->text;
+    return common_sources_add(reader->sources, reader->path, text->name, text->is_option ? 0 : line, reader->error);
 }
 
 // --- values --------------------------------------------------------------------------------------------------------
 
 /// Stores a single value at `at`; false, with the fault in `what`.
-static bool take_value(const sim_key_t *key, const char *text, char *at, char *what, size_t size)
+static bool take_value(const common_key_t *key, const char *text, char *at, char *what, size_t size)
 {
-    sim_optional_t number    = {.is_given = true};
-    uint64_t       whole     = 0;
-    int            word      = 0;
-    const char    *complaint = NULL;
-    char           words[SIM_WORDS_MAX];
-    const char    *meant = NULL;
+    common_optional_t number    = {.is_given = true};
+    uint64_t          whole     = 0;
+    int               word      = 0;
+    const char       *complaint = NULL;
+    char              words[COMMON_WORDS_MAX];
+    const char       *meant = NULL;
     switch (key->type)
     {
-    case SIM_KEY_WHOLE:
-        complaint = sim_number_parse_whole(text, &whole);
+    case COMMON_KEY_WHOLE:
+        complaint = common_number_parse_whole(text, &whole);
         (void)snprintf(what, size, "%.40s is outside %g to %g", text, key->min, key->max);
         if (complaint == NULL && !((double)whole >= key->min && (double)whole <= key->max))
         {
@@ -118,10 +118,10 @@ static bool take_value(const sim_key_t *key, const char *text, char *at, char *w
         }
         memcpy(at, &whole, sizeof whole);
         break;
-    case SIM_KEY_CHOICE:
-        word  = sim_key_find_word(key, text);
-        meant = sim_suggest_word(key, text);
-        sim_key_words(key, words, sizeof words);
+    case COMMON_KEY_CHOICE:
+        word  = common_key_find_word(key, text);
+        meant = common_suggest_word(key, text);
+        common_key_words(key, words, sizeof words);
         (void)snprintf(what,
                        size,
                        "'%.40s' is not %s%s%s%s",
@@ -132,29 +132,29 @@ static bool take_value(const sim_key_t *key, const char *text, char *at, char *w
                        meant != NULL ? "?" : "");
         memcpy(at, &word, sizeof word);
         return word >= 0;
-    case SIM_KEY_TEXT:
+    case COMMON_KEY_TEXT:
         (void)snprintf(what, size, "is longer than %g bytes", key->max);
         memcpy(at, text, strlen(text) <= (size_t)key->max ? strlen(text) + 1 : 0);
         return strlen(text) <= (size_t)key->max;
     default:
-        complaint = sim_number_parse(text, &number.value);
+        complaint = common_number_parse(text, &number.value);
         (void)snprintf(what, size, "%.10g is outside %g to %g", number.value, key->min, key->max);
         if (complaint == NULL && !(number.value >= key->min && number.value <= key->max))
         {
             return false;
         }
         memcpy(at,
-               key->type == SIM_KEY_OPTIONAL ? (const void *)&number : (const void *)&number.value,
-               key->type == SIM_KEY_OPTIONAL ? sizeof number : sizeof number.value);
+               key->type == COMMON_KEY_OPTIONAL ? (const void *)&number : (const void *)&number.value,
+               key->type == COMMON_KEY_OPTIONAL ? sizeof number : sizeof number.value);
         break;
     }
     (void)snprintf(what, size, "'%.40s' %s", text, complaint != NULL ? complaint : "");
     return complaint == NULL;
 }
 
-static bool read_scalar(const reader_t *reader, const sim_key_t *key, const yaml_node_t *node, char *at)
+static bool read_scalar(const reader_t *reader, const common_key_t *key, const yaml_node_t *node, char *at)
 {
-    char what[2 * SIM_WORDS_MAX] = "holds a zero byte";
+    char what[2 * COMMON_WORDS_MAX] = "holds a zero byte";
     return (!has_zero_byte(node) && take_value(key, scalar(node), at, what, sizeof what)) ||
            complain(reader, "%s: %s", reader->path, what);
 }
@@ -186,10 +186,10 @@ static const yaml_node_t *find_in(reader_t               *reader,
     return NULL;
 }
 
-static bool read_mapping(reader_t *reader, const sim_key_t *keys, const yaml_node_t *mapping, char *group);
+static bool read_mapping(reader_t *reader, const common_key_t *keys, const yaml_node_t *mapping, char *group);
 
 /// All keys of an element are required.
-static bool read_element(reader_t *reader, const sim_key_t *keys, const yaml_node_t *node, char *at)
+static bool read_element(reader_t *reader, const common_key_t *keys, const yaml_node_t *node, char *at)
 {
     const size_t line = node->start_mark.line + 1;
     reader->line      = line;
@@ -198,7 +198,7 @@ static bool read_element(reader_t *reader, const sim_key_t *keys, const yaml_nod
         return false;
     }
     reader->line = line;
-    for (const sim_key_t *key = keys; key->name != NULL; key++)
+    for (const common_key_t *key = keys; key->name != NULL; key++)
     {
         if (find_in(reader, node, node->data.mapping.pairs.top, key->name) == NULL)
         {
@@ -208,7 +208,7 @@ static bool read_element(reader_t *reader, const sim_key_t *keys, const yaml_nod
     return note(reader, line);
 }
 
-static bool read_list(reader_t *reader, const sim_key_t *key, const yaml_node_t *node, char *group)
+static bool read_list(reader_t *reader, const common_key_t *key, const yaml_node_t *node, char *group)
 {
     const yaml_node_item_t *items  = node->data.sequence.items.start;
     const unsigned          count  = (unsigned)(node->data.sequence.items.top - items);
@@ -230,16 +230,16 @@ static bool read_list(reader_t *reader, const sim_key_t *key, const yaml_node_t 
     return true;
 }
 
-static bool read_value(reader_t *reader, const sim_key_t *key, const yaml_node_t *node, char *group)
+static bool read_value(reader_t *reader, const common_key_t *key, const yaml_node_t *node, char *group)
 {
-    if (key->type == SIM_KEY_SKIPPED)
+    if (key->type == COMMON_KEY_SKIPPED)
     {
         return true;
     }
-    const char            *called = sim_key_type_name(key);
-    const yaml_node_type_t type   = (key->type == SIM_KEY_GROUP)  ? YAML_MAPPING_NODE
-                                    : (key->type == SIM_KEY_LIST) ? YAML_SEQUENCE_NODE
-                                                                  : YAML_SCALAR_NODE;
+    const char            *called = common_key_type_name(key);
+    const yaml_node_type_t type   = (key->type == COMMON_KEY_GROUP)  ? YAML_MAPPING_NODE
+                                    : (key->type == COMMON_KEY_LIST) ? YAML_SEQUENCE_NODE
+                                                                     : YAML_SCALAR_NODE;
     if (!check_kind(reader, type, called, node))
     {
         return false;
@@ -247,7 +247,7 @@ static bool read_value(reader_t *reader, const sim_key_t *key, const yaml_node_t
     switch (type)
     {
     case YAML_MAPPING_NODE:
-        return read_mapping(reader, sim_key_below(key), node, group + key->offset);
+        return read_mapping(reader, common_key_below(key), node, group + key->offset);
     case YAML_SEQUENCE_NODE:
         return read_list(reader, key, node, group);
     default:
@@ -279,7 +279,7 @@ static bool read_name(reader_t *reader, const yaml_node_t *mapping, const yaml_n
 }
 
 static bool read_pair(reader_t               *reader,
-                      const sim_key_t        *keys,
+                      const common_key_t     *keys,
                       const yaml_node_t      *mapping,
                       const yaml_node_pair_t *pair,
                       char                   *group)
@@ -288,9 +288,9 @@ static bool read_pair(reader_t               *reader,
     {
         return false;
     }
-    const char      *name = scalar(node_of(reader, pair->key));
-    const sim_key_t *key  = sim_key_in(keys, name, strlen(name));
-    const size_t     line = reader->line;
+    const char         *name = scalar(node_of(reader, pair->key));
+    const common_key_t *key  = common_key_in(keys, name, strlen(name));
+    const size_t        line = reader->line;
     if (keys == reader->text->keys && reader->text->only != NULL && key != reader->text->only)
     {
         return complain(reader, "unknown key %s", reader->path);
@@ -302,7 +302,7 @@ static bool read_pair(reader_t               *reader,
     return read_value(reader, key, node_of(reader, pair->value), group) && note(reader, line);
 }
 
-static bool read_mapping(reader_t *reader, const sim_key_t *keys, const yaml_node_t *mapping, char *group)
+static bool read_mapping(reader_t *reader, const common_key_t *keys, const yaml_node_t *mapping, char *group)
 {
     const size_t length = reader->length;
     for (const yaml_node_pair_t *pair = mapping->data.mapping.pairs.start; pair < mapping->data.mapping.pairs.top;
@@ -328,11 +328,11 @@ static bool read_document(reader_t *reader)
            read_mapping(reader, reader->text->keys, root, reader->text->group);
 }
 
-bool sim_read(const sim_text_t *text, sim_sources_t *sources, sim_error_t *error)
+bool common_read(const common_text_t *text, common_sources_t *sources, common_error_t *error)
 {
-    reader_t               reader = {.text = text, .sources = sources, .error = error};
-    sim_document_problem_t problem;
-    if (!sim_document_load(&reader.document, text->text, SIM_FILE_NODES_MAX, &problem))
+    reader_t                  reader = {.text = text, .sources = sources, .error = error};
+    common_document_problem_t problem;
+    if (!common_document_load(&reader.document, text->text, COMMON_FILE_NODES_MAX, &problem))
     {
         reader.line = problem.line;
         return complain(&reader, "%s", problem.what);

@@ -7,22 +7,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-bool sim_sources_add(sim_sources_t *sources, const char *key, const char *name, size_t line, sim_error_t *error)
+bool common_sources_add(common_sources_t *sources,
+                        const char       *key,
+                        const char       *name,
+                        size_t            line,
+                        common_error_t   *error)
 {
-    sim_source_t *larger = realloc(sources->entry, (sources->count + 1) * sizeof *larger);
+    common_source_t *larger = realloc(sources->entry, (sources->count + 1) * sizeof *larger);
     if (larger == NULL)
     {
-        return sim_error_set(error, "out of memory");
+        return common_error_set(error, "out of memory");
     }
-    sources->entry      = larger;
-    sim_source_t *added = &sources->entry[sources->count++];
-    added->is_option    = line == 0;
-    added->key          = strdup(key);
-    added->place        = added->is_option ? strdup(name) : sim_text_format("%s:%zu", name, line);
-    return (added->key != NULL && added->place != NULL) || sim_error_set(error, "out of memory");
+    sources->entry         = larger;
+    common_source_t *added = &sources->entry[sources->count++];
+    added->is_option       = line == 0;
+    added->key             = strdup(key);
+    added->place           = added->is_option ? strdup(name) : common_text_format("%s:%zu", name, line);
+    return (added->key != NULL && added->place != NULL) || common_error_set(error, "out of memory");
 }
 
-void sim_sources_free(sim_sources_t *sources)
+void common_sources_free(common_sources_t *sources)
 {
     for (size_t i = 0; i < sources->count; i++)
     {
@@ -30,16 +34,16 @@ void sim_sources_free(sim_sources_t *sources)
         free(sources->entry[i].place);
     }
     free(sources->entry);
-    *sources = (sim_sources_t){0};
+    *sources = (common_sources_t){0};
 }
 
 /// The last entry for the first `length` characters of `key`, or for a --set below that path.
-static const sim_source_t *find(const sim_sources_t *sources, const char *key, size_t length, bool part_by_option)
+static const common_source_t *find(const common_sources_t *sources, const char *key, size_t length, bool part_by_option)
 {
     for (size_t i = sources->count; i-- > 0;)
     {
-        const sim_source_t *entry = &sources->entry[i];
-        const char          next  = strncmp(entry->key, key, length) == 0 ? entry->key[length] : '?';
+        const common_source_t *entry = &sources->entry[i];
+        const char             next  = strncmp(entry->key, key, length) == 0 ? entry->key[length] : '?';
         if (part_by_option ? entry->is_option && (next == '.' || next == '[') : next == '\0')
         {
             return entry;
@@ -48,15 +52,15 @@ static const sim_source_t *find(const sim_sources_t *sources, const char *key, s
     return NULL;
 }
 
-bool sim_sources_has(const sim_sources_t *sources, const char *key)
+bool common_sources_has(const common_sources_t *sources, const char *key)
 {
     return find(sources, key, strlen(key), false) != NULL;
 }
 
-const sim_source_t *sim_sources_find(const sim_sources_t *sources, const char *key)
+const common_source_t *common_sources_find(const common_sources_t *sources, const char *key)
 {
-    size_t              length = strlen(key);
-    const sim_source_t *source = find(sources, key, length, true);
+    size_t                 length = strlen(key);
+    const common_source_t *source = find(sources, key, length, true);
     while (source == NULL && length > 0)
     {
         source = find(sources, key, length, false);

@@ -1,7 +1,7 @@
 /// Where each key's value was written, for messages.
 
-#ifndef SIM_SOURCE_H
-#define SIM_SOURCE_H
+#ifndef COMMON_SOURCE_H
+#define COMMON_SOURCE_H
 
 #include "support/error.h"
 
@@ -13,22 +13,26 @@ typedef struct
     char *key;
     char *place; ///< "FILE:LINE" or "--set key=value"
     bool  is_option;
-} sim_source_t;
+} common_source_t;
 
 typedef struct
 {
-    sim_source_t *entry;
-    size_t        count;
-} sim_sources_t;
+    common_source_t *entry;
+    size_t           count;
+} common_sources_t;
 
 /// Line 0: `name` is an option and the complete place.
-bool sim_sources_add(sim_sources_t *sources, const char *key, const char *name, size_t line, sim_error_t *error);
-void sim_sources_free(sim_sources_t *sources);
+bool common_sources_add(common_sources_t *sources,
+                        const char       *key,
+                        const char       *name,
+                        size_t            line,
+                        common_error_t   *error);
+void common_sources_free(common_sources_t *sources);
 
 /// The last source of `key`, preferably a --set below it; else that of its parent, and so on up. Null if there is none.
-const sim_source_t *sim_sources_find(const sim_sources_t *sources, const char *key);
+const common_source_t *common_sources_find(const common_sources_t *sources, const char *key);
 
 /// True if `key` itself has been written.
-bool sim_sources_has(const sim_sources_t *sources, const char *key);
+bool common_sources_has(const common_sources_t *sources, const char *key);
 
 #endif

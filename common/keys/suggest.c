@@ -18,7 +18,7 @@ static size_t smaller(size_t a, size_t b)
 /// Levenshtein's distance, one row at a time; `b` is a key's path.
 static size_t distance(const char *a, const char *b)
 {
-    size_t       row[SIM_KEY_MAX];
+    size_t       row[COMMON_KEY_MAX];
     const size_t width = strlen(b);
     for (size_t j = 0; j <= width; j++)
     {
@@ -72,7 +72,7 @@ static bool is_renamed(const char *path, const char *now)
     return false;
 }
 
-static void compare(void *context, const char *path, const sim_key_t *key)
+static void compare(void *context, const char *path, const common_key_t *key)
 {
     (void)key;
     search_t *search = context;
@@ -85,7 +85,7 @@ static void compare(void *context, const char *path, const sim_key_t *key)
     if (found < search->best)
     {
         search->best = found;
-        (void)snprintf(search->key, SIM_KEY_MAX, "%s", path);
+        (void)snprintf(search->key, COMMON_KEY_MAX, "%s", path);
     }
 }
 
@@ -96,15 +96,15 @@ static size_t too_far(const char *word)
     return (third > 2 ? third : 2) + 1;
 }
 
-bool sim_suggest(const sim_key_t *keys, const char *path, char suggestion[SIM_KEY_MAX])
+bool common_suggest(const common_key_t *keys, const char *path, char suggestion[COMMON_KEY_MAX])
 {
     search_t search = {.path = path, .best = too_far(last_part(path)), .key = suggestion};
     suggestion[0]   = '\0';
-    sim_key_visit(keys, compare, &search);
+    common_key_visit(keys, compare, &search);
     return suggestion[0] != '\0';
 }
 
-const char *sim_suggest_word(const sim_key_t *key, const char *text)
+const char *common_suggest_word(const common_key_t *key, const char *text)
 {
     // No word may differ in every letter.
     const char *nearest = NULL;

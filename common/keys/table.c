@@ -4,17 +4,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-const sim_key_t *sim_key_below(const sim_key_t *key)
+const common_key_t *common_key_below(const common_key_t *key)
 {
     return key->keys_of_model != NULL ? *key->keys_of_model : key->keys;
 }
 
-const sim_key_t *sim_key_in(const sim_key_t *keys, const char *name, size_t length)
+const common_key_t *common_key_in(const common_key_t *keys, const char *name, size_t length)
 {
     for (; keys != NULL && keys->name != NULL; keys++)
     {
         if (strncmp(keys->name, name, length) == 0 && keys->name[length] == '\0' &&
-            (keys->type != SIM_KEY_GROUP || sim_key_below(keys) != NULL))
+            (keys->type != COMMON_KEY_GROUP || common_key_below(keys) != NULL))
         {
             return keys;
         }
@@ -23,9 +23,9 @@ const sim_key_t *sim_key_in(const sim_key_t *keys, const char *name, size_t leng
 }
 
 /// Parses "[index]" at *path and enters that element; false if it is missing or malformed.
-static bool enter_element(sim_place_t *place, const char **path, const char *group)
+static bool enter_element(common_place_t *place, const char **path, const char *group)
 {
-    if (place->key->type != SIM_KEY_LIST || (*path)[1] < '0' || (*path)[1] > '9')
+    if (place->key->type != COMMON_KEY_LIST || (*path)[1] < '0' || (*path)[1] > '9')
     {
         return false;
     }
@@ -41,14 +41,14 @@ static bool enter_element(sim_place_t *place, const char **path, const char *gro
     return *end == ']';
 }
 
-bool sim_key_find(const sim_key_t *keys, void *values, const char *path, sim_place_t *place)
+bool common_key_find(const common_key_t *keys, void *values, const char *path, common_place_t *place)
 {
     char *group = values;
-    *place      = (sim_place_t){.key = NULL};
+    *place      = (common_place_t){.key = NULL};
     while (keys != NULL)
     {
         const size_t length = strcspn(path, ".[");
-        *place              = (sim_place_t){.key = sim_key_in(keys, path, length), .count = place->count};
+        *place              = (common_place_t){.key = common_key_in(keys, path, length), .count = place->count};
         if (place->key == NULL)
         {
             return false;
@@ -63,62 +63,62 @@ bool sim_key_find(const sim_key_t *keys, void *values, const char *path, sim_pla
         {
             return true;
         }
-        if (*path++ != '.' || (place->key->type == SIM_KEY_LIST && !place->is_element))
+        if (*path++ != '.' || (place->key->type == COMMON_KEY_LIST && !place->is_element))
         {
             return false;
         }
-        keys  = sim_key_below(place->key);
+        keys  = common_key_below(place->key);
         group = place->at;
     }
     return false;
 }
 
-static void visit_below(const sim_key_t *keys, char *path, size_t length, sim_key_visitor_t visit, void *context)
+static void visit_below(const common_key_t *keys, char *path, size_t length, common_key_visitor_t visit, void *context)
 {
-    for (const sim_key_t *key = keys; key != NULL && key->name != NULL; key++)
+    for (const common_key_t *key = keys; key != NULL && key->name != NULL; key++)
     {
         const char *dot = (length > 0) ? "." : "";
-        size_t      end = length + (size_t)snprintf(path + length, SIM_KEY_MAX - length, "%s%s", dot, key->name);
-        if (key->type != SIM_KEY_GROUP || sim_key_below(key) != NULL)
+        size_t      end = length + (size_t)snprintf(path + length, COMMON_KEY_MAX - length, "%s%s", dot, key->name);
+        if (key->type != COMMON_KEY_GROUP || common_key_below(key) != NULL)
         {
             visit(context, path, key);
         }
-        if (key->type == SIM_KEY_LIST)
+        if (key->type == COMMON_KEY_LIST)
         {
-            end += (size_t)snprintf(path + end, SIM_KEY_MAX - end, "[]");
+            end += (size_t)snprintf(path + end, COMMON_KEY_MAX - end, "[]");
         }
-        visit_below(sim_key_below(key), path, end, visit, context);
+        visit_below(common_key_below(key), path, end, visit, context);
         path[length] = '\0';
     }
 }
 
-void sim_key_visit(const sim_key_t *keys, sim_key_visitor_t visit, void *context)
+void common_key_visit(const common_key_t *keys, common_key_visitor_t visit, void *context)
 {
-    char path[SIM_KEY_MAX] = "";
+    char path[COMMON_KEY_MAX] = "";
     visit_below(keys, path, 0, visit, context);
 }
 
-void sim_key_set_defaults(const sim_key_t *keys, char *group)
+void common_key_set_defaults(const common_key_t *keys, char *group)
 {
-    for (const sim_key_t *key = keys; key != NULL && key->name != NULL; key++)
+    for (const common_key_t *key = keys; key != NULL && key->name != NULL; key++)
     {
         uint64_t whole;
         int      word;
         switch (key->type)
         {
-        case SIM_KEY_NUMBER:
+        case COMMON_KEY_NUMBER:
             memcpy(group + key->offset, &key->standard, sizeof key->standard);
             break;
-        case SIM_KEY_WHOLE:
+        case COMMON_KEY_WHOLE:
             whole = (uint64_t)key->standard;
             memcpy(group + key->offset, &whole, sizeof whole);
             break;
-        case SIM_KEY_CHOICE:
+        case COMMON_KEY_CHOICE:
             word = (int)key->standard;
             memcpy(group + key->offset, &word, sizeof word);
             break;
-        case SIM_KEY_GROUP:
-            sim_key_set_defaults(sim_key_below(key), group + key->offset);
+        case COMMON_KEY_GROUP:
+            common_key_set_defaults(common_key_below(key), group + key->offset);
             break;
         default:
             break; // omitted or empty: all zeros
@@ -126,20 +126,20 @@ void sim_key_set_defaults(const sim_key_t *keys, char *group)
     }
 }
 
-const char *sim_key_type_name(const sim_key_t *key)
+const char *common_key_type_name(const common_key_t *key)
 {
-    static const char *const names[] = {[SIM_KEY_NUMBER]   = "a number",
-                                        [SIM_KEY_OPTIONAL] = "a number",
-                                        [SIM_KEY_WHOLE]    = "a whole number",
-                                        [SIM_KEY_CHOICE]   = "a word",
-                                        [SIM_KEY_TEXT]     = "text",
-                                        [SIM_KEY_GROUP]    = "a mapping",
-                                        [SIM_KEY_LIST]     = "a list",
-                                        [SIM_KEY_SKIPPED]  = "a value"};
+    static const char *const names[] = {[COMMON_KEY_NUMBER]   = "a number",
+                                        [COMMON_KEY_OPTIONAL] = "a number",
+                                        [COMMON_KEY_WHOLE]    = "a whole number",
+                                        [COMMON_KEY_CHOICE]   = "a word",
+                                        [COMMON_KEY_TEXT]     = "text",
+                                        [COMMON_KEY_GROUP]    = "a mapping",
+                                        [COMMON_KEY_LIST]     = "a list",
+                                        [COMMON_KEY_SKIPPED]  = "a value"};
     return names[key->type];
 }
 
-int sim_key_find_word(const sim_key_t *key, const char *word)
+int common_key_find_word(const common_key_t *key, const char *word)
 {
     const char *meant = word;
     if (strcmp(key->words[0], "no") == 0)
@@ -155,7 +155,7 @@ int sim_key_find_word(const sim_key_t *key, const char *word)
     return key->words[index] != NULL ? index : -1;
 }
 
-void sim_key_words(const sim_key_t *key, char *text, size_t size)
+void common_key_words(const common_key_t *key, char *text, size_t size)
 {
     size_t length = 0;
     text[0]       = '\0';

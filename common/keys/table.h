@@ -2,49 +2,49 @@
 ///
 /// A key's row is the only source for reading, --set, defaults, ranges, suggestions and lists of keys.
 
-#ifndef SIM_TABLE_H
-#define SIM_TABLE_H
+#ifndef COMMON_TABLE_H
+#define COMMON_TABLE_H
 
 #include "keys/key.h"
 
 /// Room for the longest key path, e.g. "compensator.friction.breakaway.table[31].negative_N".
-#define SIM_KEY_MAX 128u
+#define COMMON_KEY_MAX 128u
 
 /// The target of a key path.
 typedef struct
 {
-    const sim_key_t *key;
-    char            *at;         ///< the value; null if a list in the path has no such element
-    unsigned         count;      ///< of that list's elements
-    bool             is_element; ///< the path ends at an element of the list `key`
-} sim_place_t;
+    const common_key_t *key;
+    char               *at;         ///< the value; null if a list in the path has no such element
+    unsigned            count;      ///< of that list's elements
+    bool                is_element; ///< the path ends at an element of the list `key`
+} common_place_t;
 
 /// False if the table has no such key. `values` is the struct described by the table, or null if places do not matter.
-bool sim_key_find(const sim_key_t *keys, void *values, const char *path, sim_place_t *place);
+bool common_key_find(const common_key_t *keys, void *values, const char *path, common_place_t *place);
 
 /// The row called `name` of `length` characters in one table; null if there is none.
-const sim_key_t *sim_key_in(const sim_key_t *keys, const char *name, size_t length);
+const common_key_t *common_key_in(const common_key_t *keys, const char *name, size_t length);
 
 /// The rows of a group or of a list's elements. Null, and no such group, if a truth model has no keys of its own.
-const sim_key_t *sim_key_below(const sim_key_t *key);
+const common_key_t *common_key_below(const common_key_t *key);
 
 /// Calls `visit` with every key, in the table's order; "[]" in the path stands for any element of a list.
-typedef void (*sim_key_visitor_t)(void *context, const char *path, const sim_key_t *key);
-void sim_key_visit(const sim_key_t *keys, sim_key_visitor_t visit, void *context);
+typedef void (*common_key_visitor_t)(void *context, const char *path, const common_key_t *key);
+void common_key_visit(const common_key_t *keys, common_key_visitor_t visit, void *context);
 
 /// Sets the defaults of a table's rows in its struct. Rows without a default are left unchanged.
-void sim_key_set_defaults(const sim_key_t *keys, char *group);
+void common_key_set_defaults(const common_key_t *keys, char *group);
 
 /// The name of a value's type in messages, e.g. "a number".
-const char *sim_key_type_name(const sim_key_t *key);
+const char *common_key_type_name(const common_key_t *key);
 
 /// Room for the words of the longest choice.
-#define SIM_WORDS_MAX 512u
+#define COMMON_WORDS_MAX 512u
 
 /// The words of a choice, "triangle, sine or step", in `text`.
-void sim_key_words(const sim_key_t *key, char *text, size_t size);
+void common_key_words(const common_key_t *key, char *text, size_t size);
 
 /// The index of a word of a choice, with `false` and `true` for `no` and `yes`; -1 if unknown.
-int sim_key_find_word(const sim_key_t *key, const char *word);
+int common_key_find_word(const common_key_t *key, const char *word);
 
 #endif

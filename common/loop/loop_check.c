@@ -8,74 +8,74 @@
 #include <stdio.h>
 #include <string.h>
 
-bool sim_check_complain(const sim_scenario_t *scenario, const char *key, const char *what, sim_error_t *error)
+bool common_check_complain(const common_scenario_t *scenario, const char *key, const char *what, common_error_t *error)
 {
-    return sim_error_set(error, "%s: %s: %s", sim_scenario_source(scenario, key), key, what);
+    return common_error_set(error, "%s: %s: %s", common_scenario_source(scenario, key), key, what);
 }
 
 typedef struct
 {
-    const sim_scenario_t *scenario;
-    char                 *missing; ///< the first key
+    const common_scenario_t *scenario;
+    char                    *missing; ///< the first key
 } required_t;
 
-static void find_missing(void *context, const char *path, const sim_key_t *key)
+static void find_missing(void *context, const char *path, const common_key_t *key)
 {
     const required_t *required = context;
     // That an element of a list has all its keys was checked where it was read.
     if (key->is_required && required->missing[0] == '\0' && strchr(path, '[') == NULL &&
-        !sim_scenario_has(required->scenario, path))
+        !common_scenario_has(required->scenario, path))
     {
-        (void)snprintf(required->missing, SIM_KEY_MAX, "%s", path);
+        (void)snprintf(required->missing, COMMON_KEY_MAX, "%s", path);
     }
 }
 
-bool sim_check_present(const sim_scenario_t *scenario, sim_error_t *error)
+bool common_check_present(const common_scenario_t *scenario, common_error_t *error)
 {
-    const sim_reference_config_t *reference            = &sim_scenario_loop(scenario)->reference;
-    char                          missing[SIM_KEY_MAX] = "";
-    required_t                    required             = {.scenario = scenario, .missing = missing};
-    sim_key_visit(sim_scenario_keys(scenario), find_missing, &required);
+    const common_reference_config_t *reference               = &common_scenario_loop(scenario)->reference;
+    char                             missing[COMMON_KEY_MAX] = "";
+    required_t                       required                = {.scenario = scenario, .missing = missing};
+    common_key_visit(common_scenario_keys(scenario), find_missing, &required);
     if (missing[0] != '\0')
     {
-        return sim_check_complain(scenario, missing, "is missing", error);
+        return common_check_complain(scenario, missing, "is missing", error);
     }
-    if (reference->kind == SIM_REFERENCE_CSV && reference->file[0] == '\0')
+    if (reference->kind == COMMON_REFERENCE_CSV && reference->file[0] == '\0')
     {
-        return sim_check_complain(scenario, "reference.file", "is missing, reference.kind is csv", error);
+        return common_check_complain(scenario, "reference.file", "is missing, reference.kind is csv", error);
     }
     return true;
 }
 
 /// "WHOSE.friction." and the rest, as a key.
-static const char *friction_key(char key[SIM_KEY_MAX], const char *whose, const char *rest)
+static const char *friction_key(char key[COMMON_KEY_MAX], const char *whose, const char *rest)
 {
-    (void)snprintf(key, SIM_KEY_MAX, "%s.friction.%s", whose, rest);
+    (void)snprintf(key, COMMON_KEY_MAX, "%s.friction.%s", whose, rest);
     return key;
 }
 
-bool sim_check_friction(const sim_scenario_t        *scenario,
-                        const sim_friction_config_t *friction,
-                        const char                  *whose,
-                        sim_error_t                 *error)
+bool common_check_friction(const common_scenario_t        *scenario,
+                           const common_friction_config_t *friction,
+                           const char                     *whose,
+                           common_error_t                 *error)
 {
     static const char *const law[] = {"offset_N", "slope", "negative_offset_N", "negative_slope"};
 
-    const sim_breakaway_point_t *points = friction->breakaway.table;
-    char                         table[SIM_KEY_MAX], key[2 * SIM_KEY_MAX];
+    const common_breakaway_point_t *points = friction->breakaway.table;
+    char                            table[COMMON_KEY_MAX], key[2 * COMMON_KEY_MAX];
     if (friction->k_min > friction->k_max)
     {
-        return sim_check_complain(scenario, friction_key(key, whose, "k_min"), "is larger than k_max", error);
+        return common_check_complain(scenario, friction_key(key, whose, "k_min"), "is larger than k_max", error);
     }
     (void)friction_key(table, whose, "breakaway.table");
     for (size_t i = 0; friction->breakaway.table_count > 0 && i < sizeof law / sizeof law[0]; i++)
     {
         (void)snprintf(key, sizeof key, "%s.friction.breakaway.%s", whose, law[i]);
         // A table of --set goes over a file's law.
-        if (sim_scenario_has(scenario, key) &&
-            (sim_scenario_is_set(scenario, key) || !sim_scenario_is_set(scenario, table)))
+        if (common_scenario_has(scenario, key) &&
+            (common_scenario_is_set(scenario, key) || !common_scenario_is_set(scenario, table)))
         {
-            return sim_check_complain(scenario, key, "does not go with a table, which is in its place", error);
+            return common_check_complain(scenario, key, "does not go with a table, which is in its place", error);
         }
     }
     for (unsigned i = 1; i < friction->breakaway.table_count; i++)
@@ -83,59 +83,66 @@ bool sim_check_friction(const sim_scenario_t        *scenario,
         if (!(points[i].force_n > points[i - 1].force_n))
         {
             (void)snprintf(key, sizeof key, "%s[%u].force_N", table, i);
-            return sim_check_complain(scenario, key, "must be larger than in the point before", error);
+            return common_check_complain(scenario, key, "must be larger than in the point before", error);
         }
     }
     return true;
 }
 
-static bool check_controller(const sim_scenario_t *scenario, sim_error_t *error)
+static bool check_controller(const common_scenario_t *scenario, common_error_t *error)
 {
-    const sim_loop_keys_t *config = sim_scenario_loop(scenario);
-    const bool             paper  = config->controller.kind == SIM_CONTROLLER_PAPER;
-    const bool own = config->controller.kind == SIM_CONTROLLER_Z || config->controller.kind == SIM_CONTROLLER_DELTA;
+    const common_loop_keys_t *config = common_scenario_loop(scenario);
+    const bool                paper  = config->controller.kind == COMMON_CONTROLLER_PAPER;
+    const bool                own =
+        config->controller.kind == COMMON_CONTROLLER_Z || config->controller.kind == COMMON_CONTROLLER_DELTA;
     if (!own && config->controller.section_count > 0)
     {
-        return sim_check_complain(scenario, "controller.sections", "go with controller.kind z or delta alone", error);
+        return common_check_complain(scenario,
+                                     "controller.sections",
+                                     "go with controller.kind z or delta alone",
+                                     error);
     }
     if (own && config->controller.section_count == 0)
     {
-        return sim_check_complain(scenario, "controller.sections", "is missing, controller.kind is z or delta", error);
+        return common_check_complain(scenario,
+                                     "controller.sections",
+                                     "is missing, controller.kind is z or delta",
+                                     error);
     }
     if (paper && fabs(config->sample_time_s - 1e-3) > 1e-9)
     {
-        return sim_check_complain(scenario, "sample_time_s", "must be 0.001 with controller.kind paper", error);
+        return common_check_complain(scenario, "sample_time_s", "must be 0.001 with controller.kind paper", error);
     }
     return true;
 }
 
-bool sim_check_compensator(const sim_scenario_t *scenario, sim_error_t *error)
+bool common_check_compensator(const common_scenario_t *scenario, common_error_t *error)
 {
-    const sim_compensator_config_t *compensator = &sim_scenario_loop(scenario)->compensator;
-    if (compensator->model == SIM_MODEL_LUGRE && compensator->method == SIM_METHOD_FEEDFORWARD)
+    const common_compensator_config_t *compensator = &common_scenario_loop(scenario)->compensator;
+    if (compensator->model == COMMON_MODEL_LUGRE && compensator->method == COMMON_METHOD_FEEDFORWARD)
     {
-        return sim_check_complain(scenario,
-                                  "compensator.model",
-                                  "lugre goes with compensator.method paper or off alone",
-                                  error);
+        return common_check_complain(scenario,
+                                     "compensator.model",
+                                     "lugre goes with compensator.method paper or off alone",
+                                     error);
     }
-    return sim_check_friction(scenario, &sim_scenario_loop(scenario)->compensator.friction, "compensator", error);
+    return common_check_friction(scenario, &common_scenario_loop(scenario)->compensator.friction, "compensator", error);
 }
 
-bool sim_check_has_loop(const sim_scenario_t *scenario, sim_error_t *error)
+bool common_check_has_loop(const common_scenario_t *scenario, common_error_t *error)
 {
-    const sim_loop_keys_t *config = sim_scenario_loop(scenario);
-    return config->controller.kind != SIM_CONTROLLER_NONE ||
-           sim_check_complain(scenario, "controller.kind", "none is open loop, without a loop for a drive", error);
+    const common_loop_keys_t *config = common_scenario_loop(scenario);
+    return config->controller.kind != COMMON_CONTROLLER_NONE ||
+           common_check_complain(scenario, "controller.kind", "none is open loop, without a loop for a drive", error);
 }
 
 /// The key of what is refused: in a list, its section, or the number of the breakaway table's row.
-static void name_refused(const sim_loop_keys_t *keys, tribo_status_t status, char key[SIM_KEY_MAX])
+static void name_refused(const common_loop_keys_t *keys, tribo_status_t status, char key[COMMON_KEY_MAX])
 {
 #define NUMBER_KEY(symbol, member, key, unit, low, high, sentence) key,
     static const char *const numbers[] = {TRIBO_POINT_ELEMENTS(NUMBER_KEY)};
-    sim_loop_config_t        loop;
-    sim_loop_config_fill(&loop, keys);
+    common_loop_config_t     loop;
+    common_loop_config_fill(&loop, keys);
     const tribo_refusal_t refusal =
         tribo_force_loop_q31_refusal(status, &loop.config, (float)keys->limits.full_scale_n); // of f32, too
     switch (status)
@@ -143,33 +150,33 @@ static void name_refused(const sim_loop_keys_t *keys, tribo_status_t status, cha
     case TRIBO_ERR_SECTION_COEFFICIENT:
     case TRIBO_ERR_SECTION_FEEDTHROUGH:
     case TRIBO_ERR_SECTION_UNSTABLE:
-        (void)snprintf(key, SIM_KEY_MAX, "controller.sections[%u]", (unsigned)refusal.index);
+        (void)snprintf(key, COMMON_KEY_MAX, "controller.sections[%u]", (unsigned)refusal.index);
         break;
     case TRIBO_ERR_TABLE_FORCE:
     case TRIBO_ERR_TABLE_POSITIVE:
     case TRIBO_ERR_TABLE_NEGATIVE:
         (void)snprintf(key,
-                       SIM_KEY_MAX,
+                       COMMON_KEY_MAX,
                        "compensator.friction.breakaway.table[%u].%s",
                        (unsigned)refusal.index,
                        numbers[refusal.member]);
         break;
     default:
-        (void)snprintf(key, SIM_KEY_MAX, "%s", sim_loop_key_of(status));
+        (void)snprintf(key, COMMON_KEY_MAX, "%s", common_loop_key_of(status));
         break;
     }
 }
 
 /// The number at a key's place, of either type; false if there is none.
-static bool number_at(const sim_place_t *place, double *value)
+static bool number_at(const common_place_t *place, double *value)
 {
-    sim_optional_t optional;
-    switch (place->at != NULL ? place->key->type : SIM_KEY_GROUP)
+    common_optional_t optional;
+    switch (place->at != NULL ? place->key->type : COMMON_KEY_GROUP)
     {
-    case SIM_KEY_NUMBER:
+    case COMMON_KEY_NUMBER:
         memcpy(value, place->at, sizeof *value);
         return true;
-    case SIM_KEY_OPTIONAL:
+    case COMMON_KEY_OPTIONAL:
         memcpy(&optional, place->at, sizeof optional);
         *value = optional.value;
         return optional.is_given;
@@ -178,20 +185,20 @@ static bool number_at(const sim_place_t *place, double *value)
     }
 }
 
-bool sim_check_status(const sim_scenario_t *scenario, tribo_status_t status, sim_error_t *error)
+bool common_check_status(const common_scenario_t *scenario, tribo_status_t status, common_error_t *error)
 {
     if (status == TRIBO_OK)
     {
         return true;
     }
-    const sim_loop_keys_t *loop = sim_scenario_loop(scenario);
-    const char            *text = tribo_status_text(status);
-    char                   key[SIM_KEY_MAX];
-    char                   with_value[256];
-    sim_place_t            place;
-    double                 value;
+    const common_loop_keys_t *loop = common_scenario_loop(scenario);
+    const char               *text = tribo_status_text(status);
+    char                      key[COMMON_KEY_MAX];
+    char                      with_value[256];
+    common_place_t            place;
+    double                    value;
     name_refused(loop, status, key);
-    if (sim_key_find(sim_scenario_keys(scenario), (void *)sim_scenario_values(scenario), key, &place) &&
+    if (common_key_find(common_scenario_keys(scenario), (void *)common_scenario_values(scenario), key, &place) &&
         number_at(&place, &value))
     {
         const char *const unit = place.key->unit[0] == '-' ? "" : place.key->unit;
@@ -204,13 +211,13 @@ bool sim_check_status(const sim_scenario_t *scenario, tribo_status_t status, sim
                        text);
         text = with_value;
     }
-    return sim_check_complain(scenario, key[0] != '\0' ? key : "scenario", text, error);
+    return common_check_complain(scenario, key[0] != '\0' ? key : "scenario", text, error);
 }
 
-bool sim_check_loop(const sim_scenario_t *scenario, sim_error_t *error)
+bool common_check_loop(const common_scenario_t *scenario, common_error_t *error)
 {
-    sim_loop_config_t config;
-    sim_loop_config_fill(&config, sim_scenario_loop(scenario));
-    return sim_check_compensator(scenario, error) && check_controller(scenario, error) &&
-           sim_check_status(scenario, sim_loop_config_status(&config), error);
+    common_loop_config_t config;
+    common_loop_config_fill(&config, common_scenario_loop(scenario));
+    return common_check_compensator(scenario, error) && check_controller(scenario, error) &&
+           common_check_status(scenario, common_loop_config_status(&config), error);
 }

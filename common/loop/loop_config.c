@@ -7,35 +7,35 @@
 /// A parameter of the library: of the keys in double, of the configuration in single precision.
 #define FILL(group, symbol, member, ...) to->member = (float)from->member;
 
-static void fill_table(sim_loop_config_t *loop, const sim_breakaway_config_t *breakaway)
+static void fill_table(common_loop_config_t *loop, const common_breakaway_config_t *breakaway)
 {
     for (unsigned i = 0; i < breakaway->table_count && i < TRIBO_BREAKAWAY_POINTS_MAX; i++)
     {
-        const sim_breakaway_point_t *point = &breakaway->table[i];
-        loop->table[i]                     = (tribo_breakaway_point_f32_t){.force_n    = (float)point->force_n,
-                                                                           .positive_n = (float)point->positive_n,
-                                                                           .negative_n = (float)point->negative_n};
+        const common_breakaway_point_t *point = &breakaway->table[i];
+        loop->table[i]                        = (tribo_breakaway_point_f32_t){.force_n    = (float)point->force_n,
+                                                                              .positive_n = (float)point->positive_n,
+                                                                              .negative_n = (float)point->negative_n};
     }
 }
 
-static void fill_friction(sim_loop_config_t *loop, const sim_friction_config_t *from)
+static void fill_friction(common_loop_config_t *loop, const common_friction_config_t *from)
 {
-    tribo_friction_f32_config_t  *to        = &loop->config.compensator.friction;
-    const sim_breakaway_config_t *breakaway = &from->breakaway;
+    tribo_friction_f32_config_t     *to        = &loop->config.compensator.friction;
+    const common_breakaway_config_t *breakaway = &from->breakaway;
     TRIBO_FRICTION_PARAMETERS(FILL)
     to->positive = (tribo_breakaway_f32_t){.offset_n = (float)breakaway->offset_n, .slope = (float)breakaway->slope};
-    to->negative = (tribo_breakaway_f32_t){.offset_n = (float)sim_breakaway_negative_offset(breakaway),
-                                           .slope    = (float)sim_breakaway_negative_slope(breakaway)};
+    to->negative = (tribo_breakaway_f32_t){.offset_n = (float)common_breakaway_negative_offset(breakaway),
+                                           .slope    = (float)common_breakaway_negative_slope(breakaway)};
     to->table    = (breakaway->table_count > 0) ? loop->table : NULL;
     to->table_length = breakaway->table_count;
     fill_table(loop, breakaway);
 }
 
 /// Sections in z^-1 go over to the delta operator in double, as TRIBO_BIQUAD_F32 does it.
-static tribo_biquad_f32_section_t convert_section(const sim_section_t *section, sim_controller_kind_t kind)
+static tribo_biquad_f32_section_t convert_section(const common_section_t *section, common_controller_kind_t kind)
 {
-    sim_section_t delta = *section;
-    if (kind == SIM_CONTROLLER_Z)
+    common_section_t delta = *section;
+    if (kind == COMMON_CONTROLLER_Z)
     {
         delta.b1 = 2.0 * section->b0 + section->b1;
         delta.b2 = section->b0 + section->b1 + section->b2;
@@ -49,7 +49,7 @@ static tribo_biquad_f32_section_t convert_section(const sim_section_t *section, 
                                         .a2 = (float)delta.a2};
 }
 
-static void fill_controller(sim_loop_config_t *loop, const sim_loop_keys_t *keys)
+static void fill_controller(common_loop_config_t *loop, const common_loop_keys_t *keys)
 {
     static const tribo_biquad_f32_section_t paper[] = TRIBO_PAPER_CONTROLLER_F32;
 
@@ -57,7 +57,7 @@ static void fill_controller(sim_loop_config_t *loop, const sim_loop_keys_t *keys
     controller->sections                      = loop->sections;
     controller->u_min_n                       = (float)keys->limits.u_min_n;
     controller->u_max_n                       = (float)keys->limits.u_max_n;
-    if (keys->controller.kind == SIM_CONTROLLER_PAPER || keys->controller.kind == SIM_CONTROLLER_NONE)
+    if (keys->controller.kind == COMMON_CONTROLLER_PAPER || keys->controller.kind == COMMON_CONTROLLER_NONE)
     {
         memcpy(loop->sections, paper, sizeof paper);
         controller->section_count = TRIBO_PAPER_CONTROLLER_SECTION_COUNT;
@@ -70,46 +70,46 @@ static void fill_controller(sim_loop_config_t *loop, const sim_loop_keys_t *keys
     }
 }
 
-static void fill_feedforward(tribo_feedforward_f32_config_t *to, const sim_feedforward_config_t *from)
+static void fill_feedforward(tribo_feedforward_f32_config_t *to, const common_feedforward_config_t *from)
 {
     TRIBO_FEEDFORWARD_PARAMETERS(FILL)
 }
 
-static void fill_learning(tribo_breakaway_learning_f32_config_t *to, const sim_learning_config_t *from)
+static void fill_learning(tribo_breakaway_learning_f32_config_t *to, const common_learning_config_t *from)
 {
     TRIBO_LEARNING_PARAMETERS(FILL)
 }
 
-static void fill_hold(tribo_hold_f32_config_t *to, const sim_hold_config_t *from)
+static void fill_hold(tribo_hold_f32_config_t *to, const common_hold_config_t *from)
 {
     TRIBO_HOLD_PARAMETERS(FILL)
 }
 
-static void fill_arm(tribo_arm_f32_config_t *to, const sim_arm_config_t *from)
+static void fill_arm(tribo_arm_f32_config_t *to, const common_arm_config_t *from)
 {
     TRIBO_ARM_PARAMETERS(FILL)
 }
 
-static void fill_lugre(tribo_lugre_f32_config_t *to, const sim_bristles_config_t *from)
+static void fill_lugre(tribo_lugre_f32_config_t *to, const common_bristles_config_t *from)
 {
     TRIBO_LUGRE_PARAMETERS(FILL)
 }
 
-static void fill_guard(tribo_guard_f32_config_t *to, const sim_guard_config_t *from)
+static void fill_guard(tribo_guard_f32_config_t *to, const common_guard_config_t *from)
 {
     TRIBO_GUARD_PARAMETERS(FILL)
 }
 
-void sim_loop_config_fill(sim_loop_config_t *loop, const sim_loop_keys_t *keys)
+void common_loop_config_fill(common_loop_config_t *loop, const common_loop_keys_t *keys)
 {
-    const sim_compensator_config_t *compensator = &keys->compensator;
+    const common_compensator_config_t *compensator = &keys->compensator;
 
-    *loop                      = (sim_loop_config_t){0};
+    *loop                      = (common_loop_config_t){0};
     loop->config.sample_time_s = (float)keys->sample_time_s;
     loop->config.input_max_n   = (float)keys->limits.input_max_n;
-    loop->config.gain          = compensator->method == SIM_METHOD_OFF ? 0.0f : (float)compensator->gain;
-    loop->feeds_forward        = compensator->method == SIM_METHOD_FEEDFORWARD;
-    loop->has_lugre            = compensator->model == SIM_MODEL_LUGRE && !loop->feeds_forward;
+    loop->config.gain          = compensator->method == COMMON_METHOD_OFF ? 0.0f : (float)compensator->gain;
+    loop->feeds_forward        = compensator->method == COMMON_METHOD_FEEDFORWARD;
+    loop->has_lugre            = compensator->model == COMMON_MODEL_LUGRE && !loop->feeds_forward;
     loop->guarded              = compensator->guard.on != 0;
     fill_controller(loop, keys);
     fill_friction(loop, &compensator->friction);
@@ -121,7 +121,7 @@ void sim_loop_config_fill(sim_loop_config_t *loop, const sim_loop_keys_t *keys)
     fill_guard(&loop->guard, &compensator->guard);
 }
 
-tribo_status_t sim_loop_config_status(const sim_loop_config_t *loop)
+tribo_status_t common_loop_config_status(const common_loop_config_t *loop)
 {
     tribo_force_loop_f32_params_t  params;
     tribo_feedforward_f32_params_t feedforward;

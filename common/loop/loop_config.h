@@ -1,7 +1,7 @@
 /// A loop's values as the library's configuration, in single precision.
 
-#ifndef SIM_LOOP_CONFIG_H
-#define SIM_LOOP_CONFIG_H
+#ifndef COMMON_LOOP_CONFIG_H
+#define COMMON_LOOP_CONFIG_H
 
 #include "loop/loop_keys.h"
 #include "tribo/feedforward_f32.h"
@@ -21,11 +21,11 @@ typedef struct
     tribo_guard_f32_config_t       guard;
     tribo_biquad_f32_section_t     sections[TRIBO_BIQUAD_SECTIONS_MAX];
     tribo_breakaway_point_f32_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
-} sim_loop_config_t;
+} common_loop_config_t;
 
-void sim_loop_config_fill(sim_loop_config_t *loop, const sim_loop_keys_t *keys);
+void common_loop_config_fill(common_loop_config_t *loop, const common_loop_keys_t *keys);
 
 /// What the library's init functions say of it.
-tribo_status_t sim_loop_config_status(const sim_loop_config_t *loop);
+tribo_status_t common_loop_config_status(const common_loop_config_t *loop);
 
 #endif

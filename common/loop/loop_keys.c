@@ -14,143 +14,143 @@
 #define AT_BREAKAWAY_NEGATIVE_SLOPE  negative_slope
 #define BREAKAWAY(group, symbol, member, ...) PARAMETER(group, symbol, AT_##symbol, __VA_ARGS__)
 
-static const sim_key_t point_keys[] = {
-#define T sim_breakaway_point_t
+static const common_key_t point_keys[] = {
+#define T common_breakaway_point_t
     TRIBO_POINT_ELEMENTS(ELEMENT)
 #undef T
     END};
 
-static const sim_key_t breakaway_keys[] = {
-#define T sim_breakaway_config_t
+static const common_key_t breakaway_keys[] = {
+#define T common_breakaway_config_t
     TRIBO_BREAKAWAY_PARAMETERS(BREAKAWAY)
 #undef T
-    LIST("table", sim_breakaway_config_t, table, table_count, SIM_BREAKAWAY_POINTS_MAX, point_keys,
+    LIST("table", common_breakaway_config_t, table, table_count, COMMON_BREAKAWAY_POINTS_MAX, point_keys,
          "1 to 32 points in place of offset and slope: linear between them, clamped at both ends"),
     END};
 
-const sim_key_t sim_friction_keys[] = {
-#define T sim_friction_config_t
-    GROUP("breakaway", AT(sim_friction_config_t, breakaway), breakaway_keys, ""),
+const common_key_t common_friction_keys[] = {
+#define T common_friction_config_t
+    GROUP("breakaway", AT(common_friction_config_t, breakaway), breakaway_keys, ""),
     TRIBO_FRICTION_PARAMETERS(PARAMETER)
 #undef T
     END};
 
-const sim_key_t sim_arm_keys[] = {
-#define T sim_arm_config_t
+const common_key_t common_arm_keys[] = {
+#define T common_arm_config_t
     TRIBO_ARM_PARAMETERS(PARAMETER)
 #undef T
     END};
 
 static const char *const reference_kinds[] = {
-    [SIM_REFERENCE_TRIANGLE] = "triangle", [SIM_REFERENCE_SINE] = "sine", [SIM_REFERENCE_STEP] = "step", [SIM_REFERENCE_RAMP] = "ramp",
-    [SIM_REFERENCE_SAWTOOTH] = "sawtooth", [SIM_REFERENCE_CHIRP] = "chirp", [SIM_REFERENCE_CSV] = "csv", NULL};
+    [COMMON_REFERENCE_TRIANGLE] = "triangle", [COMMON_REFERENCE_SINE] = "sine", [COMMON_REFERENCE_STEP] = "step", [COMMON_REFERENCE_RAMP] = "ramp",
+    [COMMON_REFERENCE_SAWTOOTH] = "sawtooth", [COMMON_REFERENCE_CHIRP] = "chirp", [COMMON_REFERENCE_CSV] = "csv", NULL};
 
-const sim_key_t sim_reference_keys[] = {
-    {.name = "kind", .type = SIM_KEY_CHOICE, .is_required = true, AT(sim_reference_config_t, kind), .unit = "-", .words = reference_kinds,
+const common_key_t common_reference_keys[] = {
+    {.name = "kind", .type = COMMON_KEY_CHOICE, .is_required = true, AT(common_reference_config_t, kind), .unit = "-", .words = reference_kinds,
      .text = "the reference's shape, see above; required"},
-    NUMBER("low_N",    AT(sim_reference_config_t, low_n),    RANGE("N", -1e6, 1e6, 0.4),      "lower end"),
-    NUMBER("high_N",   AT(sim_reference_config_t, high_n),   RANGE("N", -1e6, 1e6, 0.6),      "upper end"),
-    NUMBER("start_s",  AT(sim_reference_config_t, start_s),  RANGE("s", 0.0, 86400.0, 0.0),   "when it begins to move"),
-    NUMBER("period_s", AT(sim_reference_config_t, period_s), RANGE("s", 1e-3, 86400.0, 20.0), "triangle, sine, sawtooth"),
-    NUMBER("ramp_s",   AT(sim_reference_config_t, ramp_s),   RANGE("s", 1e-3, 86400.0, 10.0), "ramp: how long from low to high"),
-    NUMBER("from_Hz",  AT(sim_reference_config_t, from_hz),  RANGE("Hz", 0.0, 1e6, 0.05),     "chirp: first frequency"),
-    NUMBER("to_Hz",    AT(sim_reference_config_t, to_hz),    RANGE("Hz", 0.0, 1e6, 1.0),      "chirp: last frequency"),
-    NUMBER("sweep_s",  AT(sim_reference_config_t, sweep_s),  RANGE("s", 1e-3, 86400.0, 60.0), "chirp: how long from the one to the other"),
-    TEXT("file",       AT(sim_reference_config_t, file),     SIM_PATH_MAX,
+    NUMBER("low_N",    AT(common_reference_config_t, low_n),    RANGE("N", -1e6, 1e6, 0.4),      "lower end"),
+    NUMBER("high_N",   AT(common_reference_config_t, high_n),   RANGE("N", -1e6, 1e6, 0.6),      "upper end"),
+    NUMBER("start_s",  AT(common_reference_config_t, start_s),  RANGE("s", 0.0, 86400.0, 0.0),   "when it begins to move"),
+    NUMBER("period_s", AT(common_reference_config_t, period_s), RANGE("s", 1e-3, 86400.0, 20.0), "triangle, sine, sawtooth"),
+    NUMBER("ramp_s",   AT(common_reference_config_t, ramp_s),   RANGE("s", 1e-3, 86400.0, 10.0), "ramp: how long from low to high"),
+    NUMBER("from_Hz",  AT(common_reference_config_t, from_hz),  RANGE("Hz", 0.0, 1e6, 0.05),     "chirp: first frequency"),
+    NUMBER("to_Hz",    AT(common_reference_config_t, to_hz),    RANGE("Hz", 0.0, 1e6, 1.0),      "chirp: last frequency"),
+    NUMBER("sweep_s",  AT(common_reference_config_t, sweep_s),  RANGE("s", 1e-3, 86400.0, 60.0), "chirp: how long from the one to the other"),
+    TEXT("file",       AT(common_reference_config_t, file),     COMMON_PATH_MAX,
          "csv: columns `t_s` (rising) and `r_N`; from the scenario file's folder, or from the current one if given by `--set`"),
     END};
 
-static const sim_key_t section_keys[] = {
-#define T sim_section_t
+static const common_key_t section_keys[] = {
+#define T common_section_t
     TRIBO_SECTION_ELEMENTS(ELEMENT)
 #undef T
     END};
 
-static const char *const controller_kinds[] = {[SIM_CONTROLLER_PAPER] = "paper", [SIM_CONTROLLER_Z] = "z", [SIM_CONTROLLER_DELTA] = "delta", [SIM_CONTROLLER_NONE] = "none", NULL};
+static const char *const controller_kinds[] = {[COMMON_CONTROLLER_PAPER] = "paper", [COMMON_CONTROLLER_Z] = "z", [COMMON_CONTROLLER_DELTA] = "delta", [COMMON_CONTROLLER_NONE] = "none", NULL};
 
-const sim_key_t sim_controller_keys[] = {
-    CHOICE("kind", AT(sim_controller_config_t, kind), controller_kinds, 0.0, "`paper`: tribo/paper_controller.h, at 1 ms only; `z`, `delta`: `sections` in z⁻¹ or in z − 1; `none`: open loop, u is r within the limits"),
-    LIST("sections", sim_controller_config_t, sections, section_count, SIM_SECTIONS_MAX, section_keys,
+const common_key_t common_controller_keys[] = {
+    CHOICE("kind", AT(common_controller_config_t, kind), controller_kinds, 0.0, "`paper`: tribo/paper_controller.h, at 1 ms only; `z`, `delta`: `sections` in z⁻¹ or in z − 1; `none`: open loop, u is r within the limits"),
+    LIST("sections", common_controller_config_t, sections, section_count, COMMON_SECTIONS_MAX, section_keys,
          "1 to 4 second-order sections, the first nearest to the error"),
     END};
 
-static const sim_key_t learning_keys[] = {
-#define T sim_learning_config_t
+static const common_key_t learning_keys[] = {
+#define T common_learning_config_t
     TRIBO_LEARNING_PARAMETERS(PARAMETER)
 #undef T
     END};
 
-static const sim_key_t hold_keys[] = {
-#define T sim_hold_config_t
+static const common_key_t hold_keys[] = {
+#define T common_hold_config_t
     TRIBO_HOLD_PARAMETERS(PARAMETER)
 #undef T
     END};
 
-static const sim_key_t feedforward_keys[] = {
-#define T sim_feedforward_config_t
+static const common_key_t feedforward_keys[] = {
+#define T common_feedforward_config_t
     TRIBO_FEEDFORWARD_PARAMETERS(PARAMETER)
 #undef T
-    GROUP("learning", AT(sim_feedforward_config_t, learning), learning_keys, ""),
-    GROUP("hold",     AT(sim_feedforward_config_t, hold),     hold_keys, ""),
+    GROUP("learning", AT(common_feedforward_config_t, learning), learning_keys, ""),
+    GROUP("hold",     AT(common_feedforward_config_t, hold),     hold_keys, ""),
     END};
 
-static const char *const methods[] = {[SIM_METHOD_PAPER] = "paper", [SIM_METHOD_FEEDFORWARD] = "feedforward", [SIM_METHOD_OFF] = "off", NULL};
+static const char *const methods[] = {[COMMON_METHOD_PAPER] = "paper", [COMMON_METHOD_FEEDFORWARD] = "feedforward", [COMMON_METHOD_OFF] = "off", NULL};
 
-static const char *const friction_models[] = {[SIM_MODEL_PAPER] = "paper", [SIM_MODEL_LUGRE] = "lugre", NULL};
+static const char *const friction_models[] = {[COMMON_MODEL_PAPER] = "paper", [COMMON_MODEL_LUGRE] = "lugre", NULL};
 
-static const sim_key_t lugre_keys[] = {
-#define T sim_bristles_config_t
+static const common_key_t lugre_keys[] = {
+#define T common_bristles_config_t
     TRIBO_LUGRE_PARAMETERS(PARAMETER)
 #undef T
     END};
 
 static const char *const no_yes[] = {"no", "yes", NULL};
 
-static const sim_key_t guard_keys[] = {
-    CHOICE("on",            AT(sim_guard_config_t, on),           no_yes, 0.0, "whether what friction compensation adds is faded out, and stays so, once it makes the loop hunt or overshoot"),
-#define T sim_guard_config_t
+static const common_key_t guard_keys[] = {
+    CHOICE("on",            AT(common_guard_config_t, on),           no_yes, 0.0, "whether what friction compensation adds is faded out, and stays so, once it makes the loop hunt or overshoot"),
+#define T common_guard_config_t
     TRIBO_GUARD_PARAMETERS(PARAMETER)
 #undef T
     END};
 
-const sim_key_t sim_compensator_keys[] = {
-    CHOICE("method",  AT(sim_compensator_config_t, method),   methods, 0.0, "how friction is compensated: `paper`, fed back from an estimate that follows u; `feedforward`, fed forward from the reversals of r and learned; `off`"),
-    CHOICE("model",   AT(sim_compensator_config_t, model),    friction_models, 0.0, "the friction that `paper` believes in: `paper`, Eq. (3); `lugre`, Eq. (12) with breakaway and gravity of `friction`, whose other keys it does not read"),
-#define T sim_compensator_config_t
+const common_key_t common_compensator_keys[] = {
+    CHOICE("method",  AT(common_compensator_config_t, method),   methods, 0.0, "how friction is compensated: `paper`, fed back from an estimate that follows u; `feedforward`, fed forward from the reversals of r and learned; `off`"),
+    CHOICE("model",   AT(common_compensator_config_t, model),    friction_models, 0.0, "the friction that `paper` believes in: `paper`, Eq. (3); `lugre`, Eq. (12) with breakaway and gravity of `friction`, whose other keys it does not read"),
+#define T common_compensator_config_t
     TRIBO_GAIN_PARAMETERS(PARAMETER)
 #undef T
-    GROUP("friction", AT(sim_compensator_config_t, friction), sim_friction_keys, ""),
-    GROUP("arm",      AT(sim_compensator_config_t, arm),      sim_arm_keys, ""),
-    GROUP("lugre",    AT(sim_compensator_config_t, lugre),    lugre_keys, ""),
-    GROUP("feedforward", AT(sim_compensator_config_t, feedforward), feedforward_keys, ""),
-    GROUP("guard",    AT(sim_compensator_config_t, guard),    guard_keys, ""),
+    GROUP("friction", AT(common_compensator_config_t, friction), common_friction_keys, ""),
+    GROUP("arm",      AT(common_compensator_config_t, arm),      common_arm_keys, ""),
+    GROUP("lugre",    AT(common_compensator_config_t, lugre),    lugre_keys, ""),
+    GROUP("feedforward", AT(common_compensator_config_t, feedforward), feedforward_keys, ""),
+    GROUP("guard",    AT(common_compensator_config_t, guard),    guard_keys, ""),
     END};
 
-const sim_key_t sim_limits_keys[] = {
-#define T sim_limits_config_t
+const common_key_t common_limits_keys[] = {
+#define T common_limits_config_t
     TRIBO_LIMIT_PARAMETERS(PARAMETER)
     TRIBO_INPUT_PARAMETERS(PARAMETER)
     TRIBO_SCALE_PARAMETERS(PARAMETER)
 #undef T
     END};
 
-const sim_key_t sim_loop_keys[] = {
+const common_key_t common_loop_keys[] = {
     SKIPPED("description"),
     SKIPPED("duration_s"),
-#define T sim_loop_keys_t
+#define T common_loop_keys_t
     TRIBO_SAMPLE_PARAMETERS(PARAMETER)
 #undef T
-    GROUP("reference",   AT(sim_loop_keys_t, reference),   sim_reference_keys, "Reference"),
+    GROUP("reference",   AT(common_loop_keys_t, reference),   common_reference_keys, "Reference"),
     SKIPPED("plant"),
     SKIPPED("sensor"),
-    GROUP("controller",  AT(sim_loop_keys_t, controller),  sim_controller_keys, "Controller"),
-    GROUP("compensator", AT(sim_loop_keys_t, compensator), sim_compensator_keys, "Compensator: what the loop believes"),
-    GROUP("limits",      AT(sim_loop_keys_t, limits),      sim_limits_keys, "Limits"),
+    GROUP("controller",  AT(common_loop_keys_t, controller),  common_controller_keys, "Controller"),
+    GROUP("compensator", AT(common_loop_keys_t, compensator), common_compensator_keys, "Compensator: what the loop believes"),
+    GROUP("limits",      AT(common_loop_keys_t, limits),      common_limits_keys, "Limits"),
     SKIPPED("metrics"),
     END};
 // clang-format on
 
-const char *sim_loop_key_of(tribo_status_t status)
+const char *common_loop_key_of(tribo_status_t status)
 {
 #define KEY(group, symbol, member, key, ...) [TRIBO_ERR_##symbol] = TRIBO_KEY_##group key,
 #define REFUSAL(symbol, key, text)           [TRIBO_ERR_##symbol] = (key),

@@ -9,43 +9,43 @@
 
 #define TWO_PI 6.283185307179586
 
-static const sim_csv_column_t columns[] = {{.name = "t_s"}, {.name = "r_N", .max = 1e6}};
+static const common_csv_column_t columns[] = {{.name = "t_s"}, {.name = "r_N", .max = 1e6}};
 
 /// A device or a pipe might have no end.
-static bool check_file(const sim_scenario_t *scenario, const char *path, sim_error_t *error)
+static bool check_file(const common_scenario_t *scenario, const char *path, common_error_t *error)
 {
     struct stat info;
     const char *why = (access(path, R_OK) != 0 || stat(path, &info) != 0) ? strerror(errno)
                       : S_ISREG(info.st_mode)                             ? NULL
                                                                           : "it is no regular file";
-    return why == NULL || sim_error_set(error,
-                                        "%s: reference.file: %s: cannot be opened: %s",
-                                        sim_scenario_source(scenario, "reference.file"),
-                                        path,
-                                        why);
+    return why == NULL || common_error_set(error,
+                                           "%s: reference.file: %s: cannot be opened: %s",
+                                           common_scenario_source(scenario, "reference.file"),
+                                           path,
+                                           why);
 }
 
-bool sim_reference_init(sim_reference_t *reference, const sim_scenario_t *scenario, sim_error_t *error)
+bool common_reference_init(common_reference_t *reference, const common_scenario_t *scenario, common_error_t *error)
 {
-    *reference = (sim_reference_t){.config = sim_scenario_loop(scenario)->reference};
-    if (reference->config.kind != SIM_REFERENCE_CSV)
+    *reference = (common_reference_t){.config = common_scenario_loop(scenario)->reference};
+    if (reference->config.kind != COMMON_REFERENCE_CSV)
     {
         return true;
     }
-    char *path = sim_scenario_reference_path(scenario);
+    char *path = common_scenario_reference_path(scenario);
     if (path == NULL)
     {
-        return sim_error_set(error, "out of memory");
+        return common_error_set(error, "out of memory");
     }
-    const bool ok = check_file(scenario, path, error) && sim_csv_read(&reference->csv, path, columns, 2, error) &&
-                    sim_csv_check_rising(&reference->csv, "t_s", error);
+    const bool ok = check_file(scenario, path, error) && common_csv_read(&reference->csv, path, columns, 2, error) &&
+                    common_csv_check_rising(&reference->csv, "t_s", error);
     free(path);
     return ok;
 }
 
-void sim_reference_free(sim_reference_t *reference)
+void common_reference_free(common_reference_t *reference)
 {
-    sim_csv_free(&reference->csv);
+    common_csv_free(&reference->csv);
 }
 
 /// 0 to 1 over a period, again and again; 0 before the start.
@@ -54,14 +54,14 @@ static double phase(double since_s, double period_s)
     return (since_s > 0.0) ? fmod(since_s, period_s) / period_s : 0.0;
 }
 
-static double sine(const sim_reference_config_t *config, double turns)
+static double sine(const common_reference_config_t *config, double turns)
 {
     const double middle = 0.5 * (config->low_n + config->high_n);
     return middle + 0.5 * (config->high_n - config->low_n) * sin(TWO_PI * turns);
 }
 
 /// Turns of a chirp: the frequency's integral.
-static double chirp_turns(const sim_reference_config_t *config, double since_s)
+static double chirp_turns(const common_reference_config_t *config, double since_s)
 {
     const double swept = fmin(fmax(since_s, 0.0), config->sweep_s);
     const double after = fmax(since_s - config->sweep_s, 0.0);
@@ -69,7 +69,7 @@ static double chirp_turns(const sim_reference_config_t *config, double since_s)
     return config->from_hz * swept + rise + config->to_hz * after;
 }
 
-static double from_file(sim_reference_t *reference, double t_s)
+static double from_file(common_reference_t *reference, double t_s)
 {
     const double *t    = reference->csv.values[0];
     const double *r    = reference->csv.values[1];
@@ -94,35 +94,35 @@ static double from_file(sim_reference_t *reference, double t_s)
     return r[i] + (t_s - t[i]) / (t[i + 1] - t[i]) * (r[i + 1] - r[i]);
 }
 
-double sim_reference_at(sim_reference_t *reference, double t_s)
+double common_reference_at(common_reference_t *reference, double t_s)
 {
-    const sim_reference_config_t *config = &reference->config;
+    const common_reference_config_t *config = &reference->config;
 
     const double since_s = t_s - config->start_s;
     const double height  = config->high_n - config->low_n;
     switch (config->kind)
     {
-    case SIM_REFERENCE_TRIANGLE:
+    case COMMON_REFERENCE_TRIANGLE:
         return config->low_n + height * (1.0 - fabs(1.0 - 2.0 * phase(since_s, config->period_s)));
-    case SIM_REFERENCE_SINE:
+    case COMMON_REFERENCE_SINE:
         return sine(config, phase(since_s, config->period_s));
-    case SIM_REFERENCE_STEP:
+    case COMMON_REFERENCE_STEP:
         return (since_s >= 0.0) ? config->high_n : config->low_n;
-    case SIM_REFERENCE_RAMP:
+    case COMMON_REFERENCE_RAMP:
         return config->low_n + height * fmin(fmax(since_s / config->ramp_s, 0.0), 1.0);
-    case SIM_REFERENCE_SAWTOOTH:
+    case COMMON_REFERENCE_SAWTOOTH:
         return config->low_n + height * phase(since_s, config->period_s);
-    case SIM_REFERENCE_CHIRP:
+    case COMMON_REFERENCE_CHIRP:
         return sine(config, chirp_turns(config, since_s));
-    case SIM_REFERENCE_CSV:
+    case COMMON_REFERENCE_CSV:
     default:
         return from_file(reference, t_s);
     }
 }
 
-double sim_reference_peak(const sim_reference_t *reference)
+double common_reference_peak(const common_reference_t *reference)
 {
-    const bool is_file = reference->config.kind == SIM_REFERENCE_CSV;
+    const bool is_file = reference->config.kind == COMMON_REFERENCE_CSV;
     double     peak    = is_file ? 0.0 : fmax(fabs(reference->config.low_n), fabs(reference->config.high_n));
     for (size_t i = 0; is_file && i < reference->csv.rows; i++)
     {

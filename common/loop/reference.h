@@ -8,27 +8,27 @@
 ///     chirp      a sine whose frequency goes evenly from from_Hz to to_Hz in sweep_s, and stays
 ///     csv        columns t_s and r_N of a file, linear between its rows, its first and last value outside
 
-#ifndef SIM_REFERENCE_H
-#define SIM_REFERENCE_H
+#ifndef COMMON_REFERENCE_H
+#define COMMON_REFERENCE_H
 
 #include "loop/scenario.h"
 #include "support/csv.h"
 
 typedef struct
 {
-    sim_reference_config_t config;
-    sim_csv_t              csv;
-    size_t                 row; ///< where in the file the last call was
-} sim_reference_t;
+    common_reference_config_t config;
+    common_csv_t              csv;
+    size_t                    row; ///< where in the file the last call was
+} common_reference_t;
 
 /// Reads the file, if the scenario has one. To be freed in any case.
-bool sim_reference_init(sim_reference_t *reference, const sim_scenario_t *scenario, sim_error_t *error);
-void sim_reference_free(sim_reference_t *reference);
+bool common_reference_init(common_reference_t *reference, const common_scenario_t *scenario, common_error_t *error);
+void common_reference_free(common_reference_t *reference);
 
 /// r at `t_s`. Any time is right, but rising ones are fast.
-double sim_reference_at(sim_reference_t *reference, double t_s);
+double common_reference_at(common_reference_t *reference, double t_s);
 
 /// Largest |r|.
-double sim_reference_peak(const sim_reference_t *reference);
+double common_reference_peak(const common_reference_t *reference);
 
 #endif

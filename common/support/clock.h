@@ -1,11 +1,11 @@
 /// Monotonic time.
 
-#ifndef SIM_CLOCK_H
-#define SIM_CLOCK_H
+#ifndef COMMON_CLOCK_H
+#define COMMON_CLOCK_H
 
 #include <time.h>
 
-static inline double sim_clock_s(void)
+static inline double common_clock_s(void)
 {
     struct timespec now;
     (void)clock_gettime(CLOCK_MONOTONIC, &now);

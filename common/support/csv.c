@@ -12,18 +12,18 @@
 /// State of the reader. Fields are unquoted and terminated in place.
 typedef struct
 {
-    const char             *name;
-    const sim_csv_column_t *wanted;
-    size_t                  count; ///< of wanted columns
-    sim_error_t            *error;
-    bool                    is_log;
-    char                    separator;
-    char                   *next; ///< the next byte to read
-    char                   *line_start;
-    size_t                  line;
+    const char                *name;
+    const common_csv_column_t *wanted;
+    size_t                     count; ///< of wanted columns
+    common_error_t            *error;
+    bool                       is_log;
+    char                       separator;
+    char                      *next; ///< the next byte to read
+    char                      *line_start;
+    size_t                     line;
 
-    size_t fields;                     ///< of the header
-    size_t place[SIM_CSV_COLUMNS_MAX]; ///< by wanted column: its field, from 1; 0: none
+    size_t fields;                        ///< of the header
+    size_t place[COMMON_CSV_COLUMNS_MAX]; ///< by wanted column: its field, from 1; 0: none
 } reader_t;
 
 typedef struct
@@ -41,7 +41,7 @@ static const char *blanks(const reader_t *reader)
 
 static bool complain(const reader_t *reader, size_t position, const char *what)
 {
-    return sim_error_set(reader->error, "%s:%zu:%zu: %s", reader->name, reader->line, position, what);
+    return common_error_set(reader->error, "%s:%zu:%zu: %s", reader->name, reader->line, position, what);
 }
 
 /// Removes the quotes of a field at `*p`, in place, and moves `*p` past the last one. Returns the text's new end, or null.
@@ -123,11 +123,11 @@ static bool read_header(reader_t *reader)
             const bool is_it = is_wanted(reader, reader->wanted[i].name, field.text);
             if (is_it && reader->place[i] != 0)
             {
-                return sim_error_set(reader->error,
-                                     "%s:1:%zu: column %s is there twice",
-                                     reader->name,
-                                     field.position,
-                                     field.text);
+                return common_error_set(reader->error,
+                                        "%s:1:%zu: column %s is there twice",
+                                        reader->name,
+                                        field.position,
+                                        field.text);
             }
             reader->place[i] = is_it ? reader->fields : reader->place[i];
         }
@@ -137,18 +137,18 @@ static bool read_header(reader_t *reader)
         if (reader->place[i] == 0 && !reader->wanted[i].optional)
         {
             const bool is_one = !reader->is_log && reader->fields == 1;
-            return sim_error_set(reader->error,
-                                 "%s:1:1: no column is named %s%s",
-                                 reader->name,
-                                 reader->wanted[i].name,
-                                 is_one ? "; columns are separated by commas here, and there is one alone" : "");
+            return common_error_set(reader->error,
+                                    "%s:1:1: no column is named %s%s",
+                                    reader->name,
+                                    reader->wanted[i].name,
+                                    is_one ? "; columns are separated by commas here, and there is one alone" : "");
         }
     }
     return true;
 }
 
 /// Room for as many rows as there are lines left.
-static bool allocate(sim_csv_t *csv, const reader_t *reader)
+static bool allocate(common_csv_t *csv, const reader_t *reader)
 {
     size_t rows = 1;
     for (const char *p = strchr(reader->next, '\n'); p != NULL; p = strchr(p + 1, '\n'))
@@ -162,7 +162,7 @@ static bool allocate(sim_csv_t *csv, const reader_t *reader)
         csv->values[i] = (reader->place[i] != 0) ? malloc(rows * sizeof *csv->values[i]) : NULL;
         ok             = reader->place[i] == 0 || csv->values[i] != NULL;
     }
-    return ok || sim_error_set(reader->error, "out of memory");
+    return ok || common_error_set(reader->error, "out of memory");
 }
 
 /// Takes the number of a wanted column.
@@ -173,27 +173,27 @@ static bool take_number(const reader_t *reader, const field_t *field, size_t col
     {
         *comma = '.';
     }
-    const sim_csv_column_t *wanted    = &reader->wanted[column];
-    const double            max       = (wanted->max > 0.0) ? wanted->max : SIM_CSV_NUMBER_MAX;
-    const char             *complaint = sim_number_parse(field->text, value);
-    char                    outside[64];
+    const common_csv_column_t *wanted    = &reader->wanted[column];
+    const double               max       = (wanted->max > 0.0) ? wanted->max : COMMON_CSV_NUMBER_MAX;
+    const char                *complaint = common_number_parse(field->text, value);
+    char                       outside[64];
     (void)snprintf(outside, sizeof outside, "is outside %g to %g", -max, max);
     if (complaint == NULL && fabs(*value) > max)
     {
         complaint = outside;
     }
-    return complaint == NULL || sim_error_set(reader->error,
-                                              "%s:%zu:%zu: %s: '%.40s' %s",
-                                              reader->name,
-                                              field->line,
-                                              field->position,
-                                              wanted->name,
-                                              field->text,
-                                              complaint);
+    return complaint == NULL || common_error_set(reader->error,
+                                                 "%s:%zu:%zu: %s: '%.40s' %s",
+                                                 reader->name,
+                                                 field->line,
+                                                 field->position,
+                                                 wanted->name,
+                                                 field->text,
+                                                 complaint);
 }
 
 /// Takes a field's number for the columns that use it.
-static bool take_field(sim_csv_t *csv, const reader_t *reader, const field_t *field, size_t number)
+static bool take_field(common_csv_t *csv, const reader_t *reader, const field_t *field, size_t number)
 {
     for (size_t i = 0; i < reader->count; i++)
     {
@@ -206,7 +206,7 @@ static bool take_field(sim_csv_t *csv, const reader_t *reader, const field_t *fi
     return true;
 }
 
-static bool read_row(sim_csv_t *csv, reader_t *reader)
+static bool read_row(common_csv_t *csv, reader_t *reader)
 {
     field_t field             = {.is_last = false};
     size_t  fields            = 0;
@@ -219,12 +219,12 @@ static bool read_row(sim_csv_t *csv, reader_t *reader)
         }
         if (++fields > reader->fields)
         {
-            return sim_error_set(reader->error,
-                                 "%s:%zu:%zu: more fields than the header's %zu",
-                                 reader->name,
-                                 field.line,
-                                 field.position,
-                                 reader->fields);
+            return common_error_set(reader->error,
+                                    "%s:%zu:%zu: more fields than the header's %zu",
+                                    reader->name,
+                                    field.line,
+                                    field.position,
+                                    reader->fields);
         }
         if (!take_field(csv, reader, &field, fields))
         {
@@ -232,13 +232,13 @@ static bool read_row(sim_csv_t *csv, reader_t *reader)
         }
     }
     csv->rows++;
-    return fields == reader->fields || sim_error_set(reader->error,
-                                                     "%s:%zu:%zu: %zu fields, the header has %zu",
-                                                     reader->name,
-                                                     field.line,
-                                                     field.position,
-                                                     fields,
-                                                     reader->fields);
+    return fields == reader->fields || common_error_set(reader->error,
+                                                        "%s:%zu:%zu: %zu fields, the header has %zu",
+                                                        reader->name,
+                                                        field.line,
+                                                        field.position,
+                                                        fields,
+                                                        reader->fields);
 }
 
 /// The separator of a log's first line.
@@ -296,16 +296,16 @@ static bool count_fields(reader_t *reader, size_t length)
     }
     for (size_t i = 0; i < reader->count; i++)
     {
-        const sim_csv_column_t *wanted = &reader->wanted[i];
-        const size_t            number = (wanted->name[0] == '#') ? strtoul(wanted->name + 1, NULL, 10) : 0;
-        reader->place[i]               = (number <= reader->fields) ? number : 0;
+        const common_csv_column_t *wanted = &reader->wanted[i];
+        const size_t               number = (wanted->name[0] == '#') ? strtoul(wanted->name + 1, NULL, 10) : 0;
+        reader->place[i]                  = (number <= reader->fields) ? number : 0;
         if (reader->place[i] == 0 && !wanted->optional)
         {
-            return sim_error_set(reader->error,
-                                 "%s:1:1: no header, so that no column is %s: there are #1 to #%zu",
-                                 reader->name,
-                                 wanted->name,
-                                 reader->fields);
+            return common_error_set(reader->error,
+                                    "%s:1:1: no header, so that no column is %s: there are #1 to #%zu",
+                                    reader->name,
+                                    wanted->name,
+                                    reader->fields);
         }
     }
     return true;
@@ -329,7 +329,7 @@ static void skip_comments(reader_t *reader)
     }
 }
 
-static bool read_all(sim_csv_t *csv, reader_t *reader)
+static bool read_all(common_csv_t *csv, reader_t *reader)
 {
     if (reader->next[strspn(reader->next, " \t\r\n")] == '\0')
     {
@@ -367,13 +367,13 @@ static bool read_all(sim_csv_t *csv, reader_t *reader)
     return csv->rows > 0 || complain(reader, 1, "no rows after the header");
 }
 
-static bool parse(sim_csv_t              *csv,
-                  char                   *text,
-                  const char             *name,
-                  const sim_csv_column_t *wanted,
-                  size_t                  count,
-                  bool                    is_log,
-                  sim_error_t            *error)
+static bool parse(common_csv_t              *csv,
+                  char                      *text,
+                  const char                *name,
+                  const common_csv_column_t *wanted,
+                  size_t                     count,
+                  bool                       is_log,
+                  common_error_t            *error)
 {
     reader_t reader = {.name       = name,
                        .wanted     = wanted,
@@ -384,85 +384,89 @@ static bool parse(sim_csv_t              *csv,
                        .next       = text,
                        .line_start = text,
                        .line       = 1};
-    *csv            = (sim_csv_t){.name = name};
+    *csv            = (common_csv_t){.name = name};
     const bool ok   = read_all(csv, &reader);
     if (!ok)
     {
-        sim_csv_free(csv);
+        common_csv_free(csv);
     }
     return ok;
 }
 
-bool sim_csv_parse(sim_csv_t              *csv,
-                   char                   *text,
-                   const char             *name,
-                   const sim_csv_column_t *wanted,
-                   size_t                  count,
-                   sim_error_t            *error)
+bool common_csv_parse(common_csv_t              *csv,
+                      char                      *text,
+                      const char                *name,
+                      const common_csv_column_t *wanted,
+                      size_t                     count,
+                      common_error_t            *error)
 {
     return parse(csv, text, name, wanted, count, false, error);
 }
 
-bool sim_csv_parse_log(sim_csv_t              *csv,
-                       char                   *text,
-                       const char             *name,
-                       const sim_csv_column_t *wanted,
-                       size_t                  count,
-                       sim_error_t            *error)
+bool common_csv_parse_log(common_csv_t              *csv,
+                          char                      *text,
+                          const char                *name,
+                          const common_csv_column_t *wanted,
+                          size_t                     count,
+                          common_error_t            *error)
 {
     return parse(csv, text, name, wanted, count, true, error);
 }
 
-bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error)
+bool common_csv_read(common_csv_t              *csv,
+                     const char                *path,
+                     const common_csv_column_t *wanted,
+                     size_t                     count,
+                     common_error_t            *error)
 {
-    char      *text = sim_file_read(path, SIM_CSV_BYTES_MAX, error);
+    char      *text = common_file_read(path, COMMON_CSV_BYTES_MAX, error);
     const bool ok   = text != NULL && parse(csv, text, path, wanted, count, false, error);
     free(text);
     return ok;
 }
 
-bool sim_csv_read_log(sim_csv_t              *csv,
-                      const char             *path,
-                      const sim_csv_column_t *wanted,
-                      size_t                  count,
-                      sim_error_t            *error)
+bool common_csv_read_log(common_csv_t              *csv,
+                         const char                *path,
+                         const common_csv_column_t *wanted,
+                         size_t                     count,
+                         common_error_t            *error)
 {
-    char      *text = sim_file_read(path, SIM_CSV_BYTES_MAX, error);
+    char      *text = common_file_read(path, COMMON_CSV_BYTES_MAX, error);
     const bool ok   = text != NULL && parse(csv, text, path, wanted, count, true, error);
     free(text);
     return ok;
 }
 
-bool sim_csv_complain(const sim_csv_t *csv, size_t row, sim_error_t *error, const char *format, ...)
+bool common_csv_complain(const common_csv_t *csv, size_t row, common_error_t *error, const char *format, ...)
 {
-    sim_error_t what = {""};
-    va_list     args;
+    common_error_t what = {""};
+    va_list        args;
     va_start(args, format);
-    (void)sim_error_set_list(&what, format, args);
+    (void)common_error_set_list(&what, format, args);
     va_end(args);
     // Row and line numbers correspond: no field spans lines and no line is skipped.
-    return sim_error_set(error, "%s:%zu:%zu: %s", csv->name, row + csv->first_line, csv->positions[row], what.text);
+    return common_error_set(error, "%s:%zu:%zu: %s", csv->name, row + csv->first_line, csv->positions[row], what.text);
 }
 
-bool sim_csv_check_rising(const sim_csv_t *csv, const char *name, sim_error_t *error)
+bool common_csv_check_rising(const common_csv_t *csv, const char *name, common_error_t *error)
 {
     const double *x = csv->values[0];
     for (size_t i = 1; i < csv->rows; i++)
     {
         if (!(x[i] > x[i - 1]))
         {
-            return sim_csv_complain(csv, i, error, "%s: %.15g does not come after %.15g", name, x[i], x[i - 1]);
+            return common_csv_complain(csv, i, error, "%s: %.15g does not come after %.15g", name, x[i], x[i - 1]);
         }
     }
     return true;
 }
 
-void sim_csv_free(sim_csv_t *csv)
+void common_csv_free(common_csv_t *csv)
 {
-    for (size_t i = 0; i < SIM_CSV_COLUMNS_MAX; i++)
+    for (size_t i = 0; i < COMMON_CSV_COLUMNS_MAX; i++)
     {
         free(csv->values[i]);
     }
     free(csv->positions);
-    *csv = (sim_csv_t){.rows = 0};
+    *csv = (common_csv_t){.rows = 0};
 }

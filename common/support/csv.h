@@ -8,66 +8,70 @@
 /// blanks.
 /// Decimal commas are accepted where the comma is not the separator. Without a header, columns go by number.
 
-#ifndef SIM_CSV_H
-#define SIM_CSV_H
+#ifndef COMMON_CSV_H
+#define COMMON_CSV_H
 
 #include "support/error.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 
-#define SIM_CSV_COLUMNS_MAX 8u          ///< most columns of one call
-#define SIM_CSV_BYTES_MAX   (1u << 30u) ///< of a file
-#define SIM_CSV_NUMBER_MAX  1e30        ///< keeps differences, slopes and floats finite
+#define COMMON_CSV_COLUMNS_MAX 8u          ///< most columns of one call
+#define COMMON_CSV_BYTES_MAX   (1u << 30u) ///< of a file
+#define COMMON_CSV_NUMBER_MAX  1e30        ///< keeps differences, slopes and floats finite
 
 typedef struct
 {
     const char *name; ///< "#3" is the third column, in a recorded log
     bool        optional;
-    double      max; ///< of a number's magnitude; 0: SIM_CSV_NUMBER_MAX
-} sim_csv_column_t;
+    double      max; ///< of a number's magnitude; 0: COMMON_CSV_NUMBER_MAX
+} common_csv_column_t;
 
 typedef struct
 {
     const char *name; ///< of the file, for messages
     size_t      rows;
-    size_t      first_line;                  ///< of row 0, from 1
-    double     *values[SIM_CSV_COLUMNS_MAX]; ///< by wanted column; null: optional and missing
-    size_t     *positions;                   ///< by row: the first wanted column's place in its line
-} sim_csv_t;
+    size_t      first_line;                     ///< of row 0, from 1
+    double     *values[COMMON_CSV_COLUMNS_MAX]; ///< by wanted column; null: optional and missing
+    size_t     *positions;                      ///< by row: the first wanted column's place in its line
+} common_csv_t;
 
 /// Reads the `count` columns `wanted`. On failure nothing is left to free.
-bool sim_csv_read(sim_csv_t *csv, const char *path, const sim_csv_column_t *wanted, size_t count, sim_error_t *error);
+bool common_csv_read(common_csv_t              *csv,
+                     const char                *path,
+                     const common_csv_column_t *wanted,
+                     size_t                     count,
+                     common_error_t            *error);
 
 /// The same for a recorded log.
-bool sim_csv_read_log(sim_csv_t              *csv,
-                      const char             *path,
-                      const sim_csv_column_t *wanted,
-                      size_t                  count,
-                      sim_error_t            *error);
+bool common_csv_read_log(common_csv_t              *csv,
+                         const char                *path,
+                         const common_csv_column_t *wanted,
+                         size_t                     count,
+                         common_error_t            *error);
 
-/// As sim_csv_read from text, which is changed in place; `name` stands for the file in messages.
-bool sim_csv_parse(sim_csv_t              *csv,
-                   char                   *text,
-                   const char             *name,
-                   const sim_csv_column_t *wanted,
-                   size_t                  count,
-                   sim_error_t            *error);
+/// As common_csv_read from text, which is changed in place; `name` stands for the file in messages.
+bool common_csv_parse(common_csv_t              *csv,
+                      char                      *text,
+                      const char                *name,
+                      const common_csv_column_t *wanted,
+                      size_t                     count,
+                      common_error_t            *error);
 
-/// As sim_csv_read_log from text, likewise.
-bool sim_csv_parse_log(sim_csv_t              *csv,
-                       char                   *text,
-                       const char             *name,
-                       const sim_csv_column_t *wanted,
-                       size_t                  count,
-                       sim_error_t            *error);
+/// As common_csv_read_log from text, likewise.
+bool common_csv_parse_log(common_csv_t              *csv,
+                          char                      *text,
+                          const char                *name,
+                          const common_csv_column_t *wanted,
+                          size_t                     count,
+                          common_error_t            *error);
 
 /// Reports an error in the first wanted column of a row: "FILE:LINE:COLUMN: " and the rest. Always false.
-bool sim_csv_complain(const sim_csv_t *csv, size_t row, sim_error_t *error, const char *format, ...);
+bool common_csv_complain(const common_csv_t *csv, size_t row, common_error_t *error, const char *format, ...);
 
 /// False if the numbers of the first wanted column do not rise from row to row.
-bool sim_csv_check_rising(const sim_csv_t *csv, const char *name, sim_error_t *error);
+bool common_csv_check_rising(const common_csv_t *csv, const char *name, common_error_t *error);
 
-void sim_csv_free(sim_csv_t *csv);
+void common_csv_free(common_csv_t *csv);
 
 #endif

@@ -24,7 +24,7 @@ static void copy_printable(char *to, size_t size, const char *from)
     to[length] = '\0';
 }
 
-bool sim_error_set_list(sim_error_t *error, const char *format, va_list args)
+bool common_error_set_list(common_error_t *error, const char *format, va_list args)
 {
     char text[sizeof error->text];
     if (error->text[0] == '\0')
@@ -35,11 +35,11 @@ bool sim_error_set_list(sim_error_t *error, const char *format, va_list args)
     return false;
 }
 
-bool sim_error_set(sim_error_t *error, const char *format, ...)
+bool common_error_set(common_error_t *error, const char *format, ...)
 {
     va_list args;
     va_start(args, format);
-    (void)sim_error_set_list(error, format, args);
+    (void)common_error_set_list(error, format, args);
     va_end(args);
     return false;
 }

@@ -3,8 +3,8 @@
 /// Functions that can fail return false (or null) with the error filled in; the program prints it and ends. The first
 /// error is kept.
 
-#ifndef SIM_ERROR_H
-#define SIM_ERROR_H
+#ifndef COMMON_ERROR_H
+#define COMMON_ERROR_H
 
 #include <stdarg.h>
 #include <stdbool.h>
@@ -12,11 +12,11 @@
 typedef struct
 {
     char text[36864]; ///< one line, safe to show on a terminal; empty: no error
-} sim_error_t;
+} common_error_t;
 
 /// Writes the message unless there is one already, its control characters as \n or \x1b. Always returns false. Two paths of
 /// maximum length fit, even with every character escaped.
-bool sim_error_set(sim_error_t *error, const char *format, ...);
-bool sim_error_set_list(sim_error_t *error, const char *format, va_list args);
+bool common_error_set(common_error_t *error, const char *format, ...);
+bool common_error_set_list(common_error_t *error, const char *format, va_list args);
 
 #endif

@@ -37,7 +37,7 @@ static char *read_up_to(FILE *file, size_t max, size_t *length)
 }
 
 /// True if these bytes are text; else the reason is in `error`.
-static bool check_text(const char *bytes, size_t length, size_t max, const char *path, sim_error_t *error)
+static bool check_text(const char *bytes, size_t length, size_t max, const char *path, common_error_t *error)
 {
     const char *zero = memchr(bytes, '\0', length);
     if (zero != NULL)
@@ -47,24 +47,25 @@ static bool check_text(const char *bytes, size_t length, size_t max, const char 
         {
             line += (*p == '\n') ? 1u : 0u;
         }
-        return sim_error_set(error, "%s:%zu: a zero byte: this is not a text file", path, line);
+        return common_error_set(error, "%s:%zu: a zero byte: this is not a text file", path, line);
     }
-    return length <= max || sim_error_set(error, "%s: is larger than %zu KB, the most that is read", path, max / 1024);
+    return length <= max ||
+           common_error_set(error, "%s: is larger than %zu KB, the most that is read", path, max / 1024);
 }
 
-char *sim_file_read(const char *path, size_t max, sim_error_t *error)
+char *common_file_read(const char *path, size_t max, common_error_t *error)
 {
     FILE *file = fopen(path, "rb");
     if (file == NULL)
     {
-        (void)sim_error_set(error, "%s: cannot be opened: %s", path, strerror(errno));
+        (void)common_error_set(error, "%s: cannot be opened: %s", path, strerror(errno));
         return NULL;
     }
     size_t length = 0;
     char  *bytes  = read_up_to(file, max, &length);
     if (bytes == NULL)
     {
-        (void)sim_error_set(error, "%s: cannot be read: %s", path, strerror(errno));
+        (void)common_error_set(error, "%s: cannot be read: %s", path, strerror(errno));
     }
     (void)fclose(file);
     if (bytes != NULL && !check_text(bytes, length, max, path, error))
@@ -79,7 +80,7 @@ char *sim_file_read(const char *path, size_t max, sim_error_t *error)
     return bytes;
 }
 
-bool sim_file_is_same(const char *a, const char *b)
+bool common_file_is_same(const char *a, const char *b)
 {
     struct stat x, y;
     return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;

@@ -1,7 +1,7 @@
 /// Reading files.
 
-#ifndef SIM_FILE_H
-#define SIM_FILE_H
+#ifndef COMMON_FILE_H
+#define COMMON_FILE_H
 
 #include "support/error.h"
 
@@ -10,9 +10,9 @@
 
 /// The file's bytes and a 0 after them, to be freed by the caller. Null with the error filled in if it cannot be read, is
 /// larger than `max` bytes (reading stops there), or contains a zero byte. A UTF-8 byte order mark at the start is dropped.
-char *sim_file_read(const char *path, size_t max, sim_error_t *error);
+char *common_file_read(const char *path, size_t max, common_error_t *error);
 
 /// True if both paths lead to the same existing file.
-bool sim_file_is_same(const char *a, const char *b);
+bool common_file_is_same(const char *a, const char *b);
 
 #endif

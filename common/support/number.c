@@ -13,7 +13,7 @@ static bool is_not_finite_word(const char *text)
     return strcasecmp(word, "nan") == 0 || strcasecmp(word, "inf") == 0 || strcasecmp(word, "infinity") == 0;
 }
 
-const char *sim_number_parse(const char *text, double *value)
+const char *common_number_parse(const char *text, double *value)
 {
     if (is_not_finite_word(text))
     {
@@ -30,7 +30,7 @@ const char *sim_number_parse(const char *text, double *value)
     return isfinite(*value) ? NULL : "is too large for a number";
 }
 
-const char *sim_number_parse_whole(const char *text, uint64_t *value)
+const char *common_number_parse_whole(const char *text, uint64_t *value)
 {
     if (*text == '\0' || text[strspn(text, "0123456789")] != '\0')
     {

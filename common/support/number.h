@@ -1,17 +1,17 @@
 /// Numbers as users write them, read strictly: decimal digits, one point, an exponent, and nothing else.
 /// No hexadecimal, no "nan", no "inf", no thousands separators, no trailing text, whatever the locale.
 
-#ifndef SIM_NUMBER_H
-#define SIM_NUMBER_H
+#ifndef COMMON_NUMBER_H
+#define COMMON_NUMBER_H
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 /// Null if `text` is a finite number, then in `*value`; else the fault in a few words.
-const char *sim_number_parse(const char *text, double *value);
+const char *common_number_parse(const char *text, double *value);
 
 /// The same for a whole number from 0 to 2^64 - 1.
-const char *sim_number_parse_whole(const char *text, uint64_t *value);
+const char *common_number_parse_whole(const char *text, uint64_t *value);
 
 #endif

@@ -12,7 +12,7 @@
 // --- signals -------------------------------------------------------------------------------------------------------
 
 // Global because a signal handler reads it.
-static char *volatile pending[SIM_OUTPUT_FILES_MAX];
+static char *volatile pending[COMMON_OUTPUT_FILES_MAX];
 
 static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
 
@@ -20,7 +20,7 @@ static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
 
 static void remove_pending(int number)
 {
-    for (size_t i = 0; i < SIM_OUTPUT_FILES_MAX; i++)
+    for (size_t i = 0; i < COMMON_OUTPUT_FILES_MAX; i++)
     {
         if (pending[i] != NULL)
         {
@@ -31,7 +31,7 @@ static void remove_pending(int number)
     (void)raise(number);
 }
 
-void sim_output_clean_on_signal(void)
+void common_output_clean_on_signal(void)
 {
     for (size_t i = 0; i < ENDING; i++)
     {
@@ -59,11 +59,11 @@ static void block_ending(sigset_t *before)
 static void replace_pending(const char *old, char *name)
 {
     size_t i = 0;
-    while (i < SIM_OUTPUT_FILES_MAX && pending[i] != old)
+    while (i < COMMON_OUTPUT_FILES_MAX && pending[i] != old)
     {
         i++;
     }
-    if (i < SIM_OUTPUT_FILES_MAX)
+    if (i < COMMON_OUTPUT_FILES_MAX)
     {
         pending[i] = name;
     }
@@ -71,7 +71,7 @@ static void replace_pending(const char *old, char *name)
 
 // --- opening -------------------------------------------------------------------------------------------------------
 
-static void forget(sim_output_file_t *file)
+static void forget(common_output_file_t *file)
 {
     if (file->temporary != NULL)
     {
@@ -79,15 +79,15 @@ static void forget(sim_output_file_t *file)
     }
     free(file->path);
     free(file->temporary);
-    *file = (sim_output_file_t){.stream = NULL};
+    *file = (common_output_file_t){.stream = NULL};
 }
 
 /// Opens a new file in the folder of file->path, under a name of its own: file->path's may already have the maximum length.
-static bool open_next_to(sim_output_file_t *file)
+static bool open_next_to(common_output_file_t *file)
 {
     const char *slash = strrchr(file->path, '/');
     file->temporary =
-        sim_text_format("%.*s.tribo.XXXXXX", slash != NULL ? (int)(slash - file->path) + 1 : 0, file->path);
+        common_text_format("%.*s.tribo.XXXXXX", slash != NULL ? (int)(slash - file->path) + 1 : 0, file->path);
     const int descriptor = (file->temporary != NULL) ? mkstemp(file->temporary) : -1;
     if (descriptor < 0)
     {
@@ -114,7 +114,7 @@ static char *find_place(const char *path)
     return is_link ? realpath(path, NULL) : strdup(path);
 }
 
-static bool open_place(sim_output_file_t *file, const char *path)
+static bool open_place(common_output_file_t *file, const char *path)
 {
     struct stat info;
     if (stat(path, &info) == 0 && !S_ISREG(info.st_mode))
@@ -135,28 +135,28 @@ static bool open_place(sim_output_file_t *file, const char *path)
     return opened;
 }
 
-bool sim_output_open(sim_output_file_t *file, const char *path, sim_error_t *error)
+bool common_output_open(common_output_file_t *file, const char *path, common_error_t *error)
 {
-    *file = (sim_output_file_t){.stream = (path == NULL) ? stdout : NULL};
+    *file = (common_output_file_t){.stream = (path == NULL) ? stdout : NULL};
     if (path != NULL && !open_place(file, path))
     {
-        (void)sim_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
-        sim_output_discard(file, 1);
+        (void)common_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
+        common_output_discard(file, 1);
         return false;
     }
     return true;
 }
 
-bool sim_output_expect_none(sim_output_file_t *file, const char *path, sim_error_t *error)
+bool common_output_expect_none(common_output_file_t *file, const char *path, common_error_t *error)
 {
-    *file = (sim_output_file_t){.path = strdup(path), .is_unwanted = true};
-    return file->path != NULL || sim_error_set(error, "out of memory");
+    *file = (common_output_file_t){.path = strdup(path), .is_unwanted = true};
+    return file->path != NULL || common_error_set(error, "out of memory");
 }
 
 // --- closing -------------------------------------------------------------------------------------------------------
 
 /// Closes the stream and reports any write error, with errno set.
-static bool close_stream(sim_output_file_t *file)
+static bool close_stream(common_output_file_t *file)
 {
     // After a failed write the caller does nothing else, so errno is still valid.
     bool      ok  = !ferror(file->stream) && fflush(file->stream) == 0;
@@ -171,7 +171,7 @@ static bool close_stream(sim_output_file_t *file)
     return ok;
 }
 
-static bool put_in_place(const sim_output_file_t *file)
+static bool put_in_place(const common_output_file_t *file)
 {
     struct stat info;
     if (file->is_unwanted)
@@ -182,7 +182,7 @@ static bool put_in_place(const sim_output_file_t *file)
 }
 
 /// Returns the first file that could not be put in its place; null on success.
-static const sim_output_file_t *put_all_in_place(sim_output_file_t *files, size_t count)
+static const common_output_file_t *put_all_in_place(common_output_file_t *files, size_t count)
 {
     if (count > 1 && files[count - 1].temporary != NULL)
     {
@@ -199,9 +199,9 @@ static const sim_output_file_t *put_all_in_place(sim_output_file_t *files, size_
     return NULL;
 }
 
-bool sim_output_commit(sim_output_file_t *files, size_t count, sim_error_t *error)
+bool common_output_commit(common_output_file_t *files, size_t count, common_error_t *error)
 {
-    const sim_output_file_t *failed = NULL;
+    const common_output_file_t *failed = NULL;
     for (size_t i = 0; i < count && failed == NULL; i++)
     {
         failed = (files[i].stream == NULL || close_stream(&files[i])) ? NULL : &files[i];
@@ -216,13 +216,13 @@ bool sim_output_commit(sim_output_file_t *files, size_t count, sim_error_t *erro
     if (failed != NULL)
     {
         const char *path = (failed->path != NULL) ? failed->path : "standard output";
-        (void)sim_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
+        (void)common_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
     }
-    sim_output_discard(files, count);
+    common_output_discard(files, count);
     return failed == NULL;
 }
 
-void sim_output_discard(sim_output_file_t *files, size_t count)
+void common_output_discard(common_output_file_t *files, size_t count)
 {
     for (size_t i = 0; i < count; i++)
     {
@@ -238,10 +238,10 @@ void sim_output_discard(sim_output_file_t *files, size_t count)
     }
 }
 
-bool sim_output_flush(sim_error_t *error)
+bool common_output_flush(common_error_t *error)
 {
-    sim_output_file_t file = {.stream = stdout};
-    return sim_output_commit(&file, 1, error);
+    common_output_file_t file = {.stream = stdout};
+    return common_output_commit(&file, 1, error);
 }
 
 /// Creates `path` and its missing parents. Changes `path` temporarily.
@@ -268,13 +268,13 @@ static bool make_folder(char *path)
     return false;
 }
 
-bool sim_output_folder_create(const char *path, sim_error_t *error)
+bool common_output_folder_create(const char *path, common_error_t *error)
 {
     char      *copy = strdup(path);
     const bool made = copy != NULL && make_folder(copy);
     if (!made)
     {
-        (void)sim_error_set(error, "%s: the folder cannot be made: %s", path, strerror(errno));
+        (void)common_error_set(error, "%s: the folder cannot be made: %s", path, strerror(errno));
     }
     free(copy);
     return made;

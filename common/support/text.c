@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-char *sim_text_format(const char *format, ...)
+char *common_text_format(const char *format, ...)
 {
     va_list args;
     va_start(args, format);

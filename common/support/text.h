@@ -1,9 +1,9 @@
 /// Formatted text.
 
-#ifndef SIM_TEXT_H
-#define SIM_TEXT_H
+#ifndef COMMON_TEXT_H
+#define COMMON_TEXT_H
 
 /// printf into a new string, to be freed; null if there is no memory.
-char *sim_text_format(const char *format, ...);
+char *common_text_format(const char *format, ...);
 
 #endif

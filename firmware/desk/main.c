@@ -30,7 +30,7 @@ static void close_plant(void *context)
     }
 }
 
-static void *open_plant(const sim_scenario_t *scenario, sim_error_t *error)
+static void *open_plant(const common_scenario_t *scenario, common_error_t *error)
 {
     const sim_config_t *config = sim_scenario_config(scenario);
     desk_plant_t       *desk   = calloc(1, sizeof *desk);
@@ -44,7 +44,7 @@ static void *open_plant(const sim_scenario_t *scenario, sim_error_t *error)
         !sim_sensor_init(&desk->sensor, &config->sensor.sampling, desk->config.step_s))
     {
         close_plant(desk);
-        (void)sim_error_set(error, "out of memory");
+        (void)common_error_set(error, "out of memory");
         return NULL;
     }
     return desk;

@@ -19,30 +19,30 @@ static int is_scenario(const struct dirent *entry)
 }
 
 /// One line: the name without its ending, and the description or the file's error.
-static bool print_scenario(const char *folder, const char *file, sim_error_t *error)
+static bool print_scenario(const char *folder, const char *file, common_error_t *error)
 {
-    sim_error_t     problem  = {""};
-    char           *path     = sim_text_format("%s/%s", folder, file);
-    sim_scenario_t *scenario = sim_scenario_create();
-    const bool      ok       = path != NULL && scenario != NULL;
+    common_error_t     problem  = {""};
+    char              *path     = common_text_format("%s/%s", folder, file);
+    common_scenario_t *scenario = sim_scenario_create();
+    const bool         ok       = path != NULL && scenario != NULL;
     if (ok)
     {
-        const bool  is_good = sim_scenario_load(scenario, path, &problem);
+        const bool  is_good = common_scenario_load(scenario, path, &problem);
         const char *text    = is_good ? sim_scenario_config(scenario)->description : problem.text;
         (void)printf("%-16.*s%s\n", (int)strlen(file) - 5, file, text);
     }
-    sim_scenario_destroy(scenario);
+    common_scenario_destroy(scenario);
     free(path);
-    return ok || sim_error_set(error, "out of memory");
+    return ok || common_error_set(error, "out of memory");
 }
 
-static bool list_folder(const char *folder, sim_error_t *error)
+static bool list_folder(const char *folder, common_error_t *error)
 {
     struct dirent **entries;
     const int       count = scandir(folder, &entries, is_scenario, alphasort);
     if (count < 0)
     {
-        return sim_error_set(error, "%s: cannot be read: %s", folder, strerror(errno));
+        return common_error_set(error, "%s: cannot be read: %s", folder, strerror(errno));
     }
     bool ok = true;
     for (int i = 0; i < count; i++)
@@ -79,11 +79,11 @@ static int take(void *context, int key, const char *value)
 
 static int run(int count, char **arguments)
 {
-    int         what   = 0;
-    sim_error_t error  = {""};
-    bool        ok     = true;
-    const char *unused = NULL;
-    const int   status = sim_options_parse(&sim_command_list, count, arguments, &what, &unused);
+    int            what   = 0;
+    common_error_t error  = {""};
+    bool           ok     = true;
+    const char    *unused = NULL;
+    const int      status = sim_options_parse(&sim_command_list, count, arguments, &what, &unused);
     if (status != 0)
     {
         return status;
@@ -102,7 +102,7 @@ static int run(int count, char **arguments)
     default:
         ok = list_folder(sim_scenario_folder(), &error);
     }
-    return (ok && sim_output_flush(&error)) ? SIM_EXIT_OK : sim_failure(error.text);
+    return (ok && common_output_flush(&error)) ? SIM_EXIT_OK : sim_failure(error.text);
 }
 
 const sim_command_t sim_command_list = {

@@ -65,19 +65,19 @@ static void write_log(const sim_log_t *log, FILE *file)
     }
 }
 
-static bool convert(const options_t *options, sim_error_t *error)
+static bool convert(const options_t *options, common_error_t *error)
 {
-    sim_log_t         log;
-    sim_output_file_t file;
+    sim_log_t            log;
+    common_output_file_t file;
     if (!sim_log_read(&log, options->logs.paths, options->logs.count, &options->logs.options, error))
     {
         return false;
     }
-    bool ok = sim_output_open(&file, options->out, error);
+    bool ok = common_output_open(&file, options->out, error);
     if (ok)
     {
         write_log(&log, file.stream);
-        ok = sim_output_commit(&file, 1, error);
+        ok = common_output_commit(&file, 1, error);
     }
     if (ok)
     {
@@ -89,16 +89,16 @@ static bool convert(const options_t *options, sim_error_t *error)
 
 static int run(int count, char **arguments)
 {
-    options_t   options = {.out = NULL};
-    sim_error_t error   = {""};
-    const int   status  = sim_options_parse(&sim_command_log, count, arguments, &options, NULL);
+    options_t      options = {.out = NULL};
+    common_error_t error   = {""};
+    const int      status  = sim_options_parse(&sim_command_log, count, arguments, &options, NULL);
     if (status != 0)
     {
         return status;
     }
     for (size_t i = 0; options.out != NULL && i < options.logs.count; i++)
     {
-        if (sim_file_is_same(options.out, options.logs.paths[i]))
+        if (common_file_is_same(options.out, options.logs.paths[i]))
         {
             return sim_usage("log: --out %s is the same file as the log %s", options.out, options.logs.paths[i]);
         }

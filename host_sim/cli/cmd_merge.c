@@ -57,31 +57,31 @@ static uint64_t shards_of(const char *name)
 }
 
 /// The number of shards, equal in all file names of the folder. 0 with the error filled in.
-static uint64_t count_shards(const char *folder, sim_error_t *error)
+static uint64_t count_shards(const char *folder, common_error_t *error)
 {
     DIR     *entries = opendir(folder);
     uint64_t shards  = 0;
     bool     ok      = true;
     if (entries == NULL)
     {
-        (void)sim_error_set(error, "%s: cannot be read: %s", folder, strerror(errno));
+        (void)common_error_set(error, "%s: cannot be read: %s", folder, strerror(errno));
         return 0;
     }
     for (const struct dirent *entry = readdir(entries); ok && entry != NULL; entry = readdir(entries))
     {
         const uint64_t count = shards_of(entry->d_name);
         ok                   = shards == 0 || count == 0 || count == shards ||
-             sim_error_set(error,
-                           "%s: holds parts of %" PRIu64 " and of %" PRIu64 ": remove those of an earlier sweep",
-                           folder,
-                           shards < count ? shards : count,
-                           shards < count ? count : shards);
+             common_error_set(error,
+                              "%s: holds parts of %" PRIu64 " and of %" PRIu64 ": remove those of an earlier sweep",
+                              folder,
+                              shards < count ? shards : count,
+                              shards < count ? count : shards);
         shards = count != 0 ? count : shards;
     }
     (void)closedir(entries);
     if (shards == 0)
     {
-        (void)sim_error_set(error, "%s: holds no rows-I-of-N.csv", folder);
+        (void)common_error_set(error, "%s: holds no rows-I-of-N.csv", folder);
     }
     return ok ? shards : 0;
 }
@@ -97,7 +97,7 @@ static bool read_parts(part_t            *parts,
                        const sim_study_t *study,
                        const char        *folder,
                        const char        *header,
-                       sim_error_t       *error)
+                       common_error_t    *error)
 {
     bool ok = true;
     for (uint64_t i = 0; ok && i < shards; i++)
@@ -116,11 +116,11 @@ static bool write_rows(part_t            *parts,
                        const sim_study_t *study,
                        const char        *folder,
                        const char        *header,
-                       sim_error_t       *error)
+                       common_error_t    *error)
 {
-    sim_output_file_t file = {.stream = NULL};
-    char             *path = sim_sweep_rows_path(folder, 0, 1);
-    bool              ok   = path != NULL && sim_output_open(&file, path, error);
+    common_output_file_t file = {.stream = NULL};
+    char                *path = sim_sweep_rows_path(folder, 0, 1);
+    bool                 ok   = path != NULL && common_output_open(&file, path, error);
     if (ok)
     {
         (void)fprintf(file.stream, "%s\n", header);
@@ -130,13 +130,13 @@ static bool write_rows(part_t            *parts,
             (void)fprintf(file.stream, "%s\n", part->next);
             part->next += strlen(part->next) + 1;
         }
-        ok = sim_output_commit(&file, 1, error);
+        ok = common_output_commit(&file, 1, error);
     }
     free(path);
     return ok;
 }
 
-static bool merge(const sim_study_t *study, const char *folder, sim_error_t *error)
+static bool merge(const sim_study_t *study, const char *folder, common_error_t *error)
 {
     const uint64_t shards = count_shards(folder, error);
     if (shards == 0)
@@ -154,14 +154,14 @@ static bool merge(const sim_study_t *study, const char *folder, sim_error_t *err
     }
     free(parts);
     free(header);
-    return ok ? sim_sweep_report(study, folder, error) : sim_error_set(error, "out of memory"); // unless set already
+    return ok ? sim_sweep_report(study, folder, error) : common_error_set(error, "out of memory"); // unless set already
 }
 
 static int merge_study(const options_t *options)
 {
-    sim_error_t  error = {""};
-    sim_study_t *study = sim_study_open(options->study, sim_scenario_path, &error);
-    const bool   ok    = study != NULL && merge(study, options->folder, &error);
+    common_error_t error = {""};
+    sim_study_t   *study = sim_study_open(options->study, sim_scenario_path, &error);
+    const bool     ok    = study != NULL && merge(study, options->folder, &error);
     sim_study_close(study);
     return ok ? SIM_EXIT_OK : sim_failure(error.text);
 }

@@ -97,7 +97,7 @@ static int check_out(const options_t *options)
 {
     char *path   = sim_scenario_path(options->choice.name);
     int   status = 0;
-    if (options->out != NULL && path != NULL && sim_file_is_same(options->out, path))
+    if (options->out != NULL && path != NULL && common_file_is_same(options->out, path))
     {
         status = sim_usage("params: --out %s is the same file as the scenario %s", options->out, path);
     }
@@ -105,25 +105,25 @@ static int check_out(const options_t *options)
     return status;
 }
 
-static bool write_header(const options_t *options, const sim_params_header_t *header, sim_error_t *error)
+static bool write_header(const options_t *options, const sim_params_header_t *header, common_error_t *error)
 {
-    sim_output_file_t file;
-    if (!sim_output_open(&file, options->out, error))
+    common_output_file_t file;
+    if (!common_output_open(&file, options->out, error))
     {
         return false;
     }
     sim_params_header_write(file.stream, header);
-    return sim_output_commit(&file, 1, error);
+    return common_output_commit(&file, 1, error);
 }
 
-static bool make(const options_t *options, const sim_scenario_t *scenario, sim_error_t *error)
+static bool make(const options_t *options, const common_scenario_t *scenario, common_error_t *error)
 {
-    const sim_config_t *config = sim_scenario_config(scenario);
-    sim_loop_config_t   loop_config;
-    sim_loop_t          loop;
-    sim_loop_config_fill(&loop_config, &config->loop);
+    const sim_config_t  *config = sim_scenario_config(scenario);
+    common_loop_config_t loop_config;
+    sim_loop_t           loop;
+    common_loop_config_fill(&loop_config, &config->loop);
     const tribo_status_t status = sim_loop_init(&loop, options->q31, &loop_config, config->loop.limits.full_scale_n);
-    return sim_check_has_loop(scenario, error) && sim_check_status(scenario, status, error) &&
+    return common_check_has_loop(scenario, error) && common_check_status(scenario, status, error) &&
            write_header(options,
                         &(sim_params_header_t){.name      = options->name,
                                                .scenario  = file_name(&options->choice),
@@ -145,10 +145,10 @@ static int open_and_make(options_t *options)
     {
         return status;
     }
-    sim_error_t     error    = {""};
-    sim_scenario_t *scenario = sim_scenario_open(&options->choice, &error);
-    const bool      ok       = scenario != NULL && make(options, scenario, &error);
-    sim_scenario_destroy(scenario);
+    common_error_t     error    = {""};
+    common_scenario_t *scenario = sim_scenario_open(&options->choice, &error);
+    const bool         ok       = scenario != NULL && make(options, scenario, &error);
+    common_scenario_destroy(scenario);
     return ok ? SIM_EXIT_OK : sim_failure(error.text);
 }
 

@@ -40,7 +40,7 @@ typedef struct
 {
     const options_t               *options;
     double                         sample_time_s;
-    sim_loop_config_t              loop;      ///< holds the breakaway table that the params point to
+    common_loop_config_t           loop;      ///< holds the breakaway table that the params point to
     bool                           has_lugre; ///< in place of the paper's friction
     tribo_lugre_f32_params_t       lugre_f32;
     tribo_lugre_q31_params_t       lugre_q31;
@@ -60,12 +60,12 @@ static int check_result(const options_t *options, const char *option, const char
 {
     for (size_t i = 0; result != NULL && i < options->logs.count; i++)
     {
-        if (sim_file_is_same(result, options->logs.paths[i]))
+        if (common_file_is_same(result, options->logs.paths[i]))
         {
             return sim_usage("replay: --%s %s is the same file as the log %s", option, result, options->logs.paths[i]);
         }
     }
-    if (result != NULL && options->params != NULL && sim_file_is_same(result, options->params))
+    if (result != NULL && options->params != NULL && common_file_is_same(result, options->params))
     {
         return sim_usage("replay: --%s %s is the same file as --params %s", option, result, options->params);
     }
@@ -157,7 +157,7 @@ static int take(void *context, int key, const char *value)
         options->q31 = word != 0;
         break;
     case OPTION_FULL_SCALE:
-        return sim_number_parse(value, &options->full_scale_n) == NULL
+        return common_number_parse(value, &options->full_scale_n) == NULL
                    ? 0
                    : sim_usage("--full-scale %s: a number of N is wanted", value);
     default:
@@ -401,19 +401,19 @@ static void print_activity(const replay_t *replay)
 }
 
 /// Writes table and picture, then the verdict: next to the table if that is a file, else on stderr.
-static bool write_results(replay_t *replay, const sim_log_t *log, sim_error_t *error)
+static bool write_results(replay_t *replay, const sim_log_t *log, common_error_t *error)
 {
-    const options_t  *options  = replay->options;
-    sim_output_file_t files[2] = {{.stream = NULL}};
-    size_t            count    = 0;
-    sim_verdict_t     verdict;
-    if (!sim_output_open(&files[count++], options->out, error))
+    const options_t     *options  = replay->options;
+    common_output_file_t files[2] = {{.stream = NULL}};
+    size_t               count    = 0;
+    sim_verdict_t        verdict;
+    if (!common_output_open(&files[count++], options->out, error))
     {
         return false;
     }
-    if (options->plot != NULL && !sim_output_open(&files[count++], options->plot, error))
+    if (options->plot != NULL && !common_output_open(&files[count++], options->plot, error))
     {
-        sim_output_discard(files, 1);
+        common_output_discard(files, 1);
         return false;
     }
     step_through(replay, log, files[0].stream);
@@ -422,7 +422,8 @@ static bool write_results(replay_t *replay, const sim_log_t *log, sim_error_t *e
         sim_plot_write(files[1].stream, options->logs.paths[0], log, &replay->replayed);
     }
     const sim_model_t model = {.play = play, .context = replay};
-    if (!sim_output_commit(files, count, error) || !sim_verdict_make(&verdict, log, &replay->replayed, &model, error))
+    if (!common_output_commit(files, count, error) ||
+        !sim_verdict_make(&verdict, log, &replay->replayed, &model, error))
     {
         return false;
     }
@@ -439,10 +440,10 @@ static bool write_results(replay_t *replay, const sim_log_t *log, sim_error_t *e
     }
     sim_verdict_write(&verdict, log, stdout);
     print_activity(replay);
-    return sim_output_flush(error);
+    return common_output_flush(error);
 }
 
-static bool replay_log(replay_t *replay, const sim_log_t *log, sim_error_t *error)
+static bool replay_log(replay_t *replay, const sim_log_t *log, common_error_t *error)
 {
     sim_replayed_t *replayed = &replay->replayed;
     replayed->n              = malloc(log->rows * sizeof *replayed->n);
@@ -450,7 +451,7 @@ static bool replay_log(replay_t *replay, const sim_log_t *log, sim_error_t *erro
     replayed->f              = malloc(log->rows * sizeof *replayed->f);
     replayed->q              = malloc(log->rows);
     const bool is_room       = replayed->n != NULL && replayed->L != NULL && replayed->f != NULL && replayed->q != NULL;
-    const bool ok            = is_room ? write_results(replay, log, error) : sim_error_set(error, "out of memory");
+    const bool ok            = is_room ? write_results(replay, log, error) : common_error_set(error, "out of memory");
     free(replayed->n);
     free(replayed->L);
     free(replayed->f);
@@ -459,26 +460,26 @@ static bool replay_log(replay_t *replay, const sim_log_t *log, sim_error_t *erro
 }
 
 /// The compensator's params for the log's sample time.
-static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t *error)
+static bool make_params(replay_t *replay, common_scenario_t *scenario, common_error_t *error)
 {
-    const options_t         *options = replay->options;
-    sim_loop_config_t *const loop    = &replay->loop;
-    if (options->params != NULL && !sim_scenario_load_compensator(scenario, options->params, error))
+    const options_t            *options = replay->options;
+    common_loop_config_t *const loop    = &replay->loop;
+    if (options->params != NULL && !common_scenario_load_compensator(scenario, options->params, error))
     {
         return false;
     }
     for (int i = 0; i < options->choice.set_count; i++)
     {
-        if (!sim_scenario_set(scenario, options->choice.sets[i], error))
+        if (!common_scenario_set(scenario, options->choice.sets[i], error))
         {
             return false;
         }
     }
-    if (!sim_check_compensator(scenario, error))
+    if (!common_check_compensator(scenario, error))
     {
         return false;
     }
-    sim_loop_config_fill(loop, sim_scenario_loop(scenario));
+    common_loop_config_fill(loop, common_scenario_loop(scenario));
     const float    h      = (float)replay->sample_time_s;
     tribo_status_t status = tribo_compensator_f32_init(&replay->f32, &loop->config.compensator, h);
     if (status == TRIBO_OK && options->q31)
@@ -503,26 +504,29 @@ static bool make_params(replay_t *replay, sim_scenario_t *scenario, sim_error_t 
     }
     if (status == TRIBO_ERR_SAMPLE_TIME)
     {
-        return sim_error_set(error,
-                             "%s: its sample time is %.6g s; %s",
-                             options->logs.paths[0],
-                             replay->sample_time_s,
-                             tribo_status_text(status));
+        return common_error_set(error,
+                                "%s: its sample time is %.6g s; %s",
+                                options->logs.paths[0],
+                                replay->sample_time_s,
+                                tribo_status_text(status));
     }
     if (status == TRIBO_ERR_FULL_SCALE)
     {
-        return sim_error_set(error, "--full-scale %g: %s", options->full_scale_n, tribo_status_text(status));
+        return common_error_set(error, "--full-scale %g: %s", options->full_scale_n, tribo_status_text(status));
     }
-    return sim_check_status(scenario, status, error);
+    return common_check_status(scenario, status, error);
 }
 
-static bool replay_with(const options_t *options, sim_scenario_t *scenario, const sim_log_t *log, sim_error_t *error)
+static bool replay_with(const options_t   *options,
+                        common_scenario_t *scenario,
+                        const sim_log_t   *log,
+                        common_error_t    *error)
 {
     replay_t replay = {.options = options, .sample_time_s = log->sample_time_s};
     return make_params(&replay, scenario, error) && replay_log(&replay, log, error);
 }
 
-static bool replay(options_t *options, sim_error_t *error)
+static bool replay(options_t *options, common_error_t *error)
 {
     sim_log_t log;
     options->logs.options.wanted[SIM_LOG_F] |= options->measured || options->plot != NULL;
@@ -530,19 +534,19 @@ static bool replay(options_t *options, sim_error_t *error)
     {
         return false;
     }
-    sim_scenario_t *scenario = sim_scenario_create();
-    const bool      ok =
-        (scenario != NULL) ? replay_with(options, scenario, &log, error) : sim_error_set(error, "out of memory");
-    sim_scenario_destroy(scenario);
+    common_scenario_t *scenario = sim_scenario_create();
+    const bool         ok =
+        (scenario != NULL) ? replay_with(options, scenario, &log, error) : common_error_set(error, "out of memory");
+    common_scenario_destroy(scenario);
     sim_log_free(&log);
     return ok;
 }
 
 static int run(int count, char **arguments)
 {
-    options_t   options = {.f32 = true, .full_scale_n = 2.0};
-    sim_error_t error   = {""};
-    int         status  = sim_options_parse(&sim_command_replay, count, arguments, &options, NULL);
+    options_t      options = {.f32 = true, .full_scale_n = 2.0};
+    common_error_t error   = {""};
+    int            status  = sim_options_parse(&sim_command_replay, count, arguments, &options, NULL);
     if (status == 0)
     {
         status = check_results(&options);

@@ -82,21 +82,21 @@ enum
 
 typedef struct
 {
-    sim_progress_t    progress;
-    sim_output_file_t file[FILES];
+    sim_progress_t       progress;
+    common_output_file_t file[FILES];
 } recorder_t;
 
-static bool write_row(sim_output_file_t *file, const sim_row_t *row, sim_error_t *error)
+static bool write_row(common_output_file_t *file, const sim_row_t *row, common_error_t *error)
 {
     if (file->stream == NULL || row == NULL)
     {
         return true;
     }
     sim_trace_write_row(file->stream, row);
-    return !ferror(file->stream) || sim_output_commit(file, 1, error); // reports the write error and fails
+    return !ferror(file->stream) || common_output_commit(file, 1, error); // reports the write error and fails
 }
 
-static bool record(void *context, const sim_row_t *row, double part_done, sim_error_t *error)
+static bool record(void *context, const sim_row_t *row, double part_done, common_error_t *error)
 {
     recorder_t *recorder = context;
     sim_progress_update(&recorder->progress, part_done);
@@ -104,17 +104,17 @@ static bool record(void *context, const sim_row_t *row, double part_done, sim_er
 }
 
 /// Opens the run's files in the folder, and removes the Q31 trace of an earlier run.
-static bool open_files(recorder_t *recorder, const options_t *options, bool learns, sim_error_t *error)
+static bool open_files(recorder_t *recorder, const options_t *options, bool learns, common_error_t *error)
 {
     static const char *const names[FILES] = {"trace.csv", "trace_q31.csv", "learned.yaml", "summary.json"};
 
-    bool ok = sim_output_folder_create(options->folder, error);
+    bool ok = common_output_folder_create(options->folder, error);
     for (int i = 0; ok && i < FILES; i++)
     {
         const bool wanted = (i != TRACE_Q31 || options->run.both) && (i != LEARNED || learns);
-        char      *path   = sim_text_format("%s/%s", options->folder, names[i]);
-        ok = path != NULL ? (wanted ? sim_output_open : sim_output_expect_none)(&recorder->file[i], path, error)
-                          : sim_error_set(error, "out of memory");
+        char      *path   = common_text_format("%s/%s", options->folder, names[i]);
+        ok = path != NULL ? (wanted ? common_output_open : common_output_expect_none)(&recorder->file[i], path, error)
+                          : common_error_set(error, "out of memory");
         free(path);
         if (ok && wanted && i < LEARNED)
         {
@@ -125,10 +125,10 @@ static bool open_files(recorder_t *recorder, const options_t *options, bool lear
 }
 
 /// Runs the scenario and writes the requested files into the folder. Returns the summary as JSON, or null.
-static char *simulate(const sim_scenario_t *scenario,
-                      const options_t      *options,
-                      sim_summary_t        *summary,
-                      sim_error_t          *error)
+static char *simulate(const common_scenario_t *scenario,
+                      const options_t         *options,
+                      sim_summary_t           *summary,
+                      common_error_t          *error)
 {
     recorder_t recorder = {.file = {{.stream = NULL}}};
     char      *json;
@@ -139,7 +139,7 @@ static char *simulate(const sim_scenario_t *scenario,
     json = ok ? sim_summary_to_json(summary) : NULL;
     if (json == NULL)
     {
-        (void)sim_error_set(error, "out of memory"); // unless an error is set already
+        (void)common_error_set(error, "out of memory"); // unless an error is set already
     }
     else if (options->folder != NULL)
     {
@@ -148,9 +148,9 @@ static char *simulate(const sim_scenario_t *scenario,
         {
             sim_learned_write(recorder.file[LEARNED].stream, &summary->result);
         }
-        ok = sim_output_commit(recorder.file, FILES, error);
+        ok = common_output_commit(recorder.file, FILES, error);
     }
-    sim_output_discard(recorder.file, FILES);
+    common_output_discard(recorder.file, FILES);
     if (!ok)
     {
         free(json);
@@ -256,13 +256,13 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
 }
 
 /// Called last, so that the files are there to inspect a difference.
-static bool is_identical(const sim_summary_t *summary, sim_error_t *error)
+static bool is_identical(const sim_summary_t *summary, common_error_t *error)
 {
     return summary->target == NULL || summary->lock_step.different_ticks == 0 ||
-           sim_error_set(error, "%s", summary->lock_step.difference);
+           common_error_set(error, "%s", summary->lock_step.difference);
 }
 
-static bool simulate_and_report(const sim_scenario_t *scenario, const options_t *options, sim_error_t *error)
+static bool simulate_and_report(const common_scenario_t *scenario, const options_t *options, common_error_t *error)
 {
     sim_summary_t summary;
     char         *json = simulate(scenario, options, &summary, error);
@@ -279,7 +279,7 @@ static bool simulate_and_report(const sim_scenario_t *scenario, const options_t 
         print_table(&summary, options);
     }
     free(json);
-    return sim_output_flush(error) && is_identical(&summary, error);
+    return common_output_flush(error) && is_identical(&summary, error);
 }
 
 static int run(int count, char **arguments)
@@ -292,10 +292,10 @@ static int run(int count, char **arguments)
     }
     if (status == 0)
     {
-        sim_error_t     error    = {""};
-        sim_scenario_t *scenario = sim_scenario_open(&options.choice, &error);
-        const bool      ok       = scenario != NULL && simulate_and_report(scenario, &options, &error);
-        sim_scenario_destroy(scenario);
+        common_error_t     error    = {""};
+        common_scenario_t *scenario = sim_scenario_open(&options.choice, &error);
+        const bool         ok       = scenario != NULL && simulate_and_report(scenario, &options, &error);
+        common_scenario_destroy(scenario);
         status = ok ? SIM_EXIT_OK : sim_failure(error.text);
     }
     sim_scenario_choice_free(&options.choice);

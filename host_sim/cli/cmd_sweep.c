@@ -53,8 +53,8 @@ static int take_shard(sim_shard_t *shard, const char *value)
     {
         memcpy(first, value, (size_t)(slash - value));
     }
-    if (slash == NULL || sim_number_parse_whole(first, &index) != NULL ||
-        sim_number_parse_whole(slash + 1, &count) != NULL || index < 1 || index > count || count > SIM_SHARDS_MAX)
+    if (slash == NULL || common_number_parse_whole(first, &index) != NULL ||
+        common_number_parse_whole(slash + 1, &count) != NULL || index < 1 || index > count || count > SIM_SHARDS_MAX)
     {
         return sim_usage("--shard %s: I/N is wanted, with I from 1 to N, at most %u", value, SIM_SHARDS_MAX);
     }
@@ -71,7 +71,7 @@ static int take(void *context, int key, const char *value)
         options->folder = value;
         return 0;
     case OPTION_WORKERS:
-        return sim_number_parse_whole(value, &options->workers) == NULL && options->workers >= 1 &&
+        return common_number_parse_whole(value, &options->workers) == NULL && options->workers >= 1 &&
                        options->workers <= SIM_POOL_WORKERS_MAX
                    ? 0
                    : sim_usage("--workers %s: a number from 1 to %u is wanted", value, SIM_POOL_WORKERS_MAX);
@@ -94,7 +94,7 @@ typedef struct
 
 static void show_progress(progress_t *progress, uint64_t done, uint64_t rows)
 {
-    const double now_s = sim_clock_s();
+    const double now_s = common_clock_s();
     if (!progress->is_wanted || now_s < progress->next_s)
     {
         return;
@@ -160,7 +160,7 @@ static char *lost(void *context, uint64_t place, sim_pool_loss_t how, int signal
                                 message);
 }
 
-static bool take_row(void *context, uint64_t place, const char *text, double simulated_s, sim_error_t *error)
+static bool take_row(void *context, uint64_t place, const char *text, double simulated_s, common_error_t *error)
 {
     sweep_t *sweep = context;
     sweep->simulated_s += simulated_s;
@@ -178,7 +178,7 @@ static double cpu_of_children_s(void)
 
 static void print_speed(const sweep_t *sweep, unsigned workers)
 {
-    const double   wall_s = sim_clock_s() - sweep->progress.start_s;
+    const double   wall_s = common_clock_s() - sweep->progress.start_s;
     const double   cpu_s  = cpu_of_children_s();
     const uint64_t played = sweep->rows - sweep->progress.before;
     (void)printf("%" PRIu64 " rows, %" PRIu64 " of them played now", sweep->rows, played);
@@ -195,10 +195,10 @@ static void print_speed(const sweep_t *sweep, unsigned workers)
 }
 
 /// Opens the file of rows, and plays the missing ones.
-static bool play(sweep_t *sweep, const char *path, unsigned workers, sim_error_t *error)
+static bool play(sweep_t *sweep, const char *path, unsigned workers, common_error_t *error)
 {
     char      *header = sim_sweep_header(sweep->study);
-    const bool opened = (header != NULL || sim_error_set(error, "out of memory")) &&
+    const bool opened = (header != NULL || common_error_set(error, "out of memory")) &&
                         sim_rows_open(&sweep->file, header, sweep->study->rows, error);
     free(header);
     if (!opened)
@@ -206,8 +206,8 @@ static bool play(sweep_t *sweep, const char *path, unsigned workers, sim_error_t
         return false;
     }
     sweep->file.path      = path;
-    sweep->progress       = (progress_t){.start_s   = sim_clock_s(),
-                                         .next_s    = sim_clock_s() + 1.0,
+    sweep->progress       = (progress_t){.start_s   = common_clock_s(),
+                                         .next_s    = common_clock_s() + 1.0,
                                          .before    = sweep->file.rows,
                                          .is_wanted = isatty(STDERR_FILENO) != 0};
     const sim_pool_t pool = {.first     = sweep->file.rows,
@@ -226,44 +226,44 @@ static bool play(sweep_t *sweep, const char *path, unsigned workers, sim_error_t
     return sim_rows_close(&sweep->file, error) && ok;
 }
 
-static bool sweep_study(const sim_study_t *study, const options_t *options, sim_error_t *error)
+static bool sweep_study(const sim_study_t *study, const options_t *options, common_error_t *error)
 {
     const unsigned workers = options->workers != 0 ? (unsigned)options->workers : sim_pool_cores();
     const bool     whole   = options->shard.count == 1;
     sweep_t        sweep   = {.study = study, .rows = sim_shard_rows(&options->shard, study->rows)};
     char          *path    = sim_sweep_rows_path(options->folder, options->shard.index, options->shard.count);
     sweep.file             = (sim_rows_t){.path = path, .id = study->id, .shard = options->shard};
-    bool ok                = (path != NULL || sim_error_set(error, "out of memory")) &&
-              sim_output_folder_create(options->folder, error) &&
+    bool ok                = (path != NULL || common_error_set(error, "out of memory")) &&
+              common_output_folder_create(options->folder, error) &&
               (!whole || sim_sweep_forget_summary(options->folder, error)) && play(&sweep, path, workers, error);
     if (ok)
     {
         print_speed(&sweep, workers);
-        ok = whole ? sim_sweep_report(study, options->folder, error) : sim_output_flush(error);
+        ok = whole ? sim_sweep_report(study, options->folder, error) : common_output_flush(error);
     }
     free(path);
     return ok;
 }
 
 /// Prints the commands that play a row, instead of playing it.
-static bool print_row(const sim_study_t *study, const char *text, sim_error_t *error)
+static bool print_row(const sim_study_t *study, const char *text, common_error_t *error)
 {
     uint64_t    row       = 0;
-    const char *complaint = sim_number_parse_whole(text, &row);
+    const char *complaint = common_number_parse_whole(text, &row);
     if (complaint != NULL || row >= study->rows)
     {
         return complaint != NULL
-                   ? sim_error_set(error, "--row %s: '%.40s' %s", text, text, complaint)
-                   : sim_error_set(error, "--row %s: %s is outside 0 to %" PRIu64, text, text, study->rows - 1);
+                   ? common_error_set(error, "--row %s: '%.40s' %s", text, text, complaint)
+                   : common_error_set(error, "--row %s: %s is outside 0 to %" PRIu64, text, text, study->rows - 1);
     }
     bool ok = true;
     for (unsigned without = 0; ok && without <= (study->is_paired ? 1u : 0u); without++)
     {
         char *command = sim_study_command(study, row, without != 0);
-        ok            = (command != NULL && puts(command) >= 0) || sim_error_set(error, "out of memory");
+        ok            = (command != NULL && puts(command) >= 0) || common_error_set(error, "out of memory");
         free(command);
     }
-    return ok && sim_output_flush(error);
+    return ok && common_output_flush(error);
 }
 
 static int run(int count, char **arguments)
@@ -277,10 +277,10 @@ static int run(int count, char **arguments)
     }
     if (status == 0)
     {
-        sim_error_t  error = {""};
-        sim_study_t *study = sim_study_open(options.study, sim_scenario_path, &error);
-        const bool   ok    = study != NULL && (options.row != NULL ? print_row(study, options.row, &error)
-                                                                   : sweep_study(study, &options, &error));
+        common_error_t error = {""};
+        sim_study_t   *study = sim_study_open(options.study, sim_scenario_path, &error);
+        const bool     ok    = study != NULL && (options.row != NULL ? print_row(study, options.row, &error)
+                                                                     : sweep_study(study, &options, &error));
         sim_study_close(study);
         status = ok ? SIM_EXIT_OK : sim_failure(error.text);
     }

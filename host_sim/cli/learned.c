@@ -6,7 +6,7 @@
 
 void sim_learned_write(FILE *file, const sim_result_t *result)
 {
-    const sim_breakaway_config_t *breakaway = &result->breakaway;
+    const common_breakaway_config_t *breakaway = &result->breakaway;
     const double relative_variance = fmax(result->learned.relative_variance[0], result->learned.relative_variance[1]);
     (void)fprintf(file,
                   "# What was learned of breakaway, from %.3g N of travel up and %.3g N down%s.\n"

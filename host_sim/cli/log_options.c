@@ -7,12 +7,12 @@
 
 static int seconds(double *value, const char *option, const char *text)
 {
-    return sim_number_parse(text, value) == NULL && *value > 0.0 && *value <= 86400.0
+    return common_number_parse(text, value) == NULL && *value > 0.0 && *value <= 86400.0
                ? 0
                : sim_usage("--%s %s: a number over 0 to 86400 s is wanted", option, text);
 }
 
-static int refusal(const sim_error_t *error)
+static int refusal(const common_error_t *error)
 {
     return sim_usage("%s", error->text);
 }
@@ -20,7 +20,7 @@ static int refusal(const sim_error_t *error)
 int sim_log_take(sim_log_arguments_t *arguments, int key, const char *value)
 {
     sim_log_options_t *options = &arguments->options;
-    sim_error_t        error   = {""};
+    common_error_t     error   = {""};
     switch (key)
     {
     case SIM_OPTION_ARGUMENT:

@@ -22,10 +22,10 @@ static const sim_command_t *const commands[] = {&sim_command_run,
 
 int sim_usage(const char *format, ...)
 {
-    sim_error_t error = {""};
-    va_list     args;
+    common_error_t error = {""};
+    va_list        args;
     va_start(args, format);
-    sim_error_set_list(&error, format, args);
+    common_error_set_list(&error, format, args);
     va_end(args);
     (void)fprintf(stderr, "tribo-sim: %s (tribo-sim --help shows what there is)\n", error.text);
     return SIM_EXIT_USAGE;
@@ -49,8 +49,8 @@ static int show_help(void)
     (void)puts("The scenarios folder is the one named by TRIBO_SCENARIOS, or else the one tribo-sim came with; the\n"
                "images for --target are in the one named by TRIBO_FIRMWARE, or else where the presets build them.\n"
                "Exit status: 0 done, 1 something is wrong with a file, a value or the run, 2 with the command line.");
-    sim_error_t error = {""};
-    return sim_output_flush(&error) ? SIM_EXIT_OK : sim_failure(error.text);
+    common_error_t error = {""};
+    return common_output_flush(&error) ? SIM_EXIT_OK : sim_failure(error.text);
 }
 
 int main(int count, char **arguments)
@@ -58,7 +58,7 @@ int main(int count, char **arguments)
     // Makes a file size limit and a closed pipe ordinary write errors.
     (void)signal(SIGXFSZ, SIG_IGN);
     (void)signal(SIGPIPE, SIG_IGN);
-    sim_output_clean_on_signal();
+    common_output_clean_on_signal();
 
     if (count < 2)
     {

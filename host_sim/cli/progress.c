@@ -14,7 +14,7 @@ void sim_progress_update(sim_progress_t *progress, double part_done)
     {
         return;
     }
-    const double now_s = sim_clock_s();
+    const double now_s = common_clock_s();
     if (progress->next_s == 0.0)
     {
         progress->next_s = isatty(STDERR_FILENO) ? now_s + 1.0 : HUGE_VAL;

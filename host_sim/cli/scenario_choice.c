@@ -27,7 +27,7 @@ char *sim_scenario_path(const char *name)
     static const char *const endings[] = {"", ".yaml"};
     for (size_t i = 0; i < 2 && !exists(name) && strchr(name, '/') == NULL; i++)
     {
-        char *path = sim_text_format("%s/%s%s", sim_scenario_folder(), name, endings[i]);
+        char *path = common_text_format("%s/%s%s", sim_scenario_folder(), name, endings[i]);
         if (path == NULL || exists(path))
         {
             return path;
@@ -59,29 +59,32 @@ void sim_scenario_choice_free(sim_scenario_choice_t *choice)
     free((void *)choice->sets);
 }
 
-static bool load(sim_scenario_t *scenario, const sim_scenario_choice_t *choice, const char *path, sim_error_t *error)
+static bool load(common_scenario_t           *scenario,
+                 const sim_scenario_choice_t *choice,
+                 const char                  *path,
+                 common_error_t              *error)
 {
     bool ok = exists(path)
-                  ? sim_scenario_load(scenario, path, error)
-                  : sim_error_set(error,
-                                  "%s: there is no such file, nor such a scenario in %s (tribo-sim list shows them)",
-                                  path,
-                                  sim_scenario_folder());
-    ok      = ok && (choice->learned == NULL || sim_scenario_load_compensator(scenario, choice->learned, error));
+                  ? common_scenario_load(scenario, path, error)
+                  : common_error_set(error,
+                                     "%s: there is no such file, nor such a scenario in %s (tribo-sim list shows them)",
+                                     path,
+                                     sim_scenario_folder());
+    ok      = ok && (choice->learned == NULL || common_scenario_load_compensator(scenario, choice->learned, error));
     for (int i = 0; ok && i < choice->set_count; i++)
     {
-        ok = sim_scenario_set(scenario, choice->sets[i], error);
+        ok = common_scenario_set(scenario, choice->sets[i], error);
     }
     return ok && sim_scenario_check(scenario, error);
 }
 
-sim_scenario_t *sim_scenario_open(const sim_scenario_choice_t *choice, sim_error_t *error)
+common_scenario_t *sim_scenario_open(const sim_scenario_choice_t *choice, common_error_t *error)
 {
-    char           *path     = sim_scenario_path(choice->name);
-    sim_scenario_t *scenario = sim_scenario_create();
+    char              *path     = sim_scenario_path(choice->name);
+    common_scenario_t *scenario = sim_scenario_create();
     if (path == NULL || scenario == NULL)
     {
-        (void)sim_error_set(error, "out of memory");
+        (void)common_error_set(error, "out of memory");
     }
     else if (load(scenario, choice, path, error))
     {
@@ -89,6 +92,6 @@ sim_scenario_t *sim_scenario_open(const sim_scenario_choice_t *choice, sim_error
         return scenario;
     }
     free(path);
-    sim_scenario_destroy(scenario);
+    common_scenario_destroy(scenario);
     return NULL;
 }

@@ -25,6 +25,6 @@ int  sim_scenario_take_set(sim_scenario_choice_t *choice, const char *assignment
 void sim_scenario_choice_free(sim_scenario_choice_t *choice);
 
 /// Loads the scenario, applies the values of --set, and checks it all. Null with the error filled in on failure.
-sim_scenario_t *sim_scenario_open(const sim_scenario_choice_t *choice, sim_error_t *error);
+common_scenario_t *sim_scenario_open(const sim_scenario_choice_t *choice, common_error_t *error);
 
 #endif

@@ -9,9 +9,9 @@
 char *sim_sweep_rows_path(const char *folder, uint64_t shard, uint64_t shards);
 
 /// Removes the summary of an earlier sweep, which does not belong to this one.
-bool sim_sweep_forget_summary(const char *folder, sim_error_t *error);
+bool sim_sweep_forget_summary(const char *folder, common_error_t *error);
 
 /// Prints the summary of the folder's rows, and writes summary.json. False also if a row failed.
-bool sim_sweep_report(const sim_study_t *study, const char *folder, sim_error_t *error);
+bool sim_sweep_report(const sim_study_t *study, const char *folder, common_error_t *error);
 
 #endif

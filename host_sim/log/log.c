@@ -42,7 +42,7 @@ static sim_log_column_t *split(sim_log_options_t *options,
                                const char        *option,
                                const char        *text,
                                const char       **value,
-                               sim_error_t       *error)
+                               common_error_t    *error)
 {
     for (size_t i = 0; i < SIM_LOG_ROLES; i++)
     {
@@ -52,17 +52,17 @@ static sim_log_column_t *split(sim_log_options_t *options,
             return &options->columns[i];
         }
     }
-    (void)sim_error_set(error, "--%s %s: t, u, F, x, v or r and = and a value is wanted", option, text);
+    (void)common_error_set(error, "--%s %s: t, u, F, x, v or r and = and a value is wanted", option, text);
     return NULL;
 }
 
-bool sim_log_set_column(sim_log_options_t *options, const char *text, sim_error_t *error)
+bool sim_log_set_column(sim_log_options_t *options, const char *text, common_error_t *error)
 {
     const char       *value  = NULL;
     sim_log_column_t *column = split(options, "column", text, &value, error);
     if (column != NULL && value[0] == '#' && (value[1] == '\0' || value[1 + strspn(value + 1, "0123456789")] != '\0'))
     {
-        return sim_error_set(error, "--column %s: a number of 1 or more is wanted after #", text);
+        return common_error_set(error, "--column %s: a number of 1 or more is wanted after #", text);
     }
     if (column != NULL)
     {
@@ -72,7 +72,7 @@ bool sim_log_set_column(sim_log_options_t *options, const char *text, sim_error_
     return column != NULL;
 }
 
-bool sim_log_set_unit(sim_log_options_t *options, const char *text, sim_error_t *error)
+bool sim_log_set_unit(sim_log_options_t *options, const char *text, common_error_t *error)
 {
     const char       *value  = NULL;
     sim_log_column_t *column = split(options, "unit", text, &value, error);
@@ -86,24 +86,24 @@ bool sim_log_set_unit(sim_log_options_t *options, const char *text, sim_error_t 
         }
     }
     return column != NULL &&
-           sim_error_set(
+           common_error_set(
                error,
                "--unit %s: there are s, ms, us, ns, min for t; N, mN, kN, N m, mN m, A, V for u, F and r, bar for F; "
                "deg, rad, m, mm for x and the same by /s for v",
                text);
 }
 
-static bool set_number(double *number, const char *option, const char *text, const char *value, sim_error_t *error)
+static bool set_number(double *number, const char *option, const char *text, const char *value, common_error_t *error)
 {
-    const char *complaint = sim_number_parse(value, number);
+    const char *complaint = common_number_parse(value, number);
     if (complaint == NULL && fabs(*number) > 1e9)
     {
         complaint = "is outside -1e9 to 1e9";
     }
-    return complaint == NULL || sim_error_set(error, "--%s %s: '%s' %s", option, text, value, complaint);
+    return complaint == NULL || common_error_set(error, "--%s %s: '%s' %s", option, text, value, complaint);
 }
 
-bool sim_log_set_scale(sim_log_options_t *options, const char *text, sim_error_t *error)
+bool sim_log_set_scale(sim_log_options_t *options, const char *text, common_error_t *error)
 {
     const char       *value  = NULL;
     sim_log_column_t *column = split(options, "scale", text, &value, error);
@@ -117,10 +117,10 @@ bool sim_log_set_scale(sim_log_options_t *options, const char *text, sim_error_t
         return true;
     }
     return set_number(&column->scale, "scale", text, value, error) &&
-           (column->scale != 0.0 || sim_error_set(error, "--scale %s: 0 is outside its range", text));
+           (column->scale != 0.0 || common_error_set(error, "--scale %s: 0 is outside its range", text));
 }
 
-bool sim_log_set_bias(sim_log_options_t *options, const char *text, sim_error_t *error)
+bool sim_log_set_bias(sim_log_options_t *options, const char *text, common_error_t *error)
 {
     const char       *value  = NULL;
     sim_log_column_t *column = split(options, "bias", text, &value, error);
@@ -165,21 +165,21 @@ static double value_of(const sim_log_column_t *column, double field)
 static bool read_file(sim_log_t               *log,
                       const char              *path,
                       const sim_log_options_t *options,
-                      sim_csv_t               *csv,
-                      sim_error_t             *error)
+                      common_csv_t            *csv,
+                      common_error_t          *error)
 {
-    sim_csv_column_t columns[SIM_LOG_ROLES + 1];
+    common_csv_column_t columns[SIM_LOG_ROLES + 1];
     for (size_t i = 0; i < SIM_LOG_ROLES; i++)
     {
         const sim_log_column_t *column = &options->columns[i];
         const bool required = options->wanted[i] || i == SIM_LOG_T || (i == SIM_LOG_U && !options->command_optional);
         columns[i] =
-            (sim_csv_column_t){.name = column->name != NULL ? column->name : role_names[i], .optional = !required};
+            (common_csv_column_t){.name = column->name != NULL ? column->name : role_names[i], .optional = !required};
     }
     // A trace has the true force and the sensor's: take the true one if present.
     const bool either      = options->columns[SIM_LOG_F].name == NULL;
-    columns[SIM_LOG_ROLES] = (sim_csv_column_t){.name = either ? "y_N" : columns[SIM_LOG_F].name, .optional = true};
-    if (!sim_csv_read_log(csv, path, columns, SIM_LOG_ROLES + (either ? 1u : 0u), error))
+    columns[SIM_LOG_ROLES] = (common_csv_column_t){.name = either ? "y_N" : columns[SIM_LOG_F].name, .optional = true};
+    if (!common_csv_read_log(csv, path, columns, SIM_LOG_ROLES + (either ? 1u : 0u), error))
     {
         return false;
     }
@@ -190,11 +190,11 @@ static bool read_file(sim_log_t               *log,
     }
     if (csv->rows < 2)
     {
-        return sim_csv_complain(csv,
-                                0,
-                                error,
-                                "%s: one row has no sample time, two at least are wanted",
-                                columns[0].name);
+        return common_csv_complain(csv,
+                                   0,
+                                   error,
+                                   "%s: one row has no sample time, two at least are wanted",
+                                   columns[0].name);
     }
     log->rows = csv->rows;
     for (size_t i = 0; i < SIM_LOG_ROLES; i++)
@@ -244,7 +244,7 @@ static void judge_stamps(sim_log_report_t *report, const double *t, size_t rows,
 }
 
 /// Refuses uneven stamps.
-static bool check_even(const sim_csv_t *csv, const char *name, double median, sim_error_t *error)
+static bool check_even(const common_csv_t *csv, const char *name, double median, common_error_t *error)
 {
     const double *t = csv->values[SIM_LOG_T];
     for (size_t k = 1; k < csv->rows; k++)
@@ -252,7 +252,7 @@ static bool check_even(const sim_csv_t *csv, const char *name, double median, si
         const double interval = t[k] - t[k - 1];
         if (!(fabs(interval - median) <= JITTER * median))
         {
-            return sim_csv_complain(
+            return common_csv_complain(
                 csv,
                 k,
                 error,
@@ -265,19 +265,19 @@ static bool check_even(const sim_csv_t *csv, const char *name, double median, si
     return true;
 }
 
-static bool grow(double **values, size_t rows, sim_error_t *error)
+static bool grow(double **values, size_t rows, common_error_t *error)
 {
     double *larger = realloc(*values, rows * sizeof **values);
     if (larger == NULL)
     {
-        return sim_error_set(error, "out of memory");
+        return common_error_set(error, "out of memory");
     }
     *values = larger;
     return true;
 }
 
 /// Makes room for `rows` more in each of the file's columns.
-static bool make_room(sim_log_t *log, const sim_log_t *file, size_t rows, sim_error_t *error)
+static bool make_room(sim_log_t *log, const sim_log_t *file, size_t rows, common_error_t *error)
 {
     for (size_t i = 0; i < SIM_LOG_ROLES; i++)
     {
@@ -289,12 +289,12 @@ static bool make_room(sim_log_t *log, const sim_log_t *file, size_t rows, sim_er
     return true;
 }
 
-static bool begin_segment(sim_log_t *log, sim_error_t *error)
+static bool begin_segment(sim_log_t *log, common_error_t *error)
 {
     size_t *starts = realloc(log->starts, (log->segments + 2) * sizeof *starts);
     if (starts == NULL)
     {
-        return sim_error_set(error, "out of memory");
+        return common_error_set(error, "out of memory");
     }
     log->starts                  = starts;
     log->starts[log->segments++] = log->rows;
@@ -307,7 +307,7 @@ static bool resample_run(sim_log_t       *log,
                          size_t           first,
                          size_t           last,
                          double           by_s,
-                         sim_error_t     *error)
+                         common_error_t  *error)
 {
     const double *t    = file->values[SIM_LOG_T];
     const double  h    = log->sample_time_s;
@@ -315,7 +315,7 @@ static bool resample_run(sim_log_t       *log,
     const size_t  rows = span < ROWS_MAX ? (size_t)span : 0;
     if (rows == 0)
     {
-        return sim_error_set(error, "%.3g s at %.3g s an interval are too many rows", t[last] - t[first], h);
+        return common_error_set(error, "%.3g s at %.3g s an interval are too many rows", t[last] - t[first], h);
     }
     if (rows < 2)
     {
@@ -347,7 +347,7 @@ static bool resample_run(sim_log_t       *log,
     return true;
 }
 
-static bool append_resampled(sim_log_t *log, const sim_log_t *file, double gap_s, double by_s, sim_error_t *error)
+static bool append_resampled(sim_log_t *log, const sim_log_t *file, double gap_s, double by_s, common_error_t *error)
 {
     const double *t     = file->values[SIM_LOG_T];
     size_t        first = 0;
@@ -366,7 +366,7 @@ static bool append_resampled(sim_log_t *log, const sim_log_t *file, double gap_s
     return true;
 }
 
-static bool append(sim_log_t *log, const sim_log_t *file, double by_s, sim_error_t *error)
+static bool append(sim_log_t *log, const sim_log_t *file, double by_s, common_error_t *error)
 {
     if (!begin_segment(log, error) || !make_room(log, file, file->rows, error))
     {
@@ -398,10 +398,10 @@ static double shift_of(sim_log_t *log, const sim_log_t *file)
 /// Checks that the stamps rise, and finds their interval.
 static bool find_interval(sim_log_t               *log,
                           sim_log_t               *file,
-                          sim_csv_t               *csv,
+                          common_csv_t            *csv,
                           const sim_log_options_t *options,
                           double                  *median,
-                          sim_error_t             *error)
+                          common_error_t          *error)
 {
     const char *name =
         options->columns[SIM_LOG_T].name != NULL ? options->columns[SIM_LOG_T].name : role_names[SIM_LOG_T];
@@ -411,41 +411,41 @@ static bool find_interval(sim_log_t               *log,
         {
             if (file->values[SIM_LOG_T][k] < file->values[SIM_LOG_T][k - 1])
             {
-                return sim_csv_complain(csv,
-                                        k,
-                                        error,
-                                        "%s: goes back by %.6g s",
-                                        name,
-                                        file->values[SIM_LOG_T][k - 1] - file->values[SIM_LOG_T][k]);
+                return common_csv_complain(csv,
+                                           k,
+                                           error,
+                                           "%s: goes back by %.6g s",
+                                           name,
+                                           file->values[SIM_LOG_T][k - 1] - file->values[SIM_LOG_T][k]);
             }
         }
         log->report.repeated += drop_repeated(file);
     }
-    else if (!sim_csv_check_rising(csv, name, error))
+    else if (!common_csv_check_rising(csv, name, error))
     {
         return false;
     }
     if (file->rows < 2)
     {
-        return sim_error_set(error, "%s: all stamps are the same", csv->name);
+        return common_error_set(error, "%s: all stamps are the same", csv->name);
     }
     *median = median_interval(file->values[SIM_LOG_T], file->rows);
     if (*median < 0.0)
     {
-        return sim_error_set(error, "out of memory");
+        return common_error_set(error, "out of memory");
     }
     judge_stamps(&log->report, file->values[SIM_LOG_T], file->rows, *median);
     return options->resample || check_even(csv, name, *median, error);
 }
 
-static bool add_file(sim_log_t *log, const char *path, const sim_log_options_t *options, sim_error_t *error)
+static bool add_file(sim_log_t *log, const char *path, const sim_log_options_t *options, common_error_t *error)
 {
-    sim_log_t file   = {.rows = 0};
-    sim_csv_t csv    = {.rows = 0};
-    double    median = 0.0;
+    sim_log_t    file   = {.rows = 0};
+    common_csv_t csv    = {.rows = 0};
+    double       median = 0.0;
     if (!read_file(&file, path, options, &csv, error))
     {
-        sim_csv_free(&csv);
+        common_csv_free(&csv);
         return false;
     }
     log->report.rows_read += file.rows;
@@ -454,7 +454,7 @@ static bool add_file(sim_log_t *log, const char *path, const sim_log_options_t *
     for (size_t i = 0; ok && log->rows > 0 && i < SIM_LOG_ROLES; i++)
     {
         ok = (log->values[i] != NULL) == (file.values[i] != NULL) ||
-             sim_error_set(error, "%s: column %s is in one file and not in another", path, role_names[i]);
+             common_error_set(error, "%s: column %s is in one file and not in another", path, role_names[i]);
     }
     if (ok && log->sample_time_s == 0.0)
     {
@@ -465,11 +465,12 @@ static bool add_file(sim_log_t *log, const char *path, const sim_log_options_t *
     }
     else if (ok && !options->resample && !(fabs(median / log->sample_time_s - 1.0) <= JITTER))
     {
-        ok = sim_error_set(error,
-                           "%s: its interval is %.6g s, that of the file before %.6g s (--resample makes them alike)",
-                           path,
-                           median,
-                           log->sample_time_s);
+        ok =
+            common_error_set(error,
+                             "%s: its interval is %.6g s, that of the file before %.6g s (--resample makes them alike)",
+                             path,
+                             median,
+                             log->sample_time_s);
     }
     if (ok)
     {
@@ -477,7 +478,7 @@ static bool add_file(sim_log_t *log, const char *path, const sim_log_options_t *
         const double gap_s = options->gap_s > 0.0 ? options->gap_s : GAP_MAX * median;
         ok = options->resample ? append_resampled(log, &file, gap_s, by_s, error) : append(log, &file, by_s, error);
     }
-    sim_csv_free(&csv);
+    common_csv_free(&csv);
     return ok;
 }
 
@@ -485,24 +486,25 @@ bool sim_log_read(sim_log_t               *log,
                   const char *const       *paths,
                   size_t                   count,
                   const sim_log_options_t *options,
-                  sim_error_t             *error)
+                  common_error_t          *error)
 {
     *log    = (sim_log_t){.report = {.resampled = options->resample}};
     bool ok = true;
     for (size_t i = 0; ok && i < SIM_LOG_ROLES; i++)
     {
         ok = !options->columns[i].is_torque || options->columns[i].scale != 0.0 ||
-             sim_error_set(error,
-                           "--unit %s=...: is no force: --scale %s=NUMBER says how many N it stands for (1/lever for a "
-                           "torque in N m)",
-                           role_words[i],
-                           role_words[i]);
+             common_error_set(
+                 error,
+                 "--unit %s=...: is no force: --scale %s=NUMBER says how many N it stands for (1/lever for a "
+                 "torque in N m)",
+                 role_words[i],
+                 role_words[i]);
     }
     for (size_t i = 0; ok && i < count; i++)
     {
         ok = add_file(log, paths[i], options, error);
     }
-    ok = ok && (log->rows > 0 || sim_error_set(error, "%s: no two rows without a gap between them", paths[0]));
+    ok = ok && (log->rows > 0 || common_error_set(error, "%s: no two rows without a gap between them", paths[0]));
     if (!ok)
     {
         sim_log_free(log);

@@ -71,17 +71,17 @@ typedef struct
 
 /// "u=torque_cmd" sets the column's name; the others take "u=mN", "u=0.5", "u=-0.1" or "u=-". `text` must outlive the options.
 /// False with the error filled in.
-bool sim_log_set_column(sim_log_options_t *options, const char *text, sim_error_t *error);
-bool sim_log_set_unit(sim_log_options_t *options, const char *text, sim_error_t *error);
-bool sim_log_set_scale(sim_log_options_t *options, const char *text, sim_error_t *error);
-bool sim_log_set_bias(sim_log_options_t *options, const char *text, sim_error_t *error);
+bool sim_log_set_column(sim_log_options_t *options, const char *text, common_error_t *error);
+bool sim_log_set_unit(sim_log_options_t *options, const char *text, common_error_t *error);
+bool sim_log_set_scale(sim_log_options_t *options, const char *text, common_error_t *error);
+bool sim_log_set_bias(sim_log_options_t *options, const char *text, common_error_t *error);
 
 /// Reads `count` files, 1 to SIM_LOG_FILES_MAX. On failure nothing is left to free.
 bool sim_log_read(sim_log_t               *log,
                   const char *const       *paths,
                   size_t                   count,
                   const sim_log_options_t *options,
-                  sim_error_t             *error);
+                  common_error_t          *error);
 
 void sim_log_free(sim_log_t *log);
 

@@ -215,7 +215,7 @@ bool sim_path_fit(sim_path_t        *path,
                   const sim_model_t *model,
                   const signed char *ways,
                   bool               is_scale_free,
-                  sim_error_t       *error)
+                  common_error_t    *error)
 {
     const size_t  rows    = log->rows < ROWS_MAX ? log->rows : ROWS_MAX;
     double *const room    = malloc((4u + COUNT) * rows * sizeof *room);
@@ -229,7 +229,7 @@ bool sim_path_fit(sim_path_t        *path,
     {
         free(room);
         free(problem.counts);
-        return sim_error_set(error, "out of memory");
+        return common_error_set(error, "out of memory");
     }
     choose_rows(&problem, ways);
     problem.played   = room;

@@ -33,6 +33,6 @@ bool sim_path_fit(sim_path_t        *path,
                   const sim_model_t *model,
                   const signed char *ways,
                   bool               is_scale_free,
-                  sim_error_t       *error);
+                  common_error_t    *error);
 
 #endif

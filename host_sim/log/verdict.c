@@ -104,7 +104,7 @@ static void mark(const blocks_t *blocks, double half, double run_in, double samp
     }
 }
 
-bool sim_verdict_find_slides(const sim_log_t *log, const float *n, signed char *ways, sim_error_t *error)
+bool sim_verdict_find_slides(const sim_log_t *log, const float *n, signed char *ways, common_error_t *error)
 {
     memset(ways, 0, log->rows);
     for (size_t s = 0; s < log->segments; s++)
@@ -127,7 +127,7 @@ bool sim_verdict_find_slides(const sim_log_t *log, const float *n, signed char *
         free(blocks.net);
         if (!ok)
         {
-            return sim_error_set(error, "out of memory");
+            return common_error_set(error, "out of memory");
         }
     }
     return true;
@@ -235,19 +235,19 @@ static bool try_path(sim_verdict_t        *verdict,
                      const sim_replayed_t *replayed,
                      const sim_model_t    *model,
                      const signed char    *ways,
-                     sim_error_t          *error)
+                     common_error_t       *error)
 {
     double        misfit_n[2] = {0.0};
     double *const left        = malloc(log->rows * sizeof *left);
     sim_path_t    path = {.scale_error = verdict->scale_error, .bias_n = verdict->bias_n, .ratio = verdict->ratio};
     if (left == NULL)
     {
-        return sim_error_set(error, "out of memory");
+        return common_error_set(error, "out of memory");
     }
     bool ok = sim_path_fit(&path, left, log, model, ways, verdict->scale_is_fitted, error);
     if (ok && !compare(verdict, log, replayed, ways, left, misfit_n))
     {
-        ok = sim_error_set(error, "out of memory");
+        ok = common_error_set(error, "out of memory");
     }
     free(left);
     verdict->is_by_path = ok && misfit_n[1] < misfit_n[0];
@@ -448,7 +448,7 @@ bool sim_verdict_make(sim_verdict_t        *verdict,
                       const sim_log_t      *log,
                       const sim_replayed_t *replayed,
                       const sim_model_t    *model,
-                      sim_error_t          *error)
+                      common_error_t       *error)
 {
     *verdict = (sim_verdict_t){.ticks = log->rows, .has_force = log->values[SIM_LOG_F] != NULL};
     sum_up(verdict, log, replayed);
@@ -460,7 +460,7 @@ bool sim_verdict_make(sim_verdict_t        *verdict,
     signed char *ways = malloc(log->rows);
     if (ways == NULL)
     {
-        return sim_error_set(error, "out of memory");
+        return common_error_set(error, "out of memory");
     }
     bool ok = sim_verdict_find_slides(log, replayed->n, ways, error);
     if (ok)

@@ -57,11 +57,11 @@ bool sim_verdict_make(sim_verdict_t        *verdict,
                       const sim_log_t      *log,
                       const sim_replayed_t *replayed,
                       const sim_model_t    *model,
-                      sim_error_t          *error);
+                      common_error_t       *error);
 
 void sim_verdict_write(const sim_verdict_t *verdict, const sim_log_t *log, FILE *file);
 
 /// The direction of a slow slide for each row, +1, -1 or 0, in `ways` of log->rows.
-bool sim_verdict_find_slides(const sim_log_t *log, const float *n, signed char *ways, sim_error_t *error);
+bool sim_verdict_find_slides(const sim_log_t *log, const float *n, signed char *ways, common_error_t *error);
 
 #endif

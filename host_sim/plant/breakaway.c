@@ -1,9 +1,9 @@
 #include "plant/breakaway.h"
 
-sim_breakaway_t sim_breakaway_look_up(const sim_breakaway_config_t *config, double force_n)
+sim_breakaway_t sim_breakaway_look_up(const common_breakaway_config_t *config, double force_n)
 {
-    const sim_breakaway_point_t *point = config->table;
-    const sim_breakaway_point_t *last  = config->table + config->table_count - 1;
+    const common_breakaway_point_t *point = config->table;
+    const common_breakaway_point_t *last  = config->table + config->table_count - 1;
     if (force_n >= last->force_n)
     {
         return (sim_breakaway_t){last->positive_n, last->negative_n};

@@ -13,10 +13,10 @@ typedef struct
 } sim_breakaway_t;
 
 /// L+ and L- from the table at the magnitude `force_n`: linear between the points, clamped at both ends.
-sim_breakaway_t sim_breakaway_look_up(const sim_breakaway_config_t *config, double force_n);
+sim_breakaway_t sim_breakaway_look_up(const common_breakaway_config_t *config, double force_n);
 
 /// L+ and L- at the applied force `force_n`. Inline: the truth models call it in every step.
-static inline sim_breakaway_t sim_breakaway_at(const sim_breakaway_config_t *config, double force_n)
+static inline sim_breakaway_t sim_breakaway_at(const common_breakaway_config_t *config, double force_n)
 {
     const double force = fabs(force_n);
     if (config->table_count > 0)
@@ -24,7 +24,8 @@ static inline sim_breakaway_t sim_breakaway_at(const sim_breakaway_config_t *con
         return sim_breakaway_look_up(config, force);
     }
     return (sim_breakaway_t){config->offset_n + config->slope * force,
-                             sim_breakaway_negative_offset(config) + sim_breakaway_negative_slope(config) * force};
+                             common_breakaway_negative_offset(config) +
+                                 common_breakaway_negative_slope(config) * force};
 }
 
 #endif

@@ -63,7 +63,7 @@ typedef struct
 
     /// Rows of the model's own parameters, ended by SIM_TRUTH_END; null if it has none. Their offsets are in the struct that
     /// config->own points to.
-    const sim_key_t *keys;
+    const common_key_t *keys;
 
     const struct sim_law *law; ///< the same model as differential equations (truth/law.h)
 } sim_truth_ops_t;
@@ -73,7 +73,7 @@ typedef struct
 
 #define SIM_TRUTH_NUMBER(type_, member, name_, unit_, min_, max_, standard_, text_)                                    \
     {.name     = (name_),                                                                                              \
-     .type     = SIM_KEY_NUMBER,                                                                                       \
+     .type     = COMMON_KEY_NUMBER,                                                                                    \
      .offset   = offsetof(type_, member),                                                                              \
      .unit     = (unit_),                                                                                              \
      .min      = (min_),                                                                                               \
@@ -83,7 +83,7 @@ typedef struct
 /// A uint64_t.
 #define SIM_TRUTH_WHOLE(type_, member, name_, min_, max_, standard_, text_)                                            \
     {.name     = (name_),                                                                                              \
-     .type     = SIM_KEY_WHOLE,                                                                                        \
+     .type     = COMMON_KEY_WHOLE,                                                                                     \
      .offset   = offsetof(type_, member),                                                                              \
      .unit     = "-",                                                                                                  \
      .min      = (min_),                                                                                               \
@@ -93,7 +93,7 @@ typedef struct
 /// An int or an enum, the index of a word.
 #define SIM_TRUTH_CHOICE(type_, member, name_, words_, standard_, text_)                                               \
     {.name     = (name_),                                                                                              \
-     .type     = SIM_KEY_CHOICE,                                                                                       \
+     .type     = COMMON_KEY_CHOICE,                                                                                    \
      .offset   = offsetof(type_, member),                                                                              \
      .unit     = "-",                                                                                                  \
      .words    = (words_),                                                                                             \

@@ -7,8 +7,8 @@
 
 typedef struct
 {
-    sim_friction_config_t friction;
-    sim_arm_config_t      arm;
+    common_friction_config_t friction;
+    common_arm_config_t      arm;
     const void *own; ///< the model's own parameters, see sim_truth_ops_t; a model without any does not read it
 } sim_truth_config_t;
 

@@ -7,6 +7,6 @@
 #include "scenario/config.h"
 
 /// That the scenario has a loop, and that the drive's firmware has it.
-bool sim_check_has_firmware(const sim_scenario_t *scenario, sim_error_t *error);
+bool sim_check_has_firmware(const common_scenario_t *scenario, common_error_t *error);
 
 #endif

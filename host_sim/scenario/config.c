@@ -2,12 +2,12 @@
 
 #include "scenario/keys.h"
 
-sim_scenario_t *sim_scenario_create(void)
+common_scenario_t *sim_scenario_create(void)
 {
-    return sim_scenario_create_of(sim_keys, sizeof(sim_config_t));
+    return common_scenario_create_of(sim_keys, sizeof(sim_config_t));
 }
 
-const sim_config_t *sim_scenario_config(const sim_scenario_t *scenario)
+const sim_config_t *sim_scenario_config(const common_scenario_t *scenario)
 {
-    return sim_scenario_values(scenario);
+    return common_scenario_values(scenario);
 }

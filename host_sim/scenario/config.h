@@ -15,13 +15,13 @@
 
 typedef struct
 {
-    sim_truth_number_t    model;
-    double                step_s;
-    double                actuator_pole_rad_per_s;
-    sim_friction_config_t friction;
-    sim_arm_config_t      arm;
-    sim_drive_error_t     drive_error;
-    double                own[SIM_TRUTH_COUNT][SIM_TRUTH_DOUBLES_MAX]; ///< the models' own parameters, each a struct
+    sim_truth_number_t       model;
+    double                   step_s;
+    double                   actuator_pole_rad_per_s;
+    common_friction_config_t friction;
+    common_arm_config_t      arm;
+    sim_drive_error_t        drive_error;
+    double                   own[SIM_TRUTH_COUNT][SIM_TRUTH_DOUBLES_MAX]; ///< the models' own parameters, each a struct
 } sim_plant_keys_t;
 
 typedef struct
@@ -32,13 +32,13 @@ typedef struct
 
 typedef struct
 {
-    double         start_s;
-    sim_optional_t end_s; ///< left out: the end of the run
+    double            start_s;
+    common_optional_t end_s; ///< left out: the end of the run
 } sim_metrics_config_t;
 
 typedef struct
 {
-    sim_loop_keys_t      loop; ///< first: see sim_scenario_create_of
+    common_loop_keys_t   loop; ///< first: see common_scenario_create_of
     char                 description[SIM_DESCRIPTION_MAX + 1];
     double               duration_s; ///< 0: not given yet
     sim_plant_keys_t     plant;
@@ -47,11 +47,11 @@ typedef struct
 } sim_config_t;
 
 /// All defaults: the paper's loop and plant. Null if there is no memory.
-sim_scenario_t *sim_scenario_create(void);
+common_scenario_t *sim_scenario_create(void);
 
-const sim_config_t *sim_scenario_config(const sim_scenario_t *scenario);
+const sim_config_t *sim_scenario_config(const common_scenario_t *scenario);
 
 /// Checks what belongs together and what is missing.
-bool sim_scenario_check(const sim_scenario_t *scenario, sim_error_t *error);
+bool sim_scenario_check(const common_scenario_t *scenario, common_error_t *error);
 
 #endif

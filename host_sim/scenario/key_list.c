@@ -7,26 +7,26 @@
 
 typedef struct
 {
-    char range[SIM_WORDS_MAX], standard[64];
+    char range[COMMON_WORDS_MAX], standard[64];
 } words_t;
 
 /// A key's range and default as text, "-" if there is none.
-static void describe(words_t *words, const char *path, const sim_key_t *key)
+static void describe(words_t *words, const char *path, const common_key_t *key)
 {
     *words                  = (words_t){.range = "-", .standard = "-"};
     const bool has_standard = !key->is_required && strchr(path, '[') == NULL;
     switch (key->type)
     {
-    case SIM_KEY_NUMBER:
-    case SIM_KEY_WHOLE:
-    case SIM_KEY_OPTIONAL:
+    case COMMON_KEY_NUMBER:
+    case COMMON_KEY_WHOLE:
+    case COMMON_KEY_OPTIONAL:
         (void)snprintf(words->range, sizeof words->range, "%g to %g", key->min, key->max);
-        if (has_standard && key->type != SIM_KEY_OPTIONAL)
+        if (has_standard && key->type != COMMON_KEY_OPTIONAL)
         {
             (void)snprintf(words->standard, sizeof words->standard, "%g", key->standard);
         }
         break;
-    case SIM_KEY_CHOICE:
+    case COMMON_KEY_CHOICE:
         if (has_standard)
         {
             (void)snprintf(words->standard, sizeof words->standard, "%s", key->words[(int)key->standard]);
@@ -37,26 +37,26 @@ static void describe(words_t *words, const char *path, const sim_key_t *key)
     }
 }
 
-static void print_line(void *context, const char *path, const sim_key_t *key)
+static void print_line(void *context, const char *path, const common_key_t *key)
 {
     (void)context;
-    char    choices[SIM_WORDS_MAX];
+    char    choices[COMMON_WORDS_MAX];
     words_t words;
     describe(&words, path, key);
-    if (key->type == SIM_KEY_CHOICE)
+    if (key->type == COMMON_KEY_CHOICE)
     {
-        sim_key_words(key, choices, sizeof choices);
+        common_key_words(key, choices, sizeof choices);
     }
-    if (key->type != SIM_KEY_GROUP)
+    if (key->type != COMMON_KEY_GROUP)
     {
-        const char *type = (key->type == SIM_KEY_CHOICE) ? choices : sim_key_type_name(key);
+        const char *type = (key->type == COMMON_KEY_CHOICE) ? choices : common_key_type_name(key);
         (void)printf("%s | %s | %s | %s\n", path, type, words.range, words.standard);
     }
 }
 
 void sim_key_list_print(void)
 {
-    sim_key_visit(sim_keys, print_line, NULL);
+    common_key_visit(sim_keys, print_line, NULL);
 }
 
 static void print_heading(const char *title)
@@ -80,12 +80,12 @@ static void print_models(void)
     SIM_TRUTH_MODELS(PRINT_MODEL)
 }
 
-static void print_row(void *context, const char *path, const sim_key_t *key)
+static void print_row(void *context, const char *path, const common_key_t *key)
 {
     bool   *has_models = context;
     words_t words;
     describe(&words, path, key);
-    if (key->type == SIM_KEY_GROUP)
+    if (key->type == COMMON_KEY_GROUP)
     {
         if (strchr(path, '.') == NULL)
         {
@@ -99,13 +99,13 @@ static void print_row(void *context, const char *path, const sim_key_t *key)
         }
         return;
     }
-    if (key->type == SIM_KEY_CHOICE)
+    if (key->type == COMMON_KEY_CHOICE)
     {
-        sim_key_words(key, words.range, sizeof words.range);
+        common_key_words(key, words.range, sizeof words.range);
     }
     else if (words.range[0] == '-' && words.range[1] == '\0')
     {
-        (void)snprintf(words.range, sizeof words.range, "%s", key->type == SIM_KEY_LIST ? "list" : "text");
+        (void)snprintf(words.range, sizeof words.range, "%s", key->type == COMMON_KEY_LIST ? "list" : "text");
     }
     (void)printf("| `%s` | %s | %s | %s | ", path, key->unit, words.range, words.standard);
     print_escaped(key->text);
@@ -116,5 +116,5 @@ void sim_key_list_print_markdown(void)
 {
     bool has_models = false;
     print_heading("The run");
-    sim_key_visit(sim_keys, print_row, &has_models);
+    common_key_visit(sim_keys, print_row, &has_models);
 }

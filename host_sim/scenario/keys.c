@@ -6,33 +6,33 @@
 #include "keys/rows.h"
 
 // clang-format off: one row a key
-static const sim_key_t command_keys[] = {
+static const common_key_t command_keys[] = {
     NUMBER("scale_error", AT(sim_drive_error_t, scale),  RANGE("-", -0.9, 9.0, 0.0), "the drive makes 1 + this of the commanded force (torque constant)"),
     NUMBER("bias_N",      AT(sim_drive_error_t, bias_n), RANGE("N", -1e6, 1e6, 0.0), "and adds this (offset of its current sensor)"),
     END};
 
-static const sim_key_t ripple_keys[] = {
+static const common_key_t ripple_keys[] = {
     NUMBER("amplitude_N", AT(sim_drive_error_t, ripple_n),          RANGE("N", 0.0, 1e6, 0.0),       "torque ripple, a sine of position (cogging, gear mesh); 0: none"),
     NUMBER("period_deg",  AT(sim_drive_error_t, ripple_period_deg), RANGE("deg", 1e-3, 360.0, 0.1),  "of the ripple; the paper's arm moves by 0.26 deg for 1 N"),
     NUMBER("phase",       AT(sim_drive_error_t, ripple_phase),      RANGE("-", 0.0, 1.0, 0.0),       "of the ripple at F = 0, in periods"),
     END};
 
 #define MODEL_WORD(name_, text_) #name_,
-#define MODEL_KEYS(name_, text_) {.name = #name_, .type = SIM_KEY_GROUP, AT(sim_plant_keys_t, own[SIM_TRUTH_##name_]), .keys_of_model = &sim_##name_##_truth.keys},
+#define MODEL_KEYS(name_, text_) {.name = #name_, .type = COMMON_KEY_GROUP, AT(sim_plant_keys_t, own[SIM_TRUTH_##name_]), .keys_of_model = &sim_##name_##_truth.keys},
 static const char *const models[] = {SIM_TRUTH_MODELS(MODEL_WORD) NULL};
 
-static const sim_key_t plant_keys[] = {
+static const common_key_t plant_keys[] = {
     CHOICE("model",                   AT(sim_plant_keys_t, model),                   models, 0.0, "the truth model, see below"),
     NUMBER("step_s",                  AT(sim_plant_keys_t, step_s),                  RANGE("s", 1e-7, 0.1, 1e-4),      "plant step; must go into `sample_time_s` a whole number of times"),
     NUMBER("actuator_pole_rad_per_s", AT(sim_plant_keys_t, actuator_pole_rad_per_s), RANGE("rad/s", 1e-3, 1e9, 200.0), "first-order actuator"),
-    GROUP("friction",                 AT(sim_plant_keys_t, friction),                sim_friction_keys, ""),
-    GROUP("arm",                      AT(sim_plant_keys_t, arm),                     sim_arm_keys, ""),
+    GROUP("friction",                 AT(sim_plant_keys_t, friction),                common_friction_keys, ""),
+    GROUP("arm",                      AT(sim_plant_keys_t, arm),                     common_arm_keys, ""),
     GROUP("command",                  AT(sim_plant_keys_t, drive_error),             command_keys, ""),
     GROUP("ripple",                   AT(sim_plant_keys_t, drive_error),             ripple_keys, ""),
     SIM_TRUTH_MODELS(MODEL_KEYS)
     END};
 
-static const sim_key_t sensor_keys[] = {
+static const common_key_t sensor_keys[] = {
     NUMBER("pole_rad_per_s", AT(sim_sensor_keys_t, pole_rad_per_s),          RANGE("rad/s", 1e-3, 1e9, 55.0), "first-order sensor filter"),
     NUMBER("noise_N",        AT(sim_sensor_keys_t, sampling.noise_n),        RANGE("N", 0.0, 1e6, 0.0),       "standard deviation of white Gaussian noise, one value a sample"),
     WHOLE("noise_seed",      AT(sim_sensor_keys_t, sampling.noise_seed),     RANGE("-", 0.0, 18446744073709551615.0, 1.0), "same seed, same noise, on every machine"),
@@ -40,24 +40,24 @@ static const sim_key_t sensor_keys[] = {
     NUMBER("delay_s",        AT(sim_sensor_keys_t, sampling.delay_s),        RANGE("s", 0.0, 10.0, 0.0),      "rounded to whole plant steps"),
     END};
 
-static const sim_key_t metrics_keys[] = {
+static const common_key_t metrics_keys[] = {
     NUMBER("start_s", AT(sim_metrics_config_t, start_s), RANGE("s", 0.0, 86400.0, 0.0), "the errors in the summary are from here"),
     OPTIONAL("end_s", AT(sim_metrics_config_t, end_s),   RANGE("s", 0.0, 86400.0, 0.0), "to here; the end of the run if left out"),
     END};
 
-const sim_key_t sim_keys[] = {
+const common_key_t sim_keys[] = {
     TEXT("description",      AT(sim_config_t, description),   SIM_DESCRIPTION_MAX, "one line for `tribo-sim list`"),
     REQUIRED("duration_s",   AT(sim_config_t, duration_s),    RANGE("s", 1e-3, 86400.0, 0.0), "length of the run; required"),
 #define T                                           sim_config_t
 #define OF_THE_LOOP(group, symbol, member, ...) PARAMETER(group, symbol, loop.member, __VA_ARGS__)
     TRIBO_SAMPLE_PARAMETERS(OF_THE_LOOP)
 #undef T
-    GROUP("reference",       AT(sim_config_t, loop.reference),     sim_reference_keys, "Reference"),
+    GROUP("reference",       AT(sim_config_t, loop.reference),     common_reference_keys, "Reference"),
     GROUP("plant",           AT(sim_config_t, plant),         plant_keys, "Plant: the truth"),
     GROUP("sensor",          AT(sim_config_t, sensor),        sensor_keys, "Sensor"),
-    GROUP("controller",      AT(sim_config_t, loop.controller),    sim_controller_keys, "Controller"),
-    GROUP("compensator",     AT(sim_config_t, loop.compensator),   sim_compensator_keys, "Compensator: what the loop believes"),
-    GROUP("limits",          AT(sim_config_t, loop.limits),        sim_limits_keys, "Limits"),
+    GROUP("controller",      AT(sim_config_t, loop.controller),    common_controller_keys, "Controller"),
+    GROUP("compensator",     AT(sim_config_t, loop.compensator),   common_compensator_keys, "Compensator: what the loop believes"),
+    GROUP("limits",          AT(sim_config_t, loop.limits),        common_limits_keys, "Limits"),
     GROUP("metrics",         AT(sim_config_t, metrics),       metrics_keys, "Metrics"),
     END};
 // clang-format on

@@ -7,6 +7,6 @@
 #include "keys/table.h"
 #include "scenario/config.h"
 
-extern const sim_key_t sim_keys[]; ///< of sim_config_t
+extern const common_key_t sim_keys[]; ///< of sim_config_t
 
 #endif

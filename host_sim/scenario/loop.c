@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const sim_loop_config_t *config, double full_scale_n)
+tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const common_loop_config_t *config, double full_scale_n)
 {
     *loop = (sim_loop_t){.functions     = q31 ? &sim_loop_q31_functions : &sim_loop_f32_functions,
                          .q31           = q31,
@@ -31,14 +31,14 @@ static sim_learned_t learned_at_load(const sim_loop_t *loop, double load_n)
     return both;
 }
 
-void sim_loop_learned_breakaway(const sim_loop_t             *loop,
-                                const sim_breakaway_config_t *prior,
-                                sim_breakaway_config_t       *learned)
+void sim_loop_learned_breakaway(const sim_loop_t                *loop,
+                                const common_breakaway_config_t *prior,
+                                common_breakaway_config_t       *learned)
 {
     const double        far_n = loop->functions->largest_n(loop);
     const sim_learned_t at_0  = learned_at_load(loop, 0.0);
     const sim_learned_t far   = learned_at_load(loop, far_n);
-    *learned                  = (sim_breakaway_config_t){
+    *learned                  = (common_breakaway_config_t){
                          .offset_n          = at_0.breakaway_n[0],
                          .slope             = fmax(0.0, (far.breakaway_n[0] - at_0.breakaway_n[0]) / far_n),
                          .negative_offset_n = {true, at_0.breakaway_n[1]},
@@ -47,9 +47,9 @@ void sim_loop_learned_breakaway(const sim_loop_t             *loop,
     for (unsigned i = 0; i < prior->table_count; i++)
     {
         const sim_learned_t there = learned_at_load(loop, prior->table[i].force_n);
-        learned->table[i]         = (sim_breakaway_point_t){.force_n    = prior->table[i].force_n,
-                                                            .positive_n = there.breakaway_n[0],
-                                                            .negative_n = there.breakaway_n[1]};
+        learned->table[i]         = (common_breakaway_point_t){.force_n    = prior->table[i].force_n,
+                                                               .positive_n = there.breakaway_n[0],
+                                                               .negative_n = there.breakaway_n[1]};
     }
 }
 

@@ -50,7 +50,7 @@ typedef struct
 } sim_learned_t;
 
 /// A loop at rest, of which nothing is learned. Returns what the library's init function says.
-tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const sim_loop_config_t *config, double full_scale_n);
+tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const common_loop_config_t *config, double full_scale_n);
 
 /// At the end-point force `force_n`, for a loop that feeds friction forward.
 sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n);
@@ -60,9 +60,9 @@ tribo_guard_cause_t sim_loop_guard_cause(const sim_loop_t *loop);
 const char         *sim_loop_guard_text(const sim_loop_t *loop);
 
 /// What was learned in the form of `prior`, a law or a table. A law is that of 0 N and of the largest credible force.
-void sim_loop_learned_breakaway(const sim_loop_t             *loop,
-                                const sim_breakaway_config_t *prior,
-                                sim_breakaway_config_t       *learned);
+void sim_loop_learned_breakaway(const sim_loop_t                *loop,
+                                const common_breakaway_config_t *prior,
+                                common_breakaway_config_t       *learned);
 
 /// One tick; returns u in N, exact.
 double   sim_loop_step(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_f32_signals_t *seen);

@@ -4,7 +4,7 @@
 
 #define IN(loop) TRIBO_EITHER(&(loop)->in_f32, &(loop)->in_q31)
 
-static tribo_status_t init_params(sim_loop_t *loop, const sim_loop_config_t *config)
+static tribo_status_t init_params(sim_loop_t *loop, const common_loop_config_t *config)
 {
     TRIBO_PART(sim_loop, t) *in = IN(loop);
     const float full_scale_n    = (float)loop->full_scale_n;
@@ -21,7 +21,7 @@ static tribo_status_t init_params(sim_loop_t *loop, const sim_loop_config_t *con
                                  : tribo_init_loop(&in->params, in->table, &config->config, full_scale_n);
 }
 
-static tribo_status_t init(sim_loop_t *loop, const sim_loop_config_t *config)
+static tribo_status_t init(sim_loop_t *loop, const common_loop_config_t *config)
 {
     TRIBO_PART(sim_loop, t) *in = IN(loop);
     tribo_status_t status       = init_params(loop, config);

@@ -7,7 +7,7 @@
 
 typedef struct sim_loop_functions
 {
-    tribo_status_t (*init)(sim_loop_t *loop, const sim_loop_config_t *config);
+    tribo_status_t (*init)(sim_loop_t *loop, const common_loop_config_t *config);
     sim_learned_t (*learned)(const sim_loop_t *loop, double force_n);
     double (*largest_n)(const sim_loop_t *loop); ///< credible force
     uint32_t (*word)(const sim_loop_t *loop, double force_n);

@@ -23,18 +23,18 @@ typedef struct
 {
     const sim_config_t *config;
     sim_run_options_t   options;
-    sim_reference_t     reference;
+    common_reference_t  reference;
     sim_plant_config_t  plant_config;
     sim_plant_t        *plant;
     sim_sensor_t        sensor;
 
-    sim_loop_config_t loop_config;
-    sim_loop_t        loop;
-    sim_target_t     *target; ///< null: the loop runs here
-    uint64_t          open_limited_ticks;
-    sim_learned_t     learned;
-    metrics_t         metrics;
-    sim_activity_t    activity;
+    common_loop_config_t loop_config;
+    sim_loop_t           loop;
+    sim_target_t        *target; ///< null: the loop runs here
+    uint64_t             open_limited_ticks;
+    sim_learned_t        learned;
+    metrics_t            metrics;
+    sim_activity_t       activity;
 
     uint64_t ticks;
     unsigned steps; ///< of the plant, a tick
@@ -42,25 +42,25 @@ typedef struct
 
 static void tear_down(run_t *run)
 {
-    sim_reference_free(&run->reference);
+    common_reference_free(&run->reference);
     sim_plant_destroy(run->plant);
     sim_sensor_free(&run->sensor);
     sim_target_destroy(run->target);
 }
 
-static bool set_up_plant(run_t *run, sim_error_t *error)
+static bool set_up_plant(run_t *run, common_error_t *error)
 {
     const sim_config_t *config = run->config;
     run->plant_config          = sim_plant_config_of(config);
     if (!sim_sensor_init(&run->sensor, &config->sensor.sampling, run->plant_config.step_s))
     {
-        return sim_error_set(error, "out of memory");
+        return common_error_set(error, "out of memory");
     }
     run->plant = sim_plant_create(&run->plant_config, sim_truth_models[config->plant.model]);
-    return run->plant != NULL || sim_error_set(error, "out of memory");
+    return run->plant != NULL || common_error_set(error, "out of memory");
 }
 
-static bool set_up_target(run_t *run, const sim_scenario_t *scenario, sim_error_t *error)
+static bool set_up_target(run_t *run, const common_scenario_t *scenario, common_error_t *error)
 {
     if (run->options.target == NULL)
     {
@@ -78,7 +78,10 @@ static bool set_up_target(run_t *run, const sim_scenario_t *scenario, sim_error_
     return run->target != NULL;
 }
 
-static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_options_t *options, sim_error_t *error)
+static bool set_up(run_t                   *run,
+                   const common_scenario_t *scenario,
+                   const sim_run_options_t *options,
+                   common_error_t          *error)
 {
     const sim_config_t *config = sim_scenario_config(scenario);
     *run                       = (run_t){.config  = config,
@@ -86,12 +89,13 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_opt
                                          .ticks   = (uint64_t)round(config->duration_s / config->loop.sample_time_s),
                                          .steps   = sim_plant_steps(config)};
     run->activity              = (sim_activity_t){.move_n = SIM_ACTIVITY_MOVE * config->loop.limits.full_scale_n};
-    sim_loop_config_fill(&run->loop_config, &config->loop);
+    common_loop_config_fill(&run->loop_config, &config->loop);
     // A target has a loop of its own; this one then only checks the config.
     const bool           q31    = run->options.q31;
     const tribo_status_t status = sim_loop_init(&run->loop, q31, &run->loop_config, config->loop.limits.full_scale_n);
-    const bool ok = sim_check_status(scenario, status, error) && sim_reference_init(&run->reference, scenario, error) &&
-                    set_up_plant(run, error) && set_up_target(run, scenario, error);
+    const bool           ok     = common_check_status(scenario, status, error) &&
+                    common_reference_init(&run->reference, scenario, error) && set_up_plant(run, error) &&
+                    set_up_target(run, scenario, error);
     if (!ok)
     {
         tear_down(run);
@@ -101,12 +105,12 @@ static bool set_up(run_t *run, const sim_scenario_t *scenario, const sim_run_opt
 
 bool sim_run_learns(const sim_config_t *config)
 {
-    return config->loop.compensator.method == SIM_METHOD_FEEDFORWARD &&
-           config->loop.controller.kind != SIM_CONTROLLER_NONE;
+    return config->loop.compensator.method == COMMON_METHOD_FEEDFORWARD &&
+           config->loop.controller.kind != COMMON_CONTROLLER_NONE;
 }
 
 /// What a trace holds must be finite, and what a summary squares far from too large.
-static bool check_row(const sim_row_t *row, sim_error_t *error)
+static bool check_row(const sim_row_t *row, common_error_t *error)
 {
     const sim_truth_signals_t *truth = &row->plant.truth;
     const double               values[] =
@@ -115,16 +119,17 @@ static bool check_row(const sim_row_t *row, sim_error_t *error)
     {
         if (!(fabs(values[i]) <= DIVERGED))
         {
-            return sim_error_set(error,
-                                 "the simulated plant diverges at t = %g s: its parameters do not go with plant.step_s",
-                                 row->t_s);
+            return common_error_set(
+                error,
+                "the simulated plant diverges at t = %g s: its parameters do not go with plant.step_s",
+                row->t_s);
         }
     }
     return true;
 }
 
 /// u is r within the limits; of the loop's signals there is the command alone.
-static void open_loop(const sim_limits_config_t *limits, sim_row_t *row)
+static void open_loop(const common_limits_config_t *limits, sim_row_t *row)
 {
     row->u_n                     = fmin(fmax(row->r_n, limits->u_min_n), limits->u_max_n);
     row->loop                    = (tribo_force_loop_f32_signals_t){.e_n = (float)(row->r_n - row->y_n)};
@@ -140,14 +145,14 @@ static const sim_loop_t *loop_of(const run_t *run)
 }
 
 /// One tick and the plant steps after it. `row` was zeroed before the first: what a model or a loop has not, stays 0.
-static bool advance(run_t *run, uint64_t tick, sim_row_t *row, sim_error_t *error)
+static bool advance(run_t *run, uint64_t tick, sim_row_t *row, common_error_t *error)
 {
     row->t_s     = (double)tick * run->config->loop.sample_time_s;
-    row->r_n     = sim_reference_at(&run->reference, row->t_s);
+    row->r_n     = common_reference_at(&run->reference, row->t_s);
     row->learned = sim_run_learns(run->config) ? &run->learned : NULL;
     row->force_n = sim_plant_force(run->plant);
     row->y_n     = sim_sensor_read(&run->sensor, sim_plant_filtered_force(run->plant));
-    if (run->config->loop.controller.kind == SIM_CONTROLLER_NONE)
+    if (run->config->loop.controller.kind == COMMON_CONTROLLER_NONE)
     {
         open_loop(&run->config->loop.limits, row);
         run->open_limited_ticks += row->loop.controller.limited;
@@ -229,7 +234,7 @@ static sim_result_t result_of(const run_t *run)
 }
 
 /// What the target counted and how it compares; nothing without one.
-static bool finish_target(const run_t *run, sim_summary_t *summary, sim_error_t *error)
+static bool finish_target(const run_t *run, sim_summary_t *summary, common_error_t *error)
 {
     if (run->target == NULL)
     {
@@ -247,7 +252,7 @@ static bool finish_target(const run_t *run, sim_summary_t *summary, sim_error_t 
 }
 
 /// One tick of each loop.
-static bool advance_all(run_t *runs, unsigned count, uint64_t tick, sim_row_t *rows, sim_error_t *error)
+static bool advance_all(run_t *runs, unsigned count, uint64_t tick, sim_row_t *rows, common_error_t *error)
 {
     for (unsigned i = 0; i < count; i++)
     {
@@ -270,7 +275,7 @@ static bool play(run_t            *runs,
                  sim_row_handler_t handler,
                  void             *context,
                  sim_difference_t *difference,
-                 sim_error_t      *error)
+                 common_error_t   *error)
 {
     sim_row_t rows[2] = {{.t_s = 0.0}};
     bool      ok      = true;
@@ -288,16 +293,16 @@ static bool play(run_t            *runs,
     return ok;
 }
 
-bool sim_run(const sim_scenario_t    *scenario,
+bool sim_run(const common_scenario_t *scenario,
              const sim_run_options_t *options,
              sim_row_handler_t        handler,
              void                    *context,
              sim_summary_t           *summary,
-             sim_error_t             *error)
+             common_error_t          *error)
 {
     const sim_run_options_t chosen  = (options != NULL) ? *options : (sim_run_options_t){.target = NULL};
     const sim_run_options_t q31     = {.q31 = true};
-    const double            start_s = sim_clock_s();
+    const double            start_s = common_clock_s();
     run_t                   runs[2];
     *summary = (sim_summary_t){.both = chosen.both};
     if (!set_up(&runs[0], scenario, &chosen, error))
@@ -315,7 +320,7 @@ bool sim_run(const sim_scenario_t    *scenario,
     summary->result_q31       = result_of(&runs[count - 1]);
     summary->ticks            = runs->ticks;
     summary->simulated_s      = (double)runs->ticks * runs->config->loop.sample_time_s;
-    summary->wall_s           = sim_clock_s() - start_s;
+    summary->wall_s           = common_clock_s() - start_s;
     summary->real_time_factor = (summary->wall_s > 0.0) ? summary->simulated_s / summary->wall_s : 0.0;
     ok                        = ok && finish_target(&runs[0], summary, error);
     for (unsigned i = 0; i < count; i++)

@@ -28,7 +28,7 @@ typedef struct sim_row
 } sim_row_t;
 
 /// What to do at each tick; null is nothing. Returning false ends the run with the error filled in.
-typedef bool (*sim_row_handler_t)(void *context, const sim_row_t *row, double part_done, sim_error_t *error);
+typedef bool (*sim_row_handler_t)(void *context, const sim_row_t *row, double part_done, common_error_t *error);
 
 /// Where the loop runs.
 typedef struct
@@ -42,11 +42,11 @@ typedef struct
 bool sim_run_learns(const sim_config_t *config);
 
 /// Runs a checked scenario (sim_scenario_check) to its end; `options` may be null. A target that differs from the host is in the summary.
-bool sim_run(const sim_scenario_t    *scenario,
+bool sim_run(const common_scenario_t *scenario,
              const sim_run_options_t *options,
              sim_row_handler_t        handler,
              void                    *context,
              sim_summary_t           *summary,
-             sim_error_t             *error);
+             common_error_t          *error);
 
 #endif

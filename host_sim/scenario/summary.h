@@ -13,16 +13,16 @@
 /// One loop on its plant.
 typedef struct
 {
-    double                 rms_error_n;          ///< of r - F
-    double                 max_error_n;          ///< largest |r - F|
-    double                 rms_measured_error_n; ///< of r - y
-    sim_activity_t         activity;
-    uint64_t               limited_ticks;
-    uint64_t               bad_inputs;
-    const char            *guard;  ///< why it has faded the compensation; null: there is none
-    bool                   learns; ///< `learned` is there: at the last r
-    sim_learned_t          learned;
-    sim_breakaway_config_t breakaway; ///< learned, at all forces
+    double                    rms_error_n;          ///< of r - F
+    double                    max_error_n;          ///< largest |r - F|
+    double                    rms_measured_error_n; ///< of r - y
+    sim_activity_t            activity;
+    uint64_t                  limited_ticks;
+    uint64_t                  bad_inputs;
+    const char               *guard;  ///< why it has faded the compensation; null: there is none
+    bool                      learns; ///< `learned` is there: at the last r
+    sim_learned_t             learned;
+    common_breakaway_config_t breakaway; ///< learned, at all forces
 } sim_result_t;
 
 /// Of two loops over the metrics window: Q31 minus f32.

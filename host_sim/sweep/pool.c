@@ -51,7 +51,7 @@ typedef struct
     unsigned          workers;
     result_t         *result; ///< by job, counted from the first
     uint64_t          taken;
-    sim_error_t      *error;
+    common_error_t   *error;
 } run_t;
 
 unsigned sim_pool_cores(void)
@@ -120,7 +120,7 @@ static bool start_worker(run_t *run, unsigned number)
     int ends[2];
     if (pipe(ends) != 0)
     {
-        return sim_error_set(run->error, "a worker cannot be started: %s", strerror(errno));
+        return common_error_set(run->error, "a worker cannot be started: %s", strerror(errno));
     }
     const pid_t process = fork();
     if (process == 0)
@@ -140,7 +140,7 @@ static bool start_worker(run_t *run, unsigned number)
     if (process < 0)
     {
         (void)close(ends[0]);
-        return sim_error_set(run->error, "a worker cannot be started: %s", strerror(errno));
+        return common_error_set(run->error, "a worker cannot be started: %s", strerror(errno));
     }
     run->worker[number] = (worker_t){.process = process, .pipe = ends[0]};
     return true;
@@ -180,7 +180,7 @@ static bool sort_results(run_t *run, worker_t *worker)
         char *text = malloc(header.length + 1);
         if (text == NULL)
         {
-            return sim_error_set(run->error, "out of memory");
+            return common_error_set(run->error, "out of memory");
         }
         memcpy(text, worker->bytes + used + sizeof header, header.length);
         text[header.length]                        = '\0';
@@ -210,7 +210,7 @@ static bool end_worker(run_t *run, unsigned number)
     const uint64_t job = atomic_exchange(&run->shared->job[number], NO_JOB);
     if (WIFEXITED(status))
     {
-        return WEXITSTATUS(status) == EXIT_SUCCESS || sim_error_set(run->error, "out of memory");
+        return WEXITSTATUS(status) == EXIT_SUCCESS || common_error_set(run->error, "out of memory");
     }
     const int signal = WTERMSIG(status);
     // The result may have arrived although its worker died before recording it.
@@ -220,7 +220,7 @@ static bool end_worker(run_t *run, unsigned number)
             pool->lost(pool->context, job, signal == SIGPROF ? SIM_POOL_TIMED_OUT : SIM_POOL_CRASHED, signal);
         if (run->result[job - pool->first].text == NULL)
         {
-            return sim_error_set(run->error, "out of memory");
+            return common_error_set(run->error, "out of memory");
         }
     }
     return start_worker(run, number) && take_results(run);
@@ -233,7 +233,7 @@ static bool read_worker(run_t *run, unsigned number)
     ssize_t   length = read(worker->pipe, bytes, sizeof bytes);
     if (length < 0)
     {
-        return errno == EINTR || sim_error_set(run->error, "a worker cannot be read: %s", strerror(errno));
+        return errno == EINTR || common_error_set(run->error, "a worker cannot be read: %s", strerror(errno));
     }
     if (length == 0)
     {
@@ -242,7 +242,7 @@ static bool read_worker(run_t *run, unsigned number)
     char *larger = realloc(worker->bytes, worker->length + (size_t)length);
     if (larger == NULL)
     {
-        return sim_error_set(run->error, "out of memory");
+        return common_error_set(run->error, "out of memory");
     }
     worker->bytes = larger;
     memcpy(worker->bytes + worker->length, bytes, (size_t)length);
@@ -272,7 +272,7 @@ static bool serve(run_t *run)
         }
         if (poll(waiting, count, -1) < 0 && errno != EINTR)
         {
-            return sim_error_set(run->error, "the workers cannot be waited for: %s", strerror(errno));
+            return common_error_set(run->error, "the workers cannot be waited for: %s", strerror(errno));
         }
         for (nfds_t i = 0; i < count; i++)
         {
@@ -315,7 +315,7 @@ static bool run_all(run_t *run)
     return ok;
 }
 
-bool sim_pool_run(const sim_pool_t *pool, sim_error_t *error)
+bool sim_pool_run(const sim_pool_t *pool, common_error_t *error)
 {
     const uint64_t jobs = pool->end - pool->first;
     run_t run = {.pool = pool, .error = error, .workers = pool->workers != 0 ? pool->workers : sim_pool_cores()};
@@ -328,7 +328,7 @@ bool sim_pool_run(const sim_pool_t *pool, sim_error_t *error)
     run.result  = calloc(jobs, sizeof *run.result);
     run.shared  = mmap(NULL, sizeof *run.shared, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     bool ok     = run.worker != NULL && run.result != NULL && run.shared != MAP_FAILED;
-    ok          = ok ? run_all(&run) : sim_error_set(error, "out of memory");
+    ok          = ok ? run_all(&run) : common_error_set(error, "out of memory");
     for (uint64_t i = 0; run.result != NULL && i < jobs; i++)
     {
         free(run.result[i].text);

@@ -32,12 +32,12 @@ typedef struct
     char *(*lost)(void *context, uint64_t job, sim_pool_loss_t how, int signal);
 
     /// Takes the results, job by job; false, with the error filled in, ends the pool.
-    bool (*take)(void *context, uint64_t job, const char *text, double number, sim_error_t *error);
+    bool (*take)(void *context, uint64_t job, const char *text, double number, common_error_t *error);
 } sim_pool_t;
 
 unsigned sim_pool_cores(void);
 
 /// Runs all jobs. The workers' CPU time counts as the children's (getrusage).
-bool sim_pool_run(const sim_pool_t *pool, sim_error_t *error);
+bool sim_pool_run(const sim_pool_t *pool, common_error_t *error);
 
 #endif

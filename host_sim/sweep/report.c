@@ -77,14 +77,14 @@ static bool name_columns(sim_report_t *report)
     return ok;
 }
 
-static bool take_row(sim_report_t *report, uint64_t row, char *text, sim_error_t *error)
+static bool take_row(sim_report_t *report, uint64_t row, char *text, common_error_t *error)
 {
     const size_t first = 2u + report->study->axis_count;
     const size_t last  = first + report->columns;
     char        *field[FIELDS_MAX];
     if (sim_rows_split(text, field, FIELDS_MAX) != last + 2)
     {
-        return sim_error_set(error, "row %" PRIu64 " of the result has not as many fields as its header", row);
+        return common_error_set(error, "row %" PRIu64 " of the result has not as many fields as its header", row);
     }
     for (unsigned i = 0; i < report->columns; i++)
     {
@@ -93,9 +93,9 @@ static bool take_row(sim_report_t *report, uint64_t row, char *text, sim_error_t
     }
     if (strcmp(field[last], "ok") != 0 && report->failed++ < SIM_REPORT_WORST)
     {
-        char *failure = sim_text_format("row %" PRIu64 ": %s: %s", row, field[last], field[last + 1]);
+        char *failure = common_text_format("row %" PRIu64 ": %s: %s", row, field[last], field[last + 1]);
         report->failure[report->failed - 1] = failure;
-        return failure != NULL || sim_error_set(error, "out of memory");
+        return failure != NULL || common_error_set(error, "out of memory");
     }
     return true;
 }
@@ -199,7 +199,7 @@ static bool evaluate(sim_report_t *report)
     return true;
 }
 
-sim_report_t *sim_report_read(const sim_study_t *study, const char *path, sim_error_t *error)
+sim_report_t *sim_report_read(const sim_study_t *study, const char *path, common_error_t *error)
 {
     const sim_rows_t file   = {.path = path, .id = study->id, .shard = {.count = 1}};
     char            *header = sim_sweep_header(study);
@@ -223,7 +223,7 @@ sim_report_t *sim_report_read(const sim_study_t *study, const char *path, sim_er
     free(header);
     if (!ok)
     {
-        (void)sim_error_set(error, "out of memory"); // unless an error is set already
+        (void)common_error_set(error, "out of memory"); // unless an error is set already
         sim_report_free(report);
         return NULL;
     }

@@ -12,7 +12,7 @@
 typedef struct sim_report sim_report_t;
 
 /// From the complete rows of the study's file at `path`. Null with the error filled in.
-sim_report_t *sim_report_read(const sim_study_t *study, const char *path, sim_error_t *error);
+sim_report_t *sim_report_read(const sim_study_t *study, const char *path, common_error_t *error);
 void          sim_report_free(sim_report_t *report);
 
 /// The number of rows without a result, and the message of the first: "row 17: ...".

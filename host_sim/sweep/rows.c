@@ -32,7 +32,7 @@ static int64_t check_lines(const sim_rows_t *file,
                            const char       *text,
                            const char       *end,
                            const char       *header,
-                           sim_error_t      *error)
+                           common_error_t   *error)
 {
     int64_t row = -1;
     for (const char *line = text; line < end; line += strlen(line) + 1, row++)
@@ -41,11 +41,11 @@ static int64_t check_lines(const sim_rows_t *file,
         write_start(file, row < 0 ? 0 : (uint64_t)row, start);
         if (row < 0 ? strcmp(line, header) != 0 : strncmp(line, start, strlen(start)) != 0)
         {
-            (void)sim_error_set(error,
-                                "%s:%" PRId64
-                                ":1: is not of this study as it is now: remove the file, or give another folder",
-                                file->path,
-                                row + 2);
+            (void)common_error_set(error,
+                                   "%s:%" PRId64
+                                   ":1: is not of this study as it is now: remove the file, or give another folder",
+                                   file->path,
+                                   row + 2);
             return -1;
         }
     }
@@ -53,9 +53,9 @@ static int64_t check_lines(const sim_rows_t *file,
 }
 
 /// A whole file of `*size` bytes. Its complete lines, with 0 for each end of line, are the first `*length`. Null on failure.
-static char *read_lines(const char *path, size_t *length, size_t *size, sim_error_t *error)
+static char *read_lines(const char *path, size_t *length, size_t *size, common_error_t *error)
 {
-    char *text = sim_file_read(path, BYTES_MAX, error);
+    char *text = common_file_read(path, BYTES_MAX, error);
     if (text == NULL)
     {
         return NULL;
@@ -70,7 +70,7 @@ static char *read_lines(const char *path, size_t *length, size_t *size, sim_erro
     return text;
 }
 
-static bool lock(sim_rows_t *file, sim_error_t *error)
+static bool lock(sim_rows_t *file, common_error_t *error)
 {
     struct flock range = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
     if (fcntl(fileno(file->stream), F_SETLK, &range) == 0)
@@ -78,12 +78,12 @@ static bool lock(sim_rows_t *file, sim_error_t *error)
         return true;
     }
     return errno == EACCES || errno == EAGAIN
-               ? sim_error_set(error, "%s: another tribo-sim is writing it", file->path)
-               : sim_error_set(error, "%s: cannot be locked: %s", file->path, strerror(errno));
+               ? common_error_set(error, "%s: another tribo-sim is writing it", file->path)
+               : common_error_set(error, "%s: cannot be locked: %s", file->path, strerror(errno));
 }
 
 /// Cuts off an incomplete last row, left by a kill, and counts the others.
-static bool take_up(sim_rows_t *file, const char *header, sim_error_t *error)
+static bool take_up(sim_rows_t *file, const char *header, common_error_t *error)
 {
     struct stat info;
     size_t      length = 0;
@@ -103,26 +103,26 @@ static bool take_up(sim_rows_t *file, const char *header, sim_error_t *error)
     file->rows = (uint64_t)rows;
     if (fstat(fileno(file->stream), &info) == 0 && (size_t)info.st_size != size)
     {
-        return sim_error_set(error, "%s: another tribo-sim is writing it", file->path);
+        return common_error_set(error, "%s: another tribo-sim is writing it", file->path);
     }
     return (ftruncate(fileno(file->stream), (off_t)length) == 0 && fseek(file->stream, 0, SEEK_END) == 0) ||
-           sim_error_set(error, "%s: cannot be written: %s", file->path, strerror(errno));
+           common_error_set(error, "%s: cannot be written: %s", file->path, strerror(errno));
 }
 
-static bool flush(const sim_rows_t *file, sim_error_t *error)
+static bool flush(const sim_rows_t *file, common_error_t *error)
 {
     return (fflush(file->stream) == 0 && !ferror(file->stream)) ||
-           sim_error_set(error, "%s: cannot be written: %s", file->path, strerror(errno));
+           common_error_set(error, "%s: cannot be written: %s", file->path, strerror(errno));
 }
 
-bool sim_rows_open(sim_rows_t *file, const char *header, uint64_t rows, sim_error_t *error)
+bool sim_rows_open(sim_rows_t *file, const char *header, uint64_t rows, common_error_t *error)
 {
     struct stat info;
     const int   descriptor = open(file->path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     file->stream           = descriptor >= 0 ? fdopen(descriptor, "r+b") : NULL;
     if (file->stream == NULL)
     {
-        (void)sim_error_set(error, "%s: cannot be opened: %s", file->path, strerror(errno));
+        (void)common_error_set(error, "%s: cannot be opened: %s", file->path, strerror(errno));
         if (descriptor >= 0)
         {
             (void)close(descriptor);
@@ -130,10 +130,10 @@ bool sim_rows_open(sim_rows_t *file, const char *header, uint64_t rows, sim_erro
         return false;
     }
     bool ok = fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode);
-    ok      = (ok || sim_error_set(error, "%s: is not a regular file", file->path)) && take_up(file, header, error);
+    ok      = (ok || common_error_set(error, "%s: is not a regular file", file->path)) && take_up(file, header, error);
     if (ok && file->rows > sim_shard_rows(&file->shard, rows))
     {
-        ok = sim_error_set(error, "%s: has more rows than the study", file->path);
+        ok = common_error_set(error, "%s: has more rows than the study", file->path);
     }
     if (ok && ftell(file->stream) == 0)
     {
@@ -147,7 +147,7 @@ bool sim_rows_open(sim_rows_t *file, const char *header, uint64_t rows, sim_erro
     return ok;
 }
 
-bool sim_rows_append(sim_rows_t *file, const char *text, sim_error_t *error)
+bool sim_rows_append(sim_rows_t *file, const char *text, common_error_t *error)
 {
     char start[64];
     write_start(file, file->rows++, start);
@@ -155,14 +155,14 @@ bool sim_rows_append(sim_rows_t *file, const char *text, sim_error_t *error)
     return flush(file, error);
 }
 
-bool sim_rows_close(sim_rows_t *file, sim_error_t *error)
+bool sim_rows_close(sim_rows_t *file, common_error_t *error)
 {
     const bool ok = fclose(file->stream) == 0;
     file->stream  = NULL;
-    return ok || sim_error_set(error, "%s: cannot be written: %s", file->path, strerror(errno));
+    return ok || common_error_set(error, "%s: cannot be written: %s", file->path, strerror(errno));
 }
 
-char *sim_rows_read(const sim_rows_t *file, const char *header, uint64_t rows, char **first, sim_error_t *error)
+char *sim_rows_read(const sim_rows_t *file, const char *header, uint64_t rows, char **first, common_error_t *error)
 {
     size_t length = 0;
     size_t size   = 0;
@@ -175,7 +175,8 @@ char *sim_rows_read(const sim_rows_t *file, const char *header, uint64_t rows, c
     const int64_t  found  = check_lines(file, text, text + length, header, error);
     if (found >= 0 && (uint64_t)found != wanted)
     {
-        (void)sim_error_set(error, "%s: has %" PRId64 " rows of %" PRIu64 ": not finished", file->path, found, wanted);
+        (void)
+            common_error_set(error, "%s: has %" PRId64 " rows of %" PRIu64 ": not finished", file->path, found, wanted);
     }
     if (found < 0 || (uint64_t)found != wanted)
     {

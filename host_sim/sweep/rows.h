@@ -1,8 +1,8 @@
 /// The CSV file of a sweep's rows, in order. After a kill all but the row being written is kept. Every row begins with the
 /// study's id and its own number, so that rows of another study are detected.
 
-#ifndef SIM_ROWS_H
-#define SIM_ROWS_H
+#ifndef COMMON_ROWS_H
+#define COMMON_ROWS_H
 
 #include "support/error.h"
 
@@ -29,15 +29,15 @@ typedef struct
 } sim_rows_t;
 
 /// Opens the file to append, or creates it. Fails if another process writes it. `header` is the first line, `rows` the study's.
-bool sim_rows_open(sim_rows_t *file, const char *header, uint64_t rows, sim_error_t *error);
+bool sim_rows_open(sim_rows_t *file, const char *header, uint64_t rows, common_error_t *error);
 
 /// Writes "id,number," and the text as the next row, and flushes it to the system.
-bool sim_rows_append(sim_rows_t *file, const char *text, sim_error_t *error);
+bool sim_rows_append(sim_rows_t *file, const char *text, common_error_t *error);
 
-bool sim_rows_close(sim_rows_t *file, sim_error_t *error);
+bool sim_rows_close(sim_rows_t *file, common_error_t *error);
 
 /// The text of a complete file, with a 0 in place of each end of line; to be freed. `*first` is its first row.
-char *sim_rows_read(const sim_rows_t *file, const char *header, uint64_t rows, char **first, sim_error_t *error);
+char *sim_rows_read(const sim_rows_t *file, const char *header, uint64_t rows, char **first, common_error_t *error);
 
 /// Splits a row at its commas, in place, and unquotes. Returns the number of fields; stores at most `max`.
 size_t sim_rows_split(char *row, char **field, size_t max);

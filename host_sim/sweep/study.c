@@ -203,7 +203,7 @@ static list_t assignments_of(const sim_study_t *study, uint64_t row, bool withou
 /// Appends to a growing text; null once memory is out.
 static char *append(char *text, const char *more, const char *end)
 {
-    char *longer = text != NULL ? sim_text_format("%s%s%s", text, more, end) : NULL;
+    char *longer = text != NULL ? common_text_format("%s%s%s", text, more, end) : NULL;
     free(text);
     return longer;
 }
@@ -250,21 +250,21 @@ char *sim_study_command(const sim_study_t *study, uint64_t row, bool without)
     return text;
 }
 
-sim_scenario_t *sim_study_scenario(const sim_study_t *study, uint64_t row, bool without, sim_error_t *error)
+common_scenario_t *sim_study_scenario(const sim_study_t *study, uint64_t row, bool without, common_error_t *error)
 {
-    list_t          list     = assignments_of(study, row, without);
-    sim_scenario_t *scenario = sim_scenario_create();
-    bool            ok       = (scenario != NULL && !list.failed) || sim_error_set(error, "out of memory");
-    ok                       = ok && sim_scenario_load(scenario, study->scenario, error);
+    list_t             list     = assignments_of(study, row, without);
+    common_scenario_t *scenario = sim_scenario_create();
+    bool               ok       = (scenario != NULL && !list.failed) || common_error_set(error, "out of memory");
+    ok                          = ok && common_scenario_load(scenario, study->scenario, error);
     for (size_t i = 0; ok && i < list.count; i++)
     {
-        ok = sim_scenario_set(scenario, list.entry[i], error);
+        ok = common_scenario_set(scenario, list.entry[i], error);
     }
     ok = ok && sim_scenario_check(scenario, error);
     free_list(&list);
     if (!ok)
     {
-        sim_scenario_destroy(scenario);
+        common_scenario_destroy(scenario);
         return NULL;
     }
     return scenario;
@@ -274,12 +274,12 @@ sim_scenario_t *sim_study_scenario(const sim_study_t *study, uint64_t row, bool 
 
 /// Sets a key of a scenario; errors name the study's line instead of "--set key=value".
 static bool try_setting(const sim_study_t   *study,
-                        sim_scenario_t      *scenario,
+                        common_scenario_t   *scenario,
                         const sim_setting_t *setting,
-                        sim_error_t         *error)
+                        common_error_t      *error)
 {
-    sim_error_t what = {""};
-    if (sim_scenario_set(scenario, setting->assignment, &what))
+    common_error_t what = {""};
+    if (common_scenario_set(scenario, setting->assignment, &what))
     {
         return true;
     }
@@ -291,9 +291,9 @@ static bool try_setting(const sim_study_t   *study,
 }
 
 static bool try_settings(const sim_study_t    *study,
-                         sim_scenario_t       *scenario,
+                         common_scenario_t    *scenario,
                          const sim_settings_t *settings,
-                         sim_error_t          *error)
+                         common_error_t       *error)
 {
     for (size_t i = 0; i < settings->count; i++)
     {
@@ -306,27 +306,27 @@ static bool try_settings(const sim_study_t    *study,
 }
 
 /// Looks up the keys of an axis of numbers, and their values in the scenario.
-static bool find_keys(const sim_study_t *study, sim_axis_t *axis, sim_scenario_t *scenario, sim_error_t *error)
+static bool find_keys(const sim_study_t *study, sim_axis_t *axis, common_scenario_t *scenario, common_error_t *error)
 {
     for (unsigned k = 0; k < axis->key_count; k++)
     {
-        sim_config_t config = *sim_scenario_config(scenario); // lookup returns writable pointers
-        sim_place_t  place;
-        if (!sim_key_find(sim_keys, &config, axis->keys[k], &place) || place.at == NULL || place.is_element)
+        sim_config_t   config = *sim_scenario_config(scenario); // lookup returns writable pointers
+        common_place_t place;
+        if (!common_key_find(sim_keys, &config, axis->keys[k], &place) || place.at == NULL || place.is_element)
         {
             continue; // setting it reports the error
         }
-        const sim_key_type_t type = place.key->type;
-        sim_optional_t       base = {.is_given = true};
-        if (type == SIM_KEY_WHOLE && axis->kind == SIM_AXIS_UNIFORM && !axis->relative)
+        const common_key_type_t type = place.key->type;
+        common_optional_t       base = {.is_given = true};
+        if (type == COMMON_KEY_WHOLE && axis->kind == SIM_AXIS_UNIFORM && !axis->relative)
         {
             axis->whole = true;
         }
-        else if (type == SIM_KEY_NUMBER || type == SIM_KEY_OPTIONAL)
+        else if (type == COMMON_KEY_NUMBER || type == COMMON_KEY_OPTIONAL)
         {
-            memcpy(type == SIM_KEY_OPTIONAL ? (void *)&base : (void *)&base.value,
+            memcpy(type == COMMON_KEY_OPTIONAL ? (void *)&base : (void *)&base.value,
                    place.at,
-                   type == SIM_KEY_OPTIONAL ? sizeof base : sizeof base.value);
+                   type == COMMON_KEY_OPTIONAL ? sizeof base : sizeof base.value);
         }
         else if (axis->relative || axis->kind != SIM_AXIS_LIST)
         {
@@ -352,7 +352,7 @@ static bool find_keys(const sim_study_t *study, sim_axis_t *axis, sim_scenario_t
 }
 
 /// Turns the factors of a relative axis into values.
-static bool scale_values(const sim_study_t *study, sim_axis_t *axis, sim_error_t *error)
+static bool scale_values(const sim_study_t *study, sim_axis_t *axis, common_error_t *error)
 {
     for (size_t i = 0; i < axis->count; i++)
     {
@@ -362,7 +362,7 @@ static bool scale_values(const sim_study_t *study, sim_axis_t *axis, sim_error_t
             sim_setting_t *setting = &one->settings.entry[k];
             double         factor;
             char           value[NUMBER_MAX];
-            const char    *complaint = sim_number_parse(one->label, &factor);
+            const char    *complaint = common_number_parse(one->label, &factor);
             if (complaint != NULL)
             {
                 return sim_study_complain(study,
@@ -379,7 +379,7 @@ static bool scale_values(const sim_study_t *study, sim_axis_t *axis, sim_error_t
             setting->assignment = sim_study_assignment(axis->keys[k], value);
             if (setting->assignment == NULL)
             {
-                return sim_error_set(error, "out of memory");
+                return common_error_set(error, "out of memory");
             }
         }
     }
@@ -390,8 +390,8 @@ static bool scale_values(const sim_study_t *study, sim_axis_t *axis, sim_error_t
 static bool try_value(const sim_study_t *study,
                       const sim_axis_t  *axis,
                       double             p,
-                      sim_scenario_t    *scenario,
-                      sim_error_t       *error)
+                      common_scenario_t *scenario,
+                      common_error_t    *error)
 {
     char label[LABEL_MAX];
     char value[NUMBER_MAX];
@@ -402,7 +402,7 @@ static bool try_value(const sim_study_t *study,
         const sim_setting_t setting = {.assignment = sim_study_assignment(axis->keys[k], value),
                                        .line       = axis->line,
                                        .column     = axis->column};
-        const bool          ok      = (setting.assignment != NULL || sim_error_set(error, "out of memory")) &&
+        const bool          ok      = (setting.assignment != NULL || common_error_set(error, "out of memory")) &&
                         try_setting(study, scenario, &setting, error);
         free(setting.assignment);
         if (!ok)
@@ -414,7 +414,7 @@ static bool try_value(const sim_study_t *study,
 }
 
 /// All values of a list; of a distribution only its ends, because a key's range has no gaps.
-static bool try_axis(const sim_study_t *study, unsigned number, sim_scenario_t *scenario, sim_error_t *error)
+static bool try_axis(const sim_study_t *study, unsigned number, common_scenario_t *scenario, common_error_t *error)
 {
     const sim_axis_t *axis = study->axes[number];
     if (axis->kind == SIM_AXIS_LIST)
@@ -468,34 +468,34 @@ static uint32_t add_to_id(uint32_t id, const char *text)
 }
 
 /// The id, from the files of a scenario.
-static bool identify(sim_study_t *study, const char *text, const sim_scenario_t *base, sim_error_t *error)
+static bool identify(sim_study_t *study, const char *text, const common_scenario_t *base, common_error_t *error)
 {
-    char *scenario = sim_file_read(study->scenario, FILE_BYTES_MAX, error);
+    char *scenario = common_file_read(study->scenario, FILE_BYTES_MAX, error);
     if (scenario == NULL)
     {
         return false;
     }
     study->id = add_to_id(add_to_id(add_to_id(2166136261u, TRIBO_VERSION), text), scenario);
     free(scenario);
-    const sim_reference_config_t *reference_config = &sim_scenario_loop(base)->reference;
-    if (reference_config->kind == SIM_REFERENCE_CSV && reference_config->file[0] != '\0')
+    const common_reference_config_t *reference_config = &common_scenario_loop(base)->reference;
+    if (reference_config->kind == COMMON_REFERENCE_CSV && reference_config->file[0] != '\0')
     {
-        char *path      = sim_scenario_reference_path(base);
-        char *reference = path != NULL ? sim_file_read(path, 1u << 30u, error) : NULL;
+        char *path      = common_scenario_reference_path(base);
+        char *reference = path != NULL ? common_file_read(path, 1u << 30u, error) : NULL;
         study->id       = reference != NULL ? add_to_id(study->id, reference) : 0;
         free(reference);
         free(path);
-        return reference != NULL || sim_error_set(error, "out of memory");
+        return reference != NULL || common_error_set(error, "out of memory");
     }
     return true;
 }
 
 /// Checks the study against its scenario, and draws the samples.
-static bool prepare(sim_study_t *study, const char *text, sim_error_t *error)
+static bool prepare(sim_study_t *study, const char *text, common_error_t *error)
 {
-    sim_scenario_t *base = sim_scenario_create();
-    bool            ok   = base != NULL || sim_error_set(error, "out of memory");
-    ok = ok && sim_scenario_load(base, study->scenario, error) && try_settings(study, base, &study->set, error) &&
+    common_scenario_t *base = sim_scenario_create();
+    bool               ok   = base != NULL || common_error_set(error, "out of memory");
+    ok = ok && common_scenario_load(base, study->scenario, error) && try_settings(study, base, &study->set, error) &&
          identify(study, text, base, error);
     for (unsigned i = 0; ok && i < study->axis_count; i++)
     {
@@ -503,13 +503,13 @@ static bool prepare(sim_study_t *study, const char *text, sim_error_t *error)
         ok               = find_keys(study, axis, base, error) &&
              (!axis->relative || axis->kind != SIM_AXIS_LIST || scale_values(study, axis, error));
     }
-    ok = ok && (sample_axes(study) || sim_error_set(error, "out of memory"));
+    ok = ok && (sample_axes(study) || common_error_set(error, "out of memory"));
     for (unsigned i = 0; ok && i < study->axis_count; i++)
     {
         ok = try_axis(study, i, base, error);
     }
     ok = ok && try_settings(study, base, &study->without, error);
-    sim_scenario_destroy(base);
+    common_scenario_destroy(base);
     return ok;
 }
 
@@ -558,9 +558,9 @@ void sim_study_close(sim_study_t *study)
     free(study);
 }
 
-sim_study_t *sim_study_open(const char *path, sim_scenario_finder_t find, sim_error_t *error)
+sim_study_t *sim_study_open(const char *path, sim_scenario_finder_t find, common_error_t *error)
 {
-    char        *text  = sim_file_read(path, FILE_BYTES_MAX, error);
+    char        *text  = common_file_read(path, FILE_BYTES_MAX, error);
     char        *name  = NULL;
     sim_study_t *study = text != NULL ? calloc(1, sizeof *study) : NULL;
     bool         ok    = study != NULL;
@@ -573,7 +573,7 @@ sim_study_t *sim_study_open(const char *path, sim_scenario_finder_t find, sim_er
     {
         // A scenario next to the study takes precedence over the scenarios folder.
         const char *slash  = strrchr(path, '/');
-        char       *beside = sim_text_format("%.*s%s", slash != NULL ? (int)(slash - path) + 1 : 0, path, name);
+        char       *beside = common_text_format("%.*s%s", slash != NULL ? (int)(slash - path) + 1 : 0, path, name);
         FILE       *file   = (beside != NULL && name[0] != '/') ? fopen(beside, "rb") : NULL;
         study->scenario    = file != NULL ? strdup(beside) : find(name);
         if (file != NULL)
@@ -587,7 +587,7 @@ sim_study_t *sim_study_open(const char *path, sim_scenario_finder_t find, sim_er
     free(text);
     if (!ok)
     {
-        (void)sim_error_set(error, "out of memory"); // unless an error is set already
+        (void)common_error_set(error, "out of memory"); // unless an error is set already
         sim_study_close(study);
         return NULL;
     }

@@ -81,11 +81,11 @@ typedef struct
 typedef char *(*sim_scenario_finder_t)(const char *name);
 
 /// Reads a study and checks every key and every value in it. Null with the error filled in on failure.
-sim_study_t *sim_study_open(const char *path, sim_scenario_finder_t find, sim_error_t *error);
+sim_study_t *sim_study_open(const char *path, sim_scenario_finder_t find, common_error_t *error);
 void         sim_study_close(sim_study_t *study);
 
 /// The scenario of a row, checked; null with the error filled in.
-sim_scenario_t *sim_study_scenario(const sim_study_t *study, uint64_t row, bool without, sim_error_t *error);
+common_scenario_t *sim_study_scenario(const sim_study_t *study, uint64_t row, bool without, common_error_t *error);
 
 /// The row's entry in an axis's column, in `text`.
 void sim_study_label(const sim_study_t *study, uint64_t row, unsigned axis, char *text, size_t size);

@@ -16,7 +16,7 @@ typedef struct
 {
     sim_study_t    *study;
     yaml_document_t document;
-    sim_error_t    *error;
+    common_error_t *error;
     char          **scenario_name;
 } reader_t;
 
@@ -25,28 +25,28 @@ typedef struct
 bool sim_study_complain(const sim_study_t *study,
                         size_t             line,
                         size_t             column,
-                        sim_error_t       *error,
+                        common_error_t    *error,
                         const char        *format,
                         ...)
 {
-    sim_error_t what = {""};
-    va_list     args;
+    common_error_t what = {""};
+    va_list        args;
     va_start(args, format);
-    (void)sim_error_set_list(&what, format, args);
+    (void)common_error_set_list(&what, format, args);
     va_end(args);
-    return sim_error_set(error, "%s:%zu:%zu: %s", study->path, line, column, what.text);
+    return common_error_set(error, "%s:%zu:%zu: %s", study->path, line, column, what.text);
 }
 
 #define COMPLAIN(reader, node, ...)                                                                                    \
     sim_study_complain((reader)->study,                                                                                \
-                       SIM_LINE((node)->start_mark),                                                                   \
-                       SIM_COLUMN((node)->start_mark),                                                                 \
+                       COMMON_LINE((node)->start_mark),                                                                \
+                       COMMON_COLUMN((node)->start_mark),                                                              \
                        (reader)->error,                                                                                \
                        __VA_ARGS__)
 
 static bool no_memory(const reader_t *reader)
 {
-    return sim_error_set(reader->error, "out of memory");
+    return common_error_set(reader->error, "out of memory");
 }
 
 // --- nodes ---------------------------------------------------------------------------------------------------------
@@ -103,7 +103,7 @@ static bool read_pairs(reader_t          *reader,
                                 key,
                                 "%s is given twice, first in line %zu",
                                 scalar(key),
-                                SIM_LINE(before->start_mark));
+                                COMMON_LINE(before->start_mark));
             }
         }
         if (!take(reader, context, key, node_of(reader, pair->value)))
@@ -117,8 +117,8 @@ static bool read_pairs(reader_t          *reader,
 /// Reports a key that is not among `words`, with the most similar one. Always false.
 static bool complain_unknown(const reader_t *reader, const yaml_node_t *key, const char *const *words)
 {
-    const sim_key_t choice = {.words = words};
-    const char     *meant  = sim_suggest_word(&choice, scalar(key));
+    const common_key_t choice = {.words = words};
+    const char        *meant  = common_suggest_word(&choice, scalar(key));
     return meant != NULL ? COMPLAIN(reader, key, "unknown key %s, did you mean %s?", scalar(key), meant)
                          : COMPLAIN(reader, key, "unknown key %s", scalar(key));
 }
@@ -141,7 +141,7 @@ static bool read_number(const reader_t *reader, const yaml_node_t *node, const c
     {
         return false;
     }
-    const char *complaint = sim_number_parse(scalar(node), value);
+    const char *complaint = common_number_parse(scalar(node), value);
     return complaint == NULL || COMPLAIN(reader, node, "%s: '%.40s' %s", name, scalar(node), complaint);
 }
 
@@ -156,7 +156,7 @@ static bool read_whole(const reader_t    *reader,
     {
         return false;
     }
-    const char *complaint = sim_number_parse_whole(scalar(node), value);
+    const char *complaint = common_number_parse_whole(scalar(node), value);
     if (complaint != NULL)
     {
         return COMPLAIN(reader, node, "%s: '%.40s' %s", name, scalar(node), complaint);
@@ -209,7 +209,7 @@ char *sim_study_assignment(const char *key, const char *value)
     static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_+-./";
     if (value[0] != '\0' && value[strspn(value, plain)] == '\0')
     {
-        return sim_text_format("%s=%s", key, value);
+        return common_text_format("%s=%s", key, value);
     }
     char *text = malloc(strlen(key) + 4 * strlen(value) + 4);
     if (text != NULL)
@@ -236,8 +236,8 @@ static bool add_setting(reader_t *reader, sim_settings_t *settings, const char *
     }
     settings->entry                    = larger;
     settings->entry[settings->count++] = (sim_setting_t){.assignment = sim_study_assignment(key, scalar(value)),
-                                                         .line       = SIM_LINE(value->start_mark),
-                                                         .column     = SIM_COLUMN(value->start_mark)};
+                                                         .line       = COMMON_LINE(value->start_mark),
+                                                         .column     = COMMON_COLUMN(value->start_mark)};
     return settings->entry[settings->count - 1].assignment != NULL || no_memory(reader);
 }
 
@@ -493,8 +493,8 @@ static bool take_axis(reader_t *reader, const yaml_node_t *name, const yaml_node
     }
     study->axes[study->axis_count++] = axis;
     *axis                            = (sim_axis_t){.name   = strdup(scalar(name)),
-                                                    .line   = SIM_LINE(name->start_mark),
-                                                    .column = SIM_COLUMN(name->start_mark)};
+                                                    .line   = COMMON_LINE(name->start_mark),
+                                                    .column = COMMON_COLUMN(name->start_mark)};
     axis_reader_t part               = {.axis = axis, .in_grid = in_grid};
     return (axis->name != NULL || no_memory(reader)) &&
            (node->type == YAML_SEQUENCE_NODE ? read_values(reader, axis, node)
@@ -653,11 +653,11 @@ static bool read_study(reader_t *reader)
                                                          SIM_STUDY_ROWS_MAX);
 }
 
-bool sim_study_read(sim_study_t *study, const char *text, char **scenario_name, sim_error_t *error)
+bool sim_study_read(sim_study_t *study, const char *text, char **scenario_name, common_error_t *error)
 {
-    reader_t               reader = {.study = study, .error = error, .scenario_name = scenario_name};
-    sim_document_problem_t problem;
-    if (!sim_document_load(&reader.document, text, NODES_MAX, &problem))
+    reader_t                  reader = {.study = study, .error = error, .scenario_name = scenario_name};
+    common_document_problem_t problem;
+    if (!common_document_load(&reader.document, text, NODES_MAX, &problem))
     {
         return sim_study_complain(study, problem.line, problem.column, error, "%s", problem.what);
     }

@@ -7,13 +7,13 @@
 #include "sweep/study.h"
 
 /// Reads `text`; messages call it `study->path`. `*scenario_name` receives the scenario's name.
-bool sim_study_read(sim_study_t *study, const char *text, char **scenario_name, sim_error_t *error);
+bool sim_study_read(sim_study_t *study, const char *text, char **scenario_name, common_error_t *error);
 
 /// "FILE:LINE:COLUMN: " and the rest. Always false.
 bool sim_study_complain(const sim_study_t *study,
                         size_t             line,
                         size_t             column,
-                        sim_error_t       *error,
+                        common_error_t    *error,
                         const char        *format,
                         ...);
 

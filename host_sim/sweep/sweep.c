@@ -143,22 +143,22 @@ static const char *play(const sim_study_t *study,
                         uint64_t           row,
                         bool               without,
                         sim_summary_t     *summary,
-                        sim_error_t       *error)
+                        common_error_t    *error)
 {
     const sim_run_options_t options  = {.q31 = study->q31};
-    sim_scenario_t         *scenario = sim_study_scenario(study, row, without, error);
+    common_scenario_t      *scenario = sim_study_scenario(study, row, without, error);
     if (scenario == NULL)
     {
         return "refused";
     }
     *summary      = (sim_summary_t){.ticks = 0};
     const bool ok = sim_run(scenario, &options, NULL, NULL, summary, error);
-    sim_scenario_destroy(scenario);
+    common_scenario_destroy(scenario);
     return ok ? NULL : summary->ticks == 0 ? "refused" : "failed";
 }
 
 /// The run with `without`, repeated only if it differs from the last one.
-static const char *play_without(const sim_study_t *study, uint64_t row, sim_sweep_last_t *last, sim_error_t *error)
+static const char *play_without(const sim_study_t *study, uint64_t row, sim_sweep_last_t *last, common_error_t *error)
 {
     char *assignments = sim_study_assignments(study, row, true);
     if (assignments != NULL && last->assignments != NULL && strcmp(assignments, last->assignments) == 0)
@@ -180,9 +180,9 @@ static const char *play_without(const sim_study_t *study, uint64_t row, sim_swee
 
 char *sim_sweep_row(const sim_study_t *study, uint64_t row, sim_sweep_last_t *last, double *simulated_s)
 {
-    sim_error_t   error = {""};
-    sim_summary_t with;
-    const char   *status = play(study, row, false, &with, &error);
+    common_error_t error = {""};
+    sim_summary_t  with;
+    const char    *status = play(study, row, false, &with, &error);
     if (status != NULL)
     {
         return write_row(study, row, NULL, NULL, status, error.text);
@@ -197,7 +197,7 @@ char *sim_sweep_row(const sim_study_t *study, uint64_t row, sim_sweep_last_t *la
     *simulated_s += (status == NULL && last->assignments != before) ? last->summary.simulated_s : 0.0;
     if (status != NULL)
     {
-        char *message = sim_text_format("without: %s", error.text);
+        char *message = common_text_format("without: %s", error.text);
         char *text    = message != NULL ? write_row(study, row, &with, NULL, status, message) : NULL;
         free(message);
         return text;

@@ -70,13 +70,13 @@ static bool do_not_block(int end)
 }
 
 /// This program's ends do not block, nor does the log: when it is full, the emulator's output is dropped.
-static bool open_pipes(sim_emulator_t *emulator, sim_error_t *error)
+static bool open_pipes(sim_emulator_t *emulator, common_error_t *error)
 {
     if (!open_pipe(&emulator->to_target) || !open_pipe(&emulator->from_target) || !open_pipe(&emulator->log) ||
         !do_not_block(emulator->to_target.write) || !do_not_block(emulator->from_target.read) ||
         !do_not_block(emulator->log.read) || !do_not_block(emulator->log.write))
     {
-        (void)sim_error_set(error, "no pipes to the emulator: %s", strerror(errno));
+        (void)common_error_set(error, "no pipes to the emulator: %s", strerror(errno));
         return false;
     }
     return true;
@@ -103,14 +103,14 @@ static void become(const sim_emulator_t *emulator, char *const *command, int rep
     _exit(127);
 }
 
-static bool start_process(sim_emulator_t *emulator, char *const *command, sim_error_t *error)
+static bool start_process(sim_emulator_t *emulator, char *const *command, common_error_t *error)
 {
     pipe_t report = {.read = -1, .write = -1};
     if (!open_pipe(&report))
     {
         const int reason = errno;
         close_pipe(&report);
-        return sim_error_set(error, "%s cannot be started: %s", command[0], strerror(reason));
+        return common_error_set(error, "%s cannot be started: %s", command[0], strerror(reason));
     }
     const pid_t parent = getpid();
     emulator->process  = fork();
@@ -131,15 +131,15 @@ static bool start_process(sim_emulator_t *emulator, char *const *command, sim_er
     }
     close_pipe(&report);
     close_end(&emulator->from_target.write); // only the emulator's copy is left, so its end closes the pipe
-    return !failed || sim_error_set(error, "%s cannot be started: %s", command[0], strerror(reason));
+    return !failed || common_error_set(error, "%s cannot be started: %s", command[0], strerror(reason));
 }
 
-sim_emulator_t *sim_emulator_start(char *const *command, sim_error_t *error)
+sim_emulator_t *sim_emulator_start(char *const *command, common_error_t *error)
 {
     sim_emulator_t *emulator = calloc(1, sizeof *emulator);
     if (emulator == NULL)
     {
-        (void)sim_error_set(error, "out of memory");
+        (void)common_error_set(error, "out of memory");
         return NULL;
     }
     emulator->to_target = emulator->from_target = emulator->log = (pipe_t){.read = -1, .write = -1};
@@ -202,24 +202,24 @@ static bool has_ended(sim_emulator_t *emulator, int *status)
     return true;
 }
 
-static bool report_end(sim_emulator_t *emulator, int status, sim_error_t *error)
+static bool report_end(sim_emulator_t *emulator, int status, common_error_t *error)
 {
     const char *line = sim_emulator_last_line(emulator);
     const char *dash = *line != '\0' ? ": " : "";
     return WIFSIGNALED(status)
-               ? sim_error_set(error, "the emulator was ended by signal %d%s%s", WTERMSIG(status), dash, line)
-               : sim_error_set(error, "the emulator ended with status %d%s%s", WEXITSTATUS(status), dash, line);
+               ? common_error_set(error, "the emulator was ended by signal %d%s%s", WTERMSIG(status), dash, line)
+               : common_error_set(error, "the emulator ended with status %d%s%s", WEXITSTATUS(status), dash, line);
 }
 
-bool sim_emulator_wait(sim_emulator_t *emulator, sim_error_t *error)
+bool sim_emulator_wait(sim_emulator_t *emulator, common_error_t *error)
 {
-    const double deadline_s = sim_clock_s() + SIM_EMULATOR_TIMEOUT_S;
+    const double deadline_s = common_clock_s() + SIM_EMULATOR_TIMEOUT_S;
     int          status     = 0;
     while (!has_ended(emulator, &status))
     {
-        if (sim_clock_s() > deadline_s)
+        if (common_clock_s() > deadline_s)
         {
-            return sim_error_set(error, "the emulator does not end");
+            return common_error_set(error, "the emulator does not end");
         }
         (void)poll(NULL, 0, 5);
     }
@@ -245,7 +245,7 @@ bool sim_emulator_send(sim_emulator_t *emulator,
                        uint32_t        kind,
                        const uint32_t *words,
                        uint32_t        count,
-                       sim_error_t    *error)
+                       common_error_t *error)
 {
     put_word(emulator->message, kind);
     put_word(emulator->message + 4, count);
@@ -256,19 +256,19 @@ bool sim_emulator_send(sim_emulator_t *emulator,
     // At most one message is in the pipe, which holds far more.
     const size_t size = 4u * (TRIBO_WIRE_HEADER_WORDS + (size_t)count);
     return write(emulator->to_target.write, emulator->message, size) == (ssize_t)size ||
-           sim_error_set(error, "the emulator does not take what it is sent");
+           common_error_set(error, "the emulator does not take what it is sent");
 }
 
-static bool is_in_time(double deadline_s, bool begun, sim_error_t *error)
+static bool is_in_time(double deadline_s, bool begun, common_error_t *error)
 {
-    return sim_clock_s() <= deadline_s ||
-           (begun ? sim_error_set(error, "the emulator has stopped within a message")
-                  : sim_error_set(error, "the emulator has not answered for %d s", SIM_EMULATOR_TIMEOUT_S));
+    return common_clock_s() <= deadline_s ||
+           (begun ? common_error_set(error, "the emulator has stopped within a message")
+                  : common_error_set(error, "the emulator has not answered for %d s", SIM_EMULATOR_TIMEOUT_S));
 }
 
 /// Waits for the first bytes of a message, or for the rest of one that has `begun`: until bytes arrive, the emulator ends, or
 /// `deadline_s` passes.
-static bool wait_for_more(sim_emulator_t *emulator, double deadline_s, bool begun, sim_error_t *error)
+static bool wait_for_more(sim_emulator_t *emulator, double deadline_s, bool begun, common_error_t *error)
 {
     struct pollfd answer = {.fd = emulator->from_target.read, .events = POLLIN};
     while (poll(&answer, 1, SLICE_MS) <= 0 || (answer.revents & POLLIN) == 0)
@@ -291,16 +291,16 @@ static bool wait_for_more(sim_emulator_t *emulator, double deadline_s, bool begu
 }
 
 /// The target writes a message at once, so bytes that trickle in do not extend the wait.
-static bool read_bytes(sim_emulator_t *emulator, size_t size, sim_error_t *error)
+static bool read_bytes(sim_emulator_t *emulator, size_t size, common_error_t *error)
 {
-    double deadline_s = sim_clock_s() + SIM_EMULATOR_TIMEOUT_S;
+    double deadline_s = common_clock_s() + SIM_EMULATOR_TIMEOUT_S;
     size_t have       = 0;
     while (have < size)
     {
         const ssize_t count = read(emulator->from_target.read, emulator->message + have, size - have);
         if (count > 0)
         {
-            deadline_s = have == 0 ? sim_clock_s() + MESSAGE_S : deadline_s;
+            deadline_s = have == 0 ? common_clock_s() + MESSAGE_S : deadline_s;
             have += (size_t)count;
         }
         if (have < size && !wait_for_more(emulator, deadline_s, have > 0, error))
@@ -311,7 +311,11 @@ static bool read_bytes(sim_emulator_t *emulator, size_t size, sim_error_t *error
     return true;
 }
 
-bool sim_emulator_receive(sim_emulator_t *emulator, uint32_t kind, uint32_t *words, uint32_t count, sim_error_t *error)
+bool sim_emulator_receive(sim_emulator_t *emulator,
+                          uint32_t        kind,
+                          uint32_t       *words,
+                          uint32_t        count,
+                          common_error_t *error)
 {
     const size_t size = 4u * (TRIBO_WIRE_HEADER_WORDS + (size_t)count);
     if (size > MESSAGE_SIZE || !read_bytes(emulator, size, error))
@@ -320,7 +324,7 @@ bool sim_emulator_receive(sim_emulator_t *emulator, uint32_t kind, uint32_t *wor
     }
     if (get_word(emulator->message) != kind || get_word(emulator->message + 4) != count)
     {
-        return sim_error_set(error, "the emulator's program does not speak this program's language");
+        return common_error_set(error, "the emulator's program does not speak this program's language");
     }
     for (uint32_t i = 0; i < count; i++)
     {

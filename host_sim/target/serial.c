@@ -46,13 +46,13 @@ static speed_t speed_of(unsigned long baud)
 }
 
 /// "DEVICE" or "DEVICE,BAUD".
-static bool parse(const char *text, char device[DEVICE_MAX], speed_t *speed, sim_error_t *error)
+static bool parse(const char *text, char device[DEVICE_MAX], speed_t *speed, common_error_t *error)
 {
     const char  *comma  = strrchr(text, ',');
     const size_t length = comma != NULL ? (size_t)(comma - text) : strlen(text);
     if (length == 0 || length >= DEVICE_MAX)
     {
-        return sim_error_set(error, "serial:%s names no device", text);
+        return common_error_set(error, "serial:%s names no device", text);
     }
     memcpy(device, text, length);
     device[length] = '\0';
@@ -60,7 +60,7 @@ static bool parse(const char *text, char device[DEVICE_MAX], speed_t *speed, sim
     char *end = NULL;
     *speed    = comma != NULL ? speed_of(strtoul(comma + 1, &end, 10)) : speed_of(SIM_SERIAL_BAUD);
     return (*speed != B0 && (end == NULL || *end == '\0')) ||
-           sim_error_set(error, "serial:%s: there are 9600, 57600, 115200, 230400, 460800 and 921600 baud", text);
+           common_error_set(error, "serial:%s: there are 9600, 57600, 115200, 230400, 460800 and 921600 baud", text);
 }
 
 /// 8N1, raw bytes, no flow control.
@@ -81,7 +81,7 @@ static bool set_raw(int line, speed_t speed)
            tcsetattr(line, TCSANOW, &settings) == 0 && tcflush(line, TCIOFLUSH) == 0;
 }
 
-sim_serial_t *sim_serial_open(const char *device, sim_error_t *error)
+sim_serial_t *sim_serial_open(const char *device, common_error_t *error)
 {
     char    path[DEVICE_MAX];
     speed_t speed = B0;
@@ -92,13 +92,13 @@ sim_serial_t *sim_serial_open(const char *device, sim_error_t *error)
     sim_serial_t *serial = calloc(1, sizeof *serial);
     if (serial == NULL)
     {
-        (void)sim_error_set(error, "out of memory");
+        (void)common_error_set(error, "out of memory");
         return NULL;
     }
     serial->line = open(path, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (serial->line < 0 || ioctl(serial->line, TIOCEXCL) != 0 || !set_raw(serial->line, speed))
     {
-        (void)sim_error_set(error, "%s cannot be used as a serial line: %s", path, strerror(errno));
+        (void)common_error_set(error, "%s cannot be used as a serial line: %s", path, strerror(errno));
         sim_serial_close(serial);
         return NULL;
     }
@@ -121,7 +121,7 @@ void sim_serial_close(sim_serial_t *serial)
 /// Waits until the line is ready for `events`; false at `deadline_s` or when the device is gone.
 static bool wait_for_line(const sim_serial_t *serial, short events, double deadline_s)
 {
-    const double  left_s = deadline_s - sim_clock_s();
+    const double  left_s = deadline_s - common_clock_s();
     struct pollfd line   = {.fd = serial->line, .events = events};
     return left_s > 0.0 && poll(&line, 1, (int)(1e3 * left_s) + 1) > 0 && (line.revents & events) != 0;
 }
@@ -156,7 +156,7 @@ static uint32_t crc_of(const uint8_t *bytes, size_t size)
     return ~crc;
 }
 
-bool sim_serial_send(sim_serial_t *serial, uint32_t kind, const uint32_t *words, uint32_t count, sim_error_t *error)
+bool sim_serial_send(sim_serial_t *serial, uint32_t kind, const uint32_t *words, uint32_t count, common_error_t *error)
 {
     const size_t size = 4u * (TRIBO_WIRE_HEADER_WORDS + (size_t)count);
     put_word(serial->message, kind);
@@ -167,7 +167,7 @@ bool sim_serial_send(sim_serial_t *serial, uint32_t kind, const uint32_t *words,
     }
     put_word(serial->message + size, crc_of(serial->message, size));
 
-    const double deadline_s = sim_clock_s() + SIM_SERIAL_TIMEOUT_S;
+    const double deadline_s = common_clock_s() + SIM_SERIAL_TIMEOUT_S;
     size_t       sent       = 0;
     while (sent < size + 4u)
     {
@@ -175,7 +175,7 @@ bool sim_serial_send(sim_serial_t *serial, uint32_t kind, const uint32_t *words,
         sent += some > 0 ? (size_t)some : 0u;
         if (some <= 0 && !wait_for_line(serial, POLLOUT, deadline_s))
         {
-            return sim_error_set(error, "the serial line does not take what it is sent");
+            return common_error_set(error, "the serial line does not take what it is sent");
         }
     }
     return true;
@@ -210,7 +210,7 @@ static bool is_header(const sim_serial_t *serial, uint32_t kind, uint32_t count)
 }
 
 /// A complete message of any kind, into serial->message.
-static bool read_message(sim_serial_t *serial, double deadline_s, sim_error_t *error)
+static bool read_message(sim_serial_t *serial, double deadline_s, common_error_t *error)
 {
     size_t have = 0;
     size_t size = 4u * TRIBO_WIRE_HEADER_WORDS;
@@ -220,23 +220,23 @@ static bool read_message(sim_serial_t *serial, double deadline_s, sim_error_t *e
         const uint32_t count = get_word(serial->message + 4);
         if (count > TRIBO_WIRE_WORDS_MAX)
         {
-            return sim_error_set(error, "the board does not speak this program's language");
+            return common_error_set(error, "the board does not speak this program's language");
         }
         size += 4u * (size_t)count;
         ok = read_until(serial, &have, size + 4u, deadline_s);
     }
     if (!ok)
     {
-        return have == 0 ? sim_error_set(error, "the board has not answered for %d s", SIM_SERIAL_TIMEOUT_S)
-                         : sim_error_set(error, "the board has stopped within a message");
+        return have == 0 ? common_error_set(error, "the board has not answered for %d s", SIM_SERIAL_TIMEOUT_S)
+                         : common_error_set(error, "the board has stopped within a message");
     }
     return get_word(serial->message + size) == crc_of(serial->message, size) ||
-           sim_error_set(error, "a message from the board was damaged on the line: its CRC is wrong");
+           common_error_set(error, "a message from the board was damaged on the line: its CRC is wrong");
 }
 
-bool sim_serial_receive(sim_serial_t *serial, uint32_t kind, uint32_t *words, uint32_t count, sim_error_t *error)
+bool sim_serial_receive(sim_serial_t *serial, uint32_t kind, uint32_t *words, uint32_t count, common_error_t *error)
 {
-    const double deadline_s = sim_clock_s() + SIM_SERIAL_TIMEOUT_S;
+    const double deadline_s = common_clock_s() + SIM_SERIAL_TIMEOUT_S;
     do
     {
         if (!read_message(serial, deadline_s, error))
@@ -245,7 +245,8 @@ bool sim_serial_receive(sim_serial_t *serial, uint32_t kind, uint32_t *words, ui
         }
     } while (get_word(serial->message) == TRIBO_WIRE_HELLO); // an answer to an earlier question
     get_words(serial, words, count);
-    return is_header(serial, kind, count) || sim_error_set(error, "the board does not speak this program's language");
+    return is_header(serial, kind, count) ||
+           common_error_set(error, "the board does not speak this program's language");
 }
 
 /// Finds an answer to HELLO anywhere in the bytes received until `deadline_s`.
@@ -265,20 +266,20 @@ static bool find_hello(sim_serial_t *serial, uint32_t count, double deadline_s)
     return false;
 }
 
-bool sim_serial_hello(sim_serial_t *serial, uint32_t *words, uint32_t count, sim_error_t *error)
+bool sim_serial_hello(sim_serial_t *serial, uint32_t *words, uint32_t count, common_error_t *error)
 {
-    const double deadline_s = sim_clock_s() + SIM_SERIAL_TIMEOUT_S;
-    while (sim_clock_s() < deadline_s)
+    const double deadline_s = common_clock_s() + SIM_SERIAL_TIMEOUT_S;
+    while (common_clock_s() < deadline_s)
     {
         if (!sim_serial_send(serial, TRIBO_WIRE_HELLO, NULL, 0, error))
         {
             return false;
         }
-        if (find_hello(serial, count, sim_clock_s() + HELLO_S))
+        if (find_hello(serial, count, common_clock_s() + HELLO_S))
         {
             get_words(serial, words, count);
             return true;
         }
     }
-    return sim_error_set(error, "no board answers; is its lock-step image running, and is this its rate?");
+    return common_error_set(error, "no board answers; is its lock-step image running, and is this its rate?");
 }

@@ -15,15 +15,15 @@
 typedef struct sim_serial sim_serial_t;
 
 /// Opens `device` exclusively, e.g. /dev/ttyUSB0, or with its rate /dev/ttyUSB0,115200. Null on failure.
-sim_serial_t *sim_serial_open(const char *device, sim_error_t *error);
+sim_serial_t *sim_serial_open(const char *device, common_error_t *error);
 void          sim_serial_close(sim_serial_t *serial);
 
 /// Asks for HELLO until the board answers; drops earlier bytes.
-bool sim_serial_hello(sim_serial_t *serial, uint32_t *words, uint32_t count, sim_error_t *error);
+bool sim_serial_hello(sim_serial_t *serial, uint32_t *words, uint32_t count, common_error_t *error);
 
-bool sim_serial_send(sim_serial_t *serial, uint32_t kind, const uint32_t *words, uint32_t count, sim_error_t *error);
+bool sim_serial_send(sim_serial_t *serial, uint32_t kind, const uint32_t *words, uint32_t count, common_error_t *error);
 
 /// Receives the next message. Fails unless it is complete, of this kind and of this length.
-bool sim_serial_receive(sim_serial_t *serial, uint32_t kind, uint32_t *words, uint32_t count, sim_error_t *error);
+bool sim_serial_receive(sim_serial_t *serial, uint32_t kind, uint32_t *words, uint32_t count, common_error_t *error);
 
 #endif

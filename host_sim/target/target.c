@@ -79,18 +79,22 @@ const char *sim_target_names(void)
 }
 
 /// Puts the target's name before the error.
-static bool blame(const sim_target_t *target, const sim_error_t *inner, sim_error_t *error)
+static bool blame(const sim_target_t *target, const common_error_t *inner, common_error_t *error)
 {
-    return sim_error_set(error, "%s: %s", target->name, inner->text);
+    return common_error_set(error, "%s: %s", target->name, inner->text);
 }
 
-static bool send_message(sim_target_t *target, uint32_t kind, const uint32_t *words, uint32_t count, sim_error_t *error)
+static bool send_message(sim_target_t   *target,
+                         uint32_t        kind,
+                         const uint32_t *words,
+                         uint32_t        count,
+                         common_error_t *error)
 {
     return target->serial != NULL ? sim_serial_send(target->serial, kind, words, count, error)
                                   : sim_emulator_send(target->emulator, kind, words, count, error);
 }
 
-static bool receive_message(sim_target_t *target, uint32_t kind, uint32_t *words, uint32_t count, sim_error_t *error)
+static bool receive_message(sim_target_t *target, uint32_t kind, uint32_t *words, uint32_t count, common_error_t *error)
 {
     return target->serial != NULL ? sim_serial_receive(target->serial, kind, words, count, error)
                                   : sim_emulator_receive(target->emulator, kind, words, count, error);
@@ -98,7 +102,7 @@ static bool receive_message(sim_target_t *target, uint32_t kind, uint32_t *words
 
 // --- start ---------------------------------------------------------------------------------------------------------
 
-static bool find_image(char *path, size_t size, const sim_target_t *target, sim_error_t *error)
+static bool find_image(char *path, size_t size, const sim_target_t *target, common_error_t *error)
 {
     const char *given  = getenv("TRIBO_FIRMWARE");
     const int   length = snprintf(path,
@@ -108,22 +112,22 @@ static bool find_image(char *path, size_t size, const sim_target_t *target, sim_
                                 target->model->tree,
                                 target->host.q31 ? "q31" : "f32");
     return ((size_t)length < size && access(path, R_OK) == 0) ||
-           sim_error_set(error,
-                         "%s: no image %s; to build it: cmake --preset %s && cmake --build --preset %s",
-                         target->model->name,
-                         path,
-                         target->model->tree,
-                         target->model->tree);
+           common_error_set(error,
+                            "%s: no image %s; to build it: cmake --preset %s && cmake --build --preset %s",
+                            target->model->name,
+                            path,
+                            target->model->tree,
+                            target->model->tree);
 }
 
-static bool open_serial(sim_target_t *target, sim_error_t *error)
+static bool open_serial(sim_target_t *target, common_error_t *error)
 {
-    sim_error_t inner = {""};
-    target->serial    = sim_serial_open(target->name + sizeof SERIAL - 1u, &inner);
+    common_error_t inner = {""};
+    target->serial       = sim_serial_open(target->name + sizeof SERIAL - 1u, &inner);
     return target->serial != NULL || blame(target, &inner, error);
 }
 
-static bool start_emulator(sim_target_t *target, sim_error_t *error)
+static bool start_emulator(sim_target_t *target, common_error_t *error)
 {
     char image[1024];
     if (!find_image(image, sizeof image, target, error))
@@ -151,13 +155,15 @@ static bool start_emulator(sim_target_t *target, sim_error_t *error)
     memcpy(command + count, common, sizeof common);
     command[count + sizeof common / sizeof common[0]] = image;
 
-    sim_error_t inner = {""};
-    target->emulator  = sim_emulator_start((char *const *)command, &inner);
+    common_error_t inner = {""};
+    target->emulator     = sim_emulator_start((char *const *)command, &inner);
     return target->emulator != NULL || blame(target, &inner, error);
 }
 
 /// Disables two fault checks: time in the emulator is exact, and a simulated sensor may repeat its value for long.
-static void fill_setup(uint32_t words[TRIBO_SETUP_WORDS], const sim_target_t *target, const sim_loop_config_t *config)
+static void fill_setup(uint32_t                    words[TRIBO_SETUP_WORDS],
+                       const sim_target_t         *target,
+                       const common_loop_config_t *config)
 {
     tribo_setup_t setup = {.period_us    = target->period_us,
                            .late_us      = target->period_us / 10u,
@@ -172,7 +178,7 @@ static void fill_setup(uint32_t words[TRIBO_SETUP_WORDS], const sim_target_t *ta
     tribo_setup_to_words(&setup, words);
 }
 
-static bool say_hello(sim_target_t *target, const sim_loop_config_t *config, sim_error_t *error)
+static bool say_hello(sim_target_t *target, const common_loop_config_t *config, common_error_t *error)
 {
     uint32_t hello[TRIBO_HELLO_WORDS];
     uint32_t setup[TRIBO_SETUP_WORDS];
@@ -184,11 +190,11 @@ static bool say_hello(sim_target_t *target, const sim_loop_config_t *config, sim
     }
     if (hello[TRIBO_HELLO_VERSION] != TRIBO_WIRE_VERSION || hello[TRIBO_HELLO_Q31] != (uint32_t)target->host.q31)
     {
-        return sim_error_set(error, "the image is of another version or arithmetic; build it again");
+        return common_error_set(error, "the image is of another version or arithmetic; build it again");
     }
     if (hello[TRIBO_HELLO_FAULT] != FAULT_NONE)
     {
-        return sim_error_set(error, "the drive's self-test failed with fault %" PRIu32, hello[TRIBO_HELLO_FAULT]);
+        return common_error_set(error, "the drive's self-test failed with fault %" PRIu32, hello[TRIBO_HELLO_FAULT]);
     }
     fill_setup(setup, target, config);
     if (!send_message(target, TRIBO_WIRE_SETUP, setup, TRIBO_SETUP_WORDS, error) ||
@@ -197,21 +203,21 @@ static bool say_hello(sim_target_t *target, const sim_loop_config_t *config, sim
         return false;
     }
     return ready[TRIBO_READY_STATUS] == (uint32_t)TRIBO_OK ||
-           sim_error_set(error,
-                         "the target refuses what the host took: %s",
-                         tribo_status_text((tribo_status_t)ready[TRIBO_READY_STATUS]));
+           common_error_set(error,
+                            "the target refuses what the host took: %s",
+                            tribo_status_text((tribo_status_t)ready[TRIBO_READY_STATUS]));
 }
 
-sim_target_t *sim_target_start(const char              *name,
-                               bool                     q31,
-                               const sim_loop_config_t *config,
-                               double                   full_scale_n,
-                               sim_error_t             *error)
+sim_target_t *sim_target_start(const char                 *name,
+                               bool                        q31,
+                               const common_loop_config_t *config,
+                               double                      full_scale_n,
+                               common_error_t             *error)
 {
     sim_target_t *target = calloc(1, sizeof *target);
     if (target == NULL)
     {
-        (void)sim_error_set(error, "out of memory");
+        (void)common_error_set(error, "out of memory");
         return NULL;
     }
     target->name                = name;
@@ -220,11 +226,11 @@ sim_target_t *sim_target_start(const char              *name,
     const tribo_status_t status = sim_loop_init(&target->host, q31, config, full_scale_n);
     if (status != TRIBO_OK)
     {
-        (void)sim_error_set(error, "%s", tribo_status_text(status));
+        (void)common_error_set(error, "%s", tribo_status_text(status));
         sim_target_destroy(target);
         return NULL;
     }
-    sim_error_t inner = {""};
+    common_error_t inner = {""};
     if (!(target->model != NULL ? start_emulator(target, error) : open_serial(target, error)) ||
         (!say_hello(target, config, &inner) && !blame(target, &inner, error)))
     {
@@ -286,7 +292,7 @@ static void compare(sim_target_t *target, const uint32_t words[TRIBO_SIGNAL_WORD
                    words[TRIBO_SIGNAL_U]);
 }
 
-static bool exchange(sim_target_t *target, uint32_t r, uint32_t y, sim_error_t *error)
+static bool exchange(sim_target_t *target, uint32_t r, uint32_t y, common_error_t *error)
 {
     uint32_t       tick[TRIBO_TICK_WORDS];
     const uint32_t start_us   = (uint32_t)target->ticks * target->period_us;
@@ -308,14 +314,14 @@ static bool exchange(sim_target_t *target, uint32_t r, uint32_t y, sim_error_t *
     }
     const double t_s = (double)target->ticks * target->host.sample_time_s;
     return target->serial != NULL
-               ? sim_error_set(error,
-                               "the drive stopped at t = %g s with fault %" PRIu32 " of firmware/app/drive.h",
-                               t_s,
-                               target->tock[TRIBO_TOCK_FAULT])
-               : sim_error_set(error,
-                               "the drive stopped at t = %g s: %s",
-                               t_s,
-                               sim_emulator_last_line(target->emulator));
+               ? common_error_set(error,
+                                  "the drive stopped at t = %g s with fault %" PRIu32 " of firmware/app/drive.h",
+                                  t_s,
+                                  target->tock[TRIBO_TOCK_FAULT])
+               : common_error_set(error,
+                                  "the drive stopped at t = %g s: %s",
+                                  t_s,
+                                  sim_emulator_last_line(target->emulator));
 }
 
 bool sim_target_step(sim_target_t                   *target,
@@ -323,17 +329,17 @@ bool sim_target_step(sim_target_t                   *target,
                      double                          y_n,
                      double                         *u_n,
                      tribo_force_loop_f32_signals_t *signals,
-                     sim_error_t                    *error)
+                     common_error_t                 *error)
 {
     const uint32_t r       = sim_loop_word(&target->host, r_n);
     const uint32_t y       = sim_loop_word(&target->host, y_n);
-    const double   start_s = sim_clock_s();
-    sim_error_t    inner   = {""};
+    const double   start_s = common_clock_s();
+    common_error_t inner   = {""};
     if (!exchange(target, r, y, &inner))
     {
         return blame(target, &inner, error);
     }
-    target->busy_s += sim_clock_s() - start_s;
+    target->busy_s += common_clock_s() - start_s;
 
     uint32_t words[TRIBO_SIGNAL_WORDS];
     sim_loop_step_words(&target->host, r, y, words);
@@ -345,7 +351,7 @@ bool sim_target_step(sim_target_t                   *target,
 }
 
 /// An emulator ends; a board answers with its cycles.
-static bool wait_for_end(sim_target_t *target, uint32_t cycles[TRIBO_CYCLES_WORDS], sim_error_t *error)
+static bool wait_for_end(sim_target_t *target, uint32_t cycles[TRIBO_CYCLES_WORDS], common_error_t *error)
 {
     return target->serial != NULL
                ? sim_serial_receive(target->serial, TRIBO_WIRE_END, cycles, TRIBO_CYCLES_WORDS, error)
@@ -357,10 +363,10 @@ const sim_loop_t *sim_target_twin(const sim_target_t *target)
     return &target->host;
 }
 
-bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, sim_error_t *error)
+bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, common_error_t *error)
 {
-    uint32_t    cycles[TRIBO_CYCLES_WORDS] = {0};
-    sim_error_t inner                      = {""};
+    uint32_t       cycles[TRIBO_CYCLES_WORDS] = {0};
+    common_error_t inner                      = {""};
     if (!send_message(target, TRIBO_WIRE_END, NULL, 0, &inner) || !wait_for_end(target, cycles, &inner))
     {
         return blame(target, &inner, error);

@@ -27,11 +27,11 @@ typedef struct
 /// Starts the image for target `name` in its emulator and sets up its loop with `config`, which must outlive it, and in q31
 /// with `full_scale_n`, or that of the board. Null on failure. Images are in the folder TRIBO_FIRMWARE, by default the build
 /// trees.
-sim_target_t *sim_target_start(const char              *name,
-                               bool                     q31,
-                               const sim_loop_config_t *config,
-                               double                   full_scale_n,
-                               sim_error_t             *error);
+sim_target_t *sim_target_start(const char                 *name,
+                               bool                        q31,
+                               const common_loop_config_t *config,
+                               double                      full_scale_n,
+                               common_error_t             *error);
 
 /// One tick of the drive. `u_n` is exactly the command that the power stage receives.
 bool sim_target_step(sim_target_t                   *target,
@@ -39,13 +39,13 @@ bool sim_target_step(sim_target_t                   *target,
                      double                          y_n,
                      double                         *u_n,
                      tribo_force_loop_f32_signals_t *signals,
-                     sim_error_t                    *error);
+                     common_error_t                 *error);
 
 /// The same loop, computed here.
 const sim_loop_t *sim_target_twin(const sim_target_t *target);
 
 /// Ends the firmware; false if it does not end as told. A difference from the host is a result, not a failure.
-bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, sim_error_t *error);
+bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, common_error_t *error);
 
 void sim_target_destroy(sim_target_t *target);
 

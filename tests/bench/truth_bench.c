@@ -144,15 +144,15 @@ typedef struct
 
 static euler_t run_euler(const rig_t *rig, double step_s)
 {
-    const sim_law_t        *law                    = rig->truth->law;
-    const sim_arm_config_t *arm                    = &rig->config.arm;
-    double                  memory[256]            = {0};
-    double                  z[SIM_LAW_STATES_MAX]  = {0};
-    double                  dz[SIM_LAW_STATES_MAX] = {0};
-    double                  position               = 0.0;
-    double                  speed                  = 0.0;
-    double                  past                   = 0.0;
-    euler_t                 euler                  = {0};
+    const sim_law_t           *law                    = rig->truth->law;
+    const common_arm_config_t *arm                    = &rig->config.arm;
+    double                     memory[256]            = {0};
+    double                     z[SIM_LAW_STATES_MAX]  = {0};
+    double                     dz[SIM_LAW_STATES_MAX] = {0};
+    double                     position               = 0.0;
+    double                     speed                  = 0.0;
+    double                     past                   = 0.0;
+    euler_t                    euler                  = {0};
     TEST_ASSERT_LESS_OR_EQUAL_size_t(sizeof memory, law->size);
     law->reset(memory, &rig->config, z);
 

@@ -11,7 +11,7 @@
 
 int main(void)
 {
-    sim_scenario_t *scenario = sim_scenario_create();
+    common_scenario_t *scenario = sim_scenario_create();
     if (scenario == NULL)
     {
         return 1;
@@ -39,6 +39,6 @@ int main(void)
         }
     }
     sim_plant_destroy(plant);
-    sim_scenario_destroy(scenario);
+    common_scenario_destroy(scenario);
     return 0;
 }

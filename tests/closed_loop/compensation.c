@@ -25,7 +25,7 @@ compensation_truth_t compensation_nominal(void)
 
 typedef struct
 {
-    sim_scenario_t    *scenario; // for the plant's defaults
+    common_scenario_t *scenario; // for the plant's defaults
     sim_plant_config_t config;
     sim_plant_t       *plant;
     sim_sensor_t       sensor;
@@ -47,9 +47,9 @@ static void open_rig(rig_t *rig, const compensation_truth_t *truth)
                                                                                     .arm      = defaults->plant.arm,
                                                                                     .own      = defaults->plant.own[SIM_TRUTH_paper]}};
 
-    sim_breakaway_config_t *breakaway = &rig->config.truth.friction.breakaway;
-    breakaway->negative_offset_n      = (sim_optional_t){true, truth->breakaway_negative * breakaway->offset_n};
-    breakaway->negative_slope         = (sim_optional_t){true, truth->breakaway_negative * breakaway->slope};
+    common_breakaway_config_t *breakaway = &rig->config.truth.friction.breakaway;
+    breakaway->negative_offset_n         = (common_optional_t){true, truth->breakaway_negative * breakaway->offset_n};
+    breakaway->negative_slope            = (common_optional_t){true, truth->breakaway_negative * breakaway->slope};
     breakaway->offset_n *= truth->breakaway_positive;
     breakaway->slope *= truth->breakaway_positive;
     rig->config.truth.arm.stiffness *= truth->stiffness;
@@ -71,7 +71,7 @@ static void close_rig(rig_t *rig)
 {
     sim_sensor_free(&rig->sensor);
     sim_plant_destroy(rig->plant);
-    sim_scenario_destroy(rig->scenario);
+    common_scenario_destroy(rig->scenario);
 }
 
 /// An environment that has moved by x reduces the force by K x. For the arm this equals K x more motor force. The plant's input
@@ -127,11 +127,11 @@ static void judge_learning(slide_t               *slide,
                            double                 r,
                            compensation_result_t *result)
 {
-    const sim_breakaway_config_t *truth = &rig->config.truth.friction.breakaway;
-    const feedforward_seen_t      seen  = feedforward_seen(&loop->feedforward);
-    const int                     d     = seen.sigma < 0.0 ? 1 : 0;
-    slide->steady                       = seen.sigma == slide->sigma ? slide->steady + 1 : 0;
-    slide->sigma                        = seen.sigma;
+    const common_breakaway_config_t *truth = &rig->config.truth.friction.breakaway;
+    const feedforward_seen_t         seen  = feedforward_seen(&loop->feedforward);
+    const int                        d     = seen.sigma < 0.0 ? 1 : 0;
+    slide->steady                          = seen.sigma == slide->sigma ? slide->steady + 1 : 0;
+    slide->sigma                           = seen.sigma;
     slide->friction_n += SLIDE_PART * (fabs(rig->friction_n) - slide->friction_n);
     if (slide->steady > SLIDE_TICKS)
     {

@@ -66,7 +66,7 @@ static double square(const double of[3], double t)
 
 typedef struct
 {
-    sim_scenario_t    *scenario; // for the plant's defaults
+    common_scenario_t *scenario; // for the plant's defaults
     sim_plant_config_t config;
     double             own[SIM_TRUTH_DOUBLES_MAX];
     sim_plant_t       *plant;
@@ -78,7 +78,7 @@ typedef struct
 static void set_sliding(rig_t *rig, const case_t *x)
 {
     const sim_truth_ops_t *truth = sim_truth_models[x->truth];
-    for (const sim_key_t *key = truth->keys; key != NULL && key->name != NULL; key++)
+    for (const common_key_t *key = truth->keys; key != NULL && key->name != NULL; key++)
     {
         if (x->sliding < 1.0 && strcmp(key->name, "sliding_ratio") == 0)
         {
@@ -116,7 +116,7 @@ static void open_rig(rig_t *rig, const case_t *x)
 static void close_rig(rig_t *rig)
 {
     sim_plant_destroy(rig->plant);
-    sim_scenario_destroy(rig->scenario);
+    common_scenario_destroy(rig->scenario);
 }
 
 static double read_rig(rig_t *rig, const case_t *x)

@@ -24,7 +24,7 @@ void rig_open(rig_t *rig, const tribo_force_loop_f32_config_t *config)
 void rig_close(rig_t *rig)
 {
     sim_plant_destroy(rig->plant);
-    sim_scenario_destroy(rig->scenario);
+    common_scenario_destroy(rig->scenario);
 }
 
 double rig_sensor(const rig_t *rig)

@@ -11,7 +11,7 @@
 
 typedef struct
 {
-    sim_scenario_t    *scenario; // for the plant's defaults
+    common_scenario_t *scenario; // for the plant's defaults
     sim_plant_config_t plant_config;
     sim_plant_t       *plant;
     loop_t             loop;

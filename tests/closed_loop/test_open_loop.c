@@ -11,7 +11,7 @@
 
 #define STEP_S 1e-4
 
-static sim_scenario_t     *scenario;
+static common_scenario_t  *scenario;
 static sim_truth_config_t  config;
 static void               *truth;
 static sim_truth_signals_t seen;
@@ -32,7 +32,7 @@ void setUp(void)
 void tearDown(void)
 {
     sim_paper_truth.destroy(truth);
-    sim_scenario_destroy(scenario);
+    common_scenario_destroy(scenario);
 }
 
 static void start(void)

@@ -47,20 +47,20 @@ static uint32_t bound_ms;
 /// A rig that plays a scenario, and its drive.
 typedef struct
 {
-    sim_scenario_t    *scenario;
-    sim_config_t       config;
-    sim_reference_t    reference;
-    sim_plant_config_t plant_config;
-    sim_plant_t       *plant;
-    sim_sensor_t       sensor;
-    unsigned           steps;
-    sim_loop_config_t  loop_config;
-    loop_setup_t       loop;
-    drive_setup_t      setup;
-    board_t            board;
-    drive_t            drive;
-    uint64_t           tick;
-    double             frozen_n;
+    common_scenario_t   *scenario;
+    sim_config_t         config;
+    common_reference_t   reference;
+    sim_plant_config_t   plant_config;
+    sim_plant_t         *plant;
+    sim_sensor_t         sensor;
+    unsigned             steps;
+    common_loop_config_t loop_config;
+    loop_setup_t         loop;
+    drive_setup_t        setup;
+    board_t              board;
+    drive_t              drive;
+    uint64_t             tick;
+    double               frozen_n;
 } rig_t;
 
 /// In [0, 1).
@@ -75,7 +75,7 @@ static void fail(const char *what)
     exit(2);
 }
 
-static void scale(sim_breakaway_config_t *breakaway, double factor)
+static void scale(common_breakaway_config_t *breakaway, double factor)
 {
     breakaway->offset_n *= factor;
     breakaway->slope *= factor;
@@ -96,7 +96,7 @@ static void open_drive(rig_t *rig)
     config.full_scale_n = (float)rig->config.loop.limits.full_scale_n;
     config.residual_n   = bound_n;
     config.residual_ms  = bound_ms;
-    sim_loop_config_fill(&rig->loop_config, &rig->config.loop);
+    common_loop_config_fill(&rig->loop_config, &rig->config.loop);
     board_init(&rig->board, 0);
     if (loop_setup(&rig->loop, &rig->loop_config.config, config.full_scale_n) != TRIBO_OK ||
         !drive_setup_init(&rig->setup, &config, &rig->loop.params, &rig->board.port, &error))
@@ -109,13 +109,13 @@ static void open_drive(rig_t *rig)
 
 static void open_rig(rig_t *rig, const char *name, double factor, uint64_t seed)
 {
-    char        path[512];
-    sim_error_t error;
+    char           path[512];
+    common_error_t error;
     *rig          = (rig_t){.tick = 0};
     rig->scenario = sim_scenario_create();
     (void)snprintf(path, sizeof path, "%s/%s.yaml", TRIBO_SCENARIOS, name);
-    if (rig->scenario == NULL || !sim_scenario_load(rig->scenario, path, &error) ||
-        !sim_reference_init(&rig->reference, rig->scenario, &error))
+    if (rig->scenario == NULL || !common_scenario_load(rig->scenario, path, &error) ||
+        !common_reference_init(&rig->reference, rig->scenario, &error))
     {
         fail(path);
     }
@@ -137,8 +137,8 @@ static void close_rig(rig_t *rig)
 {
     sim_plant_destroy(rig->plant);
     sim_sensor_free(&rig->sensor);
-    sim_reference_free(&rig->reference);
-    sim_scenario_destroy(rig->scenario);
+    common_reference_free(&rig->reference);
+    common_scenario_destroy(rig->scenario);
 }
 
 static double broken(const rig_t *rig, sensor_t sensor, double filtered_n)
@@ -191,7 +191,7 @@ static bool advance(rig_t *rig, double r_n, sensor_t sensor)
 
 static double reference_now(rig_t *rig)
 {
-    return sim_reference_at(&rig->reference, (double)rig->tick * rig->config.loop.sample_time_s);
+    return common_reference_at(&rig->reference, (double)rig->tick * rig->config.loop.sample_time_s);
 }
 
 // --- healthy -------------------------------------------------------------------------------------------------------

@@ -32,7 +32,7 @@ static inline char *fuzz_text(const uint8_t *data, size_t size)
 }
 
 /// A failure has one line of words without control characters, a success has none.
-static inline void fuzz_check_error(bool ok, const sim_error_t *error)
+static inline void fuzz_check_error(bool ok, const common_error_t *error)
 {
     ALWAYS(ok == (error->text[0] == '\0'));
     for (const unsigned char *p = (const unsigned char *)error->text; *p != '\0'; p++)

@@ -15,13 +15,13 @@ unsigned fuzz_good_inputs(void)
 
 static void check(const uint8_t *data, size_t size, bool is_log)
 {
-    static const sim_csv_column_t columns[] = {{.name = "t_s"}, {.name = "u_N"}, {.name = "F_N", .optional = true}};
+    static const common_csv_column_t columns[] = {{.name = "t_s"}, {.name = "u_N"}, {.name = "F_N", .optional = true}};
 
-    sim_error_t error = {""};
-    sim_csv_t   csv;
-    char       *text = fuzz_text(data, size);
-    const bool  ok   = is_log ? sim_csv_parse_log(&csv, text, "fuzz.csv", columns, 3, &error)
-                              : sim_csv_parse(&csv, text, "fuzz.csv", columns, 3, &error);
+    common_error_t error = {""};
+    common_csv_t   csv;
+    char          *text = fuzz_text(data, size);
+    const bool     ok   = is_log ? common_csv_parse_log(&csv, text, "fuzz.csv", columns, 3, &error)
+                                 : common_csv_parse(&csv, text, "fuzz.csv", columns, 3, &error);
     fuzz_check_error(ok, &error);
     for (size_t i = 0; ok && i < csv.rows; i++)
     {
@@ -33,7 +33,7 @@ static void check(const uint8_t *data, size_t size, bool is_log)
     good += ok ? 1u : 0u;
     if (ok)
     {
-        sim_csv_free(&csv);
+        common_csv_free(&csv);
     }
     free(text);
 }

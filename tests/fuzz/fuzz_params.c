@@ -34,11 +34,11 @@ static void check_header(const char *text)
 
 static void write_header(const sim_config_t *config, const char *set, bool q31)
 {
-    sim_loop_config_t loop_config;
-    sim_loop_t        loop;
-    char             *text = NULL;
-    size_t            size = 0;
-    sim_loop_config_fill(&loop_config, &config->loop);
+    common_loop_config_t loop_config;
+    sim_loop_t           loop;
+    char                *text = NULL;
+    size_t               size = 0;
+    common_loop_config_fill(&loop_config, &config->loop);
     if (sim_loop_init(&loop, q31, &loop_config, config->loop.limits.full_scale_n) != TRIBO_OK)
     {
         return;
@@ -60,21 +60,21 @@ static void write_header(const sim_config_t *config, const char *set, bool q31)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    sim_error_t     error    = {""};
-    char           *set      = fuzz_text(data, size);
-    sim_scenario_t *scenario = sim_scenario_create();
+    common_error_t     error    = {""};
+    char              *set      = fuzz_text(data, size);
+    common_scenario_t *scenario = sim_scenario_create();
     ALWAYS(scenario != NULL);
     char *rest = strchr(set, '\n');
     if (rest != NULL)
     {
         *rest++ = '\0';
-        if (sim_scenario_load_text(scenario, rest, "fuzz.yaml", &error) && sim_scenario_check(scenario, &error))
+        if (common_scenario_load_text(scenario, rest, "fuzz.yaml", &error) && sim_scenario_check(scenario, &error))
         {
             write_header(sim_scenario_config(scenario), set, false);
             write_header(sim_scenario_config(scenario), set, true);
         }
     }
-    sim_scenario_destroy(scenario);
+    common_scenario_destroy(scenario);
     free(set);
     return 0;
 }

@@ -15,19 +15,19 @@ unsigned fuzz_good_inputs(void)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    sim_error_t     error    = {""};
-    char           *text     = fuzz_text(data, size);
-    sim_scenario_t *scenario = sim_scenario_create();
+    common_error_t     error    = {""};
+    char              *text     = fuzz_text(data, size);
+    common_scenario_t *scenario = sim_scenario_create();
     ALWAYS(scenario != NULL);
-    bool ok = sim_scenario_load_text(scenario, "duration_s: 1\nreference: {kind: step}\n", "fuzz.yaml", &error);
+    bool ok = common_scenario_load_text(scenario, "duration_s: 1\nreference: {kind: step}\n", "fuzz.yaml", &error);
     for (char *line = strtok(text, "\n"); ok && line != NULL; line = strtok(NULL, "\n"))
     {
-        ok = sim_scenario_set(scenario, line, &error);
+        ok = common_scenario_set(scenario, line, &error);
     }
     ok = ok && sim_scenario_check(scenario, &error);
     fuzz_check_error(ok, &error);
     good += ok ? 1u : 0u;
-    sim_scenario_destroy(scenario);
+    common_scenario_destroy(scenario);
     free(text);
     return 0;
 }

@@ -36,7 +36,7 @@ static drive_setup_t setup;
 
 // --- devices -------------------------------------------------------------------------------------------------------
 
-lines_t *lines_open(const line_config_t config[LINE_COUNT], const char *consumer, sim_error_t *error)
+lines_t *lines_open(const line_config_t config[LINE_COUNT], const char *consumer, common_error_t *error)
 {
     (void)config;
     (void)consumer;
@@ -78,7 +78,7 @@ bool lines_seen(lines_t *lines, line_t input, bool *high, bool *low)
     return true;
 }
 
-bool pwm_open(pwm_t *pwm, const pwm_config_t *config, float idle, const char *key, sim_error_t *error)
+bool pwm_open(pwm_t *pwm, const pwm_config_t *config, float idle, const char *key, common_error_t *error)
 {
     (void)pwm;
     (void)config;
@@ -113,7 +113,7 @@ bool channel_open(channel_t              *channel,
                   const channel_config_t *config,
                   bool                    is_output,
                   const char             *key,
-                  sim_error_t            *error)
+                  common_error_t         *error)
 {
     (void)channel;
     (void)config;
@@ -144,14 +144,14 @@ bool channel_write(const channel_t *channel, float value)
 
 // --- a board -------------------------------------------------------------------------------------------------------
 
-static sim_error_t error;
+static common_error_t error;
 
 void setUp(void)
 {
     seen = mmap(NULL, sizeof *seen, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     TEST_ASSERT_TRUE(seen != MAP_FAILED);
     atomic_store(&seen->reads_high, -1);
-    error = (sim_error_t){""};
+    error = (common_error_t){""};
     setup = (drive_setup_t){.config = drive_config_default()};
     drive = (drive_t){.state = DRIVE_IDLE, .setup = &setup};
     rig   = (rig_t){.output          = RIG_OUTPUT_PWM,

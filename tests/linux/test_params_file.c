@@ -94,7 +94,7 @@ void tearDown(void)
 
 static void open_store(params_file_t *store)
 {
-    sim_error_t error = {""};
+    common_error_t error = {""};
     if (!params_file_open(store, path, &error))
     {
         TEST_FAIL_MESSAGE(error.text);
@@ -373,8 +373,8 @@ static void test_what_is_no_store_is_refused(void)
     const size_t         sizes[2]                 = {20, sizeof text[1]};
     for (size_t i = 0; i < 2u; i++)
     {
-        params_file_t store;
-        sim_error_t   error = {""};
+        params_file_t  store;
+        common_error_t error = {""};
         write_file(text[i], sizes[i]);
         TEST_ASSERT_FALSE(params_file_open(&store, path, &error));
         TEST_ASSERT_NOT_NULL(strstr(error.text, "this is no store of params"));

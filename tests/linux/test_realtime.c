@@ -59,7 +59,7 @@ static void test_a_sleep_ends_when_it_is_due(void)
 
 static void test_a_cpu_that_is_not_there_is_refused_with_its_key(void)
 {
-    sim_error_t             error  = {""};
+    common_error_t          error  = {""};
     const realtime_config_t config = {.priority = 1, .cpu = 1 << 20};
     TEST_ASSERT_FALSE(realtime_enter(&config, &error));
     TEST_ASSERT_EQUAL_STRING_LEN("realtime.cpu: value 1048576: must be a CPU that this process may run on",

@@ -51,10 +51,10 @@ static unsigned rows_in_order(FILE *file)
 
 static void test_all_rows_come_in_order(void)
 {
-    sim_error_t error    = {""};
-    uint64_t    written  = 0;
-    uint64_t    dropped  = 0;
-    recorder_t *recorder = recorder_start(path, &error);
+    common_error_t error    = {""};
+    uint64_t       written  = 0;
+    uint64_t       dropped  = 0;
+    recorder_t    *recorder = recorder_start(path, &error);
     TEST_ASSERT_NOT_NULL(recorder);
     for (unsigned i = 0; i < RECORDER_ROWS; i++)
     {
@@ -80,7 +80,7 @@ static void *count_rows(void *file)
 static void test_a_disk_that_stalls_costs_rows_not_time(void)
 {
     const unsigned added   = 2u * RECORDER_ROWS;
-    sim_error_t    error   = {""};
+    common_error_t error   = {""};
     uint64_t       written = 0;
     uint64_t       dropped = 0;
     pthread_t      reader;
@@ -109,7 +109,7 @@ static void test_a_disk_that_stalls_costs_rows_not_time(void)
 
 static void test_a_disk_without_room_for_a_head_is_told(void)
 {
-    sim_error_t error = {""};
+    common_error_t error = {""};
     TEST_ASSERT_NULL(recorder_start("/dev/full", &error));
     TEST_ASSERT_EQUAL_STRING("--log /dev/full: No space left on device", error.text);
 }
@@ -140,11 +140,11 @@ static void wait_until_said(int end, const char *what)
 
 static void test_a_full_disk_is_told_when_it_happens_and_when_it_is_over(void)
 {
-    sim_error_t error   = {""};
-    uint64_t    written = 0;
-    uint64_t    dropped = 0;
-    unsigned    rows    = 0;
-    int         ends[2];
+    common_error_t error   = {""};
+    uint64_t       written = 0;
+    uint64_t       dropped = 0;
+    unsigned       rows    = 0;
+    int            ends[2];
     (void)signal(SIGXFSZ, SIG_IGN);
     TEST_ASSERT_EQUAL_INT(0, pipe(ends));
     TEST_ASSERT_EQUAL_INT(0, fcntl(ends[0], F_SETFL, O_NONBLOCK));
@@ -178,9 +178,9 @@ static void test_a_full_disk_is_told_when_it_happens_and_when_it_is_over(void)
 
 static void test_a_disk_that_stays_full_costs_the_rows_that_it_did_not_take(void)
 {
-    sim_error_t error   = {""};
-    uint64_t    written = 0;
-    uint64_t    dropped = 0;
+    common_error_t error   = {""};
+    uint64_t       written = 0;
+    uint64_t       dropped = 0;
     (void)signal(SIGXFSZ, SIG_IGN);
     limit_files(1000);
     recorder_t *recorder = recorder_start(path, &error);
@@ -201,7 +201,7 @@ static void test_a_disk_that_stays_full_costs_the_rows_that_it_did_not_take(void
 
 static void test_a_file_that_cannot_be_made_is_named(void)
 {
-    sim_error_t error = {""};
+    common_error_t error = {""};
     TEST_ASSERT_NULL(recorder_start("/nowhere/log.csv", &error));
     TEST_ASSERT_EQUAL_STRING("--log /nowhere/log.csv: No such file or directory", error.text);
 }

@@ -82,8 +82,8 @@ void tearDown(void)
 
 static int run(int (*loop)(void *context, heart_t *heart))
 {
-    sim_error_t error  = {""};
-    const int   status = supervisor_run(&config, loop, NULL, &error);
+    common_error_t error  = {""};
+    const int      status = supervisor_run(&config, loop, NULL, &error);
     TEST_ASSERT_EQUAL_STRING("", error.text);
     TEST_ASSERT_TRUE(atomic_load(&seen->off) > 0);
     return status;
@@ -199,7 +199,7 @@ static void test_without_its_supervisor_the_loop_ends(void)
     const pid_t supervisor = fork();
     if (supervisor == 0)
     {
-        sim_error_t error = {""};
+        common_error_t error = {""};
         _exit(supervisor_run(&config, kills_supervisor, NULL, &error));
     }
     for (int i = 0; i < 60000 && atomic_load(&seen->off) < 100; i++)
@@ -236,8 +236,8 @@ static void test_the_watchdog_is_fed_and_disarmed(void)
 
 static void test_a_watchdog_that_is_not_there_is_named(void)
 {
-    sim_error_t error = {""};
-    config.watchdog   = "/nowhere/watchdog";
+    common_error_t error = {""};
+    config.watchdog      = "/nowhere/watchdog";
     TEST_ASSERT_EQUAL_INT(-1, supervisor_run(&config, returns_3, NULL, &error));
     TEST_ASSERT_EQUAL_STRING("watchdog: /nowhere/watchdog: No such file or directory", error.text);
 }
@@ -245,10 +245,10 @@ static void test_a_watchdog_that_is_not_there_is_named(void)
 /// It is opened, and so armed, by then.
 static void check_refused(const char *message)
 {
-    char        path[]  = "/tmp/tribo-watchdog-XXXXXX";
-    char        text[8] = "";
-    char        expected[256];
-    sim_error_t error = {""};
+    char           path[]  = "/tmp/tribo-watchdog-XXXXXX";
+    char           text[8] = "";
+    char           expected[256];
+    common_error_t error = {""};
     (void)close(mkstemp(path));
     config.watchdog = path;
     TEST_ASSERT_EQUAL_INT(-1, supervisor_run(&config, returns_3, NULL, &error));

@@ -54,11 +54,11 @@ static int set_code(int bus, double force_n)
 
 int main(int count, char **arguments)
 {
-    static sim_error_t error;
-    sim_scenario_t    *scenario = sim_scenario_create();
-    sim_reference_t    reference;
-    if (count != 7 || scenario == NULL || !sim_scenario_load(scenario, arguments[1], &error) ||
-        !sim_scenario_check(scenario, &error) || !sim_reference_init(&reference, scenario, &error))
+    static common_error_t error;
+    common_scenario_t    *scenario = sim_scenario_create();
+    common_reference_t    reference;
+    if (count != 7 || scenario == NULL || !common_scenario_load(scenario, arguments[1], &error) ||
+        !sim_scenario_check(scenario, &error) || !common_reference_init(&reference, scenario, &error))
     {
         (void)fprintf(stderr, "linux_vm_plant: %s\n", error.text);
         return 1;
@@ -83,7 +83,7 @@ int main(int count, char **arguments)
     for (long tick = 0; tick < ticks; tick++)
     {
         const double t_s     = (double)tick * config->loop.sample_time_s;
-        const double error_n = sim_reference_at(&reference, t_s) - sim_plant_force(plant);
+        const double error_n = common_reference_at(&reference, t_s) - sim_plant_force(plant);
         char         byte    = '.';
         if (set_code(bus, sim_plant_filtered_force(plant)) != 0 || write(out, &byte, 1) != 1 || read(in, &byte, 1) != 1)
         {

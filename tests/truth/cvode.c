@@ -89,10 +89,10 @@ static sim_contact_t contact_at(const cvode_t *reference, double time_s, const d
 
 static int right_hand_side(sunrealtype time_s, N_Vector y_vector, N_Vector rate_vector, void *user)
 {
-    const cvode_t          *reference = user;
-    const sim_arm_config_t *arm       = &reference->config.arm;
-    const double           *y         = N_VGetArrayPointer(y_vector);
-    double                 *rate      = N_VGetArrayPointer(rate_vector);
+    const cvode_t             *reference = user;
+    const common_arm_config_t *arm       = &reference->config.arm;
+    const double              *y         = N_VGetArrayPointer(y_vector);
+    double                    *rate      = N_VGetArrayPointer(rate_vector);
 
     const sim_contact_t now    = contact_at(reference, time_s, y);
     const double        f      = reference->law->friction(reference->friction, &now, y + LAW);

@@ -8,21 +8,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void write_value(rig_t *rig, const sim_key_t *key, double value)
+static void write_value(rig_t *rig, const common_key_t *key, double value)
 {
     char          *at    = (char *)rig->own + key->offset;
     const uint64_t whole = (uint64_t)value;
     const int      word  = (int)value;
     switch (key->type)
     {
-    case SIM_KEY_WHOLE:
+    case COMMON_KEY_WHOLE:
         memcpy(at, &whole, sizeof whole);
         break;
-    case SIM_KEY_CHOICE:
+    case COMMON_KEY_CHOICE:
         memcpy(at, &word, sizeof word);
         break;
     default:
-        TEST_ASSERT_EQUAL_INT(SIM_KEY_NUMBER, key->type);
+        TEST_ASSERT_EQUAL_INT(COMMON_KEY_NUMBER, key->type);
         memcpy(at, &value, sizeof value);
         break;
     }
@@ -43,7 +43,7 @@ void rig_init(rig_t *rig, const sim_truth_ops_t *truth)
     rig->drive_error = (sim_drive_error_t){0};
     rig->config.own  = rig->own;
     memset(rig->own, 0, sizeof rig->own);
-    for (const sim_key_t *key = truth->keys; key != NULL && key->name != NULL; key++)
+    for (const common_key_t *key = truth->keys; key != NULL && key->name != NULL; key++)
     {
         write_value(rig, key, key->standard);
     }
@@ -51,14 +51,14 @@ void rig_init(rig_t *rig, const sim_truth_ops_t *truth)
 
 bool rig_has(const rig_t *rig, const char *name)
 {
-    return sim_key_in(rig->truth->keys, name, strlen(name)) != NULL;
+    return common_key_in(rig->truth->keys, name, strlen(name)) != NULL;
 }
 
 void rig_set(rig_t *rig, const char *name, double value)
 {
-    const sim_key_t *key = sim_key_in(rig->truth->keys, name, strlen(name));
+    const common_key_t *key = common_key_in(rig->truth->keys, name, strlen(name));
     TEST_ASSERT_NOT_NULL_MESSAGE(key, name);
-    TEST_ASSERT_TRUE_MESSAGE(key->type == SIM_KEY_CHOICE || (value >= key->min && value <= key->max), name);
+    TEST_ASSERT_TRUE_MESSAGE(key->type == COMMON_KEY_CHOICE || (value >= key->min && value <= key->max), name);
     write_value(rig, key, value);
 }
 

@@ -67,7 +67,7 @@ static void test_every_model_agrees_on_jumps(void)
 /// Unequal directions, gravity, breakaway from a table.
 static void test_every_model_agrees_with_asymmetry_gravity_and_a_table(void)
 {
-    static sim_breakaway_point_t points[] = {{0.0, 0.010, 0.005}, {0.2, 0.060, 0.080}, {0.5, 0.150, 0.170}};
+    static common_breakaway_point_t points[] = {{0.0, 0.010, 0.005}, {0.2, 0.060, 0.080}, {0.5, 0.150, 0.170}};
     for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
         rig_t rig;
@@ -95,13 +95,13 @@ static void test_models_with_a_stribeck_effect_agree(void)
 }
 
 /// A value other than the default: 0.8 of it, 0.05 for 0; another word of a choice.
-static double other_value(const sim_key_t *key)
+static double other_value(const common_key_t *key)
 {
     switch (key->type)
     {
-    case SIM_KEY_CHOICE:
+    case COMMON_KEY_CHOICE:
         return key->standard == 0.0 ? 1.0 : key->standard - 1.0;
-    case SIM_KEY_WHOLE:
+    case COMMON_KEY_WHOLE:
         return key->standard + 1.0;
     default:
         return key->standard == 0.0 ? 0.05 : 0.8 * key->standard;
@@ -114,7 +114,7 @@ static void test_every_parameter_agrees(void)
     static const rig_ramp_t ramps[] = {{0.5, 0.4}, {0.5, 0.1}, {0.1, 0.2}, {0.45, 0.005}, {0.45, 0.1}, {-0.2, 0.3}};
     for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
-        for (const sim_key_t *key = sim_truth_models[i]->keys; key != NULL && key->name != NULL; key++)
+        for (const common_key_t *key = sim_truth_models[i]->keys; key != NULL && key->name != NULL; key++)
         {
             rig_t rig;
             rig_init(&rig, sim_truth_models[i]);

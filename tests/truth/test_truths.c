@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static sim_scenario_t *scenario;
+static common_scenario_t *scenario;
 
 void setUp(void)
 {
@@ -19,7 +19,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    sim_scenario_destroy(scenario);
+    common_scenario_destroy(scenario);
 }
 
 static void test_a_scenario_chooses_each_model_by_its_own_name(void)
@@ -27,23 +27,23 @@ static void test_a_scenario_chooses_each_model_by_its_own_name(void)
     TEST_ASSERT_EQUAL_PTR(&sim_paper_truth, sim_truth_models[sim_scenario_config(scenario)->plant.model]);
     for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
-        char        assignment[64];
-        sim_error_t error;
+        char           assignment[64];
+        common_error_t error;
         (void)snprintf(assignment, sizeof assignment, "plant.model=%s", sim_truth_models[i]->name);
-        TEST_ASSERT_TRUE_MESSAGE(sim_scenario_set(scenario, assignment, &error), assignment);
+        TEST_ASSERT_TRUE_MESSAGE(common_scenario_set(scenario, assignment, &error), assignment);
         TEST_ASSERT_EQUAL_size_t(i, sim_scenario_config(scenario)->plant.model);
     }
 }
 
-static size_t size_of(const sim_key_t *key)
+static size_t size_of(const common_key_t *key)
 {
     switch (key->type)
     {
-    case SIM_KEY_NUMBER:
+    case COMMON_KEY_NUMBER:
         return sizeof(double);
-    case SIM_KEY_WHOLE:
+    case COMMON_KEY_WHOLE:
         return sizeof(uint64_t);
-    case SIM_KEY_CHOICE:
+    case COMMON_KEY_CHOICE:
         return sizeof(int);
     default:
         TEST_FAIL_MESSAGE(key->name);
@@ -51,9 +51,9 @@ static size_t size_of(const sim_key_t *key)
     }
 }
 
-static void check_row(const sim_key_t *row, bool used[])
+static void check_row(const common_key_t *row, bool used[])
 {
-    const bool is_number = row->type != SIM_KEY_CHOICE;
+    const bool is_number = row->type != COMMON_KEY_CHOICE;
     TEST_ASSERT_TRUE_MESSAGE(strlen(row->text) > 0 && strlen(row->unit) > 0, row->name);
     TEST_ASSERT_TRUE_MESSAGE(!is_number || row->min < row->max, row->name);
     TEST_ASSERT_TRUE_MESSAGE(!is_number || (row->standard >= row->min && row->standard <= row->max), row->name);
@@ -72,9 +72,9 @@ static void test_rows_of_parameters_are_sound(void)
     {
         const sim_truth_ops_t *truth                                       = sim_truth_models[i];
         bool                   used[sizeof(double[SIM_TRUTH_DOUBLES_MAX])] = {false};
-        for (const sim_key_t *row = truth->keys; row != NULL && row->name != NULL; row++)
+        for (const common_key_t *row = truth->keys; row != NULL && row->name != NULL; row++)
         {
-            TEST_ASSERT_EQUAL_PTR_MESSAGE(row, sim_key_in(truth->keys, row->name, strlen(row->name)), row->name);
+            TEST_ASSERT_EQUAL_PTR_MESSAGE(row, common_key_in(truth->keys, row->name, strlen(row->name)), row->name);
             check_row(row, used);
         }
     }

@@ -192,24 +192,24 @@ typedef struct
 /// A number, or the word that a scenario has for it; null or what is wrong.
 static const char *parse_value(const char *name, const char *text, double *number)
 {
-    static char wrong[64 + SIM_WORDS_MAX];
-    sim_place_t place;
-    if (!sim_key_find(sim_loop_keys, NULL, name, &place) || place.key->type != SIM_KEY_CHOICE)
+    static char    wrong[64 + COMMON_WORDS_MAX];
+    common_place_t place;
+    if (!common_key_find(common_loop_keys, NULL, name, &place) || place.key->type != COMMON_KEY_CHOICE)
     {
-        return sim_number_parse(text, number);
+        return common_number_parse(text, number);
     }
-    const int index = sim_key_find_word(place.key, text);
+    const int index = common_key_find_word(place.key, text);
     if (index >= 0)
     {
         *number = index;
         return NULL;
     }
-    if (sim_number_parse(text, number) == NULL)
+    if (common_number_parse(text, number) == NULL)
     {
         return NULL;
     }
-    char words[SIM_WORDS_MAX];
-    sim_key_words(place.key, words, sizeof words);
+    char words[COMMON_WORDS_MAX];
+    common_key_words(place.key, words, sizeof words);
     (void)snprintf(wrong, sizeof wrong, "is not %s, nor their number from 0", words);
     return wrong;
 }
@@ -275,15 +275,16 @@ static int set_params(link_bus_t *bus, const options_t *options)
 /// The drive's set with the loop of a scenario.
 static bool take_scenario(params_t *params, const char *path)
 {
-    sim_error_t       error = {""};
-    sim_loop_config_t loop;
-    sim_scenario_t   *scenario = sim_scenario_create_of(sim_loop_keys, sizeof(sim_loop_keys_t));
-    bool ok = scenario != NULL && sim_scenario_load(scenario, path, &error) && sim_check_present(scenario, &error) &&
-              sim_check_has_loop(scenario, &error) && sim_check_loop(scenario, &error);
+    common_error_t       error = {""};
+    common_loop_config_t loop;
+    common_scenario_t   *scenario = common_scenario_create_of(common_loop_keys, sizeof(common_loop_keys_t));
+    bool                 ok       = scenario != NULL && common_scenario_load(scenario, path, &error) &&
+              common_check_present(scenario, &error) && common_check_has_loop(scenario, &error) &&
+              common_check_loop(scenario, &error);
     if (ok)
     {
-        sim_loop_config_fill(&loop, sim_scenario_loop(scenario));
-        ok = !loop.has_lugre || sim_error_set(&error, "%s: compensator.model: lugre is not in the drive", path);
+        common_loop_config_fill(&loop, common_scenario_loop(scenario));
+        ok = !loop.has_lugre || common_error_set(&error, "%s: compensator.model: lugre is not in the drive", path);
     }
     if (ok)
     {
@@ -294,7 +295,7 @@ static bool take_scenario(params_t *params, const char *path)
     {
         (void)link_complain("%s", error.text[0] != '\0' ? error.text : "out of memory");
     }
-    sim_scenario_destroy(scenario);
+    common_scenario_destroy(scenario);
     return ok;
 }
 
@@ -577,7 +578,8 @@ static bool renew_reference(link_bus_t *bus, uint32_t word, const options_t *opt
 static int set_reference(link_bus_t *bus, const options_t *options)
 {
     double      number = 0.0;
-    const char *wrong = options->count == 2 ? sim_number_parse(options->words[1], &number) : "one force in N is wanted";
+    const char *wrong =
+        options->count == 2 ? common_number_parse(options->words[1], &number) : "one force in N is wanted";
     if (wrong != NULL)
     {
         (void)link_complain("reference: %s", wrong);
@@ -694,14 +696,14 @@ static bool write_samples(link_bus_t *bus, const trace_head_t *head, double inte
 
 static bool save_trace(link_bus_t *bus, const trace_head_t *head, const char *out)
 {
-    sim_error_t       error = {""};
-    sim_output_file_t file;
-    uint32_t          period_us;
+    common_error_t       error = {""};
+    common_output_file_t file;
+    uint32_t             period_us;
     if (!link_bus_read(bus, active_at(link_find("drive.period_us")), &period_us, 1))
     {
         return false;
     }
-    if (!sim_output_open(&file, out, &error))
+    if (!common_output_open(&file, out, &error))
     {
         return link_complain("%s", error.text);
     }
@@ -709,10 +711,10 @@ static bool save_trace(link_bus_t *bus, const trace_head_t *head, const char *ou
     write_header(file.stream, head->states[REGISTERS_STATE_trace_signals_seen]);
     if (!write_samples(bus, head, ticks * (double)period_us / 1e6, file.stream))
     {
-        sim_output_discard(&file, 1);
+        common_output_discard(&file, 1);
         return false;
     }
-    return sim_output_commit(&file, 1, &error) || link_complain("%s", error.text);
+    return common_output_commit(&file, 1, &error) || link_complain("%s", error.text);
 }
 
 static bool find_signal(const char *name, size_t length, uint32_t *place)
@@ -945,7 +947,7 @@ static void take_number(struct argp_state *state,
                         double             high,
                         double            *number)
 {
-    if (sim_number_parse(text, number) != NULL || !(*number >= low && *number <= high))
+    if (common_number_parse(text, number) != NULL || !(*number >= low && *number <= high))
     {
         argp_error(state, "--%s %s: a number from %g to %g is wanted", name, text, low, high);
     }
@@ -958,7 +960,7 @@ static void take_whole(struct argp_state *state,
                        uint64_t           high,
                        uint64_t          *number)
 {
-    if (sim_number_parse_whole(text, number) != NULL || *number < low || *number > high)
+    if (common_number_parse_whole(text, number) != NULL || *number < low || *number > high)
     {
         argp_error(state,
                    "--%s %s: a whole number from %llu to %llu is wanted",
@@ -1086,7 +1088,7 @@ int main(int count, char **arguments)
         (void)link_complain("which line? --device DEVICE or TRIBO_LINK_DEVICE is wanted");
         return EXIT_FAILED;
     }
-    sim_output_clean_on_signal();
+    common_output_clean_on_signal();
     link_bus_t *bus    = link_bus_open(options.device, options.unit, options.baud);
     const int   status = bus != NULL ? perform(bus, &options) : EXIT_FAILED;
     link_bus_close(bus);

@@ -70,7 +70,7 @@ static void *work(void *context)
     return NULL;
 }
 
-bool background_start(background_t *background, registers_t *registers, gate_t *gate, bus_t *bus, sim_error_t *error)
+bool background_start(background_t *background, registers_t *registers, gate_t *gate, bus_t *bus, common_error_t *error)
 {
     sigset_t all;
     sigset_t before;
@@ -79,7 +79,7 @@ bool background_start(background_t *background, registers_t *registers, gate_t *
     (void)pthread_sigmask(SIG_SETMASK, &all, &before); // signals are the loop's
     const int status = pthread_create(&background->thread, NULL, work, background);
     (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return status == 0 || sim_error_set(error, "no thread for the bus: %s", strerror(status));
+    return status == 0 || common_error_set(error, "no thread for the bus: %s", strerror(status));
 }
 
 void background_stop(background_t *background)

@@ -27,7 +27,11 @@ typedef struct
 extern const modbus_line_t background_line;
 
 /// False with why in `error`. All must outlive it.
-bool background_start(background_t *background, registers_t *registers, gate_t *gate, bus_t *bus, sim_error_t *error);
+bool background_start(background_t   *background,
+                      registers_t    *registers,
+                      gate_t         *gate,
+                      bus_t          *bus,
+                      common_error_t *error);
 
 /// A drive that stopped ticking may end it: what is under way is finished first.
 void background_stop(background_t *background);

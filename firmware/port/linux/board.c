@@ -155,14 +155,14 @@ static void log_byte(void *context, uint8_t byte)
 
 // --- opening -------------------------------------------------------------------------------------------------------
 
-static bool open_desk(board_t *board, const sim_scenario_t *scenario, sim_error_t *error)
+static bool open_desk(board_t *board, const common_scenario_t *scenario, common_error_t *error)
 {
     board->plant = board->desk->open(scenario, error);
     return board->plant != NULL;
 }
 
 /// Right after it was turned off.
-static bool read_enable_back(board_t *board, sim_error_t *error)
+static bool read_enable_back(board_t *board, common_error_t *error)
 {
     bool is_high = false;
     char text[3 * LINES_NAME_MAX];
@@ -172,10 +172,10 @@ static bool read_enable_back(board_t *board, sim_error_t *error)
     {
         (void)fprintf(stderr, "%s: this chip does not read an output back\n", text);
     }
-    return !is_high || sim_error_set(error, "%s: reads on, though it is off", text);
+    return !is_high || common_error_set(error, "%s: reads on, though it is off", text);
 }
 
-static bool open_devices(board_t *board, sim_error_t *error)
+static bool open_devices(board_t *board, common_error_t *error)
 {
     const rig_t *rig = board->rig;
     board->lines     = lines_open(rig->lines, "tribo-drive", error);
@@ -212,16 +212,16 @@ static port_t port_of(board_t *board)
                     .log_byte    = log_byte};
 }
 
-bool board_open(board_t              *board,
-                const rig_t          *rig,
-                const desk_t         *desk,
-                const sim_scenario_t *scenario,
-                sim_error_t          *error)
+bool board_open(board_t                 *board,
+                const rig_t             *rig,
+                const desk_t            *desk,
+                const common_scenario_t *scenario,
+                common_error_t          *error)
 {
     void *shared = mmap(NULL, sizeof(float), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (shared == MAP_FAILED)
     {
-        return sim_error_set(error, "no shared memory: %s", strerror(errno));
+        return common_error_set(error, "no shared memory: %s", strerror(errno));
     }
     *board        = (board_t){.rig    = rig,
                               .desk   = desk,
@@ -259,7 +259,7 @@ const drive_config_t *board_config(const board_t *board)
     return board->drive != NULL ? &drive_setup(board->drive)->config : &board->rig->drive;
 }
 
-bool board_attach(board_t *board, const drive_t *drive, sim_error_t *error)
+bool board_attach(board_t *board, const drive_t *drive, common_error_t *error)
 {
     const rig_t  *rig       = board->rig;
     const bool    has_ready = board->lines != NULL && line_is_used(&rig->lines[LINE_READY]);
@@ -273,11 +273,11 @@ bool board_attach(board_t *board, const drive_t *drive, sim_error_t *error)
         {
             char text[3 * LINES_NAME_MAX];
             line_describe(LINE_READY, &rig->lines[LINE_READY], text, sizeof text);
-            return sim_error_set(error,
-                                 "%s: the power stage is ready, though enable has been off for %" PRIu64
-                                 " ms (ready_off_ms; 0 if its ready output does not fall)",
-                                 text,
-                                 rig->ready_off_ms);
+            return common_error_set(error,
+                                    "%s: the power stage is ready, though enable has been off for %" PRIu64
+                                    " ms (ready_off_ms; 0 if its ready output does not fall)",
+                                    text,
+                                    rig->ready_off_ms);
         }
         (void)realtime_sleep_until(realtime_now_ns() + NS_PER_MS);
     }

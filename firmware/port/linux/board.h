@@ -41,16 +41,16 @@ typedef struct
 } board_t;
 
 /// Opens everything; outputs are at no current, the power stage off. Must not move afterwards. False with why in `error`.
-bool board_open(board_t              *board,
-                const rig_t          *rig,
-                const desk_t         *desk,
-                const sim_scenario_t *scenario,
-                sim_error_t          *error);
+bool board_open(board_t                 *board,
+                const rig_t             *rig,
+                const desk_t            *desk,
+                const common_scenario_t *scenario,
+                common_error_t          *error);
 void board_close(board_t *board);
 
 /// From here on the config is that of `drive`, which a bus may change. False, with why in `error`, if the power stage is ready
 /// though it is off.
-bool board_attach(board_t *board, const drive_t *drive, sim_error_t *error);
+bool board_attach(board_t *board, const drive_t *drive, common_error_t *error);
 
 /// The config that the next tick begins with.
 const drive_config_t *board_config(const board_t *board);

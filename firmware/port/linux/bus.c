@@ -314,23 +314,23 @@ static void say_who_reaches(const bus_t *bus)
 
 // --- the line ------------------------------------------------------------------------------------------------------
 
-static bool fail(const bus_t *bus, const char *why, sim_error_t *error)
+static bool fail(const bus_t *bus, const char *why, common_error_t *error)
 {
     const bool serial = bus->config->device[0] != '\0';
-    return sim_error_set(error,
-                         "bus.%s: %s: %s",
-                         serial ? "device" : "listen",
-                         serial ? bus->config->device : bus->config->listen,
-                         why);
+    return common_error_set(error,
+                            "bus.%s: %s: %s",
+                            serial ? "device" : "listen",
+                            serial ? bus->config->device : bus->config->listen,
+                            why);
 }
 
-static bool open_serial(bus_t *bus, sim_error_t *error)
+static bool open_serial(bus_t *bus, common_error_t *error)
 {
     bus->modbus = modbus_new_rtu(bus->config->device, (int)bus->config->baud, 'N', 8, 1);
     return (bus->modbus != NULL && modbus_connect(bus->modbus) == 0) || fail(bus, modbus_strerror(errno), error);
 }
 
-static bool open_listener(bus_t *bus, sim_error_t *error)
+static bool open_listener(bus_t *bus, common_error_t *error)
 {
     char service[8];
     (void)snprintf(service, sizeof service, "%u", (unsigned)bus->config->port);
@@ -345,17 +345,17 @@ static bool open_listener(bus_t *bus, sim_error_t *error)
     return true;
 }
 
-bus_t *bus_open(const bus_config_t *config, sim_error_t *error)
+bus_t *bus_open(const bus_config_t *config, common_error_t *error)
 {
     bus_t *bus = calloc(1, sizeof *bus);
     if (bus == NULL)
     {
-        (void)sim_error_set(error, "out of memory");
+        (void)common_error_set(error, "out of memory");
         return NULL;
     }
     *bus          = (bus_t){.config = config, .listener = -1};
     bus->mapping  = modbus_mapping_new_start_address(0, 0, 0, 0, 0, ADDRESSES, 0, 0);
-    const bool ok = (bus->mapping != NULL || sim_error_set(error, "out of memory")) &&
+    const bool ok = (bus->mapping != NULL || common_error_set(error, "out of memory")) &&
                     (config->device[0] != '\0' ? open_serial(bus, error) : open_listener(bus, error));
     if (!ok)
     {

@@ -42,7 +42,7 @@ typedef enum
 typedef struct bus bus_t;
 
 /// Null with why in `error`.
-bus_t *bus_open(const bus_config_t *config, sim_error_t *error);
+bus_t *bus_open(const bus_config_t *config, common_error_t *error);
 void   bus_close(bus_t *bus);
 
 /// Waits up to `wait_ms` for a request to `unit` (over TCP to any) and answers it. A line that fails is opened again, once a

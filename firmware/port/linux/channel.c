@@ -39,49 +39,49 @@ static bool open_in(struct iio_context     *context,
                     const channel_config_t *config,
                     bool                    is_output,
                     const char             *key,
-                    sim_error_t            *error)
+                    common_error_t         *error)
 {
     const struct iio_device *device = iio_context_find_device(context, config->device);
     if (device == NULL)
     {
-        return sim_error_set(error, "%s.device: there is no IIO device '%s'", key, config->device);
+        return common_error_set(error, "%s.device: there is no IIO device '%s'", key, config->device);
     }
     struct iio_channel *found = iio_device_find_channel(device, config->channel, is_output);
     if (found == NULL)
     {
-        return sim_error_set(error,
-                             "%s.channel: '%s' has no %s channel '%s'",
-                             key,
-                             config->device,
-                             is_output ? "output" : "input",
-                             config->channel);
+        return common_error_set(error,
+                                "%s.channel: '%s' has no %s channel '%s'",
+                                key,
+                                config->device,
+                                is_output ? "output" : "input",
+                                config->channel);
     }
     return open_raw(channel, device, found, is_output) ||
-           sim_error_set(error, "%s: %s of '%s': %s", key, config->channel, config->device, strerror(errno));
+           common_error_set(error, "%s: %s of '%s': %s", key, config->channel, config->device, strerror(errno));
 }
 
 bool channel_open(channel_t              *channel,
                   const channel_config_t *config,
                   bool                    is_output,
                   const char             *key,
-                  sim_error_t            *error)
+                  common_error_t         *error)
 {
     *channel                    = (channel_t){.file = -1};
     struct iio_context *context = iio_create_local_context();
     if (context == NULL)
     {
-        return sim_error_set(error, "%s: no IIO devices: %s", key, strerror(errno));
+        return common_error_set(error, "%s: no IIO devices: %s", key, strerror(errno));
     }
     const bool ok = open_in(context, channel, config, is_output, key, error);
     iio_context_destroy(context);
     float first;
     return ok && (is_output || channel_read(channel, &first) ||
-                  sim_error_set(error,
-                                "%s: %s of '%s' reads no number: %s",
-                                key,
-                                config->channel,
-                                config->device,
-                                strerror(errno)));
+                  common_error_set(error,
+                                   "%s: %s of '%s' reads no number: %s",
+                                   key,
+                                   config->channel,
+                                   config->device,
+                                   strerror(errno)));
 }
 
 void channel_close(channel_t *channel)

@@ -29,7 +29,7 @@ bool channel_open(channel_t              *channel,
                   const channel_config_t *config,
                   bool                    is_output,
                   const char             *key,
-                  sim_error_t            *error);
+                  common_error_t         *error);
 void channel_close(channel_t *channel);
 
 /// False if there is no number, e.g. because the device is gone. A conversion takes as long as the device takes.

@@ -7,13 +7,13 @@
 
 typedef struct
 {
-    // The keys of a scenario with its plant, and the size of the struct that they are about, which begins with a sim_loop_keys_t.
-    const sim_key_t *keys;
-    size_t           size;
-    bool (*check)(const sim_scenario_t *scenario, sim_error_t *error);
+    // The keys of a scenario with its plant, and the size of the struct that they are about, which begins with a common_loop_keys_t.
+    const common_key_t *keys;
+    size_t              size;
+    bool (*check)(const common_scenario_t *scenario, common_error_t *error);
 
     /// A plant at rest; null with why in `error`. `scenario` outlives it.
-    void *(*open)(const sim_scenario_t *scenario, sim_error_t *error);
+    void *(*open)(const common_scenario_t *scenario, common_error_t *error);
     void (*close)(void *plant);
 
     double (*read)(void *plant);              ///< the sensor, in N

@@ -49,7 +49,7 @@ typedef struct lines lines_t;
 bool line_is_used(const line_config_t *config);
 
 /// Requests all that are used for `consumer`. Null with the line, and why, in `error`.
-lines_t *lines_open(const line_config_t config[LINE_COUNT], const char *consumer, sim_error_t *error);
+lines_t *lines_open(const line_config_t config[LINE_COUNT], const char *consumer, common_error_t *error);
 void     lines_close(lines_t *lines);
 
 /// False if the kernel refuses, e.g. because the chip is gone. An output that is not used takes any level.

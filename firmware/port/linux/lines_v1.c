@@ -59,7 +59,7 @@ static bool open_line(lines_t             *lines,
                       line_t               number,
                       const line_config_t *config,
                       const char          *consumer,
-                      sim_error_t         *error)
+                      common_error_t      *error)
 {
     char text[3 * LINES_NAME_MAX];
     line_describe(number, config, text, sizeof text);
@@ -67,19 +67,19 @@ static bool open_line(lines_t             *lines,
     struct gpiod_line *line = find(config);
     if (line == NULL)
     {
-        return sim_error_set(error, "%s: there is no such line: %s", text, strerror(errno != 0 ? errno : ENOENT));
+        return common_error_set(error, "%s: there is no such line: %s", text, strerror(errno != 0 ? errno : ENOENT));
     }
     lines->line[number] = line;
     return request(line, number <= LINE_PROBE, config, consumer) ||
-           sim_error_set(error, "%s: cannot be requested: %s", text, strerror(errno));
+           common_error_set(error, "%s: cannot be requested: %s", text, strerror(errno));
 }
 
-lines_t *lines_open(const line_config_t config[LINE_COUNT], const char *consumer, sim_error_t *error)
+lines_t *lines_open(const line_config_t config[LINE_COUNT], const char *consumer, common_error_t *error)
 {
     lines_t *lines = calloc(1, sizeof *lines);
     if (lines == NULL)
     {
-        (void)sim_error_set(error, "out of memory");
+        (void)common_error_set(error, "out of memory");
         return NULL;
     }
     bool ok = true;

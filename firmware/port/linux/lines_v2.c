@@ -116,7 +116,7 @@ static bool open_line(lines_t             *lines,
                       line_t               number,
                       const line_config_t *config,
                       const char          *consumer,
-                      sim_error_t         *error)
+                      common_error_t      *error)
 {
     char text[3 * LINES_NAME_MAX];
     line_describe(number, config, text, sizeof text);
@@ -124,24 +124,25 @@ static bool open_line(lines_t             *lines,
     struct gpiod_chip *chip = find(config, &lines->offset[number]);
     if (chip == NULL)
     {
-        return sim_error_set(error, "%s: there is no such line: %s", text, strerror(errno != 0 ? errno : ENOENT));
+        return common_error_set(error, "%s: there is no such line: %s", text, strerror(errno != 0 ? errno : ENOENT));
     }
     lines->request[number] = request(chip, lines->offset[number], number <= LINE_PROBE, config, consumer);
     const int kept         = errno;
     gpiod_chip_close(chip);
-    return lines->request[number] != NULL || sim_error_set(error, "%s: cannot be requested: %s", text, strerror(kept));
+    return lines->request[number] != NULL ||
+           common_error_set(error, "%s: cannot be requested: %s", text, strerror(kept));
 }
 
-lines_t *lines_open(const line_config_t config[LINE_COUNT], const char *consumer, sim_error_t *error)
+lines_t *lines_open(const line_config_t config[LINE_COUNT], const char *consumer, common_error_t *error)
 {
     lines_t *lines = calloc(1, sizeof *lines);
     if (lines == NULL)
     {
-        (void)sim_error_set(error, "out of memory");
+        (void)common_error_set(error, "out of memory");
         return NULL;
     }
     lines->events = gpiod_edge_event_buffer_new(EVENTS);
-    bool ok       = lines->events != NULL || sim_error_set(error, "out of memory");
+    bool ok       = lines->events != NULL || common_error_set(error, "out of memory");
     for (int i = 0; ok && i < LINE_COUNT; i++)
     {
         ok = !line_is_used(&config[i]) || open_line(lines, (line_t)i, &config[i], consumer, error);

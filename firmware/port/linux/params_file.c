@@ -76,13 +76,13 @@ static bool sync_folder(const char *path)
     return ok;
 }
 
-static bool fail(params_file_t *store, const char *path, const char *why, sim_error_t *error)
+static bool fail(params_file_t *store, const char *path, const char *why, common_error_t *error)
 {
     params_file_close(store);
-    return sim_error_set(error, "store: %s: %s", path, why);
+    return common_error_set(error, "store: %s: %s", path, why);
 }
 
-bool params_file_open(params_file_t *store, const char *path, sim_error_t *error)
+bool params_file_open(params_file_t *store, const char *path, common_error_t *error)
 {
     *store = (params_file_t){.file  = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0644),
                              .flash = {.context      = store,

@@ -18,7 +18,7 @@ typedef struct
 
 /// Opens `path` for this drive alone; an empty one is made if there is none. False with why in `error`, also for a file that is
 /// no store. `store` must not move afterwards.
-bool params_file_open(params_file_t *store, const char *path, sim_error_t *error);
+bool params_file_open(params_file_t *store, const char *path, common_error_t *error);
 void params_file_close(params_file_t *store);
 
 #endif

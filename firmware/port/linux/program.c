@@ -104,7 +104,7 @@ static void take_reference(options_t *options, const char *value)
     options->has_reference = true;
     if (strcmp(value, "-") != 0)
     {
-        const bool is_number = sim_number_parse(value, &options->constant_n) == NULL;
+        const bool is_number = common_number_parse(value, &options->constant_n) == NULL;
         options->reference   = is_number ? REFERENCE_CONSTANT : REFERENCE_SCENARIO;
         options->shape       = is_number ? NULL : value;
     }
@@ -122,7 +122,7 @@ static error_t take(int key, char *value, struct argp_state *state)
         options->keys = true;
         return 0;
     case OPTION_DURATION:
-        if (sim_number_parse(value, &options->duration_s) != NULL ||
+        if (common_number_parse(value, &options->duration_s) != NULL ||
             !(options->duration_s >= 1e-3 && options->duration_s <= 1e6))
         {
             argp_error(state, "--duration %s: a time of 0.001 to 1e6 s is wanted", value);
@@ -167,23 +167,23 @@ static error_t take(int key, char *value, struct argp_state *state)
 
 typedef struct
 {
-    const options_t *options;
-    const desk_t    *desk; ///< null: devices
-    const rig_t     *rig;
-    sim_scenario_t  *scenario;
-    board_t          board;
-    params_set_t     defaults; ///< of the configuration and its scenario
-    params_ceiling_t ceilings[16];
-    uint32_t         ceiling_count;
-    params_file_t    store;
-    registers_t      registers;
-    uint32_t         ring[TRACE_WORDS];
-    gate_t           gate;
-    bus_t           *bus; ///< null: none
-    background_t     background;
-    sim_reference_t  reference;
-    recorder_t      *recorder;
-    int              ticks_in, ticks_out; ///< -1: the clock
+    const options_t   *options;
+    const desk_t      *desk; ///< null: devices
+    const rig_t       *rig;
+    common_scenario_t *scenario;
+    board_t            board;
+    params_set_t       defaults; ///< of the configuration and its scenario
+    params_ceiling_t   ceilings[16];
+    uint32_t           ceiling_count;
+    params_file_t      store;
+    registers_t        registers;
+    uint32_t           ring[TRACE_WORDS];
+    gate_t             gate;
+    bus_t             *bus; ///< null: none
+    background_t       background;
+    common_reference_t reference;
+    recorder_t        *recorder;
+    int                ticks_in, ticks_out; ///< -1: the clock
 
     char        line[64]; ///< of standard input, as far as it has come
     size_t      line_length;
@@ -200,29 +200,29 @@ static void stop(int signal)
 }
 
 /// True if the loop takes references up to `peak_n`: it coasts at larger ones.
-static bool check_reference(const program_t *program, const char *name, double peak_n, sim_error_t *error)
+static bool check_reference(const program_t *program, const char *name, double peak_n, common_error_t *error)
 {
     float most_n;
     memcpy(&most_n, &program->registers.active->set.loop[PARAMS_INPUT_MAX - PARAMS_LOOP_AT], sizeof most_n);
     return peak_n <= (double)most_n ||
-           sim_error_set(error,
-                         "%s: %.9g N: must be within -%.9g to %.9g N, as limits.input_max_N has it",
-                         name,
-                         peak_n,
-                         (double)most_n,
-                         (double)most_n);
+           common_error_set(error,
+                            "%s: %.9g N: must be within -%.9g to %.9g N, as limits.input_max_N has it",
+                            name,
+                            peak_n,
+                            (double)most_n,
+                            (double)most_n);
 }
 
 /// A number in N a line. What is none, or beyond the loop's range, ends the run.
-static bool take_line(program_t *program, sim_error_t *error)
+static bool take_line(program_t *program, common_error_t *error)
 {
     double value;
     program->line[program->line_length] = '\0';
     program->line_length                = 0;
-    const char *complaint               = sim_number_parse(program->line, &value);
+    const char *complaint               = common_number_parse(program->line, &value);
     if (complaint != NULL)
     {
-        return sim_error_set(error, "standard input: '%s' %s", program->line, complaint);
+        return common_error_set(error, "standard input: '%s' %s", program->line, complaint);
     }
     if (!check_reference(program, "standard input", fabs(value), error))
     {
@@ -233,7 +233,7 @@ static bool take_line(program_t *program, sim_error_t *error)
 }
 
 /// What has come on standard input since the last tick, without waiting.
-static bool read_lines(program_t *program, sim_error_t *error)
+static bool read_lines(program_t *program, common_error_t *error)
 {
     struct pollfd input = {.fd = STDIN_FILENO, .events = POLLIN};
     char          bytes[64];
@@ -247,7 +247,7 @@ static bool read_lines(program_t *program, sim_error_t *error)
     {
         if (bytes[i] == '\n' ? !take_line(program, error) : program->line_length + 1u >= sizeof program->line)
         {
-            return sim_error_set(error, "standard input: a line is too long");
+            return common_error_set(error, "standard input: a line is too long");
         }
         if (bytes[i] != '\n')
         {
@@ -257,7 +257,7 @@ static bool read_lines(program_t *program, sim_error_t *error)
     return true;
 }
 
-static bool renew_reference(program_t *program, double t_s, sim_error_t *error)
+static bool renew_reference(program_t *program, double t_s, common_error_t *error)
 {
     drive_t *drive = &program->registers.drive;
     if (program->bus != NULL && !program->options->has_reference)
@@ -267,7 +267,7 @@ static bool renew_reference(program_t *program, double t_s, sim_error_t *error)
     switch (program->options->reference)
     {
     case REFERENCE_SCENARIO:
-        drive_set_reference(drive, (float)sim_reference_at(&program->reference, t_s));
+        drive_set_reference(drive, (float)common_reference_at(&program->reference, t_s));
         return true;
     case REFERENCE_CONSTANT:
         drive_set_reference(drive, (float)program->options->constant_n);
@@ -311,7 +311,7 @@ static void record(program_t *program, double t_s, int64_t late_ns, int64_t step
 }
 
 /// One tick. False if the run is to end.
-static bool tick(program_t *program, uint64_t number, int64_t due_ns, sim_error_t *error)
+static bool tick(program_t *program, uint64_t number, int64_t due_ns, common_error_t *error)
 {
     board_t      *board    = &program->board;
     const int64_t start_ns = realtime_now_ns();
@@ -331,7 +331,7 @@ static bool tick(program_t *program, uint64_t number, int64_t due_ns, sim_error_
     board_advance(board);
     if (board->failed)
     {
-        return sim_error_set(error, "a device or line fails: %s", strerror(errno));
+        return common_error_set(error, "a device or line fails: %s", strerror(errno));
     }
     const char byte = '.';
     return program->ticks_out < 0 || write(program->ticks_out, &byte, 1) == 1;
@@ -345,7 +345,7 @@ static bool is_over(const program_t *program, uint64_t number)
 }
 
 /// From the start of the drive to its end. The number of ticks.
-static uint64_t run_ticks(program_t *program, heart_t *heart, sim_error_t *error)
+static uint64_t run_ticks(program_t *program, heart_t *heart, common_error_t *error)
 {
     uint64_t number = 0;
     int64_t  due_ns = realtime_now_ns();
@@ -368,7 +368,7 @@ static uint64_t run_ticks(program_t *program, heart_t *heart, sim_error_t *error
     return number;
 }
 
-static int end(program_t *program, uint64_t ticks, sim_error_t *error)
+static int end(program_t *program, uint64_t ticks, common_error_t *error)
 {
     uint64_t written = 0;
     uint64_t dropped = 0;
@@ -398,7 +398,7 @@ static int end(program_t *program, uint64_t ticks, sim_error_t *error)
 static int run(void *context, heart_t *heart)
 {
     program_t              *program = context;
-    sim_error_t             error   = {""};
+    common_error_t          error   = {""};
     const realtime_config_t wanted  = {.priority = program->rig->priority,
                                        .cpu      = (int64_t)program->rig->cpu,
                                        .required = program->rig->required != 0};
@@ -443,7 +443,7 @@ static void path_of(const char *name, const char *config, char path[2 * RIG_PATH
 }
 
 /// --reference SHAPE or FILE.csv, as --set of the scenario's keys.
-static bool set_shape(program_t *program, sim_error_t *error)
+static bool set_shape(program_t *program, common_error_t *error)
 {
     const char *shape = program->options->shape;
     char        assignment[2 * RIG_PATH_MAX];
@@ -452,34 +452,35 @@ static bool set_shape(program_t *program, sim_error_t *error)
     const int   length = snprintf(assignment, sizeof assignment, "reference.%s=%s", is_csv ? "file" : "kind", shape);
     if (length >= (int)sizeof assignment)
     {
-        return sim_error_set(error, "--reference: %s is too long", shape);
+        return common_error_set(error, "--reference: %s is too long", shape);
     }
-    return sim_scenario_set(program->scenario, assignment, error) &&
-           (!is_csv || sim_scenario_set(program->scenario, "reference.kind=csv", error));
+    return common_scenario_set(program->scenario, assignment, error) &&
+           (!is_csv || common_scenario_set(program->scenario, "reference.kind=csv", error));
 }
 
-static bool open_scenario(program_t *program, sim_error_t *error)
+static bool open_scenario(program_t *program, common_error_t *error)
 {
     char path[2 * RIG_PATH_MAX];
     path_of(program->rig->scenario, program->options->config, path);
     const desk_t *desk = program->desk;
-    program->scenario  = desk != NULL ? sim_scenario_create_of(desk->keys, desk->size)
-                                      : sim_scenario_create_of(sim_loop_keys, sizeof(sim_loop_keys_t));
-    bool ok            = program->scenario != NULL || sim_error_set(error, "out of memory");
-    ok                 = ok && sim_scenario_load(program->scenario, path, error);
+    program->scenario  = desk != NULL ? common_scenario_create_of(desk->keys, desk->size)
+                                      : common_scenario_create_of(common_loop_keys, sizeof(common_loop_keys_t));
+    bool ok            = program->scenario != NULL || common_error_set(error, "out of memory");
+    ok                 = ok && common_scenario_load(program->scenario, path, error);
     for (unsigned i = 0; ok && i < program->options->set_count; i++)
     {
-        ok = sim_scenario_set(program->scenario, program->options->sets[i], error);
+        ok = common_scenario_set(program->scenario, program->options->sets[i], error);
     }
     ok = ok && (program->options->shape == NULL || set_shape(program, error));
-    ok = ok && (desk != NULL ? desk->check(program->scenario, error)
-                             : sim_check_present(program->scenario, error) && sim_check_loop(program->scenario, error));
-    return ok && sim_check_has_loop(program->scenario, error) &&
-           sim_reference_init(&program->reference, program->scenario, error);
+    ok = ok &&
+         (desk != NULL ? desk->check(program->scenario, error)
+                       : common_check_present(program->scenario, error) && common_check_loop(program->scenario, error));
+    return ok && common_check_has_loop(program->scenario, error) &&
+           common_reference_init(&program->reference, program->scenario, error);
 }
 
 /// Of the configuration, or of its scenario.
-static bool complain_of_set(program_t *program, const sim_sources_t *sources, sim_error_t *error)
+static bool complain_of_set(program_t *program, const common_sources_t *sources, common_error_t *error)
 {
     const params_error_t *refused = &program->registers.refused;
     char                  what[160];
@@ -493,7 +494,7 @@ static bool complain_of_set(program_t *program, const sim_sources_t *sources, si
     {
         return rig_complain(sources, program->options->config, params_name(refused->word), what, error);
     }
-    return sim_error_set(error, "%s: %s: %s", program->rig->scenario, params_name(refused->word), what);
+    return common_error_set(error, "%s: %s: %s", program->rig->scenario, params_name(refused->word), what);
 }
 
 static const rig_t *the_rig; // of suits, which gets nothing else
@@ -562,7 +563,7 @@ static void take_ceilings(program_t *program)
         (params_ceiling_t){DRIVE_CONFIG_tare_max_n, 0.0f, set->drive.tare_max_n};
 }
 
-static bool open_store(program_t *program, sim_error_t *error)
+static bool open_store(program_t *program, common_error_t *error)
 {
     char path[2 * RIG_PATH_MAX];
     path_of(program->rig->store, program->options->config, path);
@@ -570,12 +571,12 @@ static bool open_store(program_t *program, sim_error_t *error)
 }
 
 /// The application behind its registers, with the configuration's params as its board's defaults.
-static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_error_t *error)
+static bool set_up_drive(program_t *program, const common_sources_t *sources, common_error_t *error)
 {
-    const sim_loop_keys_t *config    = sim_scenario_loop(program->scenario);
-    const char            *path      = program->options->config;
-    registers_t           *registers = &program->registers;
-    sim_loop_config_t      loop;
+    const common_loop_keys_t *config    = common_scenario_loop(program->scenario);
+    const char               *path      = program->options->config;
+    registers_t              *registers = &program->registers;
+    common_loop_config_t      loop;
     if ((uint32_t)(config->sample_time_s * 1e6 + 0.5) != program->rig->drive.period_us)
     {
         char what[160];
@@ -586,10 +587,10 @@ static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_e
                        config->sample_time_s);
         return rig_complain(sources, path, "drive.period_us", what, error);
     }
-    sim_loop_config_fill(&loop, config);
+    common_loop_config_fill(&loop, config);
     if (loop.has_lugre)
     {
-        return sim_error_set(error, "%s: compensator.model: lugre is not in the drive", program->rig->scenario);
+        return common_error_set(error, "%s: compensator.model: lugre is not in the drive", program->rig->scenario);
     }
     program->defaults       = params_default();
     program->defaults.drive = program->rig->drive;
@@ -620,7 +621,7 @@ static bool set_up_drive(program_t *program, const sim_sources_t *sources, sim_e
 }
 
 /// The reference of the command line or the scenario, where the bus does not give it.
-static bool check_given_reference(const program_t *program, sim_error_t *error)
+static bool check_given_reference(const program_t *program, common_error_t *error)
 {
     const options_t *options = program->options;
     switch (options->reference)
@@ -629,13 +630,13 @@ static bool check_given_reference(const program_t *program, sim_error_t *error)
         return check_reference(program, "--reference", fabs(options->constant_n), error);
     case REFERENCE_SCENARIO:
         return (bus_is_used(&program->rig->bus) && !options->has_reference) ||
-               check_reference(program, "reference", sim_reference_peak(&program->reference), error);
+               check_reference(program, "reference", common_reference_peak(&program->reference), error);
     default:
         return true;
     }
 }
 
-static bool open_ticks(program_t *program, sim_error_t *error)
+static bool open_ticks(program_t *program, common_error_t *error)
 {
     const char *ticks = program->options->ticks;
     program->ticks_in = program->ticks_out = -1;
@@ -648,10 +649,10 @@ static bool open_ticks(program_t *program, sim_error_t *error)
     (void)snprintf(in, sizeof in, "%.*s", (int)(comma - ticks), ticks);
     program->ticks_in  = open(in, O_RDONLY | O_CLOEXEC);
     program->ticks_out = program->ticks_in >= 0 ? open(comma + 1, O_WRONLY | O_CLOEXEC) : -1;
-    return program->ticks_out >= 0 || sim_error_set(error, "--ticks %s: %s", ticks, strerror(errno));
+    return program->ticks_out >= 0 || common_error_set(error, "--ticks %s: %s", ticks, strerror(errno));
 }
 
-static bool open_bus(program_t *program, sim_error_t *error)
+static bool open_bus(program_t *program, common_error_t *error)
 {
     program->bus = bus_is_used(&program->rig->bus) ? bus_open(&program->rig->bus, error) : NULL;
     return error->text[0] == '\0';
@@ -664,7 +665,7 @@ static int64_t slack_of(const program_t *program)
 }
 
 /// Whether it is there: opening it would arm it.
-static bool find_watchdog(const program_t *program, sim_error_t *error)
+static bool find_watchdog(const program_t *program, common_error_t *error)
 {
     const char *watchdog = rig_watchdog(program->rig);
     if (program->desk != NULL)
@@ -676,10 +677,10 @@ static bool find_watchdog(const program_t *program, sim_error_t *error)
         (void)fputs("watchdog: none, so nothing turns the outputs off if the kernel hangs\n", stderr);
         return true;
     }
-    return access(watchdog, W_OK) == 0 || sim_error_set(error, "watchdog: %s: %s", watchdog, strerror(errno));
+    return access(watchdog, W_OK) == 0 || common_error_set(error, "watchdog: %s: %s", watchdog, strerror(errno));
 }
 
-static int open_and_run(program_t *program, const sim_sources_t *sources, sim_error_t *error)
+static int open_and_run(program_t *program, const common_sources_t *sources, common_error_t *error)
 {
     if (!open_scenario(program, error) || !find_watchdog(program, error) ||
         !realtime_check_cpu((int64_t)program->rig->cpu, error) ||
@@ -736,20 +737,20 @@ int program_run(int count, char **arguments, const desk_t *desk)
         rig_print_keys();
         return EXIT_OK;
     }
-    sim_sources_t sources = {.count = 0};
-    sim_error_t   error   = {""};
-    program.options       = &options;
-    program.desk          = desk;
-    program.rig           = &rig;
-    program.store.file    = -1;
+    common_sources_t sources = {.count = 0};
+    common_error_t   error   = {""};
+    program.options          = &options;
+    program.desk             = desk;
+    program.rig              = &rig;
+    program.store.file       = -1;
     const int status =
         rig_load(&rig, options.config, desk != NULL, &sources, &error) ? open_and_run(&program, &sources, &error) : -1;
     if (error.text[0] != '\0')
     {
         (void)fprintf(stderr, "%s: %s\n", program_invocation_short_name, error.text);
     }
-    sim_reference_free(&program.reference);
-    sim_scenario_destroy(program.scenario);
-    sim_sources_free(&sources);
+    common_reference_free(&program.reference);
+    common_scenario_destroy(program.scenario);
+    common_sources_free(&sources);
     return status >= 0 ? status : EXIT_SETUP;
 }

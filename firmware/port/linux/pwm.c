@@ -36,7 +36,7 @@ static int64_t duty_ns(const pwm_t *pwm, float duty)
     return llround(part * (double)pwm->period_ns);
 }
 
-bool pwm_open(pwm_t *pwm, const pwm_config_t *config, float idle, const char *key, sim_error_t *error)
+bool pwm_open(pwm_t *pwm, const pwm_config_t *config, float idle, const char *key, common_error_t *error)
 {
     char        chip[PATH_MAX_LENGTH];
     char        channel[PATH_MAX_LENGTH];
@@ -48,23 +48,23 @@ bool pwm_open(pwm_t *pwm, const pwm_config_t *config, float idle, const char *ke
     (void)snprintf(duty, sizeof duty, "%s/duty_cycle", channel);
     if (stat(chip, &unused) != 0)
     {
-        return sim_error_set(error, "%s.chip: there is no %s", key, chip);
+        return common_error_set(error, "%s.chip: there is no %s", key, chip);
     }
     if (stat(channel, &unused) != 0 && !set(chip, "export", (int64_t)config->channel))
     {
-        return sim_error_set(error,
-                             "%s.channel: %s does not give channel %" PRIu64 ": %s",
-                             key,
-                             chip,
-                             config->channel,
-                             strerror(errno));
+        return common_error_set(error,
+                                "%s.channel: %s does not give channel %" PRIu64 ": %s",
+                                key,
+                                chip,
+                                config->channel,
+                                strerror(errno));
     }
     // A duty of before that is longer than the new period goes first.
     const bool period = set(channel, "period", pwm->period_ns) ||
                         (set(channel, "duty_cycle", 0) && set(channel, "period", pwm->period_ns));
     const bool ok = period && set(channel, "duty_cycle", duty_ns(pwm, idle)) && set(channel, "enable", 1);
     pwm->file     = ok ? open(duty, O_WRONLY | O_CLOEXEC) : -1;
-    return pwm->file >= 0 || sim_error_set(error, "%s: %s cannot be set up: %s", key, channel, strerror(errno));
+    return pwm->file >= 0 || common_error_set(error, "%s: %s cannot be set up: %s", key, channel, strerror(errno));
 }
 
 void pwm_close(pwm_t *pwm)

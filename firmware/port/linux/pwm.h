@@ -25,7 +25,7 @@ typedef struct
 
 /// Exports the channel if need be, sets its period and the duty `idle`, and turns it on. False with `key`, the file and why in
 /// `error`.
-bool pwm_open(pwm_t *pwm, const pwm_config_t *config, float idle, const char *key, sim_error_t *error);
+bool pwm_open(pwm_t *pwm, const pwm_config_t *config, float idle, const char *key, common_error_t *error);
 void pwm_close(pwm_t *pwm);
 
 /// The nearest nanosecond. False if the chip does not take it.

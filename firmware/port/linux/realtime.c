@@ -53,7 +53,7 @@ void histogram_print(const histogram_t *histogram, const char *name, FILE *strea
     (void)fputc('\n', stream);
 }
 
-bool realtime_check_cpu(int64_t cpu, sim_error_t *error)
+bool realtime_check_cpu(int64_t cpu, common_error_t *error)
 {
     cpu_set_t allowed;
     CPU_ZERO(&allowed);
@@ -62,13 +62,13 @@ bool realtime_check_cpu(int64_t cpu, sim_error_t *error)
     {
         return true;
     }
-    return sim_error_set(error,
-                         "realtime.cpu: value %lld: must be a CPU that this process may run on; it has %d",
-                         (long long)cpu,
-                         CPU_COUNT(&allowed));
+    return common_error_set(error,
+                            "realtime.cpu: value %lld: must be a CPU that this process may run on; it has %d",
+                            (long long)cpu,
+                            CPU_COUNT(&allowed));
 }
 
-static bool choose_cpu(int64_t cpu, sim_error_t *error)
+static bool choose_cpu(int64_t cpu, common_error_t *error)
 {
     cpu_set_t set;
     CPU_ZERO(&set);
@@ -82,10 +82,10 @@ static bool choose_cpu(int64_t cpu, sim_error_t *error)
     }
     CPU_SET((size_t)cpu, &set);
     return sched_setaffinity(0, sizeof set, &set) == 0 ||
-           sim_error_set(error, "realtime.cpu: CPU %lld: %s", (long long)cpu, strerror(errno));
+           common_error_set(error, "realtime.cpu: CPU %lld: %s", (long long)cpu, strerror(errno));
 }
 
-bool realtime_enter(const realtime_config_t *config, sim_error_t *error)
+bool realtime_enter(const realtime_config_t *config, common_error_t *error)
 {
     const struct sched_param parameters = {.sched_priority = (int)config->priority};
     if (!choose_cpu(config->cpu, error))
@@ -94,10 +94,10 @@ bool realtime_enter(const realtime_config_t *config, sim_error_t *error)
     }
     if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
     {
-        return sim_error_set(error, "memory cannot be locked: %s", strerror(errno));
+        return common_error_set(error, "memory cannot be locked: %s", strerror(errno));
     }
     return sched_setscheduler(0, SCHED_FIFO, &parameters) == 0 ||
-           sim_error_set(error, "realtime.priority: SCHED_FIFO %d: %s", parameters.sched_priority, strerror(errno));
+           common_error_set(error, "realtime.priority: SCHED_FIFO %d: %s", parameters.sched_priority, strerror(errno));
 }
 
 int64_t realtime_now_ns(void)

@@ -35,11 +35,11 @@ double histogram_quantile_us(const histogram_t *histogram, double part);
 void histogram_print(const histogram_t *histogram, const char *name, FILE *stream);
 
 /// True if this process may run on the CPU; -1: any.
-bool realtime_check_cpu(int64_t cpu, sim_error_t *error);
+bool realtime_check_cpu(int64_t cpu, common_error_t *error);
 
 /// Locks all memory and makes the calling thread one of SCHED_FIFO on its CPU. False with what is refused in `error`; what
 /// comes before it has been done.
-bool realtime_enter(const realtime_config_t *config, sim_error_t *error);
+bool realtime_enter(const realtime_config_t *config, common_error_t *error);
 
 /// CLOCK_MONOTONIC.
 int64_t realtime_now_ns(void);

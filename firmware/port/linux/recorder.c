@@ -115,12 +115,12 @@ static void *work(void *context)
     return NULL;
 }
 
-recorder_t *recorder_start(const char *path, sim_error_t *error)
+recorder_t *recorder_start(const char *path, common_error_t *error)
 {
     recorder_t *recorder = calloc(1, sizeof *recorder);
     if (recorder == NULL)
     {
-        (void)sim_error_set(error, "out of memory");
+        (void)common_error_set(error, "out of memory");
         return NULL;
     }
     static const char head[] = "t_s,r_N,F_N,u_N,state,fault,limits,late_us,step_us\n";
@@ -133,7 +133,7 @@ recorder_t *recorder_start(const char *path, sim_error_t *error)
     }
     if (status != 0)
     {
-        (void)sim_error_set(error, "--log %s: %s", path, strerror(status));
+        (void)common_error_set(error, "--log %s: %s", path, strerror(status));
         if (recorder->file >= 0)
         {
             (void)close(recorder->file);
@@ -160,7 +160,7 @@ void recorder_add(recorder_t *recorder, const recorder_row_t *row)
     atomic_store_explicit(&recorder->added, added + 1u, memory_order_release);
 }
 
-bool recorder_stop(recorder_t *recorder, uint64_t *written, uint64_t *dropped, sim_error_t *error)
+bool recorder_stop(recorder_t *recorder, uint64_t *written, uint64_t *dropped, common_error_t *error)
 {
     atomic_store(&recorder->stops, true);
     (void)pthread_join(recorder->thread, NULL);
@@ -169,5 +169,5 @@ bool recorder_stop(recorder_t *recorder, uint64_t *written, uint64_t *dropped, s
     const int closed = close(recorder->file) == 0 ? 0 : errno;
     const int failed = recorder->failed != 0 ? recorder->failed : closed;
     free(recorder);
-    return failed == 0 || sim_error_set(error, "--log: %s", strerror(failed));
+    return failed == 0 || common_error_set(error, "--log: %s", strerror(failed));
 }

@@ -25,13 +25,13 @@ typedef struct
 typedef struct recorder recorder_t;
 
 /// Makes the file and starts the thread. `path` outlives it. Null with the path and why in `error`.
-recorder_t *recorder_start(const char *path, sim_error_t *error);
+recorder_t *recorder_start(const char *path, common_error_t *error);
 
 /// From one thread: the tick's. Null takes no rows.
 void recorder_add(recorder_t *recorder, const recorder_row_t *row);
 
 /// Writes what is left and closes the file. False if the disk has refused a row, in `error`, also if it took it later. `dropped` and
 /// `written`: rows.
-bool recorder_stop(recorder_t *recorder, uint64_t *written, uint64_t *dropped, sim_error_t *error);
+bool recorder_stop(recorder_t *recorder, uint64_t *written, uint64_t *dropped, common_error_t *error);
 
 #endif

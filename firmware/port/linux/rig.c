@@ -14,27 +14,27 @@ static const char *const outputs[]   = {[RIG_OUTPUT_PWM] = "pwm", [RIG_OUTPUT_DA
 static const char *const biases[]    = {[LINE_BIAS_AS_IS] = "as_is", [LINE_BIAS_DISABLED] = "disabled",
                                         [LINE_BIAS_PULL_UP] = "pull_up", [LINE_BIAS_PULL_DOWN] = "pull_down", NULL};
 
-static const sim_key_t sensor_keys[] = {
+static const common_key_t sensor_keys[] = {
     TEXT("device",  AT(rig_t, sensor.device),  CHANNEL_NAME_MAX, "the IIO device of the force: its name, label or id"),
     TEXT("channel", AT(rig_t, sensor.channel), CHANNEL_NAME_MAX, "its channel, e.g. voltage0; a unit is (raw + offset) scale, mV of a voltage"),
     NUMBER("low_units",  AT(rig_t, sensor_low),  RANGE("-", -1e9, 1e9, 0.0), "the lower end of what a working sensor reads ..."),
     NUMBER("high_units", AT(rig_t, sensor_high), RANGE("-", -1e9, 1e9, 0.0), "... and the upper one; equal: no range"),
     END};
 
-static const sim_key_t pwm_keys[] = {
+static const common_key_t pwm_keys[] = {
     TEXT("chip",       AT(rig_t, pwm.chip),      PWM_NAME_MAX, "in /sys/class/pwm, e.g. pwmchip0; a unit of the output is a duty of 1"),
     WHOLE("channel",   AT(rig_t, pwm.channel),   RANGE("-",  0.0, 255.0, 0.0), "of the chip"),
     WHOLE("period_ns", AT(rig_t, pwm.period_ns), RANGE("ns", 100.0, 1e9, 50000.0), "of the PWM"),
     END};
 
-static const sim_key_t dac_keys[] = {
+static const common_key_t dac_keys[] = {
     TEXT("device",  AT(rig_t, dac.device),  CHANNEL_NAME_MAX, "the IIO device of the command"),
     TEXT("channel", AT(rig_t, dac.channel), CHANNEL_NAME_MAX, "its channel, e.g. voltage0"),
     NUMBER("low_units",  AT(rig_t, dac_low),  RANGE("-", -1e9, 1e9, 0.0), "the lower end of its range ..."),
     NUMBER("high_units", AT(rig_t, dac_high), RANGE("-", -1e9, 1e9, 0.0), "... and the upper one; equal: no range"),
     END};
 
-static const sim_key_t line_keys[] = {
+static const common_key_t line_keys[] = {
     TEXT("name",         AT(line_config_t, name),       LINES_NAME_MAX, "the line's name, or else ..."),
     TEXT("chip",         AT(line_config_t, chip),       LINES_NAME_MAX, "... its chip (label, name, number or path) ..."),
     WHOLE("offset",      AT(line_config_t, offset),     RANGE("-", 0.0, 1023.0, 0.0), "... and its place there"),
@@ -43,7 +43,7 @@ static const sim_key_t line_keys[] = {
     END};
 
 #define LINE(number, name_, text_) GROUP(name_, .offset = offsetof(rig_t, lines) + (number) * sizeof(line_config_t), line_keys, text_)
-static const sim_key_t lines_keys[] = {
+static const common_key_t lines_keys[] = {
     LINE(LINE_ENABLE,         "enable",         "output: the power stage is on"),
     LINE(LINE_HEARTBEAT,      "heartbeat",      "output: changes its level with every heartbeat_ticks ticks while all is well, for a retriggerable one-shot on the enable path"),
     LINE(LINE_PROBE,          "probe",          "output: high during each tick"),
@@ -52,14 +52,14 @@ static const sim_key_t lines_keys[] = {
     LINE(LINE_READY,          "ready",          "input: the power stage is ready, see drive.ready_ms and drive.ready_level"),
     END};
 
-static const sim_key_t realtime_keys[] = {
+static const common_key_t realtime_keys[] = {
     WHOLE("priority",  AT(rig_t, priority), RANGE("-", 1.0, 98.0, 80.0), "of SCHED_FIFO; the supervisor's is one more"),
     NUMBER("cpu",      AT(rig_t, cpu),      RANGE("-", -1.0, 1023.0, -1.0), "the only one that the loop runs on; -1: any"),
     CHOICE("required", AT(rig_t, required), no_or_yes, 1.0, "without the privileges: yes ends the program, no says so and runs on"),
     WHOLE("catch_up_ms", AT(rig_t, catch_up_ms), RANGE("ms", 0.0, 10000.0, 0.0), "how far behind its schedule tribo-desk may be and make up for it; 0: drive.late_us is the bound"),
     END};
 
-static const sim_key_t bus_keys[] = {
+static const common_key_t bus_keys[] = {
     TEXT("device", AT(rig_t, bus.device), BUS_NAME_MAX, "the serial line of Modbus RTU, e.g. /dev/ttyUSB0, or else ..."),
     WHOLE("baud",  AT(rig_t, bus.baud),   RANGE("-", 1200.0, 4000000.0, 115200.0), "of it, with 8 bits, no parity, 1 stop bit"),
     TEXT("listen", AT(rig_t, bus.listen), BUS_NAME_MAX, "... the address of this machine for Modbus TCP: whoever reaches it moves the drive; 127.0.0.1 if only bus.port is given"),
@@ -67,11 +67,11 @@ static const sim_key_t bus_keys[] = {
     END};
 
 #define DRIVE_KEY(type_, name_, unit_, low, high, off, normal, change, text_) \
-    {.name = #name_, .type = SIM_KEY_NUMBER, .offset = offsetof(rig_t, drive_values) + DRIVE_CONFIG_##name_ * sizeof(double), \
+    {.name = #name_, .type = COMMON_KEY_NUMBER, .offset = offsetof(rig_t, drive_values) + DRIVE_CONFIG_##name_ * sizeof(double), \
      .unit = (unit_), .min = (off) != 0 ? 0.0 : (double)(low), .max = (double)(high), .standard = (double)(normal), .text = (text_)},
-static const sim_key_t drive_keys[] = {DRIVE_CONFIG_FIELDS(DRIVE_KEY) END};
+static const common_key_t drive_keys[] = {DRIVE_CONFIG_FIELDS(DRIVE_KEY) END};
 
-static const sim_key_t rig_keys[] = {
+static const common_key_t rig_keys[] = {
     TEXT("scenario", AT(rig_t, scenario), RIG_PATH_MAX, "the scenario whose controller, compensator, limits and reference are taken; required"),
     GROUP("sensor", .offset = 0, sensor_keys, "Sensor"),
     CHOICE("output", AT(rig_t, output), outputs, 0.0, "what makes the command"),
@@ -91,13 +91,17 @@ static const sim_key_t rig_keys[] = {
     END};
 // clang-format on
 
-bool rig_complain(const sim_sources_t *sources, const char *path, const char *key, const char *what, sim_error_t *error)
+bool rig_complain(const common_sources_t *sources,
+                  const char             *path,
+                  const char             *key,
+                  const char             *what,
+                  common_error_t         *error)
 {
-    const sim_source_t *source = sim_sources_find(sources, key);
-    return sim_error_set(error, "%s: %s: %s", source != NULL ? source->place : path, key, what);
+    const common_source_t *source = common_sources_find(sources, key);
+    return common_error_set(error, "%s: %s: %s", source != NULL ? source->place : path, key, what);
 }
 
-static bool check_lines(const rig_t *rig, const sim_sources_t *sources, const char *path, sim_error_t *error)
+static bool check_lines(const rig_t *rig, const common_sources_t *sources, const char *path, common_error_t *error)
 {
     for (int i = 0; i < LINE_COUNT; i++)
     {
@@ -120,7 +124,7 @@ static bool check_lines(const rig_t *rig, const sim_sources_t *sources, const ch
     return true;
 }
 
-static bool check_devices(const rig_t *rig, const sim_sources_t *sources, const char *path, sim_error_t *error)
+static bool check_devices(const rig_t *rig, const common_sources_t *sources, const char *path, common_error_t *error)
 {
     const bool pwm = rig->output == RIG_OUTPUT_PWM;
     const struct
@@ -153,7 +157,7 @@ const char *rig_watchdog(const rig_t *rig)
 }
 
 /// The drive's config out of the values read; those of whole numbers must be whole.
-static bool take_drive(rig_t *rig, const sim_sources_t *sources, const char *path, sim_error_t *error)
+static bool take_drive(rig_t *rig, const common_sources_t *sources, const char *path, common_error_t *error)
 {
     char                 key[64];
     char                 what[128];
@@ -189,18 +193,18 @@ static bool take_drive(rig_t *rig, const sim_sources_t *sources, const char *pat
     return true;
 }
 
-bool rig_load(rig_t *rig, const char *path, bool at_desk, sim_sources_t *sources, sim_error_t *error)
+bool rig_load(rig_t *rig, const char *path, bool at_desk, common_sources_t *sources, common_error_t *error)
 {
     *rig = (rig_t){.output = RIG_OUTPUT_PWM};
-    sim_key_set_defaults(rig_keys, (char *)rig);
-    char *content = sim_file_read(path, SIM_FILE_BYTES_MAX, error);
+    common_key_set_defaults(rig_keys, (char *)rig);
+    char *content = common_file_read(path, COMMON_FILE_BYTES_MAX, error);
     if (content == NULL)
     {
         return false;
     }
-    const sim_text_t text =
+    const common_text_t text =
         {.text = content, .name = path, .prefix = "", .root = rig_keys, .keys = rig_keys, .group = (char *)rig};
-    const bool ok = sim_read(&text, sources, error);
+    const bool ok = common_read(&text, sources, error);
     free(content);
     if (!ok || !take_drive(rig, sources, path, error))
     {
@@ -210,7 +214,7 @@ bool rig_load(rig_t *rig, const char *path, bool at_desk, sim_sources_t *sources
     {
         return rig_complain(sources, path, "scenario", "is missing", error);
     }
-    if (rig->bus.device[0] == '\0' && rig->bus.listen[0] == '\0' && sim_sources_find(sources, "bus.port") != NULL)
+    if (rig->bus.device[0] == '\0' && rig->bus.listen[0] == '\0' && common_sources_find(sources, "bus.port") != NULL)
     {
         (void)snprintf(rig->bus.listen, sizeof rig->bus.listen, "127.0.0.1");
     }
@@ -239,26 +243,26 @@ static void print_cell(const char *text)
     }
 }
 
-static void print_rows(const sim_key_t *keys, const char *prefix)
+static void print_rows(const common_key_t *keys, const char *prefix)
 {
-    for (const sim_key_t *key = keys; key->name != NULL; key++)
+    for (const common_key_t *key = keys; key->name != NULL; key++)
     {
         char name[96];
-        char allowed[SIM_WORDS_MAX] = "text";
-        char standard[64]           = "-";
+        char allowed[COMMON_WORDS_MAX] = "text";
+        char standard[64]              = "-";
         (void)snprintf(name, sizeof name, "%s%s", prefix, key->name);
-        if (key->type == SIM_KEY_GROUP)
+        if (key->type == COMMON_KEY_GROUP)
         {
             (void)snprintf(name, sizeof name, "%s%s.", prefix, key->name);
             print_rows(key->keys, name);
             continue;
         }
-        if (key->type == SIM_KEY_CHOICE)
+        if (key->type == COMMON_KEY_CHOICE)
         {
-            sim_key_words(key, allowed, sizeof allowed);
+            common_key_words(key, allowed, sizeof allowed);
             (void)snprintf(standard, sizeof standard, "%s", key->words[(int)key->standard]);
         }
-        else if (key->type != SIM_KEY_TEXT)
+        else if (key->type != COMMON_KEY_TEXT)
         {
             (void)snprintf(allowed, sizeof allowed, "%g to %g", key->min, key->max);
             (void)snprintf(standard, sizeof standard, "%g", key->standard);

@@ -48,17 +48,17 @@ typedef struct
 } rig_t;
 
 /// Reads and checks `path`; devices and lines are not needed at a desk. False with file, line, key, value and range in `error`; `sources` knows where each key was written.
-bool rig_load(rig_t *rig, const char *path, bool at_desk, sim_sources_t *sources, sim_error_t *error);
+bool rig_load(rig_t *rig, const char *path, bool at_desk, common_sources_t *sources, common_error_t *error);
 
 /// The device; null: none.
 const char *rig_watchdog(const rig_t *rig);
 
 /// "FILE:LINE: " of a key, or of the file as a whole, and what is wrong with it. Always false.
-bool rig_complain(const sim_sources_t *sources,
-                  const char          *path,
-                  const char          *key,
-                  const char          *what,
-                  sim_error_t         *error);
+bool rig_complain(const common_sources_t *sources,
+                  const char             *path,
+                  const char             *key,
+                  const char             *what,
+                  common_error_t         *error);
 
 /// The table of keys in Markdown.
 void rig_print_keys(void);

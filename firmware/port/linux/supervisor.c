@@ -42,28 +42,28 @@ static void tell_watchdog(int watchdog, char what)
 }
 
 /// A driver may take another timeout than it is given, and say so.
-static bool set_timeout(int watchdog, const supervisor_config_t *config, sim_error_t *error)
+static bool set_timeout(int watchdog, const supervisor_config_t *config, common_error_t *error)
 {
     const int wanted = (int)config->watchdog_s;
     int       given  = wanted;
     int       taken  = 0;
     if (ioctl(watchdog, WDIOC_SETTIMEOUT, &given) != 0 || ioctl(watchdog, WDIOC_GETTIMEOUT, &taken) != 0)
     {
-        return sim_error_set(error,
-                             "watchdog: %s: takes no timeout of %d s (watchdog_s): %s",
-                             config->watchdog,
-                             wanted,
-                             strerror(errno));
+        return common_error_set(error,
+                                "watchdog: %s: takes no timeout of %d s (watchdog_s): %s",
+                                config->watchdog,
+                                wanted,
+                                strerror(errno));
     }
-    return taken == wanted || sim_error_set(error,
-                                            "watchdog_s: %d: %s has a timeout of %d s in its place",
-                                            wanted,
-                                            config->watchdog,
-                                            taken);
+    return taken == wanted || common_error_set(error,
+                                               "watchdog_s: %d: %s has a timeout of %d s in its place",
+                                               wanted,
+                                               config->watchdog,
+                                               taken);
 }
 
 /// The device stays armed if the program dies; "V" disarms it.
-static int open_watchdog(const supervisor_config_t *config, sim_error_t *error)
+static int open_watchdog(const supervisor_config_t *config, common_error_t *error)
 {
     if (config->watchdog == NULL)
     {
@@ -72,7 +72,7 @@ static int open_watchdog(const supervisor_config_t *config, sim_error_t *error)
     const int watchdog = open(config->watchdog, O_WRONLY | O_CLOEXEC);
     if (watchdog < 0)
     {
-        (void)sim_error_set(error, "watchdog: %s: %s", config->watchdog, strerror(errno));
+        (void)common_error_set(error, "watchdog: %s: %s", config->watchdog, strerror(errno));
     }
     else if (!set_timeout(watchdog, config, error))
     {
@@ -169,10 +169,10 @@ static int run_loop(int (*loop)(void *context, heart_t *heart),
 /// The two processes. Returns as supervisor_run does.
 static int run_both(const supervisor_config_t *config,
                     int (*loop)(void *context, heart_t *heart),
-                    void        *context,
-                    heart_t     *heart,
-                    int          watchdog,
-                    sim_error_t *error)
+                    void           *context,
+                    heart_t        *heart,
+                    int             watchdog,
+                    common_error_t *error)
 {
     sigset_t signals;
     sigset_t before;
@@ -191,13 +191,13 @@ static int run_both(const supervisor_config_t *config,
     int status = -1;
     if (process < 0)
     {
-        (void)sim_error_set(error, "no process for the loop: %s", strerror(errno));
+        (void)common_error_set(error, "no process for the loop: %s", strerror(errno));
     }
     else
     {
         take_name();
         // Only now, as the loop would inherit it. Without the privileges the loop says so.
-        sim_error_t             refused   = {""};
+        common_error_t          refused   = {""};
         const realtime_config_t real_time = {.priority = config->priority, .cpu = -1};
         (void)realtime_enter(&real_time, &refused);
         status = watch(config, heart, process, &signals, watchdog);
@@ -209,8 +209,8 @@ static int run_both(const supervisor_config_t *config,
 
 int supervisor_run(const supervisor_config_t *config,
                    int (*loop)(void *context, heart_t *heart),
-                   void        *context,
-                   sim_error_t *error)
+                   void           *context,
+                   common_error_t *error)
 {
     const int watchdog = open_watchdog(config, error);
     if (config->watchdog != NULL && watchdog < 0)
@@ -221,7 +221,7 @@ int supervisor_run(const supervisor_config_t *config,
     heart_t *heart  = mmap(NULL, sizeof *heart, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (heart == MAP_FAILED)
     {
-        (void)sim_error_set(error, "no memory for a heartbeat: %s", strerror(errno));
+        (void)common_error_set(error, "no memory for a heartbeat: %s", strerror(errno));
     }
     else
     {

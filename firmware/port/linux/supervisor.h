@@ -33,7 +33,7 @@ void heart_rest(heart_t *heart);
 /// the signal that ended it. SIGINT and SIGTERM are passed on to it. -1 with why in `error` if there is no such process.
 int supervisor_run(const supervisor_config_t *config,
                    int (*loop)(void *context, heart_t *heart),
-                   void        *context,
-                   sim_error_t *error);
+                   void           *context,
+                   common_error_t *error);
 
 #endif

@@ -28,7 +28,7 @@ typedef struct
 } arm_t;
 
 /// With d = u + g - f - F the arm obeys d'' = -(K/I) d - (b/I) d' while u and f are held, and F' = -d'.
-sim_arm_matrices_t sim_arm_matrices(const sim_arm_config_t *arm, double step_s)
+sim_arm_matrices_t sim_arm_matrices(const common_arm_config_t *arm, double step_s)
 {
     const double stiffness = arm->stiffness / arm->inertia;
     const double damping   = arm->damping / arm->inertia;

@@ -27,6 +27,6 @@ typedef struct
     double phi_d, phi_g, gamma_d, gamma_g;
 } sim_arm_matrices_t;
 
-sim_arm_matrices_t sim_arm_matrices(const sim_arm_config_t *arm, double step_s);
+sim_arm_matrices_t sim_arm_matrices(const common_arm_config_t *arm, double step_s);
 
 #endif

@@ -157,7 +157,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_key_t keys[] = {
+static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, deflection, "deflection_deg", "deg", 1e-7, 1.0, 1.2e-3, "d: at which a bond snaps"),
     SIM_TRUTH_NUMBER(parameters_t,
                      sliding_ratio,

@@ -69,7 +69,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_key_t keys[] = {
+static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, stiffness, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "at small deflection"),
     SIM_TRUTH_END,
 };

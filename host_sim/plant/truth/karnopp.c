@@ -118,7 +118,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_key_t keys[] = {
+static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t,
                      dead_zone,
                      "dead_zone_deg_per_s",

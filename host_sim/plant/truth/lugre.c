@@ -93,7 +93,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
 
 static const char *const no_or_yes[] = {"no", "yes", NULL};
 
-static const sim_key_t keys[] = {
+static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1.0, 1e7, 1e5, "s0: of the bristles"),
     SIM_TRUTH_NUMBER(parameters_t,
                      s1,

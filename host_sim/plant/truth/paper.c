@@ -30,10 +30,10 @@
 
 typedef struct
 {
-    sim_friction_config_t  friction;
-    sim_paper_parameters_t p;
-    double                 rate_hz;
-    sim_arm_matrices_t     arm;
+    common_friction_config_t friction;
+    sim_paper_parameters_t   p;
+    double                   rate_hz;
+    sim_arm_matrices_t       arm;
 
     double              force_n;
     double              speed_n_per_s;
@@ -89,7 +89,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
 
 static uint8_t relay_events(const paper_truth_t *truth, double n, sim_breakaway_t breakaway)
 {
-    const sim_friction_config_t *friction = &truth->friction;
+    const common_friction_config_t *friction = &truth->friction;
 
     const double past   = truth->n_n;
     unsigned     events = 0;
@@ -110,7 +110,7 @@ static uint8_t relays_step(paper_truth_t *truth, uint8_t events)
 }
 
 /// Eq. (3), first line, with k from Eq. (5).
-static double gradual(const sim_friction_config_t *friction, double n, double L, double v)
+static double gradual(const common_friction_config_t *friction, double n, double L, double v)
 {
     const double mean = 0.5 * (friction->k_max + friction->k_min);
     const double half = 0.5 * (friction->k_max - friction->k_min);
@@ -181,14 +181,14 @@ typedef struct
 
 typedef struct
 {
-    sim_friction_config_t  friction;
-    sim_arm_config_t       arm;
-    sim_paper_parameters_t p;
-    bool                   n_rises;
-    bool                   below, above; ///< n < c1 L+, n > -c1 L-
-    bool                   under, over;  ///< n < -c2 L-, n > c2 L+
-    bool                   holds;        ///< the sliding mode v = 0
-    relay_t                relay1, relay2;
+    common_friction_config_t friction;
+    common_arm_config_t      arm;
+    sim_paper_parameters_t   p;
+    bool                     n_rises;
+    bool                     below, above; ///< n < c1 L+, n > -c1 L-
+    bool                     under, over;  ///< n < -c2 L-, n > c2 L+
+    bool                     holds;        ///< the sliding mode v = 0
+    relay_t                  relay1, relay2;
 } paper_law_t;
 
 #define LONG_AGO_S (-1e9)
@@ -378,7 +378,7 @@ static const char *const curves[]    = {[SIM_PAPER_CURVE_NEVER]  = "never",
                                         NULL};
 static const char *const no_or_yes[] = {"no", "yes", NULL};
 
-static const sim_key_t keys[] = {
+static const common_key_t keys[] = {
     SIM_TRUTH_CHOICE(sim_paper_parameters_t,
                      limited,
                      "limited",

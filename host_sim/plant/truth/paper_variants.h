@@ -14,7 +14,7 @@ typedef enum
     SIM_PAPER_CURVE_RELAYS  ///< Eq. (8)
 } sim_paper_curve_t;
 
-/// The parameters of sim_paper_truth beside those of sim_friction_config_t.
+/// The parameters of sim_paper_truth beside those of common_friction_config_t.
 typedef struct
 {
     int               limited; ///< 1: f within -L to L; 0: not

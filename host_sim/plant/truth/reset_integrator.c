@@ -121,7 +121,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
-static const sim_key_t keys[] = {
+static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, length, "length_deg", "deg", 1e-7, 1.0, 8e-4, "z0: stretch at which the bond slips"),
     SIM_TRUTH_NUMBER(parameters_t,
                      stiction,

@@ -108,7 +108,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
 
 /// One actuator: its defaults and its row.
 #define SERVO(id, title, base_n_m, load_part)                                                                          \
-    static const sim_key_t keys_##id[] = {                                                                             \
+    static const common_key_t keys_##id[] = {                                                                          \
         SIM_TRUTH_NUMBER(parameters_t,                                                                                 \
                          base,                                                                                         \
                          "base_N_m",                                                                                   \

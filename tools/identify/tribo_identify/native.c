@@ -150,11 +150,11 @@ const char *identify_status_text(int status)
 /// The ways of slow slides in a segment, as replay's verdict finds them. 0, or -1 without memory.
 int identify_slides(const double *u, double *force, size_t rows, double interval_s, signed char *ways)
 {
-    sim_error_t error     = {""};
-    size_t      starts[]  = {0, rows};
-    float      *n         = malloc(rows * sizeof *n);
-    sim_log_t   log       = {.rows = rows, .segments = 1, .sample_time_s = interval_s, .starts = starts};
-    log.values[SIM_LOG_F] = force;
+    common_error_t error    = {""};
+    size_t         starts[] = {0, rows};
+    float         *n        = malloc(rows * sizeof *n);
+    sim_log_t      log      = {.rows = rows, .segments = 1, .sample_time_s = interval_s, .starts = starts};
+    log.values[SIM_LOG_F]   = force;
     for (size_t k = 0; n != NULL && k < rows; k++)
     {
         n[k] = (float)(u[k] - force[k]);
