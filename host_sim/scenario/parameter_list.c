@@ -59,9 +59,15 @@ static void print_row(const char *field,
 #define LENGTH(group, symbol, member, key, unit, low, high, standard, change, number, condition, text)                 \
     print_row(AT_##group(member), "-", unit, low, high, standard, text);
 #define POINT(symbol, member, key, unit, low, high, text)                                                              \
-    print_row(AT_TABLE(table[0].member), "`" TRIBO_KEY_TABLE "table[]." key "`", unit, low, high, NAN, text);
+    print_row(AT_TABLE(table[0].member), "`" TRIBO_KEY_TABLE "table[]." key "`", unit, low, high, (double)NAN, text);
 #define SECTION(symbol, member, key, unit, low, high, text)                                                            \
-    print_row(AT_CASCADE(sections[0].member), "`" TRIBO_KEY_CASCADE "sections[]." key "`", unit, low, high, NAN, text);
+    print_row(AT_CASCADE(sections[0].member),                                                                          \
+              "`" TRIBO_KEY_CASCADE "sections[]." key "`",                                                             \
+              unit,                                                                                                    \
+              low,                                                                                                     \
+              high,                                                                                                    \
+              (double)NAN,                                                                                             \
+              text);
 
 void sim_parameter_list_print(void)
 {
