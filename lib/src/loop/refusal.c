@@ -52,13 +52,15 @@ static tribo_refusal_t refusal_of(set_up_t                             set_up,
                                   const tribo_force_loop_f32_config_t *config,
                                   float                                full_scale_n)
 {
-    uint32_t i = 0;
-    while (about[i].status != (uint8_t)status)
+    const uint32_t rows = sizeof about / sizeof about[0];
+    uint32_t       i    = rows;
+    for (uint32_t row = 0; row < rows; row++)
     {
-        if (++i == sizeof about / sizeof about[0])
-        {
-            return (tribo_refusal_t){0};
-        }
+        i = about[row].status == (uint8_t)status ? row : i;
+    }
+    if (i == rows)
+    {
+        return (tribo_refusal_t){0};
     }
     tribo_force_loop_f32_config_t part     = *config;
     const bool                    in_table = about[i].first >= SECTION_NUMBERS;
