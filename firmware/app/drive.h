@@ -64,36 +64,37 @@ typedef enum
 typedef enum
 {
     DRIVE_FAULT_NONE,
-    DRIVE_FAULT_IMAGE,          ///< self-test: the image differs from the one built; for good
-    DRIVE_FAULT_RAM,            ///< self-test: for good
-    DRIVE_FAULT_GOLDEN,         ///< self-test: the loop computes a wrong result; for good
-    DRIVE_FAULT_PARAMS,         ///< config or params are not for this drive; for good
-    DRIVE_FAULT_CLOCK,          ///< no crystal, or not the one that the config names; for good
-    DRIVE_FAULT_STORE,          ///< at power-up: the saved params are damaged or of other firmware
-    DRIVE_FAULT_WATCHDOG,       ///< at power-up: the watchdog ended the last run
-    DRIVE_FAULT_EXCEPTION,      ///< at power-up: a hard fault or an unexpected exception did
-    DRIVE_FAULT_CRYSTAL,        ///< at power-up: the crystal stopped
-    DRIVE_FAULT_BROWN_OUT,      ///< at power-up: the supply fell so far that the chip was reset
-    DRIVE_FAULT_RESTART,        ///< at power-up: the software reset the chip
-    DRIVE_FAULT_EMERGENCY_STOP, ///< the input
-    DRIVE_FAULT_SUPPLY,         ///< the input: the supply is low
-    DRIVE_FAULT_POWER,          ///< the power stage's fault input
-    DRIVE_FAULT_NOT_READY,      ///< the power stage: ready_ms after it was enabled, or in RUN
-    DRIVE_FAULT_TICK_MISSED,    ///< a whole period or more late
-    DRIVE_FAULT_TICK_LATE,      ///< by more than late_us
-    DRIVE_FAULT_TICK_EARLY,     ///< by more than late_us: a clock runs wrong
-    DRIVE_FAULT_SENSOR_SILENT,  ///< no new reading since the last tick
-    DRIVE_FAULT_NAN,            ///< the sensor or the reference
-    DRIVE_FAULT_SENSOR_RANGE,   ///< |y| beyond input_max
-    DRIVE_FAULT_SENSOR_STUCK,   ///< stuck_ticks readings in a row without a change
-    DRIVE_FAULT_REFERENCE,      ///< the host's not renewed for reference_ms, in RUN
-    DRIVE_FAULT_TICK_OVERRUN,   ///< longer than budget_us from its start to its command
-    DRIVE_FAULT_RESIDUAL,       ///< the sensor does not show the force that the loop commands
-    DRIVE_FAULT_COMMAND_LIMIT,  ///< u at a limit for command_limit_ms
-    DRIVE_FAULT_CONFIG_CHANGED, ///< params that the drive runs with are not those that were checked; for good
-    DRIVE_FAULT_OVER_CURRENT,   ///< measured, beyond over_current_a
-    DRIVE_FAULT_BUS_VOLTAGE,    ///< measured, outside bus_low_v to bus_high_v
-    DRIVE_FAULT_TEMPERATURE,    ///< measured, above temperature_max_c
+    DRIVE_FAULT_IMAGE,           ///< self-test: the image differs from the one built; for good
+    DRIVE_FAULT_RAM,             ///< self-test: for good
+    DRIVE_FAULT_GOLDEN,          ///< self-test: the loop computes a wrong result; for good
+    DRIVE_FAULT_PARAMS,          ///< config or params are not for this drive; for good
+    DRIVE_FAULT_CLOCK,           ///< no crystal, or not the one that the config names; for good
+    DRIVE_FAULT_STORE,           ///< at power-up: the saved params are damaged or of other firmware
+    DRIVE_FAULT_WATCHDOG,        ///< at power-up: the watchdog ended the last run
+    DRIVE_FAULT_EXCEPTION,       ///< at power-up: a hard fault or an unexpected exception did
+    DRIVE_FAULT_CRYSTAL,         ///< at power-up: the crystal stopped
+    DRIVE_FAULT_BROWN_OUT,       ///< at power-up: the supply fell so far that the chip was reset
+    DRIVE_FAULT_RESTART,         ///< at power-up: the software reset the chip
+    DRIVE_FAULT_EMERGENCY_STOP,  ///< the input
+    DRIVE_FAULT_SUPPLY,          ///< the input: the supply is low
+    DRIVE_FAULT_POWER,           ///< the power stage's fault input
+    DRIVE_FAULT_NOT_READY,       ///< the power stage: ready_ms after it was enabled, or in RUN
+    DRIVE_FAULT_TICK_MISSED,     ///< a whole period or more late
+    DRIVE_FAULT_TICK_LATE,       ///< by more than late_us
+    DRIVE_FAULT_TICK_EARLY,      ///< by more than late_us: a clock runs wrong
+    DRIVE_FAULT_SENSOR_SILENT,   ///< no new reading since the last tick
+    DRIVE_FAULT_NAN,             ///< the sensor or the reference
+    DRIVE_FAULT_SENSOR_RANGE,    ///< |y| beyond input_max
+    DRIVE_FAULT_SENSOR_STUCK,    ///< stuck_ticks readings in a row without a change
+    DRIVE_FAULT_REFERENCE,       ///< the host's not renewed for reference_ms, in RUN
+    DRIVE_FAULT_TICK_OVERRUN,    ///< longer than budget_us from its start to its command
+    DRIVE_FAULT_RESIDUAL,        ///< the sensor does not show the force that the loop commands
+    DRIVE_FAULT_COMMAND_LIMIT,   ///< u at a limit for command_limit_ms
+    DRIVE_FAULT_CONFIG_CHANGED,  ///< params that the drive runs with are not those that were checked; for good
+    DRIVE_FAULT_OVER_CURRENT,    ///< measured, beyond over_current_a
+    DRIVE_FAULT_BUS_VOLTAGE,     ///< measured, outside bus_low_v to bus_high_v
+    DRIVE_FAULT_TEMPERATURE,     ///< measured, above temperature_max_c
+    DRIVE_FAULT_BROWN_OUT_LEVEL, ///< at power-up: the chip would run on with a supply too low for it
     DRIVE_FAULTS
 } drive_fault_t;
 

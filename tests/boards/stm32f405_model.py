@@ -54,7 +54,7 @@ class Reset(Exception):
 class Chip:
     """One power-up of an image. `ram`, `flags` and `store`, the last two sectors, are those of a chip that has run before."""
 
-    def __init__(self, image, crystal_hz=8_000_000, hsi_hz=16_000_000, flags=POWER_ON, ram=None, pll_locks=True, store=None):
+    def __init__(self, image, crystal_hz=8_000_000, hsi_hz=16_000_000, flags=POWER_ON, ram=None, pll_locks=True, store=None, options=0x0FFFAAE1):
         with open(image, "rb") as file:
             elf = ELFFile(file)
             self.sizes = {s.name: (s["st_value"], s["st_size"]) for s in elf.get_section_by_name(".symtab").iter_symbols()}
@@ -84,7 +84,7 @@ class Chip:
         uc.hook_add(UC_HOOK_MEM_READ_UNMAPPED | UC_HOOK_MEM_WRITE_UNMAPPED | UC_HOOK_MEM_FETCH_UNMAPPED, self._on_unmapped)
         uc.mem_write(RAM, ram if ram is not None else bytes([0xA5]) * RAM_SIZE)
 
-        self.registers = {RCC + 0x00: 0x83, RCC + 0x74: flags, 0xE000ED08: BOOT_LOADER}  # VTOR: as the boot loader left it
+        self.registers = {0x40023C14: options, RCC + 0x00: 0x83, RCC + 0x74: flags, 0xE000ED08: BOOT_LOADER}  # VTOR: as the boot loader left it
         self.next_due_s = NEVER
         self.now_s, self.cycle_s = 0.0, 1 / hsi_hz
         self.error = None          # what a callback raised
@@ -92,10 +92,14 @@ class Chip:
         self.enabled, self.pended, self.active = set(), set(), []
         self.priorities = {}
         self.mpu = {}
+        self.undriven = 0          # bytes that an RS-485 transceiver would not have sent
         self.log, self.received, self.bad_baud = bytearray(), [], False
         self.sent_s, self.fast_usart = 0.0, False
         self.sensor_v = 1.65       # at PA0
+        self.measured_v = [1.65, 1.2, 0.25]  # at PA1 to PA3: 0 A, 24 V, 25 degC
+        self.enable_short = None   # to ground or to the supply: what PB0 reads, whatever it is set to
         self.supply_v = 3.3
+        self.adc2_done, self.adc2_works = False, True
         self.pins = 0              # of port B, as wired: PB1 and PB12 closed to ground
         self.kicked_s = None       # the watchdog's last reload
         self.tick_due_s = self.conversion_due_s = None
@@ -219,15 +223,25 @@ class Chip:
     def _read_gpiob(self, offset):
         return self.levels() if offset == 0x10 else self.reg(0x40020400 + offset)
 
-    def _write_gpiob(self, offset, value):
+    def _write_gpio(self, base, offset, value):
         if offset == 0x18:
-            out = self.reg(0x40020414)
-            self.registers[0x40020414] = (out | value & 0xFFFF) & ~(value >> 16)
+            out = self.reg(base + 0x14)
+            self.registers[base + 0x14] = (out | value & 0xFFFF) & ~(value >> 16)
             self.on_output()
         return offset == 0x18
 
+    def _write_gpioa(self, offset, value):
+        return self._write_gpio(0x40020000, offset, value)
+
+    def _write_gpiob(self, offset, value):
+        return self._write_gpio(0x40020400, offset, value)
+
     def levels(self):
-        return self.pins | self.reg(0x40020414) & 1
+        enable = self.reg(0x40020414) & 1 if self.enable_short is None else self.enable_short
+        return self.pins & ~1 | enable
+
+    def drives_line(self):
+        return self.field(0x40020000, 16, 2) == 1 and self.field(0x40020014, 8, 1) == 1
 
     def power_is_on(self):
         return self.field(0x40020400, 0, 2) == 1 and self.field(0x40020414, 0, 1) == 1
@@ -321,6 +335,9 @@ class Chip:
     # converters
 
     def _write_adc(self, offset, value):
+        if offset == 0x108 and value & 1 << 30 and value & 1:
+            assert self.field(RCC + 0x44, 9, 1), "ADC2 has no clock"
+            self.adc2_done = self.adc2_works
         if offset == 0x08 and value & 1 << 30 and value & 1:
             self.conversion_due_s = self.now_s + self._conversion_s()
             self.next_due_s = self.now_s
@@ -333,6 +350,11 @@ class Chip:
         return cycles / rate_hz
 
     def _read_adc(self, offset):
+        if offset == 0x100:  # ADC2: slow against a tick, fast against an access
+            return self.adc2_done << 1
+        if offset == 0x14C:
+            self.adc2_done = False
+            return int(self.measured_v[self.reg(0x40012134) - 1] / 3.3 * 4096)
         if offset == 0x4C:
             self.registers[0x40012000] = self.reg(0x40012000) & ~2
             return min(4095, max(0, int(self.sensor_v / 3.3 * 4096)))
@@ -400,7 +422,7 @@ class Chip:
 
     def _read_usart1(self, offset):
         if offset == 0x00:
-            return (self.now_s >= self.sent_s) << 7 | bool(self.received) << 5
+            return (self.now_s >= self.sent_s) * 0xC0 | bool(self.received) << 5  # TXE and TC
         if offset == 0x04 and self.received:
             return self.received.pop(0)
         return self.reg(0x40011000 + offset)
@@ -410,6 +432,7 @@ class Chip:
             baud = self.apb_hz(2) / self.reg(0x40011008)
             self.bad_baud = self.bad_baud or abs(baud / 115200 - 1) > 0.03
             self.log.append(value)
+            self.undriven += not self.drives_line()
             self.sent_s = max(self.now_s, self.sent_s) + (0 if self.fast_usart else 10 / baud)
         return False
 

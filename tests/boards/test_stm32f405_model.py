@@ -344,6 +344,74 @@ def test_the_power_stages_levels_are_the_configs(bench, tmp_path, level):
     board.wait_for("fault: power stage since")
 
 
+def test_an_enable_that_reads_back_otherwise_is_a_fault(bench):
+    board = bench()
+    board.run()
+    board.chip.enable_short = 0
+    board.chip.run(0.003)
+    assert board.is_off()
+    board.wait_for("fault: power stage since")
+    board.chip.enable_short = None
+    board.command("ack\n", "idle at tick")
+    board.chip.run(0.05)
+    board.chip.enable_short = 1  # on, though nobody has asked for it
+    board.wait_for("fault: power stage since")
+
+
+def test_a_ready_output_must_fall_once_the_stage_is_off(bench, tmp_path):
+    board = with_noise(bench(image=changed_image(tmp_path, ready_ms=20)))
+    chip = board.chip
+    board.wait_for("idle at tick")
+    board.refer(0.5)
+    chip.send("start\n")
+    chip.run_until(chip.power_is_on, 0.3)
+    chip.set_pin(13, True)
+    board.wait_for("run at tick")
+    board.command("x\n", "idle at tick")
+    chip.run(0.08)
+    assert "fault" not in chip.text()
+    board.wait_for("fault: power stage since")  # 100 ms after it was turned off
+    chip.set_pin(13, False)
+    board.command("ack\n", "idle at tick")
+    chip.run(0.2)
+    assert chip.text().count("fault") == 1
+
+
+@pytest.mark.parametrize("place, volts, words", [
+    (0, 1.65 + 0.2 * 3.2, "over-current"), (0, 1.65 - 0.2 * 3.2, "over-current"), (1, 17.0 / 20, "bus voltage"),
+    (1, 31.0 / 20, "bus voltage"), (2, 0.85, "temperature"), (None, None, "over-current")])
+def test_what_the_power_stage_shows_stops_the_drive(bench, tmp_path, place, volts, words):
+    bits = lambda x: struct.unpack("<I", struct.pack("<f", x))[0]
+    image = changed_image(tmp_path, over_current_a=bits(3.0), bus_low_v=bits(18.0), bus_high_v=bits(30.0), temperature_max_c=bits(80.0),
+                          temperature_ms=50)
+    board = bench(image=image)
+    board.run()
+    board.chip.run(0.2)
+    assert "fault" not in board.chip.text()
+    if place is None:
+        board.chip.adc2_works = False
+    else:
+        board.chip.measured_v[place] = volts
+    board.wait_for(f"fault: {words} since")
+    assert board.is_off()
+
+
+def test_bytes_are_sent_with_the_line_driven_and_the_line_is_left_after_them(bench):
+    board = with_noise(bench())
+    board.wait_for("latest 0 us\n")
+    chip = board.chip
+    chip.run(0.005)
+    assert chip.undriven == 0 and not chip.drives_line()
+    before = len(chip.log)
+    request = struct.pack(">BBHH", 1, 3, 0, 20)  # an answer of 45 bytes: 3.9 ms
+    chip.send(request + struct.pack("<H", crc16(request)))
+    chip.run_until(chip.drives_line, 0.05)
+    chip.run_until(lambda: len(chip.log) == before + 45, 0.05)
+    assert chip.undriven == 0 and chip.drives_line()
+    chip.run_until(lambda: not chip.drives_line(), 0.05)
+    assert 0 <= chip.now_s - chip.sent_s < 0.001
+
+
 def test_broken_wires_stop_the_drive(bench):
     for wire, words in (("sensor_wire", "fault: sensor out of range"), ("command_wire", "fault: ")):
         board = bench()
@@ -363,6 +431,13 @@ def test_a_converter_that_stops_is_a_silent_sensor(bench):
     board.chip.conversion_due_s = None
     board.wait_for("fault: sensor silent since tick")
     assert board.is_off()
+
+
+def test_a_chip_that_runs_on_with_a_low_supply_is_told(bench):
+    board = bench(options=0x0FFFAAED)  # as it comes from the factory: none
+    board.wait_for("fault: brown-out level since tick 0")
+    assert board.is_off()
+    board.command("ack\n", "idle at tick")
 
 
 # --- resets -----------------------------------------------------------------------------------------------------------

@@ -253,6 +253,23 @@ static void test_a_unit_without_a_number_is_refused(void)
     check_refused("sensor_n_per_unit");
 }
 
+static void test_what_the_power_stage_shows_is_scaled(void)
+{
+    const uint32_t  zero[] = {2048, 0, 0};
+    const uint32_t  low[]  = {0, 2048, 1024};
+    const uint32_t  high[] = {4095, 4095, 4095};
+    port_measured_t is     = convert_measured(zero);
+    TEST_ASSERT_TRUE(is.current_ma == 0 && is.bus_mv == 0 && is.temperature_mc == 0);
+    is = convert_measured(low);
+    TEST_ASSERT_EQUAL_INT32(-8250, is.current_ma); // 0 V
+    TEST_ASSERT_EQUAL_INT32(33000, is.bus_mv);     // 1.65 V
+    TEST_ASSERT_EQUAL_INT32(82500, is.temperature_mc);
+    is = convert_measured(high);
+    TEST_ASSERT_INT32_WITHIN(5, 8250, is.current_ma);
+    TEST_ASSERT_INT32_WITHIN(20, 66000, is.bus_mv);
+    TEST_ASSERT_INT32_WITHIN(100, 330000, is.temperature_mc);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -268,5 +285,6 @@ int main(void)
     RUN_TEST(test_a_loop_is_refused_that_asks_for_too_much_current);
     RUN_TEST(test_a_zero_beyond_the_converter_is_refused);
     RUN_TEST(test_a_unit_without_a_number_is_refused);
+    RUN_TEST(test_what_the_power_stage_shows_is_scaled);
     return UNITY_END();
 }

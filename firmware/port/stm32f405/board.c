@@ -5,6 +5,7 @@
 
 // --- pins and peripherals ------------------------------------------------------------------------------------------
 
+#define DRIVES_PIN 8 // of port A; the others of port B
 #define ENABLE_PIN 0
 #define STOP_PIN   1
 #define FAULT_PIN  12
@@ -33,8 +34,8 @@ static void start_pins(const drive_config_t *config)
     pull(FAULT_PIN, config->fault_level != 0u);
     pull(READY_PIN, config->ready_level == 0u);
     DAC->DHR12R1 = off_code;
-    GPIOA->MODER |= 3u << (2 * 0) | 3u << (2 * 4); // analog
-    DAC->CR |= DAC_CR_BOFF1;                       // buffer off: it does not reach the rails
+    GPIOA->MODER |= 3u << (2 * 0) | 3u << (2 * 1) | 3u << (2 * 2) | 3u << (2 * 3) | 3u << (2 * 4); // analog
+    DAC->CR |= DAC_CR_BOFF1; // buffer off: it does not reach the rails
     DAC->CR |= DAC_CR_EN1;
 }
 
@@ -61,6 +62,7 @@ static void watch_supply(void)
 static void start_usart(uint32_t clock_hz)
 {
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_USART1EN);
+    GPIOA->MODER |= 1u << (2 * DRIVES_PIN);                    // low
     GPIOA->PUPDR |= 1u << (2 * 10);                            // pull-up: an open wire reads idle
     GPIOA->AFRH |= 7u << (4 * (9 - 8)) | 7u << (4 * (10 - 8)); // AF7
     GPIOA->MODER |= 2u << (2 * 9) | 2u << (2 * 10);
@@ -88,6 +90,43 @@ static void start_adc(void)
     ADC1->SQR3  = 0;                   // ... of channel 0
     ADC1->CR1   = ADC_CR1_EOCIE;
     ADC1->CR2   = ADC_CR2_ADON | ADC_CR2_CONT;
+    // The power stage's, one of them a tick.
+    clock_on(&RCC->APB2ENR, RCC_APB2ENR_ADC2EN);
+    ADC2->SMPR2 = ADC_SMPR2_SMP1_480 | ADC_SMPR2_SMP2_480 | ADC_SMPR2_SMP3_480;
+    ADC2->SQR1  = 0;
+    ADC2->CR2   = ADC_CR2_ADON;
+}
+
+static uint32_t measured_codes[CONVERT_MEASURED]; ///< of ADC2's channels 1 to 3
+static uint32_t measured_channel;
+
+static void convert_next(void)
+{
+    measured_channel = measured_channel % CONVERT_MEASURED + 1u;
+    ADC2->SQR3       = measured_channel;
+    ADC2->CR2 |= ADC_CR2_SWSTART;
+}
+
+static bool take_measured(void)
+{
+    const bool is_done = (ADC2->SR & ADC_SR_EOC) != 0u;
+    if (is_done)
+    {
+        measured_codes[measured_channel - 1u] = ADC2->DR & 0xfffu; // reading clears EOC
+    }
+    return is_done;
+}
+
+/// Each once, so that the first tick has all.
+static void start_measuring(void)
+{
+    for (uint32_t i = 0; i < CONVERT_MEASURED; i++)
+    {
+        convert_next();
+        (void)wait_for(&ADC2->SR, ADC_SR_EOC, ADC_SR_EOC);
+        (void)take_measured();
+    }
+    convert_next();
 }
 
 static uint32_t timer_hz;
@@ -157,6 +196,7 @@ void board_start(void)
 
     clock_on(&RCC->APB1ENR, RCC_APB1ENR_TIM2EN | RCC_APB1ENR_TIM5EN);
     ADC1->CR2 |= ADC_CR2_SWSTART;
+    start_measuring();
     start_timer(TIM5, timer_hz, UINT32_MAX, 0);
     start_timer(TIM2, timer_hz, BOARD_TICK_US - 1u, TIM_DIER_UIE);
 }
@@ -189,6 +229,27 @@ int board_read_byte(void)
     return (status & (USART_SR_PE | USART_SR_FE | USART_SR_NF)) == 0u ? byte : BOARD_BAD_BYTE;
 }
 
+static bool is_sending; // since the last look of board_poll
+
+/// With RS-485 the transceiver drives the line from the first byte on.
+static void transmit(uint8_t byte)
+{
+    GPIOA->BSRR = 1u << DRIVES_PIN;
+    USART1->DR  = byte;
+    is_sending  = true;
+}
+
+/// ... and leaves it once the last one is out, and nothing has followed between two looks.
+static void release_line(void)
+{
+    const bool is_out = (USART1->SR & USART_SR_TC) != 0u;
+    if (is_out && !is_sending)
+    {
+        GPIOA->BSRR = 1u << (DRIVES_PIN + 16);
+    }
+    is_sending = !is_out;
+}
+
 #define RECEIVED 64u // bytes, a power of two: five ticks at 115200 baud
 
 /// Only the background writes the bytes, `in` and `lost`, only the tick `out`.
@@ -198,6 +259,7 @@ static volatile bool     received_badly, bytes_lost;
 
 void board_poll(void)
 {
+    release_line();
     for (int byte = board_read_byte(); byte != BOARD_NO_BYTE; byte = board_read_byte())
     {
         bytes_lost = bytes_lost || byte == BOARD_OVERRUN;
@@ -244,7 +306,7 @@ static size_t send(void *context, const uint8_t *bytes, size_t count)
     size_t sent = 0;
     while (sent < count && (USART1->SR & USART_SR_TXE) != 0u)
     {
-        USART1->DR = bytes[sent++];
+        transmit(bytes[sent++]);
     }
     return sent;
 }
@@ -322,10 +384,15 @@ static bool has_tripped(const trip_t *of)
     return of->count != of->seen;
 }
 
+static bool is_tripped(void)
+{
+    return has_tripped(&stop_trip) || has_tripped(&fault_trip) || has_tripped(&supply_trip);
+}
+
 /// After each write to an output: a stop may have come between the tick's checks and the write.
 static void obey_trips(void)
 {
-    if (has_tripped(&stop_trip) || has_tripped(&fault_trip) || has_tripped(&supply_trip))
+    if (is_tripped())
     {
         board_off();
     }
@@ -382,15 +449,42 @@ static uint32_t levels_of(uint32_t pins)
            input_of(pins, READY_PIN, PORT_INPUT_NOT_READY);
 }
 
+static bool is_high(uint32_t pins, uint32_t pin)
+{
+    return (pins >> pin & 1u) != 0u;
+}
+
+#define READY_OFF_TICKS 100u
+
+/// Enable is read back: a short, or a stage that stays on. The ready output, if there is one, must fall once enable is off.
+static bool is_stage_wrong(uint32_t pins)
+{
+    static uint32_t off_ticks;
+    const bool      is_on = is_high(GPIOB->ODR, ENABLE_PIN);
+    const bool is_ready   = board_config.ready_ms > 0u && is_high(pins, READY_PIN) == (board_config.ready_level != 0u);
+    off_ticks             = is_on ? 0u : off_ticks + (off_ticks <= READY_OFF_TICKS);
+    return is_high(pins, ENABLE_PIN) != is_on || (is_ready && off_ticks > READY_OFF_TICKS);
+}
+
 static uint32_t inputs(void *context)
 {
     (void)context;
     const uint32_t edges = (take_trip(&stop_trip, EXTI1_IRQn) ? STOP_LINE : 0u) |
                            (take_trip(&fault_trip, EXTI15_10_IRQn) ? FAULT_LINE : 0u);
-    const bool     low  = take_trip(&supply_trip, PVD_IRQn) || (PWR_CSR & PWR_CSR_PVDO) != 0u;
-    const uint32_t pins = GPIOB->IDR;
+    const bool     low   = take_trip(&supply_trip, PVD_IRQn) || (PWR_CSR & PWR_CSR_PVDO) != 0u;
+    const uint32_t pins  = GPIOB->IDR;
+    const bool     wrong = is_stage_wrong(pins) && !is_tripped(); // a trip has just turned enable off
     return port_inputs(&board_config, levels_of(pins | edges), levels_of(~pins | edges)) |
-           (low ? PORT_INPUT_SUPPLY : 0u);
+           (low ? PORT_INPUT_SUPPLY : 0u) | (wrong ? PORT_INPUT_POWER_FAULT : 0u);
+}
+
+/// A conversion takes 23 us of a tick. One that has not ended in it is no measurement: then each level is exceeded.
+static void measure(void *context, port_measured_t *measured)
+{
+    (void)context;
+    const bool is_done = take_measured();
+    convert_next();
+    *measured = is_done ? convert_measured(measured_codes) : (port_measured_t){INT32_MAX, INT32_MAX, INT32_MAX};
 }
 
 static uint32_t time_us(void *context)
@@ -409,13 +503,15 @@ static void log_byte(void *context, uint8_t byte)
     takes             = wait_for_turns(&USART1->SR, USART_SR_TXE, USART_SR_TXE, takes ? LOG_TURNS : 1u);
     if (takes)
     {
-        USART1->DR = byte;
+        transmit(byte);
     }
 }
 
 const port_t board_port = {.context     = 0,
                            .sensor      = CONVERT_SENSOR_RANGE,
                            .output      = CONVERT_OUTPUT_RANGE,
+                           .measures    = PORT_MEASURES_CURRENT | PORT_MEASURES_BUS | PORT_MEASURES_TEMPERATURE,
+                           .measure     = measure,
                            .read_sensor = read_sensor,
                            .command     = command,
                            .enable      = enable,

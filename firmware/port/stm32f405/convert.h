@@ -20,6 +20,20 @@
     {.full_units = CONVERT_CODES, .low_units = CONVERT_RAIL, .high_units = CONVERT_CODES_MAX - CONVERT_RAIL}
 #define CONVERT_OUTPUT_RANGE {.full_units = CONVERT_CODES, .low_units = 0, .high_units = CONVERT_CODES}
 
+// What the power stage shows of itself. Change these with its amplifiers and dividers.
+#define CONVERT_MEASURED       3u     ///< current, supply, temperature
+#define CONVERT_CURRENT_MA     16500  ///< of the whole range: 0.2 V/A around 1.65 V
+#define CONVERT_BUS_MV         66000  ///< 1/20 of the supply
+#define CONVERT_TEMPERATURE_MC 330000 ///< 10 mV/degC from 0 degC
+
+static inline port_measured_t convert_measured(const uint32_t codes[CONVERT_MEASURED])
+{
+    return (port_measured_t){.current_ma =
+                                 ((int32_t)codes[0] - (int32_t)CONVERT_ZERO) * CONVERT_CURRENT_MA / CONVERT_CODES,
+                             .bus_mv         = (int32_t)codes[1] * CONVERT_BUS_MV / CONVERT_CODES,
+                             .temperature_mc = (int32_t)codes[2] * CONVERT_TEMPERATURE_MC / CONVERT_CODES};
+}
+
 /// The mean of `count` readings of the sensor, 1 to CONVERT_READINGS_MAX, to 2^-10 of a code.
 static inline loop_force_t convert_sensor(uint32_t sum, uint32_t count)
 {

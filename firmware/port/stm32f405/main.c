@@ -60,7 +60,8 @@ static void load_params(void)
                                             .ring          = ring,
                                             .ring_words    = TRACE_WORDS};
     defaults                             = params_default();
-    defaults.drive                       = rig_config;
+    // Volatile: it stays data of the image, which is smaller than code that stores it.
+    defaults.drive = *(const volatile drive_config_t *)&rig_config;
     registers_load(&registers, &parts);
 }
 
@@ -210,7 +211,7 @@ int main(void)
     const drive_setup_t *setup   = &registers.active->drive;
     const board_clock_t  clock   = board_init(&registers.active->set.drive, setup->scaling.no_current);
     const drive_fault_t  tested  = selftest_run(&selftest_seal, NULL, data_start, SIZE_MAX); // interrupts are off
-    const drive_fault_t  found[] = {tested, check_clock(&clock), reset_fault(reset.cause)};
+    const drive_fault_t  found[] = {tested, check_clock(&clock), reset_fault(reset.cause), reset_check_brown_out()};
     unsigned             first   = 0;
     while (first < sizeof found / sizeof found[0] - 1u && found[first] == DRIVE_FAULT_NONE)
     {

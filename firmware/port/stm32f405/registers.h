@@ -49,6 +49,7 @@ typedef struct
 #define RCC_APB1ENR_DACEN      (1u << 29)
 #define RCC_APB2ENR_USART1EN   (1u << 4)
 #define RCC_APB2ENR_ADC1EN     (1u << 8)
+#define RCC_APB2ENR_ADC2EN     (1u << 9)
 #define RCC_APB2ENR_SYSCFGEN   (1u << 14)
 #define RCC_APB2ENR_TIM11EN    (1u << 18)
 #define RCC_CSR_RMVF           (1u << 24)
@@ -65,6 +66,10 @@ typedef struct
 #define FLASH_KEYR (*(reg_t *)0x40023c04u)
 #define FLASH_SR   (*(reg_t *)0x40023c0cu)
 #define FLASH_CR   (*(reg_t *)0x40023c10u)
+
+#define FLASH_OPTCR             (*(reg_t *)0x40023c14u)
+#define FLASH_OPTCR_BOR_LEV     (3u << 2)
+#define FLASH_OPTCR_BOR_LEV_2V7 (0u << 2) ///< level 3, the highest; 3 is none
 
 #define FLASH_KEY1         0x45670123u
 #define FLASH_KEY2         0xcdef89abu
@@ -147,7 +152,7 @@ typedef struct
 #define TIM_SR_UIF   (1u << 0)
 #define TIM_EGR_UG   (1u << 0)
 
-// --- ADC1 and DAC --------------------------------------------------------------------------------------------------
+// --- ADCs and DAC --------------------------------------------------------------------------------------------------
 
 typedef struct
 {
@@ -156,6 +161,7 @@ typedef struct
 } adc_t;
 
 #define ADC1    ((adc_t *)0x40012000u)
+#define ADC2    ((adc_t *)0x40012100u)
 #define ADC_CCR (*(reg_t *)0x40012304u)
 
 #define ADC_SR_EOC          (1u << 1)
@@ -164,6 +170,9 @@ typedef struct
 #define ADC_CR2_CONT        (1u << 1)
 #define ADC_CR2_SWSTART     (1u << 30)
 #define ADC_SMPR2_SMP0_480  (7u << 0)
+#define ADC_SMPR2_SMP1_480  (7u << 3)
+#define ADC_SMPR2_SMP2_480  (7u << 6)
+#define ADC_SMPR2_SMP3_480  (7u << 9)
 #define ADC_CCR_ADCPRE_DIV4 (1u << 16)
 
 typedef struct
@@ -190,6 +199,7 @@ typedef struct
 #define USART_SR_NF   (1u << 2)
 #define USART_SR_ORE  (1u << 3)
 #define USART_SR_RXNE (1u << 5)
+#define USART_SR_TC   (1u << 6)
 #define USART_SR_TXE  (1u << 7)
 #define USART_CR1_RE  (1u << 2)
 #define USART_CR1_TE  (1u << 3)

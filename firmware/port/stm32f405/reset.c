@@ -61,6 +61,12 @@ drive_fault_t reset_fault(reset_cause_t cause)
     return faults[cause];
 }
 
+drive_fault_t reset_check_brown_out(void)
+{
+    return (FLASH_OPTCR & FLASH_OPTCR_BOR_LEV) == FLASH_OPTCR_BOR_LEV_2V7 ? DRIVE_FAULT_NONE
+                                                                          : DRIVE_FAULT_BROWN_OUT_LEVEL;
+}
+
 void reset_now(const reset_t *reset)
 {
     board_off();

@@ -32,6 +32,10 @@ reset_t reset_take(void);
 /// The drive's initial fault.
 drive_fault_t reset_fault(reset_cause_t cause);
 
+/// Whether the option bytes let the chip run on with a supply at which neither flash nor converters are reliable: their level
+/// must be the highest, 2.7 V.
+drive_fault_t reset_check_brown_out(void);
+
 /// Leaves a record and resets the chip, with the outputs off. Does not return.
 void reset_now(const reset_t *reset);
 

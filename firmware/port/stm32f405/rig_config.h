@@ -31,9 +31,9 @@ static const drive_config_t rig_config = {
     .crystal_hz         = 8000000,
     .degraded_clock     = 0,
     .bus_unit           = 1,
-    .over_current_ms    = 5, // over_current_a and the levels below are 0: this board measures none of them yet
-    .bus_voltage_ms     = 10,
-    .temperature_ms     = 1000,
+    .over_current_ms = 5, // the levels of current, supply and temperature are 0: this rig has no sensors at their pins
+    .bus_voltage_ms  = 10,
+    .temperature_ms  = 1000,
 };
 
 /// The widest that this board lets anybody be, over the bus or from the store: a check that is not allowed 0 cannot be turned
