@@ -94,7 +94,8 @@ static const common_key_t feedforward_keys[] = {
     GROUP("hold",     AT(common_feedforward_config_t, hold),     hold_keys, ""),
     END};
 
-static const char *const methods[] = {[COMMON_METHOD_PAPER] = "paper", [COMMON_METHOD_FEEDFORWARD] = "feedforward", [COMMON_METHOD_OFF] = "off", NULL};
+#define METHOD_WORD(symbol, word) word,
+static const char *const methods[] = {COMMON_METHODS(METHOD_WORD) NULL};
 
 static const char *const friction_models[] = {[COMMON_MODEL_PAPER] = "paper", [COMMON_MODEL_LUGRE] = "lugre", NULL};
 

@@ -89,11 +89,14 @@ typedef struct
     unsigned                 section_count;
 } common_controller_config_t;
 
+/// How friction is compensated: METHOD(symbol, word in `compensator.method`).
+#define COMMON_METHODS(METHOD) METHOD(PAPER, "paper") METHOD(FEEDFORWARD, "feedforward") METHOD(OFF, "off")
+
 typedef enum
 {
-    COMMON_METHOD_PAPER,
-    COMMON_METHOD_FEEDFORWARD,
-    COMMON_METHOD_OFF
+#define COMMON_METHOD_SYMBOL(symbol, word) COMMON_METHOD_##symbol,
+    COMMON_METHODS(COMMON_METHOD_SYMBOL)
+#undef COMMON_METHOD_SYMBOL
 } common_method_t;
 
 /// Of friction, which the method `paper` believes in.

@@ -2,6 +2,7 @@
 
 #define FULL_SCALE_N 4.0 // of Q31, so that an input beyond input_max shows as such
 #include ARITH_HEADER
+#include "lugre_paper.h"
 #include "unity.h"
 
 static tribo_force_loop_f32_config_t config;
@@ -174,7 +175,7 @@ static void test_the_papers_method_takes_over_the_fade_that_a_guard_has_left(voi
 static void test_so_does_lugre(void)
 {
     static loop_t                  lugre;
-    const tribo_lugre_f32_config_t friction = tribo_lugre_f32_paper();
+    const tribo_lugre_f32_config_t friction = lugre_paper();
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_lugre(&lugre, &config, &friction));
     check_fade_is_taken_over(&lugre);
 }

@@ -3,6 +3,7 @@
 
 #define FULL_SCALE_N 4.0 // of Q31, so that an input beyond input_max shows as such
 #include ARITH_HEADER
+#include "lugre_paper.h"
 #include "random.h"
 #include "runs.h"
 #include "unity.h"
@@ -60,7 +61,7 @@ static void begin(void)
 void setUp(void)
 {
     config = tribo_force_loop_f32_paper();
-    lugre  = tribo_lugre_f32_paper();
+    lugre  = lugre_paper();
     begin();
 }
 

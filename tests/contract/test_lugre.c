@@ -1,4 +1,5 @@
 #include PARTS_HEADER
+#include "lugre_paper.h"
 #include "random.h"
 #include "runs.h"
 #include "unity.h"
@@ -23,7 +24,7 @@ static void init_at(double h)
 
 void setUp(void)
 {
-    config     = tribo_lugre_f32_paper();
+    config     = lugre_paper();
     arm_config = tribo_arm_f32_paper();
     law        = tribo_friction_f32_paper();
     init_at(H);
@@ -212,7 +213,7 @@ static void test_it_is_stable_at_any_sample_time(void)
             TEST_ASSERT_TRUE(fabs(lugre_bristle(&lugre)) <= largest * 1.000001);
             TEST_ASSERT_TRUE(fabs(arm_force(&arm)) < 1.5);
         }
-        config.damping = tribo_lugre_f32_paper().damping;
+        config.damping = lugre_paper().damping;
     }
 }
 
@@ -251,7 +252,7 @@ static void check_refused(tribo_status_t status)
     const lugre_t before = lugre;
     TEST_ASSERT_EQUAL_INT(status, lugre_init(&lugre, &config, &arm_config, &law, H));
     TEST_ASSERT_EQUAL_MEMORY(&before.params, &lugre.params, sizeof lugre.params);
-    config     = tribo_lugre_f32_paper();
+    config     = lugre_paper();
     arm_config = tribo_arm_f32_paper();
 }
 

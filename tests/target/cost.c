@@ -6,6 +6,7 @@
 #include "controller/controller_f32.h"
 #include "controller/controller_q31.h"
 #include "counter.h"
+#include "lugre_paper.h"
 #include "paper/arm_f32.h"
 #include "paper/arm_q31.h"
 #include "paper/compensator_f32.h"
@@ -741,7 +742,7 @@ static void print_explicit_steps(const tribo_force_loop_f32_config_t *config, co
 static __attribute__((noinline)) void run_lugre(void)
 {
     const tribo_force_loop_f32_config_t config   = tribo_force_loop_f32_paper();
-    const tribo_lugre_f32_config_t      bristles = tribo_lugre_f32_paper();
+    const tribo_lugre_f32_config_t      bristles = lugre_paper();
     if (tribo_init_lugre(&other, NULL, &lugre, &config, &bristles, FULL_SCALE_N) != TRIBO_OK)
     {
         return; // the figures will be missed

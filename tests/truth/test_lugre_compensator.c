@@ -3,6 +3,7 @@
 #include "controller/biquad_f32.h"
 #include "controller/biquad_q31.h"
 #include "guard/guard_q31.h"
+#include "lugre_paper.h"
 #include "paper/arm_q31.h"
 #include "paper/lugre_f32.h"
 #include "paper/lugre_q31.h"
@@ -65,7 +66,7 @@ static void tick(void *context, const rig_sample_t *sample)
 
 static compensator_t run(const rig_ramp_t *ramps, unsigned count)
 {
-    const tribo_lugre_f32_config_t       lugre  = tribo_lugre_f32_paper();
+    const tribo_lugre_f32_config_t       lugre  = lugre_paper();
     const tribo_compensator_f32_config_t config = tribo_compensator_f32_paper();
     const float                          h      = (float)H;
     const float                          FS     = (float)FULL_SCALE;

@@ -1,5 +1,5 @@
 #include "csv.h"
-#include "paper/edge.h"
+#include "paper/relay.h"
 #include "tribo/friction_f32.h"
 #include "unity.h"
 

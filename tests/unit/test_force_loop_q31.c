@@ -6,6 +6,7 @@
 #include "tribo/feedforward_q31.h"
 #include "tribo/force_loop_q31.h"
 
+#include "lugre_paper.h"
 #include "random.h"
 #include "unity.h"
 
@@ -158,7 +159,7 @@ static void test_loop_with_a_feedforward_init_writes_nothing_unless_ok(void)
 
 static void test_loop_with_lugre_init_measures_the_headroom_and_writes_nothing_unless_ok(void)
 {
-    const tribo_lugre_f32_config_t lugre = tribo_lugre_f32_paper();
+    const tribo_lugre_f32_config_t lugre = lugre_paper();
     tribo_lugre_q31_params_t       made;
     tribo_force_loop_q31_params_t  untouched;
     tribo_headroom_q31_t           headroom = {.input = -1.0f};

@@ -3,6 +3,7 @@
 #include "paper/lugre_f32.h"
 #include "tribo/friction_f32.h"
 
+#include "lugre_paper.h"
 #include "unity.h"
 
 #include <math.h>
@@ -19,7 +20,7 @@ static tribo_friction_f32_signals_t seen;
 void setUp(void)
 {
     const tribo_friction_f32_config_t law = tribo_friction_f32_paper();
-    config                                = tribo_lugre_f32_paper();
+    config                                = lugre_paper();
     arm                                   = tribo_arm_f32_paper();
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_f32_init(&params, &config, &arm, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&friction, &law, H));

@@ -5,6 +5,7 @@
 #include "paper/lugre_q31.h"
 #include "tribo/friction_q31.h"
 
+#include "lugre_paper.h"
 #include "random.h"
 #include "unity.h"
 
@@ -45,7 +46,7 @@ static void init_at(float h)
 
 void setUp(void)
 {
-    config     = tribo_lugre_f32_paper();
+    config     = lugre_paper();
     arm_config = tribo_arm_f32_paper();
     law        = tribo_friction_f32_paper();
     init_at(H);
@@ -227,7 +228,7 @@ static void expect(tribo_status_t status)
     params = before;
     TEST_ASSERT_EQUAL_INT(status, tribo_lugre_q31_init(&params, &config, &arm_config, H));
     TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof before);
-    config = tribo_lugre_f32_paper();
+    config = lugre_paper();
 }
 
 static void test_init_names_the_field_that_is_wrong(void)

@@ -260,9 +260,6 @@ uint8_t tribo_relay_latch_step(tribo_relay_latch_t *latch, uint8_t pulses);
 /// The paper's arm, Eq. (10), in degrees.
 tribo_arm_f32_config_t tribo_arm_f32_paper(void);
 
-/// Eq. (12) with the paper's parameters: 1e5 N/deg, 10^2.5 and 0.4 N s/deg.
-tribo_lugre_f32_config_t tribo_lugre_f32_paper(void);
-
 /// Checks `arm` and `config` and computes `params` for a sample time of 1e-6 to 0.1 s. Returns TRIBO_OK, TRIBO_ERR_NULL,
 /// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_STIFFNESS, TRIBO_ERR_DAMPING, TRIBO_ERR_INERTIA, TRIBO_ERR_ARM_TOO_FAST,
 /// TRIBO_ERR_BRISTLE_STIFFNESS, TRIBO_ERR_BRISTLE_DAMPING or TRIBO_ERR_BRISTLE_VISCOUS: the ranges of all three first, then

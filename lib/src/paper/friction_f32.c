@@ -141,3 +141,9 @@ float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
     const float n = bad ? state->n_n : u_n - force_n + params->gravity_n;
     return friction_f32_step(params, state, n, bad_force ? 0.0f : force_n, signals);
 }
+
+uint8_t tribo_relay_latch_step(tribo_relay_latch_t *latch, uint8_t pulses)
+{
+    const uint32_t events = TRIBO_RELAY_SET1 | TRIBO_RELAY_SET2 | TRIBO_RELAY_RESET1 | TRIBO_RELAY_RESET2;
+    return (uint8_t)relay_latch_step(latch, pulses & events);
+}

@@ -14,12 +14,6 @@
 #define BETA_MAX 1000.0f
 #define B_MAX    1000.0f
 
-tribo_lugre_f32_config_t tribo_lugre_f32_paper(void)
-{
-    const tribo_lugre_f32_config_t paper = {TRIBO_LUGRE_PARAMETERS(PARAMETERS_DEFAULT)};
-    return paper;
-}
-
 static tribo_status_t check_bristles(float c, float beta, float b)
 {
     if (!within(c, C_MIN, C_MAX))
