@@ -30,7 +30,7 @@
 #define PRIOR_WEIGHT     0.5 // of f before anything is learned
 #define PRIOR_SD         0.4 // of V_0
 #define PRIOR_STOP_SD    0.55
-#define PRIOR_CONSTANT_N 0.010
+#define PRIOR_CONSTANT_N 0.030
 #define PRIOR_SLOPE      0.1
 #define CONSTANT_MOST_N  0.157
 #define SLOPE_MOST       0.5
@@ -38,6 +38,14 @@
 #define SURPRISE         9.0   // squared standard deviations; what surprises more is a push, not friction
 #define MODEL_ERROR      0.01  // square of what no weight explains
 #define LEAST_PRESLIDING 0.15  // sum of squared weights of the stops below which none is used
+#define EFFORT_TIME_S    0.03
+#define EFFORT_WIDTH     0.02 // of L
+#define NEED_LEAST       0.1  // of L
+#define HARM_MOST        4.0
+#define HARM_REVERSALS   8.0
+#define HARM             1.2 // effort with friction fed forward over that without
+#define HARM_SHARE       0.5
+#define FADE_TIME_S      1.0
 #define HOLD_GAIN        0.94
 #define HOLD_MARGIN      0.85
 
@@ -51,6 +59,7 @@ bank_options_t bank_default(void)
                             .still_time_s = 0.2,
                             .width_n      = 0.5e-3,
                             .jump_time_s  = 0.020,
+                            .factor       = 1.0,
                             .stop_n       = 0.75e-3,
                             .period       = 4.0};
 }
@@ -115,6 +124,7 @@ static void start(bank_t *x, double r, double y)
     x->u = x->actuator = x->sensor = x->filtered = x->travelled = y;
     x->weight[0]                                                = 1.0;
     x->doubt                                                    = 1.0;
+    x->share                                                    = 1.0;
     for (int j = 0; j < BANK_STOPS; j++)
     {
         x->variance[j] = 1.0;
@@ -168,7 +178,7 @@ static double friction(const bank_t *x, const bank_options_t *options, double si
         sum += part * shrunk(options, x->weight[j + 1]) * (phi - last);
         last = phi;
     }
-    return (1.0 - (1.0 - PRIOR_WEIGHT) * x->doubt) * breakaway(x->reached) * sum;
+    return options->factor * x->share * (1.0 - (1.0 - PRIOR_WEIGHT) * x->doubt) * breakaway(x->reached) * sum;
 }
 
 /// The value of v in a slide at rs.
@@ -180,7 +190,7 @@ static double bias(const bank_t *x)
 /// Step 10: f while r stands, from the play of hold_f32.h around u.
 static double hold(bank_t *x, double *e, double y)
 {
-    const double L     = HOLD_MARGIN * fmax(0.2, x->weight[0]) * breakaway(x->reached) * (1.0 - x->extra_margin);
+    const double L = HOLD_MARGIN * x->share * fmax(0.2, x->weight[0]) * breakaway(x->reached) * (1.0 - x->extra_margin);
     const double last  = x->y[0];
     const double moved = fabs(y - 2.0 * last + x->y[1]);
     if (!x->holds)
@@ -374,6 +384,34 @@ static bool stands(bank_t *x, const bank_options_t *options, double half, bool s
     return options->still_time_s > 0.0 && x->still_s > options->still_time_s && x->sign != 0;
 }
 
+/// Compares what the controller does with friction fed forward (the travel of v) to what it would have to do without (the change
+/// of the whole that overcomes friction, from a reversal to the next). Where it does more, `share` fades to half and stays there.
+/// `reversed`: this tick is a judged reversal; `anew`: the comparison begins with this tick.
+static void monitor(bank_t *x, double v, bool reversed, bool anew)
+{
+    const double L    = breakaway(x->reached);
+    const double half = 0.5 * (EFFORT_WIDTH * L + NOISE_WIDTH * x->y_noise);
+    x->effort += (v - x->effort) * PART(EFFORT_TIME_S);
+    const double play = within(x->effort_play, x->effort - half, x->effort + half);
+    x->effort_travel += fabs(play - x->effort_play);
+    x->effort_play    = play;
+    const double need = v + x->f - x->offset;
+    if (reversed)
+    {
+        const double ratio = x->effort_travel / (fabs(need - x->last_need) + NEED_LEAST * L);
+        x->harm += (fmin(ratio, HARM_MOST) - x->harm) / HARM_REVERSALS;
+    }
+    if (reversed || anew)
+    {
+        x->last_need     = need;
+        x->effort_travel = 0.0;
+    }
+    if (x->harm > HARM || x->share < 1.0)
+    {
+        x->share = fmax(HARM_SHARE, x->share - (1.0 - HARM_SHARE) * H / FADE_TIME_S);
+    }
+}
+
 double bank_tick(bank_t *x, const bank_options_t *options, double r, double y)
 {
     double nodes[2];
@@ -426,6 +464,7 @@ double bank_tick(bank_t *x, const bank_options_t *options, double r, double y)
     const double f      = holds ? hold(x, &e, y) : leaves ? leave(x, options, lin) : follow(x, options, alone, &lead);
 
     const double v = output(x, e, nodes);
+    monitor(x, v, flips && !alone && !holds && !leaves, flips || holds || leaves);
     if (flips && !alone && !holds && !leaves)
     {
         x->offset = v;

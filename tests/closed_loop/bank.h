@@ -28,6 +28,7 @@ typedef struct
     double        still_time_s; // r stands after this time; 0: no hold
     double        width_n;      // w of a reversal
     double        jump_time_s;  // of sigma
+    double        factor;       // on f, to see what the monitor makes of too much
     double        period;       // ticks from one sample for learning to the next
     double        stop_n;       // d_1; each is wider than the last by bank_stop_ratio
 } bank_options_t;
@@ -49,6 +50,8 @@ typedef struct
     double covariance[3][3], variance[BANK_STOPS], doubt;
     double travel, sample_k[3], sample_psi[4], sample_e, sample_weighing, sample_travel;
     int    phase;
+    double effort, effort_play, effort_travel, last_need, harm,
+        share; // monitor: v filtered, through a play, its travel; xi
     bool   holds;
     double anchor, still_s, held_force, side_s, extra_margin, held_error, held_noise, held_changes;
     int    side, quick;

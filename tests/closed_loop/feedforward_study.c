@@ -1,9 +1,9 @@
 // Judges the bank of stops (bank.h) on all truths. Not a test; run it by hand:
 //
-//     build/host-release/tests/closed_loop/feedforward_study [NAME=VALUE...] [truths|ratios|triangles|waves|random|pushes|loads|iterative]...
+//     build/host-release/tests/closed_loop/feedforward_study [NAME=VALUE...] [truths|ratios|triangles|waves|random|pushes|loads|long|harm|iterative]...
 //
 // A ratio is the RMS of r - F without over that with the bank, after the first third of a run, with the same plant and noise.
-// NAME is one of bank_options_t: lead, shrinkage, still, width, jump, stop, period.
+// NAME is one of bank_options_t: lead, shrinkage, still, width, jump, factor, stop, period.
 
 #include "bank.h"
 #include "plant/plant.h"
@@ -430,6 +430,40 @@ static void study_loads(const bank_options_t *options)
     }
 }
 
+/// A friction term twice as large as learned, for four minutes: what the monitor leaves of the harm in the last two thirds.
+static void study_harm(const bank_options_t *options)
+{
+    double         ratios[SIM_TRUTH_COUNT];
+    bank_options_t twice = *options;
+    twice.factor         = 2.0;
+    for (int truth = 0; truth < SIM_TRUTH_COUNT; truth++)
+    {
+        case_t x      = benchmark(truth);
+        x.third_s     = 80.0;
+        ratios[truth] = ratio(&x, &twice);
+        printf("  %-18s %.2f times\n", sim_truth_models[truth]->name, ratios[truth]);
+    }
+    print("twice the friction", ratios, SIM_TRUTH_COUNT);
+}
+
+/// Six minutes of the triangle: the error of a period after 1, 2, 4 and 6.
+static void study_long(const bank_options_t *options)
+{
+    for (int truth = 0; truth < SIM_TRUTH_COUNT; truth++)
+    {
+        const case_t x = benchmark(truth);
+        double       rms[4];
+        const double ends[4] = {60.0, 120.0, 240.0, 360.0};
+        run_windows(&x, options, 20.0, ends, rms, 4);
+        printf("  %-18s %.3f, %.3f, %.3f, %.3f mN\n",
+               sim_truth_models[truth]->name,
+               1e3 * rms[0],
+               1e3 * rms[1],
+               1e3 * rms[2],
+               1e3 * rms[3]);
+    }
+}
+
 /// The rival for periodic references: learns an addition to r, tick by tick, from the error of the last period.
 static void study_iterative(void)
 {
@@ -490,6 +524,7 @@ static bool take(bank_options_t *options, const char *argument)
                   {"still=", &options->still_time_s},
                   {"width=", &options->width_n},
                   {"jump=", &options->jump_time_s},
+                  {"factor=", &options->factor},
                   {"stop=", &options->stop_n},
                   {"period=", &options->period}};
     for (size_t i = 0; i < sizeof option / sizeof option[0]; i++)
@@ -517,7 +552,9 @@ int main(int argc, char **argv)
                               {"waves", study_waves},
                               {"random", study_random},
                               {"pushes", study_pushes},
-                              {"loads", study_loads}};
+                              {"loads", study_loads},
+                              {"long", study_long},
+                              {"harm", study_harm}};
     bank_options_t options = bank_default();
     for (int i = 1; i < argc; i++)
     {
