@@ -44,7 +44,7 @@ static bool complain_unknown(const reader_t *reader)
     if (prefix > 0 && !text->is_option && common_key_find(text->root, NULL, reader->path + prefix, &place))
     {
         return complain(reader,
-                        "%s is a scenario's key: a file with the keys of its %s alone is wanted here",
+                        "%s is a scenario's key: a file with the keys of its %s alone is expected here",
                         reader->path + prefix,
                         text->prefix);
     }
@@ -166,7 +166,7 @@ static bool check_kind(const reader_t *reader, yaml_node_type_t type, const char
     static const char *const found[] =
         {[YAML_SCALAR_NODE] = "a single value", [YAML_MAPPING_NODE] = "a mapping", [YAML_SEQUENCE_NODE] = "a list"};
     return node->type == type ||
-           complain(reader, "%s: %s is wanted here, not %s", reader->path, called, found[node->type]);
+           complain(reader, "%s: %s is expected here, not %s", reader->path, called, found[node->type]);
 }
 
 /// The key called `name` in a mapping, before `end`; null if there is none.
@@ -215,7 +215,7 @@ static bool read_list(reader_t *reader, const common_key_t *key, const yaml_node
     const size_t            length = reader->length;
     if (!(count >= key->min && count <= key->max))
     {
-        return complain(reader, "%s: has %u elements, %g to %g are wanted", reader->path, count, key->min, key->max);
+        return complain(reader, "%s: has %u elements, %g to %g are expected", reader->path, count, key->min, key->max);
     }
     for (unsigned i = 0; i < count; i++)
     {
@@ -323,7 +323,7 @@ static bool read_document(reader_t *reader)
 {
     const yaml_node_t *root = yaml_document_get_root_node(&reader->document);
     reader->line            = root->start_mark.line + 1;
-    return (root->type == YAML_MAPPING_NODE || complain(reader, "a mapping is wanted here")) &&
+    return (root->type == YAML_MAPPING_NODE || complain(reader, "a mapping is expected here")) &&
            append(reader, "%s", reader->text->prefix) &&
            read_mapping(reader, reader->text->keys, root, reader->text->group);
 }

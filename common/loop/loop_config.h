@@ -25,7 +25,7 @@ typedef struct
 
 void common_loop_config_fill(common_loop_config_t *loop, const common_loop_keys_t *keys);
 
-/// What the library's init functions say of it.
+/// The status that the library's set-up returns for it.
 tribo_status_t common_loop_config_status(const common_loop_config_t *loop);
 
 #endif

@@ -78,7 +78,7 @@ typedef enum
 {
     COMMON_CONTROLLER_PAPER, ///< tribo/paper_controller.h
     COMMON_CONTROLLER_Z,     ///< sections in z^-1
-    COMMON_CONTROLLER_DELTA, ///< sections in d = z - 1, as tribo/biquad_f32.h has them
+    COMMON_CONTROLLER_DELTA, ///< sections in d = z - 1, as in tribo/controller_f32.h
     COMMON_CONTROLLER_NONE   ///< open loop: u is r within the limits
 } common_controller_kind_t;
 
@@ -99,7 +99,7 @@ typedef enum
 #undef COMMON_METHOD_SYMBOL
 } common_method_t;
 
-/// Of friction, which the method `paper` believes in.
+/// The friction model of the method `paper`.
 typedef enum
 {
     COMMON_MODEL_PAPER,
@@ -169,7 +169,7 @@ extern const common_key_t common_controller_keys[];  ///< of common_controller_c
 extern const common_key_t common_compensator_keys[]; ///< of common_compensator_config_t
 extern const common_key_t common_limits_keys[];      ///< of common_limits_config_t
 
-/// The loop of a scenario alone, for a program without a plant: of common_loop_keys_t. What is the simulator's is not looked at.
+/// The loop of a scenario alone, for a program without a plant: of common_loop_keys_t. Keys of the simulator are skipped.
 extern const common_key_t common_loop_keys[];
 
 /// The negative direction's own offset and slope, or the positive one's.

@@ -141,7 +141,7 @@ static bool set(common_scenario_t *scenario, const char *assignment, const char 
     const size_t length = strcspn(assignment, "=");
     if (length == 0 || assignment[length] == '\0')
     {
-        return common_error_set(error, "%s: key=value is wanted", name);
+        return common_error_set(error, "%s: key=value is expected", name);
     }
     char           key[COMMON_KEY_MAX];
     char           suggestion[COMMON_KEY_MAX];

@@ -13,8 +13,8 @@
 typedef struct
 {
     const char                *name;
-    const common_csv_column_t *wanted;
-    size_t                     count; ///< of wanted columns
+    const common_csv_column_t *columns;
+    size_t                     count; ///< of columns
     common_error_t            *error;
     bool                       is_log;
     char                       separator;
@@ -23,7 +23,7 @@ typedef struct
     size_t                     line;
 
     size_t fields;                        ///< of the header
-    size_t place[COMMON_CSV_COLUMNS_MAX]; ///< by wanted column: its field, from 1; 0: none
+    size_t place[COMMON_CSV_COLUMNS_MAX]; ///< by column: its field, from 1; 0: none
 } reader_t;
 
 typedef struct
@@ -101,11 +101,11 @@ static bool read_field(reader_t *reader, field_t *field)
     return true;
 }
 
-/// True if a header's field is the wanted column, by name or, in a log, by number.
-static bool is_wanted(const reader_t *reader, const char *wanted, const char *text)
+/// True if a header's field is the column `name`, by name or, in a log, by number.
+static bool is_column(const reader_t *reader, const char *name, const char *text)
 {
-    return strcmp(text, wanted) == 0 ||
-           (reader->is_log && wanted[0] == '#' && strtoul(wanted + 1, NULL, 10) == reader->fields);
+    return strcmp(text, name) == 0 ||
+           (reader->is_log && name[0] == '#' && strtoul(name + 1, NULL, 10) == reader->fields);
 }
 
 static bool read_header(reader_t *reader)
@@ -120,7 +120,7 @@ static bool read_header(reader_t *reader)
         reader->fields++;
         for (size_t i = 0; i < reader->count; i++)
         {
-            const bool is_it = is_wanted(reader, reader->wanted[i].name, field.text);
+            const bool is_it = is_column(reader, reader->columns[i].name, field.text);
             if (is_it && reader->place[i] != 0)
             {
                 return common_error_set(reader->error,
@@ -134,13 +134,13 @@ static bool read_header(reader_t *reader)
     }
     for (size_t i = 0; i < reader->count; i++)
     {
-        if (reader->place[i] == 0 && !reader->wanted[i].optional)
+        if (reader->place[i] == 0 && !reader->columns[i].optional)
         {
             const bool is_one = !reader->is_log && reader->fields == 1;
             return common_error_set(reader->error,
                                     "%s:1:1: no column is named %s%s",
                                     reader->name,
-                                    reader->wanted[i].name,
+                                    reader->columns[i].name,
                                     is_one ? "; columns are separated by commas here, and there is one alone" : "");
         }
     }
@@ -165,7 +165,7 @@ static bool allocate(common_csv_t *csv, const reader_t *reader)
     return ok || common_error_set(reader->error, "out of memory");
 }
 
-/// Takes the number of a wanted column.
+/// Takes the number of a column.
 static bool take_number(const reader_t *reader, const field_t *field, size_t column, double *value)
 {
     char *comma = (reader->separator != ',') ? strchr(field->text, ',') : NULL;
@@ -173,8 +173,8 @@ static bool take_number(const reader_t *reader, const field_t *field, size_t col
     {
         *comma = '.';
     }
-    const common_csv_column_t *wanted    = &reader->wanted[column];
-    const double               max       = (wanted->max > 0.0) ? wanted->max : COMMON_CSV_NUMBER_MAX;
+    const common_csv_column_t *spec      = &reader->columns[column];
+    const double               max       = (spec->max > 0.0) ? spec->max : COMMON_CSV_NUMBER_MAX;
     const char                *complaint = common_number_parse(field->text, value);
     char                       outside[64];
     (void)snprintf(outside, sizeof outside, "is outside %g to %g", -max, max);
@@ -187,7 +187,7 @@ static bool take_number(const reader_t *reader, const field_t *field, size_t col
                                                  reader->name,
                                                  field->line,
                                                  field->position,
-                                                 wanted->name,
+                                                 spec->name,
                                                  field->text,
                                                  complaint);
 }
@@ -286,7 +286,7 @@ static void squeeze_blanks(char *text)
     *out = '\0';
 }
 
-/// Counts the fields of a log without a header and places the wanted columns by number.
+/// Counts the fields of a log without a header and places the columns by number.
 static bool count_fields(reader_t *reader, size_t length)
 {
     reader->fields = 1;
@@ -296,15 +296,15 @@ static bool count_fields(reader_t *reader, size_t length)
     }
     for (size_t i = 0; i < reader->count; i++)
     {
-        const common_csv_column_t *wanted = &reader->wanted[i];
-        const size_t               number = (wanted->name[0] == '#') ? strtoul(wanted->name + 1, NULL, 10) : 0;
+        const common_csv_column_t *spec   = &reader->columns[i];
+        const size_t               number = (spec->name[0] == '#') ? strtoul(spec->name + 1, NULL, 10) : 0;
         reader->place[i]                  = (number <= reader->fields) ? number : 0;
-        if (reader->place[i] == 0 && !wanted->optional)
+        if (reader->place[i] == 0 && !spec->optional)
         {
             return common_error_set(reader->error,
                                     "%s:1:1: no header, so that no column is %s: there are #1 to #%zu",
                                     reader->name,
-                                    wanted->name,
+                                    spec->name,
                                     reader->fields);
         }
     }
@@ -370,13 +370,13 @@ static bool read_all(common_csv_t *csv, reader_t *reader)
 static bool parse(common_csv_t              *csv,
                   char                      *text,
                   const char                *name,
-                  const common_csv_column_t *wanted,
+                  const common_csv_column_t *columns,
                   size_t                     count,
                   bool                       is_log,
                   common_error_t            *error)
 {
     reader_t reader = {.name       = name,
-                       .wanted     = wanted,
+                       .columns    = columns,
                        .count      = count,
                        .error      = error,
                        .is_log     = is_log,
@@ -396,43 +396,43 @@ static bool parse(common_csv_t              *csv,
 bool common_csv_parse(common_csv_t              *csv,
                       char                      *text,
                       const char                *name,
-                      const common_csv_column_t *wanted,
+                      const common_csv_column_t *columns,
                       size_t                     count,
                       common_error_t            *error)
 {
-    return parse(csv, text, name, wanted, count, false, error);
+    return parse(csv, text, name, columns, count, false, error);
 }
 
 bool common_csv_parse_log(common_csv_t              *csv,
                           char                      *text,
                           const char                *name,
-                          const common_csv_column_t *wanted,
+                          const common_csv_column_t *columns,
                           size_t                     count,
                           common_error_t            *error)
 {
-    return parse(csv, text, name, wanted, count, true, error);
+    return parse(csv, text, name, columns, count, true, error);
 }
 
 bool common_csv_read(common_csv_t              *csv,
                      const char                *path,
-                     const common_csv_column_t *wanted,
+                     const common_csv_column_t *columns,
                      size_t                     count,
                      common_error_t            *error)
 {
     char      *text = common_file_read(path, COMMON_CSV_BYTES_MAX, error);
-    const bool ok   = text != NULL && parse(csv, text, path, wanted, count, false, error);
+    const bool ok   = text != NULL && parse(csv, text, path, columns, count, false, error);
     free(text);
     return ok;
 }
 
 bool common_csv_read_log(common_csv_t              *csv,
                          const char                *path,
-                         const common_csv_column_t *wanted,
+                         const common_csv_column_t *columns,
                          size_t                     count,
                          common_error_t            *error)
 {
     char      *text = common_file_read(path, COMMON_CSV_BYTES_MAX, error);
-    const bool ok   = text != NULL && parse(csv, text, path, wanted, count, true, error);
+    const bool ok   = text != NULL && parse(csv, text, path, columns, count, true, error);
     free(text);
     return ok;
 }

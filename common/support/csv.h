@@ -32,21 +32,21 @@ typedef struct
     const char *name; ///< of the file, for messages
     size_t      rows;
     size_t      first_line;                     ///< of row 0, from 1
-    double     *values[COMMON_CSV_COLUMNS_MAX]; ///< by wanted column; null: optional and missing
-    size_t     *positions;                      ///< by row: the first wanted column's place in its line
+    double     *values[COMMON_CSV_COLUMNS_MAX]; ///< by column asked for; null: optional and missing
+    size_t     *positions;                      ///< by row: the first column asked for's place in its line
 } common_csv_t;
 
-/// Reads the `count` columns `wanted`. On failure nothing is left to free.
+/// Reads `count` columns. On failure nothing is left to free.
 bool common_csv_read(common_csv_t              *csv,
                      const char                *path,
-                     const common_csv_column_t *wanted,
+                     const common_csv_column_t *columns,
                      size_t                     count,
                      common_error_t            *error);
 
 /// The same for a recorded log.
 bool common_csv_read_log(common_csv_t              *csv,
                          const char                *path,
-                         const common_csv_column_t *wanted,
+                         const common_csv_column_t *columns,
                          size_t                     count,
                          common_error_t            *error);
 
@@ -54,7 +54,7 @@ bool common_csv_read_log(common_csv_t              *csv,
 bool common_csv_parse(common_csv_t              *csv,
                       char                      *text,
                       const char                *name,
-                      const common_csv_column_t *wanted,
+                      const common_csv_column_t *columns,
                       size_t                     count,
                       common_error_t            *error);
 
@@ -62,14 +62,14 @@ bool common_csv_parse(common_csv_t              *csv,
 bool common_csv_parse_log(common_csv_t              *csv,
                           char                      *text,
                           const char                *name,
-                          const common_csv_column_t *wanted,
+                          const common_csv_column_t *columns,
                           size_t                     count,
                           common_error_t            *error);
 
-/// Reports an error in the first wanted column of a row: "FILE:LINE:COLUMN: " and the rest. Always false.
+/// Reports an error in the first column asked for of a row: "FILE:LINE:COLUMN: " and the rest. Always false.
 bool common_csv_complain(const common_csv_t *csv, size_t row, common_error_t *error, const char *format, ...);
 
-/// False if the numbers of the first wanted column do not rise from row to row.
+/// False if the numbers of the first column asked for do not rise from row to row.
 bool common_csv_check_rising(const common_csv_t *csv, const char *name, common_error_t *error);
 
 void common_csv_free(common_csv_t *csv);

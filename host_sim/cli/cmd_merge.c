@@ -174,7 +174,7 @@ static int run(int count, char **arguments)
     {
         return status;
     }
-    return options.folder != NULL ? merge_study(&options) : sim_usage("merge: --out DIR is wanted");
+    return options.folder != NULL ? merge_study(&options) : sim_usage("merge: --out DIR is expected");
 }
 
 const sim_command_t sim_command_merge = {.name     = "merge",

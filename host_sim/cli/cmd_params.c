@@ -138,7 +138,7 @@ static int open_and_make(options_t *options)
 {
     if (options->name[0] == '\0' && !take_name_of_scenario(options))
     {
-        return sim_usage("params: %s is no name in C: one is wanted with --name", options->choice.name);
+        return sim_usage("params: %s is no name in C: one is expected with --name", options->choice.name);
     }
     const int status = check_out(options);
     if (status != 0)

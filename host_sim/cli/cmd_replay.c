@@ -159,7 +159,7 @@ static int take(void *context, int key, const char *value)
     case OPTION_FULL_SCALE:
         return common_number_parse(value, &options->full_scale_n) == NULL
                    ? 0
-                   : sim_usage("--full-scale %s: a number of N is wanted", value);
+                   : sim_usage("--full-scale %s: a number of N is expected", value);
     default:
         return sim_log_take(&options->logs, key, value);
     }

@@ -56,7 +56,7 @@ static int take_shard(sim_shard_t *shard, const char *value)
     if (slash == NULL || common_number_parse_whole(first, &index) != NULL ||
         common_number_parse_whole(slash + 1, &count) != NULL || index < 1 || index > count || count > SIM_SHARDS_MAX)
     {
-        return sim_usage("--shard %s: I/N is wanted, with I from 1 to N, at most %u", value, SIM_SHARDS_MAX);
+        return sim_usage("--shard %s: I/N is expected, with I from 1 to N, at most %u", value, SIM_SHARDS_MAX);
     }
     *shard = (sim_shard_t){.index = index - 1, .count = count};
     return 0;
@@ -74,7 +74,7 @@ static int take(void *context, int key, const char *value)
         return common_number_parse_whole(value, &options->workers) == NULL && options->workers >= 1 &&
                        options->workers <= SIM_POOL_WORKERS_MAX
                    ? 0
-                   : sim_usage("--workers %s: a number from 1 to %u is wanted", value, SIM_POOL_WORKERS_MAX);
+                   : sim_usage("--workers %s: a number from 1 to %u is expected", value, SIM_POOL_WORKERS_MAX);
     case OPTION_SHARD:
         return take_shard(&options->shard, value);
     default:
@@ -272,7 +272,7 @@ static int run(int count, char **arguments)
     int       status  = sim_options_parse(&sim_command_sweep, count, arguments, &options, &options.study);
     if (status == 0 && (options.folder == NULL) == (options.row == NULL))
     {
-        status = options.folder == NULL ? sim_usage("sweep: --out DIR is wanted")
+        status = options.folder == NULL ? sim_usage("sweep: --out DIR is expected")
                                         : sim_usage("sweep: --out and --row do not go together");
     }
     if (status == 0)

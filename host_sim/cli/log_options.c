@@ -9,7 +9,7 @@ static int seconds(double *value, const char *option, const char *text)
 {
     return common_number_parse(text, value) == NULL && *value > 0.0 && *value <= 86400.0
                ? 0
-               : sim_usage("--%s %s: a number over 0 to 86400 s is wanted", option, text);
+               : sim_usage("--%s %s: a number over 0 to 86400 s is expected", option, text);
 }
 
 static int refusal(const common_error_t *error)

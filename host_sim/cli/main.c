@@ -62,7 +62,7 @@ int main(int count, char **arguments)
 
     if (count < 2)
     {
-        return sim_usage("a command is wanted: run, sweep, merge, replay, log, params or list");
+        return sim_usage("a command is expected: run, sweep, merge, replay, log, params or list");
     }
     for (int i = 1; i < count && strcmp(arguments[i], "--") != 0; i++)
     {

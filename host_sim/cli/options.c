@@ -73,7 +73,7 @@ int sim_options_parse(const sim_command_t *command, int count, char **arguments,
     }
     if (command->is_many)
     {
-        return parse.arguments > 0 ? 0 : sim_usage("%s: one %s at least is wanted", command->name, command->noun);
+        return parse.arguments > 0 ? 0 : sim_usage("%s: one %s at least is expected", command->name, command->noun);
     }
     if (command->argument == NULL)
     {
@@ -81,7 +81,7 @@ int sim_options_parse(const sim_command_t *command, int count, char **arguments,
     }
     return parse.arguments == 1
                ? 0
-               : sim_usage("%s: one %s is wanted, not %d", command->name, command->noun, parse.arguments);
+               : sim_usage("%s: one %s is expected, not %d", command->name, command->noun, parse.arguments);
 }
 
 int sim_option_word(const sim_command_t *command, int key, const char *value)

@@ -11,7 +11,7 @@ typedef struct
 {
     const char *name;     ///< "run"
     const char *argument; ///< its argument, as shown in the help; null: none
-    const char *noun;     ///< the same in a message: "one NOUN is wanted"
+    const char *noun;     ///< the same in a message: "one NOUN is expected"
     const char *text;     ///< the help's description
     bool        is_many;  ///< one or more arguments, each passed to `take` as SIM_OPTION_ARGUMENT
 

@@ -41,7 +41,7 @@ int sim_scenario_take_set(sim_scenario_choice_t *choice, const char *assignment)
 {
     if (strchr(assignment, '=') == NULL || assignment[0] == '=')
     {
-        return sim_usage("--set %s: key=value is wanted", assignment);
+        return sim_usage("--set %s: key=value is expected", assignment);
     }
     const char **larger =
         (const char **)realloc((void *)choice->sets, ((size_t)choice->set_count + 1) * sizeof *larger);

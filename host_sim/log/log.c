@@ -52,7 +52,7 @@ static sim_log_column_t *split(sim_log_options_t *options,
             return &options->columns[i];
         }
     }
-    (void)common_error_set(error, "--%s %s: t, u, F, x, v or r and = and a value is wanted", option, text);
+    (void)common_error_set(error, "--%s %s: t, u, F, x, v or r and = and a value is expected", option, text);
     return NULL;
 }
 
@@ -62,7 +62,7 @@ bool sim_log_set_column(sim_log_options_t *options, const char *text, common_err
     sim_log_column_t *column = split(options, "column", text, &value, error);
     if (column != NULL && value[0] == '#' && (value[1] == '\0' || value[1 + strspn(value + 1, "0123456789")] != '\0'))
     {
-        return common_error_set(error, "--column %s: a number of 1 or more is wanted after #", text);
+        return common_error_set(error, "--column %s: a number of 1 or more is expected after #", text);
     }
     if (column != NULL)
     {
@@ -193,7 +193,7 @@ static bool read_file(sim_log_t               *log,
         return common_csv_complain(csv,
                                    0,
                                    error,
-                                   "%s: one row has no sample time, two at least are wanted",
+                                   "%s: one row has no sample time, two at least are expected",
                                    columns[0].name);
     }
     log->rows = csv->rows;

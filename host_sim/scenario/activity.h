@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// A move of u counts if it is larger than this part of full scale: a turn is such a move after one the other way.
+/// Smallest move of u that counts, as a fraction of full scale. u turns where two such moves in succession have opposite signs.
 #define SIM_ACTIVITY_MOVE 1e-5
 
 /// All zeros but `move_n` to begin with.

@@ -50,11 +50,14 @@ typedef struct
 } sim_summary_t;
 
 /// The summary as a JSON object, to be freed with free(); null if there is no memory. Keys carry their units:
-/// rms_error_N, max_error_N, rms_measured_error_N, u_variation_N, variation_ratio (null if r stands still), chatter_ticks, Q_switches,
-/// ticks, limited_ticks, bad_inputs, with a guard guard (none, hunting or overshoot), with a feed-forward learned (positive and negative,
-/// each breakaway_N at the last r, doubt, travel_N, at_bound and stays_at_bound), simulated_s, wall_s, real_time_factor; with a target also target, arithmetic, different_ticks and
-/// lock_step_ticks_per_s; with both arithmetics also q31 (errors and counters once more) and difference (max_u_N, rms_u_N, max_F_N,
-/// rms_F_N).
+///
+///     always               rms_error_N, max_error_N, rms_measured_error_N, u_variation_N, variation_ratio (null if r is at rest),
+///                          chatter_ticks, Q_switches, ticks, limited_ticks, bad_inputs, simulated_s, wall_s, real_time_factor
+///     with a guard         guard: none, hunting or overshoot
+///     with a feed-forward  learned: positive and negative, each breakaway_N at the last r, relative_variance, travel_N,
+///                          at_bound and stays_at_bound
+///     with a target        target, arithmetic, different_ticks, lock_step_ticks_per_s
+///     in both arithmetics  q31 (errors and counters once more), difference (max_u_N, rms_u_N, max_F_N, rms_F_N)
 char *sim_summary_to_json(const sim_summary_t *summary);
 
 #endif

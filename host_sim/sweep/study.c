@@ -334,7 +334,7 @@ static bool find_keys(const sim_study_t *study, sim_axis_t *axis, common_scenari
                                       axis->line,
                                       axis->column,
                                       error,
-                                      "%s is not a number: values are wanted",
+                                      "%s is not a number: values are expected",
                                       axis->keys[k]);
         }
         if (axis->relative && !base.is_given)

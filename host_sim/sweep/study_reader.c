@@ -67,7 +67,7 @@ static bool check_kind(const reader_t *reader, const yaml_node_t *node, yaml_nod
         {[YAML_SCALAR_NODE] = "a single value", [YAML_MAPPING_NODE] = "a mapping", [YAML_SEQUENCE_NODE] = "a list"};
     if (node->type != type)
     {
-        return COMPLAIN(reader, node, "%s: %s is wanted here, not %s", name, called[type], called[node->type]);
+        return COMPLAIN(reader, node, "%s: %s is expected here, not %s", name, called[type], called[node->type]);
     }
     return type != YAML_SCALAR_NODE || strlen(scalar(node)) == node->data.scalar.length ||
            COMPLAIN(reader, node, "%s: holds a zero byte", name);
@@ -196,7 +196,7 @@ static bool read_two(reader_t *reader, const yaml_node_t *node, const char *name
     }
     const yaml_node_item_t *items = node->data.sequence.items.start;
     return (node->data.sequence.items.top - items == 2 ||
-            COMPLAIN(reader, node, "%s: two numbers are wanted here", name)) &&
+            COMPLAIN(reader, node, "%s: two numbers are expected here", name)) &&
            read_number(reader, node_of(reader, items[0]), name, a) &&
            read_number(reader, node_of(reader, items[1]), name, b);
 }
@@ -385,7 +385,7 @@ static bool take_axis_pair(reader_t *reader, void *context, const yaml_node_t *k
         axis->kind = SIM_AXIS_LOG_UNIFORM;
         return read_two(reader, value, scalar(key), &axis->a, &axis->b) &&
                ((axis->a > 0.0 && axis->a < axis->b) ||
-                COMPLAIN(reader, value, "log_uniform: 0 < from < to is wanted, not %g, %g", axis->a, axis->b));
+                COMPLAIN(reader, value, "log_uniform: 0 < from < to is expected, not %g, %g", axis->a, axis->b));
     case AXIS_NORMAL:
         axis->kind = SIM_AXIS_NORMAL;
         return read_two(reader, value, scalar(key), &axis->a, &axis->b) &&
@@ -414,7 +414,7 @@ static bool check_axis(const reader_t *reader, const axis_reader_t *part, const 
     const bool        is_list = axis->kind == SIM_AXIS_LIST;
     if (part->kind == NULL && axis->count == 0)
     {
-        return COMPLAIN(reader, node, "%s: values, cases, uniform, log_uniform or normal is wanted", axis->name);
+        return COMPLAIN(reader, node, "%s: values, cases, uniform, log_uniform or normal is expected", axis->name);
     }
     if (part->cases != NULL && (axis->relative || axis->key_count > 0))
     {

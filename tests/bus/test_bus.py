@@ -201,10 +201,10 @@ def test_wrong_words_are_said(drive):
     assert "did you mean compensator.gain" in drive.link("params", "set", "gain=1", status=2)
     assert "compensator.gain=3: 0 to 2" in drive.link("params", "set", "compensator.gain=3", status=2)
     assert "compensator.gain=nan" in drive.link("params", "set", "compensator.gain=nan", status=2)
-    assert "a whole number is wanted" in drive.link("params", "set", "drive.late_us=1.5", status=2)
+    assert "a whole number is expected" in drive.link("params", "set", "drive.late_us=1.5", status=2)
     assert "compensator.guard.on=maybe: is not no or yes, nor their number from 0" in \
         drive.link("params", "set", "compensator.guard.on=maybe", status=2)
-    assert "NAME=VALUE is wanted" in drive.link("params", "set", status=2)
+    assert "NAME=VALUE is expected" in drive.link("params", "set", status=2)
     assert "params frobnicate: get, set, save" in drive.link("params", "frobnicate", status=2)
     assert "params: get, set, save" in drive.link("params", status=2)
     assert "there is no command frobnicate" in drive.link("frobnicate", status=2)

@@ -37,7 +37,7 @@ def test_a_scenario_has_at_most_256_kb(sim):
 def test_a_long_list_is_refused_at_once(sim):
     sim.write("x.yaml", SHORT + "controller: {kind: z, sections: [" + "0," * 120000 + "0]}\n")
     quickly(sim, "x.yaml:3: more than 1000 keys and values", "run", "x.yaml")
-    quickly(sim, "--set controller.sections=[" + "0," * 390 + "0]: controller.sections: has 391 elements, 1 to 4 are wanted",
+    quickly(sim, "--set controller.sections=[" + "0," * 390 + "0]: controller.sections: has 391 elements, 1 to 4 are expected",
             "run", "triangle", "--set", "controller.sections=[" + "0," * 390 + "0]")
 
 

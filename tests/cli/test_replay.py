@@ -120,7 +120,7 @@ def test_a_set_that_replay_does_not_read(sim):
     for other in ("compensator.method=feedforward", "compensator.gain=0.5", "compensator.guard.on=yes", "compensator.feedforward.lead=2"):
         sim.fails(f"replay: --set {other}: it judges the model of friction, and this is none of it{hint}", "replay", "log.csv", "--set",
                   other, status=2)
-    sim.fails(f"--set compensator.gain: key=value is wanted{hint}", "replay", "log.csv", "--set", "compensator.gain", status=2)
+    sim.fails(f"--set compensator.gain: key=value is expected{hint}", "replay", "log.csv", "--set", "compensator.gain", status=2)
     sim.fails("--set compensator.model=dahl: compensator.model: 'dahl' is not paper or lugre", "replay", "log.csv", "--set",
               "compensator.model=dahl")
 
@@ -175,7 +175,7 @@ MISTAKES = {
     "empty file": ("", ":1:1: the file is empty"),
     "nothing but lines": ("\n\r\n \n", ":1:1: the file is empty"),
     "header only": ("t_s,u_N\n", ":2:1: no rows after the header"),
-    "one row": ("t_s,u_N\n0,0.1\n", ":2:1: t_s: one row has no sample time, two at least are wanted"),
+    "one row": ("t_s,u_N\n0,0.1\n", ":2:1: t_s: one row has no sample time, two at least are expected"),
     "no time": ("t,u_N\n0,0.1\n", ":1:1: no column is named t_s"),
     "no input": ("t_s,u\n0,0.1\n", ":1:1: no column is named u_N"),
     "no header": ("0,0.1\n0.001,0.2\n", ":1:1: no header, so that no column is t_s: there are #1 to #2"),
@@ -247,7 +247,7 @@ PARAM_MISTAKES = {
     "missing": (None, ": cannot be opened: No such file or directory"),
     "empty": ("", ":1: the file is empty"),
     "a scenario": ("compensator: {gain: 1}\n", ":1: compensator is a scenario's key:"
-                   " a file with the keys of its compensator alone is wanted here"),
+                   " a file with the keys of its compensator alone is expected here"),
     "unknown key": (
         "friction:\n  k_mim: 1\n",
         ":2: unknown key compensator.friction.k_mim, did you mean compensator.friction.k_min?",

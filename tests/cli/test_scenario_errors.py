@@ -31,26 +31,26 @@ MISTAKES = {
     "overflow": ("compensator:\n  gain: 1e999", ":4: compensator.gain: '1e999' is too large for a number"),
     "above the range": ("compensator:\n  gain: 2.01", ":4: compensator.gain: 2.01 is outside 0 to 2"),
     "below the range": ("compensator:\n  gain: -1e-9", ":4: compensator.gain: -1e-09 is outside 0 to 2"),
-    "list for a number": ("compensator:\n  gain: [1]", ":4: compensator.gain: a number is wanted here, not a list"),
+    "list for a number": ("compensator:\n  gain: [1]", ":4: compensator.gain: a number is expected here, not a list"),
     "mapping for a number": (
         "compensator:\n  gain: {a: 1}",
-        ":4: compensator.gain: a number is wanted here, not a mapping",
+        ":4: compensator.gain: a number is expected here, not a mapping",
     ),
-    "value for a mapping": ("compensator: 3", ":3: compensator: a mapping is wanted here, not a single value"),
-    "list for a mapping": ("compensator: [3]", ":3: compensator: a mapping is wanted here, not a list"),
+    "value for a mapping": ("compensator: 3", ":3: compensator: a mapping is expected here, not a single value"),
+    "list for a mapping": ("compensator: [3]", ":3: compensator: a mapping is expected here, not a list"),
     "value for a list": (
         "controller: {kind: z, sections: 3}",
-        ":3: controller.sections: a list is wanted here, not a single value",
+        ":3: controller.sections: a list is expected here, not a single value",
     ),
     "value for an element": (
         "controller: {kind: z, sections: [3]}",
-        ":3: controller.sections[0]: a mapping is wanted here, not a single value",
+        ":3: controller.sections[0]: a mapping is expected here, not a single value",
     ),
-    "list for text": ("description: [a]", ":3: description: text is wanted here, not a list"),
-    "list for a word": ("plant: {model: [paper]}", ":3: plant.model: a word is wanted here, not a list"),
+    "list for text": ("description: [a]", ":3: description: text is expected here, not a list"),
+    "list for a word": ("plant: {model: [paper]}", ":3: plant.model: a word is expected here, not a list"),
     "list for a whole number": (
         "sensor: {noise_seed: [1]}",
-        ":3: sensor.noise_seed: a whole number is wanted here, not a list",
+        ":3: sensor.noise_seed: a whole number is expected here, not a list",
     ),
     "negative seed": (
         "sensor:\n  noise_seed: -1",
@@ -104,11 +104,11 @@ MISTAKES = {
     "long key": ("x" * 200 + ": 1", ":3: a key is too long"),
     "empty list": (
         "controller: {kind: z, sections: []}",
-        ":3: controller.sections: has 0 elements, 1 to 4 are wanted",
+        ":3: controller.sections: has 0 elements, 1 to 4 are expected",
     ),
     "long list": (
         "controller: {kind: z, sections: [" + ", ".join([SECTION] * 5) + "]}",
-        ":3: controller.sections: has 5 elements, 1 to 4 are wanted",
+        ":3: controller.sections: has 5 elements, 1 to 4 are expected",
     ),
     "incomplete element": (
         "controller:\n  kind: z\n  sections:\n    - " + SECTION + "\n    - b0: 1",
@@ -192,8 +192,8 @@ def test_a_mistake_is_named_with_file_and_line(sim, mistake):
 WHOLE_FILES = {
     "empty": ("", ":1: the file is empty"),
     "comment": ("# nothing\n", ":1: the file is empty"),
-    "list": ("- 1\n", ":1: a mapping is wanted here"),
-    "value": ("3\n", ":1: a mapping is wanted here"),
+    "list": ("- 1\n", ":1: a mapping is expected here"),
+    "value": ("3\n", ":1: a mapping is expected here"),
     "nothing": ("{}\n", ": duration_s: is missing"),
     "no reference": ("duration_s: 1\n", ": reference.kind: is missing"),
     "reference without kind": ("duration_s: 1\nreference: {low_N: 0}\n", ":2: reference.kind: is missing"),

@@ -549,9 +549,9 @@ def test_complaints_name_file_line_column_value_and_range(sim):
     start = "scenario: base.yaml\n"
     complains("^", "the file is empty")
     complains("[\n^", "not valid YAML: did not find expected node content")
-    complains("^a\n", "a study: a mapping is wanted here, not a single value")
+    complains("^a\n", "a study: a mapping is expected here, not a single value")
     complains("^seed: 1\n", "scenario: is missing")
-    complains("scenario: ^[a]\n", "scenario: a single value is wanted here, not a list")
+    complains("scenario: ^[a]\n", "scenario: a single value is expected here, not a list")
     complains(start + "^sead: 1\n", "unknown key sead, did you mean seed?")
     complains(start + "seed: 1\n^seed: 2\n", "seed is given twice, first in line 2")
     complains(start + "seed: ^-1\n", "seed: '-1' is not a whole number of 0 or more")
@@ -568,24 +568,24 @@ def test_complaints_name_file_line_column_value_and_range(sim):
               "armstrong, dahl, bristle, reset_integrator, bliman_sorine, lubricated, lugre, elasto_plastic, leuven, maxwell_slip, "
               "servo_mx106, servo_mx64, servo_xl330 or servo_erob80, did you mean lugre?")
     complains(start + "without: {compensator.gain: ^3}\n", "compensator.gain: 3 is outside 0 to 2")
-    complains(start + "set: {sensor: ^{noise_N: 1}}\n", "sensor: a single value is wanted here, not a mapping")
-    complains(start + "set: {sensor: ^1}\n", "sensor: a mapping is wanted here, not a single value")
+    complains(start + "set: {sensor: ^{noise_N: 1}}\n", "sensor: a single value is expected here, not a mapping")
+    complains(start + "set: {sensor: ^1}\n", "sensor: a mapping is expected here, not a single value")
 
     def gain(axis, message):
         complains(f"{start}grid:\n  compensator.gain: {axis}\n", message)
 
-    gain("^3", "compensator.gain: a mapping is wanted here, not a single value")
-    gain("^[]", "compensator.gain: values, cases, uniform, log_uniform or normal is wanted")
-    gain("^{}", "compensator.gain: values, cases, uniform, log_uniform or normal is wanted")
+    gain("^3", "compensator.gain: a mapping is expected here, not a single value")
+    gain("^[]", "compensator.gain: values, cases, uniform, log_uniform or normal is expected")
+    gain("^{}", "compensator.gain: values, cases, uniform, log_uniform or normal is expected")
     gain("[0.1, ^2.5]", "compensator.gain: 2.5 is outside 0 to 2")
     gain("[0.1, ^x]", "compensator.gain: 'x' is not a number")
     gain("^{uniform: [0, 1]}", "compensator.gain: in a grid a distribution wants points: how many")
     gain("{uniform: [0, 1], points: ^1}", "points: 1 is outside 2 to 100000")
     gain("{values: [1], ^points: 2}", "compensator.gain: points are for a distribution in the grid")
     gain("{uniform: ^[1, 1], points: 2}", "uniform: 1 is not below 1")
-    gain("{uniform: ^[1], points: 2}", "uniform: two numbers are wanted here")
+    gain("{uniform: ^[1], points: 2}", "uniform: two numbers are expected here")
     gain("{uniform: [1, ^a], points: 2}", "uniform: 'a' is not a number")
-    gain("{log_uniform: ^[0, 1], points: 2}", "log_uniform: 0 < from < to is wanted, not 0, 1")
+    gain("{log_uniform: ^[0, 1], points: 2}", "log_uniform: 0 < from < to is expected, not 0, 1")
     gain("{normal: ^[0, 0], points: 2}", "normal: the standard deviation 0 is not above 0")
     gain("{normal: [0, 1], within: ^[1, 0], points: 2}", "within: 1 is not below 0")
     gain("{uniform: [0, 1], ^within: [0, 1], points: 2}", "compensator.gain: within goes with normal alone")
@@ -600,7 +600,7 @@ def test_complaints_name_file_line_column_value_and_range(sim):
     complains(start + "grid:\n  ^compensator.gain: {uniform: [0, 2.5], points: 2}\n", "compensator.gain: 2.5 is outside 0 to 2")
     complains(start + "grid:\n  any: [^1]\n", "unknown key any")
     complains(start + "grid:\n  any: {keys: ^[], values: [1]}\n", "keys: the list is empty")
-    complains(start + "grid:\n  ^plant.model: {uniform: [0, 1], points: 2}\n", "plant.model is not a number: values are wanted")
+    complains(start + "grid:\n  ^plant.model: {uniform: [0, 1], points: 2}\n", "plant.model is not a number: values are expected")
     complains(start + "grid:\n  ^metrics.end_s: {values: [1], relative: true}\n",
               "metrics.end_s: the scenario gives no value to be relative to")
     complains(start + "runs: 9\ngrid: {sensor.noise_N: [1]}\nsample: {^sensor.noise_N: [1]}\n",
@@ -633,15 +633,15 @@ def test_the_scenarios_own_errors_are_its_files(sim):
 
 
 def test_the_command_line(sim, study):
-    sim.fails("sweep: --out DIR is wanted (tribo-sim --help shows what there is)", "sweep", "study.yaml", status=2)
-    sim.fails("merge: --out DIR is wanted (tribo-sim --help shows what there is)", "merge", "study.yaml", status=2)
+    sim.fails("sweep: --out DIR is expected (tribo-sim --help shows what there is)", "sweep", "study.yaml", status=2)
+    sim.fails("merge: --out DIR is expected (tribo-sim --help shows what there is)", "merge", "study.yaml", status=2)
     sim.fails("sweep: --out and --row do not go together (tribo-sim --help shows what there is)", "sweep", "study.yaml", "--out", "o",
               "--row", 1, status=2)
     for workers in ("0", "-1", "x", "1025"):
-        sim.fails(f"--workers {workers}: a number from 1 to 1024 is wanted (tribo-sim --help shows what there is)", "sweep",
+        sim.fails(f"--workers {workers}: a number from 1 to 1024 is expected (tribo-sim --help shows what there is)", "sweep",
                   "study.yaml", "--out", "o", f"--workers={workers}", status=2)
     for shard in ("0/2", "3/2", "1", "1/x", "a/2", "1/100001", "/", ""):
-        sim.fails(f"--shard {shard}: I/N is wanted, with I from 1 to N, at most 100000 (tribo-sim --help shows what there is)",
+        sim.fails(f"--shard {shard}: I/N is expected, with I from 1 to N, at most 100000 (tribo-sim --help shows what there is)",
                   "sweep", "study.yaml", "--out", "o", f"--shard={shard}", status=2)
     sim.fails("--row 24: 24 is outside 0 to 23", "sweep", "study.yaml", "--row", 24)
     sim.fails("--row x: 'x' is not a whole number of 0 or more", "sweep", "study.yaml", "--row", "x")

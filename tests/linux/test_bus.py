@@ -264,7 +264,7 @@ def test_a_line_that_goes_stops_nothing(serve):
 @pytest.mark.parametrize("bus, message", [
     ("device: /dev/nothing", "bus.device: /dev/nothing: No such file or directory"),
     ("listen: no.such.host.invalid", "bus.listen: no.such.host.invalid: "),
-    ("device: /dev/ttyS0, listen: 127.0.0.1", "rig.yaml:4: bus: has a device and an address, one of them is wanted"),
+    ("device: /dev/ttyS0, listen: 127.0.0.1", "rig.yaml:4: bus: has a device and an address, one of them is expected"),
     ("device: /dev/ttyS0, baud: 300", "rig.yaml:4: bus.baud: 300 is outside 1200 to 4e+06"),
     ("listen: 127.0.0.1, port: 0", "rig.yaml:4: bus.port: 0 is outside 1 to 65535"),
 ])

@@ -45,7 +45,7 @@ watchdog: none
     (DEVICES.replace("chip: pwmchip0", "channel: 1"), "rig.yaml:3: pwm.chip: is missing"),
     (DEVICES.replace("  enable: {name: enable}\n", ""), "rig.yaml:4: lines.enable: is missing"),
     (DEVICES.replace("  emergency_stop: {name: stop}\n", ""), "rig.yaml:4: lines.emergency_stop: is missing"),
-    (DEVICES.replace("{name: stop}", "{name: stop, chip: 1}"), "has a name and a chip, one of them is wanted"),
+    (DEVICES.replace("{name: stop}", "{name: stop, chip: 1}"), "has a name and a chip, one of them is expected"),
     (DEVICES + "drive: {ready_ms: 5}\n", "lines.ready: is missing, drive.ready_ms is not 0"),
     (DEVICES + "output: dac\n", "rig.yaml: dac.device: is missing"),
     (DEVICES.replace("watchdog: none\n", ""), "rig.yaml: watchdog: is missing: a device, e.g. /dev/watchdog, or none, with which a "

@@ -643,12 +643,12 @@ static void test_biquad_change_keeps_the_output_and_its_slope(void)
         }
         unsaturated++;
         tribo_biquad_q31_outputs_t old_nodes;
-        const int64_t              wanted = cascade_q31_output(&params, &old, 70000000, &old_nodes) + offset;
-        const int64_t              found  = cascade_q31_output(&to, &state, 70000000, &nodes);
+        const int64_t              expected = cascade_q31_output(&params, &old, 70000000, &old_nodes) + offset;
+        const int64_t              found    = cascade_q31_output(&to, &state, 70000000, &nodes);
         // To the last bits of the coarser node, which a section's gain of b0 may follow.
         const double unit = ldexp(1.0, to.section[to_count - 1u].scale) * (double)(8 << to.input_scale) +
                             ldexp(1.0, params.section[from_count - 1u].scale);
-        TEST_ASSERT_DOUBLE_WITHIN(64.0 * unit, (double)wanted, (double)found);
+        TEST_ASSERT_DOUBLE_WITHIN(64.0 * unit, (double)expected, (double)found);
 
         if (from_count == to_count && offset == 0)
         {

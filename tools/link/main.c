@@ -221,7 +221,7 @@ static bool parse_change(const link_bus_t *bus, change_t *change, const char *te
     double      number;
     if (equals == NULL || (size_t)(equals - text) >= sizeof name)
     {
-        return link_complain("params set %s: NAME=VALUE is wanted", text);
+        return link_complain("params set %s: NAME=VALUE is expected", text);
     }
     (void)snprintf(name, sizeof name, "%.*s", (int)(equals - text), text);
     change->row = find_param(bus, name);
@@ -242,7 +242,7 @@ static bool parse_change(const link_bus_t *bus, change_t *change, const char *te
     }
     if (!row->is_float && number != floor(number))
     {
-        return link_complain("%s: a whole number is wanted", text);
+        return link_complain("%s: a whole number is expected", text);
     }
     change->word = word_of(row, number);
     return true;
@@ -254,7 +254,7 @@ static int set_params(link_bus_t *bus, const options_t *options)
     change_t changes[WORDS_MAX];
     if (options->count == 2)
     {
-        (void)link_complain("params set: NAME=VALUE is wanted");
+        (void)link_complain("params set: NAME=VALUE is expected");
         return EXIT_FAILED;
     }
     for (int i = 2; i < options->count; i++)
@@ -301,7 +301,7 @@ static bool take_scenario(params_t *params, const char *path)
 
 static bool wants_scenario(const options_t *options)
 {
-    return options->count == 3 || link_complain("params %s: one SCENARIO.yaml is wanted", options->words[1]);
+    return options->count == 3 || link_complain("params %s: one SCENARIO.yaml is expected", options->words[1]);
 }
 
 static int params_from(link_bus_t *bus, const options_t *options)
@@ -380,7 +380,7 @@ static int params_command(link_bus_t *bus, const options_t *options)
     {
         return apply_defaults(bus);
     }
-    (void)link_complain("params%s%s: get, set, save, diff, from or defaults is wanted",
+    (void)link_complain("params%s%s: get, set, save, diff, from or defaults is expected",
                         what[0] != '\0' ? " " : "",
                         what);
     return EXIT_FAILED;
@@ -579,7 +579,7 @@ static int set_reference(link_bus_t *bus, const options_t *options)
 {
     double      number = 0.0;
     const char *wrong =
-        options->count == 2 ? common_number_parse(options->words[1], &number) : "one force in N is wanted";
+        options->count == 2 ? common_number_parse(options->words[1], &number) : "one force in N is expected";
     if (wrong != NULL)
     {
         (void)link_complain("reference: %s", wrong);
@@ -762,7 +762,7 @@ static bool parse_trigger(const char *text, uint32_t *trigger)
             return true;
         }
     }
-    return link_complain("--trigger %s: none, fault, reversal, rise or fall is wanted", text);
+    return link_complain("--trigger %s: none, fault, reversal, rise or fall is expected", text);
 }
 
 static bool arm(link_bus_t *bus, const options_t *options)
@@ -949,7 +949,7 @@ static void take_number(struct argp_state *state,
 {
     if (common_number_parse(text, number) != NULL || !(*number >= low && *number <= high))
     {
-        argp_error(state, "--%s %s: a number from %g to %g is wanted", name, text, low, high);
+        argp_error(state, "--%s %s: a number from %g to %g is expected", name, text, low, high);
     }
 }
 
@@ -963,7 +963,7 @@ static void take_whole(struct argp_state *state,
     if (common_number_parse_whole(text, number) != NULL || *number < low || *number > high)
     {
         argp_error(state,
-                   "--%s %s: a whole number from %llu to %llu is wanted",
+                   "--%s %s: a whole number from %llu to %llu is expected",
                    name,
                    text,
                    (unsigned long long)low,
@@ -1085,7 +1085,7 @@ int main(int count, char **arguments)
     }
     if (options.device == NULL)
     {
-        (void)link_complain("which line? --device DEVICE or TRIBO_LINK_DEVICE is wanted");
+        (void)link_complain("which line? --device DEVICE or TRIBO_LINK_DEVICE is expected");
         return EXIT_FAILED;
     }
     common_output_clean_on_signal();

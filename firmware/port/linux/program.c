@@ -125,7 +125,7 @@ static error_t take(int key, char *value, struct argp_state *state)
         if (common_number_parse(value, &options->duration_s) != NULL ||
             !(options->duration_s >= 1e-3 && options->duration_s <= 1e6))
         {
-            argp_error(state, "--duration %s: a time of 0.001 to 1e6 s is wanted", value);
+            argp_error(state, "--duration %s: a time of 0.001 to 1e6 s is expected", value);
         }
         return 0;
     case OPTION_LOG:
@@ -134,7 +134,7 @@ static error_t take(int key, char *value, struct argp_state *state)
     case OPTION_TICKS:
         options->ticks = value;
         return strchr(value, ',') != NULL ? 0
-                                          : (argp_error(state, "--ticks %s: two files are wanted, IN,OUT", value), 0);
+                                          : (argp_error(state, "--ticks %s: two files are expected, IN,OUT", value), 0);
     case OPTION_REFERENCE:
         take_reference(options, value);
         return 0;
@@ -148,14 +148,14 @@ static error_t take(int key, char *value, struct argp_state *state)
     case ARGP_KEY_ARG:
         if (options->config != NULL)
         {
-            argp_error(state, "one configuration is wanted, not %s as well", value);
+            argp_error(state, "one configuration is expected, not %s as well", value);
         }
         options->config = value;
         return 0;
     case ARGP_KEY_END:
         if (options->config == NULL && !options->keys)
         {
-            argp_error(state, "a configuration is wanted");
+            argp_error(state, "a configuration is expected");
         }
         return 0;
     default:
@@ -397,12 +397,12 @@ static int end(program_t *program, uint64_t ticks, common_error_t *error)
 /// The process with the loop.
 static int run(void *context, heart_t *heart)
 {
-    program_t              *program = context;
-    common_error_t          error   = {""};
-    const realtime_config_t wanted  = {.priority = program->rig->priority,
-                                       .cpu      = (int64_t)program->rig->cpu,
-                                       .required = program->rig->required != 0};
-    const struct sigaction  action  = {.sa_handler = stop};
+    program_t              *program  = context;
+    common_error_t          error    = {""};
+    const realtime_config_t realtime = {.priority = program->rig->priority,
+                                        .cpu      = (int64_t)program->rig->cpu,
+                                        .required = program->rig->required != 0};
+    const struct sigaction  action   = {.sa_handler = stop};
     (void)sigaction(SIGINT, &action, NULL);
     (void)sigaction(SIGTERM, &action, NULL);
     program->recorder = program->options->log != NULL ? recorder_start(program->options->log, &error) : NULL;
@@ -415,10 +415,10 @@ static int run(void *context, heart_t *heart)
         return EXIT_SETUP;
     }
     // After the other threads, which keep an ordinary priority.
-    if (!realtime_enter(&wanted, &error))
+    if (!realtime_enter(&realtime, &error))
     {
         (void)fprintf(stderr, "%s: no real time: %s\n", program_invocation_short_name, error.text);
-        if (wanted.required)
+        if (realtime.required)
         {
             return EXIT_SETUP;
         }
@@ -486,7 +486,7 @@ static bool complain_of_set(program_t *program, const common_sources_t *sources,
     char                  what[160];
     (void)snprintf(what,
                    sizeof what,
-                   "%.9g does not fit devices and loop: %.9g to %.9g is wanted",
+                   "%.9g does not fit devices and loop: %.9g to %.9g is expected",
                    (double)refused->value,
                    (double)refused->low,
                    (double)refused->high);

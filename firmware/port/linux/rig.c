@@ -110,7 +110,7 @@ static bool check_lines(const rig_t *rig, const common_sources_t *sources, const
         const bool is_used = line_is_used(&rig->lines[i]);
         if (rig->lines[i].name[0] != '\0' && rig->lines[i].chip[0] != '\0')
         {
-            return rig_complain(sources, path, key, "has a name and a chip, one of them is wanted", error);
+            return rig_complain(sources, path, key, "has a name and a chip, one of them is expected", error);
         }
         if (!is_used && (i == LINE_ENABLE || i == LINE_EMERGENCY_STOP))
         {
@@ -220,7 +220,7 @@ bool rig_load(rig_t *rig, const char *path, bool at_desk, common_sources_t *sour
     }
     if (rig->bus.device[0] != '\0' && rig->bus.listen[0] != '\0')
     {
-        return rig_complain(sources, path, "bus", "has a device and an address, one of them is wanted", error);
+        return rig_complain(sources, path, "bus", "has a device and an address, one of them is expected", error);
     }
     if (!at_desk && rig->catch_up_ms > 0u)
     {

@@ -44,22 +44,22 @@ static void tell_watchdog(int watchdog, char what)
 /// A driver may take another timeout than it is given, and say so.
 static bool set_timeout(int watchdog, const supervisor_config_t *config, common_error_t *error)
 {
-    const int wanted = (int)config->watchdog_s;
-    int       given  = wanted;
-    int       taken  = 0;
+    const int requested = (int)config->watchdog_s;
+    int       given     = requested;
+    int       taken     = 0;
     if (ioctl(watchdog, WDIOC_SETTIMEOUT, &given) != 0 || ioctl(watchdog, WDIOC_GETTIMEOUT, &taken) != 0)
     {
         return common_error_set(error,
                                 "watchdog: %s: takes no timeout of %d s (watchdog_s): %s",
                                 config->watchdog,
-                                wanted,
+                                requested,
                                 strerror(errno));
     }
-    return taken == wanted || common_error_set(error,
-                                               "watchdog_s: %d: %s has a timeout of %d s in its place",
-                                               wanted,
-                                               config->watchdog,
-                                               taken);
+    return taken == requested || common_error_set(error,
+                                                  "watchdog_s: %d: %s has a timeout of %d s in its place",
+                                                  requested,
+                                                  config->watchdog,
+                                                  taken);
 }
 
 /// The device stays armed if the program dies; "V" disarms it.
