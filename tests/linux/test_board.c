@@ -8,6 +8,7 @@
 #include "unity.h"
 
 #include <errno.h>
+#include <math.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -33,6 +34,7 @@ static board_t board;
 static drive_t drive;
 
 static drive_setup_t setup;
+static float         shown[RIG_MEASURED]; ///< by the power stage, in units; NaN: it cannot be read
 
 // --- devices -------------------------------------------------------------------------------------------------------
 
@@ -130,9 +132,10 @@ void channel_close(channel_t *channel)
 
 bool channel_read(const channel_t *channel, float *value)
 {
-    (void)channel;
-    *value = 0.0f;
-    return true;
+    const ptrdiff_t i           = channel - board.measured;
+    const bool      is_measured = i >= 0 && i < RIG_MEASURED;
+    *value                      = is_measured ? shown[i] : 0.0f;
+    return !is_measured || !isnan(shown[i]);
 }
 
 bool channel_write(const channel_t *channel, float value)
@@ -181,6 +184,49 @@ static uint32_t inputs(void)
 static void enable(bool on)
 {
     board.port.enable(board.port.context, on);
+}
+
+/// As often as each of them has had its turn.
+static port_measured_t measure(void)
+{
+    port_measured_t measured = {0, 0, 0};
+    for (unsigned i = 0; i < RIG_MEASURED; i++)
+    {
+        board.port.measure(board.port.context, &measured);
+    }
+    return measured;
+}
+
+static void test_the_power_stages_channels_are_read_in_turn(void)
+{
+    rig.measured[RIG_CURRENT]     = (rig_measure_t){{"adc", "voltage1"}, 5e-3, 1650.0}; // mV
+    rig.measured[RIG_TEMPERATURE] = (rig_measure_t){{"ntc", "temp"}, 1e-3, 0.0};
+    shown[RIG_CURRENT]            = 1250.0f;
+    shown[RIG_SUPPLY]             = 1.0f;
+    shown[RIG_TEMPERATURE]        = 61500.0f;
+    TEST_ASSERT_TRUE(open_board());
+    TEST_ASSERT_EQUAL_UINT32(PORT_MEASURES_CURRENT | PORT_MEASURES_TEMPERATURE, board.port.measures);
+    port_measured_t is;
+    board.port.measure(board.port.context, &is); // has all from the start
+    TEST_ASSERT_EQUAL_INT32(-2000, is.current_ma);
+    TEST_ASSERT_EQUAL_INT32(61500, is.temperature_mc);
+    TEST_ASSERT_EQUAL_INT32(0, is.bus_mv); // there is none
+    shown[RIG_CURRENT]     = 1850.0f;
+    shown[RIG_TEMPERATURE] = -5000.0f;
+    is                     = measure();
+    TEST_ASSERT_EQUAL_INT32(1000, is.current_ma);
+    TEST_ASSERT_EQUAL_INT32(-5000, is.temperature_mc);
+    shown[RIG_CURRENT]     = NAN;
+    shown[RIG_TEMPERATURE] = 1e30f;
+    is                     = measure();
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, is.current_ma);
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, is.temperature_mc);
+}
+
+static void test_a_power_stage_that_shows_nothing_is_not_asked(void)
+{
+    TEST_ASSERT_TRUE(open_board());
+    TEST_ASSERT_EQUAL_UINT32(0, board.port.measures);
 }
 
 static void test_enable_goes_off_before_the_output(void)
@@ -360,6 +406,8 @@ static void test_the_heartbeat_has_an_edge_each_so_many_ticks_while_all_is_well(
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_the_power_stages_channels_are_read_in_turn);
+    RUN_TEST(test_a_power_stage_that_shows_nothing_is_not_asked);
     RUN_TEST(test_enable_goes_off_before_the_output);
     RUN_TEST(test_a_killed_loop_is_off_at_once_though_its_output_blocks);
     RUN_TEST(test_a_loop_that_its_output_blocks_is_off_before_it_comes_back);

@@ -266,6 +266,7 @@ def test_a_line_that_goes_stops_nothing(serve):
     ("listen: no.such.host.invalid", "bus.listen: no.such.host.invalid: "),
     ("device: /dev/ttyS0, listen: 127.0.0.1", "rig.yaml:4: bus: has a device and an address, one of them is expected"),
     ("device: /dev/ttyS0, baud: 300", "rig.yaml:4: bus.baud: 300 is outside 1200 to 4e+06"),
+    ("device: /dev/ptmx, rs485: yes", "bus.device: /dev/ptmx: "),  # a pty has no transceiver
     ("listen: 127.0.0.1, port: 0", "rig.yaml:4: bus.port: 0 is outside 1 to 65535"),
 ])
 def test_a_bus_that_is_wrong_is_named(drive, bus, message):

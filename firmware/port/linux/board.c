@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -138,6 +139,36 @@ static uint32_t inputs(void *context)
     return active;
 }
 
+static bool is_measured(const board_t *board, unsigned i)
+{
+    return board->desk == NULL && board->rig->measured[i].channel.device[0] != '\0';
+}
+
+/// What cannot be read exceeds each level.
+static void read_measured(board_t *board, unsigned i)
+{
+    const rig_measure_t *rig     = &board->rig->measured[i];
+    int32_t *const       all[]   = {[RIG_CURRENT]     = &board->latest.current_ma,
+                                    [RIG_SUPPLY]      = &board->latest.bus_mv,
+                                    [RIG_TEMPERATURE] = &board->latest.temperature_mc};
+    float                reading = 0.0f;
+    const bool           ok      = channel_read(&board->measured[i], &reading);
+    const double         value   = 1e3 * rig->per_unit * ((double)reading - rig->zero);
+    *all[i]                      = !ok || !(value < 2e9) ? INT32_MAX : value < -2e9 ? INT32_MIN : (int32_t)lrint(value);
+}
+
+/// The next of them: each may take as long as its device takes.
+static void measure(void *context, port_measured_t *measured)
+{
+    board_t *board = context;
+    do
+    {
+        board->measured_at = (board->measured_at + 1u) % RIG_MEASURED;
+    } while (!is_measured(board, board->measured_at));
+    read_measured(board, board->measured_at);
+    *measured = board->latest;
+}
+
 static void log_byte(void *context, uint8_t byte)
 {
     board_t    *board     = context;
@@ -175,6 +206,25 @@ static bool read_enable_back(board_t *board, common_error_t *error)
     return !is_high || common_error_set(error, "%s: reads on, though it is off", text);
 }
 
+static bool open_measured(board_t *board, common_error_t *error)
+{
+    static const char *const keys[] =
+        {[RIG_CURRENT] = "current", [RIG_SUPPLY] = "supply", [RIG_TEMPERATURE] = "temperature"};
+    for (unsigned i = 0; i < RIG_MEASURED; i++)
+    {
+        if (!is_measured(board, i))
+        {
+            continue;
+        }
+        if (!channel_open(&board->measured[i], &board->rig->measured[i].channel, false, keys[i], error))
+        {
+            return false;
+        }
+        read_measured(board, i);
+    }
+    return true;
+}
+
 static bool open_devices(board_t *board, common_error_t *error)
 {
     const rig_t *rig = board->rig;
@@ -187,7 +237,7 @@ static bool open_devices(board_t *board, common_error_t *error)
         return false;
     }
     board_off(board);
-    return read_enable_back(board, error);
+    return read_enable_back(board, error) && open_measured(board, error);
 }
 
 static port_t port_of(board_t *board)
@@ -199,11 +249,16 @@ static port_t port_of(board_t *board)
     const port_range_t dac    = {.low_units = (float)rig->dac_low, .high_units = (float)rig->dac_high};
     const port_range_t none   = {.low_units = 0.0f};
     const bool         real   = board->desk == NULL;
+    const uint32_t     shown  = (is_measured(board, RIG_CURRENT) ? PORT_MEASURES_CURRENT : 0u) |
+                           (is_measured(board, RIG_SUPPLY) ? PORT_MEASURES_BUS : 0u) |
+                           (is_measured(board, RIG_TEMPERATURE) ? PORT_MEASURES_TEMPERATURE : 0u);
     return (port_t){.context     = board,
                     .sensor      = real ? sensor : none,
                     .output      = !real ? none
                                    : pwm ? duty
                                          : dac,
+                    .measures    = shown,
+                    .measure     = measure,
                     .read_sensor = read_sensor,
                     .command     = command,
                     .enable      = enable,
@@ -223,12 +278,13 @@ bool board_open(board_t                 *board,
     {
         return common_error_set(error, "no shared memory: %s", strerror(errno));
     }
-    *board        = (board_t){.rig    = rig,
-                              .desk   = desk,
-                              .sensor = {.file = -1},
-                              .dac    = {.file = -1},
-                              .pwm    = {.file = -1},
-                              .idle   = shared};
+    *board        = (board_t){.rig      = rig,
+                              .desk     = desk,
+                              .sensor   = {.file = -1},
+                              .dac      = {.file = -1},
+                              .pwm      = {.file = -1},
+                              .measured = {{.file = -1}, {.file = -1}, {.file = -1}},
+                              .idle     = shared};
     *board->idle  = rig->drive.command_zero_units;
     board->port   = port_of(board);
     const bool ok = desk != NULL ? open_desk(board, scenario, error) : open_devices(board, error);
@@ -244,6 +300,10 @@ void board_close(board_t *board)
     pwm_close(&board->pwm);
     channel_close(&board->dac);
     channel_close(&board->sensor);
+    for (unsigned i = 0; i < RIG_MEASURED; i++)
+    {
+        channel_close(&board->measured[i]);
+    }
     lines_close(board->lines);
     if (board->desk != NULL)
     {

@@ -15,6 +15,10 @@ typedef struct
     channel_t    sensor, dac;
     pwm_t        pwm;
 
+    channel_t       measured[RIG_MEASURED];
+    unsigned        measured_at; ///< of them, the one read last
+    port_measured_t latest;
+
     const desk_t *desk; ///< null: devices
     void         *plant;
 

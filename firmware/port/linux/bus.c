@@ -324,10 +324,16 @@ static bool fail(const bus_t *bus, const char *why, common_error_t *error)
                             why);
 }
 
+static bool connect_serial(const bus_t *bus)
+{
+    return modbus_connect(bus->modbus) == 0 &&
+           (bus->config->rs485 == 0 || modbus_rtu_set_serial_mode(bus->modbus, MODBUS_RTU_RS485) == 0);
+}
+
 static bool open_serial(bus_t *bus, common_error_t *error)
 {
     bus->modbus = modbus_new_rtu(bus->config->device, (int)bus->config->baud, 'N', 8, 1);
-    return (bus->modbus != NULL && modbus_connect(bus->modbus) == 0) || fail(bus, modbus_strerror(errno), error);
+    return (bus->modbus != NULL && connect_serial(bus)) || fail(bus, modbus_strerror(errno), error);
 }
 
 static bool open_listener(bus_t *bus, common_error_t *error)
@@ -416,7 +422,7 @@ static bool come_back(bus_t *bus, int wait_ms)
         return false;
     }
     waited_ms = 0;
-    bus->gone = modbus_connect(bus->modbus) != 0;
+    bus->gone = !connect_serial(bus);
     return !bus->gone;
 }
 

@@ -16,6 +16,7 @@ typedef struct
 {
     char     device[BUS_NAME_MAX + 1]; ///< a serial line, 8N1
     uint64_t baud;
+    int      rs485;                    ///< 0 or 1
     char     listen[BUS_NAME_MAX + 1]; ///< an address of this machine
     uint64_t port;
 } bus_config_t;

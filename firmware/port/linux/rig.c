@@ -21,6 +21,15 @@ static const common_key_t sensor_keys[] = {
     NUMBER("high_units", AT(rig_t, sensor_high), RANGE("-", -1e9, 1e9, 0.0), "... and the upper one; equal: no range"),
     END};
 
+static const common_key_t measured_keys[] = {
+    TEXT("device",     AT(rig_measure_t, channel.device),  CHANNEL_NAME_MAX, "the IIO device"),
+    TEXT("channel",    AT(rig_measure_t, channel.channel), CHANNEL_NAME_MAX, "its channel, e.g. voltage1"),
+    NUMBER("per_unit", AT(rig_measure_t, per_unit), RANGE("-", -1e6, 1e6, 1e-3), "A, V or degC of a unit ..."),
+    NUMBER("zero",     AT(rig_measure_t, zero),     RANGE("-", -1e9, 1e9, 0.0), "... beyond this reading"),
+    END};
+
+#define MEASURED(number, name_, text_) GROUP(name_, .offset = offsetof(rig_t, measured) + (number) * sizeof(rig_measure_t), measured_keys, text_)
+
 static const common_key_t pwm_keys[] = {
     TEXT("chip",       AT(rig_t, pwm.chip),      PWM_NAME_MAX, "in /sys/class/pwm, e.g. pwmchip0; a unit of the output is a duty of 1"),
     WHOLE("channel",   AT(rig_t, pwm.channel),   RANGE("-",  0.0, 255.0, 0.0), "of the chip"),
@@ -61,6 +70,7 @@ static const common_key_t realtime_keys[] = {
 
 static const common_key_t bus_keys[] = {
     TEXT("device", AT(rig_t, bus.device), BUS_NAME_MAX, "the serial line of Modbus RTU, e.g. /dev/ttyUSB0, or else ..."),
+    CHOICE("rs485", AT(rig_t, bus.rs485), no_or_yes, 0.0, "the kernel's driver of the line enables its transceiver while it sends"),
     WHOLE("baud",  AT(rig_t, bus.baud),   RANGE("-", 1200.0, 4000000.0, 115200.0), "of it, with 8 bits, no parity, 1 stop bit"),
     TEXT("listen", AT(rig_t, bus.listen), BUS_NAME_MAX, "... the address of this machine for Modbus TCP: whoever reaches it moves the drive; 127.0.0.1 if only bus.port is given"),
     WHOLE("port",  AT(rig_t, bus.port),   RANGE("-", 1.0, 65535.0, 1502.0), "of it"),
@@ -74,6 +84,9 @@ static const common_key_t drive_keys[] = {DRIVE_CONFIG_FIELDS(DRIVE_KEY) END};
 static const common_key_t rig_keys[] = {
     TEXT("scenario", AT(rig_t, scenario), RIG_PATH_MAX, "the scenario whose controller, compensator, limits and reference are taken; required"),
     GROUP("sensor", .offset = 0, sensor_keys, "Sensor"),
+    MEASURED(RIG_CURRENT,     "current",     "The motor's current, for drive.over_current_a; one of the three is read a tick"),
+    MEASURED(RIG_SUPPLY,      "supply",      "The power stage's supply, for drive.bus_low_v and bus_high_v"),
+    MEASURED(RIG_TEMPERATURE, "temperature", "Its temperature, for drive.temperature_max_c"),
     CHOICE("output", AT(rig_t, output), outputs, 0.0, "what makes the command"),
     GROUP("pwm", .offset = 0, pwm_keys, "PWM"),
     GROUP("dac", .offset = 0, dac_keys, "DAC"),

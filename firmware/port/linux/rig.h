@@ -20,12 +20,28 @@ typedef enum
     RIG_OUTPUT_DAC
 } rig_output_t;
 
+/// What the power stage shows of itself, in the order of port_measured_t.
+typedef enum
+{
+    RIG_CURRENT,
+    RIG_SUPPLY,
+    RIG_TEMPERATURE,
+    RIG_MEASURED
+} rig_measured_t;
+
+typedef struct
+{
+    channel_config_t channel;
+    double           per_unit, zero; ///< per_unit (reading - zero) in A, V or degC
+} rig_measure_t;
+
 typedef struct
 {
     char             scenario[RIG_PATH_MAX + 1]; ///< from the folder of the configuration
     channel_config_t sensor;
     double           sensor_low, sensor_high; ///< the ends of its range; equal: none
-    int              output;                  ///< rig_output_t
+    rig_measure_t    measured[RIG_MEASURED];
+    int              output; ///< rig_output_t
     pwm_config_t     pwm;
     channel_config_t dac;
     double           dac_low, dac_high;
