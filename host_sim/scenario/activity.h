@@ -1,6 +1,6 @@
-/// How restless a loop is: chatter and total variation of its command u, and the switches of Q, Eq. (8).
+/// Activity of a loop: chatter and total variation of its command u, and switches of Q, Eq. (8).
 ///
-/// RMS and peak of the error do not see a command that turns at every tick, as the plant filters it; a motor and its gear do.
+/// The plant filters a command that reverses at every tick, so RMS and peak of the error do not show it. A motor and its gear suffer.
 
 #ifndef SIM_ACTIVITY_H
 #define SIM_ACTIVITY_H
@@ -17,7 +17,7 @@ typedef struct
     double move_n; ///< SIM_ACTIVITY_MOVE times full scale
 
     uint64_t ticks;
-    uint64_t chatter_ticks; ///< in which u turned, as in the tick before
+    uint64_t chatter_ticks; ///< in which u turned, as it did in the tick before
     uint64_t q_switches;    ///< of Q, on and off
     double   u_variation_n; ///< sum of |u(k) - u(k - 1)|
     double   r_variation_n; ///< likewise of the reference

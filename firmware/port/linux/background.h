@@ -1,8 +1,8 @@
-/// What a microcontroller does between its ticks, in a thread of ordinary priority: the bus, params that are made and saved, and
-/// a line on standard error when the drive changes its state. The tick does not wait for it: gate.h.
+/// What a microcontroller does between its ticks, in a thread of ordinary priority: the bus, making and saving params, and a line
+/// on standard error when the drive changes state. The tick does not wait for it: gate.h.
 ///
-/// The application is written for a tick that interrupts the background. Here both run at once, so a read is repeated until it
-/// is between two ticks, and a trace is stopped for a tick before it is armed.
+/// The application is written for a tick that interrupts the background. Here both run at once. So a read is repeated
+/// until it falls between two ticks, and a trace is stopped for a tick before it is armed.
 
 #ifndef LINUX_BACKGROUND_H
 #define LINUX_BACKGROUND_H
@@ -26,14 +26,14 @@ typedef struct
 /// Its line for a drive whose bus is not in the tick.
 extern const modbus_line_t background_line;
 
-/// False with why in `error`. All must outlive it.
+/// False with the cause in `error`. The arguments must outlive the thread.
 bool background_start(background_t   *background,
                       registers_t    *registers,
                       gate_t         *gate,
                       bus_t          *bus,
                       common_error_t *error);
 
-/// A drive that stopped ticking may end it: what is under way is finished first.
+/// Ends the thread once its current request is finished. Only for a drive that has stopped ticking.
 void background_stop(background_t *background);
 
 #endif

@@ -24,15 +24,15 @@ typedef struct
 
     const drive_t  *drive;  ///< null: its config is still the rig's
     volatile float *idle;   ///< the output at no current, shared with the supervisor
-    float           output; ///< the last one
-    bool            failed; ///< a device or a line did not do as told
+    float           output; ///< the last command
+    bool            failed; ///< a device or a line has refused an access
 
     // The power stage.
     bool     is_on, is_off_long;    ///< enable; and for ready_off_ms
-    bool     reads_enable;          ///< the chip can
+    bool     reads_enable;          ///< whether the chip can read its outputs
     uint32_t off_us;                ///< when it was turned off
     const char *volatile complaint; ///< of the last tick; null: none
-    const char *told;               ///< the last one that was logged
+    const char *told;               ///< the last complaint that was logged
 
     bool     pulse; ///< level of the heartbeat's line
     uint64_t pulse_ticks;
@@ -44,7 +44,8 @@ typedef struct
     port_t   port;
 } board_t;
 
-/// Opens everything; outputs are at no current, the power stage off. Must not move afterwards. False with why in `error`.
+/// Opens everything, with outputs at no current and the power stage off. The board must not move afterwards. False with the cause
+/// in `error`.
 bool board_open(board_t                 *board,
                 const rig_t             *rig,
                 const desk_t            *desk,
@@ -52,23 +53,23 @@ bool board_open(board_t                 *board,
                 common_error_t          *error);
 void board_close(board_t *board);
 
-/// From here on the config is that of `drive`, which a bus may change. False, with why in `error`, if the power stage is ready
-/// though it is off.
+/// Takes the config of `drive` from now on, which a bus may change. False, with the cause in `error`, if the power stage reports
+/// ready although it is off.
 bool board_attach(board_t *board, const drive_t *drive, common_error_t *error);
 
 /// The config that the next tick begins with.
 const drive_config_t *board_config(const board_t *board);
 
-/// Before each tick, which is due at `due_ns` of realtime_now_ns, and `number` periods after the first.
+/// Call before each tick. The tick is due at `due_ns` of realtime_now_ns, `number` periods after the first.
 void board_begin(board_t *board, uint64_t number, int64_t due_ns);
 
-/// After each tick of a drive that is attached: the next edge of the heartbeat's line, as long as all is well.
+/// Call after each tick of an attached drive: toggles the heartbeat line unless something has failed.
 void board_pulse(board_t *board);
 
-/// After each tick: the desk's plant up to the next one, if there is one.
+/// Call after each tick: advances the desk's plant to the next one, if there is a plant.
 void board_advance(board_t *board);
 
-/// The power stage off, then command 0. For any process that has the board open.
+/// Turns the power stage off, then commands 0. For any process that has the board open.
 void board_off(void *context);
 
 #endif

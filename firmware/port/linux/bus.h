@@ -1,5 +1,5 @@
-/// A Modbus server by libmodbus, on a serial line (RTU) or for a client at a time over TCP: a second one is refused, with a message on
-/// standard error, while the first lives. For a thread that may wait.
+/// A Modbus server by libmodbus, on a serial line (RTU) or over TCP for one client at a time: while it is connected, a second one is
+/// refused with a message on standard error. For a thread that may block.
 
 #ifndef LINUX_BUS_H
 #define LINUX_BUS_H
@@ -23,8 +23,8 @@ typedef struct
 
 bool bus_is_used(const bus_config_t *config);
 
-/// The registers behind it. Both functions do all or nothing and return 0 or the exception to answer with; `count` is at most
-/// 125, and the last address at most 0xffff.
+/// The registers that it serves. Both functions do all or nothing and return 0 or the exception to answer with. `count` is at most
+/// 125, the last address at most 0xffff.
 typedef struct
 {
     void *context;
@@ -34,20 +34,20 @@ typedef struct
 
 typedef enum
 {
-    BUS_NOTHING,  ///< came, or nothing for this unit
-    BUS_EXECUTED, ///< a request
-    BUS_REFUSED,  ///< one, with an exception
+    BUS_NOTHING,  ///< no request for this unit
+    BUS_EXECUTED, ///< a request was carried out
+    BUS_REFUSED,  ///< a request was answered with an exception
     BUS_BAD_FRAME
 } bus_event_t;
 
 typedef struct bus bus_t;
 
-/// Null with why in `error`.
+/// Null with the cause in `error`.
 bus_t *bus_open(const bus_config_t *config, common_error_t *error);
 void   bus_close(bus_t *bus);
 
-/// Waits up to `wait_ms` for a request to `unit` (over TCP to any) and answers it. A line that fails is opened again, once a
-/// second, with a message on standard error when it goes.
+/// Waits up to `wait_ms` for a request to `unit` (over TCP to any) and answers it. A line that fails is reported on
+/// standard error and opened again, with one attempt a second.
 bus_event_t bus_serve(bus_t *bus, unsigned unit, const bus_registers_t *registers, int wait_ms);
 
 #endif

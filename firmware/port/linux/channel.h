@@ -1,7 +1,7 @@
 /// A channel of an IIO device, found by libiio: one number read or written a tick.
 ///
-/// A number is what the channel means, (raw + offset) * scale, in the unit that the kernel's IIO interface gives, e.g. mV of
-/// a voltage. Its file is kept open, so that a tick neither allocates nor opens anything.
+/// A number is (raw + offset) * scale, in the unit of the kernel's IIO interface, e.g. mV for a
+/// voltage. Its file is kept open, so that a tick neither allocates nor opens anything.
 
 #ifndef LINUX_CHANNEL_H
 #define LINUX_CHANNEL_H
@@ -24,7 +24,8 @@ typedef struct
     double scale, offset;
 } channel_t;
 
-/// Opens a channel to write to or, as an input, to read from, and reads it: a converter's first number may take longer. False with `key`, the device and why in `error`.
+/// Opens a channel for writing, or as an input for reading, and reads it once: a converter's first number may take longer. False
+/// with `key`, the device and the cause in `error`.
 bool channel_open(channel_t              *channel,
                   const channel_config_t *config,
                   bool                    is_output,
@@ -34,7 +35,7 @@ void channel_close(channel_t *channel);
 
 /// False if there is no number, e.g. because the device is gone. A conversion takes as long as the device takes.
 bool channel_read(const channel_t *channel, float *value);
-/// The nearest code. False if the device does not take it.
+/// Writes the nearest code. False if the device refuses it.
 bool channel_write(const channel_t *channel, float value);
 
 #endif

@@ -12,12 +12,12 @@ typedef struct
     size_t              size;
     bool (*check)(const common_scenario_t *scenario, common_error_t *error);
 
-    /// A plant at rest; null with why in `error`. `scenario` outlives it.
+    /// A plant at rest; null with the cause in `error`. `scenario` outlives it.
     void *(*open)(const common_scenario_t *scenario, common_error_t *error);
     void (*close)(void *plant);
 
     double (*read)(void *plant);              ///< the sensor, in N
-    void (*advance)(void *plant, double u_n); ///< by a tick, with u held
+    void (*advance)(void *plant, double u_n); ///< by one tick, with u held
 } desk_t;
 
 #endif

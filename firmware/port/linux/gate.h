@@ -1,5 +1,5 @@
-/// Lets another thread look at what the tick writes, without making the tick wait: that thread waits for the end of a tick, looks,
-/// and if a tick began meanwhile, looks again.
+/// Lets another thread read what the tick writes without making the tick wait. The reader waits for the end of a tick, reads, and
+/// reads again if a tick has begun meanwhile.
 
 #ifndef LINUX_GATE_H
 #define LINUX_GATE_H
@@ -13,7 +13,7 @@ typedef struct
     atomic_uint count; ///< of begins and ends of ticks: odd within one
 } gate_t;
 
-/// The tick's, at its begin and at its end.
+/// Called by the tick, at its begin and at its end.
 static inline void gate_pass(gate_t *gate)
 {
     (void)atomic_fetch_add(&gate->count, 1u);
@@ -22,7 +22,7 @@ static inline void gate_pass(gate_t *gate)
 
 #define GATE_LOOK_NS 20000
 
-/// The other thread's. Returns once there is no tick: what a tick of before has begun is done.
+/// Called by the reader. Returns between two ticks: everything that earlier ticks have written is complete.
 static inline unsigned gate_wait(gate_t *gate)
 {
     const struct timespec look  = {.tv_nsec = GATE_LOOK_NS};

@@ -1,7 +1,7 @@
 /// The drive's GPIO lines through libgpiod: lines_v1.c for its first interface, lines_v2.c for its second.
 ///
-/// Each line is requested for this drive alone. What the drive drives is low when it is requested; of what it reads, edges
-/// are kept by the kernel, so that a pulse between two ticks is seen. A level here is after active_low.
+/// Each line is requested for this drive alone. Outputs are low when requested. The kernel keeps the edges of inputs, so that a
+/// pulse between two ticks is seen. Levels here are after active_low.
 
 #ifndef LINUX_LINES_H
 #define LINUX_LINES_H
@@ -25,7 +25,7 @@ typedef enum
     LINE_COUNT
 } line_t;
 
-extern const char *const line_names[LINE_COUNT]; ///< as the configuration has them
+extern const char *const line_names[LINE_COUNT]; ///< in the configuration
 
 typedef enum
 {
@@ -48,14 +48,14 @@ typedef struct lines lines_t;
 
 bool line_is_used(const line_config_t *config);
 
-/// Requests all that are used for `consumer`. Null with the line, and why, in `error`.
+/// Requests all lines in use for `consumer`. Null with the line and the cause in `error`.
 lines_t *lines_open(const line_config_t config[LINE_COUNT], const char *consumer, common_error_t *error);
 void     lines_close(lines_t *lines);
 
-/// False if the kernel refuses, e.g. because the chip is gone. An output that is not used takes any level.
+/// False if the kernel refuses, e.g. because the chip is gone. An unused output accepts any level.
 bool lines_set(lines_t *lines, line_t output, bool high);
 
-/// The level of an output as its pin has it. False if the chip cannot read an output, or is gone.
+/// The level at the pin of an output. False if the chip cannot read its outputs, or is gone.
 bool lines_read_back(lines_t *lines, line_t output, bool *high);
 
 /// Whether an input has been high, and low, since the last call: both if it changed. False as lines_set. No allocation.

@@ -23,12 +23,12 @@ typedef struct
     int64_t period_ns;
 } pwm_t;
 
-/// Exports the channel if need be, sets its period and the duty `idle`, and turns it on. False with `key`, the file and why in
-/// `error`.
+/// Exports the channel if necessary, sets its period and the duty `idle`, and turns it on. False with `key`, the file and the cause
+/// in `error`.
 bool pwm_open(pwm_t *pwm, const pwm_config_t *config, float idle, const char *key, common_error_t *error);
 void pwm_close(pwm_t *pwm);
 
-/// The nearest nanosecond. False if the chip does not take it.
+/// Writes the duty to the nearest nanosecond. False if the chip refuses it.
 bool pwm_write(const pwm_t *pwm, float duty);
 
 #endif

@@ -1,8 +1,8 @@
-/// The log of a drive: a row a tick into a ring, which a thread of its own writes as the CSV that `tribo-sim replay` reads.
-/// The tick never waits: a row that finds no room is dropped and counted. A disk that takes nothing, e.g. a full one, is told on
-/// standard error when it happens and when it takes rows again; the file has whole rows.
+/// The log of a drive: the tick puts one row into a ring, and a thread writes the ring as the CSV that `tribo-sim replay` reads. The
+/// tick never waits: a row for which there is no room is dropped and counted. A disk that refuses rows, e.g. a full one, is reported
+/// on standard error, and so is its recovery. The file always has whole rows.
 ///
-///     t_s,r_N,F_N,u_N,state,fault,limits,late_us,step_us        F_N: what the sensor said
+///     t_s,r_N,F_N,u_N,state,fault,limits,late_us,step_us        F_N: the sensor's reading
 
 #ifndef LINUX_RECORDER_H
 #define LINUX_RECORDER_H
@@ -24,14 +24,14 @@ typedef struct
 
 typedef struct recorder recorder_t;
 
-/// Makes the file and starts the thread. `path` outlives it. Null with the path and why in `error`.
+/// Makes the file and starts the thread. `path` outlives it. Null with the path and the cause in `error`.
 recorder_t *recorder_start(const char *path, common_error_t *error);
 
-/// From one thread: the tick's. Null takes no rows.
+/// Called by the tick alone. Nothing happens if the recorder is null.
 void recorder_add(recorder_t *recorder, const recorder_row_t *row);
 
-/// Writes what is left and closes the file. False if the disk has refused a row, in `error`, also if it took it later. `dropped` and
-/// `written`: rows.
+/// Writes the remaining rows and closes the file. False, with the cause in `error`, if the disk has ever refused a row. `dropped` and
+/// `written` are rows.
 bool recorder_stop(recorder_t *recorder, uint64_t *written, uint64_t *dropped, common_error_t *error);
 
 #endif

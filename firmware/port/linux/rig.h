@@ -1,5 +1,5 @@
-/// The configuration of tribo-drive and tribo-desk, from YAML: devices, lines, real time, the drive's config, and the scenario whose loop and
-/// reference it runs. docs/linux.md has the table of keys, which is the one in rig.c.
+/// The configuration of tribo-drive and tribo-desk, from YAML: devices, lines, real time, the drive's config, and the scenario whose
+/// loop and reference it runs. The keys are in rig.c; docs/linux.md has a table made of them.
 
 #ifndef LINUX_RIG_H
 #define LINUX_RIG_H
@@ -63,13 +63,14 @@ typedef struct
     drive_config_t drive; ///< made of drive_values
 } rig_t;
 
-/// Reads and checks `path`; devices and lines are not needed at a desk. False with file, line, key, value and range in `error`; `sources` knows where each key was written.
+/// Reads and checks `path`; a desk needs no devices and lines. False with file, line, key, value and range in `error`. `sources`
+/// records where each key was written.
 bool rig_load(rig_t *rig, const char *path, bool at_desk, common_sources_t *sources, common_error_t *error);
 
 /// The device; null: none.
 const char *rig_watchdog(const rig_t *rig);
 
-/// "FILE:LINE: " of a key, or of the file as a whole, and what is wrong with it. Always false.
+/// Reports an error at a key, or in the file as a whole: "FILE:LINE: " and the rest. Always false.
 bool rig_complain(const common_sources_t *sources,
                   const char             *path,
                   const char             *key,

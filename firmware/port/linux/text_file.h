@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// False if the kernel refuses, or if there is no number. Neither allocates.
+/// False if the kernel refuses, or if the file holds no number. Neither allocates.
 bool text_file_read(int file, int64_t *number);
 bool text_file_write(int file, int64_t number);
 
