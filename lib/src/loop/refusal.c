@@ -29,7 +29,6 @@ static tribo_status_t set_up_q31(const tribo_force_loop_f32_config_t *config, fl
 
 // The numbers of a section and then of a point, in the order of their structs.
 #define SECTION_NUMBERS                                       5u
-#define POINT_NUMBERS                                         3u
 #define RANGE(symbol, member, key, unit, low, high, sentence) {(float)(low), (float)(high)},
 static const float ranges[][2] = {TRIBO_SECTION_ELEMENTS(RANGE) TRIBO_POINT_ELEMENTS(RANGE)};
 
