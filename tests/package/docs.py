@@ -1,4 +1,7 @@
-"""docs.py ROOT: links lead somewhere, each page is reached from docs/index.md, the README stays short, long tables come last."""
+"""docs.py ROOT: links lead somewhere, each page is reached from docs/index.md, the README stays short, long tables come last.
+
+In a public header the refusals of a set-up, from "Returns TRIBO_OK" on, name public functions and statuses alone.
+"""
 
 import pathlib
 import re
@@ -60,7 +63,19 @@ def long_readme():
         yield f"README.md: {lines} lines, {README_LINES} at most"
 
 
-complaints = [*long_readme(), *unreached()]
+def private_refusals():
+    headers = {path.name: path.read_text() for path in (ROOT / "lib" / "include" / "tribo").glob("*.h")}
+    code = re.sub(r"///.*", "", "".join(headers.values()))
+    public = set(re.findall(r"\btribo_\w+(?=\()", code))
+    for name, text in sorted(headers.items()):
+        for block in re.findall(r"(?:^ *///.*\n)+", text, re.M):
+            refusals = re.search(r"Returns TRIBO_OK.*", re.sub(r"\s*///", " ", block).replace("\n", " "))
+            for function in re.findall(r"\btribo_\w+", refusals[0] if refusals else ""):
+                if function not in public:
+                    yield f"{name}: the refusals name {function}, which is not public"
+
+
+complaints = [*long_readme(), *unreached(), *private_refusals()]
 for page in PAGES:
     complaints += dead_links(page)
 for page in (ROOT / "docs").glob("*.md"):
