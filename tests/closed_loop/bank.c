@@ -35,7 +35,7 @@
 #define CONSTANT_MOST_N  0.157
 #define SLOPE_MOST       0.5
 #define LAG_S            0.030 // of z behind the stops
-#define SURPRISE         9.0   // squared standard deviations; what surprises more is a push, not friction
+#define SURPRISE         4.0   // squared standard deviations; what surprises more is a push, not friction
 #define MODEL_ERROR      0.01  // square of what no weight explains
 #define LEAST_PRESLIDING 0.15  // sum of squared weights of the stops below which none is used
 #define EFFORT_TIME_S    0.03
@@ -422,7 +422,7 @@ double bank_tick(bank_t *x, const bank_options_t *options, double r, double y)
     }
     if (!x->running)
     {
-        start(x, r, y);
+        start(x, r, options->method == BANK_NO_SENSOR ? r : y);
     }
     // 1 to 3: rs, its rate, the stops, the sign.
     x->r_noise          = noise(x->r_noise, r, x->r);
@@ -456,13 +456,20 @@ double bank_tick(bank_t *x, const bank_options_t *options, double r, double y)
     x->behind_sensor += (1.0 - exp(-SENSOR * H)) * (x->behind_actuator - x->behind_sensor);
 
     // 4, 6 and 10: friction and its lead.
-    const bool   holds  = stands(x, options, half, step);
+    const bool   holds  = options->method != BANK_NO_SENSOR && stands(x, options, half, step);
     const bool   leaves = x->holds && !holds;
     const bool   flips  = x->sign != last_sign;
     const bool   alone  = flips && (last_sign == 0 || (step && x->doubt > 0.5));
     double       lead   = 0.0;
     const double f      = holds ? hold(x, &e, y) : leaves ? leave(x, options, lin) : follow(x, options, alone, &lead);
 
+    if (options->method == BANK_NO_SENSOR)
+    {
+        x->doubt = 0.0;
+        x->f     = f;
+        x->u     = within(lin + f + lead, -U_MAX, U_MAX);
+        return x->u;
+    }
     const double v = output(x, e, nodes);
     monitor(x, v, flips && !alone && !holds && !leaves, flips || holds || leaves);
     if (flips && !alone && !holds && !leaves)

@@ -18,6 +18,7 @@ typedef enum
 {
     BANK_OFF,         // the controller alone
     BANK_FEEDFORWARD, // the bank
+    BANK_NO_SENSOR,   // the bank without y: nothing is learned, no controller
 } bank_method_t;
 
 typedef struct

@@ -1,6 +1,6 @@
 // Judges the bank of stops (bank.h) on all truths. Not a test; run it by hand:
 //
-//     build/host-release/tests/closed_loop/feedforward_study [NAME=VALUE...] [truths|ratios|triangles|waves|random|pushes|loads|long|harm|iterative]...
+//     build/host-release/tests/closed_loop/feedforward_study [NAME=VALUE...] [truths|ratios|triangles|waves|random|pushes|loads|long|harm|nosensor|iterative]...
 //
 // A ratio is the RMS of r - F without over that with the bank, after the first third of a run, with the same plant and noise.
 // NAME is one of bank_options_t: lead, shrinkage, still, width, jump, factor, stop, period.
@@ -464,6 +464,30 @@ static void study_long(const bank_options_t *options)
     }
 }
 
+/// Without a force sensor: u = lin + f + lead, with a believed friction. Ratios to u = lin.
+static void study_no_sensor(const bank_options_t *options)
+{
+    static const double breakaway[] = {1.0, 0.95, 1.05, 0.9, 1.1, 0.8, 1.25, 0.5};
+    for (int i = 0; i < 8; i++)
+    {
+        double         ratios[8];
+        bank_options_t with       = *options;
+        with.method               = BANK_NO_SENSOR;
+        bank_options_t without    = with;
+        without.factor            = 0.0;
+        static const int truths[] = {SIM_TRUTH_paper, SIM_TRUTH_coulomb, SIM_TRUTH_lugre, SIM_TRUTH_dahl};
+        for (int k = 0; k < 8; k++)
+        {
+            case_t x    = benchmark(truths[k / 2]);
+            x.breakaway = breakaway[i];
+            x.of[0]     = k % 2 == 0 ? 0.4 : 0.2;
+            ratios[k]   = run(&x, &without) / run(&x, &with);
+        }
+        printf("  breakaway x%.2f:", breakaway[i]);
+        print("", ratios, 8);
+    }
+}
+
 /// The rival for periodic references: learns an addition to r, tick by tick, from the error of the last period.
 static void study_iterative(void)
 {
@@ -554,7 +578,8 @@ int main(int argc, char **argv)
                               {"pushes", study_pushes},
                               {"loads", study_loads},
                               {"long", study_long},
-                              {"harm", study_harm}};
+                              {"harm", study_harm},
+                              {"nosensor", study_no_sensor}};
     bank_options_t options = bank_default();
     for (int i = 1; i < argc; i++)
     {
