@@ -254,13 +254,21 @@ static void study_ratios(const bank_options_t *options)
     static const int    truth[]   = {SIM_TRUTH_karnopp, SIM_TRUTH_leuven, SIM_TRUTH_maxwell_slip};
     static const double sliding[] = {0.85, 0.7, 0.6};
     double              ratios[9];
+    double              later[9];
     for (int i = 0; i < 9; i++)
     {
         case_t x  = benchmark(truth[i / 3]);
         x.sliding = sliding[i % 3];
         ratios[i] = ratio(&x, options);
-        printf("  %-18s sliding at %.2f: %.2f times\n", sim_truth_models[x.truth]->name, x.sliding, ratios[i]);
+        x.third_s = 80.0;
+        later[i]  = ratio(&x, options);
+        printf("  %-18s sliding at %.2f: %.2f times, of four minutes %.2f\n",
+               sim_truth_models[x.truth]->name,
+               x.sliding,
+               ratios[i],
+               later[i]);
     }
+    print("the same, four minutes", later, 9);
     print("sliding below breakaway, triangle", ratios, 9);
 }
 
