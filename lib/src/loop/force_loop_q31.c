@@ -173,7 +173,6 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
 
     // controller
     const tribo_controller_q31_params_t *const controller = &params->controller;
-
     const int32_t last = biquad_q31_output(&controller->cascade, &state->controller.cascade, e, &nodes);
     const int32_t term =
         method == NULL ? force_loop_q31_term(params, friction, &state->saturated) : method_term(params, state, last);
