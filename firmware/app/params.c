@@ -381,8 +381,9 @@ static bool refuse_loop(params_error_t *error, const params_t *params, const con
 
 bool params_make(params_t *params, const port_t *port, params_error_t *error)
 {
-    const params_set_t *set     = &params->set;
-    configs_t           configs = configs_of(set);
+    const params_set_t *set       = &params->set;
+    configs_t           configs   = configs_of(set);
+    configs.loop.controller.pause = port->pause;
     if (!check_ranges(error, set))
     {
         return false;

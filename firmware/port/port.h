@@ -1,7 +1,7 @@
 /// The interface of the drive to a board. A port fills this struct; a test fills it with a fake that can break.
 ///
-/// All functions return at once: none waits for hardware without a time-out. The tick calls all but log_byte, which only the
-/// background calls.
+/// All functions return at once: none waits for hardware without a time-out. The tick calls all but log_byte and pause, which
+/// only the background calls.
 
 #ifndef DRIVE_PORT_H
 #define DRIVE_PORT_H
@@ -57,6 +57,8 @@ typedef struct
     /// A free-running clock that wraps at 2^32, derived from the clock that triggers the ticks.
     uint32_t (*time_us)(void *context);
     void (*log_byte)(void *context, uint8_t byte);
+    /// Called by the background between pieces of long work, e.g. to serve a watchdog. May be null.
+    void (*pause)(void);
 } port_t;
 
 /// The levels of the pins of emergency stop, power fault and ready, as the drive's inputs: which were `high`, and which were

@@ -1,7 +1,7 @@
 """An STM32F405 as far as its image touches it: the registers of RM0090 around Unicorn's Cortex-M4, by facts of the manual.
 
-Time passes in cycles of the system clock, which the image sets: an access to a register takes 20 with the instructions around it, an
-instruction that is counted 1.5. Timers, converters, USART and watchdog run by that clock, and by the crystal and the oscillators that the model is given, so a
+Time passes in cycles of the system clock, which the image sets: an access to a register takes 20 with the instructions around it, and, if
+`background_takes_time`, two bytes of its instructions 1. Timers, converters, USART and watchdog run by that clock, and by the crystal and the oscillators that the model is given, so a
 wrong divider shows as a wrong rate. A peripheral whose clock is off reads 0 and ignores writes. Exceptions are entered by priority
 through the vector table at VTOR; only the instructions are Unicorn's.
 """
@@ -26,7 +26,7 @@ WFI, LOOP = b"\x30\xbf", b"\xfe\xe7"
 
 NEVER = float("inf")
 ACCESS_CYCLES = 20  # with the instructions around it
-INSTRUCTION_CYCLES = 1.5
+BYTE_CYCLES = 0.5    # of the background's instructions: 1.5 for one of 3 bytes on average
 
 NMI, HARD_FAULT = 2, 3
 PVD, EXTI1, ADC, TIM2, EXTI15_10 = 1, 7, 18, 28, 40
@@ -102,6 +102,8 @@ class Chip:
         self.adc2_done, self.adc2_works = False, True
         self.pins = 0              # of port B, as wired: PB1 and PB12 closed to ground
         self.kicked_s = None       # the watchdog's last reload
+        self.longest_wait_s = 0.0  # between two of them
+        self.background_takes_time = False  # by its instructions too, not only by its accesses to registers
         self.tick_due_s = self.conversion_due_s = None
         self.timer_started_s, self.timer_held_s, self.tick_left_s = {}, {}, None
         self.flash_keys, self.flash_locked, self.flash_busy_s, self.flash_errors, self.flash_word = 0, True, 0.0, 0, None
@@ -437,6 +439,8 @@ class Chip:
         return False
 
     def _write_iwdg(self, offset, value):
+        if offset == 0 and value == 0xAAAA and self.kicked_s is not None:
+            self.longest_wait_s = max(self.longest_wait_s, self.now_s - self.kicked_s)
         if offset == 0 and value in (0xCCCC, 0xAAAA):
             self.kicked_s = self.now_s if value == 0xCCCC or self.kicked_s is not None else None
         return False
@@ -486,7 +490,9 @@ class Chip:
         self.started = True
         self.uc.emu_stop()
 
-    def _on_block(self, *_):
+    def _on_block(self, _uc, _address, size, _user):
+        if self.background_takes_time and not self.active:
+            self.now_s += BYTE_CYCLES * size * self.cycle_s
         if self.now_s >= self.next_due_s:
             self.uc.emu_stop()
 

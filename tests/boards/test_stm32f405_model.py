@@ -564,7 +564,7 @@ def crc16(content):
     return crc
 
 
-GAIN, STORE_STATE, OUTCOME, ACTIVE = 0x1108, 0x1C, 0x1E, 0x1000
+GAIN, SECTION_COUNT, SECTIONS, STORE_STATE, OUTCOME, ACTIVE = 0x1108, 0x1128, 0x1300, 0x1C, 0x1E, 0x1000
 
 
 def read_word(board, address):
@@ -599,6 +599,31 @@ def test_params_are_saved_in_flash_and_are_those_of_the_next_power_up(bench, ari
 
 
 STORE_SECTOR = model.STORE_SECTOR
+
+
+@pytest.mark.parametrize("clock", ["168 MHz", "16 MHz"])
+@arithmetics
+def test_the_slowest_params_are_applied_while_the_watchdog_is_kicked(bench, tmp_path, arithmetic, clock):
+    """Four sections with zeros and poles at 1e-4 and less of a tick, whose responses last for 1e5 ticks and more."""
+    pll_locks = clock == "168 MHz"
+    board = with_noise(bench(arithmetic, image=changed_image(tmp_path, arithmetic, degraded_clock=1), pll_locks=pll_locks))
+    board.wait_for("idle at tick")
+    board.chip.run(0.02)
+    ask(board, struct.pack(">BBHHBI", 1, 16, SECTION_COUNT, 2, 4, 4))
+    for i, (zero, pole) in enumerate([(1e-4, 2e-4), (3e-4, 1e-4), (2e-4, 3e-4), (1e-4, 5e-5)]):
+        section = 1.0, 0.5 + zero, 0.5 * zero, 0.6 + pole, 0.6 * pole
+        ask(board, struct.pack(">BBHHB5f", 1, 16, SECTIONS + 10 * i, 10, 20, *section))
+    chip = board.chip
+    chip.background_takes_time = True
+    chip.longest_wait_s = 0.0
+    before, begun_s = len(chip.log), chip.now_s
+    request = struct.pack(">BBHH", 1, 6, 0x100, 5)
+    chip.send(request + struct.pack("<H", crc16(request)))
+    chip.run_until(lambda: len(chip.log) > before, 5.0)
+    print(f"{arithmetic}, {clock}: applied in {1e3 * (chip.now_s - begun_s):.0f} ms, kicked every {1e3 * chip.longest_wait_s:.1f} ms at least")
+    assert read_word(board, OUTCOME) == 0
+    assert read_word(board, SECTION_COUNT + ACTIVE) == 4
+    assert chip.longest_wait_s <= 0.010
 
 
 def test_flash_that_takes_nothing_is_said(bench):

@@ -22,6 +22,8 @@ THROUGH_POINTERS = {
     r"modbus_take": {"receive"},
     r"modbus_(serve|execute)": {"send", "read_registers", "write_registers"},
     r"make": {"suits"},
+    r"dies_away|add_tail|add_response|tribo_(controller_f32_init|headroom_q31_quantize)": {"pause_work"},
+    r"refusal_of|tribo_force_loop_.*_refusal|tribo_.*refus.*": {"set_up_.*"},
     r"store_(read|write)|look_at|mark_of|write_mark|leave|holds|write_record|crc_of|word_of": FLASH,
     r"operate": {"run_in_ram"},
     r"selftest_ram|holds|check_word|check_addresses": {"real_read", "real_write"},
@@ -53,7 +55,7 @@ class Image:
         elif operation in ("str", "strd") and re.search(r"\[sp, #-\d+\]!", operands):
             self.frames[name] += int(re.search(r"#-(\d+)", operands)[1])
         else:
-            assert not re.match(r"sp\b", operands) or operation in ("add", "cmp", "mov", "ldmia"), f"{name}: {operation} {operands}"
+            assert not re.match(r"sp\b", operands) or operation in ("add", "addw", "cmp", "mov", "ldmia"), f"{name}: {operation} {operands}"
         target = re.search(r"<([^>+]+)>", operands)
         if target and operation.startswith(("b", "cb")) and (target[1] != name or operation == "bl"):
             self.calls[name].add(target[1])

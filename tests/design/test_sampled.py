@@ -173,7 +173,9 @@ def test_a_second_solver_reaches_no_better_gamma(seed):
     assert reaches(data, 1.03 * gamma) and not reaches(data, 0.95 * gamma)
 
 
-def test_a_controller_that_rings_beyond_the_librarys_peaks_is_refused_as_that():
-    """K cancels a mode of damping 0.007 at 4e-5 s a tick: no fault of the cascade's size, as the library's words alone would have it."""
-    with pytest.raises(DesignError, match=r"a root at z = 0\.999992\+0\.0010\d*j rings for longer than the 131072 ticks"):
-        synthesized(sampled_problem(189)[0])
+def test_a_controller_that_rings_for_long_has_bounded_peaks():
+    """K cancels a mode of damping 0.007 at 4e-5 s a tick, whose responses last for some 1e6 ticks."""
+    result = synthesized(sampled_problem(189)[0])
+    slowest = max(abs(1 + r) for r in result.sampled.zeros if r.imag > 0)
+    assert 1e-6 < 1 - slowest < 1e-4
+    assert all(1 < peak < 2.0**24 for peak in result.quantised.peaks)

@@ -143,7 +143,10 @@ static void test_controller_bounds_what_a_limit_takes_at_any_gain(void)
     const tribo_biquad_f32_section_t lag_and_lead[] = {
         {-0.00693013705f, -0.00796202105f, -0.00228688191f, 0.0014880657f, 5.41637121e-07f},
         {0.278461784f, 0.000387235748f, 1.33695153e-07f, 1.41458213f, 0.4972938f}};
-    config = (tribo_controller_f32_config_t){lag_and_lead, 2, -1.0f, 1.0f};
+    config = (tribo_controller_f32_config_t){.sections      = lag_and_lead,
+                                             .section_count = 2,
+                                             .u_min_n       = -1.0f,
+                                             .u_max_n       = 1.0f};
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&params, &config, 1.0f, NULL));
     TEST_ASSERT_TRUE(params.taken_max < 10000);
     check_taken_max();
@@ -163,7 +166,10 @@ static void test_controller_headroom_holds_for_full_scale_inputs_at_its_limits(v
             sections[j] = random_section(&r);
         }
         sections[0]                 = i % 3 == 0 ? pi[0] : sections[0];
-        config                      = (tribo_controller_f32_config_t){sections, count, -0.5f, 1.0f};
+        config                      = (tribo_controller_f32_config_t){.sections      = sections,
+                                                                      .section_count = count,
+                                                                      .u_min_n       = -0.5f,
+                                                                      .u_max_n       = 1.0f};
         const tribo_status_t status = tribo_controller_q31_init(&params, &config, FULL_SCALE, &headroom);
         if (status != TRIBO_OK)
         {
@@ -395,6 +401,93 @@ static void test_controller_formats_are_the_least_that_hold_the_peaks(void)
     TEST_ASSERT_TRUE(by_corrected >= RUNS(20, 0) && by_input >= RUNS(20, 0));
 }
 
+/// c1 and c2 of d^2 + c1 d + c2: two slow roots, or a slow damped oscillation.
+static void random_slow_roots(random_t *r, double *c1, double *c2)
+{
+    if (random_bits(r) % 2u == 0u)
+    {
+        const double p = pow(10.0, random_between(r, -4.5, -0.5));
+        const double q = pow(10.0, random_between(r, -4.5, -0.5));
+        *c1            = p + q;
+        *c2            = p * q;
+        return;
+    }
+    const double turn    = pow(10.0, random_between(r, -3.0, 0.3)); // rad a tick
+    const double damping = random_between(r, 0.02, 1.0);
+    const double radius  = exp(-damping * turn);
+    const double angle   = turn * sqrt(1.0 - damping * damping);
+    *c1                  = 2.0 - 2.0 * radius * cos(angle);
+    *c2                  = 1.0 - 2.0 * radius * cos(angle) + radius * radius;
+}
+
+// Where the responses outlast what set-up sums, in double tick by tick: an upper bound, and at most 15 % and the margin above.
+static void test_controller_headroom_bounds_slow_responses(void)
+{
+    random_t  r       = {26};
+    const int runs    = RUNS(300, 0);
+    int       checked = 0;
+    int       slow    = 0;
+    double    most    = 0.0;
+    for (int i = 0; i < runs; i++)
+    {
+        tribo_biquad_f32_section_t sections[2];
+        const uint32_t             count = 1u + (uint32_t)i % 2u;
+        for (uint32_t j = 0; j < count; j++)
+        {
+            double       a1, a2, z1, z2;
+            const double b0 = random_between(&r, 0.1, 3.0);
+            random_slow_roots(&r, &a1, &a2);
+            random_slow_roots(&r, &z1, &z2);
+            sections[j] =
+                (tribo_biquad_f32_section_t){(float)b0, (float)(b0 * z1), (float)(b0 * z2), (float)a1, (float)a2};
+        }
+        config = (tribo_controller_f32_config_t){.sections = sections, .section_count = count};
+        norms_t norms;
+        if (init_within(1.0f) != TRIBO_OK || !find_norms(&norms, 1.5, 1000000))
+        {
+            continue;
+        }
+        checked++;
+        norms_t few;
+        slow += !find_norms(&few, 1.5, 4096);
+        for (uint32_t j = 0; j < count; j++)
+        {
+            const double ratio = (double)headroom.output[j] / node_peak(&norms, j);
+            TEST_ASSERT_TRUE(ratio > 1.0 && ratio < 1.15 * MARGIN);
+            most = fmax(most, ratio);
+        }
+        TEST_ASSERT_TRUE((double)headroom.input > norms.input);
+    }
+    printf("peaks of %d controllers, %d of them slow: at most %.3f of the sums in double\n", checked, slow, most);
+    TEST_ASSERT_TRUE(checked >= runs / 2 && slow >= runs / 4);
+}
+
+static int pauses;
+
+static void count_pause(void)
+{
+    pauses++;
+}
+
+static void test_controller_set_up_pauses(void)
+{
+    const tribo_biquad_f32_section_t slow[]    = {{1.0f, 0.5001f, 0.5e-4f, 0.5002f, 1.0e-4f}};
+    const tribo_biquad_f32_section_t outside[] = {{1.0f, -0.5f, 0.1f, 0.4f, 0.02f}}; // its zeros
+    tribo_controller_f32_params_t    f32;
+    config = (tribo_controller_f32_config_t){.sections      = slow,
+                                             .section_count = 1,
+                                             .u_min_n       = -1.0f,
+                                             .u_max_n       = 1.0f,
+                                             .pause         = count_pause};
+    pauses = 0;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&params, &config, FULL_SCALE, NULL));
+    TEST_ASSERT_TRUE(pauses > 500);
+    config.sections = outside;
+    pauses          = 0;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_f32_init(&f32, &config));
+    TEST_ASSERT_TRUE(pauses > 1);
+}
+
 // Coefficients up to 4 of their nodes: a gain of 2 b0 between scales is what fills them, not the peak.
 static void test_controller_coefficients_stay_within_4(void)
 {
@@ -590,6 +683,8 @@ int main(void)
     RUN_TEST(test_controller_sums_what_is_beyond_full_scale_alone);
     RUN_TEST(test_controller_limits_exactly_the_sum);
     RUN_TEST(test_controller_formats_are_the_least_that_hold_the_peaks);
+    RUN_TEST(test_controller_headroom_bounds_slow_responses);
+    RUN_TEST(test_controller_set_up_pauses);
     RUN_TEST(test_controller_coefficients_stay_within_4);
     RUN_TEST(test_controller_signals_hold_the_u_that_it_returns);
     RUN_TEST(test_controller_takes_peaks_up_to_2_to_the_24_and_no_further);

@@ -187,7 +187,7 @@ void board_start(void)
     IWDG->RLR = 240; // 30 ms (20 to 60)
     // After a time-out the watchdog runs with its longest period until the new one is loaded.
     (void)wait_for(&IWDG->SR, IWDG_SR_PVU | IWDG_SR_RVU, 0);
-    board_kick();
+    IWDG->KR = IWDG_KR_RELOAD;
     watch_supply();
     EXTI->PR = STOP_LINE | FAULT_LINE | PVD_LINE; // edges caused by the pull-ups
     start_interrupt(EXTI1_IRQn, STOP_PRIORITY);
@@ -201,9 +201,17 @@ void board_start(void)
     start_timer(TIM2, timer_hz, BOARD_TICK_US - 1u, TIM_DIER_UIE);
 }
 
+static volatile uint32_t ticks; ///< only the tick writes it
+
 void board_kick(void)
 {
-    IWDG->KR = IWDG_KR_RELOAD;
+    static uint32_t kicked_at;
+    const uint32_t  now = ticks;
+    if (now != kicked_at)
+    {
+        kicked_at = now;
+        IWDG->KR  = IWDG_KR_RELOAD;
+    }
 }
 
 void board_off(void)
@@ -342,6 +350,7 @@ void TIM2_IRQHandler(void)
 {
     TIM2->SR = ~TIM_SR_UIF;
     board_tick();
+    ticks = ticks + 1u;
 }
 
 /// Stops detected by an interrupt since the last tick. Only the interrupt writes `count`, and only the tick `seen`.
@@ -507,6 +516,13 @@ static void log_byte(void *context, uint8_t byte)
     }
 }
 
+/// Bytes that arrive during long work find room.
+static void pause_work(void)
+{
+    board_kick();
+    board_poll();
+}
+
 const port_t board_port = {.context     = 0,
                            .sensor      = CONVERT_SENSOR_RANGE,
                            .output      = CONVERT_OUTPUT_RANGE,
@@ -517,4 +533,5 @@ const port_t board_port = {.context     = 0,
                            .enable      = enable,
                            .inputs      = inputs,
                            .time_us     = time_us,
-                           .log_byte    = log_byte};
+                           .log_byte    = log_byte,
+                           .pause       = pause_work};

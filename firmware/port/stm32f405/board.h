@@ -46,6 +46,7 @@ void board_start(void);
 /// Power stage off, command at zero current; safe at any time, also from a fault handler.
 void board_off(void);
 
+/// Background: kicks the watchdog after a new tick, so that it monitors both.
 void board_kick(void);
 
 #define BOARD_NO_BYTE  (-1)

@@ -6,7 +6,8 @@
 
 #include "app/params.h"
 
-static const drive_config_t rig_config = {
+// Weak, so that the compiler reads it from the image, where a test changes it.
+__attribute__((weak)) const drive_config_t rig_config = {
     .period_us          = 1000,
     .late_us            = 50,
     .budget_us          = 250,

@@ -76,6 +76,8 @@ typedef struct
     uint32_t                          section_count; ///< 1 to TRIBO_BIQUAD_SECTIONS_MAX
     float                             u_min_n;       ///< -1e6 to 0 N
     float                             u_max_n;       ///< 0 to 1e6 N, over u_min_n
+    /// Called by set-up, and by that in Q31, after at most 30,000 operations each time, e.g. to serve a watchdog. May be null.
+    void (*pause)(void);
 } tribo_controller_f32_config_t;
 
 /// Constants of a step, made by tribo_controller_f32_init. Const from then on; may be shared.

@@ -73,7 +73,8 @@ typedef struct
     bool    limited; ///< u is not v + feedforward
 } tribo_controller_q31_signals_t;
 
-/// Worst-case peaks as a fraction of full scale: L1 norms of the quantised cascade.
+/// Worst-case peaks as a fraction of full scale: L1 norms of the quantised cascade, and 2 % more. Of responses longer than 4096
+/// ticks an upper bound: see headroom_q31.c.
 typedef struct
 {
     float input;                                 ///< of the input node
@@ -81,7 +82,8 @@ typedef struct
 } tribo_headroom_q31_t;
 
 /// Makes `params` of a controller. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE, a status of tribo_controller_f32_init, or
-/// TRIBO_ERR_HEADROOM for a peak that is unbounded, cannot be determined or reaches 2^24 full scales. `headroom` may be null.
+/// TRIBO_ERR_HEADROOM for a peak that is unbounded, whose response lasts for more than about 2^28 ticks, or that reaches 2^24
+/// full scales. `headroom` may be null. Costs up to 12 million instructions.
 tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *params,
                                          const tribo_controller_f32_config_t *config,
                                          float                                full_scale_n,

@@ -74,11 +74,14 @@ static float largest(const matrix_t *E)
 }
 
 /// True when the states decay within 2^24 ticks while u is held at its limit.
-static bool dies_away(const tribo_biquad_f32_params_t *cascade, float anti_windup)
+static bool dies_away(const tribo_controller_f32_config_t *config,
+                      const tribo_biquad_f32_params_t     *cascade,
+                      float                                anti_windup)
 {
     matrix_t E = conditioned_change(cascade, anti_windup);
     for (uint32_t doubling = 0; doubling < 24u; doubling++)
     {
+        controller_f32_pause(config);
         E               = twice(&E);
         const float max = largest(&E);
         if (!(max < 1.0e12f))
@@ -107,7 +110,9 @@ static bool zeros_inside(const tribo_biquad_f32_params_t *cascade)
 }
 
 /// The largest c of 1, -1, 1/2, -1/2 ... for which the conditioned cascade is stable, 0 if there is none.
-static float conditioning(const tribo_biquad_f32_params_t *cascade, float D)
+static float conditioning(const tribo_controller_f32_config_t *config,
+                          const tribo_biquad_f32_params_t     *cascade,
+                          float                                D)
 {
     if (zeros_inside(cascade))
     {
@@ -115,11 +120,11 @@ static float conditioning(const tribo_biquad_f32_params_t *cascade, float D)
     }
     for (float c = 1.0f; c > 1.0e-6f; c *= 0.5f)
     {
-        if (dies_away(cascade, c / D))
+        if (dies_away(config, cascade, c / D))
         {
             return c;
         }
-        if (dies_away(cascade, -c / D))
+        if (dies_away(config, cascade, -c / D))
         {
             return -c;
         }
@@ -170,7 +175,7 @@ tribo_status_t tribo_controller_f32_init(tribo_controller_f32_params_t       *pa
     {
         return status;
     }
-    const float c = conditioning(&made.cascade, D);
+    const float c = conditioning(config, &made.cascade, D);
     if (c == 0.0f)
     {
         return TRIBO_ERR_ANTI_WINDUP;

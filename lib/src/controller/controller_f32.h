@@ -14,6 +14,17 @@
 
 #include "biquad_f32.h"
 
+#include <stddef.h>
+
+/// Between two pieces of set-up. `config` may be null.
+static inline void controller_f32_pause(const tribo_controller_f32_config_t *config)
+{
+    if (config != NULL && config->pause != NULL)
+    {
+        config->pause();
+    }
+}
+
 /// Cascade at rest, counters 0.
 void tribo_controller_f32_reset(tribo_controller_f32_state_t *state);
 

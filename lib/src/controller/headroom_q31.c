@@ -1,7 +1,7 @@
 #include "headroom_q31.h"
 
 #include "../number/fixed_q31.h"
-#include "biquad_f32.h"
+#include "controller_f32.h"
 
 #include <stddef.h>
 
@@ -10,15 +10,23 @@
 // within its bound can make it overflow.
 //
 // The inputs of a controller are e and s = u - feedforward, the applied output. With anti-windup the states follow s, so
-// even an integrator has a bounded response. The norms are measured by running the f32 cascade on an impulse of each.
+// even an integrator has a bounded response. The f32 cascade runs on an impulse of each, and the magnitudes are summed. What
+// slow poles leave after BLOCKS is bounded by the energies of the next 1, 1, 2, 4 ... ticks: a sum of n magnitudes is at most the
+// root of n times the sum of their squares (Cauchy and Schwarz). The bound on such a tail is up to 4 % above the sum for a
+// real pole, 15 % for an oscillation, and half as much again for one at a quarter of the sampling frequency.
 
-#define MARGIN      1.02f // on a measured peak: rounding of the sums and of the estimated tail
+#define MARGIN      1.02f // on a sum: rounding, and what a pole as slow as 1e-7 can hide below DECAYED
 #define SCALE_MAX   24    // larger scales leave too few bits of a signal
 #define BLOCK_TICKS 512u  // a response is summed in blocks
-#define QUARTER     64u   // of BLOCKS
-#define BLOCKS      (4u * QUARTER)
+#define BLOCKS      8u
+#define DECAYED     1.0e-6f  // the last block, as a fraction of the sum
+#define PIECE_TICKS 64u      // between two pauses
+#define SLOWEST     0x1p30f  // ticks for a decay: enough for a pole at 1e-7 from z = 1
+#define LONG_TICKS  0x1p16f  // that a tail is followed at least, or it would hide a slower one
+#define ROUNDING    1.0e-11f // of an energy, as a fraction of its terms, which may cancel
+#define STATES_MAX  (2u * TRIBO_BIQUAD_SECTIONS_MAX)
 
-/// Sums of |x| over time for each signal x of a cascade: its L1 norms once the response has decayed.
+/// The signals of a cascade in one tick, or the sums of their magnitudes over time: its L1 norms.
 typedef struct
 {
     float input; // with the correction
@@ -27,107 +35,302 @@ typedef struct
     {
         float y, corrected, correction, w1, w2;
     } section[TRIBO_BIQUAD_SECTIONS_MAX];
-} sums_t;
-
-#define SUMS (sizeof(sums_t) / sizeof(float))
+} signals_t;
 
 typedef union
 {
-    sums_t named;
-    float  at[SUMS];
+    signals_t named;
+    float     at[sizeof(signals_t) / sizeof(float)];
 } peaks_t;
 
-/// Adds one tick of the cascade to `block`, for an error `e` and an applied output `s`. `anti_windup` is c/D, or 0 for a
-/// cascade alone.
-static void add_tick(peaks_t                         *block,
-                     const tribo_biquad_f32_params_t *cascade,
-                     tribo_biquad_f32_state_t        *state,
-                     float                            anti_windup,
-                     float                            e,
-                     float                            s)
+/// The number of signals of a cascade.
+static uint32_t signals(const tribo_controller_f32_params_t *f32)
 {
-    const uint32_t count = cascade->count;
-    float          y[TRIBO_BIQUAD_SECTIONS_MAX];
-    float          v = e;
-    for (uint32_t i = 0; i < count; i++)
+    return 2u + 5u * f32->cascade.count;
+}
+
+/// One tick for an error `e` and an applied output `s`: the signals, w1 and w2 as they are after it. Without anti-windup the
+/// cascade is alone.
+static void tick(peaks_t                             *now,
+                 const tribo_controller_f32_params_t *f32,
+                 tribo_biquad_f32_state_t            *state,
+                 float                                e,
+                 float                                s)
+{
+    const tribo_biquad_f32_section_t *const section = f32->cascade.section;
+    float                                   v       = e;
+    for (uint32_t i = 0; i < f32->cascade.count; i++)
     {
-        v    = biquad_f32_section_output(&cascade->section[i], &state->section[i], v);
-        y[i] = v;
+        v                       = biquad_f32_section_output(&section[i], &state->section[i], v);
+        now->named.section[i].y = v;
     }
-    const float correction = (s - v) * anti_windup;
-    float       in         = e + correction;
-    float       c          = correction;
-    block->named.input += magnitude(in);
-    block->named.correction += magnitude(correction);
-    for (uint32_t i = 0; i < count; i++)
+    float c               = (s - v) * f32->anti_windup;
+    float in              = e + c;
+    now->named.input      = in;
+    now->named.correction = c;
+    for (uint32_t i = 0; i < f32->cascade.count; i++)
     {
-        c *= cascade->section[i].b0;
-        const float out = y[i] + c;
-        biquad_f32_section_advance(&cascade->section[i], &state->section[i], in, out);
-        block->named.section[i].y += magnitude(y[i]);
-        block->named.section[i].corrected += magnitude(out);
-        block->named.section[i].correction += magnitude(c);
-        block->named.section[i].w1 += magnitude(state->section[i].w1);
-        block->named.section[i].w2 += magnitude(state->section[i].w2);
-        in = out;
+        c *= section[i].b0;
+        const float out = now->named.section[i].y + c;
+        biquad_f32_section_advance(&section[i], &state->section[i], in, out);
+        now->named.section[i].corrected  = out;
+        now->named.section[i].correction = c;
+        now->named.section[i].w1         = state->section[i].w1;
+        now->named.section[i].w2         = state->section[i].w2;
+        in                               = out;
     }
 }
 
-/// True if three blocks, a quarter of the run apart, shrink by the same factor: only a single slow pole is left.
-static bool is_geometric(float half, float three_quarters, float last)
+/// Adds a block. True if it was the last that counts.
+static bool add_block(peaks_t *sum, const peaks_t *block, uint32_t count)
 {
-    const float middle = three_quarters * three_quarters;
-    return magnitude(half * last - middle) <= 1.0e-4f * middle;
+    bool decayed = true;
+    for (uint32_t j = 0; j < count; j++)
+    {
+        sum->at[j] += block->at[j];
+        decayed = decayed && block->at[j] <= DECAYED * sum->at[j];
+    }
+    return decayed;
 }
 
-/// Adds `weight` times the L1 norms of the responses to an impulse of e or of s. A response must decay to 1e-6 of its sum
-/// within BLOCKS, or to a single slow pole, whose tail is the sum of a geometric series. False otherwise.
-static bool add_response(peaks_t                         *peaks,
-                         const tribo_biquad_f32_params_t *cascade,
-                         float                            anti_windup,
-                         bool                             of_s,
-                         float                            weight)
+// --- the tail of slow poles ------------------------------------------------------------------------------------------
+
+/// high + low, 48 bits: the small signals of a slow cascade are differences of large ones.
+typedef struct
 {
+    float high, low;
+} wide_t;
+
+static wide_t wide(float x)
+{
+    return (wide_t){x, 0.0f};
+}
+
+static wide_t plus(wide_t a, wide_t b)
+{
+    const float sum  = a.high + b.high;
+    const float of_b = sum - a.high;
+    const float rest = ((a.high - (sum - of_b)) + (b.high - of_b)) + (a.low + b.low);
+    const float high = sum + rest;
+    return (wide_t){high, rest - (high - sum)};
+}
+
+static wide_t times(wide_t a, wide_t b)
+{
+    const float product = a.high * b.high;
+    const float a_upper = from_bits_f32(bits_f32(a.high) & 0xfffff000u); // 12 bits: their products are exact
+    const float b_upper = from_bits_f32(bits_f32(b.high) & 0xfffff000u);
+    const float a_lower = a.high - a_upper;
+    const float b_lower = b.high - b_upper;
+    const float lost    = ((a_upper * b_upper - product) + a_upper * b_lower + a_lower * b_upper) + a_lower * b_lower;
+    const float rest    = lost + (a.high * b.low + a.low * b.high);
+    const float high    = product + rest;
+    return (wide_t){high, rest - (high - product)};
+}
+
+/// Over a cascade's states without inputs, a row x = (y1, z1, y2, z2 ...) with w1 = y - b0 y' and w2 = z - b1 y', y' being y of
+/// the section before.
+typedef struct
+{
+    wide_t   at[STATES_MAX][STATES_MAX];
+    uint32_t size;
+} matrix_t;
+
+/// E of x[k + 1] = x[k] (1 + E); 1 + E would round off a slow pole's distance from 1.
+static matrix_t find_change(const tribo_controller_f32_params_t *f32)
+{
+    matrix_t E = {.size = 2u * f32->cascade.count};
+    for (uint32_t j = 0; j < E.size; j++)
+    {
+        wide_t c      = wide(j == E.size - 2u ? -f32->anti_windup : 0.0f); // what corrects the section's input
+        wide_t before = wide(0.0f);
+        wide_t change = wide(0.0f); // of `before`
+        for (uint32_t i = 0; i < f32->cascade.count; i++)
+        {
+            const tribo_biquad_f32_section_t *const s = &f32->cascade.section[i];
+
+            const wide_t y   = wide(j == 2u * i ? 1.0f : 0.0f);
+            const wide_t z   = wide(j == 2u * i + 1u ? 1.0f : 0.0f);
+            const wide_t in  = plus(before, c);
+            const wide_t out = plus(y, times(wide(s->b0), c));
+            const wide_t dw1 = plus(plus(z, times(wide(s->b1), c)), times(wide(-s->a1), out));
+            const wide_t dw2 = plus(times(wide(s->b2), in), times(wide(-s->a2), out));
+
+            E.at[j][2u * i]      = plus(dw1, times(wide(s->b0), change));
+            E.at[j][2u * i + 1u] = plus(dw2, times(wide(s->b1), change));
+
+            c      = times(wide(s->b0), c);
+            before = y;
+            change = E.at[j][2u * i];
+        }
+    }
+    return E;
+}
+
+/// X (1 + E), or X^T (1 + E).
+static matrix_t advanced(const matrix_t *X, bool transposed, const matrix_t *E)
+{
+    matrix_t result = {.size = E->size};
+    for (uint32_t i = 0; i < E->size; i++)
+    {
+        for (uint32_t j = 0; j < E->size; j++)
+        {
+            wide_t sum = transposed ? X->at[j][i] : X->at[i][j];
+            for (uint32_t k = 0; k < E->size; k++)
+            {
+                sum = plus(sum, times(transposed ? X->at[k][i] : X->at[i][k], E->at[k][j]));
+            }
+            result.at[i][j] = sum;
+        }
+    }
+    return result;
+}
+
+static void add(matrix_t *to, const matrix_t *X)
+{
+    for (uint32_t i = 0; i < X->size; i++)
+    {
+        for (uint32_t j = 0; j < X->size; j++)
+        {
+            to->at[i][j] = plus(to->at[i][j], X->at[i][j]);
+        }
+    }
+}
+
+/// sqrt(x) or up to 2e-6 of it more: Newton's method, from within 6 % by half the exponent, stays above.
+static float root(float x)
+{
+    float y = from_bits_f32((bits_f32(x) >> 1) + 0x1fc00000u);
+    for (uint32_t i = 0; i < 2u && x > 0.0f; i++)
+    {
+        y = 0.5f * (y + x / y);
+    }
+    return x > 0.0f ? y : 0.0f;
+}
+
+/// Bound on the sum of |signal k| over `ticks`. `of` are the signals for a 1 in each state, `energy` is the sum of x^T x.
+static float bound(const peaks_t of[STATES_MAX], uint32_t k, const matrix_t *energy, float ticks)
+{
+    wide_t squares = wide(0.0f);
+    float  terms   = 0.0f;
+    for (uint32_t i = 0; i < energy->size; i++)
+    {
+        for (uint32_t j = 0; j < energy->size && of[i].at[k] != 0.0f; j++)
+        {
+            const wide_t term = times(wide(of[i].at[k]), times(wide(of[j].at[k]), energy->at[i][j]));
+
+            squares = plus(squares, term);
+            terms += magnitude(term.high);
+        }
+    }
+    return root(ticks * (larger(squares.high, 0.0f) + ROUNDING * terms));
+}
+
+/// The signals of a tick that begins with a 1 in state j.
+static void find_signals(peaks_t *now, const tribo_controller_f32_params_t *f32, uint32_t j)
+{
+    const uint32_t           i    = j / 2u;
+    const uint32_t           next = i + 1u;
     tribo_biquad_f32_state_t state;
-    peaks_t                  sum            = {.at = {0.0f}};
-    peaks_t                  half           = {.at = {0.0f}};
-    peaks_t                  three_quarters = {.at = {0.0f}};
-    peaks_t                  block          = {.at = {0.0f}};
-    bool                     done           = false;
     tribo_biquad_f32_reset(&state);
-    for (uint32_t i = 0; i < BLOCKS && !done; i++)
+    *(j % 2u == 0u ? &state.section[i].w1 : &state.section[i].w2) = 1.0f;
+    if (j % 2u == 0u && next < f32->cascade.count)
     {
-        half           = i == 2u * QUARTER ? block : half;
-        three_quarters = i == 3u * QUARTER ? block : three_quarters;
-        block          = (peaks_t){.at = {0.0f}};
+        state.section[next].w1 = -f32->cascade.section[next].b0;
+        state.section[next].w2 = -f32->cascade.section[next].b1;
+    }
+    tick(now, f32, &state, 0.0f, 0.0f);
+}
+
+/// Adds bounds on the sums from `state` on. False if it does not decay.
+static bool add_tail(peaks_t                             *sum,
+                     const tribo_controller_f32_params_t *f32,
+                     const tribo_biquad_f32_state_t      *state,
+                     const tribo_controller_f32_config_t *config)
+{
+    matrix_t E      = find_change(f32);
+    matrix_t energy = {.size = E.size}; // the sum of x^T x
+    matrix_t next   = {.size = E.size}; // that of the next ticks
+    peaks_t  of[STATES_MAX];
+    float    x[STATES_MAX];
+    float    y = 0.0f;
+    for (uint32_t i = 0; i < f32->cascade.count; i++)
+    {
+        const tribo_biquad_f32_section_state_t *const w = &state->section[i];
+
+        x[2u * i + 1u] = w->w2 + w->w2_carry + f32->cascade.section[i].b1 * y;
+        y              = biquad_f32_section_output(&f32->cascade.section[i], w, y);
+        x[2u * i]      = y;
+    }
+    for (uint32_t i = 0; i < E.size; i++)
+    {
+        find_signals(&of[i], f32, i);
+        for (uint32_t j = 0; j < E.size; j++)
+        {
+            next.at[i][j] = times(wide(x[i]), wide(x[j]));
+        }
+    }
+    bool  decayed = false;
+    float ticks   = 1.0f; // of `next`
+    for (float of_E = 1.0f; of_E < SLOWEST && !decayed; of_E *= 2.0f)
+    {
+        peaks_t block = {.at = {0.0f}};
+        for (uint32_t k = 0; k < signals(f32); k++)
+        {
+            controller_f32_pause(config);
+            block.at[k] = bound(of, k, &next, ticks);
+        }
+        decayed = add_block(sum, &block, signals(f32)) && ticks >= LONG_TICKS;
+        add(&energy, &next);
+        controller_f32_pause(config);
+        const matrix_t half = advanced(&energy, false, &E);
+        controller_f32_pause(config);
+        next  = advanced(&half, true, &E);
+        ticks = of_E;
+        controller_f32_pause(config);
+        const matrix_t change = advanced(&E, false, &E);
+        add(&E, &change);
+    }
+    return decayed;
+}
+
+/// Adds `weight` times bounds on the L1 norms of the responses to an impulse of e or of s. False if there are none.
+static bool add_response(peaks_t                             *peaks,
+                         const tribo_controller_f32_params_t *f32,
+                         bool                                 of_s,
+                         float                                weight,
+                         const tribo_controller_f32_config_t *config)
+{
+    const uint32_t           count   = signals(f32);
+    peaks_t                  sum     = {.at = {0.0f}};
+    bool                     decayed = false;
+    peaks_t                  now;
+    tribo_biquad_f32_state_t state;
+    tribo_biquad_f32_reset(&state);
+    for (uint32_t i = 0; i < BLOCKS && !decayed; i++)
+    {
+        peaks_t block = {.at = {0.0f}};
         for (uint32_t k = 0; k < BLOCK_TICKS; k++)
         {
             const float impulse = i == 0u && k == 0u ? 1.0f : 0.0f;
-            add_tick(&block, cascade, &state, anti_windup, of_s ? 0.0f : impulse, of_s ? impulse : 0.0f);
-        }
-        done = true;
-        for (uint32_t j = 0; j < SUMS; j++)
-        {
-            sum.at[j] += block.at[j];
-            done = done && block.at[j] <= 1.0e-6f * sum.at[j];
-        }
-    }
-    for (uint32_t j = 0; j < SUMS; j++)
-    {
-        float tail = 0.0f;
-        if (block.at[j] > 1.0e-6f * sum.at[j])
-        {
-            // Each block is q = r^(1/64) times the one before, so the tail is block q/(1 - q), at most 64/(1 - r) of it.
-            const float r = block.at[j] / three_quarters.at[j];
-            if (!(r < 0.99f) || !is_geometric(half.at[j], three_quarters.at[j], block.at[j]))
+            tick(&now, f32, &state, of_s ? 0.0f : impulse, of_s ? impulse : 0.0f);
+            for (uint32_t j = 0; j < count; j++)
             {
-                return false;
+                block.at[j] += magnitude(now.at[j]);
             }
-            tail = block.at[j] * (float)QUARTER / (1.0f - r);
+            if (k % PIECE_TICKS == 0u)
+            {
+                controller_f32_pause(config);
+            }
         }
-        peaks->at[j] += weight * MARGIN * (sum.at[j] + tail);
+        decayed = add_block(&sum, &block, count);
     }
-    return true;
+    const bool bounded = decayed || add_tail(&sum, f32, &state, config);
+    for (uint32_t j = 0; j < count; j++)
+    {
+        peaks->at[j] += weight * MARGIN * sum.at[j];
+    }
+    return bounded;
 }
 
 /// Peak at the output node of section i: the largest before and after the correction and of the correction itself.
@@ -249,23 +452,6 @@ static void report(tribo_headroom_q31_t *headroom, const peaks_t *peaks, uint32_
     }
 }
 
-/// Peaks for inputs within `e_peak` and `s_peak`, as a fraction of full scale; false when one has no bound.
-static bool find_peaks(peaks_t                         *peaks,
-                       const tribo_biquad_f32_params_t *cascade,
-                       float                            anti_windup,
-                       float                            e_peak,
-                       float                            s_peak)
-{
-    const float weight[] = {e_peak, s_peak};
-    *peaks               = (peaks_t){.at = {0.0f}};
-    bool bounded         = true;
-    for (uint32_t i = 0; i < 2u; i++)
-    {
-        bounded = add_response(peaks, cascade, anti_windup, i == 1u, weight[i]) && bounded;
-    }
-    return bounded;
-}
-
 tribo_status_t tribo_headroom_q31_quantize(tribo_biquad_q31_params_t           *out,
                                            tribo_controller_f32_params_t       *f32,
                                            const tribo_controller_f32_config_t *config,
@@ -278,7 +464,8 @@ tribo_status_t tribo_headroom_q31_quantize(tribo_biquad_q31_params_t           *
     tribo_status_t status = TRIBO_OK;
     for (uint32_t i = 0; i < 2u && status == TRIBO_OK; i++)
     {
-        if (!find_peaks(&peaks, &f32->cascade, f32->anti_windup, e_peak, s_peak) ||
+        peaks = (peaks_t){.at = {0.0f}};
+        if (!add_response(&peaks, f32, false, e_peak, config) || !add_response(&peaks, f32, true, s_peak, config) ||
             quantize_sections(out, &f32->cascade, &peaks, e_peak) != TRIBO_OK)
         {
             return TRIBO_ERR_HEADROOM;

@@ -12,7 +12,6 @@ from .errors import DesignError, IllPosedError, LimitError
 from .loop import Continuous, Loop, Metrics, SampledPlant, SampledSections, SampledZpk
 
 OFF_OPTIMUM_PERCENT = 1.0
-PEAK_TICKS, PEAK_DECAY = 131_072, 1e-6  # of lib/src/controller/headroom_q31.c: a response must have decayed to this by then
 GROWTH_MAX = 30  # powers of e within a sample time
 STEPS = ("full", "reduced", "discrete", "f32", "q31")
 TITLES = {"full": "full K", "reduced": "reduced K", "discrete": "K(z)", "f32": "K(z), f32", "q31": "K(z), Q31"}
@@ -267,10 +266,6 @@ def sampled_steps(result, checker):
     except DesignError as error:
         outside = [f"{1 + z:.6g}" for z in result.sampled.zeros if abs(1 + z) > 1 - 1e-6]
         hint = f". K(z) has zeros on or outside the unit circle (z = {', '.join(outside)}), which its anti-windup suffers from: try another limit{', sample time' if result.in_w else ', sample time or discretisation method'}" if outside else ""
-        ringing = [r for r in np.r_[result.sampled.zeros, result.sampled.poles] if (r.imag > 0 or r.real < -1) and abs(1 + r) < 1 and -np.log(abs(1 + r)) * PEAK_TICKS < -np.log(PEAK_DECAY)]
-        if ringing and "worst-case peak" in str(error):
-            hint = (f". Its peaks cannot be bounded: a root at z = {1 + ringing[0]:.6g} rings for longer than the {PEAK_TICKS} ticks over which they are summed up: "
-                    "try a longer sample time, or, where K cancels a lightly damped mode of the plant, a weight wGS")
         raise DesignError(f"{error}{hint}") from None
     result.q31 = result.quantised.q31
     values = result.q31.values()
