@@ -1,6 +1,7 @@
 /// Activity of a loop: chatter and total variation of its command u, and switches of Q, Eq. (8).
 ///
-/// The plant filters a command that reverses at every tick, so RMS and peak of the error do not show it. A motor and its gear suffer.
+/// The plant filters a command that reverses at every tick, so RMS and peak of the error do not show it. A motor and its gear
+/// suffer.
 
 #ifndef SIM_ACTIVITY_H
 #define SIM_ACTIVITY_H

@@ -1,5 +1,5 @@
-/// A Modbus server by libmodbus, on a serial line (RTU) or over TCP for one client at a time: while it is connected, a second one is
-/// refused with a message on standard error. For a thread that may block.
+/// A Modbus server by libmodbus, on a serial line (RTU) or over TCP for one client at a time: while it is connected, a second one
+/// is refused with a message on standard error. For a thread that may block.
 
 #ifndef LINUX_BUS_H
 #define LINUX_BUS_H

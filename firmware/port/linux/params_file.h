@@ -1,5 +1,5 @@
-/// A file in place of the two flash sectors of the drive's store (app/store.h). The kernel may write a file's blocks in any order, so
-/// everything before a mark is flushed to the disk first. Whenever the power fails, the file holds either the old params or the
+/// A file in place of the two flash sectors of the drive's store (app/store.h). The kernel may write a file's blocks in any order,
+/// so everything before a mark is flushed to the disk first. Whenever the power fails, the file holds either the old params or the
 /// new ones.
 
 #ifndef LINUX_PARAMS_FILE_H

@@ -1,5 +1,5 @@
-/// The configuration of tribo-drive and tribo-desk, from YAML: devices, lines, real time, the drive's config, and the scenario whose
-/// loop and reference it runs. The keys are in rig.c; docs/linux.md has a table made of them.
+/// The configuration of tribo-drive and tribo-desk, from YAML: devices, lines, real time, the drive's config, and the scenario
+/// whose loop and reference it runs. The keys are in rig.c; docs/linux.md has a table made of them.
 
 #ifndef LINUX_RIG_H
 #define LINUX_RIG_H

@@ -1,5 +1,5 @@
-/// Two processes: one runs the loop, the other supervises it. The supervisor turns the outputs off when the loop's process ends, for
-/// whatever reason, or misses its heartbeat. Both hold the lines and the output, which are opened before.
+/// Two processes: one runs the loop, the other supervises it. The supervisor turns the outputs off when the loop's process ends,
+/// for whatever reason, or misses its heartbeat. Both hold the lines and the output, which are opened before.
 
 #ifndef LINUX_SUPERVISOR_H
 #define LINUX_SUPERVISOR_H
