@@ -1070,7 +1070,7 @@ int main(int count, char **arguments)
                             .trigger    = "none",
                             .watch      = "r_N",
                             .wait_s     = 10.0,
-                            .hold_s     = INFINITY,
+                            .hold_s     = (double)INFINITY,
                             .decimation = 1,
                             .after      = 100};
     argp_err_exit_status = EXIT_FAILED;

@@ -23,7 +23,7 @@ WIDE = Path(__file__).with_name("wide.h")
 
 
 def _sources():
-    lib = [ROOT / f"lib/src/{name}.c" for name in ("paper/compensator_f32", "paper/friction_f32", "paper/arm_f32", "paper/relay", "number/parameters", "status")]
+    lib = [ROOT / f"lib/src/{name}.c" for name in ("paper/compensator_f32", "paper/friction_f32", "paper/arm_f32", "number/parameters", "status")]
     return [Path(__file__).with_name("native.c"), ROOT / "host_sim/log/verdict.c", ROOT / "host_sim/log/path.c", ROOT / "common/support/error.c", *lib]
 
 
