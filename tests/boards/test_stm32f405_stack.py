@@ -27,6 +27,7 @@ THROUGH_POINTERS = {
     r"store_(read|write)|look_at|mark_of|write_mark|leave|holds|write_record|crc_of|word_of": FLASH,
     r"operate": {"run_in_ram"},
     r"selftest_ram|holds|check_word|check_addresses": {"real_read", "real_write"},
+    r"refusal_of": {"set_up_(f32|q31)"},
     r"tribo_.*|last_of": {"tribo_.*"},
 }
 
