@@ -124,7 +124,8 @@ static inline bool tribo_force_is_nan(tribo_force_t x)
 /// Whether the loop accepts a reference or reading; false for a NaN.
 static inline bool tribo_force_is_credible(const TRIBO(force_loop, params_t) * params, tribo_force_t x)
 {
-    return x >= -params->TRIBO_N(input_max) && x <= params->TRIBO_N(input_max);
+    const tribo_force_t most = params->TRIBO_N(input_max);
+    return TRIBO_EITHER((tribo_force_word(x) & 0x7fffffffu) <= tribo_force_word(most), x >= -most && x <= most);
 }
 
 /// What a feed-forward has learned, as float or double: a force in N and a relative variance.

@@ -51,7 +51,8 @@ static bool check_each_other(const drive_config_t *config, drive_config_error_t 
     const float                period_us = (float)config->period_us;
     const drive_config_error_t fields[]  = {
         {DRIVE_CONFIG_late_us, (float)config->late_us, 0.0f, period_us - 1.0f, false},
-        {DRIVE_CONFIG_budget_us, (float)config->budget_us, 1.0f, period_us, false}};
+        {DRIVE_CONFIG_budget_us, (float)config->budget_us, 1.0f, period_us, false},
+        {DRIVE_CONFIG_debounce_n, (float)config->debounce_n, 1.0f, (float)config->debounce_m, false}};
     for (unsigned i = 0; i < sizeof fields / sizeof fields[0]; i++)
     {
         if (!is_within(&fields[i]))

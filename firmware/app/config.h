@@ -22,8 +22,8 @@
     FIELD(uint32_t, late_us, "us", 0, 100000, 0, 50, PROTECTS, "jitter allowed, below period_us") \
     FIELD(uint32_t, budget_us, "us", 1, 100000, 0, 250, PROTECTS, "for a tick, from its start to its command") \
     FIELD(uint32_t, stuck_ticks, "ticks", 1, 1000000, 1, 0, PROTECTS, "readings without any change: the sensor is dead") \
-    FIELD(float, residual_n, "N", 1e-6f, 1e6f, 1, 0.2f, PROTECTS, "|y - F^| beyond this ...") \
-    FIELD(uint32_t, residual_ms, "ms", 1, 10000, 0, 50, PROTECTS, "... for this long: the sensor is wrong") \
+    FIELD(float, residual_n, "N", 1e-6f, 1e6f, 1, 0.11f, PROTECTS, "y away from what u leads to by more than this, at y = 0 ...") \
+    FIELD(uint32_t, residual_ms, "ms", 1, 10000, 0, 50, PROTECTS, "... for longer: sensor, motor or contact are wrong") \
     FIELD(uint32_t, command_limit_ms, "ms", 1, 600000, 1, 500, PROTECTS, "u at a limit for longer") \
     FIELD(uint32_t, reference_ms, "ms", 1, 600000, 1, 250, PROTECTS, "the host's reference not renewed for longer, in RUN") \
     FIELD(uint32_t, ready_ms, "ms", 1, 10000, 1, 0, PROTECTS, "for the power stage to become ready after it is enabled") \
@@ -50,7 +50,16 @@
     FIELD(float, bus_high_v, "V", 1e-3f, 1e6f, 1, 0.0f, PROTECTS, "... or above this ...") \
     FIELD(uint32_t, bus_voltage_ms, "ms", 1, 10000, 0, 10, PROTECTS, "... for longer") \
     FIELD(float, temperature_max_c, "degC", 1e-3f, 1000.0f, 1, 0.0f, PROTECTS, "measured temperature above this ...") \
-    FIELD(uint32_t, temperature_ms, "ms", 1, 600000, 0, 1000, PROTECTS, "... for longer")
+    FIELD(uint32_t, temperature_ms, "ms", 1, 600000, 0, 1000, PROTECTS, "... for longer") \
+    FIELD(float, residual_slope, "N/N", 0.0f, 10.0f, 0, 0.45f, PROTECTS, "... which grows by so much with |y|") \
+    FIELD(float, actuator_pole_rad_per_s, "rad/s", 0.01f, 1e6f, 0, 200.0f, PROTECTS, "from the output to the force on the arm") \
+    FIELD(float, sensor_pole_rad_per_s, "rad/s", 0.01f, 1e6f, 0, 55.0f, PROTECTS, "from the contact's force to y") \
+    FIELD(float, tracking_n, "N", 1e-6f, 1e6f, 1, 0.3f, PROTECTS, "|r - y| beyond this ...") \
+    FIELD(uint32_t, tracking_ms, "ms", 1, 600000, 0, 1000, PROTECTS, "... for longer") \
+    FIELD(float, speed_max_units_per_s, "1/s", 1e-6f, 1e9f, 1, 0.0f, PROTECTS, "of the arm, where the port has a position") \
+    FIELD(uint32_t, speed_ms, "ms", 1, 10000, 0, 20, PROTECTS, "in which the speed is measured") \
+    FIELD(uint32_t, debounce_n, "ticks", 1, 32, 0, 1, PROTECTS, "with a bad reading ...") \
+    FIELD(uint32_t, debounce_m, "ticks", 1, 32, 0, 1, PROTECTS, "... of these make a fault; until then y stays as it was")
 // clang-format on
 
 typedef struct

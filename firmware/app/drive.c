@@ -20,7 +20,8 @@ static bool is_measured(const drive_config_t *config, const port_t *port, drive_
     } levels[] = {{DRIVE_CONFIG_over_current_a, PORT_MEASURES_CURRENT},
                   {DRIVE_CONFIG_bus_low_v, PORT_MEASURES_BUS},
                   {DRIVE_CONFIG_bus_high_v, PORT_MEASURES_BUS},
-                  {DRIVE_CONFIG_temperature_max_c, PORT_MEASURES_TEMPERATURE}};
+                  {DRIVE_CONFIG_temperature_max_c, PORT_MEASURES_TEMPERATURE},
+                  {DRIVE_CONFIG_speed_max_units_per_s, PORT_MEASURES_POSITION}};
     for (size_t i = 0; i < sizeof levels / sizeof levels[0]; i++)
     {
         const float level = drive_config_value(config, levels[i].field);
@@ -54,6 +55,7 @@ bool drive_setup_init(drive_setup_t        *setup,
         return false;
     }
     faults_init(&setup->bounds, config);
+    expected_init(&setup->expected, config, params);
     return is_measured(config, port, error) && is_safe_credible(setup, error);
 }
 
@@ -78,6 +80,7 @@ void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, 
 {
     *drive = (drive_t){.port         = port,
                        .setup        = setup,
+                       .next         = setup,
                        .sensor_zero  = setup->scaling.sensor_zero,
                        .state        = DRIVE_IDLE,
                        .logged_state = DRIVE_FAULT};
@@ -95,8 +98,12 @@ void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, 
 
 // --- the checks of a tick ------------------------------------------------------------------------------------------
 
-static drive_fault_t check_inputs(const drive_t *drive, uint32_t inputs)
+static drive_fault_t check_inputs(const drive_setup_t *setup, drive_state_t state, uint32_t inputs)
 {
+    if (inputs == 0u)
+    {
+        return DRIVE_FAULT_NONE;
+    }
     if ((inputs & PORT_INPUT_EMERGENCY_STOP) != 0u)
     {
         return DRIVE_FAULT_EMERGENCY_STOP;
@@ -109,15 +116,15 @@ static drive_fault_t check_inputs(const drive_t *drive, uint32_t inputs)
     {
         return DRIVE_FAULT_POWER;
     }
-    const bool must_be_ready = drive->state == DRIVE_RUN && drive->setup->bounds.ready_ticks > 0u;
+    const bool must_be_ready = state == DRIVE_RUN && setup->bounds.ready_ticks > 0u;
     return must_be_ready && (inputs & PORT_INPUT_NOT_READY) != 0u ? DRIVE_FAULT_NOT_READY : DRIVE_FAULT_NONE;
 }
 
 /// Each tick is due one period after the last due time, so that jitter does not add up. After a tick that is too early or too
 /// late, the next one is due a period after that tick.
-static drive_fault_t check_time(drive_t *drive, uint32_t now_us)
+static drive_fault_t check_time(drive_t *drive, const drive_setup_t *setup, uint32_t now_us)
 {
-    const drive_config_t *config = &drive->setup->config;
+    const drive_config_t *config = &setup->config;
     const uint32_t        late   = now_us - drive->due_us; // modulo 2^32: an early tick gives a value near 2^32
     const uint32_t        early  = drive->due_us - now_us;
     drive_fault_t         found  = DRIVE_FAULT_NONE;
@@ -140,34 +147,47 @@ static drive_fault_t check_time(drive_t *drive, uint32_t now_us)
     return found;
 }
 
-/// Reads the sensor, and checks it and the reference.
-static drive_fault_t check_sensor(drive_t *drive, loop_force_t *reading)
+/// Reads the sensor into drive->y.
+static drive_fault_t read_sensor(drive_t *drive, const drive_setup_t *setup, loop_force_t *reading)
 {
-    const drive_setup_t *setup = drive->setup;
     if (!drive->port->read_sensor(drive->port->context, reading))
     {
         return DRIVE_FAULT_SENSOR_SILENT;
     }
     const loop_force_t y = scaling_force(&setup->scaling, drive->sensor_zero, *reading);
     drive->y             = y;
-    if (tribo_force_is_nan(y) || tribo_force_is_nan(drive->r))
+    if (tribo_force_is_credible(setup->params, y))
     {
-        return DRIVE_FAULT_NAN;
+        return DRIVE_FAULT_NONE;
+    }
+    return tribo_force_is_nan(y) ? DRIVE_FAULT_NAN : DRIVE_FAULT_SENSOR_RANGE;
+}
+
+/// A bad reading that is no fault yet leaves everything as it was.
+static drive_fault_t check_sensor(drive_t *drive, const drive_setup_t *setup, loop_force_t *reading)
+{
+    const loop_force_t  y_before = drive->y;
+    const drive_fault_t bad      = read_sensor(drive, setup, reading);
+    if (faults_readings(&setup->bounds, &drive->bad_readings, bad != DRIVE_FAULT_NONE))
+    {
+        return bad;
+    }
+    if (bad != DRIVE_FAULT_NONE)
+    {
+        drive->y = y_before;
+        *reading = drive->last_reading;
+        return DRIVE_FAULT_NONE;
     }
     const bool same     = tribo_force_word(*reading) == tribo_force_word(drive->last_reading);
     drive->same_reading = same ? drive->same_reading + (drive->same_reading != UINT32_MAX) : 0u;
     drive->last_reading = *reading;
-    if (!tribo_force_is_credible(setup->params, y))
-    {
-        return DRIVE_FAULT_SENSOR_RANGE;
-    }
     return setup->config.stuck_ticks > 0u && drive->same_reading >= setup->config.stuck_ticks ? DRIVE_FAULT_SENSOR_STUCK
                                                                                               : DRIVE_FAULT_NONE;
 }
 
-static drive_fault_t check_measured(drive_t *drive)
+static drive_fault_t check_measured(drive_t *drive, const drive_setup_t *setup, drive_state_t state)
 {
-    const faults_bounds_t *bounds   = &drive->setup->bounds;
+    const faults_bounds_t *bounds   = &setup->bounds;
     const port_t          *port     = drive->port;
     port_measured_t        measured = {0};
     if (port->measures == 0u)
@@ -178,25 +198,31 @@ static drive_fault_t check_measured(drive_t *drive)
     const bool current     = faults_over_current(bounds, &drive->lasting, measured.current_ma);
     const bool bus         = faults_bus_voltage(bounds, &drive->lasting, measured.bus_mv);
     const bool temperature = faults_temperature(bounds, &drive->lasting, measured.temperature_mc);
+    const bool speed       = state == DRIVE_RUN && faults_speed(bounds, &drive->lasting, measured.position);
     return current       ? DRIVE_FAULT_OVER_CURRENT
            : bus         ? DRIVE_FAULT_BUS_VOLTAGE
            : temperature ? DRIVE_FAULT_TEMPERATURE
+           : speed       ? DRIVE_FAULT_SPEED
                          : DRIVE_FAULT_NONE;
 }
 
 /// By `step` towards `end`.
 static loop_force_t approach(loop_force_t r, loop_force_t end, loop_force_t step)
 {
-    return !faults_is_beyond(end, r, step) ? end : r < end ? r + step : r - step;
+    return scaling_size((scaling_sum_t)end - r) <= step ? end : r < end ? r + step : r - step;
 }
 
 /// Takes r, and looks whether a host still renews it.
-static drive_fault_t take_reference(drive_t *drive, bool renewed)
+static drive_fault_t take_reference(drive_t *drive, const drive_setup_t *setup, drive_state_t state, bool renewed)
 {
-    const faults_bounds_t *bounds = &drive->setup->bounds;
-    const bool lost  = drive->state == DRIVE_RUN && drive->hosted && faults_reference(bounds, &drive->lasting, renewed);
+    const faults_bounds_t *bounds = &setup->bounds;
+    const bool lost  = state == DRIVE_RUN && drive->hosted && faults_reference(bounds, &drive->lasting, renewed);
     drive->host_lost = lost && bounds->ramp > 0;
     drive->r         = drive->host_lost ? approach(drive->r, bounds->safe_reference, bounds->ramp) : drive->reference;
+    if (tribo_force_is_nan(drive->r))
+    {
+        return DRIVE_FAULT_NAN;
+    }
     return lost && !drive->host_lost ? DRIVE_FAULT_REFERENCE : DRIVE_FAULT_NONE;
 }
 
@@ -207,63 +233,86 @@ static drive_fault_t first_of(drive_fault_t a, drive_fault_t b)
 
 // --- the tick ------------------------------------------------------------------------------------------------------
 
-typedef struct
+/// Of the background, as bits.
+typedef enum
 {
-    bool start, stop, acknowledge, tare, restore, forget, renewed;
-} requests_t;
+    REQUEST_RENEWED     = 1, ///< the reference
+    REQUEST_START       = 2,
+    REQUEST_STOP        = 4,
+    REQUEST_ACKNOWLEDGE = 8,
+    REQUEST_TARE        = 16,
+    REQUEST_RESTORE     = 32,
+    REQUEST_FORGET      = 64
+} request_t;
 
-static bool take_request(const volatile uint8_t *count, uint8_t *seen)
+static uint32_t take_request(const volatile uint8_t *count, uint8_t *seen, request_t request)
 {
     const uint8_t now   = *count;
     const bool    asked = now != *seen;
     *seen               = now;
-    return asked;
+    return asked ? (uint32_t)request : 0u;
 }
 
 /// A request is valid for the next tick only: executed there or dropped.
-static requests_t take_requests(drive_t *drive)
+static uint32_t take_requests(drive_t *drive)
 {
-    requests_t requests = {.renewed = take_request(&drive->references, &drive->references_seen)};
-    if (take_request(&drive->asked, &drive->asked_seen))
+    uint32_t      requests = take_request(&drive->references, &drive->references_seen, REQUEST_RENEWED);
+    const uint8_t asked    = drive->asked;
+    if (asked != drive->asked_seen)
     {
+        drive->asked_seen = asked;
         atomic_thread_fence(memory_order_acquire);
-        requests.start       = take_request(&drive->starts, &drive->starts_seen);
-        requests.stop        = take_request(&drive->stops, &drive->stops_seen);
-        requests.acknowledge = take_request(&drive->acknowledgements, &drive->acknowledgements_seen);
-        requests.tare        = take_request(&drive->tares, &drive->tares_seen);
+        requests |= take_request(&drive->starts, &drive->starts_seen, REQUEST_START);
+        requests |= take_request(&drive->stops, &drive->stops_seen, REQUEST_STOP);
+        requests |= take_request(&drive->acknowledgements, &drive->acknowledgements_seen, REQUEST_ACKNOWLEDGE);
+        requests |= take_request(&drive->tares, &drive->tares_seen, REQUEST_TARE);
 #if DRIVE_FEEDFORWARD
-        requests.restore = take_request(&drive->restores, &drive->restores_seen);
-        requests.forget  = take_request(&drive->forgets, &drive->forgets_seen);
+        requests |= take_request(&drive->restores, &drive->restores_seen, REQUEST_RESTORE);
+        requests |= take_request(&drive->forgets, &drive->forgets_seen, REQUEST_FORGET);
 #endif
     }
     return requests;
 }
 
-static void take_setup(drive_t *drive)
+static const drive_setup_t *take_setup(drive_t *drive)
 {
     const drive_setup_t *next = drive->next;
-    if (next == NULL || next == drive->setup)
+    if (next == drive->setup)
     {
-        return;
+        return next;
     }
     if (next->config.sensor_zero_units != drive->setup->config.sensor_zero_units)
     {
         drive->sensor_zero = next->scaling.sensor_zero;
     }
     drive->setup = next;
+    return next;
 }
 
-static void run_loop(drive_t *drive, uint32_t start_us)
+static drive_fault_t fault_if(bool condition, drive_fault_t fault)
 {
-    const drive_setup_t *setup = drive->setup;
-    const loop_force_t   r     = drive->r;
-    const loop_force_t   y     = drive->y;
-    const loop_force_t   u     = TRIBO(force_loop, step)(setup->params, &drive->loop, r, y, &drive->signals);
+    return condition ? fault : DRIVE_FAULT_NONE;
+}
 
-    const bool limited = drive->signals.controller.limited;
-    const bool residual =
-        faults_residual(&setup->bounds, &drive->lasting, y, drive->signals.compensator.TRIBO_N(force));
-    const bool at_limit = faults_command_limit(&setup->bounds, &drive->lasting, limited);
+/// What lasts too long, once u is known.
+static drive_fault_t check_rig(drive_t *drive, const faults_bounds_t *bounds, bool limited)
+{
+    faults_state_t *lasting  = &drive->lasting;
+    const bool      residual = faults_residual(bounds, lasting, drive->y, drive->expected.y);
+    const bool      tracking = faults_tracking(bounds, lasting, drive->r, drive->y);
+    const bool      at_limit = faults_command_limit(bounds, lasting, limited);
+    return first_of(first_of(fault_if(residual, DRIVE_FAULT_RESIDUAL), fault_if(at_limit, DRIVE_FAULT_COMMAND_LIMIT)),
+                    fault_if(tracking, DRIVE_FAULT_TRACKING));
+}
+
+static void run_loop(drive_t *drive, const drive_setup_t *setup, uint32_t start_us)
+{
+    const loop_force_t r = drive->r;
+    const loop_force_t u = TRIBO(force_loop, step)(setup->params, &drive->loop, r, drive->y, &drive->signals);
+
+    const bool          limited = drive->signals.controller.limited;
+    const drive_fault_t found   = check_rig(drive, &setup->bounds, limited);
+    expected_step(&setup->expected, &drive->expected, u);
 
     const uint32_t took = drive->port->time_us(drive->port->context) - start_us;
     drive->max_tick_us  = took > drive->max_tick_us ? took : drive->max_tick_us;
@@ -273,9 +322,9 @@ static void run_loop(drive_t *drive, uint32_t start_us)
         stop_with(drive, DRIVE_FAULT_TICK_OVERRUN);
         return;
     }
-    if (residual || at_limit)
+    if (found != DRIVE_FAULT_NONE)
     {
-        stop_with(drive, residual ? DRIVE_FAULT_RESIDUAL : DRIVE_FAULT_COMMAND_LIMIT);
+        stop_with(drive, found);
         return;
     }
     drive->limits = (limited ? (uint32_t)DRIVE_LIMIT_COMMAND : 0u) |
@@ -311,9 +360,9 @@ static void take_tare(drive_t *drive, bool requested, loop_force_t reading)
 }
 
 /// Whatever is not IDLE ends a tare and refuses a new one.
-static void refuse_tare(drive_t *drive, bool requested)
+static void refuse_tare(drive_t *drive, uint32_t requests)
 {
-    if (requested || drive->tare == DRIVE_TARE_BUSY)
+    if ((requests & REQUEST_TARE) != 0u || drive->tare == DRIVE_TARE_BUSY)
     {
         drive->tare = DRIVE_TARE_REFUSED;
     }
@@ -324,14 +373,14 @@ static bool is_for_good(drive_fault_t fault)
     return (fault >= DRIVE_FAULT_IMAGE && fault <= DRIVE_FAULT_CLOCK) || fault == DRIVE_FAULT_CONFIG_CHANGED;
 }
 
-static void change_state(drive_t *drive, const requests_t *requests)
+static drive_state_t change_state(drive_t *drive, const drive_setup_t *setup, drive_state_t state, uint32_t requests)
 {
-    if (requests->stop)
+    if ((requests & REQUEST_STOP) != 0u)
     {
         drive->state = DRIVE_IDLE;
         drive_set_reference(drive, 0);
     }
-    else if (drive->state == DRIVE_IDLE && requests->start)
+    else if (state == DRIVE_IDLE && (requests & REQUEST_START) != 0u)
     {
         TRIBO(force_loop, reset)(&drive->loop);
         loop_attach(&drive->loop, drive->memory);
@@ -339,50 +388,64 @@ static void change_state(drive_t *drive, const requests_t *requests)
         loop_guard_begin(&drive->loop, &drive->guard);
 #endif
         drive->lasting = (faults_state_t){0};
+        expected_reset(&drive->expected);
         drive->port->enable(drive->port->context, true);
-        drive->state = drive->setup->bounds.ready_ticks > 0u ? DRIVE_STARTING : DRIVE_RUN;
+        drive->state = setup->bounds.ready_ticks > 0u ? DRIVE_STARTING : DRIVE_RUN;
     }
+    return drive->state;
 }
 
 /// The power stage was off in the tick of the start, so its ready input counts from the next one on.
-static void wait_for_ready(drive_t *drive, bool begun, uint32_t inputs)
+static drive_state_t wait_for_ready(drive_t *drive, const drive_setup_t *setup, bool begun, uint32_t inputs)
 {
     if (begun && (inputs & PORT_INPUT_NOT_READY) == 0u)
     {
         drive->state = DRIVE_RUN;
     }
-    else if (faults_starting(&drive->setup->bounds, &drive->lasting))
+    else if (faults_starting(&setup->bounds, &drive->lasting))
     {
         stop_with(drive, DRIVE_FAULT_NOT_READY);
     }
     else
     {
         drive->limits = 0;
-        drive->port->command(drive->port->context, drive->setup->scaling.no_current);
+        drive->port->command(drive->port->context, setup->scaling.no_current);
     }
+    return drive->state;
 }
 
-/// Without a fault.
-static void go_on(drive_t *drive, const requests_t *requests, uint32_t inputs, loop_force_t reading, uint32_t start_us)
+/// What a tick has found out.
+typedef struct
 {
-    const bool begun = drive->state == DRIVE_STARTING;
-    change_state(drive, requests);
-    if (drive->state == DRIVE_STARTING)
+    const drive_setup_t *setup;
+    uint32_t             start_us, requests, inputs;
+    loop_force_t         reading;
+} tick_t;
+
+/// Without a fault.
+static void go_on(drive_t *drive, drive_state_t before, const tick_t *tick)
+{
+    drive_state_t state = before;
+    if ((tick->requests & (REQUEST_START | REQUEST_STOP)) != 0u)
     {
-        wait_for_ready(drive, begun, inputs);
+        state = change_state(drive, tick->setup, before, tick->requests);
     }
-    if (drive->state == DRIVE_RUN)
+    if (state == DRIVE_STARTING)
     {
-        run_loop(drive, start_us);
+        state = wait_for_ready(drive, tick->setup, before == DRIVE_STARTING, tick->inputs);
     }
-    if (drive->state == DRIVE_IDLE)
+    if (state == DRIVE_RUN)
+    {
+        run_loop(drive, tick->setup, tick->start_us);
+    }
+    if (state == DRIVE_IDLE)
     {
         drive->limits = 0;
         off(drive);
-        take_tare(drive, requests->tare, reading);
+        take_tare(drive, (tick->requests & REQUEST_TARE) != 0u, tick->reading);
         return;
     }
-    refuse_tare(drive, requests->tare);
+    refuse_tare(drive, tick->requests);
 }
 
 void drive_attach(drive_t *drive, loop_memory_t *memory)
@@ -391,9 +454,9 @@ void drive_attach(drive_t *drive, loop_memory_t *memory)
 }
 
 #if DRIVE_FEEDFORWARD
-static void change_compensation(drive_t *drive, const requests_t *requests)
+static void change_compensation(drive_t *drive, uint32_t requests)
 {
-    if (requests->restore)
+    if ((requests & REQUEST_RESTORE) != 0u)
     {
         TRIBO(guard, restore)(&drive->guard);
         if (drive->memory != NULL)
@@ -402,7 +465,7 @@ static void change_compensation(drive_t *drive, const requests_t *requests)
         }
     }
     const bool rests = drive->state != DRIVE_RUN && drive->state != DRIVE_STARTING;
-    if (requests->forget && rests && drive->memory != NULL)
+    if ((requests & REQUEST_FORGET) != 0u && rests && drive->memory != NULL)
     {
         loop_forget(drive->setup->params, drive->memory);
     }
@@ -411,43 +474,45 @@ static void change_compensation(drive_t *drive, const requests_t *requests)
 
 void drive_tick(drive_t *drive)
 {
-    const uint32_t   start_us = drive->port->time_us(drive->port->context);
-    const requests_t requests = take_requests(drive);
+    const port_t  *port     = drive->port;
+    const uint32_t start_us = port->time_us(port->context);
+    const uint32_t requests = take_requests(drive);
     drive->ticks++;
-    take_setup(drive);
+    const drive_setup_t *setup = take_setup(drive);
 #if DRIVE_FEEDFORWARD
-    change_compensation(drive, &requests);
+    change_compensation(drive, requests);
 #endif
     if (drive->changed && !is_for_good(drive->fault))
     {
         stop_with(drive, DRIVE_FAULT_CONFIG_CHANGED);
     }
-    if (drive->state == DRIVE_FAULT && is_for_good(drive->fault))
+    const drive_state_t state = drive->state;
+    if (state == DRIVE_FAULT && is_for_good(drive->fault))
     {
         off(drive); // after a failed self-test or without valid params nothing else runs
-        refuse_tare(drive, requests.tare);
+        refuse_tare(drive, requests);
         return;
     }
 
     // Every check runs in every tick, so that the state of one does not depend on the result of another.
-    const drive_fault_t reference = take_reference(drive, requests.renewed);
-    loop_force_t        reading   = 0;
-    const uint32_t      inputs    = drive->port->inputs(drive->port->context);
-    const drive_fault_t input     = check_inputs(drive, inputs);
-    const drive_fault_t timing    = check_time(drive, start_us);
-    const drive_fault_t sensor    = check_sensor(drive, &reading);
-    const drive_fault_t measured  = check_measured(drive);
+    const drive_fault_t reference = take_reference(drive, setup, state, (requests & REQUEST_RENEWED) != 0u);
+    tick_t              tick      = {.setup = setup, .start_us = start_us, .requests = requests};
+    tick.inputs                   = port->inputs(port->context);
+    const drive_fault_t input     = check_inputs(setup, state, tick.inputs);
+    const drive_fault_t timing    = check_time(drive, setup, start_us);
+    const drive_fault_t sensor    = check_sensor(drive, setup, &tick.reading);
+    const drive_fault_t measured  = check_measured(drive, setup, state);
     const drive_fault_t found     = first_of(first_of(input, measured), first_of(first_of(timing, sensor), reference));
 
-    if (drive->state == DRIVE_FAULT)
+    if (state == DRIVE_FAULT)
     {
         off(drive);
-        refuse_tare(drive, requests.tare);
-        if (requests.acknowledge)
+        refuse_tare(drive, requests);
+        if ((requests & REQUEST_ACKNOWLEDGE) != 0u)
         {
             drive_set_reference(drive, 0);
         }
-        if (requests.acknowledge && found == DRIVE_FAULT_NONE)
+        if ((requests & REQUEST_ACKNOWLEDGE) != 0u && found == DRIVE_FAULT_NONE)
         {
             drive->state = DRIVE_IDLE;
             drive->fault = DRIVE_FAULT_NONE;
@@ -457,10 +522,10 @@ void drive_tick(drive_t *drive)
     if (found != DRIVE_FAULT_NONE)
     {
         stop_with(drive, found);
-        refuse_tare(drive, requests.tare);
+        refuse_tare(drive, requests);
         return;
     }
-    go_on(drive, &requests, inputs, reading, start_us);
+    go_on(drive, state, &tick);
 }
 
 // --- from the background -------------------------------------------------------------------------------------------
@@ -587,7 +652,9 @@ const char *drive_fault_text(drive_fault_t fault)
                                         [DRIVE_FAULT_OVER_CURRENT]    = "over-current",
                                         [DRIVE_FAULT_BUS_VOLTAGE]     = "bus voltage",
                                         [DRIVE_FAULT_TEMPERATURE]     = "temperature",
-                                        [DRIVE_FAULT_BROWN_OUT_LEVEL] = "brown-out level"};
+                                        [DRIVE_FAULT_BROWN_OUT_LEVEL] = "brown-out level",
+                                        [DRIVE_FAULT_TRACKING]        = "force away from the reference",
+                                        [DRIVE_FAULT_SPEED]           = "arm too fast"};
     return (unsigned)fault < DRIVE_FAULTS ? texts[fault] : "unknown";
 }
 

@@ -25,6 +25,7 @@
 #define DRIVE_DRIVE_H
 
 #include "app/config.h"
+#include "app/expected.h"
 #include "app/faults.h"
 #include "app/loop.h"
 #include "app/scaling.h"
@@ -88,13 +89,15 @@ typedef enum
     DRIVE_FAULT_SENSOR_STUCK,    ///< stuck_ticks readings in a row without a change
     DRIVE_FAULT_REFERENCE,       ///< the host's not renewed for reference_ms, in RUN
     DRIVE_FAULT_TICK_OVERRUN,    ///< longer than budget_us from its start to its command
-    DRIVE_FAULT_RESIDUAL,        ///< the sensor does not show the force that the loop commands
+    DRIVE_FAULT_RESIDUAL,        ///< the sensor does not show what u leads to
     DRIVE_FAULT_COMMAND_LIMIT,   ///< u at a limit for command_limit_ms
     DRIVE_FAULT_CONFIG_CHANGED,  ///< params that the drive runs with are not those that were checked; for good
     DRIVE_FAULT_OVER_CURRENT,    ///< measured, beyond over_current_a
     DRIVE_FAULT_BUS_VOLTAGE,     ///< measured, outside bus_low_v to bus_high_v
     DRIVE_FAULT_TEMPERATURE,     ///< measured, above temperature_max_c
     DRIVE_FAULT_BROWN_OUT_LEVEL, ///< at power-up: the chip would run on with a supply too low for it
+    DRIVE_FAULT_TRACKING,        ///< y away from r for tracking_ms
+    DRIVE_FAULT_SPEED,           ///< of the arm, by its position
     DRIVE_FAULTS
 } drive_fault_t;
 
@@ -106,6 +109,7 @@ typedef struct
     drive_config_t       config;
     scaling_t            scaling;
     faults_bounds_t      bounds;
+    expected_t           expected;
 } drive_setup_t;
 
 /// Of the last tare that was requested.
@@ -144,7 +148,7 @@ typedef struct
     volatile loop_force_t reference;
     volatile bool         hosted;       ///< the reference is a host's, which must renew it
     volatile bool         changed;      ///< the params are not those that were checked
-    const drive_setup_t *volatile next; ///< a setup to go on with; null: none
+    const drive_setup_t *volatile next; ///< a setup to go on with
     drive_state_t logged_state;
 
     uint32_t due_us;    ///< when the next tick should start
@@ -154,11 +158,14 @@ typedef struct
     loop_force_t   sensor_zero; ///< reading at 0 N, by the config or by the last tare
     loop_force_t   last_reading;
     uint32_t       same_reading; ///< readings equal to the one before
+    uint32_t       bad_readings; ///< of the last 32 ticks, the last one in bit 0
     faults_state_t lasting;
 
     volatile drive_tare_t tare;
     uint32_t              tare_ticks; ///< left
     scaling_sum_t         tare_sum;
+
+    expected_state_t expected;
 
     loop_memory_t *memory; ///< of a feed-forward; null: none
     loop_state_t   loop;

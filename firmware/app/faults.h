@@ -6,6 +6,7 @@
 
 #include "app/config.h"
 #include "app/loop.h"
+#include "app/scaling.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -13,9 +14,13 @@
 /// The bounds of drive_config_t as forces of the arithmetic and as ticks.
 typedef struct
 {
-    loop_force_t residual; ///< 0: off
-    loop_force_t tare_max; ///< 0: off
-    uint32_t     residual_ticks, command_limit_ticks, reference_ticks, ready_ticks;
+    loop_force_t   residual;       ///< at y = 0
+    scaling_gain_t residual_slope; ///< what it grows by with |y|
+    loop_force_t   tracking;
+    loop_force_t   tare_max;                  ///< 0: off
+    int32_t        travel;                    ///< in speed_ticks, in units of the position; 0: off
+    uint32_t       debounce_n, debounce_mask; ///< so many of these bits
+    uint32_t       residual_ticks, tracking_ticks, speed_ticks, command_limit_ticks, reference_ticks, ready_ticks;
 
     loop_force_t ramp;           ///< of r a tick without a host; 0: a fault
     loop_force_t safe_reference; ///< where it ends
@@ -26,7 +31,9 @@ typedef struct
 /// Ticks in a row. Zero at a start.
 typedef struct
 {
-    uint32_t residual, command_limit, reference, starting;
+    uint32_t residual, tracking, command_limit, reference, starting;
+    uint32_t speed; ///< ticks since the arm was at `position`; 0: it has not been looked at
+    int32_t  position;
     uint32_t over_current, bus_voltage, temperature;
 } faults_state_t;
 
@@ -39,27 +46,62 @@ static inline bool faults_last(uint32_t *ticks, bool condition, uint32_t bound)
     return bound > 0u && *ticks > bound;
 }
 
-static inline bool faults_is_beyond(loop_force_t y, loop_force_t f_hat, loop_force_t bound)
+/// |a - b| > bound, counted likewise.
+static inline bool faults_apart(uint32_t    *ticks,
+                                loop_force_t a,
+                                loop_force_t b,
+                                loop_force_t bound,
+                                uint32_t     bound_ticks)
 {
-#ifdef TRIBO_ARITHMETIC_Q31
-    const int64_t difference = (int64_t)y - f_hat;
-#else
-    const float difference = y - f_hat;
-#endif
-    return difference > bound || difference < -bound;
+    return faults_last(ticks, scaling_size((scaling_sum_t)a - b) > bound, bound_ticks);
+}
+
+/// Takes over whether this tick's reading is bad into `history`, a bit a tick; true if it is, and enough of the last ones were.
+static inline bool faults_readings(const faults_bounds_t *bounds, uint32_t *history, bool bad)
+{
+    *history       = *history << 1 | (bad ? 1u : 0u);
+    uint32_t count = 0;
+    for (uint32_t left = bad ? *history & bounds->debounce_mask : 0u; left != 0u; left &= left - 1u)
+    {
+        count++;
+    }
+    return bad && count >= bounds->debounce_n;
 }
 
 // Each of the following processes a tick and returns true once its bound is exceeded.
 
-/// y and F^ of the same tick. F^ is the force of the commanded arm. A healthy sensor follows it within its own lag and the
-/// model's error; a detached, frozen or reversed sensor, or one that reads half, does not.
+/// `expected` is the reading that u leads to (expected.h). A healthy sensor follows it within its friction and the model's error;
+/// one that is detached, frozen, reversed or reads half does not, nor does a motor that is open or an arm that touches nothing.
 static inline bool faults_residual(const faults_bounds_t *bounds,
                                    faults_state_t        *state,
                                    loop_force_t           y,
-                                   loop_force_t           f_hat)
+                                   loop_force_t           expected)
 {
-    const bool beyond = bounds->residual > 0 && faults_is_beyond(y, f_hat, bounds->residual);
-    return faults_last(&state->residual, beyond, bounds->residual_ticks);
+    const loop_force_t bound =
+        scaling_sum(bounds->residual, scaling_times(&bounds->residual_slope, (loop_force_t)scaling_size(y)));
+    return faults_apart(&state->residual, y, expected, bound, bounds->residual_ticks);
+}
+
+static inline bool faults_tracking(const faults_bounds_t *bounds, faults_state_t *state, loop_force_t r, loop_force_t y)
+{
+    return faults_apart(&state->tracking, r, y, bounds->tracking, bounds->tracking_ticks);
+}
+
+/// Travel since a position that is renewed every speed_ticks: a jump counts at once, a speed after two such times at most. A
+/// position may wrap at 2^32.
+static inline bool faults_speed(const faults_bounds_t *bounds, faults_state_t *state, int32_t position)
+{
+    if (state->speed == 0u)
+    {
+        state->position = position;
+    }
+    const int32_t travel = (int32_t)((uint32_t)position - (uint32_t)state->position);
+    if (state->speed++ >= bounds->speed_ticks)
+    {
+        state->position = position;
+        state->speed    = 1;
+    }
+    return bounds->travel > 0 && (travel > bounds->travel || travel < -bounds->travel);
 }
 
 static inline bool faults_command_limit(const faults_bounds_t *bounds, faults_state_t *state, bool limited)

@@ -162,23 +162,23 @@ bool params_check_ceilings(const params_set_t     *set,
     return true;
 }
 
+// Of the rows, by their words: only some of the loop's protect.
+#define PROTECTING(group, symbol, member, key, unit, low, high, standard, change, number, ...)                         \
+    | (uint32_t)TRIBO_##change << ((number) - PARAMS_LOOP_NUMBER) / 2u
+#define IS_PROTECTING(group, symbol, member, key, unit, low, high, standard, change, ...) +TRIBO_##change
+_Static_assert(PARAMS_LOOP_COUNT <= 32 && (0 PARAMS_FEED_ROWS(IS_PROTECTING) PARAMS_GUARD_ROWS(IS_PROTECTING)) == 0,
+               "a word of bits has them all");
+static const uint32_t protecting = 0u PARAMS_LOOP_ROWS(PROTECTING);
+#undef IS_PROTECTING
+#undef PROTECTING
+
 uint32_t params_next_protecting(uint32_t *place)
 {
-    const tribo_parameter_t *row;
-    uint32_t                 word;
-    size_t                   at;
-    while (*place < (uint32_t)DRIVE_CONFIG_COUNT)
+    while (*place < (uint32_t)PARAMS_METHOD_AT)
     {
-        word = (*place)++;
-        if (drive_config_fields[word].protects)
-        {
-            return word;
-        }
-    }
-    while (find_row(*place - (uint32_t)DRIVE_CONFIG_COUNT, &row, &word, &at))
-    {
-        ++*place;
-        if (row->protects != 0u)
+        const uint32_t word = (*place)++;
+        if (word < (uint32_t)DRIVE_CONFIG_COUNT ? drive_config_fields[word].protects
+                                                : (protecting >> (word - (uint32_t)PARAMS_LOOP_AT) & 1u) != 0u)
         {
             return word;
         }

@@ -20,18 +20,22 @@ float scaling_value(loop_force_t x, float full)
     return (float)x * (full / 2147483648.0f);
 }
 
-/// For a magnitude from GAIN_MIN to GAIN_MAX.
-static scaling_gain_t gain_of(float magnitude, bool reversed)
+scaling_gain_t scaling_gain(float x)
 {
     scaling_gain_t gain     = {.shift = 31};
-    float          mantissa = magnitude * 2147483648.0f;
+    float          mantissa = x * 2147483648.0f;
     while (mantissa >= 2147483648.0f)
     {
         mantissa /= 2.0f;
         gain.shift--;
     }
-    gain.mantissa = reversed ? -(int32_t)mantissa : (int32_t)mantissa;
+    gain.mantissa = (int32_t)mantissa;
     return gain;
+}
+
+static scaling_gain_t reversed(scaling_gain_t gain)
+{
+    return (scaling_gain_t){.mantissa = -gain.mantissa, .shift = gain.shift};
 }
 
 /// The sensor's full range of units as a fraction of the full scale.
@@ -62,9 +66,14 @@ float scaling_value(loop_force_t x, float full)
     return x;
 }
 
-static scaling_gain_t gain_of(float magnitude, bool reversed)
+scaling_gain_t scaling_gain(float x)
 {
-    return reversed ? -magnitude : magnitude;
+    return x;
+}
+
+static scaling_gain_t reversed(scaling_gain_t gain)
+{
+    return -gain;
 }
 
 static float sensor_gain(const drive_config_t *config, const port_t *port)
@@ -152,8 +161,8 @@ bool scaling_init(scaling_t *scaling, const drive_config_t *config, const port_t
     {
         return refuse_zero(error, DRIVE_CONFIG_command_zero_units, config->command_zero_units, &port->output);
     }
-    scaling->sensor       = gain_of(sensor, config->sensor_reversed != 0u);
-    scaling->command      = gain_of(command, config->command_reversed != 0u);
+    scaling->sensor       = config->sensor_reversed != 0u ? reversed(scaling_gain(sensor)) : scaling_gain(sensor);
+    scaling->command      = config->command_reversed != 0u ? reversed(scaling_gain(command)) : scaling_gain(command);
     scaling->sensor_zero  = scaling_number(config->sensor_zero_units, port->sensor.full_units);
     scaling->command_zero = scaling->no_current;
 #ifndef TRIBO_ARITHMETIC_Q31

@@ -28,15 +28,60 @@ typedef struct
 
 typedef int64_t scaling_sum_t; ///< of readings
 
-static inline loop_force_t scaling_apply(const scaling_gain_t *gain, loop_force_t x, uint32_t *saturated)
+// Of forces and readings, saturated.
+
+static inline loop_force_t scaling_times(const scaling_gain_t *gain, loop_force_t x)
 {
-    return tribo_q31_narrow(tribo_q31_multiply(x, gain->mantissa), gain->shift, saturated);
+    uint32_t unused = 0;
+    return tribo_q31_narrow(tribo_q31_multiply(x, gain->mantissa), gain->shift, &unused);
+}
+
+static inline loop_force_t scaling_sum(loop_force_t a, loop_force_t b)
+{
+    uint32_t unused = 0;
+    return tribo_q31_add(a, b, &unused);
+}
+
+static inline loop_force_t scaling_difference(loop_force_t a, loop_force_t b)
+{
+    uint32_t unused = 0;
+    return tribo_q31_subtract(a, b, &unused);
+}
+
+/// |x|
+static inline scaling_sum_t scaling_size(scaling_sum_t x)
+{
+    return x < 0 ? -x : x;
 }
 
 #else
 
 typedef float scaling_gain_t;
 typedef float scaling_sum_t; ///< of readings
+
+static inline loop_force_t scaling_times(const scaling_gain_t *gain, loop_force_t x)
+{
+    return *gain * x;
+}
+
+static inline loop_force_t scaling_sum(loop_force_t a, loop_force_t b)
+{
+    return a + b;
+}
+
+static inline loop_force_t scaling_difference(loop_force_t a, loop_force_t b)
+{
+    return a - b;
+}
+
+static inline scaling_sum_t scaling_size(scaling_sum_t x)
+{
+#ifdef __GNUC__
+    return __builtin_fabsf(x);
+#else
+    return x < 0.0f ? -x : x;
+#endif
+}
 
 #endif
 
@@ -54,28 +99,21 @@ bool scaling_init(scaling_t *scaling, const drive_config_t *config, const port_t
 /// The force of a reading, `zero` being the reading at 0 N.
 static inline loop_force_t scaling_force(const scaling_t *scaling, loop_force_t zero, loop_force_t reading)
 {
-#ifdef TRIBO_ARITHMETIC_Q31
-    uint32_t unused = 0;
-    return scaling_apply(&scaling->sensor, tribo_q31_subtract(reading, zero, &unused), &unused);
-#else
-    return (reading - zero) * scaling->sensor;
-#endif
+    return scaling_times(&scaling->sensor, scaling_difference(reading, zero));
 }
 
 /// The output for a force.
 static inline loop_force_t scaling_output(const scaling_t *scaling, loop_force_t u)
 {
-#ifdef TRIBO_ARITHMETIC_Q31
-    uint32_t unused = 0;
-    return tribo_q31_add(scaling_apply(&scaling->command, u, &unused), scaling->command_zero, &unused);
-#else
-    return u * scaling->command + scaling->command_zero;
-#endif
+    return scaling_sum(scaling_times(&scaling->command, u), scaling->command_zero);
 }
 
 /// Not for the tick: converts a number in units or N to a reading, output or force, whose 2^31 is `full`, and back.
 loop_force_t scaling_number(float x, float full);
 float        scaling_value(loop_force_t x, float full);
+
+/// Not for the tick: a gain from 0 to 2^20.
+scaling_gain_t scaling_gain(float x);
 
 /// True if the converters suit the loop: every u within its limits has an output, the current stays within its limit, and the
 /// loop rejects the readings at both ends of the sensor's range. False with `error`, which names the field to change.

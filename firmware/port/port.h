@@ -19,16 +19,18 @@
 #define PORT_INPUT_NOT_READY      4u ///< the power stage; means nothing while it is off
 #define PORT_INPUT_SUPPLY         8u ///< below the level at which the chip and its converters are reliable
 
-/// What a board measures of its power stage, as bits of port_t.measures.
+/// What a board measures of its power stage and its arm, as bits of port_t.measures.
 #define PORT_MEASURES_CURRENT     1u
 #define PORT_MEASURES_BUS         2u
 #define PORT_MEASURES_TEMPERATURE 4u
+#define PORT_MEASURES_POSITION    8u
 
 /// The latest of each.
 typedef struct
 {
     int32_t current_ma, bus_mv,
         temperature_mc; ///< of the motor, of the power stage's supply, of its hottest place in 1e-3 degC
+    int32_t position;   ///< of the arm, in units of its sensor; wraps at 2^32
 } port_measured_t;
 
 /// A converter, or what a port has in its place. A number of units is a float in f32, and a fraction of full_units in Q31.

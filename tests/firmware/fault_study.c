@@ -1,16 +1,18 @@
-// The rig's faults in numbers: the drive with its default bounds on simulated rigs.
+// What stops the drive, in numbers: the drive with its default bounds on simulated rigs, with every method and with and without the
+// guard. Truths: the paper's, LuGre, Leuven and Maxwell slip of host_sim, and LuGre and Maxwell slip of own_plant.h. Breakaway is +-20 %
+// of what the drive believes, the noise 2 mN.
 //
-//     fault_study_f32 healthy HOURS [SEED [N MS]]    false stops of scenarios with 2 mN of noise and breakaway +-20 %, none expected
-//     fault_study_f32 broken RUNS [SEED [N MS]]      time from the moment that a sensor breaks to a command of 0
-//     fault_study_f32 still RUNS [SEED]              for how long a healthy force stays where it was: so long a frozen sensor is right
-//
-// Scenarios are those of host_sim/scenarios. N and MS: residual_n and residual_ms in place of their defaults.
+//     fault_study_f32 broken RIGS [SEED]      worst time from the break to a command of 0, as a table in Markdown
+//     fault_study_f32 healthy HOURS [SEED]    false stops in HOURS of each method, none expected
+//     fault_study_f32 steps RIGS [SEED]       the largest step from rest that stops none
+//     fault_study_f32 still RIGS [SEED]       for how long a healthy force stays where it was: so long a frozen sensor is right
+//     fault_study_f32 check                   a little of the first two; fails where a target is missed
 
 #include "app/drive.h"
 #include "app/loop.h"
 #include "board.h"
 #include "loop/loop_config.h"
-#include "loop/reference.h"
+#include "own_plant.h"
 #include "plant/plant.h"
 #include "plant/random.h"
 #include "plant/sensor.h"
@@ -22,45 +24,93 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define NOISE_N 2e-3
-
-static const char *const names[] =
-    {"triangle", "asymmetric", "mismatch", "noisy", "sine", "step", "ramp", "sawtooth", "chirp"};
-
-#define NAMES (sizeof names / sizeof names[0])
+#define NOISE_N  2e-3
+#define RIGS_MAX 2000u
 
 typedef enum
 {
     HEALTHY,
     DETACHED,
-    FROZEN,
     REVERSED,
     HALF_SCALE,
-    SENSORS
-} sensor_t;
+    FROZEN,
+    MOTOR_OPEN,
+    HALF_TORQUE,
+    FULL_REVERSE,
+    CONTACT_LOST, // from here on an own plant's arm breaks
+    SOFT_CONTACT,
+    CLAMPED,
+    BREAKS
+} break_t;
 
-static const char *const sensor_names[SENSORS] = {"healthy", "detached", "frozen", "reversed", "half-scale"};
+static const char *const break_names[BREAKS] = {"healthy",
+                                                "sensor detached",
+                                                "sensor reversed",
+                                                "sensor at half its scale",
+                                                "sensor frozen, but noisy",
+                                                "motor open",
+                                                "motor at half its torque",
+                                                "command wire open: full reverse",
+                                                "contact lost",
+                                                "contact at a tenth of its stiffness",
+                                                "arm clamped"};
 
-static float    bound_n;
-static uint32_t bound_ms;
+typedef struct
+{
+    const char     *name;
+    common_method_t method;
+    bool            guarded;
+} method_t;
 
-/// A rig that plays a scenario, and its drive.
+static const method_t methods[] = {{"off", COMMON_METHOD_OFF, false},
+                                   {"paper", COMMON_METHOD_PAPER, false},
+                                   {"paper, guard", COMMON_METHOD_PAPER, true},
+                                   {"feed-forward", COMMON_METHOD_FEEDFORWARD, false},
+                                   {"feed-forward, guard", COMMON_METHOD_FEEDFORWARD, true}};
+
+#define METHODS (sizeof methods / sizeof methods[0])
+
+typedef enum
+{
+    OWN_LUGRE,
+    OWN_MAXWELL,
+    PAPER,
+    LUGRE,
+    LEUVEN,
+    MAXWELL,
+    TRUTHS
+} truth_t;
+
+static const char *const truth_names[TRUTHS] =
+    {"own LuGre", "own Maxwell slip", "paper", "LuGre", "Leuven", "Maxwell slip"};
+
+static const sim_truth_number_t host_truths[TRUTHS] = {[PAPER]   = SIM_TRUTH_paper,
+                                                       [LUGRE]   = SIM_TRUTH_lugre,
+                                                       [LEUVEN]  = SIM_TRUTH_leuven,
+                                                       [MAXWELL] = SIM_TRUTH_maxwell_slip};
+
+/// A plant and its drive.
 typedef struct
 {
     common_scenario_t   *scenario;
     sim_config_t         config;
-    common_reference_t   reference;
     sim_plant_config_t   plant_config;
-    sim_plant_t         *plant;
-    sim_sensor_t         sensor;
+    sim_plant_t         *plant; // null: `own`
+    own_plant_t          own;
     unsigned             steps;
+    sim_sensor_t         sensor;
     common_loop_config_t loop_config;
     loop_setup_t         loop;
-    drive_setup_t        setup;
-    board_t              board;
-    drive_t              drive;
-    uint64_t             tick;
-    double               frozen_n;
+    loop_memory_t        memory;
+#if DRIVE_FEEDFORWARD
+    loop_guard_state_t unused;
+#endif
+    drive_setup_t setup;
+    board_t       board;
+    drive_t       drive;
+    uint64_t      tick;
+    break_t       broken;
+    double        frozen_n;
 } rig_t;
 
 /// In [0, 1).
@@ -75,230 +125,450 @@ static void fail(const char *what)
     exit(2);
 }
 
-static void scale(common_breakaway_config_t *breakaway, double factor)
+// --- a rig ---------------------------------------------------------------------------------------------------------
+
+static tribo_status_t set_up_loop(rig_t *rig, float full_scale_n)
 {
-    breakaway->offset_n *= factor;
-    breakaway->slope *= factor;
-    breakaway->negative_offset_n.value *= factor;
-    breakaway->negative_slope.value *= factor;
-    for (unsigned i = 0; i < breakaway->table_count; i++)
+    const common_loop_config_t *config = &rig->loop_config;
+    tribo_status_t              status =
+        config->feeds_forward ? loop_setup_feedforward(&rig->loop, &config->config, &config->feedforward, full_scale_n)
+                                           : loop_setup(&rig->loop, &config->config, full_scale_n);
+    if (status == TRIBO_OK && config->guarded)
     {
-        breakaway->table[i].positive_n *= factor;
-        breakaway->table[i].negative_n *= factor;
+        status = loop_setup_guard(&rig->loop, &config->guard, true, config->config.sample_time_s, full_scale_n);
     }
+    return status;
 }
 
-static void open_drive(rig_t *rig)
+static void open_drive(rig_t *rig, const method_t *method)
 {
     drive_config_t       config = drive_config_default();
     drive_config_error_t error;
-    config.period_us    = (uint32_t)lround(1e6 * rig->config.loop.sample_time_s);
-    config.full_scale_n = (float)rig->config.loop.limits.full_scale_n;
-    config.residual_n   = bound_n;
-    config.residual_ms  = bound_ms;
+    config.full_scale_n                   = BOARD_FULL_SCALE_N;
+    rig->config.loop.compensator.method   = method->method;
+    rig->config.loop.compensator.guard.on = method->guarded;
     common_loop_config_fill(&rig->loop_config, &rig->config.loop);
     board_init(&rig->board, 0);
-    if (loop_setup(&rig->loop, &rig->loop_config.config, config.full_scale_n) != TRIBO_OK ||
+    if (set_up_loop(rig, config.full_scale_n) != TRIBO_OK ||
         !drive_setup_init(&rig->setup, &config, &rig->loop.params, &rig->board.port, &error))
     {
-        fail("a scenario's loop does not suit the drive");
+        fail("the loop does not suit the drive");
     }
     drive_init(&rig->drive, &rig->board.port, &rig->setup, DRIVE_FAULT_NONE);
+    loop_forget(&rig->loop.params, &rig->memory);
+    drive_attach(&rig->drive, &rig->memory);
     drive_start(&rig->drive);
 }
 
-static void open_rig(rig_t *rig, const char *name, double factor, uint64_t seed)
+static void open_rig(rig_t *rig, const method_t *method, truth_t truth, double factor, uint64_t seed)
 {
-    char           path[512];
-    common_error_t error;
-    *rig          = (rig_t){.tick = 0};
-    rig->scenario = sim_scenario_create();
-    (void)snprintf(path, sizeof path, "%s/%s.yaml", TRIBO_SCENARIOS, name);
-    if (rig->scenario == NULL || !common_scenario_load(rig->scenario, path, &error) ||
-        !common_reference_init(&rig->reference, rig->scenario, &error))
-    {
-        fail(path);
-    }
-    rig->config = *sim_scenario_config(rig->scenario);
-    scale(&rig->config.plant.friction.breakaway, factor);
+    *rig                                   = (rig_t){.scenario = sim_scenario_create()};
+    rig->own                               = own_plant(truth == OWN_MAXWELL, factor);
+    rig->config                            = *sim_scenario_config(rig->scenario);
     rig->config.sensor.sampling.noise_n    = NOISE_N;
     rig->config.sensor.sampling.noise_seed = seed;
-    rig->steps                             = sim_plant_steps(&rig->config);
-    rig->plant_config                      = sim_plant_config_of(&rig->config);
-    rig->plant = sim_plant_create(&rig->plant_config, sim_truth_models[rig->config.plant.model]);
-    if (rig->plant == NULL || !sim_sensor_init(&rig->sensor, &rig->config.sensor.sampling, rig->plant_config.step_s))
+    open_drive(rig, method);
+    if (truth >= PAPER)
+    {
+        rig->config.plant.model = host_truths[truth];
+        rig->config.plant.friction.breakaway.offset_n *= factor;
+        rig->config.plant.friction.breakaway.slope *= factor;
+        rig->steps        = sim_plant_steps(&rig->config);
+        rig->plant_config = sim_plant_config_of(&rig->config);
+        rig->plant        = sim_plant_create(&rig->plant_config, sim_truth_models[rig->config.plant.model]);
+    }
+    if ((truth >= PAPER && rig->plant == NULL) || !sim_sensor_init(&rig->sensor, &rig->config.sensor.sampling, 1e-3))
     {
         fail("out of memory");
     }
-    open_drive(rig);
 }
 
 static void close_rig(rig_t *rig)
 {
     sim_plant_destroy(rig->plant);
     sim_sensor_free(&rig->sensor);
-    common_reference_free(&rig->reference);
     common_scenario_destroy(rig->scenario);
 }
 
-static double broken(const rig_t *rig, sensor_t sensor, double filtered_n)
+/// F behind the sensor's pole.
+static double filtered_n(const rig_t *rig)
 {
-    switch (sensor)
+    return rig->plant != NULL ? sim_plant_filtered_force(rig->plant) : rig->own.filtered_n;
+}
+
+static void break_rig(rig_t *rig, break_t what)
+{
+    rig->broken        = what;
+    rig->frozen_n      = filtered_n(rig);
+    rig->own.stiffness = what == CONTACT_LOST   ? 0.0
+                         : what == SOFT_CONTACT ? 0.1 * rig->own.stiffness
+                                                : rig->own.stiffness;
+    rig->own.clamped   = what == CLAMPED;
+}
+
+static double shown_n(const rig_t *rig)
+{
+    switch (rig->broken)
     {
     case DETACHED:
         return 0.0;
     case FROZEN:
         return rig->frozen_n;
     case REVERSED:
-        return -filtered_n;
+        return -filtered_n(rig);
     case HALF_SCALE:
-        return 0.5 * filtered_n;
+        return 0.5 * filtered_n(rig);
     default:
-        return filtered_n;
+        return filtered_n(rig);
     }
 }
 
-static loop_force_t force(const rig_t *rig, double force_n)
+#define FULL_N 2.0 // what the motor can
+
+/// What reaches the motor of a command.
+static double driven_n(const rig_t *rig, double u_n)
 {
-    return scaling_number((float)force_n, rig->setup.config.full_scale_n);
+    switch (rig->broken)
+    {
+    case MOTOR_OPEN:
+        return 0.0;
+    case HALF_TORQUE:
+        return 0.5 * u_n;
+    case FULL_REVERSE:
+        return -FULL_N;
+    default:
+        return u_n;
+    }
 }
 
-static double newton(const rig_t *rig, loop_force_t x)
+static void step_plant(rig_t *rig, double u_n)
 {
-    return (double)scaling_value(x, rig->setup.config.full_scale_n);
-}
-
-/// One tick of the drive with reference `r_n`; false once it has stopped.
-static bool advance(rig_t *rig, double r_n, sensor_t sensor)
-{
-    const double filtered_n = sim_plant_filtered_force(rig->plant);
-    const double y_n        = sim_sensor_read(&rig->sensor, broken(rig, sensor, filtered_n));
-    board_new_tick(&rig->board);
-    rig->board.now_us = (uint32_t)rig->tick * rig->setup.config.period_us;
-    rig->board.y      = scaling_number((float)y_n, rig->board.port.sensor.full_units);
-    drive_reference(&rig->drive, force(rig, r_n));
-    drive_tick(&rig->drive);
-    const double u_n = (double)scaling_value(rig->board.command, rig->board.port.output.full_units);
+    if (rig->plant == NULL)
+    {
+        own_plant_step(&rig->own, driven_n(rig, u_n));
+        return;
+    }
     for (unsigned step = 0; step < rig->steps; step++)
     {
         sim_plant_signals_t unused;
-        sim_sensor_push(&rig->sensor, broken(rig, sensor, sim_plant_filtered_force(rig->plant)));
-        sim_plant_step(rig->plant, u_n, &unused);
+        sim_plant_step(rig->plant, driven_n(rig, u_n), &unused);
     }
+}
+
+/// One tick of the drive with reference `r_n`; false once it has stopped.
+static bool advance(rig_t *rig, double r_n)
+{
+    const double full_n = (double)BOARD_FULL_SCALE_N;
+    board_new_tick(&rig->board);
+    rig->board.now_us = (uint32_t)(rig->tick * rig->setup.config.period_us);
+    rig->board.y      = board_force(sim_sensor_read(&rig->sensor, shown_n(rig)));
+    drive_reference(&rig->drive, board_force(r_n));
+    drive_tick(&rig->drive);
+    step_plant(rig, (double)scaling_value(rig->board.command, (float)full_n));
     rig->tick++;
     return rig->drive.state == DRIVE_RUN;
 }
 
-static double reference_now(rig_t *rig)
+// --- broken --------------------------------------------------------------------------------------------------------
+
+#define LAST_MS 10000u // of a run after the break
+
+/// At `level_n` the reference stands still, or moves by 0.1 N at 20 mN/s.
+static double reference_n(const rig_t *rig, double level_n, bool moves)
 {
-    return common_reference_at(&rig->reference, (double)rig->tick * rig->config.loop.sample_time_s);
+    const double phase = fmod((double)rig->tick * 1e-3, 10.0) / 5.0;
+    const double away  = moves ? 0.1 * (phase < 1.0 ? phase : 2.0 - phase) : 0.0;
+    return level_n < 0.0 ? level_n - away : level_n + away;
+}
+
+/// Of some rigs with the same break.
+typedef struct
+{
+    unsigned rigs, never;
+    uint32_t worst_ms;
+} found_t;
+
+/// From `low_n` to `high_n`, of either sign.
+static found_t play_broken(const method_t *method,
+                           break_t         what,
+                           double          low_n,
+                           double          high_n,
+                           unsigned        rigs,
+                           uint64_t        seed)
+{
+    static rig_t rig;
+    found_t      found = {.rigs = rigs};
+    sim_random_t random;
+    sim_random_seed(&random, seed);
+    for (unsigned i = 0; i < rigs; i++)
+    {
+        const truth_t  truth   = what >= CONTACT_LOST ? (truth_t)(i % PAPER) : (truth_t)(i % TRUTHS);
+        const double   factor  = 0.8 + 0.4 * uniform(&random);
+        const double   size_n  = low_n + (high_n - low_n) * uniform(&random);
+        const double   level_n = uniform(&random) < 0.5 ? size_n : -size_n;
+        const bool     moves   = uniform(&random) < 0.5;
+        const uint64_t at      = 2000u + (uint64_t)(10000.0 * uniform(&random));
+        open_rig(&rig, method, truth, factor, seed + i);
+        while (rig.tick < at)
+        {
+            if (!advance(&rig, reference_n(&rig, level_n, moves)))
+            {
+                fail("a healthy drive has stopped");
+            }
+        }
+        break_rig(&rig, what);
+        while (rig.tick < at + LAST_MS && advance(&rig, reference_n(&rig, level_n, moves)))
+        {
+        }
+        const uint32_t took = (uint32_t)(rig.tick - at);
+        found.worst_ms      = took > found.worst_ms ? took : found.worst_ms;
+        found.never += rig.drive.state == DRIVE_RUN;
+        close_rig(&rig);
+    }
+    return found;
+}
+
+/// A row of the table, and the target in ms; 0: none.
+typedef struct
+{
+    break_t  what;
+    double   low_n, high_n;
+    uint32_t target_ms;
+} row_t;
+
+static const row_t rows[] = {{DETACHED, 0.3, 0.8, 120},
+                             {REVERSED, 0.3, 0.8, 120},
+                             {HALF_SCALE, 0.3, 0.8, 120},
+                             {CONTACT_LOST, 0.3, 0.8, 120},
+                             {MOTOR_OPEN, 0.3, 0.8, 120},
+                             {DETACHED, 0.15, 0.15, 150},
+                             {CONTACT_LOST, 0.15, 0.15, 150},
+                             {REVERSED, 0.15, 0.15, 0},
+                             {HALF_SCALE, 0.15, 0.15, 0},
+                             {MOTOR_OPEN, 0.15, 0.15, 0},
+                             {HALF_TORQUE, 0.3, 0.8, 0},
+                             {FULL_REVERSE, 0.3, 0.8, 0},
+                             {SOFT_CONTACT, 0.3, 0.8, 0},
+                             {CLAMPED, 0.3, 0.8, 0},
+                             {FROZEN, 0.3, 0.8, 0}};
+
+static void print_found(const found_t *found)
+{
+    if (found->never == 0u)
+    {
+        printf(" %lu |", (unsigned long)found->worst_ms);
+    }
+    else if (found->never == found->rigs)
+    {
+        printf(" never |");
+    }
+    else
+    {
+        printf(" never: %u of %u |", found->never, found->rigs);
+    }
+}
+
+/// Misses of a target, counting cells; all rows, or those with a target.
+static unsigned study_broken(unsigned rigs, uint64_t seed, bool targets_only)
+{
+    unsigned missed = 0;
+    printf("| %s, r in N |", TRIBO_ARITHMETIC);
+    for (unsigned m = 0; m < METHODS; m++)
+    {
+        printf(" %s |", methods[m].name);
+    }
+    printf(" target |\n|---|");
+    for (unsigned m = 0; m <= METHODS; m++)
+    {
+        printf("---|");
+    }
+    printf("\n");
+    for (unsigned i = 0; i < sizeof rows / sizeof rows[0]; i++)
+    {
+        const row_t *row = &rows[i];
+        if (targets_only && row->target_ms == 0u)
+        {
+            continue;
+        }
+        printf(row->low_n < row->high_n ? "| %s, %g to %g |" : "| %s, %g |",
+               break_names[row->what],
+               row->low_n,
+               row->high_n);
+        for (unsigned m = 0; m < METHODS; m++)
+        {
+            const found_t found = play_broken(&methods[m], row->what, row->low_n, row->high_n, rigs, seed);
+            print_found(&found);
+            missed += row->target_ms > 0u && (found.never > 0u || found.worst_ms > row->target_ms);
+            (void)fflush(stdout);
+        }
+        printf(row->target_ms > 0u ? " %lu |\n" : " |\n", (unsigned long)row->target_ms);
+    }
+    return missed;
 }
 
 // --- healthy -------------------------------------------------------------------------------------------------------
 
-/// Over all runs of a scenario.
+#define PART_MS 10000u // of one kind of reference
+#define PARTS   60u    // of a run: ten minutes
+
+typedef enum
+{
+    STEPS,
+    WIDE_STEPS,
+    TRIANGLE,
+    WIDE_TRIANGLE,
+    HOLD,
+    SINE,
+    KINDS
+} kind_t;
+
+static const char *const kind_names[KINDS] =
+    {"steps of 0.6 N", "steps of +-0.8 N", "triangle", "triangle of +-0.8 N", "hold", "sine"};
+
+/// A part of a run: between two forces, back and forth.
 typedef struct
 {
-    double   simulated_s, max_residual_n;
-    uint32_t longest_ms; ///< |y - F^| beyond its bound
-    unsigned runs, stops;
+    kind_t kind;
+    double low_n, high_n, period_s;
+} part_t;
+
+static part_t part_of(sim_random_t *random)
+{
+    part_t part = {.kind     = (kind_t)(uniform(random) * KINDS),
+                   .low_n    = -0.8,
+                   .high_n   = 0.8,
+                   .period_s = 1.0 + 9.0 * uniform(random)};
+    if (part.kind == STEPS)
+    {
+        part.low_n  = -0.9 + 1.2 * uniform(random);
+        part.high_n = part.low_n + 0.6;
+    }
+    else if (part.kind != WIDE_STEPS && part.kind != WIDE_TRIANGLE)
+    {
+        part.low_n  = -0.9 + 1.8 * uniform(random);
+        part.high_n = part.kind == HOLD ? part.low_n : -0.9 + 1.8 * uniform(random);
+    }
+    return part;
+}
+
+static double part_n(const part_t *part, double t_s)
+{
+    const double phase = fmod(t_s, part->period_s) / part->period_s;
+    const double rise  = part->kind == STEPS || part->kind == WIDE_STEPS ? (phase < 0.5 ? 0.0 : 1.0)
+                         : part->kind == SINE                            ? 0.5 - 0.5 * cos(6.283185307179586 * phase)
+                                              : (phase < 0.5 ? 2.0 * phase : 2.0 - 2.0 * phase);
+    return part->low_n + (part->high_n - part->low_n) * rise;
+}
+
+/// Over all runs of a method.
+typedef struct
+{
+    double   hours;
+    uint32_t residual_ms, tracking_ms; // longest beyond the bound
+    unsigned stops;
 } healthy_t;
 
-static void play(healthy_t *seen, const char *name, double factor, uint64_t seed)
+static void play_healthy(healthy_t *seen, const method_t *method, truth_t truth, double factor, uint64_t seed)
 {
     static rig_t rig;
-    open_rig(&rig, name, factor, seed);
-    const uint64_t ticks = (uint64_t)llround(rig.config.duration_s / rig.config.loop.sample_time_s);
-    bool           runs  = true;
-    while (runs && rig.tick < ticks)
+    sim_random_t random;
+    sim_random_seed(&random, seed);
+    open_rig(&rig, method, truth, factor, seed);
+    bool runs = true;
+    for (unsigned i = 0; runs && i < PARTS; i++)
     {
-        runs = advance(&rig, reference_now(&rig), HEALTHY);
-        const double residual_n =
-            fabs(newton(&rig, rig.drive.y) - newton(&rig, rig.drive.signals.compensator.TRIBO_N(force)));
-        seen->max_residual_n = fmax(seen->max_residual_n, residual_n);
-        seen->longest_ms =
-            rig.drive.lasting.residual > seen->longest_ms ? rig.drive.lasting.residual : seen->longest_ms;
+        const part_t part = part_of(&random);
+        for (unsigned ms = 0; runs && ms < PART_MS; ms++)
+        {
+            runs                       = advance(&rig, part_n(&part, ms * 1e-3));
+            const faults_state_t *last = &rig.drive.lasting;
+            seen->residual_ms          = last->residual > seen->residual_ms ? last->residual : seen->residual_ms;
+            seen->tracking_ms          = last->tracking > seen->tracking_ms ? last->tracking : seen->tracking_ms;
+        }
+        if (!runs)
+        {
+            printf("%s, %s, breakaway x %.3f, seed %llu: %s in %s from %.2f to %.2f N\n",
+                   method->name,
+                   truth_names[truth],
+                   factor,
+                   (unsigned long long)seed,
+                   drive_fault_text(rig.drive.fault),
+                   kind_names[part.kind],
+                   part.low_n,
+                   part.high_n);
+        }
     }
-    seen->simulated_s += (double)rig.tick * rig.config.loop.sample_time_s;
-    seen->runs++;
+    seen->hours += (double)rig.tick / 3.6e6;
     seen->stops += !runs;
-    if (!runs)
-    {
-        printf("%s, breakaway x %.3f, seed %llu: %s after %.3f s\n",
-               name,
-               factor,
-               (unsigned long long)seed,
-               drive_fault_text(rig.drive.fault),
-               (double)rig.tick * rig.config.loop.sample_time_s);
-    }
     close_rig(&rig);
 }
 
-/// The largest step from rest, in tenths of a newton, that does not stop the drive.
-static double largest_step_n(uint64_t seed)
+static unsigned study_healthy(double hours, uint64_t seed)
 {
-    static rig_t rig;
-    for (unsigned tenths = 1; tenths < 20u; tenths++)
-    {
-        open_rig(&rig, "step", 1.0, seed);
-        while (rig.tick < 2000u && advance(&rig, 0.1 * tenths, HEALTHY))
-        {
-        }
-        const bool stopped = rig.drive.state != DRIVE_RUN;
-        close_rig(&rig);
-        if (stopped)
-        {
-            return 0.1 * (tenths - 1u);
-        }
-    }
-    return 1.9;
-}
-
-static int study_healthy(double hours, uint64_t seed)
-{
-    healthy_t    seen[NAMES] = {{0}};
+    healthy_t    seen[METHODS] = {{0}};
     sim_random_t random;
-    double       total_s = 0.0;
-    unsigned     stops   = 0;
+    unsigned     stops = 0;
     sim_random_seed(&random, seed);
-    for (uint64_t run = 0; total_s < 3600.0 * hours; run++)
+    for (uint64_t run = 0; seen[METHODS - 1].hours < hours; run++)
     {
         const double factor = 0.8 + 0.4 * uniform(&random);
-        healthy_t   *of     = &seen[run % NAMES];
-        const double before = of->simulated_s;
-        play(of, names[run % NAMES], factor, seed + run);
-        total_s += of->simulated_s - before;
+        for (unsigned m = 0; m < METHODS; m++)
+        {
+            play_healthy(&seen[m], &methods[m], (truth_t)(run % TRUTHS), factor, seed + run);
+        }
     }
-    printf("%-12s %6s %8s %6s %14s %20s\n",
-           "scenario",
-           "runs",
-           "hours",
-           "stops",
-           "max |y - F^| N",
-           "longest beyond, ms");
-    for (unsigned i = 0; i < NAMES; i++)
+    printf("| %s | hours | false stops | longest beyond the residual's bound, ms | beyond tracking's, ms |\n",
+           TRIBO_ARITHMETIC);
+    printf("|---|---|---|---|---|\n");
+    for (unsigned m = 0; m < METHODS; m++)
     {
-        const healthy_t *of = &seen[i];
-        printf("%-12s %6u %8.2f %6u %14.3f %20lu\n",
-               names[i],
-               of->runs,
-               of->simulated_s / 3600.0,
-               of->stops,
-               of->max_residual_n,
-               (unsigned long)of->longest_ms);
-        stops += of->stops;
+        printf("| %s | %.2f | %u | %lu | %lu |\n",
+               methods[m].name,
+               seen[m].hours,
+               seen[m].stops,
+               (unsigned long)seen[m].residual_ms,
+               (unsigned long)seen[m].tracking_ms);
+        stops += seen[m].stops;
     }
-    printf("%s: %.2f h simulated, %u false stops; bound %g N for %lu ms\n",
-           TRIBO_ARITHMETIC,
-           total_s / 3600.0,
-           stops,
-           (double)bound_n,
-           (unsigned long)bound_ms);
-    printf("a step from rest up to %.1f N does not stop it\n", largest_step_n(seed));
-    return stops > 0u;
+    return stops;
 }
 
-// --- broken --------------------------------------------------------------------------------------------------------
+// --- steps ---------------------------------------------------------------------------------------------------------
+
+static bool survives(const method_t *method, double step_n, unsigned rigs, uint64_t seed)
+{
+    static rig_t rig;
+    bool         runs = true;
+    for (unsigned i = 0; runs && i < rigs; i++)
+    {
+        open_rig(&rig, method, (truth_t)(i % TRUTHS), 0.8 + 0.4 * i / rigs, seed + i);
+        while (runs && rig.tick < 2000u)
+        {
+            runs = advance(&rig, step_n);
+        }
+        close_rig(&rig);
+    }
+    return runs;
+}
+
+static void study_steps(unsigned rigs, uint64_t seed)
+{
+    for (unsigned m = 0; m < METHODS; m++)
+    {
+        unsigned tenths = 0;
+        while (tenths < 19u && survives(&methods[m], 0.1 * (tenths + 1u), rigs, seed))
+        {
+            tenths++;
+        }
+        printf("%s, %s: a step from rest up to %.1f N stops none of %u rigs\n",
+               TRIBO_ARITHMETIC,
+               methods[m].name,
+               0.1 * tenths,
+               rigs);
+    }
+}
+
+// --- still ---------------------------------------------------------------------------------------------------------
 
 static int compare_times(const void *a, const void *b)
 {
@@ -307,149 +577,97 @@ static int compare_times(const void *a, const void *b)
     return (left > right) - (left < right);
 }
 
-#define RUNS_MAX 2000u
-#define LAST_MS  10000u ///< of a run after the sensor has broken
-
-typedef double reference_t(rig_t *rig, double broken_at_s);
-
-/// The triangle goes on.
-static double moving(rig_t *rig, double broken_at_s)
+static double triangle_n(const rig_t *rig)
 {
-    (void)broken_at_s;
-    return reference_now(rig);
+    static const part_t benchmark = {.kind = TRIANGLE, .low_n = 0.4, .high_n = 0.6, .period_s = 20.0};
+    return part_n(&benchmark, (double)rig->tick * 1e-3);
 }
-
-/// A step of 0.2 N with the break: what a sensor that froze at the reference needs to show.
-static double stepping(rig_t *rig, double broken_at_s)
-{
-    const double now_s = (double)rig->tick * rig->config.loop.sample_time_s;
-    return now_s < broken_at_s ? reference_now(rig) : 0.7;
-}
-
-static void study_sensor(sensor_t     sensor,
-                         const char  *how,
-                         reference_t *r,
-                         double       from_s,
-                         double       to_s,
-                         unsigned     runs,
-                         uint64_t     seed)
-{
-    static rig_t    rig;
-    static uint32_t times[RUNS_MAX];
-    unsigned        missed = 0;
-    sim_random_t    random;
-    sim_random_seed(&random, seed);
-    for (unsigned run = 0; run < runs; run++)
-    {
-        const double factor = 0.8 + 0.4 * uniform(&random);
-        const double at_s   = from_s + (to_s - from_s) * uniform(&random);
-        open_rig(&rig, "triangle", factor, seed + run);
-        const uint64_t at = (uint64_t)llround(at_s / rig.config.loop.sample_time_s);
-        while (rig.tick < at)
-        {
-            if (!advance(&rig, r(&rig, at_s), HEALTHY))
-            {
-                fail("a healthy drive has stopped");
-            }
-        }
-        rig.frozen_n = sim_plant_filtered_force(rig.plant);
-        while (rig.tick < at + LAST_MS && advance(&rig, r(&rig, at_s), sensor))
-        {
-        }
-        times[run] = (uint32_t)(rig.tick - at);
-        missed += rig.drive.state == DRIVE_RUN;
-        close_rig(&rig);
-    }
-    qsort(times, runs, sizeof times[0], compare_times);
-    printf("%-12s %-34s %6u %8lu %8lu %8u\n",
-           sensor_names[sensor],
-           how,
-           runs,
-           (unsigned long)times[runs / 2u],
-           (unsigned long)times[runs - 1u],
-           missed);
-}
-
-static int study_broken(unsigned runs, uint64_t seed)
-{
-    printf("%-12s %-34s %6s %8s %8s %8s\n", "sensor", "when it breaks", "runs", "median", "worst ms", "missed");
-    for (sensor_t sensor = DETACHED; sensor < SENSORS; sensor++)
-    {
-        study_sensor(sensor, "from the start", moving, 0.0, 0.0, runs, seed);
-        study_sensor(sensor, "within 0.1 s after the start", moving, 0.0, 0.1, runs, seed);
-        study_sensor(sensor, "in the triangle, 0.02 N/s", moving, 1.0, 40.0, runs, seed);
-        study_sensor(sensor, "in the triangle, r steps to 0.7 N", stepping, 1.0, 40.0, runs, seed);
-    }
-    return 0;
-}
-
-// --- still ---------------------------------------------------------------------------------------------------------
 
 /// The first tick after `at` in which the force is more than `band_n` from what it was then.
 static uint32_t still_ticks(rig_t *rig, uint64_t at, double band_n)
 {
-    const double was_n = sim_plant_filtered_force(rig->plant);
-    while (rig->tick < at + LAST_MS && fabs(sim_plant_filtered_force(rig->plant) - was_n) <= band_n)
+    const double was_n = filtered_n(rig);
+    while (rig->tick < at + LAST_MS && fabs(filtered_n(rig) - was_n) <= band_n)
     {
-        (void)advance(rig, reference_now(rig), HEALTHY);
+        (void)advance(rig, triangle_n(rig));
     }
     return (uint32_t)(rig->tick - at);
 }
 
-static int study_still(unsigned runs, uint64_t seed)
+static void study_still(unsigned rigs, uint64_t seed)
 {
-    static const double bands_n[] = {NOISE_N, 2.0 * NOISE_N, 3.0 * NOISE_N};
-    static rig_t        rig;
-    static uint32_t     times[RUNS_MAX];
-    printf("%-34s %6s %8s %8s\n", "triangle, 0.02 N/s: F within", "runs", "median", "worst ms");
-    for (unsigned band = 0; band < sizeof bands_n / sizeof bands_n[0]; band++)
+    static rig_t    rig;
+    static uint32_t times[RIGS_MAX];
+    printf("%-34s %6s %8s %8s\n", "triangle, 0.02 N/s: F within", "rigs", "median", "worst ms");
+    for (unsigned band = 1; band <= 3u; band++)
     {
         sim_random_t random;
         sim_random_seed(&random, seed);
-        for (unsigned run = 0; run < runs; run++)
+        for (unsigned run = 0; run < rigs; run++)
         {
             const double   factor = 0.8 + 0.4 * uniform(&random);
             const uint64_t at     = 1000u + (uint64_t)(39000.0 * uniform(&random));
-            open_rig(&rig, "triangle", factor, seed + run);
+            open_rig(&rig, &methods[1], PAPER, factor, seed + run);
             while (rig.tick < at)
             {
-                (void)advance(&rig, reference_now(&rig), HEALTHY);
+                (void)advance(&rig, triangle_n(&rig));
             }
-            times[run] = still_ticks(&rig, at, bands_n[band]);
+            times[run] = still_ticks(&rig, at, band * NOISE_N);
             close_rig(&rig);
         }
-        qsort(times, runs, sizeof times[0], compare_times);
+        qsort(times, rigs, sizeof times[0], compare_times);
         printf("%.0f mN%29s %6u %8lu %8lu\n",
-               1e3 * bands_n[band],
+               1e3 * band * NOISE_N,
                "",
-               runs,
-               (unsigned long)times[runs / 2u],
-               (unsigned long)times[runs - 1u]);
+               rigs,
+               (unsigned long)times[rigs / 2u],
+               (unsigned long)times[rigs - 1u]);
     }
-    return 0;
+}
+
+// --- the program ---------------------------------------------------------------------------------------------------
+
+#define CHECK_RIGS  6u   // one of each truth
+#define CHECK_HOURS 0.16 // a run of each method
+
+static int check(void)
+{
+    const unsigned missed = study_broken(CHECK_RIGS, 1, true);
+    const unsigned stops  = study_healthy(CHECK_HOURS, 1);
+    printf("%u targets missed, %u false stops\n", missed, stops);
+    return missed > 0u || stops > 0u;
 }
 
 int main(int count, char **arguments)
 {
-    const drive_config_t normal = drive_config_default();
-    bound_n                     = count > 5 ? strtof(arguments[4], NULL) : normal.residual_n;
-    bound_ms                    = count > 5 ? (uint32_t)strtoul(arguments[5], NULL, 10) : normal.residual_ms;
-    const double        amount  = count > 2 ? strtod(arguments[2], NULL) : 100.0;
-    const unsigned long seed    = count > 3 ? strtoul(arguments[3], NULL, 10) : 1ul;
-    if (count > 1 && strcmp(arguments[1], "healthy") == 0 && amount > 0.0)
+    const char *const   what   = count > 1 ? arguments[1] : "";
+    const double        amount = count > 2 ? strtod(arguments[2], NULL) : 0.0;
+    const unsigned long seed   = count > 3 ? strtoul(arguments[3], NULL, 10) : 1ul;
+    const bool          rigs   = amount >= 1.0 && amount <= RIGS_MAX;
+    if (strcmp(what, "check") == 0)
     {
-        return study_healthy(amount, seed);
+        return check();
     }
-    if (count > 1 && strcmp(arguments[1], "broken") == 0 && amount >= 1.0 && amount <= RUNS_MAX)
+    if (strcmp(what, "healthy") == 0 && amount > 0.0)
     {
-        return study_broken((unsigned)amount, seed);
+        return study_healthy(amount, seed) > 0u;
     }
-    if (count > 1 && strcmp(arguments[1], "still") == 0 && amount >= 1.0 && amount <= RUNS_MAX)
+    if (strcmp(what, "broken") == 0 && rigs)
     {
-        return study_still((unsigned)amount, seed);
+        return study_broken((unsigned)amount, seed, false) > 0u;
     }
-    (void)fputs(
-        "usage: fault_study_f32|q31 healthy HOURS [SEED [N MS]] | broken RUNS [SEED [N MS]] | still RUNS [SEED]\n",
-        stderr);
+    if (strcmp(what, "steps") == 0 && rigs)
+    {
+        study_steps((unsigned)amount, seed);
+        return 0;
+    }
+    if (strcmp(what, "still") == 0 && rigs)
+    {
+        study_still((unsigned)amount, seed);
+        return 0;
+    }
+    (void)fputs("usage: fault_study_f32|q31 broken RIGS [SEED] | healthy HOURS [SEED] | steps RIGS [SEED] | still RIGS "
+                "[SEED] | check\n",
+                stderr);
     return 2;
 }

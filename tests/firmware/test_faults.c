@@ -6,6 +6,7 @@
 #include "board.h"
 #include "unity.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -16,18 +17,29 @@ static board_t        board;
 static drive_t        drive;
 static drive_config_t config;
 static drive_setup_t  setup;
-static loop_setup_t   loop;
-static double         shown_n; ///< by a sensor that works
-static double         reference_n;
-static unsigned       ticks;
-static uint32_t       noise;
+static loop_setup_t   loop; ///< the paper's
+#if DRIVE_FEEDFORWARD
+static loop_setup_t  feedforward;
+static loop_memory_t memory;
+#endif
+static const loop_params_t *params; ///< of the drive
+static bool                 has_position;
+static double               shown_n; ///< by a sensor that works
+static double               reference_n;
+static unsigned             ticks;
+static uint32_t             noise;
 
 static void power_up(void)
 {
     drive_config_error_t error;
     board_init(&board, 0);
-    TEST_ASSERT_TRUE(drive_setup_init(&setup, &config, &loop.params, &board.port, &error));
+    board.port.measures = has_position ? PORT_MEASURES_POSITION : board.port.measures;
+    TEST_ASSERT_TRUE(drive_setup_init(&setup, &config, params, &board.port, &error));
     drive_init(&drive, &board.port, &setup, DRIVE_FAULT_NONE);
+#if DRIVE_FEEDFORWARD
+    loop_forget(params, &memory);
+    drive_attach(&drive, &memory);
+#endif
     shown_n     = 0.0;
     reference_n = 0.5;
     ticks       = 0;
@@ -38,6 +50,8 @@ void setUp(void)
 {
     config           = drive_config_default();
     config.budget_us = 500;
+    params           = &loop.params;
+    has_position     = false;
     power_up();
 }
 
@@ -165,7 +179,7 @@ static const struct
 {
     const char *name;
     double (*sensor)(void);
-} sensors[] = {{"detached", detached}, {"frozen", frozen}, {"reversed", reversed}, {"half-scale", half_scale}};
+} sensors[] = {{"detached", detached}, {"reversed", reversed}, {"half-scale", half_scale}, {"frozen", frozen}};
 
 /// Ticks from the fault to the command of 0.
 static unsigned stop_after(double (*sensor)(void), unsigned at)
@@ -184,9 +198,10 @@ static unsigned stop_after(double (*sensor)(void), unsigned at)
     return passing;
 }
 
-static void test_a_wrong_sensor_stops_at_50_ticks_within_100_ms(void)
+/// The first `count`.
+static void check_wrong_sensors(const char *method, unsigned count)
 {
-    for (unsigned i = 0; i < sizeof sensors / sizeof sensors[0]; i++)
+    for (unsigned i = 0; i < count; i++)
     {
         unsigned longest = 0;
         for (unsigned at = 1; at <= 50u; at++)
@@ -196,8 +211,17 @@ static void test_a_wrong_sensor_stops_at_50_ticks_within_100_ms(void)
             TEST_ASSERT_TRUE_MESSAGE(passing <= WITHIN_TICKS, sensors[i].name);
             check_latched_until_acknowledged(DRIVE_FAULT_RESIDUAL);
         }
-        printf("%s: stopped after at most %u ms\n", sensors[i].name, longest);
+        printf("%s, %s: stopped after at most %u ms\n", method, sensors[i].name, longest);
     }
+}
+
+static void test_a_wrong_sensor_stops_at_50_ticks_within_100_ms(void)
+{
+    check_wrong_sensors("paper", 4);
+#if DRIVE_FEEDFORWARD
+    params = &feedforward.params;
+    check_wrong_sensors("feed-forward", 3); // a frozen one that shows what it should is found later
+#endif
 }
 
 static void test_a_healthy_sensor_runs_on(void)
@@ -211,40 +235,247 @@ static void test_a_healthy_sensor_runs_on(void)
     }
 }
 
-/// y - F^ stands at what the test says, from a tick on.
-static double offset_n;
+/// The reading that is `share` of its bound from what u leads to, towards 0: of bound_n + 0.45 |y|.
+static double share;
+static double bound_n;
 
-static double offset(void)
+static double beside(void)
 {
-    return newton(drive.signals.compensator.TRIBO_N(force)) + offset_n;
+    const double expected_n = newton(drive.expected.y);
+    const double left_n     = fabs(expected_n) - share * bound_n;
+    const double size_n     = left_n / (left_n > 0.0 ? 1.0 + share * 0.45 : 1.0 - share * 0.45);
+    return expected_n < 0.0 ? -size_n : size_n;
 }
 
-/// F^ of the tick to come is a little ahead of the last one's, and the noise 1 mN: 10 mN of room.
-static void check_residual_of(double residual_n, bool stops)
+static void check_bound(double of_bound, double at_n, bool stops)
 {
-    offset_n                = residual_n;
-    config.command_limit_ms = 0;
+    share = of_bound;
     power_up();
-    reference_n = 0.0;
+    reference_n = at_n;
     start();
+    run_until(200);
     for (unsigned i = 0; i <= config.residual_ms; i++)
     {
         check_running();
-        tick_with(offset, true);
+        tick_with(beside, true);
     }
     TEST_ASSERT_EQUAL_INT(stops ? DRIVE_FAULT_RESIDUAL : DRIVE_FAULT_NONE, drive.fault);
 }
 
-static void test_the_residual_has_two_signs_and_a_bound(void)
+/// Of the method's own model of the arm it asks nothing. The noise is 1 mN of 0.1 N.
+static void test_the_residual_is_between_y_and_what_u_leads_to_and_its_bound_grows_with_y(void)
 {
-    config.residual_ms = 3;
-    check_residual_of(0.8, true);
-    check_residual_of(-0.8, true);
-    config.residual_n = 1.0f;
-    check_residual_of(0.8, false);
-    check_residual_of(-0.8, false);
+    bound_n                 = 0.11;
+    config.command_limit_ms = 0;
+    config.residual_ms      = 3;
+    for (int i = -6; i <= 6; i++)
+    {
+        check_bound(1.02, 0.1 * i, true);
+        check_bound(0.98, 0.1 * i, false);
+#if DRIVE_FEEDFORWARD
+        params = &feedforward.params;
+        check_bound(1.02, 0.1 * i, true);
+        check_bound(0.98, 0.1 * i, false);
+        params = &loop.params;
+#endif
+    }
+    config.residual_n = 0.4f;
+    bound_n           = 0.4;
+    check_bound(1.01, 0.3, true);
+    check_bound(0.99, 0.3, false);
     config.residual_n = 0.0f;
-    check_residual_of(1.9, false);
+    bound_n           = 0.11;
+    check_bound(1.5, 0.3, false);
+}
+
+static void test_the_residual_lasts_to_the_tick(void)
+{
+    bound_n = 0.11;
+    for (uint32_t ms = 1; ms <= 50u; ms++)
+    {
+        config.residual_ms = ms;
+        check_bound(1.3, 0.3, true);
+    }
+}
+
+// --- tracking ------------------------------------------------------------------------------------------------------
+
+/// From a tick on the sensor is this far from the reference.
+static double away_n;
+
+static double away(void)
+{
+    return reference_n + away_n;
+}
+
+static void check_tracking(double distance_n, uint32_t allowed_ms, bool stops)
+{
+    away_n             = distance_n;
+    config.tracking_ms = allowed_ms;
+    power_up();
+    reference_n = 0.2;
+    start();
+    run_until(500);
+    for (unsigned i = 0; i <= allowed_ms; i++)
+    {
+        check_running();
+        tick_with(away, true);
+    }
+    TEST_ASSERT_EQUAL_INT(stops ? DRIVE_FAULT_TRACKING : DRIVE_FAULT_NONE, drive.fault);
+}
+
+static void test_a_force_away_from_the_reference_stops_once_it_lasts(void)
+{
+    config.residual_n       = 0.0f;
+    config.command_limit_ms = 0;
+    for (uint32_t ms = 1; ms <= 50u; ms++)
+    {
+        check_tracking(0.302, ms, true);
+        check_tracking(-0.302, ms, true);
+        check_tracking(0.298, ms, false);
+        check_tracking(-0.298, ms, false);
+    }
+    config.tracking_n = 0.0f;
+    check_tracking(1.0, 100, false);
+}
+
+// --- speed ---------------------------------------------------------------------------------------------------------
+
+static void check_speed(int32_t units_a_tick, int32_t begin, bool stops)
+{
+    power_up();
+    board.measured.position = begin;
+    start();
+    for (unsigned i = 0; i < 200u && drive.state == DRIVE_RUN; i++)
+    {
+        board.measured.position = (int32_t)((uint32_t)board.measured.position + (uint32_t)units_a_tick);
+        tick();
+    }
+    TEST_ASSERT_EQUAL_INT(stops ? DRIVE_FAULT_SPEED : DRIVE_FAULT_NONE, drive.fault);
+}
+
+static void test_an_arm_that_is_too_fast_stops_in_both_directions_and_where_its_position_wraps(void)
+{
+    has_position                  = true;
+    config.speed_ms               = 20;
+    static const int32_t begins[] = {0, INT32_MAX - 5, INT32_MIN + 5};
+    for (unsigned i = 0; i < 3u; i++)
+    {
+        config.speed_max_units_per_s = 1e4f; // 10 a tick
+        check_speed(11, begins[i], true);
+        check_speed(-11, begins[i], true);
+        check_speed(10, begins[i], false);
+        check_speed(-10, begins[i], false);
+        config.speed_max_units_per_s = 0.0f;
+        check_speed(10000, begins[i], false);
+    }
+}
+
+static void test_a_jump_of_the_arm_stops_at_once(void)
+{
+    has_position                 = true;
+    config.speed_max_units_per_s = 1e4f;
+    for (unsigned at = 2; at <= 51u; at++)
+    {
+        power_up();
+        start();
+        run_until(at);
+        board.measured.position += 201; // of 200 in 20 ms
+        tick();
+        check_latched_until_acknowledged(DRIVE_FAULT_SPEED);
+    }
+}
+
+static void test_a_bound_on_speed_needs_a_position(void)
+{
+    drive_config_error_t error;
+    config.speed_max_units_per_s = 1.0f;
+    TEST_ASSERT_FALSE(drive_setup_init(&setup, &config, params, &board.port, &error));
+    TEST_ASSERT_EQUAL_STRING("speed_max_units_per_s", drive_config_name(error.field));
+    TEST_ASSERT_TRUE(error.value == 1.0f && error.low == 0.0f && error.high == 0.0f);
+}
+
+// --- debounce ------------------------------------------------------------------------------------------------------
+
+static double spike(void)
+{
+    return 3.0; // beyond input_max
+}
+
+/// Bit i of `pattern`: a spike in tick i, or a sensor that is silent. Returns the tick of the fault, from 0; 32: none.
+static unsigned stopped_by(uint32_t pattern, bool silent)
+{
+    power_up();
+    start();
+    run_until(300);
+    for (unsigned i = 0; i < 32u; i++)
+    {
+        const bool   bad    = (pattern >> i & 1u) != 0u;
+        const double before = newton(drive.y);
+        board.silent        = bad && silent;
+        tick_with(bad && !silent ? spike : healthy, true);
+        if (drive.state == DRIVE_FAULT)
+        {
+            TEST_ASSERT_EQUAL_INT(silent ? DRIVE_FAULT_SENSOR_SILENT : DRIVE_FAULT_SENSOR_RANGE, drive.fault);
+            return i;
+        }
+        check_running();
+        if (bad)
+        {
+            TEST_ASSERT_TRUE(newton(drive.y) == before); // the spike does not reach the loop
+        }
+    }
+    return 32u;
+}
+
+/// The first tick with `n` bits in the last `m`, counted anew; 32: none.
+static unsigned first_tick(uint32_t pattern, unsigned n, unsigned m)
+{
+    for (unsigned i = 0; i < 32u; i++)
+    {
+        unsigned count = 0;
+        for (unsigned back = 0; back < m && back <= i; back++)
+        {
+            count += pattern >> (i - back) & 1u;
+        }
+        if (count >= n)
+        {
+            return i;
+        }
+    }
+    return 32u;
+}
+
+static void test_n_bad_readings_of_m_stop(void)
+{
+    uint32_t random = 1;
+    for (unsigned m = 1; m <= 32u; m += m < 8u ? 1u : 8u)
+    {
+        for (unsigned n = 1; n <= m; n++)
+        {
+            config.debounce_n  = n;
+            config.debounce_m  = m;
+            random             = random * 1664525u + 1013904223u;
+            const uint32_t few = random & (random << 7) & (random >> 9), many = random | random << 5;
+            for (unsigned silent = 0; silent < 2u; silent++)
+            {
+                TEST_ASSERT_EQUAL_UINT(first_tick(few, n, m), stopped_by(few, silent != 0u));
+                TEST_ASSERT_EQUAL_UINT(first_tick(many, n, m), stopped_by(many, silent != 0u));
+            }
+        }
+    }
+    config = drive_config_default();
+    TEST_ASSERT_EQUAL_UINT(4u, stopped_by(0x10u, false)); // by default one is enough
+}
+
+static void test_more_bad_readings_than_ticks_are_refused(void)
+{
+    drive_config_error_t error;
+    config.debounce_n = 3;
+    config.debounce_m = 2;
+    TEST_ASSERT_FALSE(drive_config_check(&config, &error));
+    TEST_ASSERT_EQUAL_STRING("debounce_n", drive_config_name(error.field));
+    TEST_ASSERT_TRUE(error.value == 3.0f && error.low == 1.0f && error.high == 2.0f);
 }
 
 // --- command at its limit ------------------------------------------------------------------------------------------
@@ -252,6 +483,7 @@ static void test_the_residual_has_two_signs_and_a_bound(void)
 static void test_a_command_at_its_limit_stops_at_50_ticks_once_it_lasts(void)
 {
     config.residual_n       = 0.0f;
+    config.tracking_n       = 0.0f;
     config.command_limit_ms = 7;
     for (unsigned at = 1; at <= 50u; at++)
     {
@@ -277,6 +509,7 @@ static void test_a_command_at_its_limit_stops_at_50_ticks_once_it_lasts(void)
 static void test_a_command_at_its_limit_may_be_allowed(void)
 {
     config.residual_n       = 0.0f;
+    config.tracking_n       = 0.0f;
     config.command_limit_ms = 0;
     power_up();
     start();
@@ -554,8 +787,9 @@ static void test_the_boot_report_says_what_is_off(void)
     config.tare_max_n    = 0.1f;
     config.current_max_a = 3.0f;
     drive_report_off(&board.port, &config);
-    TEST_ASSERT_EQUAL_STRING("off: stuck_ticks ready_ms over_current_a bus_low_v bus_high_v temperature_max_c\n",
-                             board.log);
+    TEST_ASSERT_EQUAL_STRING(
+        "off: stuck_ticks ready_ms over_current_a bus_low_v bus_high_v temperature_max_c speed_max_units_per_s\n",
+        board.log);
     power_up();
     config.residual_n       = 0.0f;
     config.command_limit_ms = 0;
@@ -564,8 +798,9 @@ static void test_the_boot_report_says_what_is_off(void)
     config.over_current_a   = 5.0f;
     config.bus_high_v       = 30.0f;
     drive_report_off(&board.port, &config);
-    TEST_ASSERT_EQUAL_STRING("off: residual_n command_limit_ms reference_ms ready_ms bus_low_v temperature_max_c\n",
-                             board.log);
+    TEST_ASSERT_EQUAL_STRING(
+        "off: residual_n command_limit_ms reference_ms ready_ms bus_low_v temperature_max_c speed_max_units_per_s\n",
+        board.log);
 }
 
 int main(void)
@@ -575,10 +810,24 @@ int main(void)
     {
         return 1;
     }
+#if DRIVE_FEEDFORWARD
+    const tribo_feedforward_f32_config_t fed = tribo_feedforward_f32_default();
+    if (loop_setup_feedforward(&feedforward, &paper, &fed, BOARD_FULL_SCALE_N) != TRIBO_OK)
+    {
+        return 1;
+    }
+#endif
     UNITY_BEGIN();
     RUN_TEST(test_a_wrong_sensor_stops_at_50_ticks_within_100_ms);
     RUN_TEST(test_a_healthy_sensor_runs_on);
-    RUN_TEST(test_the_residual_has_two_signs_and_a_bound);
+    RUN_TEST(test_the_residual_is_between_y_and_what_u_leads_to_and_its_bound_grows_with_y);
+    RUN_TEST(test_the_residual_lasts_to_the_tick);
+    RUN_TEST(test_a_force_away_from_the_reference_stops_once_it_lasts);
+    RUN_TEST(test_an_arm_that_is_too_fast_stops_in_both_directions_and_where_its_position_wraps);
+    RUN_TEST(test_a_jump_of_the_arm_stops_at_once);
+    RUN_TEST(test_a_bound_on_speed_needs_a_position);
+    RUN_TEST(test_n_bad_readings_of_m_stop);
+    RUN_TEST(test_more_bad_readings_than_ticks_are_refused);
     RUN_TEST(test_a_command_at_its_limit_stops_at_50_ticks_once_it_lasts);
     RUN_TEST(test_a_command_at_its_limit_may_be_allowed);
     RUN_TEST(test_a_reference_that_is_not_renewed_stops_at_50_ticks);

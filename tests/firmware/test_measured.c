@@ -110,32 +110,32 @@ static void check_allowed(port_measured_t measured)
 
 static void test_too_much_current_of_either_sign_stops(void)
 {
-    check((port_measured_t){3001, 24000, 25000}, 5, DRIVE_FAULT_OVER_CURRENT);
-    check((port_measured_t){-3001, 24000, 25000}, 5, DRIVE_FAULT_OVER_CURRENT);
-    check_allowed((port_measured_t){3000, 24000, 25000});
-    check_allowed((port_measured_t){-3000, 24000, 25000});
+    check((port_measured_t){3001, 24000, 25000, 0}, 5, DRIVE_FAULT_OVER_CURRENT);
+    check((port_measured_t){-3001, 24000, 25000, 0}, 5, DRIVE_FAULT_OVER_CURRENT);
+    check_allowed((port_measured_t){3000, 24000, 25000, 0});
+    check_allowed((port_measured_t){-3000, 24000, 25000, 0});
 }
 
 static void test_a_supply_outside_its_range_stops(void)
 {
-    check((port_measured_t){0, 17999, 25000}, 10, DRIVE_FAULT_BUS_VOLTAGE);
-    check((port_measured_t){0, 30001, 25000}, 10, DRIVE_FAULT_BUS_VOLTAGE);
-    check_allowed((port_measured_t){0, 18000, 25000});
-    check_allowed((port_measured_t){0, 30000, 25000});
+    check((port_measured_t){0, 17999, 25000, 0}, 10, DRIVE_FAULT_BUS_VOLTAGE);
+    check((port_measured_t){0, 30001, 25000, 0}, 10, DRIVE_FAULT_BUS_VOLTAGE);
+    check_allowed((port_measured_t){0, 18000, 25000, 0});
+    check_allowed((port_measured_t){0, 30000, 25000, 0});
 }
 
 static void test_too_high_a_temperature_stops(void)
 {
-    check((port_measured_t){0, 24000, 80001}, 100, DRIVE_FAULT_TEMPERATURE);
-    check_allowed((port_measured_t){0, 24000, 80000});
-    check_allowed((port_measured_t){0, 24000, -20000});
+    check((port_measured_t){0, 24000, 80001, 0}, 100, DRIVE_FAULT_TEMPERATURE);
+    check_allowed((port_measured_t){0, 24000, 80000, 0});
+    check_allowed((port_measured_t){0, 24000, -20000, 0});
 }
 
 static void test_a_level_of_0_is_off(void)
 {
     config.over_current_a = config.bus_low_v = config.bus_high_v = config.temperature_max_c = 0.0f;
-    check_allowed((port_measured_t){INT32_MAX, INT32_MIN, INT32_MAX});
-    check_allowed((port_measured_t){INT32_MIN, INT32_MAX, INT32_MAX});
+    check_allowed((port_measured_t){INT32_MAX, INT32_MIN, INT32_MAX, 0});
+    check_allowed((port_measured_t){INT32_MIN, INT32_MAX, INT32_MAX, 0});
 }
 
 static void test_a_level_of_what_the_board_does_not_measure_is_refused(void)

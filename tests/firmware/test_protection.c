@@ -76,6 +76,7 @@ static void power_up_under(uint32_t ceiling_count)
                                      .ring          = ring,
                                      .ring_words    = sizeof ring / sizeof ring[0]};
     board_init(&board, UINT32_MAX - 20u * PERIOD_US);
+    board.port.measures |= PORT_MEASURES_POSITION;
     registers_load(&registers, &parts);
     registers_start(&registers, DRIVE_FAULT_NONE);
     map     = registers_map(&registers);
@@ -93,6 +94,8 @@ void setUp(void)
     defaults                  = params_default();
     defaults.drive.residual_n = 0.4f;
     defaults.drive.tare_max_n = 0.5f;
+    defaults.drive.debounce_n = 2; // so that one more or one less is allowed
+    defaults.drive.debounce_m = 4;
     power_up();
 }
 
@@ -196,7 +199,7 @@ static uint32_t other_value(uint32_t word)
     const uint32_t is = params_word(&registers.active->set, word);
     if (word >= (uint32_t)DRIVE_CONFIG_COUNT)
     {
-        return bits_of(0.75f * number_of(is));
+        return bits_of(number_of(is) != 0.0f ? 0.75f * number_of(is) : 0.125f);
     }
     const drive_config_field_t *field = &drive_config_fields[word];
     if (field->is_float)
@@ -448,7 +451,7 @@ static void test_a_host_can_compute_the_crc_of_what_protects(void)
         last = address;
         crc  = crc32_update(crc, bytes, sizeof bytes);
     }
-    TEST_ASSERT_EQUAL_HEX32(REGISTERS_STAGED_AT + 0x106u, last);
+    TEST_ASSERT_EQUAL_HEX32(REGISTERS_STAGED_AT + 0x126u, last);
     TEST_ASSERT_EQUAL_HEX32(crc, STATE_OF(protection));
 }
 
@@ -504,8 +507,11 @@ typedef struct
     drive_config_t  config;
     scaling_t       scaling;
     faults_bounds_t bounds;
-    loop_force_t    u_min, u_max, input_max;
-    int             signs[2]; ///< of b0 and of b2 of all sections
+    scaling_gain_t  poles[2]; ///< of the residual's model
+    loop_force_t    down;
+    TRIBO(arm, params_t) arm;
+    loop_force_t u_min, u_max, input_max;
+    int          signs[2]; ///< of b0 and of b2 of all sections
 } effective_t;
 
 static uint32_t random_state;
@@ -531,6 +537,10 @@ static effective_t effective(void)
     is.config.bus_unit = 0; // tunes
     memcpy(&is.scaling, &setup->scaling, sizeof is.scaling);
     memcpy(&is.bounds, &setup->bounds, sizeof is.bounds);
+    memcpy(&is.arm, setup->expected.arm, sizeof is.arm);
+    is.poles[0]  = setup->expected.actuator;
+    is.poles[1]  = setup->expected.sensor;
+    is.down      = setup->expected.down;
     is.u_min     = setup->params->controller.TRIBO_N(u_min);
     is.u_max     = setup->params->controller.TRIBO_N(u_max);
     is.input_max = setup->params->TRIBO_N(input_max);

@@ -12,7 +12,7 @@ __attribute__((weak)) const drive_config_t rig_config = {
     .late_us            = 50,
     .budget_us          = 250,
     .stuck_ticks        = 200,
-    .residual_n         = 0.2f,
+    .residual_n         = 0.11f,
     .residual_ms        = 50,
     .command_limit_ms   = 500,
     .reference_ms       = 250,
@@ -35,6 +35,14 @@ __attribute__((weak)) const drive_config_t rig_config = {
     .over_current_ms = 5, // the levels of current, supply and temperature are 0: this rig has no sensors at their pins
     .bus_voltage_ms  = 10,
     .temperature_ms  = 1000,
+    .residual_slope  = 0.45f,
+    .actuator_pole_rad_per_s = 200.0f,
+    .sensor_pole_rad_per_s   = 55.0f,
+    .tracking_n              = 0.3f,
+    .tracking_ms             = 1000,
+    .speed_ms                = 20, // speed_max_units_per_s is 0: the arm's position is not wired
+    .debounce_n              = 1,
+    .debounce_m              = 1,
 };
 
 /// The widest that this board lets anybody be, over the bus or from the store: a check that is not allowed 0 cannot be turned
@@ -48,6 +56,10 @@ static const params_ceiling_t rig_ceilings[] = {
     {DRIVE_CONFIG_stuck_ticks, 1.0f, 1000.0f},
     {DRIVE_CONFIG_residual_n, 1e-6f, 0.5f},
     {DRIVE_CONFIG_residual_ms, 1.0f, 200.0f},
+    {DRIVE_CONFIG_residual_slope, 0.0f, 1.0f},
+    {DRIVE_CONFIG_tracking_n, 1e-6f, 1.0f},
+    {DRIVE_CONFIG_tracking_ms, 1.0f, 5000.0f},
+    {DRIVE_CONFIG_debounce_n, 1.0f, 3.0f},
     {DRIVE_CONFIG_command_limit_ms, 1.0f, 5000.0f},
     {DRIVE_CONFIG_tare_max_n, 0.0f, 0.5f},
     {DRIVE_CONFIG_current_max_a, 1e-6f, 2.0f},

@@ -260,6 +260,13 @@ uint8_t tribo_relay_latch_step(tribo_relay_latch_t *latch, uint8_t pulses);
 /// The paper's arm, Eq. (10), in degrees.
 tribo_arm_f32_config_t tribo_arm_f32_paper(void);
 
+/// At rest at F = 0, counter 0.
+void tribo_arm_f32_reset(tribo_arm_f32_state_t *state);
+
+/// One sample of the arm, Eq. (2), with the drive `drive_n` = u - F + g - f, finite, held over it. Returns F at its end, within
+/// TRIBO_F32_FORCE_MAX_N. Cannot fail. `params` are those of tribo_compensator_f32_params_t.
+float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n);
+
 /// Checks `arm` and `config` and computes `params` for a sample time of 1e-6 to 0.1 s. Returns TRIBO_OK, TRIBO_ERR_NULL,
 /// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_STIFFNESS, TRIBO_ERR_DAMPING, TRIBO_ERR_INERTIA, TRIBO_ERR_ARM_TOO_FAST,
 /// TRIBO_ERR_BRISTLE_STIFFNESS, TRIBO_ERR_BRISTLE_DAMPING or TRIBO_ERR_BRISTLE_VISCOUS: the ranges of all three first, then

@@ -178,6 +178,12 @@ int32_t tribo_friction_q31_step(const tribo_friction_q31_params_t *params,
                                 int32_t                            force,
                                 tribo_friction_q31_signals_t      *signals);
 
+/// At rest at F = 0, counter 0.
+void tribo_arm_q31_reset(tribo_arm_q31_state_t *state);
+
+/// One sample of the arm with the drive `drive` = u - F + g - f held over it, all Q31. Returns F at its end. Cannot fail.
+int32_t tribo_arm_q31_step(const tribo_arm_q31_params_t *params, tribo_arm_q31_state_t *state, int32_t drive);
+
 /// Makes LuGre's `params` for its arm. Returns TRIBO_OK, TRIBO_ERR_NULL or a status of tribo_lugre_f32_init;
 /// TRIBO_ERR_BRISTLE_DAMPING also where 1 + a + b (src/paper/lugre_f32.h) is 2^21 or more.
 tribo_status_t tribo_lugre_q31_init(tribo_lugre_q31_params_t       *params,

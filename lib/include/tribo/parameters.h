@@ -55,7 +55,7 @@ extern "C" {
     ROW(FRICTION, SET_LEVEL, set_level, "set_level", "-", 1e-6, 1, 0.75, TUNES, 0x112, "q31: at least 2^-32 of the smallest L", "c1 of Eq. (9): where the relays set, as a fraction of L") \
     ROW(FRICTION, RESET_LEVEL, reset_level, "reset_level", "-", 1e-6, 1, 0.8, TUNES, 0x114, "", "c2 of Eq. (9): where the relays reset, as a fraction of L") \
     ROW(FRICTION, PULSE_WIDTH, pulse_width_s, "pulse_width_s", "s", 1e-6, 6.3, 0.003, TUNES, 0x116, "1 to 63 sample times", "pulse of the edge detectors; in the compensator 1 to 63 samples") \
-    ROW(FRICTION, GRAVITY, gravity_n, "gravity_N", "N", -1e6, 1e6, 0, TUNES, 0x118, "q31: within full_scale_n", "gravity on the arm, as end-point force")
+    ROW(FRICTION, GRAVITY, gravity_n, "gravity_N", "N", -1e6, 1e6, 0, PROTECTS, 0x118, "q31: within full_scale_n", "gravity on the arm, as end-point force")
 
 /// Likewise: L(F) by direction, not read where there is a table.
 #define TRIBO_BREAKAWAY_PARAMETERS(ROW) \
@@ -69,9 +69,9 @@ extern "C" {
 
 /// Of tribo_arm_f32_config_t.
 #define TRIBO_ARM_PARAMETERS(ROW) \
-    ROW(ARM, STIFFNESS, stiffness, "stiffness_N_per_deg", "N/deg", 1e-12, 1e12, 3.84, TUNES, 0x126, "", "K of Eq. (2)") \
-    ROW(ARM, DAMPING, damping, "damping_N_s_per_deg", "N s/deg", 0, 1e12, 0.0288, TUNES, 0x124, "q31: enough for quantised poles inside the unit circle", "b of Eq. (2)") \
-    ROW(ARM, INERTIA, inertia, "inertia_N_s2_per_deg", "N s²/deg", 1e-12, 1e12, 1.2e-4, TUNES, 0x122, "", "I of Eq. (2)")
+    ROW(ARM, STIFFNESS, stiffness, "stiffness_N_per_deg", "N/deg", 1e-12, 1e12, 3.84, PROTECTS, 0x126, "", "K of Eq. (2)") \
+    ROW(ARM, DAMPING, damping, "damping_N_s_per_deg", "N s/deg", 0, 1e12, 0.0288, PROTECTS, 0x124, "q31: enough for quantised poles inside the unit circle", "b of Eq. (2)") \
+    ROW(ARM, INERTIA, inertia, "inertia_N_s2_per_deg", "N s²/deg", 1e-12, 1e12, 1.2e-4, PROTECTS, 0x122, "", "I of Eq. (2)")
 
 /// Of tribo_lugre_f32_config_t. No registers: the drive's firmware does not have it.
 #define TRIBO_LUGRE_PARAMETERS(ROW) \

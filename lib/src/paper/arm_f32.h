@@ -28,9 +28,6 @@ tribo_status_t tribo_arm_f32_init(tribo_arm_f32_params_t       *params,
                                   const tribo_arm_f32_config_t *config,
                                   float                         sample_time_s);
 
-/// At rest at F = 0, counters 0.
-void tribo_arm_f32_reset(tribo_arm_f32_state_t *state);
-
 /// One sample with the drive `drive_n` = n - f, finite: the net force not cancelled by friction.
 static inline void arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n)
 {

@@ -20,9 +20,6 @@ tribo_status_t tribo_arm_q31_init(tribo_arm_q31_params_t       *params,
                                   const tribo_arm_f32_config_t *config,
                                   float                         sample_time_s);
 
-/// At rest at F = 0, counter 0.
-void tribo_arm_q31_reset(tribo_arm_q31_state_t *state);
-
 /// F in Q31.
 static inline int32_t tribo_arm_q31_force(const tribo_arm_q31_state_t *state)
 {
