@@ -190,7 +190,7 @@ static drive_fault_t check_measured(drive_t *drive, const drive_setup_t *setup, 
     const faults_bounds_t *bounds   = &setup->bounds;
     const port_t          *port     = drive->port;
     port_measured_t        measured = {0};
-    if (port->measures == 0u)
+    if (!bounds->is_measured)
     {
         return DRIVE_FAULT_NONE;
     }
@@ -289,11 +289,6 @@ static const drive_setup_t *take_setup(drive_t *drive)
     return next;
 }
 
-static drive_fault_t fault_if(bool condition, drive_fault_t fault)
-{
-    return condition ? fault : DRIVE_FAULT_NONE;
-}
-
 /// What lasts too long, once u is known.
 static drive_fault_t check_rig(drive_t *drive, const faults_bounds_t *bounds, bool limited)
 {
@@ -301,8 +296,10 @@ static drive_fault_t check_rig(drive_t *drive, const faults_bounds_t *bounds, bo
     const bool      residual = faults_residual(bounds, lasting, drive->y, drive->expected.y);
     const bool      tracking = faults_tracking(bounds, lasting, drive->r, drive->y);
     const bool      at_limit = faults_command_limit(bounds, lasting, limited);
-    return first_of(first_of(fault_if(residual, DRIVE_FAULT_RESIDUAL), fault_if(at_limit, DRIVE_FAULT_COMMAND_LIMIT)),
-                    fault_if(tracking, DRIVE_FAULT_TRACKING));
+    return residual   ? DRIVE_FAULT_RESIDUAL
+           : at_limit ? DRIVE_FAULT_COMMAND_LIMIT
+           : tracking ? DRIVE_FAULT_TRACKING
+                      : DRIVE_FAULT_NONE;
 }
 
 static void run_loop(drive_t *drive, const drive_setup_t *setup, uint32_t start_us)

@@ -50,4 +50,6 @@ void faults_init(faults_bounds_t *bounds, const drive_config_t *config)
         .over_current_ticks  = ticks_of(config->over_current_ms, config->period_us),
         .bus_voltage_ticks   = ticks_of(config->bus_voltage_ms, config->period_us),
         .temperature_ticks   = ticks_of(config->temperature_ms, config->period_us)};
+    bounds->is_measured = bounds->over_current_ma > 0 || bounds->bus_low_mv > 0 || bounds->bus_high_mv > 0 ||
+                          bounds->temperature_max_mc > 0 || bounds->travel > 0;
 }

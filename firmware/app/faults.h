@@ -25,6 +25,7 @@ typedef struct
     loop_force_t ramp;           ///< of r a tick without a host; 0: a fault
     loop_force_t safe_reference; ///< where it ends
     int32_t      over_current_ma, bus_low_mv, bus_high_mv, temperature_max_mc; ///< 0: off
+    bool         is_measured;                                                  ///< one of these, or travel, is on
     uint32_t     over_current_ticks, bus_voltage_ticks, temperature_ticks;
 } faults_bounds_t;
 
