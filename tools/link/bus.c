@@ -223,7 +223,8 @@ static bool say_changes(link_bus_t *bus)
     const link_row_t *list = link_list(&count);
     for (size_t i = 0; i < count; i++)
     {
-        uint32_t staged, active;
+        uint32_t staged = 0;
+        uint32_t active = 0;
         if (list[i].group != LINK_PARAM || !list[i].protects)
         {
             continue;
