@@ -73,7 +73,8 @@ static bool operate(uint32_t control, uint32_t turns, volatile uint32_t *word, u
     MPU->CTRL = mpu;
     __DSB();
     __ISB();
-    TIM2->CR1 = tick; // in the order of the stop, so that both stand still for as long: else the ticks of a save would come late
+    TIM2->CR1 =
+        tick; // in the order of the stop, so that both stand still for as long: else the ticks of a save would come late
     TIM5->CR1 = time;
     __set_PRIMASK(mask);
     return done;
