@@ -493,7 +493,7 @@ static void measure(void *context, port_measured_t *measured)
     (void)context;
     const bool is_done = take_measured();
     convert_next();
-    *measured = is_done ? convert_measured(measured_codes) : (port_measured_t){INT32_MAX, INT32_MAX, INT32_MAX};
+    *measured = is_done ? convert_measured(measured_codes) : (port_measured_t){INT32_MAX, INT32_MAX, INT32_MAX, 0};
 }
 
 static uint32_t time_us(void *context)
