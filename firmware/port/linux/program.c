@@ -173,7 +173,7 @@ typedef struct
     common_scenario_t *scenario;
     board_t            board;
     params_set_t       defaults; ///< of the configuration and its scenario
-    params_ceiling_t   ceilings[16];
+    params_ceiling_t   ceilings[32];
     uint32_t           ceiling_count;
     params_file_t      store;
     registers_t        registers;
@@ -543,7 +543,19 @@ static void take_ceilings(program_t *program)
                                       DRIVE_CONFIG_command_limit_ms,
                                       DRIVE_CONFIG_reference_ms,
                                       DRIVE_CONFIG_ready_ms,
-                                      DRIVE_CONFIG_current_max_a};
+                                      DRIVE_CONFIG_current_max_a,
+                                      DRIVE_CONFIG_residual_slope,
+                                      DRIVE_CONFIG_tracking_n,
+                                      DRIVE_CONFIG_tracking_ms,
+                                      DRIVE_CONFIG_speed_max_units_per_s,
+                                      DRIVE_CONFIG_speed_ms,
+                                      DRIVE_CONFIG_debounce_n,
+                                      DRIVE_CONFIG_over_current_a,
+                                      DRIVE_CONFIG_over_current_ms,
+                                      DRIVE_CONFIG_bus_high_v,
+                                      DRIVE_CONFIG_bus_voltage_ms,
+                                      DRIVE_CONFIG_temperature_max_c,
+                                      DRIVE_CONFIG_temperature_ms};
     const params_set_t   *set      = &program->defaults;
     for (size_t i = 0; i < sizeof rising / sizeof rising[0]; i++)
     {
