@@ -573,6 +573,11 @@ static void take_ceilings(program_t *program)
         (params_ceiling_t){PARAMS_U_MIN, params_number(set, PARAMS_U_MIN), 0.0f};
     program->ceilings[program->ceiling_count++] =
         (params_ceiling_t){DRIVE_CONFIG_tare_max_n, 0.0f, set->drive.tare_max_n};
+    if (set->drive.bus_low_v > 0.0f)
+    {
+        program->ceilings[program->ceiling_count++] =
+            (params_ceiling_t){DRIVE_CONFIG_bus_low_v, set->drive.bus_low_v, 1e6f};
+    }
 }
 
 static bool open_store(program_t *program, common_error_t *error)
