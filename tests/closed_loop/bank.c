@@ -129,7 +129,7 @@ static void start(bank_t *x, double r, double y)
     {
         x->variance[j] = 1.0;
     }
-    for (int j = 0; j < 3; j++)
+    for (int j = 0; j < BANK_LOADS; j++)
     {
         x->covariance[j][j] = 1.0;
     }
@@ -184,7 +184,7 @@ static double friction(const bank_t *x, const bank_options_t *options, double si
 /// The value of v in a slide at rs.
 static double bias(const bank_t *x)
 {
-    return x->constant + x->slope * fabs(x->reached);
+    return x->constant + x->slope * fabs(x->reached) + x->scale * x->reached;
 }
 
 /// Step 10: f while r stands, from the play of hold_f32.h around u.
@@ -249,7 +249,8 @@ static void sample(bank_t *x, const double psi[BANK_STOPS + 1], double z, double
     x->sample_k[0]    = PRIOR_SD * psi[0];
     x->sample_k[1]    = PRIOR_CONSTANT_N / L;
     x->sample_k[2]    = PRIOR_SLOPE * load / L;
-    x->sample_e       = (z - x->constant - x->slope * load) / L;
+    x->sample_k[3]    = PRIOR_SLOPE * x->filtered / L;
+    x->sample_e       = (z - x->constant - x->slope * load - x->scale * x->filtered) / L;
     for (int j = 0; j <= BANK_STOPS; j++)
     {
         x->sample_e -= x->weight[j] * psi[j];
@@ -266,15 +267,15 @@ static void sample(bank_t *x, const double psi[BANK_STOPS + 1], double z, double
 /// Learning from the sample of the last tick. A sample is taken every `period` ticks, so that its parts may be spread over them.
 static void learn(bank_t *x, const bank_options_t *options)
 {
-    const double *const regress = x->sample_k;
-    double              q[3]    = {0.0};
-    double              spread  = 0.0;
+    const double *const regress       = x->sample_k;
+    double              q[BANK_LOADS] = {0.0};
+    double              spread        = 0.0;
     double              q_stop[BANK_STOPS];
     const double        travel = x->sample_travel;
     const double        error  = x->sample_e;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < BANK_LOADS; i++)
     {
-        for (int j = 0; j < 3; j++)
+        for (int j = 0; j < BANK_LOADS; j++)
         {
             q[i] += x->covariance[i][j] * regress[j];
         }
@@ -291,9 +292,10 @@ static void learn(bank_t *x, const bank_options_t *options)
     x->weight[0]        = within(x->weight[0] + PRIOR_SD * gain * q[0] * error, 0.2, 3.0);
     x->constant = within(x->constant + PRIOR_CONSTANT_N * gain * q[1] * error, -CONSTANT_MOST_N, CONSTANT_MOST_N);
     x->slope    = within(x->slope + PRIOR_SLOPE * gain * q[2] * error, -SLOPE_MOST, SLOPE_MOST);
-    for (int i = 0; i < 3; i++)
+    x->scale    = within(x->scale + PRIOR_SLOPE * gain * q[3] * error, -SLOPE_MOST, SLOPE_MOST);
+    for (int i = 0; i < BANK_LOADS; i++)
     {
-        for (int j = 0; j < 3; j++)
+        for (int j = 0; j < BANK_LOADS; j++)
         {
             x->covariance[i][j] -= gain * q[i] * q[j];
             x->covariance[i][j] += FORGETTING_1_N * travel * ((i == j ? 1.0 : 0.0) - x->covariance[i][j]);

@@ -13,6 +13,7 @@
 #include <stdbool.h>
 
 #define BANK_STOPS 4
+#define BANK_LOADS 4 // weights beside those of the stops: V_0, c_0, c_1, c_2
 
 typedef enum
 {
@@ -47,9 +48,9 @@ typedef struct
     double behind_actuator, behind_sensor;                     // distances of the reference model from rs
     double actuator, sensor, filtered, difference;             // observer: u1, u2, LP(y), LP(u2 - y)
     double measured, travelled, measured_stop[BANK_STOPS + 1]; // z, m and its stops
-    double weight[BANK_STOPS + 1], constant, slope;            // V, c_0, c_1
-    double covariance[3][3], variance[BANK_STOPS], doubt;
-    double travel, sample_k[3], sample_psi[4], sample_e, sample_weighing, sample_travel;
+    double weight[BANK_STOPS + 1], constant, slope, scale;     // V, c_0, c_1, c_2
+    double covariance[BANK_LOADS][BANK_LOADS], variance[BANK_STOPS], doubt;
+    double travel, sample_k[BANK_LOADS], sample_psi[4], sample_e, sample_weighing, sample_travel;
     int    phase;
     double effort, effort_play, effort_travel, last_need, harm,
         share; // monitor: v filtered, through a play, its travel; xi

@@ -1,6 +1,6 @@
 // Judges the bank of stops (bank.h) on all truths. Not a test; run it by hand:
 //
-//     build/host-release/tests/closed_loop/feedforward_study [NAME=VALUE...] [truths|ratios|triangles|waves|random|pushes|loads|long|harm|nosensor|iterative]...
+//     build/host-release/tests/closed_loop/feedforward_study [NAME=VALUE...] [truths|ratios|triangles|waves|across|random|pushes|loads|long|harm|nosensor|iterative]...
 //
 // A ratio is the RMS of r - F without over that with the bank, after the first third of a run, with the same plant and noise.
 // NAME is one of bank_options_t: lead, shrinkage, still, width, jump, factor, stop, period.
@@ -335,6 +335,21 @@ static double uniform(sim_random_t *random, double low, double high)
     return low + (high - low) * (double)(sim_random_bits(random) >> 11) / 9007199254740992.0;
 }
 
+/// Triangles across 0 with a wrong scale of u.
+static void study_across(const bank_options_t *options)
+{
+    static const double gain[] = {1.0, 0.95, 1.05, 0.86};
+    for (int i = 0; i < 4; i++)
+    {
+        case_t x        = benchmark(SIM_TRUTH_paper);
+        x.actuator_gain = gain[i];
+        x.of[0]         = -0.25;
+        x.of[1]         = 0.25;
+        x.third_s       = 50.0;
+        printf("  across 0, scale of u %.2f: %.2f times\n", gain[i], ratio(&x, options));
+    }
+}
+
 /// Random rigs and references over all truths, in two halves with different seeds.
 static void study_random(const bank_options_t *options)
 {
@@ -582,6 +597,7 @@ int main(int argc, char **argv)
                               {"ratios", study_ratios},
                               {"triangles", study_triangles},
                               {"waves", study_waves},
+                              {"across", study_across},
                               {"random", study_random},
                               {"pushes", study_pushes},
                               {"loads", study_loads},
