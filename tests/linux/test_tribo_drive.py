@@ -180,6 +180,7 @@ def test_a_reference_beyond_the_loops_range_is_refused(drive, words, name):
 
 def test_a_cpu_that_is_not_there_is_found_by_check(drive):
     drive.write("rig.yaml", "scenario: loop.yaml\nrealtime: {required: no, cpu: 1000}\n")
+    drive.program = DRIVE
     run = drive.run("rig.yaml", "--check")
     assert run.returncode == 1 and "realtime.cpu: value 1000: must be a CPU that this process may run on" in run.stderr
 
@@ -375,7 +376,7 @@ def test_the_man_page_has_all_options(drive):
 def test_the_example_fits_its_loop(drive):
     """All but its devices: its loop and its bounds, on the plant of its scenario."""
     assert drive.run(str(PI / "rig.yaml"), "--check").returncode == 0
-    rig = (PI / "rig.yaml").read_text()
+    rig = (PI / "rig.yaml").read_text().replace("cpu: 3}", "cpu: 0}")  # this machine may have less
     assert "\nwatchdog: /dev/watchdog " in rig  # which may be this machine's
     drive.write("rig.yaml", rig.replace("watchdog: /dev/watchdog", "watchdog: none"))
     drive.write("loop.yaml", (PI / "loop.yaml").read_text())
