@@ -189,7 +189,7 @@ static void enable(bool on)
 /// As often as each of them has had its turn.
 static port_measured_t measure(void)
 {
-    port_measured_t measured = {0, 0, 0};
+    port_measured_t measured = {0};
     for (unsigned i = 0; i < RIG_MEASURED; i++)
     {
         board.port.measure(board.port.context, &measured);
