@@ -434,7 +434,7 @@ typedef struct
 
 static part_t part_of(sim_random_t *random)
 {
-    part_t part = {.kind     = (kind_t)(uniform(random) * KINDS),
+    part_t part = {.kind     = (kind_t)(uniform(random) * (double)KINDS),
                    .low_n    = -0.8,
                    .high_n   = 0.8,
                    .period_s = 1.0 + 9.0 * uniform(random)};
