@@ -52,7 +52,7 @@ static void tick_corrupt(float r, float y)
     const tribo_feedforward_f32_config_t  method = tribo_feedforward_f32_default();
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&params, &feedforward, &config, &method));
     params.guard = &guard_params;
-    tribo_feedforward_f32_reset(&feedforward, &memory.state);
+    tribo_feedforward_f32_reset(&memory.state);
     tribo_force_loop_feedforward_f32_attach(&loop, &memory);
     for (int k = 0; k < 100; k++)
     {
@@ -60,7 +60,7 @@ static void tick_corrupt(float r, float y)
     }
     memory.state.rate_n_s = 1e30f;
     (void)tribo_force_loop_f32_step(&params, &loop, r, y, &signals);
-    TEST_ASSERT_EQUAL_UINT8(0, memory.state.running);
+    TEST_ASSERT_EQUAL_UINT8(TRIBO_FEEDFORWARD_ENTER, memory.state.mode);
 }
 
 static void test_a_corrupt_memory_leaves_the_controller_alone_and_the_guard_no_friction(void)
