@@ -74,10 +74,24 @@ const common_key_t common_controller_keys[] = {
          "1 to 4 second-order sections, the first nearest to the error"),
     END};
 
+static const common_key_t learning_keys[] = {
+#define T common_learning_config_t
+    TRIBO_LEARNING_PARAMETERS(PARAMETER)
+#undef T
+    END};
+
+static const common_key_t hold_keys[] = {
+#define T common_hold_config_t
+    TRIBO_HOLD_PARAMETERS(PARAMETER)
+#undef T
+    END};
+
 static const common_key_t feedforward_keys[] = {
 #define T common_feedforward_config_t
     TRIBO_FEEDFORWARD_PARAMETERS(PARAMETER)
 #undef T
+    GROUP("learning", AT(common_feedforward_config_t, learning), learning_keys, ""),
+    GROUP("hold",     AT(common_feedforward_config_t, hold),     hold_keys, ""),
     END};
 
 #define METHOD_WORD(symbol, word) word,

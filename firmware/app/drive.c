@@ -458,7 +458,7 @@ static void change_compensation(drive_t *drive, uint32_t requests)
         TRIBO(guard, restore)(&drive->guard);
         if (drive->memory != NULL)
         {
-            TRIBO(feedforward, restore)(&drive->memory->state);
+            TRIBO(breakaway_learning, restore)(&drive->memory->state.learning);
         }
     }
     const bool rests = drive->state != DRIVE_RUN && drive->state != DRIVE_STARTING;
@@ -591,8 +591,10 @@ uint32_t drive_warnings(const drive_t *drive)
     warnings |= cause == TRIBO_GUARD_OVERSHOOT ? (uint32_t)DRIVE_WARNING_OVERSHOOT : 0u;
     if (drive->memory != NULL)
     {
-        const bool stays = drive->memory->state.at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS;
-        warnings |= stays ? (uint32_t)DRIVE_WARNING_BOUND : 0u;
+        const uint8_t *stays = drive->memory->state.learning.stays_at_bound;
+        const bool     up    = stays[TRIBO_BREAKAWAY_POSITIVE] != 0u;
+        const bool     down  = stays[TRIBO_BREAKAWAY_NEGATIVE] != 0u;
+        warnings |= (up ? (uint32_t)DRIVE_WARNING_BOUND_UP : 0u) | (down ? (uint32_t)DRIVE_WARNING_BOUND_DOWN : 0u);
     }
     return warnings;
 }
@@ -662,8 +664,10 @@ const char *drive_warning_text(drive_warning_t warning)
         return "friction faded: hunting";
     case DRIVE_WARNING_OVERSHOOT:
         return "friction faded: overshoot";
-    case DRIVE_WARNING_BOUND:
-        return "learned breakaway stays at its bound";
+    case DRIVE_WARNING_BOUND_UP:
+        return "learned breakaway stays at its bound, positive";
+    case DRIVE_WARNING_BOUND_DOWN:
+        return "learned breakaway stays at its bound, negative";
     default:
         return "unknown";
     }

@@ -38,6 +38,8 @@ static const group_t groups[] = {
     GROUP(tribo_arm_parameters, loop.compensator.arm),
 #if DRIVE_FEEDFORWARD
     GROUP(tribo_feedforward_parameters, feedforward),
+    GROUP(tribo_learning_parameters, feedforward.learning),
+    GROUP(tribo_hold_parameters, feedforward.hold),
     GROUP(tribo_guard_parameters, guard),
 #endif
 };

@@ -33,7 +33,9 @@
 /// Of a loop whose compensator.method is 1, and its guard's. None in a drive without it.
 #if DRIVE_FEEDFORWARD
 #define PARAMS_FEED_ROWS(ROW) \
-    TRIBO_FEEDFORWARD_PARAMETERS(ROW)
+    TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
+    TRIBO_LEARNING_PARAMETERS(ROW) \
+    TRIBO_HOLD_PARAMETERS(ROW)
 #define PARAMS_GUARD_ROWS(ROW) TRIBO_GUARD_PARAMETERS(ROW)
 #else
 #define PARAMS_FEED_ROWS(ROW)
@@ -167,7 +169,7 @@ bool params_signs_alike(const params_set_t *set, const params_set_t *like, param
 
 /// Differs if the words of a set mean something else: CRC-32 of all names of the lists, and one less without the feed-forward.
 /// Names are not in an image, so test_registers.c computes it and fails if a list has changed.
-#define PARAMS_LAYOUT_OF(feeds_forward) (0xc5834e7cu - ((feeds_forward) ? 0u : 1u))
+#define PARAMS_LAYOUT_OF(feeds_forward) (0x6f778d22u - ((feeds_forward) ? 0u : 1u))
 #define PARAMS_LAYOUT                   PARAMS_LAYOUT_OF(DRIVE_FEEDFORWARD)
 
 #endif

@@ -95,15 +95,15 @@ static void test_a_restored_guard_lets_the_loop_hunt_again_and_ends_it_again(voi
     rig_close(&rig);
 }
 
-/// A feed-forward that is kept from learning what it believes too much.
 static void test_a_feed_forward_that_does_not_learn_and_believes_too_much_overshoots(void)
 {
     tribo_feedforward_f32_config_t method = tribo_feedforward_f32_default();
-    method.trust                          = 1.0f;
+    method.learning.trust                 = 1.0f;
+    method.learning.scale_sd              = 1e-3f;
+    method.learning.offset_sd_n           = 1e-5f;
     open_guarded(0.5, &method);
     for (int k = 0; k < 10000; k++)
     {
-        rig.loop.memory.state.learning.stage = 0;
         (void)tick(0.5 + 0.1 * sin(12.566370614359172e-3 * k), rig_sensor(&rig)); // 2 Hz
     }
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_OVERSHOOT, guard.state.cause);

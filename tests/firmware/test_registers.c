@@ -11,7 +11,7 @@
 
 #define PERIOD_US    1000u
 #define RING_WORDS   800u
-#define SECTOR_WORDS (STORE_HEAD_WORDS + PARAMS_WORDS + 32u) // room for a set of the feed-forward of old
+#define SECTOR_WORDS (STORE_HEAD_WORDS + PARAMS_WORDS + 1u)
 
 static board_t            board;
 static registers_t        registers;
@@ -225,8 +225,12 @@ static void test_defaults_are_the_papers_loop(void)
     const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_default();
     const tribo_guard_f32_config_t       guard       = tribo_guard_f32_default();
 #define OF_FEEDFORWARD(group, symbol, member, key, ...) COMPARE(feedforward, symbol, member, key)
+#define OF_LEARNING(group, symbol, member, key, ...)    COMPARE(feedforward.learning, symbol, member, key)
+#define OF_HOLD(group, symbol, member, key, ...)        COMPARE(feedforward.hold, symbol, member, key)
 #define OF_GUARD(group, symbol, member, key, ...)       COMPARE(guard, symbol, member, key)
     TRIBO_FEEDFORWARD_PARAMETERS(OF_FEEDFORWARD)
+    TRIBO_LEARNING_PARAMETERS(OF_LEARNING)
+    TRIBO_HOLD_PARAMETERS(OF_HOLD)
     TRIBO_GUARD_PARAMETERS(OF_GUARD)
     TEST_ASSERT_EQUAL_UINT32(0, set.guard_on);
 #endif
@@ -616,12 +620,14 @@ static void test_the_method_changes_without_a_bump_while_friction_is_faded(void)
 /// The registers from `place` on against what the library says.
 static void check_learned(uint32_t direction, uint32_t place)
 {
-    const loop_params_t *params = &registers.active->loop.params;
-    const TRIBO(feedforward, learned_t) learned =
-        TRIBO(feedforward,
-              learned)(&params->compensator.friction, &registers.memory.state, direction, registers.drive.r);
-    const double unit_n = TRIBO_IS_Q31 ? (double)BOARD_FULL_SCALE_N / 536870912.0 : 1.0;
-    const double unit   = TRIBO_IS_Q31 ? 1.0 / 2147483648.0 : 1.0;
+    const loop_params_t *params                 = &registers.active->loop.params;
+    const TRIBO(feedforward, learned_t) learned = TRIBO(feedforward, learned)(TRIBO(feedforward, of)(params),
+                                                                              &params->compensator.friction,
+                                                                              &registers.memory.state,
+                                                                              direction,
+                                                                              registers.drive.r);
+    const double unit_n                         = TRIBO_IS_Q31 ? (double)BOARD_FULL_SCALE_N / 536870912.0 : 1.0;
+    const double unit                           = TRIBO_IS_Q31 ? 1.0 / 2147483648.0 : 1.0;
     TEST_ASSERT_DOUBLE_WITHIN(1e-7,
                               (double)learned.TRIBO_N(L) * unit_n,
                               read_number(REGISTERS_COMPENSATION_AT + 2u * place));
@@ -634,13 +640,10 @@ static void check_learned(uint32_t direction, uint32_t place)
     TEST_ASSERT_TRUE(learned.TRIBO_N(travel) > 0 && learned.relative_variance > 0);
 }
 
-/// The prior is a quarter of the friction, and learning may not go beyond three times it.
+/// The prior is half of the friction, and learning may not leave it by more than a tenth.
 static void test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_restored(void)
 {
-    write_number(PARAM_AT(BREAKAWAY_OFFSET), 0.075f);
-    write_number(PARAM_AT(BREAKAWAY_NEGATIVE_OFFSET), 0.075f);
-    write_number(PARAM_AT(BREAKAWAY_SLOPE), 0.0f);
-    write_number(PARAM_AT(BREAKAWAY_NEGATIVE_SLOPE), 0.0f);
+    write_number(PARAM_AT(LEARNING_SCALE_MAX), 1.1f);
     apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
     start();
     stiction_n = 0.3;
@@ -649,12 +652,14 @@ static void test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_resto
     run_triangle(18000);
     TEST_ASSERT_EQUAL_UINT32(1, COUNT_OF(bound_up));
     TEST_ASSERT_EQUAL_UINT32(1, COUNT_OF(bound_down));
-    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_BOUND, COUNT_OF(warnings));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_BOUND_UP | DRIVE_WARNING_BOUND_DOWN, COUNT_OF(warnings));
     drive_log(&registers.drive);
-    TEST_ASSERT_NOT_NULL(strstr(board.log, "warning: learned breakaway stays at its bound\n"));
+    TEST_ASSERT_NOT_NULL(strstr(board.log,
+                                "warning: learned breakaway stays at its bound, positive\n"
+                                "warning: learned breakaway stays at its bound, negative\n"));
     command(REGISTERS_STOP);
     tick();
-    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_BOUND, COUNT_OF(warnings));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_BOUND_UP | DRIVE_WARNING_BOUND_DOWN, COUNT_OF(warnings));
     const double learned = SHOWN_OF(travel_up);
     command(REGISTERS_RESTORE);
     tick();
@@ -662,7 +667,7 @@ static void test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_resto
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == learned); // is kept
     start();
     run_triangle(20000);
-    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_BOUND, COUNT_OF(warnings));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_BOUND_UP | DRIVE_WARNING_BOUND_DOWN, COUNT_OF(warnings));
 }
 
 static void test_what_is_learned_is_in_registers(void)
@@ -958,17 +963,17 @@ static void test_a_store_of_other_firmware_is_said_and_waited_for(void)
 }
 
 #if DRIVE_FEEDFORWARD
-/// A set of the feed-forward of one play: nothing of it is used, and the store says why. It says so until a set of today was saved.
-static void test_a_set_of_the_feed_forward_of_old_is_said_and_waited_for(void)
+/// A set from before there was a guard: nothing of it is used, and the store says why. It says so until a set of today was saved.
+static void test_a_set_that_lacks_the_guard_is_said_and_waited_for(void)
 {
     enum
     {
-        OLD_LAYOUT = (int)0xe8f335d6u,
-        OLD_WORDS  = PARAMS_WORDS - PARAMS_FEED_COUNT + 31
+        OLD_LAYOUT = 0x2c2595d0,
+        OLD_WORDS  = PARAMS_WORDS - PARAMS_GUARD_COUNT
     };
     uint32_t words[OLD_WORDS] = {0};
-    TEST_ASSERT_TRUE(PARAMS_LAYOUT != (uint32_t)OLD_LAYOUT && PARAMS_LAYOUT_OF(0) != (uint32_t)OLD_LAYOUT);
-    TEST_ASSERT_EQUAL_INT(STORE_OK, store_write(&flash, (uint32_t)OLD_LAYOUT, words, OLD_WORDS));
+    TEST_ASSERT_TRUE(PARAMS_LAYOUT != OLD_LAYOUT && PARAMS_LAYOUT_OF(0) != OLD_LAYOUT);
+    TEST_ASSERT_EQUAL_INT(STORE_OK, store_write(&flash, OLD_LAYOUT, words, OLD_WORDS));
     check_waits(STORE_FOREIGN);
     TEST_ASSERT_EQUAL_STRING("of other firmware", store_status_text(STORE_FOREIGN));
 }
@@ -1139,7 +1144,7 @@ int main(void)
     RUN_TEST(test_a_damaged_store_is_said_and_waited_for);
     RUN_TEST(test_a_store_of_other_firmware_is_said_and_waited_for);
 #if DRIVE_FEEDFORWARD
-    RUN_TEST(test_a_set_of_the_feed_forward_of_old_is_said_and_waited_for);
+    RUN_TEST(test_a_set_that_lacks_the_guard_is_said_and_waited_for);
 #endif
     RUN_TEST(test_saved_params_that_the_board_refuses_are_said_and_waited_for);
     RUN_TEST(test_a_failed_self_test_comes_before_the_store);

@@ -1,8 +1,8 @@
 // Breakaway learned beside the paper's compensator and beside none, from u and y of the running loop alone.
 
-#include "learn.h"
 #include "plant/truth.h"
 #include "rig.h"
+#include LEARN_HEADER
 #include "unity.h"
 
 #include <math.h>

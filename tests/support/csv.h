@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-#define CSV_COLUMNS_MAX 28
+#define CSV_COLUMNS_MAX 20
 
 typedef struct
 {

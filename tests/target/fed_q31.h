@@ -14,7 +14,7 @@
 
 #include "tribo/feedforward_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 6
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 5
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -24,38 +24,62 @@
 
 static const tribo_feedforward_q31_params_t fed_feedforward = {
     .method = TRIBO_FEEDFORWARD_Q31_METHOD,
+    .reference_model = {
+        .actuator_part = 778545536u,
+        .sensor_part = 229844560u,
+        .arm = {
+            .phi_d = 15842514,
+            .phi_g = 237383136,
+            .gamma_d = 30385040,
+            .gamma_g = 207502880,
+            .shift = 2u,
+        },
+    },
+    .observer = {
+        .actuator_part = 778545536u,
+        .sensor_part = 229844560u,
+        .filter_part = 204522272u,
+        .damping = 4026531584u,
+        .change_max = 134217728,
+        .damping_shift = 3u,
+    },
+    .learning = {
+        .scale_sd = 1717986944u,
+        .offset_sd = 2684355u,
+        .relative_variance = 1073741824,
+        .correlation = 751619264,
+        .correlation_faded = 429496736u,
+        .distrust = 2147483648u,
+        .weight = 858993u,
+        .forgetting = 26843546u,
+        .scale_min = 53687092u,
+        .scale_max = 805306368u,
+    },
+    .hold = {
+        .on = true,
+        .still_ticks = 1501u,
+        .quick_ticks = 201u,
+        .gain = 4080218880u,
+        .margin = 3650722304u,
+        .extra_margin_per_unit = 10485760u,
+        .deadband_part = 14268995u,
+    },
     .input_max = 2147483647u,
     .offset_max = 536870912,
     .reversal = 134218u,
-    .stop_per_unit = {2721004u, 1020376u, 382641u, 143490u},
     .jump = 53687097,
-    .lead = 229376u,
-    .distrust = 2147483648u,
-    .lag = 209715168u,
-    .lag_shift = 0u,
-    .damping_shift = 3u,
+    .lead = 209715168u,
+    .lead_shift = 0u,
+    .noise_gain = 536870912u,
     .noise_part = 17179870u,
     .noise_floor = 68719u,
     .rate_part = 390451584u,
     .step = 536871,
-    .lag_part = 318145760u,
-    .actuator_part = 778545536u,
-    .sensor_part = 229844560u,
-    .observer_part = 390451584u,
-    .damping = 4026531584u,
-    .measured_per_unit = 8192000u,
-    .travel_half = 13422u,
-    .change_max = 134218u,
-    .travel_max = 268435u,
-    .weighing = 536871u,
-    .doubt_per_unit = 204800u,
-    .margin_per_unit = 40960u,
-    .forgetting_per_unit = 26843544u,
-    .constant_sd = 2684355u,
-    .constant_max = 42144368,
-    .still_ticks = 200u,
-    .quick_ticks = 200u,
-    .deadband_part = 14268995u,
+    .offset_part = 858994,
+    .slide_half = 402653,
+    .slide_change_max = 134218,
+    .slide_run_in = 1342177u,
+    .slide_error_max = 268435,
 };
 static const tribo_force_loop_q31_params_t fed_params = {
     .input_max = 2147483647,

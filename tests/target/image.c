@@ -36,7 +36,7 @@ int main(void)
 #endif
     TRIBO(force_loop, reset)(&state);
 #ifdef IMAGE_FED
-    TRIBO(feedforward, reset)(&memory.state);
+    TRIBO(feedforward, reset)(&fed_feedforward, &memory.state);
     TRIBO(force_loop_feedforward, attach)(&state, &memory);
 #endif
     for (;;)

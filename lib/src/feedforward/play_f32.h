@@ -9,8 +9,8 @@
 // No loops, no divisions. Not synchronized: one state, one tick.
 // Source: Krasnosel'skii & Pokrovskii, "Systems with Hysteresis", ch. 2.
 
-#ifndef TRIBO_GUARD_PLAY_F32_H
-#define TRIBO_GUARD_PLAY_F32_H
+#ifndef TRIBO_FEEDFORWARD_PLAY_F32_H
+#define TRIBO_FEEDFORWARD_PLAY_F32_H
 
 #include "tribo/force_loop_f32.h"
 

@@ -2,8 +2,8 @@
 //
 // All values have the same unit and are within +-2^30, so that x - below and x + above fit.
 
-#ifndef TRIBO_GUARD_PLAY_Q31_H
-#define TRIBO_GUARD_PLAY_Q31_H
+#ifndef TRIBO_FEEDFORWARD_PLAY_Q31_H
+#define TRIBO_FEEDFORWARD_PLAY_Q31_H
 
 #include "tribo/force_loop_q31.h"
 
