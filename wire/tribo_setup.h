@@ -114,6 +114,7 @@ static inline void tribo_setup_from_words(tribo_setup_t *setup, const uint32_t w
     memcpy(setup->table, words + TRIBO_SETUP_SECTION_WORDS, sizeof setup->table);
     tribo_friction_f32_config_t *friction = &setup->loop.compensator.friction;
     setup->loop.controller.sections       = setup->sections;
+    setup->loop.controller.pause          = NULL; // code of this end only
     friction->table                       = friction->table_length > 0u ? setup->table : NULL;
 }
 
