@@ -132,7 +132,7 @@ def test_boot_reports_reset_clock_and_what_is_off_and_waits_in_idle(bench, arith
     assert lines[2].startswith("clock: 168 MHz from HSE, HSE ")
     assert abs(int(lines[2].split()[-2]) - 8000) < 50
     assert lines[3] == "params: empty"
-    assert lines[4] == "off: ready_ms over_current_a bus_low_v bus_high_v temperature_max_c"
+    assert lines[4] == "off: ready_ms over_current_a bus_low_v bus_high_v temperature_max_c speed_max_units_per_s"
     assert lines[5].startswith("idle at tick ")
     assert board.is_off()
     assert not board.chip.bad_baud

@@ -168,7 +168,7 @@ static void open_rig(rig_t *rig, const method_t *method, truth_t truth, double f
     rig->config.sensor.sampling.noise_n    = NOISE_N;
     rig->config.sensor.sampling.noise_seed = seed;
     open_drive(rig, method);
-    if (truth >= PAPER)
+    if (truth >= PAPER && truth < TRUTHS)
     {
         rig->config.plant.model = host_truths[truth];
         rig->config.plant.friction.breakaway.offset_n *= factor;

@@ -360,7 +360,8 @@ static void test_the_sign_of_the_controller_does_not_turn_in_run(void)
 {
     const uint32_t b0 = REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT;
     const uint32_t b2 = b0 + 4u;
-    const float   *is = &registers.active->set.sections[0].b0;
+    float          is[3]; // b0, b1, b2
+    memcpy(is, &registers.active->set.sections[0], sizeof is);
     start();
     command(REGISTERS_REVERT);
     for (uint32_t i = 0; i < 3u; i++)
@@ -378,9 +379,10 @@ static void test_the_sign_of_the_controller_does_not_turn_in_run(void)
     command(REGISTERS_STOP);
     tick();
     unlock();
+    memcpy(is, &registers.active->set.sections[0], sizeof is);
     for (uint32_t i = 0; i < 3u; i++)
     {
-        write_word(b0 + 2u * i, bits_of(-(&registers.active->set.sections[0].b0)[i]));
+        write_word(b0 + 2u * i, bits_of(-is[i]));
     }
     command(REGISTERS_APPLY);
     TEST_ASSERT_EQUAL_UINT32(1, STATE_OF(protection_changes));
