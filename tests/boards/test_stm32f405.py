@@ -77,7 +77,7 @@ def image_of(arithmetic):
 
 
 # No reset flags, no oscillator flags.
-BOOT = ["reset: pin", "clock: 16 MHz from HSI, no PLL, HSE 0 kHz", "params: damaged", "off: ready_ms over_current_a bus_low_v bus_high_v temperature_max_c"]  # QEMU's flash is not erased
+BOOT = ["reset: pin", "clock: 16 MHz from HSI, no PLL, HSE 0 kHz", "params: damaged", "off: ready_ms over_current_a bus_low_v bus_high_v temperature_max_c speed_max_units_per_s"]  # QEMU's flash is not erased
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])

@@ -179,7 +179,7 @@ def test_a_reference_beyond_the_loops_range_is_refused(drive, words, name):
 
 
 def test_a_cpu_that_is_not_there_is_found_by_check(drive):
-    drive.write("rig.yaml", "scenario: loop.yaml\nrealtime: {required: no, cpu: 1000}\n")
+    drive.write("rig.yaml", DEVICES + "realtime: {cpu: 1000}\n")
     drive.program = DRIVE
     run = drive.run("rig.yaml", "--check")
     assert run.returncode == 1 and "realtime.cpu: value 1000: must be a CPU that this process may run on" in run.stderr
