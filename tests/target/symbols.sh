@@ -17,8 +17,8 @@ undefined=$("$nm" --undefined-only "$archive" | awk '/:$/ {object = $1} $1 == "U
 status=0
 while read -r object symbol; do
     case "$object" in
-        # The set-up of Q31 is in float, on purpose, and so are the list of parameters that it asks and the search for a refused number; a drive whose params come from
-        # the host links none of either (no_float.sh).
+        # The set-up of Q31 is in float, on purpose, and so are the list of parameters that it asks and the search for a refused
+        # number; a drive whose params come from the host links none of them (no_float.sh).
         *_f32.* | *_q31.* | parameters.* | refusal.*) allowed="$integer|$single" ;;
         *) allowed=$integer ;;
     esac
