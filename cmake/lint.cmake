@@ -17,8 +17,8 @@ elseif(TARGET tribo-drive)
 endif()
 
 foreach(source ${sources})
-  # A source that no target of this tree compiles (tests/package, for microcontrollers only) has no flags to be checked with.
-  if(source MATCHES "[.]c$" AND NOT source MATCHES "^(tests/(package/|target/(image|peers)|fuzz/fuzz_link|linux_vm/mock_pwm)|firmware/(app/seal|port/(emulated|stm32f405|linux/${no_gpiod})))")
+  # A source that no target of this tree compiles (tests/package, tests/rig, for microcontrollers only) has no flags to be checked with.
+  if(source MATCHES "[.]c$" AND NOT source MATCHES "^(tests/(package/|rig/|target/(image|peers)|fuzz/fuzz_link|linux_vm/mock_pwm)|firmware/(app/seal|port/(emulated|stm32f405|linux/${no_gpiod})))")
     add_test(NAME ${TRIBO_TEST_PREFIX}tidy/${source}
              COMMAND ${TRIBO_CLANG_TIDY} --quiet --warnings-as-errors=* -p ${PROJECT_BINARY_DIR} ${source}
              WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})

@@ -47,8 +47,6 @@ typedef struct
     TRIBO_TABLE_PARAMETERS(ROW)                                                                                        \
     TRIBO_ARM_PARAMETERS(ROW)                                                                                          \
     TRIBO_FEEDFORWARD_PARAMETERS(ROW)                                                                                  \
-    TRIBO_LEARNING_PARAMETERS(ROW)                                                                                     \
-    TRIBO_HOLD_PARAMETERS(ROW)                                                                                         \
     TRIBO_GUARD_PARAMETERS(ROW)
 
 // Where the config of a group is in tribo_setup_t.
@@ -62,8 +60,6 @@ typedef struct
 #define TRIBO_SETUP_TABLE       loop.compensator.friction
 #define TRIBO_SETUP_ARM         loop.compensator.arm
 #define TRIBO_SETUP_FEEDFORWARD feedforward
-#define TRIBO_SETUP_LEARNING    feedforward.learning
-#define TRIBO_SETUP_HOLD        feedforward.hold
 #define TRIBO_SETUP_GUARD       guard
 
 #define TRIBO_SETUP_FIELD_WORDS                                                                                        \

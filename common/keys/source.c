@@ -57,6 +57,20 @@ bool common_sources_has(const common_sources_t *sources, const char *key)
     return find(sources, key, strlen(key), false) != NULL;
 }
 
+bool common_sources_has_part(const common_sources_t *sources, const char *key)
+{
+    const size_t length = strlen(key);
+    for (size_t i = 0; i < sources->count; i++)
+    {
+        const char *written = sources->entry[i].key;
+        if (strncmp(written, key, length) == 0 && strchr(".[", written[length]) != NULL)
+        {
+            return true;
+        }
+    }
+    return false;
+}
+
 const common_source_t *common_sources_find(const common_sources_t *sources, const char *key)
 {
     size_t                 length = strlen(key);

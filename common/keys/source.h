@@ -32,7 +32,8 @@ void common_sources_free(common_sources_t *sources);
 /// The last source of `key`, preferably a --set below it; else that of its parent, and so on up. Null if there is none.
 const common_source_t *common_sources_find(const common_sources_t *sources, const char *key);
 
-/// True if `key` itself has been written.
+/// True if `key` itself has been written; if it or a part of it has.
 bool common_sources_has(const common_sources_t *sources, const char *key);
+bool common_sources_has_part(const common_sources_t *sources, const char *key);
 
 #endif

@@ -52,10 +52,7 @@ static bool same_first_part(const char *a, const char *b)
 }
 
 /// Keys of earlier versions, by their last part.
-static const char *const renamed[][2] = {{"spread_scale", "scale_sd"},
-                                         {"spread_offset_N", "offset_sd_N"},
-                                         {"doubt", "relative_variance"},
-                                         {"caution_travel_N", "margin_travel_N"}};
+static const char *const renamed[][2] = {{"lead", "jump_lead"}};
 
 /// Whether `path` is a renamed key that is called `now`.
 static bool is_renamed(const char *path, const char *now)

@@ -75,16 +75,6 @@ static void fill_feedforward(tribo_feedforward_f32_config_t *to, const common_fe
     TRIBO_FEEDFORWARD_PARAMETERS(FILL)
 }
 
-static void fill_learning(tribo_breakaway_learning_f32_config_t *to, const common_learning_config_t *from)
-{
-    TRIBO_LEARNING_PARAMETERS(FILL)
-}
-
-static void fill_hold(tribo_hold_f32_config_t *to, const common_hold_config_t *from)
-{
-    TRIBO_HOLD_PARAMETERS(FILL)
-}
-
 static void fill_arm(tribo_arm_f32_config_t *to, const common_arm_config_t *from)
 {
     TRIBO_ARM_PARAMETERS(FILL)
@@ -116,8 +106,6 @@ void common_loop_config_fill(common_loop_config_t *loop, const common_loop_keys_
     fill_arm(&loop->config.compensator.arm, &compensator->arm);
     fill_lugre(&loop->lugre, &compensator->lugre);
     fill_feedforward(&loop->feedforward, &compensator->feedforward);
-    fill_learning(&loop->feedforward.learning, &compensator->feedforward.learning);
-    fill_hold(&loop->feedforward.hold, &compensator->feedforward.hold);
     fill_guard(&loop->guard, &compensator->guard);
 }
 

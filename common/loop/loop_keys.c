@@ -74,24 +74,10 @@ const common_key_t common_controller_keys[] = {
          "1 to 4 second-order sections, the first nearest to the error"),
     END};
 
-static const common_key_t learning_keys[] = {
-#define T common_learning_config_t
-    TRIBO_LEARNING_PARAMETERS(PARAMETER)
-#undef T
-    END};
-
-static const common_key_t hold_keys[] = {
-#define T common_hold_config_t
-    TRIBO_HOLD_PARAMETERS(PARAMETER)
-#undef T
-    END};
-
 static const common_key_t feedforward_keys[] = {
 #define T common_feedforward_config_t
     TRIBO_FEEDFORWARD_PARAMETERS(PARAMETER)
 #undef T
-    GROUP("learning", AT(common_feedforward_config_t, learning), learning_keys, ""),
-    GROUP("hold",     AT(common_feedforward_config_t, hold),     hold_keys, ""),
     END};
 
 #define METHOD_WORD(symbol, word) word,
@@ -108,14 +94,14 @@ static const common_key_t lugre_keys[] = {
 static const char *const no_yes[] = {"no", "yes", NULL};
 
 static const common_key_t guard_keys[] = {
-    CHOICE("on",            AT(common_guard_config_t, on),           no_yes, 0.0, "whether what friction compensation adds is faded out, and stays so, once it makes the loop hunt or overshoot"),
+    CHOICE("on",            AT(common_guard_config_t, on),           no_yes, 1.0, "whether what friction compensation adds is faded out, and stays so, once it makes the loop hunt or overshoot"),
 #define T common_guard_config_t
     TRIBO_GUARD_PARAMETERS(PARAMETER)
 #undef T
     END};
 
 const common_key_t common_compensator_keys[] = {
-    CHOICE("method",  AT(common_compensator_config_t, method),   methods, 0.0, "how friction is compensated: `paper`, fed back from an estimate that follows u; `feedforward`, fed forward from the reversals of r and learned; `off`"),
+    CHOICE("method",  AT(common_compensator_config_t, method),   methods, (double)COMMON_METHOD_FEEDFORWARD, "how friction is compensated: `feedforward`, fed forward from r and learned; `paper`, fed back from an estimate that follows u; `off`"),
     CHOICE("model",   AT(common_compensator_config_t, model),    friction_models, 0.0, "the friction that `paper` believes in: `paper`, Eq. (3); `lugre`, Eq. (12) with breakaway and gravity of `friction`, whose other keys it does not read"),
 #define T common_compensator_config_t
     TRIBO_GAIN_PARAMETERS(PARAMETER)

@@ -113,19 +113,7 @@ typedef struct
 
 typedef struct
 {
-    TRIBO_LEARNING_PARAMETERS(COMMON_MEMBER)
-} common_learning_config_t;
-
-typedef struct
-{
-    TRIBO_HOLD_PARAMETERS(COMMON_MEMBER)
-} common_hold_config_t;
-
-typedef struct
-{
     TRIBO_FEEDFORWARD_PARAMETERS(COMMON_MEMBER)
-    common_learning_config_t learning;
-    common_hold_config_t     hold;
 } common_feedforward_config_t;
 
 typedef struct

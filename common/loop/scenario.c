@@ -192,6 +192,11 @@ bool common_scenario_has(const common_scenario_t *scenario, const char *key)
     return common_sources_has(&scenario->sources, key);
 }
 
+bool common_scenario_has_part(const common_scenario_t *scenario, const char *key)
+{
+    return common_sources_has_part(&scenario->sources, key);
+}
+
 bool common_scenario_is_set(const common_scenario_t *scenario, const char *key)
 {
     const common_source_t *source = common_sources_find(&scenario->sources, key);

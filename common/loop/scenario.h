@@ -37,8 +37,9 @@ bool common_scenario_load_text(common_scenario_t *scenario, const char *text, co
 /// Where `key` was written ("FILE:LINE" or "--set key=value"), or else its parent, or else the file as a whole.
 const char *common_scenario_source(const common_scenario_t *scenario, const char *key);
 
-/// Whether `key` itself has been written; whether a --set wrote it or a part of it last.
+/// Whether `key` itself has been written; whether it or a part of it has; whether a --set wrote it or a part of it last.
 bool common_scenario_has(const common_scenario_t *scenario, const char *key);
+bool common_scenario_has_part(const common_scenario_t *scenario, const char *key);
 bool common_scenario_is_set(const common_scenario_t *scenario, const char *key);
 
 /// The path of the file that `reference.file` names: from the scenario file's folder, or from the current one if the

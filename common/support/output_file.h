@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdio.h>
 
-#define COMMON_OUTPUT_FILES_MAX 3u ///< most that are open at a time
+#define COMMON_OUTPUT_FILES_MAX 5u ///< most that are open at a time
 
 /// All zeros: no file.
 typedef struct

@@ -206,10 +206,15 @@ static drive_fault_t check_measured(drive_t *drive, const drive_setup_t *setup, 
                          : DRIVE_FAULT_NONE;
 }
 
-/// By `step` towards `end`.
+/// By `step` towards `end`, or at once if rounding would keep r where it is.
 static loop_force_t approach(loop_force_t r, loop_force_t end, loop_force_t step)
 {
-    return scaling_size((scaling_sum_t)end - r) <= step ? end : r < end ? r + step : r - step;
+    if (scaling_size((scaling_sum_t)end - r) <= step)
+    {
+        return end;
+    }
+    const loop_force_t next = r < end ? r + step : r - step;
+    return next != r ? next : end;
 }
 
 /// Takes r, and looks whether a host still renews it.
@@ -458,7 +463,7 @@ static void change_compensation(drive_t *drive, uint32_t requests)
         TRIBO(guard, restore)(&drive->guard);
         if (drive->memory != NULL)
         {
-            TRIBO(breakaway_learning, restore)(&drive->memory->state.learning);
+            TRIBO(feedforward, restore)(&drive->memory->state);
         }
     }
     const bool rests = drive->state != DRIVE_RUN && drive->state != DRIVE_STARTING;
@@ -591,10 +596,8 @@ uint32_t drive_warnings(const drive_t *drive)
     warnings |= cause == TRIBO_GUARD_OVERSHOOT ? (uint32_t)DRIVE_WARNING_OVERSHOOT : 0u;
     if (drive->memory != NULL)
     {
-        const uint8_t *stays = drive->memory->state.learning.stays_at_bound;
-        const bool     up    = stays[TRIBO_BREAKAWAY_POSITIVE] != 0u;
-        const bool     down  = stays[TRIBO_BREAKAWAY_NEGATIVE] != 0u;
-        warnings |= (up ? (uint32_t)DRIVE_WARNING_BOUND_UP : 0u) | (down ? (uint32_t)DRIVE_WARNING_BOUND_DOWN : 0u);
+        const bool stays = drive->memory->state.at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS;
+        warnings |= stays ? (uint32_t)DRIVE_WARNING_BOUND : 0u;
     }
     return warnings;
 }
@@ -664,10 +667,8 @@ const char *drive_warning_text(drive_warning_t warning)
         return "friction faded: hunting";
     case DRIVE_WARNING_OVERSHOOT:
         return "friction faded: overshoot";
-    case DRIVE_WARNING_BOUND_UP:
-        return "learned breakaway stays at its bound, positive";
-    case DRIVE_WARNING_BOUND_DOWN:
-        return "learned breakaway stays at its bound, negative";
+    case DRIVE_WARNING_BOUND:
+        return "learned breakaway stays at its bound";
     default:
         return "unknown";
     }

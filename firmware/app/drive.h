@@ -55,10 +55,8 @@ typedef enum
 {
     DRIVE_WARNING_HUNTING   = 1, ///< the guard has faded the compensation of friction, tribo/guard.h
     DRIVE_WARNING_OVERSHOOT = 2,
-    DRIVE_WARNING_BOUND_UP =
-        4, ///< what is learned of breakaway in the positive direction stays at a bound: not to be trusted
-    DRIVE_WARNING_BOUND_DOWN = 8,
-    DRIVE_WARNINGS_END       = 16
+    DRIVE_WARNING_BOUND     = 4, ///< what is learned of breakaway stays at a bound: not to be trusted
+    DRIVE_WARNINGS_END      = 8
 } drive_warning_t;
 
 /// What stops the drive. Of several causes in one tick the first that is checked is latched; the numbers are the bus's.

@@ -50,7 +50,7 @@ void loop_forget(const loop_params_t *params, loop_memory_t *memory)
 {
     if (TRIBO(feedforward, of)(params) != NULL)
     {
-        TRIBO(feedforward, reset)(TRIBO(feedforward, of)(params), &memory->state);
+        TRIBO(feedforward, reset)(&memory->state);
     }
 }
 
@@ -60,13 +60,12 @@ loop_learned_t loop_learned(const loop_params_t *params,
                             loop_force_t         at,
                             float                full_scale_n)
 {
-    const TRIBO(feedforward, params_t) *feedforward = TRIBO(feedforward, of)(params);
-    if (feedforward == NULL)
+    if (TRIBO(feedforward, of)(params) == NULL)
     {
         return (loop_learned_t){0};
     }
     const TRIBO(feedforward, learned_t) learned =
-        TRIBO(feedforward, learned)(feedforward, &params->compensator.friction, &memory->state, direction, at);
+        TRIBO(feedforward, learned)(&params->compensator.friction, &memory->state, direction, at);
     return (loop_learned_t){.L_n               = TRIBO_LEARNED_N(float, learned.TRIBO_N(L), full_scale_n),
                             .relative_variance = TRIBO_LEARNED_RELATIVE_VARIANCE(float, learned.relative_variance),
                             .travel_n          = TRIBO_LEARNED_N(float, learned.TRIBO_N(travel), full_scale_n),

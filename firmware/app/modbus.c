@@ -51,17 +51,28 @@ void modbus_take(modbus_t *modbus, const modbus_line_t *line)
     {
         modbus->spoilt = true;
     }
-    if (!modbus->spoilt)
+    if (modbus->spoilt)
     {
-        memcpy(modbus->frame + modbus->length, bytes, (size_t)count);
-        modbus->length = (uint16_t)(modbus->length + (unsigned)count);
+        modbus->lost = true;
+        return;
     }
+    memcpy(modbus->frame + modbus->length, bytes, (size_t)count);
+    modbus->length = (uint16_t)(modbus->length + (unsigned)count);
+}
+
+static bool is_frame(const uint8_t *frame, size_t length)
+{
+    return length >= FRAME_MIN && length <= MODBUS_FRAME_MAX && crc16(frame, length) == 0u;
 }
 
 void modbus_serve(modbus_t *modbus, const modbus_line_t *line, const modbus_registers_t *registers)
 {
     if (modbus->complete)
     {
+        if (line->stray != NULL && !is_frame(modbus->frame, modbus->length))
+        {
+            line->stray(line->context, modbus->frame, modbus->length);
+        }
         modbus->answer_length =
             (uint16_t)modbus_execute(modbus, registers, modbus->frame, modbus->length, modbus->answer);
         modbus->answer_sent = 0;
@@ -212,19 +223,13 @@ static size_t write_answer(uint8_t *answer, const uint8_t *frame, const request_
     return 3u + 2u * (size_t)request->read_count;
 }
 
-static bool crc_is_right(const uint8_t *frame, size_t length)
-{
-    const uint16_t crc = crc16(frame, length - 2u);
-    return frame[length - 2u] == (uint8_t)crc && frame[length - 1u] == (uint8_t)(crc >> 8);
-}
-
 size_t modbus_execute(modbus_t                 *modbus,
                       const modbus_registers_t *registers,
                       const uint8_t            *frame,
                       size_t                    length,
                       uint8_t                   answer[MODBUS_FRAME_MAX])
 {
-    if (length < FRAME_MIN || length > MODBUS_FRAME_MAX || !crc_is_right(frame, length))
+    if (!is_frame(frame, length))
     {
         modbus->bad_frames++;
         return 0;

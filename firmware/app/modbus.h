@@ -42,12 +42,13 @@ typedef struct
 
 /// The line. The tick calls `receive`: copies up to `room` bytes received since the last call and returns their number, or
 /// MODBUS_LINE_ERROR if one was lost or wrong. The background calls `send`: takes up to `count` bytes without waiting and
-/// returns their number.
+/// returns their number. It passes bytes between two silences that are no frame to `stray`, unless that is null.
 typedef struct
 {
     void *context;
     int (*receive)(void *context, uint8_t *bytes, size_t room);
     size_t (*send)(void *context, const uint8_t *bytes, size_t count);
+    void (*stray)(void *context, const uint8_t *bytes, size_t count);
 } modbus_line_t;
 
 #define MODBUS_LINE_ERROR (-1)
@@ -64,6 +65,8 @@ typedef struct
     // Written by the tick only.
     uint32_t silence; ///< ticks
     bool     spoilt;  ///< ignore bytes until the next silence
+
+    volatile bool lost; ///< bytes were ignored or lost: set by the tick, cleared by whom it concerns
 
     // The background's.
     uint16_t answer_length, answer_sent;

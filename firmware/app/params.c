@@ -38,8 +38,6 @@ static const group_t groups[] = {
     GROUP(tribo_arm_parameters, loop.compensator.arm),
 #if DRIVE_FEEDFORWARD
     GROUP(tribo_feedforward_parameters, feedforward),
-    GROUP(tribo_learning_parameters, feedforward.learning),
-    GROUP(tribo_hold_parameters, feedforward.hold),
     GROUP(tribo_guard_parameters, guard),
 #endif
 };
@@ -85,7 +83,11 @@ params_set_t params_default(void)
 {
     static const tribo_biquad_f32_section_t paper[TRIBO_PAPER_CONTROLLER_SECTION_COUNT] = TRIBO_PAPER_CONTROLLER_F32;
 
-    params_set_t             set = {.drive = drive_config_default()};
+    params_set_t set = {.drive = drive_config_default()};
+#if DRIVE_FEEDFORWARD
+    set.method   = PARAMS_METHOD_FEEDFORWARD;
+    set.guard_on = 1u;
+#endif
     const tribo_parameter_t *row;
     uint32_t                 word;
     size_t                   at;
@@ -165,7 +167,7 @@ bool params_check_ceilings(const params_set_t     *set,
 // Of the rows, by their words: only some of the loop's protect.
 #define PROTECTING(group, symbol, member, key, unit, low, high, standard, change, number, ...)                         \
     | (uint32_t)TRIBO_##change << ((number) - PARAMS_LOOP_NUMBER) / 2u
-#define IS_PROTECTING(group, symbol, member, key, unit, low, high, standard, change, ...) +TRIBO_##change
+#define IS_PROTECTING(group, symbol, member, key, unit, low, high, standard, change, ...) | TRIBO_##change
 _Static_assert(PARAMS_LOOP_COUNT <= 32 && (0 PARAMS_FEED_ROWS(IS_PROTECTING) PARAMS_GUARD_ROWS(IS_PROTECTING)) == 0,
                "a word of bits has them all");
 static const uint32_t protecting = 0u PARAMS_LOOP_ROWS(PROTECTING);
@@ -186,25 +188,13 @@ uint32_t params_next_protecting(uint32_t *place)
     return PARAMS_WORDS;
 }
 
-uint32_t params_protection(const params_set_t *set)
-{
-    uint32_t crc   = 0;
-    uint32_t place = 0;
-    for (uint32_t word = params_next_protecting(&place); word < PARAMS_WORDS; word = params_next_protecting(&place))
-    {
-        const uint32_t bits = params_word(set, word);
-        crc                 = crc32_update(crc, &bits, sizeof bits);
-    }
-    return crc;
-}
-
-static int sign_of(float x)
+static int32_t sign_of(float x)
 {
     return (x > 0.0f) - (x < 0.0f);
 }
 
 /// Signs of the controller's gain: `at_once` of u to a step of e, b0 of each section, and `in_the_end`, b2 of each in delta form.
-static void find_signs(const params_set_t *set, int *at_once, int *in_the_end)
+static void find_signs(const params_set_t *set, int32_t *at_once, int32_t *in_the_end)
 {
     const uint32_t count = params_word(set, PARAMS_SECTION_COUNT);
     *at_once = *in_the_end = 1;
@@ -215,6 +205,20 @@ static void find_signs(const params_set_t *set, int *at_once, int *in_the_end)
     }
 }
 
+uint32_t params_protection(const params_set_t *set)
+{
+    uint32_t crc   = 0;
+    uint32_t place = 0;
+    for (uint32_t word = params_next_protecting(&place); word < PARAMS_WORDS; word = params_next_protecting(&place))
+    {
+        const uint32_t bits = params_word(set, word);
+        crc                 = crc32_update(crc, &bits, sizeof bits);
+    }
+    int32_t signs[2];
+    find_signs(set, &signs[0], &signs[1]);
+    return crc32_update(crc, signs, sizeof signs);
+}
+
 static bool refuse_change(params_error_t *error, const params_set_t *set, const params_set_t *like, uint32_t word)
 {
     const float right = value_of(like, word);
@@ -223,7 +227,7 @@ static bool refuse_change(params_error_t *error, const params_set_t *set, const 
 
 bool params_signs_alike(const params_set_t *set, const params_set_t *like, params_error_t *error)
 {
-    int at_once, in_the_end, at_once_like, in_the_end_like;
+    int32_t at_once, in_the_end, at_once_like, in_the_end_like;
     find_signs(set, &at_once, &in_the_end);
     find_signs(like, &at_once_like, &in_the_end_like);
     return (at_once == at_once_like || refuse_change(error, set, like, PARAMS_SECTIONS_AT)) &&

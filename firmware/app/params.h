@@ -33,9 +33,7 @@
 /// Of a loop whose compensator.method is 1, and its guard's. None in a drive without it.
 #if DRIVE_FEEDFORWARD
 #define PARAMS_FEED_ROWS(ROW) \
-    TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
-    TRIBO_LEARNING_PARAMETERS(ROW) \
-    TRIBO_HOLD_PARAMETERS(ROW)
+    TRIBO_FEEDFORWARD_PARAMETERS(ROW)
 #define PARAMS_GUARD_ROWS(ROW) TRIBO_GUARD_PARAMETERS(ROW)
 #else
 #define PARAMS_FEED_ROWS(ROW)
@@ -129,7 +127,7 @@ typedef struct
     float    low, high;
 } params_ceiling_t;
 
-/// The default of every field: the paper's loop.
+/// The default of every field: the paper's rig, with friction fed forward and the guard on where the drive has them.
 params_set_t params_default(void);
 
 /// A word of a set; params_number: of a float.
@@ -160,7 +158,7 @@ bool params_check_ceilings(const params_set_t     *set,
 /// Returns the next one and moves `place`, which begins at 0; PARAMS_WORDS behind the last. In the order of their registers.
 uint32_t params_next_protecting(uint32_t *place);
 
-/// CRC-32 of these words, each as four bytes with the low one first.
+/// CRC-32 of these words and the two signs of the controller's gain, -1, 0 or 1, each as four bytes with the low one first.
 uint32_t params_protection(const params_set_t *set);
 
 /// Whether all of them are those of `like`, and the signs of the controller's gain; false with `error` for the first that is not.
@@ -169,7 +167,7 @@ bool params_signs_alike(const params_set_t *set, const params_set_t *like, param
 
 /// Differs if the words of a set mean something else: CRC-32 of all names of the lists, and one less without the feed-forward.
 /// Names are not in an image, so test_registers.c computes it and fails if a list has changed.
-#define PARAMS_LAYOUT_OF(feeds_forward) (0x6f778d22u - ((feeds_forward) ? 0u : 1u))
+#define PARAMS_LAYOUT_OF(feeds_forward) (0xc5834e7cu - ((feeds_forward) ? 0u : 1u))
 #define PARAMS_LAYOUT                   PARAMS_LAYOUT_OF(DRIVE_FEEDFORWARD)
 
 #endif

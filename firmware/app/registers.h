@@ -34,7 +34,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define REGISTERS_VERSION 4u ///< of the lists in this file
+#define REGISTERS_VERSION 5u ///< of the lists in this file
 
 #define REGISTERS_STATE_AT        0x0000u
 #define REGISTERS_SIGNALS_AT      0x0080u
@@ -125,7 +125,7 @@
     SIGNAL(added, "friction_term_N", "N", drive.signals.TRIBO_N(friction_term), "the compensation's part of u") \
     SIGNAL(f_hat, "F_hat_N", "N", drive.signals.compensator.TRIBO_N(force), "the arm model's force") \
     SIGNAL(n, "n_N", "N", drive.signals.compensator.friction.TRIBO_N(n), "net force") \
-    SIGNAL(l, "L_N", "N", drive.signals.compensator.friction.TRIBO_N(L), "breakaway on the side of n") \
+    SIGNAL(l, "L_N", "N", drive.signals.compensator.friction.TRIBO_N(L), "breakaway for the sign of n") \
     SIGNAL(f, "f_hat_N", "N", drive.signals.compensator.friction.TRIBO_N(f), "estimated friction")
 // clang-format on
 

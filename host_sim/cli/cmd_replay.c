@@ -450,6 +450,7 @@ static bool replay_log(replay_t *replay, const sim_log_t *log, common_error_t *e
     replayed->L              = malloc(log->rows * sizeof *replayed->L);
     replayed->f              = malloc(log->rows * sizeof *replayed->f);
     replayed->q              = malloc(log->rows);
+    replayed->is_measured    = replay->options->measured;
     const bool is_room       = replayed->n != NULL && replayed->L != NULL && replayed->f != NULL && replayed->q != NULL;
     const bool ok            = is_room ? write_results(replay, log, error) : common_error_set(error, "out of memory");
     free(replayed->n);
@@ -475,7 +476,8 @@ static bool make_params(replay_t *replay, common_scenario_t *scenario, common_er
             return false;
         }
     }
-    if (!common_check_compensator(scenario, error))
+    // The only one with a model of friction that a log can be held against.
+    if (!common_scenario_set(scenario, "compensator.method=paper", error) || !common_check_compensator(scenario, error))
     {
         return false;
     }

@@ -3,9 +3,12 @@
 #include "cli/progress.h"
 #include "cli/scenario_choice.h"
 #include "cli/trace.h"
+#include "loop/effective.h"
 #include "scenario/runner.h"
 #include "support/output_file.h"
 #include "support/text.h"
+
+#include "tribo/status.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
@@ -16,6 +19,9 @@ typedef struct
     sim_scenario_choice_t choice;
     const char           *folder; ///< null: write nothing
     bool                  json;
+
+    int    count; ///< of the command line's arguments
+    char **arguments;
 
     sim_run_options_t run;
 } options_t;
@@ -34,7 +40,7 @@ enum
 static const struct argp_option known[] = {
     {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "changes any key, e.g. compensator.gain=0"},
     {.name = "learned", .key = OPTION_LEARNED, .arg = "FILE.yaml", .doc = "what an earlier run has learned (its DIR/learned.yaml), as the breakaway to begin with"},
-    {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "writes DIR/trace.csv (one row a tick), DIR/summary.json and, where breakaway is learned, DIR/learned.yaml"},
+    {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "writes DIR/trace.csv (one row a tick), DIR/summary.json, DIR/scenario.yaml, which plays the same run again, and, where breakaway is learned, DIR/learned.yaml"},
     {.name = "json", .key = OPTION_JSON, .doc = "prints the summary as JSON instead of a table"},
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: two loops on two plants and how they differ"},
     {.name = "target", .key = OPTION_TARGET, .arg = "NAME", .doc = "runs the drive's firmware on an emulated microcontroller, or on a board at a serial line, against the plant here, and compares it with the host, bit by bit"},
@@ -76,6 +82,7 @@ enum
     TRACE,
     TRACE_Q31,
     LEARNED,
+    SCENARIO,
     SUMMARY, ///< last: it vouches for the others
     FILES
 };
@@ -106,7 +113,11 @@ static bool record(void *context, const sim_row_t *row, double part_done, common
 /// Opens the run's files in the folder, and removes the Q31 trace of an earlier run.
 static bool open_files(recorder_t *recorder, const options_t *options, bool learns, common_error_t *error)
 {
-    static const char *const names[FILES] = {"trace.csv", "trace_q31.csv", "learned.yaml", "summary.json"};
+    static const char *const names[FILES] = {"trace.csv",
+                                             "trace_q31.csv",
+                                             "learned.yaml",
+                                             "scenario.yaml",
+                                             "summary.json"};
 
     bool ok = common_output_folder_create(options->folder, error);
     for (int i = 0; ok && i < FILES; i++)
@@ -122,6 +133,25 @@ static bool open_files(recorder_t *recorder, const options_t *options, bool lear
         }
     }
     return ok;
+}
+
+/// The scenario as played, below the command that played it.
+static bool write_scenario(FILE                    *stream,
+                           const common_scenario_t *scenario,
+                           const options_t         *options,
+                           common_error_t          *error)
+{
+    (void)fputs("# tribo-sim " TRIBO_VERSION_STRING ", tribo-sim", stream);
+    for (int i = 0; i < options->count; i++)
+    {
+        (void)fputc(' ', stream);
+        for (const char *c = options->arguments[i]; *c != '\0'; c++)
+        {
+            (void)fputc((unsigned char)*c < ' ' ? ' ' : *c, stream); // stays one line
+        }
+    }
+    (void)fputc('\n', stream);
+    return common_scenario_write(stream, scenario, error);
 }
 
 /// Runs the scenario and writes the requested files into the folder. Returns the summary as JSON, or null.
@@ -148,7 +178,8 @@ static char *simulate(const common_scenario_t *scenario,
         {
             sim_learned_write(recorder.file[LEARNED].stream, &summary->result);
         }
-        ok = common_output_commit(recorder.file, FILES, error);
+        ok = write_scenario(recorder.file[SCENARIO].stream, scenario, options, error) &&
+             common_output_commit(recorder.file, FILES, error);
     }
     common_output_discard(recorder.file, FILES);
     if (!ok)
@@ -251,7 +282,7 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
         {
             (void)printf("%s/learned.yaml, ", options->folder);
         }
-        (void)printf("%s/summary.json\n", options->folder);
+        (void)printf("%s/scenario.yaml, %s/summary.json\n", options->folder, options->folder);
     }
 }
 
@@ -284,7 +315,7 @@ static bool simulate_and_report(const common_scenario_t *scenario, const options
 
 static int run(int count, char **arguments)
 {
-    options_t options = {.folder = NULL};
+    options_t options = {.count = count, .arguments = arguments};
     int       status  = sim_options_parse(&sim_command_run, count, arguments, &options, &options.choice.name);
     if (status == 0 && options.run.both && options.run.target != NULL)
     {

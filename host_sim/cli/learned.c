@@ -1,8 +1,8 @@
 #include "cli/learned.h"
 
-#include <math.h>
+#include "tribo/feedforward_f32.h"
 
-#define RELATIVE_VARIANCE_MIN 1e-3
+#include <math.h>
 
 void sim_learned_write(FILE *file, const sim_result_t *result)
 {
@@ -36,7 +36,7 @@ void sim_learned_write(FILE *file, const sim_result_t *result)
                       breakaway->table[i].positive_n,
                       breakaway->table[i].negative_n);
     }
-    (void)fprintf(file,
-                  "feedforward:\n  learning:\n    relative_variance: %.6g\n",
-                  fmin(1.0, fmax(RELATIVE_VARIANCE_MIN, relative_variance)));
+    // What is known is trusted: more than the default trust in a belief.
+    const double untrusted = (1.0 - (double)tribo_feedforward_f32_default().trust) * relative_variance;
+    (void)fprintf(file, "feedforward:\n  trust: %.6g\n", 1.0 - fmin(1.0, fmax(0.0, untrusted)));
 }

@@ -5,6 +5,8 @@
 #include "support/output_file.h"
 #include "target/target.h"
 
+#include "tribo/status.h"
+
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -37,20 +39,49 @@ int sim_failure(const char *message)
     return SIM_EXIT_ERROR;
 }
 
-static int show_help(void)
+static int flushed(void)
 {
-    (void)puts("tribo-sim: friction-compensated force control, simulated\n");
+    common_error_t error = {""};
+    return common_output_flush(&error) ? SIM_EXIT_OK : sim_failure(error.text);
+}
+
+static const sim_command_t *find_command(const char *name)
+{
     for (size_t i = 0; i < COMMANDS; i++)
     {
-        sim_options_help(commands[i]);
-        (void)puts("");
+        if (strcmp(name, commands[i]->name) == 0)
+        {
+            return commands[i];
+        }
     }
-    (void)printf("Targets: %s.\n", sim_target_names());
+    return NULL;
+}
+
+/// Of one command, or with null of all.
+static int show_help(const sim_command_t *command)
+{
+    if (command != NULL)
+    {
+        sim_options_help(command);
+    }
+    else
+    {
+        (void)puts("Usage: tribo-sim COMMAND [OPTION...]\n"
+                   "Friction-compensated force control, simulated.\n");
+        for (size_t i = 0; i < COMMANDS; i++)
+        {
+            (void)printf("  %-8s%s\n", commands[i]->name, commands[i]->text);
+        }
+        (void)puts("\ntribo-sim COMMAND --help shows its options, tribo-sim --version the version.\n");
+    }
+    if (command == NULL || command == &sim_command_run)
+    {
+        (void)printf("Targets: %s.\n", sim_target_names());
+    }
     (void)puts("The scenarios folder is the one named by TRIBO_SCENARIOS, or else the one tribo-sim came with; the\n"
                "images for --target are in the one named by TRIBO_FIRMWARE, or else where the presets build them.\n"
                "Exit status: 0 done, 1 something is wrong with a file, a value or the run, 2 with the command line.");
-    common_error_t error = {""};
-    return common_output_flush(&error) ? SIM_EXIT_OK : sim_failure(error.text);
+    return flushed();
 }
 
 int main(int count, char **arguments)
@@ -64,19 +95,18 @@ int main(int count, char **arguments)
     {
         return sim_usage("a command is expected: run, sweep, merge, replay, log, params or list");
     }
+    const sim_command_t *const command = find_command(arguments[1]);
+    if (strcmp(arguments[1], "--version") == 0)
+    {
+        (void)puts("tribo-sim " TRIBO_VERSION_STRING);
+        return flushed();
+    }
     for (int i = 1; i < count && strcmp(arguments[i], "--") != 0; i++)
     {
         if (strcmp(arguments[i], "--help") == 0 || strcmp(arguments[i], "-h") == 0)
         {
-            return show_help();
+            return show_help(command);
         }
     }
-    for (size_t i = 0; i < COMMANDS; i++)
-    {
-        if (strcmp(arguments[1], commands[i]->name) == 0)
-        {
-            return commands[i]->run(count - 1, arguments + 1);
-        }
-    }
-    return sim_usage("unknown command %s", arguments[1]);
+    return command != NULL ? command->run(count - 1, arguments + 1) : sim_usage("unknown command %s", arguments[1]);
 }

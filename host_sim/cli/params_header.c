@@ -91,23 +91,13 @@ static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, contro
 #define T tribo_lugre_f32_params_t
 static const field_t lugre_f32[] = {F(model), F(a), F(b_and_1), F(beta), F(c), F(stuck), F(gamma_g), END};
 #undef T
-#define T tribo_reference_model_f32_params_t
-static const field_t reference_model_f32[] = {F(actuator_part), F(sensor_part), S(arm, arm_f32), END};
-#undef T
-#define T tribo_friction_observer_f32_params_t
-static const field_t meter_f32[] = {F(actuator_part), F(sensor_part), F(filter_part), F(damping), END};
-#undef T
-#define T tribo_breakaway_learning_f32_params_t
-static const field_t learning_f32[] = {F(scale_most), F(offset_most_n), F(scale_variance), F(offset_variance), F(scale_shared), F(offset_shared),
-    F(correlation), F(relative_variance), F(distrust), F(weight_n), F(forgetting_per_n), F(scale_min), F(scale_max), END};
-#undef T
-#define T tribo_hold_f32_params_t
-static const field_t hold_f32[] = {F(on), F(still_ticks), F(quick_ticks), F(gain), F(margin), F(extra_margin_per_n), F(deadband_part), END};
-#undef T
 #define T tribo_feedforward_f32_params_t
-static const field_t feedforward_f32[] = {F(method), S(reference_model, reference_model_f32), S(observer, meter_f32), S(learning, learning_f32), S(hold, hold_f32), F(input_max_n),
-    F(offset_max_n), F(reversal_n), F(jump), F(lead_s), F(noise_gain), F(noise_part), F(noise_floor_n), F(rate_hz), F(rate_part), F(step_n),
-    F(offset_part), F(slide_half_n), F(slide_change_max_n), F(slide_run_in_n), F(slide_error_max_n), END};
+static const field_t feedforward_f32[] = {
+    F(method), F(input_max_n), F(offset_max_n), F(reversal_n), ARRAY(stop_per_n), F(jump), F(lead), F(distrust), F(lag_s),
+    F(noise_part), F(noise_floor_n), F(rate_hz), F(rate_part), F(step_n), F(lag_part), F(actuator_part), F(sensor_part),
+    F(observer_part), F(damping), F(jump_lag), F(measured_per_n), F(travel_half_n), F(slip_n), F(travel_max_n), F(weighing_n),
+    F(doubt_per_n), F(margin_per_n), F(forgetting_per_n), F(constant_sd_n), F(constant_max_n), F(still_ticks), F(quick_ticks),
+    F(deadband_part), F(effort_part), F(effort_half_n), F(fade), END};
 #undef T
 
 #define T tribo_biquad_q31_section_t
@@ -141,23 +131,13 @@ static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controll
 #define T tribo_lugre_q31_params_t
 static const field_t lugre_q31[] = {F(model), F(a), F(b_and_1), F(one), F(beta), F(c), F(stuck), F(gamma_g), F(c_shift), END};
 #undef T
-#define T tribo_reference_model_q31_params_t
-static const field_t reference_model_q31[] = {F(actuator_part), F(sensor_part), S(arm, arm_q31), END};
-#undef T
-#define T tribo_friction_observer_q31_params_t
-static const field_t meter_q31[] = {F(actuator_part), F(sensor_part), F(filter_part), F(damping), F(change_max), F(damping_shift), END};
-#undef T
-#define T tribo_breakaway_learning_q31_params_t
-static const field_t learning_q31[] = {F(scale_sd), F(offset_sd), F(relative_variance), F(correlation), F(correlation_faded), F(distrust), F(weight),
-    F(forgetting), F(scale_min), F(scale_max), END};
-#undef T
-#define T tribo_hold_q31_params_t
-static const field_t hold_q31[] = {F(on), F(still_ticks), F(quick_ticks), F(gain), F(margin), F(extra_margin_per_unit), F(deadband_part), END};
-#undef T
 #define T tribo_feedforward_q31_params_t
-static const field_t feedforward_q31[] = {F(method), S(reference_model, reference_model_q31), S(observer, meter_q31), S(learning, learning_q31), S(hold, hold_q31), F(input_max),
-    F(offset_max), F(reversal), F(jump), F(lead), F(lead_shift), F(noise_gain), F(noise_part), F(noise_floor), F(rate_part), F(step),
-    F(offset_part), F(slide_half), F(slide_change_max), F(slide_run_in), F(slide_error_max), END};
+static const field_t feedforward_q31[] = {
+    F(method), F(input_max), F(offset_max), F(reversal), ARRAY(stop_per_unit), F(jump), F(lead), F(distrust), F(lag),
+    F(lag_shift), F(damping_shift), F(noise_part), F(noise_floor), F(rate_part), F(step), F(lag_part), F(actuator_part),
+    F(sensor_part), F(observer_part), F(damping), F(jump_lag), F(measured_per_unit), F(travel_half), F(slip), F(travel_max),
+    F(weighing), F(doubt_per_unit), F(margin_per_unit), F(forgetting_per_unit), F(constant_sd), F(constant_max),
+    F(still_ticks), F(quick_ticks), F(deadband_part), F(effort_part), F(effort_half), F(fade), END};
 #undef T
 #define T tribo_guard_f32_params_t
 static const field_t guard_f32[] = {F(step), F(on), F(half_n), F(stray_n), F(work_n2), F(fade_step), F(quick_ticks), END};

@@ -68,11 +68,11 @@ static const panel_t panels[4] = {
     {"u and F [N]", "time [s]", {{"u", "#56B4E9", u_of}, {"F", "#000000", force_of}}, 2, false},
     {"net force n, estimate f, breakaway L [N]",
      "time [s]",
-     {{"L on the side of n", "#CC79A7", limit_of}, {"n", "#56B4E9", n_of}, {"f", "#000000", f_of}},
+     {{"L for the sign of n", "#CC79A7", limit_of}, {"n", "#56B4E9", n_of}, {"f", "#000000", f_of}},
      3,
      false},
     {"what is left: n - f [N]", "time [s]", {{"n - f", "#D55E00", rest_of}}, 1, false},
-    {"n and L over F [N]", "F [N]", {{"n", "#56B4E9", n_of}, {"L on the side of n", "#CC79A7", limit_of}}, 2, true}};
+    {"n and L over F [N]", "F [N]", {{"n", "#56B4E9", n_of}, {"L for the sign of n", "#CC79A7", limit_of}}, 2, true}};
 
 typedef struct
 {

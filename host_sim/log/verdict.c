@@ -260,15 +260,20 @@ static bool try_path(sim_verdict_t        *verdict,
     return ok;
 }
 
+static int sign_of(double x)
+{
+    return (x > 0.0) - (x < 0.0);
+}
+
 /// The sign of the hub's motion at a row: of speed, of the change of position, or 0 if unknown.
 static int motion(const sim_log_t *log, size_t k)
 {
     const double *x = log->values[SIM_LOG_X], *v = log->values[SIM_LOG_V];
     if (v != NULL)
     {
-        return (v[k] > 0.0) - (v[k] < 0.0);
+        return sign_of(v[k]);
     }
-    return x != NULL && k > 0 ? (x[k] > x[k - 1]) - (x[k] < x[k - 1]) : 0;
+    return x != NULL && k > 0 ? sign_of(x[k] - x[k - 1]) : 0;
 }
 
 /// Counts the ticks that reveal L, and those in which friction opposes the motion.
@@ -335,8 +340,8 @@ say(sim_verdict_t *verdict, const char *format, ...)
     }
 }
 
-/// Correlation of the changes of u and F over `step` rows.
-static double correlation(const sim_log_t *log, size_t step)
+/// Correlation of the changes of u and F over `step` rows; of their signs alone each change counts the same, however large.
+static double correlation(const sim_log_t *log, size_t step, bool of_signs)
 {
     const double *u = log->values[SIM_LOG_U], *force = log->values[SIM_LOG_F];
     double        uu = 0.0, uf = 0.0, ff = 0.0;
@@ -344,30 +349,14 @@ static double correlation(const sim_log_t *log, size_t step)
     {
         for (size_t k = log->starts[s] + step; k < log->starts[s + 1]; k += step)
         {
-            const double du = u[k] - u[k - step], df = force[k] - force[k - step];
+            const double by_u = u[k] - u[k - step], by_force = force[k] - force[k - step];
+            const double du = of_signs ? sign_of(by_u) : by_u, df = of_signs ? sign_of(by_force) : by_force;
             uu += du * du;
             uf += du * df;
             ff += df * df;
         }
     }
     return uu > 0.0 && ff > 0.0 ? uf / sqrt(uu * ff) : 0.0;
-}
-
-/// How much more often u and F change alike than opposite over `step` rows, -1 to 1: each step counts the same, however large.
-static double concordance(const sim_log_t *log, size_t step)
-{
-    const double *u = log->values[SIM_LOG_U], *force = log->values[SIM_LOG_F];
-    double        alike = 0.0, steps = 0.0;
-    for (size_t s = 0; s < log->segments; s++)
-    {
-        for (size_t k = log->starts[s] + step; k < log->starts[s + 1]; k += step)
-        {
-            const double both = (u[k] - u[k - step]) * (force[k] - force[k - step]);
-            alike += both > 0.0 ? 1.0 : both < 0.0 ? -1.0 : 0.0;
-            steps += 1.0;
-        }
-    }
-    return steps > 0.0 ? alike / steps : 0.0;
 }
 
 /// Finds faults that hide all others; true if there is one.
@@ -391,7 +380,8 @@ static bool find_gross(sim_verdict_t *verdict, const sim_log_t *log)
     // while F settles back: one large step, but few of many.
     const size_t fast = (size_t)fmax(1.0, 0.1 / log->sample_time_s),
                  slow = fast > log->rows / 20 ? fast : log->rows / 20;
-    if (correlation(log, fast) < -0.3 && correlation(log, slow) <= 0.0 && concordance(log, slow) < 0.0)
+    if (correlation(log, fast, false) < -0.3 && correlation(log, slow, false) <= 0.0 &&
+        correlation(log, slow, true) < 0.0)
     {
         say(verdict, "wrong sign: F falls where u rises (--scale u=- or --scale F=-)");
         return true;
@@ -438,7 +428,7 @@ static void find_faults(sim_verdict_t *verdict)
     {
         say(verdict, "L is too small: the arm slides at %.2f times L", verdict->ratio);
     }
-    if (verdict->q_per_s > Q_FAST)
+    if (verdict->q_per_s > Q_FAST && !verdict->is_measured)
     {
         say(verdict, "Q switches %.0f times a second: the net force is noisy, or creeps", verdict->q_per_s);
     }
@@ -450,7 +440,9 @@ bool sim_verdict_make(sim_verdict_t        *verdict,
                       const sim_model_t    *model,
                       common_error_t       *error)
 {
-    *verdict = (sim_verdict_t){.ticks = log->rows, .has_force = log->values[SIM_LOG_F] != NULL};
+    *verdict = (sim_verdict_t){.ticks       = log->rows,
+                               .has_force   = log->values[SIM_LOG_F] != NULL,
+                               .is_measured = replayed->is_measured};
     sum_up(verdict, log, replayed);
     if (!verdict->has_force)
     {

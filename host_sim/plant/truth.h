@@ -40,7 +40,7 @@
 typedef struct
 {
     double n_n;       ///< net force
-    double L_n;       ///< breakaway on the side of n
+    double L_n;       ///< breakaway for the sign of n
     double v_n_per_s; ///< net-force rate
     double f_n;       ///< friction
     bool   q1, q2, q; ///< relays and Eq. (8)

@@ -19,11 +19,12 @@ sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n)
     return loop->functions->learned(loop, force_n);
 }
 
-/// What L(|F|) can hold of what was learned on both sides of 0: their mean, from which a wrong scale of u drops out.
-static sim_learned_t learned_at_load(const sim_loop_t *loop, double load_n)
+/// What L(|F|) can hold of what was learned between `low_n` and `high_n`: on one side of 0 all of it, on both sides their mean, from
+/// which a wrong scale of u drops out.
+static sim_learned_t learned_at_load(const sim_loop_t *loop, double load_n, double low_n, double high_n)
 {
-    const sim_learned_t above = sim_loop_learned(loop, load_n);
-    sim_learned_t       both  = sim_loop_learned(loop, -load_n);
+    const sim_learned_t above = sim_loop_learned(loop, high_n > 0.0 ? load_n : -load_n);
+    sim_learned_t       both  = sim_loop_learned(loop, low_n < 0.0 ? -load_n : load_n);
     for (int d = 0; d < 2; d++)
     {
         both.breakaway_n[d] = 0.5 * (both.breakaway_n[d] + above.breakaway_n[d]);
@@ -33,11 +34,13 @@ static sim_learned_t learned_at_load(const sim_loop_t *loop, double load_n)
 
 void sim_loop_learned_breakaway(const sim_loop_t                *loop,
                                 const common_breakaway_config_t *prior,
+                                double                           low_n,
+                                double                           high_n,
                                 common_breakaway_config_t       *learned)
 {
     const double        far_n = loop->functions->largest_n(loop);
-    const sim_learned_t at_0  = learned_at_load(loop, 0.0);
-    const sim_learned_t far   = learned_at_load(loop, far_n);
+    const sim_learned_t at_0  = learned_at_load(loop, 0.0, low_n, high_n);
+    const sim_learned_t far   = learned_at_load(loop, far_n, low_n, high_n);
     *learned                  = (common_breakaway_config_t){
                          .offset_n          = at_0.breakaway_n[0],
                          .slope             = fmax(0.0, (far.breakaway_n[0] - at_0.breakaway_n[0]) / far_n),
@@ -46,7 +49,7 @@ void sim_loop_learned_breakaway(const sim_loop_t                *loop,
                          .table_count       = prior->table_count};
     for (unsigned i = 0; i < prior->table_count; i++)
     {
-        const sim_learned_t there = learned_at_load(loop, prior->table[i].force_n);
+        const sim_learned_t there = learned_at_load(loop, prior->table[i].force_n, low_n, high_n);
         learned->table[i]         = (common_breakaway_point_t){.force_n    = prior->table[i].force_n,
                                                                .positive_n = there.breakaway_n[0],
                                                                .negative_n = there.breakaway_n[1]};

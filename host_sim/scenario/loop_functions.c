@@ -38,7 +38,7 @@ static tribo_status_t init(sim_loop_t *loop, const common_loop_config_t *config)
     TRIBO(guard, attach)(&in->state, &in->guard);
     if (status == TRIBO_OK && config->feeds_forward)
     {
-        TRIBO(feedforward, reset)(&in->feedforward, &in->memory.state);
+        TRIBO(feedforward, reset)(&in->memory.state);
         TRIBO(force_loop_feedforward, attach)(&in->state, &in->memory);
     }
     return status;
@@ -52,13 +52,12 @@ static sim_learned_t learned(const sim_loop_t *loop, double force_n)
     sim_learned_t       seen             = {.breakaway_n = {0.0}};
     for (uint32_t d = 0; d < 2u; d++)
     {
-        const TRIBO(feedforward, learned_t) at =
-            TRIBO(feedforward, learned)(&in->feedforward, law, &in->memory.state, d, force);
-        seen.breakaway_n[d]       = TRIBO_LEARNED_N(double, at.TRIBO_N(L), loop->full_scale_n);
-        seen.relative_variance[d] = TRIBO_LEARNED_RELATIVE_VARIANCE(double, at.relative_variance);
-        seen.travel_n[d]          = TRIBO_LEARNED_N(double, at.TRIBO_N(travel), loop->full_scale_n);
-        seen.at_bound[d]          = at.at_bound;
-        seen.stays_at_bound[d]    = at.stays_at_bound;
+        const TRIBO(feedforward, learned_t) at = TRIBO(feedforward, learned)(law, &in->memory.state, d, force);
+        seen.breakaway_n[d]                    = TRIBO_LEARNED_N(double, at.TRIBO_N(L), loop->full_scale_n);
+        seen.relative_variance[d]              = TRIBO_LEARNED_RELATIVE_VARIANCE(double, at.relative_variance);
+        seen.travel_n[d]                       = TRIBO_LEARNED_N(double, at.TRIBO_N(travel), loop->full_scale_n);
+        seen.at_bound[d]                       = at.at_bound;
+        seen.stays_at_bound[d]                 = at.stays_at_bound;
     }
     return seen;
 }

@@ -48,8 +48,6 @@ static void print_row(const char *field,
 #define AT_ARM(member)         FIELD(tribo_force_loop_f32_config_t, compensator.arm.member)
 #define AT_LUGRE(member)       FIELD(tribo_lugre_f32_config_t, member)
 #define AT_FEEDFORWARD(member) FIELD(tribo_feedforward_f32_config_t, member)
-#define AT_LEARNING(member)    FIELD(tribo_feedforward_f32_config_t, learning.member)
-#define AT_HOLD(member)        FIELD(tribo_feedforward_f32_config_t, hold.member)
 #define AT_GUARD(member)       FIELD(tribo_guard_f32_config_t, member)
 #define AT_SCALE(member)       #member // an argument
 
@@ -89,8 +87,6 @@ void sim_parameter_list_print(void)
     TRIBO_LUGRE_PARAMETERS(ROW)
     print_heading("Feed-forward: `tribo_feedforward_f32_config_t`");
     TRIBO_FEEDFORWARD_PARAMETERS(ROW)
-    TRIBO_LEARNING_PARAMETERS(ROW)
-    TRIBO_HOLD_PARAMETERS(ROW)
     print_heading("Guard: `tribo_guard_f32_config_t`");
     TRIBO_GUARD_PARAMETERS(ROW)
 }

@@ -33,6 +33,7 @@ typedef struct
     sim_target_t        *target; ///< null: the loop runs here
     uint64_t             open_limited_ticks;
     sim_learned_t        learned;
+    double               low_n, high_n; ///< of r, and 0
     metrics_t            metrics;
     sim_activity_t       activity;
 
@@ -169,6 +170,8 @@ static bool advance(run_t *run, uint64_t tick, sim_row_t *row, common_error_t *e
     {
         run->learned = sim_loop_learned(loop_of(run), row->r_n);
     }
+    run->low_n  = fmin(run->low_n, row->r_n);
+    run->high_n = fmax(run->high_n, row->r_n);
     sim_plant_signals_t later;
     for (unsigned step = 0; step < run->steps; step++)
     {
@@ -228,7 +231,11 @@ static sim_result_t result_of(const run_t *run)
                                 .guard = loop_of(run)->guarded ? sim_loop_guard_text(loop_of(run)) : NULL};
     if (result.learns)
     {
-        sim_loop_learned_breakaway(loop_of(run), &run->config->loop.compensator.friction.breakaway, &result.breakaway);
+        sim_loop_learned_breakaway(loop_of(run),
+                                   &run->config->loop.compensator.friction.breakaway,
+                                   run->low_n,
+                                   run->high_n,
+                                   &result.breakaway);
     }
     return result;
 }

@@ -1,9 +1,10 @@
 """An STM32F405 as far as its image touches it: the registers of RM0090 around Unicorn's Cortex-M4, by facts of the manual.
 
-Time passes in cycles of the system clock, which the image sets: an access to a register takes 20 with the instructions around it, and, if
-`background_takes_time`, two bytes of its instructions 1. Timers, converters, USART and watchdog run by that clock, and by the crystal and the oscillators that the model is given, so a
-wrong divider shows as a wrong rate. A peripheral whose clock is off reads 0 and ignores writes. Exceptions are entered by priority
-through the vector table at VTOR; only the instructions are Unicorn's.
+Time passes in cycles of the system clock, which the image sets: an access to a register takes 20 with the instructions around it, two bytes
+of the background's instructions take 1. Timers, converters, USART and watchdog run by that clock, and by the crystal and the oscillators that
+the model is given, so a wrong divider shows as a wrong rate. A peripheral whose clock is off reads 0 and ignores writes. The USART holds one
+received byte; what arrives behind it is lost. Exceptions are entered by priority through the vector table at VTOR; only the instructions are
+Unicorn's.
 """
 
 import struct
@@ -11,8 +12,8 @@ import struct
 from elftools.elf.elffile import ELFFile
 from unicorn import (UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_HOOK_MEM_FETCH_UNMAPPED, UC_HOOK_MEM_READ_UNMAPPED, UC_HOOK_MEM_WRITE,
                      UC_HOOK_MEM_WRITE_UNMAPPED, UC_MODE_MCLASS, UC_MODE_THUMB, Uc)
-from unicorn.arm_const import (UC_ARM_REG_IPSR, UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_PRIMASK, UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3,
-                               UC_ARM_REG_R12, UC_ARM_REG_S0, UC_ARM_REG_SP)
+from unicorn.arm_const import (UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_PRIMASK, UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3,
+                               UC_ARM_REG_R12, UC_ARM_REG_S0, UC_ARM_REG_SP, UC_ARM_REG_XPSR)
 from unicorn.arm_const import UC_CPU_ARM_CORTEX_M4
 
 FLASH, FLASH_SIZE = 0x08000000, 1 << 20
@@ -29,7 +30,7 @@ ACCESS_CYCLES = 20  # with the instructions around it
 BYTE_CYCLES = 0.5    # of the background's instructions: 1.5 for one of 3 bytes on average
 
 NMI, HARD_FAULT = 2, 3
-PVD, EXTI1, ADC, TIM2, EXTI15_10 = 1, 7, 18, 28, 40
+PVD, EXTI1, ADC, TIM2, USART1, EXTI15_10 = 1, 7, 18, 28, 37, 40
 
 RCC, RCC_SIZE = 0x40023800, 0x400
 PERIPHERALS = {  # base: name, offset and bit of its clock
@@ -93,7 +94,9 @@ class Chip:
         self.priorities = {}
         self.mpu = {}
         self.undriven = 0          # bytes that an RS-485 transceiver would not have sent
-        self.log, self.received, self.bad_baud = bytearray(), [], False
+        self.log, self.bad_baud = bytearray(), False
+        self.incoming = []         # bytes on the line, with the times at which they will have arrived
+        self.received, self.overrun = None, False
         self.sent_s, self.fast_usart = 0.0, False
         self.sensor_v = 1.65       # at PA0
         self.measured_v = [1.65, 1.2, 0.25]  # at PA1 to PA3: 0 A, 24 V, 25 degC
@@ -103,7 +106,6 @@ class Chip:
         self.pins = 0              # of port B, as wired: PB1 and PB12 closed to ground
         self.kicked_s = None       # the watchdog's last reload
         self.longest_wait_s = 0.0  # between two of them
-        self.background_takes_time = False  # by its instructions too, not only by its accesses to registers
         self.tick_due_s = self.conversion_due_s = None
         self.timer_started_s, self.timer_held_s, self.tick_left_s = {}, {}, None
         self.flash_keys, self.flash_locked, self.flash_busy_s, self.flash_errors, self.flash_word = 0, True, 0.0, 0, None
@@ -423,11 +425,19 @@ class Chip:
     # USART1 and watchdog
 
     def _read_usart1(self, offset):
+        self._receive()
         if offset == 0x00:
-            return (self.now_s >= self.sent_s) * 0xC0 | bool(self.received) << 5  # TXE and TC
-        if offset == 0x04 and self.received:
-            return self.received.pop(0)
+            return (self.now_s >= self.sent_s) * 0xC0 | (self.received is not None) << 5 | self.overrun << 3  # TXE and TC, RXNE, ORE
+        if offset == 0x04 and self.received is not None:
+            byte, self.received, self.overrun = self.received, None, False
+            return byte
         return self.reg(0x40011000 + offset)
+
+    def _receive(self):
+        while self.incoming and self.incoming[0][0] <= self.now_s:
+            _, byte = self.incoming.pop(0)
+            self.overrun = self.received is not None
+            self.received = self.received if self.overrun else byte
 
     def _write_usart1(self, offset, value):
         if offset == 0x04:
@@ -491,7 +501,7 @@ class Chip:
         self.uc.emu_stop()
 
     def _on_block(self, _uc, _address, size, _user):
-        if self.background_takes_time and not self.active:
+        if not self.active:
             self.now_s += BYTE_CYCLES * size * self.cycle_s
         if self.now_s >= self.next_due_s:
             self.uc.emu_stop()
@@ -555,6 +565,7 @@ class Chip:
             self.uc.reg_write(register, value & 0xFFFFFFFF)
         if force is not None:
             self.uc.reg_write(UC_ARM_REG_S0, struct.unpack("<I", struct.pack("<f", force))[0])
+        self.uc.reg_write(UC_ARM_REG_XPSR, 1 << 24)
         self.uc.reg_write(UC_ARM_REG_LR, RETURN | 1)
         self._emulate(self.symbols[function])
         result = self.uc.reg_read(UC_ARM_REG_R0)
@@ -583,7 +594,7 @@ class Chip:
                                                UC_ARM_REG_LR)] + [pc, 0x01000000]
         self.uc.mem_write(frame, struct.pack("<8I", *words))
         self.uc.reg_write(UC_ARM_REG_SP, frame)
-        self.uc.reg_write(UC_ARM_REG_IPSR, number)
+        self.uc.reg_write(UC_ARM_REG_XPSR, 1 << 24 | number)  # out of an IT block, too
         self.uc.reg_write(UC_ARM_REG_LR, RETURN | 1)
         self.now_s += 12 * self.cycle_s
         at = handler & ~1
@@ -614,11 +625,15 @@ class Chip:
             self.registers[0x40012000] = self.reg(0x40012000) | 2
             if self.reg(0x40012004) & 1 << 5:
                 self.pended.add(ADC)
+        self._receive()
+        if self.received is not None and self.field(0x4001100C, 5, 1):
+            self.pended.add(USART1)
         if self.kicked_s is not None and self.now_s - self.kicked_s > self._watchdog_s():
             raise Reset(WATCHDOG)
 
     def _due(self):
-        return [t for t in (self.tick_due_s, self.conversion_due_s) if t is not None]
+        arrival_s = self.incoming[0][0] if self.incoming else None
+        return [t for t in (self.tick_due_s, self.conversion_due_s, arrival_s) if t is not None]
 
     def _run_background(self, until_s):
         self.next_due_s = min([until_s, *self._due()])
@@ -659,7 +674,10 @@ class Chip:
         return self.text().splitlines()
 
     def send(self, text):
-        self.received += list(text if isinstance(text, bytes) else text.encode())
+        """To the chip, at 115200 baud."""
+        at_s = max(self.now_s, self.incoming[-1][0] if self.incoming else 0.0)
+        for number, byte in enumerate(text if isinstance(text, bytes) else text.encode()):
+            self.incoming.append((at_s + (number + 1) * 10 / 115200, byte))
 
     def ram(self):
         return bytes(self.uc.mem_read(RAM, RAM_SIZE))

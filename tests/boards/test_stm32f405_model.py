@@ -614,7 +614,6 @@ def test_the_slowest_params_are_applied_while_the_watchdog_is_kicked(bench, tmp_
         section = 1.0, 0.5 + zero, 0.5 * zero, 0.6 + pole, 0.6 * pole
         ask(board, struct.pack(">BBHHB5f", 1, 16, SECTIONS + 10 * i, 10, 20, *section))
     chip = board.chip
-    chip.background_takes_time = True
     chip.longest_wait_s = 0.0
     before, begun_s = len(chip.log), chip.now_s
     request = struct.pack(">BBHH", 1, 6, 0x100, 5)
@@ -624,6 +623,34 @@ def test_the_slowest_params_are_applied_while_the_watchdog_is_kicked(bench, tmp_
     assert read_word(board, OUTCOME) == 0
     assert read_word(board, SECTION_COUNT + ACTIVE) == 4
     assert chip.longest_wait_s <= 0.010
+
+
+def test_a_line_of_text_is_taken_at_whatever_time_of_a_tick_it_comes(bench):
+    board = bench()
+    board.wait_for("latest 0 us\n")
+    for _ in range(100):
+        board.chip.run(0.003 + 10e-6)
+        board.command("?\n", " us\n", 0.03)
+
+
+def test_text_that_comes_while_the_log_is_written_is_taken_or_stops_the_drive(bench):
+    """A report takes 6 ms and more, longer than a line and the silence behind it."""
+    board = with_noise(bench())
+    board.run()
+    chip = board.chip
+    for wait_ms in range(8):
+        before = len(chip.log)
+        chip.send("?\n")
+        chip.run_until(lambda: len(chip.log) > before, 0.03)
+        chip.send("+++++++\n")
+        chip.run(0.001 * wait_ms)
+        chip.send("x")
+        chip.run_until(board.is_off, 0.05)
+        chip.run(0.02)
+        chip.log.clear()
+        board.refer(0.5)
+        board.command("\nstart\n", "run at tick")  # where bytes were lost, the rest of their line is ignored
+        chip.log.clear()
 
 
 def test_flash_that_takes_nothing_is_said(bench):

@@ -1,5 +1,6 @@
-"""The deepest stack that the image can need, from its instructions, against what the linker reserves: the background, in it a tick, in
-the tick an emergency stop, and in that a crash. Frames are read off the prologues; calls through pointers are those listed here."""
+"""The deepest stack that the image can need, from its instructions, against what the linker reserves: the background, in it a
+received byte, in that a tick, in the tick an emergency stop, and in that a crash. Frames are read off the prologues; calls through
+pointers are those listed here."""
 
 import os
 import pathlib
@@ -20,9 +21,9 @@ THROUGH_POINTERS = {
     r"drive_tick|off|go_on|run_loop": PORT,
     r"log_text|log_number": {"log_byte"},
     r"modbus_take": {"receive"},
-    r"modbus_(serve|execute)": {"send", "read_registers", "write_registers"},
+    r"modbus_(serve|execute)": {"send", "take_text", "read_registers", "write_registers"},
     r"make": {"suits"},
-    r"dies_away|add_tail|add_response|tribo_(controller_f32_init|headroom_q31_quantize)": {"pause_work"},
+    r"dies_away|add_tail|add_response|tribo_(controller_f32_init|headroom_q31_quantize)": {"board_kick"},
     r"refusal_of|tribo_force_loop_.*_refusal|tribo_.*refus.*": {"set_up_.*"},
     r"store_(read|write)|look_at|mark_of|write_mark|leave|holds|write_record|crc_of|word_of": FLASH,
     r"operate": {"run_in_ram"},
@@ -100,7 +101,7 @@ class Image:
 def test_the_linker_reserves_more_stack_than_the_worst_case_needs(arithmetic):
     image = Image(TREE / "firmware" / f"tribo-stm32f405-{arithmetic}.elf")
     image.connect()
-    levels = [image.deepest("main"), image.deepest("TIM2_IRQHandler", "ADC_IRQHandler"),
+    levels = [image.deepest("main"), image.deepest("USART1_IRQHandler"), image.deepest("TIM2_IRQHandler", "ADC_IRQHandler"),
               image.deepest("EXTI1_IRQHandler", "EXTI15_10_IRQHandler", "PVD_IRQHandler"), image.deepest("NMI_Handler", "startup_end")]
     needed = sum(depth for depth, _ in levels) + (len(levels) - 1) * FRAME
     reserved = image.symbol("stack_size")

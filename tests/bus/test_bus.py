@@ -17,8 +17,12 @@ TRIANGLE = ROOT / "host_sim" / "scenarios" / "triangle.yaml"
 COMMAND, REFERENCE, GAIN, ACTIVE = 0x100, 0x110, 0x1108, 0x1000
 
 
+def test_version(drive):
+    assert drive.link("--version") == "tribo-link 0.1.0\n"
+
+
 def test_mbpoll_reads_and_writes(drive):
-    assert re.search(r"\[0\]: *\t*4\b", drive.poll("-t", "4:int", "-B", "-r", 0, "-c", 1))  # the lists' version
+    assert re.search(r"\[0\]: *\t*5\b", drive.poll("-t", "4:int", "-B", "-r", 0, "-c", 1))  # the lists' version
     assert "0.85" in drive.poll("-t", "4:float", "-B", "-r", GAIN, "-c", 1)
     drive.poll("-t", "4:float", "-B", "-r", GAIN, "--", 0.5)  # function 16, into the staged set
     assert "0.85" in drive.poll("-t", "4:float", "-B", "-r", GAIN + ACTIVE, "-c", 1)
@@ -72,10 +76,12 @@ def test_params_are_set_while_the_drive_runs(drive):
 
 
 def test_params_come_from_a_scenario(drive, tmp_path):
-    assert drive.link("params", "diff", TRIANGLE) == ""
     scenario = tmp_path / "other.yaml"
-    scenario.write_text(TRIANGLE.read_text().replace("gain: 0.85", "gain: 0.6\n  friction: {breakaway: {table: "
-                        "[{force_N: 0, positive_N: 0.01, negative_N: 0.02}, {force_N: 1, positive_N: 0.3, negative_N: 0.4}]}}"))
+    paper = TRIANGLE.read_text() + "compensator:\n  method: paper\n  guard: {on: no}\n"
+    scenario.write_text(paper)
+    assert drive.link("params", "diff", scenario) == ""
+    scenario.write_text(paper + ("  gain: 0.6\n  friction: {breakaway: {table: "
+                        "[{force_N: 0, positive_N: 0.01, negative_N: 0.02}, {force_N: 1, positive_N: 0.3, negative_N: 0.4}]}}\n"))
     different = drive.link("params", "diff", scenario, status=1)
     assert "compensator.gain: 0.850000024 in the drive, 0.600000024 in" in different
     assert "compensator.friction.breakaway.table[1].negative_N: 0 in the drive, 0.400000006 in" in different
@@ -234,12 +240,12 @@ def test_the_guard_and_what_is_learned(drive, tmp_path):
     drive.link("restore")
     drive.link("forget")
     guarded = tmp_path / "guarded.yaml"
-    guarded.write_text(TRIANGLE.read_text().replace("gain: 0.85", "gain: 0.85\n  guard: {on: yes, turn_N: 0.04}"))
+    guarded.write_text(TRIANGLE.read_text() + "compensator: {method: paper, guard: {on: yes, turn_N: 0.04}}\n")
     drive.link("params", "from", guarded)
     assert drive.link("params", "diff", guarded) == ""
     assert drive.link("params", "get", "compensator.guard.turn_N", "compensator.method") == \
         "compensator.guard.turn_N: 0.0399999991\ncompensator.method: 0\n"
     lugre = tmp_path / "lugre.yaml"
-    lugre.write_text(TRIANGLE.read_text().replace("gain: 0.85", "gain: 0.85\n  model: lugre"))
+    lugre.write_text(TRIANGLE.read_text() + "compensator: {method: paper, model: lugre}\n")
     assert "compensator.model: lugre is not in the drive" in drive.link("params", "from", lugre, status=2)
     drive.link("params", "from", TRIANGLE)

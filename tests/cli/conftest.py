@@ -14,6 +14,9 @@ GOLDEN = ROOT / "tests" / "golden"
 SCENARIOS = ROOT / "host_sim" / "scenarios"
 
 # The shortest scenario there is; a test appends what it is about.
+# The paper's method, by its name.
+PAPER = ("--set", "compensator.method=paper", "--set", "compensator.guard.on=no")
+
 SHORT = "duration_s: 0.01\nreference: {kind: step}\n"
 
 

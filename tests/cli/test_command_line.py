@@ -44,11 +44,36 @@ def test_a_wrong_command_line(sim, arguments):
     assert result.stdout == ""
 
 
-@pytest.mark.parametrize("arguments", [("--help",), ("-h",), ("run", "--help"), ("replay", "x", "--help")])
-def test_help_names_every_option_and_exit_status(sim, arguments):
+@pytest.mark.parametrize("arguments", [("--help",), ("-h",), ("fly", "--help")])
+def test_help_names_every_command_and_exit_status(sim, arguments):
     text = sim.ok(*arguments)
-    for word in ("run", "replay", "params", "list", "--set", "--name", "--out", "--json", "--params", "--force", "--keys", "Exit status"):
+    for word in ("run", "sweep", "merge", "replay", "log", "params", "list", "COMMAND --help", "--version", "Exit status"):
         assert word in text
+    assert "--set" not in text
+
+
+HELP = {
+    "run": ("--set", "--learned", "--out", "--json", "--arith", "--target", "Targets: m0"),
+    "sweep": ("--out", "--row", "--shard", "--workers"),
+    "merge": ("--out",),
+    "replay": ("--params", "--force", "--plot", "--scale"),
+    "log": ("--column", "--unit", "--gap"),
+    "params": ("--name", "--arith", "--learned"),
+    "list": ("--keys", "--markdown", "--parameters"),
+}
+
+
+@pytest.mark.parametrize("command", HELP)
+def test_help_of_a_command_shows_its_options_alone(sim, command):
+    for arguments in ((command, "--help"), (command, "x", "-h")):
+        text = sim.ok(*arguments)
+        assert all(option in text for option in HELP[command])
+        assert text.count("Usage: ") == 1 and f"tribo-sim {command} " in text
+        assert ("Targets" in text) == (command == "run")
+
+
+def test_version(sim):
+    assert sim.ok("--version") == "tribo-sim 0.1.0\n"
 
 
 def test_a_full_standard_output_is_an_error(sim):

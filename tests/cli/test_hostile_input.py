@@ -216,14 +216,14 @@ int rename(const char *from, const char *to)
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 @pytest.mark.parametrize("renames", [1, 2, 3])
 def test_a_summary_is_never_beside_the_traces_of_another_run(sim, renames, number):
-    sim.write("x.yaml", SHORT)
+    sim.write("x.yaml", SHORT + "compensator: {method: paper}\n")
     sim.ok("run", "x.yaml", "--arith", "both", "--out", "d")
     environment = preload(sim, RENAMER) | {"RENAMES": str(renames), "NUMBER": str(int(number))}
     result = sim("run", "x.yaml", "--arith", "both", "--out", "d", "--set", "duration_s=0.02", env=environment)
     assert result.returncode == -number
     left = sorted(path.name for path in (sim.folder / "d").iterdir())
     if number == signal.SIGTERM:  # waits until all are in their places
-        assert left == ["summary.json", "trace.csv", "trace_q31.csv"]
+        assert left == ["scenario.yaml", "summary.json", "trace.csv", "trace_q31.csv"]
     if "summary.json" in left:
         ticks = json.loads((sim.folder / "d/summary.json").read_text(encoding="ascii"))["ticks"]
         for name in ("trace.csv", "trace_q31.csv"):

@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from conftest import ROOT, SHORT, read_csv
+from conftest import PAPER, ROOT, SHORT, read_csv
 from test_command_line import HINT
 
 FIRMWARE = ROOT / "firmware"
@@ -21,9 +21,11 @@ reference: {kind: csv, file: reference.csv}
 sensor: {quantisation_N: 0.0009765625, noise_N: 0.02}
 """
 LOOPS = {
-    "papers": "",
+    "papers": "compensator: {method: paper, guard: {on: no}}\n",
     "lopsided": """
 compensator:
+  method: paper
+  guard: {on: no}
   gain: 1.5
   friction:
     k_min: 4
@@ -40,6 +42,8 @@ limits: {u_min_N: -1, u_max_N: 0.8, input_max_N: 1.5, full_scale_N: 4}
 """,
     "steep": """
 compensator:
+  method: paper
+  guard: {on: no}
   friction:
     v0_N_per_s: 2
     breakaway: {offset_N: 0.02, slope: 1.25, negative_offset_N: 0.01, negative_slope: 1.5}
@@ -47,16 +51,18 @@ compensator:
     pulse_width_s: 0.02
 """,
     "feedforward": """
-compensator: {method: feedforward, feedforward: {lead: 0.5, hold: {gain: 0}}}
+compensator: {feedforward: {jump_lead: 0.5, still_time_s: 0}, guard: {on: no}}
 """,
     "guarded": """
-compensator: {gain: 1.5, friction: {breakaway: {offset_N: 0.01, slope: 0.4}}, guard: {on: yes, turn_N: 0.02, stray_N: 0.001, quick_time_s: 0.5}}
+compensator: {method: paper, gain: 1.5, friction: {breakaway: {offset_N: 0.01, slope: 0.4}}, guard: {on: yes, turn_N: 0.02, stray_N: 0.001, quick_time_s: 0.5}}
 """,
     "lugre": """
-compensator: {model: lugre, gain: 0.7, lugre: {stiffness_N_per_deg: 3000, bristle_damping_N_s_per_deg: 10, viscous_N_s_per_deg: 0.1}}
+compensator: {method: paper, guard: {on: no}, model: lugre, gain: 0.7, lugre: {stiffness_N_per_deg: 3000, bristle_damping_N_s_per_deg: 10, viscous_N_s_per_deg: 0.1}}
 """,
     "table": """
 compensator:
+  method: paper
+  guard: {on: no}
   friction:
     v0_N_per_s: 2
     reset_level: 0.4
@@ -115,7 +121,7 @@ int main(void)
     GUARD(attach)(&state, &guard);
     if (FEED(of)(&loop_params) != NULL)
     {
-        FEED(reset)(FEED(of)(&loop_params), &memory.state);
+        FEED(reset)(&memory.state);
         ATTACH(&state, &memory);
     }
     while (scanf("%lf,%lf", &r, &y) == 2)
@@ -217,7 +223,7 @@ def test_a_header_compiles_without_a_warning(sim, loop, arithmetic):
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_params_of_another_version_of_the_library_do_not_compile(sim, arithmetic):
-    header = sim.write("old.h", sim.ok("params", "triangle", "--arith", arithmetic).replace("_VERSION != 5", "_VERSION != 4"))
+    header = sim.write("old.h", sim.ok("params", "triangle", "--arith", arithmetic).replace("_VERSION != 6", "_VERSION != 5"))
     result = syntax("cc", header, "-std=c11")
     assert result.returncode != 0
     assert "made for another version of tribo: run tribo-sim params again" in result.stderr

@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from conftest import GOLDEN, read_csv
+from conftest import GOLDEN, PAPER, read_csv
 
 HEADER = "t_s,u_N,F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N"
 
@@ -65,7 +65,7 @@ def test_measured_force_reproduces_the_golden_friction(sim, params):
 
 
 def test_replay_of_a_simulated_run_gives_what_the_loop_saw(sim):
-    trace = sim.trace("triangle", "--set", "duration_s=5", "--set", "metrics.start_s=0")
+    trace = sim.trace("triangle", *PAPER, "--set", "duration_s=5", "--set", "metrics.start_s=0")
     sim.ok("replay", "trace_of_run/trace.csv", "--out", "out.csv")
     result = read_csv(sim.folder / "out.csv")
     for name in ("F_hat_N", "n_N", "L_N", "Q1", "Q2", "Q", "f_hat_N"):
@@ -77,7 +77,7 @@ LUGRE = ("--set", "compensator.model=lugre")
 
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_replay_of_a_run_with_lugre_gives_what_the_loop_saw(sim, arithmetic):
-    trace = sim.trace("triangle", "--set", "duration_s=5", "--set", "reference.period_s=4", "--set", "metrics.start_s=0", *LUGRE, "--arith", arithmetic)
+    trace = sim.trace("triangle", *PAPER, "--set", "duration_s=5", "--set", "reference.period_s=4", "--set", "metrics.start_s=0", *LUGRE, "--arith", arithmetic)
     sim.ok("replay", "trace_of_run/trace.csv", "--out", "out.csv", "--arith", arithmetic, *LUGRE)
     result = read_csv(sim.folder / "out.csv")
     for name in ("F_hat_N", "n_N", "L_N", "Q1", "Q2", "Q", "f_hat_N"):
@@ -400,7 +400,7 @@ def test_full_scale_of_a_replay(sim):
 
 def test_the_activity_is_that_of_the_log(sim):
     """The same counts as the run's that made the log; a gap is no move."""
-    summary = sim.summary("triangle", "--set", "reference.period_s=60", "--set", "metrics.start_s=0", "--out", "d")
+    summary = sim.summary("triangle", *PAPER, "--set", "reference.period_s=60", "--set", "metrics.start_s=0", "--out", "d")
     assert summary["chatter_ticks"] > 1000
     for options, counted in ((("--arith", "f32"), r"Q switches (\d+) times"),
                              (("--arith", "q31"), r"Q switches (\d+) times in Q31"),

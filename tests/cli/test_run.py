@@ -12,7 +12,7 @@ import subprocess
 
 import pytest
 
-from conftest import ROOT, SHORT, processor_s, read_csv, until
+from conftest import PAPER, ROOT, SHORT, processor_s, read_csv, until
 from test_list import keys
 
 # Spec section 8; the issue allows 2 %.
@@ -27,7 +27,7 @@ SUMMARY = ["rms_error_N", "max_error_N", "rms_measured_error_N", *ACTIVITY, "tic
 
 @pytest.mark.parametrize("gain", BENCHMARK)
 def test_triangle_reproduces_the_benchmark(sim, gain):
-    summary = sim.summary("triangle", "--set", f"compensator.gain={gain}")
+    summary = sim.summary("triangle", *PAPER, "--set", f"compensator.gain={gain}")
     assert summary["rms_error_N"] == pytest.approx(BENCHMARK[gain][0], rel=0.02)
     assert summary["rms_measured_error_N"] == pytest.approx(BENCHMARK[gain][1], rel=0.02)
     assert (summary["ticks"], summary["limited_ticks"], summary["bad_inputs"]) == (60000, 0, 0)
@@ -36,14 +36,14 @@ def test_triangle_reproduces_the_benchmark(sim, gain):
 
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_feedforward_leaves_a_twentieth_of_the_error(sim, arithmetic):
-    summary = sim.summary("triangle", "--set", "compensator.method=feedforward", "--arith", arithmetic)
-    assert summary["rms_error_N"] <= 0.00022
+    summary = sim.summary("triangle", "--arith", arithmetic)
+    assert summary["rms_error_N"] <= 0.00013
     assert summary["max_error_N"] <= 0.0035
 
 
 def test_without_a_method_nothing_is_compensated(sim):
     off = sim.trace("ramp", "--set", "compensator.method=off")
-    assert off == sim.trace("ramp", "--set", "compensator.gain=0")
+    assert off == sim.trace("ramp", *PAPER, "--set", "compensator.gain=0")
     assert set(off["friction_term_N"]) == {0.0}
 
 
@@ -52,7 +52,7 @@ HALF = ("--set", "plant.friction.breakaway.offset_N=0.0035", "--set", "plant.fri
 
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_guard_ends_hunting_and_says_why(sim, arithmetic):
-    hunting = (*HALF, "--set", "compensator.gain=1", "--set", "metrics.start_s=20", "--arith", arithmetic)
+    hunting = (*HALF, *PAPER, "--set", "compensator.gain=1", "--set", "metrics.start_s=20", "--arith", arithmetic)
     assert sim.summary("triangle", *hunting)["rms_error_N"] > 0.05
     guarded = sim.summary("triangle", *hunting, "--set", "compensator.guard.on=yes")
     assert guarded["guard"] == "hunting"
@@ -73,35 +73,35 @@ def test_guard_leaves_a_loop_alone_that_is_right(sim, method):
 def test_lugre_in_the_loop_compensates(sim, truth, arithmetic):
     plant = ("--set", f"plant.model={truth}", "--arith", arithmetic)
     off = sim.summary("triangle", *plant, "--set", "compensator.method=off")
-    lugre = sim.summary("triangle", *plant, "--set", "compensator.model=lugre")
+    lugre = sim.summary("triangle", *plant, *PAPER, "--set", "compensator.model=lugre")
     assert lugre["rms_error_N"] == pytest.approx({"paper": 0.000999, "lugre": 0.001151}[truth], rel=0.02)
     assert off["rms_error_N"] > 3.3 * lugre["rms_error_N"]
     assert (lugre["Q_switches"], lugre["chatter_ticks"], lugre["limited_ticks"], lugre["bad_inputs"]) == (0, 0, 0, 0)
 
 
 def test_bristles_are_the_scenarios(sim):
-    lugre = ["--set", "compensator.model=lugre", "--set", "duration_s=5", "--set", "reference.period_s=4", "--set", "metrics.start_s=1"]
+    lugre = [*PAPER, "--set", "compensator.model=lugre", "--set", "duration_s=5", "--set", "reference.period_s=4", "--set", "metrics.start_s=1"]
     plain = sim.trace("triangle", *lugre)
     assert sim.trace("triangle", *lugre, "--set", "compensator.lugre.stiffness_N_per_deg=1e5") == plain
     for key, value in (("stiffness_N_per_deg", 500), ("bristle_damping_N_s_per_deg", 3000), ("viscous_N_s_per_deg", 5)):
         assert sim.trace("triangle", *lugre, "--set", f"compensator.lugre.{key}={value}") != plain, key
     off = sim.trace("triangle", *lugre, "--set", "compensator.method=off")
-    assert off["u_N"] == sim.trace("triangle", *lugre[2:], "--set", "compensator.method=off")["u_N"]
+    assert off["u_N"] == sim.trace("triangle", *lugre[6:], "--set", "compensator.method=off")["u_N"]
 
 
 def test_a_model_that_does_not_go_with_the_rest_is_refused(sim):
     lugre = "compensator.model=lugre"
     sim.fails(f"--set {lugre}: compensator.model: lugre goes with compensator.method paper or off alone",
-              "run", "triangle", "--set", "compensator.method=feedforward", "--set", lugre)
+              "run", "triangle", "--set", lugre)
     sim.fails(f"--set {lugre}: compensator.model: lugre is not in the drive's firmware, which has no registers for it; it runs here "
-              "and in params", "run", "triangle", "--target", "m4f", "--set", lugre)
+              "and in params", "run", "triangle", *PAPER, "--target", "m4f", "--set", lugre)
     key = "compensator.lugre.bristle_damping_N_s_per_deg"
     sim.fails(f"--set {key}=9000: {key}: 9000 N s/deg is refused: lugre damping: 0 to 1e12 N s/deg; at most 1000 stiffness h; q31: less "
               "for stiff bristles",
-              "run", "triangle", "--set", lugre, "--set", "compensator.lugre.stiffness_N_per_deg=1", "--set", f"{key}=9000")
+              "run", "triangle", *PAPER, "--set", lugre, "--set", "compensator.lugre.stiffness_N_per_deg=1", "--set", f"{key}=9000")
 
 
-FED = ["triangle", "--set", "compensator.method=feedforward", "--set", "plant.friction.breakaway.slope=0.4", "--set",
+FED = ["triangle", "--set", "plant.friction.breakaway.slope=0.4", "--set",
        "plant.friction.breakaway.negative_slope=0.25"]
 
 
@@ -115,12 +115,12 @@ def test_what_a_feedforward_learns_is_seen_and_handed_on(sim, arithmetic):
         assert trace[f"breakaway_{direction}_N"][-1] == pytest.approx(learned["breakaway_N"], rel=1e-8)
         assert trace[f"learned_{direction}_N"][-1] == pytest.approx(learned["travel_N"], rel=1e-8)
         assert (trace[f"relative_variance_{direction}"][0], learned["relative_variance"] < 0.05, learned["at_bound"]) == (pytest.approx(1), True, False)
-    # The next run begins with it: what it believes at once is what was learned, and it doubts no more than was left.
+    # The next run begins with it: what it believes at once is what was learned, and it trusts that as far as it was learned.
     begun = sim.trace(*FED, "--arith", arithmetic, "--learned", "first/learned.yaml", "--set", "duration_s=5",
                       "--set", "metrics.start_s=0")
     assert begun["breakaway_positive_N"][0] == pytest.approx(0.167, rel=0.05)
     assert begun["breakaway_negative_N"][0] == pytest.approx(0.107, rel=0.05)
-    assert begun["relative_variance_positive"][0] < 0.05
+    assert 0.95 < float(re.search(r"trust: (.*)", (sim.folder / "first/learned.yaml").read_text(encoding="ascii"))[1]) <= 1
     header = sim.ok("params", "triangle", "--set", "compensator.method=feedforward", "--learned", "first/learned.yaml",
                     "--arith", arithmetic)
     assert header != sim.ok("params", "triangle", "--set", "compensator.method=feedforward", "--arith", arithmetic)
@@ -138,22 +138,20 @@ def test_a_learned_table_is_handed_on_as_one(sim):
 def test_a_run_that_learns_nothing_leaves_no_learned_file(sim):
     sim.ok("run", *FED, "--set", "duration_s=1", "--set", "metrics.start_s=0", "--out", "both")
     assert (sim.folder / "both" / "learned.yaml").exists()
-    sim.ok("run", "triangle", "--set", "duration_s=1", "--set", "metrics.start_s=0", "--out", "both")
+    sim.ok("run", "triangle", *PAPER, "--set", "duration_s=1", "--set", "metrics.start_s=0", "--out", "both")
     assert not (sim.folder / "both" / "learned.yaml").exists()
 
 
 def test_a_prior_that_is_far_off_ends_at_a_bound_and_says_so(sim):
-    far = ["--set", "compensator.feedforward.learning.scale_max=1.1"]
-    learned = sim.summary(*FED, *far)["learned"]
-    assert (learned["positive"]["at_bound"], learned["negative"]["at_bound"]) == (True, False)
-    assert not learned["positive"]["stays_at_bound"]  # three slides
-    longer = sim.summary(*FED, *far, "--set", "duration_s=80")["learned"]
-    assert (longer["positive"]["stays_at_bound"], longer["negative"]["stays_at_bound"]) == (True, False)
-    assert "not to be trusted" in sim.ok("run", *FED, *far)
+    far = ["--set", "compensator.friction.breakaway.offset_N=0.001", "--set", "compensator.friction.breakaway.slope=0.06"]
+    learned = sim.summary(*FED, *far, "--set", "duration_s=30")["learned"]["positive"]
+    assert (learned["at_bound"], learned["stays_at_bound"]) == (True, False)  # three reversals
+    assert "not to be trusted" in sim.ok("run", *FED, *far, "--set", "duration_s=30")
+    assert sim.summary(*FED, *far, "--set", "duration_s=80")["learned"]["positive"]["stays_at_bound"]
 
 
 def test_gain_1_overcompensates(sim):
-    assert sim.summary("triangle", "--set", "compensator.gain=1")["rms_error_N"] == pytest.approx(0.003216, rel=0.05)
+    assert sim.summary("triangle", *PAPER, "--set", "compensator.gain=1")["rms_error_N"] == pytest.approx(0.003216, rel=0.05)
 
 
 def test_every_truth_model_runs_and_is_none_of_the_others(sim):
@@ -173,7 +171,7 @@ def test_the_paper_is_the_truth_if_none_is_chosen(sim):
 
 
 def test_command_errors_are_those_of_the_actuators_force(sim):
-    trace = sim.trace("ramp", "--set", "plant.command={scale_error: 0.1, bias_N: 0.02}")
+    trace = sim.trace("ramp", *PAPER, "--set", "plant.command={scale_error: 0.1, bias_N: 0.02}")
     # Standing long after the ramp, the actuator has settled.
     assert trace["u_a_N"][-1] == pytest.approx(1.1 * trace["u_N"][-1] + 0.02, abs=1e-6)
 
@@ -181,14 +179,14 @@ def test_command_errors_are_those_of_the_actuators_force(sim):
 def test_ripple_is_a_sine_of_the_arms_position(sim):
     """u_a with the ripple, of two arms that stand still, is apart from u by it alone."""
     ripple = {"amplitude_N": 0.01, "period_deg": 0.1, "phase": 0.25}
-    trace = sim.trace("ramp", *(word for key, value in ripple.items() for word in ("--set", f"plant.ripple.{key}={value}")))
+    trace = sim.trace("ramp", *PAPER, *(word for key, value in ripple.items() for word in ("--set", f"plant.ripple.{key}={value}")))
     angle = 2 * math.pi * (trace["F_N"][-1] / 3.84 / 0.1 + 0.25)
     assert trace["u_a_N"][-1] - trace["u_N"][-1] == pytest.approx(0.01 * math.sin(angle), abs=1e-6)
 
 
 @pytest.mark.parametrize("step_s", ["0.00005", "0.00001"])
 def test_triangle_hardly_depends_on_the_plant_step(sim, step_s):
-    summary = sim.summary("triangle", "--set", f"plant.step_s={step_s}")
+    summary = sim.summary("triangle", *PAPER, "--set", f"plant.step_s={step_s}")
     assert summary["rms_error_N"] == pytest.approx(BENCHMARK[0.85][0], rel=0.02)
 
 
@@ -205,10 +203,32 @@ def test_triangle_runs_a_thousand_times_faster_than_real_time(sim):
     assert summary["simulated_s"] / min(cpu_s() for _ in range(5)) >= 1000
 
 
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "host_sim/scenarios").glob("*.yaml")))
+def test_the_scenario_in_the_folder_plays_the_same_run(sim, name):
+    options = ("--set", "duration_s=3", "--set", "metrics.start_s=1", "--set", "metrics.end_s=3", "--set", "compensator.gain=0.1",
+               "--set", "plant.friction.breakaway={offset_N: 0.0123456789012345678, slope: 0.3}")
+    sim.ok("run", name, *options, "--out", "a/b")
+    sim.ok("run", "a/b/scenario.yaml", "--out", "again")
+    assert (sim.folder / "again/trace.csv").read_bytes() == (sim.folder / "a/b/trace.csv").read_bytes()
+    first, second = ((sim.folder / folder / "scenario.yaml").read_text(encoding="utf-8").split("\n", 1) for folder in ("a/b", "again"))
+    assert first[1] == second[1]
+    assert first[0].startswith("# tribo-sim 0.1.0, tribo-sim run ") and "--set compensator.gain=0.1 " in first[0]
+
+
+def test_the_scenario_in_the_folder_finds_its_reference(sim):
+    (sim.folder / "x").mkdir()
+    sim.write("x/ramp.csv", "t_s,r_N\n0,0\n1,0.1\n")
+    sim.write("x/x.yaml", "duration_s: 0.01\nreference: {kind: csv, file: ramp.csv}\n")
+    sim.ok("run", "x/x.yaml", "--out", "a")
+    sim.ok("run", "a/scenario.yaml", "--out", "b")
+    assert (sim.folder / "a/trace.csv").read_bytes() == (sim.folder / "b/trace.csv").read_bytes()
+    assert f'file: "{sim.folder.resolve()}/x/ramp.csv"' in (sim.folder / "a/scenario.yaml").read_text()
+
+
 def test_summary_and_trace_are_written_and_agree(sim):
-    printed = sim.summary("triangle", "--out", "a/b/c")
+    printed = sim.summary("triangle", *PAPER, "--out", "a/b/c")
     folder = sim.folder / "a/b/c"
-    assert sorted(path.name for path in folder.iterdir()) == ["summary.json", "trace.csv"]
+    assert sorted(path.name for path in folder.iterdir()) == ["scenario.yaml", "summary.json", "trace.csv"]
     assert list(printed) == SUMMARY
     assert json.loads((folder / "summary.json").read_text(encoding="ascii")) == printed
 
@@ -255,14 +275,14 @@ def test_activity_is_that_of_the_trace(sim, options, window):
 
 def test_a_slow_triangle_chatters_and_the_benchmark_does_not(sim):
     """Independent figures of the slow one, over the whole run: Q toggles in about 53,500 of 120,000 ticks, u varies by 7.6 N."""
-    slow = sim.summary("triangle", "--set", "reference.period_s=40", "--set", "duration_s=120", "--set", "metrics.start_s=0")
+    slow = sim.summary("triangle", *PAPER, "--set", "reference.period_s=40", "--set", "duration_s=120", "--set", "metrics.start_s=0")
     assert slow["u_variation_N"] == pytest.approx(7.6, abs=0.05)
     assert slow["variation_ratio"] == pytest.approx(7.6 / 1.2, rel=0.01)
     assert slow["Q_switches"] == pytest.approx(53530, rel=0.02)
     assert slow["chatter_ticks"] == pytest.approx(53530, rel=0.02)
-    fast = sim.summary("triangle")
+    fast = sim.summary("triangle", *PAPER)
     assert fast["chatter_ticks"] < 20 and fast["Q_switches"] < 20
-    without = sim.summary("triangle", "--set", "compensator.gain=0")
+    without = sim.summary("triangle", "--set", "compensator.method=off")
     assert without["chatter_ticks"] == 0
 
 
@@ -276,7 +296,7 @@ def test_the_table_shows_the_activity(sim):
 
 
 def test_trace_columns_are_what_the_loop_says_they_are(sim):
-    trace = sim.trace("triangle", "--set", "duration_s=12", "--set", "metrics.start_s=0")
+    trace = sim.trace("triangle", *PAPER, "--set", "duration_s=12", "--set", "metrics.start_s=0")
     f_before = 0.0
     for k, t in enumerate(trace["t_s"]):
         row = {name: values[k] for name, values in trace.items()}
@@ -599,8 +619,8 @@ def test_other_files_in_the_folder_stay(sim):
     sim.write("d/notes.txt", "mine")
     sim.write("d/trace.csv", "old")
     sim.write("x.yaml", SHORT)
-    sim.ok("run", "x.yaml", "--out", "d")
-    assert left_in(sim.folder / "d") == ["notes.txt", "summary.json", "trace.csv"]
+    sim.ok("run", "x.yaml", *PAPER, "--out", "d")
+    assert left_in(sim.folder / "d") == ["notes.txt", "scenario.yaml", "summary.json", "trace.csv"]
     assert (sim.folder / "d/notes.txt").read_text(encoding="ascii") == "mine"
     assert len(read_csv(sim.folder / "d/trace.csv")["t_s"]) == 10
 
@@ -659,7 +679,7 @@ def test_a_full_disk_leaves_nothing_half_written(sim, part):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupted_run_leaves_nothing(sim, number, arith, files):
     (sim.folder / "d").mkdir()
-    command = [sim.program, "run", "triangle", "--set", "duration_s=80000", "--out", sim.folder / "d", "--arith", arith]
+    command = [sim.program, "run", "triangle", *PAPER, "--set", "duration_s=80000", "--out", sim.folder / "d", "--arith", arith]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
         until(lambda: sum(path.stat().st_size > 0 for path in (sim.folder / "d").iterdir()) == files, "not all files are written")
         process.send_signal(number)
@@ -693,9 +713,9 @@ def test_no_progress_is_shown_elsewhere(sim):
 
 
 def test_q31_gives_the_benchmark_within_1_percent_of_f32(sim):
-    f32 = sim.summary("triangle", "--arith", "f32")
-    assert {**f32, "wall_s": 0, "real_time_factor": 0} == {**sim.summary("triangle"), "wall_s": 0, "real_time_factor": 0}
-    q31 = sim.summary("triangle", "--arith", "q31")
+    f32 = sim.summary("triangle", *PAPER, "--arith", "f32")
+    assert {**f32, "wall_s": 0, "real_time_factor": 0} == {**sim.summary("triangle", *PAPER), "wall_s": 0, "real_time_factor": 0}
+    q31 = sim.summary("triangle", *PAPER, "--arith", "q31")
     assert list(q31) == SUMMARY
     assert q31["rms_error_N"] == pytest.approx(f32["rms_error_N"], rel=0.01)
     assert q31["rms_error_N"] != f32["rms_error_N"]
@@ -703,10 +723,10 @@ def test_q31_gives_the_benchmark_within_1_percent_of_f32(sim):
 
 
 def test_both_is_the_two_runs_and_their_difference(sim):
-    options = ("noisy", "--set", "duration_s=3", "--set", "metrics.start_s=1")
+    options = ("noisy", *PAPER, "--set", "duration_s=3", "--set", "metrics.start_s=1")
     both = sim.summary(*options, "--arith", "both", "--out", "d")
     assert list(both) == SUMMARY + ["q31", "difference"]
-    assert left_in(sim.folder / "d") == ["summary.json", "trace.csv", "trace_q31.csv"]
+    assert left_in(sim.folder / "d") == ["scenario.yaml", "summary.json", "trace.csv", "trace_q31.csv"]
     f32, q31 = (sim.summary(*options, "--arith", arith, "--out", arith) for arith in ("f32", "q31"))
     for key in SUMMARY[:10]:
         assert both[key] == f32[key]
@@ -727,13 +747,13 @@ def test_both_is_the_two_runs_and_their_difference(sim):
 
 def test_the_trace_of_q31_is_named_and_does_not_outlive_its_run(sim):
     sim.write("x.yaml", SHORT)
-    table = sim.ok("run", "x.yaml", "--arith", "both", "--out", "d")
-    assert table.splitlines()[-1].split(maxsplit=1) == ["written", "d/trace.csv, d/trace_q31.csv, d/summary.json"]
+    table = sim.ok("run", "x.yaml", *PAPER, "--arith", "both", "--out", "d")
+    assert table.splitlines()[-1].split(maxsplit=1) == ["written", "d/trace.csv, d/trace_q31.csv, d/scenario.yaml, d/summary.json"]
     sim("run", "x.yaml", "--set", "duration_s=x", "--out", "d")
-    assert left_in(sim.folder / "d") == ["summary.json", "trace.csv", "trace_q31.csv"]
-    table = sim.ok("run", "x.yaml", "--out", "d")
-    assert table.splitlines()[-1].split(maxsplit=1) == ["written", "d/trace.csv, d/summary.json"]
-    assert left_in(sim.folder / "d") == ["summary.json", "trace.csv"]
+    assert left_in(sim.folder / "d") == ["scenario.yaml", "summary.json", "trace.csv", "trace_q31.csv"]
+    table = sim.ok("run", "x.yaml", *PAPER, "--out", "d")
+    assert table.splitlines()[-1].split(maxsplit=1) == ["written", "d/trace.csv, d/scenario.yaml, d/summary.json"]
+    assert left_in(sim.folder / "d") == ["scenario.yaml", "summary.json", "trace.csv"]
 
 
 def test_full_scale_must_hold_the_loops_forces_and_shows_in_the_resolution(sim):
@@ -744,7 +764,7 @@ def test_full_scale_must_hold_the_loops_forces_and_shows_in_the_resolution(sim):
         result = sim("run", "x.yaml", "--arith", arith, "--set", "limits.full_scale_N=1")
         assert result.returncode == 1 and "limits.input_max_N" in result.stderr
     sim.ok("run", "x.yaml", "--set", "limits.full_scale_N=1")  # f32 has none
-    coarse = sim.trace("x.yaml", "--arith", "q31", "--set", "limits.full_scale_N=1e5", "--set",
+    coarse = sim.trace("x.yaml", *PAPER, "--arith", "q31", "--set", "limits.full_scale_N=1e5", "--set",
                        "compensator.friction.breakaway.offset_N=1", "--set", "compensator.friction.v0_N_per_s=1")
     assert all(abs(u / 1e5 * 2**31 - round(u / 1e5 * 2**31)) < 1e-2 for u in coarse["u_N"])
 

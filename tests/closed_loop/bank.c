@@ -44,7 +44,7 @@
 #define HARM_MOST        4.0
 #define HARM_REVERSALS   8.0
 #define HARM             1.2 // effort with friction fed forward over that without
-#define HARM_SHARE       0.5
+#define HARM_SHARE       0.0
 #define FADE_TIME_S      1.0
 #define HOLD_GAIN        0.94
 #define HOLD_MARGIN      0.85
@@ -387,7 +387,7 @@ static bool stands(bank_t *x, const bank_options_t *options, double half, bool s
 }
 
 /// Compares what the controller does with friction fed forward (the travel of v) to what it would have to do without (the change
-/// of the whole that overcomes friction, from a reversal to the next). Where it does more, `share` fades to half and stays there.
+/// of the whole that overcomes friction, from a reversal to the next). Where it does more, `share` fades to nothing and stays there.
 /// `reversed`: this tick is a judged reversal; `anew`: the comparison begins with this tick.
 static void monitor(bank_t *x, double v, bool reversed, bool anew)
 {

@@ -122,22 +122,21 @@ typedef struct
 
 static void judge_learning(slide_t               *slide,
                            const rig_t           *rig,
-                           const fed_loop_t      *loop,
-                           double                 trust,
+                           const loop_t          *loop,
                            double                 r,
                            compensation_result_t *result)
 {
     const common_breakaway_config_t *truth = &rig->config.truth.friction.breakaway;
-    const feedforward_seen_t         seen  = feedforward_seen(&loop->feedforward);
-    const int                        d     = seen.sigma < 0.0 ? 1 : 0;
-    slide->steady                          = seen.sigma == slide->sigma ? slide->steady + 1 : 0;
-    slide->sigma                           = seen.sigma;
+    const double sigma = (double)loop->memory.state.sigma; // of one arithmetic: only its sign and rest count
+    const int    d     = sigma < 0.0 ? 1 : 0;
+    slide->steady      = sigma == slide->sigma ? slide->steady + 1 : 0;
+    slide->sigma       = sigma;
     slide->friction_n += SLIDE_PART * (fabs(rig->friction_n) - slide->friction_n);
     if (slide->steady > SLIDE_TICKS)
     {
         const double offset = d == 0 ? truth->offset_n : truth->negative_offset_n.value;
         const double slope  = d == 0 ? truth->slope : truth->negative_slope.value;
-        const double L      = seen.L[d] / (1.0 - (1.0 - trust) * seen.relative_variance[d]);
+        const double L      = loop_learned_L(loop, (uint32_t)d, r);
         slide->counted++;
         result->friction_off += (fabs(L / slide->friction_n - 1.0) - result->friction_off) / (double)slide->counted;
         result->breakaway_off = fmax(result->breakaway_off, fabs(L / (offset + slope * fabs(r)) - 1.0));
@@ -152,23 +151,20 @@ compensation_result_t compensation_run(compensation_t                        met
                                        double                                first_s,
                                        double                                second_s)
 {
-    const tribo_force_loop_f32_config_t   paper    = tribo_force_loop_f32_paper();
-    const tribo_feedforward_f32_config_t  standard = tribo_feedforward_f32_default();
-    const tribo_feedforward_f32_config_t *used     = config != NULL ? config : &standard;
-    static tribo_force_loop_f32_params_t  paper_params;
-    static tribo_force_loop_f32_state_t   paper_state;
-    static fed_loop_t                     loop;
-    rig_t                                 rig;
+    const tribo_force_loop_f32_config_t  paper    = tribo_force_loop_f32_paper();
+    const tribo_feedforward_f32_config_t standard = tribo_feedforward_f32_default();
+    tribo_force_loop_f32_config_t        off      = paper;
+    static tribo_force_loop_f32_params_t paper_params;
+    static tribo_force_loop_f32_state_t  paper_state;
+    static loop_t                        loop;
+    rig_t                                rig;
     open_rig(&rig, truth);
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&paper_params, &paper));
     tribo_force_loop_f32_reset(&paper_state);
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK,
-                          fed_loop_init(&loop,
-                                        &paper.controller,
-                                        method == COMPENSATION_FEEDFORWARD ? used : NULL,
-                                        &paper.compensator,
-                                        (double)paper.input_max_n,
-                                        H));
+    off.gain                                   = 0.0f;
+    const tribo_feedforward_f32_config_t *used = config != NULL ? config : &standard;
+    const bool                            fed  = method == COMPENSATION_FEEDFORWARD;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&loop, &off, fed ? used : NULL));
 
     slide_t               slide  = {.sigma = 0.0};
     compensation_result_t result = {.rms = 0.0};
@@ -184,7 +180,7 @@ compensation_result_t compensation_run(compensation_t                        met
         const double error = r - F;
         const double u     = method == COMPENSATION_PAPER
                                  ? (double)tribo_force_loop_f32_step(&paper_params, &paper_state, (float)r, (float)y, NULL)
-                                 : fed_loop_step(&loop, r, y);
+                                 : loop_step(&loop, r, y).u;
         if (k < first)
         {
             const double counted = k >= settle ? error : 0.0;
@@ -198,7 +194,7 @@ compensation_result_t compensation_run(compensation_t                        met
             result.variation += fabs(u - last_u);
             if (method == COMPENSATION_FEEDFORWARD)
             {
-                judge_learning(&slide, &rig, &loop, (double)used->learning.trust, r, &result);
+                judge_learning(&slide, &rig, &loop, r, &result);
             }
         }
         last_u = u;

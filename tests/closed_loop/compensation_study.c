@@ -45,8 +45,10 @@ static void study_triangle(void)
     print("off", off, off);
     print("paper", compensation_run_triangle(COMPENSATION_PAPER, NULL, &truth, benchmark), off);
     print("feed-forward", compensation_run_triangle(COMPENSATION_FEEDFORWARD, NULL, &truth, benchmark), off);
-    config.lead = 0.0f;
-    print("feed-forward, lead 0", compensation_run_triangle(COMPENSATION_FEEDFORWARD, &config, &truth, benchmark), off);
+    config.jump_lead = 0.0f;
+    print("feed-forward, jump lead 0",
+          compensation_run_triangle(COMPENSATION_FEEDFORWARD, &config, &truth, benchmark),
+          off);
 }
 
 static int ascending(const void *a, const void *b)
@@ -138,17 +140,6 @@ static void study_variants(void)
         (void)snprintf(name, sizeof name, "feed-forward, %s", variant[i].name);
         print(name, compensation_run_triangle(COMPENSATION_FEEDFORWARD, NULL, &truth, benchmark), off);
     }
-
-    // With a wrong scale of u the first direction teaches a wrong L for the other one.
-    compensation_truth_t           truth  = compensation_nominal();
-    tribo_feedforward_f32_config_t config = tribo_feedforward_f32_default();
-    truth.actuator_gain                   = 0.86;
-    config.learning.correlation           = 0.0f;
-    config.learning.correlation_faded     = 0.0f;
-    const compensation_result_t off       = compensation_run_triangle(COMPENSATION_OFF, NULL, &truth, benchmark);
-    print("  the same, correlation 0",
-          compensation_run_triangle(COMPENSATION_FEEDFORWARD, &config, &truth, benchmark),
-          off);
 }
 
 /// A square wave from its low end.

@@ -341,7 +341,7 @@ static void judge_load(void)
             given.breakaway[1]          = scales[j / 2];
             const double          none  = rms(&foreign_rigs[i], &given, FOREIGN_NONE, 120.0, 160.0, NULL);
             const double          with  = rms(&foreign_rigs[i], &given, FOREIGN_FEEDFORWARD, 120.0, 160.0, NULL);
-            const foreign_state_t start = {.memory = {.state = {.bad_inputs = 0u}}};
+            const foreign_state_t start = {.memory = {.state = {.forgotten = 0u}}};
             printf("%-30s load %+.2f L, L x %.1f: without/with %.2f%s\n",
                    foreign_rigs[i].name,
                    given.push,

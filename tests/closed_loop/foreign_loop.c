@@ -101,7 +101,7 @@ tribo_status_t foreign_loop_open(foreign_loop_t *loop, const foreign_rig_t *rig,
     {
         status = tribo_init_guard(&loop->guard, &guard, config.sample_time_s, scale);
     }
-    TRIBO(feedforward, reset)(&loop->feedforward, &loop->state.memory.state);
+    TRIBO(feedforward, reset)(&loop->state.memory.state);
     TRIBO(force_loop, reset)(&loop->state.state);
     TRIBO(force_loop_feedforward, attach)(&loop->state.state, &loop->state.memory);
     TRIBO(guard, reset)(&loop->state.guard);
@@ -120,18 +120,16 @@ double foreign_loop_step(foreign_loop_t *loop, double r, double y)
 
 bool foreign_loop_says(const foreign_loop_t *loop, const foreign_state_t *before)
 {
-    const foreign_state_t *now   = &loop->state;
-    const uint8_t         *stays = now->memory.state.learning.stays_at_bound;
-    return now->guard.cause != TRIBO_GUARD_NONE || stays[0] != 0u || stays[1] != 0u ||
-           now->state.bad_inputs != before->state.bad_inputs ||
-           now->memory.state.bad_inputs != before->memory.state.bad_inputs;
+    const foreign_state_t *now = &loop->state;
+    return now->guard.cause != TRIBO_GUARD_NONE || now->memory.state.at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS ||
+           now->memory.state.monitor.harms || now->state.bad_inputs != before->state.bad_inputs ||
+           now->memory.state.forgotten != before->memory.state.forgotten;
 }
 
 double foreign_loop_learned(const foreign_loop_t *loop, uint32_t direction, double force)
 {
     const TRIBO(feedforward, learned_t) learned =
-        TRIBO(feedforward, learned)(&loop->feedforward,
-                                    &loop->params.compensator.friction,
+        TRIBO(feedforward, learned)(&loop->params.compensator.friction,
                                     &loop->state.memory.state,
                                     direction,
                                     tribo_force_of_n(force, loop->full_scale_n));

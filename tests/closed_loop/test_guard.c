@@ -95,19 +95,41 @@ static void test_a_restored_guard_lets_the_loop_hunt_again_and_ends_it_again(voi
     rig_close(&rig);
 }
 
-static void test_a_feed_forward_that_does_not_learn_and_believes_too_much_overshoots(void)
+/// A feed-forward that is kept from learning what it believes too much, of a plant with `scale` times what it believes.
+static void believe(double scale)
 {
     tribo_feedforward_f32_config_t method = tribo_feedforward_f32_default();
-    method.learning.trust                 = 1.0f;
-    method.learning.scale_sd              = 1e-3f;
-    method.learning.offset_sd_n           = 1e-5f;
-    open_guarded(0.5, &method);
+    method.trust                          = 1.0f;
+    open_guarded(scale, &method);
+}
+
+static void tick_without_learning(double r)
+{
+    rig.loop.memory.state.learning.TRIBO_N(sample) = 0;
+    (void)tick(r, rig_sensor(&rig));
+}
+
+static void test_a_feed_forward_that_does_not_learn_and_believes_too_much_overshoots(void)
+{
+    believe(0.4);
     for (int k = 0; k < 10000; k++)
     {
-        (void)tick(0.5 + 0.1 * sin(12.566370614359172e-3 * k), rig_sensor(&rig)); // 2 Hz
+        tick_without_learning(0.5 + 0.1 * sin(12.566370614359172e-3 * k)); // 2 Hz
     }
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_OVERSHOOT, guard.state.cause);
     TEST_ASSERT_TRUE(guard_share(&guard) <= 0.0);
+    rig_close(&rig);
+}
+
+static void test_a_feed_forward_that_does_harm_notices_it_and_fades(void)
+{
+    believe(0.5);
+    for (int k = 0; k < 60000; k++)
+    {
+        tick_without_learning(rig_triangle(5 * k));
+    }
+    TEST_ASSERT_TRUE(rig.loop.memory.state.monitor.harms);
+    TEST_ASSERT_TRUE(rig.loop.memory.state.monitor.share == 0);
     rig_close(&rig);
 }
 
@@ -172,6 +194,7 @@ int main(void)
     RUN_TEST(test_hunting_of_the_papers_method_at_gain_1_with_half_the_breakaway_ends);
     RUN_TEST(test_a_restored_guard_lets_the_loop_hunt_again_and_ends_it_again);
     RUN_TEST(test_a_feed_forward_that_does_not_learn_and_believes_too_much_overshoots);
+    RUN_TEST(test_a_feed_forward_that_does_harm_notices_it_and_fades);
     RUN_TEST(test_it_leaves_alone_what_is_right);
     RUN_TEST(test_a_faded_feed_forward_learns_on_without_moving_u);
     RUN_TEST(test_bad_inputs_are_not_judged);

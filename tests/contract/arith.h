@@ -9,13 +9,12 @@
 #if TRIBO_IS_Q31
 #include "arm_q31.h"
 #include "controller/controller_q31.h"
-#include "feedforward_q31.h"
 #include "guard/guard_q31.h"
 #include "paper/lugre_f32.h"
 #include "paper/lugre_q31.h"
 #else
 #include "arm_f32.h"
-#include "feedforward_f32.h"
+#include "controller/controller_f32.h"
 #endif
 
 #include <math.h>
@@ -231,7 +230,7 @@ static inline tribo_status_t loop_init_feedforward(loop_t                       
                                                          feedforward != NULL ? feedforward : &standard,
                                                          (float)FULL_SCALE_N);
     x->sample_time_s                              = (double)config->sample_time_s;
-    TRIBO(feedforward, reset)(&x->feedforward, &x->memory.state);
+    TRIBO(feedforward, reset)(&x->memory.state);
     loop_restart_with_memory(x);
     if (status == TRIBO_OK && feedforward == NULL)
     {
@@ -331,7 +330,7 @@ static inline double loop_fed_friction(const loop_t *x)
 /// Nothing learned, and nothing remembered of the last tick.
 static inline void loop_forget(loop_t *x)
 {
-    TRIBO(feedforward, reset)(&x->feedforward, &x->memory.state);
+    TRIBO(feedforward, reset)(&x->memory.state);
 }
 
 static inline void loop_enter_other(void *memory, tribo_force_t term, bool anew)
@@ -377,16 +376,18 @@ static inline void loop_detach_memory(loop_t *x)
     TRIBO(force_loop_feedforward, attach)(&x->state, NULL);
 }
 
-/// Of both directions on both sides of 0, in N.
+/// In N.
 static inline double loop_learned_travel(const loop_t *x)
 {
-    double travel = 0.0;
-    for (int d = 0; d < 2; d++)
-    {
-        travel += (double)x->memory.state.learning.TRIBO_N(travel)[d] +
-                  (double)x->memory.state.learning.across.TRIBO_N(travel)[d];
-    }
-    return TRIBO_LEARNED_N(double, travel, FULL_SCALE_N);
+    return TRIBO_LEARNED_N(double, x->memory.state.learned.TRIBO_N(travel), FULL_SCALE_N);
+}
+
+/// Breakaway in a direction at a force, in N.
+static inline double loop_learned_L(const loop_t *x, uint32_t direction, double force_n)
+{
+    const TRIBO(feedforward, learned_t) at =
+        TRIBO(feedforward, learned)(&x->params.compensator.friction, &x->memory.state, direction, to_force(force_n));
+    return TRIBO_LEARNED_N(double, at.TRIBO_N(L), FULL_SCALE_N);
 }
 
 static inline uint32_t loop_bad_inputs(const loop_t *x)

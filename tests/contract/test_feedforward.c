@@ -3,7 +3,7 @@
 // runs are shorter: it computes the host's bits (tests/identity, tests/lock_step), so the long ones would find the same there.
 
 #define FULL_SCALE_N 4.0 // of Q31, so that an input beyond input_max shows as such
-#include ARITH_HEADER
+#include "feedforward.h"
 #include "random.h"
 #include "runs.h"
 #include "unity.h"
@@ -162,19 +162,9 @@ static void test_feedforward_is_a_mirror_image_to_the_last_bit(void)
                      turns > RUNS(100, 10)); // all of it was there
 }
 
-/// All forces of the configs times 2.
+/// All forces of the model times 2; those of the config are derived.
 static void double_forces(void)
 {
-    config.reversal_n *= 2.0f;
-    config.rate_max_n_per_s *= 2.0f;
-    config.slide_width_n *= 2.0f;
-    config.slide_rate_max_n_per_s *= 2.0f;
-    config.slide_run_in_n *= 2.0f;
-    config.slide_error_max_n *= 2.0f;
-    config.learning.offset_sd_n *= 2.0f;
-    config.learning.weight_n *= 2.0f;
-    config.learning.forgetting_per_n *= 0.5f;
-    config.hold.margin_travel_n *= 2.0f;
     model.friction.positive.offset_n *= 2.0f;
     model.friction.negative.offset_n *= 2.0f;
     model.arm.inertia *= 2.0f;
@@ -218,8 +208,8 @@ static void test_feedforward_of_forces_twice_as_large_gives_forces_twice_as_larg
 
 static void test_nothing_is_learned_and_no_friction_moves_while_r_and_y_stand(void)
 {
-    plant_t plant    = {.positive = 1.0, .negative = 1.0};
-    config.hold.gain = 0.0f;
+    plant_t plant       = {.positive = 1.0, .negative = 1.0};
+    config.still_time_s = 0.0f;
     init(&x);
     for (int k = 0; k < 13000; k++)
     {
@@ -232,7 +222,7 @@ static void test_nothing_is_learned_and_no_friction_moves_while_r_and_y_stand(vo
         (void)feedforward_added(&x, 0.1);
         feedforward_after(&x, 0.1, 0.5, false);
     }
-    other                         = x;
+    feedforward_copy(&other, &x);
     const feedforward_seen_t seen = feedforward_seen(&x);
     TEST_ASSERT_TRUE(fabs(seen.f) > 0.05);
     for (int k = 0; k < RUNS(20000, 1000); k++)
@@ -241,7 +231,7 @@ static void test_nothing_is_learned_and_no_friction_moves_while_r_and_y_stand(vo
         (void)feedforward_added(&x, 0.1);
         feedforward_after(&x, 0.1, 0.5, false);
         const feedforward_seen_t now = feedforward_seen(&x);
-        TEST_ASSERT_TRUE(now.f == seen.f && now.sigma == seen.sigma && now.L[0] == seen.L[0] && now.L[1] == seen.L[1]);
+        TEST_ASSERT_TRUE(now.f == seen.f && now.sigma == seen.sigma && now.lead == 0.0);
     }
     TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
 }
@@ -259,7 +249,7 @@ static void test_nothing_is_learned_in_a_hold(void)
         (void)tick(&x, &plant, triangle(STOP));
     }
     TEST_ASSERT_TRUE(feedforward_holds(&x));
-    other = x;
+    feedforward_copy(&other, &x);
     for (int k = 0; k < RUNS(10000, 1000); k++)
     {
         (void)tick(&x, &plant, triangle(STOP));
@@ -279,24 +269,28 @@ static void test_learning_does_not_move_u(void)
         const double y = measure(&plant);
         const double v = control(&plant, feedforward_before(&x, triangle(k), y));
         const double u = v + feedforward_added(&x, v);
-        other          = x;
+        feedforward_copy(&other, &x);
         feedforward_do_not_learn(&other);
         feedforward_after(&x, v, u, false);
         feedforward_after(&other, v, u, false);
-        if (feedforward_seen(&x).travel > 0.0)
+        if (!feedforward_knows_the_same(&x, &other, false))
         {
-            TEST_ASSERT_FALSE(feedforward_knows_the_same(&x, &other, false));
-            feedforward_t next = x; // the tick after it, as it will be
+            static feedforward_t next; // the tick after it, as it will be
+            feedforward_copy(&next, &x);
             (void)feedforward_before(&next, triangle(k + 1), y);
             (void)feedforward_before(&other, triangle(k + 1), y);
-            worst = fmax(worst, fabs(feedforward_added(&next, v) - feedforward_added(&other, v)));
-            learned++;
+            // A ramp goes on with what was learned: neither is in one.
+            if (fabs(feedforward_seen(&next).sigma) == 1.0 && feedforward_seen(&next).lead == 0.0)
+            {
+                worst = fmax(worst, fabs(feedforward_added(&next, v) - feedforward_added(&other, v)));
+                learned++;
+            }
         }
         move(&plant, u);
     }
     printf("u moves by up to %.1e N as something is learned, %d times\n", worst, learned);
-    TEST_ASSERT_TRUE(learned > RUNS(5000, 1500));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, worst);
+    TEST_ASSERT_TRUE(learned > RUNS(2000, 500));
+    TEST_ASSERT_DOUBLE_WITHIN(5e-6, 0.0, worst); // L and the stops move on with r
 }
 
 static double any_force(void)
@@ -324,25 +318,28 @@ static void test_error_friction_and_offset_are_bounded_for_any_input(void)
     wanderer_t w = {0.0, 0.0, 0};
     for (int set = 0; set < 2; set++)
     {
-        config.learning.trust = (float)set; // 0: friction may be weighted by nothing
+        config.trust = (float)set; // 0: friction may be weighted by nothing
         init(&x);
         for (int k = 0; k < RUNS(30000, 6000); k++)
         {
             const bool   calm = (k / RUNS(5000, 1000)) % 2 == 1;
             const double e   = feedforward_before(&x, calm ? wander(&w) : any_force(), calm ? wander(&w) : any_force());
-            const double v = calm ? random_between(&r, -0.1, 0.1) : any_force();
+            const double v = random_between(&r, calm ? -0.1 : -1.9, calm ? 0.1 : 1.9);
             const double add = feedforward_added(&x, v);
-            feedforward_after(&x, v, any_force(), k % 3 == 0);
+            feedforward_after(&x, v, random_between(&r, -2.0, 2.0), k % 3 == 0);
             const feedforward_seen_t s = feedforward_seen(&x);
             TEST_ASSERT_TRUE(fabs(e) <= 3.0 * INPUT_MAX);
-            TEST_ASSERT_TRUE(fabs(s.f) <= 3.0 * (L0 + L1 * INPUT_MAX) && fabs(s.sigma) <= 1.0);
+            TEST_ASSERT_TRUE(fabs(s.f) <= 4.0 * (L0 + L1 * INPUT_MAX) && fabs(s.sigma) <= 1.0);
             TEST_ASSERT_TRUE(fabs(s.b) <= 4.0 * INPUT_MAX);
-            TEST_ASSERT_TRUE(fabs(add) <= 8.0 * INPUT_MAX);
+            TEST_ASSERT_TRUE(fabs(add) <= 20.0 * INPUT_MAX);
             TEST_ASSERT_TRUE(isfinite(s.z));
-            for (int d = 0; d < 2; d++)
+            TEST_ASSERT_TRUE(s.weight[0] >= 0.2 - ROUNDING && s.weight[0] <= 3.0 + ROUNDING);
+            TEST_ASSERT_TRUE(fabs(s.constant) <= L0 + L1 * 0.5 + ROUNDING && fabs(s.slope) <= 0.5 + ROUNDING);
+            TEST_ASSERT_TRUE(s.doubt >= 0.0 && s.doubt <= 1.0);
+            TEST_ASSERT_EQUAL_UINT32(0, s.forgotten);
+            for (uint32_t j = 1; j <= TRIBO_FEEDFORWARD_STOPS; j++)
             {
-                TEST_ASSERT_TRUE(fabs(s.rho[d]) <= 3.00001 && fabs(s.off[d]) <= 3.00001);
-                TEST_ASSERT_TRUE(s.L[d] >= -1e-6 && s.L[d] <= 3.0 * (L0 + L1 * INPUT_MAX));
+                TEST_ASSERT_TRUE(fabs(s.weight[j]) <= 2.0 + ROUNDING);
             }
         }
     }
@@ -353,9 +350,10 @@ static void test_feedforward_recovers_from_any_input(void)
     init(&x);
     for (int k = 0; k < RUNS(10000, 2000); k++)
     {
+        const double v = random_between(&r, -1.9, 1.9);
         (void)feedforward_before(&x, any_force(), any_force());
-        (void)feedforward_added(&x, any_force());
-        feedforward_after(&x, any_force(), any_force(), k % 2 == 0);
+        (void)feedforward_added(&x, v);
+        feedforward_after(&x, v, random_between(&r, -2.0, 2.0), k % 2 == 0);
     }
     plant_t plant = {.positive = 1.0, .negative = 1.0};
     double  worst = 0.0;
@@ -367,7 +365,7 @@ static void test_feedforward_recovers_from_any_input(void)
     TEST_ASSERT_TRUE(worst < 0.01);
 }
 
-static void test_a_bad_reading_gives_no_error_and_is_counted(void)
+static void test_a_bad_reading_gives_no_error_and_teaches_nothing(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};
     init(&x);
@@ -375,17 +373,30 @@ static void test_a_bad_reading_gives_no_error_and_is_counted(void)
     {
         (void)tick(&x, &plant, triangle(k));
     }
-    other = x;
-    TEST_ASSERT_TRUE(feedforward_before(&x, triangle(STOP), (double)NAN) == 0.0);
-    TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).bad);
-    (void)feedforward_added(&x, plant.v);
-    feedforward_after(&x, plant.v, plant.u, false);
+    while (feedforward_seen(&x).stage != 0u) // the next tick takes a sample
+    {
+        (void)tick(&x, &plant, triangle(STOP));
+    }
+    feedforward_copy(&other, &x);
+    static feedforward_t good;
+    feedforward_copy(&good, &x);
+    for (int k = 0; k < 10; k++)
+    {
+        const double y = k == 0 ? (double)NAN : plant.y;
+        const double e = feedforward_before(&x, triangle(STOP + k), y);
+        TEST_ASSERT_TRUE(k > 0 || e == 0.0);
+        (void)feedforward_added(&x, plant.v);
+        feedforward_after(&x, plant.v, plant.u, false);
+        (void)feedforward_before(&good, triangle(STOP + k), plant.y);
+        (void)feedforward_added(&good, plant.v);
+        feedforward_after(&good, plant.v, plant.u, false);
+    }
     TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
+    TEST_ASSERT_FALSE(feedforward_knows_the_same(&good, &other, false));
     // A bad reference counts as the last one.
     const double e = feedforward_before(&other, 3.0, plant.y);
-    TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&other).bad);
     TEST_ASSERT_TRUE(fabs(e) < 0.01);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, triangle(STOP), feedforward_seen(&other).lin);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, triangle(STOP), feedforward_seen(&other).reached);
 }
 
 static void test_feedforward_after_a_reset_runs_the_same_bit_for_bit(void)
@@ -410,12 +421,13 @@ static void test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it(void)
 {
     plant_t plant = {.positive = 1.4, .negative = 0.6};
     init(&x);
-    other = x;
+    feedforward_copy(&other, &x);
     for (int k = 0; k < STOP; k++)
     {
         (void)tick(&x, &plant, triangle(k));
     }
-    feedforward_t learned = x;
+    static feedforward_t learned;
+    feedforward_copy(&learned, &x);
     feedforward_restart(&x);
     (void)feedforward_before(&x, 0.3, 0.3);
     TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &learned, false));
@@ -427,7 +439,7 @@ static void test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it(void)
 static void test_entering_adds_what_was_added_before(void)
 {
     init(&x);
-    feedforward_enter(&x, 0.0625);
+    feedforward_enter(&x, 0.0625, true);
     (void)feedforward_before(&x, 0.4, 0.39);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0625, feedforward_added(&x, 0.3));
     feedforward_after(&x, 0.3, 0.3625, false);
@@ -470,7 +482,7 @@ static void test_u_does_not_jump_where_a_hold_begins_or_ends(void)
     }
     printf("u moves by up to %.1e N as a hold begins, %.1e N as it ends, %d changes\n", entry, leaving, changes);
     TEST_ASSERT_TRUE(changes >= RUNS(10, 3));
-    TEST_ASSERT_DOUBLE_WITHIN(5e-5, 0.0, entry); // b leaks no more, by up to 3e-5 N a tick here
+    TEST_ASSERT_DOUBLE_WITHIN(5e-5, 0.0, entry);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, leaving);
 }
 
@@ -516,7 +528,7 @@ static void test_of_a_lasting_error_in_a_hold_what_is_below_the_noise_is_left(vo
     TEST_ASSERT_TRUE(fabs(error) - fabs(sum) > 1e-4);
 }
 
-static void test_the_first_reversal_is_the_controllers_alone(void)
+static void test_the_first_motion_is_the_controllers_alone(void)
 {
     init(&x);
     double before = 0.3;
@@ -532,7 +544,28 @@ static void test_the_first_reversal_is_the_controllers_alone(void)
     const feedforward_seen_t seen = feedforward_seen(&x);
     TEST_ASSERT_TRUE(seen.sigma == 1.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.5 * (L0 + L1 * 0.3), seen.f);
-    TEST_ASSERT_DOUBLE_WITHIN(2e-3, seen.f, seen.b); // which has leaked
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, seen.f, seen.b);
+}
+
+/// A step backwards into friction of which nothing is known is left to the controller as well.
+static void test_a_step_back_is_fed_forward_once_something_is_learned(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    for (int known = 0; known < 2; known++)
+    {
+        init(&x);
+        plant          = (plant_t){.positive = 1.0, .negative = 1.0};
+        const int from = known ? 8000 : 100; // at 0.04 N/s
+        for (int k = 0; k < from; k++)
+        {
+            (void)tick(&x, &plant, triangle(k));
+        }
+        const double to = triangle(from) - 0.1;
+        (void)tick(&x, &plant, to);
+        const feedforward_seen_t seen = feedforward_seen(&x);
+        TEST_ASSERT_TRUE(known ? seen.sigma < 1.0 && seen.sigma > 0.8 : seen.sigma == -1.0);
+        TEST_ASSERT_TRUE(known ? seen.lead < 0.0 : seen.lead == 0.0);
+    }
 }
 
 static void test_nothing_is_learned_while_u_is_limited(void)
@@ -550,7 +583,7 @@ static void test_nothing_is_learned_while_u_is_limited(void)
         learned += feedforward_seen(&x).travel > 0.0;
         move(&plant, u);
     }
-    TEST_ASSERT_TRUE(learned > RUNS(3000, 1000));
+    TEST_ASSERT_TRUE(learned > RUNS(500, 200)); // of a sample in ten ticks
 }
 
 static void test_learning_takes_the_caution_of_holds_back(void)
@@ -561,11 +594,11 @@ static void test_learning_takes_the_caution_of_holds_back(void)
     {
         if (k == 5000)
         {
-            feedforward_set_caution(&x, 0.5);
+            feedforward_set_margin(&x, 0.5);
         }
         (void)tick(&x, &plant, triangle(k));
     }
-    TEST_ASSERT_TRUE(feedforward_caution(&x) < 0.5 * exp(-RUNS(5.0, 2.0))); // 0.1 N of learning a factor e
+    TEST_ASSERT_TRUE(feedforward_seen(&x).margin < 0.5 * exp(-RUNS(5.0, 2.0))); // 0.1 N of learning a factor e
 }
 
 static void test_a_reference_that_has_never_moved_is_not_held(void)
@@ -581,13 +614,6 @@ static void test_a_reference_that_has_never_moved_is_not_held(void)
     }
 }
 
-static double learned_L(int direction)
-{
-    // At 0.4 N, unweighted: weighted is (1 - relative variance/2) L at a trust of 1/2.
-    const feedforward_seen_t s = feedforward_seen(&x);
-    return s.L[direction] / (1.0 - 0.5 * s.relative_variance[direction]);
-}
-
 static void test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals(void)
 {
     static const double scale[][2] = {{1.3, 0.7}, {0.7, 0.7}};
@@ -600,11 +626,12 @@ static void test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_rever
             (void)tick(&x, &plant, triangle(k));
         }
         // At 0.4 N, in the middle of the triangle.
-        const double L = L0 + L1 * triangle(45000);
-        for (int d = 0; d < 2; d++)
+        const double L = L0 + L1 * 0.4;
+        for (uint32_t d = 0; d < 2u; d++)
         {
-            TEST_ASSERT_DOUBLE_WITHIN(0.05 * scale[i][d] * L, scale[i][d] * L, learned_L(d));
-            TEST_ASSERT_TRUE(feedforward_seen(&x).relative_variance[d] < 0.05);
+            const feedforward_learned_t at = feedforward_learned(&x, d, 0.4);
+            TEST_ASSERT_DOUBLE_WITHIN(0.05 * scale[i][d] * L, scale[i][d] * L, at.L);
+            TEST_ASSERT_TRUE(at.relative_variance < 0.2);
         }
     }
 }
@@ -640,29 +667,32 @@ static void test_a_table_serves_as_a_prior_as_a_law_does(void)
     TEST_ASSERT_TRUE(learned > RUNS(2000, 1000));
 }
 
-static void test_friction_between_reversals_is_what_is_known_of_its_direction_there(void)
+/// f, from the signals alone, of a bank without presliding: G sigma with G = (1 - doubt/2) V0 L.
+static void test_friction_between_reversals_is_what_is_known(void)
 {
-    plant_t plant                    = {.positive = 1.2, .negative = 1.3};
-    model.friction.negative.offset_n = 0.014f;
-    model.friction.negative.slope    = 0.5f;
+    plant_t plant = {.positive = 1.2, .negative = 1.2};
     init(&x);
-    int ticks[2] = {0, 0};
+    int ticks = 0;
     for (int k = 0; k < RUNS(25000, 13000); k++)
     {
-        const double             e    = feedforward_before(&x, triangle(k), measure(&plant));
+        const double e = feedforward_before(&x, triangle(k), measure(&plant));
+        for (uint32_t j = 1; j <= TRIBO_FEEDFORWARD_STOPS; j++)
+        {
+            feedforward_set_weight(&x, j, 0.0);
+        }
         const feedforward_seen_t seen = feedforward_seen(&x);
         const double             v    = control(&plant, e);
         const double             u    = v + feedforward_added(&x, v);
-        if (fabs(seen.sigma) == 1.0 && !feedforward_holds(&x))
+        if (k > 10500 && seen.sigma == -1.0)
         {
-            const int d = seen.sigma < 0.0;
-            TEST_ASSERT_DOUBLE_WITHIN(1e-7, seen.sigma * seen.L[d], seen.f);
-            ticks[d]++;
+            const double L = L0 + L1 * fabs(seen.reached);
+            TEST_ASSERT_DOUBLE_WITHIN(0.1 * L, -seen.weight[0] * L, seen.f);
+            ticks++;
         }
         feedforward_after(&x, v, u, false);
         move(&plant, u);
     }
-    TEST_ASSERT_TRUE(ticks[0] > RUNS(8000, 8000) && ticks[1] > RUNS(8000, 2000));
+    TEST_ASSERT_TRUE(ticks > RUNS(8000, 2000));
 }
 
 static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction(void)
@@ -694,192 +724,154 @@ static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direct
     }
 }
 
-static void test_what_was_learned_is_told_by_direction_and_force(void)
+static void test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched(void)
 {
-    plant_t plant     = {.positive = 1.3, .negative = 0.7};
-    double  travel[2] = {0.0, 0.0};
     init(&x);
-    for (int k = 0; k < 20000; k++)
+    double reference = 0.3;
+    for (int k = 0; k < 7000; k++)
     {
-        if (k == 10000) // r has only risen so far
-        {
-            const feedforward_learned_t up   = feedforward_learned(&x, TRIBO_BREAKAWAY_POSITIVE, 0.4);
-            const feedforward_learned_t down = feedforward_learned(&x, TRIBO_BREAKAWAY_NEGATIVE, 0.4);
-            TEST_ASSERT_DOUBLE_WITHIN(2e-4, travel[0], up.travel);
-            TEST_ASSERT_TRUE(down.travel == 0.0);
-            TEST_ASSERT_TRUE(up.relative_variance < 0.1 &&
-                             down.relative_variance > 2.0 * up.relative_variance); // known by their correlation alone
-        }
-        (void)tick(&x, &plant, triangle(k));
-        travel[k >= 10000] += feedforward_seen(&x).travel;
-    }
-    printf("learned from %.3f N and %.3f N\n", travel[0], travel[1]);
-    for (uint32_t d = 0; d < 2u; d++)
-    {
-        const double scale = d == 0u ? 1.3 : 0.7;
-        for (int i = 0; i < 3; i++) // forces that were travelled through
-        {
-            const double                force = 0.3 + 0.1 * i;
-            const double                L     = scale * (L0 + L1 * force);
-            const feedforward_learned_t at    = feedforward_learned(&x, d, force);
-            const feedforward_learned_t minus = feedforward_learned(&x, d, -force);
-            TEST_ASSERT_DOUBLE_WITHIN(0.05 * L, L, at.L);
-            TEST_ASSERT_TRUE(at.relative_variance > 0.0 && at.relative_variance < 0.1);
-            TEST_ASSERT_FALSE(at.at_bound);
-            // Where F has not been, on the other side of 0, the same is believed with more relative variance.
-            TEST_ASSERT_TRUE(minus.L == at.L && minus.travel == at.travel);
-            TEST_ASSERT_TRUE(minus.relative_variance > at.relative_variance + 0.1 && minus.relative_variance < 0.4);
-        }
-        const feedforward_learned_t there = feedforward_learned(&x, d, 0.4);
-        const feedforward_learned_t bit_0 = feedforward_learned(&x, d + 2u, 0.4); // of the direction only this counts
-        TEST_ASSERT_TRUE(travel[d] > 0.3 && travel[d] < 0.6);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3, travel[d], there.travel);
-        TEST_ASSERT_TRUE(feedforward_learned(&x, d, 0.0).relative_variance >
-                         there.relative_variance); // at the edge of what was travelled
-        TEST_ASSERT_TRUE(bit_0.L == there.L && bit_0.travel == there.travel &&
-                         bit_0.relative_variance == there.relative_variance);
-    }
-}
-
-static void test_breakaway_beyond_what_the_params_allow_is_told_for_its_direction(void)
-{
-    config.learning.scale_max   = 1.2f;
-    config.learning.correlation = 0.0f; // one direction tells nothing about the other
-    for (uint32_t d = 0; d < RUNS(2u, 1u); d++)
-    {
-        plant_t plant = {.positive = d == 0u ? 1.5 : 1.0, .negative = d == 0u ? 1.0 : 1.5};
-        init(&x);
-        for (int k = 0; k < RUNS(20000, 12000); k++)
-        {
-            (void)tick(&x, &plant, triangle(k));
-        }
-        const feedforward_learned_t beyond = feedforward_learned(&x, d, 0.4);
-        TEST_ASSERT_TRUE(beyond.at_bound);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.2 * (L0 + L1 * 0.4), beyond.L);
-        TEST_ASSERT_FALSE(feedforward_learned(&x, 1u - d, 0.4).at_bound);
-    }
-}
-
-static void test_slides_that_keep_ending_at_a_bound_are_latched(void)
-{
-    config.learning.scale_max   = 1.2f;
-    config.learning.correlation = 0.0f;
-    for (uint32_t d = 0; d < 2u; d++)
-    {
-        plant_t plant = {.positive = d == 0u ? 1.5 : 1.0, .negative = d == 0u ? 1.0 : 1.5};
-        init(&x);
-        int latched = -1;
-        for (int k = 0; k < 100000 && latched < 0; k++) // each slide is 10,000 ticks, up first
-        {
-            (void)tick(&x, &plant, triangle(k));
-            latched = feedforward_learned(&x, d, 0.4).stays_at_bound ? k : -1;
-        }
-        // At the end of the fourth: after 70,000 ticks if up, after 80,000 if down.
-        TEST_ASSERT_INT_WITHIN(100, d == 0u ? 70000 : 80000, latched);
-        TEST_ASSERT_FALSE(feedforward_learned(&x, 1u - d, 0.4).stays_at_bound);
-        feedforward_restart(&x);
-        TEST_ASSERT_TRUE(feedforward_learned(&x, d, 0.4).stays_at_bound);
-        TEST_ASSERT_TRUE(feedforward_learned(&x, d, -0.4).stays_at_bound); // wherever it was
-        init(&x);
-        TEST_ASSERT_FALSE(feedforward_learned(&x, d, 0.4).stays_at_bound);
-    }
-}
-
-/// On the way up again: each start would be the end of a slide down.
-static void test_a_restart_ends_no_slide(void)
-{
-    config.learning.scale_max   = 1.2f;
-    config.learning.correlation = 0.0f;
-    plant_t plant               = {.positive = 1.0, .negative = 1.5};
-    init(&x);
-    for (int k = 0; k < 30000; k++)
-    {
-        if (k > 22000 && k % 1500 == 0)
-        {
-            TEST_ASSERT_TRUE(feedforward_learned(&x, 1u, 0.4).at_bound);
-            feedforward_restart(&x);
-        }
-        (void)tick(&x, &plant, triangle(k));
-    }
-    TEST_ASSERT_FALSE(feedforward_learned(&x, 1u, 0.4).stays_at_bound);
-}
-
-static void test_what_is_known_on_the_other_side_of_0_does_not_move_u(void)
-{
-    for (int sign = -1; sign <= 1; sign += 2)
-    {
-        const uint32_t d = sign > 0 ? TRIBO_BREAKAWAY_POSITIVE : TRIBO_BREAKAWAY_NEGATIVE;
-        init(&x);
-        feedforward_set_scale(&x, sign > 0, d, 2.0); // where r is at first; before, learning is above 0
-        feedforward_set_scale(&x, sign < 0, d, -1.0);
-        feedforward_seen_t last    = {.f = 0.0};
-        int                crossed = 0;
-        for (int k = 0; k < 1000; k++)
-        {
-            const double reference = sign * 2e-5 * (k - 500);
-            (void)feedforward_before(&x, reference, reference);
-            (void)feedforward_added(&x, 0.01);
-            feedforward_do_not_learn(&x);
-            feedforward_after(&x, 0.01, reference, false);
-            const feedforward_seen_t now = feedforward_seen(&x);
-            if (k > 100)
-            {
-                TEST_ASSERT_DOUBLE_WITHIN(1e-5, last.f - last.b, now.f - now.b);
-                crossed += fabs(now.f - last.f) > 1e-3; // by half of 3 spreads of 0.4 of 7 mN
-            }
-            last = now;
-        }
-        TEST_ASSERT_EQUAL_INT(1, crossed);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.5 * 0.6 * (L0 + L1 * 0.01), fabs(last.f));
-    }
-}
-
-/// F has not crossed yet where r has.
-static void test_what_slid_before_r_crossed_0_does_not_count_beyond(void)
-{
-    plant_t plant   = {.positive = 1.0, .negative = 1.0};
-    int     before  = 0;
-    int     crossed = 0;
-    init(&x);
-    for (int k = 0; k < 18000; k++) // down to the lower end at 20 s
-    {
-        const double reference = triangle(k) - 0.4;
-        (void)tick(&x, &plant, reference);
-        const double travel = feedforward_seen(&x).travel;
-        before += k > 10000 && reference > 0.02 && travel > 0.0;
-        if (k > 10000 && reference < -1e-3 && reference > -3e-3)
-        {
-            TEST_ASSERT_TRUE(travel == 0.0);
-            crossed++;
-        }
-    }
-    TEST_ASSERT_TRUE(before > 1000 && crossed > 40);
-}
-
-/// Not in the tick of the jump, which has enough to do.
-static void test_a_jump_over_0_in_a_hold_changes_the_side_in_the_next_tick(void)
-{
-    const int jump = 6000;
-    init(&x);
-    feedforward_set_scale(&x, false, 0, 2.0);
-    feedforward_set_scale(&x, true, 0, -1.0);
-    other = x;
-    feedforward_set_scale(&other, true, 0, 2.0);
-    for (int k = 0; k < jump + 3; k++)
-    {
-        const double reference = k < 1000 ? 1e-4 * k : k < jump ? 0.1 : -0.05;
-        (void)feedforward_before(&x, reference, 0.1);
-        (void)feedforward_before(&other, reference, 0.1);
-        const double added = feedforward_added(&x, 0.01);
-        TEST_ASSERT_TRUE(k == jump + 2 || added == feedforward_added(&other, 0.01)); // then f follows from another L
+        reference += (k / 1000) % 2 == 0 ? 1e-5 : -1e-5; // reverses at each whole second
+        feedforward_set_weight(&x, 0, k < 6900 ? 3.0 : 1.0);
+        (void)feedforward_before(&x, reference, 0.3);
+        (void)feedforward_added(&x, 0.0);
         feedforward_do_not_learn(&x);
-        feedforward_do_not_learn(&other);
-        feedforward_after(&x, 0.01, 0.11, false);
-        feedforward_after(&other, 0.01, 0.11, false);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6, k <= jump ? 2.0 : -1.0, feedforward_seen(&x).rho[0]);
-        TEST_ASSERT_TRUE(feedforward_seen(&x).b == feedforward_seen(&other).b);
+        feedforward_after(&x, 0.0, 0.3, false);
+        const feedforward_learned_t at = feedforward_learned(&x, 0, 0.3);
+        TEST_ASSERT_TRUE(at.at_bound == (k < 6900));
+        if (k < 3900 || k > 4100) // the fourth reversal
+        {
+            TEST_ASSERT_TRUE(at.stays_at_bound == (k > 4000));
+        }
+    }
+    feedforward_restart(&x);
+    TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.3).stays_at_bound);
+    TRIBO(feedforward, restore)(&x.memory.state);
+    TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).stays_at_bound);
+}
+
+static void test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; k < STOP; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    double before = feedforward_seen(&x).term;
+    feedforward_break_weight(&x, 2);
+    for (int k = 0; k < 10 && feedforward_seen(&x).forgotten == 0u; k++) // found within the ticks of a sample
+    {
+        (void)tick(&x, &plant, triangle(STOP + k));
+        before = feedforward_seen(&x).term;
+    }
+    TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).forgotten);
+    TEST_ASSERT_TRUE(feedforward_seen(&x).weight[0] == 1.0 && feedforward_seen(&x).doubt == 1.0);
+    (void)feedforward_before(&x, triangle(STOP), plant.y);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, before, feedforward_added(&x, 0.0)); // it has entered
+    TEST_ASSERT_EQUAL_UINT(TRIBO_FEEDFORWARD_START, feedforward_seen(&x).mode);
+    TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).forgotten);
+}
+
+static void test_a_bad_first_tick_waits(void)
+{
+    for (int enters = 0; enters < 2; enters++)
+    {
+        init(&x);
+        if (enters)
+        {
+            feedforward_enter(&x, 0.0625, true);
+        }
+        for (int k = 0; k < 4; k++)
+        {
+            TEST_ASSERT_TRUE(feedforward_before(&x, k % 2 ? 3.0 : 0.4, k % 2 ? 0.4 : -3.0) == 0.0);
+            TEST_ASSERT_TRUE(feedforward_added(&x, 0.3) == (enters ? 0.0625 : 0.0));
+            feedforward_after(&x, 0.3, 0.3, false);
+        }
+        (void)feedforward_before(&x, 0.4, 0.4);
+        TEST_ASSERT_EQUAL_UINT(TRIBO_FEEDFORWARD_START, feedforward_seen(&x).mode);
+    }
+}
+
+/// Other params of the same method: the sum goes on, and so does all else.
+static void test_new_params_take_the_sum_over(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; k < STOP; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    const feedforward_seen_t before = feedforward_seen(&x);
+    feedforward_enter(&x, before.term, false);
+    x.params.TRIBO_N(reversal) *= 2; // any change
+    (void)feedforward_before(&x, triangle(STOP), plant.y);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, before.term, feedforward_added(&x, 0.1));
+    TEST_ASSERT_EQUAL_UINT(TRIBO_FEEDFORWARD_MOVING, feedforward_seen(&x).mode);
+    TEST_ASSERT_TRUE(feedforward_seen(&x).sigma == before.sigma);
+}
+
+static void test_friction_takes_the_share_of_a_guard(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; k < 12000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    feedforward_copy(&other, &x);
+    (void)feedforward_before(&x, triangle(12000), plant.y);
+    (void)feedforward_before_shared(&other, triangle(12000), plant.y, 0.25);
+    TEST_ASSERT_TRUE(feedforward_seen(&x).f < -0.05);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.25 * feedforward_seen(&x).f, feedforward_seen(&other).f);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, feedforward_seen(&x).lin, feedforward_seen(&other).lin);
+}
+
+/// The sum of leads is a part alpha/(p_a h) of the jump, while it lasts.
+static void test_a_jump_leads_the_actuator(void)
+{
+    init(&x);
+    double reference = 0.3;
+    double sum       = 0.0;
+    double f[2]      = {0.0, 0.0};
+    int    ticks     = 0;
+    for (int k = 0; k < 1000; k++)
+    {
+        reference += k < 500 ? 1e-5 : -1e-5;
+        (void)feedforward_before(&x, reference, 0.3);
+        (void)feedforward_added(&x, 0.0);
+        feedforward_do_not_learn(&x);
+        feedforward_after(&x, 0.0, 0.3, false);
+        const feedforward_seen_t seen = feedforward_seen(&x);
+        sum += seen.lead;
+        ticks += seen.lead != 0.0;
+        TEST_ASSERT_TRUE((seen.lead != 0.0) ==
+                             (k > 500 && seen.sigma != 1.0 && (seen.sigma != -1.0 || seen.f != f[1])) ||
+                         seen.sigma == -1.0);
+        f[k >= 500] = seen.f;
+    }
+    TEST_ASSERT_INT_WITHIN(1, 20, ticks);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs(sum), 0.7 / (200.0 * H) * (f[1] - f[0]), sum);
+}
+
+/// A force that keeps slipping from side to side in a hold costs margin.
+static void test_chatter_in_a_hold_adds_margin(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; k < 8000 + 300; k++)
+    {
+        (void)tick(&x, &plant, triangle(k < 8000 ? k : 8000));
     }
     TEST_ASSERT_TRUE(feedforward_holds(&x));
+    TEST_ASSERT_TRUE(feedforward_seen(&x).margin == 0.0);
+    for (int k = 0; k < 1000; k++) // u swings by far more than breakaway, each 100 ms
+    {
+        (void)feedforward_before(&x, triangle(8000), plant.y);
+        (void)feedforward_added(&x, 0.0);
+        feedforward_after(&x, 0.0, (k / 100) % 2 == 0 ? 1.5 : -1.5, false);
+        TEST_ASSERT_TRUE(k > 300 || feedforward_seen(&x).margin == 0.0);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.12, 1.0 - pow(0.9, 5.0), feedforward_seen(&x).margin);
 }
 
 static void test_friction_goes_over_within_the_jump_time_after_a_reversal(void)
@@ -919,19 +911,6 @@ static void test_friction_goes_over_within_the_jump_time_after_a_reversal(void)
     }
 }
 
-static void test_a_large_offset_is_at_its_bound_where_the_prior_is_small(void)
-{
-    init(&x);
-    feedforward_set_offset(&x, TRIBO_BREAKAWAY_NEGATIVE, 2.0);
-    const feedforward_learned_t at_0    = feedforward_learned(&x, TRIBO_BREAKAWAY_NEGATIVE, 0.0);
-    const feedforward_learned_t further = feedforward_learned(&x, TRIBO_BREAKAWAY_NEGATIVE, 0.1);
-    TEST_ASSERT_TRUE(at_0.at_bound);
-    TEST_ASSERT_DOUBLE_WITHIN(3e-8, 3.0 * 0.007, at_0.L); // scale_max
-    TEST_ASSERT_FALSE(further.at_bound);
-    TEST_ASSERT_DOUBLE_WITHIN(3e-8, 0.037 + 0.02, further.L);
-    TEST_ASSERT_FALSE(feedforward_learned(&x, TRIBO_BREAKAWAY_POSITIVE, 0.0).at_bound);
-}
-
 static void test_the_reachable_reference_stops_where_u_is_limited(void)
 {
     for (int sign = -1; sign <= 1; sign += 2)
@@ -953,23 +932,21 @@ static void test_the_reachable_reference_stops_where_u_is_limited(void)
 
 static void test_noise_of_the_reference_widens_a_reversal(void)
 {
-    int turns[2] = {0, 0};
-    for (int i = 0; i < 2; i++)
+    config.still_time_s = 0.0f;
+    init(&x);
+    double last  = 0.0;
+    int    turns = 0;
+    for (int k = 0; k < 20000; k++)
     {
-        config.noise_gain = i == 0 ? 4.0f : 0.0f;
-        init(&x);
-        for (int k = 0; k < 20000; k++)
-        {
-            // A slow rise with a swing of 0.6 mN, wider than w.
-            const double reference = 0.3 + 1e-6 * k + (k % 10 < 5 ? 6e-4 : 0.0);
-            (void)feedforward_before(&x, reference, reference);
-            (void)feedforward_added(&x, 0.0);
-            feedforward_after(&x, 0.0, reference, false);
-            turns[i] += k > 10000 && feedforward_seen(&x).turns;
-        }
+        // A slow rise with a swing of 0.6 mN, wider than w.
+        const double reference = 0.3 + 1e-6 * k + (k % 10 < 5 ? 6e-4 : 0.0);
+        (void)feedforward_before(&x, reference, reference);
+        (void)feedforward_added(&x, 0.0);
+        feedforward_after(&x, 0.0, reference, false);
+        turns += k > 10000 && feedforward_seen(&x).sigma != last;
+        last = feedforward_seen(&x).sigma;
     }
-    TEST_ASSERT_EQUAL_INT(0, turns[0]);
-    TEST_ASSERT_GREATER_THAN_INT(1000, turns[1]);
+    TEST_ASSERT_EQUAL_INT(0, turns);
 }
 
 int main(void)
@@ -982,30 +959,30 @@ int main(void)
     RUN_TEST(test_learning_does_not_move_u);
     RUN_TEST(test_error_friction_and_offset_are_bounded_for_any_input);
     RUN_TEST(test_feedforward_recovers_from_any_input);
-    RUN_TEST(test_a_bad_reading_gives_no_error_and_is_counted);
+    RUN_TEST(test_a_bad_reading_gives_no_error_and_teaches_nothing);
     RUN_TEST(test_feedforward_after_a_reset_runs_the_same_bit_for_bit);
     RUN_TEST(test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it);
     RUN_TEST(test_entering_adds_what_was_added_before);
     RUN_TEST(test_u_does_not_jump_where_a_hold_begins_or_ends);
     RUN_TEST(test_a_step_in_a_hold_is_fed_back);
     RUN_TEST(test_of_a_lasting_error_in_a_hold_what_is_below_the_noise_is_left);
-    RUN_TEST(test_the_first_reversal_is_the_controllers_alone);
+    RUN_TEST(test_the_first_motion_is_the_controllers_alone);
+    RUN_TEST(test_a_step_back_is_fed_forward_once_something_is_learned);
     RUN_TEST(test_nothing_is_learned_while_u_is_limited);
     RUN_TEST(test_learning_takes_the_caution_of_holds_back);
     RUN_TEST(test_a_reference_that_has_never_moved_is_not_held);
     RUN_TEST(test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals);
     RUN_TEST(test_a_table_serves_as_a_prior_as_a_law_does);
-    RUN_TEST(test_friction_between_reversals_is_what_is_known_of_its_direction_there);
+    RUN_TEST(test_friction_between_reversals_is_what_is_known);
     RUN_TEST(test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction);
-    RUN_TEST(test_what_was_learned_is_told_by_direction_and_force);
-    RUN_TEST(test_breakaway_beyond_what_the_params_allow_is_told_for_its_direction);
-    RUN_TEST(test_slides_that_keep_ending_at_a_bound_are_latched);
-    RUN_TEST(test_a_restart_ends_no_slide);
-    RUN_TEST(test_what_is_known_on_the_other_side_of_0_does_not_move_u);
-    RUN_TEST(test_what_slid_before_r_crossed_0_does_not_count_beyond);
-    RUN_TEST(test_a_jump_over_0_in_a_hold_changes_the_side_in_the_next_tick);
+    RUN_TEST(test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched);
+    RUN_TEST(test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on);
+    RUN_TEST(test_a_bad_first_tick_waits);
+    RUN_TEST(test_new_params_take_the_sum_over);
+    RUN_TEST(test_friction_takes_the_share_of_a_guard);
+    RUN_TEST(test_a_jump_leads_the_actuator);
+    RUN_TEST(test_chatter_in_a_hold_adds_margin);
     RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
-    RUN_TEST(test_a_large_offset_is_at_its_bound_where_the_prior_is_small);
     RUN_TEST(test_the_reachable_reference_stops_where_u_is_limited);
     RUN_TEST(test_noise_of_the_reference_widens_a_reversal);
     return UNITY_END();

@@ -119,7 +119,7 @@ static void test_a_latched_cause_fades_friction_that_is_fed_forward(void)
     {
         (void)loop_step(&loop, 0.3 + 1e-4 * k, 0.3 + 1e-4 * k);
     }
-    TEST_ASSERT_TRUE(loop.memory.state.fade == 0);
+    TEST_ASSERT_TRUE(loop.state.fade == 0);
     TEST_ASSERT_TRUE(loop_fed_friction(&loop) == 0.0);
     for (int k = 0; k < 3000; k++) // r stands: what is fed back fades, too
     {

@@ -358,8 +358,13 @@ static void make_methods(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_lugre(&by[OTHER_LUGRE], &one, &soft));
 }
 
+static double lead_of(const loop_t *x)
+{
+    return fabs(TRIBO_LEARNED_N(double, x->memory.signals.TRIBO_N(lead), FULL_SCALE_N));
+}
+
 /// How far u is from that of a loop that goes on, in the tick of the change and in the next, beyond what that loop's own u moves
-/// by: the feed-forward hands over what it added in the last tick.
+/// by: the feed-forward hands over what it added in the last tick, but for the lead of a jump.
 static void change_at(int k, method_t from, method_t to, double most[2])
 {
     loop_copy(&unchanged, &loop);
@@ -367,7 +372,8 @@ static void change_at(int k, method_t from, method_t to, double most[2])
     plant_t           old_plant = plant;
     const loop_seen_t old       = loop_step_by(&unchanged, &by[from], triangle(k), plant.y);
     const loop_seen_t now       = loop_step_by(&other, &by[to], triangle(k), plant.y);
-    most[0] = fmax(most[0], fabs(now.u - old.u) - (from == FEEDFORWARD ? fabs(old.u - seen.u) : 0.0));
+    const double      lead      = from == FEEDFORWARD ? lead_of(&unchanged) : 0.0;
+    most[0] = fmax(most[0], fabs(now.u - old.u) - (from == FEEDFORWARD ? fabs(old.u - seen.u) + lead : 0.0));
     move(&old_plant, old.u);
     static loop_t still;
     if (to >= LUGRE && from < LUGRE) // the arm is where the sensor says, and stands there if friction can hold it
@@ -383,7 +389,7 @@ static void change_at(int k, method_t from, method_t to, double most[2])
     }
     const double next = loop_step_by(&other, &by[to], triangle(k + 1), old_plant.y).u;
     const double was  = loop_step_by(&unchanged, &by[from], triangle(k + 1), old_plant.y).u;
-    most[1]           = fmax(most[1], fabs(next - was) - (from < LUGRE || to < LUGRE ? 2.0 * fabs(was - old.u) : 0.0));
+    most[1] = fmax(most[1], fabs(next - was) - (from < LUGRE || to < LUGRE ? 2.0 * fabs(was - old.u) + lead : 0.0));
 }
 
 static void test_loop_changes_to_and_from_lugre_without_a_bump(void)

@@ -79,7 +79,7 @@ def test_the_scenario_that_is_written_is_the_designs_loop_whatever_the_plants_ga
     (tmp_path / "k.json").write_text(json.dumps({"zeros": [-55, -200], "poles": [-0.01, -400], "k": 0.8 / gain}))
     code, _, err = run("import", tmp_path / "k.json", "--design", tmp_path / "design.yaml", "--out", tmp_path / "out", "--no-plots")
     assert code == 0, err
-    reported = json.loads((tmp_path / "out" / "paper_design.json").read_text())["friction"]["rms_n"]["0.85"]
+    reported = json.loads((tmp_path / "out" / "paper_design.json").read_text())["friction"]["rms_n"]["with"]
     for arithmetic in ("f32", "q31"):
         done = subprocess.run([os.environ["TRIBO_SIM"], "run", tmp_path / "out" / "paper_scenario.yaml", "--json", "--arith", arithmetic], capture_output=True, text=True, check=True)
         played = json.loads(done.stdout)["rms_error_N"]

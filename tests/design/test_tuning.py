@@ -15,7 +15,7 @@ def test_the_papers_rig_has_the_defaults_of_the_library(capsys):
     found = tuned(capsys)
     assert found["method"] == "feedforward"
     assert (found["feedforward"]["reversal_N"], found["feedforward"]["jump_time_s"]) == (0.0005, 0.02)
-    assert found["feedforward"]["learning"] == {"offset_sd_N": 0.01, "weight_N": 0.0002, "forgetting_per_N": 0.1}
+    assert (found["feedforward"]["presliding_N"], found["feedforward"]["forgetting_per_N"]) == pytest.approx((0.157 / 11, 0.1), rel=1e-5)
     assert found["guard"] == {"on": "yes", "turn_N": 0.05, "quick_time_s": 0.2, "stray_N": 0.01, "fade_time_s": 0.5}
 
 
@@ -23,7 +23,8 @@ def test_noise_rig_and_tick_count(capsys):
     found = tuned(capsys, "--offset", "0.07", "--negative-offset", "0.21", "--input-max", "20", "--noise", "0.02", "--sample-time", "0.002",
                   "--actuator-pole", "100")
     assert found["feedforward"]["reversal_N"] == pytest.approx(1.64 / 314, rel=1e-5)  # mean L at 5 N is 1.64 N; over 314
-    assert found["feedforward"]["slide_width_N"] == pytest.approx(0.06)
+    assert found["feedforward"]["presliding_N"] == pytest.approx(1.64 / 11, rel=1e-5)
+    assert found["feedforward"]["forgetting_per_N"] == pytest.approx(0.0157 / 1.64, rel=1e-5)
     assert found["feedforward"]["jump_time_s"] == 0.028
     assert found["guard"]["stray_N"] == 0.16
 
@@ -33,3 +34,31 @@ def test_what_cannot_be_is_refused_by_name(capsys):
                                        (("--sample-time", "1"), 1, "sample_time_s: 1e-6 to 0.1 s"), (("--stiffness", "1e9"), 1, "arm: ")):
         assert main(["tune", *arguments]) == exit_code
         assert text in capsys.readouterr().err
+
+
+LOOP = """sample_time_s: 2.0e-3
+plant: {actuator_pole_rad_per_s: 100}
+limits: {input_max_N: 20}
+sensor: {noise_N: 0.02}
+compensator: {friction: {breakaway: BREAKAWAY}}
+"""
+
+
+@pytest.mark.parametrize("breakaway", ["{offset_N: 0.07, slope: 0.3, negative_offset_N: 0.21}",
+                                       "{table: [{force_N: 0, positive_N: 0.07, negative_N: 0.21}, {force_N: 10, positive_N: 3.07, negative_N: 3.21}]}"])
+def test_a_loop_says_the_same_as_its_numbers(tmp_path, capsys, breakaway):
+    path = tmp_path / "loop.yaml"
+    path.write_text(LOOP.replace("BREAKAWAY", breakaway))
+    numbers = ("--offset", "0.07", "--negative-offset", "0.21", "--noise", "0.02", "--sample-time", "0.002", "--actuator-pole", "100")
+    assert tuned(capsys, str(path)) == tuned(capsys, *numbers, "--input-max", "20")
+    assert tuned(capsys, str(path), "--input-max", "40") == tuned(capsys, *numbers, "--input-max", "40") != tuned(capsys, *numbers, "--input-max", "20")
+
+
+def test_a_loop_that_is_none_is_refused(tmp_path, capsys):
+    path = tmp_path / "loop.yaml"
+    for text, what in (("- 1", "must be keys and values"), ("sample_time_s: soon", "sample_time_s: value 'soon': must be a number"), ("a: [", "not YAML"), ("a: !!int zz", "not YAML"),
+                       ("a: 2001-99-99", "not YAML"), ("[" * 5000, "nested too deeply"), ("a: 1\na: 2", ":2: a: is given twice"),
+                       ("compensator: {friction: {breakaway: {table: [1]}}}", "table: must be a list")):
+        path.write_text(text)
+        assert main(["tune", str(path)]) == 2
+        assert f"{path}" in (err := capsys.readouterr().err) and what in err

@@ -1,6 +1,7 @@
-// What the drive's tick costs in RUN, in instructions of an emulated processor, by part: "name value" a line. The sensor follows the
-// arm that the loop commands, in a triangle of 0.4 to 0.6 N, with every bound of the faults on. On the bus bytes come as fast as
-// 115,200 baud brings them, and beside the trace for faults one of eight signals records every tick and waits for a level.
+// What the drive's tick costs in RUN, in instructions of an emulated processor, by part: "name value" a line. The sensor follows
+// the arm that the loop commands by the paper's method, without the guard, in a triangle of 0.4 to 0.6 N, with every bound of the
+// faults on. On the bus bytes come as fast as 115,200 baud brings them, and beside the trace for faults one of eight signals
+// records every tick and waits for a level.
 //
 //     drive        the loop, and what decides whether it may run
 //     bus          bytes copied from the line
@@ -66,6 +67,8 @@ int main(void)
     static trace_t             trace_copy;
 
     defaults                    = params_default();
+    defaults.method             = PARAMS_METHOD_PAPER;
+    defaults.guard_on           = 0;
     defaults.drive.stuck_ticks  = 200;
     defaults.drive.reference_ms = 50;
     defaults.drive.ready_ms     = 50;

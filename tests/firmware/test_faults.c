@@ -639,6 +639,25 @@ static void test_without_a_host_the_reference_goes_to_a_safe_one_if_there_is_a_r
     check_ramp(-0.3, 0.2);
 }
 
+static void test_without_a_host_the_reference_leaves_however_slow_the_ramp_is(void)
+{
+    config.reference_ms           = 100;
+    config.reference_ramp_n_per_s = 1e-6f;
+    config.safe_reference_n       = 0.2f;
+    power_up();
+    start();
+    reference_n = 0.5;
+    run_until(ticks + 1500u);
+    for (unsigned i = 0; i < 110u; i++)
+    {
+        tick_with(healthy, false);
+        check_running();
+    }
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_LIMIT_HOST, drive.limits);
+    TEST_ASSERT_TRUE(drive.r < board_force(0.5));
+    TEST_ASSERT_TRUE(drive.r >= board_force(0.2));
+}
+
 static void test_a_safe_reference_beyond_what_is_credible_is_refused(void)
 {
     drive_config_error_t error;
@@ -835,6 +854,7 @@ int main(void)
     RUN_TEST(test_only_the_reference_of_a_host_must_be_renewed);
     RUN_TEST(test_a_host_of_the_last_run_need_not_renew_in_the_next);
     RUN_TEST(test_without_a_host_the_reference_goes_to_a_safe_one_if_there_is_a_ramp);
+    RUN_TEST(test_without_a_host_the_reference_leaves_however_slow_the_ramp_is);
     RUN_TEST(test_a_safe_reference_beyond_what_is_credible_is_refused);
     RUN_TEST(test_an_idle_drive_needs_no_reference);
     RUN_TEST(test_the_loop_starts_once_the_power_stage_is_ready);

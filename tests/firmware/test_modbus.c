@@ -253,8 +253,8 @@ static void test_a_frame_for_another_unit_is_not_ours(void)
 
 typedef struct
 {
-    uint8_t in[512], out[512];
-    size_t  in_length, in_taken, out_length;
+    uint8_t in[512], out[512], stray[512];
+    size_t  in_length, in_taken, out_length, stray_length;
     size_t  room;  ///< that send takes at a time
     bool    error; ///< once
 } wire_t;
@@ -285,7 +285,14 @@ static size_t send(void *context, const uint8_t *bytes, size_t count)
     return taken;
 }
 
-static const modbus_line_t line = {.context = &wire, .receive = receive, .send = send};
+static void take_stray(void *context, const uint8_t *bytes, size_t count)
+{
+    wire_t *to = context;
+    memcpy(to->stray + to->stray_length, bytes, count);
+    to->stray_length += count;
+}
+
+static const modbus_line_t line = {.context = &wire, .receive = receive, .send = send, .stray = take_stray};
 
 static void tick(const uint8_t *bytes, size_t count)
 {
@@ -432,6 +439,45 @@ static void test_what_comes_while_a_frame_is_executed_is_not_mixed_into_it(void)
     TEST_ASSERT_EQUAL_HEX16(3, map.values[1]);
 }
 
+/// The tick that completes it may come between any two instructions of the background.
+static void test_what_is_no_frame_is_passed_on_once_it_is_complete_or_counts_as_lost(void)
+{
+    uint8_t frame[8] = {UNIT, 6, 0, 1, 0, 2};
+    (void)seal(frame, 6);
+    reset_line();
+    tick((const uint8_t *)"ac", 2);
+    tick((const uint8_t *)"k\n", 2);
+    TEST_ASSERT_EQUAL_size_t(0, wire.stray_length);
+    silence(2);
+    TEST_ASSERT_EQUAL_size_t(4, wire.stray_length);
+    TEST_ASSERT_EQUAL_MEMORY("ack\n", wire.stray, 4);
+    tick(frame, 8);
+    silence(2);
+    TEST_ASSERT_EQUAL_size_t(4, wire.stray_length);
+    TEST_ASSERT_EQUAL_HEX16(2, map.values[1]);
+    TEST_ASSERT_FALSE(modbus.lost);
+
+    memcpy(wire.in, "?", 1);
+    wire.in_length = 1;
+    wire.in_taken  = 0;
+    for (int i = 0; i < 3; i++)
+    {
+        modbus_take(&modbus, &line); // the background does not run
+    }
+    TEST_ASSERT_FALSE(modbus.lost);
+    wire.in[0]    = 'x';
+    wire.in_taken = 0;
+    modbus_take(&modbus, &line);
+    TEST_ASSERT_TRUE(modbus.lost);
+    silence(2);
+    TEST_ASSERT_EQUAL_size_t(5, wire.stray_length);
+    TEST_ASSERT_EQUAL_CHAR('?', wire.stray[4]);
+    modbus.lost = false;
+    wire.error  = true;
+    tick(NULL, 0);
+    TEST_ASSERT_TRUE(modbus.lost);
+}
+
 static void test_an_answer_leaves_as_the_line_takes_it(void)
 {
     uint8_t frame[8] = {UNIT, 3, 0, 0, 0, 10};
@@ -556,6 +602,7 @@ int main(void)
     RUN_TEST(test_a_line_error_spoils_its_frame_only);
     RUN_TEST(test_more_bytes_than_a_frame_has_are_ignored_up_to_a_silence);
     RUN_TEST(test_what_comes_while_a_frame_is_executed_is_not_mixed_into_it);
+    RUN_TEST(test_what_is_no_frame_is_passed_on_once_it_is_complete_or_counts_as_lost);
     RUN_TEST(test_an_answer_leaves_as_the_line_takes_it);
     RUN_TEST(test_a_million_frames_change_nothing_without_their_crc);
     return UNITY_END();

@@ -2,9 +2,7 @@
 // ceilings. First one rule a test, then a client that tries everything. TRIBO_WRITES=1000000 lets it write that often.
 
 #include "app/crc32.h"
-#include "app/registers.h"
-#include "board.h"
-#include "unity.h"
+#include "registers_host.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -13,15 +11,9 @@
 
 #define PERIOD_US    1000u
 #define UNLOCK_TICKS (REGISTERS_UNLOCK_S * 1000000u / PERIOD_US)
-#define SECTOR_WORDS (STORE_HEAD_WORDS + PARAMS_WORDS + 1u)
 
-static board_t            board;
-static registers_t        registers;
-static modbus_registers_t map;
-static params_set_t       defaults;
-static uint32_t           ring[64];
-static uint32_t           sectors[STORE_SECTORS][SECTOR_WORDS];
-static double             force_n; ///< of a plant that follows u with a lag
+static uint32_t ring[64];
+static double   force_n; ///< of a plant that follows u with a lag
 
 static const params_ceiling_t ceilings[] = {{PARAMS_U_MAX, 0.0f, 3.0f},
                                             {PARAMS_U_MIN, -3.0f, 0.0f},
@@ -29,40 +21,6 @@ static const params_ceiling_t ceilings[] = {{PARAMS_U_MAX, 0.0f, 3.0f},
                                             {DRIVE_CONFIG_command_limit_ms, 1.0f, 1000.0f}};
 
 // --- a board -------------------------------------------------------------------------------------------------------
-
-static uint32_t read_flash(void *context, unsigned sector, uint32_t word)
-{
-    (void)context;
-    return sectors[sector][word];
-}
-
-static bool erase_flash(void *context, unsigned sector)
-{
-    (void)context;
-    memset(sectors[sector], 0xff, sizeof sectors[sector]);
-    return true;
-}
-
-static bool write_flash(void *context, unsigned sector, uint32_t word, uint32_t value)
-{
-    (void)context;
-    sectors[sector][word] &= value;
-    return true;
-}
-
-static const store_flash_t flash = {.sector_words = SECTOR_WORDS,
-                                    .read         = read_flash,
-                                    .erase        = erase_flash,
-                                    .write        = write_flash};
-
-static size_t send_all(void *context, const uint8_t *bytes, size_t count)
-{
-    (void)context;
-    (void)bytes;
-    return count;
-}
-
-static const modbus_line_t line = {.receive = board_receive_nothing, .send = send_all};
 
 static void power_up_under(uint32_t ceiling_count)
 {
@@ -123,13 +81,6 @@ static void run(unsigned count)
 
 // --- a host --------------------------------------------------------------------------------------------------------
 
-static uint32_t read_word(uint32_t address)
-{
-    uint16_t values[2] = {0, 0};
-    TEST_ASSERT_EQUAL_INT(MODBUS_OK, map.read(map.context, (uint16_t)address, 2, values));
-    return (uint32_t)values[0] << 16 | values[1];
-}
-
 static uint32_t bits_of(float x)
 {
     uint32_t bits;
@@ -144,33 +95,8 @@ static float number_of(uint32_t bits)
     return x;
 }
 
-static modbus_status_t try_word(uint32_t address, uint32_t word)
-{
-    const uint16_t values[2] = {(uint16_t)(word >> 16), (uint16_t)word};
-    return map.write(map.context, (uint16_t)address, 2, values);
-}
-
-static void write_word(uint32_t address, uint32_t word)
-{
-    TEST_ASSERT_EQUAL_INT(MODBUS_OK, try_word(address, word));
-}
-
-static modbus_status_t try_command(uint16_t command)
-{
-    return map.write(map.context, REGISTERS_COMMAND_AT, 1, &command);
-}
-
-static void command(uint16_t number)
-{
-    TEST_ASSERT_EQUAL_INT(MODBUS_OK, try_command(number));
-}
-
-#define STATE_OF(symbol)    read_word(REGISTERS_STATE_AT + 2u * REGISTERS_STATE_##symbol)
-#define REQUEST_AT(symbol)  (REGISTERS_REQUESTS_AT + (uint32_t)offsetof(registers_requests_t, symbol) / 2u)
-#define DRIVE_AT(symbol)    (REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT + 2u * DRIVE_CONFIG_##symbol)
-#define TO_ACTIVE(register) ((register) - REGISTERS_STAGED_AT + REGISTERS_ACTIVE_AT)
-#define U_MAX_AT            (REGISTERS_STAGED_AT + 0x106u)
-#define GAIN_AT             (REGISTERS_STAGED_AT + 0x108u)
+#define U_MAX_AT (REGISTERS_STAGED_AT + 0x106u)
+#define GAIN_AT  (REGISTERS_STAGED_AT + 0x108u)
 
 /// Of the words in front of the sections.
 static uint32_t register_of(uint32_t word)
@@ -454,7 +380,24 @@ static void test_a_host_can_compute_the_crc_of_what_protects(void)
         crc  = crc32_update(crc, bytes, sizeof bytes);
     }
     TEST_ASSERT_EQUAL_HEX32(REGISTERS_STAGED_AT + 0x126u, last);
-    TEST_ASSERT_EQUAL_HEX32(crc, STATE_OF(protection));
+    const uint8_t up[] = {1, 0, 0, 0, 1, 0, 0, 0};
+    TEST_ASSERT_EQUAL_HEX32(crc32_update(crc, up, sizeof up), STATE_OF(protection));
+
+    // The signs of the gain: both turned, then that at rest alone.
+    const uint32_t section = REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT;
+    unlock();
+    write_word(section, read_word(section) ^ 0x80000000u);
+    write_word(section + 4u, read_word(section + 4u) ^ 0x80000000u);
+    command(REGISTERS_APPLY);
+    tick();
+    const uint8_t down[] = {0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff};
+    TEST_ASSERT_EQUAL_HEX32(crc32_update(crc, down, sizeof down), STATE_OF(protection));
+    unlock();
+    write_word(section, read_word(section) ^ 0x80000000u);
+    command(REGISTERS_APPLY);
+    tick();
+    const uint8_t mixed[] = {1, 0, 0, 0, 0xff, 0xff, 0xff, 0xff};
+    TEST_ASSERT_EQUAL_HEX32(crc32_update(crc, mixed, sizeof mixed), STATE_OF(protection));
 }
 
 /// A host that reads the active set and writes it back with a change of what tunes.

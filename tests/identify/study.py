@@ -151,7 +151,7 @@ def loop(count=20, first=0):
                 applied = truth["scale"] / (q["scale"] if q else truth["scale"])
                 sets.append(f"plant.command={{scale_error: {applied - 1}, bias_N: {truth['bias']}}}")
                 if q is None:
-                    sets.append("compensator.gain=0")
+                    sets.append("compensator.method=off")
                 else:
                     sets.append(f"compensator.friction={{k_min: {q['k_min']}, k_max: {q['k_max']}, m: {q['m']}, v0_N_per_s: {q['v0']}, gravity_N: {q['gravity']}, "
                                 f"breakaway: {{offset_N: {q['offset']}, slope: {q['slope']}}}}}")

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tools" / "identify"), str(ROOT / "tools" / "design")]
 
 from tribo_identify import logs, native  # noqa: E402
-from tribo_identify.plan import Plan  # noqa: E402
+from tribo_identify.plan import MARGIN, Plan  # noqa: E402
 
 FLAWS = ("one direction", "few loads", "saturated", "ripple", "clock", "silent", "units")
 MODELS = ("paper", "torque", "coulomb", "karnopp", "armstrong", "dahl", "bristle", "reset_integrator", "bliman_sorine", "lubricated", "lugre", "elasto_plastic", "leuven",
@@ -45,6 +45,17 @@ def play(folder, scenario, sets, out="run"):
     return json.loads(done.stdout)
 
 
+def plan_over(low, high, **options):
+    """A plan whose levels are from `low` to `high` for the breakaway that it guesses."""
+    options = {"rate": 2 * high} | options
+    span = (high - low) * (1 + 0.5 / (options.get("levels", 4) - 1))
+    middle, guess = (low + high) / 2, Plan(0.0, 1.3 * high, **options).check()
+    bottom, top = middle - span / 2, middle + span / 2
+    ends = bottom - guess.breakaway(bottom), top + guess.breakaway(top)
+    more = MARGIN / (1 - 2 * MARGIN) * (ends[1] - ends[0])
+    return Plan(ends[0] - more, ends[1] + more, **options | {"offset": guess.offset}).check()
+
+
 def write_plan(folder, plan):
     rows = plan.reference()
     (folder / "plan.csv").write_text("t_s,r_N\n" + "".join(f"{t:.3f},{r:.6g}\n" for t, r in rows))
@@ -70,7 +81,7 @@ def sound(seed, hysteresis=False, model="paper"):
     truth = truth_of(seed)
     with tempfile.TemporaryDirectory(dir=os.environ.get("TMPDIR")) as name:
         folder = Path(name)
-        scenario = write_plan(folder, Plan(0.1, 0.6, noise=0.001, hysteresis=hysteresis).check())
+        scenario = write_plan(folder, plan_over(0.1, 0.6, noise=0.001, hysteresis=hysteresis))
         play(folder, scenario, settings(truth, model))
         return truth, trace(folder)
 
@@ -81,9 +92,7 @@ def _few_loads(truth, source):
     for level in source.choice([0.15, 0.3, 0.45, 0.6], int(source.integers(1, 4)), replace=False):
         with tempfile.TemporaryDirectory(dir=os.environ.get("TMPDIR")) as name:
             folder = Path(name)
-            plan = Plan(float(level) - 0.01, float(level) + 0.01).check()
-            plan.swing = lambda: 0.04
-            play(folder, write_plan(folder, plan), settings(truth))
+            play(folder, write_plan(folder, plan_over(float(level) - 0.03, float(level) + 0.03)), [*settings(truth), "limits={u_min_N: -2, u_max_N: 2, input_max_N: 2}"])
             rows = trace(folder)
             pieces.append(rows[int(0.1 * len(rows)) : int(0.9 * len(rows))])
     return pieces
@@ -98,7 +107,7 @@ def flawed(flaw, seed):
     with tempfile.TemporaryDirectory(dir=os.environ.get("TMPDIR")) as name:
         folder = Path(name)
         extra = []
-        scenario = write_plan(folder, Plan(0.1, 0.6, noise=0.001).check())
+        scenario = write_plan(folder, plan_over(0.1, 0.6, noise=0.001))
         if flaw == "one direction":  # a ramp, either way
             rate = source.uniform(0.01, 0.1)
             up = source.uniform() < 0.5

@@ -5,14 +5,13 @@ import pytest
 import synthetic
 
 from tribo_identify import native
-from tribo_identify.plan import Plan
 
 
 @pytest.fixture(scope="module")
 def rows(tmp_path_factory):
     """t, u, y of the paper's plant, as the five commands of docs/identification.md make it."""
     folder = tmp_path_factory.mktemp("plan")
-    synthetic.play(folder, synthetic.write_plan(folder, Plan(0.1, 0.6, noise=0.001, u_max=2).check()), [])
+    synthetic.play(folder, synthetic.write_plan(folder, synthetic.plan_over(0.1, 0.6, noise=0.001, u_max=2)), [])
     return synthetic.trace(folder)
 
 
@@ -77,7 +76,7 @@ def test_a_log_that_begins_under_load(rows, tmp_path):
 
 def test_the_bristles_of_lugre_are_a_path_as_well(tmp_path):
     model = "compensator.model=lugre"
-    synthetic.play(tmp_path, synthetic.write_plan(tmp_path, Plan(0.1, 0.6, noise=0.001, u_max=2).check()), ["plant.model=lugre"])
+    synthetic.play(tmp_path, synthetic.write_plan(tmp_path, synthetic.plan_over(0.1, 0.6, noise=0.001, u_max=2)), ["plant.model=lugre"])
     rows = synthetic.trace(tmp_path)
     assert replay(tmp_path, rows, "--set", model)[0] == ["the params fit this log"]
     assert replay(tmp_path, rows * [1, 0.9, 1], "--set", model)[0][0].startswith("wrong scale")
@@ -90,6 +89,6 @@ def test_rigs_with_noise(tmp_path, seed):
     params = (f"friction: {{k_min: {truth['k_min']}, k_max: {truth['k_max']}, m: {truth['m']}, v0_N_per_s: {truth['v0']}, "
               f"breakaway: {{offset_N: {truth['offset']}, slope: {truth['slope']}}}}}\n")
     words, *_ = replay(tmp_path, rows, params=params)
-    assert [w for w in words if not w.startswith("Q switches")] == []  # the noise does
+    assert words == ["the params fit this log"]
     words, *_ = replay(tmp_path, rows * [1, 0.9, 1], params=params)
     assert words[0].startswith("wrong scale") and not any(w.startswith("L") for w in words)

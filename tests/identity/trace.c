@@ -5,10 +5,7 @@
 
 #include "../support/cascade_f32.h"
 #include "../support/cascade_q31.h"
-#include "feedforward/breakaway_learning_q31.h"
-#include "feedforward/friction_observer_q31.h"
-#include "feedforward/hold_q31.h"
-#include "feedforward/reference_model_q31.h"
+#include "paper/arm_q31.h"
 #include "tribo/feedforward_f32.h"
 #include "tribo/feedforward_q31.h"
 
@@ -133,7 +130,7 @@ static bool feeds_forward(const scenario_t *scenario, int which)
 static tribo_feedforward_f32_config_t soon_holding(void)
 {
     tribo_feedforward_f32_config_t config = tribo_feedforward_f32_default();
-    config.hold.still_time_s              = 0.4f;
+    config.still_time_s                   = 0.4f;
     return config;
 }
 
@@ -163,16 +160,19 @@ static void hash_f32(const tribo_feedforward_f32_memory_t *memory)
 {
     const tribo_feedforward_f32_signals_t *s      = &memory->signals;
     const float                            seen[] = {s->b_n,
-                                                     s->sigma,
+                                                     s->lead_n,
                                                      s->travel_n,
-                                                     s->ahead.relative_variance,
-                                                     s->observer.friction_n,
+                                                     s->friction_n,
+                                                     memory->state.sigma,
+                                                     memory->state.learned.use[1],
+                                                     memory->state.learned.covariance[0],
+                                                     memory->state.learned.constant_n,
                                                      memory->state.hold.extra_margin};
     for (size_t i = 0; i < sizeof seen / sizeof seen[0]; i++)
     {
         hash_float(seen[i]);
     }
-    hash_word(memory->state.hold.active);
+    hash_word(memory->state.mode);
 }
 
 static bool run_f32(const scenario_t *scenario)
@@ -202,7 +202,7 @@ static bool run_f32(const scenario_t *scenario)
         }
     }
     tribo_force_loop_f32_reset(&state);
-    tribo_feedforward_f32_reset(&feedforward[0], &memory.state);
+    tribo_feedforward_f32_reset(&memory.state);
     tribo_force_loop_feedforward_f32_attach(&state, &memory);
     tribo_compensator_f32_reset(&plant_state);
     tribo_biquad_f32_reset(&filter_state);
@@ -248,12 +248,15 @@ static void hash_q31(const tribo_feedforward_q31_memory_t *memory)
 {
     const tribo_feedforward_q31_signals_t *s = &memory->signals;
     hash_word((uint32_t)s->b);
-    hash_word((uint32_t)s->sigma);
+    hash_word((uint32_t)s->lead);
     hash_word(s->travel);
-    hash_word(s->ahead.relative_variance);
-    hash_word((uint32_t)s->observer.friction);
+    hash_word((uint32_t)s->friction);
+    hash_word((uint32_t)memory->state.sigma);
+    hash_word((uint32_t)memory->state.learned.use[1]);
+    hash_word((uint32_t)memory->state.learned.covariance[0]);
+    hash_word((uint32_t)memory->state.learned.constant);
     hash_word(memory->state.hold.extra_margin);
-    hash_word(memory->state.hold.active);
+    hash_word(memory->state.mode);
 }
 
 static bool run_q31(const scenario_t *scenario)
@@ -297,7 +300,7 @@ static bool run_q31(const scenario_t *scenario)
         }
     }
     tribo_force_loop_q31_reset(&state);
-    tribo_feedforward_q31_reset(&feedforward[0], &memory.state);
+    tribo_feedforward_q31_reset(&memory.state);
     tribo_force_loop_feedforward_q31_attach(&state, &memory);
     tribo_compensator_q31_reset(&plant_state);
     tribo_biquad_q31_reset(&filter_state);

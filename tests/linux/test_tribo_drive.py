@@ -112,7 +112,7 @@ def test_it_feeds_friction_forward_as_tribo_sim_does(drive):
 def test_its_guard_fades_compensation_as_in_tribo_sim(drive):
     # Half of the friction that the loop believes in.
     drive.write("loop.yaml", LOOP + "plant: {friction: {breakaway: {offset_N: 0.0035, slope: 0.15}}}\n"
-                "compensator: {gain: 1, guard: {on: yes}}\n")
+                "compensator: {method: paper, gain: 1}\n")
     log, said = drive.ticks(5000)
     assert "warning: " in said
     assert log["u_N"] == pytest.approx([float(row["u_N"]) for row in simulate(drive)], abs=1e-4)
@@ -138,7 +138,7 @@ def test_the_drive_reads_the_loop_of_a_scenario_alone(drive, loop, arguments, me
 
 
 def test_what_the_drive_lacks_is_refused(drive):
-    run = drive.run("rig.yaml", "--check", "--set", "compensator.model=lugre")
+    run = drive.run("rig.yaml", "--check", "--set", "compensator.method=paper", "--set", "compensator.model=lugre")
     assert run.returncode == 1 and "loop.yaml: compensator.model: lugre is not in the drive" in run.stderr
 
 
@@ -371,6 +371,11 @@ def test_the_man_page_has_all_options(drive):
     options = re.findall(r"--([a-z]+)", drive.run("--help").stdout)
     assert len(options) > 8
     assert [option for option in options if f"--{option}" not in page] == []
+
+
+def test_version(drive):
+    assert drive.run("--version").stdout == "tribo-drive 0.1.0\n"
+    assert "--version" in (PI.parent / "tribo-drive.1").read_text().replace("\\", "")
 
 
 def test_the_example_fits_its_loop(drive):

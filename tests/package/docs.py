@@ -11,7 +11,8 @@ ROOT = pathlib.Path(sys.argv[1])
 README_LINES = 100
 LONG_TABLE = 15
 PROSE_AFTER = 60  # words: a caption, not a page
-PAGES = sorted(page for page in ROOT.rglob("*.md") if not {"build", ".venv"} & set(page.relative_to(ROOT).parts))
+PAGES = sorted(page for page in ROOT.rglob("*.md")
+               if not any(part == "build" or part.startswith(".") for part in page.relative_to(ROOT).parts))
 GENERATED = {"numbers.md", "registers.md", "reproduction.md"}
 SPECIFICATIONS = {"feedforward.md"}  # define their symbols before they use them
 

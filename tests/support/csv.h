@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-#define CSV_COLUMNS_MAX 20
+#define CSV_COLUMNS_MAX 32
 
 typedef struct
 {

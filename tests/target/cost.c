@@ -647,7 +647,7 @@ static __attribute__((noinline)) void run_feedforward(void)
     random_state             = 0x7ab5u;
     plant_reset();
     TRIBO(force_loop, reset)(&axis[0]);
-    TRIBO(feedforward, reset)(&feedforward, &memory.state);
+    TRIBO(feedforward, reset)(&memory.state);
     TRIBO(force_loop_feedforward, attach)(&axis[0], &memory);
     for (int32_t k = 0; k < 16000 + SEARCH_TICKS; k++)
     {
@@ -692,7 +692,7 @@ static __attribute__((noinline)) void run_guard(void)
     plant_reset();
     TRIBO(guard, reset)(&guard);
     TRIBO(force_loop, reset)(&axis[0]);
-    TRIBO(feedforward, reset)(&feedforward, &memory.state);
+    TRIBO(feedforward, reset)(&memory.state);
     TRIBO(force_loop_feedforward, attach)(&axis[0], &memory);
     for (int32_t k = 0; k < 8000 + SEARCH_TICKS; k++)
     {

@@ -13,7 +13,7 @@
 
 #include "tribo/feedforward_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 5
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 6
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -22,62 +22,41 @@
 
 static const tribo_feedforward_f32_params_t fed_feedforward = {
     .method = TRIBO_FEEDFORWARD_F32_METHOD,
-    .reference_model = {
-        .actuator_part = 1.81269258e-01f,
-        .sensor_part = 5.35148568e-02f,
-        .arm = {
-            .phi_d = 1.47544909e-02f,
-            .phi_g = 8.84321094e-01f,
-            .gamma_d = 2.82982737e-02f,
-            .gamma_g = 7.73008466e-01f,
-        },
-    },
-    .observer = {
-        .actuator_part = 1.81269258e-01f,
-        .sensor_part = 5.35148568e-02f,
-        .filter_part = 4.76190522e-02f,
-        .damping = 7.49999952e+00f,
-    },
-    .learning = {
-        .scale_most = 1.20000005e+00f,
-        .offset_most_n = 2.99999993e-02f,
-        .scale_variance = 1.60000011e-01f,
-        .offset_variance = 9.99999975e-05f,
-        .scale_shared = 1.60000008e-02f,
-        .offset_shared = 9.99999975e-06f,
-        .correlation = 6.99999988e-01f,
-        .relative_variance = 1.00000000e+00f,
-        .distrust = 5.00000000e-01f,
-        .weight_n = 1.99999995e-04f,
-        .forgetting_per_n = 1.00000001e-01f,
-        .scale_min = 2.00000003e-01f,
-        .scale_max = 3.00000000e+00f,
-    },
-    .hold = {
-        .on = true,
-        .still_ticks = 1501u,
-        .quick_ticks = 201u,
-        .gain = 9.49999988e-01f,
-        .margin = 8.50000024e-01f,
-        .extra_margin_per_n = 1.00000000e+01f,
-        .deadband_part = 3.32225929e-03f,
-    },
     .input_max_n = 2.00000000e+00f,
     .offset_max_n = 8.00000000e+00f,
     .reversal_n = 5.00000024e-04f,
+    .stop_per_n = {1.32861523e+03f, 4.98230682e+02f, 1.86836502e+02f, 7.00636902e+01f},
     .jump = 1.00000009e-01f,
-    .lead_s = 1.24999993e-02f,
-    .noise_gain = 4.00000000e+00f,
+    .lead = 3.50000000e+00f,
+    .distrust = 5.00000000e-01f,
+    .lag_s = 1.24999993e-02f,
     .noise_part = 4.00000019e-03f,
     .noise_floor_n = 1.00000011e-06f,
     .rate_hz = 9.99999939e+02f,
     .rate_part = 9.09090936e-02f,
     .step_n = 2.00000009e-03f,
-    .offset_part = 2.00000009e-04f,
-    .slide_half_n = 1.50000001e-03f,
-    .slide_change_max_n = 5.00000024e-04f,
-    .slide_run_in_n = 4.99999989e-03f,
-    .slide_error_max_n = 1.00000005e-03f,
+    .lag_part = 7.40740821e-02f,
+    .actuator_part = 1.81269258e-01f,
+    .sensor_part = 5.35148568e-02f,
+    .observer_part = 9.09090936e-02f,
+    .damping = 7.49999952e+00f,
+    .jump_lag = 2.99999976e+00f,
+    .measured_per_n = 3.99999976e+03f,
+    .travel_half_n = 5.00000024e-05f,
+    .slip_n = 5.00000035e-03f,
+    .travel_max_n = 1.00000005e-03f,
+    .weighing_n = 2.00000009e-03f,
+    .doubt_per_n = 4.99999962e+01f,
+    .margin_per_n = 1.00000010e+01f,
+    .forgetting_per_n = 9.99999940e-02f,
+    .constant_sd_n = 3.00191212e-02f,
+    .constant_max_n = 1.57000005e-01f,
+    .still_ticks = 200u,
+    .quick_ticks = 200u,
+    .deadband_part = 3.32225929e-03f,
+    .effort_part = 2.50000030e-01f,
+    .effort_half_n = 1.56999996e-03f,
+    .fade = 5.00000035e-03f,
 };
 static const tribo_force_loop_f32_params_t fed_params = {
     .input_max_n = 2.00000000e+00f,

@@ -17,7 +17,7 @@ static TRIBO(force_loop, params_t) params;
 #ifdef IMAGE_FED
 #define params fed_params
 #else
-#define params rig_params
+#define params golden_params
 #endif
 #endif
 
@@ -36,7 +36,7 @@ int main(void)
 #endif
     TRIBO(force_loop, reset)(&state);
 #ifdef IMAGE_FED
-    TRIBO(feedforward, reset)(&fed_feedforward, &memory.state);
+    TRIBO(feedforward, reset)(&memory.state);
     TRIBO(force_loop_feedforward, attach)(&state, &memory);
 #endif
     for (;;)

@@ -1,6 +1,7 @@
 // Set-up, and what only the Q31 arithmetic has. What both promise: tests/contract/test_feedforward.c.
 
-#include "feedforward/feedforward_q31.h"
+#include "feedforward/bank_q31.h"
+#include "feedforward/learning_q31.h"
 #include "tribo/feedforward_q31.h"
 
 #include "random.h"
@@ -11,21 +12,35 @@
 #define H  1.0e-3f
 #define FS 2.0f
 
-static tribo_feedforward_f32_config_t  config;
-static tribo_compensator_f32_config_t  model;
-static tribo_feedforward_q31_params_t  params;
-static tribo_friction_q31_params_t     friction;
-static tribo_breakaway_point_q31_t     table[TRIBO_BREAKAWAY_POINTS_MAX];
-static tribo_feedforward_q31_state_t   state;
-static tribo_feedforward_q31_signals_t signals;
+static tribo_force_loop_f32_config_t  loop_config;
+static tribo_feedforward_f32_config_t config;
+static tribo_force_loop_q31_params_t  loop;
+static tribo_feedforward_q31_params_t params;
+static tribo_friction_f32_params_t    friction;
+static tribo_breakaway_point_q31_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
+static tribo_feedforward_q31_memory_t memory;
+
+static tribo_status_t init(float input_max, float full_scale)
+{
+    const tribo_arm_f32_config_t *const arm = &loop_config.compensator.arm;
+    return tribo_feedforward_q31_init(&params, &config, arm, &friction, input_max, H, full_scale);
+}
+
+/// Params of a loop, whose method runs without it.
+static void init_loop(void)
+{
+    TEST_ASSERT_EQUAL_INT(
+        TRIBO_OK,
+        tribo_force_loop_feedforward_q31_init(&loop, table, &params, &loop_config, &config, FS, NULL));
+    tribo_feedforward_q31_reset(&memory.state);
+}
 
 void setUp(void)
 {
-    config = tribo_feedforward_f32_default();
-    model  = tribo_compensator_f32_paper();
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_q31_init(&friction, table, &model.friction, H, FS));
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_feedforward_q31_init(&params, &config, &model, 2.0f, H, FS));
-    tribo_feedforward_q31_reset(&params, &state);
+    loop_config = tribo_force_loop_f32_paper();
+    config      = tribo_feedforward_f32_default();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&friction, &loop_config.compensator.friction, H));
+    init_loop();
 }
 
 void tearDown(void)
@@ -37,125 +52,175 @@ static void check(float *field, float value, tribo_status_t status)
     const tribo_feedforward_q31_params_t before = params;
     const float                          kept   = *field;
     *field                                      = value;
-    TEST_ASSERT_EQUAL_INT(status, tribo_feedforward_q31_init(&params, &config, &model, 2.0f, H, FS));
+    TEST_ASSERT_EQUAL_INT(status, init(2.0f, FS));
     TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof params);
     *field = kept;
 }
 
 static void test_feedforward_init_names_the_field(void)
 {
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_q31_init(NULL, &config, &model, 2.0f, H, FS));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_q31_init(&params, NULL, &model, 2.0f, H, FS));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_FULL_SCALE, tribo_feedforward_q31_init(&params, &config, &model, 2.0f, H, 0.0f));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_INPUT_MAX, tribo_feedforward_q31_init(&params, &config, &model, 2.1f, H, FS));
+    const tribo_arm_f32_config_t *const arm = &loop_config.compensator.arm;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_q31_init(NULL, &config, arm, &friction, 2.0f, H, FS));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_q31_init(&params, NULL, arm, &friction, 2.0f, H, FS));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_FULL_SCALE, init(2.0f, 0.0f));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_INPUT_MAX, init(2.1f, FS));
     check(&config.reversal_n, 1e-6f, TRIBO_ERR_REVERSAL_WIDTH);
     check(&config.reversal_n, 0.6f, TRIBO_ERR_REVERSAL_WIDTH);
-    check(&config.noise_time_s, 200.0f, TRIBO_ERR_NOISE_TIME);
-    check(&config.rate_time_s, 200.0f, TRIBO_ERR_RATE_TIME);
-    check(&config.rate_max_n_per_s, 16.0f, TRIBO_ERR_RATE_MAX);
-    check(&config.rate_max_n_per_s, 1e-3f, TRIBO_ERR_RATE_MAX);
-    check(&config.offset_time_s, 1.9e-3f, TRIBO_ERR_OFFSET_TIME);
-    check(&config.slide_width_n, 0.6f, TRIBO_ERR_SLIDE_WIDTH);
-    check(&config.slide_rate_max_n_per_s, 4.0f, TRIBO_ERR_SLIDE_RATE);
-    check(&config.slide_run_in_n, 0.6f, TRIBO_ERR_SLIDE_RUN_IN);
-    check(&config.slide_error_max_n, 1e-6f, TRIBO_ERR_SLIDE_ERROR);
-    check(&config.slide_filter_time_s, 11.0f, TRIBO_ERR_SLIDE_FILTER);
-    check(&config.learning.weight_n, 1e-6f, TRIBO_ERR_LEARNING_WEIGHT);
-    check(&config.hold.margin_travel_n, 1e-4f, TRIBO_ERR_HOLD_MARGIN_TRAVEL);
-    check(&config.actuator_pole_rad_per_s, 2.0f, TRIBO_ERR_LEAD); // r goes over FS/2 within its lag
-    check(&config.actuator_pole_rad_per_s, 9e-3f, TRIBO_ERR_ACTUATOR_POLE);
-    check(&config.sensor_pole_rad_per_s, 9e-3f, TRIBO_ERR_SENSOR_POLE);
-    config.rate_max_n_per_s = 2e-3f;
-    check(&config.actuator_pole_rad_per_s, 0.0152f, TRIBO_ERR_LEAD); // over 65,536 ticks
+    check(&config.presliding_n, 1e-4f, TRIBO_ERR_PRESLIDING);
+    check(&config.presliding_n, 0.6f, TRIBO_ERR_PRESLIDING);
+    check(&config.forgetting_per_n, 17.0f, TRIBO_ERR_FORGETTING);
+    check(&config.actuator_pole_rad_per_s, 0.015f, TRIBO_ERR_ACTUATOR_POLE); // over 65,536 ticks
+    check(&loop_config.compensator.arm.damping, 1e6f, TRIBO_ERR_ACTUATOR_POLE);
 }
 
 static void test_the_offset_is_bounded_by_four_inputs_or_full_scale(void)
 {
     TEST_ASSERT_EQUAL_INT32(INT32_C(1) << 29, params.offset_max);
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_feedforward_q31_init(&params, &config, &model, 0.25f, H, FS));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(0.25f, FS));
     TEST_ASSERT_EQUAL_INT32(INT32_C(1) << 28, params.offset_max);
 }
 
 static void test_a_lag_of_many_ticks_leads_as_it_should(void)
 {
     config.actuator_pole_rad_per_s = 0.5f; // 2,000 ticks
-    config.rate_max_n_per_s        = 0.25f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_feedforward_q31_init(&params, &config, &model, 2.0f, H, FS));
+    config.reversal_n              = 0.5e-3f;
+    init_loop();
     int32_t r = 0;
-    for (int k = 0; k < 1000; k++)
+    for (int k = 0; k < 9000; k++) // the filter of the rate has 1,606 ticks
     {
         r += 107374; // 0.1 mN a tick, 0.1 N/s
-        (void)tribo_feedforward_q31_before(&params, &friction, &state, r, r, &signals);
-        (void)tribo_feedforward_q31_added(&params, &state, 0, &signals);
-        tribo_feedforward_q31_after(&params, &friction, &state, 0, r, false, &signals);
+        (void)tribo_feedforward_q31_method_error(&loop, &memory, r, r, UINT32_MAX);
     }
-    const double ahead = (signals.lin - signals.reached) / 536870912.0 * (double)FS;
-    TEST_ASSERT_DOUBLE_WITHIN(2e-3 * 0.2, 0.1 * (2.0 + 0.0288 / 3.84), ahead);
+    const tribo_feedforward_q31_signals_t *const s     = &memory.signals;
+    const double                                 ahead = (double)(s->lin - s->reached) / 536870912.0 * (double)FS;
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3 * 0.2, 0.1 * (2.0 + 0.0288 / 3.84), ahead);
 }
 
 static void test_what_was_learned_ends_at_full_scale(void)
 {
-    model.friction.positive.slope = 0.999f; // over full scale with the offset
-    model.friction.negative.slope = 2.0f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_q31_init(&friction, table, &model.friction, H, FS));
+    loop_config.compensator.friction.positive.slope = 1.999f;
+    loop_config.compensator.friction.negative.slope = 2.0f;
+    init_loop();
     for (uint32_t d = 0; d < 2u; d++)
     {
         static const int32_t end[] = {INT32_MIN, -INT32_MAX, INT32_MAX};
         for (int i = 0; i < 3; i++)
         {
             const tribo_feedforward_q31_learned_t at =
-                tribo_feedforward_q31_learned(&params, &friction, &state, d, end[i]);
+                tribo_feedforward_q31_learned(&loop.compensator.friction, &memory.state, d, end[i]);
             TEST_ASSERT_UINT32_WITHIN(4, UINT32_C(1) << 29, at.L);
-            TEST_ASSERT_UINT32_WITHIN(256, UINT32_C(1) << 31, at.relative_variance); // 1, rounded in Q28
+            TEST_ASSERT_EQUAL_UINT32(UINT32_C(1) << 31, at.relative_variance);
         }
     }
 }
 
 static void test_no_sum_overflows_at_the_ends_of_the_scale(void)
 {
-    random_t             r        = {31};
-    static const int32_t end[]    = {INT32_MIN, INT32_MAX, -INT32_MAX, 0, 1, -1, 1 << 30, -(1 << 30)};
-    model.friction.positive.slope = 2.0f; // L beyond full scale
-    model.friction.negative.slope = 0.9f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_q31_init(&friction, table, &model.friction, H, FS));
+    random_t             r                          = {31};
+    static const int32_t end[]                      = {INT32_MIN, INT32_MAX, -INT32_MAX, 0, 1, -1, 1 << 30, -(1 << 30)};
+    loop_config.compensator.friction.positive.slope = 2.0f; // L beyond full scale
+    loop_config.compensator.friction.negative.slope = 0.9f;
+    init_loop();
     for (int k = 0; k < 200000; k++)
     {
-        const int32_t e = tribo_feedforward_q31_before(&params,
-                                                       &friction,
-                                                       &state,
-                                                       end[random_bits(&r) % 8u],
-                                                       end[random_bits(&r) % 8u],
-                                                       &signals);
+        tribo_force_loop_q31_signals_t seen = {.controller = {.limited = k % 5 == 0}};
+
         const int32_t v = end[random_bits(&r) % 8u];
-        const int32_t a = tribo_feedforward_q31_added(&params, &state, v, &signals);
-        tribo_feedforward_q31_after(&params, &friction, &state, v, end[random_bits(&r) % 8u], k % 5 == 0, &signals);
+        const int32_t e = tribo_feedforward_q31_method_error(&loop,
+                                                             &memory,
+                                                             end[random_bits(&r) % 8u],
+                                                             end[random_bits(&r) % 8u],
+                                                             UINT32_MAX);
+        const int32_t a = tribo_feedforward_q31_method_term(&loop, &memory, v);
+        tribo_feedforward_q31_method_after(&loop, &memory, v, end[random_bits(&r) % 8u], &seen);
         TEST_ASSERT_TRUE(e >= -INT32_MAX && a >= -INT32_MAX);
-        TEST_ASSERT_TRUE(signals.f <= 1 << 29 && signals.f >= -(1 << 29));
-        TEST_ASSERT_TRUE(signals.b <= 1 << 29 && signals.b >= -(1 << 29));
+        TEST_ASSERT_TRUE(memory.signals.f <= 1 << 29 && memory.signals.f >= -(1 << 29));
+        TEST_ASSERT_TRUE(memory.signals.b <= 1 << 29 && memory.signals.b >= -(1 << 29));
     }
-    TEST_ASSERT_TRUE(state.bad_inputs > 1000u);
+    TEST_ASSERT_EQUAL_UINT32(0, memory.state.forgotten);
+}
+
+static void test_products_round_towards_zero_and_saturate(void)
+{
+    TEST_ASSERT_EQUAL_INT32(1, bank_q31_times(3, 1, 1, INT32_MAX));
+    TEST_ASSERT_EQUAL_INT32(-1, bank_q31_times(-3, 1, 1, INT32_MAX));
+    TEST_ASSERT_EQUAL_INT32(-7, bank_q31_times(INT32_MIN, UINT32_MAX, 0, 7));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, bank_q31_times(INT32_MIN, UINT32_MAX, 1, INT32_MAX));
 }
 
 static void test_the_last_bits_of_inputs_mirror_too(void)
 {
-    static tribo_feedforward_q31_state_t mirror;
-    tribo_feedforward_q31_signals_t      mirror_signals;
-    random_t                             r  = {41};
-    int32_t                              at = 0;
-    tribo_feedforward_q31_reset(&params, &mirror);
+    static tribo_feedforward_q31_memory_t mirror;
+    random_t                              r  = {41};
+    int32_t                               at = 0;
+    tribo_feedforward_q31_reset(&mirror.state);
     for (int k = 0; k < 20000; k++)
     {
+        tribo_force_loop_q31_signals_t seen = {.controller = {.limited = false}};
+
         at += (int32_t)random_between(&r, -1e5, 1.1e5);
         const int32_t y = at + (int32_t)random_between(&r, -1e6, 1e6);
         const int32_t v = (int32_t)random_between(&r, -1e8, 1e8);
-        const int32_t e = tribo_feedforward_q31_before(&params, &friction, &state, at, y, &signals);
-        TEST_ASSERT_EQUAL_INT32(-e,
-                                tribo_feedforward_q31_before(&params, &friction, &mirror, -at, -y, &mirror_signals));
-        const int32_t a = tribo_feedforward_q31_added(&params, &state, v, &signals);
-        TEST_ASSERT_EQUAL_INT32(-a, tribo_feedforward_q31_added(&params, &mirror, -v, &mirror_signals));
-        tribo_feedforward_q31_after(&params, &friction, &state, v, v + a, false, &signals);
-        tribo_feedforward_q31_after(&params, &friction, &mirror, -v, -v - a, false, &mirror_signals);
+        const int32_t e = tribo_feedforward_q31_method_error(&loop, &memory, at, y, UINT32_MAX);
+        TEST_ASSERT_EQUAL_INT32(-e, tribo_feedforward_q31_method_error(&loop, &mirror, -at, -y, UINT32_MAX));
+        const int32_t a = tribo_feedforward_q31_method_term(&loop, &memory, v);
+        TEST_ASSERT_EQUAL_INT32(-a, tribo_feedforward_q31_method_term(&loop, &mirror, -v));
+        tribo_feedforward_q31_method_after(&loop, &memory, v, v + a, &seen);
+        tribo_feedforward_q31_method_after(&loop, &mirror, -v, -v - a, &seen);
     }
+}
+
+static void test_learned_breakaway_says_when_it_is_at_a_bound(void)
+{
+    static const struct
+    {
+        float weight;
+        bool  at_bound;
+    } cases[] = {{0.2f, true}, {0.3f, false}, {2.9f, false}, {3.0f, true}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+    {
+        memory.state.learned.weight[0] = (int32_t)(cases[i].weight * 536870912.0f);
+        const tribo_feedforward_q31_learned_t learned =
+            tribo_feedforward_q31_learned(&loop.compensator.friction, &memory.state, 0, 1 << 29);
+        TEST_ASSERT_EQUAL_INT(cases[i].at_bound, learned.at_bound);
+    }
+}
+
+static void test_a_soft_heavily_damped_arm_is_refused(void)
+{
+    loop_config.compensator.arm.damping   = 3.3f; // b/(K h) is 33,000
+    loop_config.compensator.arm.stiffness = 0.1f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_DAMPING, init(2.0f, FS));
+}
+
+static void test_the_width_of_a_step_ends_where_the_rate_does(void)
+{
+    const tribo_arm_f32_config_t *const arm = &loop_config.compensator.arm;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_feedforward_q31_init(&params, &config, arm, &friction, 2.0f, 0.01f, FS));
+    TEST_ASSERT_EQUAL_INT32(536870912 / 128, params.step); // 0.02 N, of which 0.0156 N fit
+}
+
+static void test_sums_of_weights_and_samples_saturate(void)
+{
+    tribo_feedforward_weights_q31_t        learned = {.use = {0}};
+    tribo_feedforward_learning_q31_state_t sample  = {.sample = UINT32_C(1) << 30, .weighing = 1u << 20};
+    const int32_t                          most = bank_q31_friction(&params, &learned, 1u << 20, INT64_C(1) << 61, 0);
+    TEST_ASSERT_EQUAL_INT32(most, bank_q31_friction(&params, &learned, 1u << 20, INT64_C(1) << 62, 0));
+    TEST_ASSERT_EQUAL_INT32(-most, bank_q31_friction(&params, &learned, 1u << 20, -(INT64_C(1) << 62), 0));
+    for (uint32_t i = 0; i < 4u + TRIBO_FEEDFORWARD_STOPS; i++)
+    {
+        sample.regressor[i] = INT32_C(1) << 30;
+        sample.gained[i]    = INT32_C(1) << 28;
+    }
+    learning_q31_gain(&learned, &sample);
+    TEST_ASSERT_LESS_THAN_UINT32(UINT32_C(1) << 31, sample.gain);
+    TEST_ASSERT_EQUAL_UINT32(0, learning_q31_left(UINT32_MAX, UINT32_MAX, 8));
+}
+
+static void test_what_does_not_run_adds_no_friction(void)
+{
+    memory.state.f = 1000;
+    TEST_ASSERT_EQUAL_INT32(0, tribo_feedforward_q31_method_friction(&memory));
 }
 
 int main(void)
@@ -164,8 +229,14 @@ int main(void)
     RUN_TEST(test_feedforward_init_names_the_field);
     RUN_TEST(test_the_offset_is_bounded_by_four_inputs_or_full_scale);
     RUN_TEST(test_a_lag_of_many_ticks_leads_as_it_should);
-    RUN_TEST(test_the_last_bits_of_inputs_mirror_too);
     RUN_TEST(test_what_was_learned_ends_at_full_scale);
     RUN_TEST(test_no_sum_overflows_at_the_ends_of_the_scale);
+    RUN_TEST(test_products_round_towards_zero_and_saturate);
+    RUN_TEST(test_learned_breakaway_says_when_it_is_at_a_bound);
+    RUN_TEST(test_a_soft_heavily_damped_arm_is_refused);
+    RUN_TEST(test_the_width_of_a_step_ends_where_the_rate_does);
+    RUN_TEST(test_sums_of_weights_and_samples_saturate);
+    RUN_TEST(test_what_does_not_run_adds_no_friction);
+    RUN_TEST(test_the_last_bits_of_inputs_mirror_too);
     return UNITY_END();
 }

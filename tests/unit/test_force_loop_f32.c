@@ -165,15 +165,15 @@ static void test_loop_with_a_feedforward_init_writes_nothing_unless_ok(void)
     tribo_force_loop_f32_params_t  untouched;
     memset(&params, 0x5a, sizeof params);
     memset(&made, 0x5a, sizeof made);
-    untouched             = params;
-    feedforward.hold.gain = 1.0f;
+    untouched         = params;
+    feedforward.trust = 1.1f;
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_feedforward_f32_init(NULL, &made, &config, &feedforward));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_HOLD_GAIN,
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_TRUST,
                           tribo_force_loop_feedforward_f32_init(&params, &made, &config, &feedforward));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_feedforward_f32_init(&params, &made, NULL, &feedforward));
     TEST_ASSERT_EQUAL_MEMORY(&untouched, &params, sizeof params);
     TEST_ASSERT_EACH_EQUAL_HEX8(0x5a, &made, sizeof made);
-    feedforward.hold.gain = 0.94f;
+    feedforward.trust = 0.5f;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&params, &made, &config, &feedforward));
     TEST_ASSERT_EQUAL_PTR(&made.method, params.method);
     TEST_ASSERT_EQUAL_PTR(&made, tribo_feedforward_f32_of(&params));

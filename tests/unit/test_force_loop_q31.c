@@ -1,7 +1,3 @@
-#include "feedforward/breakaway_learning_q31.h"
-#include "feedforward/friction_observer_q31.h"
-#include "feedforward/hold_q31.h"
-#include "feedforward/reference_model_q31.h"
 #include "loop/force_loop_q31.h"
 #include "tribo/feedforward_q31.h"
 #include "tribo/force_loop_q31.h"
@@ -132,13 +128,13 @@ static void test_loop_with_a_feedforward_init_writes_nothing_unless_ok(void)
     tribo_headroom_q31_t           headroom = {.input = -1.0f};
     memset(&params, 0x5a, sizeof params);
     memset(&made, 0x5a, sizeof made);
-    untouched             = params;
-    feedforward.hold.gain = 1.0f;
+    untouched         = params;
+    feedforward.trust = 1.1f;
     TEST_ASSERT_EQUAL_INT(
         TRIBO_ERR_NULL,
         tribo_force_loop_feedforward_q31_init(NULL, NULL, &made, &config, &feedforward, 2.0f, &headroom));
     TEST_ASSERT_EQUAL_INT(
-        TRIBO_ERR_HOLD_GAIN,
+        TRIBO_ERR_TRUST,
         tribo_force_loop_feedforward_q31_init(&params, NULL, &made, &config, &feedforward, 2.0f, &headroom));
     TEST_ASSERT_EQUAL_INT(
         TRIBO_ERR_NULL,
@@ -146,7 +142,7 @@ static void test_loop_with_a_feedforward_init_writes_nothing_unless_ok(void)
     TEST_ASSERT_EQUAL_MEMORY(&untouched, &params, sizeof params);
     TEST_ASSERT_EACH_EQUAL_HEX8(0x5a, &made, sizeof made);
     TEST_ASSERT_TRUE(headroom.input == -1.0f);
-    feedforward.hold.gain = 0.94f;
+    feedforward.trust = 0.5f;
     TEST_ASSERT_EQUAL_INT(
         TRIBO_OK,
         tribo_force_loop_feedforward_q31_init(&params, NULL, &made, &config, &feedforward, 2.0f, &headroom));

@@ -1,6 +1,6 @@
 // What only the Q31 arithmetic has. What both promise: tests/contract/test_play.c.
 
-#include "feedforward/play_q31.h"
+#include "guard/play_q31.h"
 
 #include "unity.h"
 

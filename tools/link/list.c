@@ -107,11 +107,11 @@ static void add_fields(void)
         PARAMS_METHOD_PAPER,
         PARAMS_METHOD_OFF,
         false,
-        PARAMS_METHOD_PAPER);
+        PARAMS_METHOD_FEEDFORWARD);
     PARAMS_FEED_ROWS(FIELD)
     address = REGISTERS_STAGED_AT + REGISTERS_GUARD_AT;
     (void)
-        set_range(add("compensator.guard.on", LINK_PARAM, address, false, "", PARAMS_GUARD_TEXT), 0.0, 1.0, false, 0.0);
+        set_range(add("compensator.guard.on", LINK_PARAM, address, false, "", PARAMS_GUARD_TEXT), 0.0, 1.0, false, 1.0);
     PARAMS_GUARD_ROWS(FIELD)
 #undef FIELD
     const params_set_t set = params_default();
@@ -335,9 +335,9 @@ void link_print_markdown(void)
         "all `b2`) "
         "protects likewise. No set is\nwider than the ceilings of its board. `protection` is the CRC-32 (IEEE 802.3) "
         "of the words "
-        "of all registers that protect, in the order\nof their addresses, each with its low byte first, the zero of "
-        "the sensor "
-        "without a tare.\n\n"
+        "of all registers that protect, in the order\nof their addresses, the zero of the sensor without a tare, and "
+        "of "
+        "these two signs, 1, 0 or -1 in 32 bits, each with its low byte first.\n\n"
         "| name | address | type | unit | range | default | class | what |\n|---|---|---|---|---|---|---|---|\n",
         REGISTERS_VERSION,
         REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT,

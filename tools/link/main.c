@@ -8,6 +8,8 @@
 #include "support/number.h"
 #include "support/output_file.h"
 
+#include "tribo/status.h"
+
 #include <argp.h>
 #include <math.h>
 #include <stdio.h>
@@ -1074,6 +1076,7 @@ int main(int count, char **arguments)
                             .decimation = 1,
                             .after      = 100};
     argp_err_exit_status = EXIT_FAILED;
+    argp_program_version = "tribo-link " TRIBO_VERSION_STRING;
     (void)argp_parse(&parser, count, arguments, 0, NULL, &options);
     if (strcmp(options.words[0], "list") == 0)
     {

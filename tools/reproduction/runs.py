@@ -7,6 +7,7 @@ import types
 
 import numpy as np
 
+PAPER = ("compensator.method=paper", "compensator.guard.on=no")  # its method alone
 FINE_S = 1e-4  # of the open-loop runs: u moves at every step of the plant, as in the paper's simulations
 
 
@@ -37,7 +38,7 @@ class Runs:
 
     def scenario(self, scenario, sets=(), columns=("r_N", "F_N")):
         """The trace of a scenario. It is read and removed: a fine one has a hundred megabytes."""
-        options = [option for setting in sets for option in ("--set", setting)]
+        options = [option for setting in (*PAPER, *sets) for option in ("--set", setting)]
         self._call("run", scenario, *options, "--out", "trace")
         path = self.folder / "trace" / "trace.csv"
         trace = read_csv(path, ("t_s", *columns))
@@ -45,7 +46,7 @@ class Runs:
         return trace
 
     def summary(self, scenario, sets=()):
-        options = [option for setting in sets for option in ("--set", setting)]
+        options = [option for setting in (*PAPER, *sets) for option in ("--set", setting)]
         return json.loads(self._call("run", scenario, *options, "--json"))
 
     def friction(self, name, times, net, force_n=0.5, params=""):

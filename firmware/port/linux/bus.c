@@ -300,6 +300,7 @@ static void say_who_reaches(const bus_t *bus)
     struct sockaddr_storage address;
     socklen_t               size = sizeof address;
     char                    where[END_TEXT];
+    memset(&address, 0, sizeof address);
     if (getsockname(bus->listener, (struct sockaddr *)&address, &size) != 0)
     {
         return;

@@ -16,6 +16,7 @@
 #include "loop/loop_config.h"
 #include "loop/reference.h"
 #include "support/number.h"
+#include "tribo/status.h"
 
 #include <argp.h>
 #include <errno.h>
@@ -749,6 +750,7 @@ int program_run(int count, char **arguments, const desk_t *desk)
                "tribo-desk on the scenario's plant.\v"
                "Exit status: 0 done, 1 configuration, devices or log, 2 command line, 3 stopped for a fault."};
     argp_err_exit_status = EXIT_USAGE;
+    argp_program_version = "tribo-drive " TRIBO_VERSION_STRING;
     (void)argp_parse(&argp, count, arguments, 0, NULL, &options);
     if (options.keys)
     {

@@ -95,7 +95,7 @@ static void take_name(void)
         (void)snprintf(own, sizeof own, "%s", name);
         program_invocation_short_name = own;
         memset(name, 0, room);
-        memcpy(name, SUPERVISOR_NAME, room < strlen(SUPERVISOR_NAME) ? room : strlen(SUPERVISOR_NAME));
+        (void)snprintf(name, room + 1u, "%s", SUPERVISOR_NAME);
     }
 }
 

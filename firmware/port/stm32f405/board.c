@@ -144,8 +144,9 @@ board_clock_t board_init(const drive_config_t *config, loop_force_t no_current)
     return clock;
 }
 
-#define TICK_PRIORITY 8u // of 0 to 15
-#define STOP_PRIORITY 0u // stops interrupt a tick
+#define LINE_PRIORITY 12u // of 0 to 15
+#define TICK_PRIORITY 8u  // a tick interrupts what is received
+#define STOP_PRIORITY 0u  // stops interrupt a tick
 
 // From the linker script.
 extern uint32_t stack_guard[];
@@ -180,6 +181,8 @@ void board_start(void)
     // One priority for both, so that neither interrupts the other.
     start_interrupt(TIM2_IRQn, TICK_PRIORITY);
     start_interrupt(ADC_IRQn, TICK_PRIORITY);
+    USART1->CR1 |= USART_CR1_RXNEIE;
+    start_interrupt(USART1_IRQn, LINE_PRIORITY);
 
     IWDG->KR  = IWDG_KR_START;
     IWDG->KR  = IWDG_KR_ACCESS;
@@ -230,14 +233,10 @@ int board_read_byte(void)
         return BOARD_NO_BYTE;
     }
     const int byte = (int)(USART1->DR & 0xffu); // clears the errors as well
-    if ((status & USART_SR_ORE) != 0u)
-    {
-        return BOARD_OVERRUN;
-    }
-    return (status & (USART_SR_PE | USART_SR_FE | USART_SR_NF)) == 0u ? byte : BOARD_BAD_BYTE;
+    return (status & (USART_SR_ORE | USART_SR_PE | USART_SR_FE | USART_SR_NF)) == 0u ? byte : BOARD_BAD_BYTE;
 }
 
-static bool is_sending; // since the last look of board_poll
+static bool is_sending; // since the last look of board_release_line
 
 /// With RS-485 the transceiver drives the line from the first byte on.
 static void transmit(uint8_t byte)
@@ -248,7 +247,7 @@ static void transmit(uint8_t byte)
 }
 
 /// ... and leaves it once the last one is out, and nothing has followed between two looks.
-static void release_line(void)
+void board_release_line(void)
 {
     const bool is_out = (USART1->SR & USART_SR_TC) != 0u;
     if (is_out && !is_sending)
@@ -260,34 +259,26 @@ static void release_line(void)
 
 #define RECEIVED 64u // bytes, a power of two: five ticks at 115200 baud
 
-/// Only the background writes the bytes, `in` and `lost`, only the tick `out`.
+void USART1_IRQHandler(void);
+
+/// Only USART1's interrupt writes the bytes and `in`, only the tick `out`.
 static uint8_t           received[RECEIVED];
 static volatile uint32_t received_in, received_out;
-static volatile bool     received_badly, bytes_lost;
+static volatile bool     received_badly;
 
-void board_poll(void)
+/// The USART holds one byte, 87 us long, and the background may be busy for milliseconds.
+void USART1_IRQHandler(void)
 {
-    release_line();
-    for (int byte = board_read_byte(); byte != BOARD_NO_BYTE; byte = board_read_byte())
+    const int byte = board_read_byte();
+    if (byte < 0 || received_in - received_out == RECEIVED)
     {
-        bytes_lost = bytes_lost || byte == BOARD_OVERRUN;
-        if (byte < 0 || received_in - received_out == RECEIVED)
-        {
-            received_badly = true;
-        }
-        else
-        {
-            received[received_in % RECEIVED] = (uint8_t)byte;
-            received_in                      = received_in + 1u;
-        }
+        received_badly = true;
     }
-}
-
-bool board_has_lost_bytes(void)
-{
-    const bool lost = bytes_lost;
-    bytes_lost      = false;
-    return lost;
+    else
+    {
+        received[received_in % RECEIVED] = (uint8_t)byte;
+        received_in                      = received_in + 1u;
+    }
 }
 
 static int receive(void *context, uint8_t *bytes, size_t room)
@@ -516,13 +507,6 @@ static void log_byte(void *context, uint8_t byte)
     }
 }
 
-/// Bytes that arrive during long work find room.
-static void pause_work(void)
-{
-    board_kick();
-    board_poll();
-}
-
 const port_t board_port = {.context     = 0,
                            .sensor      = CONVERT_SENSOR_RANGE,
                            .output      = CONVERT_OUTPUT_RANGE,
@@ -534,4 +518,4 @@ const port_t board_port = {.context     = 0,
                            .inputs      = inputs,
                            .time_us     = time_us,
                            .log_byte    = log_byte,
-                           .pause       = pause_work};
+                           .pause       = board_kick};

@@ -50,19 +50,15 @@ void board_off(void);
 void board_kick(void);
 
 #define BOARD_NO_BYTE  (-1)
-#define BOARD_OVERRUN  (-2)
-#define BOARD_BAD_BYTE (-3)
+#define BOARD_BAD_BYTE (-2)
 
-/// A byte from USART1; BOARD_NO_BYTE if there is none, BOARD_BAD_BYTE if it has an error, BOARD_OVERRUN if bytes were lost.
+/// A byte from USART1; BOARD_NO_BYTE if there is none, BOARD_BAD_BYTE if it has an error or others were lost.
 int board_read_byte(void);
 
-/// Background: takes received bytes from the USART; board_line passes them on in the tick.
-void board_poll(void);
+/// Background: leaves the line to others once all is sent.
+void board_release_line(void);
 
-/// True if bytes were lost since the last call.
-bool board_has_lost_bytes(void);
-
-/// USART1 as the drive's bus.
+/// USART1 as the drive's bus, without `stray`.
 extern const modbus_line_t board_line;
 
 /// The tick, defined in main.c; the timer's interrupt calls it.

@@ -19,6 +19,7 @@ typedef enum
     EXTI1_IRQn            = 7,
     ADC_IRQn              = 18,
     TIM2_IRQn             = 28,
+    USART1_IRQn           = 37,
     EXTI15_10_IRQn        = 40
 } IRQn_Type;
 

@@ -2,7 +2,6 @@
 // first a log and text commands (app/command.h), from the first Modbus frame on a bus (app/registers.h).
 
 #include "app/command.h"
-#include "app/crc16.h"
 #include "app/log.h"
 #include "app/registers.h"
 #include "app/selftest.h"
@@ -47,10 +46,13 @@ static bool suits(const params_set_t *set, params_error_t *error)
     return crystal_hz == usable_hz || refuse(error, DRIVE_CONFIG_crystal_hz, (float)crystal_hz, (float)usable_hz);
 }
 
+static void take_text(void *context, const uint8_t *bytes, size_t count);
+
 static void load_params(void)
 {
+    static modbus_line_t           line;
     static const registers_board_t parts = {.port          = &board_port,
-                                            .line          = &board_line,
+                                            .line          = &line,
                                             .flash         = &params_flash,
                                             .defaults      = &defaults,
                                             .suits         = suits,
@@ -59,6 +61,8 @@ static void load_params(void)
                                             .baud          = 115200,
                                             .ring          = ring,
                                             .ring_words    = TRACE_WORDS};
+    line                                 = board_line;
+    line.stray                           = take_text;
     defaults                             = params_default();
     // Volatile: it stays data of the image, which is smaller than code that stores it.
     defaults.drive = *(const volatile drive_config_t *)&rig_config;
@@ -74,6 +78,8 @@ static void move_reference(float step_n)
     const float r_n = next_n > REFERENCE_MAX ? REFERENCE_MAX : next_n < -REFERENCE_MAX ? -REFERENCE_MAX : next_n;
     drive_set_reference(&registers.drive, scaling_number(r_n, full_scale_n));
 }
+
+static bool must_report; // after the command's bytes have made room for others
 
 static void execute(command_t command)
 {
@@ -94,7 +100,7 @@ static void execute(command_t command)
         }
         break;
     case COMMAND_REPORT:
-        drive_report(&registers.drive);
+        must_report = true;
         break;
     case COMMAND_UP:
         move_reference(REFERENCE_STEP);
@@ -110,39 +116,44 @@ static bool is_text(void)
     return registers.modbus.frames == 0u;
 }
 
-/// Reads commands from the bytes between two silences that are no frame.
-static void read_commands(void)
+static command_reader_t reader;
+
+/// Bytes that are no frame are commands.
+static void take_text(void *context, const uint8_t *bytes, size_t count)
 {
-    static command_reader_t reader;
-    const modbus_t         *modbus = &registers.modbus;
-    if (board_has_lost_bytes())
+    (void)context;
+    for (size_t i = 0; i < count && is_text(); i++)
     {
-        command_spoil(&reader);
-        execute(COMMAND_STOP); // a lost byte may have been an x
-    }
-    if (!modbus->complete || crc16(modbus->frame, modbus->length) == 0u)
-    {
-        return;
-    }
-    for (unsigned i = 0; i < modbus->length; i++)
-    {
-        execute(command_take(&reader, modbus->frame[i]));
+        execute(command_take(&reader, bytes[i]));
     }
 }
 
-/// The log last, because it waits: bytes that arrive meanwhile find room only if the earlier ones have been taken.
+static void look_for_lost_text(void)
+{
+    if (registers.modbus.lost && is_text())
+    {
+        registers.modbus.lost = false;
+        command_spoil(&reader);
+        execute(COMMAND_STOP); // a lost byte may have been an x
+    }
+}
+
+/// The log last, because it waits: text that arrives meanwhile finds room only if the earlier has been taken.
 static void serve_line(void)
 {
-    board_poll();
-    if (is_text())
-    {
-        read_commands();
-    }
+    board_release_line();
+    look_for_lost_text();
     registers_run(&registers);
-    if (is_text())
+    if (!is_text())
     {
-        drive_log(&registers.drive);
+        return;
     }
+    if (must_report)
+    {
+        must_report = false;
+        drive_report(&registers.drive);
+    }
+    drive_log(&registers.drive);
 }
 
 /// In hexadecimal.

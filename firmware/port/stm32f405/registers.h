@@ -194,16 +194,17 @@ typedef struct
 
 #define USART1 ((usart_t *)0x40011000u)
 
-#define USART_SR_PE   (1u << 0)
-#define USART_SR_FE   (1u << 1)
-#define USART_SR_NF   (1u << 2)
-#define USART_SR_ORE  (1u << 3)
-#define USART_SR_RXNE (1u << 5)
-#define USART_SR_TC   (1u << 6)
-#define USART_SR_TXE  (1u << 7)
-#define USART_CR1_RE  (1u << 2)
-#define USART_CR1_TE  (1u << 3)
-#define USART_CR1_UE  (1u << 13)
+#define USART_SR_PE      (1u << 0)
+#define USART_SR_FE      (1u << 1)
+#define USART_SR_NF      (1u << 2)
+#define USART_SR_ORE     (1u << 3)
+#define USART_SR_RXNE    (1u << 5)
+#define USART_SR_TC      (1u << 6)
+#define USART_SR_TXE     (1u << 7)
+#define USART_CR1_RE     (1u << 2)
+#define USART_CR1_TE     (1u << 3)
+#define USART_CR1_RXNEIE (1u << 5)
+#define USART_CR1_UE     (1u << 13)
 
 // --- IWDG, the independent watchdog --------------------------------------------------------------------------------
 

@@ -12,9 +12,9 @@
 #ifndef RIG_PARAMS_Q31_H
 #define RIG_PARAMS_Q31_H
 
-#include "tribo/force_loop_q31.h"
+#include "tribo/feedforward_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 5
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 6
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -22,6 +22,54 @@
 #define RIG_SAMPLE_TIME_S 1.00000005e-03f
 #define RIG_FULL_SCALE_N 4.00000000e+00f
 
+static const tribo_feedforward_q31_params_t rig_feedforward = {
+    .method = TRIBO_FEEDFORWARD_Q31_METHOD,
+    .input_max = 1073741824u,
+    .offset_max = 536870912,
+    .reversal = 67109u,
+    .stop_per_unit = {5442008u, 2040753u, 765282u, 286981u},
+    .jump = 53687097,
+    .lead = 229376u,
+    .distrust = 2147483648u,
+    .lag = 209715168u,
+    .lag_shift = 0u,
+    .damping_shift = 3u,
+    .noise_part = 17179870u,
+    .noise_floor = 34360u,
+    .rate_part = 390451584u,
+    .step = 268435,
+    .lag_part = 318145760u,
+    .actuator_part = 778545536u,
+    .sensor_part = 229844560u,
+    .observer_part = 390451584u,
+    .damping = 4026531584u,
+    .jump_lag = 196608u,
+    .measured_per_unit = 16383999u,
+    .travel_half = 6711u,
+    .slip = 671089u,
+    .travel_max = 134218u,
+    .weighing = 268435u,
+    .doubt_per_unit = 409600u,
+    .margin_per_unit = 81920u,
+    .forgetting_per_unit = 53687088u,
+    .constant_sd = 4029098u,
+    .constant_max = 21072184,
+    .still_ticks = 200u,
+    .quick_ticks = 200u,
+    .deadband_part = 14268995u,
+    .effort_part = 1073741952u,
+    .effort_half = 210722u,
+    .fade = 21474838u,
+};
+static const tribo_guard_q31_params_t rig_guard = {
+    .step = tribo_guard_q31_step,
+    .on = 1u,
+    .half = 3355443,
+    .stray = 671089,
+    .work = INT64_C(274878038),
+    .fade_step = 8589935u,
+    .quick_ticks = 201u,
+};
 static const tribo_force_loop_q31_params_t rig_params = {
     .input_max = 1073741824,
     .gain = 456340288,
@@ -90,8 +138,8 @@ static const tribo_force_loop_q31_params_t rig_params = {
         },
         .model = NULL,
     },
-    .method = NULL,
-    .guard = NULL,
+    .method = &rig_feedforward.method,
+    .guard = &rig_guard,
 };
 // clang-format on
 

@@ -34,6 +34,7 @@ void EXTI15_10_IRQHandler(void);
 void PVD_IRQHandler(void);
 void TIM2_IRQHandler(void);
 void ADC_IRQHandler(void);
+void USART1_IRQHandler(void);
 
 #define FRAME_PC 6 // of the words that an exception pushes
 
@@ -95,10 +96,10 @@ void Reset_Handler(void)
 }
 
 // The chip's interrupts: those without a handler of their own end in Exception_Handler.
-#define X      Exception_Handler
-#define FIVE   X, X, X, X, X
-#define NINE   FIVE, X, X, X, X
-#define ELEVEN NINE, X, X
+#define X     Exception_Handler
+#define FIVE  X, X, X, X, X
+#define EIGHT FIVE, X, X, X
+#define NINE  EIGHT, X
 
 __attribute__((section(".vectors"), used)) const vectors_t vectors = {
     .stack      = stack_top,
@@ -112,7 +113,10 @@ __attribute__((section(".vectors"), used)) const vectors_t vectors = {
                    ADC_IRQHandler,
                    NINE, // 19 to 27
                    TIM2_IRQHandler,
-                   ELEVEN, // 29 to 39
+                   EIGHT, // 29 to 36
+                   USART1_IRQHandler,
+                   X, // 38 and 39
+                   X,
                    EXTI15_10_IRQHandler,
                    NINE, // 41 to 81
                    NINE,

@@ -1,9 +1,9 @@
 /// Force controller, single precision: cascade, output limit, anti-windup, bumpless change of params.
 ///
 ///     v = K(z) e                         the cascade
-///     u = limit(v + feedforward)         u_min to u_max
+///     u = limit(v + term)                u_min to u_max
 ///
-/// While u is limited the cascade's states advance as if the input had been e + (u - feedforward - v) c / D, D being
+/// While u is limited the cascade's states advance as if the input had been e + (u - term - v) c / D, D being
 /// the cascade's direct feedthrough. c = 1 (Hanus' conditioning: the input that would have given just u) needs
 /// zeros inside the unit circle; tribo_controller_f32_init finds the largest |c| = 1, 1/2, 1/4 ... of either sign
 /// for which the conditioned cascade decays within 2^24 ticks. A stable biproper cascade has such a c. One with a pole at
@@ -99,7 +99,7 @@ typedef struct
 {
     float v_n;     ///< the cascade's output
     float u_n;     ///< the limited sum
-    bool  limited; ///< u is not v + feedforward
+    bool  limited; ///< u is not v + term
 } tribo_controller_f32_signals_t;
 
 /// Checks `config`, copies the sections and finds the anti-windup. Returns TRIBO_OK, TRIBO_ERR_NULL,

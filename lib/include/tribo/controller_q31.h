@@ -70,7 +70,7 @@ typedef struct
 {
     int32_t v;       ///< the cascade's output, Q31, saturated
     int32_t u;       ///< the limited sum, Q31
-    bool    limited; ///< u is not v + feedforward
+    bool    limited; ///< u is not v + term
 } tribo_controller_q31_signals_t;
 
 /// Worst-case peaks as a fraction of full scale: L1 norms of the quantised cascade, and 2 % more. Of responses longer than 4096

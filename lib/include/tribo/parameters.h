@@ -79,48 +79,17 @@ extern "C" {
     ROW(LUGRE, BRISTLE_DAMPING, damping, "bristle_damping_N_s_per_deg", "N s/deg", 0, 1e12, 316.227766, TUNES, 0, "at most 1000 stiffness h; q31: less for stiff bristles", "σ1: of the bristles; at most 1000 σ0 h") \
     ROW(LUGRE, BRISTLE_VISCOUS, viscous, "viscous_N_s_per_deg", "N s/deg", 0, 1e12, 0.4, TUNES, 0, "at most 1000 K h/gamma_d", "σ2: of sliding, beside the arm's own")
 
-/// Of tribo_feedforward_f32_config_t.
-#define TRIBO_SLIDE_FILTER_PARAMETER(ROW) \
-    ROW(FEEDFORWARD, SLIDE_FILTER, slide_filter_time_s, "slide_filter_time_s", "s", 1e-6, 10, 0.02, TUNES, 0x216, "", "time constant of friction observer and slide detector")
-
+/// Of tribo_feedforward_f32_config_t; 0 where it says "derived" is what follows from the rig (docs/feedforward.md).
 #define TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
-    ROW(FEEDFORWARD, ACTUATOR_POLE, actuator_pole_rad_per_s, "actuator_pole_rad_per_s", "rad/s", 1e-3, 1e6, 200.0, TUNES, 0x200, "times sample time 1e-9 to 50", "pole of the actuator, as believed") \
+    ROW(FEEDFORWARD, ACTUATOR_POLE, actuator_pole_rad_per_s, "actuator_pole_rad_per_s", "rad/s", 1e-3, 1e6, 200.0, TUNES, 0x200, "times sample time 1e-9 to 50; q31: with the arm's lag under 65536 sample times", "pole of the actuator, as believed") \
     ROW(FEEDFORWARD, SENSOR_POLE, sensor_pole_rad_per_s, "sensor_pole_rad_per_s", "rad/s", 1e-3, 1e6, 55.0, TUNES, 0x202, "times sample time 1e-9 to 50", "pole of the sensor, as believed") \
-    ROW(FEEDFORWARD, REVERSAL_WIDTH, reversal_n, "reversal_N", "N", 1e-9, 1e6, 0.5e-3, TUNES, 0x204, "q31: 1e-6 to 0.25 full_scale_n", "w: r has reversed once it has come back by w; the error at a reversal is at least about w") \
-    ROW(FEEDFORWARD, JUMP_TIME, jump_time_s, "jump_time_s", "s", 1e-6, 1e3, 0.02, TUNES, 0x206, "", "time in which friction changes its sign at a reversal") \
-    ROW(FEEDFORWARD, LEAD, lead, "lead", "-", 0, 1, 1.0, TUNES, 0x208, "q31: times the lag and rate_max_n_per_s to half full_scale_n", "fraction of the lag from u to F that the rate of r compensates; 0: the rate is not used") \
-    ROW(FEEDFORWARD, NOISE_GAIN, noise_gain, "noise_gain", "-", 0, 8, 4.0, TUNES, 0x20a, "", "widens `reversal_N` by the noise of r; 0 for a clean r") \
-    ROW(FEEDFORWARD, NOISE_TIME, noise_time_s, "noise_time_s", "s", 1e-6, 1e3, 0.25, TUNES, 0x20c, "q31: to 1e5 sample times", "averaging time of the noise of r") \
-    ROW(FEEDFORWARD, RATE_TIME, rate_time_s, "rate_time_s", "s", 1e-6, 1e3, 0.01, TUNES, 0x20e, "q31: to 1e5 sample times", "time constant of the filter of r's rate") \
-    ROW(FEEDFORWARD, RATE_MAX, rate_max_n_per_s, "rate_max_N_per_s", "N/s", 1e-6, 1e9, 2.0, TUNES, 0x210, "q31: times sample time 1e-6 to 2^-7 full_scale_n", "a faster r counts as a step") \
-    ROW(FEEDFORWARD, OFFSET_TIME, offset_time_s, "offset_time_s", "s", 1e-6, 1e3, 5.0, TUNES, 0x212, "q31: over 2 sample times", "time constant with which the offset b leaks away") \
-    ROW(FEEDFORWARD, SLIDE_WIDTH, slide_width_n, "slide_width_N", "N", 1e-9, 1e6, 3e-3, TUNES, 0x214, "q31: 1e-6 to 0.25 full_scale_n", "travel of y that is a slide, not noise") \
-    TRIBO_SLIDE_FILTER_PARAMETER(ROW) \
-    ROW(FEEDFORWARD, SLIDE_RATE, slide_rate_max_n_per_s, "slide_rate_max_N_per_s", "N/s", 1e-6, 1e9, 0.5, TUNES, 0x218, "q31: times sample time 1e-6 to 2^-9 full_scale_n", "nothing is learned while y is faster") \
-    ROW(FEEDFORWARD, SLIDE_RUN_IN, slide_run_in_n, "slide_run_in_N", "N", 1e-9, 1e6, 5e-3, TUNES, 0x21a, "q31: 1e-6 to 0.25 full_scale_n", "travel of y before learning begins") \
-    ROW(FEEDFORWARD, SLIDE_ERROR, slide_error_max_n, "slide_error_max_N", "N", 1e-9, 1e6, 1e-3, TUNES, 0x21c, "q31: 1e-6 to 0.25 full_scale_n", "nothing is learned while the filtered error is larger")
-
-/// Of tribo_breakaway_learning_f32_config_t.
-#define TRIBO_LEARNING_PARAMETERS(ROW) \
-    ROW(LEARNING, LEARNING_SCALE_SD, scale_sd, "scale_sd", "-", 1e-3, 2, 0.4, TUNES, 0x21e, "q31: to 1", "prior standard deviation of breakaway, as a factor of the believed; in Q31 at most 1") \
-    ROW(LEARNING, LEARNING_OFFSET_SD, offset_sd_n, "offset_sd_N", "N", 1e-9, 1e6, 0.01, TUNES, 0x220, "q31: 1e-6 to 0.25 full_scale_n", "prior standard deviation of breakaway, as an offset") \
-    ROW(LEARNING, LEARNING_CORRELATION, correlation, "correlation", "-", 0, 0.99, 0.7, TUNES, 0x222, "", "prior correlation of the two directions") \
-    ROW(LEARNING, LEARNING_CORRELATION_FADED, correlation_faded, "correlation_faded", "-", 0, 0.99, 0.1, TUNES, 0x224, "", "correlation of the two directions once what was learned is forgotten") \
-    ROW(LEARNING, LEARNING_TRUST, trust, "trust", "-", 0, 1, 0.5, TUNES, 0x226, "", "fraction of the believed breakaway that is fed forward before anything is learned") \
-    ROW(LEARNING, LEARNING_RELATIVE_VARIANCE, relative_variance, "relative_variance", "-", 1e-3, 1, 1.0, TUNES, 0x228, "", "variance to begin with, relative to the prior's: 1, or less where the believed breakaway has itself been learned (`learned.yaml`)") \
-    ROW(LEARNING, LEARNING_WEIGHT, weight_n, "weight_N", "N", 1e-9, 1e6, 2e-4, TUNES, 0x22a, "q31: 1e-6 to 2^-4 full_scale_n", "travel over which noise averages out; larger learns more slowly") \
-    ROW(LEARNING, LEARNING_FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0.1, TUNES, 0x22c, "q31: less for a large full_scale_n", "fraction of the prior variance that returns per newton travelled; 1 for friction that drifts") \
-    ROW(LEARNING, LEARNING_SCALE_MIN, scale_min, "scale_min", "-", 1e-3, 1, 0.2, TUNES, 0x22e, "", "learned breakaway is at least this fraction of the believed") \
-    ROW(LEARNING, LEARNING_SCALE_MAX, scale_max, "scale_max", "-", 1, 10, 3.0, TUNES, 0x230, "", "learned breakaway is at most this multiple of the believed")
-
-/// Of tribo_hold_f32_config_t.
-#define TRIBO_HOLD_PARAMETERS(ROW) \
-    ROW(HOLD, HOLD_GAIN, gain, "gain", "-", 0, 0.99, 0.95, TUNES, 0x232, "", "E: gain of the friction fed back while r is at rest; 0: none") \
-    ROW(HOLD, HOLD_STILL_TIME, still_time_s, "still_time_s", "s", 1e-6, 1e3, 1.5, TUNES, 0x234, "", "r is at rest once it has not moved for that long") \
-    ROW(HOLD, HOLD_MARGIN, margin, "margin", "-", 0.1, 1, 0.85, TUNES, 0x236, "", "fraction of the learned breakaway that is fed back") \
-    ROW(HOLD, HOLD_QUICK_TIME, quick_time_s, "quick_time_s", "s", 1e-6, 1e3, 0.2, TUNES, 0x238, "", "sign changes within that time are chatter, and add margin") \
-    ROW(HOLD, HOLD_MARGIN_TRAVEL, margin_travel_n, "margin_travel_N", "N", 1e-9, 1e6, 0.1, TUNES, 0x23a, "q31: 1.25e-4 to 1e3 full_scale_n", "travel of learning over which the added margin fades") \
-    ROW(HOLD, HOLD_DEADBAND, deadband_time_s, "deadband_time_s", "s", 1e-6, 1e3, 0.3, TUNES, 0x23c, "q31: to 1e5 sample times", "time constant of the deadband that keeps noise of y from moving u")
+    ROW(FEEDFORWARD, REVERSAL_WIDTH, reversal_n, "reversal_N", "N", 0, 1e6, 0, TUNES, 0x204, "0 or at least 1e-9; q31: 1e-6 to 0.25 full_scale_n", "w: r has reversed once it has come back by w; the error at a reversal is at least about w; 0: derived, 1/314 of the breakaway") \
+    ROW(FEEDFORWARD, PRESLIDING, presliding_n, "presliding_N", "N", 0, 1e6, 0, TUNES, 0x206, "0 or at least 1e-9; q31: 1e-4 to 0.25 full_scale_n", "travel of F over which friction builds up, at most a quarter of the swing of r; 0: derived, 1/11 of the breakaway") \
+    ROW(FEEDFORWARD, JUMP_TIME, jump_time_s, "jump_time_s", "s", 0, 1e3, 0, TUNES, 0x208, "", "time in which friction changes its sign at a reversal; 0: derived, 1.6 times the lag from u to F") \
+    ROW(FEEDFORWARD, JUMP_LEAD, jump_lead, "jump_lead", "-", 0, 1, 0.7, TUNES, 0x20a, "", "part of the actuator's lag by which a jump of friction leads; 0.9 would err where the actuator is faster than believed") \
+    ROW(FEEDFORWARD, TRUST, trust, "trust", "-", 0, 1, 0.5, TUNES, 0x20c, "", "part of the believed breakaway that is fed forward before anything is learned") \
+    ROW(FEEDFORWARD, FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0, TUNES, 0x20e, "q31: under 32/full_scale_n", "part of the prior variance that returns per newton travelled; ten times the derived one for friction that drifts; 0: derived, 0.0157 over the breakaway") \
+    ROW(FEEDFORWARD, STILL_TIME, still_time_s, "still_time_s", "s", 0, 1e3, 0.2, TUNES, 0x210, "", "r is at rest once it has not moved for that long; 0: never, without feedback of friction at rest")
 
 /// Of tribo_guard_f32_config_t.
 #define TRIBO_GUARD_PARAMETERS(ROW) \
@@ -173,8 +142,6 @@ extern "C" {
     TRIBO_FRICTION_PARAMETERS(ROW) \
     TRIBO_LUGRE_PARAMETERS(ROW) \
     TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
-    TRIBO_LEARNING_PARAMETERS(ROW) \
-    TRIBO_HOLD_PARAMETERS(ROW) \
     TRIBO_GUARD_PARAMETERS(ROW)
 // clang-format on
 
@@ -191,8 +158,6 @@ extern "C" {
 #define TRIBO_KEY_FRICTION      "compensator.friction."
 #define TRIBO_KEY_LUGRE         "compensator.lugre."
 #define TRIBO_KEY_FEEDFORWARD   "compensator.feedforward."
-#define TRIBO_KEY_LEARNING      "compensator.feedforward.learning."
-#define TRIBO_KEY_HOLD          "compensator.feedforward.hold."
 #define TRIBO_KEY_GUARD         "compensator.guard."
 #define TRIBO_TITLE_SAMPLE      ""
 #define TRIBO_TITLE_INPUT       "force loop "
@@ -206,8 +171,6 @@ extern "C" {
 #define TRIBO_TITLE_FRICTION    "friction "
 #define TRIBO_TITLE_LUGRE       "lugre "
 #define TRIBO_TITLE_FEEDFORWARD "feedforward "
-#define TRIBO_TITLE_LEARNING    "learning "
-#define TRIBO_TITLE_HOLD        "hold "
 #define TRIBO_TITLE_GUARD       "guard "
 
 /// The classes of `change`.
@@ -239,8 +202,6 @@ extern const tribo_parameter_t tribo_table_parameters[TRIBO_PARAMETER_COUNT(TRIB
 extern const tribo_parameter_t tribo_arm_parameters[TRIBO_PARAMETER_COUNT(TRIBO_ARM_PARAMETERS)];
 extern const tribo_parameter_t tribo_lugre_parameters[TRIBO_PARAMETER_COUNT(TRIBO_LUGRE_PARAMETERS)];
 extern const tribo_parameter_t tribo_feedforward_parameters[TRIBO_PARAMETER_COUNT(TRIBO_FEEDFORWARD_PARAMETERS)];
-extern const tribo_parameter_t tribo_learning_parameters[TRIBO_PARAMETER_COUNT(TRIBO_LEARNING_PARAMETERS)];
-extern const tribo_parameter_t tribo_hold_parameters[TRIBO_PARAMETER_COUNT(TRIBO_HOLD_PARAMETERS)];
 extern const tribo_parameter_t tribo_guard_parameters[TRIBO_PARAMETER_COUNT(TRIBO_GUARD_PARAMETERS)];
 
 #ifdef __cplusplus

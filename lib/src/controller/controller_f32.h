@@ -1,11 +1,11 @@
-// One tick of the controller: v = K(z) e, u = limit(v + feedforward), anti-windup. The caller has checked that e is finite.
+// One tick of the controller: v = K(z) e, u = limit(v + term), anti-windup. The caller has checked that e is finite.
 //
 // Without anti-windup the slow pole of K(z) would integrate e while u is limited, and u would stay at the limit long after e
 // has changed sign. The conditioning technique (Hanus et al., see tribo/controller_f32.h) advances the states with the error
 // that would have given the applied u. While u is within its limits it changes nothing.
 //
-//     e --> first half of the cascade --> v --(+ feedforward)--> wanted --> limit --> u
-//     e + (u - wanted) c/D --> second half of the cascade: the states
+//     e --> first half of the cascade --> v --(+ term)--> unsaturated --> limit --> u
+//     e + (u - unsaturated) c/D --> second half of the cascade: the states
 
 #ifndef TRIBO_CONTROLLER_CONTROLLER_F32_H
 #define TRIBO_CONTROLLER_CONTROLLER_F32_H
@@ -37,24 +37,24 @@ void tribo_controller_f32_change(const tribo_controller_f32_params_t *from,
                                  float                                e_n,
                                  float                                offset_n);
 
-/// The limit that `wanted` exceeds. 0 where it exceeds neither: `wanted` is a NaN, or a limit is one after a flipped bit.
-static inline float controller_f32_limit(const tribo_controller_f32_params_t *params, float wanted)
+/// The limit that `unsaturated` exceeds. 0 where it exceeds neither: `unsaturated` is a NaN, or a limit is one after a flipped bit.
+static inline float controller_f32_limit(const tribo_controller_f32_params_t *params, float unsaturated)
 {
-    if (wanted > params->u_max_n)
+    if (unsaturated > params->u_max_n)
     {
         return params->u_max_n;
     }
-    return wanted < params->u_min_n ? params->u_min_n : 0.0f;
+    return unsaturated < params->u_min_n ? params->u_min_n : 0.0f;
 }
 
-/// A sum beyond any credible force means a corrupt state: the cascade restarts from rest and u is the limited feedforward.
+/// A sum beyond any credible force means a corrupt state: the cascade restarts from rest and u is the limited term.
 static inline float controller_f32_restart(const tribo_controller_f32_params_t *params,
                                            tribo_controller_f32_state_t        *state,
-                                           float                                feedforward_n,
+                                           float                                term_n,
                                            tribo_controller_f32_signals_t      *signals)
 {
-    const bool  limited = !within(feedforward_n, params->u_min_n, params->u_max_n);
-    const float u       = limited ? controller_f32_limit(params, feedforward_n) : feedforward_n;
+    const bool  limited = !within(term_n, params->u_min_n, params->u_max_n);
+    const float u       = limited ? controller_f32_limit(params, term_n) : term_n;
     biquad_f32_restart(&state->cascade);
     *signals = (tribo_controller_f32_signals_t){.v_n = 0.0f, .u_n = u, .limited = limited};
     return u;
@@ -65,30 +65,30 @@ static inline float controller_f32_apply(const tribo_controller_f32_params_t *pa
                                          tribo_controller_f32_state_t        *state,
                                          float                                e_n,
                                          float                                v,
-                                         float                                feedforward_n,
+                                         float                                term_n,
                                          const tribo_biquad_f32_outputs_t    *outputs,
                                          tribo_controller_f32_signals_t      *signals)
 {
-    const float wanted  = v + feedforward_n;
-    const bool  limited = !within(wanted, params->u_min_n, params->u_max_n);
-    float       u       = wanted;
+    const float unsaturated = v + term_n;
+    const bool  limited     = !within(unsaturated, params->u_min_n, params->u_max_n);
+    float       u           = unsaturated;
     if (limited) // true for NaN
     {
         count(&state->limited_ticks);
-        if (exceeds(wanted, BIQUAD_F32_OUTPUT_MAX))
+        if (exceeds(unsaturated, BIQUAD_F32_OUTPUT_MAX))
         {
-            return controller_f32_restart(params, state, feedforward_n, signals);
+            return controller_f32_restart(params, state, term_n, signals);
         }
-        u = controller_f32_limit(params, wanted);
+        u = controller_f32_limit(params, unsaturated);
     }
-    // v is the cascade's output before this tick's anti-windup; the limit changed the sum by u - v - feedforward.
+    // v is the cascade's output before this tick's anti-windup; the limit changed the sum by u - v - term.
     signals->v_n     = v;
     signals->u_n     = u;
     signals->limited = limited;
 
-    // Anti-windup: the states advance as if the error had been e + (u - wanted) c/D. D is the direct feedthrough of the
+    // Anti-windup: the states advance as if the error had been e + (u - unsaturated) c/D. D is the direct feedthrough of the
     // cascade, so c = 1 makes the conditioned output exactly u; where that is unstable, init has chosen a smaller |c|.
-    biquad_f32_advance(&params->cascade, &state->cascade, e_n, outputs, (u - wanted) * params->anti_windup);
+    biquad_f32_advance(&params->cascade, &state->cascade, e_n, outputs, (u - unsaturated) * params->anti_windup);
     return u;
 }
 
@@ -96,13 +96,13 @@ static inline float controller_f32_apply(const tribo_controller_f32_params_t *pa
 static inline float controller_f32_step(const tribo_controller_f32_params_t *params,
                                         tribo_controller_f32_state_t        *state,
                                         float                                e_n,
-                                        float                                feedforward_n,
+                                        float                                term_n,
                                         tribo_controller_f32_signals_t      *signals)
 {
     tribo_biquad_f32_outputs_t outputs;
 
     const float v = biquad_f32_output(&params->cascade, &state->cascade, e_n, &outputs);
-    return controller_f32_apply(params, state, e_n, v, feedforward_n, &outputs, signals);
+    return controller_f32_apply(params, state, e_n, v, term_n, &outputs, signals);
 }
 
 #endif

@@ -1,10 +1,10 @@
-// One tick of the controller in Q31: v = K(z) e, u = limit(v + feedforward), anti-windup as in controller_f32.h.
+// One tick of the controller in Q31: v = K(z) e, u = limit(v + term), anti-windup as in controller_f32.h.
 //
-//     y, wanted, taken   at the scale of the last node      correction   at the scale of the input node
-//     v, u, feedforward  Q31
+//     y, unsaturated, taken   at the scale of the last node      correction   at the scale of the input node
+//     v, u, term              Q31
 //
-// A node of the cascade holds its value times 2^-scale, so v = y 2^output_scale may exceed full scale. The sum v + feedforward
-// is therefore held at the scale of the last node, rounded down to fit 32 bits, as `wanted`.
+// A node of the cascade holds its value times 2^-scale, so v = y 2^output_scale may exceed full scale. The sum v + term
+// is therefore held at the scale of the last node, rounded down to fit 32 bits, as `unsaturated`.
 
 #ifndef TRIBO_CONTROLLER_CONTROLLER_Q31_H
 #define TRIBO_CONTROLLER_CONTROLLER_Q31_H
@@ -24,20 +24,20 @@ void tribo_controller_q31_change(const tribo_controller_q31_params_t *from,
                                  int32_t                              e,
                                  int32_t                              offset);
 
-/// (u - wanted) c/D, the correction of the error, at the input node; 0 while u is not limited. `u` and `wanted` are at the scale
-/// of the last node. anti_windup is c/D as a mantissa of 31 bits, with the exponent anti_windup_shift - 32.
+/// (u - unsaturated) c/D, the correction of the error, at the input node; 0 while u is not limited. `u` and `unsaturated` are at
+/// the scale of the last node. anti_windup is c/D as a mantissa of 31 bits, with the exponent anti_windup_shift - 32.
 static inline int32_t controller_q31_correction(const tribo_controller_q31_params_t *params,
                                                 int32_t                              u,
-                                                int32_t                              wanted,
+                                                int32_t                              unsaturated,
                                                 uint32_t                            *saturated)
 {
     const uint32_t most  = (uint32_t)params->taken_max;
-    int32_t        taken = (int32_t)((uint32_t)u - (uint32_t)wanted);
+    int32_t        taken = (int32_t)((uint32_t)u - (uint32_t)unsaturated);
     // |taken| > most in one comparison: after a change of params, or where the difference wraps.
     if ((uint32_t)taken + most > 2u * most)
     {
         tribo_q31_count(saturated);
-        taken = wanted < 0 ? params->taken_max : -params->taken_max;
+        taken = unsaturated < 0 ? params->taken_max : -params->taken_max;
     }
     const int32_t back = (int32_t)(tribo_q31_multiply(taken, params->anti_windup) >> 32);
     return (int32_t)((uint32_t)back << params->anti_windup_shift); // fits as |taken| <= taken_max
@@ -47,22 +47,22 @@ static inline int32_t controller_q31_correction(const tribo_controller_q31_param
 static inline int32_t controller_q31_apply(const tribo_controller_q31_params_t *params,
                                            tribo_controller_q31_state_t        *state,
                                            int32_t                              y,
-                                           int32_t                              feedforward,
+                                           int32_t                              term,
                                            const tribo_biquad_q31_outputs_t    *outputs,
                                            tribo_controller_q31_signals_t      *signals)
 {
     uint32_t        not_counted = 0;
     uint32_t *const saturated   = &state->cascade.saturated;
 
-    const uint32_t scale  = params->cascade.output_scale;
-    const int32_t  wanted = tribo_q31_add(y, feedforward >> scale, saturated);
+    const uint32_t scale       = params->cascade.output_scale;
+    const int32_t  unsaturated = tribo_q31_add(y, term >> scale, saturated);
 
-    // v + feedforward in Q31. A sum that does not fit wraps and then differs from `wanted` at the scale of the last node.
-    int32_t    u       = (int32_t)(((uint32_t)y << scale) + (uint32_t)feedforward);
-    const bool limited = u >> scale != wanted || u < params->u_min || u > params->u_max;
+    // v + term in Q31. A sum that does not fit wraps and then differs from `unsaturated` at the scale of the last node.
+    int32_t    u       = (int32_t)(((uint32_t)y << scale) + (uint32_t)term);
+    const bool limited = u >> scale != unsaturated || u < params->u_min || u > params->u_max;
     if (limited)
     {
-        u = wanted < 0 ? params->u_min : params->u_max; // u_min <= 0 <= u_max
+        u = unsaturated < 0 ? params->u_min : params->u_max; // u_min <= 0 <= u_max
         tribo_q31_count(&state->limited_ticks);
     }
     signals->v       = tribo_q31_widen(y, scale, &not_counted);
@@ -70,7 +70,7 @@ static inline int32_t controller_q31_apply(const tribo_controller_q31_params_t *
     signals->limited = limited;
 
     // Anti-windup: the states advance as if the error had been larger by the correction.
-    const int32_t correction = controller_q31_correction(params, u >> scale, wanted, saturated);
+    const int32_t correction = controller_q31_correction(params, u >> scale, unsaturated, saturated);
     biquad_q31_advance(&params->cascade, &state->cascade, outputs, correction);
     return u;
 }
@@ -79,13 +79,13 @@ static inline int32_t controller_q31_apply(const tribo_controller_q31_params_t *
 static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *params,
                                           tribo_controller_q31_state_t        *state,
                                           int32_t                              e,
-                                          int32_t                              feedforward,
+                                          int32_t                              term,
                                           tribo_controller_q31_signals_t      *signals)
 {
     tribo_biquad_q31_outputs_t outputs;
 
     const int32_t y = biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
-    return controller_q31_apply(params, state, y, feedforward, &outputs, signals);
+    return controller_q31_apply(params, state, y, term, &outputs, signals);
 }
 
 #endif

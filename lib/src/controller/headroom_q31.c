@@ -9,11 +9,12 @@
 // response, the sum of |h[k]| over all k. A node holds its value times 2^-scale with 2^scale above that peak, so no input
 // within its bound can make it overflow.
 //
-// The inputs of a controller are e and s = u - feedforward, the applied output. With anti-windup the states follow s, so
+// The inputs of a controller are e and s = u - term, the applied output. With anti-windup the states follow s, so
 // even an integrator has a bounded response. The f32 cascade runs on an impulse of each, and the magnitudes are summed. What
 // slow poles leave after BLOCKS is bounded by the energies of the next 1, 1, 2, 4 ... ticks: a sum of n magnitudes is at most the
 // root of n times the sum of their squares (Cauchy and Schwarz). The bound on such a tail is up to 4 % above the sum for a
-// real pole, 15 % for an oscillation, and half as much again for one at a quarter of the sampling frequency.
+// real pole, 15 % for an oscillation, and half as much again for one at a quarter of the sampling frequency. Where a node is small
+// because slow modes all but cancel, beyond 1e5 full scales elsewhere, it may be several times as large.
 
 #define MARGIN      1.02f // on a sum: rounding, and what a pole as slow as 1e-7 can hide below DECAYED
 #define SCALE_MAX   24    // larger scales leave too few bits of a signal
@@ -23,7 +24,7 @@
 #define PIECE_TICKS 64u      // between two pauses
 #define SLOWEST     0x1p30f  // ticks for a decay: enough for a pole at 1e-7 from z = 1
 #define LONG_TICKS  0x1p16f  // that a tail is followed at least, or it would hide a slower one
-#define ROUNDING    1.0e-11f // of an energy, as a fraction of its terms, which may cancel
+#define ROUNDING    1.0e-13f // of an energy, as a fraction of its terms, which may cancel
 #define STATES_MAX  (2u * TRIBO_BIQUAD_SECTIONS_MAX)
 
 /// The signals of a cascade in one tick, or the sums of their magnitudes over time: its L1 norms.
@@ -106,6 +107,11 @@ static wide_t wide(float x)
     return (wide_t){x, 0.0f};
 }
 
+static wide_t negative(wide_t a)
+{
+    return (wide_t){-a.high, -a.low};
+}
+
 static wide_t plus(wide_t a, wide_t b)
 {
     const float sum  = a.high + b.high;
@@ -128,44 +134,62 @@ static wide_t times(wide_t a, wide_t b)
     return (wide_t){high, rest - (high - product)};
 }
 
-/// Over a cascade's states without inputs, a row x = (y1, z1, y2, z2 ...) with w1 = y - b0 y' and w2 = z - b1 y', y' being y of
-/// the section before.
+/// A row: w1 and w2 of each section.
+typedef struct
+{
+    wide_t at[STATES_MAX];
+} row_t;
+
+typedef union
+{
+    struct
+    {
+        wide_t input, correction;
+        struct
+        {
+            wide_t y, corrected, correction, w1, w2;
+        } section[TRIBO_BIQUAD_SECTIONS_MAX];
+    } named;
+    wide_t at[sizeof(signals_t) / sizeof(float)];
+} wide_signals_t;
+
+/// As tick, for states x. Returns by how much they change: their sum would round off a slow pole's distance from 1.
+static row_t change_of(wide_signals_t *now, const tribo_controller_f32_params_t *f32, const row_t *x, float e, float s)
+{
+    const tribo_biquad_f32_section_t *const section = f32->cascade.section;
+    row_t                                   change  = {.at = {{0}}};
+    wide_t                                  v       = wide(e);
+    for (uint32_t i = 0; i < f32->cascade.count; i++)
+    {
+        v                       = plus(times(wide(section[i].b0), v), x->at[2u * i]);
+        now->named.section[i].y = v;
+    }
+    wide_t c              = times(plus(wide(s), negative(v)), wide(f32->anti_windup));
+    wide_t in             = plus(wide(e), c);
+    now->named.input      = in;
+    now->named.correction = c;
+    for (uint32_t i = 0; i < f32->cascade.count; i++)
+    {
+        c                                = times(wide(section[i].b0), c);
+        const wide_t out                 = plus(now->named.section[i].y, c);
+        const wide_t dw1                 = plus(times(wide(section[i].b1), in), times(wide(-section[i].a1), out));
+        change.at[2u * i]                = plus(dw1, x->at[2u * i + 1u]);
+        change.at[2u * i + 1u]           = plus(times(wide(section[i].b2), in), times(wide(-section[i].a2), out));
+        now->named.section[i].corrected  = out;
+        now->named.section[i].correction = c;
+        now->named.section[i].w1         = plus(x->at[2u * i], change.at[2u * i]);
+        now->named.section[i].w2         = plus(x->at[2u * i + 1u], change.at[2u * i + 1u]);
+        in                               = out;
+    }
+    return change;
+}
+
+/// Over a cascade's states without inputs.
 typedef struct
 {
     wide_t   at[STATES_MAX][STATES_MAX];
     uint32_t size;
 } matrix_t;
-
-/// E of x[k + 1] = x[k] (1 + E); 1 + E would round off a slow pole's distance from 1.
-static matrix_t find_change(const tribo_controller_f32_params_t *f32)
-{
-    matrix_t E = {.size = 2u * f32->cascade.count};
-    for (uint32_t j = 0; j < E.size; j++)
-    {
-        wide_t c      = wide(j == E.size - 2u ? -f32->anti_windup : 0.0f); // what corrects the section's input
-        wide_t before = wide(0.0f);
-        wide_t change = wide(0.0f); // of `before`
-        for (uint32_t i = 0; i < f32->cascade.count; i++)
-        {
-            const tribo_biquad_f32_section_t *const s = &f32->cascade.section[i];
-
-            const wide_t y   = wide(j == 2u * i ? 1.0f : 0.0f);
-            const wide_t z   = wide(j == 2u * i + 1u ? 1.0f : 0.0f);
-            const wide_t in  = plus(before, c);
-            const wide_t out = plus(y, times(wide(s->b0), c));
-            const wide_t dw1 = plus(plus(z, times(wide(s->b1), c)), times(wide(-s->a1), out));
-            const wide_t dw2 = plus(times(wide(s->b2), in), times(wide(-s->a2), out));
-
-            E.at[j][2u * i]      = plus(dw1, times(wide(s->b0), change));
-            E.at[j][2u * i + 1u] = plus(dw2, times(wide(s->b1), change));
-
-            c      = times(wide(s->b0), c);
-            before = y;
-            change = E.at[j][2u * i];
-        }
-    }
-    return E;
-}
 
 /// X (1 + E), or X^T (1 + E).
 static matrix_t advanced(const matrix_t *X, bool transposed, const matrix_t *E)
@@ -209,15 +233,15 @@ static float root(float x)
 }
 
 /// Bound on the sum of |signal k| over `ticks`. `of` are the signals for a 1 in each state, `energy` is the sum of x^T x.
-static float bound(const peaks_t of[STATES_MAX], uint32_t k, const matrix_t *energy, float ticks)
+static float bound(const wide_signals_t of[STATES_MAX], uint32_t k, const matrix_t *energy, float ticks)
 {
     wide_t squares = wide(0.0f);
     float  terms   = 0.0f;
     for (uint32_t i = 0; i < energy->size; i++)
     {
-        for (uint32_t j = 0; j < energy->size && of[i].at[k] != 0.0f; j++)
+        for (uint32_t j = 0; j < energy->size && of[i].at[k].high != 0.0f; j++)
         {
-            const wide_t term = times(wide(of[i].at[k]), times(wide(of[j].at[k]), energy->at[i][j]));
+            const wide_t term = times(of[i].at[k], times(of[j].at[k], energy->at[i][j]));
 
             squares = plus(squares, term);
             terms += magnitude(term.high);
@@ -226,48 +250,61 @@ static float bound(const peaks_t of[STATES_MAX], uint32_t k, const matrix_t *ene
     return root(ticks * (larger(squares.high, 0.0f) + ROUNDING * terms));
 }
 
-/// The signals of a tick that begins with a 1 in state j.
-static void find_signals(peaks_t *now, const tribo_controller_f32_params_t *f32, uint32_t j)
+/// x behind the ticks that are summed. Not theirs: the rounding of states in float hides a slow mode.
+static row_t find_tail(const tribo_controller_f32_params_t *f32,
+                       bool                                 of_s,
+                       const matrix_t                      *E,
+                       const tribo_controller_f32_config_t *config)
 {
-    const uint32_t           i    = j / 2u;
-    const uint32_t           next = i + 1u;
-    tribo_biquad_f32_state_t state;
-    tribo_biquad_f32_reset(&state);
-    *(j % 2u == 0u ? &state.section[i].w1 : &state.section[i].w2) = 1.0f;
-    if (j % 2u == 0u && next < f32->cascade.count)
+    const row_t    rest = {.at = {{0.0f, 0.0f}}};
+    wide_signals_t unseen;
+    row_t          x      = change_of(&unseen, f32, &rest, of_s ? 0.0f : 1.0f, of_s ? 1.0f : 0.0f);
+    matrix_t       change = *E;
+    for (uint32_t ticks = 1; ticks < BLOCKS * BLOCK_TICKS; ticks *= 2u)
     {
-        state.section[next].w1 = -f32->cascade.section[next].b0;
-        state.section[next].w2 = -f32->cascade.section[next].b1;
+        row_t moved = x;
+        for (uint32_t i = 0; i < E->size; i++)
+        {
+            for (uint32_t j = 0; j < E->size; j++)
+            {
+                moved.at[j] = plus(moved.at[j], times(x.at[i], change.at[i][j]));
+            }
+        }
+        x = moved;
+        controller_f32_pause(config);
+        const matrix_t more = advanced(&change, false, &change);
+        add(&change, &more);
     }
-    tick(now, f32, &state, 0.0f, 0.0f);
+    return x;
 }
 
-/// Adds bounds on the sums from `state` on. False if it does not decay.
+/// Adds bounds on the sums behind the ticks that are summed. False if the response does not decay.
 static bool add_tail(peaks_t                             *sum,
                      const tribo_controller_f32_params_t *f32,
-                     const tribo_biquad_f32_state_t      *state,
+                     bool                                 of_s,
                      const tribo_controller_f32_config_t *config)
 {
-    matrix_t E      = find_change(f32);
-    matrix_t energy = {.size = E.size}; // the sum of x^T x
-    matrix_t next   = {.size = E.size}; // that of the next ticks
-    peaks_t  of[STATES_MAX];
-    float    x[STATES_MAX];
-    float    y = 0.0f;
-    for (uint32_t i = 0; i < f32->cascade.count; i++)
+    const uint32_t size           = 2u * f32->cascade.count;
+    matrix_t       E              = {.size = size}; // of x[k + 1] = x[k] (1 + E)
+    matrix_t       energy         = {.size = size}; // the sum of x^T x
+    matrix_t       next           = {.size = size}; // that of the next ticks
+    wide_signals_t of[STATES_MAX] = {{.at = {{0.0f, 0.0f}}}};
+    for (uint32_t i = 0; i < size; i++)
     {
-        const tribo_biquad_f32_section_state_t *const w = &state->section[i];
-
-        x[2u * i + 1u] = w->w2 + w->w2_carry + f32->cascade.section[i].b1 * y;
-        y              = biquad_f32_section_output(&f32->cascade.section[i], w, y);
-        x[2u * i]      = y;
-    }
-    for (uint32_t i = 0; i < E.size; i++)
-    {
-        find_signals(&of[i], f32, i);
-        for (uint32_t j = 0; j < E.size; j++)
+        row_t unit      = {.at = {{0.0f, 0.0f}}};
+        unit.at[i]      = wide(1.0f);
+        const row_t row = change_of(&of[i], f32, &unit, 0.0f, 0.0f);
+        for (uint32_t j = 0; j < size; j++)
         {
-            next.at[i][j] = times(wide(x[i]), wide(x[j]));
+            E.at[i][j] = row.at[j];
+        }
+    }
+    const row_t x = find_tail(f32, of_s, &E, config);
+    for (uint32_t i = 0; i < size; i++)
+    {
+        for (uint32_t j = 0; j < size; j++)
+        {
+            next.at[i][j] = times(x.at[i], x.at[j]);
         }
     }
     bool  decayed = false;
@@ -325,7 +362,7 @@ static bool add_response(peaks_t                             *peaks,
         }
         decayed = add_block(&sum, &block, count);
     }
-    const bool bounded = decayed || add_tail(&sum, f32, &state, config);
+    const bool bounded = decayed || add_tail(&sum, f32, of_s, config);
     for (uint32_t j = 0; j < count; j++)
     {
         peaks->at[j] += weight * MARGIN * sum.at[j];

@@ -6,7 +6,7 @@
 #include "tribo/controller_f32.h"
 #include "tribo/controller_q31.h"
 
-/// Quantises the cascade in `f32` (headroom_q31.c) for |e| <= `e_peak` and |u - feedforward| <= `s_peak`, both as a fraction of
+/// Quantises the cascade in `f32` (headroom_q31.c) for |e| <= `e_peak` and |u - term| <= `s_peak`, both as a fraction of
 /// full scale. The scale of each node comes from its worst-case peak, so that none can overflow. `f32` is then rebuilt from
 /// the quantised numbers (by `config`, or as a bare cascade if that is null), which checks their stability. Both steps run
 /// twice, so that scales and report belong to the final numbers. `headroom` may be null.

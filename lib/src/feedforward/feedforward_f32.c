@@ -1,163 +1,225 @@
 #include "tribo/feedforward_f32.h"
 
+#include "../number/first_order_f32.h"
 #include "../number/parameters.h"
-#include "feedforward_f32.h"
+#include "bank_f32.h"
+#include "constants.h"
+#include "learning_f32.h"
+
+#include <stddef.h>
+
+static float larger_f32(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+/// B.
+static float breakaway_of(const tribo_friction_f32_params_t *friction, float input_max_n)
+{
+    return bank_f32_prior(friction, 0.25f * input_max_n).L_n;
+}
+
+/// tau.
+static float lag_of(float actuator_pole_rad_per_s, const tribo_arm_f32_config_t *arm)
+{
+    return 1.0f / actuator_pole_rad_per_s + arm->damping / arm->stiffness;
+}
+
+static float or_derived(float given, float derived)
+{
+    return given > 0.0f ? given : derived;
+}
+
+/// Ticks of a time, at least 1.
+static uint32_t ticks(float time_s, float sample_time_s)
+{
+    const uint32_t nearest = (uint32_t)(time_s / sample_time_s + 0.5f);
+    return nearest > 0u ? nearest : 1u;
+}
+
+/// `config` with its derived numbers.
+static tribo_feedforward_f32_config_t derived(const tribo_feedforward_f32_config_t *config, float B, float lag_s)
+{
+    tribo_feedforward_f32_config_t made = *config;
+
+    made.reversal_n       = or_derived(config->reversal_n, B * FEEDFORWARD_REVERSAL);
+    made.presliding_n     = or_derived(config->presliding_n, B * FEEDFORWARD_PRESLIDING);
+    made.jump_time_s      = or_derived(config->jump_time_s, FEEDFORWARD_JUMP_TIME * lag_s);
+    made.forgetting_per_n = or_derived(config->forgetting_per_n, FEEDFORWARD_FORGETTING / B);
+    return made;
+}
 
 tribo_feedforward_f32_config_t tribo_feedforward_f32_default(void)
 {
-    const tribo_feedforward_f32_config_t standard = {TRIBO_FEEDFORWARD_PARAMETERS(PARAMETERS_DEFAULT).learning =
-                                                         tribo_breakaway_learning_f32_default(),
-                                                     .hold = tribo_hold_f32_default()};
+    const tribo_feedforward_f32_config_t standard = {TRIBO_FEEDFORWARD_PARAMETERS(PARAMETERS_DEFAULT)};
     return standard;
 }
 
-tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *params,
-                                          const tribo_feedforward_f32_config_t *config,
-                                          const tribo_compensator_f32_config_t *model,
-                                          float                                 input_max_n,
-                                          float                                 sample_time_s)
+static tribo_status_t check(const tribo_feedforward_f32_config_t *config, float input_max_n, float h)
 {
-    if (params == NULL || config == NULL || model == NULL)
-    {
-        return TRIBO_ERR_NULL;
-    }
-    const tribo_reference_model_f32_config_t reference_model = {.actuator_pole_rad_per_s =
-                                                                    config->actuator_pole_rad_per_s,
-                                                                .sensor_pole_rad_per_s = config->sensor_pole_rad_per_s,
-                                                                .arm                   = model->arm};
-
-    tribo_feedforward_f32_params_t made   = {.input_max_n = input_max_n};
-    tribo_status_t                 status = PARAMETERS_CHECK(tribo_feedforward_parameters, config);
-    if (status == TRIBO_OK)
-    {
-        status = tribo_reference_model_f32_init(&made.reference_model, &reference_model, sample_time_s);
-    }
-    if (status == TRIBO_OK)
-    {
-        status = tribo_friction_observer_f32_init(&made.observer,
-                                                  &reference_model,
-                                                  config->slide_filter_time_s,
-                                                  sample_time_s);
-    }
-    if (status == TRIBO_OK)
-    {
-        status = tribo_breakaway_learning_f32_init(&made.learning, &config->learning);
-    }
-    if (status == TRIBO_OK)
-    {
-        status = tribo_hold_f32_init(&made.hold, &config->hold, sample_time_s);
-    }
-    if (status == TRIBO_OK && !within(input_max_n, FLT_MIN, TRIBO_F32_FORCE_MAX_N))
-    {
-        status = TRIBO_ERR_INPUT_MAX;
-    }
+    const tribo_status_t status = PARAMETERS_CHECK(tribo_feedforward_parameters, config);
     if (status != TRIBO_OK)
     {
         return status;
     }
-    const float lag =
-        1.0f / reference_model.actuator_pole_rad_per_s + reference_model.arm.damping / reference_model.arm.stiffness;
-    made.offset_max_n       = 4.0f * input_max_n;
-    made.reversal_n         = config->reversal_n;
-    made.jump               = limit_f32(2.0f * sample_time_s / config->jump_time_s, 0.0f, 2.0f);
-    made.lead_s             = config->lead * lag;
-    made.noise_gain         = config->noise_gain;
-    made.noise_part         = limit_f32(sample_time_s / config->noise_time_s, 0.0f, 1.0f);
-    made.noise_floor_n      = 0.002f * config->reversal_n;
-    made.rate_hz            = 1.0f / sample_time_s;
-    made.rate_part          = first_order_f32_lag(config->rate_time_s, sample_time_s);
-    made.step_n             = config->rate_max_n_per_s * sample_time_s;
-    made.offset_part        = limit_f32(sample_time_s / config->offset_time_s, 0.0f, 1.0f);
-    made.slide_half_n       = 0.5f * config->slide_width_n;
-    made.slide_change_max_n = config->slide_rate_max_n_per_s * sample_time_s;
-    made.slide_run_in_n     = config->slide_run_in_n;
-    made.slide_error_max_n  = config->slide_error_max_n;
-    *params                 = made;
+    if (!sample_time_ok(h))
+    {
+        return TRIBO_ERR_SAMPLE_TIME;
+    }
+    if (!within(config->actuator_pole_rad_per_s * h, 1.0e-9f, 50.0f))
+    {
+        return TRIBO_ERR_ACTUATOR_POLE;
+    }
+    if (!within(config->sensor_pole_rad_per_s * h, 1.0e-9f, 50.0f))
+    {
+        return TRIBO_ERR_SENSOR_POLE;
+    }
+    if (config->reversal_n > 0.0f && config->reversal_n < 1.0e-9f)
+    {
+        return TRIBO_ERR_REVERSAL_WIDTH;
+    }
+    if (config->presliding_n > 0.0f && config->presliding_n < 1.0e-9f)
+    {
+        return TRIBO_ERR_PRESLIDING;
+    }
+    return within(input_max_n, FLT_MIN, TRIBO_F32_FORCE_MAX_N) ? TRIBO_OK : TRIBO_ERR_INPUT_MAX;
+}
+
+tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *params,
+                                          const tribo_feedforward_f32_config_t *config,
+                                          const tribo_arm_f32_config_t         *arm,
+                                          const tribo_friction_f32_params_t    *friction,
+                                          float                                 input_max_n,
+                                          float                                 sample_time_s)
+{
+    if (params == NULL || config == NULL || arm == NULL || friction == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    const tribo_status_t status = check(config, input_max_n, sample_time_s);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    const float                          h        = sample_time_s;
+    const float                          sample_s = (float)FEEDFORWARD_STAGES * h;
+    const float                          B        = breakaway_of(friction, input_max_n);
+    const float                          lag      = lag_of(config->actuator_pole_rad_per_s, arm);
+    const tribo_feedforward_f32_config_t used     = derived(config, B, lag);
+    const float                          w        = used.reversal_n;
+    tribo_feedforward_f32_params_t       made     = {.input_max_n = input_max_n};
+
+    float d = used.presliding_n;
+    for (uint32_t j = TRIBO_FEEDFORWARD_STOPS; j > 0u; j--)
+    {
+        made.stop_per_n[j - 1u] = 1.0f / d;
+        d *= FEEDFORWARD_STOP_RATIO;
+    }
+    made.offset_max_n  = FEEDFORWARD_OFFSET_MAX * input_max_n;
+    made.reversal_n    = w;
+    made.jump          = limit_f32(2.0f * h / used.jump_time_s, 0.0f, 2.0f);
+    made.lead          = used.jump_lead / (used.actuator_pole_rad_per_s * h);
+    made.distrust      = 1.0f - used.trust;
+    made.lag_s         = lag;
+    made.noise_part    = h / larger_f32(FEEDFORWARD_NOISE_TIME, FEEDFORWARD_NOISE_TICKS * h);
+    made.noise_floor_n = FEEDFORWARD_NOISE_FLOOR * w;
+    made.rate_hz       = 1.0f / h;
+    made.rate_part     = first_order_f32_lag(larger_f32(FEEDFORWARD_RATE_TIME * lag, FEEDFORWARD_RATE_TICKS * h), h);
+    made.step_n        = B / FEEDFORWARD_STEP_TIME * h;
+    made.lag_part      = first_order_f32_lag(lag, h);
+    made.actuator_part = first_order_f32_part(used.actuator_pole_rad_per_s * h);
+    made.sensor_part   = first_order_f32_part(used.sensor_pole_rad_per_s * h);
+    made.observer_part =
+        first_order_f32_lag(larger_f32(FEEDFORWARD_OBSERVER_TIME * lag, FEEDFORWARD_OBSERVER_TICKS * h), h);
+    made.damping          = arm->damping / arm->stiffness / h;
+    made.jump_lag         = FEEDFORWARD_JUMP_LAG / sample_s;
+    made.measured_per_n   = 2.0f / w;
+    made.travel_half_n    = 0.5f * FEEDFORWARD_TRAVEL_WIDTH * w;
+    made.slip_n           = B / FEEDFORWARD_SLIP_TIME * sample_s;
+    made.travel_max_n     = B * FEEDFORWARD_TRAVEL_MAX;
+    made.weighing_n       = B * FEEDFORWARD_WEIGHING;
+    made.doubt_per_n      = 1.0f / (B * FEEDFORWARD_DOUBT_TRAVEL);
+    made.margin_per_n     = 1.0f / (B * FEEDFORWARD_MARGIN_TRAVEL);
+    made.forgetting_per_n = used.forgetting_per_n;
+    made.constant_sd_n    = B * FEEDFORWARD_CONSTANT_SD;
+    made.constant_max_n   = B;
+    made.still_ticks      = used.still_time_s > 0.0f ? ticks(used.still_time_s, h) : 0u;
+    made.quick_ticks      = ticks(FEEDFORWARD_QUICK_TIME, h);
+    made.deadband_part    = first_order_f32_lag(FEEDFORWARD_DEADBAND_TIME, h);
+    made.effort_part      = first_order_f32_lag(FEEDFORWARD_EFFORT_TIME, sample_s);
+    made.effort_half_n    = 0.5f * FEEDFORWARD_EFFORT_WIDTH * B;
+    made.fade             = limit_f32(sample_s / FEEDFORWARD_FADE_TIME, 0.0f, 1.0f);
+    *params               = made;
     return TRIBO_OK;
 }
 
-void tribo_feedforward_f32_reset(const tribo_feedforward_f32_params_t *params, tribo_feedforward_f32_state_t *state)
+void tribo_feedforward_f32_reset(tribo_feedforward_f32_state_t *state)
 {
-    state->r_n[0] = 0.0f;
-    tribo_friction_observer_f32_reset(&state->observer, 0.0f);
-    state->fade       = 1.0f;
-    state->bad_inputs = 0;
-    tribo_breakaway_learning_f32_reset(&params->learning, &state->learning);
-    state->side = 1.0f;
-    hold_f32_reset(&state->hold);
-    tribo_feedforward_f32_restart(state);
+    *state = (tribo_feedforward_f32_state_t){.mode = TRIBO_FEEDFORWARD_RESTART, .monitor = {.share = 1.0f}};
+    learning_f32_forget(&state->learned);
 }
 
-void tribo_feedforward_f32_restart(tribo_feedforward_f32_state_t *state)
+tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_friction_f32_params_t   *friction,
+                                                              const tribo_feedforward_f32_state_t *state,
+                                                              uint32_t                             direction,
+                                                              float                                force_n)
 {
-    state->running  = false;
-    state->entering = false;
-    state->entry_n  = 0.0f;
-}
+    const tribo_feedforward_weights_f32_t *const learned = &state->learned;
 
-void tribo_feedforward_f32_enter(tribo_feedforward_f32_state_t *state, float added_n)
-{
-    state->running  = false;
-    state->entering = true;
-    state->entry_n  = exceeds(added_n, TRIBO_F32_FORCE_MAX_N) ? 0.0f : added_n;
-}
-
-float tribo_feedforward_f32_before(const tribo_feedforward_f32_params_t *params,
-                                   const tribo_friction_f32_params_t    *friction,
-                                   tribo_feedforward_f32_state_t        *state,
-                                   float                                 r_n,
-                                   float                                 y_n,
-                                   tribo_feedforward_f32_signals_t      *signals)
-{
-    return feedforward_f32_before(params, friction, state, r_n, y_n, signals);
-}
-
-float tribo_feedforward_f32_added(const tribo_feedforward_f32_params_t *params,
-                                  tribo_feedforward_f32_state_t        *state,
-                                  float                                 v_n,
-                                  tribo_feedforward_f32_signals_t      *signals)
-{
-    return feedforward_f32_added(params, state, exceeds(v_n, FLT_MAX) ? 0.0f : v_n, signals);
-}
-
-void tribo_feedforward_f32_after(const tribo_feedforward_f32_params_t *params,
-                                 const tribo_friction_f32_params_t    *friction,
-                                 tribo_feedforward_f32_state_t        *state,
-                                 float                                 v_n,
-                                 float                                 u_n,
-                                 bool                                  limited,
-                                 tribo_feedforward_f32_signals_t      *signals)
-{
-    if (exceeds(u_n, TRIBO_F32_FORCE_MAX_N) || exceeds(v_n, FLT_MAX))
-    {
-        signals->travel_n = 0.0f;
-        signals->observer = (tribo_friction_observer_f32_signals_t){.friction_n = 0.0f};
-        return;
-    }
-    feedforward_f32_after(params, friction, state, v_n, u_n, limited, signals);
-}
-
-tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_feedforward_f32_params_t *params,
-                                                              const tribo_friction_f32_params_t    *friction,
-                                                              const tribo_feedforward_f32_state_t  *state,
-                                                              uint32_t                              direction,
-                                                              float                                 force_n)
-{
-    const float    force = exceeds(force_n, TRIBO_F32_FORCE_MAX_N) ? 0.0f : force_n;
-    const uint32_t side  = direction & 1u;
-    const float    prior = feedforward_f32_prior(friction, side, force);
-
-    tribo_breakaway_learning_f32_state_t learning = state->learning;
-    if (force * state->side < 0.0f)
-    {
-        tribo_breakaway_learning_f32_change_side(&params->learning, &learning); // as r would when it crosses 0
-    }
-    const tribo_breakaway_learning_f32_signals_t known =
-        tribo_breakaway_learning_f32_at(&params->learning, &learning, side, prior);
+    const float            force  = exceeds(force_n, TRIBO_F32_FORCE_MAX_N) ? 0.0f : force_n;
+    const bank_f32_prior_t prior  = bank_f32_prior(friction, force);
+    const float            sign   = (direction & 1u) == TRIBO_BREAKAWAY_POSITIVE ? 1.0f : -1.0f;
+    const float            load   = sign * (prior.load_n + bank_f32_load(learned, force) + friction->gravity_n);
+    const float            V      = learned->weight[0];
+    const bool             inside = V > FEEDFORWARD_WEIGHT_MIN && V < FEEDFORWARD_WEIGHT_MAX;
     return (tribo_feedforward_f32_learned_t){
-        .L_n               = known.L_n,
-        .relative_variance = known.relative_variance,
-        .travel_n          = learning.travel_n[side] + learning.across.travel_n[side],
-        .at_bound          = tribo_breakaway_learning_f32_is_at_bound(&params->learning, &learning, side, prior),
-        .stays_at_bound    = state->learning.stays_at_bound[side] != 0};
+        .L_n               = larger_f32(V * prior.L_n + load, FEEDFORWARD_LEARNED_MIN * V * prior.L_n),
+        .relative_variance = learning_f32_relative_variance(learned, &state->learning, sign),
+        .travel_n          = learned->travel_n,
+        .at_bound          = !inside,
+        .stays_at_bound    = state->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS,
+        .harms             = state->monitor.harms,
+        .forgotten         = state->forgotten};
+}
+
+void tribo_feedforward_f32_restore(tribo_feedforward_f32_state_t *state)
+{
+    state->at_bound      = 0;
+    state->monitor.ratio = 0.0f;
+    state->monitor.harms = false;
+}
+
+void tribo_force_loop_feedforward_f32_attach(tribo_force_loop_f32_state_t   *state,
+                                             tribo_feedforward_f32_memory_t *memory)
+{
+    state->memory      = memory;
+    state->memory_seal = ~(uintptr_t)memory;
+    if (memory != NULL)
+    {
+        memory->signals    = (tribo_feedforward_f32_signals_t){.e_n = 0.0f};
+        memory->state.mode = TRIBO_FEEDFORWARD_RESTART;
+    }
+}
+
+tribo_feedforward_f32_config_t tribo_feedforward_f32_tuned(const tribo_feedforward_f32_rig_t *rig)
+{
+    tribo_feedforward_f32_config_t config = tribo_feedforward_f32_default();
+    config.actuator_pole_rad_per_s        = rig->actuator_pole_rad_per_s;
+    config.sensor_pole_rad_per_s          = rig->sensor_pole_rad_per_s;
+    return derived(&config,
+                   breakaway_of(rig->friction, rig->input_max_n),
+                   lag_of(rig->actuator_pole_rad_per_s, rig->arm));
+}
+
+tribo_guard_f32_config_t tribo_guard_f32_tuned(const tribo_feedforward_f32_rig_t *rig)
+{
+    const float              B     = breakaway_of(rig->friction, rig->input_max_n);
+    tribo_guard_f32_config_t tuned = tribo_guard_f32_default();
+
+    tuned.turn_n       = B / 3.14f;
+    tuned.stray_n      = larger_f32(B / 15.7f, 8.0f * rig->noise_n);
+    tuned.quick_time_s = limit_f32(16.0f * lag_of(rig->actuator_pole_rad_per_s, rig->arm),
+                                   20.0f * rig->sample_time_s,
+                                   1.0e5f * rig->sample_time_s); // the guard's own bound
+    return tuned;
 }

@@ -4,14 +4,21 @@
 
 #include "../number/fixed_q31.h"
 #include "../number/parameters.h"
-#include "feedforward_f32.h"
-#include "feedforward_q31.h"
+#include "bank_q31.h"
+#include "constants.h"
+#include "learning_q31.h"
 
 #include <stddef.h>
+
+#define STEP_MAX 0.0078125f // of FS: the rate in Q37
 
 /// Ranges that are narrower than in f32.
 static tribo_status_t check(const tribo_feedforward_f32_params_t *f32, float full_scale_n)
 {
+    if (!full_scale_ok(full_scale_n))
+    {
+        return TRIBO_ERR_FULL_SCALE;
+    }
     if (!within(f32->input_max_n / full_scale_n, FIXED_Q31_SMALLEST, 1.0f))
     {
         return TRIBO_ERR_INPUT_MAX;
@@ -20,76 +27,49 @@ static tribo_status_t check(const tribo_feedforward_f32_params_t *f32, float ful
     {
         return TRIBO_ERR_REVERSAL_WIDTH;
     }
-    if (!(f32->noise_part >= UNITS_Q31_PART_MIN))
+    if (!within(1.0f / f32->stop_per_n[TRIBO_FEEDFORWARD_STOPS - 1u] / full_scale_n, 1.0e-4f, 0.25f))
     {
-        return TRIBO_ERR_NOISE_TIME;
+        return TRIBO_ERR_PRESLIDING;
     }
-    if (!(f32->rate_part >= UNITS_Q31_PART_MIN))
+    if (!(f32->lag_s * f32->rate_hz < 65536.0f))
     {
-        return TRIBO_ERR_RATE_TIME;
+        return TRIBO_ERR_ACTUATOR_POLE;
     }
-    if (!within(f32->step_n / full_scale_n, FIXED_Q31_SMALLEST, 0.0078125f))
+    if (!(f32->damping < 32768.0f))
     {
-        return TRIBO_ERR_RATE_MAX;
+        return TRIBO_ERR_DAMPING;
     }
-    if (!(f32->lead_s * f32->rate_hz < 256.0f * 256.0f) ||
-        !(f32->lead_s * f32->rate_hz * f32->step_n <= 0.5f * full_scale_n))
-    {
-        return TRIBO_ERR_LEAD;
-    }
-    if (!(f32->offset_part < 0.5f))
-    {
-        return TRIBO_ERR_OFFSET_TIME;
-    }
-    if (!fits(2.0f * f32->slide_half_n, full_scale_n))
-    {
-        return TRIBO_ERR_SLIDE_WIDTH;
-    }
-    if (!within(f32->slide_change_max_n / full_scale_n, FIXED_Q31_SMALLEST, 0.001953125f))
-    {
-        return TRIBO_ERR_SLIDE_RATE;
-    }
-    if (!fits(f32->slide_run_in_n, full_scale_n))
-    {
-        return TRIBO_ERR_SLIDE_RUN_IN;
-    }
-    if (!fits(f32->slide_error_max_n, full_scale_n))
-    {
-        return TRIBO_ERR_SLIDE_ERROR;
-    }
-    return TRIBO_OK;
+    return f32->forgetting_per_n * full_scale_n < 32.0f ? TRIBO_OK : TRIBO_ERR_FORGETTING;
 }
 
-/// Reference model, friction observer, learning and hold.
-static tribo_status_t quantize_parts(tribo_feedforward_q31_params_t       *made,
-                                     const tribo_feedforward_f32_config_t *config,
-                                     const tribo_compensator_f32_config_t *model,
-                                     float                                 sample_time_s,
-                                     float                                 full_scale_n)
+/// x of Q32 times 2^shift, for x from 0, with the least shift that fits.
+static uint32_t with_shift(float x, uint8_t *shift)
 {
-    const tribo_reference_model_f32_config_t reference_model = {.actuator_pole_rad_per_s =
-                                                                    config->actuator_pole_rad_per_s,
-                                                                .sensor_pole_rad_per_s = config->sensor_pole_rad_per_s,
-                                                                .arm                   = model->arm};
+    *shift = 0;
+    while (scaled(x, -(int32_t)*shift) >= 1.0f)
+    {
+        (*shift)++;
+    }
+    return fixed_unsigned(x, 32 - (int32_t)*shift);
+}
 
-    tribo_status_t status = tribo_reference_model_q31_init(&made->reference_model, &reference_model, sample_time_s);
-    if (status == TRIBO_OK)
-    {
-        status = tribo_friction_observer_q31_init(&made->observer,
-                                                  &reference_model,
-                                                  config->slide_filter_time_s,
-                                                  sample_time_s);
-    }
-    if (status == TRIBO_OK)
-    {
-        status = tribo_breakaway_learning_q31_init(&made->learning, &config->learning, full_scale_n);
-    }
-    return status != TRIBO_OK ? status : tribo_hold_q31_init(&made->hold, &config->hold, sample_time_s, full_scale_n);
+/// A force in units, at least 1 and at most FS.
+static int32_t force(float force_n, float full_scale_n)
+{
+    const int32_t x = units(force_n < full_scale_n ? force_n : full_scale_n, full_scale_n);
+    return x > 0 ? x : 1;
+}
+
+/// A number per newton as one per unit of `bits`.
+static uint32_t per_unit(float per_n, float full_scale_n, int32_t bits)
+{
+    return fixed_unsigned(per_n * full_scale_n, bits - 29);
 }
 
 tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *params,
                                           const tribo_feedforward_f32_config_t *config,
-                                          const tribo_compensator_f32_config_t *model,
+                                          const tribo_arm_f32_config_t         *arm,
+                                          const tribo_friction_f32_params_t    *friction,
                                           float                                 input_max_n,
                                           float                                 sample_time_s,
                                           float                                 full_scale_n)
@@ -99,119 +79,105 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
         return TRIBO_ERR_NULL;
     }
     tribo_feedforward_f32_params_t f32;
-    tribo_feedforward_q31_params_t made   = {.reversal = 0};
-    tribo_status_t                 status = tribo_feedforward_f32_init(&f32, config, model, input_max_n, sample_time_s);
-    if (status == TRIBO_OK && !full_scale_ok(full_scale_n))
+    tribo_feedforward_q31_params_t made = {.reversal = 0};
+    const float                    FS   = full_scale_n;
+
+    tribo_status_t status = tribo_feedforward_f32_init(&f32, config, arm, friction, input_max_n, sample_time_s);
+    if (status == TRIBO_OK)
     {
-        status = TRIBO_ERR_FULL_SCALE;
+        status = check(&f32, FS);
     }
-    status = status != TRIBO_OK ? status : quantize_parts(&made, config, model, sample_time_s, full_scale_n);
-    status = status != TRIBO_OK ? status : check(&f32, full_scale_n);
     if (status != TRIBO_OK)
     {
         return status;
     }
-    made.input_max  = (uint32_t)fixed_force(f32.input_max_n, full_scale_n);
-    made.offset_max = units(f32.offset_max_n < full_scale_n ? f32.offset_max_n : full_scale_n, full_scale_n);
-    made.reversal   = (uint32_t)units(f32.reversal_n, full_scale_n);
-    made.jump =
-        f32.jump < 2.0f ? fixed(f32.jump, 29) + 1 : INT32_C(1) << 30; // rounded up, so that the ramp ends in time
-    // In 256 ticks: the rate is 256 times finer than forces.
-    const float lead = f32.lead_s * f32.rate_hz / 256.0f;
-    while (scaled(lead, -(int32_t)made.lead_shift) >= 1.0f)
+    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
     {
-        made.lead_shift++;
+        made.stop_per_unit[j] = fixed_unsigned(f32.stop_per_n[j] * FS, 10);
     }
-    made.lead             = fixed_unsigned(lead, 32 - (int32_t)made.lead_shift);
-    made.noise_gain       = fixed_unsigned(f32.noise_gain, 27);
-    made.noise_part       = fixed_unsigned(f32.noise_part, 32);
-    made.noise_floor      = fixed_unsigned(f32.noise_floor_n / full_scale_n, 37);
-    made.rate_part        = fixed_unsigned(f32.rate_part, 32);
-    made.step             = units(f32.step_n, full_scale_n);
-    made.offset_part      = fixed(f32.offset_part, 32);
-    made.slide_half       = units(f32.slide_half_n, full_scale_n);
-    made.slide_change_max = units(f32.slide_change_max_n, full_scale_n);
-    made.slide_run_in     = (uint32_t)units(f32.slide_run_in_n, full_scale_n);
-    made.slide_error_max  = units(f32.slide_error_max_n, full_scale_n);
-    *params               = made;
+    made.input_max  = (uint32_t)fixed_force(f32.input_max_n, FS);
+    made.offset_max = force(f32.offset_max_n, FS);
+    made.reversal   = (uint32_t)force(f32.reversal_n, FS);
+    made.jump       = f32.jump < 2.0f ? fixed(f32.jump, 29) + 1 : INT32_C(1) << 30; // rounded up: the ramp ends in time
+    made.lead       = fixed_unsigned(f32.lead, 16);
+    made.distrust   = fixed_unsigned(f32.distrust, 32);
+    made.lag        = with_shift(f32.lag_s * f32.rate_hz / 256.0f, &made.lag_shift); // the rate is 256 times finer
+    made.noise_part = fixed_unsigned(f32.noise_part, 32);
+    made.noise_floor         = fixed_unsigned(f32.noise_floor_n / FS, 37);
+    made.rate_part           = fixed_unsigned(f32.rate_part, 32);
+    made.step                = force(f32.step_n < STEP_MAX * FS ? f32.step_n : STEP_MAX * FS, FS);
+    made.lag_part            = fixed_unsigned(f32.lag_part, 32);
+    made.actuator_part       = fixed_unsigned(f32.actuator_part, 32);
+    made.sensor_part         = fixed_unsigned(f32.sensor_part, 32);
+    made.observer_part       = fixed_unsigned(f32.observer_part, 32);
+    made.damping             = with_shift(f32.damping, &made.damping_shift);
+    made.jump_lag            = fixed_unsigned(f32.jump_lag, 16);
+    made.measured_per_unit   = fixed_unsigned(f32.measured_per_n * FS, 10);
+    made.travel_half         = (uint32_t)force(f32.travel_half_n, FS);
+    made.slip                = (uint32_t)force(f32.slip_n, FS);
+    made.travel_max          = (uint32_t)force(f32.travel_max_n, FS);
+    made.weighing            = (uint32_t)force(f32.weighing_n, FS);
+    made.doubt_per_unit      = per_unit(f32.doubt_per_n, FS, 40);
+    made.margin_per_unit     = per_unit(f32.margin_per_n, FS, 40);
+    made.forgetting_per_unit = per_unit(f32.forgetting_per_n, FS, 56);
+    made.constant_sd         = (uint32_t)force(f32.constant_sd_n, FS);
+    made.constant_max        = force(f32.constant_max_n, FS);
+    made.still_ticks         = f32.still_ticks;
+    made.quick_ticks         = f32.quick_ticks;
+    made.deadband_part       = fixed_unsigned(f32.deadband_part, 32);
+    made.effort_part         = fixed_unsigned(f32.effort_part, 32);
+    made.effort_half         = (uint32_t)force(f32.effort_half_n, FS);
+    made.fade                = fixed_unsigned(f32.fade, 32);
+    *params                  = made;
     return TRIBO_OK;
 }
 
-void tribo_feedforward_q31_reset(const tribo_feedforward_q31_params_t *params, tribo_feedforward_q31_state_t *state)
+void tribo_feedforward_q31_reset(tribo_feedforward_q31_state_t *state)
 {
-    state->r[0]       = 0;
-    state->y          = 0;
-    state->fade       = UINT32_MAX;
-    state->bad_inputs = 0;
-    tribo_breakaway_learning_q31_reset(&params->learning, &state->learning);
-    state->side = 1;
-    hold_q31_reset(&state->hold);
-    tribo_feedforward_q31_restart(state);
+    *state = (tribo_feedforward_q31_state_t){.mode = TRIBO_FEEDFORWARD_RESTART, .monitor = {.share = UINT32_MAX}};
+    learning_q31_forget(&state->learned);
 }
 
-void tribo_feedforward_q31_restart(tribo_feedforward_q31_state_t *state)
+tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_friction_q31_params_t   *friction,
+                                                              const tribo_feedforward_q31_state_t *state,
+                                                              uint32_t                             direction,
+                                                              int32_t                              force)
 {
-    state->running  = false;
-    state->entering = false;
-    state->entry    = 0;
-}
+    const tribo_feedforward_weights_q31_t *const learned = &state->learned;
 
-void tribo_feedforward_q31_enter(tribo_feedforward_q31_state_t *state, int32_t added)
-{
-    state->running  = false;
-    state->entering = true;
-    state->entry    = added;
-}
-
-int32_t tribo_feedforward_q31_before(const tribo_feedforward_q31_params_t *params,
-                                     const tribo_friction_q31_params_t    *friction,
-                                     tribo_feedforward_q31_state_t        *state,
-                                     int32_t                               r,
-                                     int32_t                               y,
-                                     tribo_feedforward_q31_signals_t      *signals)
-{
-    return feedforward_q31_before(params, friction, state, r, y, signals);
-}
-
-int32_t tribo_feedforward_q31_added(const tribo_feedforward_q31_params_t *params,
-                                    tribo_feedforward_q31_state_t        *state,
-                                    int32_t                               v,
-                                    tribo_feedforward_q31_signals_t      *signals)
-{
-    return feedforward_q31_added(params, state, v, signals);
-}
-
-void tribo_feedforward_q31_after(const tribo_feedforward_q31_params_t *params,
-                                 const tribo_friction_q31_params_t    *friction,
-                                 tribo_feedforward_q31_state_t        *state,
-                                 int32_t                               v,
-                                 int32_t                               u,
-                                 bool                                  limited,
-                                 tribo_feedforward_q31_signals_t      *signals)
-{
-    feedforward_q31_after(params, friction, state, v, u, limited, signals);
-}
-
-tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_feedforward_q31_params_t *params,
-                                                              const tribo_friction_q31_params_t    *friction,
-                                                              const tribo_feedforward_q31_state_t  *state,
-                                                              uint32_t                              direction,
-                                                              int32_t                               force)
-{
-    const uint32_t side  = direction & 1u;
-    const uint32_t prior = feedforward_q31_prior(friction, side, feedforward_q31_inside(force));
-
-    tribo_breakaway_learning_q31_state_t learning = state->learning;
-    if (tribo_q31_multiply(force, state->side) < 0)
-    {
-        tribo_breakaway_learning_q31_change_side(&learning); // as r would when it crosses 0
-    }
-    const tribo_breakaway_learning_q31_signals_t known =
-        tribo_breakaway_learning_q31_at(&params->learning, &learning, side, prior);
+    const int32_t          at    = bank_q31_inside(force);
+    const bank_q31_prior_t prior = bank_q31_prior(friction, at);
+    const int32_t load  = bank_q31_both(&prior, bank_q31_load(learned, at)) + bank_q31_inside(friction->gravity);
+    const int32_t V     = learned->weight[0];
+    const int32_t L     = bank_q31_times(V, prior.L, 29, (uint32_t)BANK_Q31_ONE);
+    const int32_t least = part_of_q31(L, BANK_Q31_Q32(FEEDFORWARD_LEARNED_MIN));
+    const int32_t sign  = (direction & 1u) == TRIBO_BREAKAWAY_POSITIVE ? 1 : -1;
+    const int32_t known = L + sign * load;
     return (tribo_feedforward_q31_learned_t){
-        .L                 = known.L,
-        .relative_variance = known.relative_variance,
-        .travel            = learning.travel[side] + learning.across.travel[side],
-        .at_bound          = tribo_breakaway_learning_q31_is_at_bound(&params->learning, &learning, side, prior),
-        .stays_at_bound    = state->learning.stays_at_bound[side] != 0};
+        .L                 = (uint32_t)limit_q31(known, least, BANK_Q31_ONE - 1),
+        .relative_variance = learning_q31_relative_variance(learned, &state->learning, sign),
+        .travel            = learned->travel,
+        .at_bound          = V <= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MIN) || V >= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MAX),
+        .stays_at_bound    = state->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS,
+        .harms             = state->monitor.harms,
+        .forgotten         = state->forgotten};
+}
+
+void tribo_feedforward_q31_restore(tribo_feedforward_q31_state_t *state)
+{
+    state->at_bound      = 0;
+    state->monitor.ratio = 0;
+    state->monitor.harms = false;
+}
+
+void tribo_force_loop_feedforward_q31_attach(tribo_force_loop_q31_state_t   *state,
+                                             tribo_feedforward_q31_memory_t *memory)
+{
+    state->memory      = memory;
+    state->memory_seal = ~(uintptr_t)memory;
+    if (memory != NULL)
+    {
+        memory->signals    = (tribo_feedforward_q31_signals_t){.e = 0};
+        memory->state.mode = TRIBO_FEEDFORWARD_RESTART;
+    }
 }

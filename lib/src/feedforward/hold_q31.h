@@ -1,147 +1,120 @@
-// Hold in fixed point; hold_f32.h has the equations.
-//
-// Forces are in one unit, within +-2^29 of them. Fractions are Q32; products are rounded towards zero, so mirrored forces give
-// mirrored results. The deadband's filters stop short by less than 1/part units.
-// No loops, one division of 32 bits. Not synchronized: one state, one tick.
+// Hold in fixed point; hold_f32.h has the equations. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FEEDFORWARD_HOLD_Q31_H
 #define TRIBO_FEEDFORWARD_HOLD_Q31_H
 
 #include "tribo/feedforward_q31.h"
-#include "tribo/force_loop_q31.h"
+#include "tribo/q31.h"
 
 #include "../number/first_order_q31.h"
-#include "play_q31.h"
+#include "bank_q31.h"
+#include "constants.h"
 
-/// Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE or a status of tribo_hold_f32_init; margin_travel_n is 1.25e-4 to 1e3 FS. Writes
-/// nothing unless TRIBO_OK.
-tribo_status_t tribo_hold_q31_init(tribo_hold_q31_params_t       *params,
-                                   const tribo_hold_f32_config_t *config,
-                                   float                          sample_time_s,
-                                   float                          full_scale_n);
-
-#define HOLD_Q31_QUICK_CHANGES 4u
-#define HOLD_Q31_TENTH         429496730u // Q32
-#define HOLD_Q31_CHANGED_MIN   4295u      // 1e-6
-#define HOLD_Q31_NOISE_MAX     (UINT32_C(1) << 31)
-#define HOLD_Q31_SELDOM        2576980378u // Q32: deadband over the mean second difference, where y seldom changes
-#define HOLD_Q31_ALWAYS        558345748u  // and where it always changes
-
-/// Not in a hold, at 0 N, without extra margin.
-static inline void hold_q31_reset(tribo_hold_q31_state_t *state)
+static inline void hold_q31_start(tribo_feedforward_hold_q31_state_t *hold, int32_t at, int32_t y)
 {
-    *state = (tribo_hold_q31_state_t){.active = false};
+    hold->anchor  = at;
+    hold->force   = y;
+    hold->error   = 0;
+    hold->noise   = 0;
+    hold->changed = 0;
+    hold->still   = 0;
+    hold->since   = 0;
+    hold->side    = 0;
+    hold->quick   = 0;
 }
 
-/// True if the reference stands: it has stayed within +-half of one value for the still time. In a hold its step counts as
-/// standing.
-static inline bool hold_q31_stands(const tribo_hold_q31_params_t *params,
-                                   tribo_hold_q31_state_t        *state,
-                                   int32_t                        reference,
-                                   uint32_t                       half,
-                                   bool                           step)
+static inline bool hold_q31_stands(const tribo_feedforward_q31_params_t *params,
+                                   tribo_feedforward_q31_state_t        *state,
+                                   uint32_t                              half,
+                                   bool                                  step)
 {
-    const uint32_t still = state->still;
-    if (tribo_q31_magnitude(reference - state->anchor) > half)
+    tribo_feedforward_hold_q31_state_t *const hold = &state->hold;
+    if (tribo_q31_magnitude(difference_q31(state->reached, hold->anchor)) > half)
     {
-        state->anchor = reference;
-        state->still  = state->active && step ? still : 0u;
+        hold->anchor = state->reached;
+        hold->still  = state->mode == TRIBO_FEEDFORWARD_HOLD && step ? hold->still : 0u;
     }
-    else if (still < params->still_ticks)
+    else if (hold->still < params->still_ticks)
     {
-        state->still = still + 1u;
+        hold->still++;
     }
-    return params->on && state->still >= params->still_ticks;
+    return params->still_ticks > 0u && hold->still >= params->still_ticks && state->sign != 0;
 }
 
-/// Begins a hold from friction `f` and `u` of the last tick, the direction `sign`, and the reading `y`.
-static inline void hold_q31_enter(tribo_hold_q31_state_t *state, int32_t u, int32_t f, int32_t sign, int32_t y)
+static inline int32_t hold_q31_gained(int32_t f)
 {
-    state->active        = true;
-    state->quick         = 0;
-    state->since         = 0;
-    state->play.position = u - f;
-    state->play.sign     = sign;
-    state->error         = 0;
-    state->y[0]          = y;
-    state->y[1]          = y;
-    state->noise         = 0;
-    state->changed       = 0;
+    return part_of_q31(f, BANK_Q31_Q32(FEEDFORWARD_HOLD_GAIN));
 }
 
-/// Counts quick successive changes of sign, and increases the margin.
-static inline void hold_q31_watch(const tribo_hold_q31_params_t *params, tribo_hold_q31_state_t *state, bool changes)
+static inline void hold_q31_enter(tribo_feedforward_q31_state_t *state, int32_t B)
 {
-    const bool quick = state->since < params->quick_ticks;
-    state->since     = changes ? 0u : state->since + (quick ? 1u : 0u);
+    tribo_feedforward_hold_q31_state_t *const hold = &state->hold;
+
+    const int32_t f        = limit_q31(state->f, -B, B);
+    hold->force            = state->u - f;
+    hold->side             = state->sign;
+    hold->since            = 0;
+    hold->quick            = 0;
+    hold->error            = 0;
+    state->offset          = sum_q31(state->offset, hold_q31_gained(f) - state->f);
+    state->learning.sample = 0;
+    state->mode            = TRIBO_FEEDFORWARD_HOLD;
+}
+
+static inline void hold_q31_watch(const tribo_feedforward_q31_params_t *params,
+                                  tribo_feedforward_hold_q31_state_t   *hold,
+                                  bool                                  changes)
+{
+    const bool quick = hold->since < params->quick_ticks;
     if (changes)
     {
-        const uint32_t run = quick ? state->quick + 1u : 0u;
-        state->quick       = (uint8_t)(run < HOLD_Q31_QUICK_CHANGES ? run : HOLD_Q31_QUICK_CHANGES);
-        if (state->quick == HOLD_Q31_QUICK_CHANGES)
+        const uint32_t run = quick ? hold->quick + 1u : 0u;
+        hold->quick        = (uint8_t)(run < FEEDFORWARD_QUICK_CHANGES ? run : FEEDFORWARD_QUICK_CHANGES);
+        if (hold->quick == FEEDFORWARD_QUICK_CHANGES)
         {
-            state->extra_margin += tribo_q31_high(~state->extra_margin, HOLD_Q31_TENTH);
+            hold->extra_margin += tribo_q31_high(~hold->extra_margin, BANK_Q31_Q32(FEEDFORWARD_MARGIN_STEP));
         }
+        hold->since = 0;
+    }
+    else if (quick)
+    {
+        hold->since++;
     }
 }
 
-/// Friction to add in this tick, from `u` of the last one and the learned breakaway of both directions.
-static inline int32_t hold_q31_step(const tribo_hold_q31_params_t *params,
-                                    tribo_hold_q31_state_t        *state,
-                                    int32_t                        u,
-                                    uint32_t                       positive,
-                                    uint32_t                       negative)
+static inline int32_t hold_q31_step(const tribo_feedforward_q31_params_t *params,
+                                    tribo_feedforward_q31_state_t        *state,
+                                    int32_t                               B)
 {
-    const uint32_t fade   = tribo_q31_high(~state->extra_margin, params->margin);
-    const int32_t  before = state->play.sign;
-    const int32_t  below  = (int32_t)tribo_q31_high(positive, fade);
-    const int32_t  above  = (int32_t)tribo_q31_high(negative, fade);
-    (void)play_q31_step(&state->play, u, below, above);
-    hold_q31_watch(params, state, state->play.sign != before);
-    return part_of_q31(u - state->play.position, params->gain);
+    tribo_feedforward_hold_q31_state_t *const hold = &state->hold;
+
+    const int32_t f     = limit_q31(difference_q31(state->u, hold->force), -B, B);
+    const int32_t force = state->u - f;
+    const int32_t moved = difference_q31(force, hold->force);
+    const int8_t  side  = (int8_t)(moved != 0 ? bank_q31_sign(moved) : hold->side);
+    hold_q31_watch(params, hold, side != hold->side);
+    hold->force = force;
+    hold->side  = side;
+    return hold_q31_gained(f);
 }
 
-/// A low pass towards 0 or 1, Q32.
-static inline uint32_t hold_q31_share(uint32_t fade, bool rises, uint32_t part)
+static inline int32_t hold_q31_deadband(const tribo_feedforward_q31_params_t *params,
+                                        tribo_feedforward_hold_q31_state_t   *hold,
+                                        int32_t                               e,
+                                        int32_t                               y,
+                                        const int32_t                         last[2])
 {
-    return rises ? fade + tribo_q31_high(~fade, part) : fade - tribo_q31_high(fade, part);
-}
+    const uint32_t part    = params->deadband_part;
+    const bool     changes = y != last[0];
+    const uint32_t second  = bank_q31_second(y, last);
+    hold->changed          = bank_q31_pass(hold->changed, changes ? UINT32_MAX : 0u, part);
+    hold->noise            = changes ? bank_q31_pass(hold->noise, second, part) : hold->noise;
+    hold->error            = first_order_q31_step(hold->error, e, part);
 
-/// The error `e` less the deadband.
-static inline int32_t hold_q31_deadband(const tribo_hold_q31_params_t *params,
-                                        tribo_hold_q31_state_t        *state,
-                                        int32_t                        e,
-                                        int32_t                        y)
-{
-    // Second differences up to 2^31, which wrap to a number of the same magnitude.
-    const int32_t  change = y - state->y[0];
-    const uint32_t before = (uint32_t)(state->y[0] - state->y[1]);
-    const uint32_t second = tribo_q31_magnitude((int32_t)((uint32_t)change - before));
-    const uint32_t fine   = second < HOLD_Q31_NOISE_MAX >> 8 ? second << 8 : HOLD_Q31_NOISE_MAX;
-    const bool     moves  = change != 0;
-    const uint32_t noise  = moves ? fine : 0u;
-    state->noise   = noise > state->noise ? state->noise + tribo_q31_high(noise - state->noise, params->deadband_part)
-                                          : state->noise - tribo_q31_high(state->noise - noise, params->deadband_part);
-    state->changed = hold_q31_share(state->changed, moves, params->deadband_part);
-    state->error   = first_order_q31_step(state->error, e, params->deadband_part);
-    state->y[1]    = state->y[0];
-    state->y[0]    = y;
-
-    // Over the ticks in which y changed, up to 2^24 units; 0 if the last change is long ago.
-    const uint32_t mean = state->changed > HOLD_Q31_CHANGED_MIN ? ratio_q31(state->noise, state->changed) >> 7 : 0u;
-    const int32_t  most =
-        (int32_t)tribo_q31_high(mean,
-                                HOLD_Q31_SELDOM - tribo_q31_high(state->changed, HOLD_Q31_SELDOM - HOLD_Q31_ALWAYS));
-    return e - limit_q31(state->error, -most, most);
-}
-
-/// Shrinks the extra margin by learning from `travel` of slide, up to 2^20.
-static inline void hold_q31_learned(const tribo_hold_q31_params_t *params,
-                                    tribo_hold_q31_state_t        *state,
-                                    uint32_t                       travel)
-{
-    const uint64_t part = tribo_q31_product(travel, params->extra_margin_per_unit) >> 16;
-    state->extra_margin -= tribo_q31_high(state->extra_margin, part < UINT32_MAX ? (uint32_t)part : UINT32_MAX);
+    const uint32_t rare     = BANK_Q31_Q32(FEEDFORWARD_DEADBAND_RARE);
+    const uint32_t fraction = rare - tribo_q31_high(hold->changed, rare - BANK_Q31_Q32(FEEDFORWARD_DEADBAND_ALL));
+    const int32_t  most     = (int32_t)(tribo_q31_high(hold->noise, fraction) >> 8);
+    return difference_q31(e, limit_q31(hold->error, -most, most));
 }
 
 #endif

@@ -1,12 +1,346 @@
+// One tick of the feed-forward in its three parts, as docs/feedforward.md numbers its steps.
+
 #include "tribo/feedforward_f32.h"
 
-#include "feedforward_f32.h"
+#include "bank_f32.h"
+#include "constants.h"
+#include "hold_f32.h"
+#include "learning_f32.h"
+#include "monitor_f32.h"
+#include "observer_f32.h"
 
 #include <stddef.h>
 
-// Beyond any sum of credible forces, or any relative variance: the memory is corrupt.
-#define FORCE_MAX_N           1.0e9f
-#define RELATIVE_VARIANCE_MAX 2.0f
+/// The params of which `params->method` is the first member.
+static const tribo_feedforward_f32_params_t *own(const tribo_force_loop_f32_params_t *params)
+{
+    return (const tribo_feedforward_f32_params_t *)params->method;
+}
+
+static bool runs(const tribo_feedforward_f32_state_t *state)
+{
+    return state->mode >= TRIBO_FEEDFORWARD_START && state->mode <= TRIBO_FEEDFORWARD_HOLD;
+}
+
+/// All states at rest at y; beside a running controller, those that follow r at r. What is learned stays.
+static void start(tribo_feedforward_f32_state_t *state, float r, float y)
+{
+    const bool  enters = state->mode == TRIBO_FEEDFORWARD_ENTER;
+    const float at     = enters ? r : y;
+
+    state->mode        = TRIBO_FEEDFORWARD_START;
+    state->offset_rule = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    state->offset_n    = enters ? 0.0f : bank_f32_load(&state->learned, at);
+    state->term_n      = enters ? state->term_n : 0.0f;
+    state->sign        = 0;
+    state->limited     = 0;
+    state->r_n[0]      = r;
+    state->r_n[1]      = r;
+    state->noise_n     = 0.0f;
+    state->reached_n   = at;
+    state->rate_n_s    = 0.0f;
+    state->settled_n   = at;
+    state->turned_n    = at;
+    state->sigma       = 0.0f;
+    state->behind_n[0] = 0.0f;
+    state->behind_n[1] = 0.0f;
+    state->e_n         = 0.0f;
+    state->f_n         = 0.0f;
+    state->u_n         = y;
+    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
+    {
+        state->stop[j] = 0.0f;
+    }
+    hold_f32_start(&state->hold, at, y);
+    observer_f32_start(&state->observer, y);
+    learning_f32_start(&state->learning, y);
+    monitor_f32_start(&state->monitor);
+}
+
+/// A corrupt memory: everything is forgotten, and u goes on.
+static void forget(const tribo_feedforward_f32_params_t *params, tribo_feedforward_f32_state_t *state)
+{
+    const float    term      = state->term_n;
+    const uint32_t forgotten = state->forgotten;
+    tribo_feedforward_f32_reset(state);
+    state->mode      = TRIBO_FEEDFORWARD_ENTER;
+    state->term_n    = exceeds(term, params->offset_max_n) ? 0.0f : term;
+    state->forgotten = forgotten;
+    count(&state->forgotten);
+}
+
+/// Step 6: f while r moves. `alone`: the controller alone takes this reversal, f jumps and b cancels it.
+static void follow(const tribo_feedforward_f32_params_t *params,
+                   tribo_feedforward_f32_state_t        *state,
+                   bool                                  alone,
+                   tribo_feedforward_f32_signals_t      *signals)
+{
+    const tribo_feedforward_weights_f32_t *const learned = &state->learned;
+
+    const float before = state->sigma;
+    const float left   = (float)state->sign - before;
+    const float after  = bound_f32(before + (alone ? left : bound_f32(left, params->jump)), 1.0f);
+
+    signals->f_n = bank_f32_friction(params, learned, signals->level_n, signals->partial, after);
+    if (after != before)
+    {
+        const float jump = bank_f32_rise(params, learned, signals->level_n) * (after - before);
+        signals->lead_n  = alone ? 0.0f : params->lead * jump;
+        state->offset_n += alone ? jump : 0.0f;
+    }
+    if (signals->flips && !alone)
+    {
+        const bool bound =
+            !(learned->weight[0] > FEEDFORWARD_WEIGHT_MIN && learned->weight[0] < FEEDFORWARD_WEIGHT_MAX);
+        const uint32_t turns = bound ? state->at_bound + 1u : 0u;
+        state->at_bound =
+            (uint8_t)(state->at_bound < TRIBO_FEEDFORWARD_BOUND_TURNS ? turns : TRIBO_FEEDFORWARD_BOUND_TURNS);
+        if (state->offset_rule == TRIBO_FEEDFORWARD_KEEP)
+        {
+            state->offset_rule = TRIBO_FEEDFORWARD_REVERSAL;
+        }
+    }
+    state->sigma = after;
+    state->mode  = state->sign != 0 ? TRIBO_FEEDFORWARD_MOVING : TRIBO_FEEDFORWARD_START;
+}
+
+/// Step 7: f and the error while r stands.
+static void stand(const tribo_feedforward_f32_params_t *params,
+                  tribo_feedforward_f32_state_t        *state,
+                  tribo_feedforward_f32_signals_t      *signals)
+{
+    const float margin = FEEDFORWARD_HOLD_MARGIN * (1.0f - limit_f32(state->hold.extra_margin, 0.0f, 1.0f));
+    const float B      = margin * state->learned.weight[0] * signals->level_n;
+    if (state->mode != TRIBO_FEEDFORWARD_HOLD)
+    {
+        hold_f32_enter(state, B);
+    }
+    signals->f_n = hold_f32_step(params, state, B);
+    state->sigma = 0.0f;
+    if (signals->y_good)
+    {
+        signals->e_n = hold_f32_deadband(params, &state->hold, signals->e_n, signals->y_n, state->observer.y_n);
+    }
+}
+
+/// Step 8: f in the first tick after a hold, chosen so that u continues.
+static void leave(const tribo_feedforward_f32_params_t *params,
+                  tribo_feedforward_f32_state_t        *state,
+                  tribo_feedforward_f32_signals_t      *signals)
+{
+    const tribo_feedforward_weights_f32_t *const learned = &state->learned;
+
+    const float at_0 = bank_f32_friction(params, learned, signals->level_n, signals->partial, 0.0f);
+    const float rise = bank_f32_rise(params, learned, signals->level_n);
+    state->sigma     = (float)state->sign;
+    if (state->hold.side != state->sign && rise > 0.0f)
+    {
+        state->sigma = bound_f32((state->u_n - signals->lin_n - at_0) / rise, 1.0f);
+    }
+    signals->f_n       = bank_f32_friction(params, learned, signals->level_n, signals->partial, state->sigma);
+    state->mode        = TRIBO_FEEDFORWARD_MOVING;
+    state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
+}
+
+/// Steps 6 to 8: f, by the mode.
+static void feed(const tribo_feedforward_f32_params_t *params,
+                 tribo_feedforward_f32_state_t        *state,
+                 bool                                  stands,
+                 bool                                  alone,
+                 tribo_feedforward_f32_signals_t      *signals)
+{
+    if (stands)
+    {
+        stand(params, state, signals);
+    }
+    else if (state->mode == TRIBO_FEEDFORWARD_HOLD)
+    {
+        leave(params, state, signals);
+    }
+    else
+    {
+        follow(params, state, alone, signals);
+    }
+}
+
+// Steps 1 to 8.
+float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *loop,
+                                         void                                *memory,
+                                         float                                r_n,
+                                         float                                y_n,
+                                         float                                fade)
+{
+    const tribo_feedforward_f32_params_t *const params  = own(loop);
+    tribo_feedforward_f32_memory_t *const       inner   = memory;
+    tribo_feedforward_f32_state_t *const        state   = &inner->state;
+    tribo_feedforward_f32_signals_t *const      signals = &inner->signals;
+
+    // 1: input
+    const bool bad_r = exceeds(r_n, params->input_max_n);
+    const bool bad_y = exceeds(y_n, params->input_max_n);
+    if (!runs(state))
+    {
+        if (bad_r || bad_y)
+        {
+            return 0.0f;
+        }
+        start(state, r_n, y_n);
+    }
+    const float r = bad_r ? state->r_n[0] : r_n;
+    const float y = bad_y ? state->observer.y_n[0] : y_n;
+
+    // 2 to 4: reachable reference, stops, sign
+    state->noise_n     = bank_f32_noise(params, state->noise_n, r, state->r_n);
+    const float  noise = FEEDFORWARD_NOISE_GAIN * state->noise_n;
+    const float  width = params->reversal_n + noise;
+    const float  e     = (state->reached_n - y) + state->behind_n[1];
+    const float  moved = bank_f32_reach(params, state, r);
+    const bool   step  = magnitude(moved) > params->step_n;
+    const int8_t sign  = state->sign;
+    bank_f32_follow(params, state, noise, width);
+    const bool flips  = state->sign != sign;
+    const bool stands = hold_f32_stands(params, state, 0.5f * width, step);
+
+    // 5: force without friction, error; a noisy r has no reliable rate
+    const bank_f32_prior_t prior = bank_f32_prior(&loop->compensator.friction, state->reached_n);
+    const float            ahead = params->lag_s * state->rate_n_s * (params->reversal_n / width);
+    bank_f32_path(params, state, moved, ahead);
+    signals->y_good    = !bad_y;
+    signals->flips     = flips;
+    signals->need_n    = state->f_n - state->offset_n;
+    signals->lead_n    = 0.0f;
+    signals->e_n       = bad_y ? 0.0f : e;
+    signals->y_n       = y;
+    signals->reached_n = state->reached_n;
+    signals->lin_n     = state->reached_n + ahead + prior.load_n + bank_f32_load(&state->learned, state->reached_n);
+
+    // 6 to 8: friction
+    signals->level_n    = fade * limit_f32(state->monitor.share, 0.0f, 1.0f) * prior.L_n;
+    signals->partial    = bank_f32_partial(state);
+    const bool doubtful = state->learned.doubt > FEEDFORWARD_DOUBTFUL;
+    feed(params, state, stands, flips && (sign == 0 || (step && doubtful)), signals);
+    if (exceeds(signals->e_n, FEEDFORWARD_FORCE_MAX_N) ||
+        exceeds(signals->lin_n + signals->f_n + state->offset_n, FEEDFORWARD_FORCE_MAX_N))
+    {
+        forget(params, state);
+        return bad_r || bad_y ? 0.0f : r_n - y_n;
+    }
+    state->e_n = signals->e_n;
+    state->f_n = signals->f_n;
+    return signals->e_n;
+}
+
+float tribo_feedforward_f32_method_friction(const void *memory)
+{
+    const tribo_feedforward_f32_state_t *const state = &((const tribo_feedforward_f32_memory_t *)memory)->state;
+    return runs(state) ? state->f_n : 0.0f;
+}
+
+// Step 9, before u is limited.
+float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loop, void *memory, float v_n)
+{
+    const tribo_feedforward_f32_params_t *const params  = own(loop);
+    tribo_feedforward_f32_memory_t *const       inner   = memory;
+    tribo_feedforward_f32_state_t *const        state   = &inner->state;
+    tribo_feedforward_f32_signals_t *const      signals = &inner->signals;
+    if (!runs(state))
+    {
+        return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->term_n : 0.0f;
+    }
+    if (signals->flips)
+    {
+        monitor_f32_judge(params, &state->monitor, v_n + signals->need_n);
+    }
+    const float wanted = signals->lin_n + signals->f_n; // without the lead: a pulse
+    float       b      = state->offset_n;
+    switch (state->offset_rule)
+    {
+    case TRIBO_FEEDFORWARD_REVERSAL:
+        b = v_n; // wound up during stiction
+        break;
+    case TRIBO_FEEDFORWARD_CONTINUE:
+        b = v_n + wanted - state->u_n;
+        break;
+    case TRIBO_FEEDFORWARD_TAKE_OVER:
+        b = wanted - state->term_n;
+        break;
+    default:
+        break;
+    }
+    state->offset_rule = TRIBO_FEEDFORWARD_KEEP;
+    state->offset_n    = bound_f32(b, params->offset_max_n);
+    state->term_n      = wanted - state->offset_n;
+    signals->b_n       = state->offset_n;
+    signals->term_n    = state->term_n + signals->lead_n;
+    return signals->term_n;
+}
+
+// Steps 10 and 11, once u is known.
+void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loop,
+                                        void                                *memory,
+                                        float                                v_n,
+                                        float                                u_n,
+                                        tribo_force_loop_f32_signals_t      *seen)
+{
+    const tribo_feedforward_f32_params_t *const params  = own(loop);
+    tribo_feedforward_f32_memory_t *const       inner   = memory;
+    tribo_feedforward_f32_state_t *const        state   = &inner->state;
+    tribo_feedforward_f32_signals_t *const      signals = &inner->signals;
+    if (!runs(state))
+    {
+        return;
+    }
+    state->u_n     = u_n;
+    state->limited = (int8_t)(seen->controller.limited ? bank_f32_sign(v_n + signals->term_n - u_n) : 0);
+
+    observer_f32_step(params, &state->observer, u_n, signals->y_n);
+    const bool moves = state->mode == TRIBO_FEEDFORWARD_MOVING;
+    const bool fresh = state->learning.stage == 0u;
+    const bool last  = state->learning.stage >= FEEDFORWARD_STAGES - 1u;
+    learning_f32_step(params,
+                      &loop->compensator.friction,
+                      state,
+                      signals->level_n,
+                      moves && state->limited == 0 && signals->y_good);
+    signals->friction_n = state->observer.friction_n;
+    signals->travel_n   = fresh ? state->learning.sample_n : 0.0f;
+    if (last)
+    {
+        monitor_f32_step(params, &state->monitor, moves ? v_n : state->monitor.v_n, state->observer.noise_n);
+        if (learning_f32_fold_all(&state->learned) != state->learned.seal)
+        {
+            forget(params, state);
+        }
+    }
+    const float F     = signals->reached_n + state->behind_n[0];
+    seen->compensator = (tribo_compensator_f32_signals_t){
+        .force_n  = F,
+        .friction = {.n_n = u_n - F, .L_n = state->learned.weight[0] * signals->level_n, .f_n = signals->f_n}};
+}
+
+void tribo_feedforward_f32_method_last(const void *memory, tribo_force_loop_f32_last_t *last)
+{
+    const tribo_feedforward_f32_state_t *const state = &((const tribo_feedforward_f32_memory_t *)memory)->state;
+    if (runs(state))
+    {
+        last->e_n = state->e_n;
+        last->y_n = state->observer.y_n[0];
+    }
+    if (state->mode != TRIBO_FEEDFORWARD_RESTART)
+    {
+        last->term_n = state->term_n;
+    }
+}
+
+void tribo_feedforward_f32_method_enter(void *memory, float term_n, bool anew)
+{
+    tribo_feedforward_f32_state_t *const state = &((tribo_feedforward_f32_memory_t *)memory)->state;
+
+    const bool goes_on = runs(state) && !anew;
+    state->mode        = goes_on ? state->mode : TRIBO_FEEDFORWARD_ENTER;
+    state->offset_rule = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    state->term_n      = exceeds(term_n, TRIBO_F32_FORCE_MAX_N) ? 0.0f : term_n;
+}
 
 // One by one: an initialiser would be a table of absolute addresses.
 static void set_functions(tribo_force_loop_f32_method_t *method)
@@ -34,7 +368,8 @@ tribo_status_t tribo_force_loop_feedforward_f32_init(tribo_force_loop_f32_params
     {
         status = tribo_feedforward_f32_init(feedforward,
                                             feedforward_config,
-                                            &config->compensator,
+                                            &config->compensator.arm,
+                                            &made.compensator.friction,
                                             config->input_max_n,
                                             config->sample_time_s);
     }
@@ -45,106 +380,4 @@ tribo_status_t tribo_force_loop_feedforward_f32_init(tribo_force_loop_f32_params
         params->method = &feedforward->method;
     }
     return status;
-}
-
-void tribo_force_loop_feedforward_f32_attach(tribo_force_loop_f32_state_t   *state,
-                                             tribo_feedforward_f32_memory_t *memory)
-{
-    state->memory      = memory;
-    state->memory_seal = ~(uintptr_t)memory;
-    if (memory != NULL)
-    {
-        memory->signals = (tribo_feedforward_f32_signals_t){.e_n = 0.0f};
-        tribo_feedforward_f32_restart(&memory->state);
-    }
-}
-
-/// The params of which `params->method` is the first member.
-static const tribo_feedforward_f32_params_t *own(const tribo_force_loop_f32_params_t *params)
-{
-    return (const tribo_feedforward_f32_params_t *)params->method;
-}
-
-// With a corrupt memory the controller alone runs with r - y; state.running is then 0 for the rest of the tick.
-float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *params,
-                                         void                                *memory,
-                                         float                                r_n,
-                                         float                                y_n,
-                                         float                                fade)
-{
-    tribo_feedforward_f32_memory_t *const  inner   = memory;
-    tribo_feedforward_f32_signals_t *const signals = &inner->signals;
-
-    inner->state.fade = fade;
-    const float e =
-        feedforward_f32_before(own(params), &params->compensator.friction, &inner->state, r_n, y_n, signals);
-    if (exceeds(e, FORCE_MAX_N) || exceeds(signals->lin_n + signals->f_n, FORCE_MAX_N) ||
-        exceeds(signals->ahead.relative_variance, RELATIVE_VARIANCE_MAX))
-    {
-        tribo_feedforward_f32_reset(own(params), &inner->state);
-        return signals->r_good && signals->y_good ? r_n - y_n : 0.0f;
-    }
-    return e;
-}
-
-float tribo_feedforward_f32_method_friction(const void *memory)
-{
-    const tribo_feedforward_f32_state_t *const state = &((const tribo_feedforward_f32_memory_t *)memory)->state;
-    return state->running ? state->f_n : 0.0f;
-}
-
-float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *params, void *memory, float v_n)
-{
-    tribo_feedforward_f32_memory_t *const inner = memory;
-    return inner->state.running ? feedforward_f32_added(own(params), &inner->state, v_n, &inner->signals) : 0.0f;
-}
-
-void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *params,
-                                        void                                *memory,
-                                        float                                v_n,
-                                        float                                u_n,
-                                        tribo_force_loop_f32_signals_t      *signals)
-{
-    tribo_feedforward_f32_memory_t *const  inner = memory;
-    tribo_feedforward_f32_signals_t *const seen  = &inner->signals;
-    if (!inner->state.running)
-    {
-        return;
-    }
-    feedforward_f32_after(own(params),
-                          &params->compensator.friction,
-                          &inner->state,
-                          v_n,
-                          u_n,
-                          signals->controller.limited,
-                          seen);
-    const float F = seen->reached_n + inner->state.reference_model.arm.force_n;
-    signals->compensator =
-        (tribo_compensator_f32_signals_t){.force_n  = F,
-                                          .friction = {.n_n = u_n - F, .L_n = seen->ahead.L_n, .f_n = seen->f_n}};
-}
-
-void tribo_feedforward_f32_method_last(const void *memory, tribo_force_loop_f32_last_t *last)
-{
-    const tribo_feedforward_f32_state_t *const state = &((const tribo_feedforward_f32_memory_t *)memory)->state;
-    if (state->running)
-    {
-        last->e_n    = state->e_n;
-        last->y_n    = state->observer.y_n;
-        last->term_n = state->added_n;
-    }
-}
-
-void tribo_feedforward_f32_method_enter(void *memory, float term_n, bool anew)
-{
-    tribo_feedforward_f32_state_t *const state = &((tribo_feedforward_f32_memory_t *)memory)->state;
-    if (anew)
-    {
-        tribo_feedforward_f32_enter(state, term_n);
-    }
-    else
-    {
-        state->entering = state->running;
-        state->entry_n  = term_n;
-    }
 }

@@ -1,10 +1,352 @@
+// One tick of the feed-forward in fixed point; method_f32.c has the steps in float.
+
 #include "tribo/feedforward_q31.h"
 
-#include "tribo/feedforward_f32.h"
-
-#include "feedforward_q31.h"
+#include "bank_q31.h"
+#include "constants.h"
+#include "hold_q31.h"
+#include "learning_q31.h"
+#include "monitor_q31.h"
+#include "observer_q31.h"
 
 #include <stddef.h>
+
+static const tribo_feedforward_q31_params_t *own(const tribo_force_loop_q31_params_t *params)
+{
+    return (const tribo_feedforward_q31_params_t *)params->method;
+}
+
+static bool runs(const tribo_feedforward_q31_state_t *state)
+{
+    return state->mode >= TRIBO_FEEDFORWARD_START && state->mode <= TRIBO_FEEDFORWARD_HOLD;
+}
+
+static void start(tribo_feedforward_q31_state_t *state, int32_t r, int32_t y)
+{
+    const bool    enters = state->mode == TRIBO_FEEDFORWARD_ENTER;
+    const int32_t at     = enters ? r : y;
+
+    state->mode        = TRIBO_FEEDFORWARD_START;
+    state->offset_rule = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    state->offset      = enters ? 0 : bank_q31_load(&state->learned, at);
+    state->term        = enters ? state->term : 0;
+    state->sign        = 0;
+    state->limited     = 0;
+    state->r[0]        = r;
+    state->r[1]        = r;
+    state->noise       = 0;
+    state->reached     = at;
+    state->rate        = 0;
+    state->settled     = at;
+    state->turned      = at;
+    state->sigma       = 0;
+    state->behind[0]   = 0;
+    state->behind[1]   = 0;
+    state->e           = 0;
+    state->f           = 0;
+    state->u           = y;
+    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
+    {
+        state->stop[j] = 0;
+    }
+    hold_q31_start(&state->hold, at, y);
+    observer_q31_start(&state->observer, y);
+    learning_q31_start(&state->learning, y);
+    monitor_q31_start(&state->monitor);
+}
+
+static void forget(tribo_feedforward_q31_state_t *state)
+{
+    const int32_t  term      = state->term;
+    const uint32_t forgotten = state->forgotten;
+    tribo_feedforward_q31_reset(state);
+    state->mode      = TRIBO_FEEDFORWARD_ENTER;
+    state->term      = term;
+    state->forgotten = forgotten;
+    tribo_q31_count(&state->forgotten);
+}
+
+/// f for `sigma`.
+static int32_t friction(const tribo_feedforward_q31_params_t  *params,
+                        const tribo_feedforward_q31_state_t   *state,
+                        const tribo_feedforward_q31_signals_t *signals,
+                        int32_t                                sigma)
+{
+    return bank_q31_friction(params, &state->learned, signals->level, signals->partial, sigma);
+}
+
+static void follow(const tribo_feedforward_q31_params_t *params,
+                   tribo_feedforward_q31_state_t        *state,
+                   bool                                  alone,
+                   tribo_feedforward_q31_signals_t      *signals)
+{
+    const int32_t before = limit_q31(state->sigma, -BANK_Q31_ONE, BANK_Q31_ONE);
+    const int32_t left   = state->sign * BANK_Q31_ONE - before;
+    const int32_t after  = before + (alone ? left : limit_q31(left, -params->jump, params->jump));
+
+    signals->f = friction(params, state, signals, after);
+    if (after != before)
+    {
+        const int32_t jump = bank_q31_product(bank_q31_rise(params, &state->learned, signals->level), after - before);
+        signals->lead      = alone ? 0 : bank_q31_times(jump, params->lead, 16, (uint32_t)BANK_Q31_ONE / 2u);
+        state->offset      = sum_q31(state->offset, alone ? jump : 0);
+    }
+    if (signals->flips && !alone)
+    {
+        const int32_t  V     = state->learned.weight[0];
+        const bool     bound = V <= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MIN) || V >= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MAX);
+        const uint32_t turns = bound ? state->at_bound + 1u : 0u;
+        state->at_bound =
+            (uint8_t)(state->at_bound < TRIBO_FEEDFORWARD_BOUND_TURNS ? turns : TRIBO_FEEDFORWARD_BOUND_TURNS);
+        if (state->offset_rule == TRIBO_FEEDFORWARD_KEEP)
+        {
+            state->offset_rule = TRIBO_FEEDFORWARD_REVERSAL;
+        }
+    }
+    state->sigma = after;
+    state->mode  = state->sign != 0 ? TRIBO_FEEDFORWARD_MOVING : TRIBO_FEEDFORWARD_START;
+}
+
+static void stand(const tribo_feedforward_q31_params_t *params,
+                  tribo_feedforward_q31_state_t        *state,
+                  tribo_feedforward_q31_signals_t      *signals)
+{
+    const uint32_t margin = tribo_q31_high(~state->hold.extra_margin, BANK_Q31_Q32(FEEDFORWARD_HOLD_MARGIN));
+    const uint32_t V      = tribo_q31_magnitude(state->learned.weight[0]);
+    const int32_t  B = bank_q31_times((int32_t)tribo_q31_high(signals->level, margin), V, 29, (uint32_t)BANK_Q31_ONE);
+    if (state->mode != TRIBO_FEEDFORWARD_HOLD)
+    {
+        hold_q31_enter(state, B);
+    }
+    signals->f   = hold_q31_step(params, state, B);
+    state->sigma = 0;
+    if (signals->y_good)
+    {
+        signals->e = hold_q31_deadband(params, &state->hold, signals->e, signals->y, state->observer.y);
+    }
+}
+
+static void leave(const tribo_feedforward_q31_params_t *params,
+                  tribo_feedforward_q31_state_t        *state,
+                  tribo_feedforward_q31_signals_t      *signals)
+{
+    const int32_t rise = bank_q31_rise(params, &state->learned, signals->level);
+
+    state->sigma = state->sign * BANK_Q31_ONE;
+    if (state->hold.side != state->sign && rise > 0)
+    {
+        const int32_t left = difference_q31(state->u - signals->lin, friction(params, state, signals, 0));
+        const int32_t size = (int32_t)(ratio_q31(tribo_q31_magnitude(left), (uint32_t)rise) / 4u);
+        state->sigma       = left < 0 ? -size : size;
+    }
+    signals->f         = friction(params, state, signals, state->sigma);
+    state->mode        = TRIBO_FEEDFORWARD_MOVING;
+    state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
+}
+
+/// Steps 6 to 8: f, by the mode.
+static void feed(const tribo_feedforward_q31_params_t *params,
+                 tribo_feedforward_q31_state_t        *state,
+                 bool                                  stands,
+                 bool                                  alone,
+                 tribo_feedforward_q31_signals_t      *signals)
+{
+    if (stands)
+    {
+        stand(params, state, signals);
+    }
+    else if (state->mode == TRIBO_FEEDFORWARD_HOLD)
+    {
+        leave(params, state, signals);
+    }
+    else
+    {
+        follow(params, state, alone, signals);
+    }
+}
+
+// Steps 1 to 8.
+int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *loop,
+                                           void                                *memory,
+                                           int32_t                              r_q31,
+                                           int32_t                              y_q31,
+                                           uint32_t                             fade)
+{
+    const tribo_feedforward_q31_params_t *const params  = own(loop);
+    tribo_feedforward_q31_memory_t *const       inner   = memory;
+    tribo_feedforward_q31_state_t *const        state   = &inner->state;
+    tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
+
+    // 1: input
+    const bool bad_r = tribo_q31_magnitude(r_q31) > params->input_max;
+    const bool bad_y = tribo_q31_magnitude(y_q31) > params->input_max;
+    if (!runs(state))
+    {
+        if (bad_r || bad_y)
+        {
+            return 0;
+        }
+        start(state, bank_q31_inside(r_q31), bank_q31_inside(y_q31));
+    }
+    const int32_t r = bad_r ? state->r[0] : bank_q31_inside(r_q31);
+    const int32_t y = bad_y ? state->observer.y[0] : bank_q31_inside(y_q31);
+
+    // 2 to 4: reachable reference, stops, sign
+    state->noise         = bank_q31_noise(params, state->noise, r, state->r);
+    const uint32_t noise = (state->noise >> 8) * (uint32_t)FEEDFORWARD_NOISE_GAIN;
+    const uint32_t width = params->reversal + noise;
+    const int32_t  e     = sum_q31(difference_q31(state->reached, y), state->behind[1]);
+    const int32_t  moved = bank_q31_reach(params, state, r);
+    const bool     step  = tribo_q31_magnitude(moved) > (uint32_t)params->step;
+    const int8_t   sign  = state->sign;
+    bank_q31_follow(params, state, noise, width);
+    const bool flips  = state->sign != sign;
+    const bool stands = hold_q31_stands(params, state, width / 2u, step);
+
+    // 5: force without friction, error; a noisy r has no reliable rate
+    const bank_q31_prior_t prior    = bank_q31_prior(&loop->compensator.friction, state->reached);
+    const uint32_t         reliable = 2u * ratio_q31(params->reversal, width);
+    const uint32_t         lag      = tribo_q31_high(params->lag, reliable);
+    const int32_t ahead = bank_q31_times(state->rate, lag, 32u - params->lag_shift, (uint32_t)BANK_Q31_ONE / 2u);
+    bank_q31_path(params, state, moved, ahead);
+    signals->y_good  = !bad_y;
+    signals->flips   = flips;
+    signals->need    = difference_q31(state->f, state->offset);
+    signals->lead    = 0;
+    signals->e       = bad_y ? 0 : e;
+    signals->y       = y;
+    signals->reached = state->reached;
+    signals->lin     = state->reached + ahead + bank_q31_both(&prior, bank_q31_load(&state->learned, state->reached));
+
+    // 6 to 8: friction
+    signals->level      = bank_q31_share(bank_q31_share(prior.L, fade), state->monitor.share);
+    signals->partial    = bank_q31_partial(state);
+    const bool doubtful = state->learned.doubt > BANK_Q31_Q32(FEEDFORWARD_DOUBTFUL);
+    feed(params, state, stands, flips && (sign == 0 || (step && doubtful)), signals);
+    state->e = bank_q31_outside(signals->e);
+    state->f = signals->f;
+    return state->e;
+}
+
+int32_t tribo_feedforward_q31_method_friction(const void *memory)
+{
+    const tribo_feedforward_q31_state_t *const state = &((const tribo_feedforward_q31_memory_t *)memory)->state;
+    return runs(state) ? bank_q31_outside(state->f) : 0;
+}
+
+// Step 9, before u is limited.
+int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v)
+{
+    const tribo_feedforward_q31_params_t *const params  = own(loop);
+    tribo_feedforward_q31_memory_t *const       inner   = memory;
+    tribo_feedforward_q31_state_t *const        state   = &inner->state;
+    tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
+    if (!runs(state))
+    {
+        return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->term : 0;
+    }
+    if (signals->flips)
+    {
+        monitor_q31_judge(params, &state->monitor, sum_q31(bank_q31_inside(v), signals->need));
+    }
+    const int32_t most   = 2 * (BANK_Q31_ONE - 1);
+    const int32_t wanted = limit_q31(signals->lin + signals->f, -most, most); // without the lead: a pulse
+    int32_t       b      = state->offset;
+    switch (state->offset_rule)
+    {
+    case TRIBO_FEEDFORWARD_REVERSAL:
+        b = bank_q31_inside(v); // wound up during stiction
+        break;
+    case TRIBO_FEEDFORWARD_CONTINUE:
+        b = bank_q31_inside(v) + wanted - state->u;
+        break;
+    case TRIBO_FEEDFORWARD_TAKE_OVER:
+        b = wanted - bank_q31_inside(state->term);
+        break;
+    default:
+        break;
+    }
+    state->offset_rule = TRIBO_FEEDFORWARD_KEEP;
+    state->offset      = limit_q31(b, -params->offset_max, params->offset_max);
+    state->term        = bank_q31_outside(wanted - state->offset);
+    signals->b         = state->offset;
+    signals->term      = bank_q31_outside(limit_q31(wanted + signals->lead, -most, most) - state->offset);
+    return signals->term;
+}
+
+// Steps 10 and 11, once u is known.
+void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loop,
+                                        void                                *memory,
+                                        int32_t                              v,
+                                        int32_t                              u_q31,
+                                        tribo_force_loop_q31_signals_t      *seen)
+{
+    const tribo_feedforward_q31_params_t *const params  = own(loop);
+    tribo_feedforward_q31_memory_t *const       inner   = memory;
+    tribo_feedforward_q31_state_t *const        state   = &inner->state;
+    tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
+
+    const int32_t u       = bank_q31_inside(u_q31);
+    uint32_t      ignored = 0;
+    if (!runs(state))
+    {
+        return;
+    }
+    const int32_t wanted = tribo_q31_add(v, signals->term, &ignored);
+    state->u             = u;
+    state->limited       = (int8_t)(seen->controller.limited ? (wanted > u_q31) - (wanted < u_q31) : 0);
+
+    observer_q31_step(params, &state->observer, u, signals->y);
+    const bool moves = state->mode == TRIBO_FEEDFORWARD_MOVING;
+    const bool fresh = state->learning.stage == 0u;
+    const bool last  = state->learning.stage >= FEEDFORWARD_STAGES - 1u;
+    learning_q31_step(params,
+                      &loop->compensator.friction,
+                      state,
+                      signals->level,
+                      moves && state->limited == 0 && signals->y_good);
+    signals->friction = state->observer.friction;
+    signals->travel   = fresh ? state->learning.sample : 0u;
+    if (last)
+    {
+        monitor_q31_step(params, &state->monitor, moves ? bank_q31_inside(v) : state->monitor.v, state->observer.noise);
+        if (learning_q31_fold_all(&state->learned) != state->learned.seal)
+        {
+            forget(state);
+        }
+    }
+    const int32_t F   = bank_q31_outside(sum_q31(signals->reached, state->behind[0]));
+    const int32_t V   = state->learned.weight[0];
+    const int32_t L   = bank_q31_times(V, signals->level, 29, (uint32_t)BANK_Q31_ONE);
+    seen->compensator = (tribo_compensator_q31_signals_t){.force    = F,
+                                                          .friction = {.n = tribo_q31_subtract(u_q31, F, &ignored),
+                                                                       .L = bank_q31_outside(L),
+                                                                       .f = bank_q31_outside(signals->f)}};
+}
+
+void tribo_feedforward_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last)
+{
+    const tribo_feedforward_q31_state_t *const state = &((const tribo_feedforward_q31_memory_t *)memory)->state;
+    if (runs(state))
+    {
+        last->e = state->e;
+        last->y = bank_q31_outside(state->observer.y[0]);
+    }
+    if (state->mode != TRIBO_FEEDFORWARD_RESTART)
+    {
+        last->term = state->term;
+    }
+}
+
+void tribo_feedforward_q31_method_enter(void *memory, int32_t term, bool anew)
+{
+    tribo_feedforward_q31_state_t *const state = &((tribo_feedforward_q31_memory_t *)memory)->state;
+
+    const bool goes_on = runs(state) && !anew;
+    state->mode        = goes_on ? state->mode : TRIBO_FEEDFORWARD_ENTER;
+    state->offset_rule = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    state->term        = term;
+}
 
 // One by one: an initialiser would be a table of absolute addresses.
 static void set_functions(tribo_force_loop_q31_method_t *method)
@@ -27,6 +369,7 @@ tribo_status_t tribo_force_loop_feedforward_q31_init(tribo_force_loop_q31_params
 {
     tribo_force_loop_q31_params_t made;
     tribo_headroom_q31_t          measured;
+    tribo_friction_f32_params_t   friction;
     if (params == NULL)
     {
         return TRIBO_ERR_NULL;
@@ -34,9 +377,14 @@ tribo_status_t tribo_force_loop_feedforward_q31_init(tribo_force_loop_q31_params
     tribo_status_t status = tribo_force_loop_q31_init(&made, table, config, full_scale_n, &measured);
     if (status == TRIBO_OK)
     {
+        status = tribo_friction_f32_init(&friction, &config->compensator.friction, config->sample_time_s);
+    }
+    if (status == TRIBO_OK)
+    {
         status = tribo_feedforward_q31_init(feedforward,
                                             feedforward_config,
-                                            &config->compensator,
+                                            &config->compensator.arm,
+                                            &friction,
                                             config->input_max_n,
                                             config->sample_time_s,
                                             full_scale_n);
@@ -53,96 +401,4 @@ tribo_status_t tribo_force_loop_feedforward_q31_init(tribo_force_loop_q31_params
     set_functions(&feedforward->method);
     params->method = &feedforward->method;
     return TRIBO_OK;
-}
-
-void tribo_force_loop_feedforward_q31_attach(tribo_force_loop_q31_state_t   *state,
-                                             tribo_feedforward_q31_memory_t *memory)
-{
-    state->memory      = memory;
-    state->memory_seal = ~(uintptr_t)memory;
-    if (memory != NULL)
-    {
-        memory->signals = (tribo_feedforward_q31_signals_t){.e = 0};
-        tribo_feedforward_q31_restart(&memory->state);
-    }
-}
-
-/// The params of which `params->method` is the first member.
-static const tribo_feedforward_q31_params_t *own(const tribo_force_loop_q31_params_t *params)
-{
-    return (const tribo_feedforward_q31_params_t *)params->method;
-}
-
-int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *params,
-                                           void                                *memory,
-                                           int32_t                              r,
-                                           int32_t                              y,
-                                           uint32_t                             fade)
-{
-    tribo_feedforward_q31_memory_t *const inner = memory;
-
-    inner->state.fade = fade;
-    return feedforward_q31_before(own(params), &params->compensator.friction, &inner->state, r, y, &inner->signals);
-}
-
-int32_t tribo_feedforward_q31_method_friction(const void *memory)
-{
-    return feedforward_q31_outside(((const tribo_feedforward_q31_memory_t *)memory)->state.f);
-}
-
-int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *params, void *memory, int32_t v)
-{
-    tribo_feedforward_q31_memory_t *const inner = memory;
-    return feedforward_q31_added(own(params), &inner->state, v, &inner->signals);
-}
-
-void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *params,
-                                        void                                *memory,
-                                        int32_t                              v,
-                                        int32_t                              u,
-                                        tribo_force_loop_q31_signals_t      *signals)
-{
-    tribo_feedforward_q31_memory_t *const  inner       = memory;
-    tribo_feedforward_q31_signals_t *const seen        = &inner->signals;
-    uint32_t                               not_counted = 0;
-    feedforward_q31_after(own(params),
-                          &params->compensator.friction,
-                          &inner->state,
-                          v,
-                          u,
-                          signals->controller.limited,
-                          seen);
-    const int32_t F =
-        feedforward_q31_outside(sum_q31(seen->reached, tribo_arm_q31_force(&inner->state.reference_model.arm)));
-    const int32_t f = feedforward_q31_outside(seen->f);
-    signals->compensator =
-        (tribo_compensator_q31_signals_t){.force    = F,
-                                          .friction = {.n = tribo_q31_subtract(u, F, &not_counted),
-                                                       .L = feedforward_q31_outside((int32_t)seen->ahead.L),
-                                                       .f = f}};
-}
-
-void tribo_feedforward_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last)
-{
-    const tribo_feedforward_q31_state_t *const state = &((const tribo_feedforward_q31_memory_t *)memory)->state;
-    if (state->running)
-    {
-        last->e    = state->e;
-        last->y    = (int32_t)(4u * (uint32_t)state->y);
-        last->term = state->added;
-    }
-}
-
-void tribo_feedforward_q31_method_enter(void *memory, int32_t term, bool anew)
-{
-    tribo_feedforward_q31_state_t *const state = &((tribo_feedforward_q31_memory_t *)memory)->state;
-    if (anew)
-    {
-        tribo_feedforward_q31_enter(state, term);
-    }
-    else
-    {
-        state->entering = state->running;
-        state->entry    = term;
-    }
 }

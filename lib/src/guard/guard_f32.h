@@ -26,9 +26,9 @@
 #include "tribo/force_loop_f32.h"
 #include "tribo/status.h"
 
-#include "../feedforward/play_f32.h"
 #include "../number/ieee_f32.h"
 #include "guard.h"
+#include "play_f32.h"
 
 /// All of tribo_guard_f32_init but the pointer to the step, which Q31 has no use for.
 tribo_status_t tribo_guard_f32_prepare(tribo_guard_f32_params_t       *params,

@@ -11,8 +11,8 @@
 #include "tribo/force_loop_q31.h"
 #include "tribo/q31.h"
 
-#include "../feedforward/play_q31.h"
 #include "guard.h"
+#include "play_q31.h"
 
 /// Restarts the sums between two reversals.
 static inline void guard_q31_begin(tribo_guard_q31_state_t *state)

@@ -35,12 +35,6 @@ const tribo_parameter_t tribo_lugre_parameters[] = {TRIBO_LUGRE_PARAMETERS(ROW)}
 #define T tribo_feedforward_f32_config_t
 const tribo_parameter_t tribo_feedforward_parameters[] = {TRIBO_FEEDFORWARD_PARAMETERS(ROW)};
 #undef T
-#define T tribo_breakaway_learning_f32_config_t
-const tribo_parameter_t tribo_learning_parameters[] = {TRIBO_LEARNING_PARAMETERS(ROW)};
-#undef T
-#define T tribo_hold_f32_config_t
-const tribo_parameter_t tribo_hold_parameters[] = {TRIBO_HOLD_PARAMETERS(ROW)};
-#undef T
 #define T tribo_guard_f32_config_t
 const tribo_parameter_t tribo_guard_parameters[] = {TRIBO_GUARD_PARAMETERS(ROW)};
 #undef T

@@ -10,18 +10,18 @@
 #include <stddef.h>
 
 static tribo_status_t quantize_law(tribo_friction_q31_params_t *out,
-                                   uint32_t                     side,
+                                   uint32_t                     sign,
                                    const tribo_breakaway_f32_t *law,
                                    float                        full_scale_n)
 {
     if (!within(law->offset_n / full_scale_n, FIXED_Q31_SMALLEST, 0.999999f))
     {
-        return side == 0u ? TRIBO_ERR_BREAKAWAY_OFFSET : TRIBO_ERR_BREAKAWAY_NEGATIVE_OFFSET;
+        return sign == 0u ? TRIBO_ERR_BREAKAWAY_OFFSET : TRIBO_ERR_BREAKAWAY_NEGATIVE_OFFSET;
     }
     const uint32_t whole  = (uint32_t)law->slope;
-    out->law[side].offset = (uint32_t)fixed_force(law->offset_n, full_scale_n);
-    out->law[side].slope  = fixed_unsigned(law->slope - (float)whole, 32);
-    out->law_whole[side]  = (uint8_t)whole;
+    out->law[sign].offset = (uint32_t)fixed_force(law->offset_n, full_scale_n);
+    out->law[sign].slope  = fixed_unsigned(law->slope - (float)whole, 32);
+    out->law_whole[sign]  = (uint8_t)whole;
     return TRIBO_OK;
 }
 
@@ -108,11 +108,11 @@ static breakaways_t breakaways(const tribo_friction_q31_params_t *out,
                                float                              full_scale_n)
 {
     breakaways_t all = {.least = UINT64_MAX, .largest = 0};
-    for (uint32_t side = 0; side < 2u && config->table == NULL; side++)
+    for (uint32_t sign = 0; sign < 2u && config->table == NULL; sign++)
     {
-        const tribo_breakaway_q31_t *const law = &out->law[side];
+        const tribo_breakaway_q31_t *const law = &out->law[sign];
         include(&all, law->offset);
-        include(&all, law->offset + ((uint64_t)out->law_whole[side] << 31) + (law->slope >> 1));
+        include(&all, law->offset + ((uint64_t)out->law_whole[sign] << 31) + (law->slope >> 1));
     }
     for (uint32_t i = 0; i < out->table_length; i++)
     {
@@ -229,9 +229,9 @@ static void from_table(const tribo_friction_q31_params_t *params, uint32_t load,
 }
 
 /// L by the affine law, at most full scale.
-static uint32_t from_law(const tribo_friction_q31_params_t *params, uint32_t side, uint32_t load)
+static uint32_t from_law(const tribo_friction_q31_params_t *params, uint32_t sign, uint32_t load)
 {
-    const uint64_t L = friction_q31_affine(&params->law[side], load) + tribo_q31_product(params->law_whole[side], load);
+    const uint64_t L = friction_q31_affine(&params->law[sign], load) + tribo_q31_product(params->law_whole[sign], load);
     return L < TRIBO_Q31_MAX ? (uint32_t)L : (uint32_t)TRIBO_Q31_MAX;
 }
 

@@ -1,38 +1,13 @@
 """tribo-design: the command line."""
 
 import argparse
-import os
-import sys
 
 from . import __version__
-from .errors import DesignError, LimitError
+from .errors import run_command
 
 
 def main(argv=None):
-    try:
-        return _run(argv)
-    except LimitError as error:
-        if error.table:
-            print(error.table)
-        print(f"tribo-design: {error}", file=sys.stderr)
-        print("tribo-design: nothing was written", file=sys.stderr)
-        return error.exit_code
-    except DesignError as error:
-        for line in str(error).splitlines():
-            print(f"tribo-design: {line}", file=sys.stderr)
-        return error.exit_code
-    except KeyboardInterrupt:
-        print("tribo-design: interrupted", file=sys.stderr)
-        return 130
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
-    except Exception as error:  # noqa: BLE001 - never a traceback; TRIBO_DESIGN_DEBUG=1 shows it to a developer
-        if os.environ.get("TRIBO_DESIGN_DEBUG"):
-            raise
-        print(f"tribo-design: internal error ({type(error).__name__}: {error}); please report it with the input file. "
-              "TRIBO_DESIGN_DEBUG=1 shows where", file=sys.stderr)
-        return 70
+    return run_command("tribo-design", _run, argv)
 
 
 def _parser():

@@ -11,7 +11,7 @@ from .errors import DesignError, DisagreementError, InputError
 from .structured import STRUCTURES
 
 HEADER = ["design", "structure", "order", "gamma", "max abs S", "max abs GS", "gain margin", "phase margin [deg]", "delay margin [s]", "bandwidth [rad/s]", "worst max abs S",
-          "RMS r - F [N], gain 0", "gain 0.85", "times less"]
+          "RMS r - F [N], without", "with", "times less"]
 NAMES = ("gamma", "max_s", "max_gs", "gain_margin", "phase_margin_deg", "delay_margin_s", "bandwidth_rad_s")
 
 
@@ -74,7 +74,7 @@ def _row(design, order, metrics, robustness, played):
 
     times, note = ["-"] * 3, played.get("reason") and f"friction not simulated, as {played['reason']}"
     if "rms_n" in played:
-        without, with_it = played["rms_n"]["0"], played["rms_n"]["0.85"]
+        without, with_it = played["rms_n"]["without"], played["rms_n"]["with"]
         times = [f"{without:.4g}", f"{with_it:.4g}", f"{without / with_it:.2f}"]
         if with_it >= without:
             note = friction.in_words(played)

@@ -1,4 +1,7 @@
-"""What the tool says instead of a traceback."""
+"""What the tools say instead of a traceback."""
+
+import os
+import sys
 
 
 class DesignError(Exception):
@@ -52,3 +55,28 @@ CAUSES = (
     "numerical",
     "unstable controller",
 )
+
+
+def run_command(program, run, argv):
+    """run(argv), its exit status; errors in the user's terms."""
+    try:
+        return run(argv)
+    except DesignError as error:
+        if isinstance(error, LimitError):
+            print(error.table, end="\n" if error.table else "")
+        for line in str(error).splitlines():
+            print(f"{program}: {line}", file=sys.stderr)
+        if isinstance(error, LimitError):
+            print(f"{program}: nothing was written", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print(f"{program}: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except Exception as error:  # noqa: BLE001 - never a traceback; TRIBO_DESIGN_DEBUG=1 shows it to a developer
+        if os.environ.get("TRIBO_DESIGN_DEBUG"):
+            raise
+        print(f"{program}: internal error ({type(error).__name__}: {error}); please report it with its input files. TRIBO_DESIGN_DEBUG=1 shows where", file=sys.stderr)
+        return 70

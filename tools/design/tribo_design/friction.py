@@ -10,9 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
+from . import tuning
+
 STIFFNESS = 3.84  # N/deg: the paper's; any will do, as only its ratios to inertia and damping count
 INSTANT = 1e8  # rad/s: the pole of an actuator or sensor that has none
 PERIODS = 3
+CASES = {"without": ("--set", "compensator.method=off"), "with": ()}  # options of tribo-sim, to the scenario as it is
 
 
 @dataclass(frozen=True)
@@ -60,10 +63,12 @@ def scenario(design, plant, f32, source):
     sections = [", ".join(f"{k}: {value:.9g}" for k, value in zip(("b0", "b1", "b2", "a1", "a2"), row)) for row in rows]
     # The paper's friction where the full scale and the tick can have it.
     friction = [] if 1 <= round(3e-3 / h) <= 63 else [f"    pulse_width_s: {3 * h:.9g} # three ticks"]
-    friction += [] if 1e-5 * full_f <= 0.007 <= 0.1 * full_f else [f"    breakaway: {{offset_N: {0.0035 * full_f:.9g}}}"]
+    offset = 0.007 if 1e-5 * full_f <= 0.007 <= 0.1 * full_f else 0.0035 * full_f
+    friction += [] if offset == 0.007 else [f"    breakaway: {{offset_N: {offset:.9g}}}"]
     slowest = 3 * full_f / (6 * 2**31 * h)  # v0 of less than a bit a tick
     friction += [] if 2 * slowest <= 0.007 else [f"    v0_N_per_s: {2 * slowest:.9g}"]
     lines = [f'# A force loop with the controller "{design.name}", made by tribo-design of {source}.']
+    rig = {"offset": offset, "input-max": min(full, limit_f), "sample-time": h}
     if chain is None:
         lines += [f"# The plant and the arm are the paper's, as {why}."]
         arm, parts = None, [f"plant: {{step_s: {h / 10:.9g}}}"]
@@ -74,12 +79,19 @@ def scenario(design, plant, f32, source):
         arm = f"{{inertia_N_s2_per_deg: {chain.inertia:.9g}, damping_N_s_per_deg: {chain.damping:.9g}, stiffness_N_per_deg: {STIFFNESS:.9g}}}"
         parts = [f"plant: {{step_s: {h / 10:.9g}, actuator_pole_rad_per_s: {chain.actuator:.9g}, arm: {arm}}}",
                  f"sensor: {{pole_rad_per_s: {chain.sensor:.9g}" + (f", delay_s: {design.delay_s:.9g}" if design.delay_s else "") + "}"]
-    lines += ["# Its friction is the paper's: copy it and give your rig's under compensator and plant. tribo-sim run plays it, tribo-sim params makes a drive's params of it."]
+        fastest = min(10 * np.pi / h, 1e6)  # pole that the feed-forward can believe in
+        rig |= {"actuator-pole": min(chain.actuator, fastest), "sensor-pole": min(chain.sensor, fastest),
+                "inertia": chain.inertia, "damping": chain.damping, "stiffness": STIFFNESS}
+    tuned = dict(tuning.tuned(rig))
+    for key, bound, within in (("presliding_N", 1.01e-4 * full_f, max), ("forgetting_per_N", 31 / full_f, min)):  # what Q31 can hold
+        tuned[f"feedforward.{key}"] = f"{within(float(tuned[f'feedforward.{key}']), bound):.6g}"
+    lines += ["# Its friction is the paper's: copy it, give your rig's under compensator and plant, and put what tribo-design tune makes of it into compensator.",
+              "# tribo-sim run plays it, tribo-sim params makes a drive's params of it."]
     return "\n".join([
         *lines, f'description: "a triangle with the controller {design.name}"', f"duration_s: {20 * PERIODS}", f"sample_time_s: {h:.9g}",
         f"reference: {{kind: triangle, low_N: {2 * top / 3:.9g}, high_N: {top:.9g}, period_s: 20}}", *parts,
         "controller:", "  kind: delta", "  sections:", *(f"    - {{{section}}}" for section in sections),
-        "compensator:", "  gain: 0.85", *([f"  arm: {arm}"] if arm else []), *(["  friction:", *friction] if friction else []),
+        *tuning.as_yaml(tuned.items()).splitlines(), *([f"  arm: {arm}"] if arm else []), *(["  friction:", *friction] if friction else []),
         f"limits: {{u_min_N: {-limit_f:.9g}, u_max_N: {limit_f:.9g}, input_max_N: {full:.9g}, full_scale_N: {full_f:.9g}}}",
         "metrics: {start_s: 20}", ""])
 
@@ -94,7 +106,7 @@ def find_tribo_sim():
 
 
 def play(design, plant, f32, traces=False):
-    """{"rms_n": {gain: ...}, "max_n": ...}, or {"reason": why it was not played}. With `traces` the last period of each."""
+    """{"rms_n": {"without": ..., "with": ...}, "max_n": ...}, or {"reason": why it was not played}. With `traces` the last period of each."""
     text = scenario(design, plant, f32, "the design")
     if text is None:
         return {"reason": "a tick of more than 0.1 s"}
@@ -109,14 +121,14 @@ def play(design, plant, f32, traces=False):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "loop.yaml"
         path.write_text(text)
-        for gain in ("0", "0.85"):
-            done = subprocess.run([program, "run", path, "--json", "--set", f"compensator.gain={gain}", "--out", Path(folder) / gain], capture_output=True, text=True, timeout=300, check=False)
+        for case, options in CASES.items():
+            done = subprocess.run([program, "run", path, "--json", *options, "--out", Path(folder) / case], capture_output=True, text=True, timeout=300, check=False)
             if done.returncode != 0:
                 return {"reason": f"tribo-sim refuses it: {(done.stderr.strip().splitlines() or ['no message'])[-1].replace(folder, '')}"}
             summary = json.loads(done.stdout)
-            out["rms_n"][gain], out["max_n"][gain] = summary["rms_error_N"], summary["max_error_N"]
+            out["rms_n"][case], out["max_n"][case] = summary["rms_error_N"], summary["max_error_N"]
             if traces:
-                shown[gain] = _trace(Path(folder) / gain / "trace.csv")
+                shown[case] = _trace(Path(folder) / case / "trace.csv")
     if traces:
         out["traces"] = shown
     return out
@@ -133,7 +145,7 @@ def _trace(path):
 def in_words(played):
     if "reason" in played:
         return f"with friction: not simulated, as {played['reason']}"
-    without, with_it = played["rms_n"]["0"], played["rms_n"]["0.85"]
+    without, with_it = played["rms_n"]["without"], played["rms_n"]["with"]
     said = f"with the paper's friction, triangle, RMS of r - F: {without:.4g} N without compensation, {with_it:.4g} N with it "
     if with_it >= without:
         return said + f"(WARNING: {with_it / without:.2f} times the error: compensation makes this loop {'worse' if with_it > without else 'no better'})"

@@ -781,7 +781,7 @@ def _judge(found, data, friction, way, record, best, candidates):
     if found["whiteness"] < WHITE and found["residual_rms"] > NOTHING * np.ptp(record.y):
         found["trusted"] = False
         if not _from_levels(found, data, friction, remarks):
-            remarks.append("the residual is not noise: the model misses something (friction that changes with speed, a zero, another input), so no interval would hold")
+            remarks.append("the residual is not noise: the model misses something (friction that changes with speed, a zero, another input), so no interval would hold; tools/tribo-rig finds lags beside friction")
     _allow_for_overshoot(found, data, best, way, remarks)
     if not found["gain_half_width"] < abs(found["gain"]):
         found["trusted"] = False

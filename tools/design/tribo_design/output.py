@@ -1,13 +1,25 @@
 """Output directories that are either whole or not there."""
 
+import io
 import os
 import shutil
 import tempfile
 from pathlib import Path
 
+import ruamel.yaml
+
 from .errors import InputError
 
 DESIGN = ("*_controller.[hc]", "*_design.json", "*_scenario.yaml", "DESIGN.yaml", "report.md", "report.html", "plots/*.png")
+
+
+def yaml_text(tree):
+    """A scenario as tribo-sim reads it: without aliases."""
+    yaml, out = ruamel.yaml.YAML(), io.StringIO()
+    yaml.width = 200
+    yaml.representer.ignore_aliases = lambda _: True
+    yaml.dump(tree, out)
+    return out.getvalue()
 
 
 def _is_named(file, names):

@@ -163,8 +163,8 @@ def _ramp(result):
 
 def _friction(result):
     figure, axes = figure_of(1, 2, (12, 4.6))
-    for (gain, (time, r, force)), color in zip(sorted(result.traces.items()), ("#D55E00", "#009E73")):
-        label = "without compensation" if gain == "0" else "with compensation"
+    for (case, (time, r, force)), color in zip(result.traces.items(), ("#D55E00", "#009E73")):
+        label = f"{case} compensation"
         axes[0, 0].plot(time, force, color=color, lw=1.4, label=label)
         axes[0, 1].plot(time, r - force, color=color, lw=1.2, label=label)
     axes[0, 0].plot(time, r, color="#666666", lw=1, ls=":", label="reference")

@@ -3,6 +3,7 @@
 import csv
 import hashlib
 import io
+import re
 import urllib.parse
 from pathlib import Path
 
@@ -25,15 +26,29 @@ def read_text(path):
         raise InputError(f"{path}: not UTF-8 text (byte {error.start})") from None
 
 
-def read_mapping(path, kind="safe"):
-    """The mapping that a YAML file holds; `kind` as of ruamel.yaml: rt keeps comments and order."""
-    text, _ = read_text(path)
+def parse_yaml(text, path, kind):
+    """What the text holds; `kind` as of ruamel.yaml: rt keeps comments, order and lines."""
     try:
-        tree = ruamel.yaml.YAML(typ=kind).load(text)
+        if re.search(r"[\[{]{20}", text):
+            raise RecursionError
+        return ruamel.yaml.YAML(typ=kind, pure=True).load(text)
+    except ruamel.yaml.constructor.DuplicateKeyError as error:
+        name = re.search(r'duplicate key "(.*?)"', error.problem or "")
+        raise InputError(f"{path}:{error.problem_mark.line + 1}: {name.group(1) if name else 'a field'}: is given twice") from None
     except ruamel.yaml.error.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         problem = getattr(error, "problem", None) or str(error).splitlines()[0]
         raise InputError(f"{path}:{mark.line + 1 if mark else 1}: not YAML: {problem}") from None
+    except RecursionError:
+        raise InputError(f"{path}:1: nested too deeply") from None
+    except (ValueError, TypeError, AttributeError, AssertionError, IndexError) as error:  # of broken tags, dates and the like
+        raise InputError(f"{path}:1: not YAML: {error}") from None
+
+
+def read_mapping(path, kind="safe"):
+    """The mapping that a YAML file holds."""
+    text, _ = read_text(path)
+    tree = parse_yaml(text, path, kind)
     if not isinstance(tree, dict):
         raise InputError(f"{path}:1: must be keys and values, as a scenario is")
     return tree

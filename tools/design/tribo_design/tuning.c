@@ -13,8 +13,8 @@ int main(void)
     tribo_compensator_f32_config_t model = tribo_compensator_f32_paper();
     tribo_breakaway_f32_t         *up    = &model.friction.positive;
     tribo_breakaway_f32_t         *down  = &model.friction.negative;
-    tribo_friction_f32_params_t    friction;
-    tribo_feedforward_f32_rig_t    rig = {.arm = &model.arm, .friction = &friction};
+    tribo_compensator_f32_params_t made;
+    tribo_feedforward_f32_rig_t    rig = {.arm = &model.arm, .friction = &made.friction};
     tribo_feedforward_f32_params_t params;
     tribo_guard_f32_params_t       guard_params;
 
@@ -26,7 +26,7 @@ int main(void)
         return 2;
     }
     model.friction.pulse_width_s = 3.0f * rig.sample_time_s; // of no matter here
-    tribo_status_t status        = tribo_friction_f32_init(&friction, &model.friction, rig.sample_time_s);
+    tribo_status_t status        = tribo_compensator_f32_init(&made, &model, rig.sample_time_s);
     if (status != TRIBO_OK)
     {
         (void)printf("error %s\n", tribo_status_text(status));
@@ -34,7 +34,8 @@ int main(void)
     }
     const tribo_feedforward_f32_config_t tuned = tribo_feedforward_f32_tuned(&rig);
     const tribo_guard_f32_config_t       guard = tribo_guard_f32_tuned(&rig);
-    status = tribo_feedforward_f32_init(&params, &tuned, &model, rig.input_max_n, rig.sample_time_s);
+    status =
+        tribo_feedforward_f32_init(&params, &tuned, &model.arm, &made.friction, rig.input_max_n, rig.sample_time_s);
     if (status == TRIBO_OK)
     {
         status = tribo_guard_f32_init(&guard_params, &guard, rig.sample_time_s);
@@ -47,19 +48,9 @@ int main(void)
     PRINT("feedforward.", "actuator_pole_rad_per_s", tuned.actuator_pole_rad_per_s);
     PRINT("feedforward.", "sensor_pole_rad_per_s", tuned.sensor_pole_rad_per_s);
     PRINT("feedforward.", "reversal_N", tuned.reversal_n);
+    PRINT("feedforward.", "presliding_N", tuned.presliding_n);
     PRINT("feedforward.", "jump_time_s", tuned.jump_time_s);
-    PRINT("feedforward.", "noise_time_s", tuned.noise_time_s);
-    PRINT("feedforward.", "rate_time_s", tuned.rate_time_s);
-    PRINT("feedforward.", "rate_max_N_per_s", tuned.rate_max_n_per_s);
-    PRINT("feedforward.", "slide_width_N", tuned.slide_width_n);
-    PRINT("feedforward.", "slide_filter_time_s", tuned.slide_filter_time_s);
-    PRINT("feedforward.", "slide_rate_max_N_per_s", tuned.slide_rate_max_n_per_s);
-    PRINT("feedforward.", "slide_run_in_N", tuned.slide_run_in_n);
-    PRINT("feedforward.", "slide_error_max_N", tuned.slide_error_max_n);
-    PRINT("feedforward.", "learning.offset_sd_N", tuned.learning.offset_sd_n);
-    PRINT("feedforward.", "learning.weight_N", tuned.learning.weight_n);
-    PRINT("feedforward.", "learning.forgetting_per_N", tuned.learning.forgetting_per_n);
-    PRINT("feedforward.", "hold.margin_travel_N", tuned.hold.margin_travel_n);
+    PRINT("feedforward.", "forgetting_per_N", tuned.forgetting_per_n);
     PRINT("guard.", "turn_N", guard.turn_n);
     PRINT("guard.", "quick_time_s", guard.quick_time_s);
     PRINT("guard.", "stray_N", guard.stray_n);

@@ -3,48 +3,81 @@
 import math
 import subprocess
 
+import numpy as np
+
 from . import quantise
 from .errors import DesignError, InputError
+from .reading import read_mapping
 
-# Option, its default, least value, what it is. The defaults are the paper's rig.
+METHOD = "feedforward"
+# Option, its default, least value, where a scenario has it, what it is. The defaults are the paper's rig.
 RIG = (
-    ("offset", 0.007, 1e-6, "believed breakaway at no force, N"),
-    ("slope", 0.3, 0.0, "and by how much it grows with the force"),
-    ("negative-offset", None, 1e-6, "the negative direction's own; as the positive one if left out"),
-    ("negative-slope", None, 0.0, "likewise"),
-    ("inertia", 0.00012, 1e-12, "of the arm, N s2/deg"),
-    ("damping", 0.0288, 0.0, "of the arm, N s/deg"),
-    ("stiffness", 3.84, 1e-12, "of the arm, N/deg"),
-    ("actuator-pole", 200.0, 1e-3, "rad/s"),
-    ("sensor-pole", 55.0, 1e-3, "rad/s"),
-    ("input-max", 2.0, 1e-6, "largest credible force, N"),
-    ("noise", 0.0, 0.0, "standard deviation of the reading, N"),
-    ("sample-time", 0.001, 1e-6, "s"),
+    ("offset", 0.007, 1e-6, "compensator.friction.breakaway.offset_N", "believed breakaway at no force, N"),
+    ("slope", 0.3, 0.0, "compensator.friction.breakaway.slope", "and by how much it grows with the force"),
+    ("negative-offset", None, 1e-6, "compensator.friction.breakaway.negative_offset_N", "the negative direction's own; as the positive one if left out"),
+    ("negative-slope", None, 0.0, "compensator.friction.breakaway.negative_slope", "likewise"),
+    ("inertia", 0.00012, 1e-12, "compensator.arm.inertia_N_s2_per_deg", "of the arm, N s2/deg"),
+    ("damping", 0.0288, 0.0, "compensator.arm.damping_N_s_per_deg", "of the arm, N s/deg"),
+    ("stiffness", 3.84, 1e-12, "compensator.arm.stiffness_N_per_deg", "of the arm, N/deg"),
+    ("actuator-pole", 200.0, 1e-3, "plant.actuator_pole_rad_per_s", "rad/s"),
+    ("sensor-pole", 55.0, 1e-3, "sensor.pole_rad_per_s", "rad/s"),
+    ("input-max", 2.0, 1e-6, "limits.input_max_N", "largest credible force, N"),
+    ("noise", 0.0, 0.0, "sensor.noise_N", "standard deviation of the reading, N"),
+    ("sample-time", 0.001, 1e-6, "sample_time_s", "s"),
 )
 MOST = 1e9
 
 
 def add_command(commands):
     command = commands.add_parser("tune", help="parameters of the feed-forward and its guard from what is known of a rig")
-    for name, standard, _, text in RIG:
+    command.add_argument("loop", nargs="?", metavar="LOOP.yaml", help="a scenario that has them, as tribo-rig or tribo-identify friction writes it; options count more")
+    for name, standard, _, _, text in RIG:
         shown = "" if standard is None else f" ({standard:g})"
-        command.add_argument(f"--{name}", type=float, default=standard, metavar="X", help=text + shown)
+        command.add_argument(f"--{name}", type=float, metavar="X", help=text + shown)
 
 
 def command(options):
-    values = {name: getattr(options, name.replace("-", "_")) for name, *_ in RIG}
-    for name in ("offset", "slope"):
-        if values[f"negative-{name}"] is None:
-            values[f"negative-{name}"] = values[name]
-    for name, _, least, _ in RIG:
-        if not (math.isfinite(values[name]) and least <= values[name] <= MOST):
-            raise InputError(f"--{name}: {values[name]:g}, allowed are {least:g} to {MOST:g}")
-    print(as_yaml(tuned([values[name] for name, *_ in RIG])), end="")
+    given = rig_of(read_mapping(options.loop), options.loop) if options.loop else {}
+    given |= {name: value for name, *_ in RIG if (value := getattr(options, name.replace("-", "_"))) is not None}
+    print(as_yaml(tuned(given)), end="")
     return 0
 
 
-def tuned(numbers):
-    """[(key, value as text)] under `compensator` of a scenario."""
+def rig_of(loop, path):
+    """What a scenario says of the rig, by the names of the options."""
+    found = {}
+    for name, _, _, key, _ in RIG:
+        value = _at(loop, key)
+        if value is not None:
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
+                raise InputError(f"{path}: {key}: value {value!r}: must be a number")
+            found[name] = float(value)
+    table = _at(loop, "compensator.friction.breakaway.table")
+    if table:  # the line nearest to it
+        if not isinstance(table, list) or not all(isinstance(point, dict) and {"force_N", "positive_N", "negative_N"} <= set(point) for point in table):
+            raise InputError(f"{path}: compensator.friction.breakaway.table: must be a list of force_N, positive_N, negative_N")
+        for sign, way in (("", "positive_N"), ("negative-", "negative_N")):
+            slope, offset = np.polyfit([point["force_N"] for point in table], [point[way] for point in table], 1) if len(table) > 1 else (0.0, table[0][way])
+            found |= {f"{sign}slope": max(float(slope), 0.0), f"{sign}offset": max(float(offset), 1e-3 * max(point[way] for point in table))}
+    return found
+
+
+def _at(tree, key):
+    for part in key.split("."):
+        tree = tree.get(part) if isinstance(tree, dict) else None
+    return tree
+
+
+def tuned(given):
+    """[(key, value as text)] under `compensator` of a scenario, by the names of the options."""
+    values = {name: standard for name, standard, *_ in RIG} | given
+    for name in ("offset", "slope"):
+        if values[f"negative-{name}"] is None:
+            values[f"negative-{name}"] = values[name]
+    for name, _, least, _, _ in RIG:
+        if not (math.isfinite(values[name]) and least <= values[name] <= MOST):
+            raise InputError(f"--{name}: {values[name]:g}, allowed are {least:g} to {MOST:g}")
+    numbers = [values[name] for name, *_ in RIG]
     text = " ".join(f"{number:.9g}" for number in numbers)
     done = subprocess.run([quantise.compiled("tuning")], input=text, capture_output=True, text=True, timeout=60, check=False)
     if done.returncode != 0:
@@ -55,8 +88,20 @@ def tuned(numbers):
     return pairs
 
 
+def compensator(given):
+    """The same as a mapping, to go into a scenario's `compensator`."""
+    tree = {"method": METHOD, "guard": {"on": "yes"}}
+    for key, value in tuned(given):
+        *groups, name = key.split(".")
+        place = tree
+        for group in groups:
+            place = place.setdefault(group, {})
+        place[name] = float(value)
+    return tree
+
+
 def as_yaml(pairs):
-    lines, open_groups = ["compensator:", "  method: feedforward"], []
+    lines, open_groups = ["compensator:", f"  method: {METHOD}"], []
     for key, value in pairs:
         *groups, name = key.split(".")
         for depth, group in enumerate(groups):

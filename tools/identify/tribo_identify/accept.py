@@ -14,17 +14,15 @@ Otherwise the old ones stay, and the report says why.
 """
 
 import copy
-import io
 import json
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from ruamel.yaml import YAML
 
 from tribo_design.errors import DesignError, InputError
-from tribo_design.output import check_replaceable, write_directory
+from tribo_design.output import check_replaceable, write_directory, yaml_text
 from tribo_design.reading import read_mapping
 
 from . import events, logs, native, report
@@ -97,15 +95,6 @@ def case_of(loop, case, low, high):
     return tree
 
 
-def _text(tree):
-    out = io.StringIO()
-    yaml = YAML()
-    yaml.width = 200
-    yaml.representer.ignore_aliases = lambda _: True  # tribo-sim reads none
-    yaml.dump(tree, out)
-    return out.getvalue()
-
-
 def check_range(low, high):
     for name, value in (("low", low), ("high", high)):
         if value is None or not np.isfinite(value) or abs(value) > 1e6:
@@ -133,20 +122,25 @@ def predict(loop, low, high, noise):
                 # The plant's friction is the loop's own, whatever the case does to the loop's.
                 plant = copy.deepcopy(tree)
                 plant["plant"] = {**plant.get("plant", {}), "friction": scaled(loop["compensator"]["friction"], times)}
-                runs.append(_run(plant, noise, Path(name)))
+                runs.append(run(plant, noise, Path(name)))
             found[case] = runs
     return found
 
 
-def _run(tree, noise, folder):
+def run(tree, noise, folder):
+    return judged(*trace_of(tree, noise, folder))
+
+
+def trace_of(tree, noise, folder):
+    """t, r, u, y of a simulated run."""
     if "arm" in tree["compensator"]:
         tree["plant"]["arm"] = tree["compensator"]["arm"]
     tree["sensor"] = {**tree.get("sensor", {}), "noise_N": noise, "noise_seed": 1}
-    (folder / "case.yaml").write_text(_text(tree), encoding="utf-8")
+    (folder / "case.yaml").write_text(yaml_text(tree), encoding="utf-8")
     native.run_tribo_sim("run", folder / "case.yaml", "--out", folder / "run")
     with open(folder / "run/trace.csv", encoding="ascii") as file:
         names = file.readline().strip().split(",")
-    return judged(*np.loadtxt(folder / "run/trace.csv", delimiter=",", skiprows=1, usecols=[names.index(n) for n in ("t_s", "r_N", "u_N", "y_N")]).T)
+    return np.loadtxt(folder / "run/trace.csv", delimiter=",", skiprows=1, usecols=[names.index(n) for n in ("t_s", "r_N", "u_N", "y_N")]).T
 
 
 def params_of(loop):
@@ -229,7 +223,7 @@ def command(options):
         raise InputError("--old: must be given with --old-log")
     if not any(paths.values()):
         check_range(options.low, options.high)
-        files = {f"{case}.yaml": _text(case_of(old if case == "old" else loop, case, options.low, options.high)).encode() for case in paths}
+        files = {f"{case}.yaml": yaml_text(case_of(old if case == "old" else loop, case, options.low, options.high)).encode() for case in paths}
         write_directory(options.out, files, SEQUENCE)
         print(f"wrote {options.out}: {', '.join(files)}; play each for {PERIOD_S * PERIODS:g} s, then give the logs to accept ({', '.join(_option(case) for case in paths)})")
         return 0

@@ -1,13 +1,11 @@
 """tribo-identify friction: reads, fits, says and writes."""
 
-import io
 from pathlib import Path
 
 import numpy as np
-from ruamel.yaml import YAML
 
 from tribo_design.errors import InputError
-from tribo_design.output import check_replaceable, write_directory
+from tribo_design.output import check_replaceable, write_directory, yaml_text
 from tribo_design.reading import printable, read_mapping
 
 from . import friction, logs, native, report, strokes
@@ -49,15 +47,16 @@ def run(options):
 
 
 def _summary(result):
-    lines = [f"{len(result.events)} break-aways at F from {result.loads[0][0]:.3g} to {result.loads[-1][1]:.3g} N; L in the middle of it within {100 * result.L_half:.2g} % (95 %)",
+    lines = [] if result.line_error is None else [f"breakaway and command are of the slides, which a line meets within {result.line_error:.2g} N: inside stiction the friction is not the model's"]
+    lines += [f"{len(result.events)} break-aways at F from {result.loads[0][0]:.3g} to {result.loads[-1][1]:.3g} N; L in the middle of it within {100 * result.L_half:.2g} % (95 %)",
              f"F is met within {result.residual_rms:.2g} N rms, in half-cycles that were held out {result.held_out:.2f} times that; delay {result.delay_s:.2g} s, ripple {result.ripple:.2g} N"]
     scale = next((e.value for e in result.estimates if e.name == "scale"), 1.0)
-    if abs(scale - 1) > 0.02:
+    if abs(scale - 1) > 0.02 and result.assume:
         lines.append(f"u: your command makes {scale:.4g} N for 1 N; divide it by that, or the parameters do not hold")
     return lines + [f"note: {r}" for r in result.remarks]
 
 
-def _mapping(result):
+def mapping_of(result):
     """The keys of a scenario's compensator.friction."""
     p = result.params
     number = lambda x: float(f"{x:.6g}")
@@ -76,23 +75,16 @@ def _mapping(result):
 def _plant(base, result, options):
     """The base's actuator and arm with the friction of the log, whatever friction the base had."""
     plant = {key: base[key] for key in ("step_s", "actuator_pole_rad_per_s", "arm") if key in base}
-    plant["friction"] = _mapping(result)
+    plant["friction"] = mapping_of(result)
     if options.actuator:
         plant["actuator_pole_rad_per_s"] = options.actuator
     return plant
 
 
-def _dump(tree):
-    yaml, out = YAML(), io.StringIO()
-    yaml.width = 200
-    yaml.dump(tree, out)
-    return out.getvalue()
-
-
 def friction_yaml(result, options):
     head = [f"# Friction from {', '.join(printable(Path(p).name) for p in options.logs)} by tribo-identify; for tribo-sim replay --params."]
     head += [f"# {line}" for line in [*friction.line_of(result), *_summary(result)]]
-    return "\n".join(head) + "\n" + _dump({"friction": _mapping(result)})
+    return "\n".join(head) + "\n" + yaml_text({"friction": mapping_of(result)})
 
 
 def _loop(tree, result, options):
@@ -100,11 +92,11 @@ def _loop(tree, result, options):
     if tree is None:
         return {}
     base = Path(options.scenario).resolve()
-    tree.setdefault("compensator", {})["friction"] = _mapping(result)
+    tree.setdefault("compensator", {})["friction"] = mapping_of(result)
     tree["plant"] = _plant(tree.get("plant") or {}, result, options)
     if options.sensor:
         tree["sensor"] = (tree.get("sensor") or {}) | {"pole_rad_per_s": options.sensor}
-    text = _dump(tree)
+    text = yaml_text(tree)
     trial = base.with_name(f".{base.stem}.identified.yaml")  # beside it, as it may name files
     try:
         trial.write_text(text, encoding="utf-8")
@@ -137,7 +129,7 @@ def _strokes(log, options):
         breakaway = {"table": [{"force_N": number(abs(v.load)), "positive_N": number(v.friction), "negative_N": number(v.friction)} for v in law.levels]}
         if not law.is_table and law.slope > 0 and law.offset > 0:
             breakaway = {"offset_N": number(law.offset), "slope": number(law.slope)}
-        text = "\n".join(f"# {line}" for line in lines) + "\n" + _dump({"friction": {"breakaway": breakaway}})
+        text = "\n".join(f"# {line}" for line in lines) + "\n" + yaml_text({"friction": {"breakaway": breakaway}})
         write_directory(options.out, {"friction.yaml": text.encode(), "report.html": report.strokes_html(log, law, lines).encode()}, NAMES)
         print(f"wrote {options.out}: friction.yaml, report.html")
     return 0

@@ -7,10 +7,11 @@ import numpy as np
 from tribo_design.errors import DesignError
 
 from . import native
+from .bins import bin_size, binned, noise_of
+from .slides import spans
 
-BIN_S = 0.02  # over which signals are averaged
 LONG = 0.3  # of the range of F: a sweep over so much stands for one load more
-STANDS = 0.005  # of the range of u
+STANDS = 0.05  # of the range of u
 SATURATED_ROWS = 20  # at exactly the largest or least value
 WRONG_SIGN = "wrong sign: F falls where u rises (--scale u=- or --scale F=-)"
 
@@ -44,14 +45,6 @@ class Event:
     weight: float = 1.0
 
 
-def binned(x, size):
-    return x[: len(x) // size * size].reshape(-1, size).mean(1)
-
-
-def bin_size(h):
-    return max(int(round(BIN_S / h)), 1)
-
-
 def find(log):
     """Events of all segments, in order, and the ways of slow slides by segment."""
     events, ways = [], []
@@ -64,7 +57,7 @@ def find(log):
         cuts = np.flatnonzero(np.diff(way[moving])) + 1
         size = bin_size(s.h)
         force = np.repeat(binned(s.force, size), size)
-        noise = np.median(np.abs(np.diff(binned(s.force, size), 2))) / (0.6745 * np.sqrt(6)) if len(force) > 3 * size else 0.0
+        noise = noise_of(binned(s.force, size))
         before = 0
         for run in np.split(moving, cuts):
             first, last, w = int(run[0]), int(run[-1]) + 1, int(way[run[0]])
@@ -91,9 +84,9 @@ def _union(spans):
     return out
 
 
-def loads(events):
-    """Intervals of F in which it slides both ways; and how many loads they stand for: a long one is several."""
-    up, down = (_union([(e.low, e.high) for e in events if e.way == w]) for w in (1, -1))
+def loads(spans):
+    """Intervals of F in which it slides both ways, by (way, low, high) of slides; and how many loads they stand for: a long one is several."""
+    up, down = (_union([span[1:] for span in spans if span[0] == w]) for w in (1, -1))
     both = [(max(a[0], b[0]), min(a[1], b[1])) for a in up for b in down if max(a[0], b[0]) < min(a[1], b[1])]
     if not both:
         return [], 0
@@ -102,17 +95,25 @@ def loads(events):
     return both, sum(int((b - a) / (LONG * span)) + 1 for a, b in both)
 
 
+def _stands(x):
+    """(first, end, value) of the runs in which x stands still for long."""
+    cuts = np.flatnonzero(np.diff(x)) + 1
+    begin, end = np.r_[0, cuts], np.r_[cuts, len(x)]
+    return [(a, b, x[a]) for a, b in zip(begin, end) if b - a >= SATURATED_ROWS]
+
+
 def saturated(segment):
-    """Rows in which u or F stands at its largest or least value for long. F may rest there in stiction, but not while u goes on."""
+    """Rows in which u or F stands at its largest or least value for long. A u that is held at other levels as well is held there, too; and F may rest there in
+    stiction, but not while u goes beyond where F came there."""
     rows = np.zeros(len(segment.u), bool)
     for x in (segment.u, segment.force):
+        still = _stands(x)
+        held = x is segment.u and len({v for *_, v in still} - {x.min(), x.max()}) >= 2
         for extreme, way in ((x.max(), 1), (x.min(), -1)):
-            at = np.r_[0, (x == extreme).astype(np.int8), 0]
-            begin, end = np.flatnonzero(np.diff(at) > 0), np.flatnonzero(np.diff(at) < 0)
-            for a, b in zip(begin, end):
-                goes_on = x is segment.u or np.max(way * (segment.u[a:b] - segment.u[a])) > STANDS * np.ptp(segment.u)
-                if b - a >= SATURATED_ROWS and a > 0 and b < len(x) and goes_on:
-                    rows[a:b] = True
+            came = int(np.argmax(x == extreme))
+            for a, b, value in still:
+                goes_on = x is segment.u or np.max(way * (segment.u[a:b] - segment.u[came])) > STANDS * np.ptp(segment.u)
+                rows[a:b] |= value == extreme and not held and goes_on and a > 0 and b < len(x)
     return rows
 
 
@@ -131,7 +132,7 @@ def check(log):
     span_u, span = np.ptp(u), np.ptp(force)
     size = bin_size(log.sample_time_s)
     averaged = np.concatenate([binned(s.force, size) for s in log.segments])
-    noise = np.median(np.abs(np.diff(averaged, 2))) / (0.6745 * np.sqrt(6)) if len(averaged) > 2 else 0.0
+    noise = noise_of(averaged)
     if span_u == 0:
         raise Refusal("silent", "u does not change: there is no experiment in this log")
     if np.ptp(averaged) <= max(20 * noise, 1e-6 * span_u):
@@ -152,11 +153,11 @@ def check_events(log, events):
     """Refuses what shows in the events."""
     if not events:
         raise Refusal("silent", "F never slides slowly: nothing tells breakaway (tribo-identify plan writes an experiment that does)")
-    ways = {e.way for e in events}
-    if len(ways) == 1:
+    found = spans(log)
+    if len({e.way for e in events} | {way for way, *_ in found}) == 1:
         raise Refusal("one direction", "one direction only: breakaway cannot be told from scale and bias of u; approach every load from both sides")
-    both, count = loads(events)
-    largest = max(abs(e.high) for e in events)
+    both, count = loads(found)
+    largest = max(abs(high) for *_, high in found) if found else 0.0
     if not both or both[-1][1] - both[0][0] < 0.15 * largest:
         raise Refusal("few loads", "few loads: F slides both ways over too little of its range; four loads at least, over the forces that you use")
     if count < 4:

@@ -1,12 +1,13 @@
 """tribo-identify friction: breakaway, command and hysteresis from logs.
 
-1. Events (events.py), and a linear fit of F over u and direction while the arm slides, as the start.
+1. Events (events.py), and the line through the slides (slides.py), as the start; and the lags, where none are given.
 2. Output error: the library's compensator plays u (native.c) and must give the recorded F. Gauss-Newton over averages of 20 ms; blocks that fit far worse
    than the others are left out, and said. A delay between u and F is found first.
 3. Intervals: block bootstrap. A block is a half-cycle, from one break-away to the next of the other direction, so that repeats are what counts and not
    the number of samples. Each draw solves the linearised fit anew; Student's t for the number of blocks.
-4. Lack of fit: what each block's own L differs by, over the loads, against the scatter between repeats at a load: a table where a line is refused.
-5. A quarter of the blocks, held out, must fit as the others do.
+4. Where the model does not follow the log and the line does so better, breakaway and command are the line's.
+5. Lack of fit: what each block's own L differs by, over the loads, against the scatter between repeats at a load: a table where a line is refused.
+6. A quarter of the blocks, held out, must fit as the others do.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -17,8 +18,9 @@ import scipy.ndimage
 import scipy.special
 import scipy.stats
 
-from . import native
-from .events import WRONG_SIGN, Refusal, bin_size, binned, check, check_events, find, loads, saturated
+from . import native, slides
+from .bins import bin_size, binned, noise_of
+from .events import WRONG_SIGN, Refusal, check, check_events, find, loads, saturated
 
 STEPS_MAX = 10_000_000  # of a simulation, beyond which its steps grow
 K_STARTS = (3.0, 5.0, 8.0, 14.0)  # of k_min, and L over the friction of slow slides: the fit has more than one valley
@@ -26,6 +28,7 @@ L_STARTS = (1.0, 1.2, 1.5, 2.0)
 SHARP = 0.3  # of the Jacobian's steps, near the end: the relays make the model rough below and bent above it
 VALLEYS = 4  # that are gone down into
 NOISE = 1.5  # times the noise of the averages: no other valley is deeper
+FALL = 0.015  # of L: a larger one from break-away to sliding is named
 GAP = 0.005  # of L, in slow slides, that the median of a noisy log may be off by
 DOUBT = 0.03  # of L: a residual beyond it casts doubt on L, a third of it on hysteresis
 ROWS_MAX = 2_400_000  # of all iterations together
@@ -40,6 +43,8 @@ REST = ("k_min", "k_max", "v0", "m", "delay")
 # What a log need not show has a prior, about the paper's values (as logarithms) or 0: it is part of the intervals of all others.
 PRIOR = {"k_min": 1.0, "k_max": 0.6, "m": 0.4, "v0": 0.6, "delay": 0.005}
 LOGARITHMIC = HYSTERESIS
+LAG_MAX_S = 0.2
+PAPER_LAG_S = 1 / native.PAPER["actuator"] + 1 / native.PAPER["sensor"] + native.PAPER["damping"] / native.PAPER["stiffness"]
 UNITS = {"offset": "N", "offset_positive": "N", "offset_negative": "N", "gravity": "N", "v0": "N/s", "delay": "s"}
 DESCRIBED = {"offset": "breakaway offset", "slope": "breakaway slope", "offset_positive": "L+ offset", "slope_positive": "L+ slope", "offset_negative": "L- offset",
              "slope_negative": "L- slope", "scale": "command scale", "gravity": "bias or gravity", "delay": "delay", "k_min": "k_min", "k_max": "k_max", "m": "m", "v0": "v0"}
@@ -74,6 +79,8 @@ class Result:
     L_half: float = 0.0  # of L in the middle of the loads, relative
     rate_effect: float = 0.0  # of breakaway, relative, for ten times the rate
     slide_gap: float = 0.0  # friction seen in slow slides less the model's there, over L
+    line_error: float | None = None  # N, where the line through the slides gave breakaway and command
+    fall: tuple = (0.0, np.inf)  # of friction from break-away to sliding, relative, and half of its interval
     lack_of_fit: tuple = (0.0, 1.0)  # largest deviation from the line, relative; probability by chance
 
 
@@ -83,6 +90,7 @@ class Fit:
     def __init__(self, log, events, rig, assume):
         self.log, self.events, self.assume = log, events, assume
         self.base = {**native.PAPER, **rig}
+        self.rest = tuple(name for name in REST if name not in rig)  # a known delay is not fitted
         h = log.sample_time_s
         self.step(COARSE_S)
         self.size = bin_size(h)
@@ -92,6 +100,7 @@ class Fit:
         self._blocks()
         self.sharp = 1.0  # of the steps of the Jacobian
         self.table_at = None  # loads of a table
+        self.delay_s = 0.0  # that is expected
         self.weight = np.ones(self.count)
 
     def step(self, step_s):
@@ -163,7 +172,7 @@ class Fit:
 
     def noise(self):
         """Of the averages of F, from how they bend."""
-        return float(np.median(np.abs(np.diff(self.y, 2))) / (0.6745 * np.sqrt(6)))
+        return noise_of(self.y)
 
     def rms(self, residual):
         w = self.use()
@@ -185,7 +194,7 @@ class Fit:
 
     def prior(self, names):
         """Means, and inverse variances."""
-        mean = np.array([np.log(native.PAPER[n]) if n in LOGARITHMIC else 0.0 for n in names])
+        mean = np.array([np.log(native.PAPER[n]) if n in LOGARITHMIC else self.delay_s if n == "delay" else 0.0 for n in names])
         return mean, np.array([1 / PRIOR[n] ** 2 if n in PRIOR else 0.0 for n in names])
 
     def solve(self, names, theta, iterations=8, j=None):
@@ -265,9 +274,18 @@ class Fit:
         pull = np.sqrt(penalty * variance) * source.normal(size=(DRAWS, p))
         return np.linalg.solve(total, (wider * (draws @ g) + pull).T).T
 
+    def left(self, residual):
+        """Of the sum of squares, what is above the noise."""
+        return max(self.rms(residual) ** 2 - (1.1 * self.noise()) ** 2, 0.0) * float(np.sum(self.use()))
+
+    def model_half(self, names, residual):
+        """Half of the intervals by the model's own error: what the fit leaves above the noise may be an error of any one."""
+        total = self.j.T @ (self.use()[:, None] * self.j) + np.diag(self.prior(names)[1] * self.rms(residual) ** 2)
+        return np.sqrt(self.left(residual) * np.diag(np.linalg.pinv(total)))
+
     def hysteresis_half(self, names, theta, residual):
         """Intervals of the hysteresis, 0 for the rest: the relays make the model jump, and a jump within the Jacobian's step is no knowledge. So only what both
-        sides say counts; and what the fit leaves above the noise may be an error of any one."""
+        sides say counts."""
         here = self.j
         with ThreadPoolExecutor(2) as pool:
             self.sharp *= -1
@@ -275,11 +293,8 @@ class Fit:
             self.sharp *= -1
         self.j = np.where(here * there > 0, np.sign(here) * np.minimum(np.abs(here), np.abs(there)), 0.0)
         changes = self.bootstrap(names, residual)
-        w = self.use()
-        left = max(self.rms(residual) ** 2 - (1.1 * self.noise()) ** 2, 0.0) * float(np.sum(w))
-        total = self.j.T @ (w[:, None] * self.j) + np.diag(self.prior(names)[1] * self.rms(residual) ** 2)
+        half = np.hypot((np.percentile(changes, 97.5, axis=0) - np.percentile(changes, 2.5, axis=0)) / 2, self.model_half(names, residual))
         self.j = here
-        half = np.hypot((np.percentile(changes, 97.5, axis=0) - np.percentile(changes, 2.5, axis=0)) / 2, np.sqrt(left * np.diag(np.linalg.pinv(total))))
         return np.where([n in HYSTERESIS for n in names], half, 0.0)
 
 
@@ -308,11 +323,28 @@ def start(log, rig, ways):
     return solution, slow
 
 
-def ripple_of(rows, solution):
+def rig_of(lag_s):
+    """A rig whose lags add up to one that was found: a third each in the arm, the sensor and the delay."""
+    part = max(lag_s / 3, 5e-4)
+    k = native.PAPER["stiffness"]
+    return {"actuator": 0.0, "sensor": 1 / part, "damping": k * part, "inertia": k * part**2 / 2}, lag_s - 2 * part
+
+
+def slow_rows(log, ways):
+    """u, F and way of slow slides, averaged."""
+    rows = []
+    for s, way in zip(log.segments, ways):
+        size = bin_size(s.h)
+        w = binned(way.astype(float), size)
+        rows.append(np.c_[binned(s.u, size), binned(s.force, size), w][np.abs(w) == 1])
+    return np.concatenate(rows)
+
+
+def ripple_of(rows, line):
     """Amplitude of what u has to overcome beside the line and friction, the same in both directions: periodic in position, so in F."""
-    scale, gravity, offset, slope = solution
-    force, way = rows[:, 5], -rows[:, 2]
-    net = scale * rows[:, 0] + gravity - force - way * (offset + slope * np.abs(force))
+    u, force, way = rows.T
+    p = line.law()
+    net = p["scale"] * u + p["gravity"] - force - way * line.breakaway(force, way)
     edges = np.linspace(force.min(), force.max(), 61)
     place = np.clip(np.digitize(force, edges) - 1, 0, 59)
     common = []
@@ -334,36 +366,79 @@ def _verdict(name, value, half):
     return "identified" if part <= 0.2 else "weak"
 
 
-def identify(log, rig=None, assume="symmetric"):
-    """The parameters of the friction that the log shows, or Refusal. `rig` has what is known: actuator, sensor, damping, stiffness, inertia."""
+def identify(log, rig=None, assume="symmetric", allow_slides=True):
+    """The parameters of the friction that the log shows, or Refusal. `rig` has what is known of actuator, sensor, damping, stiffness, inertia, delay; without it the
+    lags are found. `assume` is symmetric, calibrated, or None if neither is known: then symmetric, and what it rests on is weak. `allow_slides`: the slides'
+    line may take the place of the model's breakaway and command; else it is not asked, and assume is symmetric."""
     check(log)
     events, ways = find(log)
     check_events(log, events)
-    solution, rows = start(log, {**native.PAPER, **(rig or {})}, ways)
-    scale, gravity, offset, slope = solution
-    if scale < 0:
-        raise Refusal("sign", WRONG_SIGN)
-    if not 0.2 <= scale <= 5:
-        raise Refusal("units", f"units: F moves by {scale:.3g} N for a newton of u; give the scale of u (--scale u=...), within a factor of 5")
-    middle = float(np.median(rows[:, 5]))
-    level = offset + slope * abs(middle)
+    line = slides.line(log, assume or "symmetric") if allow_slides else _guess(log, rig, ways)
+    if line is None:
+        raise Refusal("few loads", "few loads: F slides both ways too seldom; four loads at least, each from both sides")
+    _plausible(log, line, assume)
+    rows = slow_rows(log, ways)
+    level = float(np.mean([line.breakaway(np.median(rows[:, 1]), way) for way in (1, -1)]))
     if not level > 0:
         raise Refusal("sign", "friction would push the way that F goes: a sign is wrong, or u and F are not of the same time")
-    ripple = ripple_of(rows, solution)
+    ripple = ripple_of(rows, line)
     if ripple > level:
         raise Refusal("ripple", f"ripple: u has to overcome {ripple:.3g} N that changes with position, more than breakaway, {level:.3g} N; average over whole turns, or take it out of u")
-    fit = Fit(log, events, rig or {}, assume)
-    fit.level = level
-    names = list(SYMMETRIC if assume == "symmetric" else CALIBRATED)
-    theta = [max(offset, 0.02 * level), max(slope, 0.0), scale, gravity] if assume == "symmetric" else [max(offset, 0.02 * level), max(slope, 0.0)] * 2
-    theta, residual, said = _whole(fit, *_best(_short(fit, log, events, rig, assume), names, theta))
-    names = [*names, *REST]
+    found = not rig and line.is_sure() and line.error < DOUBT / 3 * level
+    rig, expected = rig_of(max(line.lag_s, 1e-3)) if found else (rig or {}, 0.0)
+    fit = Fit(log, events, rig, assume)
+    fit.level, fit.delay_s = level, expected
+    names = list(SYMMETRIC if assume != "calibrated" else CALIBRATED)
+    least = {"offset": 0.02 * level, "slope": 0.0}
+    theta = [max(line.values[n], least.get(n.split("_")[0], -np.inf)) for n in names]
+    few = _short(fit, log, events, rig, assume)
+    theta, residual, said = _whole(fit, *_best(few, names, theta, line))
+    names = [*names, *fit.rest]
     remarks = list(log.remarks) + said
-    delay = float(theta[-1])
+    by_slides = _by_slides(fit, line, residual)
+    if by_slides:
+        names, theta, residual = _rest(fit, line, names, theta)
+    delay = float(fit.params(names, theta)[0]["delay"])
+    early = delay < -3 * log.sample_time_s - 0.003
+    if early and not rig and not by_slides and PAPER_LAG_S + delay > 0:  # lags that nobody gave are shorter
+        return identify(log, rig_of(PAPER_LAG_S + delay)[0], assume, allow_slides)
     _explained(fit, residual, level)
-    if not -3 * log.sample_time_s - 0.003 <= delay <= 0.1:
-        raise Refusal("clock", f"clock: F comes {delay:.3g} s after u{', before it was commanded' if delay < 0 else ''}; the stamps of u and F are not of one clock")
-    return _finish(fit, names, theta, residual, events, remarks, ripple, level, ways)
+    if not found and not by_slides and (early or delay > 0.1):
+        raise Refusal("clock", f"clock: F comes {delay:.3g} s after u{', before it was commanded' if early else ''}; either the stamps of u and F are not of one clock, or the rig's "
+                      "lags are others than were taken (--actuator --sensor --lag)")
+    return _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, line, by_slides)
+
+
+def _guess(log, rig, ways):
+    """A line that is only a start, of a log whose lags are known."""
+    (scale, gravity, offset, slope), _ = start(log, {**native.PAPER, **(rig or {})}, ways)
+    return slides.Line({"offset": offset, "slope": slope, "scale": scale, "gravity": gravity}, 0.0, np.inf, 0, np.zeros((0, 4)), np.zeros(0, int))
+
+
+def _plausible(log, line, assume):
+    """Refuses what the slides show: a sign, a unit, stamps that are not of one clock."""
+    scale, least = line.values.get("scale", 1.0), 0.2 if assume else 0.5
+    if scale < 0:
+        raise Refusal("sign", WRONG_SIGN)
+    if not least <= scale <= 1 / least:
+        raise Refusal("units", f"units: F moves by {scale:.3g} N for a newton of u: one of them is not in N, as a sensor's volts are not; give its scale (--scale F=..., --scale u=...)"
+                      + ("" if assume else f"; if they are, say so: --assume symmetric takes up to a factor of {1 / 0.2:g}"))
+    early = -3 * log.sample_time_s - 0.003
+    if line.is_sure() and not early <= line.lag_s <= LAG_MAX_S:
+        raise Refusal("clock", f"clock: F comes {line.lag_s:.3g} s after u{', before it was commanded' if line.lag_s < 0 else ''}; the stamps of u and F are not of one clock")
+
+
+def _by_slides(fit, line, residual):
+    """Does the line through the slides say it better than the model?"""
+    if not line.is_sure() or fit.rms(residual) < NOISE * fit.noise():
+        return False
+    return line.error < float(np.median(np.abs(residual[line.rows])))
+
+
+def _rest(fit, line, names, theta):
+    """The hysteresis with breakaway and command as the slides have them."""
+    fit.base, _ = fit.params(list(line.values), list(line.values.values()))
+    return list(fit.rest), *fit.solve(fit.rest, theta[-len(fit.rest) :], 4)
 
 
 def _short(fit, log, events, rig, assume):
@@ -377,8 +452,8 @@ def _short(fit, log, events, rig, assume):
             break
         segments.append(replace(s, t=s.t[:n], u=np.ascontiguousarray(s.u[:n]), force=np.ascontiguousarray(s.force[:n])))
         rows += n
-    few = Fit(replace(log, segments=segments), [e for e in events if e.segment < len(segments) and e.end <= len(segments[e.segment].t)], rig or {}, assume)
-    few.level = fit.level
+    few = Fit(replace(log, segments=segments), [e for e in events if e.segment < len(segments) and e.end <= len(segments[e.segment].t)], rig, assume)
+    few.level, few.delay_s = fit.level, fit.delay_s
     return few if len(few.events) >= 8 else fit
 
 
@@ -390,7 +465,7 @@ def _valleys(fit, names, theta):
             at = [*(x * times if n.startswith(("offset", "slope")) else x for n, x in zip(names, theta)), np.log(k)]
             grid.append(_tried(fit, names, *fit.solve(names, at, 1)))
     grid = [_tried(fit, names, *fit.solve(names, at, 4)) for _, at in sorted(grid, key=lambda g: g[0])[:VALLEYS]]
-    rest = [0.0 if n in ("delay",) else np.log(native.PAPER[n]) for n in REST[1:]]
+    rest = fit.prior(fit.rest[1:])[0]
     return [np.r_[at, rest] for _, at in sorted(grid, key=lambda g: g[0])]
 
 
@@ -399,19 +474,19 @@ def _tried(fit, names, theta, residual):
     return float(np.mean(np.abs(residual))), theta
 
 
-def _best(fit, names, theta):
-    """The best of the fits that begin in each valley."""
+def _best(fit, names, theta, line):
+    """The best of the fits that begin in each valley; two are enough where the line through the slides says it far better."""
     best = None
     starts = _valleys(fit, names, theta)
-    names = [*names, *REST]
+    names = [*names, *fit.rest]
     fit.step(FINE_S)
-    for at in starts:
+    for tried, at in enumerate(starts):
         fit.weight[:] = 1.0
         theta, residual, said = _descend(fit, names, _slow(fit, names, at))
         rms = fit.rms(residual)
         if best is None or rms < best[0]:
             best = rms, theta, residual, said, fit.weight.copy(), fit.j
-        if best[0] < NOISE * fit.noise():
+        if best[0] < NOISE * fit.noise() or tried and line.is_sure() and line.error < 0.5 * float(np.median(np.abs(best[2]))):
             break
     fit.weight, fit.j = best[4:]
     return fit, names, *best[1:4]
@@ -513,21 +588,28 @@ def _rate_effect(events, level):
     return float(np.polyfit(np.log10(rate), error, 1)[0] / level)
 
 
-def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways):
-    lack, at = _table(fit, names, theta, residual, events, level)
+def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, guess, by_slides):
+    line = guess if by_slides else None
+    lack, at = _table(fit, names, theta, residual, events, level) if line is None else ((0.0, 1.0), None)
     if at is not None and lack[0] > 0.1 and lack[1] < 0.01:
         names, theta = _to_table(fit, names, theta, at)
         theta, residual = fit.solve(names, theta)
         remarks.append(f"breakaway is no line: off by up to {100 * lack[0]:.2g} % at a load (by chance: {lack[1]:.1g}); a table of {len(at)} loads")
     changes = fit.bootstrap(names, residual)
-    half = np.maximum((np.percentile(changes, 97.5, axis=0) - np.percentile(changes, 2.5, axis=0)) / 2, fit.hysteresis_half(names, theta, residual))
+    half = np.hypot((np.percentile(changes, 97.5, axis=0) - np.percentile(changes, 2.5, axis=0)) / 2, fit.model_half(names, residual))
+    half = np.maximum(half, fit.hysteresis_half(names, theta, residual))
+    if line is not None:  # what the slides say, in front of the rest
+        names, theta, changes = [*line.values, *names], [*line.values.values(), *theta], np.c_[line.draws, changes]
+        half = np.r_[(np.percentile(line.draws, 97.5, axis=0) - np.percentile(line.draws, 2.5, axis=0)) / 2, half]
     estimates = [_estimate(fit, name, value, h) for name, value, h in zip(names, theta, half)]
     params, table = fit.params(names, theta)
-    both, _ = loads(events)
+    both, _ = loads([(e.way, e.low, e.high) for e in events] if not by_slides else slides.spans(fit.log))
     result = Result(estimates, params, table, events, fit.model(names, theta), fit.rms(residual), _hold_out(fit, residual), ripple, params["delay"], both, fit.assume, remarks, lack_of_fit=lack)
     result.rate_effect = _rate_effect(events, level)
     result.L_half = _relative_half(fit, names, theta, changes, both)
     result.slide_gap = _slide_gap(fit, result, ways)
+    result.line_error = None if line is None else line.error
+    result.fall = slides.fall(fit.log, guess) if guess.is_sure() else (0.0, np.inf)
     _judge(fit, result, level)
     return result
 
@@ -550,7 +632,7 @@ def _to_table(fit, names, theta, at):
     fit.table_at = [float(x) for x in at]
     rest = [n for n in names if not n.startswith(("offset", "slope"))]
     table = {}
-    if fit.assume == "symmetric":
+    if fit.assume != "calibrated":
         table = {f"table_{i}": values["offset"] + values["slope"] * x for i, x in enumerate(at)}
     else:
         table = {f"table_{i}": values["offset_positive"] + values["slope_positive"] * x for i, x in enumerate(at)}
@@ -611,43 +693,58 @@ def _explained(fit, residual, level):
         raise Refusal("model", f"the model does not explain the log: F is off by {rms:.3g} N rms, where breakaway is {level:.3g} N; no answer is better than this one")
 
 
-def _asymmetry(result):
-    """L+ and L- that would look like this scale, if they can: friction that grows with u does."""
+def _readings(result):
+    """What a scale other than 1 may be: u's, F's, or friction that differs by direction and grows with u, if L+ and L- are then above 0."""
     scale = next((e for e in result.estimates if e.name == "scale"), None)
     if scale is None or abs(scale.value - 1) <= max(scale.half, GAP):
         return []
-    force = (result.loads[0][0] + result.loads[-1][1]) / 2
-    L = float(breakaway(result.params, result.table, force)[0])
-    up, down = (force + L) / scale.value - force, force - (force - L) / scale.value
-    if min(up, down) <= 0:
-        return []
-    return [f"if u is right but for a bias, L+ is {up:.3g} N and L- {down:.3g} N at {force:.3g} N, and the scale is 1: this log cannot tell (--assume calibrated)"]
+    ways, ends = [], (result.loads[0][0], result.loads[-1][1])
+    for force in ends:
+        L, bias = float(breakaway(result.params, result.table, force)[0]), result.params["gravity"]
+        ways.append(((force + L - bias) / scale.value - force, force - (force - L - bias) / scale.value))
+    law = [", ".join(f"{L:.3g} N at {load:.3g} N" for L, load in zip(column, ends)) for column in zip(*ways)]
+    asymmetric = f", or friction is asymmetric and u is right: L+ {law[0]}; L- {law[1]}" if np.min(ways) > 0 else ""
+    return [f"either your command makes {scale.value:.4g} N for 1 N, or F is not in N (--scale F=...){asymmetric}. This log cannot tell: say --assume symmetric"
+            + (" or --assume calibrated (which fits L+ and L- each)" if asymmetric else " if F is in N")]
+
+
+def _doubts(result, level):
+    """What casts doubt on all of it."""
+    if result.line_error is None:
+        if result.residual_rms > DOUBT * level:
+            yield f"F is off by {result.residual_rms:.3g} N rms, {100 * result.residual_rms / level:.2g} % of breakaway: the friction differs from the model's"
+        if result.held_out > 2.5:
+            yield f"half-cycles that were held out fit {result.held_out:.2g} times worse"
+        if abs(result.slide_gap) > max(GAP, result.L_half):
+            yield f"friction in slow slides differs from the model's by {100 * result.slide_gap:+.2g} %, beyond the interval of L: breakaway and sliding are not the model's"
+        if result.ripple > 0.3 * level and result.residual_rms > DOUBT / 3 * level:  # a model that follows F leaves no room for one
+            yield f"a ripple of {result.ripple:.3g} N with position, {100 * result.ripple / level:.2g} % of breakaway: average over whole turns"
+    elif result.line_error > DOUBT / 3 * level:
+        yield f"slides differ from a line by {result.line_error:.3g} N, {100 * result.line_error / level:.2g} % of breakaway: F may not go far enough beyond its turns; wider levels would tell"
+    share, half = result.fall
+    if share > FALL + half:
+        L = breakaway(result.params, result.table, np.mean([result.loads[0][0], result.loads[-1][1]]))[0]
+        yield (f"friction falls once it slides: breakaway is {100 * share:.2g} +- {100 * half:.1g} % above sliding, {(1 + share) * L:.3g} N for {L:.3g} N in the middle of the loads; "
+               "the parameters are those of sliding")
+    if result.assume is None:
+        yield from _readings(result)
 
 
 def _judge(fit, result, level):
-    """What casts doubt on all of it."""
-    doubt = None
-    if result.residual_rms > DOUBT * level:
-        doubt = f"F is off by {result.residual_rms:.3g} N rms, {100 * result.residual_rms / level:.2g} % of breakaway: the friction differs from the model's"
-    if result.held_out > 2.5:
-        doubt = f"half-cycles that were held out fit {result.held_out:.2g} times worse"
-    if abs(result.slide_gap) > max(GAP, result.L_half):
-        doubt = f"friction in slow slides differs from the model's by {100 * result.slide_gap:+.2g} %, beyond the interval of L: breakaway and sliding are not the model's"
-    if result.ripple > 0.3 * level and result.residual_rms > DOUBT / 3 * level:  # a model that follows F leaves no room for one
-        doubt = f"a ripple of {result.ripple:.3g} N with position, {100 * result.ripple / level:.2g} % of breakaway: average over whole turns"
-    if result.residual_rms > DOUBT / 3 * level:
+    doubts = list(_doubts(result, level))
+    if result.residual_rms > DOUBT / 3 * level or result.line_error is not None:
         for e in result.estimates:
             if e.name in HYSTERESIS and e.verdict == "identified":
                 e.verdict, e.remark = "weak", "the model does not follow the log closely enough to tell it"
-    if doubt:
-        result.remarks.append(doubt)
+    result.remarks += doubts
+    if doubts:
         for e in result.estimates:
             if e.verdict == "identified":
                 e.verdict = "weak"
     if abs(result.rate_effect) > 0.1:
         result.remarks.append(f"breakaway differs from the model's by {100 * result.rate_effect:+.2g} % for ten times the ramp's rate")
-    result.remarks += _asymmetry(result)
-    if result.assume == "symmetric":
+    result.remarks += _readings(result) if result.assume else []
+    if result.assume != "calibrated":
         result.remarks.append("L+ = L- is assumed, which tells scale and bias of u; without it only L+ + L- is known (--assume calibrated: u is right, L+ and L- may differ)")
     else:
         result.remarks.append("u is taken as right, so that L+ and L- are told apart; a bias of u would show as their difference")

@@ -4,6 +4,8 @@ It is played with the controller K(z) = 1/(1 + s/10) and without compensation, w
 an experiment in u, with the force sensor's noise filtered out of it. At each level F goes up and down by a little, at three rates, in every
 repeat; the levels are visited upwards and downwards in turn. With hysteresis, ramps inside stiction at three slow rates follow, each after
 a fall to the other end of it.
+
+--low and --high bound u, and with it F: friction only ever takes from u what F lags behind it. The levels lie where F goes for such a u.
 """
 
 from dataclasses import dataclass
@@ -16,6 +18,7 @@ POLE = 10.0  # rad/s, of the controller
 STEP_S = 0.01  # between rows of the reference
 RATES = (1.0, 3.0, 10.0)  # by which a cycle is slower
 SLOW = (40.0, 120.0, 400.0)  # and the ramps inside stiction
+MARGIN = 0.08  # of the range, at both ends of u: friction may be less than guessed
 
 
 @dataclass
@@ -39,8 +42,8 @@ class Plan:
         for name in ("low", "high", "slope", "noise", "sample_time_s"):
             if not np.isfinite(getattr(self, name)):
                 refuse(name.replace("_", "-"), getattr(self, name), "finite")
-        if not 0 <= self.low < 1e6:
-            refuse("low", self.low, "0 to 1e6 N")
+        if not abs(self.low) <= 1e6:
+            refuse("low", self.low, "-1e6 to 1e6 N")
         if not self.low < self.high <= 1e6:
             refuse("high", self.high, "above --low and at most 1e6 N")
         if not 4 <= self.levels <= 32:
@@ -49,32 +52,44 @@ class Plan:
             refuse("repeats", self.repeats, "2 to 100: intervals come from repeats")
         if not 0 <= self.slope <= 0.9:
             refuse("slope", self.slope, "0 to 0.9")
-        if not 0 <= self.noise < self.high:
-            refuse("noise", self.noise, "0 to --high")
+        largest = max(abs(self.low), abs(self.high))
+        if not 0 <= self.noise < largest:
+            refuse("noise", self.noise, f"0 to {largest:g} N")
         if not 1e-6 <= self.sample_time_s <= 0.1:
             refuse("sample-time", self.sample_time_s, "1e-6 to 0.1 s")
-        self.offset = 0.01 * self.high if self.offset is None else self.offset
-        if not 0 < self.offset <= 10 * self.high:
-            refuse("offset", self.offset, "over 0 to 10 times --high")
-        self.rate = 2 * self.high if self.rate is None else self.rate
+        self.offset = 0.01 * largest if self.offset is None else self.offset
+        if not 0 < self.offset <= 10 * largest:
+            refuse("offset", self.offset, f"over 0 to {10 * largest:g} N")
+        self.rate = 2 * largest if self.rate is None else self.rate
         if not 1e-6 <= self.rate <= 1e6:
             refuse("rate", self.rate, "1e-6 to 1e6 N/s")
-        swing = self.swing()
-        step = (self.high - self.low) / (self.levels - 1)
-        if 2 * swing > 1.8 * step and self.noise > 0 and swing > 0.25 * step + 8 * self.noise:
-            raise InputError(f"--noise: value {self.noise:g}: levels {step:g} N apart do not stand out of it; fewer levels or a wider range")
-        top = self.high + swing + self.breakaway(self.high + swing)
-        if self.u_max is not None and not self.u_max >= 1.2 * top:
-            raise InputError(f"--u-max: value {self.u_max:g}: {1.2 * top:.3g} N are needed for --high {self.high:g} (with 20 % in hand); lower --high")
+        bottom, top = self.range()
+        if not top - bottom > max(0.1 * (self.high - self.low), 0.3 * self.breakaway(max(abs(bottom), abs(top)))):
+            raise InputError(f"--high: value {self.high:g}: breakaway of {self.offset:g} N + {self.slope:g} |F| leaves F no way between --low and --high; a wider range")
+        step = (top - bottom - 2 * self.swing()) / (self.levels - 1)
+        if self.swing() > 0.9 * step and self.noise > 0 and self.swing() > 0.25 * step + 8 * self.noise:
+            raise InputError(f"--noise: value {self.noise:g}: {self.levels} levels between {bottom:.3g} and {top:.3g} N do not stand out of it; fewer levels or a wider range")
+        if self.u_max is not None and not self.u_max >= largest:
+            refuse("u-max", self.u_max, f"at least {largest:g} N, which --low and --high ask for")
         return self
 
     def breakaway(self, force):
         return self.offset + self.slope * abs(force)
 
+    def slid(self, u, way):
+        """F where it stands once u has moved it that way: F + way (offset + slope |F|) = u."""
+        net = u - way * self.offset
+        return net / (1 + way * self.slope * np.sign(net))
+
+    def range(self):
+        """F at the ends of u."""
+        margin = MARGIN * (self.high - self.low)
+        return self.slid(self.low + margin, -1), self.slid(self.high - margin, 1)
+
     def swing(self):
         """By which F goes beyond a level."""
-        step = (self.high - self.low) / (self.levels - 1)
-        return max(0.25 * step, 10 * self.noise, 0.1 * self.breakaway(self.high))
+        bottom, top = self.range()
+        return max(0.25 * (top - bottom) / (self.levels - 0.5), 10 * self.noise, 0.1 * self.breakaway(max(abs(bottom), abs(top))))
 
     def corners(self):
         """(time, u, F as it is expected) of the corners of the experiment."""
@@ -86,19 +101,16 @@ class Plan:
             pieces = max(int(np.ceil(span / STEP_S)), 1)
             for i in range(1, pieces + 1):
                 at = u + (to - u) * i / pieces
-                if at - force > self.breakaway(force):
-                    force += (at - force - self.breakaway(force)) / (1 + self.slope)
-                elif force - at > self.breakaway(force):
-                    force -= (force - at - self.breakaway(force)) / (1 - self.slope)
+                force = min(max(force, self.slid(at, 1)), self.slid(at, -1))
                 corners.append((time + span * i / pieces, at, force))
 
         def around(level, rate):
-            swing = self.swing()
-            low = max(level - swing, 0.1 * swing)
-            go(level + swing + self.breakaway(level + swing), rate)
-            go(low - self.breakaway(low), rate)
+            for way in (1, -1):
+                end = level + way * self.swing()
+                go(end + way * self.breakaway(end), rate)
 
-        levels = np.linspace(self.low, self.high, self.levels)
+        bottom, top = self.range()
+        levels = np.linspace(bottom + self.swing(), top - self.swing(), self.levels)
         for repeat in range(self.repeats):
             for level in levels if repeat % 2 == 0 else levels[::-1]:
                 for slower in RATES:
@@ -109,8 +121,14 @@ class Plan:
                 for slow in SLOW:
                     around(level, self.rate)
                     go(level + self.swing() + self.breakaway(level + self.swing()), self.rate / slow)
-        go(self.low, self.rate / 3)
+        go(min(max(0.0, self.low), self.high), self.rate / 3)
         return np.array(corners)
+
+    def commands(self):
+        """Rows t, u, for a drive that plays u itself."""
+        corners = self.corners()
+        time = np.arange(0, corners[-1, 0] + STEP_S, STEP_S)
+        return np.c_[time, np.interp(time, corners[:, 0], corners[:, 1])]
 
     def reference(self):
         """Rows t, r. r leads by what the controller and the expected force take."""
@@ -123,29 +141,28 @@ class Plan:
         h = self.sample_time_s
         b = POLE * h / (2 + POLE * h)
         rows = self.reference()
-        top = float(np.abs(rows[:, 1]).max())
-        limit = self.u_max if self.u_max is not None else 1.5 * top
+        top = max(float(np.abs(rows[:, 1]).max()), self.high, -self.low)
         return f"""# An experiment for friction: u = (r - y) / (1 + s/{POLE:g}), no compensation. Made by tribo-identify plan.
 description: "friction identification, {self.low:g} to {self.high:g} N"
 duration_s: {rows[-1, 0]:.3f}
 sample_time_s: {h:.9g}
 reference: {{kind: csv, file: {file}}}
-compensator: {{gain: 0}}
+compensator: {{method: "off"}}
 controller:
   kind: z
   sections:
     - {{b0: {b:.9g}, b1: {b:.9g}, b2: 0, a1: {(POLE * h - 2) / (POLE * h + 2):.12g}, a2: 0}}
-limits: {{u_min_N: {-limit:.6g}, u_max_N: {limit:.6g}, input_max_N: {3 * max(top, limit):.6g}}}
+limits: {{u_min_N: {min(self.low, 0.0):.6g}, u_max_N: {max(self.high, 0.0):.6g}, input_max_N: {3 * top:.6g}}}
 """
 
 
 def add_options(command):
-    command.add_argument("--low", type=float, required=True, metavar="N", help="least force of your range")
-    command.add_argument("--high", type=float, required=True, metavar="N", help="largest force")
+    command.add_argument("--low", type=float, required=True, metavar="N", help="least force and command that is safe")
+    command.add_argument("--high", type=float, required=True, metavar="N", help="largest one: u never goes beyond, so F does not")
     command.add_argument("--levels", type=int, default=4, metavar="N", help="of load, 4 or more (4)")
     command.add_argument("--repeats", type=int, default=2, metavar="N", help="2 or more (2)")
-    command.add_argument("--rate", type=float, metavar="N/S", help="of u in the fastest cycles (twice --high in a second)")
-    command.add_argument("--offset", type=float, metavar="N", help="a guess of the breakaway without load (0.01 of --high)")
+    command.add_argument("--rate", type=float, metavar="N/S", help="of u in the fastest cycles (twice the largest force in a second)")
+    command.add_argument("--offset", type=float, metavar="N", help="a guess of the breakaway without load (0.01 of the largest force)")
     command.add_argument("--slope", type=float, default=0.3, metavar="X", help="and of its growth with load (0.3)")
     command.add_argument("--noise", type=float, default=0.0, metavar="N", help="of the force sensor, rms")
     command.add_argument("--u-max", type=float, metavar="N", help="largest command of the drive")
@@ -165,7 +182,8 @@ def command(options):
     rows = plan.reference()
     text = "t_s,r_N\n" + "".join(f"{t:.3f},{r:.6g}\n" for t, r in rows)
     write_directory(options.out, {"plan.csv": text.encode(), "plan.yaml": plan.scenario("plan.csv").encode()}, NAMES)
-    print(f"{plan.levels} loads from {plan.low:g} to {plan.high:g} N in both directions at {', '.join(f'{plan.rate / r:.3g}' for r in RATES)} N/s, {plan.repeats} times"
+    bottom, top = plan.range()
+    print(f"{plan.levels} loads, F from {bottom:.3g} to {top:.3g} N as guessed, u from {plan.low:g} to {plan.high:g} N, in both directions at {', '.join(f'{plan.rate / r:.3g}' for r in RATES)} N/s, {plan.repeats} times"
           + (f"; ramps inside stiction at {', '.join(f'{plan.rate / s:.3g}' for s in SLOW)} N/s" if plan.hysteresis else "; k_min, k_max, m and v0 need --hysteresis"))
     print(f"{rows[-1, 0]:.0f} s; play it without compensation: tribo-sim run {options.out}/plan.yaml --out DIR, or plan.csv as the drive's reference with that file's controller")
     return 0

@@ -17,13 +17,13 @@ POINTS = 4000  # a line
 COLOURS = {1: "#D55E00", -1: "#009E73"}
 
 
-def _png(figure):
+def picture(figure):
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=85, metadata={"Software": None})
     return f'<img src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">'
 
 
-def _figure(rows, columns, size):
+def figure_of(rows, columns, size):
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)
     for axis in axes.flat:
@@ -31,7 +31,7 @@ def _figure(rows, columns, size):
     return figure, axes
 
 
-def _page(title, lines, pictures):
+def page(title, lines, pictures):
     table = "\n".join(markup.escape(line) for line in lines)
     body = "\n".join(f"<h2>{markup.escape(t)}</h2>\n{p}" for t, p in pictures)
     return f"""<!DOCTYPE html>
@@ -43,13 +43,13 @@ def _page(title, lines, pictures):
 """
 
 
-def _thin(*columns):
+def thin(*columns):
     every = max(len(columns[0]) // POINTS, 1)
     return [c[::every] for c in columns]
 
 
-def _law(result):
-    figure, axes = _figure(1, 2, (12, 4.5))
+def law_picture(result):
+    figure, axes = figure_of(1, 2, (12, 4.5))
     force = np.linspace(max(result.loads[0][0], 0), result.loads[-1][1], 100)
     p = result.params
     for way, name in ((1, "positive"), (-1, "negative")):
@@ -69,13 +69,13 @@ def _law(result):
     axes[0, 0].legend()
     axes[0, 1].bar(range(len(result.events)), [e.error for e in result.events], color=[COLOURS[e.way] for e in result.events])
     axes[0, 1].set(xlabel="event", ylabel="own L less the law [N]", title="differences")
-    return _png(figure)
+    return picture(figure)
 
 
 def _strip(s, model, events, begin, end):
     rows = slice(int(np.searchsorted(s.t, begin)), int(np.searchsorted(s.t, end)))
-    figure, axes = _figure(2, 1, (12, 4.6))
-    t, u, force, y = _thin(s.t[rows], s.u[rows], s.force[rows], model[rows])
+    figure, axes = figure_of(2, 1, (12, 4.6))
+    t, u, force, y = thin(s.t[rows], s.u[rows], s.force[rows], model[rows])
     axes[0, 0].plot(t, force, color="#56B4E9", lw=1.8, label="F")
     axes[0, 0].plot(t, y, color="#000000", lw=0.9, ls="--", label="model")
     axes[1, 0].plot(t, u - force, color="#999999", lw=0.8, label="u - F")
@@ -88,22 +88,22 @@ def _strip(s, model, events, begin, end):
     axes[1, 0].set(ylabel="u - F [N]", xlabel="time [s]")
     axes[0, 0].legend(loc="upper right", fontsize=8)
     axes[1, 0].legend(loc="upper right", fontsize=8)
-    return _png(figure)
+    return picture(figure)
 
 
 def html(log, result, lines):
-    pictures = [("Breakaway over load", _law(result))]
+    pictures = [("Breakaway over load", law_picture(result))]
     total = sum(s.t[-1] - s.t[0] for s in log.segments)
     strip = max(STRIP_S, total / (STRIPS_MAX - len(log.segments)) if len(log.segments) < STRIPS_MAX / 2 else total)
     for index, s in enumerate(log.segments):
         events = [(n, e) for n, e in enumerate(result.events) if e.segment == index]
         for begin in np.arange(s.t[0], s.t[-1], strip):
             pictures.append((f"{s.file}, {begin:.4g} to {min(begin + strip, s.t[-1]):.4g} s", _strip(s, result.model[index], events, begin, begin + strip)))
-    return _page("Friction", lines, pictures)
+    return page("Friction", lines, pictures)
 
 
 def strokes_html(log, law, lines):
-    figure, axes = _figure(1, 1, (8, 4.5))
+    figure, axes = figure_of(1, 1, (8, 4.5))
     load = np.array([v.load for v in law.levels])
     for v in law.levels:
         axes[0, 0].plot(np.full(len(v.repeats), v.load), v.repeats, ".", color="#56B4E9")
@@ -114,30 +114,30 @@ def strokes_html(log, law, lines):
         axes[0, 0].plot(load, law.offset + law.slope * load, color="#CC79A7", label="line")
     axes[0, 0].set(xlabel="load [N]", ylabel="friction [N]")
     axes[0, 0].legend()
-    pictures = [("Friction over load", _png(figure))]
+    pictures = [("Friction over load", picture(figure))]
     for v in law.levels:
-        figure, axes = _figure(2, 1, (12, 4.6))
+        figure, axes = figure_of(2, 1, (12, 4.6))
         for number, s in enumerate([s for s in log.segments if s.file == v.file]):
-            axes[0, 0].plot(*_thin(s.t, s.u), color="#56B4E9", lw=0.8)
-            axes[1, 0].plot(*_thin(s.t, s.position), color="#999999", lw=0.8)
+            axes[0, 0].plot(*thin(s.t, s.u), color="#56B4E9", lw=0.8)
+            axes[1, 0].plot(*thin(s.t, s.position), color="#999999", lw=0.8)
             for n, first, last, way, mean in v.strokes:
                 if n == number:
                     axes[0, 0].plot(s.t[[first, last - 1]], [mean, mean], color=COLOURS[way], lw=2)
         axes[0, 0].set(ylabel="u [N]")
         axes[1, 0].set(ylabel="position", xlabel="time [s]")
-        pictures.append((v.file, _png(figure)))
-    return _page("Friction of strokes", lines, pictures)
+        pictures.append((v.file, picture(figure)))
+    return page("Friction of strokes", lines, pictures)
 
 
 TITLES = {"off": "without compensation", "on": "the new parameters", "less": "L 20 % less", "more": "L 20 % more", "old": "the old parameters"}
 
 
 def accept_html(segments, lines):
-    figure, axes = _figure(len(segments), 2, (12, 2.75 * len(segments)))
+    figure, axes = figure_of(len(segments), 2, (12, 2.75 * len(segments)))
     for row, (case, s) in enumerate(segments.items()):
-        axes[row, 0].plot(*_thin(s.t - s.t[0], s.reference), color="#CC79A7", lw=1, ls=":")
-        axes[row, 0].plot(*_thin(s.t - s.t[0], s.force), color="#56B4E9", lw=1)
+        axes[row, 0].plot(*thin(s.t - s.t[0], s.reference), color="#CC79A7", lw=1, ls=":")
+        axes[row, 0].plot(*thin(s.t - s.t[0], s.force), color="#56B4E9", lw=1)
         axes[row, 0].set(ylabel="r, F [N]", title=TITLES[case])
-        axes[row, 1].plot(*_thin(s.t - s.t[0], s.reference - s.force), color="#D55E00", lw=0.8)
+        axes[row, 1].plot(*thin(s.t - s.t[0], s.reference - s.force), color="#D55E00", lw=0.8)
         axes[row, 1].set(ylabel="r - F [N]")
-    return _page("Acceptance", lines, [("The sequence", _png(figure))])
+    return page("Acceptance", lines, [("The sequence", picture(figure))])

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.stats
 
-from .events import Refusal, binned
+from .bins import binned
+from .events import Refusal
 
 CUT = 0.15  # of the travel, left out at both ends
 SHORT = 0.5  # of the longest stroke: shorter ones are left out

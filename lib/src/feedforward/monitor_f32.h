@@ -1,0 +1,51 @@
+// What friction fed forward buys, single precision: the monitor of docs/feedforward.md. No loops; one division at a reversal.
+// Not synchronized: one state, one tick.
+
+#ifndef TRIBO_FEEDFORWARD_MONITOR_F32_H
+#define TRIBO_FEEDFORWARD_MONITOR_F32_H
+
+#include "tribo/feedforward_f32.h"
+
+#include "../number/first_order_f32.h"
+#include "constants.h"
+
+static inline void monitor_f32_start(tribo_feedforward_monitor_f32_state_t *x)
+{
+    x->v_n      = 0.0f;
+    x->played_n = 0.0f;
+    x->travel_n = 0.0f;
+    x->need_n   = 0.0f;
+}
+
+/// Once a sample: the travel of `v`, apart from the noise of y, and the share of friction.
+static inline void monitor_f32_step(const tribo_feedforward_f32_params_t  *params,
+                                    tribo_feedforward_monitor_f32_state_t *x,
+                                    float                                  v,
+                                    float                                  noise)
+{
+    const float half = params->effort_half_n + 0.5f * FEEDFORWARD_NOISE_GAIN * noise;
+    const float vf   = first_order_f32_step(x->v_n, v, params->effort_part);
+    const float vp   = limit_f32(x->played_n, vf - half, vf + half);
+    const float most = FEEDFORWARD_EFFORT_MAX * params->constant_max_n;
+    x->travel_n      = limit_f32(x->travel_n + magnitude(vp - x->played_n), 0.0f, most);
+    x->played_n      = vp;
+    x->v_n           = exceeds(vf, FEEDFORWARD_FORCE_MAX_N) ? 0.0f : vf;
+    x->share         = limit_f32(x->share + (x->harms ? -params->fade : params->fade), 0.0f, 1.0f);
+}
+
+/// At a reversal: that travel, over the change of what overcomes friction since the last, `need`.
+static inline void monitor_f32_judge(const tribo_feedforward_f32_params_t  *params,
+                                     tribo_feedforward_monitor_f32_state_t *x,
+                                     float                                  need)
+{
+    const float least = FEEDFORWARD_NEED_MIN * params->constant_max_n;
+    const float ratio = x->travel_n / (magnitude(need - x->need_n) + least);
+    const float now   = limit_f32(ratio, 0.0f, FEEDFORWARD_EFFORT_MAX);
+    const float xi    = first_order_f32_step(x->ratio, now, FEEDFORWARD_EFFORT_PART);
+    x->ratio          = within(xi, 0.0f, FEEDFORWARD_EFFORT_MAX) ? xi : 0.0f;
+    x->harms          = x->harms || x->ratio > FEEDFORWARD_HARM;
+    x->need_n         = need;
+    x->travel_n       = 0.0f;
+}
+
+#endif

@@ -1,0 +1,169 @@
+"""tribo-rig: the page, line by line; foreign rigs through the whole way; and what it refuses. The long version is study.py."""
+
+import gzip
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import bench
+import foreign
+import numpy as np
+import pytest
+import way
+
+from tribo_rig import experiments
+from tribo_rig import rig as rigs
+
+ROOT = foreign.ROOT
+PAGE = ROOT / "docs/your-rig.md"
+DATA = Path(__file__).parent / "data"
+TOLD = re.compile(r"(?<![\w.-])-?\d+\.?\d*(?:e-?\d+)?")  # a number in what the page shows
+
+
+def blocks(language):
+    return [text for kind, text in re.findall(r"^```(\w*)\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S) if kind == language]
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    """A copy of what the page's commands need, and what each of its blocks said."""
+    root = tmp_path_factory.mktemp("page")
+    for name in ("tools", "tests", "lib", "common", "host_sim"):
+        (root / name).symlink_to(ROOT / name)
+    said = []
+    for commands in blocks("sh"):
+        done = subprocess.run(["sh", "-eu", "-c", commands], cwd=root, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"{commands}\n{done.stdout}{done.stderr}"
+        said.append(done.stdout)
+    return root, said
+
+
+def test_the_page_says_what_its_commands_say(played):
+    """Word for word, and number for number within 2 %, as the last digits are the machine's."""
+    _, said = played
+    shown = blocks("")
+    assert len(shown) == 3
+    for page, out in zip(shown, said):
+        assert TOLD.sub("#", page) == TOLD.sub("#", out)
+        assert [float(x) for x in TOLD.findall(page)] == pytest.approx([float(x) for x in TOLD.findall(out)], rel=0.02, abs=0.02)
+
+
+def test_the_pages_rig_is_found(played):
+    """Friction, scale and whole lag of tests/rig/bench.py."""
+    found = json.loads((played[0] / "build/bench/result/verdict.json").read_text())
+    assert found["friction"]["offset"] == pytest.approx(0.4, rel=0.02) and found["friction"]["slope"] == pytest.approx(0.12, rel=0.01)
+    assert found["command_per_N"] == pytest.approx(1 / 1.06, rel=0.002)
+    assert sum(found["lags_s"].values()) == pytest.approx(1 / 600 + 260 / 20e3 + 1 / 300 + 2 * 5e-4, rel=0.06)
+
+
+def test_the_pages_loop_does_what_it_says_on_its_rig(played):
+    """The generated header, compiled with the library, drives the simulation; predicted against played error."""
+    result = played[0] / "build/bench/result"
+    rms = way.played(bench.Bench, bench.TICK_S, result)
+    predicted = json.loads((result / "verdict.json").read_text())["predicted_rms_N"]
+    assert rms["off"] > 5 * rms["on"]
+    assert predicted["off"][1] == pytest.approx(rms["off"], rel=0.05)
+    assert predicted["on"][1] == pytest.approx(rms["on"], rel=0.25)
+
+
+def test_the_logs_of_the_page_are_of_its_rig(played):
+    """The simulation plays the experiments again. It is deterministic but for the last digit."""
+    for name in ("1-ramp", "2-slides"):
+        made = played[0] / f"{name}.csv"
+        subprocess.run([sys.executable, ROOT / "tests/rig/bench.py", played[0] / f"build/bench/{name}.csv", made], check=True)
+        log = np.loadtxt(gzip.open(DATA / f"{name}-log.csv.gz", "rt"), delimiter=",", skiprows=1)
+        assert np.abs(np.loadtxt(made, delimiter=",", skiprows=1) - log).max() < 0.011
+
+
+@pytest.mark.parametrize("seed", [0, 5])
+def test_a_foreign_rig_goes_the_whole_way(seed, tmp_path):
+    w = way.go(foreign.truth_of(seed), tmp_path / "rig")
+    assert w.exit_code == 0, w.said
+    assert w.beyond <= 1.0
+    assert w.factor > 2.0
+    assert abs(w.off_by("off")) < 0.05
+
+
+RIG = "sample_time_s: 1.0e-3\nforce: {low_N: 0, high_N: 10}\n"
+WRONG = {
+    "nothing": ("- 1\n", "rig.yaml"),
+    "not filled in": (None, "rig.yaml:2: sample_time_s: value 'FILL_IN': must be a number"),
+    "unknown field": (RIG + "mass: 2\n", "rig.yaml:3: mass: there is no such field"),
+    "missing": ("sample_time_s: 1.0e-3\n", "rig.yaml:1: force: is missing"),
+    "tick": (RIG.replace("1.0e-3", "1.0"), "rig.yaml:1: sample_time_s: value 1.0: must be at most 0.1"),
+    "range": (RIG.replace("10}", "-1}"), "rig.yaml:2: force: value {'low_N': 0, 'high_N': -1}: high_N: value -1: must be above low_N"),
+    "task": (RIG + "task: {low_N: 2, high_N: 12}\n", "rig.yaml:3: task: value {'low_N': 2, 'high_N': 12}: must be within the safe forces, 0 to 10 N"),
+    "command": (RIG + "command_per_N: 0\n", "rig.yaml:3: command_per_N: value 0: must not be 0"),
+    "arithmetic": (RIG + "arithmetic: q15\n", "rig.yaml:3: arithmetic: value 'q15': must be one of 'f32' or 'q31'"),
+    "role": (RIG + "log: {columns: {z: a}}\n", "rig.yaml:3: log.columns.z"),
+    "yaml": (RIG + "log: {\n", "not YAML"),
+    "twice": (RIG + "sample_time_s: 1.0e-3\n", "rig.yaml:3: sample_time_s: is given twice"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_wrong_field_is_named(case, tmp_path):
+    text, said = WRONG[case]
+    if text is None:
+        assert way.call(tmp_path / "rig")[0] == 0
+    else:
+        (tmp_path / "rig").mkdir()
+        (tmp_path / "rig/rig.yaml").write_text(text)
+    code, out = way.call(tmp_path / "rig")
+    assert code == 2 and said in out, out
+    assert [p.name for p in (tmp_path / "rig").iterdir()] == ["rig.yaml"]
+
+
+@pytest.fixture(scope="module")
+def ramp():
+    """rig.yaml, and t, u, F of the first experiment on a foreign rig."""
+    data = {"sample_time_s": 1e-3, "force": {"low_N": 0, "high_N": 400}}
+    made, foreigner = experiments.ramp(rigs.validate(rigs.Rig, data, "rig.yaml")), foreign.Foreign(foreign.truth_of(0))
+    y = np.empty(len(made.u))
+    for k, command in enumerate(made.u):
+        y[k] = foreigner.read()
+        foreigner.tick(command)
+    return RIG.replace("10}", "400}"), np.c_[made.time, made.u, y]
+
+
+SPOILT = {
+    "sound": (lambda log: log, 0, "Play"),
+    "late": (lambda log: np.r_[np.c_[np.arange(500) * 1e-3, np.zeros((500, 2))], log + [0.5, 0, 0]], 0, "Play"),
+    "turned": (lambda log: log * [1, 1, -1], 3, "F falls where u rises"),
+    "in mN": (lambda log: log * [1, 1, 1000], 3, "units"),
+    "ten times": (lambda log: log * [1, 1, 10], 3, "a newton of command makes 10 N"),
+    "other command": (lambda log: log * [1, 0.5, 1], 2, "u is not what 1-ramp.csv asks for"),
+    "short": (lambda log: log[:12_000], 2, "record all of it"),
+    "in seconds": (lambda log: log * [1000, 1, 1], 2, "sample_time_s is 0.001 s"),
+    "silent": (lambda log: log * [1, 1, 0], 3, "silent"),
+    "no command": (lambda log: log * [1, 0, 1], 2, "u does not move"),
+}
+
+
+@pytest.mark.parametrize("case", SPOILT)
+def test_a_spoilt_log_stops_the_way_and_says_why(case, ramp, tmp_path):
+    text, log = ramp
+    spoil, code, said = SPOILT[case]
+    (tmp_path / "rig.yaml").write_text(text)
+    np.savetxt(tmp_path / "1-ramp-log.csv", spoil(log), delimiter=",", header="t_s,u_N,F_N", comments="", fmt="%.7g")
+    got, out = way.call(tmp_path)
+    assert got == code and said in out, out
+    assert (tmp_path / "2-slides.csv").exists() == (code == 0)
+
+
+@pytest.mark.parametrize("safe", [(0, 10), (-10, 10), (-3, 10), (1, 10)])
+def test_no_experiment_leaves_the_safe_forces(safe):
+    """Whatever the ramp finds, within what it lets through: command and force of an arm without friction."""
+    source = np.random.default_rng(28)
+    rig = rigs.validate(rigs.Rig, {"sample_time_s": 1e-3, "force": {"low_N": safe[0], "high_N": safe[1]}}, "rig.yaml")
+    low, high = min(safe[0], 0), safe[1]
+    first = experiments.ramp(rig).u
+    assert 0.5 * low <= first.min() and first.max() <= 0.5 * high
+    for _ in range(20):
+        found = experiments.First(source.uniform(0.7, 1.5), source.uniform(-1, 1), source.uniform(0, 0.5), source.uniform(0, 0.25), 0.001)
+        u = experiments.slides(rig, found).u
+        for x in (u, found.scale * u + found.bias):
+            assert low - abs(found.bias) - 1e-9 <= x.min() and x.max() <= high + 1e-9
+        assert np.ptp(u) > 0.3 * (high - low) / found.scale

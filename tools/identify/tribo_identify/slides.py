@@ -1,0 +1,187 @@
+"""Breakaway and command from the slides alone, whatever the friction is like inside stiction.
+
+Once the arm has gone on one way for long, friction is L, and with the lags before and behind friction as T1 and T2,
+
+    F + T2 dF/dt = scale u - T1 du/dt + gravity - way (offset + slope |F|).
+
+A slide is a run of F from one turn to the next; what counts is its later part. Linear least squares, each slide with the same weight; intervals by bootstrap
+over slides, and by what the answer changes with the part of the slides that is taken: an error of this law.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.ndimage
+import scipy.special
+
+from .bins import binned, bin_size, noise_of
+
+PART = 0.5  # of a slide's way: it counts from there on
+PARTS = (0.3, 0.7)  # that the answer may depend on
+END = 0.98
+SHORT = 0.08  # of the range of F: shorter slides do not count
+SLOW = 0.3  # of a slide's median rate: rows that turn
+ENOUGH = 8  # slides for an interval
+SURE = 12  # and to be taken in place of the model
+LAG_S = 0.05
+DRAWS = 999
+COLUMNS = {"symmetric": ("offset", "slope", "scale", "gravity"), "calibrated": ("offset_positive", "slope_positive", "offset_negative", "slope_negative")}
+
+
+@dataclass
+class Line:
+    values: dict
+    lag_s: float
+    error: float  # N, median over the slides
+    slides: int
+    draws: np.ndarray  # of the values' differences, a column each
+    rows: np.ndarray  # bins that count, of all segments together
+
+    def law(self):
+        return {"scale": 1.0, "gravity": 0.0} | self.values
+
+    def breakaway(self, force, way):
+        offset, slope = (np.where(way > 0, self.values.get(f"{n}_positive"), self.values.get(f"{n}_negative")) if n not in self.values else self.values[n] for n in ("offset", "slope"))
+        return offset + slope * np.abs(force)
+
+    def is_sure(self):
+        return self.slides >= SURE
+
+
+def turns(y, room):
+    """(way, first, last) of each run of y from one turn to the next; what goes back by less than `room` is no turn."""
+    runs, way, low, high, first = [], 0, 0, 0, 0
+    for k in range(1, len(y)):
+        if way >= 0 and y[k] >= y[high]:
+            high = k
+        if way <= 0 and y[k] <= y[low]:
+            low = k
+        if way >= 0 and y[high] - y[k] > room:
+            runs, first, way, low = runs + [(way or 1, first, high)], high, -1, k
+        elif way <= 0 and y[k] - y[low] > room:
+            runs, first, way, high = runs + [(way or -1, first, low)], low, 1, k
+    return runs + ([(way, first, high if way > 0 else low)] if way else [])
+
+
+def runs_of(log):
+    """Each segment's averages u, du/dt, F, dF/dt and the runs of F that are long enough."""
+    span = max(np.ptp(s.force) for s in log.segments)
+    found = []
+    for s in log.segments:
+        size = bin_size(s.h)
+        u, y = binned(s.u, size), binned(s.force, size)
+        runs = turns(y, 10 * noise_of(y) + 2e-3 * span) if len(y) > 3 else []
+        slope = [np.gradient(x, size * s.h) if len(x) > 1 else np.zeros(len(x)) for x in (u, y)]
+        found.append((u, slope[0], y, slope[1], [r for r in runs if abs(y[r[2]] - y[r[1]]) > SHORT * span]))
+    return found
+
+
+def spans(log):
+    """(way, low, high) of each run."""
+    return [(way, *sorted((float(y[first]), float(y[last])))) for *_, y, _, runs in runs_of(log) for way, first, last in runs]
+
+
+def later(found, part):
+    """Rows u, du/dt, F, dF/dt, way, slide, bin of the later part of each run."""
+    rows, offset, number = [], 0, 0
+    for u, du, y, dy, runs in found:
+        for way, first, last in runs:
+            k = np.arange(first, last + 1)
+            gone = way * (y[k] - y[first])
+            k = k[(gone > part * gone[-1]) & (gone < END * gone[-1])]
+            k = k[way * dy[k] > SLOW * np.median(way * dy[k])] if len(k) else k
+            rows.append(np.c_[u[k], du[k], y[k], dy[k], np.full(len(k), way), np.full(len(k), number), offset + k])
+            number += 1
+        offset += len(y)
+    return np.concatenate(rows) if rows else np.zeros((0, 7))
+
+
+def system(rows, assume):
+    """Matrix, the lags' columns last, and right side."""
+    u, du, y, dy, way = rows[:, :5].T
+    up, down, lags = (way > 0).astype(float), (way < 0).astype(float), np.c_[-du, -dy]
+    if assume == "symmetric":
+        return np.c_[-way, -way * np.abs(y), u, np.ones(len(u)), lags], y
+    return np.c_[-up, -up * np.abs(y), down, down * np.abs(y), lags], y - u
+
+
+def prior(a, rows):
+    """A weak one, of lags about 0: slides of one rate do not tell them from the offset. As rows below the matrix."""
+    size = 1e-3 * np.ptp(rows[:, 2]) / LAG_S
+    return np.diag(np.r_[np.full(a.shape[1] - 2, 1e-9 * np.abs(a).max()), size, size])
+
+
+def solve(rows, assume):
+    """Solution, its errors, and the weights of rows; those far off have none."""
+    a, b = system(rows, assume)
+    slide = rows[:, 5].astype(int)
+    keep = np.ones(len(rows), bool)
+    for _ in range(4):
+        weight = keep / np.sqrt(np.maximum(np.bincount(slide, keep)[slide], 1))
+        x = np.linalg.lstsq(np.r_[weight[:, None] * a, prior(a, rows)], np.r_[weight * b, np.zeros(a.shape[1])], rcond=None)[0]
+        error = np.abs(b - a @ x)
+        keep = error <= 5 * np.median(error) + 1e-12
+    return x, error, weight
+
+
+def draw(rows, assume, x, weight, seed=1):
+    """Differences from the solution where slides are drawn anew, each without its own pull."""
+    a, b = system(rows, assume)
+    slide = rows[:, 5].astype(int)
+    used, number = np.unique(slide, return_inverse=True)
+    n, p = len(used), a.shape[1]
+    own, g = np.zeros((n, p, p)), np.zeros((n, p))
+    np.add.at(own, number, (weight**2)[:, None, None] * a[:, :, None] * a[:, None, :])
+    np.add.at(g, number, (weight**2 * (b - a @ x))[:, None] * a)
+    total = own.sum(0) + prior(a, rows) ** 2
+    g = (total @ np.linalg.solve(total - own, g[..., None]))[..., 0]
+    draws = np.random.default_rng(seed).multinomial(n, np.full(n, 1 / n), size=DRAWS)
+    wider = scipy.special.stdtrit(max(n - p, 1), 0.975) / 1.96
+    return wider * np.linalg.solve(total, (draws @ (g - g.mean(0))).T).T
+
+
+def error_draws(rows, assume, weight, error, source):
+    """What the line leaves may be an error of any one value, as large as it stands in all slides alike."""
+    a, _ = system(rows, assume)
+    share = weight / np.sqrt(np.sum(weight**2))
+    upper = np.linalg.qr(np.r_[share[:, None] * a, prior(a, rows) / np.sqrt(np.sum(weight**2))], mode="r")
+    return error / 2 * np.linalg.solve(upper, source.normal(size=(a.shape[1], DRAWS))).T
+
+
+def line(log, assume):
+    """The law through the slides, or None where there are too few."""
+    found = runs_of(log)
+    rows = later(found, PART)
+    slides = len(np.unique(rows[:, 5]))
+    if slides < 4 or len(np.unique(rows[:, 4])) < 2 or len(rows) < 20:
+        return None
+    x, error, weight = solve(rows, assume)
+    values = dict(zip(COLUMNS[assume], x))
+    lag = (x[-2] + x[-1] * values.get("scale", 1.0)) / values.get("scale", 1.0)
+    draws = np.zeros((DRAWS, 4))
+    if slides >= ENOUGH:
+        changed = np.subtract(*(solve(later(found, part), assume)[0] for part in PARTS))
+        source = np.random.default_rng(2)
+        draws = draw(rows, assume, x, weight) + source.normal(size=(DRAWS, 1)) * changed / 2 + error_draws(rows, assume, weight, np.median(error), source)
+        draws = draws[:, :4]
+    return Line(values, float(lag), float(np.median(error)), slides, draws, rows[:, 6].astype(int))
+
+
+def fall(log, line):
+    """By how much friction is larger as F begins to move than later in the slide, relative; and half of the interval. From the slowest third of the slides,
+    where the lags move net force least."""
+    found, p = [], line.law()
+    for u, du, y, _, runs in runs_of(log):
+        for way, first, last in runs:
+            k = np.arange(first, last + 1)
+            share = way * (p["scale"] * (u[k] - line.lag_s * du[k]) + p["gravity"] - y[k]) / line.breakaway(y[k], way)
+            gone = way * (y[k] - y[first])
+            begin, later = int(np.argmax(gone > PART * gone[-1])), (gone > PART * gone[-1]) & (gone < END * gone[-1])
+            if begin >= 5 and later.sum() >= 3:
+                found.append((np.median(np.abs(du[k])), np.max(scipy.ndimage.median_filter(share[:begin], 3)) - np.median(share[later])))
+    if len(found) < ENOUGH:
+        return 0.0, np.inf
+    rate, share = np.array(found).T
+    share = share[rate <= np.quantile(rate, 1 / 3)]
+    half = 1.96 * 1.2533 * 1.4826 * np.median(np.abs(share - np.median(share))) / np.sqrt(len(share))
+    return float(np.median(share)), float(half)

@@ -1,0 +1,154 @@
+"""The experiments: u to play, a row a tick, never beyond the safe forces.
+
+Friction only takes from u: at rest |F| is at most |u| (scale and bias apart). The first ramp does not know the scale yet, so it goes to a
+half of the safe forces only. What follows knows it, and keeps F and the command itself within them.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tribo_design.errors import DesignError, InputError
+from tribo_identify.events import Refusal
+from tribo_identify.plan import Plan
+
+RAMP = 0.5  # of the safe forces: safe where a newton of command makes up to two
+RAMP_PARTS = (0.3, 0.6, 1.0)  # of that, one after the other
+RAMP_S = 5.0  # for the largest part, one way
+REST_S = 1.0
+STEP_PART = 0.2  # of the range: two steps in a row and all of their overshoot stay within it
+STEPS = 3  # of two up and two down
+APPROACH_S = 1.0  # until F slides, before they begin
+
+
+@dataclass
+class Experiment:
+    name: str
+    time: np.ndarray
+    u: np.ndarray  # N, as commanded
+    split_s: float = 0.0  # where the steps end and the slides begin
+
+    def csv(self, command_per_N):
+        rows = "".join(f"{t:.7g},{u:.7g}\n" for t, u in zip(self.time, self.u * command_per_N))
+        return f"t_s,u\n{rows}"
+
+
+def _sampled(name, corners, h, split_s=0.0):
+    corners = np.array(corners)
+    time = np.arange(int(np.ceil(corners[-1, 0] / h)) + 1) * h
+    return Experiment(name, time, np.interp(time, corners[:, 0], corners[:, 1]), split_s)
+
+
+def ramp(rig):
+    """Up and down, to more each time; with a negative safe force also to that side."""
+    corners = [(0.0, 0.0), (REST_S, 0.0)]
+    for part in RAMP_PARTS:
+        for end in (rig.force.high_N, rig.force.low_N):
+            if end * (1 if end == rig.force.high_N else -1) <= 0:
+                continue
+            last = corners[-1][0]
+            corners += [(last + part * RAMP_S, RAMP * part * end), (last + 2 * part * RAMP_S, 0.0)]
+    return _sampled("1-ramp", [*corners, (corners[-1][0] + REST_S, 0.0)], rig.sample_time_s)
+
+
+def steps(plan, hold_s):
+    """Corners of u in which F never stops between two steps of one way, so that they show the lags alone."""
+    bottom, top = plan.range()
+    span = top - bottom
+    corners = [(0.0, 0.0), (REST_S, 0.0)]
+
+    def go(force, way, seconds):
+        corners.append((corners[-1][0] + seconds, force + way * plan.breakaway(force)))
+
+    for number in range(STEPS):
+        shift = 0.05 * span * number
+        for way, levels in ((1, (0.2, 0.2 + STEP_PART, 0.2 + 2 * STEP_PART)), (-1, (0.55, 0.55 - STEP_PART, 0.55 - 2 * STEP_PART))):
+            go(bottom + levels[0] * span + way * shift, way, APPROACH_S)
+            for level in levels[1:]:
+                corners.append((corners[-1][0] + hold_s / 2, corners[-1][1]))
+                go(bottom + level * span + way * shift, way, 0.0)
+            corners.append((corners[-1][0] + hold_s, corners[-1][1]))
+    return [*corners, (corners[-1][0] + 2 * APPROACH_S, 0.0), (corners[-1][0] + 2 * APPROACH_S + REST_S, 0.0)]
+
+
+def slides(rig, first):
+    """Steps, then the plan of tribo-identify, in newton of F; then by scale and bias of the ramp as commands."""
+    low, high = (sorted((force, first.scale * force + first.bias))[place] for force, place in ((rig.force.low_N, 1), (rig.force.high_N, 0)))
+    try:
+        plan = Plan(low, high, offset=max(first.offset, 1e-3 * rig.force.largest), slope=float(np.clip(first.slope, 0, 0.9)), noise=first.noise,
+                    sample_time_s=rig.sample_time_s, rate=rig.force.largest).check()
+    except InputError as error:
+        raise Refusal("few loads", f"1-ramp-log.csv: {str(error).replace('--low', 'force.low_N').replace('--high', 'force.high_N')}") from None
+    corners = steps(plan, max(0.5, 250 * rig.sample_time_s))
+    split = corners[-1][0]
+    corners += [(split + t, u) for t, u in plan.commands()[1:]]
+    corners = [(t, (u - first.bias * min(t, REST_S) / REST_S) / first.scale) for t, u in corners]
+    made = _sampled("2-slides", [*corners, (corners[-1][0] + 1.0, 0.0)], rig.sample_time_s, split)
+    made.u = np.clip(made.u, min(rig.force.low_N, 0.0), rig.force.high_N)
+    return made
+
+
+def aligned(log, made, path):
+    """The log as one piece from where the experiment begins to where it ends. A log of something else is refused."""
+    if len(log.segments) != 1:
+        raise InputError(f"{path}: has {len(log.segments)} pieces; one record without gaps is needed (log.resample mends small ones)")
+    s = log.segments[0]
+    if s.force is None:
+        raise InputError(f"{path}: there is no force: name its column in rig.yaml (log.columns.F)")
+    h = made.time[1] - made.time[0]
+    if abs(s.h / h - 1) > 0.01:
+        raise InputError(f"{path}: a row every {s.h:.6g} s, but sample_time_s is {h:g} s; record at the tick of the loop, or correct log.units.t")
+    far = 0.02 * np.ptp(made.u)
+    begins = np.flatnonzero(np.abs(s.u - s.u[0]) > far)
+    if not len(begins):
+        raise InputError(f"{path}: u does not move: it must be the command as played (log.columns.u)")
+    shift = int(begins[0]) - int(np.flatnonzero(np.abs(made.u - made.u[0]) > far)[0])
+    rows = np.arange(len(made.u)) + shift
+    inside = (rows >= 0) & (rows < len(s.u))
+    if inside.sum() < 0.9 * len(rows):
+        raise InputError(f"{path}: lasts {len(s.u) * h:.4g} s; {made.name}.csv lasts {len(rows) * h:.4g} s: record all of it")
+    off = np.abs(s.u[rows[inside]] - made.u[inside])
+    if np.percentile(off, 95) > 0.05 * np.ptp(made.u):
+        at = made.time[inside][int(np.argmax(off > 0.05 * np.ptp(made.u)))]
+        raise InputError(f"{path}: u is not what {made.name}.csv asks for, first at {at:.4g} s: another experiment, another column (log.columns.u), or command_per_N differs")
+    return part(log, shift * h, shift * h + made.time[-1])
+
+
+def part(log, begin_s, end_s):
+    """The log's only segment between two times of its own."""
+    s = log.segments[0]
+    rows = slice(max(int(round(begin_s / s.h)), 0), min(int(round(end_s / s.h)) + 1, len(s.u)))
+    piece = replace(s, t=s.t[rows] - s.t[rows][0], u=np.ascontiguousarray(s.u[rows]), force=np.ascontiguousarray(s.force[rows]), position=None, speed=None, reference=None)
+    return replace(log, segments=[piece])
+
+
+@dataclass
+class First:
+    """What the ramp tells: F = scale u + bias - friction."""
+
+    scale: float
+    bias: float
+    offset: float
+    slope: float
+    noise: float
+
+
+def of_ramp(log):
+    """By linear least squares over the slides, as the fit of tribo-identify starts."""
+    from tribo_identify import events, friction, native
+
+    events.check(log)
+    found, ways = events.find(log)
+    if len({e.way for e in found}) < 2:
+        raise Refusal("one direction", "1-ramp-log.csv: F does not slide in both directions: friction is larger than the ramp, or the force sensor does not see the motor. "
+                                       "Look at the log; a larger safe force (force.high_N) lets the ramp go further")
+    (scale, bias, offset, slope), _ = friction.start(log, native.PAPER, ways)
+    s = log.segments[0]
+    noise = float(np.median(np.abs(np.diff(s.force, 2))) / (0.6745 * np.sqrt(6)))
+    if scale < 0:
+        raise Refusal("sign", "1-ramp-log.csv: F falls where u rises: turn the sign of command_per_N, or of F by log.scales.F: -1")
+    if not 0.5 <= scale <= 2:
+        raise Refusal("units", f"1-ramp-log.csv: a newton of command makes {scale:.3g} N: correct command_per_N (now 1, say {1 / scale:.3g} times what it is), remove the log and play the ramp again")
+    if not offset + slope * np.median(np.abs(s.force)) > 0:
+        raise DesignError("1-ramp-log.csv: friction would push the way that F goes: u and F are not of the same time, or one of them is filtered for long")
+    return First(float(scale), float(bias), float(max(offset, 0.0)), float(max(slope, 0.0)), noise)

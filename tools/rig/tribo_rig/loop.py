@@ -1,0 +1,137 @@
+"""The loop of what was found: controller, feed-forward and guard, as a scenario; and what it does on the plant that was found."""
+
+import copy
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from tribo_design import pipeline, tuning
+from tribo_design.config import validate, Design
+from tribo_design.errors import DesignError
+from tribo_design.output import yaml_text
+from tribo_identify import accept, command_friction, native
+
+CROSSOVER = 0.7  # of the loop's bandwidth by its whole lag: the wish that the design starts with
+SLOWER = (1.0, 0.7, 0.5, 0.35, 0.25)  # times that, until the loop is robust
+U_PER_R = 4.0
+ROOM = 1.5  # of full scale and largest credible force over the safe ones
+LAGS = (0.8, 1.25)  # of the plant over the model, that compensation must still help with
+HELPS = 0.9  # of the error without compensation: in the worst of all plants it must be below
+
+
+class NotSafe(DesignError):
+    """No loop was found that is better than none on all plants near the one that was found."""
+
+    exit_code = 4
+
+
+def plant_of(lags, h):
+    """Of u in newton of F at rest, so of gain 1; poles beyond ten Nyquist frequencies left out."""
+    arm = np.roots([lags.inertia, lags.damping, 1.0])
+    poles = [p for p in (-lags.actuator, *arm, -lags.sensor) if abs(p) < 10 * np.pi / h]
+    return {"gain": 1.0, "zeros": [], "poles": [f"{p.real:.9g}{p.imag:+.9g}j" if np.imag(p) else f"{np.real(p):.9g}" for p in poles], "delay_s": lags.delay}
+
+
+def design_of(rig, lags, bandwidth):
+    limit = ROOM * rig.force.largest
+    data = {"name": rig.name, "sample_time_s": rig.sample_time_s, "plant": plant_of(lags, rig.sample_time_s),
+            "weights": {"wishes": {"bandwidth_rad_s": bandwidth, "u_per_r": U_PER_R}},
+            "fixed_point": {"full_scale_n": 2 * limit, "u_max_n": limit}, "ramp": {"rate_n_per_s": 0.1 * rig.force.largest, "duration_s": 5.0}}
+    return validate(Design, data, "rig.yaml")
+
+
+def task_of(rig, result):
+    """Low and high force of the loop: the user's, or where the experiment was."""
+    if rig.task is not None:
+        return rig.task.low_N, rig.task.high_N
+    low, high = result.loads[0][0], result.loads[-1][1]
+    return low + 0.25 * (high - low), high - 0.1 * (high - low)
+
+
+def scenario(rig, lags, result, noise):
+    """All of the loop but its controller, as a scenario whose plant is the one that was found."""
+    low, high = task_of(rig, result)
+    number = lambda x: float(f"{x:.9g}")
+    arm = {"inertia_N_s2_per_deg": number(lags.inertia), "damping_N_s_per_deg": number(lags.damping), "stiffness_N_per_deg": 1.0}
+    friction = command_friction.mapping_of(result)
+    friction["pulse_width_s"] = number(3 * rig.sample_time_s)
+    tree = {"description": f"{rig.name}, by tribo-rig", "duration_s": 40.0, "sample_time_s": rig.sample_time_s,
+            "reference": {"kind": "triangle", "low_N": number(low), "high_N": number(high), "period_s": 10.0},
+            "plant": {"step_s": number(rig.sample_time_s / max(np.ceil(rig.sample_time_s / 1e-4), 4)), "actuator_pole_rad_per_s": number(lags.actuator), "arm": arm, "friction": friction},
+            "sensor": {"pole_rad_per_s": number(lags.sensor), "delay_s": number(lags.delay), "noise_N": number(noise)},
+            "controller": {"kind": "none"}, "compensator": {"arm": arm, "friction": friction},
+            "limits": {"u_min_N": number(min(rig.force.low_N, 0.0)), "u_max_N": number(rig.force.high_N), "input_max_N": number(ROOM * rig.force.largest),
+                       "full_scale_N": number(2 * ROOM * rig.force.largest)},
+            "metrics": {"start_s": 10.0}}
+    return copy.deepcopy(tree)  # nothing in two places
+
+
+def predicted(loop, noise):
+    """accept's runs: by case, for L 10 % less, right, 10 % more. And (off, on) for lags that are off."""
+    low, high = loop["reference"]["low_N"], loop["reference"]["high_N"]
+    runs = accept.predict(loop, low, high, noise)
+    lags = []
+    with tempfile.TemporaryDirectory() as name:
+        for times in LAGS:
+            pair = []
+            for case in ("off", "on"):
+                tree = accept.case_of(loop, case, low, high)
+                tree["plant"]["actuator_pole_rad_per_s"] /= times
+                tree["sensor"]["pole_rad_per_s"] /= times
+                pair.append(accept.run(tree, noise, Path(name)))
+            lags.append(pair)
+    return runs, lags
+
+
+def against(runs, lags):
+    """Why this loop is not to be used, or nothing."""
+    reasons = []
+    for case, what in (("on", "the friction that was found"), ("less", "L 20 % less in the loop"), ("more", "L 20 % more in the loop")):
+        worst = max(on.rms / off.rms for on, off in zip(runs[case], runs["off"]))
+        if worst > HELPS:
+            reasons.append(f"with {what} the error is {worst:.2g} times that without compensation")
+    worst = max(on.rms / off.rms for off, on in lags)
+    if worst > HELPS:
+        reasons.append(f"with lags {LAGS[0]:g} to {LAGS[1]:g} times those that were found the error is {worst:.2g} times that without compensation")
+    return reasons
+
+
+def with_presliding(tree, found):
+    """The scenario with breakaway and plant of presliding.fit."""
+    tree = copy.deepcopy(tree)
+    for place in (tree["plant"], tree["compensator"]):
+        place["friction"] = accept.scaled(place["friction"], found.times)
+    tree["plant"] |= found.plant
+    return tree
+
+
+def make(rig, lags, base, digest):
+    """(loop, design's result, predicted runs, what was refused) of the fastest wish that goes through. `base` is the loop without controller."""
+    refused, noise = [], base["sensor"]["noise_N"]
+    base["compensator"] |= tuning.compensator(tuning.rig_of(base, "loop.yaml"))
+    wishes = [rig.bandwidth_rad_s] if rig.bandwidth_rad_s else [part * CROSSOVER / (lags.whole + rig.sample_time_s) for part in SLOWER]
+    for bandwidth in wishes:
+        try:
+            designed = pipeline.synthesize(design_of(rig, lags, bandwidth), digest, "rig.yaml")
+        except DesignError as error:
+            refused.append(f"bandwidth {bandwidth:.3g} rad/s: {str(error).splitlines()[0]}")
+            continue
+        rows = [dict(zip(("b0", "b1", "b2", "a1", "a2"), (float(f"{x:.9g}") for x in row))) for row in np.array(designed.f32, float)]
+        loop = base | {"controller": {"kind": "delta", "sections": rows}}
+        runs, other = predicted(loop, noise)
+        reasons = against(runs, other)
+        if not reasons:
+            return loop, designed, runs, refused
+        refused.append(f"bandwidth {bandwidth:.3g} rad/s: {'; '.join(reasons)}")
+    way = "model" in base["plant"]
+    raise NotSafe("no loop was found that is better than no compensation on all plants near this one:\n" + "\n".join(refused) + "\nWhat would help: "
+                  + ("friction builds up over a way here, which the feed-forward does not have yet: a reference with longer strokes (task in rig.yaml)" if way else
+                     "a shorter delay or a faster sensor, or a task further from 0 N (task in rig.yaml)"))
+
+
+def header(loop, rig):
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "loop.yaml"
+        path.write_text(yaml_text(loop), encoding="utf-8")
+        return native.run_tribo_sim("params", path, "--arith", rig.arithmetic, "--name", rig.name)[0]

@@ -1,0 +1,85 @@
+"""From the logs to the files of the result."""
+
+import json
+
+import numpy as np
+
+from tribo_design.output import yaml_text
+from tribo_identify import friction
+from tribo_identify.events import Refusal
+
+from . import experiments, lags, loop, presliding, report
+
+GAINS = 1.2  # factor by which the error falls, below which the verdict calls it little
+BUDGET_US = 250  # the drive's default, which must not be beyond its period
+UNSURE = 0.1  # relative half interval of L, above which the report asks for more
+
+
+def of(rig, first, slides, log, digest):
+    """(files of the result, lines to say)."""
+    steps = experiments.part(log, 0.0, slides.split_s)
+    found = lags.fit(steps.segments[0], first, rig.known)
+    if found.residual_rms > lags.LEFT * found.level:
+        raise Refusal("model", f"2-slides-log.csv: no lags and friction make the steps of this log: F is off by {found.residual_rms:.3g} N rms, {100 * found.residual_rms / found.level:.2g} % of "
+                               "breakaway. Is the arm against a stiff contact, and u what the motor got? Play 2-slides.csv again, and look whether F repeats itself")
+    slow = experiments.part(log, slides.split_s - experiments.REST_S, slides.time[-1])
+    known = {name: found.params[name] for name in ("actuator", "sensor", "damping", "inertia", "stiffness", "delay")}
+    result = friction.identify(slow, known, allow_slides=False)  # presliding.fit begins at the model's breakaway
+    scale = next(e.value for e in result.estimates if e.name == "scale")
+    base = loop.scenario(rig, found, result, first.noise)
+    builds_up = presliding.fit(base, log.segments[0], slides.split_s, scale, found.level)
+    made, designed, runs, refused = loop.make(rig, found, loop.with_presliding(base, builds_up), digest)
+    per_n = rig.command_per_N / scale
+    lines = verdict(rig, made, found, result, builds_up, runs, per_n)
+    text = loop.header(made, rig)
+    factor = f"#define {rig.name.upper()}_COMMAND_PER_N {np.float32(per_n):.8e}f ///< what the drive puts out for a newton of u\n"
+    files = {"loop.yaml": (_head(per_n, digest) + yaml_text(made)).encode(),
+             f"{rig.name}_params.h": text.replace("// clang-format off\n", "// clang-format off\n" + factor, 1).encode(),
+             "registers.txt": registers(rig, made, per_n).encode(),
+             "verdict.json": (json.dumps(numbers(made, found, result, runs, per_n), indent=1) + "\n").encode()}
+    details = [*friction.line_of(result), *(f"note: {r}" for r in result.remarks), *(f"tried and left: {r}" for r in refused)]
+    files["report.html"] = report.html(rig, lines, details, made, found, result, steps, slow, designed).encode()
+    return files, lines
+
+
+def _head(per_n, digest):
+    return (f"# The loop of your rig, by tribo-rig from logs of SHA-256 {digest[:16]}. u is in newton of F at rest: put u times {per_n:.6g} out.\n"
+            "# tribo-sim run plays it; tribo-identify accept judges it on the rig.\n")
+
+
+def numbers(made, found, result, runs, per_n):
+    return {"command_per_N": per_n, "lags_s": {"actuator": 1 / found.actuator, "arm": found.damping, "sensor": 1 / found.sensor, "delay": found.delay},
+            "friction": {e.name: e.value for e in result.estimates}, "predicted_rms_N": {case: [run.rms for run in plants] for case, plants in runs.items()},
+            "task_N": [made["reference"]["low_N"], made["reference"]["high_N"]]}
+
+
+def verdict(rig, made, found, result, builds_up, runs, per_n):
+    """Half a page in words: what was found, what is to be expected, what to do next."""
+    low, high = made["reference"]["low_N"], made["reference"]["high_N"]
+    middle = (low + high) / 2
+    L = builds_up.times * float(np.mean(friction.breakaway(result.params, result.table, middle)))
+    off, on = ([run.rms for run in runs[case]] for case in ("off", "on"))
+    factor = off[1] / on[1]
+    lines = [f"VERDICT: {'tuned' if factor >= GAINS else 'tuned, but it gains little'}: compensation divides the error on a triangle of {low:.3g} to {high:.3g} N by {factor:.3g} "
+             f"({min(a / b for a, b in zip(off, on)):.3g} to {max(a / b for a, b in zip(off, on)):.3g} if breakaway is off by 10 %), from {off[1]:.3g} to {on[1]:.3g} N rms; simulated.",
+             f"friction: {L:.4g} N at {middle:.3g} N" + (f", a table of {len(result.table)} loads" if result.table else f", {builds_up.times * result.params['offset_positive']:.4g} N + {builds_up.times * result.params['slope_positive']:.4g} |F|")
+             + f"; known within {100 * result.L_half:.2g} %" + (f"; builds up while F goes {builds_up.way:.3g} N, so that feed-forward of a jump gains less" if builds_up.way else ""),
+             f"command: put u times {per_n:.6g} out" + (f" (a newton of yours makes {rig.command_per_N / per_n:.4g} N)" if abs(rig.command_per_N / per_n - 1) > 0.005 else "")
+             + f"; bias or gravity {result.params['gravity']:.3g} N",
+             f"lags: actuator {1e3 / found.actuator:.3g} ms, arm {1e3 * found.damping:.3g} ms, sensor {1e3 / found.sensor:.3g} ms, delay {1e3 * found.delay:.2f} ms; {1e3 * found.whole:.3g} ms in all. "
+             "The sum is sure; which lag is whose is not (known in rig.yaml tells)",
+             f"the model leaves {100 * found.residual_rms / found.level:.2g} % of breakaway in the steps, {100 * result.residual_rms / found.level:.2g} % in the slides"]
+    if result.L_half > UNSURE:
+        lines.append("more would be known from 2-slides.csv played again in a quieter hour, or with a larger force.high_N")
+    return lines + [f"next: params of {rig.name}_params.h into the drive, then on the rig tribo-identify accept loop.yaml --low {low:.3g} --high {high:.3g} --out sequence"]
+
+
+def registers(rig, made, per_n):
+    """For a drive of this project: what its bus needs beside the loop."""
+    keys = {"drive.period_us": round(1e6 * rig.sample_time_s), "drive.command_n_per_unit": abs(1 / per_n), "drive.command_reversed": int(per_n < 0),
+            "drive.actuator_pole_rad_per_s": made["plant"]["actuator_pole_rad_per_s"], "drive.sensor_pole_rad_per_s": made["sensor"]["pole_rad_per_s"],
+            "drive.full_scale_n": made["limits"]["full_scale_N"]}
+    if keys["drive.period_us"] < BUDGET_US:
+        keys["drive.budget_us"] = keys["drive.period_us"]
+    sets = " ".join(f"{key}={value:.7g}" for key, value in keys.items())
+    return f"tribo-link params set {sets}\ntribo-link params from loop.yaml\ntribo-link params save\n"

@@ -1,0 +1,94 @@
+"""rig.yaml: what the owner of a rig knows of it."""
+
+from pathlib import Path
+from typing import Annotated, Literal, Optional
+
+from pydantic import Field, field_validator, model_validator
+
+from tribo_design.config import Number, Positive, Strict, load_yaml, validate
+from tribo_design.reading import read_text
+
+FORCE_MAX = 1e6  # N, of the library
+RANGE_MIN = 1e-3  # N, of the design's full scale
+Safe = Annotated[Number, Field(ge=-FORCE_MAX, le=FORCE_MAX)]
+Pole = Annotated[Number, Field(ge=1e-2, le=1e6)]
+
+
+class Force(Strict):
+    low_N: Safe
+    high_N: Safe
+
+    @model_validator(mode="after")
+    def _order(self):
+        if not self.high_N - self.low_N >= RANGE_MIN:
+            raise ValueError(f"high_N: value {self.high_N:g}: must be above low_N, {self.low_N:g}, by at least {RANGE_MIN:g} N")
+        if not self.high_N > 0:
+            raise ValueError(f"high_N: value {self.high_N:g}: must be above 0; turn the signs of command and force where the rig only pulls")
+        return self
+
+    @property
+    def largest(self):
+        return max(abs(self.low_N), abs(self.high_N))
+
+
+class Task(Force):
+    """The forces that the loop is for, inside the safe ones."""
+
+
+class Log(Strict):
+    """How to read a log; as --column, --unit and --scale of tribo-identify."""
+
+    columns: dict[Literal["t", "u", "F"], str] = {}
+    units: dict[Literal["t", "F"], str] = {}
+    scales: dict[Literal["t", "F"], Number] = {}
+    resample: bool = False
+
+
+class Known(Strict):
+    """What need not be found, as it is in a data sheet."""
+
+    actuator_pole_rad_per_s: Optional[Pole] = None
+    sensor_pole_rad_per_s: Optional[Pole] = None
+
+
+class Rig(Strict):
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,30}$")] = "loop"
+    sample_time_s: Annotated[Number, Field(ge=1e-5, le=0.1)]
+    force: Force
+    command_per_N: Annotated[Number, Field(ge=-1e9, le=1e9)] = 1.0
+    log: Log = Log()
+    known: Known = Known()
+    task: Optional[Task] = None
+    bandwidth_rad_s: Optional[Positive] = None
+    arithmetic: Literal["f32", "q31"] = "f32"
+
+    @field_validator("command_per_N")
+    @classmethod
+    def _not_0(cls, value):
+        if not abs(value) >= 1e-9:
+            raise ValueError("must not be 0")
+        return value
+
+    @field_validator("task")
+    @classmethod
+    def _is_safe(cls, task, info):
+        safe = info.data.get("force")
+        if task is not None and safe is not None and not safe.low_N <= task.low_N < task.high_N <= safe.high_N:
+            raise ValueError(f"must be within the safe forces, {safe.low_N:g} to {safe.high_N:g} N")
+        return task
+
+    def words(self):
+        """Of tribo-sim log."""
+        words = [w for role, name in self.log.columns.items() for w in ("--column", f"{role}={name}")]
+        words += [w for role, unit in self.log.units.items() for w in ("--unit", f"{role}={unit}")]
+        words += [w for role, scale in {**self.log.scales, "u": 1 / self.command_per_N}.items() for w in ("--scale", f"{role}={scale:.12g}")]
+        return words + (["--resample"] if self.log.resample else [])
+
+
+def load(path):
+    text, _ = read_text(path)
+    data, lines = load_yaml(text, path)
+    return validate(Rig, data, path, lines)
+
+
+TEMPLATE = Path(__file__).with_name("rig.yaml")
