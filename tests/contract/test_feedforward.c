@@ -724,6 +724,21 @@ static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direct
     }
 }
 
+static void test_learned_breakaway_says_when_it_is_at_a_bound(void)
+{
+    static const struct
+    {
+        double weight;
+        bool   at_bound;
+    } cases[] = {{0.2, true}, {0.3, false}, {2.9, false}, {3.0, true}};
+    init(&x);
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+    {
+        feedforward_set_weight(&x, 0, cases[i].weight);
+        TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.5).at_bound == cases[i].at_bound);
+    }
+}
+
 static void test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched(void)
 {
     init(&x);
@@ -975,6 +990,7 @@ int main(void)
     RUN_TEST(test_a_table_serves_as_a_prior_as_a_law_does);
     RUN_TEST(test_friction_between_reversals_is_what_is_known);
     RUN_TEST(test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction);
+    RUN_TEST(test_learned_breakaway_says_when_it_is_at_a_bound);
     RUN_TEST(test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched);
     RUN_TEST(test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on);
     RUN_TEST(test_a_bad_first_tick_waits);

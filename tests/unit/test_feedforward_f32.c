@@ -233,20 +233,6 @@ static void test_a_tuned_guard_follows_breakaway_lag_and_noise(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.1f, tribo_guard_f32_tuned(&rig).quick_time_s);
 }
 
-static void test_learned_breakaway_says_when_it_is_at_a_bound(void)
-{
-    static const struct
-    {
-        float weight;
-        bool  at_bound;
-    } cases[] = {{0.2f, true}, {0.3f, false}, {2.9f, false}, {3.0f, true}};
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
-    {
-        state.learned.weight[0] = cases[i].weight;
-        TEST_ASSERT_EQUAL_INT(cases[i].at_bound, tribo_feedforward_f32_learned(&friction, &state, 0, 0.5f).at_bound);
-    }
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -257,7 +243,6 @@ int main(void)
     RUN_TEST(test_a_bad_entry_counts_as_0);
     RUN_TEST(test_what_was_learned_at_a_bad_force_is_that_at_0);
     RUN_TEST(test_a_state_that_is_no_number_is_forgotten_or_heals);
-    RUN_TEST(test_learned_breakaway_says_when_it_is_at_a_bound);
     RUN_TEST(test_a_tuned_config_has_the_derived_numbers);
     RUN_TEST(test_a_tuned_guard_follows_breakaway_lag_and_noise);
     return UNITY_END();

@@ -170,22 +170,6 @@ static void test_the_last_bits_of_inputs_mirror_too(void)
     }
 }
 
-static void test_learned_breakaway_says_when_it_is_at_a_bound(void)
-{
-    static const struct
-    {
-        float weight;
-        bool  at_bound;
-    } cases[] = {{0.2f, true}, {0.3f, false}, {2.9f, false}, {3.0f, true}};
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
-    {
-        memory.state.learned.weight[0] = (int32_t)(cases[i].weight * 536870912.0f);
-        const tribo_feedforward_q31_learned_t learned =
-            tribo_feedforward_q31_learned(&loop.compensator.friction, &memory.state, 0, 1 << 29);
-        TEST_ASSERT_EQUAL_INT(cases[i].at_bound, learned.at_bound);
-    }
-}
-
 static void test_a_soft_heavily_damped_arm_is_refused(void)
 {
     loop_config.compensator.arm.damping   = 3.3f; // b/(K h) is 33,000
@@ -232,7 +216,6 @@ int main(void)
     RUN_TEST(test_what_was_learned_ends_at_full_scale);
     RUN_TEST(test_no_sum_overflows_at_the_ends_of_the_scale);
     RUN_TEST(test_products_round_towards_zero_and_saturate);
-    RUN_TEST(test_learned_breakaway_says_when_it_is_at_a_bound);
     RUN_TEST(test_a_soft_heavily_damped_arm_is_refused);
     RUN_TEST(test_the_width_of_a_step_ends_where_the_rate_does);
     RUN_TEST(test_sums_of_weights_and_samples_saturate);

@@ -158,21 +158,23 @@ static inline void learning_f32_regressor(const tribo_feedforward_f32_params_t  
     x->error         = error;
 }
 
-/// Stage 2: q = M k and P kappa.
-static inline void learning_f32_gained(const tribo_feedforward_weights_f32_t  *learned,
-                                       tribo_feedforward_learning_f32_state_t *x)
+/// q = M k.
+static inline void learning_f32_times(const float M[10], const float k[4], float q[4])
 {
-    const float *const M = learned->covariance;
-    const float *const k = x->regressor;
-    float *const       q = x->gained;
-
     q[0] = M[0] * k[0] + M[1] * k[1] + M[2] * k[2] + M[3] * k[3];
     q[1] = M[1] * k[0] + M[4] * k[1] + M[5] * k[2] + M[6] * k[3];
     q[2] = M[2] * k[0] + M[5] * k[1] + M[7] * k[2] + M[8] * k[3];
     q[3] = M[3] * k[0] + M[6] * k[1] + M[8] * k[2] + M[9] * k[3];
-    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
+}
+
+/// Stage 2: q = M k and P kappa.
+static inline void learning_f32_gained(const tribo_feedforward_weights_f32_t  *learned,
+                                       tribo_feedforward_learning_f32_state_t *x)
+{
+    learning_f32_times(learned->covariance, x->regressor, x->gained);
+    for (uint32_t j = 4; j < 4u + TRIBO_FEEDFORWARD_STOPS; j++)
     {
-        q[4u + j] = learned->variance[j] * k[4u + j];
+        x->gained[j] = learned->variance[j - 4u] * x->regressor[j];
     }
 }
 
@@ -182,18 +184,15 @@ static inline float learning_f32_relative_variance(const tribo_feedforward_weigh
                                                    const tribo_feedforward_learning_f32_state_t *x,
                                                    float                                         sign)
 {
-    const float *const M = learned->covariance;
-    const float k[4]  = {FEEDFORWARD_WEIGHT_SD, sign * x->regressor[1], sign * x->regressor[2], sign * x->regressor[3]};
+    const float k[4] = {FEEDFORWARD_WEIGHT_SD, sign * x->regressor[1], sign * x->regressor[2], sign * x->regressor[3]};
+    float       q[4];
     float       now   = 0.0f;
     float       prior = 0.0f;
-    for (uint32_t i = 0, at = 0; i < 4u; i++)
+    learning_f32_times(learned->covariance, k, q);
+    for (uint32_t i = 0; i < 4u; i++)
     {
+        now += q[i] * k[i];
         prior += k[i] * k[i];
-        now += M[at++] * k[i] * k[i];
-        for (uint32_t j = i + 1u; j < 4u; j++)
-        {
-            now += 2.0f * M[at++] * k[i] * k[j];
-        }
     }
     return limit_f32(now / prior, 0.0f, 1.0f);
 }

@@ -204,8 +204,7 @@ static inline void learning_q31_regressor_of(const tribo_feedforward_q31_params_
     x->error              = tribo_q31_subtract(learning_q31_over(net, &L), learning_q31_high(sum), &ignored);
 }
 
-static inline void learning_q31_gained(const tribo_feedforward_weights_q31_t  *learned,
-                                       tribo_feedforward_learning_q31_state_t *x)
+static inline void learning_q31_times(const int32_t M[10], const int32_t k[4], int32_t q[4])
 {
     static const uint8_t row[4][4] = {{0, 1, 2, 3}, {1, 4, 5, 6}, {2, 5, 7, 8}, {3, 6, 8, 9}};
     for (uint32_t i = 0; i < 4u; i++)
@@ -213,9 +212,9 @@ static inline void learning_q31_gained(const tribo_feedforward_weights_q31_t  *l
         int64_t sum = 0;
         for (uint32_t j = 0; j < 4u; j++)
         {
-            sum += tribo_q31_multiply(learned->covariance[row[i][j]], x->regressor[j]);
+            sum += tribo_q31_multiply(M[row[i][j]], k[j]);
         }
-        x->gained[i] = learning_q31_high(sum);
+        q[i] = learning_q31_high(sum);
     }
 }
 
@@ -224,25 +223,23 @@ static inline uint32_t learning_q31_relative_variance(const tribo_feedforward_we
                                                       const tribo_feedforward_learning_q31_state_t *x,
                                                       int32_t                                       sign)
 {
-    int32_t k[4]  = {BANK_Q31_Q29(FEEDFORWARD_WEIGHT_SD)};
-    int64_t now   = 0; // Q56
-    int64_t prior = 0; // Q26
+    int32_t k[4] = {BANK_Q31_Q29(FEEDFORWARD_WEIGHT_SD)};
+    int32_t q[4];
+    int64_t now   = 0; // Q54
+    int64_t prior = 0; // Q56
     for (uint32_t i = 1; i < 4u; i++)
     {
         k[i] = sign < 0 ? -x->regressor[i] : x->regressor[i];
     }
-    for (uint32_t i = 0, at = 0; i < 4u; i++)
+    learning_q31_times(learned->covariance, k, q);
+    for (uint32_t i = 0; i < 4u; i++)
     {
-        prior += tribo_q31_multiply(k[i], k[i]) >> 32;
-        now += tribo_q31_multiply((int32_t)(tribo_q31_multiply(k[i], k[i]) >> 32), learned->covariance[at++]);
-        for (uint32_t j = i + 1u; j < 4u; j++)
-        {
-            now += 2 * tribo_q31_multiply((int32_t)(tribo_q31_multiply(k[i], k[j]) >> 32), learned->covariance[at++]);
-        }
+        now += tribo_q31_multiply(q[i], k[i]) / 4;
+        prior += tribo_q31_multiply(k[i], k[i]) / 4;
     }
     const uint32_t part =
-        now > 0 ? (uint32_t)(now >> 32) : 0u; // Q24; GCOVR_EXCL_BR_LINE: rounding alone makes it negative
-    const uint32_t all = (uint32_t)(prior >> 2);
+        now > 0 ? (uint32_t)(now >> 30) : 0u; // Q24; GCOVR_EXCL_BR_LINE: rounding alone makes it negative
+    const uint32_t all = (uint32_t)(prior >> 32);
     return part < all ? tribo_q31_ratio(part, all) : UINT32_C(1) << 31;
 }
 
@@ -429,7 +426,7 @@ static inline void learning_q31_step(const tribo_feedforward_q31_params_t *param
         learning_q31_regressor_of(params, friction, learned, x);
         break;
     case 2:
-        learning_q31_gained(learned, x);
+        learning_q31_times(learned->covariance, x->regressor, x->gained);
         break;
     case 3:
         learning_q31_gain(learned, x);

@@ -66,8 +66,6 @@ static inline int32_t fixed_force(float force_n, float full_scale_n)
 
 // Forces in units of 2^-29 full scales, for the feed-forward.
 
-#define UNITS_Q31_PART_MIN 1.0e-5f // of a low pass: it stops 1e5 units short
-
 /// A force in units, 2^29 of which are full scale; forces up to 4 full scales fit.
 static inline int32_t units(float force_n, float full_scale_n)
 {
