@@ -66,8 +66,9 @@ class Image:
 
     def pointed_at(self):
         """Functions whose address stands in the image, but for the vectors."""
-        functions = {int(address, 16) | 1: name for address, kind, name in
-                     (line.split() for line in self.run("nm").splitlines() if len(line.split()) == 3) if kind in "tT"}
+        functions = {int(address, 16) | 1: name for address, name in
+                     re.findall(r"^([0-9a-f]{8}) .{6}F .*\s(\S+)$", self.run("objdump", "-t"), re.M)}
+        assert len(functions) > 100
         content = self.path.with_suffix(".stack.bin")
         subprocess.run(["arm-none-eabi-objcopy", "-O", "binary", self.path, content], check=True)
         words = content.read_bytes()[VECTORS:]
