@@ -218,6 +218,53 @@ static void print_learned(const sim_result_t *result)
     }
 }
 
+/// Only of a run with a target.
+static void print_target(const sim_summary_t *summary)
+{
+    (void)printf("%-26s%s, %s: %s, %.0f ticks a second in lock-step\n",
+                 "target",
+                 summary->target,
+                 summary->q31 ? "q31" : "f32",
+                 summary->lock_step.different_ticks == 0 ? "the same bits as the host" : "differs from the host",
+                 summary->lock_step.ticks_per_s);
+    if (summary->lock_step.cycles_most > 0u)
+    {
+        (void)printf("%-26s%" PRIu32 " to %" PRIu32 ", %" PRIu32 " on average\n",
+                     "cycles of a tick",
+                     summary->lock_step.cycles_least,
+                     summary->lock_step.cycles_most,
+                     summary->lock_step.cycles_mean);
+    }
+}
+
+/// Only of a run in both arithmetics.
+static void print_difference(const sim_summary_t *summary)
+{
+    (void)printf("%-26s%.6f N\n", "RMS error in Q31", summary->result_q31.rms_error_n);
+    print_activity(" in Q31", &summary->result_q31.activity);
+    (void)printf("%-26su %.3g N, F %.3g N (RMS %.3g, %.3g)\n",
+                 "largest Q31 - f32",
+                 summary->difference.max_u_n,
+                 summary->difference.max_force_n,
+                 summary->difference.rms_u_n,
+                 summary->difference.rms_force_n);
+}
+
+/// The files of --out.
+static void print_written(const sim_summary_t *summary, const char *folder)
+{
+    (void)printf("%-26s%s/trace.csv, ", "written", folder);
+    if (summary->both)
+    {
+        (void)printf("%s/trace_q31.csv, ", folder);
+    }
+    if (summary->result.learns)
+    {
+        (void)printf("%s/learned.yaml, ", folder);
+    }
+    (void)printf("%s/scenario.yaml, %s/summary.json\n", folder, folder);
+}
+
 static void print_table(const sim_summary_t *summary, const options_t *options)
 {
     (void)printf("%-26s%.6f N\n", "RMS error, r - F", summary->result.rms_error_n);
@@ -245,44 +292,15 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
     }
     if (summary->target != NULL)
     {
-        (void)printf("%-26s%s, %s: %s, %.0f ticks a second in lock-step\n",
-                     "target",
-                     summary->target,
-                     summary->q31 ? "q31" : "f32",
-                     summary->lock_step.different_ticks == 0 ? "the same bits as the host" : "differs from the host",
-                     summary->lock_step.ticks_per_s);
-    }
-    if (summary->target != NULL && summary->lock_step.cycles_most > 0u)
-    {
-        (void)printf("%-26s%" PRIu32 " to %" PRIu32 ", %" PRIu32 " on average\n",
-                     "cycles of a tick",
-                     summary->lock_step.cycles_least,
-                     summary->lock_step.cycles_most,
-                     summary->lock_step.cycles_mean);
+        print_target(summary);
     }
     if (summary->both)
     {
-        (void)printf("%-26s%.6f N\n", "RMS error in Q31", summary->result_q31.rms_error_n);
-        print_activity(" in Q31", &summary->result_q31.activity);
-        (void)printf("%-26su %.3g N, F %.3g N (RMS %.3g, %.3g)\n",
-                     "largest Q31 - f32",
-                     summary->difference.max_u_n,
-                     summary->difference.max_force_n,
-                     summary->difference.rms_u_n,
-                     summary->difference.rms_force_n);
+        print_difference(summary);
     }
     if (options->folder != NULL)
     {
-        (void)printf("%-26s%s/trace.csv, ", "written", options->folder);
-        if (options->run.both)
-        {
-            (void)printf("%s/trace_q31.csv, ", options->folder);
-        }
-        if (summary->result.learns)
-        {
-            (void)printf("%s/learned.yaml, ", options->folder);
-        }
-        (void)printf("%s/scenario.yaml, %s/summary.json\n", options->folder, options->folder);
+        print_written(summary, options->folder);
     }
 }
 
