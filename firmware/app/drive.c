@@ -598,6 +598,7 @@ uint32_t drive_warnings(const drive_t *drive)
     {
         const bool stays = drive->memory->state.at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS;
         warnings |= stays ? (uint32_t)DRIVE_WARNING_BOUND : 0u;
+        warnings |= drive->memory->state.monitor.harms ? (uint32_t)DRIVE_WARNING_HARM : 0u;
     }
     return warnings;
 }
@@ -669,6 +670,8 @@ const char *drive_warning_text(drive_warning_t warning)
         return "friction faded: overshoot";
     case DRIVE_WARNING_BOUND:
         return "learned breakaway stays at its bound";
+    case DRIVE_WARNING_HARM:
+        return "friction faded: it costs more effort than it saves";
     default:
         return "unknown";
     }

@@ -69,7 +69,9 @@ loop_learned_t loop_learned(const loop_params_t *params,
     return (loop_learned_t){.L_n               = TRIBO_LEARNED_N(float, learned.TRIBO_N(L), full_scale_n),
                             .relative_variance = TRIBO_LEARNED_RELATIVE_VARIANCE(float, learned.relative_variance),
                             .travel_n          = TRIBO_LEARNED_N(float, learned.TRIBO_N(travel), full_scale_n),
-                            .at_bound          = learned.at_bound};
+                            .at_bound          = learned.at_bound,
+                            .harms             = learned.harms,
+                            .forgotten         = learned.forgotten};
 }
 
 void loop_guard_begin(loop_state_t *state, loop_guard_state_t *guard)
@@ -81,9 +83,11 @@ void loop_guard_begin(loop_state_t *state, loop_guard_state_t *guard)
     TRIBO(guard, attach)(state, guard);
 }
 
-float loop_guard_share(const loop_guard_state_t *guard)
+float loop_share(const loop_params_t *params, const loop_guard_state_t *guard, const loop_memory_t *memory)
 {
-    return (float)guard->fade * (1.0f / (float)TRIBO_ALL);
+    const float unit  = 1.0f / (float)TRIBO_ALL;
+    const float share = (float)guard->fade * unit;
+    return TRIBO(feedforward, of)(params) != NULL ? share * ((float)memory->state.monitor.share * unit) : share;
 }
 #else
 // NOLINTBEGIN(readability-non-const-parameter): a loop with a feed-forward writes it

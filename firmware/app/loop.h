@@ -60,8 +60,9 @@ tribo_status_t loop_setup_guard(loop_setup_t                   *setup,
 /// What a feed-forward has learned of breakaway in one direction, in physical units.
 typedef struct
 {
-    float L_n, relative_variance, travel_n; ///< see tribo/feedforward_f32.h
-    bool  at_bound;
+    float    L_n, relative_variance, travel_n; ///< see tribo/feedforward_f32.h
+    bool     at_bound, harms;
+    uint32_t forgotten;
 } loop_learned_t;
 
 /// In `direction` (TRIBO_BREAKAWAY_POSITIVE or _NEGATIVE) at the force `at`; zeros for params without a feed-forward.
@@ -74,8 +75,8 @@ loop_learned_t loop_learned(const loop_params_t *params,
 /// After a reset of the loop, which it will watch: nothing seen. A cause stays latched, and what was faded stays so.
 void loop_guard_begin(loop_state_t *state, loop_guard_state_t *guard);
 
-/// The share of friction that is added to u, 0 to 1.
-float loop_guard_share(const loop_guard_state_t *guard);
+/// The share of friction that guard and feed-forward have left in u, 0 to 1.
+float loop_share(const loop_params_t *params, const loop_guard_state_t *guard, const loop_memory_t *memory);
 #endif
 
 #endif

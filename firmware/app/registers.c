@@ -505,7 +505,7 @@ static word_t compensation_word(const registers_t *registers, uint32_t place)
     case REGISTERS_COMPENSATION_warnings:
         return drive_warnings(&registers->drive);
     case REGISTERS_COMPENSATION_fade:
-        return bits_of(loop_guard_share(&registers->drive.guard));
+        return bits_of(loop_share(registers->drive.setup->params, &registers->drive.guard, &registers->memory));
     case REGISTERS_COMPENSATION_learned_up:
     case REGISTERS_COMPENSATION_learned_down:
         return bits_of(shown.L_n);
@@ -515,6 +515,10 @@ static word_t compensation_word(const registers_t *registers, uint32_t place)
     case REGISTERS_COMPENSATION_travel_up:
     case REGISTERS_COMPENSATION_travel_down:
         return bits_of(shown.travel_n);
+    case REGISTERS_COMPENSATION_harms:
+        return shown.harms;
+    case REGISTERS_COMPENSATION_forgotten:
+        return shown.forgotten;
     default:
         return shown.at_bound;
     }

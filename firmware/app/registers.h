@@ -34,7 +34,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define REGISTERS_VERSION 5u ///< of the lists in this file
+#define REGISTERS_VERSION 6u ///< of the lists in this file
 
 #define REGISTERS_STATE_AT        0x0000u
 #define REGISTERS_SIGNALS_AT      0x0080u
@@ -103,7 +103,7 @@
 // clang-format off: one row a register
 #define REGISTERS_COMPENSATION(REGISTER) \
     REGISTER(warnings, "warnings", uint32_t, "", "until command 11, see below; the drive runs on") \
-    REGISTER(fade, "friction_fade", float, "", "of the compensation that is added to u: 1, or less where the guard has faded it") \
+    REGISTER(fade, "friction_fade", float, "", "of the compensation that is added to u: 1, or less where it has faded") \
     REGISTER(learned_up, "learned_positive_N", float, "N", "breakaway at the last reference as the feed-forward has learned it; 0 without one") \
     REGISTER(relative_variance_up, "learned_positive_relative_variance", float, "", "variance of it over what it was at first, 0 to 1") \
     REGISTER(travel_up, "learned_positive_travel_N", float, "N", "that it was learned from") \
@@ -111,7 +111,9 @@
     REGISTER(learned_down, "learned_negative_N", float, "N", "in the negative direction") \
     REGISTER(relative_variance_down, "learned_negative_relative_variance", float, "", "likewise") \
     REGISTER(travel_down, "learned_negative_travel_N", float, "N", "likewise") \
-    REGISTER(bound_down, "learned_negative_at_bound", uint32_t, "", "likewise")
+    REGISTER(bound_down, "learned_negative_at_bound", uint32_t, "", "likewise") \
+    REGISTER(harms, "friction_harms", uint32_t, "", "1: friction fed forward costs more effort than it saves; until command 11") \
+    REGISTER(forgotten, "learned_forgotten", uint32_t, "", "times that a corrupt memory was forgotten, since power-up or command 12")
 // clang-format on
 
 /// The signals, in the order of a sample's channels: SIGNAL(symbol, name, unit, member, text), `member` of registers_t.

@@ -216,6 +216,16 @@ static void print_learned(const sim_result_t *result)
                      : result->learned.at_bound[d]     ? ", at a bound: not to be trusted"
                                                        : "");
     }
+    if (result->learned.harms)
+    {
+        (void)printf("%-26s%s\n", "friction has faded", "it cost the controller more effort than it saved");
+    }
+    if (result->learned.forgotten > 0u)
+    {
+        (void)printf("%-26s%" PRIu32 " times: its memory was corrupt\n",
+                     "learned and forgotten",
+                     result->learned.forgotten);
+    }
 }
 
 /// Only of a run with a target.

@@ -47,6 +47,9 @@ typedef struct
     double travel_n[2];          ///< learned from
     bool   at_bound[2];
     bool   stays_at_bound[2]; ///< latched
+
+    bool     harms; ///< latched: friction costs more effort than it saves and has faded
+    uint32_t forgotten;
 } sim_learned_t;
 
 /// A loop at rest, of which nothing is learned. Returns what the library's init function says.

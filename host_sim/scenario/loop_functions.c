@@ -58,6 +58,8 @@ static sim_learned_t learned(const sim_loop_t *loop, double force_n)
         seen.travel_n[d]                       = TRIBO_LEARNED_N(double, at.TRIBO_N(travel), loop->full_scale_n);
         seen.at_bound[d]                       = at.at_bound;
         seen.stays_at_bound[d]                 = at.stays_at_bound;
+        seen.harms                             = at.harms;
+        seen.forgotten                         = at.forgotten;
     }
     return seen;
 }

@@ -55,7 +55,7 @@ typedef struct
 ///                          chatter_ticks, Q_switches, ticks, limited_ticks, bad_inputs, simulated_s, wall_s, real_time_factor
 ///     with a guard         guard: none, hunting or overshoot
 ///     with a feed-forward  learned: positive and negative, each breakaway_N at the last r, relative_variance, travel_N,
-///                          at_bound and stays_at_bound
+///                          at_bound and stays_at_bound; harms, forgotten (times)
 ///     with a target        target, arithmetic, different_ticks, lock_step_ticks_per_s
 ///     in both arithmetics  q31 (errors and counters once more), difference (max_u_N, rms_u_N, max_F_N, rms_F_N)
 char *sim_summary_to_json(const sim_summary_t *summary);

@@ -22,7 +22,7 @@ def test_version(drive):
 
 
 def test_mbpoll_reads_and_writes(drive):
-    assert re.search(r"\[0\]: *\t*5\b", drive.poll("-t", "4:int", "-B", "-r", 0, "-c", 1))  # the lists' version
+    assert re.search(r"\[0\]: *\t*6\b", drive.poll("-t", "4:int", "-B", "-r", 0, "-c", 1))  # the lists' version
     assert "0.85" in drive.poll("-t", "4:float", "-B", "-r", GAIN, "-c", 1)
     drive.poll("-t", "4:float", "-B", "-r", GAIN, "--", 0.5)  # function 16, into the staged set
     assert "0.85" in drive.poll("-t", "4:float", "-B", "-r", GAIN + ACTIVE, "-c", 1)
@@ -237,6 +237,7 @@ def test_the_guard_and_what_is_learned(drive, tmp_path):
     assert "\nwarnings: 0  # none\n" in status and "\nfriction_fade: 1\n" in status
     assert float(re.search(r"\nlearned_positive_relative_variance: (\S+)\n", status)[1]) == pytest.approx(1)
     assert "\nlearned_negative_travel_N: 0 N\n" in status
+    assert "\nfriction_harms: 0\n" in status and "\nlearned_forgotten: 0\n" in status
     drive.link("restore")
     drive.link("forget")
     guarded = tmp_path / "guarded.yaml"

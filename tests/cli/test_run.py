@@ -150,6 +150,20 @@ def test_a_prior_that_is_far_off_ends_at_a_bound_and_says_so(sim):
     assert sim.summary(*FED, *far, "--set", "duration_s=80")["learned"]["positive"]["stays_at_bound"]
 
 
+def test_friction_that_does_harm_is_in_the_summary(sim):
+    """Five times too much is believed, at once, and little learned, as F soon slips."""
+    harmful = ["triangle", "--set", "reference.period_s=0.6", "--set", "reference.low_N=0.3", "--set", "reference.high_N=0.7", "--set",
+               "plant.friction.breakaway.slope=0.05", "--set", "plant.friction.breakaway.offset_N=0.002", "--set",
+               "compensator.guard.on=no", "--set", "duration_s=40"]
+    text = "friction has faded        it cost the controller more effort than it saved\n"
+    for trust, harms in (1, True), (0.2, False):
+        run = [*harmful, "--set", f"compensator.feedforward.trust={trust}"]
+        learned = sim.summary(*run)["learned"]
+        assert (learned["harms"], learned["forgotten"]) == (harms, 0)
+        shown = sim.ok("run", *run)
+        assert (text in shown) == harms and "forgotten" not in shown
+
+
 def test_gain_1_overcompensates(sim):
     assert sim.summary("triangle", *PAPER, "--set", "compensator.gain=1")["rms_error_N"] == pytest.approx(0.003216, rel=0.05)
 

@@ -195,7 +195,9 @@ static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
 typedef struct
 {
     double L, relative_variance, travel;
-    bool   at_bound, stays_at_bound;
+    bool   at_bound, stays_at_bound, harms;
+
+    uint32_t forgotten;
 } feedforward_learned_t;
 
 static inline feedforward_learned_t feedforward_learned(const feedforward_t *x, uint32_t direction, double force)
@@ -207,7 +209,9 @@ static inline feedforward_learned_t feedforward_learned(const feedforward_t *x, 
                                    .relative_variance = TRIBO_LEARNED_RELATIVE_VARIANCE(double, at.relative_variance),
                                    .travel            = TRIBO_LEARNED_N(double, at.TRIBO_N(travel), x->full_scale_n),
                                    .at_bound          = at.at_bound,
-                                   .stays_at_bound    = at.stays_at_bound};
+                                   .stays_at_bound    = at.stays_at_bound,
+                                   .harms             = at.harms,
+                                   .forgotten         = at.forgotten};
 }
 
 /// As if the weight of stop `j` had been learned.

@@ -784,7 +784,47 @@ static void test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on(void)
     (void)feedforward_before(&x, triangle(STOP), plant.y);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, before, feedforward_added(&x, 0.0)); // it has entered
     TEST_ASSERT_EQUAL_UINT(TRIBO_FEEDFORWARD_START, feedforward_seen(&x).mode);
-    TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).forgotten);
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        TEST_ASSERT_EQUAL_UINT32(1, feedforward_learned(&x, d, 0.3).forgotten);
+    }
+}
+
+/// A controller that takes back `part` of the friction; as b goes with it, a half leaves nothing. For `reversals` of them, one a second.
+static void take_back(double part, int reversals)
+{
+    double reference = 0.3;
+    for (int k = 0; k < 1000 * reversals; k++)
+    {
+        const double side = (k / 1000) % 2 == 0 ? 1.0 : -1.0;
+        const double v    = -part * feedforward_seen(&x).f;
+        reference += side * 1e-5;
+        (void)feedforward_before(&x, reference, 0.3);
+        (void)feedforward_added(&x, v);
+        feedforward_do_not_learn(&x);
+        feedforward_after(&x, v, 0.3, false);
+    }
+}
+
+static void test_friction_that_costs_more_than_it_saves_fades_latched_until_restored(void)
+{
+    init(&x);
+    take_back(0.1, 20);
+    TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
+    const double f = fabs(feedforward_seen(&x).f);
+    TEST_ASSERT_TRUE(f > 0.0);
+    init(&x);
+    take_back(0.5, 20);
+    TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.3).harms && feedforward_learned(&x, 1, 0.3).harms);
+    TEST_ASSERT_TRUE(feedforward_seen(&x).f == 0.0);
+    take_back(0.0, 20);
+    feedforward_restart(&x);
+    TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.3).harms);
+    TRIBO(feedforward, restore)(&x.memory.state);
+    TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
+    take_back(0.1, 20);
+    TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * f, f, fabs(feedforward_seen(&x).f));
 }
 
 static void test_a_bad_first_tick_waits(void)
@@ -993,6 +1033,7 @@ int main(void)
     RUN_TEST(test_learned_breakaway_says_when_it_is_at_a_bound);
     RUN_TEST(test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched);
     RUN_TEST(test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on);
+    RUN_TEST(test_friction_that_costs_more_than_it_saves_fades_latched_until_restored);
     RUN_TEST(test_a_bad_first_tick_waits);
     RUN_TEST(test_new_params_take_the_sum_over);
     RUN_TEST(test_friction_takes_the_share_of_a_guard);

@@ -539,7 +539,7 @@ static void test_the_method_changes_without_a_bump_while_friction_is_faded(void)
     hunt();
     stiction_n = 0.1;
     check_change_of_method(1.5e-3, 8e-3);
-    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_HUNTING, COUNT_OF(warnings));
+    TEST_ASSERT_TRUE((COUNT_OF(warnings) & DRIVE_WARNING_HUNTING) != 0u);
     TEST_ASSERT_TRUE(SHOWN_OF(fade) == 0.0);
 }
 
@@ -593,6 +593,100 @@ static void test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_resto
     start();
     run_triangle(20000);
     TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_BOUND, COUNT_OF(warnings));
+}
+
+/// A triangle of which nothing is learned, until friction is found to do harm.
+static void run_until_harm(unsigned most)
+{
+    for (unsigned i = 0; i < most && COUNT_OF(harms) == 0u; i++)
+    {
+        registers.memory.state.learning.TRIBO_N(sample) = 0;
+        run_triangle(1);
+    }
+}
+
+static void test_friction_that_does_harm_fades_and_says_so_once(void)
+{
+    write_number(PARAM_AT(TRUST), 1.0f);
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
+    start();
+    stiction_n = 0.02; // the model says 0.1 to 0.16
+    run_until_harm(1500);
+    TEST_ASSERT_TRUE(COUNT_OF(harms) == 0u && COUNT_OF(warnings) == 0u && SHOWN_OF(fade) == 1.0);
+    run_until_harm(60000);
+    TEST_ASSERT_EQUAL_UINT32(1, COUNT_OF(harms));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_HARM, COUNT_OF(warnings));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+    drive_log(&registers.drive);
+    TEST_ASSERT_NOT_NULL(strstr(board.log, "warning: friction faded: it costs more effort than it saves\n"));
+    board.log_length = 0;
+    run_triangle(1000);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.5, SHOWN_OF(fade)); // in 2 s
+    run_triangle(1100);
+    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 0.0);
+    drive_log(&registers.drive);
+    TEST_ASSERT_EQUAL_size_t(0, board.log_length);
+    command(REGISTERS_RESTORE);
+    run_triangle(1000);
+    TEST_ASSERT_TRUE(COUNT_OF(harms) == 0u && COUNT_OF(warnings) == 0u);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.5, SHOWN_OF(fade));
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2);
+    run_triangle(1);
+    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 1.0); // of another method
+}
+
+static void test_a_memory_that_was_corrupt_is_counted(void)
+{
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
+    start();
+    stiction_n = 0.1;
+    run_triangle(4000);
+    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(forgotten));
+    for (uint32_t times = 1; times <= 2u; times++)
+    {
+        registers.memory.state.learned.seal ^= 1u;
+        run_triangle(20);
+        TEST_ASSERT_EQUAL_UINT32(times, COUNT_OF(forgotten));
+    }
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2);
+    run_triangle(1);
+    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(forgotten)); // of another method
+    command(REGISTERS_STOP);
+    tick();
+    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(2, COUNT_OF(forgotten));
+    command(REGISTERS_FORGET);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(forgotten));
+}
+
+/// Appended to, never moved: what is on the bus of a drive in the field.
+static void test_no_register_of_the_compensation_moves(void)
+{
+    static const char *const names[] = {"warnings",
+                                        "friction_fade",
+                                        "learned_positive_N",
+                                        "learned_positive_relative_variance",
+                                        "learned_positive_travel_N",
+                                        "learned_positive_at_bound",
+                                        "learned_negative_N",
+                                        "learned_negative_relative_variance",
+                                        "learned_negative_travel_N",
+                                        "learned_negative_at_bound",
+                                        "friction_harms",
+                                        "learned_forgotten"};
+#define NAME(symbol, name, type, unit, text) name,
+    static const char *const found[] = {REGISTERS_COMPENSATION(NAME)};
+#undef NAME
+    TEST_ASSERT_EQUAL_HEX32(0xc0, REGISTERS_COMPENSATION_AT);
+    TEST_ASSERT_EQUAL_size_t(sizeof names, sizeof found);
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+    {
+        TEST_ASSERT_EQUAL_STRING(names[i], found[i]);
+    }
+    TEST_ASSERT_TRUE(DRIVE_WARNING_HUNTING == 1 && DRIVE_WARNING_OVERSHOOT == 2 && DRIVE_WARNING_BOUND == 4 &&
+                     DRIVE_WARNING_HARM == 8);
 }
 
 static void test_what_is_learned_is_in_registers(void)
@@ -1051,6 +1145,9 @@ int main(void)
     RUN_TEST(test_the_method_changes_in_a_slide_and_in_mid_stick_without_a_bump);
     RUN_TEST(test_the_method_changes_without_a_bump_while_friction_is_faded);
     RUN_TEST(test_what_is_learned_is_in_registers);
+    RUN_TEST(test_friction_that_does_harm_fades_and_says_so_once);
+    RUN_TEST(test_a_memory_that_was_corrupt_is_counted);
+    RUN_TEST(test_no_register_of_the_compensation_moves);
     RUN_TEST(test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_restored);
 #else
     RUN_TEST(test_the_feed_forward_is_absent);
