@@ -1,0 +1,24 @@
+// The loop on a core without an FPU.
+
+#include "board.h"
+// [add
+#include "rig_1khz_q31.h"
+
+static tribo_force_loop_q31_state_t   loop;
+static tribo_feedforward_q31_memory_t memory; // what it has learned
+static tribo_guard_q31_state_t        guard;
+
+void loop_start(void)
+{
+    tribo_force_loop_q31_reset(&loop);
+    tribo_feedforward_q31_reset(&memory.state);
+    tribo_force_loop_feedforward_q31_attach(&loop, &memory);
+    tribo_guard_q31_reset(&guard);
+    tribo_guard_q31_attach(&loop, &guard);
+}
+
+void loop_tick(void)
+{
+    board_command(tribo_force_loop_q31_step(&rig_params, &loop, board_reference(), board_force(), NULL));
+}
+// add]

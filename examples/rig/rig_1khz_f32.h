@@ -1,0 +1,130 @@
+/// Params of the force loop "rig" in f32, made by tribo-sim params: change its input, not this file.
+///
+///     scenario     "rig_1khz.yaml"
+///     tick         0.001 s
+///     u            -2 to 2 N
+///     |r| and |y|  up to 2 N
+///     gain         0.85, of a controller of 2 sections
+///
+/// As the library's init function makes them. For one file of a program, which then needs no set-up code.
+
+#ifndef RIG_PARAMS_F32_H
+#define RIG_PARAMS_F32_H
+
+#include "tribo/feedforward_f32.h"
+
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 6
+#error "made for another version of tribo: run tribo-sim params again"
+#endif
+
+// clang-format off
+#define RIG_SAMPLE_TIME_S 1.00000005e-03f
+
+static const tribo_feedforward_f32_params_t rig_feedforward = {
+    .method = TRIBO_FEEDFORWARD_F32_METHOD,
+    .input_max_n = 2.00000000e+00f,
+    .offset_max_n = 8.00000000e+00f,
+    .reversal_n = 5.00000024e-04f,
+    .stop_per_n = {1.32861523e+03f, 4.98230682e+02f, 1.86836502e+02f, 7.00636902e+01f},
+    .jump = 1.00000009e-01f,
+    .lead = 3.50000000e+00f,
+    .distrust = 5.00000000e-01f,
+    .lag_s = 1.24999993e-02f,
+    .noise_part = 4.00000019e-03f,
+    .noise_floor_n = 1.00000011e-06f,
+    .rate_hz = 9.99999939e+02f,
+    .rate_part = 9.09090936e-02f,
+    .step_n = 2.00000009e-03f,
+    .lag_part = 7.40740821e-02f,
+    .actuator_part = 1.81269258e-01f,
+    .sensor_part = 5.35148568e-02f,
+    .observer_part = 9.09090936e-02f,
+    .damping = 7.49999952e+00f,
+    .jump_lag = 2.99999976e+00f,
+    .measured_per_n = 3.99999976e+03f,
+    .travel_half_n = 5.00000024e-05f,
+    .slip_n = 5.00000035e-03f,
+    .travel_max_n = 1.00000005e-03f,
+    .weighing_n = 2.00000009e-03f,
+    .doubt_per_n = 4.99999962e+01f,
+    .margin_per_n = 1.00000010e+01f,
+    .forgetting_per_n = 9.99999940e-02f,
+    .constant_sd_n = 3.00191212e-02f,
+    .constant_max_n = 1.57000005e-01f,
+    .still_ticks = 200u,
+    .quick_ticks = 200u,
+    .deadband_part = 3.32225929e-03f,
+    .effort_part = 2.50000030e-01f,
+    .effort_half_n = 1.56999996e-03f,
+    .fade = 5.00000035e-03f,
+};
+static const tribo_guard_f32_params_t rig_guard = {
+    .step = tribo_guard_f32_step,
+    .on = 1u,
+    .half_n = 2.50000004e-02f,
+    .stray_n = 9.99999978e-03f,
+    .work_n2 = 5.00000024e-04f,
+    .fade_step = 2.00000009e-03f,
+    .quick_ticks = 201u,
+};
+static const tribo_force_loop_f32_params_t rig_params = {
+    .input_max_n = 2.00000000e+00f,
+    .gain = 8.50000024e-01f,
+    .controller = {
+        .cascade = {
+            .section = {
+                {
+                    .b0 = 1.81855643e+00f,
+                    .b1 = 5.33418715e-01f,
+                    .b2 = 9.53765884e-02f,
+                    .a1 = 3.74956906e-01f,
+                    .a2 = 9.53765884e-02f,
+                },
+                {
+                    .b0 = 7.58975148e-01f,
+                    .b1 = 1.78621888e-01f,
+                    .b2 = 7.38661969e-03f,
+                    .a1 = 2.90768296e-01f,
+                    .a2 = 5.81531992e-07f,
+                },
+            },
+            .count = 2u,
+        },
+        .anti_windup = 7.24512160e-01f,
+        .u_min_n = -2.00000000e+00f,
+        .u_max_n = 2.00000000e+00f,
+    },
+    .compensator = {
+        .friction = {
+            .rate_hz = 9.99999939e+02f,
+            .exponent_per_rise = 1.23659562e+06f,
+            .exponent_at_rest = 8.65616989e+00f,
+            .k = {
+                {.at_0 = 1.17831051e+00f, .per_power = 3.14216137e+01f},
+                {.at_0 = 3.92770171e+00f, .per_power = 9.42648411e+00f},
+            },
+            .law = {
+                {.offset_n = 7.00000022e-03f, .slope = 3.00000012e-01f},
+                {.offset_n = 7.00000022e-03f, .slope = 3.00000012e-01f},
+            },
+            .table = NULL,
+            .set_level = 7.50000000e-01f,
+            .reset_level = 8.00000012e-01f,
+            .gravity_n = 0.00000000e+00f,
+            .table_length = 0u,
+            .pulse_width = 3u,
+        },
+        .arm = {
+            .phi_d = 1.47544909e-02f,
+            .phi_g = 8.84321094e-01f,
+            .gamma_d = 2.82982737e-02f,
+            .gamma_g = 7.73008466e-01f,
+        },
+        .model = NULL,
+    },
+    .method = &rig_feedforward.method,
+    .guard = &rig_guard,
+};
+// clang-format on
+
+#endif

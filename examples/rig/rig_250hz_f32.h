@@ -1,0 +1,130 @@
+/// Params of the force loop "rig" in f32, made by tribo-sim params: change its input, not this file.
+///
+///     scenario     "rig_250hz.yaml"
+///     tick         0.004 s
+///     u            -2 to 2 N
+///     |r| and |y|  up to 2 N
+///     gain         0.85, of a controller of 1 sections
+///
+/// As the library's init function makes them. For one file of a program, which then needs no set-up code.
+
+#ifndef RIG_PARAMS_F32_H
+#define RIG_PARAMS_F32_H
+
+#include "tribo/feedforward_f32.h"
+
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 6
+#error "made for another version of tribo: run tribo-sim params again"
+#endif
+
+// clang-format off
+#define RIG_SAMPLE_TIME_S 4.00000019e-03f
+
+static const tribo_feedforward_f32_params_t rig_feedforward = {
+    .method = TRIBO_FEEDFORWARD_F32_METHOD,
+    .input_max_n = 2.00000000e+00f,
+    .offset_max_n = 8.00000000e+00f,
+    .reversal_n = 5.00000024e-04f,
+    .stop_per_n = {1.32861523e+03f, 4.98230682e+02f, 1.86836502e+02f, 7.00636902e+01f},
+    .jump = 4.00000036e-01f,
+    .lead = 8.75000000e-01f,
+    .distrust = 5.00000000e-01f,
+    .lag_s = 1.24999993e-02f,
+    .noise_part = 1.00000007e-02f,
+    .noise_floor_n = 1.00000011e-06f,
+    .rate_hz = 2.49999985e+02f,
+    .rate_part = 2.85714298e-01f,
+    .step_n = 8.00000038e-03f,
+    .lag_part = 2.42424250e-01f,
+    .actuator_part = 5.50671041e-01f,
+    .sensor_part = 1.97481215e-01f,
+    .observer_part = 1.66666657e-01f,
+    .damping = 1.87499988e+00f,
+    .jump_lag = 7.49999940e-01f,
+    .measured_per_n = 3.99999976e+03f,
+    .travel_half_n = 5.00000024e-05f,
+    .slip_n = 2.00000014e-02f,
+    .travel_max_n = 1.00000005e-03f,
+    .weighing_n = 2.00000009e-03f,
+    .doubt_per_n = 4.99999962e+01f,
+    .margin_per_n = 1.00000010e+01f,
+    .forgetting_per_n = 9.99999940e-02f,
+    .constant_sd_n = 3.00191212e-02f,
+    .constant_max_n = 1.57000005e-01f,
+    .still_ticks = 50u,
+    .quick_ticks = 50u,
+    .deadband_part = 1.31578948e-02f,
+    .effort_part = 5.71428597e-01f,
+    .effort_half_n = 1.56999996e-03f,
+    .fade = 2.00000014e-02f,
+};
+static const tribo_guard_f32_params_t rig_guard = {
+    .step = tribo_guard_f32_step,
+    .on = 1u,
+    .half_n = 2.50000004e-02f,
+    .stray_n = 9.99999978e-03f,
+    .work_n2 = 5.00000024e-04f,
+    .fade_step = 8.00000038e-03f,
+    .quick_ticks = 51u,
+};
+static const tribo_force_loop_f32_params_t rig_params = {
+    .input_max_n = 2.00000000e+00f,
+    .gain = 8.50000024e-01f,
+    .controller = {
+        .cascade = {
+            .section = {
+                {
+                    .b0 = 4.05102015e-01f,
+                    .b1 = 4.85101998e-01f,
+                    .b2 = 7.99999982e-02f,
+                    .a1 = 1.00000000e+00f,
+                    .a2 = 0.00000000e+00f,
+                },
+                {
+                    .b0 = 1.00000000e+00f,
+                    .b1 = 2.00000000e+00f,
+                    .b2 = 1.00000000e+00f,
+                    .a1 = 2.00000000e+00f,
+                    .a2 = 1.00000000e+00f,
+                },
+            },
+            .count = 2u,
+        },
+        .anti_windup = 2.46851397e+00f,
+        .u_min_n = -2.00000000e+00f,
+        .u_max_n = 2.00000000e+00f,
+    },
+    .compensator = {
+        .friction = {
+            .rate_hz = 2.49999985e+02f,
+            .exponent_per_rise = 3.09148906e+05f,
+            .exponent_at_rest = 8.65616989e+00f,
+            .k = {
+                {.at_0 = 1.17831051e+00f, .per_power = 3.14216137e+01f},
+                {.at_0 = 3.92770171e+00f, .per_power = 9.42648411e+00f},
+            },
+            .law = {
+                {.offset_n = 7.00000022e-03f, .slope = 3.00000012e-01f},
+                {.offset_n = 7.00000022e-03f, .slope = 3.00000012e-01f},
+            },
+            .table = NULL,
+            .set_level = 7.50000000e-01f,
+            .reset_level = 8.00000012e-01f,
+            .gravity_n = 0.00000000e+00f,
+            .table_length = 0u,
+            .pulse_width = 1u,
+        },
+        .arm = {
+            .phi_d = 1.83044836e-01f,
+            .phi_g = 5.90147972e-01f,
+            .gamma_d = 3.02155763e-01f,
+            .gamma_g = 2.50413060e-01f,
+        },
+        .model = NULL,
+    },
+    .method = &rig_feedforward.method,
+    .guard = &rig_guard,
+};
+// clang-format on
+
+#endif

@@ -1,0 +1,44 @@
+/// The arm that the examples in C run on instead of yours: a pole for the actuator, an arm that friction holds between breakaway
+/// and breakaway, a pole for the sensor. Its breakaway is 20 % above what the examples' rig believes. Forces are in N.
+
+#ifndef EXAMPLES_SIM_ARM_H
+#define EXAMPLES_SIM_ARM_H
+
+typedef struct
+{
+    float actuator_n, force_n, reading_n;
+} arm_t;
+
+/// Parts of the way to its rest that each makes in a sample: 1 - e^(-h 200/s), h/(h + 7.5 ms) and 1 - e^(-h 55/s).
+typedef struct
+{
+    float actuator, arm, sensor;
+} arm_parts_t;
+
+#define ARM_1KHZ  ((arm_parts_t){0.18127f, 0.11765f, 0.05351f})
+#define ARM_500HZ ((arm_parts_t){0.32968f, 0.21053f, 0.10417f})
+
+static inline float arm_between(float low, float value, float high)
+{
+    return value < low ? low : value > high ? high : value;
+}
+
+/// One sample with the command `u_n`.
+static inline void arm_step(arm_t *arm, arm_parts_t parts, float u_n)
+{
+    const float load      = arm->force_n < 0.0f ? -arm->force_n : arm->force_n;
+    const float breakaway = 1.2f * (0.007f + 0.3f * load);
+    arm->actuator_n += parts.actuator * (u_n - arm->actuator_n);
+    const float held = arm_between(arm->actuator_n - breakaway, arm->force_n, arm->actuator_n + breakaway);
+    arm->force_n += parts.arm * (held - arm->force_n);
+    arm->reading_n += parts.sensor * (arm->force_n - arm->reading_n);
+}
+
+/// The benchmark's triangle, 0.4 to 0.6 N, at `tick` of a period of `ticks`.
+static inline float arm_reference_n(unsigned tick, unsigned ticks)
+{
+    const float phase = (float)(tick % ticks) / (float)ticks;
+    return 0.4f + 0.4f * (phase < 0.5f ? phase : 1.0f - phase);
+}
+
+#endif
