@@ -596,7 +596,7 @@ uint32_t drive_warnings(const drive_t *drive)
     warnings |= cause == TRIBO_GUARD_OVERSHOOT ? (uint32_t)DRIVE_WARNING_OVERSHOOT : 0u;
     if (drive->memory != NULL)
     {
-        const bool stays = drive->memory->state.at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS;
+        const bool stays = tribo_feedforward_stays_at_bound(drive->memory->state.at_bound);
         warnings |= stays ? (uint32_t)DRIVE_WARNING_BOUND : 0u;
         warnings |= drive->memory->state.monitor.harms ? (uint32_t)DRIVE_WARNING_HARM : 0u;
     }

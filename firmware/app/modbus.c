@@ -69,12 +69,13 @@ void modbus_serve(modbus_t *modbus, const modbus_line_t *line, const modbus_regi
 {
     if (modbus->complete)
     {
-        if (line->stray != NULL && !is_frame(modbus->frame, modbus->length))
+        const uint32_t bad_frames = modbus->bad_frames;
+        modbus->answer_length =
+            (uint16_t)modbus_execute(modbus, registers, modbus->frame, modbus->length, modbus->answer);
+        if (line->stray != NULL && modbus->bad_frames != bad_frames)
         {
             line->stray(line->context, modbus->frame, modbus->length);
         }
-        modbus->answer_length =
-            (uint16_t)modbus_execute(modbus, registers, modbus->frame, modbus->length, modbus->answer);
         modbus->answer_sent = 0;
         modbus->length      = 0;
         modbus->complete    = false; // last: from here on the tick writes the frame

@@ -389,7 +389,7 @@ static bool find_gross(sim_verdict_t *verdict, const sim_log_t *log)
     return false;
 }
 
-static void find_faults(sim_verdict_t *verdict)
+static void find_faults(sim_verdict_t *verdict, bool is_measured)
 {
     const size_t falling = verdict->moving - verdict->rising;
     if ((double)verdict->moving < LITTLE * (double)verdict->ticks)
@@ -428,7 +428,7 @@ static void find_faults(sim_verdict_t *verdict)
     {
         say(verdict, "L is too small: the arm slides at %.2f times L", verdict->ratio);
     }
-    if (verdict->q_per_s > Q_FAST && !verdict->is_measured)
+    if (verdict->q_per_s > Q_FAST && !is_measured)
     {
         say(verdict, "Q switches %.0f times a second: the net force is noisy, or creeps", verdict->q_per_s);
     }
@@ -440,9 +440,7 @@ bool sim_verdict_make(sim_verdict_t        *verdict,
                       const sim_model_t    *model,
                       common_error_t       *error)
 {
-    *verdict = (sim_verdict_t){.ticks       = log->rows,
-                               .has_force   = log->values[SIM_LOG_F] != NULL,
-                               .is_measured = replayed->is_measured};
+    *verdict = (sim_verdict_t){.ticks = log->rows, .has_force = log->values[SIM_LOG_F] != NULL};
     sum_up(verdict, log, replayed);
     if (!verdict->has_force)
     {
@@ -466,7 +464,7 @@ bool sim_verdict_make(sim_verdict_t        *verdict,
         {
             const bool has_sign = verdict->is_fitted && verdict->scale_error > -1.0 && verdict->ratio >= 0.0;
             ok                  = !has_sign || try_path(verdict, log, replayed, model, ways, error);
-            find_faults(verdict);
+            find_faults(verdict, replayed->is_measured);
         }
     }
     free(ways);

@@ -24,7 +24,7 @@ typedef struct
 {
     float         *n, *L, *f; ///< L for the sign of n
     unsigned char *q;
-    bool           is_measured; ///< F was the log's, whose noise switches Q
+    bool           is_measured; ///< F was the log's, whose noise switches Q: no fault of the params
 } sim_replayed_t;
 
 typedef struct
@@ -36,7 +36,6 @@ typedef struct
     double residual_rms_n, residual_peak_n; ///< of n - f
     double limit_share;                     ///< of ticks with f at +-L
     double q_per_s;                         ///< switches of Q
-    bool   is_measured;                     ///< by the noise of F as well, which is no fault of the params
 
     size_t moving;        ///< ticks of slow sliding, the only ones that reveal L
     size_t rising;        ///< of these, with F rising

@@ -121,7 +121,7 @@ double foreign_loop_step(foreign_loop_t *loop, double r, double y)
 bool foreign_loop_says(const foreign_loop_t *loop, const foreign_state_t *before)
 {
     const foreign_state_t *now = &loop->state;
-    return now->guard.cause != TRIBO_GUARD_NONE || now->memory.state.at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS ||
+    return now->guard.cause != TRIBO_GUARD_NONE || tribo_feedforward_stays_at_bound(now->memory.state.at_bound) ||
            now->memory.state.monitor.harms || now->state.bad_inputs != before->state.bad_inputs ||
            now->memory.state.forgotten != before->memory.state.forgotten;
 }

@@ -41,6 +41,12 @@ extern "C" {
 
 #define TRIBO_FEEDFORWARD_BOUND_TURNS 4u ///< consecutive reversals at a bound of V_0 until it stays
 
+/// Whether it stays, by `turns`, the state's at_bound.
+static inline bool tribo_feedforward_stays_at_bound(uint8_t turns)
+{
+    return turns >= TRIBO_FEEDFORWARD_BOUND_TURNS;
+}
+
 typedef enum
 {
     TRIBO_FEEDFORWARD_RESTART = 0, ///< the next good tick is the first, beside a controller at rest
@@ -166,11 +172,11 @@ typedef struct
 /// What the controller does with friction fed forward, against what it would have to do without.
 typedef struct
 {
-    float v_n, played_n, travel_n; ///< vf, vp, t_v
-    float need_n;                  ///< at the last reversal
-    float ratio;                   ///< xi, 0 to 4
-    float share;                   ///< of friction, 0 to 1
-    uint8_t harms;                 ///< latched
+    float   v_n, played_n, travel_n; ///< vf, vp, t_v
+    float   need_n;                  ///< at the last reversal
+    float   ratio;                   ///< xi, 0 to 4
+    float   share;                   ///< of friction, 0 to 1
+    uint8_t harms;                   ///< latched
 } tribo_feedforward_monitor_f32_state_t;
 
 typedef struct

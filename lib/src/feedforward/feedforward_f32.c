@@ -177,7 +177,7 @@ tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_fricti
         .relative_variance = learning_f32_relative_variance(learned, &state->learning, sign),
         .travel_n          = learned->travel_n,
         .at_bound          = !inside,
-        .stays_at_bound    = state->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS,
+        .stays_at_bound    = tribo_feedforward_stays_at_bound(state->at_bound),
         .harms             = state->monitor.harms,
         .forgotten         = state->forgotten};
 }

@@ -158,7 +158,7 @@ tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_fricti
         .relative_variance = learning_q31_relative_variance(learned, &state->learning, sign),
         .travel            = learned->travel,
         .at_bound          = V <= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MIN) || V >= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MAX),
-        .stays_at_bound    = state->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS,
+        .stays_at_bound    = tribo_feedforward_stays_at_bound(state->at_bound),
         .harms             = state->monitor.harms,
         .forgotten         = state->forgotten};
 }
