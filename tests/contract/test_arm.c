@@ -11,7 +11,7 @@ static arm_t                  arm;
 
 void setUp(void)
 {
-    config = tribo_arm_f32_paper();
+    config = tribo_force_loop_f32_paper().compensator.arm;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, arm_init(&arm, &config, H));
 }
 
@@ -90,7 +90,7 @@ static void check_refused(tribo_status_t status, double h)
     memset(&untouched, 0xa5, sizeof untouched);
     TEST_ASSERT_EQUAL_INT(status, arm_init(&out, &config, h));
     TEST_ASSERT_EQUAL_MEMORY(&untouched.params, &out.params, sizeof out.params);
-    config = tribo_arm_f32_paper();
+    config = tribo_force_loop_f32_paper().compensator.arm;
 }
 
 static void test_arm_init_checks_every_field(void)

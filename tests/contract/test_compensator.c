@@ -11,7 +11,7 @@ static compensator_t                  compensator;
 
 void setUp(void)
 {
-    config = tribo_compensator_f32_paper();
+    config = tribo_force_loop_f32_paper().compensator;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, compensator_init(&compensator, &config, H));
 }
 

@@ -30,7 +30,7 @@ void setUp(void)
 {
     r.state = SEED;
     config  = tribo_feedforward_f32_default();
-    model   = tribo_compensator_f32_paper();
+    model   = tribo_force_loop_f32_paper().compensator;
 }
 
 void tearDown(void)

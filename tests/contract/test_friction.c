@@ -15,7 +15,7 @@ static friction_t                  friction;
 
 void setUp(void)
 {
-    config = tribo_friction_f32_paper();
+    config = tribo_force_loop_f32_paper().compensator.friction;
 }
 
 void tearDown(void)

@@ -58,7 +58,7 @@ static int check_switches(int rows)
 
 static tribo_compensator_f32_config_t asymmetric_gravity(void)
 {
-    tribo_compensator_f32_config_t config = tribo_compensator_f32_paper();
+    tribo_compensator_f32_config_t config = tribo_force_loop_f32_paper().compensator;
     config.friction.positive              = (tribo_breakaway_f32_t){.offset_n = 0.01f, .slope = 0.25f};
     config.friction.negative              = (tribo_breakaway_f32_t){.offset_n = 0.005f, .slope = 0.35f};
     config.friction.gravity_n             = 0.004f;
@@ -131,7 +131,7 @@ static void check_compensator(const char *name, const tribo_compensator_f32_conf
 
 static void test_friction_gives_the_golden_vectors_of_the_papers_parameters(void)
 {
-    const tribo_friction_f32_config_t config = tribo_friction_f32_paper();
+    const tribo_friction_f32_config_t config = tribo_force_loop_f32_paper().compensator.friction;
     check_friction("friction_paper.csv", &config);
 }
 
@@ -143,7 +143,7 @@ static void test_friction_gives_the_golden_vectors_of_asymmetric_friction_with_g
 
 static void test_friction_gives_the_golden_vectors_of_k_1_1(void)
 {
-    tribo_friction_f32_config_t config = tribo_friction_f32_paper();
+    tribo_friction_f32_config_t config = tribo_force_loop_f32_paper().compensator.friction;
     config.k_min                       = 1.1f;
     config.k_max                       = 1.1f;
     check_friction("friction_k1p1.csv", &config);
@@ -151,7 +151,7 @@ static void test_friction_gives_the_golden_vectors_of_k_1_1(void)
 
 static void test_compensator_gives_the_golden_vectors_of_the_papers_parameters(void)
 {
-    const tribo_compensator_f32_config_t config = tribo_compensator_f32_paper();
+    const tribo_compensator_f32_config_t config = tribo_force_loop_f32_paper().compensator;
     check_compensator("compensator_paper.csv", &config);
 }
 

@@ -25,8 +25,8 @@ static void init_at(double h)
 void setUp(void)
 {
     config     = lugre_paper();
-    arm_config = tribo_arm_f32_paper();
-    law        = tribo_friction_f32_paper();
+    arm_config = tribo_force_loop_f32_paper().compensator.arm;
+    law        = tribo_force_loop_f32_paper().compensator.friction;
     init_at(H);
 }
 
@@ -253,7 +253,7 @@ static void check_refused(tribo_status_t status)
     TEST_ASSERT_EQUAL_INT(status, lugre_init(&lugre, &config, &arm_config, &law, H));
     TEST_ASSERT_EQUAL_MEMORY(&before.params, &lugre.params, sizeof lugre.params);
     config     = lugre_paper();
-    arm_config = tribo_arm_f32_paper();
+    arm_config = tribo_force_loop_f32_paper().compensator.arm;
 }
 
 static void test_init_names_the_field_that_is_wrong(void)

@@ -57,7 +57,7 @@ static bool same(friction_seen_t a, friction_seen_t b)
 
 static void test_friction_of_symmetric_params_is_a_mirror_image(void)
 {
-    const tribo_friction_f32_config_t config = tribo_friction_f32_paper();
+    const tribo_friction_f32_config_t config = tribo_force_loop_f32_paper().compensator.friction;
     friction_t                        plain;
     friction_t                        mirror;
     wanderer_t                        u = {0.0, 0.0, 0};
@@ -82,7 +82,7 @@ static void test_friction_never_exceeds_breakaway_and_q_needs_a_rising_net_force
 {
     for (int set = 0; set < 20; set++)
     {
-        tribo_friction_f32_config_t config = tribo_friction_f32_paper();
+        tribo_friction_f32_config_t config = tribo_force_loop_f32_paper().compensator.friction;
         config.k_min                       = (float)random_between(&r, 1.02, 6.0);
         config.k_max                       = (float)random_between(&r, 6.0, 50.0);
         config.positive.offset_n           = (float)random_between(&r, 0.001, 0.05);
@@ -115,7 +115,7 @@ static void test_friction_never_exceeds_breakaway_and_q_needs_a_rising_net_force
 
 static void test_friction_after_a_reset_runs_the_same_bit_for_bit(void)
 {
-    const tribo_friction_f32_config_t config = tribo_friction_f32_paper();
+    const tribo_friction_f32_config_t config = tribo_force_loop_f32_paper().compensator.friction;
     static friction_seen_t            first[5000];
     friction_t                        friction;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&friction, &config, H));

@@ -188,7 +188,7 @@ static bool run_f32(const scenario_t *scenario)
     tribo_biquad_f32_params_t            filter;
     tribo_biquad_f32_state_t             filter_state;
 
-    const tribo_compensator_f32_config_t truth = tribo_compensator_f32_paper();
+    const tribo_compensator_f32_config_t truth = tribo_force_loop_f32_paper().compensator;
     bool                                 ok    = tribo_compensator_f32_init(&plant, &truth, 1.0e-3f) == TRIBO_OK &&
               tribo_biquad_f32_init(&filter, sensor, 1) == TRIBO_OK;
     for (int i = 0; i < 3; i++)
@@ -275,7 +275,7 @@ static bool run_q31(const scenario_t *scenario)
     tribo_biquad_q31_state_t             filter_state;
     tribo_headroom_q31_t                 headroom;
 
-    const tribo_compensator_f32_config_t truth = tribo_compensator_f32_paper();
+    const tribo_compensator_f32_config_t truth = tribo_force_loop_f32_paper().compensator;
     bool ok = tribo_compensator_q31_init(&plant, NULL, &truth, 1.0e-3f, 2.0f) == TRIBO_OK &&
               cascade_q31_init(&filter, sensor, 1, &headroom) == TRIBO_OK;
     start();

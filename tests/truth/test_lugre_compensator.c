@@ -67,7 +67,7 @@ static void tick(void *context, const rig_sample_t *sample)
 static compensator_t run(const rig_ramp_t *ramps, unsigned count)
 {
     const tribo_lugre_f32_config_t       lugre  = lugre_paper();
-    const tribo_compensator_f32_config_t config = tribo_compensator_f32_paper();
+    const tribo_compensator_f32_config_t config = tribo_force_loop_f32_paper().compensator;
     const float                          h      = (float)H;
     const float                          FS     = (float)FULL_SCALE;
     compensator_t                        own    = {0};

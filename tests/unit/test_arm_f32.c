@@ -1,6 +1,7 @@
 // What only the f32 arithmetic has. What both promise: tests/contract/test_arm.c.
 
 #include "paper/arm_f32.h"
+#include "tribo/force_loop_f32.h"
 #include "tribo/friction_f32.h"
 
 #include "random.h"
@@ -21,7 +22,7 @@ static tribo_arm_f32_state_t  state;
 
 void setUp(void)
 {
-    config = tribo_arm_f32_paper();
+    config = tribo_force_loop_f32_paper().compensator.arm;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_arm_f32_init(&params, &config, H));
     tribo_arm_f32_reset(&state);
 }

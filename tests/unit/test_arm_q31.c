@@ -1,5 +1,7 @@
 // What only the Q31 arithmetic has. What both promise: tests/contract/test_arm.c.
 
+#include "tribo/force_loop_f32.h"
+
 #include "paper/arm_f32.h"
 #include "paper/arm_q31.h"
 
@@ -33,7 +35,7 @@ static void init(float h)
 
 void setUp(void)
 {
-    config = tribo_arm_f32_paper();
+    config = tribo_force_loop_f32_paper().compensator.arm;
     init(H);
 }
 

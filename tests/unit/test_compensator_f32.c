@@ -1,4 +1,5 @@
 #include "paper/compensator_f32.h"
+#include "tribo/force_loop_f32.h"
 #include "tribo/friction_f32.h"
 
 #include "same.h"
@@ -15,7 +16,7 @@ static tribo_compensator_f32_signals_t seen;
 
 void setUp(void)
 {
-    config = tribo_compensator_f32_paper();
+    config = tribo_force_loop_f32_paper().compensator;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_compensator_f32_init(&params, &config, H));
     tribo_compensator_f32_reset(&state);
 }

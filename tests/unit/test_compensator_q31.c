@@ -20,7 +20,7 @@ static tribo_compensator_q31_signals_t seen;
 
 void setUp(void)
 {
-    config = tribo_compensator_f32_paper();
+    config = tribo_force_loop_f32_paper().compensator;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_compensator_q31_init(&params, NULL, &config, 1e-3f, 2.0f));
     tribo_compensator_q31_reset(&state);
 }

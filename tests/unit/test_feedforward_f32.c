@@ -27,7 +27,7 @@ static tribo_status_t init(float input_max, float h)
 void setUp(void)
 {
     config = tribo_feedforward_f32_default();
-    model  = tribo_compensator_f32_paper();
+    model  = tribo_force_loop_f32_paper().compensator;
     rig    = (tribo_feedforward_f32_rig_t){.actuator_pole_rad_per_s = 200.0f,
                                            .sensor_pole_rad_per_s   = 55.0f,
                                            .arm                     = &model.arm,

@@ -1,4 +1,5 @@
 #include "paper/friction_f32.h"
+#include "tribo/force_loop_f32.h"
 #include "tribo/friction_f32.h"
 
 #include "same.h"
@@ -24,7 +25,7 @@ static bool shows(const tribo_friction_f32_signals_t *signals, uint8_t relay)
 
 void setUp(void)
 {
-    config = tribo_friction_f32_paper();
+    config = tribo_force_loop_f32_paper().compensator.friction;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
     tribo_friction_f32_reset(&state);
 }

@@ -41,7 +41,7 @@ static void init(void)
 
 void setUp(void)
 {
-    config = tribo_friction_f32_paper();
+    config = tribo_force_loop_f32_paper().compensator.friction;
     init();
 }
 

@@ -1,6 +1,7 @@
 // What only the f32 arithmetic has. What both promise: tests/contract/test_lugre.c.
 
 #include "paper/lugre_f32.h"
+#include "tribo/force_loop_f32.h"
 #include "tribo/friction_f32.h"
 
 #include "lugre_paper.h"
@@ -19,9 +20,9 @@ static tribo_friction_f32_signals_t seen;
 
 void setUp(void)
 {
-    const tribo_friction_f32_config_t law = tribo_friction_f32_paper();
+    const tribo_friction_f32_config_t law = tribo_force_loop_f32_paper().compensator.friction;
     config                                = lugre_paper();
-    arm                                   = tribo_arm_f32_paper();
+    arm                                   = tribo_force_loop_f32_paper().compensator.arm;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_lugre_f32_init(&params, &config, &arm, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&friction, &law, H));
     tribo_lugre_f32_reset(&state);

@@ -3,6 +3,7 @@
 #include "paper/arm_f32.h"
 #include "paper/lugre_f32.h"
 #include "paper/lugre_q31.h"
+#include "tribo/force_loop_f32.h"
 #include "tribo/friction_q31.h"
 
 #include "lugre_paper.h"
@@ -47,8 +48,8 @@ static void init_at(float h)
 void setUp(void)
 {
     config     = lugre_paper();
-    arm_config = tribo_arm_f32_paper();
-    law        = tribo_friction_f32_paper();
+    arm_config = tribo_force_loop_f32_paper().compensator.arm;
+    law        = tribo_force_loop_f32_paper().compensator.friction;
     init_at(H);
 }
 

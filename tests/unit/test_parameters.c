@@ -96,7 +96,7 @@ static void test_every_default_is_in_its_range(void)
 
 static void test_the_ends_of_a_range_are_in_it_and_a_nan_is_not(void)
 {
-    tribo_friction_f32_config_t config = tribo_friction_f32_paper();
+    tribo_friction_f32_config_t config = tribo_force_loop_f32_paper().compensator.friction;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, PARAMETERS_CHECK(tribo_friction_parameters, &config));
 #define ENDS(group, symbol, field, key, unit, low, high, standard, change, number, condition, sentence)                \
     {                                                                                                                  \

@@ -180,8 +180,8 @@ typedef struct
     tribo_compensator_f32_state_t compensator;
 } tribo_force_loop_f32_state_t;
 
-/// The paper's loop: 1 ms, gain 0.85, Eqs. (7), (9), (10), the H-infinity controller of Eqs. (13), (14); u within
-/// +-2 N, |r| and |y| up to 2 N.
+/// The paper's loop: 1 ms, gain 0.85, friction and arm of Eqs. (7), (9), (10) with displacement in degrees, the H-infinity
+/// controller of Eqs. (13), (14); u within +-2 N, |r| and |y| up to 2 N.
 tribo_force_loop_f32_config_t tribo_force_loop_f32_paper(void);
 
 /// Checks `config` field by field and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL,

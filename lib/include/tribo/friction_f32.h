@@ -232,9 +232,6 @@ typedef struct
     tribo_friction_f32_signals_t friction; ///< with f^
 } tribo_compensator_f32_signals_t;
 
-/// The paper's parameters, Eqs. (7), (9), (10), and its 3 ms pulse.
-tribo_friction_f32_config_t tribo_friction_f32_paper(void);
-
 /// Checks `config` field by field and computes `params` for a sample time of 1e-6 to 0.1 s.
 /// Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME or the status of the first wrong field.
 /// Writes nothing unless TRIBO_OK. Not for the tick.
@@ -256,9 +253,6 @@ float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
 
 /// One step of the relays from pulses, for a caller with its own delay lines. Cannot fail.
 uint8_t tribo_relay_latch_step(tribo_relay_latch_t *latch, uint8_t pulses);
-
-/// The paper's arm, Eq. (10), in degrees.
-tribo_arm_f32_config_t tribo_arm_f32_paper(void);
 
 /// At rest at F = 0, counter 0.
 void tribo_arm_f32_reset(tribo_arm_f32_state_t *state);
@@ -308,9 +302,6 @@ float tribo_lugre_f32_model_enter(const tribo_friction_model_f32_t       *model,
                                   tribo_compensator_friction_f32_state_t *state,
                                   float                                   n_n,
                                   float                                   force_n);
-
-/// The paper's parameters, Eqs. (7), (9), (10).
-tribo_compensator_f32_config_t tribo_compensator_f32_paper(void);
 
 /// Checks `config` and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, a status of tribo_friction_f32_init, or of the
 /// arm: TRIBO_ERR_STIFFNESS, TRIBO_ERR_DAMPING, TRIBO_ERR_INERTIA or TRIBO_ERR_ARM_TOO_FAST. Writes nothing unless TRIBO_OK.

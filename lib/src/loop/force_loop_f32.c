@@ -16,7 +16,9 @@ tribo_force_loop_f32_config_t tribo_force_loop_f32_paper(void)
             TRIBO_GAIN_PARAMETERS(PARAMETERS_DEFAULT)
                 .controller = {.section_count = TRIBO_PAPER_CONTROLLER_SECTION_COUNT,
                                TRIBO_LIMIT_PARAMETERS(PARAMETERS_DEFAULT)},
-        .compensator        = tribo_compensator_f32_paper(),
+        .compensator        = {.friction = {TRIBO_FRICTION_PARAMETERS(PARAMETERS_DEFAULT)
+                                                TRIBO_BREAKAWAY_PARAMETERS(PARAMETERS_DEFAULT)},
+                               .arm      = {TRIBO_ARM_PARAMETERS(PARAMETERS_DEFAULT)}},
     };
     paper.controller.sections = tribo_paper_controller_f32; // an address in an initialiser would be a relocation
     return paper;

@@ -6,12 +6,6 @@
 
 #include <stddef.h>
 
-tribo_arm_f32_config_t tribo_arm_f32_paper(void)
-{
-    const tribo_arm_f32_config_t paper = {TRIBO_ARM_PARAMETERS(PARAMETERS_DEFAULT)};
-    return paper;
-}
-
 typedef struct
 {
     float a11, a12, a21, a22;

@@ -4,12 +4,6 @@
 
 #include <stddef.h>
 
-tribo_compensator_f32_config_t tribo_compensator_f32_paper(void)
-{
-    const tribo_compensator_f32_config_t paper = {.friction = tribo_friction_f32_paper(), .arm = tribo_arm_f32_paper()};
-    return paper;
-}
-
 tribo_status_t tribo_compensator_f32_init(tribo_compensator_f32_params_t       *params,
                                           const tribo_compensator_f32_config_t *config,
                                           float                                 sample_time_s)

@@ -5,13 +5,6 @@
 
 #include <stddef.h>
 
-tribo_friction_f32_config_t tribo_friction_f32_paper(void)
-{
-    const tribo_friction_f32_config_t paper = {TRIBO_FRICTION_PARAMETERS(PARAMETERS_DEFAULT)
-                                                   TRIBO_BREAKAWAY_PARAMETERS(PARAMETERS_DEFAULT)};
-    return paper;
-}
-
 static tribo_status_t check_table(const tribo_breakaway_point_f32_t *table, uint32_t length)
 {
     if (length < 1u || length > TRIBO_BREAKAWAY_POINTS_MAX)

@@ -10,7 +10,7 @@
 
 int main(void)
 {
-    tribo_compensator_f32_config_t model = tribo_compensator_f32_paper();
+    tribo_compensator_f32_config_t model = tribo_force_loop_f32_paper().compensator;
     tribo_breakaway_f32_t         *up    = &model.friction.positive;
     tribo_breakaway_f32_t         *down  = &model.friction.negative;
     tribo_compensator_f32_params_t made;
