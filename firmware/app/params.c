@@ -194,14 +194,17 @@ static int32_t sign_of(float x)
 }
 
 /// Signs of the controller's gain: `at_once` of u to a step of e, b0 of each section, and `in_the_end`, b2 of each in delta form.
+/// A section without b2 ends at 0, on the side of its b1, or of b0 without that.
 static void find_signs(const params_set_t *set, int32_t *at_once, int32_t *in_the_end)
 {
     const uint32_t count = params_word(set, PARAMS_SECTION_COUNT);
     *at_once = *in_the_end = 1;
     for (uint32_t i = 0; i < count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {
-        *at_once *= sign_of(set->sections[i].b0);
-        *in_the_end *= sign_of(set->sections[i].b2);
+        const tribo_biquad_f32_section_t *section = &set->sections[i];
+        const float last = section->b2 != 0.0f ? section->b2 : section->b1 != 0.0f ? section->b1 : section->b0;
+        *at_once *= sign_of(section->b0);
+        *in_the_end *= sign_of(last);
     }
 }
 

@@ -315,6 +315,27 @@ static void test_the_sign_of_the_controller_does_not_turn_in_run(void)
     TEST_ASSERT_EQUAL_HEX32(b0, read_word(REGISTERS_CHANGES_AT + 2));
 }
 
+/// A section that ends at 0 does not hide the sign of the others.
+static void test_the_sign_does_not_turn_behind_a_section_without_b2(void)
+{
+    const uint32_t first  = REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT;
+    const uint32_t second = first + 2u * 5u;
+    tick();
+    unlock();
+    write_word(first + 4u, 0u);
+    command(REGISTERS_APPLY);
+    TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(protection_changes)); // b1 is on the same side
+    start();
+    write_word(second + 4u, read_word(second + 4u) ^ 0x80000000u);
+    check_refused(first + 4u, REGISTERS_PROTECTED);
+    command(REGISTERS_REVERT);
+    write_word(first + 2u, read_word(first + 2u) ^ 0x80000000u);
+    check_refused(first + 4u, REGISTERS_PROTECTED);
+    command(REGISTERS_REVERT);
+    write_word(second, bits_of(0.9f * number_of(read_word(second)))); // a retuned one
+    command(REGISTERS_APPLY);
+}
+
 static void test_no_key_goes_beyond_the_boards_ceiling(void)
 {
     tick();
@@ -456,7 +477,7 @@ typedef struct
     loop_force_t    down;
     TRIBO(arm, params_t) arm;
     loop_force_t u_min, u_max, input_max;
-    int          signs[2]; ///< of b0 and of b2 of all sections
+    int          signs[2]; ///< of the controller's gain, at once and at rest
 } effective_t;
 
 static uint32_t random_state;
@@ -470,6 +491,13 @@ static uint32_t draw(uint32_t count)
 static int sign_of(float x)
 {
     return (x > 0.0f) - (x < 0.0f);
+}
+
+/// Of the response to a slow ramp of e: the first of b2, b1, b0 that is there.
+static int sign_at_rest(const tribo_biquad_f32_section_t *section)
+{
+    const int signs[] = {sign_of(section->b2), sign_of(section->b1), sign_of(section->b0)};
+    return signs[0] != 0 ? signs[0] : signs[1] != 0 ? signs[1] : signs[2];
 }
 
 static effective_t effective(void)
@@ -493,7 +521,7 @@ static effective_t effective(void)
     for (uint32_t i = 0; i < params_word(&params->set, PARAMS_SECTION_COUNT); i++)
     {
         is.signs[0] *= sign_of(params->set.sections[i].b0);
-        is.signs[1] *= sign_of(params->set.sections[i].b2);
+        is.signs[1] *= sign_at_rest(&params->set.sections[i]);
     }
     return is;
 }
@@ -710,6 +738,7 @@ int main(void)
     RUN_TEST(test_a_start_and_every_other_value_lock);
     RUN_TEST(test_a_start_that_is_asked_for_is_too_late_for_a_key);
     RUN_TEST(test_the_sign_of_the_controller_does_not_turn_in_run);
+    RUN_TEST(test_the_sign_does_not_turn_behind_a_section_without_b2);
     RUN_TEST(test_no_key_goes_beyond_the_boards_ceiling);
     RUN_TEST(test_a_store_beyond_the_boards_ceiling_is_not_used);
     RUN_TEST(test_defaults_beyond_the_boards_ceiling_are_a_fault);

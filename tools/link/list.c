@@ -331,13 +331,13 @@ void link_print_markdown(void)
         "element is "
         "shown.\n\nWhat tunes changes while the drive runs. What protects does not: stop the drive, write 0x%08x to "
         "`unlock`, "
-        "and apply the\nset within %u s. The sign of the controller's gain (that of the product of all `b0`, and of "
-        "all `b2`) "
-        "protects likewise. No set is\nwider than the ceilings of its board. `protection` is the CRC-32 (IEEE 802.3) "
-        "of the words "
-        "of all registers that protect, in the order\nof their addresses, the zero of the sensor without a tare, and "
-        "of "
-        "these two signs, 1, 0 or -1 in 32 bits, each with its low byte first.\n\n"
+        "and apply the\nset within %u s. The sign of the controller's gain protects likewise: that of the product of "
+        "all "
+        "`b0`, and of all `b2`. For a\nsection whose `b2` is 0 its `b1` counts, or `b0` if that is 0 as well. No set "
+        "is "
+        "wider than the ceilings of its board.\n\n`protection` is the CRC-32 (IEEE 802.3) of the words of all "
+        "registers that protect, in the order of their addresses, the zero of the\nsensor without a tare, and of these "
+        "two signs, 1, 0 or -1 in 32 bits, each with its low byte first.\n\n"
         "| name | address | type | unit | range | default | class | what |\n|---|---|---|---|---|---|---|---|\n",
         REGISTERS_VERSION,
         REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT,
