@@ -1,0 +1,87 @@
+"""A moteus on python-can's virtual bus, with the examples' arm and a torque sensor on aux1: what force.py needs of one. Its time goes
+on by a period with each position command, so that a run is the same on any machine."""
+
+import pathlib
+import struct
+import sys
+import threading
+
+import can
+import moteus
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "sim"))
+from arm import Arm, triangle  # noqa: E402, F401
+
+R, STOP = moteus.Register, 0x7FF
+RESOLUTION = {moteus.INT8: (0x21, "<b"), moteus.INT16: (0x25, "<h"), moteus.INT32: (0x29, "<i"), moteus.F32: (0x2D, "<f")}
+
+
+class FakeMoteus:
+    def __init__(self, channel, period_s, offset, n_m_per_unit):
+        self.bus = can.Bus(interface="virtual", channel=channel)
+        self.arm, self.period_s = Arm(period_s), period_s
+        self.offset, self.n_m_per_unit = offset, n_m_per_unit
+        self.mode, self.fault, self.left_s, self.torque = moteus.Mode.STOPPED, 0, 0.0, 0.0
+        self.forces, self.torques = [], []  # at each command
+        self.deaf = False  # takes no frame: a broken wire
+        self.thread = threading.Thread(target=self.serve, daemon=True)
+        self.thread.start()
+
+    def serve(self):
+        while (message := self.bus.recv()).arbitration_id != STOP:
+            if not self.deaf and message.arbitration_id & 0xFF == 1:
+                self.take(message)
+
+    def finish(self):
+        """Takes what is on the bus, and no more."""
+        if self.thread.is_alive():
+            with can.Bus(interface="virtual", channel=self.bus.channel_id) as other:
+                other.send(can.Message(arbitration_id=STOP, is_extended_id=False))
+                self.thread.join()
+
+    def close(self):
+        self.finish()
+        self.bus.shutdown()
+
+    def take(self, message):
+        said = moteus.parse_registers(message.data)
+        mode = said.command.get(R.MODE)
+        if mode == moteus.Mode.STOPPED:
+            self.mode, self.fault, self.torque = mode, 0, 0.0
+        elif mode == moteus.Mode.POSITION and self.mode in (moteus.Mode.STOPPED, moteus.Mode.POSITION):
+            self.command(said.command)
+        if message.arbitration_id & 0x8000:
+            self.reply(said.query, message.arbitration_id >> 8 & 0x7F)
+
+    def command(self, command):
+        """Torque alone: a gain on position or velocity would be another controller beside the loop."""
+        position_gain, velocity_gain = command.get(R.COMMAND_KP_SCALE, 1.0), command.get(R.COMMAND_KD_SCALE, 1.0)
+        if position_gain or velocity_gain or command[R.COMMAND_POSITION] == command[R.COMMAND_POSITION]:
+            raise AssertionError("not torque alone")
+        limit = command[R.COMMAND_POSITION_MAX_TORQUE]
+        self.mode, self.left_s = moteus.Mode.POSITION, command[R.COMMAND_TIMEOUT]
+        self.torque = min(max(command[R.COMMAND_FEEDFORWARD_TORQUE], -limit), limit)
+        self.forces.append(self.arm.force)
+        self.torques.append(self.torque)
+        self.arm.step(self.torque)
+
+    def elapse(self, time_s):
+        """Time without a command."""
+        self.left_s -= time_s
+        if self.mode == moteus.Mode.POSITION and self.left_s <= 0:
+            self.mode, self.torque = moteus.Mode.TIMEOUT, 0.0
+        for _ in range(round(time_s / self.period_s)):
+            self.arm.step(self.torque)
+
+    def fail(self, code):
+        self.mode, self.fault, self.torque = moteus.Mode.FAULT, code, 0.0
+
+    def reply(self, query, to):
+        values = {R.MODE: self.mode, R.FAULT: self.fault, R.AUX1_ANALOG_IN1: self.offset + self.arm.reading / self.n_m_per_unit}
+        data = b""
+        for register, resolution in query:
+            head, code = RESOLUTION[resolution]
+            value = values[register]
+            data += bytes((head, register)) + struct.pack(code, value if code == "<f" else int(value))
+        size = next(n for n in (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64) if n >= len(data))
+        self.bus.send(can.Message(arbitration_id=1 << 8 | to, data=data.ljust(size, b"\x50"), is_fd=True, is_extended_id=to != 0))

@@ -1,0 +1,68 @@
+#!/usr/bin/env python3
+"""force.py LIBRARY: holds a torque with a moteus, at 500 Hz; LIBRARY is the force_loop.so of ../python."""
+
+import asyncio
+import math
+import pathlib
+import sys
+import time
+
+import moteus
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "python"))
+from force_loop import ForceLoop  # noqa: E402
+
+WATCHDOG_S = 0.02  # ten periods: the drive gives up by itself if no command comes
+MAX_TORQUE = 2.0  # N m; the drive's own limit, at or above the loop's
+OFFSET, N_M_PER_UNIT = 0.5, 4.0  # of the torque sensor on aux1 pin 1: the drive gives its voltage as a part of full scale
+
+
+def resolution():
+    """What each reply shall have: mode, fault and the sensor's voltage."""
+    wanted = moteus.QueryResolution()
+    wanted.position = wanted.velocity = wanted.torque = wanted.voltage = wanted.temperature = moteus.IGNORE
+    wanted._extra = {moteus.Register.AUX1_ANALOG_IN1: moteus.F32}
+    return wanted
+
+
+# [add
+async def hold(controller, loop, references, pause, patience_s=WATCHDOG_S):
+    """A reference a period, until they end; then, or with any fault, the drive is stopped."""
+    try:
+        await controller.set_stop()  # a moteus leaves a fault or a timeout only so
+        state = await controller.query()
+        for reference in references:
+            torque = (state.values[moteus.Register.AUX1_ANALOG_IN1] - OFFSET) * N_M_PER_UNIT
+            command = loop.step(reference, torque)
+            state = await asyncio.wait_for(controller.set_position(
+                position=math.nan, kp_scale=0, kd_scale=0, feedforward_torque=command, maximum_torque=MAX_TORQUE,
+                watchdog_timeout=WATCHDOG_S, query=True), patience_s)
+            if state.values[moteus.Register.MODE] != moteus.Mode.POSITION:
+                raise moteus.FaultError(state.values[moteus.Register.MODE], state.values[moteus.Register.FAULT])
+            await pause()
+    finally:
+        await controller.set_stop()
+# add]
+
+
+def every(period_s):
+    """A pause until the next period begins."""
+    due = time.monotonic()
+
+    async def pause():
+        nonlocal due
+        due += period_s
+        await asyncio.sleep(max(0.0, due - time.monotonic()))
+
+    return pause
+
+
+def steps():
+    """What is to be held: yours."""
+    while True:
+        yield 0.5
+
+
+if __name__ == "__main__":
+    force_loop = ForceLoop(sys.argv[1])
+    asyncio.run(hold(moteus.Controller(id=1, query_resolution=resolution()), force_loop, steps(), every(force_loop.period_s)))
