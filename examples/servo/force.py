@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""force.py LIBRARY PORT: holds a torque with a Dynamixel of the X540 series in current mode, at 250 Hz; LIBRARY is the force_loop.so of
+../python, made for rig_250hz. The torque sensor is on the servo's external port 1."""
+
+import pathlib
+import sys
+import time
+
+from dynamixel_sdk import COMM_SUCCESS, PacketHandler, PortHandler
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "python"))
+from force_loop import ForceLoop  # noqa: E402
+
+ID, BAUD = 1, 1_000_000
+N_M_PER_UNIT = 0.0045  # of Goal Current: 2.69 mA times the torque of an ampere at the output; yours
+OFFSET, N_M_PER_COUNT = 2048, 0.001  # of the sensor's amplifier, 4,095 counts at 3.3 V; yours
+
+OPERATING_MODE, EXTERNAL_PORT_MODE_1, TORQUE_ENABLE = 11, 56, 64
+BUS_WATCHDOG, GOAL_CURRENT, EXTERNAL_PORT_DATA_1 = 98, 102, 152
+CURRENT_CONTROL, ANALOG_INPUT = 0, 0
+WATCHDOG_20MS = 1
+
+
+class Servo:
+    """The registers that the loop needs. No answer, or one with an error in it, is an exception."""
+
+    def __init__(self, port):
+        self.port, self.packets = port, PacketHandler(2.0)
+
+    def checked(self, result, error):
+        if result != COMM_SUCCESS:
+            raise TimeoutError(self.packets.getTxRxResult(result))
+        if error:
+            raise RuntimeError(self.packets.getRxPacketError(error))
+
+    def write1(self, address, value):
+        self.checked(*self.packets.write1ByteTxRx(self.port, ID, address, value))
+
+    def start(self):
+        self.write1(BUS_WATCHDOG, 0)  # also clears one that has expired
+        self.write1(TORQUE_ENABLE, 0)
+        self.write1(OPERATING_MODE, CURRENT_CONTROL)
+        self.write1(EXTERNAL_PORT_MODE_1, ANALOG_INPUT)
+        self.write1(BUS_WATCHDOG, WATCHDOG_20MS)
+        self.write1(TORQUE_ENABLE, 1)
+
+    def off(self):
+        self.packets.write1ByteTxOnly(self.port, ID, TORQUE_ENABLE, 0)
+
+    def torque(self):
+        counts, *status = self.packets.read2ByteTxRx(self.port, ID, EXTERNAL_PORT_DATA_1)
+        self.checked(*status)
+        return (counts - OFFSET) * N_M_PER_COUNT
+
+    def command(self, units):
+        self.checked(*self.packets.write2ByteTxRx(self.port, ID, GOAL_CURRENT, units & 0xFFFF))
+
+
+# [add
+def hold(servo, loop, references, pause):
+    """A reference a period, until they end; then, or with any fault, the torque is off."""
+    left = 0.0
+    try:
+        servo.start()
+        for reference in references:
+            wanted = loop.step(reference, servo.torque()) / N_M_PER_UNIT + left
+            units = round(wanted)
+            left = wanted - units  # what a unit is too coarse for goes into the next command
+            servo.command(units)
+            pause()
+    finally:
+        servo.off()
+# add]
+
+
+def every(period_s):
+    """A pause until the next period begins."""
+    due = time.monotonic()
+
+    def pause():
+        nonlocal due
+        due += period_s
+        time.sleep(max(0.0, due - time.monotonic()))
+
+    return pause
+
+
+def steps():
+    """What is to be held: yours."""
+    while True:
+        yield 0.5
+
+
+def opened(name):
+    port = PortHandler(name)
+    if not port.openPort() or not port.setBaudRate(BAUD):
+        raise OSError(f"cannot open {name}")
+    return port
+
+
+if __name__ == "__main__":
+    force_loop = ForceLoop(sys.argv[1])
+    hold(Servo(opened(sys.argv[2])), force_loop, steps(), every(force_loop.period_s))

@@ -1,0 +1,70 @@
+"""examples/servo over ROBOTIS' own client, against a fake servo on a pty."""
+
+import dynamixel_sdk.port_handler
+import pytest
+
+from conftest import load, rms_of
+
+force, fake = load("servo/force.py"), load("servo/fake_servo.py")
+RMS_MAX_UN = 500  # a count of the sensor is 1,000, a unit of current 4,500; without compensation 10,200
+
+
+@pytest.fixture(name="loop")
+def _loop(libraries):
+    return force.ForceLoop(libraries("rig_250hz"))
+
+
+@pytest.fixture(name="drive")
+def _drive(loop, monkeypatch):
+    monkeypatch.setattr(dynamixel_sdk.port_handler, "LATENCY_TIMER", 2000)  # ms; of a machine that is busy
+    drive = fake.FakeServo(loop.period_s, force.N_M_PER_UNIT, force.OFFSET, force.N_M_PER_COUNT)
+    yield drive
+    drive.close()
+
+
+def hold(loop, drive, references, pause=lambda: None):
+    port = force.opened(drive.name)
+    try:
+        force.hold(force.Servo(port), loop, references, pause)
+    finally:
+        port.ser.flush()
+        port.closePort()
+
+
+def test_the_loop_follows_against_friction(loop, drive):
+    references = list(fake.triangle(loop.period_s))
+    hold(loop, drive, references)
+    assert len(drive.forces) == len(references)
+    assert rms_of(references, drive.forces) < RMS_MAX_UN
+    assert loop.guard == 0
+
+
+def test_a_fault_of_the_servo_ends_the_loop(loop, drive):
+    drive.at[10] = lambda: drive.fail(0x20)
+    with pytest.raises(RuntimeError, match="[Hh]ardware"):
+        hold(loop, drive, [0.5] * 100)
+    assert (len(drive.forces), drive.units) == (10, 0)
+
+
+def test_the_servo_lets_go_when_the_loop_hangs(loop, drive):
+    def hang():
+        if len(drive.forces) == 10:
+            assert drive.units != 0
+            drive.elapse(0.02)
+            assert drive.units == 0
+
+    with pytest.raises(RuntimeError):
+        hold(loop, drive, [0.5] * 100, hang)
+    assert len(drive.forces) == 10
+
+
+def test_the_loop_ends_without_an_answer(loop, drive, monkeypatch):
+    monkeypatch.setattr(dynamixel_sdk.port_handler, "LATENCY_TIMER", 100)
+
+    def cut():
+        drive.deaf = True
+
+    drive.at[10] = cut
+    with pytest.raises(TimeoutError):
+        hold(loop, drive, [0.5] * 100)
+    assert len(drive.forces) <= 11
