@@ -1,0 +1,47 @@
+component tribo_force "Force control that compensates friction, by tribo";
+pin in float ref "Force that is wanted, N";
+pin in float force "The sensor's, N";
+pin in bit enable "From the machine's amp-enable-out";
+pin out float command "Force for the drive, N; 0 without enable";
+pin out bit fault "The thread's period is not the rig's, or 20 readings in succession were bad. Until enable falls";
+pin out s32 guard "Why friction is faded: 0 it is not, 1 hunting, 2 overshoot";
+include "rig_1khz_f32.h";
+variable tribo_force_loop_f32_state_t loop;
+variable tribo_feedforward_f32_memory_t memory;
+variable tribo_guard_f32_state_t guarding;
+variable unsigned bad;
+variable unsigned running;
+function _ fp "Once in a thread of the rig's period";
+option extra_setup;
+license "MIT";
+;;
+static void start(struct __comp_state *__comp_inst)
+{
+    tribo_force_loop_f32_reset(&loop);
+    tribo_force_loop_feedforward_f32_attach(&loop, &memory);
+    tribo_guard_f32_reset(&guarding);
+    tribo_guard_f32_attach(&loop, &guarding);
+    bad = 0;
+    fault = 0;
+}
+
+EXTRA_SETUP()
+{
+    tribo_feedforward_f32_reset(&memory.state); // what it learns it keeps while the machine is off
+    return 0;
+}
+
+FUNCTION(_)
+{
+    if (!enable || !running) {
+        start(__comp_inst);
+        fault = enable && (fperiod < 0.99 * RIG_SAMPLE_TIME_S || fperiod > 1.01 * RIG_SAMPLE_TIME_S);
+        running = enable;
+    }
+    const unsigned before = loop.bad_inputs;
+    const float u = tribo_force_loop_f32_step(&rig_params, &loop, (float)ref, (float)force, NULL);
+    bad = loop.bad_inputs != before ? bad + 1 : 0;
+    fault = fault || bad >= 20;
+    command = enable && !fault ? u : 0;
+    guard = guarding.cause;
+}
