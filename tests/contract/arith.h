@@ -7,14 +7,14 @@
 #include "../../wire/tribo_arithmetic.h"
 #include "seen.h"
 #if TRIBO_IS_Q31
+#include "../support/cascade_q31.h"
 #include "arm_q31.h"
-#include "controller/controller_q31.h"
 #include "guard/guard_q31.h"
 #include "paper/lugre_f32.h"
 #include "paper/lugre_q31.h"
 #else
+#include "../support/cascade_f32.h"
 #include "arm_f32.h"
-#include "controller/controller_f32.h"
 #endif
 
 #include <math.h>

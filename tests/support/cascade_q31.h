@@ -1,10 +1,11 @@
-// A cascade of sections by itself in Q31, with the scales of its nodes: the two halves of a tick with nothing between them.
+// A cascade of sections, with the scales of its nodes, and a controller, by itself in Q31: the two halves of a tick.
 
 #ifndef TESTS_SUPPORT_CASCADE_Q31_H
 #define TESTS_SUPPORT_CASCADE_Q31_H
 
 #include "controller/biquad_f32.h"
 #include "controller/biquad_q31.h"
+#include "controller/controller_q31.h"
 #include "controller/headroom_q31.h"
 #include "number/fixed_q31.h"
 
@@ -47,6 +48,19 @@ static inline int32_t cascade_q31_step(const tribo_biquad_q31_params_t *params,
     const int64_t              y = cascade_q31_output(params, state, x, &outputs);
     biquad_q31_advance(params, state, &outputs, 0);
     return tribo_q31_saturate(y, &state->saturated);
+}
+
+/// A controller by itself: u for the error `e`.
+static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *params,
+                                          tribo_controller_q31_state_t        *state,
+                                          int32_t                              e,
+                                          int32_t                              term,
+                                          tribo_controller_q31_signals_t      *signals)
+{
+    tribo_biquad_q31_outputs_t outputs;
+
+    const int32_t y = biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
+    return controller_q31_apply(params, state, y, term, &outputs, signals);
 }
 
 #endif

@@ -1,7 +1,7 @@
-#include "controller/controller_f32.h"
 #include "tribo/controller_f32.h"
 #include "tribo/paper_controller.h"
 
+#include "cascade_f32.h"
 #include "random.h"
 #include "runs.h"
 #include "same.h"

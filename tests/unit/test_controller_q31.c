@@ -1,7 +1,4 @@
-#include "controller/biquad_f32.h"
-#include "controller/biquad_q31.h"
 #include "controller/controller_f32.h"
-#include "controller/controller_q31.h"
 #include "guard/guard_q31.h"
 #include "paper/arm_q31.h"
 #include "paper/lugre_f32.h"
@@ -10,6 +7,7 @@
 #include "tribo/force_loop_q31.h"
 #include "tribo/paper_controller.h"
 
+#include "cascade_q31.h"
 #include "random.h"
 #include "runs.h"
 #include "unity.h"

@@ -92,17 +92,4 @@ static inline float controller_f32_apply(const tribo_controller_f32_params_t *pa
     return u;
 }
 
-/// u for the error `e_n`.
-static inline float controller_f32_step(const tribo_controller_f32_params_t *params,
-                                        tribo_controller_f32_state_t        *state,
-                                        float                                e_n,
-                                        float                                term_n,
-                                        tribo_controller_f32_signals_t      *signals)
-{
-    tribo_biquad_f32_outputs_t outputs;
-
-    const float v = biquad_f32_output(&params->cascade, &state->cascade, e_n, &outputs);
-    return controller_f32_apply(params, state, e_n, v, term_n, &outputs, signals);
-}
-
 #endif

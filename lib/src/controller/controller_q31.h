@@ -75,17 +75,4 @@ static inline int32_t controller_q31_apply(const tribo_controller_q31_params_t *
     return u;
 }
 
-/// u for the error `e`.
-static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *params,
-                                          tribo_controller_q31_state_t        *state,
-                                          int32_t                              e,
-                                          int32_t                              term,
-                                          tribo_controller_q31_signals_t      *signals)
-{
-    tribo_biquad_q31_outputs_t outputs;
-
-    const int32_t y = biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
-    return controller_q31_apply(params, state, y, term, &outputs, signals);
-}
-
 #endif
