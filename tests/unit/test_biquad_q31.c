@@ -58,7 +58,7 @@ typedef struct
     struct
     {
         double b0, b1, b2, a1, a2, w1, w2, y;
-    } section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    } section[TRIBO_BIQUAD_SECTIONS_MAX];
     uint32_t count;
 } exact_t;
 
@@ -93,7 +93,7 @@ static double exact_step(exact_t *x, double in)
     return in;
 }
 
-static int32_t node[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; // outputs of the sections in the last tick
+static int32_t node[TRIBO_BIQUAD_SECTIONS_MAX]; // outputs of the sections in the last tick
 
 /// Between the halves of a tick: y = w1 + b0 x of each section, where nothing saturates.
 static void note_nodes(void)
@@ -143,8 +143,8 @@ static void test_biquad_is_its_equation_to_a_few_bits_of_its_node(void)
     random_t r = {7};
     for (int i = 0; i < 30; i++)
     {
-        tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
-        const uint32_t             count = 1u + (uint32_t)i % TRIBO_BIQUAD_Q31_SECTIONS_MAX;
+        tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_SECTIONS_MAX];
+        const uint32_t             count = 1u + (uint32_t)i % TRIBO_BIQUAD_SECTIONS_MAX;
         for (uint32_t j = 0; j < count; j++)
         {
             sections[j] = random_section(&r);
@@ -449,8 +449,8 @@ static void test_biquad_headroom_holds_the_worst_input_and_no_more_than_that(voi
     const double slack = 1.06; // two margins of 2 %, and the tail
     for (int i = 0; i < RUNS(40, 8); i++)
     {
-        tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
-        const uint32_t             count = 1u + (uint32_t)i % TRIBO_BIQUAD_Q31_SECTIONS_MAX;
+        tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_SECTIONS_MAX];
+        const uint32_t             count = 1u + (uint32_t)i % TRIBO_BIQUAD_SECTIONS_MAX;
         for (uint32_t j = 0; j < count; j++)
         {
             sections[j] = random_section(&r);
@@ -617,12 +617,12 @@ static void test_biquad_change_keeps_the_output_and_its_slope(void)
     int      unsaturated = 0;
     for (int i = 0; i < RUNS(200, 40); i++)
     {
-        tribo_biquad_f32_section_t from_sections[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
-        tribo_biquad_f32_section_t to_sections[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+        tribo_biquad_f32_section_t from_sections[TRIBO_BIQUAD_SECTIONS_MAX];
+        tribo_biquad_f32_section_t to_sections[TRIBO_BIQUAD_SECTIONS_MAX];
         tribo_biquad_q31_params_t  to;
         const uint32_t             from_count = 1u + (uint32_t)(random_bits(&r) % 4u);
         const uint32_t             to_count   = 1u + (uint32_t)(random_bits(&r) % 4u);
-        for (uint32_t j = 0; j < TRIBO_BIQUAD_Q31_SECTIONS_MAX; j++)
+        for (uint32_t j = 0; j < TRIBO_BIQUAD_SECTIONS_MAX; j++)
         {
             from_sections[j] = random_section(&r);
             to_sections[j]   = random_section(&r);

@@ -201,9 +201,9 @@ static void test_controller_headroom_holds_for_full_scale_inputs_at_its_limits(v
 typedef struct
 {
     double input, correction;
-    double y[TRIBO_BIQUAD_Q31_SECTIONS_MAX];                                            ///< as put out, ...
-    double corrected[TRIBO_BIQUAD_Q31_SECTIONS_MAX], by[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< ... corrected, and by what
-    double w1[TRIBO_BIQUAD_Q31_SECTIONS_MAX], w2[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    double y[TRIBO_BIQUAD_SECTIONS_MAX];                                        ///< as put out, ...
+    double corrected[TRIBO_BIQUAD_SECTIONS_MAX], by[TRIBO_BIQUAD_SECTIONS_MAX]; ///< ... corrected, and by what
+    double w1[TRIBO_BIQUAD_SECTIONS_MAX], w2[TRIBO_BIQUAD_SECTIONS_MAX];
 } norms_t;
 
 /// Section i as it will run.
@@ -221,7 +221,7 @@ static double_section_t running_section(uint32_t i)
 
 static void add_norms(norms_t *norms, double_section_t *s, uint32_t count, double anti_windup, double e, double u)
 {
-    double y[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    double y[TRIBO_BIQUAD_SECTIONS_MAX];
     double v = e;
     for (uint32_t i = 0; i < count; i++)
     {
@@ -258,7 +258,7 @@ static bool find_norms(norms_t *norms, double s_peak, int ticks)
     *norms      = (norms_t){.input = 0.0};
     for (int of_s = 0; of_s < 2; of_s++)
     {
-        double_section_t s[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+        double_section_t s[TRIBO_BIQUAD_SECTIONS_MAX];
         for (uint32_t i = 0; i < count; i++)
         {
             s[i] = running_section(i);

@@ -16,8 +16,6 @@
 extern "C" {
 #endif
 
-#define TRIBO_BIQUAD_Q31_SECTIONS_MAX 4u
-
 typedef struct
 {
     int32_t b0, c1;     ///< Q28, with the scales of both nodes in them
@@ -31,7 +29,7 @@ typedef struct
 /// Constants of a step. Const once made; may be shared.
 typedef struct
 {
-    tribo_biquad_q31_section_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    tribo_biquad_q31_section_t section[TRIBO_BIQUAD_SECTIONS_MAX];
     uint8_t                    count;        ///< 2 to 4: a lone section is followed by a pass-through
     uint8_t                    input_scale;  ///< 0 to 24, of the input node: x is held times 2^-input_scale
     uint8_t                    output_scale; ///< that of the last section
@@ -44,7 +42,7 @@ typedef struct
 
 typedef struct
 {
-    tribo_biquad_q31_section_state_t section[TRIBO_BIQUAD_Q31_SECTIONS_MAX];
+    tribo_biquad_q31_section_state_t section[TRIBO_BIQUAD_SECTIONS_MAX];
     uint32_t                         carry;     ///< bits of the input dropped for its scale so far, from bit 31 down
     uint32_t                         saturated; ///< values clamped since reset; stops at UINT32_MAX
 } tribo_biquad_q31_state_t;
@@ -77,8 +75,8 @@ typedef struct
 /// ticks an upper bound: see headroom_q31.c.
 typedef struct
 {
-    float input;                                 ///< of the input node
-    float output[TRIBO_BIQUAD_Q31_SECTIONS_MAX]; ///< of each section's output node; 2^scale is above it
+    float input;                             ///< of the input node
+    float output[TRIBO_BIQUAD_SECTIONS_MAX]; ///< of each section's output node; 2^scale is above it
 } tribo_headroom_q31_t;
 
 /// Makes `params` of a controller. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE, a status of tribo_controller_f32_init, or

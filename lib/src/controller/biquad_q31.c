@@ -10,7 +10,7 @@
 
 void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state)
 {
-    for (uint32_t i = 0; i < TRIBO_BIQUAD_Q31_SECTIONS_MAX; i++)
+    for (uint32_t i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {
         state->section[i].w1 = BIQUAD_Q31_HALF;
         state->section[i].w2 = 0;
@@ -19,10 +19,10 @@ void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state)
     state->saturated = 0;
 }
 
-/// The number of sections, at most TRIBO_BIQUAD_Q31_SECTIONS_MAX even if a bit of params has flipped.
+/// The number of sections, at most TRIBO_BIQUAD_SECTIONS_MAX even if a bit of params has flipped.
 static uint32_t sections(const tribo_biquad_q31_params_t *params)
 {
-    return params->count < TRIBO_BIQUAD_Q31_SECTIONS_MAX ? params->count : TRIBO_BIQUAD_Q31_SECTIONS_MAX;
+    return params->count < TRIBO_BIQUAD_SECTIONS_MAX ? params->count : TRIBO_BIQUAD_SECTIONS_MAX;
 }
 
 int32_t tribo_biquad_q31_long_output(const tribo_biquad_q31_params_t *params,

@@ -483,7 +483,7 @@ static void report(tribo_headroom_q31_t *headroom, const peaks_t *peaks, uint32_
         return;
     }
     headroom->input = larger(input_peak, peaks->named.input);
-    for (uint32_t i = 0; i < TRIBO_BIQUAD_Q31_SECTIONS_MAX; i++)
+    for (uint32_t i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {
         headroom->output[i] = i < count ? node_peak(peaks, i) : 0.0f;
     }
