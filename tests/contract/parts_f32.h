@@ -6,7 +6,6 @@
 #include "arm_f32.h"
 #include "cascade_f32.h"
 #include "guard/guard_f32.h"
-#include "guard/play_f32.h"
 #include "paper/lugre_f32.h"
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
@@ -71,9 +70,9 @@ static inline void play_reset(play_t *x, double position)
     play_f32_reset(&x->state, (float)position);
 }
 
-static inline double play_step(play_t *x, double input, double below, double above)
+static inline void play_step(play_t *x, double input, double half)
 {
-    return (double)play_f32_step(&x->state, (float)input, (float)below, (float)above);
+    play_f32_step(&x->state, (float)input, (float)half);
 }
 
 static inline double play_position(const play_t *x)

@@ -6,7 +6,6 @@
 #include "arm_q31.h"
 #include "cascade_q31.h"
 #include "guard/guard_q31.h"
-#include "guard/play_q31.h"
 #include "paper/lugre_f32.h"
 #include "paper/lugre_q31.h"
 #include "tribo/feedforward_q31.h"
@@ -102,9 +101,9 @@ static inline void play_reset(play_t *x, double position)
     play_q31_reset(&x->state, parts_units(position));
 }
 
-static inline double play_step(play_t *x, double input, double below, double above)
+static inline void play_step(play_t *x, double input, double half)
 {
-    return parts_force(play_q31_step(&x->state, parts_units(input), parts_units(below), parts_units(above)));
+    play_q31_step(&x->state, parts_units(input), parts_units(half));
 }
 
 static inline double play_position(const play_t *x)

@@ -1,7 +1,11 @@
 // Guard against over-compensation, single precision: fades the friction added to u when it does harm.
 //
-// Its inputs are r, y and the friction f that any compensation adds to u. A play separates reversals of f from noise. Between
-// two reversals it accumulates
+// Its inputs are r, y and the friction f that any compensation adds to u. A play (Krasnosel'skii & Pokrovskii, "Systems with
+// Hysteresis", ch. 2) separates reversals of f from noise: a position that f drags along once it is `half` away,
+//
+//     position = min(f + half, max(f - half, position))
+//
+// so that its sign changes once f has returned by 2 half. Between two reversals the guard accumulates
 //
 //     W = sum of f (dy - 2 dr)     work of f on the force, less twice the work that the reference requires
 //     the largest error e = r - y of each sign
@@ -28,12 +32,36 @@
 
 #include "../number/ieee_f32.h"
 #include "guard.h"
-#include "play_f32.h"
 
 /// All of tribo_guard_f32_init but the pointer to the step, which Q31 has no use for.
 tribo_status_t tribo_guard_f32_prepare(tribo_guard_f32_params_t       *params,
                                        const tribo_guard_f32_config_t *config,
                                        float                           sample_time_s);
+
+/// A play at `position_n`, not yet moved: sign 0.
+static inline void play_f32_reset(tribo_play_f32_state_t *state, float position_n)
+{
+    state->position_n = position_n;
+    state->sign       = 0;
+}
+
+/// One sample of the input `x`, which drags the position along from `half` away.
+static inline void play_f32_step(tribo_play_f32_state_t *state, float x, float half)
+{
+    const float before = state->position_n;
+    const float lower  = x - half;
+    const float upper  = x + half;
+    if (before < lower)
+    {
+        state->position_n = lower;
+        state->sign       = 1;
+    }
+    else if (before > upper)
+    {
+        state->position_n = upper;
+        state->sign       = -1;
+    }
+}
 
 /// Restarts the sums between two reversals.
 static inline void guard_f32_begin(tribo_guard_f32_state_t *state)
@@ -81,7 +109,7 @@ static inline void guard_f32_watch(const tribo_guard_f32_params_t *params,
     state->since += state->since < params->quick_ticks ? 1u : 0u;
 
     const int32_t before = state->play.sign;
-    (void)play_f32_step(&state->play, f, params->half_n, params->half_n);
+    play_f32_step(&state->play, f, params->half_n);
     if (state->play.sign != before)
     {
         guard_f32_turn(params, state, before);

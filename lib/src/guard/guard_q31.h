@@ -11,8 +11,34 @@
 #include "tribo/force_loop_q31.h"
 #include "tribo/q31.h"
 
+#include "../number/first_order_q31.h"
 #include "guard.h"
-#include "play_q31.h"
+
+#define PLAY_Q31_MAX (INT32_C(1) << 30) // of its values, so that x - half and x + half fit
+
+/// A corrupt position counts as the nearest end of the range.
+static inline void play_q31_reset(tribo_play_q31_state_t *state, int32_t position)
+{
+    state->position = limit_q31(position, -PLAY_Q31_MAX, PLAY_Q31_MAX);
+    state->sign     = 0;
+}
+
+static inline void play_q31_step(tribo_play_q31_state_t *state, int32_t x, int32_t half)
+{
+    const int32_t before = state->position;
+    const int32_t lower  = x - half;
+    const int32_t upper  = x + half;
+    if (before < lower)
+    {
+        state->position = lower;
+        state->sign     = 1;
+    }
+    else if (before > upper)
+    {
+        state->position = upper;
+        state->sign     = -1;
+    }
+}
 
 /// Restarts the sums between two reversals.
 static inline void guard_q31_begin(tribo_guard_q31_state_t *state)
@@ -69,7 +95,7 @@ static inline void guard_q31_watch(const tribo_guard_q31_params_t *params,
     state->y    = y;
 
     const int32_t before = state->play.sign;
-    (void)play_q31_step(&state->play, f, params->half, params->half);
+    play_q31_step(&state->play, f, params->half);
     if (state->play.sign != before)
     {
         guard_q31_turn(params, state, before);
