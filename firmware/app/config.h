@@ -52,8 +52,8 @@
     FIELD(float, temperature_max_c, "degC", 1e-3f, 1000.0f, 1, 0.0f, PROTECTS, "measured temperature above this ...") \
     FIELD(uint32_t, temperature_ms, "ms", 1, 600000, 0, 1000, PROTECTS, "... for longer") \
     FIELD(float, residual_slope, "N/N", 0.0f, 10.0f, 0, 0.45f, PROTECTS, "... which grows by so much with |y|") \
-    FIELD(float, actuator_pole_rad_per_s, "rad/s", 0.01f, 1e6f, 0, 200.0f, PROTECTS, "from the output to the force on the arm") \
-    FIELD(float, sensor_pole_rad_per_s, "rad/s", 0.01f, 1e6f, 0, 55.0f, PROTECTS, "from the contact's force to y") \
+    FIELD(float, actuator_pole_rad_per_s, "rad/s", 1e-3f, 1e6f, 0, 200.0f, PROTECTS, "from the output to the force on the arm") \
+    FIELD(float, sensor_pole_rad_per_s, "rad/s", 1e-3f, 1e6f, 0, 55.0f, PROTECTS, "from the contact's force to y") \
     FIELD(float, tracking_n, "N", 1e-6f, 1e6f, 1, 0.3f, PROTECTS, "|r - y| beyond this ...") \
     FIELD(uint32_t, tracking_ms, "ms", 1, 600000, 0, 1000, PROTECTS, "... for longer") \
     FIELD(float, speed_max_units_per_s, "1/s", 1e-6f, 1e9f, 1, 0.0f, PROTECTS, "of the arm, where the port has a position") \

@@ -284,6 +284,32 @@ static void take(params_set_t *set, const configs_t *configs, size_t first, size
     }
 }
 
+#if DRIVE_FEEDFORWARD
+/// The rig's poles: words of the residual's model, and of the feed-forward's.
+static const struct
+{
+    uint8_t residual, feed;
+} poles[] = {{DRIVE_CONFIG_actuator_pole_rad_per_s, PARAMS_ACTUATOR_POLE},
+             {DRIVE_CONFIG_sensor_pole_rad_per_s, PARAMS_SENSOR_POLE}};
+
+static void copy_pole(params_set_t *set, uint32_t from, uint32_t to)
+{
+    const uint32_t pole = params_word(set, from);
+    put(set, to, &pole);
+}
+#endif
+
+void params_take_drive(params_set_t *set, const drive_config_t *config)
+{
+    set->drive = *config;
+#if DRIVE_FEEDFORWARD
+    for (size_t i = 0; i < sizeof poles / sizeof poles[0]; i++)
+    {
+        copy_pole(set, poles[i].residual, poles[i].feed);
+    }
+#endif
+}
+
 /// More sections or points than fit are left out, and the count is refused.
 void params_take_loop(params_set_t                         *set,
                       const tribo_force_loop_f32_config_t  *config,
@@ -298,6 +324,10 @@ void params_take_loop(params_set_t                         *set,
     {
         configs.feedforward = *feedforward;
         take(set, &configs, offsetof(configs_t, feedforward), offsetof(configs_t, guard));
+        for (size_t i = 0; i < sizeof poles / sizeof poles[0]; i++)
+        {
+            copy_pole(set, poles[i].feed, poles[i].residual);
+        }
     }
 #endif
     for (uint32_t i = 0; i < config->controller.section_count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)

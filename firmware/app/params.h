@@ -134,6 +134,9 @@ params_set_t params_default(void);
 uint32_t params_word(const params_set_t *set, uint32_t word);
 float    params_number(const params_set_t *set, uint32_t word);
 
+/// Takes over `config`. A pole of the rig stands in it and in the feed-forward's config: each of these two gives it to the other.
+void params_take_drive(params_set_t *set, const drive_config_t *config);
+
 /// Takes over what `config` says of the loop, with its sections and its table, and `feedforward`; null: the paper's method.
 void params_take_loop(params_set_t                         *set,
                       const tribo_force_loop_f32_config_t  *config,

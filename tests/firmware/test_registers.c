@@ -163,6 +163,35 @@ static void test_defaults_are_the_papers_loop(void)
     TEST_ASSERT_EQUAL_MEMORY(paper.controller.sections, set.sections, 2 * sizeof set.sections[0]);
 }
 
+#if DRIVE_FEEDFORWARD
+static void check_poles(const params_set_t *set, float actuator, float sensor)
+{
+    TEST_ASSERT_EQUAL_FLOAT(actuator, set->drive.actuator_pole_rad_per_s);
+    TEST_ASSERT_EQUAL_FLOAT(sensor, set->drive.sensor_pole_rad_per_s);
+    TEST_ASSERT_EQUAL_FLOAT(actuator, params_number(set, PARAMS_ACTUATOR_POLE));
+    TEST_ASSERT_EQUAL_FLOAT(sensor, params_number(set, PARAMS_SENSOR_POLE));
+}
+
+static void test_a_pole_is_told_once(void)
+{
+    const tribo_force_loop_f32_config_t paper       = tribo_force_loop_f32_paper();
+    tribo_feedforward_f32_config_t      feedforward = tribo_feedforward_f32_default();
+    params_set_t                        set         = params_default();
+    drive_config_t                      config      = set.drive;
+    check_poles(&set, feedforward.actuator_pole_rad_per_s, feedforward.sensor_pole_rad_per_s);
+    config.actuator_pole_rad_per_s = 900.0f;
+    config.sensor_pole_rad_per_s   = 300.0f;
+    params_take_drive(&set, &config);
+    check_poles(&set, 900.0f, 300.0f);
+    params_take_loop(&set, &paper, NULL);
+    check_poles(&set, 900.0f, 300.0f);
+    feedforward.actuator_pole_rad_per_s = 700.0f;
+    feedforward.sensor_pole_rad_per_s   = 90.0f;
+    params_take_loop(&set, &paper, &feedforward);
+    check_poles(&set, 700.0f, 90.0f);
+}
+#endif
+
 /// Two builds whose words mean the same have the same layout; PARAMS_LAYOUT is to be set to what this says.
 static void test_the_layout_is_that_of_the_lists(void)
 {
@@ -1131,6 +1160,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_defaults_are_the_papers_loop);
+#if DRIVE_FEEDFORWARD
+    RUN_TEST(test_a_pole_is_told_once);
+#endif
     RUN_TEST(test_the_layout_is_that_of_the_lists);
     RUN_TEST(test_every_word_of_the_staged_set_has_its_register);
     RUN_TEST(test_a_set_is_swapped_in_run_without_a_bump);

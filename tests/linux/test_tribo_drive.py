@@ -214,6 +214,18 @@ def test_a_fault_ends_it(drive):
     assert "limit" in said
 
 
+def test_the_feed_forwards_poles_are_the_residuals_unless_the_configuration_names_them(drive):
+    wrong = ["--set", "compensator.feedforward.sensor_pole_rad_per_s=2", "--reference", "0.8"]
+    assert "sensor and model differ" in drive.ticks(1000, *wrong, status=3)[1]
+    drive.ticks(1000, *wrong, "--set", "compensator.method=paper")
+    drive.write("rig.yaml", RIG + "drive: {sensor_pole_rad_per_s: 55}\n")
+    drive.ticks(1000, *wrong)
+    drive.write("rig.yaml", RIG + "drive: {actuator_pole_rad_per_s: 200}\n")
+    assert "sensor and model differ" in drive.ticks(1000, *wrong, status=3)[1]
+    slow = ["--set", "compensator.feedforward.actuator_pole_rad_per_s=2", "--reference", "0.8"]
+    drive.ticks(1000, *slow)
+
+
 def test_a_log_that_cannot_be_made(drive):
     run = drive.run("rig.yaml", "--log", "nowhere/log.csv")
     assert run.returncode == 1 and "--log nowhere/log.csv: No such file" in run.stderr

@@ -588,6 +588,19 @@ static bool open_store(program_t *program, common_error_t *error)
     return program->rig->store[0] == '\0' || params_file_open(&program->store, path, error);
 }
 
+/// Poles that the configuration names itself are not those of the scenario's feed-forward.
+static void keep_poles(drive_config_t *drive, const drive_config_t *named, const common_sources_t *sources)
+{
+    if (common_sources_has(sources, "drive.actuator_pole_rad_per_s"))
+    {
+        drive->actuator_pole_rad_per_s = named->actuator_pole_rad_per_s;
+    }
+    if (common_sources_has(sources, "drive.sensor_pole_rad_per_s"))
+    {
+        drive->sensor_pole_rad_per_s = named->sensor_pole_rad_per_s;
+    }
+}
+
 /// The application behind its registers, with the configuration's params as its board's defaults.
 static bool set_up_drive(program_t *program, const common_sources_t *sources, common_error_t *error)
 {
@@ -614,6 +627,7 @@ static bool set_up_drive(program_t *program, const common_sources_t *sources, co
     program->defaults.drive = program->rig->drive;
     params_take_loop(&program->defaults, &loop.config, loop.feeds_forward ? &loop.feedforward : NULL);
     params_take_guard(&program->defaults, loop.guarded ? &loop.guard : NULL);
+    keep_poles(&program->defaults.drive, &program->rig->drive, sources);
     take_ceilings(program);
     if (!open_store(program, error))
     {

@@ -227,7 +227,7 @@ bool rig_load(rig_t *rig, const char *path, bool at_desk, common_sources_t *sour
     {
         return rig_complain(sources, path, "scenario", "is missing", error);
     }
-    if (rig->bus.device[0] == '\0' && rig->bus.listen[0] == '\0' && common_sources_find(sources, "bus.port") != NULL)
+    if (rig->bus.device[0] == '\0' && rig->bus.listen[0] == '\0' && common_sources_has(sources, "bus.port"))
     {
         (void)snprintf(rig->bus.listen, sizeof rig->bus.listen, "127.0.0.1");
     }

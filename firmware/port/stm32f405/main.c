@@ -64,8 +64,7 @@ static void load_params(void)
     line                                 = board_line;
     line.stray                           = take_text;
     defaults                             = params_default();
-    // Volatile: it stays data of the image, which is smaller than code that stores it.
-    defaults.drive = *(const volatile drive_config_t *)&rig_config;
+    params_take_drive(&defaults, &rig_config);
     registers_load(&registers, &parts);
 }
 

@@ -77,7 +77,6 @@ def verdict(rig, made, found, result, builds_up, runs, per_n):
 def registers(rig, made, per_n):
     """For a drive of this project: what its bus needs beside the loop."""
     keys = {"drive.period_us": round(1e6 * rig.sample_time_s), "drive.command_n_per_unit": abs(1 / per_n), "drive.command_reversed": int(per_n < 0),
-            "drive.actuator_pole_rad_per_s": made["plant"]["actuator_pole_rad_per_s"], "drive.sensor_pole_rad_per_s": made["sensor"]["pole_rad_per_s"],
             "drive.full_scale_n": made["limits"]["full_scale_N"]}
     if keys["drive.period_us"] < BUDGET_US:
         keys["drive.budget_us"] = keys["drive.period_us"]
