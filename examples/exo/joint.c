@@ -1,0 +1,40 @@
+// Friction beside somebody else's controller: the paper's compensator and the guard, no controller of ours. The feed-forward needs the
+// loop's controller, whose error it shapes; this method needs only the torque that goes to the motor.
+
+#include "joint.h"
+
+// [add
+#include "tribo/force_loop_f32.h"
+
+#define PERIOD_S  0.002f
+#define GAIN      0.85f // eta; begin with 0.3
+#define U_MAX_N_M 2.0f  // what the motor may have
+
+static tribo_compensator_f32_params_t params;
+static tribo_compensator_f32_state_t  state;
+static tribo_guard_f32_params_t       guard_params;
+static tribo_guard_f32_state_t        guard;
+static float                          friction, fade = 1.0f;
+
+bool joint_start(void)
+{
+    const tribo_compensator_f32_config_t joint =
+        tribo_force_loop_f32_paper().compensator; // change what differs on yours
+    const tribo_guard_f32_config_t limits = tribo_guard_f32_default();
+    tribo_compensator_f32_reset(&state);
+    tribo_guard_f32_reset(&guard);
+    return tribo_compensator_f32_init(&params, &joint, PERIOD_S) == TRIBO_OK &&
+           tribo_guard_f32_init(&guard_params, &limits, PERIOD_S) == TRIBO_OK;
+}
+
+float joint_step(float command_n_m, float measured_n_m, float controller_n_m)
+{
+    tribo_compensator_f32_signals_t signals;
+    const float                     term = fade * GAIN * friction;
+    float                           u    = controller_n_m + term;
+    u                                    = u > U_MAX_N_M ? U_MAX_N_M : u < -U_MAX_N_M ? -U_MAX_N_M : u == u ? u : 0.0f;
+    friction                             = tribo_compensator_f32_step(&params, &state, u, &signals);
+    fade = tribo_guard_f32_step(&guard_params, &guard, command_n_m, measured_n_m, term, true);
+    return u;
+}
+// add]

@@ -1,0 +1,79 @@
+// A force loop in a sketch of SimpleFOC, 2.4.0 and later. Everything between the marks is new; the rest is the sketch that you have.
+
+#include <SimpleFOC.h>
+
+BLDCMotor            motor = BLDCMotor(7);
+BLDCDriver3PWM       driver = BLDCDriver3PWM(9, 10, 11, 8);
+MagneticSensorSPI    sensor = MagneticSensorSPI(AS5147_SPI, 10);
+InlineCurrentSense   current_sense = InlineCurrentSense(0.01f, 50.0f, A0, A2);
+
+// [add
+#include "rig_1khz_f32.h"
+
+const float    AMPERE_PER_N = 0.8f; // u in newton is the force at rest without friction
+volatile float reference_n;
+volatile uint8_t ticks; // of the timer
+
+static tribo_force_loop_f32_state_t   force_loop;
+static tribo_feedforward_f32_memory_t memory;
+static tribo_guard_f32_state_t        guard;
+
+float read_force_n(); // yours; NAN if it has no reading
+
+float force_control(FOCMotor *)
+{
+    return AMPERE_PER_N * tribo_force_loop_f32_step(&rig_params, &force_loop, reference_n, read_force_n(), NULL);
+}
+
+void force_tick() // a timer of 1 kHz
+{
+    ticks = ticks + 1;
+}
+
+void force_start()
+{
+    tribo_force_loop_f32_reset(&force_loop);
+    tribo_feedforward_f32_reset(&memory.state);
+    tribo_force_loop_feedforward_f32_attach(&force_loop, &memory);
+    tribo_guard_f32_reset(&guard);
+    tribo_guard_f32_attach(&force_loop, &guard);
+    motor.linkCustomMotionControl(force_control);
+    motor.controller = MotionControlType::custom;
+    motor.motion_downsample = 0; // move() runs at the timer's rate, the one that the rig was made for
+}
+// add]
+
+void setup()
+{
+    sensor.init();
+    motor.linkSensor(&sensor);
+    driver.init();
+    motor.linkDriver(&driver);
+    current_sense.linkDriver(&driver);
+    current_sense.init();
+    motor.linkCurrentSense(&current_sense);
+    motor.torque_controller = TorqueControlType::foc_current;
+    motor.current_limit = 2.0f;
+    motor.init();
+    motor.initFOC();
+    force_start();
+    start_timer(force_tick, 1000); // HardwareTimer, IntervalTimer, esp_timer: your board's
+}
+
+void loop()
+{
+    motor.loopFOC(); // as fast as it goes
+    // [add
+    static uint8_t seen;
+    const uint8_t  waiting = ticks - seen;
+    seen += waiting;
+    if (waiting == 1)
+    {
+        motor.move();
+    }
+    else if (waiting > 1)
+    {
+        motor.disable(); // a tick was missed
+    }
+    // add]
+}
