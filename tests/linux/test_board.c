@@ -223,6 +223,63 @@ static void test_the_power_stages_channels_are_read_in_turn(void)
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, is.temperature_mc);
 }
 
+static void write_counter(const char *number)
+{
+    FILE *file = fopen(rig.position.file, "w");
+    TEST_ASSERT_NOT_NULL(file);
+    TEST_ASSERT_TRUE(fputs(number, file) >= 0 && fclose(file) == 0);
+}
+
+static int32_t position(void)
+{
+    port_measured_t is;
+    board.port.measure(board.port.context, &is);
+    return is.position;
+}
+
+static void test_a_counter_is_the_arms_position(void)
+{
+    (void)snprintf(rig.position.file, sizeof rig.position.file, "/tmp/tribo-position-%ld", (long)getpid());
+    rig.position.bits = 32;
+    write_counter("4294967290\n");
+    TEST_ASSERT_TRUE(open_board());
+    TEST_ASSERT_EQUAL_UINT32(PORT_MEASURES_POSITION, board.port.measures);
+    TEST_ASSERT_EQUAL_INT32(0, position());
+    write_counter("4\n");
+    TEST_ASSERT_EQUAL_INT32(10, position());
+    write_counter("4294967295\n");
+    TEST_ASSERT_EQUAL_INT32(5, position());
+    write_counter("gone\n");
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN + 4, position()); // as far away as it can be
+    board_close(&board);
+
+    rig.position.bits = 16;
+    write_counter("65530\n");
+    TEST_ASSERT_TRUE(open_board());
+    write_counter("5\n");
+    TEST_ASSERT_EQUAL_INT32(11, position());
+    write_counter("65000\n");
+    TEST_ASSERT_EQUAL_INT32(-530, position());
+    for (int turns = 1; turns <= 3; turns++) // further than the counter counts
+    {
+        write_counter("30000\n");
+        (void)position();
+        write_counter("60000\n");
+        (void)position();
+        write_counter("0\n");
+        TEST_ASSERT_EQUAL_INT32(65536 * turns + 6, position());
+    }
+    board_close(&board);
+
+    write_counter("\n");
+    TEST_ASSERT_FALSE(open_board());
+    TEST_ASSERT_NOT_NULL(strstr(error.text, "position.file: /tmp/tribo-position-"));
+    error = (common_error_t){""};
+    (void)remove(rig.position.file);
+    TEST_ASSERT_FALSE(open_board());
+    TEST_ASSERT_NOT_NULL(strstr(error.text, "No such file"));
+}
+
 static void test_a_power_stage_that_shows_nothing_is_not_asked(void)
 {
     TEST_ASSERT_TRUE(open_board());
@@ -407,6 +464,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_the_power_stages_channels_are_read_in_turn);
+    RUN_TEST(test_a_counter_is_the_arms_position);
     RUN_TEST(test_a_power_stage_that_shows_nothing_is_not_asked);
     RUN_TEST(test_enable_goes_off_before_the_output);
     RUN_TEST(test_a_killed_loop_is_off_at_once_though_its_output_blocks);

@@ -144,6 +144,11 @@ static bool is_measured(const board_t *board, unsigned i)
     return board->desk == NULL && board->rig->measured[i].channel.device[0] != '\0';
 }
 
+static bool has_position(const board_t *board)
+{
+    return board->desk == NULL && board->rig->position.file[0] != '\0';
+}
+
 /// What cannot be read exceeds each level.
 static void read_measured(board_t *board, unsigned i)
 {
@@ -157,15 +162,28 @@ static void read_measured(board_t *board, unsigned i)
     *all[i]                      = !ok || !(value < 2e9) ? INT32_MAX : value < -2e9 ? INT32_MIN : (int32_t)lrint(value);
 }
 
-/// The next of them: each may take as long as its device takes.
+/// The next of those that there are: each may take as long as its device takes.
+static void read_next(board_t *board)
+{
+    for (unsigned i = 0; i < RIG_MEASURED; i++)
+    {
+        board->measured_at = (board->measured_at + 1u) % RIG_MEASURED;
+        if (is_measured(board, board->measured_at))
+        {
+            read_measured(board, board->measured_at);
+            return;
+        }
+    }
+}
+
 static void measure(void *context, port_measured_t *measured)
 {
     board_t *board = context;
-    do
+    read_next(board);
+    if (has_position(board))
     {
-        board->measured_at = (board->measured_at + 1u) % RIG_MEASURED;
-    } while (!is_measured(board, board->measured_at));
-    read_measured(board, board->measured_at);
+        board->latest.position = counter_read(&board->position);
+    }
     *measured = board->latest;
 }
 
@@ -222,7 +240,7 @@ static bool open_measured(board_t *board, common_error_t *error)
         }
         read_measured(board, i);
     }
-    return true;
+    return !has_position(board) || counter_open(&board->position, &board->rig->position, "position", error);
 }
 
 static bool open_devices(board_t *board, common_error_t *error)
@@ -251,7 +269,8 @@ static port_t port_of(board_t *board)
     const bool         real   = board->desk == NULL;
     const uint32_t     shown  = (is_measured(board, RIG_CURRENT) ? PORT_MEASURES_CURRENT : 0u) |
                            (is_measured(board, RIG_SUPPLY) ? PORT_MEASURES_BUS : 0u) |
-                           (is_measured(board, RIG_TEMPERATURE) ? PORT_MEASURES_TEMPERATURE : 0u);
+                           (is_measured(board, RIG_TEMPERATURE) ? PORT_MEASURES_TEMPERATURE : 0u) |
+                           (has_position(board) ? PORT_MEASURES_POSITION : 0u);
     return (port_t){.context     = board,
                     .sensor      = real ? sensor : none,
                     .output      = !real ? none
@@ -283,6 +302,7 @@ bool board_open(board_t                 *board,
                               .sensor   = {.file = -1},
                               .dac      = {.file = -1},
                               .pwm      = {.file = -1},
+                              .position = {.file = -1},
                               .measured = {{.file = -1}, {.file = -1}, {.file = -1}},
                               .idle     = shared};
     *board->idle  = rig->drive.command_zero_units;
@@ -304,6 +324,7 @@ void board_close(board_t *board)
     {
         channel_close(&board->measured[i]);
     }
+    counter_close(&board->position);
     lines_close(board->lines);
     if (board->desk != NULL)
     {

@@ -15,6 +15,7 @@ typedef struct
     channel_t    sensor, dac;
     pwm_t        pwm;
 
+    counter_t       position;
     channel_t       measured[RIG_MEASURED];
     unsigned        measured_at; ///< of them, the one read last
     port_measured_t latest;

@@ -28,6 +28,11 @@ static const common_key_t measured_keys[] = {
     NUMBER("zero",     AT(rig_measure_t, zero),     RANGE("-", -1e9, 1e9, 0.0), "... beyond this reading"),
     END};
 
+static const common_key_t position_keys[] = {
+    TEXT("file",  AT(rig_t, position.file), COUNTER_PATH_MAX, "its number in sysfs, e.g. /sys/bus/counter/devices/counter0/count0/count"),
+    WHOLE("bits", AT(rig_t, position.bits), RANGE("-", 1.0, 32.0, 32.0), "it wraps at 2^bits"),
+    END};
+
 #define MEASURED(number, name_, text_) GROUP(name_, .offset = offsetof(rig_t, measured) + (number) * sizeof(rig_measure_t), measured_keys, text_)
 
 static const common_key_t pwm_keys[] = {
@@ -87,6 +92,7 @@ static const common_key_t rig_keys[] = {
     MEASURED(RIG_CURRENT,     "current",     "The motor's current, for drive.over_current_a; one of the three is read a tick"),
     MEASURED(RIG_SUPPLY,      "supply",      "The power stage's supply, for drive.bus_low_v and bus_high_v"),
     MEASURED(RIG_TEMPERATURE, "temperature", "Its temperature, for drive.temperature_max_c"),
+    GROUP("position", .offset = 0, position_keys, "A counter of the arm's position, for drive.speed_max_units_per_s: a unit is a count, read each tick"),
     CHOICE("output", AT(rig_t, output), outputs, 0.0, "what makes the command"),
     GROUP("pwm", .offset = 0, pwm_keys, "PWM"),
     GROUP("dac", .offset = 0, dac_keys, "DAC"),

@@ -7,6 +7,7 @@
 #include "app/config.h"
 #include "bus.h"
 #include "channel.h"
+#include "counter.h"
 #include "keys/source.h"
 #include "lines.h"
 #include "pwm.h"
@@ -41,6 +42,7 @@ typedef struct
     channel_config_t sensor;
     double           sensor_low, sensor_high; ///< the ends of its range; equal: none
     rig_measure_t    measured[RIG_MEASURED];
+    counter_config_t position;
     int              output; ///< rig_output_t
     pwm_config_t     pwm;
     channel_config_t dac;
