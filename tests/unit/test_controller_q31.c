@@ -247,6 +247,17 @@ static void add_norms(norms_t *norms, double_section_t *s, uint32_t count, doubl
     }
 }
 
+/// The largest part of a response that is still to come.
+static double rest_of(const norms_t *norms, const double_section_t *s, uint32_t count)
+{
+    double rest = 0.0;
+    for (uint32_t i = 0; i < count; i++)
+    {
+        rest = fmax(rest, (fabs(s[i].w1) + fabs(s[i].w2)) / norms->w1[i]);
+    }
+    return rest;
+}
+
 /// False where they have not died away in `ticks`.
 static bool find_norms(norms_t *norms, double s_peak, int ticks)
 {
@@ -263,15 +274,17 @@ static bool find_norms(norms_t *norms, double s_peak, int ticks)
         {
             s[i] = running_section(i);
         }
-        for (int k = 0; k < ticks; k++)
+        double rest = 1.0;
+        for (int k = 0; k < ticks && rest >= 1e-12; k++)
         {
             const double impulse = k > 0 ? 0.0 : (of_s == 0 ? 1.0 : s_peak);
             add_norms(norms, s, count, anti_windup, of_s == 0 ? impulse : 0.0, of_s == 0 ? 0.0 : impulse);
+            if (k % 1000 == 999 || k == ticks - 1)
+            {
+                rest = rest_of(norms, s, count);
+            }
         }
-        for (uint32_t i = 0; i < count; i++)
-        {
-            left = fmax(left, (fabs(s[i].w1) + fabs(s[i].w2)) / norms->w1[i]);
-        }
+        left = fmax(left, rest);
     }
     return left < 1e-12;
 }
@@ -474,7 +487,7 @@ static void test_controller_headroom_bounds_modes_that_almost_cancel(void)
                       {1.62434101f, 0.151850849f, 8.12772196e-05f, 0.00594887091f, 3.29088039e-07f},
                       {0.011357449f, 1.27770375e-06f, 5.1186283e-10f, 0.349335462f, 0.105578601f},
                       {1.51710916f, 0.315731168f, 0.00753469858f, 0.000992023619f, 1.21776518e-08f}}}};
-    for (size_t i = 0; i < sizeof cascades / sizeof cascades[0]; i++)
+    for (int i = 0; i < RUNS(2, 0); i++)
     {
         config = (tribo_controller_f32_config_t){.sections = cascades[i].sections, .section_count = 4};
         norms_t norms;
@@ -483,7 +496,7 @@ static void test_controller_headroom_bounds_modes_that_almost_cancel(void)
         for (uint32_t j = 0; j < 4u; j++)
         {
             const double ratio = (double)headroom.output[j] / node_peak(&norms, j);
-            printf("cascade %u, node %u: %.3f of the sum in double\n", (unsigned)i, (unsigned)j, ratio);
+            printf("cascade %d, node %u: %.3f of the sum in double\n", i, (unsigned)j, ratio);
             TEST_ASSERT_TRUE(ratio > 1.0 && ratio < 1.2);
         }
         TEST_ASSERT_TRUE((double)headroom.input > norms.input);
