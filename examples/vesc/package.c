@@ -1,0 +1,107 @@
+// A native package for the VESC: a force loop at 1 kHz in a thread of its own. The load cell's amplifier is on ADC1.
+
+#include "vesc_c_if.h"
+
+HEADER
+
+#define OFFSET_V     1.65f
+#define N_PER_V      1.5f
+#define AMPERE_PER_N 4.0f
+#define PERIOD_S     0.001f
+#define STACK        4096u
+#define OFF_DELAY_S  0.02f // current goes on for so long without a command
+
+float reference_n(void); // yours: from an app, a CAN frame, a Lisp extension
+
+// [add
+#include "tribo/feedforward_f32.h"
+
+typedef struct
+{
+    lib_thread                     thread;
+    tribo_force_loop_f32_params_t  params; // made here: a const struct of pointers would need relocation
+    tribo_feedforward_f32_params_t feedforward;
+    tribo_guard_f32_params_t       guard_params;
+    tribo_force_loop_f32_state_t   loop;
+    tribo_feedforward_f32_memory_t memory;
+    tribo_guard_f32_state_t        guard;
+} axis_t;
+
+static bool make(axis_t *axis)
+{
+    const tribo_force_loop_f32_config_t  rig    = tribo_force_loop_f32_paper(); // change what differs on yours
+    const tribo_feedforward_f32_config_t method = tribo_feedforward_f32_default();
+    const tribo_guard_f32_config_t       limits = tribo_guard_f32_default();
+    if (tribo_force_loop_feedforward_f32_init(&axis->params, &axis->feedforward, &rig, &method) != TRIBO_OK ||
+        tribo_guard_f32_init(&axis->guard_params, &limits, PERIOD_S) != TRIBO_OK)
+    {
+        return false;
+    }
+    axis->params.guard = &axis->guard_params;
+    tribo_force_loop_f32_reset(&axis->loop);
+    tribo_feedforward_f32_reset(&axis->memory.state);
+    tribo_force_loop_feedforward_f32_attach(&axis->loop, &axis->memory);
+    tribo_guard_f32_reset(&axis->guard);
+    tribo_guard_f32_attach(&axis->loop, &axis->guard);
+    return true;
+}
+
+static void tick(axis_t *axis)
+{
+    const float y = (VESC_IF->io_read_analog(VESC_PIN_ADC1) - OFFSET_V) * N_PER_V;
+    const float u = tribo_force_loop_f32_step(&axis->params, &axis->loop, reference_n(), y, NULL);
+    VESC_IF->timeout_reset();
+    VESC_IF->mc_set_current_off_delay(OFF_DELAY_S);
+    VESC_IF->mc_set_current(u * AMPERE_PER_N);
+}
+// add]
+
+/// Sleeps for most of what is left of the period and waits for the rest: a sleep ends at a tick of 100 us.
+static void wait(uint32_t since)
+{
+    const float most = PERIOD_S - 0.0002f - VESC_IF->timer_seconds_elapsed_since(since);
+    if (most > 0.0f)
+    {
+        VESC_IF->sleep_us((uint32_t)(most * 1e6f));
+    }
+    const float rest = PERIOD_S - VESC_IF->timer_seconds_elapsed_since(since);
+    if (rest > 0.0f)
+    {
+        VESC_IF->timer_sleep(rest);
+    }
+}
+
+static void run(void *argument)
+{
+    axis_t *axis = argument;
+    bool    good = make(axis);
+    for (uint32_t start = VESC_IF->timer_time_now(); good && !VESC_IF->should_terminate();
+         start          = VESC_IF->timer_time_now())
+    {
+        tick(axis);
+        wait(start);
+        good = VESC_IF->mc_get_fault() == FAULT_CODE_NONE;
+    }
+    VESC_IF->mc_set_current(0.0f);
+}
+
+static void stop(void *argument)
+{
+    axis_t *axis = argument;
+    VESC_IF->request_terminate(axis->thread);
+    VESC_IF->free(axis);
+}
+
+INIT_FUN(lib_info *info)
+{
+    INIT_START
+    axis_t *axis = VESC_IF->malloc(sizeof *axis);
+    if (axis == NULL)
+    {
+        return false;
+    }
+    info->stop_fun = stop;
+    info->arg      = axis;
+    axis->thread   = VESC_IF->spawn(run, STACK, "tribo", axis);
+    return axis->thread != NULL;
+}

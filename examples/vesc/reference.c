@@ -1,0 +1,10 @@
+// What is to be held: yours. Here ADC2, as a potentiometer: 0 to 3.3 V are 0 to 1 N.
+
+#include "vesc_c_if.h"
+
+float reference_n(void);
+
+float reference_n(void)
+{
+    return VESC_IF->io_read_analog(VESC_PIN_ADC2) / 3.3f;
+}
