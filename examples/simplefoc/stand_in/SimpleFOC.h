@@ -28,16 +28,17 @@ struct DQCurrent_s
     float d, q;
 };
 
-class FOCMotor
-{
+class FOCMotor {
   public:
-    virtual ~FOCMotor() {}
+    virtual ~FOCMotor()
+    {
+    }
     float             target = 0, current_sp = 0, current_limit = 0;
     DQCurrent_s       feed_forward_current = {0, 0};
-    int8_t            enabled = 0;
-    unsigned          motion_downsample = 0;
-    MotionControlType controller = MotionControlType::torque;
-    TorqueControlType torque_controller = TorqueControlType::voltage;
+    int8_t            enabled              = 0;
+    unsigned          motion_downsample    = 0;
+    MotionControlType controller           = MotionControlType::torque;
+    TorqueControlType torque_controller    = TorqueControlType::voltage;
 
     void linkCustomMotionControl(float (*method)(FOCMotor *))
     {
@@ -52,47 +53,73 @@ class FOCMotor
         if (enabled && motion_count++ >= motion_downsample)
         {
             motion_count = 0;
-            current_sp = controller == MotionControlType::custom && custom ? custom(this) : target;
+            current_sp   = controller == MotionControlType::custom && custom ? custom(this) : target;
         }
     }
 
     /// Adds feed_forward_current to the set-point anew each time, as SimpleFOC does: the set-point lasts until the next move().
     void loopFOC()
     {
-        const float limited = current_sp > current_limit ? current_limit : current_sp < -current_limit ? -current_limit : current_sp;
-        current_sp = limited + feed_forward_current.q;
+        const float limited = current_sp > current_limit    ? current_limit
+                              : current_sp < -current_limit ? -current_limit
+                                                            : current_sp;
+        current_sp          = limited + feed_forward_current.q;
         flows(enabled ? current_sp : 0.0f);
     }
 
   private:
     void flows(float ampere); // main.cpp
     float (*custom)(FOCMotor *) = nullptr;
-    unsigned motion_count = 0;
+    unsigned motion_count       = 0;
 };
 
 struct MagneticSensorSPI
 {
-    MagneticSensorSPI(int, int) {}
-    void init() {}
+    MagneticSensorSPI(int, int)
+    {
+    }
+    void init()
+    {
+    }
 };
 struct BLDCDriver3PWM
 {
-    BLDCDriver3PWM(int, int, int, int) {}
-    void init() {}
+    BLDCDriver3PWM(int, int, int, int)
+    {
+    }
+    void init()
+    {
+    }
 };
 struct InlineCurrentSense
 {
-    InlineCurrentSense(float, float, int, int) {}
-    void linkDriver(BLDCDriver3PWM *) {}
-    void init() {}
+    InlineCurrentSense(float, float, int, int)
+    {
+    }
+    void linkDriver(BLDCDriver3PWM *)
+    {
+    }
+    void init()
+    {
+    }
 };
 struct BLDCMotor : FOCMotor
 {
-    explicit BLDCMotor(int) {}
-    void linkSensor(MagneticSensorSPI *) {}
-    void linkDriver(BLDCDriver3PWM *) {}
-    void linkCurrentSense(InlineCurrentSense *) {}
-    void init() {}
+    explicit BLDCMotor(int)
+    {
+    }
+    void linkSensor(MagneticSensorSPI *)
+    {
+    }
+    void linkDriver(BLDCDriver3PWM *)
+    {
+    }
+    void linkCurrentSense(InlineCurrentSense *)
+    {
+    }
+    void init()
+    {
+    }
     void initFOC()
     {
         enabled = 1;

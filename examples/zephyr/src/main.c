@@ -1,0 +1,55 @@
+// A force loop as a thread of Zephyr, at 1 kHz.
+
+#include <zephyr/kernel.h>
+
+#define AMPERE_PER_N 0.8f
+#define BAD_MAX      20u // readings in succession
+
+float reference_n(void);       // yours
+float read_force_n(void);      // yours; NAN if there is no reading
+void  command_ampere(float i); // yours
+void  motor_off(void);         // yours
+bool  motor_is_healthy(void);  // yours: current, bus voltage, temperature
+
+// [add
+#include "rig_1khz_f32.h"
+
+static tribo_force_loop_f32_state_t   loop;
+static tribo_feedforward_f32_memory_t memory;
+static tribo_guard_f32_state_t        guard;
+
+static void start(void)
+{
+    tribo_force_loop_f32_reset(&loop);
+    tribo_feedforward_f32_reset(&memory.state);
+    tribo_force_loop_feedforward_f32_attach(&loop, &memory);
+    tribo_guard_f32_reset(&guard);
+    tribo_guard_f32_attach(&loop, &guard);
+}
+// add]
+
+K_TIMER_DEFINE(period, NULL, NULL);
+
+static void force_thread(void *a, void *b, void *c)
+{
+    ARG_UNUSED(a);
+    ARG_UNUSED(b);
+    ARG_UNUSED(c);
+    unsigned bad = 0;
+    start();
+    k_timer_start(&period, K_MSEC(1), K_MSEC(1));
+    // More than one expiry since the last: a tick was missed.
+    while (k_timer_status_sync(&period) == 1u && motor_is_healthy() && bad < BAD_MAX)
+    {
+        const uint32_t before = loop.bad_inputs;
+        // [add
+        command_ampere(AMPERE_PER_N *
+                       tribo_force_loop_f32_step(&rig_params, &loop, reference_n(), read_force_n(), NULL));
+        // add]
+        bad = loop.bad_inputs != before ? bad + 1u : 0u;
+    }
+    k_timer_stop(&period);
+    motor_off();
+}
+
+K_THREAD_DEFINE(force, 2048, force_thread, NULL, NULL, NULL, K_PRIO_COOP(0), K_FP_REGS, 0);
