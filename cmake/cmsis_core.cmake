@@ -14,39 +14,8 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
 endif()
 
 include("${CMAKE_CURRENT_LIST_DIR}/user_cache.cmake")
+include("${CMAKE_CURRENT_LIST_DIR}/npm.cmake")
 set(cmsis_cache "${user_cache}/cmsis-core-${cmsis_version}")
-
-function(fetch_cmsis_core)
-  set(work "${cmsis_cache}.new")
-  set(way_out "connect to the network and run tools/setup board, or give -DTRIBO_CMSIS_CORE_DIR=... (the directory of core_cm4.h)")
-  find_program(TRIBO_NPM npm NO_CACHE)
-  if(NOT TRIBO_NPM)
-    message(FATAL_ERROR "CMSIS-Core is missing and there is no npm to fetch it: ${way_out}")
-  endif()
-  message(STATUS "Fetching CMSIS-Core ${cmsis_version} into ${cmsis_cache}")
-  file(REMOVE_RECURSE "${work}")
-  file(MAKE_DIRECTORY "${work}")
-  execute_process(
-    COMMAND "${TRIBO_NPM}" pack --loglevel=error --fetch-retries=1 --fetch-retry-mintimeout=1000
-            "@xpack-3rd-party/arm-cmsis-core@${cmsis_version}"
-    WORKING_DIRECTORY "${work}"
-    TIMEOUT 120
-    OUTPUT_QUIET # its reasons go to standard error
-    RESULT_VARIABLE result)
-  file(GLOB archive "${work}/*.tgz")
-  if(NOT result EQUAL 0 OR NOT archive)
-    file(REMOVE_RECURSE "${work}")
-    message(FATAL_ERROR "CMSIS-Core is missing and npm cannot fetch it: ${way_out}")
-  endif()
-  file(SHA512 "${archive}" sha512)
-  if(NOT sha512 STREQUAL cmsis_sha512)
-    file(REMOVE_RECURSE "${work}")
-    message(FATAL_ERROR "CMSIS-Core ${cmsis_version} from npm is not the expected one: give -DTRIBO_CMSIS_CORE_DIR=...")
-  endif()
-  file(ARCHIVE_EXTRACT INPUT "${archive}" DESTINATION "${work}" PATTERNS package/LICENSE.txt package/CMSIS/Core/Include)
-  file(RENAME "${work}/package" "${cmsis_cache}")
-  file(REMOVE_RECURSE "${work}")
-endfunction()
 
 if(TRIBO_CMSIS_CORE_DIR)
   if(NOT EXISTS "${TRIBO_CMSIS_CORE_DIR}/core_cm4.h")
@@ -56,7 +25,10 @@ if(TRIBO_CMSIS_CORE_DIR)
 else()
   set(cmsis_dir "${cmsis_cache}/CMSIS/Core/Include")
   if(NOT EXISTS "${cmsis_dir}/core_cm4.h")
-    fetch_cmsis_core()
+    fetch_npm_package(
+      "@xpack-3rd-party/arm-cmsis-core" ${cmsis_version} ${cmsis_sha512} "${cmsis_cache}"
+      "connect to the network and run tools/setup board, or give -DTRIBO_CMSIS_CORE_DIR=... (the directory of core_cm4.h)"
+      package/LICENSE.txt package/CMSIS/Core/Include)
   endif()
 endif()
 

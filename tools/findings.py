@@ -11,11 +11,12 @@ import re
 import shutil
 import sys
 
-import sweep_report
-from sweep_report import Sweep, np, plt
-
 from matplotlib.colors import LogNorm
 
+from tribo_plot.look import FEEDFORWARD, GUIDE, PAPER, shade
+from tribo_plot.sweeps import Sweep, is_logarithmic, np, plt
+
+COMPENSATIONS = ("paper, 0.5", shade(PAPER, 1)), ("paper, 0.7", PAPER), ("paper, 0.85", shade(PAPER, 2)), ("feedforward", FEEDFORWARD)
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 
@@ -165,7 +166,7 @@ def uncertainty_figure(sweep):
     for panel, axis in zip(panels.flat, shown):
         numbers = np.array([float(text) for text in sweep.text[axis]])
         edges = np.quantile(numbers, np.linspace(0, 1, 8))
-        for kind, colour in (("paper, 0.5", "#009E73"), ("paper, 0.7", "#0072B2"), ("paper, 0.85", "#D55E00"), ("feedforward", "#000000")):
+        for kind, colour in COMPENSATIONS:
             of_kind = np.array([text == kind for text in sweep.text["compensation"]])
             places, quantiles = [], []
             for low, high in zip(edges, edges[1:]):
@@ -175,10 +176,10 @@ def uncertainty_figure(sweep):
             low, middle = np.array(quantiles).T
             panel.plot(places, middle, color=colour, linewidth=1.6, label=kind)
             panel.plot(places, low, color=colour, linewidth=1.0, linestyle=":")
-        panel.axhline(1.0, color=sweep_report.GUIDE, linewidth=1, linestyle="--")
+        panel.axhline(1.0, color=GUIDE, linewidth=1, linestyle="--")
         panel.set_yscale("log")
         panel.set_title(axis)
-        if numbers.min() > 0 and numbers.max() / numbers.min() > 8:
+        if is_logarithmic(numbers):
             panel.set_xscale("log")
     for panel in list(panels.flat)[len(shown):]:
         panel.set_visible(False)

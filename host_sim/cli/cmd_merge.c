@@ -1,7 +1,6 @@
 // Merges the rows of a study's shards into the file that a single sweep would have written.
 
 #include "cli/commands.h"
-#include "cli/scenario_choice.h"
 #include "cli/sweep_options.h"
 #include "support/output_file.h"
 #include "support/text.h"
@@ -160,7 +159,7 @@ static bool merge(const sim_study_t *study, const char *folder, common_error_t *
 static int merge_study(const options_t *options)
 {
     common_error_t error = {""};
-    sim_study_t   *study = sim_study_open(options->study, sim_scenario_path, &error);
+    sim_study_t   *study = sim_sweep_open(options->study, &error);
     const bool     ok    = study != NULL && merge(study, options->folder, &error);
     sim_study_close(study);
     return ok ? SIM_EXIT_OK : sim_failure(error.text);

@@ -1,5 +1,6 @@
 #include "cli/commands.h"
 #include "cli/learned.h"
+#include "cli/picture.h"
 #include "cli/progress.h"
 #include "cli/scenario_choice.h"
 #include "cli/trace.h"
@@ -10,14 +11,18 @@
 
 #include "tribo/status.h"
 
+#include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef struct
 {
     sim_scenario_choice_t choice;
-    const char           *folder; ///< null: write nothing
+    const char           *folder;    ///< null: write nothing
+    const char           *plot;      ///< null: no picture
+    char                 *temporary; ///< the folder, where there is a picture but no --out
     bool                  json;
 
     int    count; ///< of the command line's arguments
@@ -31,6 +36,7 @@ enum
     OPTION_SET = SIM_OPTION_FIRST,
     OPTION_LEARNED,
     OPTION_OUT,
+    OPTION_PLOT,
     OPTION_JSON,
     OPTION_TARGET,
     OPTION_ARITH
@@ -41,11 +47,18 @@ static const struct argp_option known[] = {
     {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "changes any key, e.g. compensator.gain=0"},
     {.name = "learned", .key = OPTION_LEARNED, .arg = "FILE.yaml", .doc = "what an earlier run has learned (its DIR/learned.yaml), as the breakaway to begin with"},
     {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "writes DIR/trace.csv (one row a tick), DIR/summary.json, DIR/scenario.yaml, which plays the same run again, and, where breakaway is learned, DIR/learned.yaml"},
+    {.name = "plot", .key = OPTION_PLOT, .arg = "FILE.png|svg|html", .doc = "draws the run (`plot` says what; needs Python and matplotlib)"},
     {.name = "json", .key = OPTION_JSON, .doc = "prints the summary as JSON instead of a table"},
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: two loops on two plants and how they differ"},
     {.name = "target", .key = OPTION_TARGET, .arg = "NAME", .doc = "runs the drive's firmware on an emulated microcontroller, or on a board at a serial line, against the plant here, and compares it with the host, bit by bit"},
     {.name = NULL}};
 // clang-format on
+
+static bool is_picture(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    return dot != NULL && (strcmp(dot, ".png") == 0 || strcmp(dot, ".svg") == 0 || strcmp(dot, ".html") == 0);
+}
 
 static int take(void *context, int key, const char *value)
 {
@@ -61,6 +74,10 @@ static int take(void *context, int key, const char *value)
     case OPTION_OUT:
         options->folder = value;
         return 0;
+    case OPTION_PLOT:
+        options->plot = value;
+        return is_picture(value) ? 0
+                                 : sim_usage("--plot %s: a name that ends in .png, .svg or .html is expected", value);
     case OPTION_JSON:
         options->json = true;
         return 0;
@@ -110,20 +127,20 @@ static bool record(void *context, const sim_row_t *row, double part_done, common
     return write_row(&recorder->file[TRACE], row, error) && write_row(&recorder->file[TRACE_Q31], row->q31, error);
 }
 
+static const char *const file_names[FILES] = {"trace.csv",
+                                              "trace_q31.csv",
+                                              "learned.yaml",
+                                              "scenario.yaml",
+                                              "summary.json"};
+
 /// Opens the run's files in the folder, and removes the Q31 trace of an earlier run.
 static bool open_files(recorder_t *recorder, const options_t *options, bool learns, common_error_t *error)
 {
-    static const char *const names[FILES] = {"trace.csv",
-                                             "trace_q31.csv",
-                                             "learned.yaml",
-                                             "scenario.yaml",
-                                             "summary.json"};
-
     bool ok = common_output_folder_create(options->folder, error);
     for (int i = 0; ok && i < FILES; i++)
     {
         const bool wanted = (i != TRACE_Q31 || options->run.both) && (i != LEARNED || learns);
-        char      *path   = common_text_format("%s/%s", options->folder, names[i]);
+        char      *path   = common_text_format("%s/%s", options->folder, file_names[i]);
         ok = path != NULL ? (wanted ? common_output_open : common_output_expect_none)(&recorder->file[i], path, error)
                           : common_error_set(error, "out of memory");
         free(path);
@@ -308,7 +325,7 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
     {
         print_difference(summary);
     }
-    if (options->folder != NULL)
+    if (options->folder != NULL && options->temporary == NULL)
     {
         print_written(summary, options->folder);
     }
@@ -321,12 +338,63 @@ static bool is_identical(const sim_summary_t *summary, common_error_t *error)
            common_error_set(error, "%s", summary->lock_step.difference);
 }
 
-static bool simulate_and_report(const common_scenario_t *scenario, const options_t *options, common_error_t *error)
+// --- the picture ---------------------------------------------------------------------------------------------------
+
+/// A folder for the run where there is no --out.
+static bool make_folder(options_t *options, common_error_t *error)
+{
+    const char *where  = getenv("TMPDIR");
+    options->temporary = common_text_format("%s/tribo-run-XXXXXX", where != NULL ? where : "/tmp");
+    options->folder    = options->temporary;
+    if (options->temporary == NULL || mkdtemp(options->temporary) == NULL)
+    {
+        return common_error_set(error, "%s: cannot be made: %s", options->temporary, strerror(errno));
+    }
+    return true;
+}
+
+/// Of a run that there is a picture of, or that has failed.
+static void remove_folder(const options_t *options)
+{
+    for (int i = 0; options->temporary != NULL && i < FILES; i++)
+    {
+        char *path = common_text_format("%s/%s", options->temporary, file_names[i]);
+        (void)(path != NULL && unlink(path));
+        free(path);
+    }
+    (void)(options->temporary != NULL && rmdir(options->temporary));
+}
+
+/// Draws the run. What was run stays, if that fails.
+static bool draw(const options_t *options, common_error_t *error)
+{
+    const char       *slash   = strrchr(options->choice.name, '/');
+    const char       *name    = slash != NULL ? slash + 1 : options->choice.name;
+    const char *const words[] = {"tribo-plot",
+                                 options->folder,
+                                 "--out",
+                                 options->plot,
+                                 options->temporary != NULL ? "--name" : NULL,
+                                 name,
+                                 NULL};
+    return sim_picture_draw(words) == SIM_EXIT_OK ||
+           common_error_set(error,
+                            "no picture, but nothing is lost: tribo-sim plot %s --out %s draws the run",
+                            options->folder,
+                            options->plot);
+}
+
+static bool simulate_and_report(const common_scenario_t *scenario, options_t *options, common_error_t *error)
 {
     sim_summary_t summary;
-    char         *json = simulate(scenario, options, &summary, error);
+    char         *json = NULL;
+    if (options->plot == NULL || options->folder != NULL || make_folder(options, error))
+    {
+        json = simulate(scenario, options, &summary, error);
+    }
     if (json == NULL)
     {
+        remove_folder(options);
         return false;
     }
     if (options->json)
@@ -338,7 +406,12 @@ static bool simulate_and_report(const common_scenario_t *scenario, const options
         print_table(&summary, options);
     }
     free(json);
-    return common_output_flush(error) && is_identical(&summary, error);
+    const bool ok = common_output_flush(error) && (options->plot == NULL || draw(options, error));
+    if (ok)
+    {
+        remove_folder(options);
+    }
+    return ok && is_identical(&summary, error);
 }
 
 static int run(int count, char **arguments)
@@ -358,6 +431,7 @@ static int run(int count, char **arguments)
         status = ok ? SIM_EXIT_OK : sim_failure(error.text);
     }
     sim_scenario_choice_free(&options.choice);
+    free(options.temporary);
     return status;
 }
 

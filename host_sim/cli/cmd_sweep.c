@@ -1,7 +1,6 @@
 // Plays the rows of a study on all cores, and resumes an interrupted sweep.
 
 #include "cli/commands.h"
-#include "cli/scenario_choice.h"
 #include "cli/sweep_options.h"
 #include "support/clock.h"
 #include "support/number.h"
@@ -278,7 +277,7 @@ static int run(int count, char **arguments)
     if (status == 0)
     {
         common_error_t error = {""};
-        sim_study_t   *study = sim_study_open(options.study, sim_scenario_path, &error);
+        sim_study_t   *study = sim_sweep_open(options.study, &error);
         const bool     ok    = study != NULL && (options.row != NULL ? print_row(study, options.row, &error)
                                                                      : sweep_study(study, &options, &error));
         sim_study_close(study);
@@ -290,8 +289,8 @@ static int run(int count, char **arguments)
 const sim_command_t sim_command_sweep = {.name     = "sweep",
                                          .argument = "STUDY.yaml",
                                          .noun     = "study",
-                                         .text =
-                                             "Plays a scenario many times, with other values of its keys each time.",
+                                         .text = "Plays a study: a scenario many times, with other values of its keys "
+                                                 "each time. A path, or a name in the studies folder.",
                                          .options = known,
                                          .run     = run,
                                          .take    = take};

@@ -1,6 +1,7 @@
 #include "cli/scenario_choice.h"
 
 #include "cli/commands.h"
+#include "support/data_path.h"
 #include "support/text.h"
 
 #include <stdlib.h>
@@ -9,12 +10,10 @@
 
 const char *sim_scenario_folder(void)
 {
+    static char path[PATH_MAX];
     const char *chosen = getenv("TRIBO_SCENARIOS");
-    if (chosen != NULL && chosen[0] != '\0')
-    {
-        return chosen;
-    }
-    return access(TRIBO_SCENARIOS_SOURCE, R_OK) == 0 ? TRIBO_SCENARIOS_SOURCE : TRIBO_SCENARIOS_INSTALLED;
+    common_data_path(path, "scenarios");
+    return chosen != NULL && chosen[0] != '\0' ? chosen : path;
 }
 
 static bool exists(const char *path)
@@ -22,12 +21,13 @@ static bool exists(const char *path)
     return access(path, F_OK) == 0;
 }
 
-char *sim_scenario_path(const char *name)
+/// `name` itself if it exists, or if nothing does; else with or without an ending in the folder.
+static char *find(const char *folder, const char *name)
 {
     static const char *const endings[] = {"", ".yaml"};
     for (size_t i = 0; i < 2 && !exists(name) && strchr(name, '/') == NULL; i++)
     {
-        char *path = common_text_format("%s/%s%s", sim_scenario_folder(), name, endings[i]);
+        char *path = common_text_format("%s/%s%s", folder, name, endings[i]);
         if (path == NULL || exists(path))
         {
             return path;
@@ -35,6 +35,18 @@ char *sim_scenario_path(const char *name)
         free(path);
     }
     return strdup(name);
+}
+
+char *sim_scenario_path(const char *name)
+{
+    return find(sim_scenario_folder(), name);
+}
+
+char *sim_study_path(const char *name)
+{
+    char folder[PATH_MAX];
+    common_data_path(folder, "studies");
+    return find(folder, name);
 }
 
 int sim_scenario_take_set(sim_scenario_choice_t *choice, const char *assignment)

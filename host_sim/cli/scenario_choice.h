@@ -1,5 +1,5 @@
-/// The scenario on the command line. Bare names are found in the folder TRIBO_SCENARIOS if set, else in the source's, else in
-/// the installed one.
+/// The scenario on the command line. Bare names are found in the folder TRIBO_SCENARIOS if set, else in the one that the program
+/// came with.
 
 #ifndef SIM_SCENARIO_CHOICE_H
 #define SIM_SCENARIO_CHOICE_H
@@ -11,6 +11,9 @@ const char *sim_scenario_folder(void);
 /// The path of `name`: an existing file, or a bare name with or without ".yaml" in the folder. If neither exists, the name
 /// itself (opening it gives the error). To be freed; null if there is no memory.
 char *sim_scenario_path(const char *name);
+
+/// The same of a study, in the folder that the program came with.
+char *sim_study_path(const char *name);
 
 typedef struct
 {

@@ -1,11 +1,24 @@
 #include "cli/sweep_options.h"
 
+#include "cli/scenario_choice.h"
 #include "support/output_file.h"
 #include "support/text.h"
 #include "sweep/report.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
+
+sim_study_t *sim_sweep_open(const char *name, common_error_t *error)
+{
+    char        *path  = sim_study_path(name);
+    sim_study_t *study = path != NULL ? sim_study_open(path, sim_scenario_path, error) : NULL;
+    if (path == NULL)
+    {
+        (void)common_error_set(error, "out of memory");
+    }
+    free(path);
+    return study;
+}
 
 char *sim_sweep_rows_path(const char *folder, uint64_t shard, uint64_t shards)
 {

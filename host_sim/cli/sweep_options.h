@@ -5,6 +5,9 @@
 
 #include "sweep/study.h"
 
+/// Opens a study by its path, or by the name of one of the studies folder; null with the error filled in on failure.
+sim_study_t *sim_sweep_open(const char *name, common_error_t *error);
+
 /// The path of a folder's rows, of all or of a shard; to be freed, null if there is no memory.
 char *sim_sweep_rows_path(const char *folder, uint64_t shard, uint64_t shards);
 

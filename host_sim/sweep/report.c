@@ -358,6 +358,11 @@ static bool add_all(cJSON *object, const sim_report_t *report)
     {
         ok = cJSON_AddItemToArray(axes, cJSON_CreateString(study->axes[i]->name));
     }
+    cJSON *relative = cJSON_AddArrayToObject(object, "relative");
+    for (unsigned i = 0; ok && i < study->axis_count; i++)
+    {
+        ok = !study->axes[i]->relative || cJSON_AddItemToArray(relative, cJSON_CreateString(study->axes[i]->name));
+    }
     cJSON *quantiles = cJSON_AddObjectToObject(object, "quantiles");
     ok               = ok && add_numbers(quantiles, "probabilities", probabilities, PROBABILITIES);
     for (unsigned i = 0; ok && i < report->columns; i++)

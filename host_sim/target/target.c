@@ -2,6 +2,7 @@
 
 #include "scenario/loop.h"
 #include "support/clock.h"
+#include "support/data_path.h"
 #include "target/boards.h"
 #include "target/emulator.h"
 #include "target/serial.h"
@@ -104,11 +105,13 @@ static bool receive_message(sim_target_t *target, uint32_t kind, uint32_t *words
 
 static bool find_image(char *path, size_t size, const sim_target_t *target, common_error_t *error)
 {
-    const char *given  = getenv("TRIBO_FIRMWARE");
-    const int   length = snprintf(path,
+    const char *given = getenv("TRIBO_FIRMWARE");
+    char        built[PATH_MAX];
+    common_data_path(built, "firmware");
+    const int length = snprintf(path,
                                 size,
                                 "%s/%s/firmware/tribo-drive-%s.elf",
-                                given != NULL ? given : TRIBO_FIRMWARE_BUILT,
+                                given != NULL ? given : built,
                                 target->model->tree,
                                 target->host.q31 ? "q31" : "f32");
     return ((size_t)length < size && access(path, R_OK) == 0) ||

@@ -5,7 +5,7 @@ import pytest
 HINT = " (tribo-sim --help shows what there is)"
 
 MISTAKES = {
-    (): "a command is expected: run, sweep, merge, replay, log, params or list",
+    (): "a command is expected: run, sweep, merge, replay, log, plot, params or list",
     ("fly",): "unknown command fly",
     ("run",): "run: one scenario is expected, not 0",
     ("run", "a", "b"): "run: one scenario is expected, not 2",
@@ -30,6 +30,9 @@ MISTAKES = {
     ("replay", "a", "--force", "mine"): "--force mine: there are own, measured",
     ("params",): "params: one scenario is expected, not 0",
     ("params", "a", "b"): "params: one scenario is expected, not 2",
+    ("plot", "a"): "plot: --out FILE is expected",
+    ("plot", "--out", "a.png"): "plot: one folder or file at least is expected",
+    ("run", "a", "--plot", "b.jpg"): "--plot b.jpg: a name that ends in .png, .svg or .html is expected",
     ("params", "a", "--json"): "params: unknown option --json",
     ("params", "a", "--out"): "params: --out wants a value",
     ("params", "a", "--arith", "both"): "--arith both: there are f32, q31",
@@ -47,7 +50,7 @@ def test_a_wrong_command_line(sim, arguments):
 @pytest.mark.parametrize("arguments", [("--help",), ("-h",), ("fly", "--help")])
 def test_help_names_every_command_and_exit_status(sim, arguments):
     text = sim.ok(*arguments)
-    for word in ("run", "sweep", "merge", "replay", "log", "params", "list", "COMMAND --help", "--version", "Exit status"):
+    for word in ("run", "sweep", "merge", "replay", "log", "plot", "params", "list", "COMMAND --help", "--version", "Exit status"):
         assert word in text
     assert "--set" not in text
 
@@ -58,6 +61,7 @@ HELP = {
     "merge": ("--out",),
     "replay": ("--params", "--force", "--plot", "--scale"),
     "log": ("--column", "--unit", "--gap"),
+    "plot": ("--out", "--from", "--to", "--name"),
     "params": ("--name", "--arith", "--learned"),
     "list": ("--keys", "--markdown", "--parameters"),
 }

@@ -442,7 +442,8 @@ def test_the_summary_is_that_of_the_rows(sim, study):
     printed = sim.ok("sweep", "study.yaml", "--out", "o")
     rows = rows_of(sim)
     summary = json.loads((sim.folder / "o/summary.json").read_text())
-    assert list(summary) == ["study", "id", "rows", "failed", "worse_than_without", "failures", "axes", "quantiles", "worst"]
+    assert list(summary) == ["study", "id", "rows", "failed", "worse_than_without", "failures", "axes", "relative", "quantiles", "worst"]
+    assert summary["relative"] == ["breakaway"]
     assert (summary["study"], summary["id"], summary["rows"], summary["failed"]) == ("study.yaml", rows[0]["study"], 24, 0)
     assert summary["quantiles"]["probabilities"] == PROBABILITIES
     for name in [*MEASURES, *("without_" + name for name in MEASURES), "ratio"]:
@@ -489,8 +490,8 @@ def test_the_projects_studies_can_be_played(sim, path):
 
 
 def report(sim, folder):
-    return subprocess.run(["/usr/bin/python3", ROOT / "tools" / "sweep_report.py", folder], cwd=sim.folder, capture_output=True,
-                          text=True, check=False, timeout=1000)
+    return subprocess.run(["/usr/bin/python3", "-B", "-m", "tribo_plot.sweeps", folder], cwd=sim.folder, capture_output=True,
+                          env={**os.environ, "PYTHONPATH": str(ROOT / "tools")}, text=True, check=False, timeout=1000)
 
 
 DRAWS = pytest.mark.skipif(subprocess.run(["/usr/bin/python3", "-c", "import matplotlib"], capture_output=True, check=False).returncode,

@@ -1,9 +1,7 @@
-"""The tables and pictures of tools/sweep-report.
+"""The tables and pictures of a sweep: all of them with tools/sweep-report DIR, in one picture with tribo-plot DIR --out FILE.
 
-    sweep_report.py DIR
-
-Reads DIR/rows.csv and DIR/summary.json of tribo-sim sweep; writes DIR/report.md, and DIR/ratio.png, rms.png and chatter.png: each
-measure against each axis. The same rows give the same files.
+Reads DIR/rows.csv and DIR/summary.json of tribo-sim sweep; the report is DIR/report.md, and DIR/ratio.png, rms.png and chatter.png:
+each measure against each axis. The same rows give the same files.
 """
 
 import csv
@@ -17,30 +15,19 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.patches import Patch
 
-WITHOUT = "#D55E00"
-WITH = "#0072B2"
-GUIDE = "#767676"
+from . import page
+from .look import GUIDE, STYLE, WITHOUT
+from .look import PAPER as WITH
+from .panels import Line, Panel
+from .pictures import save
+from .runs import PlotError
 
 LISTED_MAX = 20  # values that an axis may have to be drawn as boxes
 BINS = 8  # of an axis with more
 
-matplotlib.rcParams.update(
-    {
-        "axes.axisbelow": True,
-        "axes.grid": True,
-        "axes.spines.right": False,
-        "axes.spines.top": False,
-        "axes.titlelocation": "left",
-        "axes.titlesize": 10,
-        "figure.constrained_layout.use": True,
-        "font.family": "DejaVu Sans",
-        "font.size": 9,
-        "grid.color": "#E4E4E4",
-        "legend.frameon": False,
-        "savefig.dpi": 110,
-    }
-)
+matplotlib.rcParams.update({**STYLE, "axes.titlesize": 10, "font.size": 9, "savefig.dpi": 110})
 
 
 def number(text):
@@ -55,12 +42,14 @@ class Sweep:
     """The rows by column, and which of the columns are axes."""
 
     def __init__(self, folder):
-        self.folder = folder
+        for name in ("rows.csv", "summary.json"):
+            if not (folder / name).is_file():
+                raise PlotError(f"{folder / name}: there is none: has the sweep come to its end?")
         self.summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         with open(folder / "rows.csv", newline="", encoding="utf-8") as file:
             rows = [row for row in csv.DictReader(file) if row["status"] == "ok"]
         if not rows:
-            sys.exit(f"{folder}/rows.csv: no row has a result")
+            raise PlotError(f"{folder}/rows.csv: no row has a result")
         self.rows = rows
         self.axes = self.summary["axes"]
         self.text = {axis: [row[axis] for row in rows] for axis in self.axes}
@@ -92,6 +81,18 @@ class Sweep:
         return parts, numbers
 
 
+def is_logarithmic(numbers):
+    """Over a wide range, and evenly spread over the logarithm rather than over the numbers themselves."""
+    low, high, middle = numbers.min(), numbers.max(), np.median(numbers)
+    if low <= 0 or high / low <= 8:
+        return False
+    return bool(abs(np.log(middle / np.sqrt(low * high))) < abs(np.log(middle / ((low + high) / 2))))
+
+
+def label_of(sweep, axis):
+    return f"{axis}, × the scenario's" if axis in sweep.summary.get("relative", ()) else axis
+
+
 def draw_axis(axes, sweep, axis, measure, colour):
     """Quantiles of a measure over an axis: a band from 5 to 95 %, one from 25 to 75 %, and the median."""
     groups, numbers = sweep.groups(axis)
@@ -112,21 +113,25 @@ def draw_axis(axes, sweep, axis, measure, colour):
         axes.fill_between(places, quantiles[0], quantiles[4], color=colour, alpha=0.2, linewidth=0)
         axes.fill_between(places, quantiles[1], quantiles[3], color=colour, alpha=0.35, linewidth=0)
         axes.plot(places, quantiles[2], color=colour, linewidth=2)
-        if numbers.min() > 0 and numbers.max() / numbers.min() > 30:
+        if is_logarithmic(numbers):
             axes.set_xscale("log")
+
+
+def shown_axes(sweep):
+    return [axis for axis in sweep.axes if len(set(sweep.text[axis])) > 1 and axis != "sensor.noise_seed"]
 
 
 def figure_of(sweep, measures, title, unit, log):
     """One panel an axis."""
-    shown = [axis for axis in sweep.axes if len(set(sweep.text[axis])) > 1 and axis != "sensor.noise_seed"]
+    shown = shown_axes(sweep)
     columns = min(3, max(1, len(shown)))
     rows = max(1, math.ceil(len(shown) / columns))
-    figure, panels = plt.subplots(rows, columns, figsize=(4.6 * columns, 2.9 * rows + 0.5), squeeze=False, sharey=True)
+    figure, panels = plt.subplots(rows, columns, figsize=(max(8.0, 4.6 * columns), 2.9 * rows + 0.5), squeeze=False, sharey=True)
     figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
     for panel, axis in zip(panels.flat, shown):
         for measure, colour, _ in measures:
             draw_axis(panel, sweep, axis, measure, colour)
-        panel.set_title(axis)
+        panel.set_xlabel(label_of(sweep, axis))
         if log:
             panel.set_yscale("log")
         if measures[0][0] == "ratio":
@@ -136,8 +141,10 @@ def figure_of(sweep, measures, title, unit, log):
     for row in panels:
         row[0].set_ylabel(unit)
     handles = [plt.Line2D([], [], color=colour, linewidth=2, label=name) for _, colour, name in measures if name]
-    if handles:
-        figure.legend(handles=handles, loc="upper right", ncols=len(handles))
+    shades = GUIDE if handles else measures[0][1]
+    handles.append(plt.Line2D([], [], color=shades, linewidth=2, label="median"))
+    handles += [Patch(color=shades, alpha=alpha, linewidth=0, label=f"{part} % of rows") for part, alpha in ((50, 0.5), (90, 0.2))]
+    figure.legend(handles=handles, loc="upper right", ncols=len(handles))
     return figure
 
 
@@ -184,22 +191,62 @@ def report_of(sweep):
     return "\n".join(lines).rstrip() + "\n"
 
 
+def figures_of(sweep):
+    """By name, drawn when asked for."""
+    pair = [("without_rms_error_N", WITHOUT, "without"), ("rms_error_N", WITH, "with")]
+    figures = {
+        "rms": lambda: figure_of(sweep, pair if sweep.is_paired else pair[1:], "RMS of r − F", "N", True),
+        "chatter": lambda: figure_of(sweep, [("chatter", WITH, "")], "Chatter", "% of ticks", False),
+    }
+    if sweep.is_paired:
+        figures["ratio"] = lambda: figure_of(sweep, [("ratio", WITH, "")], "RMS error without / with", "ratio", True)
+    return figures
+
+
+MEASURES = {"ratio": ("RMS error without / with", "ratio", WITH), "without_rms_error_N": ("RMS of r − F without", "N", WITHOUT),
+            "rms_error_N": ("RMS of r − F", "N", WITH), "chatter": ("Chatter", "% of ticks", WITH)}
+
+
+def panels_of(sweep):
+    """Every row as a point, and the medians, for a page."""
+    panels = []
+    for measure, (title, unit, colour) in MEASURES.items():
+        for axis in shown_axes(sweep) if measure in sweep.value else ():
+            groups, numbers = sweep.groups(axis)
+            values, label = sweep.value[measure], label_of(sweep, axis)
+            panel = Panel(f"{title}, {label}", unit, label, over_time=False, is_log=(False, measure != "chatter"))
+            places = [place for _, place, _ in groups]
+            if numbers is None:
+                panel.x_names = [name for name, _, _ in groups]
+                numbers = np.array([next(place for _, place, inside in groups if inside[i]) for i in range(len(values))], float)
+            else:
+                panel.is_log = (is_logarithmic(numbers), panel.is_log[1])
+            medians = [float(np.nanmedian(values[inside])) for _, _, inside in groups]
+            panel.lines = [Line("a row", colour, list(numbers), list(values), is_points=True), Line("median", colour, places, medians)]
+            panels.append(panel)
+    return panels
+
+
+def draw(folder, out):
+    """What a sweep is made for: the ratio if it has one, else the error; a page has all measures."""
+    sweep = Sweep(folder)
+    if out.suffix == ".html":
+        page.draw([sweep.summary["study"]], panels_of(sweep), out)
+    else:
+        save(figures_of(sweep)["ratio" if sweep.is_paired else "rms"](), out)
+
+
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     folder = pathlib.Path(sys.argv[1])
-    for name in ("rows.csv", "summary.json"):
-        if not (folder / name).is_file():
-            sys.exit(f"{folder / name}: there is none: has the sweep come to its end?")
-    sweep = Sweep(folder)
-    pair = [("without_rms_error_N", WITHOUT, "without"), ("rms_error_N", WITH, "with")]
-    figures = {
-        "rms": figure_of(sweep, pair if sweep.is_paired else pair[1:], "RMS of r − F", "N", True),
-        "chatter": figure_of(sweep, [("chatter", WITH, "")], "Chatter", "% of ticks", False),
-    }
-    if sweep.is_paired:
-        figures["ratio"] = figure_of(sweep, [("ratio", WITH, "")], "RMS error without / with", "ratio", True)
-    for name, figure in figures.items():
+    try:
+        sweep = Sweep(folder)
+    except PlotError as error:
+        sys.exit(str(error))
+    figures = figures_of(sweep)
+    for name, make in figures.items():
+        figure = make()
         figure.savefig(folder / f"{name}.png", metadata={"Software": None})
         plt.close(figure)
     (folder / "report.md").write_text(report_of(sweep), encoding="utf-8")

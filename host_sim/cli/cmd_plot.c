@@ -1,0 +1,72 @@
+// Draws what the other commands and a drive write.
+
+#include "cli/commands.h"
+#include "cli/picture.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct
+{
+    const char **words; ///< of tribo-plot: the first is its name, the one after the last null
+    size_t       count;
+    bool         has_out;
+} options_t;
+
+enum
+{
+    OPTION_OUT = SIM_OPTION_FIRST,
+    OPTION_FROM,
+    OPTION_TO,
+    OPTION_NAME
+};
+
+// clang-format off: one row an option
+static const struct argp_option known[] = {
+    {.name = "out", .key = OPTION_OUT, .arg = "FILE.png|svg|html", .doc = "what to write; an HTML page zooms and needs no network"},
+    {.name = "from", .key = OPTION_FROM, .arg = "S", .doc = "draws from this time on"},
+    {.name = "to", .key = OPTION_TO, .arg = "S", .doc = "draws until this time"},
+    {.name = "name", .key = OPTION_NAME, .arg = "TEXT", .doc = "what to call a run in the picture; the first is the first run's"},
+    {.name = NULL}};
+// clang-format on
+
+static int take(void *context, int key, const char *value)
+{
+    static const char *const names[] = {"--out", "--from", "--to", "--name"};
+    options_t               *options = context;
+    if (key != SIM_OPTION_ARGUMENT)
+    {
+        options->words[options->count++] = names[key - SIM_OPTION_FIRST];
+        options->has_out                 = options->has_out || key == OPTION_OUT;
+    }
+    options->words[options->count++] = value;
+    return 0;
+}
+
+static int run(int count, char **arguments)
+{
+    // At most two words of each.
+    options_t options = {.words = (const char **)calloc(2u * (size_t)count + 1u, sizeof(char *))};
+    if (options.words == NULL)
+    {
+        return sim_failure("out of memory");
+    }
+    options.words[options.count++] = "tribo-plot";
+    int status                     = sim_options_parse(&sim_command_plot, count, arguments, &options, NULL);
+    if (status == 0)
+    {
+        status = options.has_out ? sim_picture_draw(options.words) : sim_usage("plot: --out FILE is expected");
+    }
+    free((void *)options.words);
+    return status;
+}
+
+const sim_command_t sim_command_plot = {.name     = "plot",
+                                        .argument = "DIR|FILE.csv...",
+                                        .noun     = "folder or file",
+                                        .is_many  = true,
+                                        .text    = "Draws runs, replays, traces and logs of a drive, several on top of "
+                                                   "each other, or a sweep (Python, matplotlib).",
+                                        .options = known,
+                                        .run     = run,
+                                        .take    = take};

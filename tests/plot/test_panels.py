@@ -1,0 +1,111 @@
+"""What is read and what is put into a picture, before anything draws it."""
+
+import math
+import re
+
+import pytest
+from conftest import ROOT
+
+from tribo_plot import look, panels
+from tribo_plot.runs import PlotError, Run, read, read_all
+
+
+def made(*paths):
+    return {panel.title: panel for panel in panels.make(read_all(list(paths)))}
+
+
+def names(panel):
+    return [line.name for line in panel.lines]
+
+
+def test_a_run_has_force_error_command_friction_and_what_was_learned(runs):
+    shown = made(runs / "feedforward")
+    assert list(shown) == ["Force", "Error r − F", "Command u and its parts", "Breakaway L, learned", "Friction against net force",
+                           "Net force less friction, against net force"]
+    assert names(shown["Force"]) == ["measured y", "force F", "reference r"]
+    assert names(shown["Command u and its parts"]) == ["friction's part", "controller's part", "command u"]
+    learned = shown["Breakaway L, learned"].lines[0]
+    first, last = learned.high[0] - learned.low[0], learned.high[-1] - learned.low[-1]
+    assert first == pytest.approx(0.8 * learned.y[0]) and last < 0.7 * first
+    assert "Relays" in made(runs / "paper")
+
+
+def test_the_error_is_r_less_F_in_mN(runs):
+    run = made(runs / "off")["Error r − F"]
+    columns = read(runs / "off").columns
+    assert run.y_label == "mN"
+    assert run.lines[0].y[3000] == pytest.approx(1e3 * (columns["r_N"][3000] - columns["F_N"][3000]))
+
+
+def test_a_replay_a_log_and_a_trace_show_what_they_have(runs, tmp_path):
+    replay = made(runs / "replay.csv")
+    assert names(replay["Force"])[:2] == ["force F", "F of the model"]
+    assert {"What is left: n − f", "Net force and L, over F", "Friction against net force"} <= set(replay)
+    drive = made(runs / "drive.csv")
+    assert list(drive) == ["Force", "Error r − F", "Command u and its parts", "State and fault, by their numbers", "Ticks"]
+    trace = tmp_path / "trace_of_a_fault.csv"
+    trace.write_text("t_s,r_N,F_N,u_N,F_hat_N\n0,0.1,0.1,0.2,0.1\n0.001,0.1,0.1,0.2,0.1\n", encoding="ascii")
+    assert list(made(trace)) == ["Force", "Error r − F", "Command u and its parts"]
+
+
+def test_runs_on_top_of_each_other_share_the_reference_and_have_names_of_their_own(runs):
+    both = made(runs / "off", runs / "feedforward")
+    assert names(both["Force"]).count("reference r") == 1
+    assert [line.run for line in both["Error r − F"].lines] == [0, 1]
+    (same := runs / "same" / "off").mkdir(parents=True, exist_ok=True)
+    (same / "trace.csv").write_bytes((runs / "off/trace.csv").read_bytes())
+    assert [run.name for run in read_all([runs / "off", same])] == [f"{runs.name}/off", "same/off"]
+
+
+def run_of(values, step_s=0.01):
+    count = len(values)
+    return Run("a", {"t_s": [step_s * i for i in range(count)], "r_N": [0.0] * count, "F_N": values, "u_N": [0.1] * count})
+
+
+def test_a_start_that_would_flatten_the_rest_is_left_outside_and_said():
+    wave = [0.001 * math.sin(i / 50) for i in range(1000)]
+    panel = next(panel for panel in panels.make([run_of([-0.4] * 5 + wave)]) if panel.title.startswith("Error"))
+    assert panel.y_range == pytest.approx((-1.2, 1.2), rel=0.01)
+    assert panel.note == "the start goes to -1 and 400"
+    late = next(panel for panel in panels.make([run_of(wave + [-0.4] * 5)]) if panel.title.startswith("Error"))
+    assert late.y_range is None and not late.note
+
+
+def test_thinning_keeps_every_peak():
+    y = [0.0] * 100_000
+    y[51_234], y[51_300] = 7.0, -3.0
+    x, thinned = panels.thin(panels.Line("a", "#000000", list(range(100_000)), y), 500)
+    assert len(x) == len(thinned) <= 2000
+    assert (51_234, 7.0) in zip(x, thinned) and (51_300, -3.0) in zip(x, thinned)
+
+
+def test_segments_are_not_joined():
+    run = run_of([0.1] * 10)
+    run.columns["segment"] = [0.0] * 4 + [1.0] * 6
+    line = panels.make([run])[0].lines[0]
+    assert math.isnan(line.y[4]) and len(line.y) == 11
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [("a,b\n1,2\n", "a header with t_s and signals"), ("t_s,F_N\n", "has no rows"), ("t_s,F_N\n0,1\n0.1,x\n", "row 2 has no number in F_N"),
+     ("t_s,F_N\n0\n", "row 1 has no number in F_N"), ("", "a header with t_s")],
+)
+def test_what_cannot_be_read_is_named(tmp_path, text, message):
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(PlotError, match=re.escape(message)):
+        read(tmp_path / "a.csv")
+
+
+def test_a_folder_without_a_run_is_named(tmp_path):
+    with pytest.raises(PlotError, match="neither the trace.csv of a run nor the rows.csv"):
+        read(tmp_path)
+
+
+def test_all_colours_of_all_reports_are_in_one_table():
+    sources = [path for path in (ROOT / "tools").rglob("*") if path.suffix in (".py", ".js") and ".venv" not in path.parts]
+    assert len(sources) > 60
+    others = [path.name for path in sources if re.search(r"['\"]#[0-9A-Fa-f]{6}['\"]", path.read_text(encoding="utf-8"))]
+    assert others == ["look.py"]
+    assert len({colour for _, colour in look.SIGNALS.values()}) > 12
+    assert look.shade("#0072B2", 0) == "#0072B2" and len({look.shade("#0072B2", run) for run in range(4)}) == 4

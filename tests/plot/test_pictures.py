@@ -1,0 +1,125 @@
+"""The files that are drawn: pictures by matplotlib, and pages that are opened in a browser."""
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from conftest import ROOT, SHORT, done, sim
+
+from tribo_plot import look
+from tribo_plot.page import UPLOT_VERSION
+
+CHROMIUM = shutil.which("chromium")
+CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tribo" / f"uplot-{UPLOT_VERSION}"
+DRAWS = pytest.mark.skipif(importlib.util.find_spec("matplotlib") is None, reason="needs matplotlib, which tools/setup plot installs")
+PAGES = pytest.mark.skipif(not CACHE.is_dir(), reason="needs uPlot, which tools/setup plot fetches")
+OPENS = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
+
+
+@DRAWS
+def test_a_picture_has_its_signals_colours_and_the_same_bytes_again(runs, tmp_path):
+    for name in ("a.svg", "b.svg"):
+        done(sim("plot", runs / "feedforward", "--out", tmp_path / name))
+    text = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert (tmp_path / "b.svg").read_text(encoding="utf-8") == text
+    for signal in ("r_N", "F_N", "error", "u_N", "controller_N", "friction_term_N", "breakaway_positive_N"):
+        assert look.colour(signal).lower() in text, signal
+
+
+@DRAWS
+def test_run_draws_with_and_without_a_folder_and_leaves_nothing_else(tmp_path):
+    (tmp_path / "tmp").mkdir()
+    environment = {**os.environ, "TMPDIR": str(tmp_path / "tmp")}
+    done(sim("run", "triangle", *SHORT, "--plot", "a.png", cwd=tmp_path, env=environment))
+    done(sim("run", "triangle", *SHORT, "--out", "o", "--plot", "b.svg", cwd=tmp_path, env=environment))
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert not list((tmp_path / "tmp").iterdir())
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.svg", "o", "tmp"]
+    assert (tmp_path / "o/summary.json").is_file()
+
+
+@DRAWS
+def test_a_sweep_is_drawn_alone(runs, tmp_path):
+    (tmp_path / "s.yaml").write_text(
+        "scenario: triangle\nruns: 12\nset: {duration_s: 1, metrics.start_s: 0}\nwithout: {compensator.method: \"off\"}\n"
+        "sample: {breakaway: {keys: plant.friction.breakaway.slope, relative: true, uniform: [0.5, 1.5]}, plant.model: [paper, dahl]}\n",
+        encoding="ascii",
+    )
+    done(sim("sweep", "s.yaml", "--out", "o", cwd=tmp_path))
+    done(sim("plot", "o", "--out", "s.svg", cwd=tmp_path))
+    result = sim("plot", "o", runs / "off", "--out", "t.svg", cwd=tmp_path)
+    assert result.returncode == 1 and "a sweep is drawn alone" in result.stderr and not (tmp_path / "t.svg").exists()
+    if CACHE.is_dir():
+        done(sim("plot", "o/rows.csv", "--out", "s.html", cwd=tmp_path))
+        assert "× the scenario's" in (tmp_path / "s.html").read_text(encoding="utf-8")
+
+
+@DRAWS
+def test_noise_that_is_even_has_an_even_axis():
+    import numpy as np
+    from tribo_plot.sweeps import is_logarithmic
+
+    even = np.linspace(0.00001, 0.005, 101)
+    assert not is_logarithmic(even)
+    assert is_logarithmic(np.geomspace(0.00001, 0.005, 101))
+    assert not is_logarithmic(np.geomspace(1, 4, 101)) and not is_logarithmic(np.array([0.0, 1.0, 100.0]))
+
+
+def page(folder, *paths):
+    done(sim("plot", *paths, "--out", folder / "page.html", cwd=folder))
+    return (folder / "page.html").read_text(encoding="utf-8")
+
+
+@PAGES
+def test_a_page_needs_no_network_and_no_matplotlib(runs, tmp_path):
+    text = page(tmp_path, runs / "off", runs / "feedforward")
+    assert not re.search(r"(src|href)\s*=|@import|url\(|fetch\(|XMLHttp", text)
+    assert "uPlot" in text and "Leon Sorokin" in text
+    assert len(text) < 4_000_000
+    (tmp_path / "matplotlib.py").write_text("raise ImportError\n", encoding="ascii")
+    assert page(tmp_path, runs / "off", runs / "feedforward") == text
+
+
+@PAGES
+def test_no_name_ends_the_page(runs, tmp_path):
+    result = done(sim("plot", runs / "drive.csv", runs / "off", "--name", "</script><b>&", "--out", tmp_path / "a.html"))
+    assert not result.stderr
+    text = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert "</script><b>" not in text and "&lt;/script&gt;" in text
+
+
+def opened(path, script):
+    """What `script` leaves in the page's title."""
+    copy = path.with_name("opened.html")
+    copy.write_text(
+        path.read_text(encoding="utf-8") + f"<script>setTimeout(() => {{ (async () => {{ {script} }})().then((found) => {{ document.title = String(found); }}); }}, 3000)</script>",
+        encoding="utf-8",
+    )
+    command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=8000", "--dump-dom", copy.as_uri()]
+    dom = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300).stdout
+    return re.search(r"<title>(.*?)</title>", dom)[1]
+
+
+@PAGES
+@OPENS
+def test_a_page_draws_its_panels_and_zooms_them_together(runs, tmp_path):
+    page(tmp_path, runs / "off", runs / "feedforward")
+    zoom = 'timed[1].setScale("x", {min: 3, max: 4}); await new Promise((done) => setTimeout(done, 500)); return'
+    found = opened(tmp_path / "page.html", f"{zoom} [document.body.dataset.drawn, ...timed.map((u) => u.scales.x.max)]").split(",")
+    assert found == ["7", "4", "4", "4", "4", "4"]
+    inked = opened(tmp_path / "page.html", """return [...document.querySelectorAll("canvas")].every((canvas) => {
+        const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+        const colours = new Set();
+        for (let i = 0; i < pixels.length; i += 4) if (pixels[i + 3] === 255) colours.add(pixels.slice(i, i + 3).join());
+        return colours.size > 3;
+    });""")
+    assert inked == "true"
+
+
+def test_the_tool_is_found_by_the_program_and_helps():
+    result = subprocess.run([ROOT / "tools/tribo-plot", "--help"], capture_output=True, text=True, check=False, timeout=60)
+    assert result.returncode == 0 and "--out" in result.stdout

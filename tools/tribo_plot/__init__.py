@@ -1,0 +1,1 @@
+"""Pictures of runs, replays, sweeps, traces and logs: tools/tribo-plot."""

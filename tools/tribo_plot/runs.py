@@ -1,0 +1,104 @@
+"""Reads what there is to draw: the folder of a run or a sweep, or a CSV file of a run, a replay, a trace or a drive's log."""
+
+import csv
+import json
+import math
+from array import array
+from pathlib import Path
+
+from .look import SIGNALS
+
+MORE = ("t_s", "segment", "plant_n_N", "relative_variance_positive", "relative_variance_negative")
+
+
+class PlotError(Exception):
+    """What is wrong, in a sentence for the user."""
+
+
+class Run:
+    """The columns that are drawn, by name. `summary` is that of tribo-sim run, or empty."""
+
+    def __init__(self, name, columns, summary=None):
+        self.name = name
+        self.columns = columns
+        self.summary = summary or {}
+
+    def __contains__(self, column):
+        return column in self.columns
+
+    def __getitem__(self, column):
+        return self.columns[column]
+
+    def between(self, start_s, end_s):
+        """From start_s to end_s; None is its own end."""
+        t = self["t_s"]
+        kept = [i for i, time in enumerate(t) if (start_s is None or time >= start_s) and (end_s is None or time <= end_s)]
+        if not kept:
+            raise PlotError(f"{self.name}: nothing between --from and --to; it has {t[0]:g} to {t[-1]:g} s")
+        kept = slice(kept[0], kept[-1] + 1)
+        return Run(self.name, {name: values[kept] for name, values in self.columns.items()}, self.summary)
+
+
+def is_sweep(path):
+    return (path / "rows.csv").is_file() or path.name == "rows.csv"
+
+
+def sweep_folder(path):
+    return path.parent if path.name == "rows.csv" else path
+
+
+def read_all(paths):
+    """Runs with names that tell them apart."""
+    runs = [read(path) for path in paths]
+    for depth in (2, 3, 4):
+        if len({run.name for run in runs}) == len(runs):
+            break
+        for path, run in zip(paths, runs):
+            run.name = "/".join(path.resolve().parts[-depth:])
+    return runs
+
+
+def read(path):
+    if path.is_dir():
+        trace = path / "trace.csv"
+        if not trace.is_file():
+            raise PlotError(f"{path}: holds neither the trace.csv of a run nor the rows.csv of a sweep")
+        return Run(path.resolve().name, read_columns(trace), read_summary(path / "summary.json"))
+    is_of_run = path.name == "trace.csv"
+    return Run(
+        path.resolve().parent.name if is_of_run else path.stem,
+        read_columns(path),
+        read_summary(path.parent / "summary.json") if is_of_run else None,
+    )
+
+
+def read_summary(path):
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+
+
+def read_columns(path):
+    """Those of the table of signals; NaN for an empty field."""
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = csv.reader(line for line in file if not line.startswith("#"))
+            names = [name.strip() for name in next(rows, [])]
+            wanted = [(i, name, array("d")) for i, name in enumerate(names) if name in SIGNALS or name in MORE]
+            if "t_s" not in names or len(wanted) < 2:
+                raise PlotError(
+                    f"{path}: a header with t_s and signals of tribo is expected; `tribo-sim log {path} --column t=NAME ... "
+                    "--out clean.csv` makes one of a foreign log"
+                )
+            for number, row in enumerate(rows, 1):
+                for i, name, values in wanted:
+                    try:
+                        values.append(float(row[i]) if row[i] else math.nan)
+                    except (IndexError, ValueError):
+                        raise PlotError(f"{path}: row {number} has no number in {name}") from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise PlotError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+    if not wanted[0][2]:
+        raise PlotError(f"{path}: has no rows")
+    return {name: values for _, name, values in wanted}
