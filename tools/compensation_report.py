@@ -12,9 +12,10 @@ tools/bench-compensation calls `ratios`. The same data give the same file.
 import pathlib
 import sys
 
-from demo_report import GUIDE, THIRD, WITH, WITHOUT, MultipleLocator, Trace, label_time, legend, plt, rms, title
+from demo_report import MultipleLocator, Trace, label_time, legend, plt, rms, title
+from tribo_plot.look import FEEDFORWARD, GUIDE, PAPER, WITHOUT
 
-METHODS = (("without compensation", WITHOUT), ("the paper's method", WITH), ("feed-forward", THIRD))
+METHODS = (("without compensation", WITHOUT), ("the paper's method", PAPER), ("feed-forward", FEEDFORWARD))
 PERIOD_S = 40.0, 60.0
 TURN_S = 49.8, 51.6  # the reference turns down at 50 s
 
@@ -48,16 +49,19 @@ def ratios(triangles, cases, out):
     """How many times the error is smaller. `triangles`: {(breakaway, noise): {method: [ratio]}}; `cases`: {method: [ratio]}."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 4.6), width_ratios=(1.3, 1))
     title(figure, "RMS error without compensation over that with it")
-    colours = {"paper": WITH, "feedforward": THIRD}
+    colours = {"paper": PAPER, "feedforward": FEEDFORWARD}
     names = {"paper": "the paper's method", "feedforward": "feed-forward"}
     for place, (key, methods) in enumerate(triangles.items()):
         for side, (method, values) in zip((-0.17, 0.17), methods.items()):
             spots = [place + side + 0.1 * (i / len(values) - 0.5) for i in range(len(values))]
             left.plot(spots, values, ".", color=colours[method], markersize=3.5, label=names[method] if place == 0 else None)
     left.set_xticks(range(len(triangles)), [f"×{breakaway:g}\n{1e3 * noise:g} mN" for breakaway, noise in triangles])
-    left.set_title("32 triangles: the plant's breakaway over the believed one, noise")
+    left.set_title("32 triangles, as the plant's breakaway and the noise")
+    left.set_xlabel("the plant's breakaway over the believed one; noise of the sensor")
+    left.set_ylabel("times that the error is smaller")
     for method, values in cases.items():
         right.plot(sorted(values), [100.0 * (i + 0.5) / len(values) for i in range(len(values))], color=colours[method])
+    right.set_xlabel("times that the error is smaller")
     right.set_ylabel("cases below (%)")
     right.set_title(f"{len(values)} random plants and waveforms")
     left.set_yscale("log")

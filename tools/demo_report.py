@@ -19,12 +19,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.ticker import MultipleLocator
 
-# Okabe and Ito's colours, which remain apart for colour-blind readers.
-REFERENCE = "#000000"
-WITHOUT = "#D55E00"
-WITH = "#0072B2"
-THIRD = "#009E73"
-GUIDE = "#767676"
+from tribo_plot import look
+from tribo_plot.look import FALLS, FEEDFORWARD, GUIDE, PAPER, RISES, WITHOUT, colour
 
 PERIOD_S = 20.0  # of the triangle
 SETTLED_S = 20.0  # the first period starts from rest and counts in no figure
@@ -34,24 +30,13 @@ TURNS_UP_S = 40.0
 
 matplotlib.rcParams.update(
     {
-        "axes.axisbelow": True,
-        "axes.grid": True,
-        "axes.spines.right": False,
-        "axes.spines.top": False,
-        "axes.titlelocation": "left",
+        **look.STYLE,
         "axes.titlesize": 11,
         "figure.constrained_layout.h_pad": 0.08,
-        "figure.constrained_layout.use": True,
         "figure.dpi": 100,
-        "font.family": "DejaVu Sans",
         "font.size": 10,
-        "grid.color": "#E4E4E4",
-        "legend.frameon": False,
         "lines.linewidth": 1.4,
-        "lines.solid_joinstyle": "round",
         "savefig.dpi": 160,
-        "svg.fonttype": "path",
-        "svg.hashsalt": "tribo",
     }
 )
 
@@ -131,9 +116,9 @@ def by_direction(trace, values):
 
 def draw_force(axes, without, with_, fed):
     axes.plot(without["t_s"], without["F_N"], color=WITHOUT, label="without compensation")
-    axes.plot(with_["t_s"], with_["F_N"], color=WITH, label="the paper's method")
-    axes.plot(fed["t_s"], fed["F_N"], color=THIRD, label="feed-forward")
-    axes.plot(with_["t_s"], with_["r_N"], color=REFERENCE, linestyle=(0, (4, 2)), linewidth=1.1, label="reference")
+    axes.plot(with_["t_s"], with_["F_N"], color=PAPER, label="the paper's method")
+    axes.plot(fed["t_s"], fed["F_N"], color=FEEDFORWARD, label="feed-forward")
+    axes.plot(with_["t_s"], with_["r_N"], color=colour("r_N"), linestyle=(0, (4, 2)), linewidth=1.1, label="reference")
     axes.set_ylabel("force (N)")
     label_time(axes, with_)
 
@@ -141,9 +126,9 @@ def draw_force(axes, without, with_, fed):
 def draw_errors(rows, *traces):
     """Below each other at one scale: `rows` share their axes."""
     names = "Without compensation", "The paper's method", "Feed-forward"
-    for axes, trace, colour, name in zip(rows, traces, (WITHOUT, WITH, THIRD), names):
+    for axes, trace, shown, name in zip(rows, traces, (WITHOUT, PAPER, FEEDFORWARD), names):
         axes.axhline(0.0, color=GUIDE, linewidth=0.8)
-        axes.plot(trace["t_s"], trace.error_mn(), color=colour)
+        axes.plot(trace["t_s"], trace.error_mn(), color=shown)
         axes.set_ylabel("r − F (mN)")
         axes.set_title(f"{name}: {rms(trace.error_mn()):.2f} mN RMS")
     label_time(rows[-1], traces[-1])
@@ -171,17 +156,17 @@ def error_figure(*traces):
 def hysteresis_figure(replay, with_):
     figure, (law, rest) = plt.subplots(1, 2, figsize=(12, 5))
     title(figure, "Friction against net force")
-    for part, colour, name in zip(by_direction(replay, replay["f_hat_N"]), (WITH, WITHOUT), ("rises", "falls")):
-        law.plot(replay["n_N"], part, color=colour, label=f"net force {name}", linewidth=1.8)
+    for part, shown, name in zip(by_direction(replay, replay["f_hat_N"]), (RISES, FALLS), ("rises", "falls")):
+        law.plot(replay["n_N"], part, color=shown, label=f"net force {name}", linewidth=1.8)
     breakaway = replay["L_N"][0]
     for level in (-breakaway, breakaway):
         law.axhline(level, color=GUIDE, linestyle=":", linewidth=1.2)
     law.text(-breakaway, breakaway - 0.004, "breakaway L", color=GUIDE, va="top")
     law.set_title("The law drawn with k = 1.1, at F = 0.5 N")
     law.set_ylabel("friction f (N)")
-    for time_s, colour in ((TURNS_UP_S, WITH), (TURNS_DOWN_S, WITHOUT)):
+    for time_s, shown in ((TURNS_UP_S, RISES), (TURNS_DOWN_S, FALLS)):
         turn = with_.between(time_s + 0.01, time_s + 0.5)
-        rest.plot(turn["n_N"], [1e3 * (n - f) for n, f in zip(turn["n_N"], turn["f_hat_N"])], color=colour, linewidth=1.8)
+        rest.plot(turn["n_N"], [1e3 * (n - f) for n, f in zip(turn["n_N"], turn["f_hat_N"])], color=shown, linewidth=1.8)
     rest.set_title("Two reversals of the benchmark, k = 6 to 20: net force less friction")
     rest.set_ylabel("n − f (mN)")
     for axes in (law, rest):
@@ -203,21 +188,21 @@ def relay_figure(with_):
         net = rows[0][column]
         for level in (set_level, reset_level):
             net.axhline(level, color=GUIDE, linestyle=":", linewidth=1.2)
-        net.plot(times, [n / L for n, L in zip(trace["n_N"], trace["L_N"])], color=REFERENCE)
+        net.plot(times, [n / L for n, L in zip(trace["n_N"], trace["L_N"])], color=colour("n_N"))
         # Each text stands over its line, on the side that the curve leaves free.
         net.text(times[-1], set_level + 0.05, set_text, color=GUIDE, ha="right", va="bottom")
         net.text(times[0] + 0.02, reset_level + 0.05, reset_text, color=GUIDE, va="bottom")
         net.set_ylim(-1.15, 1.15)
         net.set_title(f"Where the reference turns {way}")
-        for axes, name, colour in zip((row[column] for row in rows[1:]), ("Q1", "Q2", "Q"), (WITHOUT, WITH, THIRD)):
+        for axes, name in zip((row[column] for row in rows[1:]), ("Q1", "Q2", "Q")):
             points = corners(times, trace[name])
-            axes.fill_between(*points, step="post", color=colour, alpha=0.25, linewidth=0)
-            axes.step(*points, where="post", color=colour)
+            axes.fill_between(*points, step="post", color=colour(name), alpha=0.25, linewidth=0)
+            axes.step(*points, where="post", color=colour(name))
             axes.set_ylim(-0.15, 1.25)
             axes.set_yticks((0, 1))
             axes.grid(axis="y", visible=False)
             if column == 0:
-                axes.set_ylabel(name, rotation=0, ha="right", va="center", color=colour, fontweight="bold")
+                axes.set_ylabel(name, rotation=0, ha="right", va="center", color=colour(name), fontweight="bold")
         label_time(rows[-1][column], trace)
     rows[0][0].set_ylabel("net force n / breakaway L")
     return figure

@@ -5,26 +5,15 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from tribo_plot.look import FEEDFORWARD as THIRD
+from tribo_plot.look import GUIDE, STYLE
+from tribo_plot.look import PAPER as THICK
+from tribo_plot.look import WITHOUT as THIN
 
 from .report import Claim, Section, judge
 from .runs import ramps
 
-THICK, THIN, THIRD, GUIDE = "#0072B2", "#D55E00", "#009E73", "#767676"
-plt.rcParams.update(
-    {
-        "axes.grid": True,
-        "axes.spines.right": False,
-        "axes.spines.top": False,
-        "axes.titlelocation": "left",
-        "axes.titlesize": 11,
-        "figure.constrained_layout.use": True,
-        "font.family": "DejaVu Sans",
-        "font.size": 10,
-        "grid.color": "#E4E4E4",
-        "legend.frameon": False,
-        "lines.linewidth": 1.5,
-    }
-)
+plt.rcParams.update({**STYLE, "axes.axisbelow": "line", "axes.titlesize": 11, "font.size": 10, "lines.linewidth": 1.5})
 
 OFFSET, SLOPE = 0.007, 0.3  # L(F), Eq. (10)
 K_MIN, K_MAX, M, V0 = 6.0, 20.0, 3.0, 0.007  # Eq. (7)

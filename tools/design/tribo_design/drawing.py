@@ -1,8 +1,13 @@
 """Figures with axes, and their PNG bytes."""
 
 import io
+import sys
+from pathlib import Path
 
 from matplotlib.figure import Figure
+
+sys.path.append(str(Path(__file__).resolve().parents[2]))  # tools/, whose table of colours all reports share
+from tribo_plot import look  # noqa: E402
 
 
 def png(figure):
@@ -20,6 +25,6 @@ def figure_of(rows, columns, size):
     figure.subplots_adjust(left=0.9 / size[0], right=1 - 0.2 / size[0], bottom=0.6 / size[1], top=1 - 0.4 / size[1], wspace=0.25, hspace=0.3)
     axes = figure.subplots(rows, columns, squeeze=False)
     for axis in axes.flat:
-        axis.grid(True, which="major", color="#dddddd", lw=0.6)
+        axis.grid(True, which="major", color=look.GRID, lw=0.6)
         axis.set_axisbelow(True)
     return figure, axes

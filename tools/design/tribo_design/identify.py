@@ -991,16 +991,16 @@ def plant_yaml(found, source):
 
 
 def _plot(record, best):
-    from .drawing import figure_of, png
+    from .drawing import figure_of, look, png
 
     plain = replace(best.noise, memory=1.0)
     model = _matrix(record, best.structure, best.theta, plain.columns(record)) @ best.linear
     figure, axes = figure_of(2, 1, (9, 6))
-    axes[0, 0].plot(record.t, record.y, color="#56B4E9", lw=2.5, label="measured")
-    axes[0, 0].plot(record.t, model, color="#000000", lw=1.2, ls="--", label=f"model of order {best.structure}")
+    axes[0, 0].plot(record.t, record.y, color=look.MEASURED, lw=2.5, label="measured")
+    axes[0, 0].plot(record.t, model, color=look.MODEL, lw=1.2, ls="--", label=f"model of order {best.structure}")
     axes[0, 0].legend()
     axes[0, 0].set_ylabel("y")
-    axes[1, 0].plot(record.t, record.y - model, color="#D55E00", lw=0.9)
+    axes[1, 0].plot(record.t, record.y - model, color=look.DIFFERENCE, lw=0.9)
     axes[1, 0].set_ylabel("residual")
     axes[1, 0].set_xlabel("time [s]")
     return png(figure)

@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from .drawing import figure_of, png
+from .drawing import figure_of, look, png
 from .pipeline import TITLES
 
 # One look per step; the later, the thinner and the more broken, so that lines on top of each other stay visible.
-LOOKS = {"full": dict(color="#999999", lw=5.0, ls="-"), "reduced": dict(color="#56B4E9", lw=3.2, ls="-"),
-         "discrete": dict(color="#D55E00", lw=2.0, ls="-"), "f32": dict(color="#000000", lw=1.4, ls=(0, (6, 4))),
-         "q31": dict(color="#009E73", lw=1.4, ls=(4, (2, 8)))}
+LOOKS = {"full": dict(lw=5.0, ls="-"), "reduced": dict(lw=3.2, ls="-"), "discrete": dict(lw=2.0, ls="-"), "f32": dict(lw=1.4, ls=(0, (6, 4))),
+         "q31": dict(lw=1.4, ls=(4, (2, 8)))}
+LOOKS = {step: {"color": look.STAGES[step]} | more for step, more in LOOKS.items()}
+BELOW_NYQUIST = 0.98  # at Nyquist itself a zero at z = -1 is a vertical line to nothing, and its phase is that of rounding
 CAPTIONS = {
     "sensitivity": "S, T, KS and GS at each step, against the inverse weights, the wish (dotted): a curve above its dotted line breaks it. With gamma below 1 none does.",
     "friction": "A triangle with the paper's friction in the loop, played by tribo-sim with the f32 sections: the last period, with and without compensation.",
@@ -40,13 +41,13 @@ def _span(result):
 
 def _omega(loop, span):
     low, high = span
-    top = min(high, np.pi / loop.h) if loop.h is not None else high
+    top = min(high, BELOW_NYQUIST * np.pi / loop.h) if loop.h is not None else high
     extra = loop.omega[(loop.omega > low) & (loop.omega < top)]
     return np.unique(np.r_[np.geomspace(low, top, 800), extra])
 
 
 def _nyquist_line(axis, result):
-    axis.axvline(np.pi / result.design.sample_time_s, color="#666666", lw=0.8, ls="--")
+    axis.axvline(np.pi / result.design.sample_time_s, color=look.GUIDE, lw=0.8, ls="--")
 
 
 def _sensitivity(result):
@@ -62,7 +63,7 @@ def _sensitivity(result):
         function = result.stages[0].loop.weights.get(weight)
         if function is not None:
             omega = np.geomspace(*span, 800)
-            axis.loglog(omega, 1 / np.maximum(np.abs(function(1j * omega)), 1e-300), color="#CC79A7", lw=2, ls=":", label=f"1 / |{weight}|")
+            axis.loglog(omega, 1 / np.maximum(np.abs(function(1j * omega)), 1e-300), color=look.WISH, lw=2, ls=":", label=f"1 / |{weight}|")
             high = max(high, min(1 / np.abs(function(1j * omega)).min(), high * 10))
         axis.set_ylim(max(low / 2, high * 1e-7), high * 3)
         _nyquist_line(axis, result)
@@ -83,12 +84,12 @@ def _nyquist(result):
         near.plot(loop.real, loop.imag, label=TITLES[stage.step], **LOOKS[stage.step])
         whole.plot(squeezed.real, squeezed.imag, label=TITLES[stage.step], **LOOKS[stage.step])
     angle = np.linspace(0, 2 * np.pi, 200)
-    whole.plot(np.log(2) * np.cos(angle), np.log(2) * np.sin(angle), color="#666666", lw=0.8)
+    whole.plot(np.log(2) * np.cos(angle), np.log(2) * np.sin(angle), color=look.GUIDE, lw=0.8)
     whole.plot([-np.log(2)], [0], "r+", ms=12, mew=2)
     whole.set_title("whole, radius log(1 + |L|)")
-    near.plot(np.cos(angle), np.sin(angle), color="#666666", lw=0.8)
+    near.plot(np.cos(angle), np.sin(angle), color=look.GUIDE, lw=0.8)
     radius = 1 / result.stages[-1].metrics.max_s
-    near.plot(-1 + radius * np.cos(angle), radius * np.sin(angle), color="#CC79A7", lw=1.2, ls=":", label="max |S| circle, last step")
+    near.plot(-1 + radius * np.cos(angle), radius * np.sin(angle), color=look.WISH, lw=1.2, ls=":", label="max |S| circle, last step")
     near.plot([-1], [0], "r+", ms=12, mew=2)
     near.set_xlim(-2.2, 1.2)
     near.set_ylim(-1.7, 1.7)
@@ -132,7 +133,7 @@ def _step(result):
         time, _, y, u = stage.loop.responses(_duration(result))
         axes[0, 0].plot(time, y, label=TITLES[stage.step], **LOOKS[stage.step])
         axes[0, 1].plot(time, u, drawstyle="default" if stage.loop.h is None else "steps-post", **LOOKS[stage.step])
-    axes[0, 0].axhline(1, color="#666666", lw=0.8)
+    axes[0, 0].axhline(1, color=look.GUIDE, lw=0.8)
     for axis, name in zip(axes[0], ("force y [N]", "controller output u [N]")):
         axis.set_ylabel(name)
         axis.set_xlabel("time [s]")
@@ -148,12 +149,12 @@ def _ramp(result):
         time, r, y, _ = stage.loop.responses(duration, ramp.rate_n_per_s)
         axes[0, 0].plot(time, y, label=TITLES[stage.step], **LOOKS[stage.step])
         axes[0, 1].plot(time, r - y, **LOOKS[stage.step])
-    axes[0, 0].plot(time, r, color="#CC79A7", lw=1, ls=":", label="reference")
+    axes[0, 0].plot(time, r, color=look.WISH, lw=1, ls=":", label="reference")
     axes[0, 0].set_ylabel("force y [N]")
     axes[0, 1].set_ylabel("error r - y [N]")
     final = result.stages[-1].metrics.ramp_error_n
     if np.isfinite(final):
-        axes[0, 1].axhline(final, color="#666666", lw=0.8, ls="--")
+        axes[0, 1].axhline(final, color=look.GUIDE, lw=0.8, ls="--")
         axes[0, 1].set_title(f"dashed: the table's error after {ramp.duration_s:g} s, {final:.4g} N", fontsize=9)
     for axis in axes[0]:
         axis.set_xlabel("time [s]")
@@ -163,11 +164,11 @@ def _ramp(result):
 
 def _friction(result):
     figure, axes = figure_of(1, 2, (12, 4.6))
-    for (case, (time, r, force)), color in zip(result.traces.items(), ("#D55E00", "#009E73")):
+    for (case, (time, r, force)), color in zip(result.traces.items(), (look.WITHOUT, look.FEEDFORWARD)):
         label = f"{case} compensation"
         axes[0, 0].plot(time, force, color=color, lw=1.4, label=label)
         axes[0, 1].plot(time, r - force, color=color, lw=1.2, label=label)
-    axes[0, 0].plot(time, r, color="#666666", lw=1, ls=":", label="reference")
+    axes[0, 0].plot(time, r, color=look.GUIDE, lw=1, ls=":", label="reference")
     axes[0, 0].set_ylabel("force F [N]")
     axes[0, 1].set_ylabel("error r - F [N]")
     for axis in axes[0]:
@@ -182,7 +183,7 @@ def _sections(result):
     h = result.design.sample_time_s
     count = len(result.f32)
     figure, axes = figure_of(2, count + 1, (4.2 * (count + 1), 6.4))
-    omega = np.geomspace(max(_span(result)[0], 1e-6 / h), np.pi / h, 1200)
+    omega = np.geomspace(max(_span(result)[0], 1e-6 / h), BELOW_NYQUIST * np.pi / h, 1200)
     design = SampledSections(result.cascade.sections, h).section_responses(omega)
     coded = {"f32": SampledSections(result.f32, h).section_responses(omega), "q31": SampledSections(result.q31.values(), h).section_responses(omega)}
     for i in range(count + 1):
@@ -192,7 +193,7 @@ def _sections(result):
         for step in ("f32", "q31"):
             top.loglog(omega, np.abs(pick(coded[step])), label=TITLES[step], **LOOKS[step])
             difference = np.abs(pick(coded[step]) / pick(design) - 1)
-            bottom.loglog(omega, np.maximum(difference, 1e-17), label=TITLES[step], **(dict(color="#bbbbbb", lw=4) if step == "f32" else dict(color="#009E73", lw=1.4)))
+            bottom.loglog(omega, np.maximum(difference, 1e-17), label=TITLES[step], **(dict(color=look.shade(look.GUIDE, 1), lw=4) if step == "f32" else dict(color=look.STAGES["q31"], lw=1.4)))
         top.set_title("whole cascade" if i == count else f"section {i + 1}" + (" (input)" if i == 0 else " (output)" if i == count - 1 else ""))
         bottom.set_ylim(1e-13, 1e-4)
         bottom.set_xlabel("frequency [rad/s]")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from tribo_identify import accept
-from tribo_identify.report import figure_of, law_picture, page, picture, thin
+from tribo_identify.report import figure_of, law_picture, look, page, picture, thin
 
 
 def html(rig, lines, details, loop, lags, result, steps, slow, designed):
@@ -21,7 +21,7 @@ def _expected(loop):
     """Two periods of the task with and without compensation."""
     figure, axes = figure_of(2, 1, (12, 5))
     with tempfile.TemporaryDirectory() as name:
-        for case, colour, label in (("off", "#999999", "without compensation"), ("on", "#D55E00", "with it")):
+        for case, colour, label in (("off", look.WITHOUT, "without compensation"), ("on", look.FEEDFORWARD, "with it")):
             tree = accept.case_of(loop, case, loop["reference"]["low_N"], loop["reference"]["high_N"])
             t, r, _, y = accept.trace_of(tree, loop["sensor"]["noise_N"], Path(name))
             late = t >= t[-1] - 2 * accept.PERIOD_S
@@ -37,10 +37,10 @@ def _record(segment, model):
     figure, axes = figure_of(2, 1, (12, 5))
     n = min(len(model), len(segment.t))
     t, u, force, y = thin(segment.t[:n], segment.u[:n], segment.force[:n], np.asarray(model)[:n])
-    axes[0, 0].plot(t, u, color="#999999", lw=0.8, label="u")
-    axes[0, 0].plot(t, force, color="#56B4E9", lw=1.8, label="F")
-    axes[0, 0].plot(t, y, color="#000000", lw=0.9, ls="--", label="model")
-    axes[1, 0].plot(t, force - y, color="#D55E00", lw=0.8)
+    axes[0, 0].plot(t, u, color=look.colour("u_N"), lw=0.8, label="u")
+    axes[0, 0].plot(t, force, color=look.MEASURED, lw=1.8, label="F")
+    axes[0, 0].plot(t, y, color=look.MODEL, lw=0.9, ls="--", label="model")
+    axes[1, 0].plot(t, force - y, color=look.DIFFERENCE, lw=0.8)
     axes[0, 0].set(ylabel="u, F [N]")
     axes[1, 0].set(ylabel="F less model [N]", xlabel="time [s]")
     axes[0, 0].legend(loc="upper right", fontsize=8)
