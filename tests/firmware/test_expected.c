@@ -1,13 +1,15 @@
-// What u leads to without friction, against the same chain of equations integrated in double in steps of 1 us.
+// What u leads to without friction, against the same chain of equations integrated in double in small steps.
 
 #include "app/expected.h"
 #include "app/loop.h"
+#include "runs.h"
 #include "unity.h"
 
 #include <math.h>
 
 #define FULL_N 4.0f
-#define H_S    1e-6
+#define STEPS  RUNS(1000, 100) // of the rig in a tick
+#define H_S    (1e-3 / STEPS)
 
 static loop_setup_t     loop;
 static drive_config_t   config;
@@ -39,7 +41,7 @@ void tearDown(void)
 
 static void step_rig(double u_n)
 {
-    for (int i = 0; i < 1000; i++)
+    for (int i = 0; i < STEPS; i++)
     {
         const double force_n = 3.84 * rig.angle_deg;
         rig.drive_n += H_S * 200.0 * (u_n - rig.drive_n);

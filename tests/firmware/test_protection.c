@@ -3,6 +3,7 @@
 
 #include "app/crc32.h"
 #include "registers_host.h"
+#include "runs.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -696,7 +697,7 @@ static void go_on(client_t *client)
 static void test_no_sequence_of_one_client_talks_the_drive_out_of_its_protection(void)
 {
     const char         *asked  = getenv("TRIBO_WRITES");
-    const unsigned long writes = asked != NULL ? strtoul(asked, NULL, 10) : 20000u;
+    const unsigned long writes = asked != NULL ? strtoul(asked, NULL, 10) : RUNS(20000, 4000);
     client_t            client = {.writes = 0};
     random_state               = 20261122u;
     for (unsigned long round = 0; client.writes < writes; round++)
