@@ -1,0 +1,154 @@
+"""What tools/packages writes, as far as it can be built here: a package's manifest is read and its sources are compiled as it says."""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+VERSION = re.search(r'TRIBO_VERSION_STRING "(.*)"', (ROOT / "lib/include/tribo/status.h").read_text())[1]
+IN_LIB = {path.relative_to(ROOT / "lib").as_posix() for path in (ROOT / "lib").rglob("*.c")}
+M4F = ["-mthumb", "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]
+CALLER = """#include "tribo/feedforward_f32.h"
+#include "rig_1khz_f32.h"
+int main(void)
+{
+    static tribo_force_loop_f32_state_t loop;
+    tribo_force_loop_f32_reset(&loop);
+    return tribo_force_loop_f32_step(&rig_params, &loop, 0.5f, 0.5f, NULL) > 0.0f;
+}
+"""
+
+
+def run(*command, **options):
+    result = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600,
+                            check=False, **options)
+    assert result.returncode == 0, result.stdout
+    return result.stdout
+
+
+@pytest.fixture(scope="module", name="packages")
+def _packages(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("packages")
+    run(ROOT / "tools" / "packages", folder)
+    return folder
+
+
+def fused(objects):
+    """Instructions that fuse a product and a sum."""
+    return re.findall(r"\tvfn?m[as]\S*", run("arm-none-eabi-objdump", "-d", *objects))
+
+
+def test_all_sources_are_in_each_package(packages):
+    for kind, root in {"platformio": "", "arduino": "", "idf": "", "zephyr": "", "conan": "", "crates": "tribo-sys/lib"}.items():
+        folder = packages / kind / root
+        assert {path.relative_to(folder).as_posix() for path in folder.rglob("src/**/*.c")} == IN_LIB, kind
+        assert not [path for path in (packages / kind).rglob("*") if path.is_file() and re.search(r"@[A-Z]+@", path.read_text())]
+
+
+def test_platformio_compiles_as_its_manifest_says(packages, tmp_path):
+    folder = packages / "platformio"
+    manifest = json.loads((folder / "library.json").read_text())
+    assert (manifest["name"], manifest["version"]) == ("tribo", VERSION)
+    build = manifest["build"]
+    sources = sorted((folder / build["srcDir"]).rglob("*.c"))
+    assert (folder / build["includeDir"] / manifest["headers"]).exists()
+    (tmp_path / "main.c").write_text(CALLER)
+    run("gcc", "-std=gnu11", *build["flags"], f"-I{folder / build['includeDir']}", f"-I{ROOT / 'examples' / 'rig'}", tmp_path / "main.c", *sources,
+        "-o", tmp_path / "program")
+    run(tmp_path / "program")
+
+
+@pytest.mark.skipif(not shutil.which("arm-none-eabi-g++"), reason="no cross-compiler: in the tree of the Cortex-M4F")
+def test_arduino_compiles_as_its_builder_does(packages, tmp_path):
+    folder = packages / "arduino"
+    properties = dict(line.split("=", 1) for line in (folder / "library.properties").read_text().splitlines())
+    assert (properties["name"], properties["version"]) == ("tribo", VERSION)
+    assert {"author", "maintainer", "sentence", "paragraph", "category", "url", "architectures"} <= set(properties)
+    flags = [*M4F, "-O2", f"-I{folder / 'src'}"]
+    for source in (folder / "src").rglob("*.c"):
+        run("arm-none-eabi-gcc", "-std=gnu11", *flags, "-c", source, "-o", tmp_path / f"{source.stem}.o")
+    assert not fused(tmp_path.glob("*.o"))
+    sketch = CALLER.replace('"tribo/feedforward_f32.h"', f"<{properties['includes']}>")
+    (tmp_path / "sketch.ino.cpp").write_text(sketch)
+    run("arm-none-eabi-g++", "-std=gnu++14", *flags, f"-I{ROOT / 'examples' / 'rig'}", "-c", tmp_path / "sketch.ino.cpp", "-o",
+        tmp_path / "sketch.o")
+
+
+STUBS = {
+    "idf": """
+function(idf_component_register)
+  cmake_parse_arguments(arg "" "" "SRCS;INCLUDE_DIRS" ${ARGN})
+  add_library(tribo STATIC ${arg_SRCS})
+  target_include_directories(tribo PUBLIC ${arg_INCLUDE_DIRS})
+  set(COMPONENT_LIB tribo PARENT_SCOPE)
+endfunction()
+add_subdirectory(${PACKAGE} component)
+""",
+    "zephyr": """
+set(CONFIG_TRIBO y)
+add_library(zephyr_interface INTERFACE)
+function(zephyr_include_directories)
+  target_include_directories(zephyr_interface INTERFACE ${ARGN})
+endfunction()
+function(zephyr_library_named name)
+  add_library(${name} STATIC)
+  target_link_libraries(${name} PUBLIC zephyr_interface)
+endfunction()
+function(zephyr_library_sources)
+  target_sources(tribo PRIVATE ${ARGN})
+endfunction()
+function(zephyr_library_compile_options)
+  target_compile_options(tribo PRIVATE ${ARGN})
+endfunction()
+add_subdirectory(${PACKAGE}/zephyr component)
+""",
+    "conan": "add_subdirectory(${PACKAGE} component)\n",
+}
+
+
+@pytest.mark.parametrize("kind", sorted(STUBS))
+def test_cmake_of_a_package_builds(kind, packages, tmp_path):
+    (tmp_path / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.20)\nproject(user C)\n" + STUBS[kind] +
+                                             "add_executable(program main.c)\ntarget_link_libraries(program PRIVATE tribo)\n"
+                                             f"target_include_directories(program PRIVATE {ROOT / 'examples' / 'rig'})\n")
+    (tmp_path / "main.c").write_text(CALLER)
+    run("cmake", "-S", tmp_path, "-B", tmp_path / "build", f"-DPACKAGE={packages / kind}", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON")
+    commands = json.loads((tmp_path / "build" / "compile_commands.json").read_text())
+    assert all("-ffp-contract=off" in row["command"] for row in commands if "/src/" in row["file"])
+    run("cmake", "--build", tmp_path / "build")
+    run(tmp_path / "build" / "program")
+
+
+def test_manifests_of_idf_and_conan(packages):
+    assert f'version: "{VERSION}"' in (packages / "idf" / "idf_component.yml").read_text()
+    recipe = (packages / "conan" / "conanfile.py").read_text()
+    compile(recipe, "conanfile.py", "exec")
+    assert f'version = "{VERSION}"' in recipe
+
+
+def test_zephyrs_kconfig_has_its_symbol(packages):
+    kconfiglib = pytest.importorskip("kconfiglib")
+    symbol = kconfiglib.Kconfig(packages / "zephyr" / "zephyr" / "Kconfig").syms["TRIBO"]
+    assert symbol.orig_type == kconfiglib.BOOL
+    assert symbol.str_value == "n"
+
+
+@pytest.mark.skipif(not shutil.which("cargo"), reason="no cargo: tools/setup all")
+def test_crates_pass_their_tests(packages, tmp_path):
+    run("cargo", "test", "--offline", cwd=packages / "crates", env={**os.environ, "CARGO_TARGET_DIR": str(tmp_path)})
+
+
+@pytest.mark.skipif(not shutil.which("rustc"), reason="no rustc: tools/setup all")
+def test_crates_build_for_the_cortex_m4f(packages, tmp_path):
+    target = "thumbv7em-none-eabihf"
+    if not pathlib.Path(run("rustc", "--print", "target-libdir", "--target", target).strip()).exists():
+        pytest.skip(f"rustc has no {target}: rustup target add {target}")
+    run("cargo", "build", "--offline", "--release", "--target", target, cwd=packages / "crates",
+        env={**os.environ, "CARGO_TARGET_DIR": str(tmp_path)})
+    assert list(tmp_path.rglob("libtribo-*.rlib"))
+

@@ -1,0 +1,57 @@
+//! Force control that compensates friction: the feed-forward with the guard, for the rig of `TRIBO_RIG` (see tribo-sys).
+//!
+//! ```
+//! let mut axis = tribo::ForceLoop::new();
+//! let u = axis.step(0.5, 0.48); // a reference and a reading in N, once in `axis.period_s()`
+//! assert!(u.is_finite());
+//! ```
+#![no_std]
+
+use tribo_sys::Axis;
+
+/// One axis. `step` is the same C as in a drive; an axis may be moved, and sent to another thread.
+pub struct ForceLoop(Axis);
+
+/// Why the guard fades friction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Guard {
+    /// It does not.
+    None,
+    /// Friction reversed quickly and drove y against r.
+    Hunting,
+    /// The force broke away again and again with an error of the wrong sign.
+    Overshoot,
+}
+
+impl ForceLoop {
+    /// At rest, nothing learned.
+    pub fn new() -> Self {
+        let mut axis = Axis([0; 1024]);
+        unsafe { tribo_sys::tribo_axis_start(&mut axis) };
+        ForceLoop(axis)
+    }
+
+    /// The time between two steps that the rig was made for.
+    pub fn period_s(&self) -> f32 {
+        unsafe { tribo_sys::tribo_axis_period_s }
+    }
+
+    /// u in N for the reference and the reading. Finite and within its limits whatever they are; NaN: there was no reading.
+    pub fn step(&mut self, r: f32, y: f32) -> f32 {
+        unsafe { tribo_sys::tribo_axis_step(&mut self.0, r, y) }
+    }
+
+    pub fn guard(&self) -> Guard {
+        match unsafe { tribo_sys::tribo_axis_guard(&self.0) } {
+            0 => Guard::None,
+            1 => Guard::Hunting,
+            _ => Guard::Overshoot,
+        }
+    }
+}
+
+impl Default for ForceLoop {
+    fn default() -> Self {
+        Self::new()
+    }
+}
