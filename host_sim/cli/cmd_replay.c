@@ -262,7 +262,7 @@ static void replay_row(replay_t *replay, const sim_log_t *log, size_t row, FILE 
     tribo_compensator_f32_signals_t f32       = {.force_n = 0.0f};
     tribo_compensator_f32_signals_t q31       = {.force_n = 0.0f};
     // 15 digits reproduce a time stamp as written, whatever its origin.
-    (void)fprintf(file, "%.15g,%.9g,", log->values[SIM_LOG_T][row], u);
+    (void)fprintf(file, "%.15g,%.9g", log->values[SIM_LOG_T][row], u);
     if (replay->options->f32)
     {
         f32 = step_f32(replay, u, F);
@@ -271,7 +271,6 @@ static void replay_row(replay_t *replay, const sim_log_t *log, size_t row, FILE 
     if (replay->options->q31)
     {
         q31 = step_q31(replay, u, replay->options->measured ? F : 0.0);
-        (void)fputs(replay->options->f32 ? "," : "", file);
         sim_trace_write_compensator(file, &q31);
     }
     if (replay->options->f32 && replay->options->q31)
@@ -311,7 +310,7 @@ static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
     replay->activity          = (sim_activity_t){.move_n = SIM_ACTIVITY_MOVE * replay->options->full_scale_n};
     replay->activity_q31      = replay->activity;
     (void)fprintf(file,
-                  "t_s,u_N,%s%s%s\n",
+                  "t_s,u_N%s%s%s\n",
                   SIM_TRACE_COMPENSATOR,
                   both ? q31_columns : "",
                   log->values[SIM_LOG_F] != NULL ? ",F_N,residual_N" : "");

@@ -3,7 +3,7 @@
 #ifndef SIM_TRACE_H
 #define SIM_TRACE_H
 
-#include "scenario/runner.h"
+#include "scenario/columns.h"
 
 #include <stdio.h>
 
@@ -11,8 +11,11 @@
 void sim_trace_write_header(FILE *file, bool learns);
 void sim_trace_write_row(FILE *file, const sim_row_t *row);
 
-#define SIM_TRACE_COMPENSATOR "F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N"
+/// ",F_hat_N,n_N" and so on.
+#define SIM_TRACE_NAME(name, value) "," #name
+#define SIM_TRACE_COMPENSATOR       SIM_COMPENSATOR_COLUMNS(SIM_TRACE_NAME, SIM_TRACE_NAME)
 
+/// Likewise, each value behind a comma.
 void sim_trace_write_compensator(FILE *file, const tribo_compensator_f32_signals_t *signals);
 
 #endif
