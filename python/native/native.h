@@ -1,0 +1,114 @@
+/// What the Python package calls of library and simulator. build.py gives these declarations to cffi as they are.
+
+#ifndef NATIVE_H
+#define NATIVE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/// A refusal. `status` is the library's tribo_status_t, 0 if the words are the simulator's; `key` is the scenario's, "" if unknown.
+typedef struct
+{
+    int  status;
+    char key[128];
+    char text[4096];
+} native_error_t;
+
+/// A row of tribo/parameters.h with its key in a scenario.
+typedef struct
+{
+    const char *symbol, *key, *unit, *condition, *text;
+    double      low, high, standard;
+} native_parameter_t;
+
+unsigned           native_parameter_count(void);
+native_parameter_t native_parameter(unsigned index);
+const char        *native_status_symbol(int status);
+const char        *native_version(void);
+
+// --- scenarios -----------------------------------------------------------------------------------------------------
+
+typedef struct native_scenario native_scenario_t;
+
+/// Of a file, or all defaults if `path` is null. Null if there is no memory or the file is refused.
+native_scenario_t *native_scenario_open(const char *path, native_error_t *error);
+void               native_scenario_close(native_scenario_t *scenario);
+
+/// Takes "key=value". After a refusal the scenario is only to be closed.
+bool native_scenario_set(native_scenario_t *scenario, const char *assignment, native_error_t *error);
+bool native_scenario_has(const native_scenario_t *scenario, const char *key);
+
+/// The library's parameters of its loop, in double, without a check; false if `key` is none of them.
+bool native_scenario_put(native_scenario_t *scenario, const char *key, double value);
+
+/// Every key that a scenario may have: `index` from 0; null behind the last.
+const char *native_key(unsigned index);
+
+/// Of a scenario to be played: checks the whole.
+bool     native_scenario_check(native_scenario_t *scenario, native_error_t *error);
+size_t   native_scenario_ticks(const native_scenario_t *scenario);
+unsigned native_scenario_columns(const native_scenario_t *scenario);
+
+const char *native_column_name(unsigned column);
+bool        native_column_is_flag(unsigned column);
+
+/// Plays a checked scenario. `trace` takes its columns one after the other, each of as many doubles as there are ticks;
+/// `trace_q31` likewise of a second loop in Q31, null: there is none. Returns the summary as JSON, for native_free.
+char *native_run(const native_scenario_t *scenario, bool q31, double *trace, double *trace_q31, native_error_t *error);
+void  native_free(char *text);
+
+// --- parts of a loop, stepped alone --------------------------------------------------------------------------------
+
+typedef struct native_part native_part_t;
+
+/// `kind` by its name: loop, friction, lugre, compensator, guard, feedforward. Null if it is refused.
+native_part_t *native_part_new(const char *kind, const native_scenario_t *scenario, bool q31, native_error_t *error);
+void           native_part_delete(native_part_t *part);
+void           native_part_reset(native_part_t *part);
+
+/// What goes into a tick and what comes out, by names; null behind the last.
+const char *native_part_input(const native_part_t *part, unsigned index);
+const char *native_part_output(const native_part_t *part, unsigned index);
+
+/// One tick; as many inputs count as the part has. Returns the first output.
+double native_part_step(native_part_t *part, double a, double b, double c, double d);
+
+/// Outputs of the last tick; of a loop they are kept from here on.
+double native_part_seen(native_part_t *part, unsigned index);
+
+/// `count` ticks. An array for each input; for each output an array, or null: it is not wanted.
+void native_part_play(native_part_t *part, const double *const *inputs, size_t count, double *const *outputs);
+
+/// Of a feed-forward, the two halves of a tick: the error for a controller, and u once its output v is known.
+double native_feedforward_error(native_part_t *part, double r_n, double y_n);
+double native_feedforward_command(native_part_t *part, double v_n);
+
+/// Of a loop or feed-forward at an end-point force, L+ and L-: breakaway, relative variance, travel, whether at a bound and whether it
+/// stays there; then whether friction harms, and how often the memory was corrupt. False: it does not learn.
+bool native_part_learned(const native_part_t *part, double force_n, double values[12]);
+
+const char *native_part_guard_cause(const native_part_t *part);
+void        native_part_restore(native_part_t *part);
+unsigned    native_part_limited_ticks(const native_part_t *part);
+unsigned    native_part_bad_inputs(const native_part_t *part);
+
+// --- for tribo-design ----------------------------------------------------------------------------------------------
+
+/// What tribo_controller_q31_init makes of float32 sections of five numbers each. `numbers`: eight of each section made, two at
+/// least, then input and output scale, anti-windup, its shift, taken_max, u_min, u_max. `peaks`: of each section made. Returns how
+/// many were made, 0 if the sections are refused.
+unsigned native_quantise(const float    *sections,
+                         unsigned        count,
+                         float           full_scale_n,
+                         float           u_min_n,
+                         float           u_max_n,
+                         long long       numbers[39],
+                         float           peaks[4],
+                         double         *conditioning,
+                         native_error_t *error);
+
+/// Feed-forward and guard that the library's rule makes of a rig: offset and slope in both directions, I, b, K, poles of actuator
+/// and sensor, input_max, noise and sample time. `tuned`: six of the feed-forward, four of the guard.
+bool native_tune(const float rig[12], float tuned[10], native_error_t *error);
+
+#endif

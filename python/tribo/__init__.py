@@ -1,0 +1,35 @@
+"""tribo: force control for drives that know their own friction, from Python.
+
+All of it is the project's own C: runs are the simulator's, and have the same bits as `tribo-sim run`.
+
+>>> import tribo
+>>> run = tribo.run("triangle", gain=0.9, method="paper")
+>>> len(run.t_s), float(run.r_N.max())
+(60000, 0.6)
+>>> run.summary.rms_error_N < 0.002
+True
+
+Parts of a loop are stepped alone, tick by tick or over arrays.
+
+>>> loop = tribo.Loop()
+>>> u_N = loop.step(0.5, 0.0)
+>>> u_N == loop.signals["u_N"]
+True
+
+What the library refuses is an exception that names the key.
+
+>>> tribo.Friction(k_min=0.5)
+Traceback (most recent call last):
+    ...
+tribo.StatusError: compensator.friction.k_min: friction k_min: 1.01 to 1000; at most k_max
+"""
+
+from ._core import PARAMETERS, Parameter, ScenarioError, StatusError, __version__, scenarios
+from ._parts import Compensator, FeedForward, Friction, Guard, Loop, LuGre
+from ._run import Difference, Learned, Run, Summary, run
+
+__all__ = ["PARAMETERS", "Compensator", "Difference", "FeedForward", "Friction", "Guard", "Learned", "Loop", "LuGre", "Parameter", "Run", "ScenarioError", "StatusError",
+           "Summary", "__version__", "run", "scenarios"]
+
+for _public in (Compensator, Difference, FeedForward, Friction, Guard, Learned, Loop, LuGre, Parameter, Run, ScenarioError, StatusError, Summary, run, scenarios):
+    _public.__module__ = "tribo"

@@ -1,0 +1,169 @@
+"""Scenarios, their keys and their refusals."""
+
+from __future__ import annotations
+
+import json
+import numbers
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeAlias, cast
+
+from ._native import ffi, lib
+
+Arithmetic: TypeAlias = Literal["f32", "q31"]
+Value: TypeAlias = float | bool | str | Sequence[Mapping[str, float]]
+Keys: TypeAlias = Mapping[str, Value]
+
+# A wheel's own; else those of the sources, in place.
+FOLDER = next(folder for folder in (Path(__file__).with_name("scenarios"), Path(__file__).resolve().parents[2] / "host_sim" / "scenarios") if folder.exists())
+
+
+def text(pointer: Any) -> str:
+    return bytes(ffi.string(pointer)).decode()
+
+
+__version__ = text(lib.native_version())
+
+
+class ScenarioError(ValueError):
+    """A scenario that the simulator refuses; `field` is the key that it is about, or None."""
+
+    def __init__(self, message: str, field: str | None = None) -> None:
+        super().__init__(message)
+        self.field = field
+
+
+class StatusError(ScenarioError):
+    """A status of the library: `status` is its name without TRIBO_ERR_, `field` the key in a scenario, `text` the library's words.
+
+    >>> try:
+    ...     Friction(k_min=8, k_max=7)
+    ... except StatusError as error:
+    ...     error.status, error.field
+    ('K_MIN', 'compensator.friction.k_min')
+    """
+
+    def __init__(self, status: str, field: str, words: str) -> None:
+        super().__init__(f"{field}: {words}" if field else words, field)
+        self.status = status
+        self.text = words
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of the library, by its key in a scenario."""
+
+    key: str
+    unit: str
+    low: float
+    high: float
+    default: float
+    condition: str
+    text: str
+
+
+def _parameters() -> dict[str, Parameter]:
+    rows = [lib.native_parameter(i) for i in range(lib.native_parameter_count())]
+    return {text(row.key): Parameter(text(row.key), text(row.unit), row.low, row.high, row.standard, text(row.condition), text(row.text)) for row in rows}
+
+
+def _keys() -> list[str]:
+    found: list[str] = []
+    while (key := lib.native_key(len(found))) != ffi.NULL:
+        found.append(text(key))
+    return found
+
+
+PARAMETERS: dict[str, Parameter] = _parameters()
+KEYS = frozenset(_keys())
+
+
+def raised(error: Any) -> ScenarioError:
+    """What a native_error_t says, as an exception."""
+    key, words = text(error.key), text(error.text)
+    if error.status:
+        return StatusError(text(lib.native_status_symbol(error.status)), key, words)
+    return ScenarioError(words.replace("--set ", ""), key or None)
+
+
+def new_error() -> Any:
+    return ffi.new("native_error_t *")
+
+
+def full_key(name: str, groups: Sequence[str] = ()) -> str:
+    """The key that a keyword means: in one of the groups, or the only one that ends with it."""
+    for key in (name, *(group + name for group in groups)):
+        if key in KEYS or "." in name:
+            return key
+    found = sorted(key for key in KEYS if key.endswith(f".{name}"))
+    if len(found) > 1:
+        raise ScenarioError(f"{name}: several keys end so, give one of them in a dict: {', '.join(found)}", name)
+    return found[0] if found else name
+
+
+def all_keys(keys: Keys | None, keywords: Keys, groups: Sequence[str] = ()) -> dict[str, Value]:
+    return {full_key(name, groups): value for name, value in {**(keys or {}), **keywords}.items()}
+
+
+def _yaml(value: Value) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
+    if isinstance(value, numbers.Integral):
+        return str(int(value))
+    if isinstance(value, numbers.Real):
+        return repr(float(value))
+    elements = cast(Sequence[Mapping[str, float]], value)
+    return json.dumps([{key: float(number) for key, number in element.items()} for element in elements])
+
+
+def scenarios() -> list[str]:
+    """The scenarios that go by their name.
+
+    >>> "triangle" in scenarios()
+    True
+    """
+    return sorted(path.stem for path in _folder().glob("*.yaml"))
+
+
+def _folder() -> Path:
+    return Path(os.environ.get("TRIBO_SCENARIOS") or FOLDER)
+
+
+def _path(scenario: str | os.PathLike[str]) -> Path:
+    path = Path(scenario)
+    if not path.exists() and path.name == os.fspath(scenario):
+        path = next((found for ending in ("", ".yaml") if (found := _folder() / (path.name + ending)).exists()), path)
+    if not path.exists():
+        raise ScenarioError(f"{path}: there is no such file, nor such a scenario in {_folder()}")
+    return path
+
+
+class Scenario:
+    """A scenario under construction."""
+
+    def __init__(self, scenario: str | os.PathLike[str] | None) -> None:
+        error = new_error()
+        path = ffi.NULL if scenario is None else os.fsencode(_path(scenario))
+        handle = lib.native_scenario_open(path, error)
+        if handle == ffi.NULL:
+            raise raised(error)
+        self.handle = ffi.gc(handle, lib.native_scenario_close)
+
+    def set(self, key: str, value: Value) -> None:
+        """As --set does."""
+        error = new_error()
+        assignment = f"{key}={_yaml(value)}"
+        if not lib.native_scenario_set(self.handle, assignment.encode(), error):
+            refused = raised(error)
+            raise ScenarioError(str(refused).removeprefix(f"{assignment}: "), refused.field)
+
+    def put(self, keys: Mapping[str, Value]) -> None:
+        """Without a check of the library's own parameters, as the library does it."""
+        for key, value in keys.items():
+            is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
+            if not (is_number and lib.native_scenario_put(self.handle, key.encode(), value)):
+                self.set(key, value)

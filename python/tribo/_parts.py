@@ -1,0 +1,229 @@
+"""Parts of a loop, stepped alone."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ._core import Arithmetic, Keys, Scenario, Value, all_keys, new_error, raised, text
+from ._native import ffi, lib
+from ._run import Learned, learned
+
+Floats = npt.NDArray[np.float64]
+_FRICTION = ("compensator.friction.", "compensator.friction.breakaway.", "compensator.arm.")
+_STEP = lib.native_part_step
+
+
+class Part:
+    """A part of the loop of a scenario (its name, its path, or None: the defaults), in one arithmetic. Keys as in tribo.run; the library itself
+    checks its parameters."""
+
+    _kind: ClassVar[str]
+    _groups: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, scenario: str | os.PathLike[str] | None = None, keys: Keys | None = None, /, *, arith: Arithmetic = "f32", **keywords: Value) -> None:
+        if arith not in ("f32", "q31"):
+            raise ValueError(f"arith={arith!r}: there are f32 and q31")
+        made = Scenario(scenario)
+        made.put(all_keys(keys, keywords, self._groups))
+        error = new_error()
+        part = lib.native_part_new(self._kind.encode(), made.handle, arith == "q31", error)
+        if part == ffi.NULL:
+            raise raised(error)
+        self._part = ffi.gc(part, lib.native_part_delete)
+        self.arith = arith
+        self.inputs = self._names(lib.native_part_input)
+        self.outputs = self._names(lib.native_part_output)
+
+    def _names(self, get: Any) -> tuple[str, ...]:
+        names: list[str] = []
+        while (name := get(self._part, len(names))) != ffi.NULL:
+            names.append(text(name))
+        return tuple(names)
+
+    def reset(self) -> None:
+        """At rest, nothing learned."""
+        lib.native_part_reset(self._part)
+
+    @property
+    def signals(self) -> dict[str, float]:
+        """Every output of the last step."""
+        return {name: lib.native_part_seen(self._part, i) for i, name in enumerate(self.outputs)}
+
+    def _play(self, inputs: tuple[npt.ArrayLike, ...], wanted: int) -> list[Floats]:
+        given = [np.ascontiguousarray(x, np.float64) for x in np.broadcast_arrays(*(np.atleast_1d(np.asarray(x, np.float64)) for x in inputs))]
+        if given[0].ndim != 1:
+            raise ValueError("an input is a number or an array of one dimension")
+        made = [np.empty(len(given[0])) for _ in range(wanted)]
+        ins = ffi.new("double *[]", [ffi.from_buffer("double *", x) for x in given])
+        outs = ffi.new("double *[]", [ffi.from_buffer("double *", x, require_writable=True) for x in made] + [ffi.NULL] * (len(self.outputs) - wanted))
+        lib.native_part_play(self._part, ffi.cast("double const * const *", ins), len(given[0]), outs)
+        return made
+
+    def _record(self, *inputs: npt.ArrayLike) -> dict[str, Floats]:
+        return dict(zip(self.outputs, self._play(inputs, len(self.outputs))))
+
+
+class _Latches(Part):
+    def restore(self) -> None:
+        """Unlatches what guard and feed-forward have latched; learned values stay."""
+        lib.native_part_restore(self._part)
+
+
+class _Learns(_Latches):
+    def learned(self, F_N: float = 0.0) -> Learned | None:
+        """Breakaway at an end-point force, as learned so far; None if nothing learns."""
+        values = ffi.new("double[12]")
+        if not lib.native_part_learned(self._part, F_N, values):
+            return None
+        names = ("breakaway_N", "relative_variance", "travel_N", "at_bound", "stays_at_bound")
+        ways = [dict(zip(names, [*values[i : i + 3], values[i + 3] != 0, values[i + 4] != 0])) for i in (0, 5)]
+        return learned({"positive": ways[0], "negative": ways[1], "harms": values[10] != 0, "forgotten": values[11]})
+
+
+class Loop(_Learns):
+    """The whole force loop: controller, compensation by `method`, guard.
+
+    >>> loop = Loop("triangle", arith="q31")
+    >>> seen = loop.record([0.4, 0.41], [0.4, 0.4])
+    >>> bool(seen["u_N"][1] == loop.signals["u_N"])
+    True
+    """
+
+    _kind = "loop"
+    _groups = ("limits.",)
+
+    def step(self, r_N: float, y_N: float) -> float:
+        """One tick: reference and measured force give the command u in N."""
+        return _STEP(self._part, r_N, y_N, 0.0, 0.0)  # type: ignore[no-any-return]
+
+    def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> Floats:
+        """A tick for each element: u."""
+        return self._play((r_N, y_N), 1)[0]
+
+    def record(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> dict[str, Floats]:
+        """Likewise, every output."""
+        return self._record(r_N, y_N)
+
+    @property
+    def guard_cause(self) -> str | None:
+        """Why the guard has faded friction: none, hunting or overshoot; None without a guard."""
+        cause = lib.native_part_guard_cause(self._part)
+        return None if cause == ffi.NULL else text(cause)
+
+    @property
+    def limited_ticks(self) -> int:
+        return int(lib.native_part_limited_ticks(self._part))
+
+    @property
+    def bad_inputs(self) -> int:
+        return int(lib.native_part_bad_inputs(self._part))
+
+
+class Friction(Part):
+    """The paper's friction of a hub, Eqs. (3) to (9): f of the command u and the end-point force F.
+
+    >>> hub = Friction(offset_N=0.01, slope=0)
+    >>> hub.steps([0.001, 0.004, 1.0], 0.0).round(6).tolist()
+    [0.001, 0.004, 0.01]
+    """
+
+    _kind = "friction"
+    _groups = _FRICTION
+
+    def step(self, u_N: float, F_N: float) -> float:
+        return _STEP(self._part, u_N, F_N, 0.0, 0.0)  # type: ignore[no-any-return]
+
+    def steps(self, u_N: npt.ArrayLike, F_N: npt.ArrayLike) -> Floats:
+        return self._play((u_N, F_N), 1)[0]
+
+    def record(self, u_N: npt.ArrayLike, F_N: npt.ArrayLike) -> dict[str, Floats]:
+        return self._record(u_N, F_N)
+
+
+class LuGre(Friction):
+    """LuGre friction with the same breakaway: f of u and F.
+
+    >>> LuGre().step(0.001, 0.0) > 0
+    True
+    """
+
+    _kind = "lugre"
+    _groups = ("compensator.lugre.", "compensator.friction.", "compensator.friction.breakaway.")
+
+
+class Compensator(Part):
+    """The paper's estimate of friction from u alone: friction and a model of the arm.
+
+    >>> Compensator().record(0.01)["F_hat_N"]
+    array([0.])
+    """
+
+    _kind = "compensator"
+    _groups = _FRICTION
+
+    def step(self, u_N: float) -> float:
+        return _STEP(self._part, u_N, 0.0, 0.0, 0.0)  # type: ignore[no-any-return]
+
+    def steps(self, u_N: npt.ArrayLike) -> Floats:
+        return self._play((u_N,), 1)[0]
+
+    def record(self, u_N: npt.ArrayLike) -> dict[str, Floats]:
+        return self._record(u_N)
+
+
+class Guard(_Latches):
+    """The guard against over-compensation: reference, reading and the friction in u give the factor on friction.
+
+    >>> guard = Guard(fade_time_s=0.1)
+    >>> guard.step(0.5, 0.5, 0.0), guard.cause
+    (1.0, 'none')
+    """
+
+    _kind = "guard"
+    _groups = ("compensator.guard.",)
+
+    def step(self, r_N: float, y_N: float, friction_N: float, good: bool = True) -> float:
+        """`good`: r and y are credible."""
+        return _STEP(self._part, r_N, y_N, friction_N, good)  # type: ignore[no-any-return]
+
+    def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike, friction_N: npt.ArrayLike, good: npt.ArrayLike = True) -> Floats:
+        return self._play((r_N, y_N, friction_N, good), 1)[0]
+
+    @property
+    def cause(self) -> str:
+        """none, hunting or overshoot; latched until restore()."""
+        return text(lib.native_part_guard_cause(self._part))
+
+
+class FeedForward(_Learns):
+    """The feed-forward around a controller of your own: in each tick `v = K(fed.error(r, y))`, then `u = fed.command(v)`.
+
+    >>> fed = FeedForward(actuator_pole_rad_per_s=150)
+    >>> error_N = fed.error(0.5, 0.4)
+    >>> u_N = fed.command(2.0 * error_N)
+    >>> fed.signals["e_N"] == error_N
+    True
+    """
+
+    _kind = "feedforward"
+    _groups = ("compensator.feedforward.", *_FRICTION, "limits.")
+
+    def error(self, r_N: float, y_N: float) -> float:
+        """The error for the controller."""
+        return lib.native_feedforward_error(self._part, r_N, y_N)  # type: ignore[no-any-return]
+
+    def command(self, v_N: float) -> float:
+        """u from the controller's output, and the end of the tick."""
+        return lib.native_feedforward_command(self._part, v_N)  # type: ignore[no-any-return]
+
+    def record(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike, controller_N: npt.ArrayLike) -> dict[str, Floats]:
+        """A tick for each element, with the controller's output as it was recorded."""
+        return self._record(r_N, y_N, controller_N)
+
+    def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike, controller_N: npt.ArrayLike) -> Floats:
+        """Likewise, u alone."""
+        return self._play((r_N, y_N, controller_N), 1)[0]

@@ -1,0 +1,159 @@
+"""Runs of the simulator."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ._core import Keys, Scenario, Value, all_keys, new_error, raised, text
+from ._native import ffi, lib
+
+Array = npt.NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Way:
+    """What was learned of breakaway in one direction."""
+
+    breakaway_N: float
+    relative_variance: float
+    travel_N: float
+    at_bound: bool
+    stays_at_bound: bool
+
+
+@dataclass(frozen=True)
+class Learned:
+    """What a feed-forward has learned: breakaway in both directions, whether friction harms and has faded, and how often its memory was corrupt."""
+
+    positive: Way
+    negative: Way
+    harms: bool
+    forgotten: int
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Of two loops over the metrics window: Q31 minus f32."""
+
+    max_u_N: float
+    rms_u_N: float
+    max_F_N: float
+    rms_F_N: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a run amounts to, the keys of summary.json. Errors, variation, chatter and switches are over the metrics window."""
+
+    rms_error_N: float
+    max_error_N: float
+    rms_measured_error_N: float
+    u_variation_N: float
+    variation_ratio: float | None
+    chatter_ticks: int
+    Q_switches: int
+    limited_ticks: int
+    bad_inputs: int
+    ticks: int | None = None
+    simulated_s: float | None = None
+    wall_s: float | None = None
+    real_time_factor: float | None = None
+    guard: str | None = None
+    learned: Learned | None = None
+    q31: Summary | None = None
+    difference: Difference | None = None
+
+
+_WHOLE = {field.name for field in fields(Summary) if str(field.type).startswith("int")}
+
+
+def _summary(tree: dict[str, Any]) -> Summary:
+    tree = {key: int(value) if key in _WHOLE else value for key, value in tree.items()}
+    if "learned" in tree:
+        tree["learned"] = learned(tree["learned"])
+    if "q31" in tree:
+        tree |= {"q31": _summary(tree["q31"]), "difference": Difference(**tree["difference"])}
+    return Summary(**tree)
+
+
+def learned(tree: dict[str, Any]) -> Learned:
+    return Learned(Way(**tree["positive"]), Way(**tree["negative"]), tree["harms"], int(tree["forgotten"]))
+
+
+class Run(Mapping[str, Array]):
+    """A run's trace: the columns of trace.csv as numpy arrays, by name (`run["r_N"]`) or as attributes (`run.r_N`). `summary` is what it
+    amounts to; `q31` the trace of the second loop of a run in both arithmetics, else None."""
+
+    summary: Summary
+    q31: Run | None
+
+    def __init__(self, columns: dict[str, Array], summary: Summary, q31: Run | None = None) -> None:
+        self._columns = columns
+        self.summary = summary
+        self.q31 = q31
+
+    def __getitem__(self, name: str) -> Array:
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __getattr__(self, name: str) -> Array:
+        try:
+            return self.__dict__["_columns"][name]  # type: ignore[no-any-return]
+        except KeyError:
+            raise AttributeError(f"a run has no {name}; its columns are {', '.join(self.__dict__.get('_columns', ()))}") from None
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._columns]
+
+    def __repr__(self) -> str:
+        return f"<tribo.Run of {len(self['t_s'])} ticks, RMS error {self.summary.rms_error_N:.6f} N>"
+
+
+def _columns(trace: Array) -> dict[str, Array]:
+    return {text(lib.native_column_name(i)): trace[i] != 0 if lib.native_column_is_flag(i) else trace[i] for i in range(len(trace))}
+
+
+def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *, arith: Literal["f32", "q31", "both"] = "f32", **keywords: Value) -> Run:
+    """Plays a scenario as `tribo-sim run` does: a path, the name of one in the scenarios folder, or None for the defaults.
+
+    `keys` are those of a scenario, by their dotted names; a keyword is a key that no other one ends with.
+
+    >>> short = run("triangle", {"metrics.start_s": 0, "plant.friction.k_min": 5}, duration_s=2, arith="both")
+    >>> short.summary.ticks, len(short.q31.u_N), bool(short.limited.any())
+    (2000, 2000, False)
+    >>> run("triangle", start_s=0)
+    Traceback (most recent call last):
+        ...
+    tribo.ScenarioError: start_s: several keys end so, give one of them in a dict: metrics.start_s, reference.start_s
+    """
+    if arith not in ("f32", "q31", "both"):
+        raise ValueError(f"arith={arith!r}: there are f32, q31 and both")
+    made = Scenario(scenario)
+    for key, value in all_keys(keys, keywords).items():
+        made.set(key, value)
+    error = new_error()
+    if not lib.native_scenario_check(made.handle, error):
+        raise raised(error)
+    traces = [np.empty((lib.native_scenario_columns(made.handle), lib.native_scenario_ticks(made.handle))) for _ in range(1 + (arith == "both"))]
+    pointers = [ffi.from_buffer("double *", trace, require_writable=True) for trace in traces]
+    json_text = lib.native_run(made.handle, arith == "q31", pointers[0], pointers[1] if arith == "both" else ffi.NULL, error)
+    if json_text == ffi.NULL:
+        raise raised(error)
+    try:
+        summary = _summary(json.loads(text(json_text)))
+    finally:
+        lib.native_free(json_text)
+    second = Run(_columns(traces[1]), summary.q31) if summary.q31 else None
+    return Run(_columns(traces[0]), summary, second)

@@ -1,0 +1,110 @@
+"""tribo.run against tribo-sim (its path is in TRIBO_SIM): the same bits."""
+
+import dataclasses
+import json
+import os
+import pathlib
+import subprocess
+
+import numpy as np
+import pytest
+
+import tribo
+
+SIM = os.environ["TRIBO_SIM"]
+LEAST = {"duration_s": 0.1, "reference.kind": "step"}
+
+
+def played(folder, scenario, *words):
+    """What tribo-sim leaves of the same run: the text of its traces, and its summary."""
+    subprocess.run([SIM, "run", scenario, *words, "--out", folder], check=True, capture_output=True)
+    return [path.read_text() for name in ("trace.csv", "trace_q31.csv") if (path := pathlib.Path(folder) / name).exists()], json.loads((pathlib.Path(folder) / "summary.json").read_text())
+
+
+def as_csv(run):
+    """The trace as tribo-sim writes it: nine digits are all of a float."""
+    rows = zip(*(column.astype(float) for column in run.values()))
+    return ",".join(run) + "\n" + "".join(",".join(f"{value:.9g}" for value in row) + "\n" for row in rows)
+
+
+@pytest.mark.parametrize("arith", ["f32", "q31"])
+@pytest.mark.parametrize("scenario, keys", [("triangle", {"gain": 0.9, "method": "paper"}), ("noisy", {}), ("asymmetric", {"plant.friction.breakaway.slope": 0.25})])
+def test_a_run_has_the_bits_of_tribo_sim(tmp_path, scenario, keys, arith):
+    full = {"gain": "compensator.gain", "method": "compensator.method"}
+    words = [word for key, value in keys.items() for word in ("--set", f"{full.get(key, key)}={value}")]
+    (trace,), summary = played(tmp_path, scenario, "--arith", arith, *words)
+    run = tribo.run(scenario, {key: value for key, value in keys.items() if "." in key}, arith=arith, **{key: value for key, value in keys.items() if "." not in key})
+    assert as_csv(run) == trace
+    found = {key: value for key, value in dataclasses.asdict(run.summary).items() if key in summary}
+    for timing in ("wall_s", "real_time_factor"):
+        found[timing] = summary[timing]
+    assert found == summary
+
+
+def test_both_arithmetics_side_by_side(tmp_path):
+    (f32, q31), summary = played(tmp_path, "triangle", "--arith", "both", "--set", "duration_s=3", "--set", "metrics.start_s=1")
+    run = tribo.run("triangle", {"metrics.start_s": 1}, duration_s=3, arith="both")
+    assert as_csv(run) == f32
+    assert as_csv(run.q31) == q31
+    assert dataclasses.asdict(run.summary.difference) == summary["difference"]
+    assert run.q31.summary.rms_error_N == summary["q31"]["rms_error_N"] == run.summary.q31.rms_error_N
+    assert not np.array_equal(run.u_N, run.q31.u_N)
+
+
+def test_columns_are_arrays_by_name_and_attribute():
+    run = tribo.run("step", {"metrics.start_s": 0}, duration_s=1)
+    assert run.u_N is run["u_N"] and run.u_N.dtype == np.float64 and run.limited.dtype == bool
+    assert len(run.t_s) == run.summary.ticks == 1000
+    assert "plant_L_N" in dir(run)
+    with pytest.raises(AttributeError, match="its columns are t_s, r_N"):
+        run.nothing
+
+
+def test_a_path_and_no_scenario_at_all(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("duration_s: 0.1\nreference: {kind: step}\n")
+    assert as_csv(tribo.run(path)) == as_csv(tribo.run(None, LEAST)) == as_csv(tribo.run(str(path)))
+
+
+def test_lists_choices_and_switches_are_values(tmp_path):
+    sections = [{"b0": 1.5, "b1": 0.5, "b2": 0.05, "a1": 0.3, "a2": 0.01}]
+    keys = LEAST | {"controller.kind": "delta", "controller.sections": sections, "compensator.guard.on": False, "sensor.noise_N": np.float32(0.001), "sensor.noise_seed": np.int64(7)}
+    run = tribo.run(None, keys)
+    assert run.summary.guard is None
+    assert run.controller_N[0] == np.float32(1.5) * np.float32(run.e_N[0])
+    assert not np.array_equal(run.y_N, tribo.run(None, keys | {"sensor.noise_seed": 8}).y_N)
+
+
+@pytest.mark.parametrize("keys, field, words", [
+    ({"gain": 3}, "compensator.gain", "compensator.gain: 3 is outside 0 to 2"),
+    ({"compensator.gian": 1}, "compensator.gian", "did you mean compensator.gain?"),
+    ({"nonsense": 1}, "nonsense", "unknown key nonsense"),
+    ({"k_min": 7}, "k_min", "several keys end so, give one of them in a dict: compensator.friction.k_min, plant.friction.k_min"),
+    ({"plant.step_s": 3e-4}, None, "must go into sample_time_s a whole number of times"),
+])
+def test_a_refusal_names_the_key(keys, field, words):
+    with pytest.raises(tribo.ScenarioError) as refused:
+        tribo.run("triangle", keys)
+    assert words in str(refused.value) and "--set" not in str(refused.value)
+    assert refused.value.field == field
+    assert not isinstance(refused.value, tribo.StatusError)
+
+
+def test_the_librarys_refusal_of_a_run_is_a_status():
+    with pytest.raises(tribo.StatusError) as refused:
+        tribo.run("triangle", {"compensator.friction.pulse_width_s": 0.1})
+    assert (refused.value.status, refused.value.field) == ("PULSE_WIDTH", "compensator.friction.pulse_width_s")
+
+
+def test_a_scenario_that_is_not_there():
+    with pytest.raises(tribo.ScenarioError, match="nowhere: there is no such file, nor such a scenario in"):
+        tribo.run("nowhere")
+
+
+def test_scenarios_are_those_of_tribo_sim(monkeypatch, tmp_path):
+    said = subprocess.run([SIM, "list"], capture_output=True, text=True, check=True).stdout
+    assert tribo.scenarios() == sorted(line.split()[0].removesuffix(".yaml") for line in said.splitlines() if line[:1].isalpha())
+    (tmp_path / "own.yaml").write_text("duration_s: 0.1\nreference: {kind: step}\n")
+    monkeypatch.setenv("TRIBO_SCENARIOS", str(tmp_path))
+    assert tribo.scenarios() == ["own"]
+    assert len(tribo.run("own").t_s) == 100
