@@ -329,17 +329,6 @@ def test_conditioning_is_1_with_zeros_inside_and_not_with_a_zero_at_minus_1():
     assert abs(on.conditioning) <= 1 and on.conditioning != pytest.approx(1)
 
 
-@pytest.mark.parametrize("variable, value, words", [("CC", "no-such-compiler", "C compiler"), ("TRIBO_LIB", "/nowhere", "TRIBO_LIB")])
-def test_without_compiler_or_library_the_error_says_so(monkeypatch, variable, value, words):
-    monkeypatch.setenv(variable, value)
-    quantise.compiled.cache_clear()
-    try:
-        with pytest.raises(DesignError, match=words):
-            quantise.to_q31([[1.5, 0.5, 0.05, 0.3, 0.01]], 2.0, -2.0, 2.0)
-    finally:
-        quantise.compiled.cache_clear()
-
-
 def test_f32_is_numpys_rounding():
     row = [[1 / 3, -2.7e-7, 1e6, 0.1, 5.81535546e-07]]
     assert np.array_equal(quantise.to_f32(row)[0], np.float32(row[0]).astype(float))

@@ -1,20 +1,15 @@
 """Sections to what the library stores: float32, and the Q31 params of tribo/controller_q31.h.
 
-The Q31 numbers are the library's own: tribo_controller_q31_init, compiled on the host from lib/, makes them, with the
-scales of its nodes, the anti-windup and the limits. Only reading them as real numbers is done here. This module is the only
+The Q31 numbers are the library's own: tribo_controller_q31_init makes them, with the scales of its nodes, the anti-windup and
+the limits. Only reading them as real numbers is done here. This module is the only
 one that knows the format.
 """
 
-import atexit
-import functools
-import os
-import shutil
-import subprocess
-import tempfile
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
+from tribo._core import new_error, text
+from tribo._native import ffi, lib
 
 from .errors import DesignError
 
@@ -62,48 +57,11 @@ def to_f32(sections):
 
 def to_q31(f32, full_scale_n, u_min_n, u_max_n):
     """What the library makes of float32 sections; DesignError with the library's words when it refuses."""
-    numbers = [full_scale_n, u_min_n, u_max_n, len(f32), *np.asarray(f32).ravel()]
-    text = " ".join(f"{x:.9g}" for x in numbers)
-    done = subprocess.run([_program()], input=text, capture_output=True, text=True, timeout=60, check=False)
-    if done.returncode != 0:
-        raise DesignError("q31: the library's quantiser broke down")
-    sections, peaks, found = [], [], {}
-    for line in done.stdout.splitlines():
-        key, _, rest = line.partition(" ")
-        if key == "error":
-            raise DesignError(f"sections: the library refuses this controller: {rest}")
-        values = [float(v) if key in ("peak", "conditioning") else int(v) for v in rest.split()]
-        if key == "section":
-            sections.append(dict(zip(FIELDS, values)))
-        elif key == "peak":
-            peaks.append(values[0])
-        else:
-            found[key] = values
-    q31 = Q31(sections, *found["scales"], *found["anti_windup"], *found["limits"])
-    return Quantised(q31, found["conditioning"][0], peaks)
-
-
-def _program():
-    """The library's quantiser as a program."""
-    return compiled("quantise_q31")
-
-
-@functools.lru_cache
-def compiled(name):
-    """NAME.c beside this file with the library, compiled once a process."""
-    lib = Path(os.environ.get("TRIBO_LIB") or Path(__file__).resolve().parents[3] / "lib")
-    if not (lib / "include" / "tribo" / "force_loop_q31.h").is_file():
-        raise DesignError(f"q31: {lib} is not the library's lib/; set TRIBO_LIB to it")
-    names = [os.environ["CC"]] if os.environ.get("CC") else ["cc", "gcc", "clang"]
-    compiler = next((c for c in names if shutil.which(c)), None)
-    if compiler is None:
-        raise DesignError("q31: needs a C compiler (cc, gcc or clang in PATH, or CC), as the Q31 numbers are the library's own")
-    folder = tempfile.mkdtemp(prefix="tribo-design-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    program = Path(folder) / name
-    done = subprocess.run([compiler, "-std=c11", "-O0", "-ffp-contract=off", "-I", lib / "include", Path(__file__).with_name(f"{name}.c"),
-                           *sorted((lib / "src").rglob("*.c")), "-o", program], capture_output=True, text=True, timeout=120, check=False)
-    if done.returncode != 0:
-        first = next((line for line in done.stderr.splitlines() if "error" in line), "no message")
-        raise DesignError(f"q31: the library does not compile with {compiler}: {first}")
-    return program
+    given = np.ascontiguousarray(f32, np.float32)
+    numbers, peaks, conditioning, error = ffi.new("long long[39]"), ffi.new("float[4]"), ffi.new("double *"), new_error()
+    made = lib.native_quantise(ffi.from_buffer("float *", given), len(given), full_scale_n, u_min_n, u_max_n, numbers, peaks, conditioning, error)
+    if made == 0:
+        raise DesignError(f"sections: the library refuses this controller: {text(error.text)}")
+    each = len(FIELDS)
+    sections = [dict(zip(FIELDS, numbers[i * each : (i + 1) * each])) for i in range(made)]
+    return Quantised(Q31(sections, *numbers[made * each : made * each + 7]), conditioning[0], list(peaks[0:made]))

@@ -1,11 +1,11 @@
 """Parameters of feed-forward and guard from what is known of a rig: the library's own rule, lib/include/tribo/feedforward_f32.h."""
 
 import math
-import subprocess
 
 import numpy as np
+from tribo._core import new_error, text
+from tribo._native import ffi, lib
 
-from . import quantise
 from .errors import DesignError, InputError
 from .reading import read_mapping
 
@@ -26,6 +26,8 @@ RIG = (
     ("sample-time", 0.001, 1e-6, "sample_time_s", "s"),
 )
 MOST = 1e9
+TUNED = ("feedforward.actuator_pole_rad_per_s", "feedforward.sensor_pole_rad_per_s", "feedforward.reversal_N", "feedforward.presliding_N", "feedforward.jump_time_s",
+         "feedforward.forgetting_per_N", "guard.turn_N", "guard.quick_time_s", "guard.stray_N", "guard.fade_time_s")
 
 
 def add_command(commands):
@@ -77,15 +79,10 @@ def tuned(given):
     for name, _, least, _, _ in RIG:
         if not (math.isfinite(values[name]) and least <= values[name] <= MOST):
             raise InputError(f"--{name}: {values[name]:g}, allowed are {least:g} to {MOST:g}")
-    numbers = [values[name] for name, *_ in RIG]
-    text = " ".join(f"{number:.9g}" for number in numbers)
-    done = subprocess.run([quantise.compiled("tuning")], input=text, capture_output=True, text=True, timeout=60, check=False)
-    if done.returncode != 0:
-        raise DesignError("tune: the library's rule broke down")
-    pairs = [tuple(line.split(" ", 1)) for line in done.stdout.splitlines()]
-    if pairs[0][0] == "error":
-        raise DesignError(f"tune: the library refuses this rig: {pairs[0][1]}")
-    return pairs
+    found, error = ffi.new("float[10]"), new_error()
+    if not lib.native_tune([values[name] for name, *_ in RIG], found, error):
+        raise DesignError(f"tune: the library refuses this rig: {text(error.text)}")
+    return [(key, f"{value:.6g}") for key, value in zip(TUNED, found)]
 
 
 def compensator(given):
