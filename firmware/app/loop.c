@@ -54,6 +54,19 @@ void loop_forget(const loop_params_t *params, loop_memory_t *memory)
     }
 }
 
+#if TRIBO_IS_Q31
+/// The compiler's routine for 64 bits takes half a kilobyte.
+static float wide(uint64_t x)
+{
+    return (float)(uint32_t)(x >> 32) * 4294967296.0f + (float)(uint32_t)x;
+}
+#else
+static float wide(float x)
+{
+    return x;
+}
+#endif
+
 loop_learned_t loop_learned(const loop_params_t *params,
                             const loop_memory_t *memory,
                             uint32_t             direction,
@@ -68,7 +81,7 @@ loop_learned_t loop_learned(const loop_params_t *params,
         TRIBO(feedforward, learned)(&params->compensator.friction, &memory->state, direction, at);
     return (loop_learned_t){.L_n               = TRIBO_LEARNED_N(float, learned.TRIBO_N(L), full_scale_n),
                             .relative_variance = TRIBO_LEARNED_RELATIVE_VARIANCE(float, learned.relative_variance),
-                            .travel_n          = TRIBO_LEARNED_N(float, learned.TRIBO_N(travel), full_scale_n),
+                            .travel_n          = TRIBO_LEARNED_N(float, wide(learned.TRIBO_N(travel)), full_scale_n),
                             .at_bound          = learned.at_bound,
                             .harms             = learned.harms,
                             .forgotten         = learned.forgotten};

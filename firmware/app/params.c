@@ -79,11 +79,26 @@ static void put(params_set_t *set, uint32_t word, const void *bits)
     memcpy((unsigned char *)set + word * sizeof(uint32_t), bits, sizeof(uint32_t));
 }
 
-params_set_t params_default(void)
+#if DRIVE_FEEDFORWARD
+/// The rig's poles: words of the residual's model, and of the feed-forward's.
+static const struct
+{
+    uint8_t residual, feed;
+} poles[] = {{DRIVE_CONFIG_actuator_pole_rad_per_s, PARAMS_ACTUATOR_POLE},
+             {DRIVE_CONFIG_sensor_pole_rad_per_s, PARAMS_SENSOR_POLE}};
+
+static void copy_pole(params_set_t *set, uint32_t from, uint32_t to)
+{
+    const uint32_t pole = params_word(set, from);
+    put(set, to, &pole);
+}
+#endif
+
+params_set_t params_default_of(const drive_config_t *config)
 {
     static const tribo_biquad_f32_section_t paper[TRIBO_PAPER_CONTROLLER_SECTION_COUNT] = TRIBO_PAPER_CONTROLLER_F32;
 
-    params_set_t set = {.drive = drive_config_default()};
+    params_set_t set = {.drive = *config};
 #if DRIVE_FEEDFORWARD
     set.method   = PARAMS_METHOD_FEEDFORWARD;
     set.guard_on = 1u;
@@ -97,7 +112,19 @@ params_set_t params_default(void)
         put(&set, word, row->is_whole != 0u ? (const void *)&whole : (const void *)&row->standard);
     }
     memcpy(set.sections, paper, sizeof paper);
+#if DRIVE_FEEDFORWARD
+    for (size_t i = 0; i < sizeof poles / sizeof poles[0]; i++)
+    {
+        copy_pole(&set, poles[i].residual, poles[i].feed);
+    }
+#endif
     return set;
+}
+
+params_set_t params_default(void)
+{
+    const drive_config_t config = drive_config_default();
+    return params_default_of(&config);
 }
 
 // --- refusals ------------------------------------------------------------------------------------------------------
@@ -282,32 +309,6 @@ static void take(params_set_t *set, const configs_t *configs, size_t first, size
             put(set, word, (const unsigned char *)configs + at);
         }
     }
-}
-
-#if DRIVE_FEEDFORWARD
-/// The rig's poles: words of the residual's model, and of the feed-forward's.
-static const struct
-{
-    uint8_t residual, feed;
-} poles[] = {{DRIVE_CONFIG_actuator_pole_rad_per_s, PARAMS_ACTUATOR_POLE},
-             {DRIVE_CONFIG_sensor_pole_rad_per_s, PARAMS_SENSOR_POLE}};
-
-static void copy_pole(params_set_t *set, uint32_t from, uint32_t to)
-{
-    const uint32_t pole = params_word(set, from);
-    put(set, to, &pole);
-}
-#endif
-
-void params_take_drive(params_set_t *set, const drive_config_t *config)
-{
-    set->drive = *config;
-#if DRIVE_FEEDFORWARD
-    for (size_t i = 0; i < sizeof poles / sizeof poles[0]; i++)
-    {
-        copy_pole(set, poles[i].residual, poles[i].feed);
-    }
-#endif
 }
 
 /// More sections or points than fit are left out, and the count is refused.

@@ -127,17 +127,17 @@ typedef struct
     float    low, high;
 } params_ceiling_t;
 
-/// The default of every field: the paper's rig, with friction fed forward and the guard on where the drive has them.
+/// The default of every field: the paper's rig, with friction fed forward and the guard on where the drive has them. With
+/// `config` for the drive's, whose poles are the feed-forward's, too.
 params_set_t params_default(void);
+params_set_t params_default_of(const drive_config_t *config);
 
 /// A word of a set; params_number: of a float.
 uint32_t params_word(const params_set_t *set, uint32_t word);
 float    params_number(const params_set_t *set, uint32_t word);
 
-/// Takes over `config`. A pole of the rig stands in it and in the feed-forward's config: each of these two gives it to the other.
-void params_take_drive(params_set_t *set, const drive_config_t *config);
-
-/// Takes over what `config` says of the loop, with its sections and its table, and `feedforward`; null: the paper's method.
+/// Takes over what `config` says of the loop, with its sections and its table, and `feedforward`, whose poles are the drive's, too;
+/// null: the paper's method.
 void params_take_loop(params_set_t                         *set,
                       const tribo_force_loop_f32_config_t  *config,
                       const tribo_feedforward_f32_config_t *feedforward);

@@ -219,6 +219,57 @@ void registers_tick(registers_t *registers)
     }
 }
 
+// --- where a word is ------------------------------------------------------------------------------------------------
+
+typedef enum
+{
+    NOWHERE,
+    STATE,
+    SIGNALS,
+    COMPENSATION,
+    REQUESTS,
+    CHANGES,
+    WINDOW,
+    STAGED,
+    ACTIVE
+} block_kind_t;
+
+/// Blocks of 32-bit words, each at `at` in Modbus registers. The active set is as the staged one.
+static const struct
+{
+    uint16_t at, words, first; ///< `first` of a set
+    uint8_t  kind;
+} blocks[] = {
+    {REGISTERS_STATE_AT, REGISTERS_STATE_COUNT, 0, STATE},
+    {REGISTERS_SIGNALS_AT, REGISTERS_SIGNAL_COUNT, 0, SIGNALS},
+    {REGISTERS_REQUESTS_AT, sizeof(registers_requests_t) / sizeof(word_t), 0, REQUESTS},
+    {REGISTERS_CHANGES_AT, REGISTERS_CHANGES * sizeof(registers_change_t) / sizeof(word_t), 0, CHANGES},
+    {REGISTERS_WINDOW_AT, REGISTERS_WINDOW, 0, WINDOW},
+    {REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT, DRIVE_CONFIG_COUNT, 0, STAGED},
+    {REGISTERS_STAGED_AT + REGISTERS_LOOP_AT, PARAMS_LOOP_COUNT, PARAMS_LOOP_AT, STAGED},
+    {REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1, PARAMS_METHOD_AT, STAGED},
+#if DRIVE_FEEDFORWARD
+    {REGISTERS_COMPENSATION_AT, REGISTERS_COMPENSATION_COUNT, 0, COMPENSATION},
+    {REGISTERS_STAGED_AT + REGISTERS_FEED_AT, PARAMS_FEED_COUNT, PARAMS_FEED_AT, STAGED},
+    {REGISTERS_STAGED_AT + REGISTERS_GUARD_AT, PARAMS_GUARD_COUNT, PARAMS_GUARD_AT, STAGED},
+#endif
+    {REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT, PARAMS_TABLE_AT - PARAMS_SECTIONS_AT, PARAMS_SECTIONS_AT, STAGED},
+    {REGISTERS_STAGED_AT + REGISTERS_TABLE_AT, PARAMS_WORDS - PARAMS_TABLE_AT, PARAMS_TABLE_AT, STAGED}};
+
+/// The Modbus address of a word of the staged set; 0 of none.
+static uint32_t register_of(uint32_t word)
+{
+    for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++)
+    {
+        const uint32_t offset = word - blocks[i].first;
+        if (blocks[i].kind == STAGED && offset < blocks[i].words)
+        {
+            return blocks[i].at + 2u * offset;
+        }
+    }
+    return 0;
+}
+
 // --- commands ------------------------------------------------------------------------------------------------------
 
 /// The timer goes on as it was set up.
@@ -251,8 +302,6 @@ static registers_outcome_t check_protection(registers_t *registers, const params
                             (is_started(registers) || unlocked_ticks(registers) == 0u);
     return !registers->is_refused ? REGISTERS_DONE : is_started(registers) ? REGISTERS_PROTECTED : REGISTERS_LOCKED;
 }
-
-static uint32_t register_of(uint32_t word);
 
 static void keep_change(registers_t *registers, uint32_t word, uint32_t from, uint32_t to)
 {
@@ -461,29 +510,6 @@ static const trace_t *shown_trace(const registers_t *registers)
     return registers->requests.which == 0u ? &registers->trace : &registers->fault_trace;
 }
 
-/// The Modbus address of a word of the staged set.
-static uint32_t register_of(uint32_t word)
-{
-    static const struct
-    {
-        uint16_t first, at;
-    } blocks[] = {{PARAMS_TABLE_AT, REGISTERS_TABLE_AT},
-                  {PARAMS_SECTIONS_AT, REGISTERS_SECTIONS_AT},
-#if DRIVE_FEEDFORWARD
-                  {PARAMS_GUARD_AT, REGISTERS_GUARD_AT},
-                  {PARAMS_FEED_AT, REGISTERS_FEED_AT},
-#endif
-                  {PARAMS_METHOD_AT, REGISTERS_METHOD_AT},
-                  {PARAMS_LOOP_AT, REGISTERS_LOOP_AT},
-                  {0, REGISTERS_DRIVE_AT}};
-    size_t i = 0;
-    while (word < blocks[i].first)
-    {
-        i++;
-    }
-    return REGISTERS_STAGED_AT + blocks[i].at + 2u * (word - blocks[i].first);
-}
-
 #if DRIVE_FEEDFORWARD
 /// What a feed-forward has learned of breakaway at the last reference.
 static loop_learned_t learned(const registers_t *registers, uint32_t direction)
@@ -569,20 +595,6 @@ static word_t state_word(const registers_t *registers, uint32_t place)
     return words[place];
 }
 
-/// Blocks of 32-bit words, each at `at` in Modbus registers.
-typedef enum
-{
-    NOWHERE,
-    STATE,
-    SIGNALS,
-    COMPENSATION,
-    REQUESTS,
-    CHANGES,
-    WINDOW,
-    STAGED,
-    ACTIVE
-} block_kind_t;
-
 typedef struct
 {
     block_kind_t kind;
@@ -592,47 +604,15 @@ typedef struct
 
 static place_t find(uint32_t address)
 {
-    static const struct
-    {
-        uint16_t at, words, first;
-        uint8_t  kind;
-    } blocks[] = {
-        {REGISTERS_STATE_AT, REGISTERS_STATE_COUNT, 0, STATE},
-        {REGISTERS_SIGNALS_AT, REGISTERS_SIGNAL_COUNT, 0, SIGNALS},
-#if DRIVE_FEEDFORWARD
-        {REGISTERS_COMPENSATION_AT, REGISTERS_COMPENSATION_COUNT, 0, COMPENSATION},
-#endif
-        {REGISTERS_REQUESTS_AT, sizeof(registers_requests_t) / sizeof(word_t), 0, REQUESTS},
-        {REGISTERS_CHANGES_AT, REGISTERS_CHANGES * sizeof(registers_change_t) / sizeof(word_t), 0, CHANGES},
-        {REGISTERS_WINDOW_AT, REGISTERS_WINDOW, 0, WINDOW},
-#if DRIVE_FEEDFORWARD
-#define SET_OF_FEEDFORWARD(base, kind)                                                                                 \
-    {(base) + REGISTERS_FEED_AT, PARAMS_FEED_COUNT, PARAMS_FEED_AT, (kind)},                                           \
-        {(base) + REGISTERS_GUARD_AT, PARAMS_GUARD_COUNT, PARAMS_GUARD_AT, (kind)},
-#else
-#define SET_OF_FEEDFORWARD(base, kind)
-#endif
-#define SET(base, kind)                                                                                                \
-    {(base) + REGISTERS_DRIVE_AT, DRIVE_CONFIG_COUNT, 0, (kind)},                                                      \
-        {(base) + REGISTERS_LOOP_AT, PARAMS_LOOP_COUNT, PARAMS_LOOP_AT, (kind)},                                       \
-        {(base) + REGISTERS_METHOD_AT, 1, PARAMS_METHOD_AT, (kind)},                                                   \
-        SET_OF_FEEDFORWARD(                                                                                            \
-            base,                                                                                                      \
-            kind){(base) + REGISTERS_SECTIONS_AT, PARAMS_TABLE_AT - PARAMS_SECTIONS_AT, PARAMS_SECTIONS_AT, (kind)},   \
-    {                                                                                                                  \
-        (base) + REGISTERS_TABLE_AT, PARAMS_WORDS - PARAMS_TABLE_AT, PARAMS_TABLE_AT, (kind)                           \
-    }
-        SET(REGISTERS_STAGED_AT, STAGED),
-        SET(REGISTERS_ACTIVE_AT, ACTIVE),
-#undef SET
-#undef SET_OF_FEEDFORWARD
-    };
+    const bool     is_active = address >= REGISTERS_ACTIVE_AT;
+    const uint32_t alike     = is_active ? address - (REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT) : address;
     for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++)
     {
-        const uint32_t offset = address - blocks[i].at;
-        if (address >= blocks[i].at && offset < 2u * blocks[i].words)
+        const uint32_t offset = alike - blocks[i].at;
+        if (alike >= blocks[i].at && offset < 2u * blocks[i].words)
         {
-            return (place_t){(block_kind_t)blocks[i].kind, blocks[i].first + offset / 2u, offset % 2u != 0u};
+            const block_kind_t kind = is_active ? ACTIVE : (block_kind_t)blocks[i].kind;
+            return (place_t){kind, blocks[i].first + offset / 2u, offset % 2u != 0u};
         }
     }
     return (place_t){NOWHERE, 0, false};

@@ -181,7 +181,7 @@ static void test_a_pole_is_told_once(void)
     check_poles(&set, feedforward.actuator_pole_rad_per_s, feedforward.sensor_pole_rad_per_s);
     config.actuator_pole_rad_per_s = 900.0f;
     config.sensor_pole_rad_per_s   = 300.0f;
-    params_take_drive(&set, &config);
+    set                            = params_default_of(&config);
     check_poles(&set, 900.0f, 300.0f);
     params_take_loop(&set, &paper, NULL);
     check_poles(&set, 900.0f, 300.0f);

@@ -63,8 +63,7 @@ static void load_params(void)
                                             .ring_words    = TRACE_WORDS};
     line                                 = board_line;
     line.stray                           = take_text;
-    defaults                             = params_default();
-    params_take_drive(&defaults, &rig_config);
+    defaults                             = params_default_of(&rig_config);
     registers_load(&registers, &parts);
 }
 
