@@ -15,6 +15,9 @@
 #include <time.h>
 #include <unistd.h>
 
+#define NETWORK "tcp:"
+#define PORT    "1502" // of a drive on Linux, if its configuration has no other
+
 #define RESPONSE_S  2  // a later answer is flushed within as long again; one after that would be taken for the next
 #define TRIALS      3  // a frame may be lost, or cut by the log of a drive that has just started
 #define FRAME_WORDS 60 // of 32 bits
@@ -23,10 +26,11 @@
 
 #define LOCK_WAIT_MS 3000
 #define LOCK_LOOK_MS 2
+#define ANSWER_US    200000 ///< of a drive that is looked for
 
 struct link_bus
 {
-    int         lock; ///< of the line's file, held from command to command
+    int lock; ///< of the line's file, held from command to command; negative: a network, whose connection is the lock
     modbus_t   *modbus;
     const char *device;
     int         unit;
@@ -375,6 +379,11 @@ static long find_holder(int file)
     return holder;
 }
 
+static bool is_network(const char *device)
+{
+    return strncmp(device, NETWORK, strlen(NETWORK)) == 0;
+}
+
 static bool complain_of_holder(const link_bus_t *bus)
 {
     char       path[64];
@@ -412,11 +421,88 @@ static bool lock_line(const link_bus_t *bus)
     return true;
 }
 
+/// A drive serves one client at a time and drops a second one: waits for its turn.
+static bool connect_network(const link_bus_t *bus)
+{
+    for (int waited_ms = 0;; waited_ms += LOCK_LOOK_MS)
+    {
+        uint16_t  values[2];
+        const int version = link_find("version")->address;
+        if (modbus_connect(bus->modbus) != 0)
+        {
+            return link_complain("%s: %s", bus->device, modbus_strerror(errno));
+        }
+        if (modbus_read_registers(bus->modbus, version, 2, values) >= 0 || is_exception(errno))
+        {
+            return true;
+        }
+        if (waited_ms >= LOCK_WAIT_MS || errno == ETIMEDOUT)
+        {
+            return link_complain("%s: no answer from unit %d, or it serves another program", bus->device, bus->unit);
+        }
+        modbus_close(bus->modbus);
+        pause_ms(LOCK_LOOK_MS);
+    }
+}
+
 bool link_bus_rest(link_bus_t *bus, int ms)
 {
+    if (bus->lock < 0)
+    {
+        modbus_close(bus->modbus);
+        pause_ms(ms);
+        return connect_network(bus);
+    }
     (void)flock(bus->lock, LOCK_UN);
     pause_ms(ms);
     return lock_line(bus);
+}
+
+/// Not connected; null if `device` cannot be one.
+static modbus_t *make_modbus(const char *device, int unit, int baud)
+{
+    modbus_t *modbus;
+    if (is_network(device))
+    {
+        char        host[256];
+        const char *address = device + strlen(NETWORK);
+        const char *colon   = strrchr(address, ':');
+        (void)
+            snprintf(host, sizeof host, "%.*s", colon != NULL ? (int)(colon - address) : (int)strlen(address), address);
+        modbus = modbus_new_tcp_pi(host, colon != NULL ? colon + 1 : PORT);
+    }
+    else
+    {
+        modbus = modbus_new_rtu(device, baud, 'N', 8, 1);
+    }
+    if (modbus != NULL && modbus_set_slave(modbus, unit) != 0)
+    {
+        modbus_free(modbus);
+        modbus = NULL;
+    }
+    return modbus;
+}
+
+static bool open_line(link_bus_t *bus)
+{
+    bus->lock = open(bus->device, O_RDONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    return bus->lock >= 0 ? lock_line(bus) : link_complain("%s: %s", bus->device, strerror(errno));
+}
+
+static bool open_bus(link_bus_t *bus, int baud)
+{
+    if (!is_network(bus->device) && !open_line(bus))
+    {
+        return false;
+    }
+    bus->modbus = make_modbus(bus->device, bus->unit, baud);
+    if (bus->modbus == NULL || (bus->lock >= 0 && modbus_connect(bus->modbus) != 0))
+    {
+        return link_complain("%s: %s", bus->device, modbus_strerror(errno));
+    }
+    (void)modbus_set_response_timeout(bus->modbus, RESPONSE_S, 0);
+    (void)modbus_set_error_recovery(bus->modbus, MODBUS_ERROR_RECOVERY_PROTOCOL);
+    return (bus->lock >= 0 || connect_network(bus)) && check_lists(bus);
 }
 
 link_bus_t *link_bus_open(const char *device, int unit, int baud)
@@ -427,35 +513,39 @@ link_bus_t *link_bus_open(const char *device, int unit, int baud)
         (void)link_complain("out of memory");
         return NULL;
     }
-    *bus = (link_bus_t){.device = device,
-                        .unit   = unit,
-                        .lock   = open(device, O_RDONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)};
-    if (bus->lock < 0)
-    {
-        (void)link_complain("%s: %s", device, strerror(errno));
-        link_bus_close(bus);
-        return NULL;
-    }
-    if (!lock_line(bus))
-    {
-        link_bus_close(bus);
-        return NULL;
-    }
-    bus->modbus = modbus_new_rtu(device, baud, 'N', 8, 1);
-    if (bus->modbus == NULL || modbus_set_slave(bus->modbus, unit) != 0 || modbus_connect(bus->modbus) != 0)
-    {
-        (void)link_complain("%s: %s", device, modbus_strerror(errno));
-        link_bus_close(bus);
-        return NULL;
-    }
-    (void)modbus_set_response_timeout(bus->modbus, RESPONSE_S, 0);
-    (void)modbus_set_error_recovery(bus->modbus, MODBUS_ERROR_RECOVERY_PROTOCOL);
-    if (!check_lists(bus))
+    *bus = (link_bus_t){.device = device, .unit = unit, .lock = -1};
+    if (!open_bus(bus, baud))
     {
         link_bus_close(bus);
         return NULL;
     }
     return bus;
+}
+
+bool link_bus_answers(const char *device, int unit, int baud)
+{
+    uint16_t  values[2];
+    const int lock   = is_network(device) ? -1 : open(device, O_RDONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    modbus_t *modbus = make_modbus(device, unit, baud);
+    bool      ok     = modbus != NULL && (is_network(device) || (lock >= 0 && flock(lock, LOCK_EX | LOCK_NB) == 0));
+    if (ok)
+    {
+        (void)modbus_set_response_timeout(modbus, 0, ANSWER_US);
+        ok =
+            modbus_connect(modbus) == 0 && modbus_read_registers(modbus, link_find("version")->address, 2, values) == 2;
+        modbus_close(modbus);
+    }
+    modbus_free(modbus);
+    if (lock >= 0)
+    {
+        (void)close(lock);
+    }
+    return ok;
+}
+
+const char *link_bus_name(const link_bus_t *bus)
+{
+    return bus->device;
 }
 
 bool link_bus_feeds_forward(const link_bus_t *bus)

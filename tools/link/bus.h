@@ -1,4 +1,4 @@
-/// A drive on a serial line, by libmodbus. Functions return false after they have said on stderr what is wrong.
+/// A drive on a serial line or a network, by libmodbus. Functions return false after they have said on stderr what is wrong.
 
 #ifndef LINK_BUS_H
 #define LINK_BUS_H
@@ -10,11 +10,18 @@
 
 typedef struct link_bus link_bus_t;
 
-/// Opens the line and checks that a drive answers whose lists are those of this program; null if not.
+/// Opens `device`, a serial line or tcp:HOST[:PORT], and checks that a drive answers whose lists are those of this program; null
+/// if not.
 link_bus_t *link_bus_open(const char *device, int unit, int baud);
 void        link_bus_close(link_bus_t *bus);
 
-/// Waits and leaves the line to others meanwhile: the only time when it is not locked.
+/// Whether anything answers there as a drive does, at once and without a word.
+bool link_bus_answers(const char *device, int unit, int baud);
+
+/// The device as it was opened.
+const char *link_bus_name(const link_bus_t *bus);
+
+/// Waits and leaves the line to others meanwhile: the only time when it is not locked. A network's connection is closed.
 bool link_bus_rest(link_bus_t *bus, int ms);
 
 /// Whether the drive was built with the feed-forward, whose params others have not.

@@ -2,9 +2,11 @@
 
 #include "app/registers.h"
 #include "bus.h"
+#include "find.h"
 #include "keys/table.h"
 #include "loop/loop_check.h"
 #include "loop/loop_config.h"
+#include "status.h"
 #include "support/number.h"
 #include "support/output_file.h"
 
@@ -26,15 +28,17 @@
 
 typedef struct
 {
-    const char *device;
-    int         unit, baud;
-    const char *out; ///< null: standard output
-    const char *signals, *trigger, *watch;
-    double      level, wait_s, hold_s;
-    uint64_t    decimation, after;
-    bool        acknowledge, markdown;
-    char       *words[WORDS_MAX]; ///< the command and what it is about
-    int         count;
+    const char    *device;
+    int            unit, baud;
+    const char    *out; ///< null: standard output
+    const char    *signals, *trigger, *watch;
+    double         level, wait_s, hold_s;
+    uint64_t       decimation, after;
+    bool           acknowledge, markdown;
+    bool           is_short; ///< no command: the state in a few lines
+    status_watch_t watching;
+    char          *words[WORDS_MAX]; ///< the command and what it is about
+    int            count;
 } options_t;
 
 // --- params --------------------------------------------------------------------------------------------------------
@@ -390,60 +394,17 @@ static int params_command(link_bus_t *bus, const options_t *options)
 
 // --- status --------------------------------------------------------------------------------------------------------
 
-static const char *state_text(uint32_t state)
+static int show_status(link_bus_t *bus, const options_t *options)
 {
-    static const char *const texts[] =
-        {[DRIVE_IDLE] = "idle", [DRIVE_RUN] = "run", [DRIVE_FAULT] = "fault", [DRIVE_STARTING] = "starting"};
-    return state < sizeof texts / sizeof texts[0] ? texts[state] : "unknown";
+    const bool ok = options->is_short ? status_show_short(bus) : status_show(bus, options->watching.json);
+    return ok ? 0 : EXIT_FAILED;
 }
 
-/// The first of them is enough for a person to look.
-static const char *warning_text(uint32_t warnings)
+static int watch(link_bus_t *bus, const options_t *options)
 {
-    return warnings != 0u ? drive_warning_text((drive_warning_t)(warnings & (~warnings + 1u))) : "none";
-}
-
-static void print_state(const link_row_t *row, uint32_t word)
-{
-    const char *text = "";
-    text             = strcmp(row->name, "warnings") == 0 ? warning_text(word) : text;
-    text             = strcmp(row->name, "state") == 0 ? state_text(word) : text;
-    text             = strcmp(row->name, "fault") == 0 ? drive_fault_text((drive_fault_t)word) : text;
-    text             = strcmp(row->name, "store") == 0 ? store_status_text((store_status_t)word) : text;
-    text             = strcmp(row->name, "outcome") == 0 ? link_outcome_text(word) : text;
-    (void)printf("%s: %.*g%s%s%s%s\n",
-                 row->name,
-                 digits_of(row),
-                 number_of(row, word),
-                 row->unit[0] != '\0' ? " " : "",
-                 row->unit,
-                 text[0] != '\0' ? "  # " : "",
-                 text);
-}
-
-static int show_status(link_bus_t *bus)
-{
-    uint32_t          words[REGISTERS_COMMAND_AT / 2u] = {0};
-    size_t            count;
-    const link_row_t *list = link_list(&count);
-    if (!link_bus_read(bus, REGISTERS_STATE_AT, words + REGISTERS_STATE_AT / 2u, REGISTERS_STATE_COUNT) ||
-        !link_bus_read(bus, REGISTERS_SIGNALS_AT, words + REGISTERS_SIGNALS_AT / 2u, REGISTERS_SIGNAL_COUNT) ||
-        (link_bus_feeds_forward(bus) && !link_bus_read(bus,
-                                                       REGISTERS_COMPENSATION_AT,
-                                                       words + REGISTERS_COMPENSATION_AT / 2u,
-                                                       REGISTERS_COMPENSATION_COUNT)))
-    {
-        return EXIT_FAILED;
-    }
-    for (size_t i = 0; i < count; i++)
-    {
-        const bool is_there = link_bus_feeds_forward(bus) || !link_is_of_feedforward(&list[i]);
-        if (is_there && (list[i].group == LINK_STATE || list[i].group == LINK_SIGNAL))
-        {
-            print_state(&list[i], words[list[i].address / 2u]);
-        }
-    }
-    return 0;
+    status_watch_t watching = options->watching;
+    watching.hold_s         = options->hold_s;
+    return status_watch(bus, &watching) ? 0 : EXIT_FAILED;
 }
 
 static int show_changes(link_bus_t *bus)
@@ -501,7 +462,7 @@ static bool wait_for_state(link_bus_t *bus, uint32_t wanted, const char *what)
     }
     return link_complain("%s: the drive is in %s%s%s",
                          what,
-                         state_text(state),
+                         status_state_text(state),
                          state == DRIVE_FAULT ? ": " : "",
                          state == DRIVE_FAULT ? drive_fault_text((drive_fault_t)fault) : "");
 }
@@ -882,7 +843,8 @@ static int perform(link_bus_t *bus, const options_t *options)
         const char *name;
         int (*plain)(link_bus_t *bus);
         int (*with_options)(link_bus_t *bus, const options_t *options);
-    } commands[] = {{.name = "status", .plain = show_status},
+    } commands[] = {{.name = "status", .with_options = show_status},
+                    {.name = "watch", .with_options = watch},
                     {.name = "params", .with_options = params_command},
                     {.name = "start", .plain = start},
                     {.name = "stop", .plain = stop},
@@ -920,12 +882,16 @@ enum
     OPTION_WAIT,
     OPTION_HOLD,
     OPTION_ACKNOWLEDGE,
+    OPTION_JSON,
+    OPTION_RATE,
+    OPTION_UDP,
+    OPTION_TELEPLOT,
     OPTION_MARKDOWN
 };
 
 // clang-format off: one row an option
 static const struct argp_option known[] = {
-    {.name = "device", .key = 'd', .arg = "DEVICE", .doc = "the serial line; TRIBO_LINK_DEVICE if left out"},
+    {.name = "device", .key = 'd', .arg = "DEVICE", .doc = "the serial line, or tcp:HOST[:PORT]; TRIBO_LINK_DEVICE if left out, else the one where a drive answers"},
     {.name = "unit", .key = 'u', .arg = "1-247", .doc = "the drive's address, 1 if left out"},
     {.name = "baud", .key = OPTION_BAUD, .arg = "BAUD", .doc = "115200 if left out"},
     {.name = "out", .key = 'o', .arg = "FILE.csv", .doc = "trace, fault: where the samples go; a trace's to standard output if left out"},
@@ -936,7 +902,11 @@ static const struct argp_option known[] = {
     {.name = "level", .key = OPTION_LEVEL, .arg = "N", .doc = "trace: that it rises or falls to"},
     {.name = "after", .key = OPTION_AFTER, .arg = "SAMPLES", .doc = "trace: after the trigger, 100 if left out; the rest of the ring is from before it"},
     {.name = "wait", .key = OPTION_WAIT, .arg = "S", .doc = "trace: for its end, 10 s if left out"},
-    {.name = "hold", .key = OPTION_HOLD, .arg = "S", .doc = "reference: renews it for that long; until a signal if left out"},
+    {.name = "hold", .key = OPTION_HOLD, .arg = "S", .doc = "reference, watch: for that long; until a signal if left out"},
+    {.name = "json", .key = OPTION_JSON, .doc = "status: as JSON; watch: a line of JSON a sample, in place of the view"},
+    {.name = "rate", .key = OPTION_RATE, .arg = "HZ", .doc = "watch: samples a second, 10 if left out"},
+    {.name = "udp", .key = OPTION_UDP, .arg = "HOST:PORT", .doc = "watch: sends each sample there as JSON, e.g. to PlotJuggler at 127.0.0.1:9870"},
+    {.name = "teleplot", .key = OPTION_TELEPLOT, .arg = "HOST:PORT", .doc = "watch: likewise as Teleplot has it, e.g. to 127.0.0.1:47269"},
     {.name = "acknowledge", .key = OPTION_ACKNOWLEDGE, .doc = "fault: acknowledges it"},
     {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: as docs/registers.md"},
     {.name = NULL}};
@@ -1020,6 +990,18 @@ static error_t take(int key, char *value, struct argp_state *state)
     case OPTION_ACKNOWLEDGE:
         options->acknowledge = true;
         return 0;
+    case OPTION_JSON:
+        options->watching.json = true;
+        return 0;
+    case OPTION_RATE:
+        take_number(state, "rate", value, 0.1, 1000.0, &options->watching.rate_hz);
+        return 0;
+    case OPTION_UDP:
+        options->watching.udp = value;
+        return 0;
+    case OPTION_TELEPLOT:
+        options->watching.teleplot = value;
+        return 0;
     case OPTION_MARKDOWN:
         options->markdown = true;
         return 0;
@@ -1031,7 +1013,7 @@ static error_t take(int key, char *value, struct argp_state *state)
         options->words[options->count++] = value;
         return 0;
     case ARGP_KEY_NO_ARGS:
-        argp_usage(state);
+        options->is_short = true;
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;
@@ -1041,9 +1023,12 @@ static error_t take(int key, char *value, struct argp_state *state)
 static const struct argp parser = {
     .options  = known,
     .parser   = take,
-    .args_doc = "COMMAND",
-    .doc      = "A drive on a serial line, over Modbus RTU.\v"
+    .args_doc = "[COMMAND]",
+    .doc      = "A drive on a serial line, over Modbus RTU, or on a network, over Modbus TCP.\v"
+                "  (none)                      state, force and what was learned, in a few lines\n"
                 "  status                      states, counters and signals\n"
+                "  watch                       the same as they change; Ctrl-C ends it\n"
+                "  ports                       where drives answer\n"
                 "  params get [NAME...]        what the drive runs with, all of it if no NAME is given\n"
                 "  params set NAME=VALUE...    together; refused if one does not fit. What tunes changes while the drive "
                 "runs, what protects\n"
@@ -1065,34 +1050,44 @@ static const struct argp parser = {
 
 int main(int count, char **arguments)
 {
-    options_t options    = {.device     = getenv("TRIBO_LINK_DEVICE"),
-                            .unit       = 1,
-                            .baud       = 115200,
-                            .signals    = "r_N,F_N,u_N,F_hat_N",
-                            .trigger    = "none",
-                            .watch      = "r_N",
-                            .wait_s     = 10.0,
-                            .hold_s     = (double)INFINITY,
-                            .decimation = 1,
-                            .after      = 100};
-    argp_err_exit_status = EXIT_FAILED;
-    argp_program_version = "tribo-link " TRIBO_VERSION_STRING;
+    static char status_word[] = "status";
+    options_t   options       = {.device     = getenv("TRIBO_LINK_DEVICE"),
+                                 .unit       = 1,
+                                 .baud       = 115200,
+                                 .signals    = "r_N,F_N,u_N,F_hat_N",
+                                 .trigger    = "none",
+                                 .watch      = "r_N",
+                                 .watching   = {.rate_hz = 10.0},
+                                 .wait_s     = 10.0,
+                                 .hold_s     = (double)INFINITY,
+                                 .decimation = 1,
+                                 .after      = 100};
+    argp_err_exit_status      = EXIT_FAILED;
+    argp_program_version      = "tribo-link " TRIBO_VERSION_STRING;
     (void)argp_parse(&parser, count, arguments, 0, NULL, &options);
+    if (options.is_short)
+    {
+        options.words[options.count++] = status_word;
+    }
     if (strcmp(options.words[0], "list") == 0)
     {
         return show_list(&options);
+    }
+    if (strcmp(options.words[0], "ports") == 0)
+    {
+        return link_print_devices(options.unit, options.baud) ? 0 : EXIT_FAILED;
     }
     if (perform(NULL, &options) != 0)
     {
         return EXIT_FAILED;
     }
+    char found[LINK_DEVICE_MAX];
     if (options.device == NULL)
     {
-        (void)link_complain("which line? --device DEVICE or TRIBO_LINK_DEVICE is expected");
-        return EXIT_FAILED;
+        options.device = link_find_device(found, options.unit, options.baud) ? found : NULL;
     }
     common_output_clean_on_signal();
-    link_bus_t *bus    = link_bus_open(options.device, options.unit, options.baud);
+    link_bus_t *bus    = options.device != NULL ? link_bus_open(options.device, options.unit, options.baud) : NULL;
     const int   status = bus != NULL ? perform(bus, &options) : EXIT_FAILED;
     link_bus_close(bus);
     return status;

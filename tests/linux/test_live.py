@@ -1,0 +1,183 @@
+"""tools/demo-drive, and what tribo-link shows of a drive while it runs: short, as JSON, live, to PlotJuggler and Teleplot."""
+
+import json
+import os
+import pathlib
+import pty
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree
+
+import pytest
+
+from conftest import until
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+
+LINK = os.environ["TRIBO_LINK"]
+
+
+class Demo:
+    def __init__(self, folder):
+        self.folder = folder
+        self.said = folder / "said.txt"
+        with open(self.said, "w", encoding="utf-8") as said:
+            self.process = subprocess.Popen([ROOT / "tools/demo-drive", "--port", "0"], stdout=said, stderr=said, cwd=folder,
+                                            env={**os.environ, "TMPDIR": str(folder)})
+        until(lambda: "Ctrl-C" in self.text() or self.process.poll() is not None, "it does not start")
+        self.tcp, self.line = re.search(r"runs at (\S+) and on (\S+)\. ", self.text()).groups()
+
+    def text(self):
+        return self.said.read_text(encoding="utf-8")
+
+    def link(self, *arguments, device=None, status=0):
+        done = subprocess.run([LINK, "-d", device or self.tcp, *map(str, arguments)], capture_output=True, text=True, timeout=600, check=False)
+        assert done.returncode == status, done.stdout + done.stderr
+        return done.stdout + (done.stderr if status else "")
+
+    def folders(self):
+        return list(self.folder.glob("tribo-demo-*"))
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory):
+    made = Demo(tmp_path_factory.mktemp("demo"))
+    yield made
+    made.process.send_signal(signal.SIGINT)
+    made.process.wait(timeout=300)
+
+
+def processes_in(folder):
+    """Those whose working directory is in it."""
+    found = []
+    for process in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            found += [process.name] if str(folder) in os.readlink(process / "cwd") else []
+        except OSError:
+            continue
+    return found
+
+
+def test_the_demo_can_be_typed_along_and_leaves_nothing(tmp_path):
+    demo = Demo(tmp_path)
+    commands = [line.strip().split("#")[0].split() for line in demo.text().splitlines() if line.startswith("    ")]
+    assert [command[-1] for command in commands] == ["start", "watch", "compensator.method=off"]
+    for command in (commands[0], commands[2]):
+        assert subprocess.run(command, capture_output=True, text=True, timeout=300, check=False).returncode == 0
+    assert "state    run" in demo.link()
+    assert len(demo.folders()) == 1 and len(processes_in(demo.folders()[0])) >= 2
+    folder = demo.folders()[0]
+    demo.process.send_signal(signal.SIGINT)
+    assert demo.process.wait(timeout=300) == 0
+    assert demo.text().endswith("The drive has ended.\n")
+    assert not demo.folders() and not processes_in(folder)
+
+
+def test_the_drive_ends_with_a_demo_that_is_killed(tmp_path):
+    demo = Demo(tmp_path)
+    demo.process.kill()
+    demo.process.wait(timeout=300)
+    until(lambda: not processes_in(demo.folders()[0]), "the drive goes on")
+
+
+def test_status_is_short_whole_or_json_on_either_line(demo):
+    demo.link("start")
+    short = demo.link()
+    assert len(short.splitlines()) < 9 and "state    run" in short and re.search(r"learned +L +0\.\d+ N up", short)
+    assert len(demo.link("status").splitlines()) > 40
+    found = json.loads(demo.link("status", "--json", device=demo.line))
+    assert found["state_text"] == "run" and found["version"] == 6 and 0.39 < found["r_N"] < 0.61
+    assert {line.split(":")[0] for line in demo.link("status").splitlines()} == {name for name in found if not name.endswith("_text")}
+
+
+def test_watch_is_a_line_a_sample(demo):
+    rows = [json.loads(line) for line in demo.link("watch", "--json", "--rate", "50", "--hold", "1").splitlines()]
+    assert len(rows) > 5
+    assert all(later["tick"] > row["tick"] and later["timestamp"] > row["timestamp"] for row, later in zip(rows, rows[1:]))
+    assert all(len(json.dumps(row)) < 2000 for row in rows)
+
+
+def test_others_have_their_turn_while_it_is_watched(demo):
+    with subprocess.Popen([LINK, "-d", demo.tcp, "watch", "--json"], stdout=subprocess.PIPE, text=True) as watch:
+        watch.stdout.readline()
+        demo.link("params", "set", "compensator.gain=0.8")
+        assert "0.8" in demo.link("params", "get", "compensator.gain", device=demo.line)
+        watch.stdout.readline()
+        watch.send_signal(signal.SIGINT)
+        watch.stdout.read()
+    assert watch.returncode == 0
+
+
+@pytest.mark.parametrize("option", ["--udp", "--teleplot"])
+def test_watch_sends_what_plotters_read(demo, option):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(60)
+        watch = subprocess.Popen([LINK, "-d", demo.tcp, "watch", option, f"127.0.0.1:{receiver.getsockname()[1]}"], stdout=subprocess.DEVNULL)
+        got = [receiver.recv(65536) for _ in range(3)][-1].decode()
+        watch.terminate()
+        assert watch.wait(timeout=60) == 0
+    assert len(got) < 2048
+    if option == "--udp":
+        assert json.loads(got)["r_N"] == pytest.approx(0.5, abs=0.11)
+    else:
+        rows = dict(re.fullmatch(r"(\w+):\d{13}\.\d{3}:(\S+)", line).groups() for line in got.splitlines())
+        assert float(rows["r_N"]) == pytest.approx(0.5, abs=0.11) and "F_N" in rows
+
+
+def test_the_view_leaves_the_terminal_as_it_was(demo):
+    process, terminal = pty.fork()
+    if process == 0:
+        os.execv(LINK, [LINK, "-d", demo.tcp, "watch"])
+    seen = b""
+    while seen.count("▁".encode()) < 5:
+        seen += os.read(terminal, 4096)
+    os.kill(process, signal.SIGINT)
+    try:
+        while part := os.read(terminal, 4096):
+            seen += part
+    except OSError:
+        pass  # the end of a pty
+    assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 0
+    assert seen.startswith(b"\033[?1049h\033[?25l") and seen.endswith(b"\033[?25h\033[?1049l")
+    assert b"state    " in seen
+
+
+def test_what_cannot_be_watched_is_said(demo):
+    assert "standard output is no terminal" in demo.link("watch", status=2)
+    assert "HOST:PORT is expected" in demo.link("watch", "--udp", "nowhere", status=2)
+    assert "no such address" in demo.link("watch", "--udp", "no.such.host.invalid:1", status=2)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    assert f"tcp:127.0.0.1:{port}: Connection refused" in demo.link("status", device=f"tcp:127.0.0.1:{port}", status=2)
+
+
+def test_a_drive_that_serves_another_is_waited_for(demo):
+    host, port = demo.tcp.removeprefix("tcp:").split(":")
+    with socket.create_connection((host, int(port))) as other:
+        other.sendall(bytes.fromhex("000100000006010300000002"))
+        assert other.recv(100)
+        begin = time.monotonic()
+        assert "serves another program" in demo.link("status", status=2)
+        assert time.monotonic() - begin > 2
+    demo.link("status")
+
+
+def test_the_layout_of_plotjuggler_has_names_and_colours_of_ours(demo):
+    from tribo_plot.look import SIGNALS
+
+    sent = json.loads(demo.link("watch", "--json", "--hold", "0.01").splitlines()[0])
+    colours = {"e_N": SIGNALS["error"][1], "learned_positive_N": SIGNALS["breakaway_positive_N"][1],
+               "learned_negative_N": SIGNALS["breakaway_negative_N"][1]}
+    curves = list(xml.etree.ElementTree.parse(ROOT / "tools/link/plotjuggler.xml").iter("curve"))
+    assert len(curves) == 8
+    for curve in curves:
+        name = curve.get("name").removeprefix("/")
+        assert name in sent
+        assert curve.get("color") == (colours.get(name) or SIGNALS[name][1]).lower()

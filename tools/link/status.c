@@ -1,0 +1,427 @@
+#include "status.h"
+
+#include "app/registers.h"
+
+#include <math.h>
+#include <netdb.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#define WORDS (REGISTERS_COMMAND_AT / 2u)
+
+const char *status_state_text(uint32_t state)
+{
+    static const char *const texts[] =
+        {[DRIVE_IDLE] = "idle", [DRIVE_RUN] = "run", [DRIVE_FAULT] = "fault", [DRIVE_STARTING] = "starting"};
+    return state < sizeof texts / sizeof texts[0] ? texts[state] : "unknown";
+}
+
+/// The first of them is enough for a person to look.
+static const char *warning_text(uint32_t warnings)
+{
+    return warnings != 0u ? drive_warning_text((drive_warning_t)(warnings & (~warnings + 1u))) : "none";
+}
+
+/// Empty where the number says it all.
+static const char *text_of(const link_row_t *row, uint32_t word)
+{
+    const char *text = "";
+    text             = strcmp(row->name, "warnings") == 0 ? warning_text(word) : text;
+    text             = strcmp(row->name, "state") == 0 ? status_state_text(word) : text;
+    text             = strcmp(row->name, "fault") == 0 ? drive_fault_text((drive_fault_t)word) : text;
+    text             = strcmp(row->name, "store") == 0 ? store_status_text((store_status_t)word) : text;
+    text             = strcmp(row->name, "outcome") == 0 ? link_outcome_text(word) : text;
+    return text;
+}
+
+static double number_of(const link_row_t *row, uint32_t word)
+{
+    return row->is_float ? (double)link_float(word) : (double)word;
+}
+
+static bool read_words(link_bus_t *bus, uint32_t words[WORDS])
+{
+    memset(words, 0, WORDS * sizeof words[0]);
+    return link_bus_read(bus, REGISTERS_STATE_AT, words + REGISTERS_STATE_AT / 2u, REGISTERS_STATE_COUNT) &&
+           link_bus_read(bus, REGISTERS_SIGNALS_AT, words + REGISTERS_SIGNALS_AT / 2u, REGISTERS_SIGNAL_COUNT) &&
+           (!link_bus_feeds_forward(bus) || link_bus_read(bus,
+                                                          REGISTERS_COMPENSATION_AT,
+                                                          words + REGISTERS_COMPENSATION_AT / 2u,
+                                                          REGISTERS_COMPENSATION_COUNT));
+}
+
+static void write_json_number(FILE *file, const link_row_t *row, uint32_t word)
+{
+    const double number = number_of(row, word);
+    if (isfinite(number))
+    {
+        (void)fprintf(file, "\"%s\":%.*g", row->name, row->is_float ? 9 : 10, number);
+    }
+    else
+    {
+        (void)fprintf(file, "\"%s\":null", row->name);
+    }
+}
+
+static void write_json_row(FILE *file, const link_row_t *row, uint32_t word)
+{
+    const char *text = text_of(row, word);
+    write_json_number(file, row, word);
+    if (text[0] != '\0')
+    {
+        (void)fprintf(file, ",\"%s_text\":\"%s\"", row->name, text);
+    }
+}
+
+static void print_row(const link_row_t *row, uint32_t word)
+{
+    const char *text = text_of(row, word);
+    (void)printf("%s: %.*g%s%s%s%s\n",
+                 row->name,
+                 row->is_float ? 9 : 10,
+                 number_of(row, word),
+                 row->unit[0] != '\0' ? " " : "",
+                 row->unit,
+                 text[0] != '\0' ? "  # " : "",
+                 text);
+}
+
+bool status_show(link_bus_t *bus, bool json)
+{
+    uint32_t          words[WORDS];
+    size_t            count;
+    const link_row_t *list = link_list(&count);
+    if (!read_words(bus, words))
+    {
+        return false;
+    }
+    const char *separator = "{";
+    for (size_t i = 0; i < count; i++)
+    {
+        const bool is_there = link_bus_feeds_forward(bus) || !link_is_of_feedforward(&list[i]);
+        if (!is_there || (list[i].group != LINK_STATE && list[i].group != LINK_SIGNAL))
+        {
+            continue;
+        }
+        if (json)
+        {
+            (void)fputs(separator, stdout);
+            write_json_row(stdout, &list[i], words[list[i].address / 2u]);
+            separator = ",";
+        }
+        else
+        {
+            print_row(&list[i], words[list[i].address / 2u]);
+        }
+    }
+    (void)fputs(json ? "}\n" : "", stdout);
+    return true;
+}
+
+static uint32_t word_of(const uint32_t words[WORDS], const char *name)
+{
+    return words[link_find(name)->address / 2u];
+}
+
+static double value_of(const uint32_t words[WORDS], const char *name)
+{
+    return number_of(link_find(name), word_of(words, name));
+}
+
+static void print_short(const link_bus_t *bus, const uint32_t words[WORDS], const char *end)
+{
+    const uint32_t fault = word_of(words, "fault");
+    (void)printf("drive    %s, %s, tick %u%s",
+                 link_bus_name(bus),
+                 word_of(words, "q31") != 0u ? "Q31" : "float32",
+                 word_of(words, "tick"),
+                 end);
+    (void)printf("state    %s%s%s%s",
+                 status_state_text(word_of(words, "state")),
+                 fault != 0u ? ": " : "",
+                 fault != 0u ? drive_fault_text((drive_fault_t)fault) : "",
+                 end);
+    (void)printf("force    r %8.4f N   F %8.4f N   r - F %8.2f mN%s",
+                 value_of(words, "r_N"),
+                 value_of(words, "F_N"),
+                 1e3 * (value_of(words, "r_N") - value_of(words, "F_N")),
+                 end);
+    (void)printf("command  u %8.4f N   of it friction %8.4f N   at a limit in %u ticks%s",
+                 value_of(words, "u_N"),
+                 value_of(words, "friction_term_N"),
+                 word_of(words, "limited_ticks"),
+                 end);
+    if (link_bus_feeds_forward(bus))
+    {
+        (void)printf("learned  L %8.4f N up (variance %.2f)   %8.4f N down (%.2f)%s",
+                     value_of(words, "learned_positive_N"),
+                     value_of(words, "learned_positive_relative_variance"),
+                     value_of(words, "learned_negative_N"),
+                     value_of(words, "learned_negative_relative_variance"),
+                     end);
+        (void)printf("warnings %s; friction is in by %.0f %%%s",
+                     warning_text(word_of(words, "warnings")),
+                     100.0 * value_of(words, "friction_fade"),
+                     end);
+    }
+    if (word_of(words, "max_tick_us") > 0u) // a simulated drive does not measure itself
+    {
+        (void)printf("time     a tick took %.0f us at most, its start was %.0f us late at most%s",
+                     value_of(words, "max_tick_us"),
+                     value_of(words, "max_late_us"),
+                     end);
+    }
+}
+
+bool status_show_short(link_bus_t *bus)
+{
+    uint32_t words[WORDS];
+    if (!read_words(bus, words))
+    {
+        return false;
+    }
+    print_short(bus, words, "\n");
+    return true;
+}
+
+// --- live ----------------------------------------------------------------------------------------------------------
+
+/// What of a sample is sent: less than 2,048 bytes, which is what PlotJuggler takes.
+static const char *const sent[] = {"tick",
+                                   "state",
+                                   "fault",
+                                   "limits",
+                                   "max_tick_us",
+                                   "max_late_us",
+                                   "r_N",
+                                   "F_N",
+                                   "u_N",
+                                   "e_N",
+                                   "controller_N",
+                                   "friction_term_N",
+                                   "F_hat_N",
+                                   "n_N",
+                                   "L_N",
+                                   "f_hat_N",
+                                   "warnings",
+                                   "friction_fade",
+                                   "learned_positive_N",
+                                   "learned_positive_relative_variance",
+                                   "learned_negative_N",
+                                   "learned_negative_relative_variance"};
+
+#define DATAGRAM_MAX 2048u
+
+static double now_s(clockid_t clock)
+{
+    struct timespec time;
+    (void)clock_gettime(clock, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+/// Either of the two forms, as one text.
+static size_t write_sample(char text[DATAGRAM_MAX], const link_bus_t *bus, const uint32_t words[WORDS], bool teleplot)
+{
+    const double time_s = now_s(CLOCK_REALTIME);
+    FILE        *file   = fmemopen(text, DATAGRAM_MAX, "w");
+    if (file == NULL)
+    {
+        return 0;
+    }
+    if (!teleplot)
+    {
+        (void)fprintf(file, "{\"timestamp\":%.6f", time_s);
+    }
+    for (size_t i = 0; i < sizeof sent / sizeof sent[0]; i++)
+    {
+        const link_row_t *row = link_find(sent[i]);
+        if (!link_bus_feeds_forward(bus) && link_is_of_feedforward(row))
+        {
+            continue;
+        }
+        const uint32_t word = words[row->address / 2u];
+        if (teleplot)
+        {
+            (void)fprintf(file, "%s:%.3f:%.9g\n", row->name, 1e3 * time_s, number_of(row, word));
+        }
+        else
+        {
+            (void)fputc(',', file);
+            write_json_row(file, row, word);
+        }
+    }
+    (void)fputs(teleplot ? "" : "}\n", file);
+    const long length = ftell(file);
+    return fclose(file) == 0 && length > 0 ? (size_t)length : 0u;
+}
+
+/// A connected socket; negative after a complaint.
+static int open_udp(const char *address)
+{
+    char                  host[256];
+    const char           *colon     = strrchr(address, ':');
+    struct addrinfo      *found     = NULL;
+    int                   socket_of = -1;
+    const struct addrinfo wanted    = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_DGRAM};
+    if (colon == NULL || (size_t)(colon - address) >= sizeof host)
+    {
+        (void)link_complain("watch: %s: HOST:PORT is expected", address);
+        return -1;
+    }
+    (void)snprintf(host, sizeof host, "%.*s", (int)(colon - address), address);
+    if (getaddrinfo(host, colon + 1, &wanted, &found) == 0)
+    {
+        socket_of = socket(found->ai_family, found->ai_socktype, found->ai_protocol);
+        if (socket_of >= 0 && connect(socket_of, found->ai_addr, found->ai_addrlen) != 0)
+        {
+            (void)close(socket_of);
+            socket_of = -1;
+        }
+        freeaddrinfo(found);
+    }
+    if (socket_of < 0)
+    {
+        (void)link_complain("watch: %s: there is no such address", address);
+    }
+    return socket_of;
+}
+
+/// That nobody listens is no fault: who does may come later.
+static void send_sample(int socket_of, const link_bus_t *bus, const uint32_t words[WORDS], bool teleplot)
+{
+    if (socket_of >= 0)
+    {
+        char         text[DATAGRAM_MAX];
+        const size_t length = write_sample(text, bus, words, teleplot);
+        (void)!send(socket_of, text, length, 0);
+    }
+}
+
+#define PLOT_COLUMNS 64
+
+/// The last values of a signal, the newest last.
+typedef struct
+{
+    const char *title, *unit;
+    double      factor;
+    double      value[PLOT_COLUMNS];
+} trail_t;
+
+static void draw_trail(const trail_t *trail, int count)
+{
+    static const char *const blocks[] = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+    double                   low      = HUGE_VAL;
+    double                   high     = -HUGE_VAL;
+    for (int i = PLOT_COLUMNS - count; i < PLOT_COLUMNS; i++)
+    {
+        low  = fmin(low, trail->value[i]);
+        high = fmax(high, trail->value[i]);
+    }
+    (void)printf("%-6s ", trail->title);
+    for (int i = 0; i < PLOT_COLUMNS; i++)
+    {
+        const double part = high > low ? (trail->value[i] - low) / (high - low) : 0.0;
+        (void)fputs(i < PLOT_COLUMNS - count || !isfinite(part) ? " " : blocks[(int)(7.0 * part + 0.5)], stdout);
+    }
+    (void)printf("  %.4g to %.4g %s\033[K\n", trail->factor * low, trail->factor * high, trail->unit);
+}
+
+static void draw_view(const link_bus_t *bus, const uint32_t words[WORDS], trail_t trails[3], int *count)
+{
+    const double values[3] = {value_of(words, "F_N"),
+                              value_of(words, "r_N") - value_of(words, "F_N"),
+                              value_of(words, "u_N")};
+    *count                 = *count < PLOT_COLUMNS ? *count + 1 : PLOT_COLUMNS;
+    (void)fputs("\033[H", stdout);
+    print_short(bus, words, "\033[K\n");
+    (void)fputs("\033[K\n", stdout);
+    for (int i = 0; i < 3; i++)
+    {
+        memmove(trails[i].value, trails[i].value + 1, sizeof trails[i].value - sizeof trails[i].value[0]);
+        trails[i].value[PLOT_COLUMNS - 1] = values[i];
+        draw_trail(&trails[i], *count);
+    }
+    (void)fputs("\033[K\nCtrl-C ends this view, not the drive.\033[J", stdout);
+    (void)fflush(stdout);
+}
+
+static volatile sig_atomic_t is_over;
+
+static void end(int signal_number)
+{
+    (void)signal_number;
+    is_over = 1;
+}
+
+static void catch_signals(void)
+{
+    const struct sigaction action = {.sa_handler = end}; // without SA_RESTART
+    (void)sigaction(SIGINT, &action, NULL);
+    (void)sigaction(SIGTERM, &action, NULL);
+    (void)sigaction(SIGPIPE, &action, NULL);
+}
+
+static bool sample(link_bus_t *bus, const status_watch_t *watch, int udp, int teleplot, bool has_view)
+{
+    trail_t      trails[3] = {{.title = "F", .unit = "N", .factor = 1.0},
+                              {.title = "r - F", .unit = "mN", .factor = 1e3},
+                              {.title = "u", .unit = "N", .factor = 1.0}};
+    int          count     = 0;
+    const double start_s   = now_s(CLOCK_MONOTONIC);
+    double       next_s    = start_s;
+    while (is_over == 0 && now_s(CLOCK_MONOTONIC) - start_s < watch->hold_s)
+    {
+        uint32_t words[WORDS];
+        if (!read_words(bus, words))
+        {
+            return is_over != 0;
+        }
+        send_sample(udp, bus, words, false);
+        send_sample(teleplot, bus, words, true);
+        if (watch->json)
+        {
+            char         text[DATAGRAM_MAX];
+            const size_t length = write_sample(text, bus, words, false);
+            (void)fwrite(text, 1, length, stdout);
+            is_over = fflush(stdout) != 0 ? 1 : is_over;
+        }
+        if (has_view)
+        {
+            draw_view(bus, words, trails, &count);
+        }
+        next_s += 1.0 / watch->rate_hz;
+        const double rest_s = next_s - now_s(CLOCK_MONOTONIC);
+        next_s              = rest_s < 0.0 ? now_s(CLOCK_MONOTONIC) : next_s; // a line that is too slow for the rate
+        if (is_over == 0 && !link_bus_rest(bus, rest_s > 1e-3 ? (int)(1e3 * rest_s) : 1))
+        {
+            return is_over != 0;
+        }
+    }
+    return true;
+}
+
+bool status_watch(link_bus_t *bus, const status_watch_t *watch)
+{
+    const bool sends    = watch->json || watch->udp != NULL || watch->teleplot != NULL;
+    const bool has_view = !watch->json && isatty(STDOUT_FILENO) != 0;
+    if (!sends && !has_view)
+    {
+        return link_complain("watch: standard output is no terminal: --json, --udp or --teleplot is expected");
+    }
+    const int udp      = watch->udp != NULL ? open_udp(watch->udp) : -1;
+    const int teleplot = watch->teleplot != NULL ? open_udp(watch->teleplot) : -1;
+    if ((watch->udp != NULL && udp < 0) || (watch->teleplot != NULL && teleplot < 0))
+    {
+        return false;
+    }
+    catch_signals();
+    (void)fputs(has_view ? "\033[?1049h\033[?25l" : "", stdout); // a screen of its own, no cursor
+    const bool ok = sample(bus, watch, udp, teleplot, has_view);
+    (void)fputs(has_view ? "\033[?25h\033[?1049l" : "", stdout);
+    return ok;
+}
