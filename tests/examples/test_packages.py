@@ -19,7 +19,12 @@ int main(void)
 {
     static tribo_force_loop_f32_state_t loop;
     tribo_force_loop_f32_reset(&loop);
-    return tribo_force_loop_f32_step(&rig_params, &loop, 0.5f, 0.5f, NULL) > 0.0f;
+    float u = 0.0f;
+    for (int tick = 0; tick < 10; tick++)
+    {
+        u = tribo_force_loop_f32_step(&rig_params, &loop, 0.5f, 0.0f, NULL);
+    }
+    return !(u > 0.0f && u < 2.0f); // towards the reference
 }
 """
 
