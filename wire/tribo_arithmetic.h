@@ -22,6 +22,7 @@
 
 #include "tribo/feedforward_q31.h"
 #include "tribo/force_loop_q31.h"
+#include "tribo/sensorless_q31.h"
 
 #define TRIBO_ARITHMETIC       "q31"
 #define TRIBO_IS_Q31           1
@@ -38,6 +39,7 @@ typedef tribo_breakaway_point_q31_t tribo_point_t;
 
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
+#include "tribo/sensorless_f32.h"
 
 #define TRIBO_ARITHMETIC       "f32"
 #define TRIBO_IS_Q31           0
@@ -205,6 +207,30 @@ static inline tribo_status_t tribo_init_feedforward(TRIBO(force_loop, params_t) 
     (void)table;
     (void)full_scale_n;
     return tribo_force_loop_feedforward_f32_init(params, feedforward, config, feedforward_config);
+#endif
+}
+
+static inline tribo_status_t tribo_init_sensorless(TRIBO(force_loop, params_t) * params,
+                                                   tribo_point_t *table,
+                                                   TRIBO(feedforward, params_t) * feedforward,
+                                                   const tribo_force_loop_f32_config_t  *config,
+                                                   const tribo_feedforward_f32_config_t *feedforward_config,
+                                                   const tribo_sensorless_f32_config_t  *sensorless_config,
+                                                   float                                 full_scale_n)
+{
+#ifdef TRIBO_ARITHMETIC_Q31
+    return tribo_force_loop_sensorless_q31_init(params,
+                                                table,
+                                                feedforward,
+                                                config,
+                                                feedforward_config,
+                                                sensorless_config,
+                                                full_scale_n,
+                                                NULL);
+#else
+    (void)table;
+    (void)full_scale_n;
+    return tribo_force_loop_sensorless_f32_init(params, feedforward, config, feedforward_config, sensorless_config);
 #endif
 }
 

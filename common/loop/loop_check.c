@@ -119,6 +119,13 @@ static bool check_controller(const common_scenario_t *scenario, common_error_t *
 bool common_check_compensator(const common_scenario_t *scenario, common_error_t *error)
 {
     const common_compensator_config_t *compensator = &common_scenario_loop(scenario)->compensator;
+    if (compensator->sensor == COMMON_SENSOR_NONE && compensator->method != COMMON_METHOD_FEEDFORWARD)
+    {
+        return common_check_complain(scenario,
+                                     "compensator.sensor",
+                                     "none goes with compensator.method feedforward alone",
+                                     error);
+    }
     if (compensator->model == COMMON_MODEL_LUGRE && compensator->method == COMMON_METHOD_FEEDFORWARD)
     {
         return common_check_complain(scenario,
@@ -127,6 +134,15 @@ bool common_check_compensator(const common_scenario_t *scenario, common_error_t 
                                      error);
     }
     return common_check_friction(scenario, &common_scenario_loop(scenario)->compensator.friction, "compensator", error);
+}
+
+bool common_check_has_sensor(const common_scenario_t *scenario, common_error_t *error)
+{
+    return common_scenario_loop(scenario)->compensator.sensor != COMMON_SENSOR_NONE ||
+           common_check_complain(scenario,
+                                 "compensator.sensor",
+                                 "none is not in the drive's firmware, which needs one; it runs here and in params",
+                                 error);
 }
 
 bool common_check_has_loop(const common_scenario_t *scenario, common_error_t *error)

@@ -75,6 +75,11 @@ static void fill_feedforward(tribo_feedforward_f32_config_t *to, const common_fe
     TRIBO_FEEDFORWARD_PARAMETERS(FILL)
 }
 
+static void fill_sensorless(tribo_sensorless_f32_config_t *to, const common_sensorless_config_t *from)
+{
+    TRIBO_SENSORLESS_PARAMETERS(FILL)
+}
+
 static void fill_arm(tribo_arm_f32_config_t *to, const common_arm_config_t *from)
 {
     TRIBO_ARM_PARAMETERS(FILL)
@@ -100,12 +105,14 @@ void common_loop_config_fill(common_loop_config_t *loop, const common_loop_keys_
     loop->config.gain          = compensator->method == COMMON_METHOD_OFF ? 0.0f : (float)compensator->gain;
     loop->feeds_forward        = compensator->method == COMMON_METHOD_FEEDFORWARD;
     loop->has_lugre            = compensator->model == COMMON_MODEL_LUGRE && !loop->feeds_forward;
-    loop->guarded              = compensator->guard.on != 0;
+    loop->is_sensorless        = loop->feeds_forward && compensator->sensor == COMMON_SENSOR_NONE;
+    loop->guarded              = compensator->guard.on != 0 && !loop->is_sensorless; // it judges y
     fill_controller(loop, keys);
     fill_friction(loop, &compensator->friction);
     fill_arm(&loop->config.compensator.arm, &compensator->arm);
     fill_lugre(&loop->lugre, &compensator->lugre);
     fill_feedforward(&loop->feedforward, &compensator->feedforward);
+    fill_sensorless(&loop->sensorless, &compensator->sensorless);
     fill_guard(&loop->guard, &compensator->guard);
 }
 
@@ -119,6 +126,14 @@ tribo_status_t common_loop_config_status(const common_loop_config_t *loop)
     if (loop->has_lugre)
     {
         status = tribo_force_loop_lugre_f32_init(&params, &lugre, &loop->config, &loop->lugre);
+    }
+    else if (loop->is_sensorless)
+    {
+        status = tribo_force_loop_sensorless_f32_init(&params,
+                                                      &feedforward,
+                                                      &loop->config,
+                                                      &loop->feedforward,
+                                                      &loop->sensorless);
     }
     else if (loop->feeds_forward)
     {

@@ -6,6 +6,7 @@
 #include "loop/loop_keys.h"
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
+#include "tribo/sensorless_f32.h"
 
 #include <stdbool.h>
 
@@ -15,6 +16,8 @@ typedef struct
     tribo_force_loop_f32_config_t  config;
     bool                           feeds_forward; ///< instead of the paper's method
     tribo_feedforward_f32_config_t feedforward;
+    bool                           is_sensorless; ///< and does so without y
+    tribo_sensorless_f32_config_t  sensorless;
     bool                           has_lugre; ///< in the paper's method
     tribo_lugre_f32_config_t       lugre;
     bool                           guarded;

@@ -106,6 +106,13 @@ typedef enum
     COMMON_MODEL_LUGRE
 } common_friction_model_t;
 
+/// What the method `feedforward` has of the end-point force.
+typedef enum
+{
+    COMMON_SENSOR_FORCE,
+    COMMON_SENSOR_NONE
+} common_loop_sensor_t;
+
 typedef struct
 {
     TRIBO_LUGRE_PARAMETERS(COMMON_MEMBER)
@@ -118,6 +125,11 @@ typedef struct
 
 typedef struct
 {
+    TRIBO_SENSORLESS_PARAMETERS(COMMON_MEMBER)
+} common_sensorless_config_t;
+
+typedef struct
+{
     int on; ///< 1: yes
     TRIBO_GUARD_PARAMETERS(COMMON_MEMBER)
 } common_guard_config_t;
@@ -126,11 +138,13 @@ typedef struct
 {
     common_method_t             method;
     common_friction_model_t     model;
+    common_loop_sensor_t        sensor;
     double                      gain;
     common_friction_config_t    friction;
     common_arm_config_t         arm;
     common_bristles_config_t    lugre;
     common_feedforward_config_t feedforward;
+    common_sensorless_config_t  sensorless;
     common_guard_config_t       guard;
 } common_compensator_config_t;
 

@@ -125,12 +125,13 @@ static bool make(const options_t *options, const common_scenario_t *scenario, co
     const tribo_status_t status = sim_loop_init(&loop, options->q31, &loop_config, config->loop.limits.full_scale_n);
     return common_check_has_loop(scenario, error) && common_check_status(scenario, status, error) &&
            write_header(options,
-                        &(sim_params_header_t){.name      = options->name,
-                                               .scenario  = file_name(&options->choice),
-                                               .sets      = options->choice.sets,
-                                               .set_count = options->choice.set_count,
-                                               .config    = &loop_config.config,
-                                               .loop      = &loop},
+                        &(sim_params_header_t){.name          = options->name,
+                                               .scenario      = file_name(&options->choice),
+                                               .sets          = options->choice.sets,
+                                               .set_count     = options->choice.set_count,
+                                               .config        = &loop_config.config,
+                                               .loop          = &loop,
+                                               .is_sensorless = loop_config.is_sensorless},
                         error);
 }
 

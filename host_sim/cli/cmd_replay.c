@@ -114,8 +114,11 @@ static bool starts_with(const char *text, const char *start)
 
 static int take_set(options_t *options, const char *assignment)
 {
-    static const char *const without[] =
-        {"compensator.method=", "compensator.gain=", "compensator.guard.", "compensator.feedforward."};
+    static const char *const without[] = {"compensator.method=",
+                                          "compensator.gain=",
+                                          "compensator.guard.",
+                                          "compensator.feedforward.",
+                                          "compensator.sensor"};
     if (!starts_with(assignment, "compensator."))
     {
         return sim_usage("replay: --set %s: it reads the keys of compensator alone", assignment);

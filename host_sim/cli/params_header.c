@@ -156,6 +156,7 @@ typedef struct
     const char *name;   ///< of the params
     const char *suffix; ///< of their arithmetic
     const char *upper;  ///< likewise, F32 or Q31
+    const char *method; ///< in the name of its initialiser
 } sheet_t;
 
 static uint32_t unsigned_at(const char *at, size_t size)
@@ -221,9 +222,12 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
         put_address(sheet, field->kind, pointer != NULL);
         break;
     case FUNCTIONS: // params begin with them
-        (void)fprintf(sheet->stream,
-                      strcmp(field->name, "method") == 0 ? "TRIBO_FEEDFORWARD_%s_METHOD" : "TRIBO_LUGRE_%s_MODEL",
-                      sheet->upper);
+        if (strcmp(field->name, "method") == 0)
+        {
+            (void)fprintf(sheet->stream, "TRIBO_%s_%s_METHOD", sheet->method, sheet->upper);
+            break;
+        }
+        (void)fprintf(sheet->stream, "TRIBO_LUGRE_%s_MODEL", sheet->upper);
         break;
     case GUARD_STEP:
         (void)fprintf(sheet->stream, "tribo_guard_%s_step", sheet->suffix);
@@ -450,7 +454,9 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
                   "#if TRIBO_FORCE_LOOP_%s_PARAMS_VERSION != %d\n"
                   "#error \"made for another version of tribo: run tribo-sim params again\"\n"
                   "#endif\n\n// clang-format off\n",
-                  feedforward_of(header->loop) != NULL ? "feedforward" : "force_loop",
+                  header->is_sensorless                  ? "sensorless"
+                  : feedforward_of(header->loop) != NULL ? "feedforward"
+                                                         : "force_loop",
                   suffix,
                   upper,
                   versions[q31]);
@@ -460,6 +466,11 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
         put_define(stream, header, "FULL_SCALE_N", (double)(float)header->loop->full_scale_n);
     }
     (void)fputs("\n", stream);
-    put_loop(&(sheet_t){.stream = stream, .name = header->name, .suffix = suffix, .upper = upper}, header->loop);
+    put_loop(&(sheet_t){.stream = stream,
+                        .name   = header->name,
+                        .suffix = suffix,
+                        .upper  = upper,
+                        .method = header->is_sensorless ? "SENSORLESS" : "FEEDFORWARD"},
+             header->loop);
     (void)fputs("// clang-format on\n\n#endif\n", stream);
 }

@@ -16,6 +16,7 @@ typedef struct
 
     const tribo_force_loop_f32_config_t *config;
     const sim_loop_t                    *loop; ///< initialised with it
+    bool                                 is_sensorless;
 } sim_params_header_t;
 
 /// Writes a header that declares NAME_params, its table if there is one, NAME_SAMPLE_TIME_S and in Q31 NAME_FULL_SCALE_N,

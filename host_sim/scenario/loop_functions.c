@@ -12,6 +12,16 @@ static tribo_status_t init_params(sim_loop_t *loop, const common_loop_config_t *
     {
         return tribo_init_lugre(&in->params, in->table, &in->lugre, &config->config, &config->lugre, full_scale_n);
     }
+    if (config->is_sensorless)
+    {
+        return tribo_init_sensorless(&in->params,
+                                     in->table,
+                                     &in->feedforward,
+                                     &config->config,
+                                     &config->feedforward,
+                                     &config->sensorless,
+                                     full_scale_n);
+    }
     return config->feeds_forward ? tribo_init_feedforward(&in->params,
                                                           in->table,
                                                           &in->feedforward,

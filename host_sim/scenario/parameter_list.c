@@ -3,6 +3,7 @@
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
 #include "tribo/parameters.h"
+#include "tribo/sensorless_f32.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -47,6 +48,7 @@ static void print_row(const char *field,
 #define AT_FRICTION(member)    FIELD(tribo_force_loop_f32_config_t, compensator.friction.member)
 #define AT_ARM(member)         FIELD(tribo_force_loop_f32_config_t, compensator.arm.member)
 #define AT_LUGRE(member)       FIELD(tribo_lugre_f32_config_t, member)
+#define AT_SENSORLESS(member)  FIELD(tribo_sensorless_f32_config_t, member)
 #define AT_FEEDFORWARD(member) FIELD(tribo_feedforward_f32_config_t, member)
 #define AT_GUARD(member)       FIELD(tribo_guard_f32_config_t, member)
 #define AT_SCALE(member)       #member // an argument
@@ -87,6 +89,8 @@ void sim_parameter_list_print(void)
     TRIBO_LUGRE_PARAMETERS(ROW)
     print_heading("Feed-forward: `tribo_feedforward_f32_config_t`");
     TRIBO_FEEDFORWARD_PARAMETERS(ROW)
+    print_heading("Without a sensor: `tribo_sensorless_f32_config_t`");
+    TRIBO_SENSORLESS_PARAMETERS(ROW)
     print_heading("Guard: `tribo_guard_f32_config_t`");
     TRIBO_GUARD_PARAMETERS(ROW)
 }

@@ -107,6 +107,7 @@ static bool set_up(run_t                   *run,
 bool sim_run_learns(const sim_config_t *config)
 {
     return config->loop.compensator.method == COMMON_METHOD_FEEDFORWARD &&
+           config->loop.compensator.sensor != COMMON_SENSOR_NONE &&
            config->loop.controller.kind != COMMON_CONTROLLER_NONE;
 }
 
@@ -161,6 +162,7 @@ static bool advance(run_t *run, uint64_t tick, sim_row_t *row, common_error_t *e
     else if (run->target == NULL)
     {
         row->u_n = sim_loop_step(&run->loop, row->r_n, row->y_n, &row->loop);
+        run->open_limited_ticks += run->loop_config.is_sensorless && row->loop.controller.limited;
     }
     else if (!sim_target_step(run->target, row->r_n, row->y_n, &row->u_n, &row->loop, error))
     {

@@ -53,6 +53,9 @@ compensator:
     "feedforward": """
 compensator: {feedforward: {jump_lead: 0.5, still_time_s: 0}, guard: {on: no}}
 """,
+    "sensorless": """
+compensator: {sensor: none, sensorless: {belief: 0.7}, feedforward: {jump_lead: 0.5}}
+""",
     "guarded": """
 compensator: {method: paper, gain: 1.5, friction: {breakaway: {offset_N: 0.01, slope: 0.4}}, guard: {on: yes, turn_N: 0.02, stray_N: 0.001, quick_time_s: 0.5}}
 """,
@@ -119,7 +122,7 @@ int main(void)
     LOOP(reset)(&state);
     GUARD(reset)(&guard);
     GUARD(attach)(&state, &guard);
-    if (FEED(of)(&loop_params) != NULL)
+    if (loop_params.method != NULL)
     {
         FEED(reset)(&memory.state);
         ATTACH(&state, &memory);

@@ -164,6 +164,29 @@ def test_friction_that_does_harm_is_in_the_summary(sim):
         assert (text in shown) == harms and "forgotten" not in shown
 
 
+BLIND = ["triangle", "--set", "compensator.sensor=none"]
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_without_a_sensor_u_comes_from_r_and_belief_alone(sim, arithmetic):
+    blind = [*BLIND, "--arith", arithmetic]
+    quiet, noisy = (sim.trace(*blind, "--set", f"sensor.noise_N={noise}") for noise in (0, 0.1))
+    assert quiet["u_N"] == noisy["u_N"] and quiet["y_N"] != noisy["y_N"]
+    assert "breakaway_positive_N" not in quiet and "guard" not in sim.summary(*blind)
+    rms = {belief: sim.summary(*blind, "--set", f"compensator.sensorless.belief={belief}")["rms_error_N"] for belief in (0, 0.9, 1)}
+    assert sim.summary(*blind)["rms_error_N"] == rms[0.9]
+    assert rms[0] / rms[0.9] > 4 and rms[0] / rms[1] > 12
+    low = sim.summary(*blind, "--set", "limits.u_max_N=0.5")
+    assert low["limited_ticks"] > 1000 and low["rms_error_N"] > 0.02
+
+
+def test_a_loop_without_a_sensor_that_does_not_go_with_the_rest_is_refused(sim):
+    sim.fails("--set compensator.sensor=none: compensator.sensor: none goes with compensator.method feedforward alone",
+              "run", *BLIND, *PAPER)
+    sim.fails("--set compensator.sensor=none: compensator.sensor: none is not in the drive's firmware, which needs one; it runs here "
+              "and in params", "run", *BLIND, "--target", "m4f")
+
+
 def test_gain_1_overcompensates(sim):
     assert sim.summary("triangle", *PAPER, "--set", "compensator.gain=1")["rms_error_N"] == pytest.approx(0.003216, rel=0.05)
 

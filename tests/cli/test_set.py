@@ -25,6 +25,10 @@ def companions(key):
     """What has to be set first for this key to exist or to have an effect."""
     if key.startswith("compensator.feedforward."):
         return FED
+    if key == "compensator.sensor":
+        return FED
+    if key.startswith("compensator.sensorless."):
+        return [*FED, "compensator.sensor=none"]
     if key == "compensator.method":
         return ["compensator.gain=0.5"]
     if key.startswith("compensator.guard."):
@@ -106,6 +110,8 @@ VALUES = {
     "viscous_N_s_per_deg": "0.1",
     "compensator.method": "feedforward",
     "compensator.model": "lugre",
+    "compensator.sensor": "none",
+    "belief": "0.5",
     "guard.on": "no",
     "reversal_N": "0.01",
     "presliding_N": "0.05",

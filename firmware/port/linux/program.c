@@ -476,7 +476,7 @@ static bool open_scenario(program_t *program, common_error_t *error)
     ok = ok &&
          (desk != NULL ? desk->check(program->scenario, error)
                        : common_check_present(program->scenario, error) && common_check_loop(program->scenario, error));
-    return ok && common_check_has_loop(program->scenario, error) &&
+    return ok && common_check_has_loop(program->scenario, error) && common_check_has_sensor(program->scenario, error) &&
            common_reference_init(&program->reference, program->scenario, error);
 }
 

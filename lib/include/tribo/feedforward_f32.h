@@ -237,11 +237,20 @@ typedef struct
     uint32_t forgotten; ///< times that a corrupt memory was reset
 } tribo_feedforward_f32_learned_t;
 
+/// Of a loop without a sensor, tribo/sensorless_f32.h.
+typedef struct
+{
+    float   slack[2]; ///< of a play a width wide, intended and measured
+    int8_t  sign;     ///< of the last motion, 0: none yet
+    uint8_t is_known; ///< in this tick
+} tribo_feedforward_f32_motion_t;
+
 /// Memory of a feed-forward, attached to a loop.
 typedef struct
 {
     tribo_feedforward_f32_state_t   state;
     tribo_feedforward_f32_signals_t signals; ///< of the last tick, for logging
+    tribo_feedforward_f32_motion_t  motion;
 } tribo_feedforward_f32_memory_t;
 
 /// Defaults, for the paper's poles.

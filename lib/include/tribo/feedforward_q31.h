@@ -180,11 +180,20 @@ typedef struct
     uint32_t forgotten;
 } tribo_feedforward_q31_learned_t;
 
+/// Of a loop without a sensor, tribo/sensorless_q31.h.
+typedef struct
+{
+    int32_t slack[2]; ///< Q29
+    int8_t  sign;
+    uint8_t is_known;
+} tribo_feedforward_q31_motion_t;
+
 /// Memory of a feed-forward, attached to a loop.
 typedef struct
 {
     tribo_feedforward_q31_state_t   state;
     tribo_feedforward_q31_signals_t signals; ///< of the last tick, for logging
+    tribo_feedforward_q31_motion_t  motion;
 } tribo_feedforward_q31_memory_t;
 
 /// Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE, a status of tribo_feedforward_f32_init, or that of a parameter that full_scale_n does

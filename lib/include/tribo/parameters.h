@@ -91,6 +91,10 @@ extern "C" {
     ROW(FEEDFORWARD, FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0, TUNES, 0x20e, "q31: under 32/full_scale_n", "part of the prior variance that returns per newton travelled; ten times the derived one for friction that drifts; 0: derived, 0.0157 over the breakaway") \
     ROW(FEEDFORWARD, STILL_TIME, still_time_s, "still_time_s", "s", 0, 1e3, 0.2, TUNES, 0x210, "", "r is at rest once it has not moved for that long; 0: never, without feedback of friction at rest")
 
+/// Of tribo_sensorless_f32_config_t. No register: the drive's firmware does not have it.
+#define TRIBO_SENSORLESS_PARAMETERS(ROW) \
+    ROW(SENSORLESS, BELIEF, belief, "belief", "-", 0, 1, 0.9, TUNES, 0, "", "part of the believed breakaway that is fed forward without a sensor: low, as too much may be worse than none")
+
 /// Of tribo_guard_f32_config_t.
 #define TRIBO_GUARD_PARAMETERS(ROW) \
     ROW(GUARD, GUARD_TURN, turn_n, "turn_N", "N", 1e-9, 1e6, 0.05, TUNES, 0x2e2, "q31: 1e-6 to under 1 full_scale_n", "the added friction turns when it comes back by that much: about a third of the breakaway") \
@@ -142,7 +146,8 @@ extern "C" {
     TRIBO_FRICTION_PARAMETERS(ROW) \
     TRIBO_LUGRE_PARAMETERS(ROW) \
     TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
-    TRIBO_GUARD_PARAMETERS(ROW)
+    TRIBO_GUARD_PARAMETERS(ROW) \
+    TRIBO_SENSORLESS_PARAMETERS(ROW)
 // clang-format on
 
 /// Of each group: what stands before its keys in a scenario, and before its members in a text.
@@ -159,6 +164,7 @@ extern "C" {
 #define TRIBO_KEY_LUGRE         "compensator.lugre."
 #define TRIBO_KEY_FEEDFORWARD   "compensator.feedforward."
 #define TRIBO_KEY_GUARD         "compensator.guard."
+#define TRIBO_KEY_SENSORLESS    "compensator.sensorless."
 #define TRIBO_TITLE_SAMPLE      ""
 #define TRIBO_TITLE_INPUT       "force loop "
 #define TRIBO_TITLE_LIMIT       "controller "
@@ -172,6 +178,7 @@ extern "C" {
 #define TRIBO_TITLE_LUGRE       "lugre "
 #define TRIBO_TITLE_FEEDFORWARD "feedforward "
 #define TRIBO_TITLE_GUARD       "guard "
+#define TRIBO_TITLE_SENSORLESS  "sensorless "
 
 /// The classes of `change`.
 #define TRIBO_TUNES    0
@@ -203,6 +210,7 @@ extern const tribo_parameter_t tribo_arm_parameters[TRIBO_PARAMETER_COUNT(TRIBO_
 extern const tribo_parameter_t tribo_lugre_parameters[TRIBO_PARAMETER_COUNT(TRIBO_LUGRE_PARAMETERS)];
 extern const tribo_parameter_t tribo_feedforward_parameters[TRIBO_PARAMETER_COUNT(TRIBO_FEEDFORWARD_PARAMETERS)];
 extern const tribo_parameter_t tribo_guard_parameters[TRIBO_PARAMETER_COUNT(TRIBO_GUARD_PARAMETERS)];
+extern const tribo_parameter_t tribo_sensorless_parameters[TRIBO_PARAMETER_COUNT(TRIBO_SENSORLESS_PARAMETERS)];
 
 #ifdef __cplusplus
 }

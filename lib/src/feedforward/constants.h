@@ -63,6 +63,10 @@
 #define FEEDFORWARD_DEADBAND_RARE 0.6f           // over the mean second difference of y, where y seldom changes
 #define FEEDFORWARD_DEADBAND_ALL  0.13f          // and where it always changes: 0.1 lets F slip within minutes of noise
 
+// Force from u alone. Each turn leaves the slope of L(F), 0.3 on the paper's rig, of the error.
+#define ESTIMATE_TURNS       4u
+#define ESTIMATE_FIRST_TURNS 16u
+
 // Monitor.
 #define FEEDFORWARD_EFFORT_TIME  0.03f // T_v, s
 #define FEEDFORWARD_EFFORT_WIDTH 0.02f // mu, of B

@@ -2,6 +2,7 @@
 
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
+#include "tribo/sensorless_f32.h"
 
 #include "ieee_f32.h"
 
@@ -37,6 +38,9 @@ const tribo_parameter_t tribo_feedforward_parameters[] = {TRIBO_FEEDFORWARD_PARA
 #undef T
 #define T tribo_guard_f32_config_t
 const tribo_parameter_t tribo_guard_parameters[] = {TRIBO_GUARD_PARAMETERS(ROW)};
+#undef T
+#define T tribo_sensorless_f32_config_t
+const tribo_parameter_t tribo_sensorless_parameters[] = {TRIBO_SENSORLESS_PARAMETERS(ROW)};
 #undef T
 // clang-format on
 

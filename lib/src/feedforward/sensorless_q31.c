@@ -1,0 +1,309 @@
+// The feed-forward without a force sensor in fixed point; sensorless_f32.c has the steps in float.
+
+#include "tribo/sensorless_q31.h"
+
+#include "../number/fixed_q31.h"
+#include "../number/parameters.h"
+#include "bank_q31.h"
+#include "constants.h"
+
+#include <stddef.h>
+
+static const tribo_feedforward_q31_params_t *own(const tribo_force_loop_q31_params_t *params)
+{
+    return (const tribo_feedforward_q31_params_t *)params->method;
+}
+
+static bool runs(const tribo_feedforward_q31_state_t *state)
+{
+    return state->mode >= TRIBO_FEEDFORWARD_START && state->mode <= TRIBO_FEEDFORWARD_HOLD;
+}
+
+static void start(tribo_feedforward_q31_state_t *state, int32_t r)
+{
+    const bool enters = state->mode == TRIBO_FEEDFORWARD_ENTER;
+
+    state->mode        = TRIBO_FEEDFORWARD_START;
+    state->offset_rule = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    state->offset      = 0;
+    state->sign        = 0;
+    state->limited     = 0;
+    state->r[0]        = r;
+    state->r[1]        = r;
+    state->noise       = 0;
+    state->reached     = r;
+    state->rate        = 0;
+    state->settled     = r;
+    state->turned      = r;
+    state->sigma       = 0;
+    state->behind[0]   = 0;
+    state->behind[1]   = 0;
+    state->f           = 0;
+    state->u           = r;
+}
+
+static int32_t push(int32_t *slack, int32_t moves)
+{
+    const int32_t half   = BANK_Q31_ONE / 2;
+    const int32_t wanted = limit_q31(*slack, -half, half) + limit_q31(moves, -2 * BANK_Q31_ONE, 2 * BANK_Q31_ONE);
+    *slack               = limit_q31(wanted, -half, half);
+    return bank_q31_sign(wanted - *slack);
+}
+
+void tribo_sensorless_q31_motion(tribo_feedforward_q31_memory_t *memory, int32_t intended, int32_t measured)
+{
+    tribo_feedforward_q31_motion_t *const motion = &memory->motion;
+
+    const int32_t first  = push(&motion->slack[0], intended);
+    const int32_t second = push(&motion->slack[1], measured);
+    const int32_t sign   = first != 0 || intended != 0 ? first : second; // at rest: the measured
+    motion->sign         = (int8_t)(sign != 0 ? sign : motion->sign);
+    motion->is_known     = 1;
+}
+
+static int8_t direction(tribo_feedforward_q31_memory_t *memory, int8_t before)
+{
+    if (memory->motion.is_known == 0u)
+    {
+        return memory->state.sign;
+    }
+    memory->motion.is_known = 0;
+    return memory->motion.sign != 0 ? memory->motion.sign : before;
+}
+
+int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *loop,
+                                          void                                *memory,
+                                          int32_t                              r_q31,
+                                          int32_t                              y_q31,
+                                          uint32_t                             fade)
+{
+    const tribo_feedforward_q31_params_t *const params  = own(loop);
+    tribo_feedforward_q31_memory_t *const       inner   = memory;
+    tribo_feedforward_q31_state_t *const        state   = &inner->state;
+    tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
+
+    const bool bad     = tribo_q31_magnitude(r_q31) > params->input_max;
+    uint32_t   ignored = 0;
+    int32_t    e       = 0;
+    if (!runs(state))
+    {
+        if (bad)
+        {
+            state->offset_rule = TRIBO_FEEDFORWARD_KEEP;
+            return 0;
+        }
+        // The term to go on from is for the controller's output at that error.
+        const bool is_handed = state->offset_rule == TRIBO_FEEDFORWARD_CONTINUE;
+        if (is_handed && tribo_q31_magnitude(y_q31) <= params->input_max)
+        {
+            e = tribo_q31_subtract(r_q31, y_q31, &ignored);
+        }
+        start(state, bank_q31_inside(r_q31));
+    }
+    state->noise         = bank_q31_noise(params, state->noise, bad ? state->r[0] : bank_q31_inside(r_q31), state->r);
+    const uint32_t noise = (state->noise >> 8) * (uint32_t)FEEDFORWARD_NOISE_GAIN;
+    const uint32_t width = params->reversal + noise;
+    const int32_t  moved = bank_q31_reach(params, state, state->r[0]);
+    const int8_t   sign  = state->sign;
+    bank_q31_follow(params, state, noise, width);
+
+    // A noisy r has no reliable rate; that of somebody else's effort is noise altogether.
+    const int32_t rate = inner->motion.is_known != 0u ? 0 : state->rate;
+    state->sign        = direction(inner, sign);
+
+    const bank_q31_prior_t prior    = bank_q31_prior(&loop->compensator.friction, state->reached);
+    const uint32_t         reliable = 2u * ratio_q31(params->reversal, width);
+    const uint32_t         lag      = tribo_q31_high(params->lag, reliable);
+    const int32_t          ahead    = bank_q31_times(rate, lag, 32u - params->lag_shift, (uint32_t)BANK_Q31_ONE / 2u);
+    bank_q31_path(params, state, moved, ahead);
+
+    const int32_t before = limit_q31(state->sigma, -BANK_Q31_ONE, BANK_Q31_ONE);
+    const int32_t left   = limit_q31(state->sign * BANK_Q31_ONE - before, -params->jump, params->jump);
+    state->sigma         = before + left;
+    signals->e           = bank_q31_inside(e);
+    signals->reached     = state->reached;
+    signals->lin         = sum_q31(state->reached + ahead, bank_q31_both(&prior, 0));
+    signals->level       = bank_q31_share(bank_q31_share(prior.L, fade), ~params->distrust);
+    signals->f           = bank_q31_product((int32_t)signals->level, state->sigma);
+    const int32_t jump   = bank_q31_product((int32_t)signals->level, left);
+    signals->lead        = bank_q31_times(jump, params->lead, 16, (uint32_t)BANK_Q31_ONE / 2u);
+    state->f             = signals->f;
+    state->mode          = state->sign != 0 ? TRIBO_FEEDFORWARD_MOVING : TRIBO_FEEDFORWARD_START;
+    return e;
+}
+
+int32_t tribo_sensorless_q31_method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v)
+{
+    const tribo_feedforward_q31_params_t *const params  = own(loop);
+    tribo_feedforward_q31_memory_t *const       inner   = memory;
+    tribo_feedforward_q31_state_t *const        state   = &inner->state;
+    tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
+    if (!runs(state))
+    {
+        return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->term : 0;
+    }
+    const tribo_controller_q31_params_t *const limits = &loop->controller;
+
+    const bool    takes_over = state->offset_rule == TRIBO_FEEDFORWARD_TAKE_OVER;
+    const int32_t most       = 2 * (BANK_Q31_ONE - 1);
+    const int32_t wanted     = limit_q31(sum_q31(signals->lin, signals->f), -most, most);
+    const int32_t going      = bank_q31_inside(v) + bank_q31_inside(state->term);
+    const int32_t b          = takes_over ? wanted - going : first_order_q31_step(state->offset, 0, params->noise_part);
+    uint32_t      ignored    = 0;
+    state->offset_rule       = TRIBO_FEEDFORWARD_KEEP;
+    state->offset            = limit_q31(b, -params->offset_max, params->offset_max);
+
+    const int32_t low   = bank_q31_inside(limits->u_min);
+    const int32_t high  = bank_q31_inside(limits->u_max);
+    const int32_t sum   = limit_q31(wanted + signals->lead, -most, most) - state->offset;
+    const int32_t u     = limit_q31(sum, low, high); // here: the controller shall not wind up
+    const int32_t plain = limit_q31(wanted - state->offset, low, high);
+    state->limited      = (int8_t)bank_q31_sign(sum - u);
+    state->term         = tribo_q31_subtract(bank_q31_outside(plain), v, &ignored);
+    signals->b          = state->offset;
+    signals->term       = tribo_q31_subtract(bank_q31_outside(u), v, &ignored);
+    return signals->term;
+}
+
+void tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *loop,
+                                       void                                *memory,
+                                       int32_t                              v,
+                                       int32_t                              u_q31,
+                                       tribo_force_loop_q31_signals_t      *seen)
+{
+    tribo_feedforward_q31_memory_t *const  inner   = memory;
+    tribo_feedforward_q31_state_t *const   state   = &inner->state;
+    tribo_feedforward_q31_signals_t *const signals = &inner->signals;
+    (void)loop;
+    (void)v;
+    if (!runs(state))
+    {
+        return;
+    }
+    const int32_t F          = bank_q31_outside(sum_q31(signals->reached, state->behind[0]));
+    uint32_t      ignored    = 0;
+    state->u                 = bank_q31_inside(u_q31);
+    seen->controller.limited = seen->controller.limited || state->limited != 0;
+    seen->compensator        = (tribo_compensator_q31_signals_t){.force    = F,
+                                                                 .friction = {.n = tribo_q31_subtract(u_q31, F, &ignored),
+                                                                              .L = bank_q31_outside((int32_t)signals->level),
+                                                                              .f = bank_q31_outside(signals->f)}};
+}
+
+int32_t tribo_sensorless_q31_method_friction(const void *memory)
+{
+    return tribo_feedforward_q31_method_friction(memory);
+}
+
+void tribo_sensorless_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last)
+{
+    const tribo_feedforward_q31_state_t *const state = &((const tribo_feedforward_q31_memory_t *)memory)->state;
+    if (state->mode != TRIBO_FEEDFORWARD_RESTART)
+    {
+        last->e    = 0;
+        last->term = state->term;
+    }
+}
+
+void tribo_sensorless_q31_method_enter(void *memory, int32_t term, bool anew)
+{
+    tribo_feedforward_q31_state_t *const state = &((tribo_feedforward_q31_memory_t *)memory)->state;
+    tribo_feedforward_q31_method_enter(memory, term, anew);
+    if (!runs(state))
+    {
+        state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
+    }
+}
+
+// One by one: an initialiser would be a table of absolute addresses.
+static void set_functions(tribo_force_loop_q31_method_t *method)
+{
+    method->error    = tribo_sensorless_q31_method_error;
+    method->friction = tribo_sensorless_q31_method_friction;
+    method->term     = tribo_sensorless_q31_method_term;
+    method->after    = tribo_sensorless_q31_method_after;
+    method->last     = tribo_sensorless_q31_method_last;
+    method->enter    = tribo_sensorless_q31_method_enter;
+}
+
+tribo_status_t tribo_force_loop_sensorless_q31_init(tribo_force_loop_q31_params_t        *params,
+                                                    tribo_breakaway_point_q31_t          *table,
+                                                    tribo_feedforward_q31_params_t       *feedforward,
+                                                    const tribo_force_loop_f32_config_t  *config,
+                                                    const tribo_feedforward_f32_config_t *feedforward_config,
+                                                    const tribo_sensorless_f32_config_t  *sensorless_config,
+                                                    float                                 full_scale_n,
+                                                    tribo_headroom_q31_t                 *headroom)
+{
+    if (sensorless_config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_status_t status = PARAMETERS_CHECK(tribo_sensorless_parameters, sensorless_config);
+    if (status == TRIBO_OK)
+    {
+        status = tribo_force_loop_feedforward_q31_init(params,
+                                                       table,
+                                                       feedforward,
+                                                       config,
+                                                       feedforward_config,
+                                                       full_scale_n,
+                                                       headroom);
+    }
+    if (status == TRIBO_OK)
+    {
+        feedforward->distrust = ~fixed_unsigned(sensorless_config->belief, 32);
+        set_functions(&feedforward->method);
+    }
+    return status;
+}
+
+static int32_t stuck(const tribo_friction_q31_params_t *friction,
+                     int32_t                            before,
+                     int32_t                            u,
+                     uint32_t                           up,
+                     uint32_t                           down,
+                     uint32_t                           turns)
+{
+    const int32_t  g    = bank_q31_inside(friction->gravity);
+    const uint32_t most = 2u * (uint32_t)BANK_Q31_ONE - 2u; // with u and g it fits
+    int32_t        F    = before;
+    for (uint32_t i = 0; i < turns; i++)
+    {
+        const bank_q31_prior_t prior = bank_q31_prior(friction, F);
+        const int32_t          half  = prior.load + g;
+        const int32_t          rise  = bank_q31_times((int32_t)prior.L + half, up, 31, most);
+        const int32_t          fall  = bank_q31_times((int32_t)prior.L - half, down, 31, most);
+        F                            = limit_q31(before, u + g - rise, u + g + fall);
+    }
+    return F;
+}
+
+void tribo_force_estimate_q31_step(const tribo_force_loop_q31_params_t  *params,
+                                   const tribo_feedforward_q31_params_t *feedforward,
+                                   tribo_force_estimate_q31_t           *x,
+                                   uint32_t                              tolerance,
+                                   int32_t                               u_q31)
+{
+    const tribo_friction_q31_params_t *const friction = &params->compensator.friction;
+
+    const int32_t u     = bank_q31_inside(u_q31);
+    const int32_t most  = (int32_t)(feedforward->input_max / 4u);
+    uint32_t      turns = ESTIMATE_TURNS;
+    if (tribo_q31_magnitude(u_q31) > feedforward->input_max)
+    {
+        return;
+    }
+    if (x->runs == 0u)
+    {
+        *x    = (tribo_force_estimate_q31_t){.runs = 1, .lagged = u, .force = u, .low = -most, .high = most};
+        turns = ESTIMATE_FIRST_TURNS;
+    }
+    const uint32_t one  = UINT32_C(1) << 31;
+    const uint32_t few  = one - tolerance / 2u;
+    const uint32_t many = one + tolerance / 2u;
+    x->lagged           = limit_q31(first_order_q31_step(x->lagged, u, feedforward->lag_part), -most, most);
+    x->force            = stuck(friction, x->force, x->lagged, one, one, turns);
+    x->low              = stuck(friction, x->low, x->lagged, many, few, turns);
+    x->high             = stuck(friction, x->high, x->lagged, few, many, turns);
+}

@@ -1,0 +1,539 @@
+// The feed-forward without a force sensor, as a method of the loop: what it adds, whose motion it opposes, that y and the
+// controller have no part in u, hand-over, limits, corrupt memory; and the force that it estimates from u.
+
+#include ARITH_HEADER
+#include "random.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+#define H     1e-3
+#define L0    0.007 // the paper's breakaway
+#define L1    0.3
+#define TAU   (1.0 / 200.0 + 0.0288 / 3.84)
+#define WHOLE TRIBO_EITHER(1.0, 536870912.0) // of a width
+#define CLOSE TRIBO_EITHER(2e-6, 2e-7)
+
+typedef struct
+{
+    TRIBO(force_loop, params_t) params, fed; // without a sensor, with one
+    TRIBO(feedforward, params_t) own, of_fed;
+    TRIBO(feedforward, memory_t) memory;
+    TRIBO(force_loop, state_t) state;
+    TRIBO(force_loop, signals_t) signals;
+    tribo_point_t table[2][TRIBO_BREAKAWAY_POINTS_MAX];
+} blind_t;
+
+static tribo_force_loop_f32_config_t  config;
+static tribo_feedforward_f32_config_t method;
+static tribo_sensorless_f32_config_t  sensorless;
+static blind_t                        x;
+
+static void reset(blind_t *b)
+{
+    TRIBO(force_loop, reset)(&b->state);
+    memset(&b->memory, 0, sizeof b->memory);
+    TRIBO(feedforward, reset)(&b->memory.state);
+    TRIBO(force_loop_feedforward, attach)(&b->state, &b->memory);
+}
+
+static tribo_status_t init(blind_t *b)
+{
+    const tribo_status_t status =
+        tribo_init_sensorless(&b->params, b->table[0], &b->own, &config, &method, &sensorless, (float)FULL_SCALE_N);
+    if (status == TRIBO_OK)
+    {
+        TEST_ASSERT_EQUAL_INT(
+            TRIBO_OK,
+            tribo_init_feedforward(&b->fed, b->table[1], &b->of_fed, &config, &method, (float)FULL_SCALE_N));
+        reset(b);
+    }
+    return status;
+}
+
+void setUp(void)
+{
+    config     = tribo_force_loop_f32_paper();
+    method     = tribo_feedforward_f32_default();
+    sensorless = tribo_sensorless_f32_default();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&x));
+}
+
+void tearDown(void)
+{
+}
+
+static double step(blind_t *b, const TRIBO(force_loop, params_t) * params, double r, double y)
+{
+    return from_force(TRIBO(force_loop, step)(params, &b->state, to_force(r), to_force(y), &b->signals));
+}
+
+static double tick(double r)
+{
+    return step(&x, &x.params, r, 0.0);
+}
+
+static void move(double intended, double measured)
+{
+    TRIBO(sensorless, motion)(&x.memory,
+                              TRIBO_EITHER((float)intended, (int32_t)(intended * WHOLE)),
+                              TRIBO_EITHER((float)measured, (int32_t)(measured * WHOLE)));
+}
+
+/// 0.3 to 0.5 N at 0.1 N/s, from its low end.
+static double triangle(int k)
+{
+    const int phase = k % 4000;
+    return 0.3 + 1e-4 * (phase < 2000 ? phase : 4000 - phase);
+}
+
+static void test_it_adds_the_believed_part_of_breakaway_against_the_motion_of_r(void)
+{
+    TEST_ASSERT_TRUE(sensorless.belief == 0.9f);
+    for (int half = 0; half < 2; half++)
+    {
+        sensorless.belief = half != 0 ? 0.5f : 0.9f;
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&x));
+        for (int k = 0; k < 12000; k++)
+        {
+            const double r    = triangle(k);
+            const double u    = tick(r);
+            const double side = k % 4000 < 2000 ? 1.0 : -1.0;
+            if (k % 2000 > 200)
+            {
+                const double wanted = r + side * (0.1 * TAU + (double)sensorless.belief * (L0 + L1 * r));
+                TEST_ASSERT_DOUBLE_WITHIN(CLOSE, wanted, u);
+            }
+        }
+    }
+}
+
+static void test_directions_and_gravity_of_the_model_are_in_u(void)
+{
+    config.compensator.friction.negative.offset_n = 0.047f;
+    config.compensator.friction.gravity_n         = 0.02f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&x));
+    const double L    = 0.027 + 0.3 * triangle(1900);
+    const double load = -0.02 - 0.02;
+    double       up   = 0.0;
+    for (int k = 0; k <= 1900; k++)
+    {
+        up = tick(triangle(k));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, triangle(1900) + 0.1 * TAU + load + 0.9 * L, up);
+}
+
+static void test_friction_changes_its_sign_within_the_jump_time_and_its_lead_is_that_of_the_jump(void)
+{
+    double sum  = 0.0;
+    double f    = 0.0;
+    double most = 0.0;
+    for (int k = 0; k < 2300; k++)
+    {
+        (void)tick(triangle(k));
+        const double now = from_force(x.signals.compensator.friction.TRIBO_N(f));
+        if (k > 1990)
+        {
+            sum += from_force(x.signals.TRIBO_N(friction_term)) - triangle(k) - now;
+            most = fmax(most, fabs(now - f));
+        }
+        f = now;
+    }
+    const double L = 0.9 * (L0 + L1 * 0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * L, 2.0 * L / 20.0, most); // 1.6 tau
+    // Beside the lead, the sum has the rate of r: 10 ticks up and 300 down, behind a filter.
+    const double lead = sum + 0.1 * TAU * 290.0;
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, -0.7 / (200.0 * H) * 2.0 * L, lead);
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, -L, f);
+}
+
+static void test_neither_y_nor_the_controller_has_a_part_in_u(void)
+{
+    static blind_t other;
+    random_t       r = {.state = 0xb11dULL};
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&other));
+    for (int k = 0; k < 9000; k++)
+    {
+        const double u = tick(triangle(k));
+        TEST_ASSERT_TRUE(u == step(&other, &other.params, triangle(k), random_between(&r, -3.0, 3.0)));
+        TEST_ASSERT_TRUE(from_force(x.signals.controller.TRIBO_N(v)) == 0.0);
+        TEST_ASSERT_TRUE(from_force(x.signals.TRIBO_N(e)) == 0.0);
+    }
+    TEST_ASSERT_TRUE(other.memory.state.learned.TRIBO_N(travel) == 0); // and nothing is learned
+}
+
+static void test_mirrored_references_give_mirrored_bits(void)
+{
+    static blind_t other;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&other));
+    for (int k = 0; k < 9000; k++)
+    {
+        TEST_ASSERT_TRUE(tick(triangle(k)) == -step(&other, &other.params, -triangle(k), 0.0));
+    }
+}
+
+static void test_friction_keeps_its_sign_while_r_stands(void)
+{
+    for (int k = 0; k < 1500; k++)
+    {
+        (void)tick(triangle(k));
+    }
+    double u = 0.0;
+    for (int k = 0; k < 5000; k++)
+    {
+        u = tick(triangle(1500));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, triangle(1500) + 0.9 * (L0 + L1 * triangle(1500)), u);
+}
+
+static double friction_now(void)
+{
+    return from_force(x.signals.compensator.friction.TRIBO_N(f));
+}
+
+/// `count` ticks of r at 0.4 N; friction goes no faster than in a reversal of r.
+static double moved(int count, double intended, double measured)
+{
+    double before = friction_now();
+    for (int k = 0; k < count; k++)
+    {
+        move(intended, measured);
+        (void)tick(0.4);
+        const double f = friction_now();
+        TEST_ASSERT_TRUE(fabs(f - before) < 0.011 * 1.3);
+        before = f;
+    }
+    return before / (0.9 * (L0 + L1 * 0.4));
+}
+
+static void test_where_a_motion_is_known_friction_opposes_that(void)
+{
+    (void)tick(0.4);
+    TEST_ASSERT_TRUE(moved(100, 0.0, 0.0) == 0.0);                 // none yet
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0, moved(100, 0.05, 0.0));   // intended
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, -1.0, moved(100, -0.05, 0.0)); // and back
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, -1.0, moved(100, -0.05, 0.3)); // it goes before the measured
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0, moved(100, 0.0, 0.05));   // which counts while the intended is at rest
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0, moved(100, 0.0, 0.0));    // friction stays
+    for (int k = 0; k < 300; k++)                                  // a measured noise below its width
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0, moved(1, 0.0, k % 2 == 0 ? -0.875 : 0.875));
+    }
+    for (int k = 0; k < 300; k++) // an intended one, too
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0, moved(1, k % 2 == 0 ? 0.875 : -0.875, 0.0));
+    }
+    for (int k = 1; k < 200; k++)
+    {
+        (void)tick(0.4 - 1e-4 * k); // without a word r decides
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, -0.9 * (L0 + L1 * 0.3801), friction_now());
+}
+
+static void test_a_motion_that_is_no_number_or_huge_does_no_harm(void)
+{
+    (void)tick(0.4);
+    for (int k = 0; k < 100; k++)
+    {
+#if TRIBO_IS_Q31
+        TRIBO(sensorless, motion)(&x.memory, INT32_MIN, INT32_MAX);
+        x.memory.motion.slack[1] = INT32_MIN; // a flipped bit
+#else
+        TRIBO(sensorless, motion)(&x.memory, k % 2 == 0 ? NAN : -INFINITY, INFINITY);
+        x.memory.motion.slack[1] = NAN;
+#endif
+        TEST_ASSERT_TRUE(fabs(tick(0.4)) < 1.0);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0, moved(100, 0.5, 0.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, -1.0, moved(100, 0.0, -0.5));
+}
+
+/// The effort of another loop has no lead of its own rate: it is noise.
+static void test_of_another_loops_effort_the_rate_is_not_taken(void)
+{
+    double u = 0.0;
+    for (int k = 0; k <= 1500; k++)
+    {
+        move(0.1, 0.0);
+        u = tick(triangle(k));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, triangle(1500) + 0.9 * (L0 + L1 * triangle(1500)), u);
+}
+
+static void test_u_stays_in_its_limits_for_any_input_and_the_controller_does_not_wind_up(void)
+{
+    random_t r = {.state = 0x5e5ULL};
+    for (int k = 0; k < 20000; k++)
+    {
+        const double reference = random_between(&r, -2.2, 2.2);
+        const double u         = step(&x, &x.params, reference, random_between(&r, -3.0, 3.0));
+        TEST_ASSERT_TRUE(u >= -2.0 && u <= 2.0);
+    }
+    (void)tick(0.0);
+    bool limited = false;
+    for (int k = 0; k < 5000; k++)
+    {
+        const double u = tick(1.9);
+        TEST_ASSERT_TRUE(u <= 2.0);
+        limited = x.signals.controller.limited;
+    }
+    TEST_ASSERT_TRUE(limited);
+    TEST_ASSERT_TRUE(fabs(from_force(x.signals.controller.TRIBO_N(v))) < 1e-6);
+    double u = 0.0;
+    for (int k = 0; k < 12000; k++)
+    {
+        u = tick(triangle(k));
+    }
+    TEST_ASSERT_FALSE(x.signals.controller.limited);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, triangle(11999) - 0.1 * TAU - 0.9 * (L0 + L1 * triangle(11999)), u);
+}
+
+/// From a loop with a sensor and back, in the middle of a triangle, around an arm that follows u without friction.
+static void test_u_goes_on_where_a_sensor_fails_or_comes_back(void)
+{
+    double F      = 0.3;
+    double before = 0.0;
+    for (int k = 0; k < 40000; k++)
+    {
+        const bool   blind = k >= 9500 && k < 25500;
+        const double u     = step(&x, blind ? &x.params : &x.fed, triangle(k), F);
+        if (k == 9500 || k == 25500)
+        {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3, before, u);
+        }
+        if (k == 25400) // by then it goes its own way
+        {
+            TEST_ASSERT_DOUBLE_WITHIN(2e-5, triangle(k) + 0.1 * TAU + 0.9 * (L0 + L1 * triangle(k)), u);
+        }
+        if (k > 39000)
+        {
+            TEST_ASSERT_DOUBLE_WITHIN(0.02, triangle(k), F);
+        }
+        before = u;
+        F += 0.05 * (u - F);
+    }
+}
+
+static void test_other_params_of_the_method_do_not_bump_u(void)
+{
+    static blind_t other;
+    sensorless.belief = 0.2f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&other));
+    double before = 0.0;
+    for (int k = 0; k < 1000; k++)
+    {
+        before = tick(triangle(k));
+    }
+    for (int k = 1000; k < 1900; k++)
+    {
+        const double u = step(&x, &other.params, triangle(k), 0.0);
+        TEST_ASSERT_DOUBLE_WITHIN(8e-4,
+                                  before,
+                                  u); // 0.1 mN of r, and the way to less friction in a quarter of a second
+        before = u;
+    }
+    for (int k = 1900; k < 9900; k++)
+    {
+        before = step(&x, &other.params, triangle(k), 0.0);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(2e-6, triangle(9899) + 0.1 * TAU + 0.2 * (L0 + L1 * triangle(9899)), before);
+}
+
+static void test_a_bad_first_reference_waits_and_a_later_one_is_the_last(void)
+{
+    for (int k = 0; k < 10; k++)
+    {
+        TEST_ASSERT_TRUE(TRIBO_EITHER(step(&x, &x.params, 3.0, 0.0), 0.0) == 0.0);
+    }
+    for (int k = 0; k <= 1500; k++)
+    {
+        (void)tick(triangle(k));
+    }
+    const double u = tick(triangle(1500));
+#if !TRIBO_IS_Q31 // whose forces end at full scale, here input_max
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, step(&x, &x.params, (double)NAN, 0.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, step(&x, &x.params, 1e9, 0.0));
+#endif
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, tick(triangle(1500)));
+}
+
+#if !TRIBO_IS_Q31
+static void test_a_state_that_is_no_number_is_forgotten_and_counted_and_u_goes_on(void)
+{
+    float *const numbers[] = {&x.memory.state.reached_n,
+                              &x.memory.state.rate_n_s,
+                              &x.memory.state.behind_n[0],
+                              &x.memory.state.offset_n};
+    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
+    {
+        double u = 0.0;
+        reset(&x);
+        for (int k = 0; k < 1500; k++)
+        {
+            u = tick(triangle(k));
+        }
+        *numbers[i] = NAN;
+        TEST_ASSERT_DOUBLE_WITHIN(2e-4, u, tick(triangle(1500)));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-2, u, tick(triangle(1501)));
+        TEST_ASSERT_EQUAL_UINT32(1, x.memory.state.forgotten);
+        for (int k = 1502; k < 9900; k++)
+        {
+            u = tick(triangle(k));
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(CLOSE, triangle(9899) + 0.1 * TAU + 0.9 * (L0 + L1 * triangle(9899)), u);
+    }
+}
+#endif
+
+static void test_set_up_refuses_a_belief_out_of_range(void)
+{
+    const float bad[] = {-0.01f, 1.01f, NAN};
+    for (size_t i = 0; i < 3; i++)
+    {
+        sensorless.belief = bad[i];
+        TEST_ASSERT_EQUAL_INT(TRIBO_ERR_BELIEF, init(&x));
+    }
+    const float good[] = {0.0f, 1.0f};
+    for (size_t i = 0; i < 2; i++)
+    {
+        sensorless.belief = good[i];
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&x));
+        double u = 0.0;
+        for (int k = 0; k <= 1500; k++)
+        {
+            u = tick(triangle(k));
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(CLOSE, triangle(1500) + 0.1 * TAU + (double)good[i] * (L0 + L1 * triangle(1500)), u);
+    }
+    method.jump_lead = 2.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_JUMP_LEAD, init(&x));
+    TEST_ASSERT_EQUAL_INT(
+        TRIBO_ERR_NULL,
+        TRIBO_EITHER(TRIBO(force_loop_sensorless, init)(&x.params, &x.own, &config, &method, NULL),
+                     TRIBO(force_loop_sensorless,
+                           init)(&x.params, x.table[0], &x.own, &config, &method, NULL, (float)FULL_SCALE_N, NULL)));
+}
+
+// --- the force, from u alone ---------------------------------------------------------------------------------------
+
+typedef struct
+{
+    double F, low, high;
+} estimated_t;
+
+static TRIBO(force_estimate, t) estimate;
+
+static estimated_t estimated(double u, double tolerance)
+{
+    TRIBO(force_estimate, step)(&x.params,
+                                &x.own,
+                                &estimate,
+                                TRIBO_EITHER((float)tolerance, (uint32_t)(tolerance * 4294967295.0)),
+                                to_force(u));
+    const double unit = TRIBO_EITHER(1.0, FULL_SCALE_N / 536870912.0);
+    return (estimated_t){.F    = (double)estimate.TRIBO_N(force) * unit,
+                         .low  = (double)estimate.TRIBO_N(low) * unit,
+                         .high = (double)estimate.TRIBO_N(high) * unit};
+}
+
+static void test_the_force_is_that_of_an_arm_that_sticks_within_its_breakaway(void)
+{
+    estimated_t at = {.F = 0.0};
+    memset(&estimate, 0, sizeof estimate);
+    for (int k = 0; k < 3000; k++)
+    {
+        at = estimated(0.5, 0.2); // nothing has moved: F is anywhere in the band
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.5 - 1.2 * L0) / (1.0 + 1.2 * L1), at.low);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.5 + 1.2 * L0) / (1.0 - 1.2 * L1), at.high);
+    TEST_ASSERT_TRUE(at.F == 0.5);
+    for (int k = 0; k < 3000; k++)
+    {
+        at = estimated(fmin(1.5, 0.5 + 1e-3 * k), 0.2);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.5 - 1.2 * L0) / (1.0 + 1.2 * L1), at.low); // it slides
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.5 - 0.8 * L0) / (1.0 + 0.8 * L1), at.high);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.5 - L0) / (1.0 + L1), at.F);
+    const estimated_t before = at;
+    for (int k = 0; k < 300; k++)
+    {
+        at = estimated(1.2, 0.2); // it sticks
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, before.F, at.F);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, before.low, at.low);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, before.high, at.high);
+    for (int k = 0; k < 3000; k++)
+    {
+        at = estimated(0.2, 0.2); // it slides back
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.2 + 0.8 * L0) / (1.0 - 0.8 * L1), at.low);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.2 + 1.2 * L0) / (1.0 - 1.2 * L1), at.high);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.2 + L0) / (1.0 - L1), at.F);
+}
+
+static void test_a_force_follows_u_with_the_lag_of_actuator_and_arm(void)
+{
+    memset(&estimate, 0, sizeof estimate);
+    (void)estimated(0.0, 0.0);
+    int k = 0;
+    while (estimated(1.0, 0.0).F < (1.0 - exp(-1.0)) * (1.0 - L0) / (1.0 + L1) && k < 100)
+    {
+        k++;
+    }
+    TEST_ASSERT_INT_WITHIN(2, 12, k); // tau
+}
+
+static void test_an_estimate_takes_nothing_that_is_not_credible_and_heals(void)
+{
+    memset(&estimate, 0, sizeof estimate);
+    for (int k = 0; k < 3000; k++)
+    {
+        (void)estimated(1e-3 * fmin(k, 800), 0.1);
+    }
+#if !TRIBO_IS_Q31
+    const TRIBO(force_estimate, t) before = estimate;
+    (void)estimated((double)NAN, 0.1);
+    (void)estimated(0.8, (double)NAN);
+    (void)estimated(0.8, 1.5);
+    (void)estimated(2.5, 0.1);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &estimate, sizeof before);
+    estimate.low_n = NAN;
+#else
+    estimate.low   = INT32_MIN;
+    estimate.force = INT32_MAX;
+#endif
+    estimated_t at = {.F = 0.0};
+    for (int k = 0; k < 3000; k++)
+    {
+        at = estimated(0.8 + 1e-3 * fmin(k, 800), 0.1);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.6 - 1.1 * L0) / (1.0 + 1.1 * L1), at.low);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.6 - 0.9 * L0) / (1.0 + 0.9 * L1), at.high);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_it_adds_the_believed_part_of_breakaway_against_the_motion_of_r);
+    RUN_TEST(test_directions_and_gravity_of_the_model_are_in_u);
+    RUN_TEST(test_friction_changes_its_sign_within_the_jump_time_and_its_lead_is_that_of_the_jump);
+    RUN_TEST(test_neither_y_nor_the_controller_has_a_part_in_u);
+    RUN_TEST(test_mirrored_references_give_mirrored_bits);
+    RUN_TEST(test_friction_keeps_its_sign_while_r_stands);
+    RUN_TEST(test_where_a_motion_is_known_friction_opposes_that);
+    RUN_TEST(test_a_motion_that_is_no_number_or_huge_does_no_harm);
+    RUN_TEST(test_of_another_loops_effort_the_rate_is_not_taken);
+    RUN_TEST(test_u_stays_in_its_limits_for_any_input_and_the_controller_does_not_wind_up);
+    RUN_TEST(test_u_goes_on_where_a_sensor_fails_or_comes_back);
+    RUN_TEST(test_other_params_of_the_method_do_not_bump_u);
+    RUN_TEST(test_a_bad_first_reference_waits_and_a_later_one_is_the_last);
+#if !TRIBO_IS_Q31
+    RUN_TEST(test_a_state_that_is_no_number_is_forgotten_and_counted_and_u_goes_on);
+#endif
+    RUN_TEST(test_set_up_refuses_a_belief_out_of_range);
+    RUN_TEST(test_the_force_is_that_of_an_arm_that_sticks_within_its_breakaway);
+    RUN_TEST(test_a_force_follows_u_with_the_lag_of_actuator_and_arm);
+    RUN_TEST(test_an_estimate_takes_nothing_that_is_not_credible_and_heals);
+    return UNITY_END();
+}
