@@ -6,6 +6,7 @@
 #include "cli/trace.h"
 #include "loop/effective.h"
 #include "scenario/runner.h"
+#include "support/number.h"
 #include "support/output_file.h"
 #include "support/text.h"
 
@@ -24,6 +25,7 @@ typedef struct
     const char           *plot;      ///< null: no picture
     char                 *temporary; ///< the folder, where there is a picture but no --out
     bool                  json;
+    sim_trace_choice_t    trace;
 
     int    count; ///< of the command line's arguments
     char **arguments;
@@ -37,6 +39,8 @@ enum
     OPTION_LEARNED,
     OPTION_OUT,
     OPTION_PLOT,
+    OPTION_DECIMATE,
+    OPTION_COLUMNS,
     OPTION_JSON,
     OPTION_TARGET,
     OPTION_ARITH
@@ -48,6 +52,8 @@ static const struct argp_option known[] = {
     {.name = "learned", .key = OPTION_LEARNED, .arg = "FILE.yaml", .doc = "what an earlier run has learned (its DIR/learned.yaml), as the breakaway to begin with"},
     {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "writes DIR/trace.csv (one row a tick), DIR/summary.json, DIR/scenario.yaml, which plays the same run again, and, where breakaway is learned, DIR/learned.yaml"},
     {.name = "plot", .key = OPTION_PLOT, .arg = "FILE.png|svg|html", .doc = "draws the run (`plot` says what; needs Python and matplotlib)"},
+    {.name = "decimate", .key = OPTION_DECIMATE, .arg = "N", .doc = "of N rows of a trace only the first"},
+    {.name = "columns", .key = OPTION_COLUMNS, .arg = "NAME,...", .doc = "of a trace only these columns, and t_s"},
     {.name = "json", .key = OPTION_JSON, .doc = "prints the summary as JSON instead of a table"},
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: two loops on two plants and how they differ"},
     {.name = "target", .key = OPTION_TARGET, .arg = "NAME", .doc = "runs the drive's firmware on an emulated microcontroller, or on a board at a serial line, against the plant here, and compares it with the host, bit by bit"},
@@ -62,8 +68,9 @@ static bool is_picture(const char *path)
 
 static int take(void *context, int key, const char *value)
 {
-    options_t *options = context;
-    int        word    = 0;
+    options_t     *options = context;
+    common_error_t error   = {""};
+    int            word    = 0;
     switch (key)
     {
     case OPTION_SET:
@@ -78,6 +85,12 @@ static int take(void *context, int key, const char *value)
         options->plot = value;
         return is_picture(value) ? 0
                                  : sim_usage("--plot %s: a name that ends in .png, .svg or .html is expected", value);
+    case OPTION_DECIMATE:
+        return common_number_parse_whole(value, &options->trace.every) == NULL && options->trace.every > 0u
+                   ? 0
+                   : sim_usage("--decimate %s: a whole number of 1 or more is expected", value);
+    case OPTION_COLUMNS:
+        return sim_trace_choose(&options->trace, value, &error) ? 0 : sim_usage("--columns: %s", error.text);
     case OPTION_JSON:
         options->json = true;
         return 0;
@@ -106,17 +119,22 @@ enum
 
 typedef struct
 {
-    sim_progress_t       progress;
-    common_output_file_t file[FILES];
+    sim_progress_t            progress;
+    const sim_trace_choice_t *trace;
+    uint64_t                  rows; ///< so far
+    common_output_file_t      file[FILES];
 } recorder_t;
 
-static bool write_row(common_output_file_t *file, const sim_row_t *row, common_error_t *error)
+static bool write_row(common_output_file_t     *file,
+                      const sim_trace_choice_t *trace,
+                      const sim_row_t          *row,
+                      common_error_t           *error)
 {
     if (file->stream == NULL || row == NULL)
     {
         return true;
     }
-    sim_trace_write_row(file->stream, row);
+    sim_trace_write_row(file->stream, trace, row);
     return !ferror(file->stream) || common_output_commit(file, 1, error); // reports the write error and fails
 }
 
@@ -124,7 +142,12 @@ static bool record(void *context, const sim_row_t *row, double part_done, common
 {
     recorder_t *recorder = context;
     sim_progress_update(&recorder->progress, part_done);
-    return write_row(&recorder->file[TRACE], row, error) && write_row(&recorder->file[TRACE_Q31], row->q31, error);
+    if (recorder->trace->every > 0u && recorder->rows++ % recorder->trace->every != 0u)
+    {
+        return true;
+    }
+    return write_row(&recorder->file[TRACE], recorder->trace, row, error) &&
+           write_row(&recorder->file[TRACE_Q31], recorder->trace, row->q31, error);
 }
 
 static const char *const file_names[FILES] = {"trace.csv",
@@ -146,7 +169,7 @@ static bool open_files(recorder_t *recorder, const options_t *options, bool lear
         free(path);
         if (ok && wanted && i < LEARNED)
         {
-            sim_trace_write_header(recorder->file[i].stream, learns);
+            sim_trace_write_header(recorder->file[i].stream, &options->trace, learns);
         }
     }
     return ok;
@@ -177,11 +200,12 @@ static char *simulate(const common_scenario_t *scenario,
                       sim_summary_t           *summary,
                       common_error_t          *error)
 {
-    recorder_t recorder = {.file = {{.stream = NULL}}};
+    recorder_t recorder = {.trace = &options->trace};
     char      *json;
     const bool learns = sim_run_learns(sim_scenario_config(scenario));
-    bool       ok     = options->folder == NULL || open_files(&recorder, options, learns, error);
-    ok                = ok && sim_run(scenario, &options->run, record, &recorder, summary, error);
+    bool       ok     = sim_trace_check(&options->trace, learns, error) &&
+              (options->folder == NULL || open_files(&recorder, options, learns, error));
+    ok = ok && sim_run(scenario, &options->run, record, &recorder, summary, error);
     sim_progress_end(&recorder.progress);
     json = ok ? sim_summary_to_json(summary) : NULL;
     if (json == NULL)

@@ -4,12 +4,27 @@
 #define SIM_TRACE_H
 
 #include "scenario/columns.h"
+#include "support/error.h"
 
 #include <stdio.h>
 
+/// Which columns and rows to write; all zeros: all of them.
+typedef struct
+{
+    uint64_t every; ///< of so many rows the first
+    bool     is_chosen;
+    bool     has[SIM_COLUMNS_MAX]; ///< if some are chosen
+} sim_trace_choice_t;
+
+/// Takes names with commas between; t_s is always among them. False with the error filled in for one that is none.
+bool sim_trace_choose(sim_trace_choice_t *choice, const char *list, common_error_t *error);
+
+/// False with the error filled in where a column is chosen that only a run with learning has.
+bool sim_trace_check(const sim_trace_choice_t *choice, bool learns, common_error_t *error);
+
 /// Includes the learned columns if it `learns`.
-void sim_trace_write_header(FILE *file, bool learns);
-void sim_trace_write_row(FILE *file, const sim_row_t *row);
+void sim_trace_write_header(FILE *file, const sim_trace_choice_t *choice, bool learns);
+void sim_trace_write_row(FILE *file, const sim_trace_choice_t *choice, const sim_row_t *row);
 
 /// ",F_hat_N,n_N" and so on.
 #define SIM_TRACE_NAME(name, value) "," #name

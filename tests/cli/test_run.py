@@ -291,6 +291,24 @@ def activity_of(trace, window, move_n):
             sum(before != after for before, after in zip(q, q[1:]))]
 
 
+def test_columns_and_decimate_choose_of_the_trace_and_change_no_summary(sim):
+    sim.ok("run", "step", "--set", "duration_s=1", "--arith", "both", "--out", "all")
+    sim.ok("run", "step", "--set", "duration_s=1", "--arith", "both", "--out", "some", "--decimate", "7", "--columns", "u_N,r_N")
+    for name in ("trace.csv", "trace_q31.csv"):
+        whole, part = (read_csv(sim.folder / folder / name) for folder in ("all", "some"))
+        assert list(part) == ["t_s", "r_N", "u_N"]
+        assert all(part[column] == whole[column][::7] for column in part)
+    summaries = [json.loads((sim.folder / folder / "summary.json").read_text()) for folder in ("all", "some")]
+    assert summaries[0]["rms_error_N"] == summaries[1]["rms_error_N"] and summaries[0]["ticks"] == summaries[1]["ticks"]
+
+
+def test_a_column_that_the_run_has_not_is_refused_before_it(sim):
+    sim.fails("--columns learned_positive_N: this run learns nothing", "run", "step", *PAPER, "--columns", "learned_positive_N", "--out", "o")
+    assert not (sim.folder / "o").exists()
+    trace = sim.trace("step", "--set", "duration_s=0.1", "--columns", "learned_positive_N")
+    assert list(trace) == ["t_s", "learned_positive_N"]
+
+
 @pytest.mark.parametrize("options, window", [
     # A third of the slope at which the benchmark's command is calm, from its second to its third period.
     (["triangle", "--set", "reference.period_s=60"], slice(20000, 60000)),
