@@ -1,4 +1,4 @@
-//! The loop against an arm with friction, moved in memory while it runs.
+//! Loops against arms with friction, moved in memory while they run.
 
 use tribo::{ForceLoop, Guard};
 
@@ -23,24 +23,28 @@ impl Arm {
 #[test]
 fn follows_against_friction_wherever_it_is() {
     const PERIOD: usize = 10_000;
-    let mut axis = ForceLoop::new();
-    assert_eq!(axis.period_s(), 0.001);
-    let mut arm = Arm::default();
+    let mut axes = [ForceLoop::new(), ForceLoop::new()];
+    let mut follower = 0; // the other one holds 0.1 N
+    let (mut arm, mut other) = (Arm::default(), Arm::default());
+    assert_eq!(axes[0].period_s(), 0.001);
     let mut square = 0.0;
     for tick in 0..2 * PERIOD {
         if tick % 1000 == 999 {
-            axis = *Box::new(axis); // elsewhere, and back
+            axes.swap(0, 1); // they change places in memory
+            follower = 1 - follower;
         }
         let phase = (tick % PERIOD) as f32 / PERIOD as f32;
         let reference = 0.4 + 0.4 * phase.min(1.0 - phase);
         if tick >= PERIOD {
             square += f64::from(reference - arm.force).powi(2);
         }
-        arm.step(axis.step(reference, arm.reading));
+        arm.step(axes[follower].step(reference, arm.reading));
+        other.step(axes[1 - follower].step(0.1, other.reading));
     }
     let rms = (square / PERIOD as f64).sqrt();
     assert!(rms < 0.2e-3, "RMS error {rms} N");
-    assert_eq!(axis.guard(), Guard::None);
+    assert!((other.force - 0.1).abs() < 0.01, "held {} N", other.force);
+    assert_eq!(axes[follower].guard(), Guard::None);
 }
 
 #[test]
