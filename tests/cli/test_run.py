@@ -292,8 +292,9 @@ def activity_of(trace, window, move_n):
 
 
 def test_columns_and_decimate_choose_of_the_trace_and_change_no_summary(sim):
-    sim.ok("run", "step", "--set", "duration_s=1", "--arith", "both", "--out", "all")
-    sim.ok("run", "step", "--set", "duration_s=1", "--arith", "both", "--out", "some", "--decimate", "7", "--columns", "u_N,r_N")
+    run = ("run", "step", "--set", "duration_s=1", "--set", "metrics.start_s=0", "--arith", "both", "--out")
+    sim.ok(*run, "all")
+    sim.ok(*run, "some", "--decimate", "7", "--columns", "u_N,r_N")
     for name in ("trace.csv", "trace_q31.csv"):
         whole, part = (read_csv(sim.folder / folder / name) for folder in ("all", "some"))
         assert list(part) == ["t_s", "r_N", "u_N"]
@@ -305,7 +306,7 @@ def test_columns_and_decimate_choose_of_the_trace_and_change_no_summary(sim):
 def test_a_column_that_the_run_has_not_is_refused_before_it(sim):
     sim.fails("--columns learned_positive_N: this run learns nothing", "run", "step", *PAPER, "--columns", "learned_positive_N", "--out", "o")
     assert not (sim.folder / "o").exists()
-    trace = sim.trace("step", "--set", "duration_s=0.1", "--columns", "learned_positive_N")
+    trace = sim.trace("step", "--set", "duration_s=0.1", "--set", "metrics.start_s=0", "--columns", "learned_positive_N")
     assert list(trace) == ["t_s", "learned_positive_N"]
 
 
