@@ -1,0 +1,94 @@
+// The loop of force.py in C++, over mjbots' client (moteus.h). ./force holds 0.5 N m until a fault.
+
+#include "moteus.h"
+
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <thread>
+
+namespace moteus = mjbots::moteus;
+
+static const double kWatchdogS = 0.02;
+static const double kMaxTorque = 2.0;              // N m
+static const double kOffset = 0.5, kNmPerUnit = 4; // of the torque sensor on aux1 pin 1
+
+// [add
+#include "rig_500hz_f32.h"
+
+static tribo_force_loop_f32_state_t   loop;
+static tribo_feedforward_f32_memory_t memory;
+static tribo_guard_f32_state_t        guard;
+
+static void start()
+{
+    tribo_force_loop_f32_reset(&loop);
+    tribo_feedforward_f32_reset(&memory.state);
+    tribo_force_loop_feedforward_f32_attach(&loop, &memory);
+    tribo_guard_f32_reset(&guard);
+    tribo_guard_f32_attach(&loop, &guard);
+}
+
+static double torque_for(double reference, double reading)
+{
+    return tribo_force_loop_f32_step(&rig_params,
+                                     &loop,
+                                     static_cast<float>(reference),
+                                     static_cast<float>(reading),
+                                     NULL);
+}
+// add]
+
+static moteus::Controller::Options options()
+{
+    moteus::Controller::Options result;
+    result.id                                    = 1;
+    result.position_format.position              = moteus::kFloat;
+    result.position_format.feedforward_torque    = moteus::kFloat;
+    result.position_format.kp_scale              = moteus::kFloat;
+    result.position_format.kd_scale              = moteus::kFloat;
+    result.position_format.maximum_torque        = moteus::kFloat;
+    result.position_format.watchdog_timeout      = moteus::kFloat;
+    result.query_format.extra[0].register_number = moteus::Register::kAux1AnalogIn1;
+    result.query_format.extra[0].resolution      = moteus::kFloat;
+    return result;
+}
+
+/// A reference a period from `next`, until it is NaN; then, or with any fault, the drive is stopped.
+template <typename Next, typename Pause> void hold(moteus::Controller &controller, Next next, Pause pause)
+{
+    start();
+    controller.SetStop();
+    auto state = controller.SetQuery();
+    for (double reference = next(); state && !std::isnan(reference); reference = next())
+    {
+        moteus::PositionMode::Command command;
+        command.position           = std::nan("");
+        command.kp_scale           = 0;
+        command.kd_scale           = 0;
+        command.feedforward_torque = torque_for(reference, (state->values.extra[0].value - kOffset) * kNmPerUnit);
+        command.maximum_torque     = kMaxTorque;
+        command.watchdog_timeout   = kWatchdogS;
+        state                      = controller.SetPosition(command);
+        if (state && state->values.mode != moteus::Mode::kPosition)
+        {
+            controller.SetStop();
+            throw std::runtime_error("the moteus has left position mode");
+        }
+        pause();
+    }
+    controller.SetStop();
+    if (!state)
+    {
+        throw std::runtime_error("no answer from the moteus");
+    }
+}
+
+#ifndef FORCE_NO_MAIN
+int main()
+{
+    moteus::Controller controller(options());
+    auto               due = std::chrono::steady_clock::now();
+    hold(controller, [] { return 0.5; }, [&] { std::this_thread::sleep_until(due += std::chrono::milliseconds(2)); });
+}
+#endif

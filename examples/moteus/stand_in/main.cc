@@ -1,0 +1,40 @@
+// hold() of force.cc against the stand-in: the triangle; then a fault, and a drive that does not answer.
+
+#define FORCE_NO_MAIN
+#include "../force.cc"
+
+#include <cstdio>
+
+#define PERIOD 5000u // ticks
+
+/// Whether hold() ends with an exception after ten ticks, and leaves the drive stopped.
+static bool ends(bool mjbots::moteus::Controller::*with)
+{
+    moteus::Controller controller(options());
+    int                ticks = 0;
+    try
+    {
+        hold(controller, [] { return 0.5; }, [&] { controller.*with = ++ticks == 10; });
+    } catch (const std::runtime_error &)
+    {
+        return ticks <= 11 && controller.mode == moteus::Mode::kStopped;
+    }
+    return false;
+}
+
+int main()
+{
+    moteus::Controller controller(options());
+    unsigned           tick   = 0;
+    double             square = 0;
+    const auto         next   = [&] {
+        const double reference = tick < 2 * PERIOD ? arm_reference_n(tick, PERIOD) : std::nan("");
+        const double error     = reference - controller.arm.force_n;
+        square += tick < PERIOD || std::isnan(error) ? 0 : error * error;
+        tick++;
+        return reference;
+    };
+    hold(controller, next, [] {});
+    std::printf("RMS error %.0f uN\n", 1e6 * std::sqrt(square / PERIOD));
+    return ends(&moteus::Controller::faulty) && ends(&moteus::Controller::silent) ? 0 : 1;
+}
