@@ -48,7 +48,7 @@
     NUMBER(learned_negative_N,         row->learned->travel_n[1])
 // clang-format on
 
-#define SIM_COLUMN_ONE(name, value) +1
+#define SIM_COLUMN_ONE(name, value) +1 // NOLINT(bugprone-macro-parentheses): a summand
 enum
 {
     SIM_COLUMNS     = SIM_RUN_COLUMNS(SIM_COLUMN_ONE, SIM_COLUMN_ONE),

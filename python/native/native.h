@@ -76,8 +76,8 @@ double native_part_step(native_part_t *part, double a, double b, double c, doubl
 /// Outputs of the last tick; of a loop they are kept from here on.
 double native_part_seen(native_part_t *part, unsigned index);
 
-/// `count` ticks. An array for each input; for each output an array, or null: it is not wanted.
-void native_part_play(native_part_t *part, const double *const *inputs, size_t count, double *const *outputs);
+/// `count` ticks. An array for each input; an array for the first output, with `all` for each.
+void native_part_play(native_part_t *part, const double *const *inputs, size_t count, double *const *outputs, bool all);
 
 /// Of a feed-forward, the two halves of a tick: the error for a controller, and u once its output v is known.
 double native_feedforward_error(native_part_t *part, double r_n, double y_n);

@@ -120,26 +120,23 @@ double native_part_seen(native_part_t *part, unsigned index)
     return part->outputs[index];
 }
 
-void native_part_play(native_part_t *part, const double *const *inputs, size_t count, double *const *outputs)
+void native_part_play(native_part_t *part, const double *const *inputs, size_t count, double *const *outputs, bool all)
 {
     const native_tick_t tick                  = functions_of(part)->tick[part->kind];
-    const unsigned      wide                  = part->inputs;
     double              in[NATIVE_INPUTS_MAX] = {0.0};
-    unsigned            names                 = 0;
-    bool                all                   = false;
-    for (; part->shape->outputs[names] != NULL; names++)
+    unsigned            wanted                = 1;
+    while (all && part->shape->outputs[wanted] != NULL)
     {
-        all = all || (names > 0 && outputs[names] != NULL);
+        wanted++;
     }
     for (size_t i = 0; i < count; i++)
     {
-        for (unsigned k = 0; k < wide; k++)
+        for (unsigned k = 0; k < part->inputs; k++)
         {
             in[k] = inputs[k][i];
         }
         tick(part, in, part->outputs, all);
-        outputs[0][i] = part->outputs[0];
-        for (unsigned k = 1; all && k < names; k++)
+        for (unsigned k = 0; k < wanted; k++)
         {
             outputs[k][i] = part->outputs[k];
         }

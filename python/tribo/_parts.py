@@ -53,18 +53,18 @@ class Part:
         """Every output of the last step."""
         return {name: lib.native_part_seen(self._part, i) for i, name in enumerate(self.outputs)}
 
-    def _play(self, inputs: tuple[npt.ArrayLike, ...], wanted: int) -> list[Floats]:
+    def _play(self, inputs: tuple[npt.ArrayLike, ...], all_outputs: bool) -> list[Floats]:
         given = [np.ascontiguousarray(x, np.float64) for x in np.broadcast_arrays(*(np.atleast_1d(np.asarray(x, np.float64)) for x in inputs))]
         if given[0].ndim != 1:
             raise ValueError("an input is a number or an array of one dimension")
-        made = [np.empty(len(given[0])) for _ in range(wanted)]
+        made = [np.empty(len(given[0])) for _ in (self.outputs if all_outputs else self.outputs[:1])]
         ins = ffi.new("double *[]", [ffi.from_buffer("double *", x) for x in given])
-        outs = ffi.new("double *[]", [ffi.from_buffer("double *", x, require_writable=True) for x in made] + [ffi.NULL] * (len(self.outputs) - wanted))
-        lib.native_part_play(self._part, ffi.cast("double const * const *", ins), len(given[0]), outs)
+        outs = ffi.new("double *[]", [ffi.from_buffer("double *", x, require_writable=True) for x in made])
+        lib.native_part_play(self._part, ffi.cast("double const * const *", ins), len(given[0]), outs, all_outputs)
         return made
 
     def _record(self, *inputs: npt.ArrayLike) -> dict[str, Floats]:
-        return dict(zip(self.outputs, self._play(inputs, len(self.outputs))))
+        return dict(zip(self.outputs, self._play(inputs, True)))
 
 
 class _Latches(Part):
@@ -102,7 +102,7 @@ class Loop(_Learns):
 
     def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> Floats:
         """A tick for each element: u."""
-        return self._play((r_N, y_N), 1)[0]
+        return self._play((r_N, y_N), False)[0]
 
     def record(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> dict[str, Floats]:
         """Likewise, every output."""
@@ -138,7 +138,7 @@ class Friction(Part):
         return _STEP(self._part, u_N, F_N, 0.0, 0.0)  # type: ignore[no-any-return]
 
     def steps(self, u_N: npt.ArrayLike, F_N: npt.ArrayLike) -> Floats:
-        return self._play((u_N, F_N), 1)[0]
+        return self._play((u_N, F_N), False)[0]
 
     def record(self, u_N: npt.ArrayLike, F_N: npt.ArrayLike) -> dict[str, Floats]:
         return self._record(u_N, F_N)
@@ -169,7 +169,7 @@ class Compensator(Part):
         return _STEP(self._part, u_N, 0.0, 0.0, 0.0)  # type: ignore[no-any-return]
 
     def steps(self, u_N: npt.ArrayLike) -> Floats:
-        return self._play((u_N,), 1)[0]
+        return self._play((u_N,), False)[0]
 
     def record(self, u_N: npt.ArrayLike) -> dict[str, Floats]:
         return self._record(u_N)
@@ -191,7 +191,7 @@ class Guard(_Latches):
         return _STEP(self._part, r_N, y_N, friction_N, good)  # type: ignore[no-any-return]
 
     def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike, friction_N: npt.ArrayLike, good: npt.ArrayLike = True) -> Floats:
-        return self._play((r_N, y_N, friction_N, good), 1)[0]
+        return self._play((r_N, y_N, friction_N, good), False)[0]
 
     @property
     def cause(self) -> str:
@@ -226,4 +226,4 @@ class FeedForward(_Learns):
 
     def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike, controller_N: npt.ArrayLike) -> Floats:
         """Likewise, u alone."""
-        return self._play((r_N, y_N, controller_N), 1)[0]
+        return self._play((r_N, y_N, controller_N), False)[0]
