@@ -2,10 +2,12 @@
 // of a log as replay finds them.
 
 #include "log/verdict.h"
+#include "plant/plant.h"
 #include "tribo/friction_f32.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum
 {
@@ -139,6 +141,79 @@ int identify_simulate(const double *p,
             }
         }
     }
+    return 0;
+}
+
+/// A model's own parameters, by its keys: `given` in their order, or the default where that is NaN.
+static void own_of(const common_key_t *key, const double *given, void *own)
+{
+    for (; key != NULL && key->name != NULL; key++, given++)
+    {
+        char *const  at    = (char *)own + key->offset;
+        const double value = isnan(*given) ? key->standard : *given;
+        const int    word  = (int)value;
+        memcpy(at,
+               key->type == COMMON_KEY_CHOICE ? (const void *)&word : &value,
+               key->type == COMMON_KEY_CHOICE ? sizeof word : sizeof value);
+    }
+}
+
+/// y of tribo-sim's plant from u, each held for one interval that is cut into `substeps`. It begins at rest, at F = 0.
+/// `truth` is the model of the arm's friction, `given` SIM_TRUTH_DOUBLES_MAX of its own parameters as own_of has them,
+/// without whole numbers. 0, or -1 for an unknown model or without memory.
+int identify_play(const char   *truth,
+                  const double *p,
+                  const double *given,
+                  const double *u,
+                  size_t        rows,
+                  double        interval_s,
+                  int           substeps,
+                  double       *y)
+{
+    double own[SIM_TRUTH_DOUBLES_MAX];
+    int    model = 0;
+    while (model < SIM_TRUTH_COUNT && strcmp(sim_truth_models[model]->name, truth) != 0)
+    {
+        model++;
+    }
+    if (model == SIM_TRUTH_COUNT)
+    {
+        return -1;
+    }
+    own_of(sim_truth_models[model]->keys, given, own);
+    const sim_plant_config_t config = {
+        .step_s                  = interval_s / substeps,
+        .actuator_pole_rad_per_s = p[ACTUATOR],
+        .sensor_pole_rad_per_s   = p[SENSOR],
+        .truth                   = {.friction = {.k_min         = p[K_MIN],
+                                                 .k_max         = p[K_MAX],
+                                                 .m             = p[M],
+                                                 .v0_n_per_s    = p[V0],
+                                                 .set_level     = p[SET_LEVEL],
+                                                 .reset_level   = p[RESET_LEVEL],
+                                                 .pulse_width_s = p[PULSE_WIDTH],
+                                                 .gravity_n     = p[GRAVITY],
+                                                 .breakaway     = {.offset_n          = p[OFFSET_POSITIVE],
+                                                                   .slope             = p[SLOPE_POSITIVE],
+                                                                   .negative_offset_n = {true, p[OFFSET_NEGATIVE]},
+                                                                   .negative_slope    = {true, p[SLOPE_NEGATIVE]}}},
+                                    .arm      = {.inertia = p[INERTIA], .damping = p[DAMPING], .stiffness = p[STIFFNESS]},
+                                    .own      = own}};
+    sim_plant_t *const plant = sim_plant_create(&config, sim_truth_models[model]);
+    if (plant == NULL)
+    {
+        return -1;
+    }
+    for (size_t k = 0; k < rows; k++)
+    {
+        y[k] = sim_plant_filtered_force(plant);
+        for (int i = 0; i < substeps; i++)
+        {
+            sim_plant_signals_t signals;
+            sim_plant_step(plant, p[SCALE] * u[k], &signals);
+        }
+    }
+    sim_plant_destroy(plant);
     return 0;
 }
 

@@ -19,6 +19,15 @@ int identify_simulate(const double *p,
                       double        start_n,
                       double       *y);
 
+int identify_play(const char   *truth,
+                  const double *p,
+                  const double *given,
+                  const double *u,
+                  size_t        rows,
+                  double        interval_s,
+                  int           substeps,
+                  double       *y);
+
 const char *identify_status_text(int status);
 
 int identify_slides(const double *u, double *force, size_t rows, double interval_s, signed char *ways);

@@ -16,6 +16,7 @@ NAMES = ("k_min", "k_max", "m", "v0", "offset_positive", "slope_positive", "offs
 PAPER = dict(k_min=6.0, k_max=20.0, m=3.0, v0=0.007, offset_positive=0.007, slope_positive=0.3, offset_negative=0.007, slope_negative=0.3, set_level=0.75,
              reset_level=0.8, pulse_width=0.003, gravity=0.0, scale=1.0, inertia=1.2e-4, damping=0.0288, stiffness=3.84, actuator=200.0, sensor=55.0, delay=0.0)
 SETS_MAX = 4  # of parameters in one simulation
+OWN_MAX = 16  # of a truth model's own parameters
 assert lib.identify_parameters == len(NAMES) and lib.identify_sets_max == SETS_MAX
 
 
@@ -37,11 +38,20 @@ def simulate_sets(params, u, interval_s, start_n, substeps, tables):
                                    _doubles(y))
     if status != 0:
         raise DesignError(f"the library refuses these parameters: {ffi.string(lib.identify_status_text(status)).decode()}")
-    time = np.arange(len(u)) * interval_s
-    for row, one in zip(y, params):
-        if one["delay"]:
-            row[:] = np.interp(time - one["delay"], time, row)
-    return y
+    return np.array([late(row, one["delay"], interval_s) for row, one in zip(y, params)])
+
+
+def late(y, delay_s, interval_s):
+    time = np.arange(len(y)) * interval_s
+    return np.interp(time - delay_s, time, y) if delay_s else y
+
+
+def play(truth, own, params, u, interval_s, substeps):
+    """y of tribo-sim's plant with a truth model and its own parameters, in their order, as far as they are not the default. At rest at F = 0 in the beginning."""
+    y, given = np.empty(len(u)), [*own.values(), *[np.nan] * (OWN_MAX - len(own))]
+    if lib.identify_play(truth.encode(), _doubles([params[name] for name in NAMES]), _doubles(given), _doubles(u), len(u), interval_s, substeps, _doubles(y)) != 0:
+        raise DesignError(f"no plant with a truth model {truth}, or out of memory")
+    return late(y, params["delay"], interval_s)
 
 
 def slides(u, force, interval_s):

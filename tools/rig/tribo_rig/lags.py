@@ -1,9 +1,10 @@
-"""Lags and delay, from steps in slides: the model of the library plays u and must give F. Output error, as in tribo_identify.friction, but in every row.
+"""Lags, delay and the law of friction, from steps in slides: the plant of tribo-sim plays u and must give F in every row.
 
     u -> delay -> actuator's pole -> arm I s^2 + b s + K with friction -> sensor's pole -> y          K = 1: all in newton
 
-Which of two lags is the actuator's and which the sensor's shows only where friction stands between them. So the fit starts from several shares of
-the whole lag; the best one counts. What the steps do not show stays where its start had it.
+Which of two lags is the actuator's and which the sensor's shows where F turns after a step, as friction stands between them. That takes the right law of
+friction: the paper's acts on the net force, Coulomb's on the motion, and LuGre's and Maxwell's build up over a way. All are tried. The fit starts from several
+shares of the whole lag; the best one counts. What the steps do not show stays where its start had it.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -15,12 +16,19 @@ import scipy.optimize
 from tribo_identify import native
 from tribo_identify.events import Refusal
 
-NAMES = ("actuator", "arm", "ratio", "sensor", "delay", "scale", "gravity", "offset", "slope", "presliding")
-LOGARITHMIC = ("actuator", "arm", "ratio", "sensor", "presliding")  # lags in s; ratio: I K/b^2
+from . import experiments
+
+NAMES = ("actuator", "arm", "ratio", "sensor", "delay", "scale", "gravity", "offset", "slope", "way")
+LOGARITHMIC = ("actuator", "arm", "ratio", "sensor", "way")  # lags in s; ratio: I K/b^2; way: over which friction builds up, N of F
 SHARES = ((0.2, 0.3, 0.4, 0.1), (0.4, 0.3, 0.2, 0.1), (0.1, 0.2, 0.6, 0.1), (0.1, 0.6, 0.2, 0.1), (0.15, 0.15, 0.15, 0.55))  # of the whole lag: actuator, arm, sensor, delay
+BUILDS_UP = ("lugre", "maxwell_slip")
+WAYS = (0.02, 0.2)  # of a usual breakaway, to start from
 STEPS_S = 1e-4  # of the simulation, at least
+COARSE = 0.02  # of the whole lag: steps of the first search
 FASTEST = 0.02  # of a tick: a lag as short as this is none
 LEFT = 0.1  # of breakaway, rms: a model that leaves more is not this rig's
+EXACT = 1.2  # times the noise: no other law is looked for
+BETTER = 0.9  # of what the simpler law leaves
 FEW, PASSES = 6, 30  # of each start, and of the best two
 
 
@@ -31,7 +39,11 @@ class Lags:
     damping: float  # b/K, s
     inertia: float  # I/K, s^2
     delay: float  # s
-    params: dict  # of native.simulate
+    law: str  # truth model of tribo-sim
+    way: float  # N of F over which friction builds up; 0 where it has none
+    theta: np.ndarray  # of Fit
+    params: dict  # of native.play
+    halves: dict  # of 95 % intervals, s: actuator, arm, sensor, delay
     residual_rms: float
     level: float  # breakaway in the middle
     model: np.ndarray
@@ -42,30 +54,44 @@ class Lags:
         return 1 / self.actuator + 1 / self.sensor + self.damping + self.delay
 
 
-class _Fit:
-    def __init__(self, segment, first, known, noise):
-        self.s, self.first, self.known, self.noise = segment, first, known, noise
+def substeps(h):
+    """Of a tick, as the scenario has them."""
+    return int(max(np.ceil(h / STEPS_S - 1e-6), 4))
+
+
+def own_of(law, way, level, inertia):
+    """A law's own parameters, of an arm of 1 N/deg: its stiffness is that of friction over the arm's. LuGre's bristles are damped critically."""
+    stiffness = float(np.clip(level / way, 1.0, 1e6)) if way else 0.0
+    sliding = {"viscous_N_s_per_deg": 0.0, "sliding_ratio": 1.0, "stribeck_speed_deg_per_s": 1.0}
+    return {"paper": {}, "coulomb": {}, "lugre": {"stiffness_N_per_deg": stiffness, "bristle_damping_N_s_per_deg": float(np.sqrt(inertia * stiffness)), **sliding, "limited": False},
+            "maxwell_slip": {"stiffness_N_per_deg": stiffness, "attraction_N_per_s": 1e6, **sliding}}[law]
+
+
+class Fit:
+    def __init__(self, segment, first, known):
+        self.s, self.known = segment, known
         self.h = segment.h
-        self.substeps = int(np.clip(np.ceil(self.h / STEPS_S), 2, 20))
-        self.start = float(np.mean(segment.force[:20]))
         self.level = first.offset + first.slope * float(np.median(np.abs(segment.force)))
-        self.weight = 1 / max(noise, 0.01 * self.level)
+        self.weight = 1 / max(first.noise, 0.01 * self.level)
+        self.substeps = substeps(self.h)
+        self.begin = int((experiments.REST_S + 0.9 * experiments.APPROACH_S) / self.h)  # F may have rested anywhere before
 
     def params(self, theta):
         v = {n: float(np.exp(x)) if n in LOGARITHMIC else float(x) for n, x in zip(NAMES, theta)}
-        k = float(np.clip(1 / v["presliding"], 1.05, 500.0))
+        k = float(np.clip(self.level / v["way"], 1.05, 500.0))
         return {**native.PAPER, "actuator": 1 / v["actuator"], "sensor": 1 / v["sensor"], "stiffness": 1.0, "damping": v["arm"], "inertia": v["ratio"] * v["arm"] ** 2,
                 "delay": v["delay"], "scale": v["scale"], "gravity": v["gravity"], "offset_positive": v["offset"], "offset_negative": v["offset"],
                 "slope_positive": v["slope"], "slope_negative": v["slope"], "k_min": k, "k_max": max(k, 20.0), "v0": native.PAPER["v0"] * self.level / 0.157,
-                "pulse_width": 3 * self.h / self.substeps}
+                "pulse_width": 3 * self.h}, v["way"]
 
-    def outputs(self, thetas):
-        params = [self.params(t) for t in thetas]
-        return native.simulate_sets(params, self.s.u, self.h, self.start, self.substeps, [()] * len(params))
+    def output(self, law, theta):
+        params, way = self.params(theta)
+        return native.play(law, own_of(law, way, self.level, params["inertia"]), params, self.s.u, self.h, self.substeps)
 
-    def solve(self, theta, passes):
-        free = [i for i, n in enumerate(NAMES) if n not in self.known]
-        prior = np.array([0.3 if n in ("ratio", "presliding") else 0.1 if n in LOGARITHMIC else 0.0 for n in NAMES])[free]
+    def solve(self, law, theta, passes):
+        """(cost, theta, halves of 95 % intervals)."""
+        free = [i for i, n in enumerate(NAMES) if n not in self.known and not (law == "coulomb" and n == "way")]
+        prior = np.array([0.3 if n in ("ratio", "way") else 0.1 if n in LOGARITHMIC else 0.0 for n in NAMES])[free]
         begin = np.array(theta, float)
         size = {"delay": 0.1 * self.h, "scale": 1e-3, "slope": 1e-3, "offset": 2e-3 * self.level, "gravity": 2e-3 * self.level}
         step = np.array([size.get(NAMES[i], 0.01) for i in free])
@@ -75,22 +101,28 @@ class _Fit:
             full[free] = x
             return full
 
+        def left(x):
+            return self.weight * (self.output(law, whole(x)) - self.s.force)[self.begin :]
+
         def residual(x):
-            return np.r_[self.weight * (self.outputs([whole(x)])[0] - self.s.force), prior * (x - begin[free])]
+            return np.r_[left(x), prior * (x - begin[free])]
 
         def jacobian(x):
-            sets = [x, *(x + step * (np.arange(len(x)) == i) for i in range(len(x)))]
-            groups = [sets[i : i + native.SETS_MAX] for i in range(0, len(sets), native.SETS_MAX)]
             with ThreadPoolExecutor(2) as pool:
-                y = np.concatenate(list(pool.map(lambda g: self.outputs([whole(x) for x in g]), groups)))
-            return np.vstack([self.weight * ((y[1:] - y[0]) / step[:, None]).T, np.diag(prior)])
+                y = np.array(list(pool.map(left, [x, *(x + step * (np.arange(len(x)) == i) for i in range(len(x)))])))
+            return np.vstack([((y[1:] - y[0]) / step[:, None]).T, np.diag(prior)])
 
-        low = {"delay": 0.0, "offset": 1e-3 * self.level, "slope": 0.0, "scale": 0.3, "ratio": np.log(1e-3), "presliding": np.log(2e-3), "gravity": -np.inf}
-        high = {"delay": 60 * self.h, "offset": 10 * self.level, "slope": 0.9, "scale": 3.0, "ratio": np.log(20.0), "presliding": np.log(0.9), "gravity": np.inf}
+        low = {"delay": 0.0, "offset": 1e-3 * self.level, "slope": 0.0, "scale": 0.3, "ratio": np.log(1e-3), "way": np.log(2e-3 * self.level), "gravity": -np.inf}
+        high = {"delay": 60 * self.h, "offset": 10 * self.level, "slope": 0.9, "scale": 3.0, "ratio": np.log(20.0), "way": np.log(0.9 * self.level), "gravity": np.inf}
         bounds = np.array([[low.get(NAMES[i], np.log(FASTEST * self.h)) for i in free], [high.get(NAMES[i], np.log(1e5 * self.h)) for i in free]])
         x0 = np.clip(begin[free], bounds[0] + 1e-9, bounds[1] - 1e-9)
-        found = scipy.optimize.least_squares(residual, x0, jacobian, bounds=bounds, x_scale=np.maximum(step, 1e-9) * 20, loss="soft_l1", f_scale=3.0, max_nfev=passes)
-        return found.cost, whole(found.x)
+        found = scipy.optimize.least_squares(residual, x0, jacobian, bounds=bounds, x_scale=np.maximum(step, 1e-9) * 20, loss="soft_l1", f_scale=3.0, max_nfev=passes, ftol=1e-5, xtol=1e-6)
+        halves = np.zeros(len(NAMES))
+        halves[free] = 1.96 * np.sqrt(2 * found.cost / len(found.fun) * np.diag(np.linalg.pinv(found.jac.T @ found.jac)))
+        return found.cost, whole(found.x), halves
+
+    def left(self, law, theta):
+        return float(np.sqrt(np.mean((self.output(law, theta) - self.s.force)[self.begin :] ** 2)))
 
 
 def _whole_lag(segment, first):
@@ -109,21 +141,39 @@ def _whole_lag(segment, first):
     return max(float(np.median(lags)), segment.h)
 
 
+def _best(problem, law, starts, lag):
+    """The best of all starts in coarse steps, then the best two of them in those of the scenario."""
+    problem.substeps = int(max(np.ceil(problem.h / max(STEPS_S, COARSE * lag)), 2))
+    tried = sorted((problem.solve(law, theta, FEW) for theta in starts), key=lambda t: t[0])
+    problem.substeps = substeps(problem.h)
+    return min((problem.solve(law, theta, PASSES) for _, theta, _ in tried[:2]), key=lambda t: t[0])
+
+
 def fit(segment, first, known):
     """`known`: poles of actuator and sensor, or None each."""
     lag = _whole_lag(segment, first)
     fixed = {"actuator": known.actuator_pole_rad_per_s, "sensor": known.sensor_pole_rad_per_s}
-    problem = _Fit(segment, first, {n for n, v in fixed.items() if v is not None}, first.noise)
-    tried = []
+    problem = Fit(segment, first, {n for n, v in fixed.items() if v is not None})
+    starts = []
     for actuator, arm, sensor, delay in SHARES:
         start = {"actuator": actuator * lag, "arm": arm * lag, "sensor": sensor * lag, "ratio": 0.25} | {n: 1 / v for n, v in fixed.items() if v is not None}
         start = {n: np.log(v) for n, v in start.items()}
-        start |= {"delay": delay * lag, "scale": first.scale, "gravity": first.bias, "offset": max(first.offset, 0.02 * problem.level), "slope": first.slope, "presliding": np.log(0.1)}
-        tried.append(problem.solve([start[n] for n in NAMES], FEW))
-    tried.sort(key=lambda t: t[0])
-    _, theta = min((problem.solve(t, PASSES) for _, t in tried[:2]), key=lambda t: t[0])
-    p = problem.params(theta)
-    model = problem.outputs([theta])[0]
-    left = float(np.sqrt(np.mean((model - segment.force) ** 2)))
+        start |= {"delay": delay * lag, "scale": first.scale, "gravity": first.bias, "offset": max(first.offset, 0.02 * problem.level), "slope": first.slope, "way": np.log(WAYS[0] * problem.level)}
+        starts.append(np.array([start[n] for n in NAMES]))
+    found = _best(problem, "coulomb", starts, lag)
+    law, left = "coulomb", problem.left("coulomb", found[1])
+    if left > EXACT * first.noise:
+        near = found[1]
+        swapped = near[[NAMES.index({"actuator": "sensor", "sensor": "actuator"}.get(n, n)) for n in NAMES]] if not problem.known else near
+        ways = [np.r_[theta[:-1], np.log(way * problem.level)] for theta in (near, swapped, *starts[:2]) for way in WAYS]
+        for other, begins in (("lugre", ways), ("maxwell_slip", ways), ("paper", [*ways[1:4:2], *starts])):
+            tried = _best(problem, other, begins, lag)
+            rms = problem.left(other, tried[1])
+            if rms < (BETTER if law == "coulomb" else 1.0) * left:
+                found, law, left = tried, other, rms
+    _, theta, halves = found
+    p, way = problem.params(theta)
     level = p["offset_positive"] + p["slope_positive"] * float(np.median(np.abs(segment.force)))
-    return Lags(p["actuator"], p["sensor"], p["damping"], p["inertia"], p["delay"], p, left, level, model)
+    lags = {"actuator": 1 / p["actuator"], "arm": p["damping"], "sensor": 1 / p["sensor"], "delay": 1.0}
+    halves = {n: float(lags[n] * halves[NAMES.index(n)]) for n in lags}
+    return Lags(p["actuator"], p["sensor"], p["damping"], p["inertia"], p["delay"], law, way if law in BUILDS_UP else 0.0, theta, p, halves, left, level, problem.output(law, theta))

@@ -12,6 +12,8 @@ from tribo_design.errors import DesignError
 from tribo_design.output import yaml_text
 from tribo_identify import accept, command_friction, native
 
+from .lags import BUILDS_UP, substeps
+
 CROSSOVER = 0.7  # of the loop's bandwidth by its whole lag: the wish that the design starts with
 SLOWER = (1.0, 0.7, 0.5, 0.35, 0.25)  # times that, until the loop is robust
 U_PER_R = 4.0
@@ -49,8 +51,8 @@ def task_of(rig, result):
     return low + 0.25 * (high - low), high - 0.1 * (high - low)
 
 
-def scenario(rig, lags, result, noise):
-    """All of the loop but its controller, as a scenario whose plant is the one that was found."""
+def scenario(rig, lags, result, law, noise):
+    """All of the loop but its controller, as a scenario whose plant is the one that was found. `law` has the plant's keys of its law of friction."""
     low, high = task_of(rig, result)
     number = lambda x: float(f"{x:.9g}")
     arm = {"inertia_N_s2_per_deg": number(lags.inertia), "damping_N_s_per_deg": number(lags.damping), "stiffness_N_per_deg": 1.0}
@@ -58,7 +60,7 @@ def scenario(rig, lags, result, noise):
     friction["pulse_width_s"] = number(3 * rig.sample_time_s)
     tree = {"description": f"{rig.name}, by tribo-rig", "duration_s": 40.0, "sample_time_s": rig.sample_time_s,
             "reference": {"kind": "triangle", "low_N": number(low), "high_N": number(high), "period_s": 10.0},
-            "plant": {"step_s": number(rig.sample_time_s / max(np.ceil(rig.sample_time_s / 1e-4), 4)), "actuator_pole_rad_per_s": number(lags.actuator), "arm": arm, "friction": friction},
+            "plant": {"step_s": number(rig.sample_time_s / substeps(rig.sample_time_s)), "actuator_pole_rad_per_s": number(lags.actuator), "arm": arm, "friction": friction, **law},
             "sensor": {"pole_rad_per_s": number(lags.sensor), "delay_s": number(lags.delay), "noise_N": number(noise)},
             "controller": {"kind": "none"}, "compensator": {"arm": arm, "friction": friction},
             "limits": {"u_min_N": number(min(rig.force.low_N, 0.0)), "u_max_N": number(rig.force.high_N), "input_max_N": number(ROOM * rig.force.largest),
@@ -97,15 +99,6 @@ def against(runs, lags):
     return reasons
 
 
-def with_presliding(tree, found):
-    """The scenario with breakaway and plant of presliding.fit."""
-    tree = copy.deepcopy(tree)
-    for place in (tree["plant"], tree["compensator"]):
-        place["friction"] = accept.scaled(place["friction"], found.times)
-    tree["plant"] |= found.plant
-    return tree
-
-
 def make(rig, lags, base, digest):
     """(loop, design's result, predicted runs, what was refused) of the fastest wish that goes through. `base` is the loop without controller."""
     refused, noise = [], base["sensor"]["noise_N"]
@@ -124,9 +117,9 @@ def make(rig, lags, base, digest):
         if not reasons:
             return loop, designed, runs, refused
         refused.append(f"bandwidth {bandwidth:.3g} rad/s: {'; '.join(reasons)}")
-    way = "model" in base["plant"]
+    way = base["plant"].get("model") in BUILDS_UP
     raise NotSafe("no loop was found that is better than no compensation on all plants near this one:\n" + "\n".join(refused) + "\nWhat would help: "
-                  + ("friction builds up over a way here, which the feed-forward does not have yet: a reference with longer strokes (task in rig.yaml)" if way else
+                  + ("friction builds up over a way here: a reference with longer strokes (task in rig.yaml)" if way else
                      "a shorter delay or a faster sensor, or a task further from 0 N (task in rig.yaml)"))
 
 

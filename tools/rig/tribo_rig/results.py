@@ -8,10 +8,11 @@ from tribo_design.output import yaml_text
 from tribo_identify import friction
 from tribo_identify.events import Refusal
 
-from . import experiments, lags, loop, presliding, report
+from . import experiments, lags, law, loop, report
 
 GAINS = 1.2  # factor by which the error falls, below which the verdict calls it little
 BUDGET_US = 250  # the drive's default, which must not be beyond its period
+APART = 0.05  # of the whole lag: half intervals below which one lag is told from another
 UNSURE = 0.1  # relative half interval of L, above which the report asks for more
 
 
@@ -24,13 +25,12 @@ def of(rig, first, slides, log, digest):
                                "breakaway. Is the arm against a stiff contact, and u what the motor got? Play 2-slides.csv again, and look whether F repeats itself")
     slow = experiments.part(log, slides.split_s - experiments.REST_S, slides.time[-1])
     known = {name: found.params[name] for name in ("actuator", "sensor", "damping", "inertia", "stiffness", "delay")}
-    result = friction.identify(slow, known, allow_slides=False)  # presliding.fit begins at the model's breakaway
+    result, arm = law.fit(found, friction.identify(slow, known, allow_slides=False), log.segments[0], first)
     scale = next(e.value for e in result.estimates if e.name == "scale")
-    base = loop.scenario(rig, found, result, first.noise)
-    builds_up = presliding.fit(base, log.segments[0], slides.split_s, scale, found.level)
-    made, designed, runs, refused = loop.make(rig, found, loop.with_presliding(base, builds_up), digest)
+    base = loop.scenario(rig, found, result, arm.plant, first.noise)
+    made, designed, runs, refused = loop.make(rig, found, base, digest)
     per_n = rig.command_per_N / scale
-    lines = verdict(rig, made, found, result, builds_up, runs, per_n)
+    lines = verdict(rig, made, found, result, arm, runs, per_n)
     text = loop.header(made, rig)
     factor = f"#define {rig.name.upper()}_COMMAND_PER_N {np.float32(per_n):.8e}f ///< what the drive puts out for a newton of u\n"
     files = {"loop.yaml": (_head(per_n, digest) + yaml_text(made)).encode(),
@@ -53,25 +53,32 @@ def numbers(made, found, result, runs, per_n):
             "task_N": [made["reference"]["low_N"], made["reference"]["high_N"]]}
 
 
-def verdict(rig, made, found, result, builds_up, runs, per_n):
+def verdict(rig, made, found, result, arm, runs, per_n):
     """Half a page in words: what was found, what is to be expected, what to do next."""
     low, high = made["reference"]["low_N"], made["reference"]["high_N"]
     middle = (low + high) / 2
-    L = builds_up.times * float(np.mean(friction.breakaway(result.params, result.table, middle)))
+    L = float(np.mean(friction.breakaway(result.params, result.table, middle)))
     off, on = ([run.rms for run in runs[case]] for case in ("off", "on"))
     factor = off[1] / on[1]
     lines = [f"VERDICT: {'tuned' if factor >= GAINS else 'tuned, but it gains little'}: compensation divides the error on a triangle of {low:.3g} to {high:.3g} N by {factor:.3g} "
              f"({min(a / b for a, b in zip(off, on)):.3g} to {max(a / b for a, b in zip(off, on)):.3g} if breakaway is off by 10 %), from {off[1]:.3g} to {on[1]:.3g} N rms; simulated.",
-             f"friction: {L:.4g} N at {middle:.3g} N" + (f", a table of {len(result.table)} loads" if result.table else f", {builds_up.times * result.params['offset_positive']:.4g} N + {builds_up.times * result.params['slope_positive']:.4g} |F|")
-             + f"; known within {100 * result.L_half:.2g} %" + (f"; builds up while F goes {builds_up.way:.3g} N, so that feed-forward of a jump gains less" if builds_up.way else ""),
+             f"friction: {L:.4g} N at {middle:.3g} N" + (f", a table of {len(result.table)} loads" if result.table else f", {result.params['offset_positive']:.4g} N + {result.params['slope_positive']:.4g} |F|")
+             + f"; known within {100 * result.L_half:.2g} %" + (f"; builds up while F goes {arm.way:.3g} N, so that feed-forward of a jump gains less" if arm.way else ""),
              f"command: put u times {per_n:.6g} out" + (f" (a newton of yours makes {rig.command_per_N / per_n:.4g} N)" if abs(rig.command_per_N / per_n - 1) > 0.005 else "")
              + f"; bias or gravity {result.params['gravity']:.3g} N",
-             f"lags: actuator {1e3 / found.actuator:.3g} ms, arm {1e3 * found.damping:.3g} ms, sensor {1e3 / found.sensor:.3g} ms, delay {1e3 * found.delay:.2f} ms; {1e3 * found.whole:.3g} ms in all. "
-             "The sum is sure; which lag is whose is not (known in rig.yaml tells)",
+             lags_of(found),
              f"the model leaves {100 * found.residual_rms / found.level:.2g} % of breakaway in the steps, {100 * result.residual_rms / found.level:.2g} % in the slides"]
     if result.L_half > UNSURE:
         lines.append("more would be known from 2-slides.csv played again in a quieter hour, or with a larger force.high_N")
     return lines + [f"next: params of {rig.name}_params.h into the drive, then on the rig tribo-identify accept loop.yaml --low {low:.3g} --high {high:.3g} --out sequence"]
+
+
+def lags_of(found):
+    """Each with its interval, if the steps tell them apart."""
+    values = {"actuator": 1 / found.actuator, "arm": found.damping, "sensor": 1 / found.sensor, "delay": found.delay}
+    apart = max(found.halves.values()) < APART * found.whole
+    text = ", ".join(f"{name} {1e3 * value:.2f} ms" + (f" +- {1e3 * found.halves[name]:.2g}" if apart and found.halves[name] else "") for name, value in values.items())
+    return f"lags: {text}; {1e3 * found.whole:.3g} ms in all" + ("" if apart else ". The sum is sure; which lag is whose is not (known in rig.yaml tells)")
 
 
 def registers(rig, made, per_n):

@@ -1,0 +1,46 @@
+"""Breakaway and command of the law of friction that the steps have shown, from steps and slides together.
+
+The fit of tribo_identify has the paper's model, which sticks until breakaway and acts on the net force. On another arm it finds a breakaway that is up to some
+percent off, and no simulation with it says what a controller meets. By how much the two differ counts as an error of the answer.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tribo_identify import friction
+
+from . import lags as steps
+
+PASSES = 15
+
+
+@dataclass
+class Law:
+    way: float  # N of F over which friction builds up; 0: it does not
+    plant: dict  # keys of the plant
+
+
+def _keys(found, way):
+    own = steps.own_of(found.law, way, found.level, found.inertia)
+    return {} if found.law == "paper" else {"model": found.law} | ({found.law: {name: float(f"{value:.9g}") if value is not False else value for name, value in own.items()}} if own else {})
+
+
+def fit(found, result, segment, first):
+    """(friction, law): `result` with the values of the law, where it is not the paper's. `found` are the lags, which stay."""
+    if found.law == "paper" or result.table:
+        return result, Law(found.way, _keys(found, found.way))
+    problem = steps.Fit(segment, first, {"actuator", "arm", "ratio", "sensor", "delay"})
+    _, theta, halves = problem.solve(found.law, found.theta, PASSES)
+    p, way = problem.params(theta)
+    way = way if found.way else 0.0
+    halves = dict(zip(steps.NAMES, halves))
+    values = {"offset": p["offset_positive"], "slope": p["slope_positive"], "scale": p["scale"], "gravity": p["gravity"]}
+    middle = (result.loads[0][0] + result.loads[-1][1]) / 2
+    before = float(np.mean(friction.breakaway(result.params, [], middle)))
+    estimates = [replace(e, value=values[e.name], half=float(np.hypot(max(e.half, halves[e.name]), abs(values[e.name] - e.value)))) if e.name in values else e for e in result.estimates]
+    params = result.params | {n: p[n] for n in ("scale", "gravity", "offset_positive", "offset_negative", "slope_positive", "slope_negative")}
+    L = float(np.mean(friction.breakaway(params, [], middle)))
+    model = problem.output(found.law, theta)
+    left = float(np.sqrt(np.mean((model - segment.force)[problem.begin :] ** 2)))
+    return replace(result, estimates=estimates, params=params, model=[model[-len(result.model[0]) :]], L_half=float(np.hypot(result.L_half, abs(L / before - 1))), residual_rms=left), Law(way, _keys(found, way))
