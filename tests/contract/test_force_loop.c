@@ -117,6 +117,7 @@ static void test_loop_is_controller_and_compensator_joined_as_in_fig_9(void)
     config.compensator.friction.table_length = 2;
     TEST_ASSERT_TRUE(check_is_its_parts_joined() > 0.9); // of the table, not of the law
     config.compensator.friction.table          = NULL;
+    config.compensator.friction.table_length   = 0;
     config.compensator.friction.positive.slope = 1.25f;
     (void)check_is_its_parts_joined();
     config.compensator.friction.positive.slope = 0.3f;

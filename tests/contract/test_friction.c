@@ -37,7 +37,7 @@ static void test_friction_disarms_by_the_breakaway_of_the_side_where_n_was(void)
     for (int by_table = 0; by_table < 2; by_table++)
     {
         config.table        = by_table != 0 ? both : NULL;
-        config.table_length = 2;
+        config.table_length = by_table != 0 ? 2 : 0;
         TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&friction, &config, H));
         TEST_ASSERT_TRUE(after(TRIBO_RELAY_Q2, 0.05, -0.01).q2); // within 0.08, though beyond 0.016
         TEST_ASSERT_FALSE(after(TRIBO_RELAY_Q2, 0.09, -0.01).q2);
@@ -87,13 +87,13 @@ static void test_friction_relays_are_those_of_its_comparators(void)
     config.positive                                   = (tribo_breakaway_f32_t){.offset_n = 0.5f, .slope = 1.0f};
     config.negative                                   = (tribo_breakaway_f32_t){.offset_n = 0.25f, .slope = 0.5f};
     config.reset_level                                = 0.5f;
-    config.table_length                               = 5;
     for (uint32_t width = 1; width <= 3u; width++)
     {
         config.pulse_width_s = (float)(width * H);
         for (int by_table = 0; by_table < 2; by_table++)
         {
-            config.table = by_table != 0 ? points : NULL;
+            config.table        = by_table != 0 ? points : NULL;
+            config.table_length = by_table != 0 ? 5 : 0;
             TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&friction, &config, H));
             TEST_ASSERT_EQUAL_UINT32(width, friction_pulse_width(&friction));
             check_relays(&r);

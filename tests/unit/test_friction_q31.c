@@ -495,6 +495,7 @@ static void test_friction_relays_are_those_of_its_comparators(void)
     {
         config.pulse_width_s = (float)width * H;
         config.table         = NULL;
+        config.table_length  = 0;
         check_relays(&r);
         config.table        = line;
         config.table_length = 5;

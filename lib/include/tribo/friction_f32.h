@@ -89,11 +89,11 @@ typedef struct
     tribo_breakaway_f32_t              negative;   ///< L-; not read with a table
     const tribo_breakaway_point_f32_t *table;      ///< null, or points that live as long as the params;
                                                    ///< linear between them, clamped at both ends
-    uint32_t table_length;                         ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX
-    float    set_level;                            ///< c1, 1e-6 to 1, as a fraction of L
-    float    reset_level;                          ///< c2, 1e-6 to 1, as a fraction of L
-    float    pulse_width_s;                        ///< of the edge detectors, 1 to 63 samples once rounded
-    float    gravity_n;                            ///< g, -1e6 to 1e6 N
+    uint32_t table_length;  ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX; 0 without one
+    float    set_level;     ///< c1, 1e-6 to 1, as a fraction of L
+    float    reset_level;   ///< c2, 1e-6 to 1, as a fraction of L
+    float    pulse_width_s; ///< of the edge detectors, 1 to 63 samples once rounded
+    float    gravity_n;     ///< g, -1e6 to 1e6 N
 } tribo_friction_f32_config_t;
 
 /// k(v) 1.57 (1 + p) / 8 = at_0 + per_power p / 8, p = 2^-|exponent|; see src/paper/friction_f32.h.

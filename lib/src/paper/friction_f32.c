@@ -35,7 +35,7 @@ static tribo_status_t check_breakaway(const tribo_friction_f32_config_t *config)
     {
         return check_table(config->table, config->table_length);
     }
-    return PARAMETERS_CHECK(tribo_breakaway_parameters, config);
+    return config->table_length != 0u ? TRIBO_ERR_TABLE_LENGTH : PARAMETERS_CHECK(tribo_breakaway_parameters, config);
 }
 
 tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params,
