@@ -15,7 +15,12 @@ CASES = {"coulomb": (3, {}), "lugre": (13, {}), "maxwell": (2, {}), "calibrated"
          "asymmetric": (24, {"scale": 1.0, "bias": 0.0, "less": 0.7})}
 
 
+ONE_WAY = 100018  # of foreign_study: a part of its log that goes one way
+
+
 def rig_of(case):
+    if case == "one way":
+        return foreign_study.rig_of(ONE_WAY)
     seed, given = CASES[case]
     rig = foreign.rig_of(seed, **given)
     return rig | {"distance": 0.03 * rig["high"]} if rig["distance"] is None else rig
@@ -24,7 +29,7 @@ def rig_of(case):
 @pytest.fixture(scope="module")
 def played():
     """(rig, log) of each case."""
-    rigs = {case: rig_of(case) for case in CASES}
+    rigs = {case: rig_of(case) for case in (*CASES, "one way")}
     kinds = [[c for c in rigs if rigs[c]["kind"] == kind] for kind in foreign.KINDS]
     with ProcessPoolExecutor() as pool:
         rows = pool.map(foreign.play, [[rigs[c] for c in of_kind] for of_kind in kinds])
@@ -90,6 +95,11 @@ def test_a_sensors_volts_are_no_newton(played):
 def test_a_spoilt_log_is_never_wrong_with_confidence(played, what):
     verdict, text, _ = foreign_study.one((*played["calibrated"], what))
     assert verdict in ("refused", "weak", "identified"), text
+
+
+def test_break_aways_that_share_no_load_are_refused(played):
+    verdict, text, _ = foreign_study.one((*played["one way"], "one direction"))
+    assert verdict == "refused" and text.startswith("few loads: F breaks away both ways at none"), text
 
 
 def test_the_judge_knows_a_wrong_answer(played):

@@ -604,6 +604,8 @@ def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, g
     estimates = [_estimate(fit, name, value, h) for name, value, h in zip(names, theta, half)]
     params, table = fit.params(names, theta)
     both, _ = loads([(e.way, e.low, e.high) for e in events] if not by_slides else slides.spans(fit.log))
+    if not both:
+        raise Refusal("few loads", "few loads: F breaks away both ways at none; approach every load from both sides")
     result = Result(estimates, params, table, events, fit.model(names, theta), fit.rms(residual), _hold_out(fit, residual), ripple, params["delay"], both, fit.assume, remarks, lack_of_fit=lack)
     result.rate_effect = _rate_effect(events, level)
     result.L_half = _relative_half(fit, names, theta, changes, both)
