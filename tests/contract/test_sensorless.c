@@ -1,6 +1,7 @@
 // The feed-forward without a force sensor, as a method of the loop: what it adds, whose motion it opposes, that y and the
 // controller have no part in u, hand-over, limits, corrupt memory; and the force that it estimates from u.
 
+#define FULL_SCALE_N 4.0 // of Q31, so that an input beyond input_max shows as such
 #include ARITH_HEADER
 #include "random.h"
 #include "unity.h"
@@ -342,21 +343,120 @@ static void test_other_params_of_the_method_do_not_bump_u(void)
 
 static void test_a_bad_first_reference_waits_and_a_later_one_is_the_last(void)
 {
+    for (int k = 0; k < 10; k++) // and a change of params before the first tick
+    {
+        TEST_ASSERT_TRUE(step(&x, k < 5 ? &x.params : &x.fed, 3.0, 0.0) == 0.0);
+    }
+    reset(&x);
     for (int k = 0; k < 10; k++)
     {
-        TEST_ASSERT_TRUE(TRIBO_EITHER(step(&x, &x.params, 3.0, 0.0), 0.0) == 0.0);
+        TEST_ASSERT_TRUE(step(&x, k < 5 ? &x.fed : &x.params, 3.0, 0.0) == 0.0);
     }
     for (int k = 0; k <= 1500; k++)
     {
         (void)tick(triangle(k));
     }
     const double u = tick(triangle(1500));
-#if !TRIBO_IS_Q31 // whose forces end at full scale, here input_max
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, step(&x, &x.params, 3.0, 0.0));
+#if !TRIBO_IS_Q31
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, step(&x, &x.params, (double)NAN, 0.0));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, step(&x, &x.params, 1e9, 0.0));
 #endif
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, tick(triangle(1500)));
 }
+
+/// As it would with the sensor: on the controller's state.
+static void test_u_goes_on_where_a_sensor_fails_with_a_bad_reading(void)
+{
+    static blind_t other;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&other));
+    double F = 0.3;
+    for (int k = 0; k < 1500; k++)
+    {
+        const double u = step(&x, &x.fed, triangle(k), F);
+        TEST_ASSERT_TRUE(u == step(&other, &other.fed, triangle(k), F));
+        F += 0.05 * (u - F);
+    }
+    const double going = step(&other, &other.fed, triangle(1500), 3.0);
+    double       u     = step(&x, &x.params, triangle(1500), 3.0);
+    TEST_ASSERT_DOUBLE_WITHIN(3e-4, going, u);
+    for (int k = 1501; k < 1520; k++)
+    {
+        const double before = u;
+        u                   = step(&x, &x.params, triangle(k), 3.0);
+        TEST_ASSERT_DOUBLE_WITHIN(0.062, before, u); // a tenth of friction, and its lead
+    }
+}
+
+static void test_a_guard_and_a_log_see_the_friction_of_the_last_tick(void)
+{
+    const double unit = TRIBO_EITHER(1.0, FULL_SCALE_N / 2147483648.0);
+    TEST_ASSERT_TRUE(TRIBO(sensorless, method_friction)(&x.memory) == 0);
+    for (int k = 0; k < 1500; k++)
+    {
+        (void)tick(triangle(k));
+    }
+    TEST_ASSERT_TRUE((double)TRIBO(sensorless, method_friction)(&x.memory) * unit == friction_now());
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.9 * (L0 + L1 * 0.45), friction_now());
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, triangle(1499), from_force(x.signals.compensator.TRIBO_N(force)));
+}
+
+static void test_a_corrupt_mode_starts_again(void)
+{
+    for (int k = 0; k < 1500; k++)
+    {
+        (void)tick(triangle(k));
+    }
+    x.memory.state.mode = 77;
+    double u            = 0.0;
+    for (int k = 1500; k < 9900; k++)
+    {
+        u = tick(triangle(k));
+        TEST_ASSERT_TRUE(fabs(u) < 1.0);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, triangle(9899) + 0.1 * TAU + 0.9 * (L0 + L1 * triangle(9899)), u);
+}
+
+#if TRIBO_IS_Q31
+/// With a sanitizer it would say so.
+static void test_no_sum_overflows_at_the_ends_of_the_scale_and_in_a_corrupt_state(void)
+{
+    static const int32_t end[] = {INT32_MIN, INT32_MAX, -INT32_MAX, 0, 1, -1, 1 << 30, -(1 << 30)};
+    random_t             r     = {.state = 31};
+
+    config.compensator.friction.positive.slope = 2.0f; // L beyond full scale
+    config.compensator.friction.negative.slope = 0.9f;
+    config.compensator.friction.gravity_n      = 3.9f;
+    config.input_max_n                         = 4.0f;
+    config.controller.u_min_n                  = -4.0f;
+    config.controller.u_max_n                  = 4.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&x));
+    memset(&x.memory.motion, 0, sizeof x.memory.motion);
+    tribo_force_estimate_q31_t of = {.runs = 0};
+    for (int k = 0; k < 200000; k++)
+    {
+        tribo_feedforward_q31_state_t *state = &x.memory.state;
+        int32_t *const                 corrupt[] =
+            {&state->sigma, &state->offset, &state->term, &state->rate, &of.low, &of.force, &of.high, &of.lagged};
+        if (k % 5 == 0)
+        {
+            *corrupt[random_bits(&r) % 8u] = end[random_bits(&r) % 8u];
+        }
+        if (k % 3 == 0)
+        {
+            tribo_sensorless_q31_motion(&x.memory, end[random_bits(&r) % 8u], end[random_bits(&r) % 8u]);
+        }
+        tribo_force_loop_q31_signals_t seen = {.controller = {.limited = false}};
+        const int32_t                  v    = end[random_bits(&r) % 8u];
+        const int32_t                  in   = end[random_bits(&r) % 8u];
+        (void)tribo_sensorless_q31_method_error(&x.params, &x.memory, in, end[random_bits(&r) % 8u], UINT32_MAX);
+        (void)tribo_sensorless_q31_method_term(&x.params, &x.memory, v);
+        tribo_sensorless_q31_method_after(&x.params, &x.memory, v, in, &seen);
+        tribo_force_estimate_q31_step(&x.params, &x.own, &of, random_bits(&r) % 2u != 0u ? UINT32_MAX : 0u, in);
+        TEST_ASSERT_TRUE(x.memory.signals.f <= 1 << 29 && x.memory.signals.f >= -(1 << 29));
+        TEST_ASSERT_TRUE(x.memory.signals.b <= 1 << 29 && x.memory.signals.b >= -(1 << 29));
+    }
+}
+#endif
 
 #if !TRIBO_IS_Q31
 static void test_a_state_that_is_no_number_is_forgotten_and_counted_and_u_goes_on(void)
@@ -374,6 +474,12 @@ static void test_a_state_that_is_no_number_is_forgotten_and_counted_and_u_goes_o
             u = tick(triangle(k));
         }
         *numbers[i] = NAN;
+        if (i == 3)
+        {
+            x.memory.state.term_n = NAN;
+            TEST_ASSERT_TRUE(tick(triangle(1500)) == 0.0);
+            continue;
+        }
         TEST_ASSERT_DOUBLE_WITHIN(2e-4, u, tick(triangle(1500)));
         TEST_ASSERT_DOUBLE_WITHIN(1e-2, u, tick(triangle(1501)));
         TEST_ASSERT_EQUAL_UINT32(1, x.memory.state.forgotten);
@@ -491,25 +597,30 @@ static void test_an_estimate_takes_nothing_that_is_not_credible_and_heals(void)
     {
         (void)estimated(1e-3 * fmin(k, 800), 0.1);
     }
-#if !TRIBO_IS_Q31
     const TRIBO(force_estimate, t) before = estimate;
+#if !TRIBO_IS_Q31
     (void)estimated((double)NAN, 0.1);
     (void)estimated(0.8, (double)NAN);
     (void)estimated(0.8, 1.5);
+#endif
     (void)estimated(2.5, 0.1);
     TEST_ASSERT_EQUAL_MEMORY(&before, &estimate, sizeof before);
-    estimate.low_n = NAN;
-#else
-    estimate.low   = INT32_MIN;
-    estimate.force = INT32_MAX;
-#endif
-    estimated_t at = {.F = 0.0};
-    for (int k = 0; k < 3000; k++)
+    for (int i = 0; i < 4; i++)
     {
-        at = estimated(0.8 + 1e-3 * fmin(k, 800), 0.1);
+        tribo_force_t *const numbers[] = {&estimate.TRIBO_N(lagged),
+                                          &estimate.TRIBO_N(force),
+                                          &estimate.TRIBO_N(low),
+                                          &estimate.TRIBO_N(high)};
+        *numbers[i]                    = TRIBO_EITHER(NAN, INT32_MIN);
+        estimated_t at                 = {.F = 0.0};
+        for (int k = 0; k < 3000; k++)
+        {
+            at = estimated(0.8 + 1e-3 * fmax(0.0, fmin(k - 500, 800)), 0.1);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.6 - 1.1 * L0) / (1.0 + 1.1 * L1), at.low);
+        TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.6 - 0.9 * L0) / (1.0 + 0.9 * L1), at.high);
+        TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.6 - L0) / (1.0 + L1), at.F);
     }
-    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.6 - 1.1 * L0) / (1.0 + 1.1 * L1), at.low);
-    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.6 - 0.9 * L0) / (1.0 + 0.9 * L1), at.high);
 }
 
 int main(void)
@@ -528,7 +639,12 @@ int main(void)
     RUN_TEST(test_u_goes_on_where_a_sensor_fails_or_comes_back);
     RUN_TEST(test_other_params_of_the_method_do_not_bump_u);
     RUN_TEST(test_a_bad_first_reference_waits_and_a_later_one_is_the_last);
-#if !TRIBO_IS_Q31
+    RUN_TEST(test_u_goes_on_where_a_sensor_fails_with_a_bad_reading);
+    RUN_TEST(test_a_guard_and_a_log_see_the_friction_of_the_last_tick);
+    RUN_TEST(test_a_corrupt_mode_starts_again);
+#if TRIBO_IS_Q31
+    RUN_TEST(test_no_sum_overflows_at_the_ends_of_the_scale_and_in_a_corrupt_state);
+#else
     RUN_TEST(test_a_state_that_is_no_number_is_forgotten_and_counted_and_u_goes_on);
 #endif
     RUN_TEST(test_set_up_refuses_a_belief_out_of_range);

@@ -187,7 +187,7 @@ void tribo_sensorless_f32_method_after(const tribo_force_loop_f32_params_t *loop
     }
     const float F            = signals->reached_n + state->behind_n[0];
     state->u_n               = u_n;
-    seen->controller.limited = seen->controller.limited || state->limited != 0;
+    seen->controller.limited = state->limited != 0;
     seen->compensator =
         (tribo_compensator_f32_signals_t){.force_n  = F,
                                           .friction = {.n_n = u_n - F, .L_n = signals->level_n, .f_n = signals->f_n}};

@@ -122,7 +122,7 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
     state->sigma         = before + left;
     signals->e           = bank_q31_inside(e);
     signals->reached     = state->reached;
-    signals->lin         = sum_q31(state->reached + ahead, bank_q31_both(&prior, 0));
+    signals->lin         = sum_q31(sum_q31(state->reached, ahead), bank_q31_both(&prior, 0));
     signals->level       = bank_q31_share(bank_q31_share(prior.L, fade), ~params->distrust);
     signals->f           = bank_q31_product((int32_t)signals->level, state->sigma);
     const int32_t jump   = bank_q31_product((int32_t)signals->level, left);
@@ -183,7 +183,7 @@ void tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *loop
     const int32_t F          = bank_q31_outside(sum_q31(signals->reached, state->behind[0]));
     uint32_t      ignored    = 0;
     state->u                 = bank_q31_inside(u_q31);
-    seen->controller.limited = seen->controller.limited || state->limited != 0;
+    seen->controller.limited = state->limited != 0;
     seen->compensator        = (tribo_compensator_q31_signals_t){.force    = F,
                                                                  .friction = {.n = tribo_q31_subtract(u_q31, F, &ignored),
                                                                               .L = bank_q31_outside((int32_t)signals->level),
