@@ -2,10 +2,10 @@
 
 #include "cli/commands.h"
 #include "cli/log_options.h"
+#include "cli/picture.h"
 #include "cli/progress.h"
 #include "cli/scenario_choice.h"
 #include "cli/trace.h"
-#include "log/plot.h"
 #include "log/verdict.h"
 #include "loop/loop_config.h"
 #include "scenario/activity.h"
@@ -14,6 +14,7 @@
 #include "support/file.h"
 #include "support/number.h"
 #include "support/output_file.h"
+#include "support/text.h"
 #include "tribo/friction_f32.h"
 #include "tribo/friction_q31.h"
 #include "tribo_arithmetic.h"
@@ -22,6 +23,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef struct
 {
@@ -100,7 +102,7 @@ static const struct argp_option known[] = {
     {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "sets one of these keys, e.g. compensator.model=lugre; may be repeated"},
     {.name = "force", .key = OPTION_FORCE, .arg = "own|measured", .doc = "F is the compensator's own arm model's (if left out), or the log's F_N"},
     {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "where the result goes; standard output if left out"},
-    {.name = "plot", .key = OPTION_PLOT, .arg = "OUT.svg", .doc = "draws u and F, friction, what is left of it, and breakaway over force"},
+    {.name = "plot", .key = OPTION_PLOT, .arg = "FILE.png|svg|html", .doc = "draws the result (`plot` says what; needs Python and matplotlib)"},
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: Q31's columns after f32's, and how they differ"},
     {.name = "full-scale", .key = OPTION_FULL_SCALE, .arg = "N", .doc = "what 2^31 stands for in Q31; 2 N if left out"},
     SIM_LOG_OPTIONS,
@@ -153,7 +155,9 @@ static int take(void *context, int key, const char *value)
         return 0;
     case OPTION_PLOT:
         options->plot = value;
-        return 0;
+        return sim_picture_has_ending(value)
+                   ? 0
+                   : sim_usage("--plot %s: a name that ends in .png, .svg or .html is expected", value);
     case OPTION_ARITH:
         word         = sim_option_word(&sim_command_replay, key, value);
         options->f32 = word != 1;
@@ -257,7 +261,7 @@ static void keep(replay_t *replay, size_t row, const tribo_compensator_f32_signa
     replay->replayed.q[row] = (friction->relays & TRIBO_RELAY_Q) != 0u;
 }
 
-static void replay_row(replay_t *replay, const sim_log_t *log, size_t row, FILE *file)
+static void replay_row(replay_t *replay, const sim_log_t *log, size_t segment, size_t row, FILE *file)
 {
     const bool                      has_force = log->values[SIM_LOG_F] != NULL;
     const double                    u         = log->values[SIM_LOG_U][row];
@@ -289,6 +293,14 @@ static void replay_row(replay_t *replay, const sim_log_t *log, size_t row, FILE 
     {
         (void)fprintf(file, ",%.9g,%.9g", F, (double)replay->replayed.n[row] - (double)shown->friction.f_n);
     }
+    if (log->values[SIM_LOG_R] != NULL)
+    {
+        (void)fprintf(file, ",%.9g", log->values[SIM_LOG_R][row]);
+    }
+    if (log->segments > 1)
+    {
+        (void)fprintf(file, ",%zu", segment);
+    }
     (void)fputs("\n", file);
 }
 
@@ -313,10 +325,12 @@ static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
     replay->activity          = (sim_activity_t){.move_n = SIM_ACTIVITY_MOVE * replay->options->full_scale_n};
     replay->activity_q31      = replay->activity;
     (void)fprintf(file,
-                  "t_s,u_N%s%s%s\n",
+                  "t_s,u_N%s%s%s%s%s\n",
                   SIM_TRACE_COMPENSATOR,
                   both ? q31_columns : "",
-                  log->values[SIM_LOG_F] != NULL ? ",F_N,residual_N" : "");
+                  log->values[SIM_LOG_F] != NULL ? ",F_N,residual_N" : "",
+                  log->values[SIM_LOG_R] != NULL ? ",r_N" : "",
+                  log->segments > 1 ? ",segment" : "");
     for (size_t s = 0; s < log->segments; s++)
     {
         reset(replay);
@@ -324,7 +338,7 @@ static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
         sim_activity_break(&replay->activity_q31);
         for (size_t i = log->starts[s]; i < log->starts[s + 1] && !ferror(file); i++)
         {
-            replay_row(replay, log, i, file);
+            replay_row(replay, log, s, i, file);
             sim_progress_update(&progress, (double)i / (double)log->rows);
         }
         bad_inputs += replay->has_lugre ? replay->state_f32.friction.lugre.bad_inputs
@@ -402,30 +416,19 @@ static void print_activity(const replay_t *replay)
     (void)puts("");
 }
 
-/// Writes table and picture, then the verdict: next to the table if that is a file, else on stderr.
-static bool write_results(replay_t *replay, const sim_log_t *log, common_error_t *error)
+/// Writes the table, then the verdict: next to the table if that is a file, else on stderr.
+static bool write_results(replay_t *replay, const char *out, const sim_log_t *log, common_error_t *error)
 {
-    const options_t     *options  = replay->options;
-    common_output_file_t files[2] = {{.stream = NULL}};
-    size_t               count    = 0;
+    const options_t     *options = replay->options;
+    common_output_file_t file    = {.stream = NULL};
     sim_verdict_t        verdict;
-    if (!common_output_open(&files[count++], options->out, error))
+    if (!common_output_open(&file, out, error))
     {
         return false;
     }
-    if (options->plot != NULL && !common_output_open(&files[count++], options->plot, error))
-    {
-        common_output_discard(files, 1);
-        return false;
-    }
-    step_through(replay, log, files[0].stream);
-    if (options->plot != NULL)
-    {
-        sim_plot_write(files[1].stream, options->logs.paths[0], log, &replay->replayed);
-    }
+    step_through(replay, log, file.stream);
     const sim_model_t model = {.play = play, .context = replay};
-    if (!common_output_commit(files, count, error) ||
-        !sim_verdict_make(&verdict, log, &replay->replayed, &model, error))
+    if (!common_output_commit(&file, 1, error) || !sim_verdict_make(&verdict, log, &replay->replayed, &model, error))
     {
         return false;
     }
@@ -436,13 +439,34 @@ static bool write_results(replay_t *replay, const sim_log_t *log, common_error_t
     {
         (void)fprintf(stderr, "largest Q31 - f32: F_hat %.3g N, f_hat %.3g N\n", replay->max_force_n, replay->max_f_n);
     }
-    if (options->out == NULL)
+    if (out == NULL)
     {
         return true; // the table is for the next program; the verdict comes with --out
     }
     sim_verdict_write(&verdict, log, stdout);
     print_activity(replay);
     return common_output_flush(error);
+}
+
+/// The results and their picture. Where there is only a picture the table is of no more use than to draw it.
+static bool draw_results(replay_t *replay, const sim_log_t *log, common_error_t *error)
+{
+    const options_t *options = replay->options;
+    const char      *slash   = strrchr(options->logs.paths[0], '/');
+    const char      *name    = slash != NULL ? slash + 1 : options->logs.paths[0];
+    char            *folder  = options->out == NULL ? sim_picture_folder(error) : NULL;
+    char            *table   = folder != NULL ? common_text_format("%s/replay.csv", folder) : NULL;
+    const char      *out     = options->out != NULL ? options->out : table;
+    const bool       ok      = out != NULL && write_results(replay, out, log, error);
+    const bool       drawn   = ok && sim_picture_of(out, name, options->plot, error);
+    if (folder != NULL && (drawn || !ok))
+    {
+        (void)(table != NULL && unlink(table));
+        (void)rmdir(folder);
+    }
+    free(table);
+    free(folder);
+    return drawn || common_error_set(error, "out of memory"); // unless an error is set already
 }
 
 static bool replay_log(replay_t *replay, const sim_log_t *log, common_error_t *error)
@@ -453,8 +477,11 @@ static bool replay_log(replay_t *replay, const sim_log_t *log, common_error_t *e
     replayed->f              = malloc(log->rows * sizeof *replayed->f);
     replayed->q              = malloc(log->rows);
     replayed->is_measured    = replay->options->measured;
-    const bool is_room       = replayed->n != NULL && replayed->L != NULL && replayed->f != NULL && replayed->q != NULL;
-    const bool ok            = is_room ? write_results(replay, log, error) : common_error_set(error, "out of memory");
+    const bool  is_room      = replayed->n != NULL && replayed->L != NULL && replayed->f != NULL && replayed->q != NULL;
+    const char *out          = replay->options->out;
+    bool        ok           = is_room || common_error_set(error, "out of memory");
+    ok                       = ok &&
+         (replay->options->plot != NULL ? draw_results(replay, log, error) : write_results(replay, out, log, error));
     free(replayed->n);
     free(replayed->L);
     free(replayed->f);

@@ -12,7 +12,6 @@
 
 #include "tribo/status.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
@@ -60,12 +59,6 @@ static const struct argp_option known[] = {
     {.name = NULL}};
 // clang-format on
 
-static bool is_picture(const char *path)
-{
-    const char *dot = strrchr(path, '.');
-    return dot != NULL && (strcmp(dot, ".png") == 0 || strcmp(dot, ".svg") == 0 || strcmp(dot, ".html") == 0);
-}
-
 static int take(void *context, int key, const char *value)
 {
     options_t     *options = context;
@@ -83,8 +76,9 @@ static int take(void *context, int key, const char *value)
         return 0;
     case OPTION_PLOT:
         options->plot = value;
-        return is_picture(value) ? 0
-                                 : sim_usage("--plot %s: a name that ends in .png, .svg or .html is expected", value);
+        return sim_picture_has_ending(value)
+                   ? 0
+                   : sim_usage("--plot %s: a name that ends in .png, .svg or .html is expected", value);
     case OPTION_DECIMATE:
         return common_number_parse_whole(value, &options->trace.every) == NULL && options->trace.every > 0u
                    ? 0
@@ -364,19 +358,6 @@ static bool is_identical(const sim_summary_t *summary, common_error_t *error)
 
 // --- the picture ---------------------------------------------------------------------------------------------------
 
-/// A folder for the run where there is no --out.
-static bool make_folder(options_t *options, common_error_t *error)
-{
-    const char *where  = getenv("TMPDIR");
-    options->temporary = common_text_format("%s/tribo-run-XXXXXX", where != NULL ? where : "/tmp");
-    options->folder    = options->temporary;
-    if (options->temporary == NULL || mkdtemp(options->temporary) == NULL)
-    {
-        return common_error_set(error, "%s: cannot be made: %s", options->temporary, strerror(errno));
-    }
-    return true;
-}
-
 /// Of a run that there is a picture of, or that has failed.
 static void remove_folder(const options_t *options)
 {
@@ -389,30 +370,23 @@ static void remove_folder(const options_t *options)
     (void)(options->temporary != NULL && rmdir(options->temporary));
 }
 
-/// Draws the run. What was run stays, if that fails.
 static bool draw(const options_t *options, common_error_t *error)
 {
-    const char       *slash   = strrchr(options->choice.name, '/');
-    const char       *name    = slash != NULL ? slash + 1 : options->choice.name;
-    const char *const words[] = {"tribo-plot",
-                                 options->folder,
-                                 "--out",
-                                 options->plot,
-                                 options->temporary != NULL ? "--name" : NULL,
-                                 name,
-                                 NULL};
-    return sim_picture_draw(words) == SIM_EXIT_OK ||
-           common_error_set(error,
-                            "no picture, but nothing is lost: tribo-sim plot %s --out %s draws the run",
-                            options->folder,
-                            options->plot);
+    const char *slash = strrchr(options->choice.name, '/');
+    const char *name  = slash != NULL ? slash + 1 : options->choice.name;
+    return sim_picture_of(options->folder, options->temporary != NULL ? name : NULL, options->plot, error);
 }
 
 static bool simulate_and_report(const common_scenario_t *scenario, options_t *options, common_error_t *error)
 {
     sim_summary_t summary;
     char         *json = NULL;
-    if (options->plot == NULL || options->folder != NULL || make_folder(options, error))
+    if (options->plot != NULL && options->folder == NULL)
+    {
+        options->temporary = sim_picture_folder(error);
+        options->folder    = options->temporary;
+    }
+    if (options->plot == NULL || options->folder != NULL)
     {
         json = simulate(scenario, options, &summary, error);
     }

@@ -2,8 +2,9 @@
 
 #include "cli/commands.h"
 #include "support/data_path.h"
-#include "support/error.h"
+#include "support/text.h"
 
+#include <errno.h>
 #include <signal.h>
 #include <spawn.h>
 #include <stdlib.h>
@@ -20,6 +21,32 @@ static int wait_for(pid_t process)
     (void)waitpid(process, &status, 0);
     (void)signal(SIGINT, before);
     return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? SIM_EXIT_OK : SIM_EXIT_ERROR;
+}
+
+bool sim_picture_has_ending(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    return dot != NULL && (strcmp(dot, ".png") == 0 || strcmp(dot, ".svg") == 0 || strcmp(dot, ".html") == 0);
+}
+
+char *sim_picture_folder(common_error_t *error)
+{
+    const char *where  = getenv("TMPDIR");
+    char       *folder = common_text_format("%s/tribo-sim-XXXXXX", where != NULL ? where : "/tmp");
+    if (folder == NULL || mkdtemp(folder) == NULL)
+    {
+        (void)common_error_set(error, "%s: cannot be made: %s", folder != NULL ? folder : "a folder", strerror(errno));
+        free(folder);
+        return NULL;
+    }
+    return folder;
+}
+
+bool sim_picture_of(const char *path, const char *name, const char *out, common_error_t *error)
+{
+    const char *const words[] = {"tribo-plot", path, "--out", out, name != NULL ? "--name" : NULL, name, NULL};
+    return sim_picture_draw(words) == SIM_EXIT_OK ||
+           common_error_set(error, "no picture, but nothing is lost: tribo-sim plot %s --out %s draws it", path, out);
 }
 
 int sim_picture_draw(const char *const *arguments)

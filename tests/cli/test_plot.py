@@ -9,7 +9,7 @@ def without_python(sim):
 
 
 MISSING = ("tribo-plot: needs Python 3.9 or later (/none): `tools/setup plot` or `apt install python3 python3-matplotlib` installs it\n"
-           "tribo-sim: no picture, but nothing is lost: tribo-sim plot {} --out a.png draws the run\n")
+           "tribo-sim: no picture, but nothing is lost: tribo-sim plot {} --out a.png draws it\n")
 
 
 def test_without_python_the_run_is_there_and_the_message_says_what_to_install(sim):
@@ -25,6 +25,16 @@ def test_a_run_without_a_folder_is_kept_until_it_is_drawn(sim):
     (kept,) = (sim.folder / "tmp").iterdir()
     assert result.returncode == 1 and result.stderr == MISSING.format(kept)
     assert {"trace.csv", "summary.json"} <= {path.name for path in kept.iterdir()}
+
+
+def test_a_replay_is_kept_until_it_is_drawn(sim):
+    sim.ok("run", "triangle", "--set", "duration_s=6", "--set", "reference.period_s=2", "--set", "metrics.start_s=2", "--out", "o")
+    result = sim("replay", "o/trace.csv", "--plot", "a.png", env=without_python(sim))
+    (kept,) = (sim.folder / "tmp").iterdir()
+    assert result.returncode == 1 and result.stderr.endswith(MISSING.format(kept / "replay.csv"))
+    assert "verdict" in result.stdout
+    header = (kept / "replay.csv").read_text().split("\n", 1)[0].split(",")
+    assert header[-3:] == ["F_N", "residual_N", "r_N"]
 
 
 def test_a_run_that_fails_leaves_no_folder(sim):

@@ -43,6 +43,20 @@ def test_run_draws_with_and_without_a_folder_and_leaves_nothing_else(tmp_path):
 
 
 @DRAWS
+def test_replay_draws_with_its_reference_and_a_gap_between_logs(runs, tmp_path):
+    (tmp_path / "tmp").mkdir()
+    environment = {**os.environ, "TMPDIR": str(tmp_path / "tmp")}
+    logs = [runs / "paper/trace.csv", runs / "off/trace.csv"]
+    done(sim("replay", *logs, "--out", "a.csv", "--plot", "a.svg", cwd=tmp_path, env=environment))
+    assert "verdict" in done(sim("replay", *logs, "--plot", "b.svg", cwd=tmp_path, env=environment)).stdout
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    assert look.colour("residual_N").lower() in (tmp_path / "a.svg").read_text(encoding="utf-8")
+    rows = (tmp_path / "a.csv").read_text().split()
+    assert rows[0].endswith(",F_N,residual_N,r_N,segment") and rows[1].endswith(",0") and rows[-1].endswith(",1")
+    assert not list((tmp_path / "tmp").iterdir())
+
+
+@DRAWS
 def test_a_sweep_is_drawn_alone(runs, tmp_path):
     (tmp_path / "s.yaml").write_text(
         "scenario: triangle\nruns: 12\nset: {duration_s: 1, metrics.start_s: 0}\nwithout: {compensator.method: \"off\"}\n"

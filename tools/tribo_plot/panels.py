@@ -220,7 +220,9 @@ def axis_range(runs, panel):
     if not rest[1] > rest[0] or whole[1] - whole[0] <= START_RATIO * (rest[1] - rest[0]):
         return None, ""
     room = 0.1 * (rest[1] - rest[0])
-    return (rest[0] - room, rest[1] + room), f"the start goes to {whole[0]:.3g} and {whole[1]:.3g}"
+    shown = rest[0] - room, rest[1] + room
+    outside = [end for end, is_out in zip(whole, (whole[0] < shown[0], whole[1] > shown[1])) if is_out]
+    return shown, "the start goes to " + " and ".join(f"{end:.3g}" for end in outside)
 
 
 def thin(line, columns, over_time=True):
