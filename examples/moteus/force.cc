@@ -2,6 +2,7 @@
 
 #include "moteus.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -88,7 +89,12 @@ template <typename Next, typename Pause> void hold(moteus::Controller &controlle
 int main()
 {
     moteus::Controller controller(options());
-    auto               due = std::chrono::steady_clock::now();
-    hold(controller, [] { return 0.5; }, [&] { std::this_thread::sleep_until(due += std::chrono::milliseconds(2)); });
+    auto               due   = std::chrono::steady_clock::now();
+    const auto         pause = [&] {
+        due = std::max(due + std::chrono::milliseconds(2),
+                       std::chrono::steady_clock::now()); // a late tick is not made up
+        std::this_thread::sleep_until(due);
+    };
+    hold(controller, [] { return 0.5; }, pause);
 }
 #endif

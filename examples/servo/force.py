@@ -79,7 +79,7 @@ def every(period_s):
 
     def pause():
         nonlocal due
-        due += period_s
+        due = max(due + period_s, time.monotonic())  # a late tick is not made up
         time.sleep(max(0.0, due - time.monotonic()))
 
     return pause
