@@ -5,10 +5,13 @@ installed.py --alone SOURCE: likewise of a copy of the source that is built, ins
 
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+
+UNDOCUMENTED = ("--help", "--usage", "--version")
 
 
 def say(*command, **options):
@@ -29,6 +32,13 @@ def check(prefix, forbidden):
     assert set(links) == {"tribo-plot", "tribo-sweep-report", "tribo-demo-drive"}
     assert all(path.is_file() and prefix.resolve() in path.parents for path in links.values()), links
     assert "MIT" in (share / "doc/tribo/LICENSE").read_text(encoding="utf-8")
+
+    for program in programs:
+        page = (share / f"man/man1/{program.name}.1").read_text(encoding="utf-8") if program.name != "tribo-desk" else None
+        options = re.findall(r"^ {2,6}(?:-\w, )?(--[\w-]+)", say(program, "--help"), re.M)
+        assert page is None or all(option.replace("-", "\\-") in page for option in options if option not in UNDOCUMENTED), program
+        assert page is None or page.startswith(f".TH {program.name.upper()} 1")
+    assert all(word in (share / "man/man1/tribo-sim.1").read_text() for word in (".SH SWEEP", "\\-\\-decimate=N", ".B replay"))
 
     with tempfile.TemporaryDirectory() as folder:
         here = {"cwd": folder, "env": {name: value for name, value in os.environ.items() if not name.startswith("TRIBO_")}}
