@@ -224,7 +224,7 @@ static void test_the_layout_is_that_of_the_lists(void)
 #endif
 }
 
-static void test_every_word_of_the_staged_set_has_its_register(void)
+static void test_every_word_of_both_sets_has_its_register(void)
 {
     static const struct
     {
@@ -254,7 +254,16 @@ static void test_every_word_of_the_staged_set_has_its_register(void)
     }
     TEST_ASSERT_EQUAL_HEX32(0x01020304u, read_word(REGISTERS_STAGED_AT));
     TEST_ASSERT_EQUAL_MEMORY(&before, &registers.active->set, sizeof before);
-    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, try_word(REGISTERS_ACTIVE_AT, 0));
+    uint32_t active = 0;
+    for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++)
+    {
+        for (uint32_t k = 0; k < blocks[i].words; k++)
+        {
+            const uint32_t at = REGISTERS_ACTIVE_AT + blocks[i].at + 2u * k;
+            TEST_ASSERT_EQUAL_HEX32(params_word(&before, active++), read_word(at));
+            TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, try_word(at, 0)); // read only
+        }
+    }
     command(REGISTERS_REVERT);
     TEST_ASSERT_EQUAL_MEMORY(&before, &registers.staged, sizeof before);
 }
@@ -755,6 +764,11 @@ static void test_what_is_learned_is_in_registers(void)
     tick();
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, SHOWN_OF(relative_variance_up));
+    // A travel of ten full scales takes more than 32 bits.
+    registers.memory.state.learned.TRIBO_N(travel) = TRIBO_EITHER(10.0f * BOARD_FULL_SCALE_N, 5368709120u);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 10.0 * (double)BOARD_FULL_SCALE_N, SHOWN_OF(travel_up));
+    command(REGISTERS_FORGET);
+    tick();
     start();
     run_triangle(20000);
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) > 0.0);
@@ -1164,7 +1178,7 @@ int main(void)
     RUN_TEST(test_a_pole_is_told_once);
 #endif
     RUN_TEST(test_the_layout_is_that_of_the_lists);
-    RUN_TEST(test_every_word_of_the_staged_set_has_its_register);
+    RUN_TEST(test_every_word_of_both_sets_has_its_register);
     RUN_TEST(test_a_set_is_swapped_in_run_without_a_bump);
     RUN_TEST(test_a_refused_field_is_named_with_its_range);
     RUN_TEST(test_fields_that_do_not_fit_each_other_are_refused);
