@@ -85,6 +85,10 @@ def test_a_foreign_rig_goes_the_whole_way(seed, tmp_path):
     assert w.beyond <= 1.0
     assert w.factor > 2.0
     assert abs(w.off_by("off")) < 0.05
+    if seed == 0:
+        assert abs(w.off_by("on")) < 0.05
+        said = way.accepted(tmp_path / "rig/result", way.others(foreign.truth_of(seed)), foreign.truth_of(seed).tick_s)
+        assert {name: not against for name, against in said.items()} == {name: takes for name, (_, _, takes) in way.OTHERS.items()}, said
 
 
 RIG = "sample_time_s: 1.0e-3\nforce: {low_N: 0, high_N: 10}\n"

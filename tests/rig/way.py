@@ -1,14 +1,16 @@
 """The whole way of a foreign rig: tribo-rig writes what to play, the foreign simulator plays it, and the generated header runs on it in the end."""
 
 import contextlib
+import functools
 import io
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import foreign
 import numpy as np
 
-from tribo_identify import accept
+from tribo_identify import accept, bins, native
+from tribo_identify.logs import Segment
 from tribo_rig import cli
 
 
@@ -66,14 +68,48 @@ def compare(truth, result, way):
 def played(rig_of, tick_s, result):
     """RMS of r - y on the rig itself, with the header's loop, without and with compensation, on the triangle of the prediction."""
     low, high = json.loads((result / "verdict.json").read_text())["task_N"]
+    return {case: accept.judged(*run(rig_of(), foreign.Loop(result / "loop_params.h", case == "on"), tick_s, low, high)).rms for case in ("off", "on")}
+
+
+def run(rig, loop, tick_s, low, high):
+    """t, r, u in the rig's command, y of the triangle of accept."""
     t = np.arange(int(accept.PERIODS * accept.PERIOD_S / tick_s)) * tick_s
     r = low + (high - low) * (1 - np.abs(2 * (t % accept.PERIOD_S / accept.PERIOD_S) - 1))
-    found = {}
-    for case in ("off", "on"):
-        rig, loop, u, y = rig_of(), foreign.Loop(result / "loop_params.h", case == "on"), np.empty(len(r)), np.empty(len(r))
-        for k, wanted in enumerate(r):
-            y[k] = rig.read()
-            u[k] = loop.step(wanted, y[k])
-            rig.tick(u[k])
-        found[case] = accept.judged(t, r, u, y).rms
-    return found
+    u, y = np.empty(len(r)), np.empty(len(r))
+    for k, wanted in enumerate(r):
+        y[k] = rig.read()
+        u[k] = loop.step(wanted, y[k])
+        rig.tick(u[k])
+    return t, r, u, y
+
+
+def accepted(result, rigs, tick_s):
+    """Whether accept takes the loop of a result on each of `rigs`, functions that make one; and why not."""
+    tree, found = accept.load(result / "loop.yaml"), json.loads((result / "verdict.json").read_text())
+    low, high = found["task_N"]
+    headers = {}
+    for case in accept.CASES:
+        path = result.parent / f"{case}.yaml"
+        path.write_text(accept.yaml_text(accept.case_of(tree, "on" if case == "off" else case, low, high)), encoding="utf-8")
+        headers[case] = path.with_suffix(".h")
+        made = native.run_tribo_sim("params", path, "--arith", "f32", "--name", "loop")[0]
+        headers[case].write_text(f"#define LOOP_COMMAND_PER_N {found['command_per_N']:.9g}f\n{made}", encoding="utf-8")
+    predicted, said = None, {}
+    for name, rig_of in rigs.items():
+        logs = {case: run(rig_of(), foreign.Loop(headers[case], case != "off"), tick_s, low, high) for case in accept.CASES}
+        t, r, u, y = logs["off"]
+        predicted = predicted or accept.predict(tree, low, high, bins.noise_of(y))
+        off = Segment("off", t, u / found["command_per_N"], y, reference=r, h=tick_s)
+        measured = {case: accept.judged(t, r, u / found["command_per_N"], y) for case, (t, r, u, y) in logs.items()}
+        said[name] = accept.rule(measured, predicted, accept.residual(tree, off), accept.level_of(tree, (low + high) / 2))[1]
+    return said
+
+
+# Of the rig over what was identified: breakaway and command; and whether accept has to take the loop.
+OTHERS = {"right": (1.0, 1.0, True), "L 5 % less": (0.95, 1.0, True), "L 5 % more": (1.05, 1.0, True), "L 25 % less": (0.75, 1.0, False), "L 25 % more": (1.25, 1.0, False),
+          "u 10 % less": (1.0, 0.9, False), "u 10 % more": (1.0, 1.1, False), "no friction": (1e-3, 1.0, False)}
+
+
+def others(truth, names=tuple(OTHERS)):
+    """The rig of a truth, and others near it, for accepted()."""
+    return {name: functools.partial(foreign.Foreign, replace(truth, offset=truth.offset * L, slope=truth.slope * L, scale=truth.scale * u), 9) for name in names for L, u, _ in (OTHERS[name],)}

@@ -25,7 +25,7 @@ from tribo_design.errors import DesignError, InputError
 from tribo_design.output import check_replaceable, write_directory, yaml_text
 from tribo_design.reading import read_mapping
 
-from . import events, logs, native, report
+from . import bins, logs, native, report
 
 CASES = {"off": None, "on": 1.0, "less": 0.8, "more": 1.2}
 PERIOD_S, PERIODS = 10.0, 3
@@ -106,8 +106,8 @@ def check_range(low, high):
 def judged(t, r, u, y):
     h = float(np.median(np.diff(t)))
     rows = t - t[0] >= PERIOD_S
-    size = events.bin_size(h)
-    error = events.binned(r[rows] - y[rows], size)
+    size = bins.bin_size(h)
+    error = bins.binned(r[rows] - y[rows], size)
     return Played(float(np.sqrt(np.mean(error**2))), float(np.sum(np.abs(np.diff(u[rows]))) / (h * max(rows.sum(), 1))))
 
 
@@ -143,32 +143,29 @@ def trace_of(tree, noise, folder):
     return np.loadtxt(folder / "run/trace.csv", delimiter=",", skiprows=1, usecols=[names.index(n) for n in ("t_s", "r_N", "u_N", "y_N")]).T
 
 
-def params_of(loop):
-    f, p = loop["compensator"]["friction"], dict(native.PAPER)
-    b = f["breakaway"]
-    for ours, key in (("k_min", "k_min"), ("k_max", "k_max"), ("m", "m"), ("v0", "v0_N_per_s"), ("gravity", "gravity_N")):
-        p[ours] = f.get(key, p[ours])
-    p["offset_positive"], p["slope_positive"] = b.get("offset_N", p["offset_positive"]), b.get("slope", p["slope_positive"])
-    p["offset_negative"], p["slope_negative"] = b.get("negative_offset_N", p["offset_positive"]), b.get("negative_slope", p["slope_positive"])
-    for ours, key in (("inertia", "inertia_N_s2_per_deg"), ("damping", "damping_N_s_per_deg"), ("stiffness", "stiffness_N_per_deg")):
-        p[ours] = (loop["compensator"].get("arm") or {}).get(key, p[ours])
-    plant, sensor = loop.get("plant") or {}, loop.get("sensor") or {}
-    p["actuator"], p["sensor"] = plant.get("actuator_pole_rad_per_s", p["actuator"]), sensor.get("pole_rad_per_s", p["sensor"])
-    p["delay"] = sensor.get("delay_s", p["delay"])
-    return p, [(q["force_N"], q["positive_N"], q["negative_N"]) for q in b.get("table", [])]
-
-
 def level_of(loop, force):
-    p, table = params_of(loop)
-    return float(np.interp(force, *np.array(table).T[:2])) if table else p["offset_positive"] + p["slope_positive"] * abs(force)
+    b, p = loop["compensator"]["friction"]["breakaway"], native.PAPER
+    if b.get("table"):
+        return float(np.interp(abs(force), *np.array([(q["force_N"], q["positive_N"]) for q in b["table"]]).T))
+    return b.get("offset_N", p["offset_positive"]) + b.get("slope", p["slope_positive"]) * abs(force)
 
 
 def residual(loop, segment):
-    """Of the model over the log, over averages of 20 ms."""
-    p, table = params_of(loop)
-    y = native.simulate(p, segment.u, segment.h, float(np.mean(segment.force[: events.bin_size(segment.h)])), 5, table)
-    late = segment.t - segment.t[0] >= PERIOD_S / 2
-    error = events.binned((segment.force - y)[late], events.bin_size(segment.h))
+    """Of the loop's plant over the log, which plays the log's u, over averages of 20 ms."""
+    tree = copy.deepcopy(loop)
+    most = 10 * float(np.max(np.abs(segment.u))) + 1.0
+    tree |= {"duration_s": len(segment.u) * segment.h, "reference": {"kind": "csv", "file": "u.csv"}, "controller": {"kind": "none"},
+             "limits": {"u_min_N": -most, "u_max_N": most, "input_max_N": most, "full_scale_N": 2 * most}}
+    tree["plant"] = {**loop.get("plant", {}), "friction": loop["compensator"]["friction"]}
+    tree["compensator"] = {name: value for name, value in loop["compensator"].items() if name in ("arm", "friction")} | {"method": "off"}
+    tree.pop("metrics", None)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        np.savetxt(folder / "u.csv", np.c_[np.arange(len(segment.u)) * segment.h, segment.u], delimiter=",", header="t_s,r_N", comments="", fmt="%.9g")
+        y = trace_of(tree, 0.0, folder)[3]
+    n = min(len(y), len(segment.force))
+    late = segment.t[:n] - segment.t[0] >= PERIOD_S / 2
+    error = bins.binned((segment.force[:n] - y[:n])[late], bins.bin_size(segment.h))
     return float(np.sqrt(np.mean(error**2)))
 
 
@@ -238,7 +235,7 @@ def command(options):
     for case, s in segments.items():
         if abs(s.reference.min() - low) > 0.02 * (high - low) or abs(s.reference.max() - high) > 0.02 * (high - low):
             raise InputError(f"{paths[case]}: its reference goes from {s.reference.min():.4g} to {s.reference.max():.4g} N, that of the first log from {low:.4g} to {high:.4g} N")
-    noise = float(np.median(np.abs(np.diff(off.force, 2))) / (0.6745 * np.sqrt(6)))
+    noise = bins.noise_of(off.force)
     lines, against = rule(measured, predict(loop, low, high, noise), residual(loop, off), level_of(loop, (low + high) / 2))
     lines += [f"REJECTED: {reason}" for reason in against] or ["ACCEPTED: the new parameters"]
     if against:

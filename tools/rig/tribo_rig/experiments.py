@@ -135,7 +135,7 @@ class First:
 
 def of_ramp(log):
     """By linear least squares over the slides, as the fit of tribo-identify starts."""
-    from tribo_identify import events, friction, native
+    from tribo_identify import bins, events, friction, native
 
     events.check(log)
     found, ways = events.find(log)
@@ -144,7 +144,7 @@ def of_ramp(log):
                                        "Look at the log; a larger safe force (force.high_N) lets the ramp go further")
     (scale, bias, offset, slope), _ = friction.start(log, native.PAPER, ways)
     s = log.segments[0]
-    noise = float(np.median(np.abs(np.diff(s.force, 2))) / (0.6745 * np.sqrt(6)))
+    noise = bins.noise_of(s.force)
     if scale < 0:
         raise Refusal("sign", "1-ramp-log.csv: F falls where u rises: turn the sign of command_per_N, or of F by log.scales.F: -1")
     if not 0.5 <= scale <= 2:
