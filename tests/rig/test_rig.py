@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import os
 import re
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import bench
 import foreign
 import numpy as np
 import pytest
+import ruamel.yaml as yaml
 import way
 
 from tribo_rig import experiments
@@ -78,17 +80,53 @@ def test_the_logs_of_the_page_are_of_its_rig(played):
         assert np.abs(np.loadtxt(made, delimiter=",", skiprows=1) - log).max() < 0.011
 
 
-@pytest.mark.parametrize("seed", [0, 5])
-def test_a_foreign_rig_goes_the_whole_way(seed, tmp_path):
-    w = way.go(foreign.truth_of(seed), tmp_path / "rig")
+@pytest.fixture(scope="module")
+def whole_way(tmp_path_factory):
+    """The way of a foreign rig of 1 ms, and its folder."""
+    folder = tmp_path_factory.mktemp("foreign") / "rig"
+    return way.go(foreign.truth_of(0), folder), folder
+
+
+def check(w):
     assert w.exit_code == 0, w.said
     assert w.beyond <= 1.0
     assert w.factor > 2.0
     assert abs(w.off_by("off")) < 0.05
-    if seed == 0:
-        assert abs(w.off_by("on")) < 0.05
-        said = way.accepted(tmp_path / "rig/result", way.others(foreign.truth_of(seed)), foreign.truth_of(seed).tick_s)
-        assert {name: not against for name, against in said.items()} == {name: takes for name, (_, _, takes) in way.OTHERS.items()}, said
+
+
+def test_a_foreign_rig_goes_the_whole_way(whole_way):
+    check(whole_way[0])
+    assert abs(whole_way[0].off_by("on")) < 0.05
+
+
+def test_a_foreign_rig_whose_friction_builds_up_goes_the_whole_way(tmp_path):
+    check(way.go(foreign.truth_of(5), tmp_path / "rig"))
+
+
+def test_accept_knows_the_rig_from_others(whole_way):
+    truth = foreign.truth_of(0)
+    said = way.accepted(whole_way[1] / "result", way.others(truth), truth.tick_s)
+    assert {name: not against for name, against in said.items()} == {name: takes for name, (_, _, takes) in way.OTHERS.items()}, said
+
+
+def test_a_drive_takes_the_registers(whole_way, tmp_path):
+    """registers.txt line by line on tribo-desk, whose own file has limits as wide and the same tick; it runs with loop.yaml then."""
+    result, built = whole_way[1] / "result", ROOT / "build/host-release"
+    loop, port = yaml.YAML(typ="safe").load((result / "loop.yaml").read_text()), 20000 + os.getpid() % 20000
+    (tmp_path / "boot.yaml").write_text(f"duration_s: 5\nreference: {{kind: triangle}}\nlimits: {json.dumps(loop['limits'])}\n".replace('"', ""))
+    (tmp_path / "rig.yaml").write_text(f"scenario: boot.yaml\nrealtime: {{required: no, catch_up_ms: 10000}}\nheartbeat_ms: 10000\nbus: {{port: {port}}}\nstore: params.bin\n")
+    desk = subprocess.Popen([os.environ.get("TRIBO_DESK", built / "firmware/desk/tribo-desk"), "rig.yaml"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    try:
+        while not desk.stderr.readline().startswith("off:"):
+            assert desk.poll() is None
+        lines = [line.split()[1:] for line in (result / "registers.txt").read_text().splitlines()]
+        assert lines[0][:2] == ["params", "set"] and f"sample_time_s={loop['sample_time_s']:g}" in lines[0]
+        for words in [*lines, ["params", "diff", "loop.yaml"], ["start"]]:
+            done = subprocess.run([os.environ.get("TRIBO_LINK", built / "tools/link/tribo-link"), "-d", f"tcp:127.0.0.1:{port}", *words], cwd=result, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, (words, done.stdout, done.stderr)
+    finally:
+        desk.terminate()
+        desk.communicate(timeout=100)
 
 
 RIG = "sample_time_s: 1.0e-3\nforce: {low_N: 0, high_N: 10}\n"

@@ -82,8 +82,8 @@ def lags_of(found):
 
 
 def registers(rig, made, per_n):
-    """For a drive of this project: what its bus needs beside the loop."""
-    keys = {"drive.period_us": round(1e6 * rig.sample_time_s), "drive.command_n_per_unit": abs(1 / per_n), "drive.command_reversed": int(per_n < 0),
+    """For a drive of this project: what its bus needs beside the loop. A drive takes tick and sample time only together."""
+    keys = {"sample_time_s": made["sample_time_s"], "drive.period_us": round(1e6 * rig.sample_time_s), "drive.command_n_per_unit": abs(1 / per_n), "drive.command_reversed": int(per_n < 0),
             "drive.full_scale_n": made["limits"]["full_scale_N"]}
     if keys["drive.period_us"] < BUDGET_US:
         keys["drive.budget_us"] = keys["drive.period_us"]
