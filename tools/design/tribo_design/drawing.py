@@ -1,13 +1,9 @@
 """Figures with axes, and their PNG bytes."""
 
 import io
-import sys
-from pathlib import Path
 
 from matplotlib.figure import Figure
-
-sys.path.append(str(Path(__file__).resolve().parents[2]))  # tools/, whose table of colours all reports share
-from tribo_plot import look  # noqa: E402
+from tribo_plot import look
 
 
 def png(figure):

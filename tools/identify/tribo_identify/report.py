@@ -84,6 +84,7 @@ def _strip(s, model, events, begin, end):
             for axis, at in ((axes[0, 0], e.force), (axes[1, 0], e.net)):
                 axis.plot([s.t[e.start]], [at], "^" if e.way > 0 else "v", color=look.WAYS[e.way], ms=7)
             axes[0, 0].annotate(str(number), (s.t[e.start], e.force), textcoords="offset points", xytext=(4, 4), fontsize=8)
+    axes[0, 0].margins(y=0.15)  # room for the numbers
     axes[0, 0].set(ylabel="F [N]")
     axes[1, 0].set(ylabel="u - F [N]", xlabel="time [s]")
     for axis in axes[:, 0]:
