@@ -54,16 +54,30 @@ def test_ticks_arrays_and_records_are_the_same(kind, arith):
 
 @pytest.mark.parametrize("arith", ARITHMETICS)
 def test_the_feed_forward_around_another_controller_is_the_loops(arith):
-    run = tribo.run("triangle", {"metrics.start_s": 0}, duration_s=25, arith=arith)
-    fed = tribo.FeedForward("triangle", arith=arith)
+    limits = {"limits.u_max_N": 0.62}
+    run = tribo.run("triangle", limits | {"metrics.start_s": 0}, duration_s=25, arith=arith)
+    fed = tribo.FeedForward("triangle", limits, arith=arith)
     seen = fed.record(run.r_N, run.y_N, run.controller_N)
-    loop = tribo.Loop("triangle", arith=arith)
+    loop = tribo.Loop("triangle", limits, arith=arith)
     whole = loop.record(run.r_N, run.y_N)
     exact = {"rtol": 0, "atol": 0 if arith == "f32" else 2.0**-24}  # in Q31 a trace has v to float's digits
-    for name in ("u_N", "e_N", "friction_term_N", "f_hat_N"):
+    assert 0 < np.count_nonzero(seen["limited"]) < len(run.t_s) and seen["F_hat_N"].any()
+    for name in ("u_N", "e_N", "friction_term_N", "limited", "F_hat_N", "f_hat_N"):
         np.testing.assert_allclose(seen[name], whole[name], **exact)
     np.testing.assert_allclose(fed.learned(0.5).positive.breakaway_N, loop.learned(0.5).positive.breakaway_N, rtol=0 if arith == "f32" else 1e-5)
-    assert fed.learned(0.5).positive.travel_N > 0.3
+    assert fed.learned(0.5).positive.travel_N == pytest.approx(loop.learned(0.5).positive.travel_N, rel=1e-5) and fed.learned(0.5).positive.travel_N > 0.1
+
+
+@pytest.mark.parametrize("kind, arith, model", [(tribo.Compensator, "f32", "paper"), (tribo.Compensator, "q31", "paper"), (tribo.Compensator, "f32", "lugre"),
+                                                (tribo.Friction, "f32", "paper"), (tribo.LuGre, "f32", "lugre")])
+def test_friction_alone_is_that_of_the_loop(kind, arith, model):
+    keys = {"compensator.method": "paper", "compensator.model": model}
+    run = tribo.run("triangle", keys | {"metrics.start_s": 0, "reference.low_N": -0.5}, duration_s=25, arith=arith)
+    loop = tribo.Loop("triangle", keys, arith=arith).record(run.r_N, run.y_N)
+    assert all(len(np.unique(loop[name])) == 2 for name in ("Q1", "Q2", "Q")) or model == "lugre"
+    seen = kind("triangle", keys, arith=arith).record(*[loop[name] for name in ("u_N", "F_hat_N")[: 1 + (kind is not tribo.Compensator)]])
+    for name, values in seen.items():
+        assert np.array_equal(values.astype(np.float32), loop["f_hat_N" if name == "f_N" else name].astype(np.float32)), name
 
 
 def test_what_a_loop_learns_is_what_a_run_learns():
@@ -77,8 +91,8 @@ def test_what_a_loop_learns_is_what_a_run_learns():
 
 def test_counters_and_bad_inputs():
     loop = tribo.Loop()
-    u = loop.steps([0.5, np.nan, 3.0, 2.0, 2.0], [0.0, 0.0, 0.0, -2.0, -2.0])
-    assert np.all(np.isfinite(u)) and loop.bad_inputs == 2 and loop.limited_ticks == 2
+    u = loop.steps([0.5, np.nan, 3.0, -3.0, 2.0, 2.0], [0.0, 0.0, 0.0, 0.0, -2.0, -2.0])
+    assert np.all(np.isfinite(u)) and loop.bad_inputs == 3 and loop.limited_ticks == 2
     loop.reset()
     assert loop.bad_inputs == loop.limited_ticks == 0
 
@@ -88,11 +102,13 @@ def test_a_guard_fades_hunting_and_is_restored():
     assert guard.steps(*HUNTING[:3])[-1] < 0.1 and guard.cause == "hunting"
     guard.restore()
     assert guard.cause == "none"
+    assert np.all(tribo.Guard().steps(*HUNTING[:3], False) == 1)
 
 
 @pytest.mark.parametrize("kind, keys, status, field", [
     (tribo.Friction, {"k_min": 0.5}, "K_MIN", "compensator.friction.k_min"),
     (tribo.Friction, {"offset_N": 0}, "BREAKAWAY_OFFSET", "compensator.friction.breakaway.offset_N"),
+    (tribo.Friction, {"negative_offset_N": 0}, "BREAKAWAY_NEGATIVE_OFFSET", "compensator.friction.breakaway.negative_offset_N"),
     (tribo.Friction, {"pulse_width_s": 1.0}, "PULSE_WIDTH", "compensator.friction.pulse_width_s"),
     (tribo.LuGre, {"stiffness_N_per_deg": 0}, "BRISTLE_STIFFNESS", "compensator.lugre.stiffness_N_per_deg"),
     (tribo.Compensator, {"stiffness_N_per_deg": float("nan")}, "STIFFNESS", "compensator.arm.stiffness_N_per_deg"),
