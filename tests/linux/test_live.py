@@ -96,8 +96,8 @@ def test_status_is_short_whole_or_json_on_either_line(demo):
 
 
 def test_watch_is_a_line_a_sample(demo):
-    rows = [json.loads(line) for line in demo.link("watch", "--json", "--rate", "50", "--hold", "1").splitlines()]
-    assert len(rows) > 5
+    rows = [json.loads(line) for line in demo.link("watch", "--json", "--rate", "50", "--hold", "2").splitlines()]
+    assert 2 < len(rows) <= 101
     assert all(later["tick"] > row["tick"] and later["timestamp"] > row["timestamp"] for row, later in zip(rows, rows[1:]))
     assert all(len(json.dumps(row)) < 2000 for row in rows)
 

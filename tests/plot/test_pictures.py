@@ -110,10 +110,17 @@ def opened(path, script):
     """What `script` leaves in the page's title."""
     copy = path.with_name("opened.html")
     copy.write_text(
-        path.read_text(encoding="utf-8") + f"<script>setTimeout(() => {{ (async () => {{ {script} }})().then((found) => {{ document.title = String(found); }}); }}, 3000)</script>",
+        path.read_text(encoding="utf-8")
+        + f"""<script>
+            const once = setInterval(async () => {{
+                if (!document.body.dataset.drawn) return;
+                clearInterval(once);
+                document.title = String(await (async () => {{ {script} }})());
+            }}, 100);
+        </script>""",
         encoding="utf-8",
     )
-    command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=8000", "--dump-dom", copy.as_uri()]
+    command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=60000", "--dump-dom", copy.as_uri()]
     dom = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300).stdout
     return re.search(r"<title>(.*?)</title>", dom)[1]
 
