@@ -88,6 +88,10 @@ def test_params_come_from_a_scenario(drive, tmp_path):
     drive.link("params", "from", scenario)
     assert drive.link("params", "diff", scenario) == ""
     assert "table[1].negative_N: 0.400000006\n" in drive.link("params", "get")
+    scenario.write_text(TRIANGLE.read_text() + "compensator: {feedforward: {sensor_pole_rad_per_s: 90}}\n")
+    drive.link("params", "from", scenario)
+    assert "\ndrive.sensor_pole_rad_per_s: 90\n" in drive.link("params", "get")  # the residual's as well, which protects
+    assert "drive.sensor_pole_rad_per_s from 55 to 90" in drive.link("changes")
     scenario.write_text("nonsense: 1\n")
     assert "nonsense" in drive.link("params", "from", scenario, status=2)
 
