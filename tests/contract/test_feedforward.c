@@ -436,6 +436,117 @@ static void test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it(void)
     TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
 }
 
+/// Beside one of which nothing but what was learned is given on.
+static void test_a_restart_leaves_nothing_behind_but_what_was_learned(void)
+{
+    for (int enters = 0; enters < 2; enters++)
+    {
+        plant_t plant = {.positive = 1.4, .negative = 0.6, .noise = 1e-3};
+        init(&x);
+        for (int k = 0; k < STOP + 4000 + 250 * enters; k++) // in a hold, or while r moves
+        {
+            const double noise = random_between(&r, -2e-4, 2e-4);
+            (void)tick(&x, &plant, k < STOP || enters ? triangle(k) + noise : triangle(STOP));
+        }
+        init(&other);
+        TRIBO(feedforward, state_t) *const fresh = &other.memory.state;
+        fresh->learned                           = x.memory.state.learned;
+        fresh->hold.extra_margin                 = x.memory.state.hold.extra_margin;
+        fresh->monitor.ratio                     = x.memory.state.monitor.ratio;
+        fresh->monitor.share                     = x.memory.state.monitor.share;
+        fresh->monitor.harms                     = x.memory.state.monitor.harms;
+        fresh->at_bound                          = x.memory.state.at_bound;
+        x.memory.state.limited                   = triangle(3000) > plant.y ? 1 : -1; // what the run may not have left
+        x.memory.state.learning.stage            = 5;
+        x.memory.state.learning.hunts            = 1;
+        x.memory.state.learning.since            = 3;
+        feedforward_restart(&x);
+        if (enters)
+        {
+            feedforward_enter(&x, 0.0625, true);
+            feedforward_enter(&other, 0.0625, true);
+        }
+        plant_t twin = plant;
+        for (int k = 0; k < 9000; k++)
+        {
+            const double   reference = triangle(k < 6000 ? k + 3000 : 9000);
+            const random_t seed      = r;
+            (void)tick(&x, &plant, reference);
+            r = seed;
+            (void)tick(&other, &twin, reference);
+            const feedforward_seen_t a = feedforward_seen(&x);
+            const feedforward_seen_t b = feedforward_seen(&other);
+            TEST_ASSERT_TRUE(a.e == b.e && a.f == b.f && a.lead == b.lead && a.term == b.term && a.mode == b.mode);
+            TEST_ASSERT_TRUE(a.z == b.z && a.travel == b.travel && a.b == b.b && a.margin == b.margin);
+            TEST_ASSERT_TRUE(x.memory.state.monitor.ratio == fresh->monitor.ratio);
+        }
+        TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
+    }
+}
+
+static void test_a_hold_begins_with_nothing_counted(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; !feedforward_holds(&x); k++)
+    {
+        TEST_ASSERT_TRUE(k < 9000);
+        x.memory.state.hold.quick          = 3;
+        x.memory.state.hold.since          = 7;
+        x.memory.state.hold.side           = -1; // r rises before it stands
+        x.memory.state.hold.TRIBO_N(error) = feedforward_of(&x, 0.25);
+        (void)tick(&x, &plant, triangle(k < 7000 ? k : 7000));
+    }
+    TEST_ASSERT_TRUE(x.memory.state.hold.quick == 0 && x.memory.state.hold.since <= 1u);
+    TEST_ASSERT_TRUE(x.memory.state.hold.side == 1);
+    TEST_ASSERT_TRUE(fabs(feedforward_force(&x, x.memory.state.hold.TRIBO_N(error))) < 1e-4);
+}
+
+/// Of a direction that has not slid: each of the four numbers counts, and what they have in common.
+static void test_the_variance_of_a_direction_has_its_part_of_each_number(void)
+{
+    static const int at[4][4] = {{0, 1, 2, 3}, {1, 4, 5, 6}, {2, 5, 7, 8}, {3, 6, 8, 9}};
+    const double     unit     = TRIBO_EITHER(1.0, 1073741824.0);
+    plant_t          plant    = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; k < 2000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    feedforward_number_t *const M = x.memory.state.learned.covariance;
+    for (uint32_t d = 0; d < 2u; d++)
+    {
+        double k[4] = {0.4};
+        double sum  = k[0] * k[0];
+        for (int i = 1; i < 4; i++)
+        {
+            k[i] = (d == 0u ? 1.0 : -1.0) * (double)x.memory.state.learning.regressor[i] / FEEDFORWARD_ONE;
+            sum += k[i] * k[i];
+        }
+        for (int i = 0; i < 4; i++)
+        {
+            for (int j = 0; j < 4; j++)
+            {
+                double wanted = 0.0;
+                for (int n = 0; n < 10; n++)
+                {
+                    M[n] = 0;
+                }
+                for (int n = 0; n < 4; n++)
+                {
+                    M[at[n][n]] = (feedforward_number_t)(0.5 * unit);
+                    wanted += 0.5 * k[n] * k[n];
+                }
+                M[at[i][j]] = (feedforward_number_t)(0.25 * unit);
+                wanted += i == j ? -0.25 * k[i] * k[i] : 2.0 * 0.25 * k[i] * k[j];
+                TEST_ASSERT_DOUBLE_WITHIN(1e-5,
+                                          fmax(0.0, wanted / sum),
+                                          feedforward_learned(&x, d, 0.3).relative_variance);
+            }
+        }
+    }
+}
+
 static void test_entering_adds_what_was_added_before(void)
 {
     init(&x);
@@ -790,7 +901,8 @@ static void test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on(void)
     }
 }
 
-/// A controller that takes back `part` of the friction; as b goes with it, a half leaves nothing. For `reversals` of them, one a second.
+/// A controller that takes back `part` of the friction; as b goes with it, a half leaves nothing. For `reversals` of them, one a
+/// second.
 static void take_back(double part, int reversals)
 {
     double reference = 0.3;
@@ -1017,6 +1129,9 @@ int main(void)
     RUN_TEST(test_a_bad_reading_gives_no_error_and_teaches_nothing);
     RUN_TEST(test_feedforward_after_a_reset_runs_the_same_bit_for_bit);
     RUN_TEST(test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it);
+    RUN_TEST(test_a_restart_leaves_nothing_behind_but_what_was_learned);
+    RUN_TEST(test_a_hold_begins_with_nothing_counted);
+    RUN_TEST(test_the_variance_of_a_direction_has_its_part_of_each_number);
     RUN_TEST(test_entering_adds_what_was_added_before);
     RUN_TEST(test_u_does_not_jump_where_a_hold_begins_or_ends);
     RUN_TEST(test_a_step_in_a_hold_is_fed_back);

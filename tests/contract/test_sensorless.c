@@ -578,6 +578,47 @@ static void test_the_force_is_that_of_an_arm_that_sticks_within_its_breakaway(vo
     TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.2 + L0) / (1.0 - L1), at.F);
 }
 
+static void test_each_direction_of_the_estimate_has_its_breakaway_and_gravity_moves_both(void)
+{
+    config.compensator.friction.negative.offset_n = 0.05f;
+    config.compensator.friction.negative.slope    = 0.2f;
+    config.compensator.friction.gravity_n         = 0.02f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&x));
+    memset(&estimate, 0, sizeof estimate);
+    estimated_t at = {.F = 0.0};
+    for (int k = 0; k < 3000; k++)
+    {
+        at = estimated(fmin(1.5, 1e-3 * k), 0.2);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.52 - L0) / (1.0 + L1), at.F);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (1.52 - 1.2 * L0) / (1.0 + 1.2 * L1), at.low);
+    for (int k = 0; k < 3000; k++)
+    {
+        at = estimated(0.2, 0.2);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.22 + 0.05) / (1.0 - 0.2), at.F);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.22 + 1.2 * 0.05) / (1.0 - 1.2 * 0.2), at.high);
+}
+
+/// As one that never ran.
+static void test_a_restart_leaves_nothing_behind(void)
+{
+    static blind_t other;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&other));
+    for (int k = 0; k < 2500; k++)
+    {
+        (void)tick(1.5 + triangle(k));
+    }
+    x.memory.state.TRIBO_N(offset) = TRIBO_EITHER(0.1f, 1 << 25);
+    x.memory.state.limited         = 1;
+    TRIBO(force_loop_feedforward, attach)(&x.state, &x.memory);
+    for (int k = 0; k < 3000; k++)
+    {
+        TEST_ASSERT_TRUE(tick(triangle(k)) == step(&other, &other.params, triangle(k), 0.0));
+        TEST_ASSERT_TRUE(x.signals.compensator.TRIBO_N(force) == other.signals.compensator.TRIBO_N(force));
+    }
+}
+
 static void test_a_force_follows_u_with_the_lag_of_actuator_and_arm(void)
 {
     memset(&estimate, 0, sizeof estimate);
@@ -649,6 +690,8 @@ int main(void)
 #endif
     RUN_TEST(test_set_up_refuses_a_belief_out_of_range);
     RUN_TEST(test_the_force_is_that_of_an_arm_that_sticks_within_its_breakaway);
+    RUN_TEST(test_each_direction_of_the_estimate_has_its_breakaway_and_gravity_moves_both);
+    RUN_TEST(test_a_restart_leaves_nothing_behind);
     RUN_TEST(test_a_force_follows_u_with_the_lag_of_actuator_and_arm);
     RUN_TEST(test_an_estimate_takes_nothing_that_is_not_credible_and_heals);
     return UNITY_END();
