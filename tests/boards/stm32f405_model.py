@@ -55,13 +55,15 @@ class Reset(Exception):
 class Chip:
     """One power-up of an image. `ram`, `flags` and `store`, the last two sectors, are those of a chip that has run before."""
 
-    def __init__(self, image, crystal_hz=8_000_000, hsi_hz=16_000_000, flags=POWER_ON, ram=None, pll_locks=True, store=None, options=0x0FFFAAE1):
+    def __init__(self, image, crystal_hz=8_000_000, hsi_hz=16_000_000, flags=POWER_ON, ram=None, pll_locks=True, store=None, options=0x0FFFAAE1,
+                 clock_at_osc_in=False, control=0x83):
         with open(image, "rb") as file:
             elf = ELFFile(file)
             self.sizes = {s.name: (s["st_value"], s["st_size"]) for s in elf.get_section_by_name(".symtab").iter_symbols()}
             self.symbols = {name: value for name, (value, _) in self.sizes.items()}
             segments = [(s["p_paddr"], s.data()) for s in elf.iter_segments() if s["p_type"] == "PT_LOAD" and s["p_filesz"]]
         self.crystal_hz, self.hsi_hz, self.pll_locks = crystal_hz, hsi_hz, pll_locks
+        self.clock_at_osc_in = clock_at_osc_in  # instead of a crystal
         self.uc = uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         uc.ctl_set_cpu_model(UC_CPU_ARM_CORTEX_M4)
         uc.mem_map(FLASH, FLASH_SIZE)
@@ -85,7 +87,7 @@ class Chip:
         uc.hook_add(UC_HOOK_MEM_READ_UNMAPPED | UC_HOOK_MEM_WRITE_UNMAPPED | UC_HOOK_MEM_FETCH_UNMAPPED, self._on_unmapped)
         uc.mem_write(RAM, ram if ram is not None else bytes([0xA5]) * RAM_SIZE)
 
-        self.registers = {0x40023C14: options, RCC + 0x00: 0x83, RCC + 0x74: flags, 0xE000ED08: BOOT_LOADER}  # VTOR: as the boot loader left it
+        self.registers = {0x40023C14: options, RCC + 0x00: control, RCC + 0x74: flags, 0xE000ED08: BOOT_LOADER}  # VTOR: as the boot loader left it
         self.next_due_s = NEVER
         self.now_s, self.cycle_s = 0.0, 1 / hsi_hz
         self.error = None          # what a callback raised
@@ -203,13 +205,20 @@ class Chip:
         value = self.reg(RCC + offset)
         if offset == 0x00:
             value = value & ~(1 << 1 | 1 << 17 | 1 << 25) | (value & 1) << 1
-            value |= (value >> 16 & 1 & bool(self.crystal_hz)) << 17
+            value |= self.hse_runs() << 17
             value |= (value >> 24 & 1 & self.pll_locks) << 25
         if offset == 0x08:
             value = value & ~0xC | (value & 3) << 2
         return value
 
+    def hse_runs(self):
+        """In bypass the crystal is not driven. Of a clock at OSC_IN without bypass the manual says nothing: it is none here."""
+        return bool(self.crystal_hz) and self.field(RCC, 16, 1) == 1 and self.field(RCC, 18, 1) == self.clock_at_osc_in
+
     def _write_rcc(self, offset, value):
+        if offset == 0x00 and self.field(RCC, 16, 1):  # HSEBYP is locked while HSE is on
+            self.registers[RCC] = value & ~(1 << 18) | self.reg(RCC) & 1 << 18
+            return True
         if offset == 0x74 and value & 1 << 24:
             self.registers[RCC + 0x74] = 0
             return True
@@ -321,7 +330,7 @@ class Chip:
         """Of the crystal, divided for the RTC, at input 1 with its prescaler."""
         divider = self.field(RCC + 8, 16, 5)
         wired = self.reg(0x40014850) == 2 and self.field(0x40014818, 0, 2) == 1 and self.reg(0x40014820) & 1
-        if not wired or divider < 2 or not self.crystal_hz or not self.field(RCC, 16, 1):
+        if not wired or divider < 2 or not self.hse_runs():
             return None
         return divider * (1 << self.field(0x40014818, 2, 2)) / self.crystal_hz
 

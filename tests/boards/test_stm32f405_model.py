@@ -102,18 +102,23 @@ def bench():
         one.close()
 
 
-def changed_image(tmp_path, arithmetic="f32", **fields):
-    """The image with other values in its rig_config, sealed again. A field is its place in the list of app/config.h."""
+def changed_image(tmp_path, arithmetic="f32", bypass=0, **fields):
+    """The image with other values in its rig_config and clock_hse_bypass, sealed again. A field is its place in the list of app/config.h."""
     content = bytearray(image_of(arithmetic).read_bytes())
     with open(image_of(arithmetic), "rb") as file:
         elf = ELFFile(file)
-        symbol = elf.get_section_by_name(".symtab").get_symbol_by_name("rig_config")[0]
-        section = elf.get_section(symbol["st_shndx"])
-        start = section["sh_offset"] + symbol["st_value"] - section["sh_addr"]
+
+        def offset_of(name):
+            symbol = elf.get_section_by_name(".symtab").get_symbol_by_name(name)[0]
+            section = elf.get_section(symbol["st_shndx"])
+            return section["sh_offset"] + symbol["st_value"] - section["sh_addr"]
+
+        start, bypass_at = offset_of("rig_config"), offset_of("clock_hse_bypass")
     names = (pathlib.Path(__file__).parents[2] / "firmware/app/config.h").read_text().split("#define DRIVE_CONFIG_FIELDS")[1]
     names = [line.split(",")[1].strip() for line in names.split("typedef")[0].splitlines() if line.strip().startswith("FIELD(")]
     for name, value in fields.items():
         struct.pack_into("<I", content, start + 4 * names.index(name), value)
+    struct.pack_into("<I", content, bypass_at, bypass)
     path = tmp_path / "changed.elf"
     path.write_bytes(content)
     subprocess.run([sys.executable, SEAL, path], check=True)
@@ -215,6 +220,37 @@ def test_without_a_crystal_the_clock_is_a_fault_unless_allowed(bench, tmp_path):
     assert "168 MHz from HSI, no HSE" in allowed.chip.text()
     wrong = bench(crystal_hz=12e6, image=changed_image(tmp_path, degraded_clock=1))
     wrong.wait_for("fault: clock since tick 0")
+
+
+LEFT_BY_A_BOOT_LOADER = [0x83, 0x83 | 1 << 16, 0x83 | 1 << 16 | 1 << 18]  # RCC_CR: HSE off, on, bypassed
+
+
+@pytest.mark.parametrize("control", LEFT_BY_A_BOOT_LOADER)
+@arithmetics
+def test_a_clock_at_osc_in_is_the_crystals(bench, tmp_path, arithmetic, control):
+    board = bench(image=changed_image(tmp_path, arithmetic, bypass=1), clock_at_osc_in=True, control=control)
+    board.wait_for("idle at tick")
+    assert "168 MHz from HSE" in board.chip.text()
+    assert board.chip.field(model.RCC, 18, 1) == 1 and board.chip.field(model.RCC, 19, 1) == 1  # HSEBYP, CSSON
+    assert abs(board.chip.system_hz() - 168e6) < 1
+    assert not board.chip.bad_baud
+
+
+@pytest.mark.parametrize("control", LEFT_BY_A_BOOT_LOADER)
+@arithmetics
+def test_a_crystal_is_not_bypassed(bench, arithmetic, control):
+    board = bench(arithmetic, control=control)
+    board.wait_for("idle at tick")
+    assert "168 MHz from HSE" in board.chip.text()
+    assert board.chip.field(model.RCC, 18, 1) == 0 and board.chip.field(model.RCC, 19, 1) == 1
+
+
+@pytest.mark.parametrize("of_chip, words", [
+    ({"crystal_hz": 0}, "no HSE, HSE 0 kHz"), ({"crystal_hz": 12e6}, "wrong HSE"), ({"clock_at_osc_in": False}, "no HSE, HSE 0 kHz")])
+def test_a_clock_at_osc_in_that_is_missing_or_another_is_a_fault(bench, tmp_path, of_chip, words):
+    board = bench(image=changed_image(tmp_path, bypass=1), **{"clock_at_osc_in": True, **of_chip})
+    board.wait_for("fault: clock since tick 0")
+    assert f"168 MHz from HSI, {words}" in board.chip.text()
 
 
 def test_a_pll_that_does_not_lock_is_a_fault(bench):

@@ -2,17 +2,15 @@
 
 #include "convert.h"
 #include "wait.h"
+#include "wiring.h"
 
 // --- pins and peripherals ------------------------------------------------------------------------------------------
 
-#define DRIVES_PIN 8 // of port A; the others of port B
-#define ENABLE_PIN 0
-#define STOP_PIN   1
-#define FAULT_PIN  12
-#define READY_PIN  13
+#define STOP_LINE  (1u << WIRING_STOP_PIN)
+#define FAULT_LINE (1u << WIRING_FAULT_PIN)
 
-#define STOP_LINE  (1u << STOP_PIN)
-#define FAULT_LINE (1u << FAULT_PIN)
+_Static_assert(WIRING_STOP_PIN == 1 && WIRING_FAULT_PIN >= 10 && WIRING_FAULT_PIN <= 15,
+               "EXTI1's and EXTI15_10's handlers");
 
 static uint32_t       off_code = CONVERT_ZERO; ///< for zero current
 static drive_config_t board_config;
@@ -28,11 +26,11 @@ static void start_pins(const drive_config_t *config)
     clock_on(&RCC->AHB1ENR, RCC_AHB1ENR_GPIOAEN | RCC_AHB1ENR_GPIOBEN);
     clock_on(&RCC->APB1ENR, RCC_APB1ENR_DACEN);
     // Level before direction, and zero before the DAC is on, so that neither pin shows another level.
-    GPIOB->BSRR = 1u << (ENABLE_PIN + 16);
-    GPIOB->MODER |= 1u << (2 * ENABLE_PIN);
-    pull(STOP_PIN, true);
-    pull(FAULT_PIN, config->fault_level != 0u);
-    pull(READY_PIN, config->ready_level == 0u);
+    GPIOB->BSRR = 1u << (WIRING_ENABLE_PIN + 16);
+    GPIOB->MODER |= 1u << (2 * WIRING_ENABLE_PIN);
+    pull(WIRING_STOP_PIN, true);
+    pull(WIRING_FAULT_PIN, config->fault_level != 0u);
+    pull(WIRING_READY_PIN, config->ready_level == 0u);
     DAC->DHR12R1 = off_code;
     GPIOA->MODER |= 3u << (2 * 0) | 3u << (2 * 1) | 3u << (2 * 2) | 3u << (2 * 3) | 3u << (2 * 4); // analog
     DAC->CR |= DAC_CR_BOFF1; // buffer off: it does not reach the rails
@@ -43,8 +41,8 @@ static void start_pins(const drive_config_t *config)
 static void start_edges(const drive_config_t *config)
 {
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_SYSCFGEN);
-    SYSCFG->EXTICR[STOP_PIN / 4] |= SYSCFG_EXTICR_PB << (4 * (STOP_PIN % 4));
-    SYSCFG->EXTICR[FAULT_PIN / 4] |= SYSCFG_EXTICR_PB << (4 * (FAULT_PIN % 4));
+    SYSCFG->EXTICR[WIRING_STOP_PIN / 4] |= SYSCFG_EXTICR_PB << (4 * (WIRING_STOP_PIN % 4));
+    SYSCFG->EXTICR[WIRING_FAULT_PIN / 4] |= SYSCFG_EXTICR_PB << (4 * (WIRING_FAULT_PIN % 4));
     EXTI->RTSR |= STOP_LINE | (config->fault_level != 0u ? FAULT_LINE : 0u);
     EXTI->FTSR |= config->fault_level != 0u ? 0u : FAULT_LINE;
     EXTI->IMR |= STOP_LINE | FAULT_LINE;
@@ -62,10 +60,10 @@ static void watch_supply(void)
 static void start_usart(uint32_t clock_hz)
 {
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_USART1EN);
-    GPIOA->MODER |= 1u << (2 * DRIVES_PIN);                    // low
-    GPIOA->PUPDR |= 1u << (2 * 10);                            // pull-up: an open wire reads idle
-    GPIOA->AFRH |= 7u << (4 * (9 - 8)) | 7u << (4 * (10 - 8)); // AF7
-    GPIOA->MODER |= 2u << (2 * 9) | 2u << (2 * 10);
+    GPIOA->MODER |= 1u << (2 * WIRING_DRIVES_PIN);  // low
+    GPIOA->PUPDR |= 1u << (2 * WIRING_RECEIVE_PIN); // pull-up: an open wire reads idle
+    GPIOA->AFRH |= 7u << (4 * (WIRING_SEND_PIN - 8)) | 7u << (4 * (WIRING_RECEIVE_PIN - 8)); // AF7
+    GPIOA->MODER |= 2u << (2 * WIRING_SEND_PIN) | 2u << (2 * WIRING_RECEIVE_PIN);
     USART1->BRR = (clock_hz + 57600u) / 115200u;
     USART1->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE;
 }
@@ -219,7 +217,7 @@ void board_kick(void)
 
 void board_off(void)
 {
-    GPIOB->BSRR  = 1u << (ENABLE_PIN + 16);
+    GPIOB->BSRR  = 1u << (WIRING_ENABLE_PIN + 16);
     DAC->DHR12R1 = off_code;
 }
 
@@ -241,7 +239,7 @@ static bool is_sending; // since the last look of board_release_line
 /// With RS-485 the transceiver drives the line from the first byte on.
 static void transmit(uint8_t byte)
 {
-    GPIOA->BSRR = 1u << DRIVES_PIN;
+    GPIOA->BSRR = 1u << WIRING_DRIVES_PIN;
     USART1->DR  = byte;
     is_sending  = true;
 }
@@ -252,7 +250,7 @@ void board_release_line(void)
     const bool is_out = (USART1->SR & USART_SR_TC) != 0u;
     if (is_out && !is_sending)
     {
-        GPIOA->BSRR = 1u << (DRIVES_PIN + 16);
+        GPIOA->BSRR = 1u << (WIRING_DRIVES_PIN + 16);
     }
     is_sending = !is_out;
 }
@@ -425,7 +423,7 @@ static void command(void *context, loop_force_t output)
 static void enable(void *context, bool on)
 {
     (void)context;
-    GPIOB->BSRR = on ? 1u << ENABLE_PIN : 1u << (ENABLE_PIN + 16);
+    GPIOB->BSRR = on ? 1u << WIRING_ENABLE_PIN : 1u << (WIRING_ENABLE_PIN + 16);
     obey_trips();
 }
 
@@ -445,8 +443,9 @@ static uint32_t input_of(uint32_t pins, uint32_t pin, uint32_t input)
 
 static uint32_t levels_of(uint32_t pins)
 {
-    return input_of(pins, STOP_PIN, PORT_INPUT_EMERGENCY_STOP) | input_of(pins, FAULT_PIN, PORT_INPUT_POWER_FAULT) |
-           input_of(pins, READY_PIN, PORT_INPUT_NOT_READY);
+    return input_of(pins, WIRING_STOP_PIN, PORT_INPUT_EMERGENCY_STOP) |
+           input_of(pins, WIRING_FAULT_PIN, PORT_INPUT_POWER_FAULT) |
+           input_of(pins, WIRING_READY_PIN, PORT_INPUT_NOT_READY);
 }
 
 static bool is_high(uint32_t pins, uint32_t pin)
@@ -460,10 +459,11 @@ static bool is_high(uint32_t pins, uint32_t pin)
 static bool is_stage_wrong(uint32_t pins)
 {
     static uint32_t off_ticks;
-    const bool      is_on = is_high(GPIOB->ODR, ENABLE_PIN);
-    const bool is_ready   = board_config.ready_ms > 0u && is_high(pins, READY_PIN) == (board_config.ready_level != 0u);
-    off_ticks             = is_on ? 0u : off_ticks + (off_ticks <= READY_OFF_TICKS);
-    return is_high(pins, ENABLE_PIN) != is_on || (is_ready && off_ticks > READY_OFF_TICKS);
+    const bool      is_on = is_high(GPIOB->ODR, WIRING_ENABLE_PIN);
+    const bool      is_ready =
+        board_config.ready_ms > 0u && is_high(pins, WIRING_READY_PIN) == (board_config.ready_level != 0u);
+    off_ticks = is_on ? 0u : off_ticks + (off_ticks <= READY_OFF_TICKS);
+    return is_high(pins, WIRING_ENABLE_PIN) != is_on || (is_ready && off_ticks > READY_OFF_TICKS);
 }
 
 static uint32_t inputs(void *context)

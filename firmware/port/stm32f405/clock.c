@@ -1,10 +1,14 @@
 #include "clock.h"
 
 #include "wait.h"
+#include "wiring.h"
 
 #include <stddef.h>
 
 #define HSI_HZ 16000000u
+
+// Volatile, so that it is not folded: a test changes it in the image.
+const volatile uint32_t clock_hse_bypass = WIRING_HSE_BYPASS;
 
 /// Runs on the internal oscillator, undivided, with crystal and PLL off, which a boot loader may have started.
 static void start_internal(void)
@@ -14,6 +18,13 @@ static void start_internal(void)
     RCC->CFGR = 0;
     (void)wait_for(&RCC->CFGR, RCC_CFGR_SWS, 0);
     RCC->CR &= ~(RCC_CR_CSSON | RCC_CR_PLLON | RCC_CR_HSEON);
+    (void)wait_for(&RCC->CR, RCC_CR_HSERDY, 0);
+}
+
+/// Only while HSE is off does the chip take what is connected: a crystal, or a clock at OSC_IN.
+static void choose_hse(void)
+{
+    RCC->CR = clock_hse_bypass != 0u ? RCC->CR | RCC_CR_HSEBYP : RCC->CR & ~RCC_CR_HSEBYP;
 }
 
 // --- the crystal against the internal oscillator -------------------------------------------------------------------
@@ -112,6 +123,7 @@ board_clock_t clock_start(uint32_t crystal_hz)
     clock_on(&RCC->APB1ENR, RCC_APB1ENR_PWREN);
     PWR_CR |= PWR_CR_VOS;
     start_internal();
+    choose_hse();
     RCC->CR |= RCC_CR_HSEON;
     if (wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY))
     {

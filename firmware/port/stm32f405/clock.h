@@ -1,4 +1,5 @@
-/// The chip's clock: 168 MHz from the crystal, after a check of it against the internal oscillator.
+/// The chip's clock: 168 MHz from the crystal, after a check of it against the internal oscillator. A clock at OSC_IN (wiring.h)
+/// counts as a crystal, here and in the config.
 
 #ifndef STM32F405_CLOCK_H
 #define STM32F405_CLOCK_H

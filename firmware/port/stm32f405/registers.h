@@ -28,6 +28,7 @@ typedef struct
 #define RCC_CR_HSIRDY          (1u << 1)
 #define RCC_CR_HSEON           (1u << 16)
 #define RCC_CR_HSERDY          (1u << 17)
+#define RCC_CR_HSEBYP          (1u << 18)
 #define RCC_CR_CSSON           (1u << 19)
 #define RCC_CR_PLLON           (1u << 24)
 #define RCC_CR_PLLRDY          (1u << 25)

@@ -5,6 +5,7 @@
 #define STM32F405_RIG_CONFIG_H
 
 #include "app/params.h"
+#include "wiring.h"
 
 // Weak, so that the compiler reads it from the image, where a test changes it.
 __attribute__((weak)) const drive_config_t rig_config = {
@@ -29,7 +30,7 @@ __attribute__((weak)) const drive_config_t rig_config = {
     .command_reversed   = 0,
     .command_n_per_a    = 1.0f,
     .current_max_a      = 2.0f,
-    .crystal_hz         = 8000000,
+    .crystal_hz         = WIRING_OSCILLATOR_HZ,
     .degraded_clock     = 0,
     .bus_unit           = 1,
     .over_current_ms = 5, // the levels of current, supply and temperature are 0: this rig has no sensors at their pins
