@@ -1,16 +1,13 @@
 #!/usr/bin/env python3
-"""force.py LIBRARY: holds a torque with a moteus, at 500 Hz; LIBRARY is the force_loop.so of ../python."""
+"""force.py RIG: holds a torque with a moteus, at the rate of the rig, ../rig/rig_500hz.yaml."""
 
 import asyncio
 import math
-import pathlib
 import sys
 import time
 
 import moteus
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "python"))
-from force_loop import ForceLoop  # noqa: E402
+import tribo
 
 WATCHDOG_S = 0.02  # ten periods: the drive gives up by itself if no command comes
 MAX_TORQUE = 2.0  # N m; the drive's own limit, at or above the loop's
@@ -64,5 +61,5 @@ def steps():
 
 
 if __name__ == "__main__":
-    force_loop = ForceLoop(sys.argv[1])
-    asyncio.run(hold(moteus.Controller(id=1, query_resolution=resolution()), force_loop, steps(), every(force_loop.period_s)))
+    force_loop = tribo.Loop(sys.argv[1])
+    asyncio.run(hold(moteus.Controller(id=1, query_resolution=resolution()), force_loop, steps(), every(force_loop.sample_time_s)))

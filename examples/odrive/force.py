@@ -1,16 +1,13 @@
 #!/usr/bin/env python3
-"""force.py LIBRARY: holds a torque with an ODrive over CANSimple, at 500 Hz; LIBRARY is the force_loop.so of ../python. The torque
-sensor's amplifier is on the same bus, and its frames are the clock."""
+"""force.py RIG: holds a torque with an ODrive over CANSimple, at 500 Hz with ../rig/rig_500hz.yaml. The torque sensor's amplifier is on
+the same bus, and its frames are the clock."""
 
-import pathlib
 import struct
 import sys
 import time
 
 import can
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "python"))
-from force_loop import ForceLoop  # noqa: E402
+import tribo
 
 NODE = 0  # axis.config.can.node_id of the ODrive
 SENSOR = 0x7C0  # the amplifier's frame: a float in N m; yours
@@ -86,4 +83,4 @@ def steps():
 
 if __name__ == "__main__":
     with can.Bus(interface="socketcan", channel="can0") as can0:
-        hold(can0, ForceLoop(sys.argv[1]), steps())
+        hold(can0, tribo.Loop(sys.argv[1]), steps())

@@ -1,15 +1,12 @@
 #!/usr/bin/env python3
-"""force.py LIBRARY PORT: holds a torque with a Dynamixel of the X540 series in current mode, at 250 Hz; LIBRARY is the force_loop.so of
-../python, made for rig_250hz. The torque sensor is on the servo's external port 1."""
+"""force.py RIG PORT: holds a torque with a Dynamixel of the X540 series in current mode, at the rate of the rig, ../rig/rig_250hz.yaml.
+The torque sensor is on the servo's external port 1."""
 
-import pathlib
 import sys
 import time
 
+import tribo
 from dynamixel_sdk import COMM_SUCCESS, PacketHandler, PortHandler
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "python"))
-from force_loop import ForceLoop  # noqa: E402
 
 ID, BAUD = 1, 1_000_000
 N_M_PER_UNIT = 0.0045  # of Goal Current: 2.69 mA times the torque of an ampere at the output; yours
@@ -99,5 +96,5 @@ def opened(name):
 
 
 if __name__ == "__main__":
-    force_loop = ForceLoop(sys.argv[1])
-    hold(Servo(opened(sys.argv[2])), force_loop, steps(), every(force_loop.period_s))
+    force_loop = tribo.Loop(sys.argv[1])
+    hold(Servo(opened(sys.argv[2])), force_loop, steps(), every(force_loop.sample_time_s))

@@ -91,6 +91,7 @@ const char *native_part_guard_cause(const native_part_t *part);
 void        native_part_restore(native_part_t *part);
 unsigned    native_part_limited_ticks(const native_part_t *part);
 unsigned    native_part_bad_inputs(const native_part_t *part);
+double      native_part_sample_time_s(const native_part_t *part);
 
 // --- for tribo-design ----------------------------------------------------------------------------------------------
 

@@ -193,3 +193,8 @@ unsigned native_part_bad_inputs(const native_part_t *part)
 {
     return sim_loop_bad_inputs(&part->loop);
 }
+
+double native_part_sample_time_s(const native_part_t *part)
+{
+    return part->loop.sample_time_s;
+}

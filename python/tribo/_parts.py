@@ -115,6 +115,11 @@ class Loop(_Learns):
         return None if cause == ffi.NULL else text(cause)
 
     @property
+    def sample_time_s(self) -> float:
+        """Between two steps."""
+        return float(lib.native_part_sample_time_s(self._part))
+
+    @property
     def limited_ticks(self) -> int:
         return int(lib.native_part_limited_ticks(self._part))
 

@@ -5,14 +5,8 @@ import math
 import pathlib
 import re
 import subprocess
-import sys
-
-import pytest
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"
-sys.path.insert(0, str(EXAMPLES / "python"))
-from force_loop import ForceLoop  # noqa: E402
-
 RMS_MAX_UN = 200  # as tests/package has it for the same arm; 3,900 without compensation
 
 
@@ -40,22 +34,3 @@ def rms_of(references, forces):
     """In micronewton, over the second half."""
     half = len(references) // 2
     return 1e6 * math.sqrt(sum((r - f) ** 2 for r, f in zip(references[half:], forces[half:])) / half)
-
-
-@pytest.fixture(scope="session", name="libraries")
-def _libraries(tmp_path_factory):
-    """The shared library of a rig, made once."""
-    made = {}
-
-    def library(rig):
-        if rig not in made:
-            made[rig] = tmp_path_factory.mktemp(rig)
-            make("python", made[rig], f"RIG=../rig/{rig}_f32.h")
-        return made[rig] / "force_loop.so"
-
-    return library
-
-
-@pytest.fixture(name="loop")
-def _loop(libraries):
-    return ForceLoop(libraries("rig_500hz"))

@@ -4,16 +4,22 @@ import asyncio
 
 import moteus
 import pytest
+import tribo
 
-from conftest import RMS_MAX_UN, load, rms_of
+from conftest import EXAMPLES, RMS_MAX_UN, load, rms_of
 
 force, fake = load("moteus/force.py"), load("moteus/fake_moteus.py")
 PATIENCE_S = 5.0
 
 
+@pytest.fixture(name="loop")
+def _loop():
+    return tribo.Loop(EXAMPLES / "rig" / "rig_500hz.yaml")
+
+
 @pytest.fixture(name="drive")
 def _drive(loop, request):
-    drive = fake.FakeMoteus(request.node.name, loop.period_s, force.OFFSET, force.N_M_PER_UNIT)
+    drive = fake.FakeMoteus(request.node.name, loop.sample_time_s, force.OFFSET, force.N_M_PER_UNIT)
     yield drive
     drive.close()
 
@@ -32,11 +38,11 @@ def hold(loop, drive, references, pause=no_pause, patience_s=PATIENCE_S):
 
 
 def test_the_loop_follows_against_friction(loop, drive):
-    references = list(fake.triangle(loop.period_s))
+    references = list(fake.triangle(loop.sample_time_s))
     hold(loop, drive, references)
     assert len(drive.forces) == len(references)
     assert rms_of(references, drive.forces) < RMS_MAX_UN
-    assert loop.guard == 0
+    assert loop.guard_cause == "none"
     drive.finish()
     assert drive.mode == moteus.Mode.STOPPED
 

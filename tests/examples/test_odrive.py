@@ -2,17 +2,23 @@
 
 import can
 import pytest
+import tribo
 
-from conftest import RMS_MAX_UN, load, rms_of
+from conftest import EXAMPLES, RMS_MAX_UN, load, rms_of
 
 force, fake = load("odrive/force.py"), load("odrive/fake_odrive.py")
 IDLE = 1
 
 
+@pytest.fixture(name="loop")
+def _loop():
+    return tribo.Loop(EXAMPLES / "rig" / "rig_500hz.yaml")
+
+
 @pytest.fixture(name="drive")
 def _drive(loop, request, monkeypatch):
     monkeypatch.setattr(force, "PATIENCE_S", 5.0)  # of a machine that is busy
-    drive = fake.FakeODrive(request.node.name, loop.period_s)
+    drive = fake.FakeODrive(request.node.name, loop.sample_time_s)
     yield drive
     drive.close()
 
@@ -23,12 +29,12 @@ def hold(loop, drive, references):
 
 
 def test_the_loop_follows_against_friction(loop, drive):
-    references = list(fake.triangle(loop.period_s))
+    references = list(fake.triangle(loop.sample_time_s))
     hold(loop, drive, references)
     drive.finish()
     assert len(drive.forces) == len(references)
     assert rms_of(references, drive.forces) < RMS_MAX_UN
-    assert loop.guard == 0
+    assert loop.guard_cause == "none"
     assert (drive.state, drive.torque) == (IDLE, 0)
 
 

@@ -2,22 +2,23 @@
 
 import dynamixel_sdk.port_handler
 import pytest
+import tribo
 
-from conftest import load, rms_of
+from conftest import EXAMPLES, load, rms_of
 
 force, fake = load("servo/force.py"), load("servo/fake_servo.py")
 RMS_MAX_UN = 500  # a count of the sensor is 1,000, a unit of current 4,500; without compensation 10,200
 
 
 @pytest.fixture(name="loop")
-def _loop(libraries):
-    return force.ForceLoop(libraries("rig_250hz"))
+def _loop():
+    return tribo.Loop(EXAMPLES / "rig" / "rig_250hz.yaml")
 
 
 @pytest.fixture(name="drive")
 def _drive(loop, monkeypatch):
     monkeypatch.setattr(dynamixel_sdk.port_handler, "LATENCY_TIMER", 2000)  # ms; of a machine that is busy
-    drive = fake.FakeServo(loop.period_s, force.N_M_PER_UNIT, force.OFFSET, force.N_M_PER_COUNT)
+    drive = fake.FakeServo(loop.sample_time_s, force.N_M_PER_UNIT, force.OFFSET, force.N_M_PER_COUNT)
     yield drive
     drive.close()
 
@@ -32,11 +33,11 @@ def hold(loop, drive, references, pause=lambda: None):
 
 
 def test_the_loop_follows_against_friction(loop, drive):
-    references = list(fake.triangle(loop.period_s))
+    references = list(fake.triangle(loop.sample_time_s))
     hold(loop, drive, references)
     assert len(drive.forces) == len(references)
     assert rms_of(references, drive.forces) < RMS_MAX_UN
-    assert loop.guard == 0
+    assert loop.guard_cause == "none"
 
 
 def test_a_fault_of_the_servo_ends_the_loop(loop, drive):

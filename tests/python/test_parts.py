@@ -89,6 +89,11 @@ def test_what_a_loop_learns_is_what_a_run_learns():
     assert tribo.Loop(method="paper").learned() is None
 
 
+def test_a_loop_knows_its_sample_time():
+    assert tribo.Loop("triangle").sample_time_s == pytest.approx(0.001)
+    assert tribo.Loop("triangle", {"sample_time_s": 0.002}, arith="q31").sample_time_s == pytest.approx(0.002)
+
+
 def test_counters_and_bad_inputs():
     loop = tribo.Loop()
     u = loop.steps([0.5, np.nan, 3.0, -3.0, 2.0, 2.0], [0.0, 0.0, 0.0, 0.0, -2.0, -2.0])
