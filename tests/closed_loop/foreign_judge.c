@@ -130,9 +130,10 @@ static void open_run(run_t               *run,
                      foreign_loop_t      *loop,
                      const foreign_rig_t *rig,
                      const case_t        *given,
-                     foreign_method_t     method)
+                     foreign_method_t     method,
+                     int                  steps)
 {
-    *run = (run_t){.rig = rig, .given = *given, .loop = loop, .level = level_of(rig), .steps = STEPS_A_TICK};
+    *run = (run_t){.rig = rig, .given = *given, .loop = loop, .level = level_of(rig), .steps = steps};
     const tribo_status_t status = foreign_loop_open(loop, rig, method, given->believed_noise * run->level);
     if (status != TRIBO_OK)
     {
@@ -207,7 +208,7 @@ static double rms(const foreign_rig_t *rig,
                   double              *variation)
 {
     run_t run;
-    open_run(&run, &the_loop, rig, given, method);
+    open_run(&run, &the_loop, rig, given, method, STEPS_A_TICK);
     (void)run_to(&run, from_s);
     const double found = run_to(&run, to_s);
     if (variation != NULL)
@@ -309,7 +310,7 @@ static void judge_pushes(void)
                 given.noise          = j >= 6 ? 0.002 : 0.0;
                 given.believed_noise = given.noise;
                 run_t run;
-                open_run(&run, &the_loop, &foreign_rigs[i], &given, FOREIGN_FEEDFORWARD);
+                open_run(&run, &the_loop, &foreign_rigs[i], &given, FOREIGN_FEEDFORWARD, STEPS_A_TICK);
                 (void)run_to(&run, 2.0 * PERIOD_S);
                 const double before = run_to(&run, 3.0 * PERIOD_S);
                 (void)run_to(&run, given.push_to_s + 60.0);
@@ -405,54 +406,91 @@ static void judge_drift(void)
     report("drift", ratios, count);
 }
 
-/// Flips a bit of the state at a random tick of a period, and looks 60 s later.
+#define MOMENTS 100 // of flips in a period
+
+/// A run and what its loop holds.
+typedef struct
+{
+    run_t           run;
+    foreign_state_t state;
+} saved_t;
+
+static saved_t saved(const run_t *run)
+{
+    return (saved_t){.run = *run, .state = run->loop->state};
+}
+
+static bool same(const saved_t *a, const saved_t *b)
+{
+    return memcmp(&a->state, &b->state, sizeof a->state) == 0 &&
+           memcmp(&a->run.plant, &b->run.plant, sizeof a->run.plant) == 0;
+}
+
+/// The error of the period that begins 60 s after a flip, over `good`; 1 where loop and plant are, soon after it, what they are
+/// without it. `at`: the moment of the flip, and 3 s later.
+static double flipped(const saved_t at[2], size_t byte, int bit, double good)
+{
+    run_t run           = at[0].run;
+    run.loop->state     = at[0].state;
+    const double moment = (double)run.tick * run.rig->sample_time_s;
+    ((unsigned char *)&run.loop->state)[byte] ^= (unsigned char)(1u << bit);
+    (void)run_to(&run, moment + 3.0);
+    const saved_t now = saved(&run);
+    if (same(&now, &at[1]))
+    {
+        return 1.0;
+    }
+    (void)run_to(&run, moment + 60.0);
+    return run_to(&run, moment + 60.0 + PERIOD_S) / good;
+}
+
+/// Flips single bits of the state, at some moments of a period of the triangle.
 static void judge_flips(long count, uint64_t seed)
 {
-    static foreign_state_t snapshot;
-    static run_t           start;
-    const foreign_rig_t   *rig    = &foreign_rigs[0];
-    const case_t           given  = nominal(TRIANGLE);
-    const double           period = PERIOD_S;
-    long                   silent = 0;
-    long                   said   = 0;
-    double                 worst  = 0.0;
-    open_run(&start, &the_loop, rig, &given, FOREIGN_FEEDFORWARD);
-    start.steps               = 4;
-    start.plant.config.step_s = rig->sample_time_s / 4.0;
-    (void)run_to(&start, 3.0 * period);
-    snapshot            = the_loop.state;
-    run_t        run    = start;
-    const double good   = run_to(&run, 4.0 * period);
-    uint64_t     random = seed * 0x9e3779b97f4a7c15u + 1u;
-    for (long i = 0; i < count; i++)
+    static run_t         run;
+    static saved_t       at[2];
+    const foreign_rig_t *rig    = &foreign_rigs[0];
+    const case_t         given  = nominal(TRIANGLE);
+    const size_t         size   = sizeof at[0].state;
+    long                 silent = 0;
+    long                 said   = 0;
+    double               worst  = 0.0;
+    uint64_t             random = seed * 0x9e3779b97f4a7c15u + 1u;
+    open_run(&run, &the_loop, rig, &given, FOREIGN_FEEDFORWARD, 4);
+    (void)run_to(&run, 2.0 * PERIOD_S);
+    const double good = run_to(&run, 3.0 * PERIOD_S);
+    for (long moment = 0; moment < MOMENTS; moment++)
     {
-        const size_t byte = (size_t)(0.5 * (1.0 + foreign_random(&random)) * (double)sizeof snapshot) % sizeof snapshot;
-        const int    bit  = (int)(4.0 * (1.0 + foreign_random(&random))) % 8;
-        const double at   = 3.0 * period + 0.5 * (1.0 + foreign_random(&random)) * period;
-        run               = start;
-        the_loop.state    = snapshot;
-        (void)run_to(&run, at);
-        const foreign_state_t before = the_loop.state;
-        ((unsigned char *)&the_loop.state)[byte] ^= (unsigned char)(1u << bit);
-        (void)run_to(&run, 7.0 * period + period);
-        const double ratio = run_to(&run, 9.0 * period) / good;
-        if (!(ratio <= 1.5))
+        (void)run_to(&run,
+                     3.0 * PERIOD_S + ((double)moment + 0.5 * (1.0 + foreign_random(&random))) * PERIOD_S / MOMENTS);
+        at[0] = saved(&run);
+        (void)run_to(&run, (double)run.tick * rig->sample_time_s + 3.0);
+        at[1] = saved(&run);
+        for (long i = moment; i < count; i += MOMENTS)
         {
-            const bool says = foreign_loop_says(&the_loop, &before);
-            said += says;
-            silent += !says;
-            worst = fmax(worst, ratio);
-            printf("byte %zu of %zu (loop %zu, memory %zu), bit %d, at %.3f s: %.1f times%s\n",
-                   byte,
-                   sizeof snapshot,
-                   sizeof snapshot.state,
-                   sizeof snapshot.memory,
-                   bit,
-                   at,
-                   ratio,
-                   says ? ", says so" : "");
-            (void)fflush(stdout);
+            const size_t byte  = (size_t)(0.5 * (1.0 + foreign_random(&random)) * (double)size) % size;
+            const int    bit   = (int)(4.0 * (1.0 + foreign_random(&random))) % 8;
+            const double ratio = flipped(at, byte, bit, good);
+            if (!(ratio <= 1.5))
+            {
+                const bool says = foreign_loop_says(&the_loop, &at[0].state);
+                said += says;
+                silent += !says;
+                worst = fmax(worst, ratio);
+                printf("byte %zu of %zu (loop %zu, memory %zu), bit %d, at %.3f s: %.1f times%s\n",
+                       byte,
+                       size,
+                       sizeof at[0].state.state,
+                       sizeof at[0].state.memory,
+                       bit,
+                       (double)at[0].run.tick * rig->sample_time_s,
+                       ratio,
+                       says ? ", says so" : "");
+                (void)fflush(stdout);
+            }
         }
+        run            = at[0].run;
+        the_loop.state = at[0].state;
     }
     printf("flips: %ld, not back after 60 s: %ld silent, %ld said; worst %.1f times\n", count, silent, said, worst);
 }

@@ -12,7 +12,10 @@ double foreign_random(uint64_t *seed)
 
 void foreign_plant_open(foreign_plant_t *plant, const foreign_plant_config_t *config, uint64_t seed)
 {
-    *plant = (foreign_plant_t){.config = *config, .seed = seed * 0x9e3779b97f4a7c15u + 1u};
+    *plant = (foreign_plant_t){.config        = *config,
+                               .actuator_part = 1.0 - exp(-config->actuator_pole * config->step_s),
+                               .sensor_part   = 1.0 - exp(-config->sensor_pole * config->step_s),
+                               .seed          = seed * 0x9e3779b97f4a7c15u + 1u};
 }
 
 double foreign_plant_force(const foreign_plant_t *plant)
@@ -98,7 +101,7 @@ void foreign_plant_step(foreign_plant_t *plant, double u, double load, double en
 {
     const foreign_plant_config_t *c  = &plant->config;
     const double                  dt = c->step_s;
-    plant->actuator += (1.0 - exp(-c->actuator_pole * dt)) * (u - plant->actuator);
+    plant->actuator += plant->actuator_part * (u - plant->actuator);
     plant->environment   = environment;
     const double inertia = c->inertia / dt + c->damping + dt;
     const double push    = c->inertia / dt * plant->rate + plant->actuator + load - (plant->position - environment);
@@ -106,5 +109,5 @@ void foreign_plant_step(foreign_plant_t *plant, double u, double load, double en
                            : c->law == FOREIGN_MAXWELL ? rate_maxwell(plant, push, inertia)
                                                        : rate_coulomb(plant, push, inertia);
     plant->position += dt * plant->rate;
-    plant->sensor += (1.0 - exp(-c->sensor_pole * dt)) * (foreign_plant_force(plant) - plant->sensor);
+    plant->sensor += plant->sensor_part * (foreign_plant_force(plant) - plant->sensor);
 }

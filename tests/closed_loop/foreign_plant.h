@@ -39,6 +39,7 @@ typedef struct
 typedef struct
 {
     foreign_plant_config_t config;
+    double                 actuator_part, sensor_part; // of a low pass in a step
     double                 actuator, position, rate, environment, sensor;
     double                 bristle[FOREIGN_STOPS];
     double                 friction; // of the last step
