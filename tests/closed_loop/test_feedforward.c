@@ -55,6 +55,21 @@ static void test_triangle_with_half_and_one_and_a_half_times_the_breakaway_and_n
     }
 }
 
+/// A slide up alone cannot tell less friction from a load.
+static void test_first_reversal_of_an_arm_with_less_breakaway_than_believed_is_no_worse(void)
+{
+    static const double scale[] = {0.5, 0.8, 1.0, 1.5};
+    for (int i = 0; i < 4; i++)
+    {
+        truth.breakaway_positive = scale[i];
+        truth.breakaway_negative = scale[i];
+        const double off         = run(COMPENSATION_OFF, NULL).first_rms;
+        const double x           = run(COMPENSATION_FEEDFORWARD, NULL).first_rms;
+        printf("breakaway x%.1f, first period: %.2f times\n", scale[i], off / x);
+        TEST_ASSERT_TRUE(off / x >= 1.4);
+    }
+}
+
 static void test_a_command_of_the_wrong_scale_is_no_worse_on_both_sides_of_0(void)
 {
     static const compensation_triangle_t across  = {-0.25, 0.25, 0.02};
@@ -94,6 +109,7 @@ int main(void)
     RUN_TEST(test_triangle_has_a_thirtieth_of_the_error);
     RUN_TEST(test_triangle_without_the_lead_of_the_jump);
     RUN_TEST(test_triangle_with_half_and_one_and_a_half_times_the_breakaway_and_noise);
+    RUN_TEST(test_first_reversal_of_an_arm_with_less_breakaway_than_believed_is_no_worse);
     RUN_TEST(test_a_command_of_the_wrong_scale_is_no_worse_on_both_sides_of_0);
     RUN_TEST(test_steps_are_fed_back_while_the_reference_stands);
     return UNITY_END();

@@ -234,6 +234,32 @@ static inline void feedforward_break_weight(feedforward_t *x, uint32_t j)
     x->memory.state.learned.seal ^= 1u;
 }
 
+static inline void feedforward_flip(void *number)
+{
+    uint32_t bits;
+    memcpy(&bits, number, sizeof bits);
+    bits ^= 1u << 20;
+    memcpy(number, &bits, sizeof bits);
+}
+
+static inline void feedforward_break_offset(feedforward_t *x)
+{
+    feedforward_flip(&x->memory.state.TRIBO_N(offset));
+}
+
+#define FEEDFORWARD_SCRATCH 12u ///< numbers of a sample that are sealed
+
+/// As if a bit of a sample had flipped. Returns the stage from which on the number is sealed.
+static inline unsigned feedforward_break_sample(feedforward_t *x, uint32_t number)
+{
+    TRIBO(feedforward_learning, state_t) *const s = &x->memory.state.learning;
+
+    static const unsigned from[4] = {1, 2, 2, 4};
+    void *const           one[4]  = {&s->TRIBO_N(sample), &s->error, &s->TRIBO_N(weighing), &s->gain};
+    feedforward_flip(number < 4u ? one[number] : &s->gained[number - 4u]);
+    return number < 4u ? from[number] : TRIBO_EITHER(3u, number < 8u ? 3u : 4u);
+}
+
 static inline void feedforward_set_margin(feedforward_t *x, double extra_margin)
 {
     x->memory.state.hold.extra_margin = (feedforward_fraction_t)(extra_margin * FEEDFORWARD_ALL);

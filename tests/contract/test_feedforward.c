@@ -158,7 +158,7 @@ static void test_feedforward_is_a_mirror_image_to_the_last_bit(void)
         move(&plant, u);
     }
     printf("%d ticks learned, %d held, %d turned\n", learned, held, turns);
-    TEST_ASSERT_TRUE(learned > RUNS(1000, 100) && held > RUNS(1000, 100) &&
+    TEST_ASSERT_TRUE(learned > RUNS(900, 100) && held > RUNS(1000, 100) &&
                      turns > RUNS(100, 10)); // all of it was there
 }
 
@@ -901,6 +901,87 @@ static void test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on(void)
     }
 }
 
+static void test_a_flipped_bit_of_the_offset_is_counted_and_u_goes_on(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; k < STOP; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    const feedforward_seen_t before = feedforward_seen(&x);
+    TEST_ASSERT_EQUAL_UINT32(0, before.forgotten);
+    feedforward_break_offset(&x);
+    (void)tick(&x, &plant, triangle(STOP));
+    const feedforward_seen_t after = feedforward_seen(&x);
+    TEST_ASSERT_EQUAL_UINT32(1, after.forgotten);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, before.term, after.term);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, before.b, after.b);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, before.weight[0], after.weight[0]);
+    (void)tick(&x, &plant, triangle(STOP + 1));
+    TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).forgotten);
+}
+
+static void test_a_flipped_bit_of_a_sample_is_forgotten_with_what_it_taught(void)
+{
+    static feedforward_t sound;
+    plant_t              plant = {.positive = 1.0, .negative = 1.0};
+    init(&sound);
+    int k = 0;
+    while (k < STOP || feedforward_seen(&sound).stage != 1u)
+    {
+        (void)tick(&sound, &plant, triangle(k++));
+    }
+    for (unsigned stage = 1; stage <= 9u; stage++) // that comes next
+    {
+        for (uint32_t number = 0; number < FEEDFORWARD_SCRATCH; number++)
+        {
+            plant_t arm        = plant;
+            x                  = sound;
+            const bool matters = stage >= feedforward_break_sample(&x, number);
+            for (unsigned i = stage; i <= 9u; i++)
+            {
+                TEST_ASSERT_EQUAL_UINT32(0, feedforward_seen(&x).forgotten);
+                (void)tick(&x, &arm, triangle(k + (int)(i - stage)));
+            }
+            if (matters)
+            {
+                TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).forgotten);
+            }
+        }
+        (void)tick(&sound, &plant, triangle(k++));
+    }
+}
+
+/// V_0 and the learned constant load after a slide of an arm with `part` of the breakaway, and after a reversal of r.
+static void reverse(double part, feedforward_seen_t seen[2])
+{
+    plant_t plant     = {.positive = part, .negative = part};
+    double  reference = 0.0;
+    init(&x);
+    for (int k = 0; k < 3010; k++)
+    {
+        reference += k < 3000 ? 1e-4 : k % 2 == 0 ? -1e-3 : 1e-3; // turns in every tick: only the first counts
+        (void)tick(&x, &plant, reference);
+        seen[k < 3000 ? 0 : 1] = feedforward_seen(&x);
+    }
+}
+
+static void test_a_first_reversal_takes_a_lack_for_less_friction_and_more_for_a_load(void)
+{
+    feedforward_seen_t seen[2];
+    reverse(0.6, seen);
+    TEST_ASSERT_TRUE(seen[0].weight[0] > 0.7 && seen[0].weight[0] < 0.9);
+    TEST_ASSERT_TRUE(seen[0].constant < -1e-3);
+    TEST_ASSERT_TRUE(seen[1].weight[0] > 0.5 && seen[1].weight[0] < 0.6);
+    TEST_ASSERT_TRUE(fabs(seen[1].constant) < 0.01 * fabs(seen[0].constant));
+    TEST_ASSERT_TRUE(fabs(seen[1].slope) < 0.01 * fabs(seen[0].slope));
+    reverse(1.4, seen);
+    TEST_ASSERT_TRUE(seen[0].weight[0] > 1.1 && seen[0].constant > 1e-3);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, seen[0].weight[0], seen[1].weight[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, seen[0].constant, seen[1].constant);
+}
+
 /// A controller that takes back `part` of the friction; as b goes with it, a half leaves nothing. For `reversals` of them, one a
 /// second.
 static void take_back(double part, int reversals)
@@ -1148,6 +1229,9 @@ int main(void)
     RUN_TEST(test_learned_breakaway_says_when_it_is_at_a_bound);
     RUN_TEST(test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched);
     RUN_TEST(test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on);
+    RUN_TEST(test_a_flipped_bit_of_the_offset_is_counted_and_u_goes_on);
+    RUN_TEST(test_a_flipped_bit_of_a_sample_is_forgotten_with_what_it_taught);
+    RUN_TEST(test_a_first_reversal_takes_a_lack_for_less_friction_and_more_for_a_load);
     RUN_TEST(test_friction_that_costs_more_than_it_saves_fades_latched_until_restored);
     RUN_TEST(test_a_bad_first_tick_waits);
     RUN_TEST(test_new_params_take_the_sum_over);

@@ -117,7 +117,7 @@ class Feedforward:
         self.lam, self.share_m, self.n_b = 0.0, 1.0, 0
         self.xi, self.harm, self.unsealed = 0.0, False, False
         self.V, self.W = [1.0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0]
-        self.c = [0.0, 0.0, 0.0]
+        self.c, self.l = [0.0, 0.0, 0.0], 0.0
         self.M = [[float(i == j) for j in range(4)] for i in range(4)]
         self.P = [1.0] * 5  # P[0] is not used
         self.doubt = 1.0
@@ -154,7 +154,7 @@ class Feedforward:
         self.q_still, self.side, self.since, self.quick = 0, 0, 0, 0
         self.e_mean, self.n_e, self.n_a = 0.0, 0.0, 0.0
         self.vf = self.vp = self.t_v = self.need = 0.0
-        self.stage, self.delta = 0, 0.0
+        self.stage, self.delta, self.l = 0, 0.0, 0.0
         self.mode = START
 
     # The steps.
@@ -215,6 +215,8 @@ class Feedforward:
         else:
             self.q_still = min(self.q_still + 1, still)
         stands = rig.still_time > 0 and self.q_still >= still and s != 0
+        if flips and not stands:
+            self.turn()
         # 5
         ahead = self.tau * self.rate * self.w / (self.w + w_n)
         self.lin = self.rs + ahead + rig.D(self.rs) + self.c[0] + self.c[1] * abs(self.rs) + self.c[2] * self.rs
@@ -254,6 +256,16 @@ class Feedforward:
             rule = CONTINUE
         self.rule, self.e = rule, e
         return e
+
+    def turn(self):
+        one = clamp((self.M[0][0] - 0.15) / 0.25, 0.0, 1.0)
+        lack = -one * self.l * self.X[0] / self.d[0]
+        if lack > 0:
+            V = clamp(self.V[0] - 1.15 * lack, 0.2, 3.0)
+            self.W[0] += V - self.V[0]
+            self.V[0] = V
+            self.c = [(1 - one) * c for c in self.c]
+            self.l *= 1 - one
 
     def forget(self):
         term, count = self.term, self.forgotten + 1
@@ -395,8 +407,9 @@ class Feedforward:
         self.k = (0.4 * Psi[0], min(2, self.s_0 / L), min(2, 0.1 * abs(yf) / L), clamp(0.1 * yf / L, -2, 2))
         self.kappa = [0.55 * psi for psi in Psi]
         self.rho = self.B / 78.5 * (1 + min(8, 0.030 * abs(self.jump) / (STAGES * self.rig.h * L)) ** 2)
-        known = self.rig.D(yf) + self.c[0] + self.c[1] * abs(yf) + self.c[2] * yf
-        self.eps = (z - known) / L - sum(V * psi for V, psi in zip(self.V, Psi))
+        load = self.c[0] + self.c[1] * abs(yf) + self.c[2] * yf
+        self.l = load / L
+        self.eps = (z - self.rig.D(yf) - load) / L - sum(V * psi for V, psi in zip(self.V, Psi))
 
     def project(self):
         self.q = [sum(a * k for a, k in zip(row, self.k)) for row in self.M]

@@ -162,11 +162,12 @@ typedef struct
     float    travelled_n, force_n, friction_n, jump_n; ///< m, yf, z and its change
     float    sample_n;                                 ///< delta; 0: nothing to learn
     float    regressor[4 + TRIBO_FEEDFORWARD_STOPS];   ///< k_0 to k_3, kappa_j
-    float    error;                                    ///< epsilon
+    float    error, load;                              ///< epsilon; l
     float    weighing_n;                               ///< rho
     float    gain;
     float    presliding;                          ///< part of the stops' weights that is used
     float    gained[4 + TRIBO_FEEDFORWARD_STOPS]; ///< q
+    uint32_t seal;                                ///< of delta, epsilon, rho, gain, q
 } tribo_feedforward_learning_f32_state_t;
 
 /// What the controller does with friction fed forward, against what it would have to do without.
@@ -196,6 +197,7 @@ typedef struct
     float    sigma;                         ///< -1 to 1
     float    behind_n[2];                   ///< m_1 and m_2 less rs
     float    offset_n;                      ///< b
+    uint32_t offset_seal;                   ///< of b from a tick to the next
     float    e_n, f_n, term_n, u_n;         ///< of the last tick
     uint32_t forgotten;                     ///< times that a corrupt state was reset; stops at UINT32_MAX
     tribo_feedforward_hold_f32_state_t     hold;
@@ -234,7 +236,7 @@ typedef struct
     bool     at_bound;          ///< do not trust L: the prior is too wrong, or the measurement is not friction
     bool     stays_at_bound;    ///< four consecutive reversals found it so; latched until reset or restore
     bool     harms;     ///< friction fed forward costs more effort than it saves and fades to nothing; latched likewise
-    uint32_t forgotten; ///< times that a corrupt memory was reset
+    uint32_t forgotten; ///< times that a corrupt memory was reset, or its b set anew
 } tribo_feedforward_f32_learned_t;
 
 /// Of a loop without a sensor, tribo/sensorless_f32.h.

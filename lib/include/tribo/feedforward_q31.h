@@ -110,11 +110,12 @@ typedef struct
     int32_t  travelled, force, friction, jump;
     uint32_t sample;
     int32_t  regressor[4 + TRIBO_FEEDFORWARD_STOPS]; ///< Q29
-    int32_t  error;                                  ///< Q26
+    int32_t  error, load;                            ///< Q26
     uint32_t weighing;
     uint32_t gain;                                ///< Q31
     uint32_t presliding;                          ///< Q32
     int32_t  gained[4 + TRIBO_FEEDFORWARD_STOPS]; ///< Q27
+    uint32_t seal;
 } tribo_feedforward_learning_q31_state_t;
 
 typedef struct
@@ -141,8 +142,9 @@ typedef struct
     int32_t                                sigma;                         ///< Q29
     int32_t                                behind[2];                     ///< m_1 and m_2 less rs
     int32_t                                offset, f, u;
-    int32_t                                e, term;   ///< Q31
-    uint32_t                               forgotten; ///< stops at UINT32_MAX
+    uint32_t                               offset_seal; ///< of b from a tick to the next
+    int32_t                                e, term;     ///< Q31
+    uint32_t                               forgotten;   ///< stops at UINT32_MAX
     tribo_feedforward_hold_q31_state_t     hold;
     tribo_feedforward_observer_q31_state_t observer;
     tribo_feedforward_weights_q31_t        learned;

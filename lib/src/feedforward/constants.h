@@ -40,6 +40,9 @@
 #define FEEDFORWARD_CONSTANT_SD    (1.0f / 5.23f)  // s_0 of B
 #define FEEDFORWARD_SLOPE_SD       0.1f            // s_1
 #define FEEDFORWARD_LOAD_MAX       2.0f            // of the load's regressors
+#define FEEDFORWARD_BOTH_WAYS      0.15f           // M_00 up to which both directions have slid
+#define FEEDFORWARD_ONE_WAY        0.4f            // and from which on one alone has
+#define FEEDFORWARD_LACK           1.15f           // of what friction lacks: too little costs less than too much
 #define FEEDFORWARD_SHRINK         0.2f            // theta
 #define FEEDFORWARD_PRESLIDING_MIN 0.15f           // A_0
 #define FEEDFORWARD_JUMP_LAG       0.030f          // T_z, s

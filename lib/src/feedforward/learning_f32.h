@@ -60,6 +60,36 @@ static inline uint32_t learning_f32_fold_all(const tribo_feedforward_weights_f32
     return bits;
 }
 
+/// What stages 0 to 3 leave to the others.
+static inline uint32_t learning_f32_fold_sample(const tribo_feedforward_learning_f32_state_t *x, uint32_t stage)
+{
+    switch (stage)
+    {
+    case 0:
+        return bits_f32(x->sample_n);
+    case 1:
+        return bits_f32(x->error) ^ bits_f32(x->weighing_n);
+    case 2:
+        return learning_f32_fold(x->gained, 4u + TRIBO_FEEDFORWARD_STOPS);
+    case 3:
+        return bits_f32(x->gain);
+    default:
+        return 0;
+    }
+}
+
+/// A flipped bit in what is learned, or in the sample that it was learned from.
+static inline bool learning_f32_corrupt(const tribo_feedforward_weights_f32_t        *learned,
+                                        const tribo_feedforward_learning_f32_state_t *x)
+{
+    uint32_t bits = 0;
+    for (uint32_t stage = 0; stage <= 3u; stage++)
+    {
+        bits ^= learning_f32_fold_sample(x, stage);
+    }
+    return learning_f32_fold_all(learned) != learned->seal || (x->sample_n != 0.0f && bits != x->seal);
+}
+
 /// Nothing learned: friction is the prior's, without presliding.
 static inline void learning_f32_forget(tribo_feedforward_weights_f32_t *learned)
 {
@@ -86,6 +116,7 @@ static inline void learning_f32_start(tribo_feedforward_learning_f32_state_t *x,
     x->since       = 0;
     x->travelled_n = y;
     x->friction_n  = 0.0f;
+    x->load        = 0.0f;
     x->sample_n    = 0.0f;
 }
 
@@ -140,7 +171,8 @@ static inline void learning_f32_regressor(const tribo_feedforward_f32_params_t  
     const float            per_L = 1.0f / prior.L_n;
     float *const           k     = x->regressor;
 
-    float error = (x->friction_n - (prior.load_n + bank_f32_load(learned, x->force_n))) * per_L;
+    const float load  = bank_f32_load(learned, x->force_n);
+    float       error = (x->friction_n - (prior.load_n + load)) * per_L;
     error -= learned->weight[0] * x->stop[0];
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
     {
@@ -156,6 +188,7 @@ static inline void learning_f32_regressor(const tribo_feedforward_f32_params_t  
     const float jump = bound_f32(x->jump_n * params->jump_lag * per_L, FEEDFORWARD_JUMP_MAX);
     x->weighing_n    = params->weighing_n * (1.0f + jump * jump);
     x->error         = error;
+    x->load          = load * per_L;
 }
 
 /// q = M k.
@@ -262,6 +295,31 @@ static inline void learning_f32_load(const tribo_feedforward_f32_params_t       
     learned->scale      = learning_f32_moved(learned->scale, by_scale, -FEEDFORWARD_SLOPE_MAX, FEEDFORWARD_SLOPE_MAX);
 }
 
+/// At a reversal of r: slides in one direction cannot tell less friction from a load. As far as no other has slid, all that
+/// friction lacks is taken for less friction, lest F be pushed beyond its reversal.
+static inline void learning_f32_turn(tribo_feedforward_weights_f32_t        *learned,
+                                     tribo_feedforward_learning_f32_state_t *x)
+{
+    const float per_M   = 1.0f / (FEEDFORWARD_ONE_WAY - FEEDFORWARD_BOTH_WAYS);
+    const float one_way = limit_f32((learned->covariance[0] - FEEDFORWARD_BOTH_WAYS) * per_M, 0.0f, 1.0f);
+    const float lack    = -x->stop[0] * one_way * x->load;
+    if (!(lack > 0.0f))
+    {
+        return;
+    }
+    const float both = 1.0f - one_way;
+    const float V    = learned->weight[0] - FEEDFORWARD_LACK * lack;
+    learned->seal ^= learning_f32_fold_all(learned);
+    learned->use[0] -= learned->weight[0];
+    learned->weight[0] = limit_f32(V, FEEDFORWARD_WEIGHT_MIN, FEEDFORWARD_WEIGHT_MAX);
+    learned->use[0] += learned->weight[0];
+    learned->constant_n *= both;
+    learned->slope *= both;
+    learned->scale *= both;
+    x->load *= both;
+    learned->seal ^= learning_f32_fold_all(learned);
+}
+
 /// Stage 5: part of the stops' weights that is used: none before they are sure to be more than the creep at a jump.
 static inline float learning_f32_presliding(const float *V)
 {
@@ -344,8 +402,9 @@ static inline void learning_f32_step(const tribo_feedforward_f32_params_t *param
     if (stage == 0u)
     {
         learning_f32_sample(params, &state->observer, x, allowed);
+        x->seal = 0;
     }
-    if (stage == 0u || !(x->sample_n > 0.0f))
+    if (!(x->sample_n > 0.0f))
     {
         return;
     }
@@ -386,9 +445,10 @@ static inline void learning_f32_step(const tribo_feedforward_f32_params_t *param
         learning_f32_covariance(x, &learned->covariance[7], 2, learning_f32_part(x, params->forgetting_per_n));
         learning_f32_variance(x, learned->variance, learning_f32_part(x, params->forgetting_per_n));
         break;
-    default: // 9 is of the method
+    default: // 0 is done, 9 is of the method
         break;
     }
+    x->seal ^= learning_f32_fold_sample(x, stage);
     learned->seal ^= learning_f32_fold_stage(learned, stage);
 }
 

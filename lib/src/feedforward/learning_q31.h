@@ -3,7 +3,7 @@
 //     quantity                              format    range           bounded by
 //     Psi; k                                Q29       +-2; +-2        stops are within +-1; limited
 //     V; S; W                               Q29       +-3, +-5        limited
-//     (z - load)/L, sum of V Psi, epsilon   Q26       +-32            limited
+//     (z - load)/L, sum of V Psi, epsilon, l Q26      +-32            limited
 //     M, P                                  Q30       +-1             limited
 //     q = M k                               Q27       +-6.4           |M| <= 1
 //     S = q k                               Q24       0 to 45         likewise
@@ -72,6 +72,36 @@ static inline uint32_t learning_q31_fold_all(const tribo_feedforward_weights_q31
     return bits;
 }
 
+/// What stages 0 to 3 leave to the others.
+static inline uint32_t learning_q31_fold_sample(const tribo_feedforward_learning_q31_state_t *x, uint32_t stage)
+{
+    switch (stage)
+    {
+    case 0:
+        return x->sample;
+    case 1:
+        return (uint32_t)x->error ^ x->weighing;
+    case 2:
+        return learning_q31_fold(x->gained, 4u);
+    case 3:
+        return learning_q31_fold(&x->gained[4], TRIBO_FEEDFORWARD_STOPS) ^ x->gain;
+    default:
+        return 0;
+    }
+}
+
+/// A flipped bit in what is learned, or in the sample that it was learned from.
+static inline bool learning_q31_corrupt(const tribo_feedforward_weights_q31_t        *learned,
+                                        const tribo_feedforward_learning_q31_state_t *x)
+{
+    uint32_t bits = 0;
+    for (uint32_t stage = 0; stage <= 3u; stage++)
+    {
+        bits ^= learning_q31_fold_sample(x, stage);
+    }
+    return learning_q31_fold_all(learned) != learned->seal || (x->sample != 0u && bits != x->seal);
+}
+
 static inline void learning_q31_forget(tribo_feedforward_weights_q31_t *learned)
 {
     *learned = (tribo_feedforward_weights_q31_t){
@@ -96,6 +126,7 @@ static inline void learning_q31_start(tribo_feedforward_learning_q31_state_t *x,
     x->since     = 0;
     x->travelled = y;
     x->friction  = 0;
+    x->load      = 0;
     x->sample    = 0;
 }
 
@@ -199,9 +230,11 @@ static inline void learning_q31_regressor_of(const tribo_feedforward_q31_params_
     const uint32_t square = tribo_q31_high(within, within); // Q20, to 64
     x->weighing           = params->weighing + (uint32_t)(tribo_q31_product(params->weighing, square) >> 20);
 
-    const int32_t net     = difference_q31(x->friction, bank_q31_both(&prior, bank_q31_load(learned, x->force)));
+    const int32_t load    = bank_q31_load(learned, x->force);
+    const int32_t net     = difference_q31(x->friction, bank_q31_both(&prior, load));
     uint32_t      ignored = 0;
     x->error              = tribo_q31_subtract(learning_q31_over(net, &L), learning_q31_high(sum), &ignored);
+    x->load               = learning_q31_over(load, &L);
 }
 
 static inline void learning_q31_times(const int32_t M[10], const int32_t k[4], int32_t q[4])
@@ -341,6 +374,33 @@ static inline void learning_q31_load(const tribo_feedforward_q31_params_t       
     learned->scale    = learning_q31_moved(learned->scale, sd, step, x->gained[3], slope);
 }
 
+static inline void learning_q31_turn(tribo_feedforward_weights_q31_t        *learned,
+                                     tribo_feedforward_learning_q31_state_t *x)
+{
+    const int32_t  both_ways = BANK_Q31_Q29(2.0f * FEEDFORWARD_BOTH_WAYS); // as M, Q30
+    const int32_t  one_way   = BANK_Q31_Q29(2.0f * FEEDFORWARD_ONE_WAY);
+    const int32_t  lacks     = -bank_q31_product(x->load, x->stop[0]); // Q26
+    const uint32_t above     = (uint32_t)(limit_q31(learned->covariance[0], both_ways, one_way) - both_ways);
+    if (lacks <= 0 || above == 0u)
+    {
+        return;
+    }
+    const uint32_t part  = 2u * ratio_q31(above, (uint32_t)(one_way - both_ways)); // Q32
+    const int32_t  lack  = part_of_q31(lacks, part);
+    const int32_t  by    = bank_q31_times(lack, (uint32_t)BANK_Q31_Q29(FEEDFORWARD_LACK), 26, INT32_MAX);
+    const int32_t  least = BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MIN);
+    const int32_t  V     = difference_q31(learned->weight[0], by);
+    const int32_t  next  = V > least ? V : least;
+    learned->seal ^= learning_q31_fold_all(learned);
+    learned->use[0]    = sum_q31(learned->use[0], difference_q31(next, learned->weight[0]));
+    learned->weight[0] = next;
+    learned->constant  = part_of_q31(learned->constant, ~part);
+    learned->slope     = part_of_q31(learned->slope, ~part);
+    learned->scale     = part_of_q31(learned->scale, ~part);
+    x->load            = part_of_q31(x->load, ~part);
+    learned->seal ^= learning_q31_fold_all(learned);
+}
+
 /// 1 - min(1, travel per_unit), Q32; `per_unit` has 32 more bits than `shift`.
 static inline uint32_t learning_q31_left(uint32_t travel, uint32_t per_unit, uint32_t shift)
 {
@@ -414,8 +474,9 @@ static inline void learning_q31_step(const tribo_feedforward_q31_params_t *param
     if (stage == 0u)
     {
         learning_q31_sample(params, &state->observer, x, allowed);
+        x->seal = 0;
     }
-    if (stage == 0u || x->sample == 0u)
+    if (x->sample == 0u)
     {
         return;
     }
@@ -466,6 +527,7 @@ static inline void learning_q31_step(const tribo_feedforward_q31_params_t *param
     default:
         break;
     }
+    x->seal ^= learning_q31_fold_sample(x, stage);
     learned->seal ^= learning_q31_fold_stage(learned, stage);
 }
 

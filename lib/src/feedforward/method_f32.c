@@ -185,6 +185,11 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
         }
         start(state, r_n, y_n);
     }
+    else if (state->offset_seal != ~bits_f32(state->offset_n))
+    {
+        state->offset_rule = TRIBO_FEEDFORWARD_TAKE_OVER; // a flipped bit of b: u goes on
+        count(&state->forgotten);
+    }
     const float r = bad_r ? state->r_n[0] : r_n;
     const float y = bad_y ? state->observer.y_n[0] : y_n;
 
@@ -203,6 +208,10 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
     // 5: force without friction, error; a noisy r has no reliable rate
     const bank_f32_prior_t prior = bank_f32_prior(&loop->compensator.friction, state->reached_n);
     const float            ahead = params->lag_s * state->rate_n_s * (params->reversal_n / width);
+    if (flips && !stands)
+    {
+        learning_f32_turn(&state->learned, &state->learning);
+    }
     bank_f32_path(params, state, moved, ahead);
     signals->y_good    = !bad_y;
     signals->flips     = flips;
@@ -306,15 +315,16 @@ void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loo
     if (last)
     {
         monitor_f32_step(params, &state->monitor, moves ? v_n : state->monitor.v_n, state->observer.noise_n);
-        if (learning_f32_fold_all(&state->learned) != state->learned.seal)
+        if (learning_f32_corrupt(&state->learned, &state->learning))
         {
             forget(params, state);
         }
     }
-    const float F     = signals->reached_n + state->behind_n[0];
-    seen->compensator = (tribo_compensator_f32_signals_t){
-        .force_n  = F,
-        .friction = {.n_n = u_n - F, .L_n = state->learned.weight[0] * signals->level_n, .f_n = signals->f_n}};
+    state->offset_seal = ~bits_f32(state->offset_n);
+    const float F      = signals->reached_n + state->behind_n[0];
+    seen->compensator  = (tribo_compensator_f32_signals_t){
+         .force_n  = F,
+         .friction = {.n_n = u_n - F, .L_n = state->learned.weight[0] * signals->level_n, .f_n = signals->f_n}};
 }
 
 void tribo_feedforward_f32_method_last(const void *memory, tribo_force_loop_f32_last_t *last)

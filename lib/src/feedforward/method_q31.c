@@ -187,6 +187,11 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
         }
         start(state, bank_q31_inside(r_q31), bank_q31_inside(y_q31));
     }
+    else if (state->offset_seal != ~(uint32_t)state->offset)
+    {
+        state->offset_rule = TRIBO_FEEDFORWARD_TAKE_OVER;
+        tribo_q31_count(&state->forgotten);
+    }
     const int32_t r = bad_r ? state->r[0] : bank_q31_inside(r_q31);
     const int32_t y = bad_y ? state->observer.y[0] : bank_q31_inside(y_q31);
 
@@ -207,6 +212,10 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
     const uint32_t         reliable = 2u * ratio_q31(params->reversal, width);
     const uint32_t         lag      = tribo_q31_high(params->lag, reliable);
     const int32_t ahead = bank_q31_times(state->rate, lag, 32u - params->lag_shift, (uint32_t)BANK_Q31_ONE / 2u);
+    if (flips && !stands)
+    {
+        learning_q31_turn(&state->learned, &state->learning);
+    }
     bank_q31_path(params, state, moved, ahead);
     signals->y_good  = !bad_y;
     signals->flips   = flips;
@@ -309,18 +318,19 @@ void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loo
     if (last)
     {
         monitor_q31_step(params, &state->monitor, moves ? bank_q31_inside(v) : state->monitor.v, state->observer.noise);
-        if (learning_q31_fold_all(&state->learned) != state->learned.seal)
+        if (learning_q31_corrupt(&state->learned, &state->learning))
         {
             forget(state);
         }
     }
-    const int32_t F   = bank_q31_outside(sum_q31(signals->reached, state->behind[0]));
-    const int32_t V   = state->learned.weight[0];
-    const int32_t L   = bank_q31_times(V, signals->level, 29, (uint32_t)BANK_Q31_ONE);
-    seen->compensator = (tribo_compensator_q31_signals_t){.force    = F,
-                                                          .friction = {.n = tribo_q31_subtract(u_q31, F, &ignored),
-                                                                       .L = bank_q31_outside(L),
-                                                                       .f = bank_q31_outside(signals->f)}};
+    state->offset_seal = ~(uint32_t)state->offset;
+    const int32_t F    = bank_q31_outside(sum_q31(signals->reached, state->behind[0]));
+    const int32_t V    = state->learned.weight[0];
+    const int32_t L    = bank_q31_times(V, signals->level, 29, (uint32_t)BANK_Q31_ONE);
+    seen->compensator  = (tribo_compensator_q31_signals_t){.force    = F,
+                                                           .friction = {.n = tribo_q31_subtract(u_q31, F, &ignored),
+                                                                        .L = bank_q31_outside(L),
+                                                                        .f = bank_q31_outside(signals->f)}};
 }
 
 void tribo_feedforward_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last)
