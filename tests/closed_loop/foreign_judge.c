@@ -444,8 +444,8 @@ static double flipped(const saved_t at[2], size_t byte, int bit, double good)
     return run_to(&run, moment + 60.0 + PERIOD_S) / good;
 }
 
-/// Flips single bits of the state, at some moments of a period of the triangle.
-static void judge_flips(long count, uint64_t seed)
+/// Flips single bits of the state, at some moments of a period of the triangle. False if one does harm and is not said.
+static bool judge_flips(long count, uint64_t seed)
 {
     static run_t         run;
     static saved_t       at[2];
@@ -493,10 +493,12 @@ static void judge_flips(long count, uint64_t seed)
         the_loop.state = at[0].state;
     }
     printf("flips: %ld, not back after 60 s: %ld silent, %ld said; worst %.1f times\n", count, silent, said, worst);
+    return silent == 0;
 }
 
 int main(int argc, char **argv)
 {
+    bool good = true;
     for (int i = 1; i < argc; i++)
     {
         if (strcmp(argv[i], "waves") == 0)
@@ -521,7 +523,7 @@ int main(int argc, char **argv)
         }
         else if (strcmp(argv[i], "flips") == 0 && i + 2 < argc)
         {
-            judge_flips(strtol(argv[i + 1], NULL, 10), strtoull(argv[i + 2], NULL, 10));
+            good = judge_flips(strtol(argv[i + 1], NULL, 10), strtoull(argv[i + 2], NULL, 10)) && good;
             i += 2;
         }
         else
@@ -532,5 +534,5 @@ int main(int argc, char **argv)
             return 2;
         }
     }
-    return 0;
+    return good ? 0 : 1;
 }
