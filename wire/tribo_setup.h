@@ -81,7 +81,6 @@ static inline void tribo_setup_take_loop(tribo_setup_t *setup, const tribo_force
     {
         setup->table[i] = friction->table[i];
     }
-    setup->loop.compensator.friction.table_length = friction->table != NULL ? friction->table_length : 0u;
 }
 
 static inline void tribo_setup_to_words(const tribo_setup_t *setup, uint32_t words[TRIBO_SETUP_WORDS])

@@ -151,9 +151,9 @@ def test_a_prior_that_is_far_off_ends_at_a_bound_and_says_so(sim):
 
 
 def test_friction_that_does_harm_is_in_the_summary(sim):
-    """Five times too much is believed, at once, and little learned, as F soon slips."""
-    harmful = ["triangle", "--set", "reference.period_s=0.6", "--set", "reference.low_N=0.3", "--set", "reference.high_N=0.7", "--set",
-               "plant.friction.breakaway.slope=0.05", "--set", "plant.friction.breakaway.offset_N=0.002", "--set",
+    """Thirty times too much is believed, at once, and little learned, as F soon slips."""
+    harmful = ["triangle", "--set", "reference.period_s=0.4", "--set", "reference.low_N=0.3", "--set", "reference.high_N=0.7", "--set",
+               "plant.friction.breakaway.slope=0.01", "--set", "plant.friction.breakaway.offset_N=0.002", "--set",
                "compensator.guard.on=no", "--set", "duration_s=40"]
     text = "friction has faded        it cost the controller more effort than it saved\n"
     for trust, harms in (1, True), (0.2, False):
