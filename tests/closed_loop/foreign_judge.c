@@ -422,8 +422,10 @@ static saved_t saved(const run_t *run)
 
 static bool same(const saved_t *a, const saved_t *b)
 {
+    // NOLINTBEGIN(bugprone-suspicious-memory-comparison,cert-exp42-c,cert-flp37-c): of bits; what differs is played on
     return memcmp(&a->state, &b->state, sizeof a->state) == 0 &&
            memcmp(&a->run.plant, &b->run.plant, sizeof a->run.plant) == 0;
+    // NOLINTEND(bugprone-suspicious-memory-comparison,cert-exp42-c,cert-flp37-c)
 }
 
 /// The error of the period that begins 60 s after a flip, over `good`; 1 where loop and plant are, soon after it, what they are

@@ -154,12 +154,12 @@ static inline bool feedforward_knows_the_same(const feedforward_t *a, const feed
             q.learned.covariance[odd[i]] = -q.learned.covariance[odd[i]];
         }
     }
-    return memcmp(p->learned.weight, q.learned.weight, sizeof q.learned.weight) == 0 &&
+    return same_numbers(p->learned.weight, q.learned.weight, 1 + TRIBO_FEEDFORWARD_STOPS) &&
            p->learned.TRIBO_N(constant) == q.learned.TRIBO_N(constant) && p->learned.slope == q.learned.slope &&
            p->learned.scale == q.learned.scale && same_numbers(p->learned.covariance, q.learned.covariance, 10) &&
-           memcmp(p->learned.variance, q.learned.variance, sizeof q.learned.variance) == 0 &&
-           memcmp(p->learned.use, q.learned.use, sizeof q.learned.use) == 0 && p->learned.doubt == q.learned.doubt &&
-           p->learned.TRIBO_N(travel) == q.learned.TRIBO_N(travel);
+           same_numbers(p->learned.variance, q.learned.variance, TRIBO_FEEDFORWARD_STOPS) &&
+           same_numbers(p->learned.use, q.learned.use, 1 + TRIBO_FEEDFORWARD_STOPS) &&
+           p->learned.doubt == q.learned.doubt && p->learned.TRIBO_N(travel) == q.learned.TRIBO_N(travel);
 }
 
 static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)

@@ -229,18 +229,18 @@ void tribo_feedforward_q31_restore(tribo_feedforward_q31_state_t *state);
      .last     = tribo_feedforward_q31_method_last,                                                                    \
      .enter    = tribo_feedforward_q31_method_enter}
 
-int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *params,
+int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *loop,
                                            void                                *memory,
-                                           int32_t                              r,
-                                           int32_t                              y,
+                                           int32_t                              r_q31,
+                                           int32_t                              y_q31,
                                            uint32_t                             fade);
 int32_t tribo_feedforward_q31_method_friction(const void *memory);
-int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *params, void *memory, int32_t v);
-void    tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *params,
+int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v);
+void    tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loop,
                                            void                                *memory,
                                            int32_t                              v,
-                                           int32_t                              u,
-                                           tribo_force_loop_q31_signals_t      *signals);
+                                           int32_t                              u_q31,
+                                           tribo_force_loop_q31_signals_t      *seen);
 void    tribo_feedforward_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last);
 void    tribo_feedforward_q31_method_enter(void *memory, int32_t term, bool anew);
 

@@ -71,18 +71,18 @@ void tribo_force_estimate_f32_step(const tribo_force_loop_f32_params_t  *params,
      .last     = tribo_sensorless_f32_method_last,                                                                     \
      .enter    = tribo_sensorless_f32_method_enter}
 
-float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *params,
+float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loop,
                                         void                                *memory,
                                         float                                r_n,
                                         float                                y_n,
                                         float                                fade);
 float tribo_sensorless_f32_method_friction(const void *memory);
-float tribo_sensorless_f32_method_term(const tribo_force_loop_f32_params_t *params, void *memory, float v_n);
-void  tribo_sensorless_f32_method_after(const tribo_force_loop_f32_params_t *params,
+float tribo_sensorless_f32_method_term(const tribo_force_loop_f32_params_t *loop, void *memory, float v_n);
+void  tribo_sensorless_f32_method_after(const tribo_force_loop_f32_params_t *loop,
                                         void                                *memory,
                                         float                                v_n,
                                         float                                u_n,
-                                        tribo_force_loop_f32_signals_t      *signals);
+                                        tribo_force_loop_f32_signals_t      *seen);
 void  tribo_sensorless_f32_method_last(const void *memory, tribo_force_loop_f32_last_t *last);
 void  tribo_sensorless_f32_method_enter(void *memory, float term_n, bool anew);
 

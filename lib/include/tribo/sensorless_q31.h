@@ -36,12 +36,12 @@ typedef struct
     int32_t  lagged, force, low, high;
 } tribo_force_estimate_q31_t;
 
-/// See the twin; `tolerance` in Q32, u in Q31.
+/// See the twin; `tolerance` in Q32.
 void tribo_force_estimate_q31_step(const tribo_force_loop_q31_params_t  *params,
                                    const tribo_feedforward_q31_params_t *feedforward,
                                    tribo_force_estimate_q31_t           *estimate,
                                    uint32_t                              tolerance,
-                                   int32_t                               u);
+                                   int32_t                               u_q31);
 
 /// The method, for params made on a host.
 #define TRIBO_SENSORLESS_Q31_METHOD                                                                                    \
@@ -52,18 +52,18 @@ void tribo_force_estimate_q31_step(const tribo_force_loop_q31_params_t  *params,
      .last     = tribo_sensorless_q31_method_last,                                                                     \
      .enter    = tribo_sensorless_q31_method_enter}
 
-int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *params,
+int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *loop,
                                           void                                *memory,
                                           int32_t                              r_q31,
                                           int32_t                              y_q31,
                                           uint32_t                             fade);
 int32_t tribo_sensorless_q31_method_friction(const void *memory);
-int32_t tribo_sensorless_q31_method_term(const tribo_force_loop_q31_params_t *params, void *memory, int32_t v);
-void    tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *params,
+int32_t tribo_sensorless_q31_method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v);
+void    tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *loop,
                                           void                                *memory,
                                           int32_t                              v,
                                           int32_t                              u_q31,
-                                          tribo_force_loop_q31_signals_t      *signals);
+                                          tribo_force_loop_q31_signals_t      *seen);
 void    tribo_sensorless_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last);
 void    tribo_sensorless_q31_method_enter(void *memory, int32_t term, bool anew);
 

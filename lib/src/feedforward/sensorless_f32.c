@@ -285,7 +285,7 @@ static bool is_corrupt(const tribo_force_estimate_f32_t *x, float most)
 
 void tribo_force_estimate_f32_step(const tribo_force_loop_f32_params_t  *params,
                                    const tribo_feedforward_f32_params_t *feedforward,
-                                   tribo_force_estimate_f32_t           *x,
+                                   tribo_force_estimate_f32_t           *estimate,
                                    float                                 tolerance,
                                    float                                 u_n)
 {
@@ -297,15 +297,16 @@ void tribo_force_estimate_f32_step(const tribo_force_loop_f32_params_t  *params,
     {
         return;
     }
-    if (is_corrupt(x, most))
+    if (is_corrupt(estimate, most))
     {
-        *x = (tribo_force_estimate_f32_t){.runs = 1, .lagged_n = u_n, .force_n = u_n, .low_n = -most, .high_n = most};
+        *estimate =
+            (tribo_force_estimate_f32_t){.runs = 1, .lagged_n = u_n, .force_n = u_n, .low_n = -most, .high_n = most};
         turns = ESTIMATE_FIRST_TURNS;
     }
-    const float few  = 1.0f - tolerance;
-    const float many = 1.0f + tolerance;
-    x->lagged_n      = first_order_f32_step(x->lagged_n, u_n, feedforward->lag_part);
-    x->force_n       = stuck(friction, x->force_n, x->lagged_n, 1.0f, 1.0f, turns);
-    x->low_n         = stuck(friction, x->low_n, x->lagged_n, many, few, turns);
-    x->high_n        = stuck(friction, x->high_n, x->lagged_n, few, many, turns);
+    const float few    = 1.0f - tolerance;
+    const float many   = 1.0f + tolerance;
+    estimate->lagged_n = first_order_f32_step(estimate->lagged_n, u_n, feedforward->lag_part);
+    estimate->force_n  = stuck(friction, estimate->force_n, estimate->lagged_n, 1.0f, 1.0f, turns);
+    estimate->low_n    = stuck(friction, estimate->low_n, estimate->lagged_n, many, few, turns);
+    estimate->high_n   = stuck(friction, estimate->high_n, estimate->lagged_n, few, many, turns);
 }

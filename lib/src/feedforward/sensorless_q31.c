@@ -281,7 +281,7 @@ static int32_t stuck(const tribo_friction_q31_params_t *friction,
 
 void tribo_force_estimate_q31_step(const tribo_force_loop_q31_params_t  *params,
                                    const tribo_feedforward_q31_params_t *feedforward,
-                                   tribo_force_estimate_q31_t           *x,
+                                   tribo_force_estimate_q31_t           *estimate,
                                    uint32_t                              tolerance,
                                    int32_t                               u_q31)
 {
@@ -294,16 +294,16 @@ void tribo_force_estimate_q31_step(const tribo_force_loop_q31_params_t  *params,
     {
         return;
     }
-    if (x->runs == 0u)
+    if (estimate->runs == 0u)
     {
-        *x    = (tribo_force_estimate_q31_t){.runs = 1, .lagged = u, .force = u, .low = -most, .high = most};
-        turns = ESTIMATE_FIRST_TURNS;
+        *estimate = (tribo_force_estimate_q31_t){.runs = 1, .lagged = u, .force = u, .low = -most, .high = most};
+        turns     = ESTIMATE_FIRST_TURNS;
     }
     const uint32_t one  = UINT32_C(1) << 31;
     const uint32_t few  = one - tolerance / 2u;
     const uint32_t many = one + tolerance / 2u;
-    x->lagged           = limit_q31(first_order_q31_step(x->lagged, u, feedforward->lag_part), -most, most);
-    x->force            = stuck(friction, x->force, x->lagged, one, one, turns);
-    x->low              = stuck(friction, x->low, x->lagged, many, few, turns);
-    x->high             = stuck(friction, x->high, x->lagged, few, many, turns);
+    estimate->lagged    = limit_q31(first_order_q31_step(estimate->lagged, u, feedforward->lag_part), -most, most);
+    estimate->force     = stuck(friction, estimate->force, estimate->lagged, one, one, turns);
+    estimate->low       = stuck(friction, estimate->low, estimate->lagged, many, few, turns);
+    estimate->high      = stuck(friction, estimate->high, estimate->lagged, few, many, turns);
 }
