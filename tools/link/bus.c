@@ -19,6 +19,7 @@
 #define PORT    "1502" // of a drive on Linux, if its configuration has no other
 
 #define RESPONSE_S  2  // a later answer is flushed within as long again; one after that would be taken for the next
+#define COMMAND_S   20 // the drive answers a command once it is done: a set takes a slow or emulated one seconds
 #define TRIALS      3  // a frame may be lost, or cut by the log of a drive that has just started
 #define FRAME_WORDS 60 // of 32 bits
 #define SAVE_TRIALS 50 // a flash may take seconds
@@ -274,6 +275,7 @@ static bool wait_for_outcome(link_bus_t *bus, uint32_t *outcome)
 static bool execute(link_bus_t *bus, unsigned command, const char *what, uint32_t *outcome)
 {
     int got = -1;
+    (void)modbus_set_response_timeout(bus->modbus, COMMAND_S, 0);
     for (int trial = 0; got < 0; trial++)
     {
         got = modbus_write_register(bus->modbus, link_command_at, (uint16_t)command);
@@ -290,6 +292,7 @@ static bool execute(link_bus_t *bus, unsigned command, const char *what, uint32_
             break;
         }
     }
+    (void)modbus_set_response_timeout(bus->modbus, RESPONSE_S, 0);
     return wait_for_outcome(bus, outcome);
 }
 
