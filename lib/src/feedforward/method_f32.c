@@ -8,19 +8,9 @@
 #include "learning_f32.h"
 #include "monitor_f32.h"
 #include "observer_f32.h"
+#include "state_f32.h"
 
 #include <stddef.h>
-
-/// The params of which `params->method` is the first member.
-static const tribo_feedforward_f32_params_t *own(const tribo_force_loop_f32_params_t *params)
-{
-    return (const tribo_feedforward_f32_params_t *)params->method;
-}
-
-static bool runs(const tribo_feedforward_f32_state_t *state)
-{
-    return state->mode >= TRIBO_FEEDFORWARD_START && state->mode <= TRIBO_FEEDFORWARD_HOLD;
-}
 
 /// All states at rest at y; beside a running controller, those that follow r at r. What is learned stays.
 static void start(tribo_feedforward_f32_state_t *state, float r, float y)
@@ -28,25 +18,14 @@ static void start(tribo_feedforward_f32_state_t *state, float r, float y)
     const bool  enters = state->mode == TRIBO_FEEDFORWARD_ENTER;
     const float at     = enters ? r : y;
 
-    state->mode        = TRIBO_FEEDFORWARD_START;
-    state->offset_rule = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
-    state->offset_n    = enters ? 0.0f : bank_f32_load(&state->learned, at);
-    state->term_n      = enters ? state->term_n : 0.0f;
-    state->sign        = 0;
-    state->limited     = 0;
-    state->r_n[0]      = r;
-    state->r_n[1]      = r;
-    state->noise_n     = 0.0f;
-    state->reached_n   = at;
-    state->rate_n_s    = 0.0f;
-    state->settled_n   = at;
-    state->turned_n    = at;
-    state->sigma       = 0.0f;
-    state->behind_n[0] = 0.0f;
-    state->behind_n[1] = 0.0f;
-    state->e_n         = 0.0f;
-    state->f_n         = 0.0f;
-    state->u_n         = y;
+    state_f32_rest(state, r, at);
+    if (!enters)
+    {
+        state->offset_n = bank_f32_load(&state->learned, at);
+        state->term_n   = 0.0f;
+    }
+    state->e_n = 0.0f;
+    state->u_n = y;
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
     {
         state->stop[j] = 0.0f;
@@ -55,18 +34,6 @@ static void start(tribo_feedforward_f32_state_t *state, float r, float y)
     observer_f32_start(&state->observer, y);
     learning_f32_start(&state->learning, y);
     monitor_f32_start(&state->monitor);
-}
-
-/// A corrupt memory: everything is forgotten, and u goes on.
-static void forget(const tribo_feedforward_f32_params_t *params, tribo_feedforward_f32_state_t *state)
-{
-    const float    term      = state->term_n;
-    const uint32_t forgotten = state->forgotten;
-    tribo_feedforward_f32_reset(state);
-    state->mode      = TRIBO_FEEDFORWARD_ENTER;
-    state->term_n    = exceeds(term, params->offset_max_n) ? 0.0f : term;
-    state->forgotten = forgotten;
-    count(&state->forgotten);
 }
 
 /// Step 6: f while r moves. `alone`: the controller alone takes this reversal, f jumps and b cancels it.
@@ -169,7 +136,7 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
                                          float                                y_n,
                                          float                                fade)
 {
-    const tribo_feedforward_f32_params_t *const params  = own(loop);
+    const tribo_feedforward_f32_params_t *const params  = state_f32_params(loop);
     tribo_feedforward_f32_memory_t *const       inner   = memory;
     tribo_feedforward_f32_state_t *const        state   = &inner->state;
     tribo_feedforward_f32_signals_t *const      signals = &inner->signals;
@@ -177,7 +144,7 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
     // 1: input
     const bool bad_r = exceeds(r_n, params->input_max_n);
     const bool bad_y = exceeds(y_n, params->input_max_n);
-    if (!runs(state))
+    if (!state_f32_runs(state))
     {
         if (bad_r || bad_y)
         {
@@ -230,7 +197,7 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
     if (exceeds(signals->e_n, FEEDFORWARD_FORCE_MAX_N) ||
         exceeds(signals->lin_n + signals->f_n + state->offset_n, FEEDFORWARD_FORCE_MAX_N))
     {
-        forget(params, state);
+        state_f32_forget(params, state);
         return bad_r || bad_y ? 0.0f : r_n - y_n;
     }
     state->e_n = signals->e_n;
@@ -241,17 +208,17 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
 float tribo_feedforward_f32_method_friction(const void *memory)
 {
     const tribo_feedforward_f32_state_t *const state = &((const tribo_feedforward_f32_memory_t *)memory)->state;
-    return runs(state) ? state->f_n : 0.0f;
+    return state_f32_runs(state) ? state->f_n : 0.0f;
 }
 
 // Step 9, before u is limited.
 float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loop, void *memory, float v_n)
 {
-    const tribo_feedforward_f32_params_t *const params  = own(loop);
+    const tribo_feedforward_f32_params_t *const params  = state_f32_params(loop);
     tribo_feedforward_f32_memory_t *const       inner   = memory;
     tribo_feedforward_f32_state_t *const        state   = &inner->state;
     tribo_feedforward_f32_signals_t *const      signals = &inner->signals;
-    if (!runs(state))
+    if (!state_f32_runs(state))
     {
         return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->term_n : 0.0f;
     }
@@ -290,11 +257,11 @@ void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loo
                                         float                                u_n,
                                         tribo_force_loop_f32_signals_t      *seen)
 {
-    const tribo_feedforward_f32_params_t *const params  = own(loop);
+    const tribo_feedforward_f32_params_t *const params  = state_f32_params(loop);
     tribo_feedforward_f32_memory_t *const       inner   = memory;
     tribo_feedforward_f32_state_t *const        state   = &inner->state;
     tribo_feedforward_f32_signals_t *const      signals = &inner->signals;
-    if (!runs(state))
+    if (!state_f32_runs(state))
     {
         return;
     }
@@ -317,7 +284,7 @@ void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loo
         monitor_f32_step(params, &state->monitor, moves ? v_n : state->monitor.v_n, state->observer.noise_n);
         if (learning_f32_corrupt(&state->learned, &state->learning))
         {
-            forget(params, state);
+            state_f32_forget(params, state);
         }
     }
     state->offset_seal = ~bits_f32(state->offset_n);
@@ -330,7 +297,7 @@ void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loo
 void tribo_feedforward_f32_method_last(const void *memory, tribo_force_loop_f32_last_t *last)
 {
     const tribo_feedforward_f32_state_t *const state = &((const tribo_feedforward_f32_memory_t *)memory)->state;
-    if (runs(state))
+    if (state_f32_runs(state))
     {
         last->e_n = state->e_n;
         last->y_n = state->observer.y_n[0];
@@ -345,7 +312,7 @@ void tribo_feedforward_f32_method_enter(void *memory, float term_n, bool anew)
 {
     tribo_feedforward_f32_state_t *const state = &((tribo_feedforward_f32_memory_t *)memory)->state;
 
-    const bool goes_on = runs(state) && !anew;
+    const bool goes_on = state_f32_runs(state) && !anew;
     state->mode        = goes_on ? state->mode : TRIBO_FEEDFORWARD_ENTER;
     state->offset_rule = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
     state->term_n      = exceeds(term_n, TRIBO_F32_FORCE_MAX_N) ? 0.0f : term_n;

@@ -8,43 +8,23 @@
 #include "learning_q31.h"
 #include "monitor_q31.h"
 #include "observer_q31.h"
+#include "state_q31.h"
 
 #include <stddef.h>
-
-static const tribo_feedforward_q31_params_t *own(const tribo_force_loop_q31_params_t *params)
-{
-    return (const tribo_feedforward_q31_params_t *)params->method;
-}
-
-static bool runs(const tribo_feedforward_q31_state_t *state)
-{
-    return state->mode >= TRIBO_FEEDFORWARD_START && state->mode <= TRIBO_FEEDFORWARD_HOLD;
-}
 
 static void start(tribo_feedforward_q31_state_t *state, int32_t r, int32_t y)
 {
     const bool    enters = state->mode == TRIBO_FEEDFORWARD_ENTER;
     const int32_t at     = enters ? r : y;
 
-    state->mode        = TRIBO_FEEDFORWARD_START;
-    state->offset_rule = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
-    state->offset      = enters ? 0 : bank_q31_load(&state->learned, at);
-    state->term        = enters ? state->term : 0;
-    state->sign        = 0;
-    state->limited     = 0;
-    state->r[0]        = r;
-    state->r[1]        = r;
-    state->noise       = 0;
-    state->reached     = at;
-    state->rate        = 0;
-    state->settled     = at;
-    state->turned      = at;
-    state->sigma       = 0;
-    state->behind[0]   = 0;
-    state->behind[1]   = 0;
-    state->e           = 0;
-    state->f           = 0;
-    state->u           = y;
+    state_q31_rest(state, r, at);
+    if (!enters)
+    {
+        state->offset = bank_q31_load(&state->learned, at);
+        state->term   = 0;
+    }
+    state->e = 0;
+    state->u = y;
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
     {
         state->stop[j] = 0;
@@ -53,17 +33,6 @@ static void start(tribo_feedforward_q31_state_t *state, int32_t r, int32_t y)
     observer_q31_start(&state->observer, y);
     learning_q31_start(&state->learning, y);
     monitor_q31_start(&state->monitor);
-}
-
-static void forget(tribo_feedforward_q31_state_t *state)
-{
-    const int32_t  term      = state->term;
-    const uint32_t forgotten = state->forgotten;
-    tribo_feedforward_q31_reset(state);
-    state->mode      = TRIBO_FEEDFORWARD_ENTER;
-    state->term      = term;
-    state->forgotten = forgotten;
-    tribo_q31_count(&state->forgotten);
 }
 
 /// f for `sigma`.
@@ -171,7 +140,7 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
                                            int32_t                              y_q31,
                                            uint32_t                             fade)
 {
-    const tribo_feedforward_q31_params_t *const params  = own(loop);
+    const tribo_feedforward_q31_params_t *const params  = state_q31_params(loop);
     tribo_feedforward_q31_memory_t *const       inner   = memory;
     tribo_feedforward_q31_state_t *const        state   = &inner->state;
     tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
@@ -179,7 +148,7 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
     // 1: input
     const bool bad_r = tribo_q31_magnitude(r_q31) > params->input_max;
     const bool bad_y = tribo_q31_magnitude(y_q31) > params->input_max;
-    if (!runs(state))
+    if (!state_q31_runs(state))
     {
         if (bad_r || bad_y)
         {
@@ -239,17 +208,17 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
 int32_t tribo_feedforward_q31_method_friction(const void *memory)
 {
     const tribo_feedforward_q31_state_t *const state = &((const tribo_feedforward_q31_memory_t *)memory)->state;
-    return runs(state) ? bank_q31_outside(state->f) : 0;
+    return state_q31_runs(state) ? bank_q31_outside(state->f) : 0;
 }
 
 // Step 9, before u is limited.
 int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v)
 {
-    const tribo_feedforward_q31_params_t *const params  = own(loop);
+    const tribo_feedforward_q31_params_t *const params  = state_q31_params(loop);
     tribo_feedforward_q31_memory_t *const       inner   = memory;
     tribo_feedforward_q31_state_t *const        state   = &inner->state;
     tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
-    if (!runs(state))
+    if (!state_q31_runs(state))
     {
         return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->term : 0;
     }
@@ -289,14 +258,14 @@ void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loo
                                         int32_t                              u_q31,
                                         tribo_force_loop_q31_signals_t      *seen)
 {
-    const tribo_feedforward_q31_params_t *const params  = own(loop);
+    const tribo_feedforward_q31_params_t *const params  = state_q31_params(loop);
     tribo_feedforward_q31_memory_t *const       inner   = memory;
     tribo_feedforward_q31_state_t *const        state   = &inner->state;
     tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
 
     const int32_t u       = bank_q31_inside(u_q31);
     uint32_t      ignored = 0;
-    if (!runs(state))
+    if (!state_q31_runs(state))
     {
         return;
     }
@@ -320,7 +289,7 @@ void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loo
         monitor_q31_step(params, &state->monitor, moves ? bank_q31_inside(v) : state->monitor.v, state->observer.noise);
         if (learning_q31_corrupt(&state->learned, &state->learning))
         {
-            forget(state);
+            state_q31_forget(state);
         }
     }
     state->offset_seal = ~(uint32_t)state->offset;
@@ -336,7 +305,7 @@ void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loo
 void tribo_feedforward_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last)
 {
     const tribo_feedforward_q31_state_t *const state = &((const tribo_feedforward_q31_memory_t *)memory)->state;
-    if (runs(state))
+    if (state_q31_runs(state))
     {
         last->e = state->e;
         last->y = bank_q31_outside(state->observer.y[0]);
@@ -351,7 +320,7 @@ void tribo_feedforward_q31_method_enter(void *memory, int32_t term, bool anew)
 {
     tribo_feedforward_q31_state_t *const state = &((tribo_feedforward_q31_memory_t *)memory)->state;
 
-    const bool goes_on = runs(state) && !anew;
+    const bool goes_on = state_q31_runs(state) && !anew;
     state->mode        = goes_on ? state->mode : TRIBO_FEEDFORWARD_ENTER;
     state->offset_rule = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
     state->term        = term;

@@ -6,41 +6,9 @@
 #include "../number/parameters.h"
 #include "bank_f32.h"
 #include "constants.h"
+#include "state_f32.h"
 
 #include <stddef.h>
-
-static const tribo_feedforward_f32_params_t *own(const tribo_force_loop_f32_params_t *params)
-{
-    return (const tribo_feedforward_f32_params_t *)params->method;
-}
-
-static bool runs(const tribo_feedforward_f32_state_t *state)
-{
-    return state->mode >= TRIBO_FEEDFORWARD_START && state->mode <= TRIBO_FEEDFORWARD_HOLD;
-}
-
-static void start(tribo_feedforward_f32_state_t *state, float r)
-{
-    const bool enters = state->mode == TRIBO_FEEDFORWARD_ENTER;
-
-    state->mode        = TRIBO_FEEDFORWARD_START;
-    state->offset_rule = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
-    state->offset_n    = 0.0f;
-    state->sign        = 0;
-    state->limited     = 0;
-    state->r_n[0]      = r;
-    state->r_n[1]      = r;
-    state->noise_n     = 0.0f;
-    state->reached_n   = r;
-    state->rate_n_s    = 0.0f;
-    state->settled_n   = r;
-    state->turned_n    = r;
-    state->sigma       = 0.0f;
-    state->behind_n[0] = 0.0f;
-    state->behind_n[1] = 0.0f;
-    state->f_n         = 0.0f;
-    state->u_n         = r;
-}
 
 /// The sign of the last motion beyond a width: `moves` of it through a play.
 static int32_t push(float *slack, float moves)
@@ -72,31 +40,20 @@ static int8_t direction(tribo_feedforward_f32_memory_t *memory, int8_t before)
     return memory->motion.sign != 0 ? memory->motion.sign : before;
 }
 
-static void forget(const tribo_feedforward_f32_params_t *params, tribo_feedforward_f32_state_t *state)
-{
-    const float    term      = state->term_n;
-    const uint32_t forgotten = state->forgotten;
-    tribo_feedforward_f32_reset(state);
-    state->mode      = TRIBO_FEEDFORWARD_ENTER;
-    state->term_n    = exceeds(term, params->offset_max_n) ? 0.0f : term;
-    state->forgotten = forgotten;
-    count(&state->forgotten);
-}
-
 float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loop,
                                         void                                *memory,
                                         float                                r_n,
                                         float                                y_n,
                                         float                                fade)
 {
-    const tribo_feedforward_f32_params_t *const params  = own(loop);
+    const tribo_feedforward_f32_params_t *const params  = state_f32_params(loop);
     tribo_feedforward_f32_memory_t *const       inner   = memory;
     tribo_feedforward_f32_state_t *const        state   = &inner->state;
     tribo_feedforward_f32_signals_t *const      signals = &inner->signals;
 
     const bool bad = exceeds(r_n, params->input_max_n);
     float      e   = 0.0f;
-    if (!runs(state))
+    if (!state_f32_runs(state))
     {
         if (bad)
         {
@@ -106,7 +63,7 @@ float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loo
         // The term to go on from is for the controller's output at that error.
         const bool is_handed = state->offset_rule == TRIBO_FEEDFORWARD_CONTINUE;
         e                    = is_handed && !exceeds(y_n, params->input_max_n) ? r_n - y_n : 0.0f;
-        start(state, r_n);
+        state_f32_rest(state, r_n, r_n);
     }
     state->noise_n     = bank_f32_noise(params, state->noise_n, bad ? state->r_n[0] : r_n, state->r_n);
     const float  noise = FEEDFORWARD_NOISE_GAIN * state->noise_n;
@@ -134,7 +91,7 @@ float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loo
     signals->lead_n    = params->lead * signals->level_n * (state->sigma - before);
     if (exceeds(signals->lin_n + signals->f_n + state->offset_n + state->behind_n[0], FEEDFORWARD_FORCE_MAX_N))
     {
-        forget(params, state);
+        state_f32_forget(params, state);
         return 0.0f;
     }
     state->f_n  = signals->f_n;
@@ -145,11 +102,11 @@ float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loo
 // v is 0, or what the controller had when it was taken off.
 float tribo_sensorless_f32_method_term(const tribo_force_loop_f32_params_t *loop, void *memory, float v_n)
 {
-    const tribo_feedforward_f32_params_t *const params  = own(loop);
+    const tribo_feedforward_f32_params_t *const params  = state_f32_params(loop);
     tribo_feedforward_f32_memory_t *const       inner   = memory;
     tribo_feedforward_f32_state_t *const        state   = &inner->state;
     tribo_feedforward_f32_signals_t *const      signals = &inner->signals;
-    if (!runs(state))
+    if (!state_f32_runs(state))
     {
         return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->term_n : 0.0f;
     }
@@ -181,7 +138,7 @@ void tribo_sensorless_f32_method_after(const tribo_force_loop_f32_params_t *loop
     tribo_feedforward_f32_signals_t *const signals = &inner->signals;
     (void)loop;
     (void)v_n;
-    if (!runs(state))
+    if (!state_f32_runs(state))
     {
         return;
     }
@@ -193,6 +150,7 @@ void tribo_sensorless_f32_method_after(const tribo_force_loop_f32_params_t *loop
                                           .friction = {.n_n = u_n - F, .L_n = signals->level_n, .f_n = signals->f_n}};
 }
 
+// A function of this file: position-independent code reads the address of another file's from a table of absolute addresses.
 float tribo_sensorless_f32_method_friction(const void *memory)
 {
     return tribo_feedforward_f32_method_friction(memory);
@@ -212,7 +170,7 @@ void tribo_sensorless_f32_method_enter(void *memory, float term_n, bool anew)
 {
     tribo_feedforward_f32_state_t *const state = &((tribo_feedforward_f32_memory_t *)memory)->state;
     tribo_feedforward_f32_method_enter(memory, term_n, anew);
-    if (!runs(state))
+    if (!state_f32_runs(state))
     {
         state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
     }

@@ -6,41 +6,9 @@
 #include "../number/parameters.h"
 #include "bank_q31.h"
 #include "constants.h"
+#include "state_q31.h"
 
 #include <stddef.h>
-
-static const tribo_feedforward_q31_params_t *own(const tribo_force_loop_q31_params_t *params)
-{
-    return (const tribo_feedforward_q31_params_t *)params->method;
-}
-
-static bool runs(const tribo_feedforward_q31_state_t *state)
-{
-    return state->mode >= TRIBO_FEEDFORWARD_START && state->mode <= TRIBO_FEEDFORWARD_HOLD;
-}
-
-static void start(tribo_feedforward_q31_state_t *state, int32_t r)
-{
-    const bool enters = state->mode == TRIBO_FEEDFORWARD_ENTER;
-
-    state->mode        = TRIBO_FEEDFORWARD_START;
-    state->offset_rule = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
-    state->offset      = 0;
-    state->sign        = 0;
-    state->limited     = 0;
-    state->r[0]        = r;
-    state->r[1]        = r;
-    state->noise       = 0;
-    state->reached     = r;
-    state->rate        = 0;
-    state->settled     = r;
-    state->turned      = r;
-    state->sigma       = 0;
-    state->behind[0]   = 0;
-    state->behind[1]   = 0;
-    state->f           = 0;
-    state->u           = r;
-}
 
 static int32_t push(int32_t *slack, int32_t moves)
 {
@@ -77,7 +45,7 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
                                           int32_t                              y_q31,
                                           uint32_t                             fade)
 {
-    const tribo_feedforward_q31_params_t *const params  = own(loop);
+    const tribo_feedforward_q31_params_t *const params  = state_q31_params(loop);
     tribo_feedforward_q31_memory_t *const       inner   = memory;
     tribo_feedforward_q31_state_t *const        state   = &inner->state;
     tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
@@ -85,7 +53,7 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
     const bool bad     = tribo_q31_magnitude(r_q31) > params->input_max;
     uint32_t   ignored = 0;
     int32_t    e       = 0;
-    if (!runs(state))
+    if (!state_q31_runs(state))
     {
         if (bad)
         {
@@ -98,7 +66,7 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
         {
             e = tribo_q31_subtract(r_q31, y_q31, &ignored);
         }
-        start(state, bank_q31_inside(r_q31));
+        state_q31_rest(state, bank_q31_inside(r_q31), bank_q31_inside(r_q31));
     }
     state->noise         = bank_q31_noise(params, state->noise, bad ? state->r[0] : bank_q31_inside(r_q31), state->r);
     const uint32_t noise = (state->noise >> 8) * (uint32_t)FEEDFORWARD_NOISE_GAIN;
@@ -134,11 +102,11 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
 
 int32_t tribo_sensorless_q31_method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v)
 {
-    const tribo_feedforward_q31_params_t *const params  = own(loop);
+    const tribo_feedforward_q31_params_t *const params  = state_q31_params(loop);
     tribo_feedforward_q31_memory_t *const       inner   = memory;
     tribo_feedforward_q31_state_t *const        state   = &inner->state;
     tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
-    if (!runs(state))
+    if (!state_q31_runs(state))
     {
         return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->term : 0;
     }
@@ -176,7 +144,7 @@ void tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *loop
     tribo_feedforward_q31_signals_t *const signals = &inner->signals;
     (void)loop;
     (void)v;
-    if (!runs(state))
+    if (!state_q31_runs(state))
     {
         return;
     }
@@ -190,6 +158,7 @@ void tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *loop
                                                                               .f = bank_q31_outside(signals->f)}};
 }
 
+// A function of this file, as in the twin.
 int32_t tribo_sensorless_q31_method_friction(const void *memory)
 {
     return tribo_feedforward_q31_method_friction(memory);
@@ -209,7 +178,7 @@ void tribo_sensorless_q31_method_enter(void *memory, int32_t term, bool anew)
 {
     tribo_feedforward_q31_state_t *const state = &((tribo_feedforward_q31_memory_t *)memory)->state;
     tribo_feedforward_q31_method_enter(memory, term, anew);
-    if (!runs(state))
+    if (!state_q31_runs(state))
     {
         state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
     }

@@ -1,0 +1,57 @@
+// What the feed-forward with and without a force sensor share of their state, single precision. Not synchronized.
+
+#ifndef TRIBO_FEEDFORWARD_STATE_F32_H
+#define TRIBO_FEEDFORWARD_STATE_F32_H
+
+#include "tribo/feedforward_f32.h"
+
+#include "../number/ieee_f32.h"
+
+/// The params of which `loop->method` is the first member.
+static inline const tribo_feedforward_f32_params_t *state_f32_params(const tribo_force_loop_f32_params_t *loop)
+{
+    return (const tribo_feedforward_f32_params_t *)loop->method;
+}
+
+static inline bool state_f32_runs(const tribo_feedforward_f32_state_t *state)
+{
+    return state->mode >= TRIBO_FEEDFORWARD_START && state->mode <= TRIBO_FEEDFORWARD_HOLD;
+}
+
+/// At rest at force `at` with reference r. Beside a running controller b takes over so that u goes on.
+static inline void state_f32_rest(tribo_feedforward_f32_state_t *state, float r, float at)
+{
+    const bool enters = state->mode == TRIBO_FEEDFORWARD_ENTER;
+
+    state->mode        = TRIBO_FEEDFORWARD_START;
+    state->offset_rule = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    state->offset_n    = 0.0f;
+    state->sign        = 0;
+    state->limited     = 0;
+    state->r_n[0]      = r;
+    state->r_n[1]      = r;
+    state->noise_n     = 0.0f;
+    state->reached_n   = at;
+    state->rate_n_s    = 0.0f;
+    state->settled_n   = at;
+    state->turned_n    = at;
+    state->sigma       = 0.0f;
+    state->behind_n[0] = 0.0f;
+    state->behind_n[1] = 0.0f;
+    state->f_n         = 0.0f;
+    state->u_n         = at;
+}
+
+/// A corrupt memory: everything is forgotten, and u goes on.
+static inline void state_f32_forget(const tribo_feedforward_f32_params_t *params, tribo_feedforward_f32_state_t *state)
+{
+    const float    term      = state->term_n;
+    const uint32_t forgotten = state->forgotten;
+    tribo_feedforward_f32_reset(state);
+    state->mode      = TRIBO_FEEDFORWARD_ENTER;
+    state->term_n    = exceeds(term, params->offset_max_n) ? 0.0f : term;
+    state->forgotten = forgotten;
+    count(&state->forgotten);
+}
+
+#endif

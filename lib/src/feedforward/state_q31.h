@@ -1,0 +1,53 @@
+// What the feed-forward with and without a force sensor share of their state, in fixed point. Not synchronized.
+
+#ifndef TRIBO_FEEDFORWARD_STATE_Q31_H
+#define TRIBO_FEEDFORWARD_STATE_Q31_H
+
+#include "tribo/feedforward_q31.h"
+#include "tribo/q31.h"
+
+static inline const tribo_feedforward_q31_params_t *state_q31_params(const tribo_force_loop_q31_params_t *loop)
+{
+    return (const tribo_feedforward_q31_params_t *)loop->method;
+}
+
+static inline bool state_q31_runs(const tribo_feedforward_q31_state_t *state)
+{
+    return state->mode >= TRIBO_FEEDFORWARD_START && state->mode <= TRIBO_FEEDFORWARD_HOLD;
+}
+
+static inline void state_q31_rest(tribo_feedforward_q31_state_t *state, int32_t r, int32_t at)
+{
+    const bool enters = state->mode == TRIBO_FEEDFORWARD_ENTER;
+
+    state->mode        = TRIBO_FEEDFORWARD_START;
+    state->offset_rule = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    state->offset      = 0;
+    state->sign        = 0;
+    state->limited     = 0;
+    state->r[0]        = r;
+    state->r[1]        = r;
+    state->noise       = 0;
+    state->reached     = at;
+    state->rate        = 0;
+    state->settled     = at;
+    state->turned      = at;
+    state->sigma       = 0;
+    state->behind[0]   = 0;
+    state->behind[1]   = 0;
+    state->f           = 0;
+    state->u           = at;
+}
+
+static inline void state_q31_forget(tribo_feedforward_q31_state_t *state)
+{
+    const int32_t  term      = state->term;
+    const uint32_t forgotten = state->forgotten;
+    tribo_feedforward_q31_reset(state);
+    state->mode      = TRIBO_FEEDFORWARD_ENTER;
+    state->term      = term;
+    state->forgotten = forgotten;
+    tribo_q31_count(&state->forgotten);
+}
+
+#endif
