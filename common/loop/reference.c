@@ -1,5 +1,7 @@
 #include "loop/reference.h"
 
+#include "support/elementary.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -57,7 +59,7 @@ static double phase(double since_s, double period_s)
 static double sine(const common_reference_config_t *config, double turns)
 {
     const double middle = 0.5 * (config->low_n + config->high_n);
-    return middle + 0.5 * (config->high_n - config->low_n) * sin(TWO_PI * turns);
+    return middle + 0.5 * (config->high_n - config->low_n) * common_sin(TWO_PI * turns);
 }
 
 /// Turns of a chirp: the frequency's integral.

@@ -1,6 +1,6 @@
 #include "plant/drive_error.h"
 
-#include <math.h>
+#include "support/elementary.h"
 
 #define TWO_PI 6.28318530717958647692
 
@@ -12,8 +12,8 @@ sim_ripple_t sim_drive_error_ripple(const sim_drive_error_t *error, double posit
     }
     const double per_deg = TWO_PI / error->ripple_period_deg;
     const double angle   = per_deg * position_deg + TWO_PI * error->ripple_phase;
-    const double force   = error->ripple_n * sin(angle);
+    const double force   = error->ripple_n * common_sin(angle);
     return (sim_ripple_t){.force_n              = force,
-                          .slope_n_per_deg      = error->ripple_n * per_deg * cos(angle),
+                          .slope_n_per_deg      = error->ripple_n * per_deg * common_cos(angle),
                           .curvature_n_per_deg2 = -force * per_deg * per_deg};
 }

@@ -1,5 +1,7 @@
 #include "plant/zoh.h"
 
+#include "support/elementary.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -43,5 +45,5 @@ void sim_zoh_transition(const double a[4], double step_s, double phi[4])
 
 double sim_zoh_first_order(double pole_rad_per_s, double step_s)
 {
-    return -expm1(-pole_rad_per_s * step_s);
+    return -common_expm1(-pole_rad_per_s * step_s);
 }

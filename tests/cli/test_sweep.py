@@ -16,7 +16,7 @@ import subprocess
 import pytest
 
 from conftest import ROOT, processor_s, until
-from test_hostile_input import NO_TANH, preload
+from test_hostile_input import NO_LDEXP, preload
 
 MEASURES = ("rms_error_N max_error_N rms_measured_error_N u_variation_N variation_ratio chatter_ticks Q_switches window_ticks "
             "limited_ticks bad_inputs").split()
@@ -422,7 +422,7 @@ def test_a_run_that_is_refused_is_a_row(sim):
 def test_a_plant_that_diverges_is_a_row(sim):
     sim.write("base.yaml", BASE)
     sim.write("study.yaml", "scenario: base.yaml\nwithout: {compensator.gain: 0}\n")
-    assert sim("sweep", "study.yaml", "--out", "o", env=preload(sim, NO_TANH)).returncode == 1
+    assert sim("sweep", "study.yaml", "--out", "o", env=preload(sim, NO_LDEXP)).returncode == 1
     row, = rows_of(sim)
     assert row["status"] == "failed" and row["message"].startswith("the simulated plant diverges at t = ")
 

@@ -13,6 +13,7 @@
 // lag of tl, a differential equation, and f does not jump at a stop. Scaled as in dahl.c.
 
 #include "plant/truth/arm.h"
+#include "support/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -103,7 +104,7 @@ static double update(const void          *law,
     if ((signbit(end_speed) != 0) == (armstrong->way < 0))
     {
         z_end[STRETCH] = 0.0;
-        z_end[MEMORY]  = z[MEMORY] - (fabs(end_speed) - z[MEMORY]) * expm1(-step_s / armstrong->p.memory);
+        z_end[MEMORY]  = z[MEMORY] - (fabs(end_speed) - z[MEMORY]) * common_expm1(-step_s / armstrong->p.memory);
         return f + armstrong->p.viscous * end_speed;
     }
     z_end[STRETCH] = f / armstrong->p.stiffness + x;

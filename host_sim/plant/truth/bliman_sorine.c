@@ -10,6 +10,7 @@
 // Conference, 1995; here with a load-dependent L, f1 and f2 as fractions of it. Distance scaled to the stiffness in dahl.c.
 
 #include "plant/truth/arm.h"
+#include "support/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -34,8 +35,8 @@ static double peak(const parameters_t *p)
     {
         return 1.0;
     }
-    const double path = p->fast_ratio / (1.0 - p->fast_ratio) * log(1.0 / (p->fast_ratio * p->slow_share));
-    return -expm1(-path / p->fast_ratio) + p->slow_share * expm1(-path);
+    const double path = p->fast_ratio / (1.0 - p->fast_ratio) * common_log(1.0 / (p->fast_ratio * p->slow_share));
+    return -common_expm1(-path / p->fast_ratio) + p->slow_share * common_expm1(-path);
 }
 
 static void reset(void *law, const sim_truth_config_t *config, double z[])

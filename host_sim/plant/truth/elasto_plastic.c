@@ -12,6 +12,7 @@
 
 #include "plant/truth/arm.h"
 #include "plant/truth/stribeck.h"
+#include "support/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -47,7 +48,7 @@ static double yielding(const elasto_plastic_t *plastic, double part, double w)
     {
         return 0.0;
     }
-    return along >= 1.0 ? 1.0 : 0.5 + 0.5 * sin(PI * (along - 0.5 * (1.0 + elastic)) / (1.0 - elastic));
+    return along >= 1.0 ? 1.0 : 0.5 + 0.5 * common_sin(PI * (along - 0.5 * (1.0 + elastic)) / (1.0 - elastic));
 }
 
 static double level(const elasto_plastic_t *plastic, const sim_contact_t *contact, double w)

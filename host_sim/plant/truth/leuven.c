@@ -15,6 +15,7 @@
 
 #include "plant/truth/arm.h"
 #include "plant/truth/stribeck.h"
+#include "support/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -68,7 +69,7 @@ static double follow(const leuven_t *leuven, const sim_contact_t *contact, const
     const double fh = hysteresis(contact, z);
     const double s =
         sim_stribeck(leuven->p.sliding_ratio, w, leuven->p.stribeck_speed) * sim_law_breakaway(contact, fh);
-    const double part = pow(fabs(fh) / s, leuven->p.exponent);
+    const double part = common_pow(fabs(fh) / s, leuven->p.exponent);
     return signbit(fh) == signbit(way) ? 1.0 - part : 1.0 + part;
 }
 

@@ -19,6 +19,7 @@
 #include "plant/breakaway.h"
 #include "plant/truth/arm.h"
 #include "plant/truth/paper_variants.h"
+#include "support/elementary.h"
 #include "tribo/friction_f32.h"
 
 #include <math.h>
@@ -114,8 +115,8 @@ static double gradual(const common_friction_config_t *friction, double n, double
 {
     const double mean = 0.5 * (friction->k_max + friction->k_min);
     const double half = 0.5 * (friction->k_max - friction->k_min);
-    const double k    = mean - half * tanh(friction->m * (v / friction->v0_n_per_s - 1.0));
-    return k * L * tanh(n / (k * L));
+    const double k    = mean - half * common_tanh(friction->m * (v / friction->v0_n_per_s - 1.0));
+    return k * L * common_tanh(n / (k * L));
 }
 
 /// True on the gradual curve, from v > 0 and the output of the relay for the sign of n.

@@ -4,14 +4,13 @@
 #define SIM_STRIBECK_H
 
 #include "plant/truth.h"
-
-#include <math.h>
+#include "support/elementary.h"
 
 /// Gaussian, as in LuGre, Leuven and Maxwell slip: r + (1 - r) exp(-(w / ws)^2).
 static inline double sim_stribeck(double sliding_ratio, double speed, double stribeck_speed)
 {
     const double part = speed / stribeck_speed;
-    return sliding_ratio == 1.0 ? 1.0 : sliding_ratio + (1.0 - sliding_ratio) * exp(-part * part);
+    return sliding_ratio == 1.0 ? 1.0 : sliding_ratio + (1.0 - sliding_ratio) * common_exp(-part * part);
 }
 
 /// The keys of its two parameters, members of `type`.
