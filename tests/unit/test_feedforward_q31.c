@@ -3,6 +3,7 @@
 #include "feedforward/bank_q31.h"
 #include "feedforward/learning_q31.h"
 #include "tribo/feedforward_q31.h"
+#include "tribo/sensorless_q31.h"
 
 #include "random.h"
 #include "unity.h"
@@ -140,6 +141,44 @@ static void test_no_sum_overflows_at_the_ends_of_the_scale(void)
     TEST_ASSERT_EQUAL_UINT32(0, memory.state.forgotten);
 }
 
+/// A bit of the state flips every few ticks, while u is limited and while it is not. The sanitizers see what overflows.
+static void run_with_flipping_bits(const tribo_force_loop_q31_method_t *method)
+{
+    random_t random = {83};
+    for (int k = 0; k < 300000; k++)
+    {
+        tribo_force_loop_q31_signals_t seen = {.controller = {.limited = k % 512 < 256}};
+
+        const int32_t r = (k % 2000 - 1000) * 2000000;
+        const int32_t y = k % 7 == 0 ? INT32_MIN : r / 2;
+        const int32_t v = (int32_t)random_bits(&random);
+        const int32_t u = (int32_t)random_bits(&random);
+        if (k % 6 == 0)
+        {
+            const uint64_t bit = random_bits(&random) % (8u * sizeof memory.state);
+            ((uint8_t *)&memory.state)[bit / 8u] ^= (uint8_t)(1u << bit % 8u);
+        }
+        if (k % 6 == 3) // all forces depend on rs
+        {
+            memory.state.reached ^= (int32_t)(1u << random_bits(&random) % 32u);
+        }
+        const int32_t e = method->error(&loop, &memory, r, y, UINT32_MAX);
+        TEST_ASSERT_TRUE(e >= -INT32_MAX);
+        (void)method->term(&loop, &memory, v);
+        method->after(&loop, &memory, v, u, &seen);
+    }
+}
+
+static void test_no_sum_overflows_with_flipped_bits(void)
+{
+    const tribo_sensorless_f32_config_t sensorless = tribo_sensorless_f32_default();
+    run_with_flipping_bits(loop.method);
+    TEST_ASSERT_EQUAL_INT(
+        TRIBO_OK,
+        tribo_force_loop_sensorless_q31_init(&loop, table, &params, &loop_config, &config, &sensorless, FS, NULL));
+    run_with_flipping_bits(loop.method);
+}
+
 static void test_products_round_towards_zero_and_saturate(void)
 {
     TEST_ASSERT_EQUAL_INT32(1, bank_q31_times(3, 1, 1, INT32_MAX));
@@ -215,6 +254,7 @@ int main(void)
     RUN_TEST(test_a_lag_of_many_ticks_leads_as_it_should);
     RUN_TEST(test_what_was_learned_ends_at_full_scale);
     RUN_TEST(test_no_sum_overflows_at_the_ends_of_the_scale);
+    RUN_TEST(test_no_sum_overflows_with_flipped_bits);
     RUN_TEST(test_products_round_towards_zero_and_saturate);
     RUN_TEST(test_a_soft_heavily_damped_arm_is_refused);
     RUN_TEST(test_the_width_of_a_step_ends_where_the_rate_does);

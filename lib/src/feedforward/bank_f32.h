@@ -75,15 +75,13 @@ static inline float bank_f32_reach(const tribo_feedforward_f32_params_t *params,
     return moved;
 }
 
-/// Step 4: the stops, for w_n, and the sign of rs, of its last move by more than `width`.
-static inline void bank_f32_follow(const tribo_feedforward_f32_params_t *params,
-                                   tribo_feedforward_f32_state_t        *state,
-                                   float                                 noise_width,
-                                   float                                 width)
+/// Step 4: the stops, for w_n.
+static inline void bank_f32_slide(const tribo_feedforward_f32_params_t *params,
+                                  tribo_feedforward_f32_state_t        *state,
+                                  float                                 noise_width)
 {
     const float rs      = state->reached_n;
     const float settled = limit_f32(state->settled_n, rs - 0.5f * noise_width, rs + 0.5f * noise_width);
-    const float turned  = limit_f32(state->turned_n, rs - 0.5f * width, rs + 0.5f * width);
     const float moved   = settled - state->settled_n;
 #pragma GCC unroll 4
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
@@ -91,8 +89,15 @@ static inline void bank_f32_follow(const tribo_feedforward_f32_params_t *params,
         state->stop[j] = bound_f32(state->stop[j] + moved * params->stop_per_n[j], 1.0f);
     }
     state->settled_n = settled;
-    state->sign      = (int8_t)(turned != state->turned_n ? bank_f32_sign(turned - state->turned_n) : state->sign);
-    state->turned_n  = turned;
+}
+
+/// Step 4: the sign of rs, of its last move by more than `width`.
+static inline void bank_f32_turn(tribo_feedforward_f32_state_t *state, float width)
+{
+    const float rs     = state->reached_n;
+    const float turned = limit_f32(state->turned_n, rs - 0.5f * width, rs + 0.5f * width);
+    state->sign        = (int8_t)(turned != state->turned_n ? bank_f32_sign(turned - state->turned_n) : state->sign);
+    state->turned_n    = turned;
 }
 
 /// Step 5: the model of the path, for a move of rs and the lead of lin before it, as distances from rs.

@@ -128,8 +128,8 @@ static inline int32_t bank_q31_reach(const tribo_feedforward_q31_params_t *param
     const int32_t wanted = difference_q31(r, state->reached);
     const int32_t moved  = bank_q31_sign(wanted) * state->limited > 0 ? 0 : wanted;
     const bool    step   = tribo_q31_magnitude(moved) > (uint32_t)params->step;
-    state->reached       = sum_q31(state->reached, moved);
-    state->rate          = first_order_q31_step(state->rate, step ? 0 : moved * 256, params->rate_part);
+    state->reached = limit_q31(sum_q31(state->reached, moved), -BANK_Q31_ONE, BANK_Q31_ONE); // a corrupt one recovers
+    state->rate    = first_order_q31_step(state->rate, step ? 0 : moved * 256, params->rate_part);
     return moved;
 }
 
@@ -139,16 +139,13 @@ static inline int32_t bank_q31_stop(int32_t stop, int32_t moved, uint32_t per_un
     return limit_q31(sum_q31(stop, by), -BANK_Q31_ONE, BANK_Q31_ONE); // a corrupt one recovers
 }
 
-static inline void bank_q31_follow(const tribo_feedforward_q31_params_t *params,
-                                   tribo_feedforward_q31_state_t        *state,
-                                   uint32_t                              noise_width,
-                                   uint32_t                              width)
+static inline void bank_q31_slide(const tribo_feedforward_q31_params_t *params,
+                                  tribo_feedforward_q31_state_t        *state,
+                                  uint32_t                              noise_width)
 {
     const int32_t rs      = state->reached;
-    const int32_t narrow  = (int32_t)(noise_width / 2u);
-    const int32_t wide    = (int32_t)(width / 2u);
-    const int32_t settled = limit_q31(state->settled, rs - narrow, rs + narrow);
-    const int32_t turned  = limit_q31(state->turned, rs - wide, rs + wide);
+    const int32_t half    = (int32_t)(noise_width / 2u);
+    const int32_t settled = limit_q31(state->settled, rs - half, rs + half);
     const int32_t moved   = difference_q31(settled, state->settled);
 #pragma GCC unroll 4
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
@@ -156,9 +153,16 @@ static inline void bank_q31_follow(const tribo_feedforward_q31_params_t *params,
         state->stop[j] = bank_q31_stop(state->stop[j], moved, params->stop_per_unit[j]);
     }
     state->settled = settled;
-    state->sign =
-        (int8_t)(turned != state->turned ? bank_q31_sign(difference_q31(turned, state->turned)) : state->sign);
-    state->turned = turned;
+}
+
+static inline void bank_q31_turn(tribo_feedforward_q31_state_t *state, uint32_t width)
+{
+    const int32_t rs     = state->reached;
+    const int32_t half   = (int32_t)(width / 2u);
+    const int32_t turned = limit_q31(state->turned, rs - half, rs + half);
+    const int32_t moved  = difference_q31(turned, state->turned);
+    state->sign          = (int8_t)bank_q31_sign(moved != 0 ? moved : state->sign);
+    state->turned        = turned;
 }
 
 static inline void bank_q31_path(const tribo_feedforward_q31_params_t *params,

@@ -214,7 +214,7 @@ static inline void learning_q31_regressor_of(const tribo_feedforward_q31_params_
     int64_t sum = tribo_q31_multiply(learned->weight[0], x->stop[0]); // Q58
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
     {
-        const int32_t psi = x->stop[j + 1u] - x->stop[j];
+        const int32_t psi = difference_q31(x->stop[j + 1u], x->stop[j]);
         sum += tribo_q31_multiply(learned->weight[j + 1u], psi);
         k[4u + j] = part_of_q31(psi, BANK_Q31_Q32(FEEDFORWARD_STOP_SD));
     }

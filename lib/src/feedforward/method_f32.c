@@ -168,7 +168,8 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
     const float  moved = bank_f32_reach(params, state, r);
     const bool   step  = magnitude(moved) > params->step_n;
     const int8_t sign  = state->sign;
-    bank_f32_follow(params, state, noise, width);
+    bank_f32_slide(params, state, noise);
+    bank_f32_turn(state, width);
     const bool flips  = state->sign != sign;
     const bool stands = hold_f32_stands(params, state, 0.5f * width, step);
 

@@ -172,7 +172,8 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
     const int32_t  moved = bank_q31_reach(params, state, r);
     const bool     step  = tribo_q31_magnitude(moved) > (uint32_t)params->step;
     const int8_t   sign  = state->sign;
-    bank_q31_follow(params, state, noise, width);
+    bank_q31_slide(params, state, noise);
+    bank_q31_turn(state, width);
     const bool flips  = state->sign != sign;
     const bool stands = hold_q31_stands(params, state, width / 2u, step);
 

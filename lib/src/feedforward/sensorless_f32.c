@@ -70,7 +70,7 @@ float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loo
     const float  width = params->reversal_n + noise;
     const float  moved = bank_f32_reach(params, state, state->r_n[0]);
     const int8_t sign  = state->sign;
-    bank_f32_follow(params, state, noise, width);
+    bank_f32_turn(state, width);
 
     // A noisy r has no reliable rate; that of somebody else's effort is noise altogether.
     const float rate = inner->motion.is_known != 0u ? 0.0f : state->rate_n_s;

@@ -36,7 +36,7 @@ static int8_t direction(tribo_feedforward_q31_memory_t *memory, int8_t before)
         return memory->state.sign;
     }
     memory->motion.is_known = 0;
-    return memory->motion.sign != 0 ? memory->motion.sign : before;
+    return (int8_t)bank_q31_sign(memory->motion.sign != 0 ? memory->motion.sign : before);
 }
 
 int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *loop,
@@ -73,7 +73,7 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
     const uint32_t width = params->reversal + noise;
     const int32_t  moved = bank_q31_reach(params, state, state->r[0]);
     const int8_t   sign  = state->sign;
-    bank_q31_follow(params, state, noise, width);
+    bank_q31_turn(state, width);
 
     // A noisy r has no reliable rate; that of somebody else's effort is noise altogether.
     const int32_t rate = inner->motion.is_known != 0u ? 0 : state->rate;
