@@ -4,46 +4,29 @@ on by a period with each position command, so that a run is the same on any mach
 import pathlib
 import struct
 import sys
-import threading
 
-import can
 import moteus
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "sim"))
 from arm import Arm, triangle  # noqa: E402, F401
+from can_node import CanNode  # noqa: E402
 
-R, STOP = moteus.Register, 0x7FF
+R = moteus.Register
 RESOLUTION = {moteus.INT8: (0x21, "<b"), moteus.INT16: (0x25, "<h"), moteus.INT32: (0x29, "<i"), moteus.F32: (0x2D, "<f")}
 
 
-class FakeMoteus:
+class FakeMoteus(CanNode):
     def __init__(self, channel, period_s, offset, n_m_per_unit):
-        self.bus = can.Bus(interface="virtual", channel=channel)
         self.arm, self.period_s = Arm(period_s), period_s
         self.offset, self.n_m_per_unit = offset, n_m_per_unit
         self.mode, self.fault, self.left_s, self.torque = moteus.Mode.STOPPED, 0, 0.0, 0.0
         self.forces, self.torques = [], []  # at each command
         self.deaf = False  # takes no frame: a broken wire
-        self.thread = threading.Thread(target=self.serve, daemon=True)
-        self.thread.start()
-
-    def serve(self):
-        while (message := self.bus.recv()).arbitration_id != STOP:
-            if not self.deaf and message.arbitration_id & 0xFF == 1:
-                self.take(message)
-
-    def finish(self):
-        """Takes what is on the bus, and no more."""
-        if self.thread.is_alive():
-            with can.Bus(interface="virtual", channel=self.bus.channel_id) as other:
-                other.send(can.Message(arbitration_id=STOP, is_extended_id=False))
-                self.thread.join()
-
-    def close(self):
-        self.finish()
-        self.bus.shutdown()
+        super().__init__(channel)
 
     def take(self, message):
+        if self.deaf or message.arbitration_id & 0xFF != 1:
+            return
         said = moteus.parse_registers(message.data)
         mode = said.command.get(R.MODE)
         if mode == moteus.Mode.STOPPED:
@@ -84,4 +67,4 @@ class FakeMoteus:
             value = values[register]
             data += bytes((head, register)) + struct.pack(code, value if code == "<f" else int(value))
         size = next(n for n in (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64) if n >= len(data))
-        self.bus.send(can.Message(arbitration_id=1 << 8 | to, data=data.ljust(size, b"\x50"), is_fd=True, is_extended_id=to != 0))
+        self.send(1 << 8 | to, data.ljust(size, b"\x50"), is_fd=True, is_extended_id=to != 0)

@@ -4,52 +4,33 @@ with each torque command, so that a run is the same on any machine."""
 import pathlib
 import struct
 import sys
-import threading
-
-import can
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "sim"))
 from arm import Arm, triangle  # noqa: E402, F401
+from can_node import CanNode  # noqa: E402
 
-NODE, SENSOR, STOP = 0, 0x7C0, 0x7FF
+NODE, SENSOR = 0, 0x7C0
 WATCHDOG_EXPIRED = 0x01000000
 HEARTBEAT_PERIODS = 50
 
 
-class FakeODrive:
+class FakeODrive(CanNode):
     def __init__(self, channel, period_s, watchdog_s=0.02):
-        self.bus = can.Bus(interface="virtual", channel=channel)
         self.arm, self.period_s, self.watchdog_s = Arm(period_s), period_s, watchdog_s
         self.state, self.error, self.mode, self.torque, self.left_s = 1, 0, (2, 1), 0.0, watchdog_s
         self.forces = []  # at each command in closed loop
         self.at = {}  # what happens at the n-th command, beside it
         self.has_sensor = True
-        self.thread = threading.Thread(target=self.serve, daemon=True)
-        self.thread.start()
-
-    def serve(self):
-        while (message := self.bus.recv()).arbitration_id != STOP:
-            if message.arbitration_id >> 5 == NODE:
-                self.take(message.arbitration_id & 0x1F, bytes(message.data))
-
-    def finish(self):
-        """Takes what is on the bus, and no more."""
-        if self.thread.is_alive():
-            with can.Bus(interface="virtual", channel=self.bus.channel_id) as other:
-                other.send(can.Message(arbitration_id=STOP, is_extended_id=False))
-                self.thread.join()
-
-    def close(self):
-        self.finish()
-        self.bus.shutdown()
-
-    def send(self, identifier, data):
-        self.bus.send(can.Message(arbitration_id=identifier, is_extended_id=False, data=data))
+        super().__init__(channel)
 
     def heartbeat(self):
         self.send(NODE << 5 | 0x01, struct.pack("<IBBBB", self.error, self.state, 0, 0, 0))
 
-    def take(self, command, data):
+    def take(self, message):
+        if message.arbitration_id >> 5 == NODE:
+            self.obey(message.arbitration_id & 0x1F, bytes(message.data))
+
+    def obey(self, command, data):
         if command == 0x18:
             self.error = 0
         elif command == 0x0B:
