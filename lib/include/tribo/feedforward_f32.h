@@ -339,7 +339,9 @@ typedef struct
 
 /// Parameters for a rig, with the derived ones in numbers. Checks nothing: the init functions refuse impossible values.
 tribo_feedforward_f32_config_t tribo_feedforward_f32_tuned(const tribo_feedforward_f32_rig_t *rig);
-tribo_guard_f32_config_t       tribo_guard_f32_tuned(const tribo_feedforward_f32_rig_t *rig);
+
+/// The guard's parameters for that rig.
+tribo_guard_f32_config_t tribo_guard_f32_tuned(const tribo_feedforward_f32_rig_t *rig);
 
 #ifdef __cplusplus
 }

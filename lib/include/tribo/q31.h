@@ -25,6 +25,7 @@ extern "C" {
 typedef char tribo_q31_needs_arithmetic_shifts[((-3) >> 1) == -2 ? 1 : -1];
 typedef char tribo_q31_needs_wrapping_casts[(int32_t)UINT32_MAX == -1 ? 1 : -1];
 
+/// Adds 1; stops at UINT32_MAX.
 static inline void tribo_q31_count(uint32_t *counter)
 {
     const uint32_t next = *counter + 1u;
@@ -63,11 +64,13 @@ static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
 
 #if defined(__GNUC__) && !defined(__ARM_ARCH_6M__) && !defined(__riscv) && !defined(TRIBO_PORTABLE_BUILTINS)
 
+/// a + b, wrapped; returns whether it overflows.
 static inline bool tribo_q31_sum_overflows(int32_t a, int32_t b, int32_t *sum)
 {
     return __builtin_add_overflow(a, b, sum);
 }
 
+/// a - b, wrapped; returns whether it overflows.
 static inline bool tribo_q31_difference_overflows(int32_t a, int32_t b, int32_t *difference)
 {
     return __builtin_sub_overflow(a, b, difference);
@@ -75,12 +78,14 @@ static inline bool tribo_q31_difference_overflows(int32_t a, int32_t b, int32_t 
 
 #else
 
+/// a + b, wrapped; returns whether it overflows.
 static inline bool tribo_q31_sum_overflows(int32_t a, int32_t b, int32_t *sum)
 {
     *sum = (int32_t)((uint32_t)a + (uint32_t)b);
     return ((a ^ *sum) & (b ^ *sum)) < 0;
 }
 
+/// a - b, wrapped; returns whether it overflows.
 static inline bool tribo_q31_difference_overflows(int32_t a, int32_t b, int32_t *difference)
 {
     *difference = (int32_t)((uint32_t)a - (uint32_t)b);

@@ -29,6 +29,7 @@ typedef struct
     float belief; ///< part of the believed breakaway that is fed forward, 0 to 1
 } tribo_sensorless_f32_config_t;
 
+/// The default: believes low.
 tribo_sensorless_f32_config_t tribo_sensorless_f32_default(void);
 
 /// Makes `params` as the feed-forward's init does, for a loop without a sensor; of `feedforward_config` it uses the actuator's pole,
