@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A manual page of a program and its commands, made of what their parsers print: cmake/man.py PROGRAM SUMMARY > NAME.1"""
+"""A manual page of a program and its commands, made of what their parsers print: cmake/man.py SUMMARY PROGRAM... > NAME.1"""
 
 import os
 import pathlib
@@ -44,14 +44,14 @@ def usage(lines):
 
 
 def main():
-    program, summary = sys.argv[1:]
-    name = pathlib.Path(program).name
-    lines = help_of(program)
+    summary, *program = sys.argv[1:]  # an emulator comes before the program
+    name = pathlib.Path(program[-1]).name
+    lines = help_of(*program)
     commands = [line.split()[0] for line in lines if re.match(r"^  [a-z]+ {2,}\S", line)] if "COMMAND [" in lines[0] else []
     page = [f'.TH {name.upper()} 1 "" tribo "User commands"',
             ".SH NAME", f"{name} \\- {roff(summary)}", ".SH SYNOPSIS", *usage(lines), ".SH DESCRIPTION", *body(lines[1:])]
     for command in commands:
-        lines = help_of(program, command)
+        lines = help_of(*program, command)
         end = next(i for i, line in enumerate(lines) if line.startswith(("Targets:", "The folders")))
         page += [f".SH {command.upper()}", *usage(lines), *body(lines[1:end])]
     print("\n".join([*page, ".SH SEE ALSO", *(f".BR {other} (1)" for other in ("tribo-drive", "tribo-link", "tribo-sim") if other != name)]))

@@ -1,0 +1,16 @@
+# A Debian package by CPack; tools/deb builds it and says what it depends on.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME tribo)
+set(CPACK_PACKAGE_VENDOR "The tribo authors")
+set(CPACK_PACKAGE_CONTACT "The tribo authors <tribo@localhost>") # the format wants an address
+set(CPACK_SET_DESTDIR ON)                                         # the unit names the prefix
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION electronics)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3, python3-matplotlib")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
+    "Force control for motor drives that know their own friction
+The library for a drive's firmware, its simulator, the drive on a Linux board
+and the tools to talk to one.")
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/deb/postinst)
+include(CPack)
