@@ -1,6 +1,6 @@
 // Judges the feed-forward, by its name and nothing else, on rigs, frictions and waveforms of its own. Prints tables:
 //
-//     foreign_judge_f32 waves|pushes|load|environment|drift|flips N SEED ...
+//     foreign_judge_f32 waves|pushes|load|environment|drift|smooth STRIDE|flips N SEED ...
 //
 // without/with is the RMS of r - F without compensation over that with it.
 
@@ -16,7 +16,7 @@
 #define PERIOD_S     20.0
 #define TWO_PI       6.283185307179586
 
-static const char *const law_names[FOREIGN_LAWS] = {"coulomb", "stribeck", "lugre", "maxwell"};
+static const char *const law_names[FOREIGN_LAWS] = {"coulomb", "stribeck", "lugre", "maxwell", "smooth"};
 
 typedef enum
 {
@@ -85,6 +85,7 @@ typedef struct
 {
     foreign_law_t law;
     double        sliding;
+    double        creep;        // N/s
     double        breakaway[2]; // times the model's
     double        noise;        // of y, times L at the mean
     double        believed_noise;
@@ -149,6 +150,7 @@ static void open_run(run_t               *run,
                                           .stribeck      = 0.1 * rig->amplitude,
                                           .presliding    = given->law == FOREIGN_LUGRE ? 0.01 * rig->amplitude
                                                                                        : 0.3 * rig->amplitude,
+                                          .creep         = given->creep,
                                           .noise         = given->noise * run->level,
                                           .step_s        = rig->sample_time_s / run->steps};
     foreign_plant_open(&run->plant, &plant, given->seed);
@@ -251,7 +253,7 @@ static void judge_waves(void)
     static const double scales[][2]   = {{1.0, 1.0}, {0.7, 0.7}, {1.3, 1.3}, {0.75, 1.2}};
     for (int i = 0; i < FOREIGN_RIGS; i++)
     {
-        for (int law = 0; law < FOREIGN_LAWS; law++)
+        for (int law = 0; law < FOREIGN_SMOOTH; law++)
         {
             for (int variant = 0; variant < 6; variant++)
             {
@@ -406,6 +408,67 @@ static void judge_drift(void)
     report("drift", ratios, count);
 }
 
+/// Friction that creeps where the model's sticks, on axes of 0.3 to 3 kg at 500 Hz to 2 kHz: from Coulomb's to one that is nothing
+/// but a lag. Every `stride`th case. False if one is below 0.9 from 100 s on.
+static bool judge_smooth(long stride)
+{
+    static const double masses[] = {0.3, 1.0, 3.0};
+    static const double rates[]  = {500.0, 1000.0, 2000.0};
+    static const double creeps[] = {0.001, 0.1, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0}; // of the mean rate of r
+    static const wave_t waves[]  = {TRIANGLE, SINE, NESTED, WALK};
+    static const double ends[]   = {40.0, 100.0, 200.0};
+    static double       ratios[3][1000];
+    int                 count = 0;
+    bool                good  = true;
+    for (long k = 0; k < 3L * 3 * 8 * 4; k += stride)
+    {
+        const double          mass  = masses[k % 3];
+        const double          rate  = rates[k / 3 % 3];
+        const double          creep = creeps[k / 9 % 8];
+        const wave_t          wave  = waves[k / 72];
+        const foreign_rig_t   rig   = {.name          = "axis",
+                                       .sample_time_s = 1.0 / rate,
+                                       .actuator_pole = 200.0,
+                                       .sensor_pole   = 0.055 * rate,
+                                       .inertia       = mass,
+                                       .damping       = 240.0 * sqrt(mass),
+                                       .stiffness     = 3.2e4,
+                                       .offset        = 0.07,
+                                       .slope         = 0.3,
+                                       .mean          = 5.0,
+                                       .amplitude     = 1.0};
+        case_t                given = nominal(wave);
+        double                none[3];
+        run_t                 run;
+        const foreign_state_t start = {.memory = {.state = {.forgotten = 0u}}};
+        given.law                   = FOREIGN_SMOOTH;
+        given.creep                 = creep * 4.0 * rig.amplitude / PERIOD_S;
+        printf("%.1f kg, %4.0f Hz, creep at %7.3f of the rate, %-8s:", mass, rate, creep, wave_names[wave]);
+        open_run(&run, &the_loop, &rig, &given, FOREIGN_NONE, 4);
+        for (int w = 0; w < 3; w++)
+        {
+            none[w] = run_to(&run, ends[w]);
+        }
+        open_run(&run, &the_loop, &rig, &given, FOREIGN_FEEDFORWARD, 4);
+        for (int w = 0; w < 3; w++)
+        {
+            ratios[w][count] = none[w] / run_to(&run, ends[w]);
+            good             = good && (w < 2 || ratios[w][count] >= 0.9);
+            printf(" %6.2f", ratios[w][count]);
+        }
+        printf(", learned %.3f of %.3f N%s\n",
+               foreign_loop_learned(&the_loop, 0, rig.mean),
+               rig.offset + rig.slope * rig.mean,
+               foreign_loop_says(&the_loop, &start) ? ", says so" : "");
+        (void)fflush(stdout);
+        count++;
+    }
+    report("until 40 s", ratios[0], count);
+    report("until 100 s", ratios[1], count);
+    report("until 200 s", ratios[2], count);
+    return good;
+}
+
 #define MOMENTS 100 // of flips in a period
 
 /// A run and what its loop holds.
@@ -523,6 +586,10 @@ int main(int argc, char **argv)
         {
             judge_drift();
         }
+        else if (strcmp(argv[i], "smooth") == 0 && i + 1 < argc)
+        {
+            good = judge_smooth(strtol(argv[++i], NULL, 10)) && good;
+        }
         else if (strcmp(argv[i], "flips") == 0 && i + 2 < argc)
         {
             good = judge_flips(strtol(argv[i + 1], NULL, 10), strtoull(argv[i + 2], NULL, 10)) && good;
@@ -530,9 +597,10 @@ int main(int argc, char **argv)
         }
         else
         {
-            (void)fprintf(stderr,
-                          "foreign_judge: %s: not one of waves, pushes, load, environment, drift, flips N SEED\n",
-                          argv[i]);
+            (void)fprintf(
+                stderr,
+                "foreign_judge: %s: not one of waves, pushes, load, environment, drift, smooth STRIDE, flips N SEED\n",
+                argv[i]);
             return 2;
         }
     }

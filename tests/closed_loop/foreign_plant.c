@@ -97,6 +97,31 @@ static double rate_maxwell(foreign_plant_t *plant, double push, double inertia)
     return rate;
 }
 
+/// Newton's method, kept between bounds that every pass narrows: tanh alone would make it leap to and fro.
+static double rate_smooth(foreign_plant_t *plant, double push, double inertia)
+{
+    const foreign_plant_config_t *c    = &plant->config;
+    const double                  L    = breakaway(plant, push);
+    double                        low  = (push - L) / inertia;
+    double                        high = (push + L) / inertia;
+    double                        rate = fmax(low, fmin(high, plant->rate));
+    for (int pass = 0; pass < 60; pass++)
+    {
+        const double part  = tanh(rate / c->creep);
+        const double wrong = inertia * rate + L * part - push;
+        plant->friction    = L * part;
+        low                = wrong < 0.0 ? rate : low;
+        high               = wrong < 0.0 ? high : rate;
+        const double next  = rate - wrong / (inertia + L / c->creep * (1.0 - part * part));
+        if (fabs(next - rate) <= 1e-12 * fabs(rate))
+        {
+            break;
+        }
+        rate = next > low && next < high ? next : 0.5 * (low + high);
+    }
+    return rate;
+}
+
 void foreign_plant_step(foreign_plant_t *plant, double u, double load, double environment)
 {
     const foreign_plant_config_t *c  = &plant->config;
@@ -107,6 +132,7 @@ void foreign_plant_step(foreign_plant_t *plant, double u, double load, double en
     const double push    = c->inertia / dt * plant->rate + plant->actuator + load - (plant->position - environment);
     plant->rate          = c->law == FOREIGN_LUGRE     ? rate_lugre(plant, push, inertia)
                            : c->law == FOREIGN_MAXWELL ? rate_maxwell(plant, push, inertia)
+                           : c->law == FOREIGN_SMOOTH  ? rate_smooth(plant, push, inertia)
                                                        : rate_coulomb(plant, push, inertia);
     plant->position += dt * plant->rate;
     plant->sensor += plant->sensor_part * (foreign_plant_force(plant) - plant->sensor);

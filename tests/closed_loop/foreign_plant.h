@@ -1,11 +1,11 @@
-// A force-controlled arm written for judging, sharing no code with host_sim: implicit steps of the arm with one of four frictions.
+// A force-controlled arm written for judging, sharing no code with host_sim: implicit steps of the arm with one of five frictions.
 //
 //     actuator  u_a' = p_a (u - u_a)
 //     arm       (I/K) q'' + (b/K) q' + F = u_a + load - f(q'),     F = q - environment
 //     sensor    y' = p_s (F - y), then noise
 //
-// All in force: q is the arm's position times its stiffness. f is set-valued at rest (Coulomb, Stribeck), a bristle (LuGre) or four
-// stops (Maxwell slip); its level is L+ or L- = offset + slope |F|.
+// All in force: q is the arm's position times its stiffness. f is set-valued at rest (Coulomb, Stribeck), a bristle (LuGre), four
+// stops (Maxwell slip) or tanh(q'/creep), which creeps where the others stick; its level is L+ or L- = offset + slope |F|.
 
 #ifndef TESTS_CLOSED_LOOP_FOREIGN_PLANT_H
 #define TESTS_CLOSED_LOOP_FOREIGN_PLANT_H
@@ -20,6 +20,7 @@ typedef enum
     FOREIGN_STRIBECK,
     FOREIGN_LUGRE,
     FOREIGN_MAXWELL,
+    FOREIGN_SMOOTH,
     FOREIGN_LAWS
 } foreign_law_t;
 
@@ -32,6 +33,7 @@ typedef struct
     double        sliding;    // sliding level over breakaway, 1 without a peak
     double        stribeck;   // rate of q at which the peak has fallen to 1/e, N/s
     double        presliding; // travel of q until a bristle or the widest stop slides, N
+    double        creep;      // rate of q that smooth friction has three quarters of its level at, N/s
     double        noise;      // standard deviation of y, N
     double        step_s;
 } foreign_plant_config_t;

@@ -225,7 +225,7 @@ class Feedforward:
         e = e0 if self.y_good else 0.0
         # 6
         f_before, self.lead = self.f, 0.0
-        self.before, self.flips = self.f - self.b, flips
+        self.before, self.flips, self.first = self.f - self.b, flips, first
         if self.mode == START or (self.mode == MOVING and not stands):
             if flips and (first or (step and self.exceeds(self.doubt, 0.5))):
                 self.b += self.rise(s - self.sigma)
@@ -261,7 +261,7 @@ class Feedforward:
         one = clamp((self.M[0][0] - 0.15) / 0.25, 0.0, 1.0)
         lack = -one * self.l * self.X[0] / self.d[0]
         if lack > 0:
-            V = clamp(self.V[0] - 1.15 * lack, 0.2, 3.0)
+            V = clamp(self.V[0] - 1.15 * lack, 0.02, 3.0)
             self.W[0] += V - self.V[0]
             self.V[0] = V
             self.c = [(1 - one) * c for c in self.c]
@@ -320,10 +320,10 @@ class Feedforward:
             return self.term if self.mode == ENTER else 0.0
         self.v = v
         if self.flips:
-            self.judge(v + self.before)
+            self.judge(v, v + self.before, self.first)
         if self.rule == REVERSAL:
             self.b = v
-            self.n_b = min(self.n_b + 1, 4) if self.V[0] in (0.2, 3.0) or self.n_b == 4 else 0
+            self.n_b = min(self.n_b + 1, 4) if self.V[0] <= 0.2 or self.V[0] >= 3 or self.n_b == 4 else 0
         elif self.rule == CONTINUE:
             self.b = v + self.lin + self.f - self.u
         elif self.rule == TAKE_OVER:
@@ -332,9 +332,12 @@ class Feedforward:
         self.term = self.lin + self.f - self.b
         return self.term + self.lead
 
-    def judge(self, need):
-        self.xi += (min(4, self.t_v / (abs(need - self.need) + 0.1 * self.B)) - self.xi) / 8
-        self.harm = self.harm or self.exceeds(self.xi, 1.2)
+    def judge(self, v, need, first):
+        if first:
+            self.vf = self.vp = v
+        else:
+            self.xi += (min(4, self.t_v / (abs(need - self.need) + 0.1 * self.B)) - self.xi) / 8
+            self.harm = self.harm or self.exceeds(self.xi, 1.2)
         self.need, self.t_v = need, 0.0
 
     def monitor(self):
@@ -423,7 +426,7 @@ class Feedforward:
 
     def learn_weights(self):
         step = self.gain * self.eps
-        self.V[0] = clamp(self.V[0] + 0.4 * step * self.q[0], 0.2, 3.0)
+        self.V[0] = clamp(self.V[0] + 0.4 * step * self.q[0], 0.02, 3.0)
         for j in range(1, 5):
             self.V[j] = clamp(self.V[j] + 0.55 * step * self.qj[j], -2.0, 2.0)
         self.lam *= 1 - min(1, self.delta / (self.B / 1.57))

@@ -178,6 +178,7 @@ typedef struct
     float   ratio;                   ///< xi, 0 to 4
     float   share;                   ///< of friction, 0 to 1
     uint8_t harms;                   ///< latched
+    uint8_t begun;                   ///< r has moved since the start
 } tribo_feedforward_monitor_f32_state_t;
 
 typedef struct

@@ -126,6 +126,7 @@ typedef struct
     uint32_t ratio; ///< xi, Q29
     uint32_t share; ///< Q32
     uint8_t  harms;
+    uint8_t  begun;
 } tribo_feedforward_monitor_q31_state_t;
 
 /// See the twin. Forces are Q29.

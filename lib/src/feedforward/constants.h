@@ -49,7 +49,8 @@
 #define FEEDFORWARD_JUMP_MAX       8.0f            // of a change of z in T_z, over L
 #define FEEDFORWARD_SURPRISE       4.0f            // squared standard deviations that a sample may surprise by
 #define FEEDFORWARD_MODEL_ERROR    0.01f           // square of what no weight explains
-#define FEEDFORWARD_WEIGHT_MIN     0.2f            // V_0
+#define FEEDFORWARD_WEIGHT_MIN     0.02f           // V_0; a friction without stiction has next to none at slow slides
+#define FEEDFORWARD_WEIGHT_LOW     0.2f            // V_0 that counts as at its bound: the belief is wrong
 #define FEEDFORWARD_WEIGHT_MAX     3.0f            // V_0
 #define FEEDFORWARD_STOP_MAX       2.0f            // |V_j|
 #define FEEDFORWARD_SLOPE_MAX      0.5f            // |c_1|

@@ -171,7 +171,7 @@ tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_fricti
     const float            sign   = (direction & 1u) == TRIBO_BREAKAWAY_POSITIVE ? 1.0f : -1.0f;
     const float            load   = sign * (prior.load_n + bank_f32_load(learned, force) + friction->gravity_n);
     const float            V      = learned->weight[0];
-    const bool             inside = V > FEEDFORWARD_WEIGHT_MIN && V < FEEDFORWARD_WEIGHT_MAX;
+    const bool             inside = V > FEEDFORWARD_WEIGHT_LOW && V < FEEDFORWARD_WEIGHT_MAX;
     return (tribo_feedforward_f32_learned_t){
         .L_n               = larger_f32(V * prior.L_n + load, FEEDFORWARD_LEARNED_MIN * V * prior.L_n),
         .relative_variance = learning_f32_relative_variance(learned, &state->learning, sign),

@@ -157,7 +157,7 @@ tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_fricti
         .L                 = (uint32_t)limit_q31(known, least, BANK_Q31_ONE - 1),
         .relative_variance = learning_q31_relative_variance(learned, &state->learning, sign),
         .travel            = learned->travel,
-        .at_bound          = V <= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MIN) || V >= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MAX),
+        .at_bound          = V <= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_LOW) || V >= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MAX),
         .stays_at_bound    = tribo_feedforward_stays_at_bound(state->at_bound),
         .harms             = state->monitor.harms,
         .forgotten         = state->forgotten};

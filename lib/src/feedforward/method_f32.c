@@ -58,7 +58,7 @@ static void follow(const tribo_feedforward_f32_params_t *params,
     if (signals->flips && !alone)
     {
         const bool bound =
-            !(learned->weight[0] > FEEDFORWARD_WEIGHT_MIN && learned->weight[0] < FEEDFORWARD_WEIGHT_MAX);
+            !(learned->weight[0] > FEEDFORWARD_WEIGHT_LOW && learned->weight[0] < FEEDFORWARD_WEIGHT_MAX);
         const uint32_t turns = bound ? state->at_bound + 1u : 0u;
         state->at_bound      = tribo_feedforward_stays_at_bound(state->at_bound) ? state->at_bound : (uint8_t)turns;
         if (state->offset_rule == TRIBO_FEEDFORWARD_KEEP)
@@ -225,7 +225,7 @@ float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loo
     }
     if (signals->flips)
     {
-        monitor_f32_judge(params, &state->monitor, v_n + signals->need_n);
+        monitor_f32_judge(params, &state->monitor, v_n, v_n + signals->need_n);
     }
     const float wanted = signals->lin_n + signals->f_n; // without the lead: a pulse
     float       b      = state->offset_n;

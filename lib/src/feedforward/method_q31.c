@@ -63,7 +63,7 @@ static void follow(const tribo_feedforward_q31_params_t *params,
     if (signals->flips && !alone)
     {
         const int32_t  V     = state->learned.weight[0];
-        const bool     bound = V <= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MIN) || V >= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MAX);
+        const bool     bound = V <= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_LOW) || V >= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MAX);
         const uint32_t turns = bound ? state->at_bound + 1u : 0u;
         state->at_bound      = tribo_feedforward_stays_at_bound(state->at_bound) ? state->at_bound : (uint8_t)turns;
         if (state->offset_rule == TRIBO_FEEDFORWARD_KEEP)
@@ -225,7 +225,7 @@ int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *l
     }
     if (signals->flips)
     {
-        monitor_q31_judge(params, &state->monitor, sum_q31(bank_q31_inside(v), signals->need));
+        monitor_q31_judge(params, &state->monitor, bank_q31_inside(v), sum_q31(bank_q31_inside(v), signals->need));
     }
     const int32_t most   = 2 * (BANK_Q31_ONE - 1);
     const int32_t wanted = limit_q31(signals->lin + signals->f, -most, most); // without the lead: a pulse

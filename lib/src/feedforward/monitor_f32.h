@@ -15,6 +15,7 @@ static inline void monitor_f32_start(tribo_feedforward_monitor_f32_state_t *x)
     x->played_n = 0.0f;
     x->travel_n = 0.0f;
     x->need_n   = 0.0f;
+    x->begun    = false;
 }
 
 /// Once a sample: the travel of `v`, apart from the noise of y, and the share of friction.
@@ -33,11 +34,22 @@ static inline void monitor_f32_step(const tribo_feedforward_f32_params_t  *param
     x->share         = limit_f32(x->share + (x->harms ? -params->fade : params->fade), 0.0f, 1.0f);
 }
 
-/// At a reversal: that travel, over the change of what overcomes friction since the last, `need`.
+/// At a reversal: that travel, over the change of what overcomes friction since the last, `need`. The first motion is the first
+/// of which both are known: a controller that runs already has a `v`, and has not travelled there.
 static inline void monitor_f32_judge(const tribo_feedforward_f32_params_t  *params,
                                      tribo_feedforward_monitor_f32_state_t *x,
+                                     float                                  v,
                                      float                                  need)
 {
+    if (!x->begun)
+    {
+        x->begun    = true;
+        x->v_n      = v;
+        x->played_n = v;
+        x->need_n   = need;
+        x->travel_n = 0.0f;
+        return;
+    }
     const float least = FEEDFORWARD_NEED_MIN * params->constant_max_n;
     const float ratio = x->travel_n / (magnitude(need - x->need_n) + least);
     const float now   = limit_f32(ratio, 0.0f, FEEDFORWARD_EFFORT_MAX);

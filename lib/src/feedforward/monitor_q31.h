@@ -16,6 +16,7 @@ static inline void monitor_q31_start(tribo_feedforward_monitor_q31_state_t *x)
     x->played = 0;
     x->travel = 0;
     x->need   = 0;
+    x->begun  = false;
 }
 
 static inline void monitor_q31_step(const tribo_feedforward_q31_params_t  *params,
@@ -38,9 +39,19 @@ static inline void monitor_q31_step(const tribo_feedforward_q31_params_t  *param
 
 static inline void monitor_q31_judge(const tribo_feedforward_q31_params_t  *params,
                                      tribo_feedforward_monitor_q31_state_t *x,
+                                     int32_t                                v,
                                      int32_t                                need)
 {
-    const int32_t  now   = limit_q31(need, 1 - 2 * BANK_Q31_ONE, 2 * BANK_Q31_ONE - 1);
+    const int32_t now = limit_q31(need, 1 - 2 * BANK_Q31_ONE, 2 * BANK_Q31_ONE - 1);
+    if (!x->begun)
+    {
+        x->begun  = true;
+        x->v      = v;
+        x->played = v;
+        x->need   = now;
+        x->travel = 0;
+        return;
+    }
     const uint32_t least = tribo_q31_high((uint32_t)params->constant_max, BANK_Q31_Q32(FEEDFORWARD_NEED_MIN));
     const uint32_t moved = tribo_q31_magnitude(difference_q31(now, x->need)) + least;
     const uint32_t ratio = ratio_q31(x->travel / 4u, moved); // Q29, below 4
