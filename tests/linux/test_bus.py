@@ -200,6 +200,8 @@ def test_a_reference_that_is_not_renewed(serve):
     served = serve("drive: {period_us: 1000}\n")
     assert "drive.reference_ms: 250\n" in served.link("params", "get", "drive.reference_ms")  # its default
     served = serve("drive: {reference_ms: 3000}\n")  # time for a client on a loaded machine
+    for beyond in ("reference_ms=0", "reference_ms=4000", "reference_ramp_n_per_s=0.001"):  # nor does a ramp that takes an hour
+        assert "is refused, the drive goes on as it was" in served.link("params", "set", f"drive.{beyond}", status=2)
     served.link("start")
     served.pass_ticks(1000)
     assert served.value("state") == 1  # nobody has set one
@@ -238,6 +240,18 @@ def test_what_protects_changes_only_at_rest_and_is_said(serve):
     served.wait_for("protection: limits.u_max_N from 2 to 1.5 at tick ")
 
 
+def test_all_changes_of_a_set_are_said(serve):
+    """More than the registers keep."""
+    served = serve("drive: {reference_ms: 0, stuck_ticks: 100}\n")
+    fields = {"late_us": (50, 40), "budget_us": (250, 200), "residual_ms": (50, 40), "command_limit_ms": (500, 400), "tracking_ms": (1000, 900),
+              "over_current_ms": (5, 4), "bus_voltage_ms": (10, 9), "temperature_ms": (1000, 900), "speed_ms": (20, 19),
+              "stuck_ticks": (100, 90)}
+    served.link("params", "set", *(f"drive.{name}={value}" for name, (_, value) in fields.items()))
+    assert served.value("protection_changes") == len(fields)
+    for name, (before, after) in fields.items():
+        served.wait_for(f"protection: drive.{name} from {before} to {after} at tick ")
+
+
 def test_nobody_goes_beyond_the_configuration(serve):
     served = serve("store: params.bin\n")
     assert "drive.residual_ms = 80 is refused, the drive goes on as it was: 1 to 50" in \
@@ -245,6 +259,9 @@ def test_nobody_goes_beyond_the_configuration(serve):
     assert "limits.u_max_N = 2.5 is refused, the drive goes on as it was: 0 to 2" in \
         served.link("params", "set", "limits.u_max_N=2.5", status=2)
     assert "drive.command_limit_ms = 0 is refused" in served.link("params", "set", "drive.command_limit_ms=0", status=2)
+    for beyond, allowed in [("command_n_per_unit=0.001", "1 to 3.4"), ("command_zero_units=0.5", "0 to 0"), ("sensor_n_per_unit=0.5", "1 to 3.4")]:
+        message = served.link("params", "set", f"drive.{beyond}", status=2)
+        assert f"{beyond.replace('=', ' = ')} is refused, the drive goes on as it was: {allowed}" in message
     served.link("params", "save")
     served = serve("store: params.bin\ndrive: {residual_ms: 40}\n")  # narrower than what was saved
     assert "params: the store's drive.residual_ms = 50 is refused: 1 to 40\n" in served.said()
@@ -276,6 +293,40 @@ def test_a_bus_that_is_wrong_is_named(drive, bus, message):
 
 
 GAIN, COMMAND, REFERENCE, ACTIVE = 0x1108, 0x100, 0x110, 0x1000
+
+
+def test_messages_that_nobody_reads_hold_up_nothing(drive):
+    """As on a terminal that Ctrl-S has stopped."""
+    port = 20000 + os.getpid() % 20000
+    drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{port: {port}}}\n")
+    reading, writing = os.pipe()
+    fcntl.fcntl(writing, fcntl.F_SETPIPE_SZ, 4096)
+    run = subprocess.Popen([drive.program, "rig.yaml"], cwd=drive.folder, stderr=writing)
+    os.close(writing)
+    said = b""
+    while b"idle at" not in said:
+        said += os.read(reading, 4096)
+    with socket.create_connection(("127.0.0.1", port), timeout=100) as client:
+        for k in range(100):  # starts and stops, a line each
+            for command in (1, 2):
+                client.sendall(bytes.fromhex(f"0008000000060106010000{command:02x}"))
+                assert client.recv(64)[7] == 6, f"no answer to command {command} of round {k}"
+                until(lambda due=command % 2: read_state(client)[-1] == due, "it does not change its state")
+    run.terminate()
+    assert run.wait(timeout=300) == 0
+    said = b"".join(iter(lambda: os.read(reading, 4096), b""))
+    os.close(reading)
+    assert b"run at tick" in said
+
+
+def test_a_reader_of_messages_that_leaves_ends_nothing(drive):
+    drive.write("rig.yaml", CLOCK_RIG)
+    reading, writing = os.pipe()
+    run = subprocess.Popen([drive.program, "rig.yaml", "--duration", "0.5"], cwd=drive.folder, stderr=writing)
+    os.close(writing)
+    os.read(reading, 1)
+    os.close(reading)
+    assert run.wait(timeout=300) == 0
 
 
 def read_state(client):

@@ -60,12 +60,14 @@ static void *work(void *context)
     background_t         *background = context;
     registers_t          *registers  = background->registers;
     const bus_registers_t map        = {.context = background, .read = read_registers, .write = write_registers};
+    params_set_t          told       = registers->active->set;
+    uint32_t              changes    = registers->protection_changes;
     while (!atomic_load(&background->stops))
     {
         count_event(&registers->modbus, bus_serve(background->bus, registers->modbus.unit, &map, WAIT_MS));
         registers_run(registers);
         drive_log(&registers->drive);
-        params_name_changes(registers);
+        params_name_changes(registers, &told, &changes);
     }
     return NULL;
 }

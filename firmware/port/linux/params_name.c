@@ -1,7 +1,6 @@
 #include "params_name.h"
 
 #include <stdio.h>
-#include <string.h>
 
 const char *params_name(uint32_t word)
 {
@@ -19,42 +18,44 @@ const char *params_name(uint32_t word)
     return names[at] != NULL ? names[at] : "compensator.method";
 }
 
-/// The word of a register of the staged set.
-static uint32_t word_of(uint32_t address)
+static double value_of(const params_set_t *set, uint32_t word)
 {
-    const uint32_t at = address - REGISTERS_STAGED_AT;
-    return at < REGISTERS_LOOP_AT       ? at / 2u
-           : at < REGISTERS_SECTIONS_AT ? (uint32_t)PARAMS_WORD(at)
-                                        : PARAMS_SECTIONS_AT + (at - REGISTERS_SECTIONS_AT) / 2u;
+    return (double)(word < (uint32_t)DRIVE_CONFIG_COUNT ? drive_config_value(&set->drive, word)
+                                                        : params_number(set, word));
 }
 
-static double value_of(uint32_t word, uint32_t bits)
+static void name_change(const registers_t *registers, const params_set_t *before, uint32_t word)
 {
-    float number;
-    memcpy(&number, &bits, sizeof number);
-    const bool is_whole = word < (uint32_t)DRIVE_CONFIG_COUNT && !drive_config_fields[word].is_float;
-    return is_whole ? (double)bits : (double)number;
+    const registers_change_t *last = &registers->changes[(registers->protection_changes - 1u) % REGISTERS_CHANGES];
+    (void)fprintf(stderr,
+                  "protection: %s from %.9g to %.9g at tick %u, now 0x%08x\n",
+                  params_name(word),
+                  value_of(before, word),
+                  value_of(&registers->active->set, word),
+                  last->tick,
+                  registers->protection);
 }
 
-void params_name_changes(const registers_t *registers)
+void params_name_changes(const registers_t *registers, params_set_t *told, uint32_t *told_changes)
 {
-    static uint32_t told;
-    const uint32_t  count = registers->protection_changes;
-    if (count - told > REGISTERS_CHANGES)
+    const params_set_t *set   = &registers->active->set;
+    uint32_t            place = 0;
+    params_error_t      turned;
+    if (registers->protection_changes == *told_changes)
     {
-        (void)fprintf(stderr, "protection: %u changes\n", count - told - REGISTERS_CHANGES);
-        told = count - REGISTERS_CHANGES;
+        return;
     }
-    for (; told != count; told++)
+    for (uint32_t word = params_next_protecting(&place); word < PARAMS_WORDS; word = params_next_protecting(&place))
     {
-        const registers_change_t *change = &registers->changes[told % REGISTERS_CHANGES];
-        const uint32_t            word   = word_of(change->address);
-        (void)fprintf(stderr,
-                      "protection: %s from %.9g to %.9g at tick %u, now 0x%08x\n",
-                      params_name(word),
-                      value_of(word, change->from),
-                      value_of(word, change->to),
-                      change->tick,
-                      registers->protection);
+        if (params_word(set, word) != params_word(told, word))
+        {
+            name_change(registers, told, word);
+        }
     }
+    if (!params_signs_alike(set, told, &turned))
+    {
+        name_change(registers, told, turned.word);
+    }
+    *told         = *set;
+    *told_changes = registers->protection_changes;
 }

@@ -5,6 +5,7 @@
 
 #include "background.h"
 #include "board.h"
+#include "messages.h"
 #include "params_file.h"
 #include "params_name.h"
 #include "recorder.h"
@@ -21,6 +22,7 @@
 #include <argp.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <float.h>
 #include <math.h>
 #include <poll.h>
 #include <signal.h>
@@ -174,7 +176,7 @@ typedef struct
     common_scenario_t *scenario;
     board_t            board;
     params_set_t       defaults; ///< of the configuration and its scenario
-    params_ceiling_t   ceilings[32];
+    params_ceiling_t   ceilings[40];
     uint32_t           ceiling_count;
     params_file_t      store;
     registers_t        registers;
@@ -531,6 +533,33 @@ static void report_params(const program_t *program)
     }
 }
 
+static void add_ceiling(program_t *program, uint16_t word, float low, float high)
+{
+    program->ceilings[program->ceiling_count++] = (params_ceiling_t){.word = word, .low = low, .high = high};
+}
+
+/// A newton of the loop must not become more at the motor and at the sensor, nor no current some.
+static void take_ceilings_of_scaling(program_t *program)
+{
+    const drive_config_t *drive = &program->defaults.drive;
+    add_ceiling(program, DRIVE_CONFIG_command_n_per_unit, drive->command_n_per_unit, FLT_MAX);
+    add_ceiling(program, DRIVE_CONFIG_command_zero_units, drive->command_zero_units, drive->command_zero_units);
+    add_ceiling(program, DRIVE_CONFIG_sensor_n_per_unit, drive->sensor_n_per_unit, FLT_MAX);
+}
+
+/// A slow ramp without a host is as good as no fault, and its end may only be nearer to 0.
+static void take_ceilings_of_reference(program_t *program)
+{
+    const drive_config_t *drive = &program->defaults.drive;
+    const float           ramp  = drive->reference_ramp_n_per_s;
+    const float           safe  = drive->safe_reference_n;
+    if (drive->reference_ms > 0u)
+    {
+        add_ceiling(program, DRIVE_CONFIG_reference_ramp_n_per_s, ramp, ramp > 0.0f ? FLT_MAX : 0.0f);
+        add_ceiling(program, DRIVE_CONFIG_safe_reference_n, fminf(safe, 0.0f), fmaxf(safe, 0.0f));
+    }
+}
+
 /// What the configuration allows is the widest: the bus and the store may narrow it. What it turns off they may turn on.
 static void take_ceilings(program_t *program)
 {
@@ -566,19 +595,21 @@ static void take_ceilings(program_t *program)
         const bool     off   = drive && drive_config_fields[word].off;
         if (!off || high > 0.0f)
         {
-            program->ceilings[program->ceiling_count++] =
-                (params_ceiling_t){.word = word, .low = drive ? drive_config_fields[word].low : 0.0f, .high = high};
+            add_ceiling(program, word, drive ? drive_config_fields[word].low : 0.0f, high);
         }
     }
-    program->ceilings[program->ceiling_count++] =
-        (params_ceiling_t){PARAMS_U_MIN, params_number(set, PARAMS_U_MIN), 0.0f};
-    program->ceilings[program->ceiling_count++] =
-        (params_ceiling_t){DRIVE_CONFIG_tare_max_n, 0.0f, set->drive.tare_max_n};
+    add_ceiling(program, PARAMS_U_MIN, params_number(set, PARAMS_U_MIN), 0.0f);
+    add_ceiling(program, DRIVE_CONFIG_tare_max_n, 0.0f, set->drive.tare_max_n);
     if (set->drive.bus_low_v > 0.0f)
     {
-        program->ceilings[program->ceiling_count++] =
-            (params_ceiling_t){DRIVE_CONFIG_bus_low_v, set->drive.bus_low_v, 1e6f};
+        add_ceiling(program, DRIVE_CONFIG_bus_low_v, set->drive.bus_low_v, FLT_MAX);
     }
+    if (set->drive.debounce_n > 1u) // of fewer readings they are rarer
+    {
+        add_ceiling(program, DRIVE_CONFIG_debounce_m, (float)set->drive.debounce_m, FLT_MAX);
+    }
+    take_ceilings_of_scaling(program);
+    take_ceilings_of_reference(program);
 }
 
 static bool open_store(program_t *program, common_error_t *error)
@@ -763,6 +794,7 @@ int program_run(int count, char **arguments, const desk_t *desk)
                "or as "
                "tribo-desk on the scenario's plant.\v"
                "Exit status: 0 done, 1 configuration, devices or log, 2 command line, 3 stopped for a fault."};
+    messages_begin();
     argp_err_exit_status = EXIT_USAGE;
     argp_program_version = "tribo-drive " TRIBO_VERSION_STRING;
     (void)argp_parse(&argp, count, arguments, 0, NULL, &options);
