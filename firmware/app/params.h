@@ -168,9 +168,14 @@ uint32_t params_protection(const params_set_t *set);
 bool params_protect_alike(const params_set_t *set, const params_set_t *like, params_error_t *error);
 bool params_signs_alike(const params_set_t *set, const params_set_t *like, params_error_t *error);
 
-/// Differs if the words of a set mean something else: CRC-32 of all names of the lists, and one less without the feed-forward.
-/// Names are not in an image, so test_registers.c computes it and fails if a list has changed.
-#define PARAMS_LAYOUT_OF(feeds_forward) (0xc5834e7cu - ((feeds_forward) ? 0u : 1u))
-#define PARAMS_LAYOUT                   PARAMS_LAYOUT_OF(DRIVE_FEEDFORWARD)
+/// Differs if the words of a set mean something else. Of the library's list it takes the number of rows, as their registers do not move;
+/// OWN is the CRC-32 of the other names, which are not in an image: test_registers.c computes it.
+#define PARAMS_LAYOUT_OWN 0xe7938d2bu
+#define PARAMS_LAYOUT_ROWS                                                                                             \
+    (PARAMS_LOOP_COUNT + TRIBO_PARAMETER_COUNT(TRIBO_FEEDFORWARD_PARAMETERS) +                                         \
+     TRIBO_PARAMETER_COUNT(TRIBO_GUARD_PARAMETERS))
+#define PARAMS_LAYOUT_OF(feeds_forward)                                                                                \
+    (PARAMS_LAYOUT_OWN + 2u * (uint32_t)(PARAMS_LAYOUT_ROWS) - ((feeds_forward) ? 0u : 1u))
+#define PARAMS_LAYOUT PARAMS_LAYOUT_OF(DRIVE_FEEDFORWARD)
 
 #endif

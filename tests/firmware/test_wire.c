@@ -26,17 +26,13 @@ void setUp(void)
         .input_max_n   = 1.75f,
         .gain          = 0.625f,
         .controller    = {.sections = sections, .section_count = 3, .u_min_n = -1.25f, .u_max_n = 1.5f},
-        .compensator   = {.friction = {.k_min         = 5.0f,
-                                       .k_max         = 18.0f,
-                                       .m             = 2.5f,
-                                       .v0_n_per_s    = 0.009f,
-                                       .positive      = {.offset_n = 0.011f, .slope = 0.21f},
-                                       .negative      = {.offset_n = 0.013f, .slope = 0.23f},
-                                       .set_level     = 0.7f,
-                                       .reset_level   = 0.85f,
-                                       .pulse_width_s = 0.008f,
-                                       .gravity_n     = 0.015f},
+        .compensator   = {.friction = {.positive = {.offset_n = 0.011f, .slope = 0.21f},
+                                       .negative = {.offset_n = 0.013f, .slope = 0.23f}},
                           .arm      = {.inertia = 1.3e-4f, .damping = 0.031f, .stiffness = 4.1f}}};
+#define OTHER(group, symbol, member, key, unit, low, high, standard, ...)                                              \
+    config.compensator.friction.member = 0.97f * (float)(standard) + 0.001f;
+    TRIBO_FRICTION_PARAMETERS(OTHER)
+#undef OTHER
 }
 
 void tearDown(void)

@@ -7,6 +7,7 @@
 #include "unity.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,12 +32,28 @@ static const numbered_t registers[] = {TRIBO_PARAMETERS(REGISTER)};
 
 #define ROWS (sizeof registers / sizeof registers[0])
 
-/// tests/golden/registers.txt is appended to, never changed: what is on the bus of a drive in the field.
-static void test_no_register_moves(void)
+/// Of loop, feed-forward and guard; the drive keeps a set as three blocks of words.
+static const unsigned block_first[] = {0x100, 0x200, 0x2e2}, block_end[] = {0x1fe, 0x2e0, 0x300};
+
+static size_t block_of(unsigned number)
 {
-    char   line[128];
-    size_t pinned = 0;
-    FILE  *file   = fopen(TRIBO_GOLDEN_DIR "/registers.txt", "r");
+    size_t block = 0;
+    while (block < 3 && (number < block_first[block] || number >= block_end[block]))
+    {
+        block++;
+    }
+    TEST_ASSERT_TRUE(block < 3);
+    return block;
+}
+
+/// tests/golden/registers.txt is what drives in the field have on the bus. A release appends to it, nothing changes it. What is not in
+/// it yet stands behind.
+static void test_no_released_register_moves(void)
+{
+    char     line[128];
+    unsigned last[3]  = {0};
+    bool     is[ROWS] = {false};
+    FILE    *file     = fopen(TRIBO_GOLDEN_DIR "/registers.txt", "r");
     TEST_ASSERT_NOT_NULL(file);
     while (fgets(line, sizeof line, file) != NULL)
     {
@@ -51,27 +68,27 @@ static void test_no_register_moves(void)
         }
         TEST_ASSERT_EQUAL_STRING(registers[i].key, key);
         TEST_ASSERT_EQUAL_HEX_MESSAGE(number, registers[i].number, key);
-        pinned++;
+        is[i]                      = true;
+        unsigned *const last_of_it = &last[block_of((unsigned)number)];
+        *last_of_it                = number > *last_of_it ? (unsigned)number : *last_of_it;
     }
     (void)fclose(file);
     for (size_t i = 0; i < ROWS; i++)
     {
-        pinned -= registers[i].number != 0u ? 1u : 0u;
+        const unsigned number = registers[i].number;
+        TEST_ASSERT_TRUE_MESSAGE(number == 0u || is[i] || number > last[block_of(number)], registers[i].key);
     }
-    TEST_ASSERT_EQUAL_MESSAGE(0, pinned, "each register of the list is a line of tests/golden/registers.txt");
 }
 
-/// Of loop, feed-forward and guard; the drive keeps a set as three blocks of words.
 static void test_registers_follow_each_other_in_three_blocks(void)
 {
-    const unsigned first[] = {0x100, 0x200, 0x2e2}, end[] = {0x1fe, 0x2e0, 0x300};
     for (size_t block = 0; block < 3; block++)
     {
         unsigned count = 0, last = 0;
         for (size_t i = 0; i < ROWS; i++)
         {
             const unsigned number = registers[i].number;
-            if (number >= first[block] && number < end[block])
+            if (number >= block_first[block] && number < block_end[block])
             {
                 TEST_ASSERT_EQUAL_MESSAGE(0, number % 2u, registers[i].key);
                 last = number > last ? number : last;
@@ -82,7 +99,7 @@ static void test_registers_follow_each_other_in_three_blocks(void)
                 TEST_ASSERT_TRUE_MESSAGE(number == 0u || registers[j].number != number, registers[i].key);
             }
         }
-        TEST_ASSERT_EQUAL_HEX(first[block] + 2u * (count - 1u), last);
+        TEST_ASSERT_EQUAL_HEX(block_first[block] + 2u * (count - 1u), last);
     }
 }
 
@@ -140,7 +157,7 @@ static void test_the_version_is_the_projects(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_no_register_moves);
+    RUN_TEST(test_no_released_register_moves);
     RUN_TEST(test_registers_follow_each_other_in_three_blocks);
     RUN_TEST(test_every_default_is_in_its_range);
     RUN_TEST(test_the_ends_of_a_range_are_in_it_and_a_nan_is_not);

@@ -22,6 +22,7 @@
 #ifndef TRIBO_FRICTION_F32_H
 #define TRIBO_FRICTION_F32_H
 
+#include "tribo/parameters.h"
 #include "tribo/status.h"
 
 #include <stdbool.h>
@@ -81,19 +82,12 @@ typedef struct
 
 typedef struct
 {
-    float                              k_min;      ///< 1.01 to k_max; hysteresis is widest here
-    float                              k_max;      ///< 1.01 to 1000
-    float                              m;          ///< 0 to 100; steepness of k(v)
-    float                              v0_n_per_s; ///< 1e-6 to 1e6 N/s; centre of k(v)
-    tribo_breakaway_f32_t              positive;   ///< L+; not read with a table
-    tribo_breakaway_f32_t              negative;   ///< L-; not read with a table
-    const tribo_breakaway_point_f32_t *table;      ///< null, or points that live as long as the params;
-                                                   ///< linear between them, clamped at both ends
-    uint32_t table_length;  ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX; 0 without one
-    float    set_level;     ///< c1, 1e-6 to 1, as a fraction of L
-    float    reset_level;   ///< c2, 1e-6 to 1, as a fraction of L
-    float    pulse_width_s; ///< of the edge detectors, 1 to 63 samples once rounded
-    float    gravity_n;     ///< g, -1e6 to 1e6 N
+    TRIBO_FRICTION_PARAMETERS(TRIBO_FLOAT_MEMBER) ///< k_min to gravity_n: a float each, see tribo/parameters.h
+    tribo_breakaway_f32_t              positive;  ///< L+; not read with a table
+    tribo_breakaway_f32_t              negative;  ///< L-; not read with a table
+    const tribo_breakaway_point_f32_t *table;     ///< null, or points that live as long as the params;
+                                                  ///< linear between them, clamped at both ends
+    uint32_t table_length; ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX; 0 without one
 } tribo_friction_f32_config_t;
 
 /// k(v) 1.57 (1 + p) / 8 = at_0 + per_power p / 8, p = 2^-|exponent|; see src/paper/friction_f32.h.
@@ -110,10 +104,10 @@ typedef struct
     tribo_friction_f32_k_t k[2];                                ///< for an exponent of 0 or more, and below 0
     tribo_breakaway_f32_t  law[2];                              ///< L+, L-
     const tribo_breakaway_point_f32_t *table;                   ///< null: the affine laws
-    float                              set_level, reset_level;
-    float                              gravity_n;
-    uint8_t                            table_length;
-    uint8_t                            pulse_width; ///< samples
+    TRIBO_LEVEL_PARAMETERS(TRIBO_FLOAT_MEMBER)                  ///< c1, c2
+    float   gravity_n;
+    uint8_t table_length;
+    uint8_t pulse_width; ///< samples
 } tribo_friction_f32_params_t;
 
 typedef struct

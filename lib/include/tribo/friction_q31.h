@@ -52,15 +52,14 @@ typedef struct
     uint32_t                           k_min, k_max;     ///< times 2^-S, Q32
     tribo_breakaway_q31_t              law[2];           ///< L+, L-
     const tribo_breakaway_point_q31_t *table;            ///< null: the affine laws
-    uint32_t                           set_level;        ///< c1, Q32; 1 becomes UINT32_MAX
-    uint32_t                           reset_level;      ///< c2, Q32
-    int32_t                            gravity;          ///< Q31
-    uint8_t                            law_whole[2];     ///< the slopes' whole parts, 0 to 10
-    uint8_t                            rise_shift;       ///< 1 to 31
-    uint8_t                            k_shift;          ///< S
-    bool                               is_shallow;       ///< no table, slopes below 1, no L beyond FS
-    uint8_t                            table_length;
-    uint8_t                            pulse_width; ///< samples
+    TRIBO_LEVEL_PARAMETERS(TRIBO_UNSIGNED_MEMBER)        ///< c1, c2, Q32; 1 becomes UINT32_MAX
+    int32_t gravity;                                     ///< Q31
+    uint8_t law_whole[2];                                ///< the slopes' whole parts, 0 to 10
+    uint8_t rise_shift;                                  ///< 1 to 31
+    uint8_t k_shift;                                     ///< S
+    bool    is_shallow;                                  ///< no table, slopes below 1, no L beyond FS
+    uint8_t table_length;
+    uint8_t pulse_width; ///< samples
 } tribo_friction_q31_params_t;
 
 typedef struct
