@@ -41,7 +41,7 @@ def main():
         sections.append(section)
     report.write_markdown(options.out / "report.md", sections)
     report.write_html(options.out / "report.html", sections)
-    print(f"\n{report.count(sections)}; {options.out / 'report.html'}, {options.out / 'report.md'}")
+    print(f"\n{report.count(sections)}\n{options.out / 'report.html'}, {options.out / 'report.md'}")
     if options.update:
         report.write_markdown(DOCS / "reproduction.md", sections)
 

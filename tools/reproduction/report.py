@@ -51,15 +51,19 @@ def markdown_table(header, rows):
 
 
 def count(sections):
-    verdicts = [claim.verdict for section in sections for claim in section.claims]
-    return ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in (AGREES, PARTLY, DIFFERS))
+    claims = [claim for section in sections for claim in section.claims]
+    where = {verdict: [claim.where for claim in claims if claim.verdict == verdict] for verdict in (AGREES, PARTLY, DIFFERS)}
+    sentences = [f"{len(where[AGREES])} of {len(claims)} claims agree."]
+    sentences += [f"{title}: {'; '.join(where[verdict])}." for verdict, title in ((PARTLY, "In part"), (DIFFERS, "Not"))
+                  if where[verdict]]
+    return " ".join(sentences)
 
 
 INTRODUCTION = (
-    "Written by `tools/reproduce`. Each row is one claim of \"Friction Hysteresis Modeling and Force Control in a "
-    "Constrained Single-link Arm\" (DOI 10.1115/1.4004580), played by `tribo-sim`. The paper's figures are of its "
-    "rig, or of its own simulation with inputs that it does not list. Here the plant is its model with its parameters, "
-    "Eqs. (7), (9) and (10). The inputs are chosen to its description."
+    "Written by `tools/reproduce`. The paper is \"Friction Hysteresis Modeling and Force Control in a Constrained "
+    "Single-link Arm\" (DOI 10.1115/1.4004580). Each row is one of its claims, played by `tribo-sim`. The paper's "
+    "figures are of its rig, or of its own simulation with inputs that it does not list. The plant here is its model, "
+    "Eqs. (7), (9) and (10), with its parameters. The inputs follow its description."
 )
 
 
@@ -67,7 +71,7 @@ def write_markdown(path, sections):
     """The pictures go into a folder beside it, which has its name."""
     pictures = path.with_suffix("")
     pictures.mkdir(exist_ok=True)
-    parts = ["# The paper's claims, reproduced", INTRODUCTION, f"{count(sections)}."]
+    parts = ["# The paper's claims, reproduced", INTRODUCTION, count(sections)]
     for section in sections:
         parts.append(f"## {section.title}")
         parts.append(markdown_table(HEADER, claim_rows(section.claims)))
@@ -99,7 +103,7 @@ def html_table(header, rows):
 
 
 def write_html(path, sections):
-    parts = [f"<h1>The paper's claims, reproduced</h1><p>{html.escape(INTRODUCTION)}</p><p>{count(sections)}.</p>"]
+    parts = [f"<h1>The paper's claims, reproduced</h1><p>{html.escape(INTRODUCTION)}</p><p>{html.escape(count(sections))}</p>"]
     for section in sections:
         parts.append(f"<h2>{html.escape(section.title)}</h2>{html_table(HEADER, claim_rows(section.claims))}")
         if section.table:
