@@ -53,6 +53,7 @@ static inline uint32_t learning_f32_fold_stage(const tribo_feedforward_weights_f
 static inline uint32_t learning_f32_fold_all(const tribo_feedforward_weights_f32_t *x)
 {
     uint32_t bits = 0;
+#pragma GCC unroll 5
     for (uint32_t stage = 4; stage <= 8u; stage++)
     {
         bits ^= learning_f32_fold_stage(x, stage);
@@ -83,6 +84,7 @@ static inline bool learning_f32_corrupt(const tribo_feedforward_weights_f32_t   
                                         const tribo_feedforward_learning_f32_state_t *x)
 {
     uint32_t bits = 0;
+#pragma GCC unroll 4
     for (uint32_t stage = 0; stage <= 3u; stage++)
     {
         bits ^= learning_f32_fold_sample(x, stage);
@@ -295,6 +297,12 @@ static inline void learning_f32_load(const tribo_feedforward_f32_params_t       
     learned->scale      = learning_f32_moved(learned->scale, by_scale, -FEEDFORWARD_SLOPE_MAX, FEEDFORWARD_SLOPE_MAX);
 }
 
+/// The bits of the numbers that a reversal changes.
+static inline uint32_t learning_f32_fold_turned(const tribo_feedforward_weights_f32_t *x)
+{
+    return bits_f32(x->weight[0]) ^ bits_f32(x->use[0]) ^ learning_f32_fold_stage(x, 5);
+}
+
 /// At a reversal of r: slides in one direction cannot tell less friction from a load. As far as no other has slid, all that
 /// friction lacks is taken for less friction, lest F be pushed beyond its reversal.
 static inline void learning_f32_turn(tribo_feedforward_weights_f32_t        *learned,
@@ -309,7 +317,7 @@ static inline void learning_f32_turn(tribo_feedforward_weights_f32_t        *lea
     }
     const float both = 1.0f - one_way;
     const float V    = learned->weight[0] - FEEDFORWARD_LACK * lack;
-    learned->seal ^= learning_f32_fold_all(learned);
+    learned->seal ^= learning_f32_fold_turned(learned);
     learned->use[0] -= learned->weight[0];
     learned->weight[0] = limit_f32(V, FEEDFORWARD_WEIGHT_MIN, FEEDFORWARD_WEIGHT_MAX);
     learned->use[0] += learned->weight[0];
@@ -317,7 +325,7 @@ static inline void learning_f32_turn(tribo_feedforward_weights_f32_t        *lea
     learned->slope *= both;
     learned->scale *= both;
     x->load *= both;
-    learned->seal ^= learning_f32_fold_all(learned);
+    learned->seal ^= learning_f32_fold_turned(learned);
 }
 
 /// Stage 5: part of the stops' weights that is used: none before they are sure to be more than the creep at a jump.

@@ -65,6 +65,7 @@ static inline uint32_t learning_q31_fold_stage(const tribo_feedforward_weights_q
 static inline uint32_t learning_q31_fold_all(const tribo_feedforward_weights_q31_t *x)
 {
     uint32_t bits = 0;
+#pragma GCC unroll 5
     for (uint32_t stage = 4; stage <= 8u; stage++)
     {
         bits ^= learning_q31_fold_stage(x, stage);
@@ -95,6 +96,7 @@ static inline bool learning_q31_corrupt(const tribo_feedforward_weights_q31_t   
                                         const tribo_feedforward_learning_q31_state_t *x)
 {
     uint32_t bits = 0;
+#pragma GCC unroll 4
     for (uint32_t stage = 0; stage <= 3u; stage++)
     {
         bits ^= learning_q31_fold_sample(x, stage);
@@ -374,6 +376,12 @@ static inline void learning_q31_load(const tribo_feedforward_q31_params_t       
     learned->scale    = learning_q31_moved(learned->scale, sd, step, x->gained[3], slope);
 }
 
+/// The bits of the numbers that a reversal changes.
+static inline uint32_t learning_q31_fold_turned(const tribo_feedforward_weights_q31_t *x)
+{
+    return (uint32_t)x->weight[0] ^ (uint32_t)x->use[0] ^ learning_q31_fold_stage(x, 5);
+}
+
 static inline void learning_q31_turn(tribo_feedforward_weights_q31_t        *learned,
                                      tribo_feedforward_learning_q31_state_t *x)
 {
@@ -391,14 +399,14 @@ static inline void learning_q31_turn(tribo_feedforward_weights_q31_t        *lea
     const int32_t  least = BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MIN);
     const int32_t  V     = difference_q31(learned->weight[0], by);
     const int32_t  next  = V > least ? V : least;
-    learned->seal ^= learning_q31_fold_all(learned);
+    learned->seal ^= learning_q31_fold_turned(learned);
     learned->use[0]    = sum_q31(learned->use[0], difference_q31(next, learned->weight[0]));
     learned->weight[0] = next;
     learned->constant  = part_of_q31(learned->constant, ~part);
     learned->slope     = part_of_q31(learned->slope, ~part);
     learned->scale     = part_of_q31(learned->scale, ~part);
     x->load            = part_of_q31(x->load, ~part);
-    learned->seal ^= learning_q31_fold_all(learned);
+    learned->seal ^= learning_q31_fold_turned(learned);
 }
 
 /// 1 - min(1, travel per_unit), Q32; `per_unit` has 32 more bits than `shift`.

@@ -290,9 +290,7 @@ void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loo
     }
     state->offset_seal = ~bits_f32(state->offset_n);
     const float F      = signals->reached_n + state->behind_n[0];
-    seen->compensator  = (tribo_compensator_f32_signals_t){
-         .force_n  = F,
-         .friction = {.n_n = u_n - F, .L_n = state->learned.weight[0] * signals->level_n, .f_n = signals->f_n}};
+    state_f32_show(seen, u_n, F, state->learned.weight[0] * signals->level_n, signals->f_n);
 }
 
 void tribo_feedforward_f32_method_last(const void *memory, tribo_force_loop_f32_last_t *last)

@@ -294,13 +294,9 @@ void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loo
         }
     }
     state->offset_seal = ~(uint32_t)state->offset;
-    const int32_t F    = bank_q31_outside(sum_q31(signals->reached, state->behind[0]));
-    const int32_t V    = state->learned.weight[0];
-    const int32_t L    = bank_q31_times(V, signals->level, 29, (uint32_t)BANK_Q31_ONE);
-    seen->compensator  = (tribo_compensator_q31_signals_t){.force    = F,
-                                                           .friction = {.n = tribo_q31_subtract(u_q31, F, &ignored),
-                                                                        .L = bank_q31_outside(L),
-                                                                        .f = bank_q31_outside(signals->f)}};
+    const int32_t F    = sum_q31(signals->reached, state->behind[0]);
+    const int32_t L    = bank_q31_times(state->learned.weight[0], signals->level, 29, (uint32_t)BANK_Q31_ONE);
+    state_q31_show(seen, u_q31, F, L, signals->f);
 }
 
 void tribo_feedforward_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last)

@@ -142,12 +142,9 @@ void tribo_sensorless_f32_method_after(const tribo_force_loop_f32_params_t *loop
     {
         return;
     }
-    const float F            = signals->reached_n + state->behind_n[0];
     state->u_n               = u_n;
     seen->controller.limited = state->limited != 0;
-    seen->compensator =
-        (tribo_compensator_f32_signals_t){.force_n  = F,
-                                          .friction = {.n_n = u_n - F, .L_n = signals->level_n, .f_n = signals->f_n}};
+    state_f32_show(seen, u_n, signals->reached_n + state->behind_n[0], signals->level_n, signals->f_n);
 }
 
 // A function of this file: position-independent code reads the address of another file's from a table of absolute addresses.

@@ -148,14 +148,9 @@ void tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *loop
     {
         return;
     }
-    const int32_t F          = bank_q31_outside(sum_q31(signals->reached, state->behind[0]));
-    uint32_t      ignored    = 0;
     state->u                 = bank_q31_inside(u_q31);
     seen->controller.limited = state->limited != 0;
-    seen->compensator        = (tribo_compensator_q31_signals_t){.force    = F,
-                                                                 .friction = {.n = tribo_q31_subtract(u_q31, F, &ignored),
-                                                                              .L = bank_q31_outside((int32_t)signals->level),
-                                                                              .f = bank_q31_outside(signals->f)}};
+    state_q31_show(seen, u_q31, sum_q31(signals->reached, state->behind[0]), (int32_t)signals->level, signals->f);
 }
 
 // A function of this file, as in the twin.

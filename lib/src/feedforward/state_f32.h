@@ -54,4 +54,13 @@ static inline void state_f32_forget(const tribo_feedforward_f32_params_t *params
     count(&state->forgotten);
 }
 
+/// The force F, breakaway L and friction f of a tick that put out u. Member by member: a struct would be cleared by a call.
+static inline void state_f32_show(tribo_force_loop_f32_signals_t *signals, float u, float F, float L, float f)
+{
+    signals->compensator.force_n      = F;
+    signals->compensator.friction.n_n = u - F;
+    signals->compensator.friction.L_n = L;
+    signals->compensator.friction.f_n = f;
+}
+
 #endif

@@ -6,6 +6,8 @@
 #include "tribo/feedforward_q31.h"
 #include "tribo/q31.h"
 
+#include "bank_q31.h"
+
 static inline const tribo_feedforward_q31_params_t *state_q31_params(const tribo_force_loop_q31_params_t *loop)
 {
     return (const tribo_feedforward_q31_params_t *)loop->method;
@@ -48,6 +50,17 @@ static inline void state_q31_forget(tribo_feedforward_q31_state_t *state)
     state->term      = term;
     state->forgotten = forgotten;
     tribo_q31_count(&state->forgotten);
+}
+
+/// `u` is Q31.
+static inline void state_q31_show(tribo_force_loop_q31_signals_t *signals, int32_t u, int32_t F, int32_t L, int32_t f)
+{
+    uint32_t ignored = 0;
+
+    signals->compensator.force      = bank_q31_outside(F);
+    signals->compensator.friction.n = tribo_q31_subtract(u, signals->compensator.force, &ignored);
+    signals->compensator.friction.L = bank_q31_outside(L);
+    signals->compensator.friction.f = bank_q31_outside(f);
 }
 
 #endif
