@@ -841,7 +841,7 @@ static void test_learned_breakaway_says_when_it_is_at_a_bound(void)
     {
         double weight;
         bool   at_bound;
-    } cases[] = {{0.2, true}, {0.3, false}, {2.9, false}, {3.0, true}};
+    } cases[] = {{0.02, true}, {0.2, true}, {0.21, false}, {2.9, false}, {3.0, true}};
     init(&x);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
     {
@@ -850,25 +850,36 @@ static void test_learned_breakaway_says_when_it_is_at_a_bound(void)
     }
 }
 
-static void test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched(void)
+/// Seven slides of a second each with the weight `V`, less than a tenth of a second before the end with 1.
+static bool stays_at_bound_with(double V)
 {
-    init(&x);
+    bool   latched   = false;
     double reference = 0.3;
+    init(&x);
     for (int k = 0; k < 7000; k++)
     {
-        reference += (k / 1000) % 2 == 0 ? 1e-5 : -1e-5; // reverses at each whole second
-        feedforward_set_weight(&x, 0, k < 6900 ? 3.0 : 1.0);
+        reference += (k / 1000) % 2 == 0 ? 1e-5 : -1e-5;
+        feedforward_set_weight(&x, 0, k < 6900 ? V : 1.0);
         (void)feedforward_before(&x, reference, 0.3);
         (void)feedforward_added(&x, 0.0);
         feedforward_do_not_learn(&x);
         feedforward_after(&x, 0.0, 0.3, false);
-        const feedforward_learned_t at = feedforward_learned(&x, 0, 0.3);
-        TEST_ASSERT_TRUE(at.at_bound == (k < 6900));
-        if (k < 3900 || k > 4100) // the fourth reversal
-        {
-            TEST_ASSERT_TRUE(at.stays_at_bound == (k > 4000));
-        }
+        const bool stays = feedforward_learned(&x, 0, 0.3).stays_at_bound;
+        TEST_ASSERT_FALSE(latched && !stays);
+        TEST_ASSERT_FALSE(stays && k < 3900);            // the fourth reversal
+        TEST_ASSERT_FALSE(stays != latched && k > 4100); // that one alone
+        latched = stays;
     }
+    return latched;
+}
+
+static void test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched(void)
+{
+    TEST_ASSERT_FALSE(stays_at_bound_with(2.9));
+    TEST_ASSERT_FALSE(stays_at_bound_with(0.21));
+    TEST_ASSERT_TRUE(stays_at_bound_with(3.0));
+    TEST_ASSERT_TRUE(stays_at_bound_with(0.2));
+    TEST_ASSERT_TRUE(stays_at_bound_with(0.19));
     feedforward_restart(&x);
     TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.3).stays_at_bound);
     TRIBO(feedforward, restore)(&x.memory.state);
@@ -1199,6 +1210,73 @@ static void test_the_reachable_reference_stops_where_u_is_limited(void)
     }
 }
 
+static void test_without_a_still_time_r_never_stands(void)
+{
+    plant_t plant       = {.positive = 1.0, .negative = 1.0};
+    config.still_time_s = 0.0f;
+    init(&x);
+    for (int k = 0; k < 5000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k < 2000 ? k : 2000));
+        TEST_ASSERT_FALSE(feedforward_holds(&x));
+    }
+    TEST_ASSERT_EQUAL_UINT(TRIBO_FEEDFORWARD_MOVING, feedforward_seen(&x).mode);
+}
+
+/// A coarse sensor: y changes by 3 mN each 50 ms. An error of 0.3 mN in the mean is within what it cannot tell.
+static void test_in_a_hold_the_deadband_of_a_coarse_sensor_is_that_of_its_steps(void)
+{
+    init(&x);
+    double sum = 0.0;
+    for (int k = 0; k < 8000; k++)
+    {
+        const double reference = triangle(k < 3000 ? k : 3000);
+        const double y         = reference - 3e-4 + (k / 50 % 2 == 0 ? 1.5e-3 : -1.5e-3);
+        (void)feedforward_before(&x, reference, y);
+        (void)feedforward_added(&x, 0.0);
+        feedforward_after(&x, 0.0, reference, false);
+        sum += k < 6000 ? 0.0 : feedforward_seen(&x).e / 2000.0;
+    }
+    TEST_ASSERT_TRUE(feedforward_holds(&x));
+    TEST_ASSERT_DOUBLE_WITHIN(3e-5, 0.0, sum);
+}
+
+/// The friction that a guard judges, and the next hold and the monitor begin with, is the one of the new weights.
+static void test_friction_of_the_last_tick_is_that_of_the_weights_just_learned(void)
+{
+    plant_t plant   = {.positive = 1.3, .negative = 1.3};
+    int     learned = 0;
+    init(&x);
+    for (int k = 0; k < STOP; k++)
+    {
+        const double   y     = measure(&plant);
+        const double   v     = control(&plant, feedforward_before(&x, triangle(k), y));
+        const double   u     = v + feedforward_added(&x, v);
+        const unsigned stage = feedforward_seen(&x).stage;
+        const double   f     = feedforward_force(&x, x.memory.state.TRIBO_N(f));
+        const double   b     = feedforward_seen(&x).b;
+        feedforward_after(&x, v, u, false);
+        move(&plant, u);
+        const double by = feedforward_seen(&x).b - b;
+        if (stage == 6u)
+        {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7, by, feedforward_force(&x, x.memory.state.TRIBO_N(f)) - f);
+            learned += fabs(by) > 1e-6;
+        }
+    }
+    TEST_ASSERT_TRUE(learned > 10);
+}
+
+static void test_the_ramp_of_a_jump_ends_in_a_tick_at_the_fastest(void)
+{
+    config.jump_time_s = 1e-6f;
+    init(&x);
+    TEST_ASSERT_TRUE((double)x.params.jump == 2.0 * FEEDFORWARD_ONE);
+    config.jump_time_s = 1.05e-3f;
+    init(&x);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 2.0 / 1.05, (double)x.params.jump / FEEDFORWARD_ONE);
+}
+
 static void test_noise_of_the_reference_widens_a_reversal(void)
 {
     config.still_time_s = 0.0f;
@@ -1263,5 +1341,9 @@ int main(void)
     RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
     RUN_TEST(test_the_reachable_reference_stops_where_u_is_limited);
     RUN_TEST(test_noise_of_the_reference_widens_a_reversal);
+    RUN_TEST(test_without_a_still_time_r_never_stands);
+    RUN_TEST(test_in_a_hold_the_deadband_of_a_coarse_sensor_is_that_of_its_steps);
+    RUN_TEST(test_friction_of_the_last_tick_is_that_of_the_weights_just_learned);
+    RUN_TEST(test_the_ramp_of_a_jump_ends_in_a_tick_at_the_fastest);
     return UNITY_END();
 }

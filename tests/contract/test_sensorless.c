@@ -578,6 +578,16 @@ static void test_the_force_is_that_of_an_arm_that_sticks_within_its_breakaway(vo
     TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.2 + L0) / (1.0 - L1), at.F);
 }
 
+/// The first tick knows nothing but u, and has its band at once.
+static void test_an_estimate_starts_at_u(void)
+{
+    memset(&estimate, 0, sizeof estimate);
+    const estimated_t at = estimated(0.5, 0.2);
+    TEST_ASSERT_TRUE(at.F == 0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.5 - 1.2 * L0) / (1.0 + 1.2 * L1), at.low);
+    TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.5 + 1.2 * L0) / (1.0 - 1.2 * L1), at.high);
+}
+
 static void test_each_direction_of_the_estimate_has_its_breakaway_and_gravity_moves_both(void)
 {
     config.compensator.friction.negative.offset_n = 0.05f;
@@ -690,6 +700,7 @@ int main(void)
 #endif
     RUN_TEST(test_set_up_refuses_a_belief_out_of_range);
     RUN_TEST(test_the_force_is_that_of_an_arm_that_sticks_within_its_breakaway);
+    RUN_TEST(test_an_estimate_starts_at_u);
     RUN_TEST(test_each_direction_of_the_estimate_has_its_breakaway_and_gravity_moves_both);
     RUN_TEST(test_a_restart_leaves_nothing_behind);
     RUN_TEST(test_a_force_follows_u_with_the_lag_of_actuator_and_arm);

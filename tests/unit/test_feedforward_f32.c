@@ -132,6 +132,9 @@ static void test_feedforward_init_names_the_field(void)
     check(&config.actuator_pole_rad_per_s, 5.1e4f, TRIBO_ERR_ACTUATOR_POLE); // 51 in a tick
     check(&config.sensor_pole_rad_per_s, NAN, TRIBO_ERR_SENSOR_POLE);
     check(&config.sensor_pole_rad_per_s, 5.1e4f, TRIBO_ERR_SENSOR_POLE);
+    config.sensor_pole_rad_per_s = 4.9e4f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
+    config.sensor_pole_rad_per_s = 55.0f;
     check(&config.reversal_n, -1e-3f, TRIBO_ERR_REVERSAL_WIDTH);
     check(&config.reversal_n, 0.9e-9f, TRIBO_ERR_REVERSAL_WIDTH);
     check(&config.presliding_n, NAN, TRIBO_ERR_PRESLIDING);

@@ -97,6 +97,20 @@ static void test_a_lag_of_many_ticks_leads_as_it_should(void)
     TEST_ASSERT_DOUBLE_WITHIN(5e-3 * 0.2, 0.1 * (2.0 + 0.0288 / 3.84), ahead);
 }
 
+static void test_the_lead_of_a_rate_ends_at_half_of_full_scale(void)
+{
+    config.actuator_pole_rad_per_s = 0.1f; // 10,000 ticks
+    config.reversal_n              = 0.5e-3f;
+    init_loop();
+    int32_t r = INT32_MIN / 2;
+    for (int k = 0; k < 1500; k++)
+    {
+        r += 1000000;
+        (void)tribo_feedforward_q31_method_error(&loop, &memory, r, r, UINT32_MAX);
+    }
+    TEST_ASSERT_EQUAL_INT32(INT32_C(1) << 28, memory.signals.lin - memory.signals.reached);
+}
+
 static void test_what_was_learned_ends_at_full_scale(void)
 {
     loop_config.compensator.friction.positive.slope = 1.999f;
@@ -252,6 +266,7 @@ int main(void)
     RUN_TEST(test_feedforward_init_names_the_field);
     RUN_TEST(test_the_offset_is_bounded_by_four_inputs_or_full_scale);
     RUN_TEST(test_a_lag_of_many_ticks_leads_as_it_should);
+    RUN_TEST(test_the_lead_of_a_rate_ends_at_half_of_full_scale);
     RUN_TEST(test_what_was_learned_ends_at_full_scale);
     RUN_TEST(test_no_sum_overflows_at_the_ends_of_the_scale);
     RUN_TEST(test_no_sum_overflows_with_flipped_bits);

@@ -11,11 +11,7 @@
 
 static inline void monitor_f32_start(tribo_feedforward_monitor_f32_state_t *x)
 {
-    x->v_n      = 0.0f;
-    x->played_n = 0.0f;
-    x->travel_n = 0.0f;
-    x->need_n   = 0.0f;
-    x->begun    = false;
+    x->begun = false; // the rest with the first motion
 }
 
 /// Once a sample: the travel of `v`, apart from the noise of y, and the share of friction.

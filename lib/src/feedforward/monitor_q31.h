@@ -12,11 +12,7 @@
 
 static inline void monitor_q31_start(tribo_feedforward_monitor_q31_state_t *x)
 {
-    x->v      = 0;
-    x->played = 0;
-    x->travel = 0;
-    x->need   = 0;
-    x->begun  = false;
+    x->begun = false;
 }
 
 static inline void monitor_q31_step(const tribo_feedforward_q31_params_t  *params,
