@@ -18,7 +18,7 @@ COLUMNS = 100_000  # more points than four times as many are thinned
 HERE = Path(__file__).resolve().parent
 
 
-def _uplot(name):
+def uplot(name):
     """A file of uPlot: installed beside this package, or in the user's cache."""
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tribo"
     for folder in (HERE.parent / "uplot", cache / f"uplot-{UPLOT_VERSION}"):
@@ -26,6 +26,10 @@ def _uplot(name):
         if path.is_file():
             return path.read_text(encoding="utf-8")
     raise PlotError(f"uPlot {UPLOT_VERSION}, which zooms an HTML page, is missing: `tools/setup plot` fetches it with npm")
+
+
+def uplot_parts():
+    return {"CSS": uplot("dist/uPlot.min.css"), "LICENSE": uplot("LICENSE"), "UPLOT": uplot("dist/uPlot.iife.min.js")}
 
 
 class Pool:
@@ -89,15 +93,17 @@ def draw(names, panels, out):
     title = ", ".join(names)
     parts = {
         "TITLE": html.escape(title),
-        "CSS": _uplot("dist/uPlot.min.css"),
-        "LICENSE": _uplot("LICENSE"),
-        "UPLOT": _uplot("dist/uPlot.iife.min.js"),
+        **uplot_parts(),
         # Nothing in a name may end the script element.
         "DATA": json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"),
         "NUMBERS": pool.text(),
         "GRID": look.GRID,
-        "SCRIPT": (HERE / "page.js").read_text(encoding="utf-8"),
+        "SCRIPT": "".join((HERE / name).read_text(encoding="utf-8") for name in ("chart.js", "page.js")),
     }
-    text = (HERE / "page.html").read_text(encoding="utf-8")
-    pieces = text.split("%%")
-    out.write_text("".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces)), encoding="utf-8")
+    out.write_text(fill(HERE / "page.html", parts), encoding="utf-8")
+
+
+def fill(template, parts):
+    """A template's text with its %%PARTS%%."""
+    pieces = template.read_text(encoding="utf-8").split("%%")
+    return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))

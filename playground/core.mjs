@@ -1,0 +1,45 @@
+// The core in JavaScript: makeCore(bytes of core.wasm) gives play(text of a scenario, q31), in a page, a worker or Node.
+
+export async function makeCore(bytes) {
+    const refuse = () => 8; // WASI's "bad file descriptor": a page has neither files nor arguments
+    const clock = (_, __, at) => {
+        new DataView(wasm.memory.buffer).setBigUint64(at, BigInt(Math.round(1e6 * performance.now())), true);
+        return 0;
+    };
+    const system = new Proxy({clock_time_get: clock}, {get: (own, name) => own[name] ?? refuse});
+    const wasm = (await WebAssembly.instantiate(bytes, {wasi_snapshot_preview1: system})).instance.exports;
+    wasm._initialize();
+
+    const read = (at) => {
+        const all = new Uint8Array(wasm.memory.buffer);
+        return new TextDecoder().decode(all.subarray(at, all.indexOf(0, at)));
+    };
+    const write = (text) => {
+        const all = new TextEncoder().encode(text + "\0");
+        const at = wasm.room(all.length);
+        if (at === 0) throw new Error("out of memory");
+        new Uint8Array(wasm.memory.buffer).set(all, at);
+        return at;
+    };
+
+    // The columns are views that hold until the next call.
+    function play(text, q31 = false) {
+        const start = performance.now();
+        if (!wasm.play(write(text), q31)) throw new Error(read(wasm.complaint()));
+        const duration_ms = performance.now() - start;
+        const columns = {};
+        for (let i = 0; i < wasm.column_count(); i++) {
+            columns[read(wasm.column_name(i))] = new Float64Array(wasm.memory.buffer, wasm.column(i), wasm.row_count());
+        }
+        return {
+            columns,
+            duration_ms,
+            rmsError_N: wasm.rms_error_n(),
+            maxError_N: wasm.max_error_n(),
+            guard: read(wasm.guard()),
+            digest: () => BigInt.asUintN(64, wasm.digest()).toString(16).padStart(16, "0"),
+            scenario: () => read(wasm.scenario_text()),
+        };
+    }
+    return {play};
+}

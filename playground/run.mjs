@@ -1,0 +1,11 @@
+// node run.mjs core.wasm SCENARIO.yaml...: what each run comes to, one line of JSON a scenario.
+import {readFileSync} from "node:fs";
+
+import {makeCore} from "./core.mjs";
+
+const [wasm, ...scenarios] = process.argv.slice(2);
+const core = await makeCore(readFileSync(wasm));
+for (const path of scenarios) {
+    const run = core.play(readFileSync(path, "utf8"));
+    console.log(JSON.stringify({path, digest: run.digest(), rms_error_N: run.rmsError_N, seconds: run.duration_ms / 1e3, ticks: run.columns.t_s.length}));
+}
