@@ -123,6 +123,27 @@ static void test_without_its_limit_viscous_friction_adds_to_breakaway(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, L + 0.4 * 0.1, rig_slide_by(&slide, 0.01, 0.1, 1e-4));
 }
 
+/// Friction over L after `way` from rest at a force.
+static double part_after(double way, double force)
+{
+    rig_slide_start(&slide, &rig, force);
+    const double f = rig_slide_by(&slide, way, 0.001, 1e-4) / (0.007 + 0.3 * force);
+    rig_slide_end(&slide);
+    return f;
+}
+
+static void test_bristles_that_stiffen_need_the_same_way_at_each_load(void)
+{
+    soften();
+    rig_set(&rig, "bristle_damping_N_s_per_deg", 0.0);
+    TEST_ASSERT_TRUE(part_after(2e-4, 0.2) > 1.3 * part_after(2e-4, 0.5));
+    rig_set(&rig, "stiffens", 1.0);
+    const double part = part_after(2e-3, 0.5);
+    printf("after 0.002 deg: %.3f of L\n", part);
+    TEST_ASSERT_TRUE(part > 0.1 && part < 0.9);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, part, part_after(2e-3, 0.2));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -132,5 +153,6 @@ int main(void)
     RUN_TEST(test_it_drifts_in_presliding);
     RUN_TEST(test_with_the_papers_parameters_no_transition_is_gradual);
     RUN_TEST(test_without_its_limit_viscous_friction_adds_to_breakaway);
+    RUN_TEST(test_bristles_that_stiffen_need_the_same_way_at_each_load);
     return UNITY_END();
 }

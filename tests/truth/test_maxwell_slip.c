@@ -87,6 +87,25 @@ static void test_it_does_not_drift_in_presliding(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 0.0, drift);
 }
 
+/// Friction over L after `way` from rest at a force.
+static double part_after(double way, double force)
+{
+    rig_slide_start(&slide, &rig, force);
+    const double f = rig_slide_by(&slide, way, 0.001, 1e-4) / (0.007 + 0.3 * force);
+    rig_slide_end(&slide);
+    return f;
+}
+
+static void test_bristles_that_stiffen_need_the_same_way_at_each_load(void)
+{
+    TEST_ASSERT_TRUE(part_after(2e-4, 0.2) > 1.3 * part_after(2e-4, 0.5));
+    rig_set(&rig, "stiffens", 1.0);
+    const double part = part_after(2e-3, 0.5);
+    printf("after 0.002 deg: %.3f of L\n", part);
+    TEST_ASSERT_TRUE(part > 0.1 && part < 0.9);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, part, part_after(2e-3, 0.2));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -96,5 +115,6 @@ int main(void)
     RUN_TEST(test_steady_friction_follows_the_stribeck_curve);
     RUN_TEST(test_friction_lags_speed);
     RUN_TEST(test_it_does_not_drift_in_presliding);
+    RUN_TEST(test_bristles_that_stiffen_need_the_same_way_at_each_load);
     return UNITY_END();
 }

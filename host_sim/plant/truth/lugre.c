@@ -3,6 +3,8 @@
 //     f = sat(s0 z + s1 dz/dt + s2 w, L)        dz/dt = w - s0 |w| z / g(w)
 //     g(w) = r L + (1 - r) L exp(-(w / ws)^2)                                  L = L(F)
 //
+// With `stiffens` s0 is for L = 1 N and grows with L, s1 with its root: the way to breakaway is the same at each load.
+//
 // Breakaway L, sliding friction r L (the paper: r = 1, F_C = F_S). Shows presliding, Stribeck effect (r < 1), friction
 // lag and a breakaway that depends on the rate of force; drifts in presliding. With the paper's stiffness presliding is
 // 1.6e-6 deg at 0.5 N and s1/I is 2.6e6 1/s: an explicit step must stay below 0.7 us. The fixed steps are implicit, two
@@ -22,7 +24,8 @@ typedef struct
     double s0, s1, s2;
     double sliding_ratio;
     double stribeck_speed;
-    int    limited; ///< 0 or 1
+    int    limited;  ///< 0 or 1
+    int    stiffens; ///< 0 or 1
 } parameters_t;
 
 typedef struct
@@ -37,9 +40,16 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     memcpy(&lugre->p, config->own, sizeof lugre->p);
 }
 
+/// What the stiffness is multiplied by.
+static double stiffer(const lugre_t *lugre, const sim_contact_t *contact, double z)
+{
+    return lugre->p.stiffens != 0 ? sim_law_breakaway(contact, z) : 1.0;
+}
+
 static double force(const lugre_t *lugre, const sim_contact_t *contact, double z, double dz, double w)
 {
-    const double f = lugre->p.s0 * z + lugre->p.s1 * dz + lugre->p.s2 * w;
+    const double times = stiffer(lugre, contact, z);
+    const double f     = lugre->p.s0 * times * z + lugre->p.s1 * sqrt(times) * dz + lugre->p.s2 * w;
     return lugre->p.limited != 0 ? sim_law_limit(contact, f) : f;
 }
 
@@ -59,7 +69,8 @@ static double update(const void          *law,
     const lugre_t *lugre = law;
     const double   x     = step_s * end_speed;
     const double   g     = level(lugre, start, copysign(start->speed_deg_per_s, end_speed));
-    z_end[0]             = (z[0] + x) / (1.0 + lugre->p.s0 * fabs(x) / g);
+    const double   s0    = lugre->p.s0 * stiffer(lugre, start, z[0]);
+    z_end[0]             = (z[0] + x) / (1.0 + s0 * fabs(x) / g);
     return force(lugre, start, z_end[0], (z_end[0] - z[0]) / step_s, end_speed);
 }
 
@@ -67,7 +78,8 @@ static void rates(const void *law, const sim_contact_t *now, const double z[], d
 {
     const lugre_t *lugre = law;
     const double   w     = now->speed_deg_per_s;
-    dz[0]                = w - lugre->p.s0 * fabs(w) * z[0] / level(lugre, now, w);
+    const double   s0    = lugre->p.s0 * stiffer(lugre, now, z[0]);
+    dz[0]                = w - s0 * fabs(w) * z[0] / level(lugre, now, w);
 }
 
 static double friction(const void *law, const sim_contact_t *now, const double z[])
@@ -94,7 +106,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
 static const char *const no_or_yes[] = {"no", "yes", NULL};
 
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1.0, 1e7, 1e5, "s0: of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1e-4, 1e7, 1e5, "s0: of the bristles"),
     SIM_TRUTH_NUMBER(parameters_t,
                      s1,
                      "bristle_damping_N_s_per_deg",
@@ -118,6 +130,12 @@ static const common_key_t keys[] = {
                      no_or_yes,
                      1,
                      "whether f ends at L: yes as in the paper, no as first published"),
+    SIM_TRUTH_CHOICE(parameters_t,
+                     stiffens,
+                     "stiffens",
+                     no_or_yes,
+                     0,
+                     "whether s0 grows with L, and s1 with its root: they are then those of L = 1 N"),
     SIM_TRUTH_END,
 };
 

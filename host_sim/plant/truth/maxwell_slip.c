@@ -5,6 +5,8 @@
 //     slips:   dF_i/dt = sgn(w) C (a_i - |F_i| / s(w))           until w turns
 //     f = sum F_i + s2 w,    s(w) = r L + (1 - r) L exp(-(w / ws)^2),   sum a_i = 1
 //
+// With `stiffens` k_i is for L = 1 N and grows with L: the way to breakaway is the same at each load.
+//
 // Presliding is hysteresis with non-local memory: an inner loop closes and is forgotten (Masing's rules). C sets the
 // friction lag. No drift.
 //
@@ -31,6 +33,7 @@ typedef struct
     double viscous;
     double sliding_ratio;
     double stribeck_speed;
+    int    stiffens; ///< 0 or 1
 } parameters_t;
 
 typedef struct
@@ -56,6 +59,12 @@ static double level(const maxwell_slip_t *maxwell, const sim_contact_t *contact,
     return sim_stribeck(maxwell->p.sliding_ratio, w, maxwell->p.stribeck_speed) * sim_law_breakaway(contact, side);
 }
 
+/// Of the i-th element.
+static double stiffness(const maxwell_slip_t *maxwell, const sim_contact_t *contact, double z, int i)
+{
+    return stiffness_part[i] * maxwell->p.stiffness * (maxwell->p.stiffens != 0 ? sim_law_breakaway(contact, z) : 1.0);
+}
+
 static double update(const void          *law,
                      const sim_contact_t *start,
                      const double         z[],
@@ -79,7 +88,7 @@ static double update(const void          *law,
         {
             const double up     = level_part[i] * level(maxwell, start, 1.0, start->speed_deg_per_s);
             const double down   = level_part[i] * level(maxwell, start, -1.0, start->speed_deg_per_s);
-            const double spring = z[i] + stiffness_part[i] * maxwell->p.stiffness * step_s * end_speed;
+            const double spring = z[i] + stiffness(maxwell, start, z[i], i) * step_s * end_speed;
             // Already beyond its level, because the level has fallen: it stays until it slips.
             z_end[i] = fmin(fmax(up, z[i]), fmax(fmin(-down, z[i]), spring));
         }
@@ -118,7 +127,7 @@ static void rates(const void *law, const sim_contact_t *now, const double z[], d
     for (int i = 0; i < ELEMENTS; i++)
     {
         const int way = maxwell->way[i];
-        dz[i]         = way == 0 ? stiffness_part[i] * maxwell->p.stiffness * w
+        dz[i]         = way == 0 ? stiffness(maxwell, now, z[i], i) * w
                                  : maxwell->p.attraction * (level_part[i] * way - z[i] / level(maxwell, now, way, w));
     }
 }
@@ -161,12 +170,14 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
+static const char *const no_or_yes[] = {"no", "yes", NULL};
+
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t,
                      stiffness,
                      "stiffness_N_per_deg",
                      "N/deg",
-                     1.0,
+                     1e-4,
                      1e6,
                      200.0,
                      "of all elements together"),
@@ -187,6 +198,12 @@ static const common_key_t keys[] = {
                      0.0,
                      "s2, beside the arm's own"),
     SIM_STRIBECK_KEYS(parameters_t),
+    SIM_TRUTH_CHOICE(parameters_t,
+                     stiffens,
+                     "stiffens",
+                     no_or_yes,
+                     0,
+                     "whether the stiffness grows with L: it is then that of L = 1 N"),
     SIM_TRUTH_END,
 };
 
