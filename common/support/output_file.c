@@ -1,8 +1,11 @@
+#define _GNU_SOURCE // O_TMPFILE; NOLINT(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp)
+
 #include "support/output_file.h"
 
 #include "support/text.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -82,10 +85,61 @@ static void forget(common_output_file_t *file)
     *file = (common_output_file_t){.stream = NULL};
 }
 
+/// Opens a file without a name in the folder of file->path: nothing is left of a run that is killed.
+static bool open_nameless(common_output_file_t *file, const char *slash)
+{
+#ifdef O_TMPFILE
+    char *folder = slash != NULL ? common_text_format("%.*s", (int)(slash - file->path) + 1, file->path) : strdup(".");
+    const bool can_be_named = access("/proc/self/fd", X_OK) == 0;
+    const int  descriptor = folder != NULL && can_be_named ? open(folder, O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666) : -1;
+    free(folder);
+    file->stream   = descriptor >= 0 ? fdopen(descriptor, "wb") : NULL;
+    file->nameless = file->stream != NULL;
+    if (descriptor >= 0 && !file->nameless)
+    {
+        (void)close(descriptor);
+    }
+#else
+    (void)slash;
+#endif
+    return file->nameless;
+}
+
+/// Gives a file without a name one of its own.
+static bool give_name(common_output_file_t *file)
+{
+    const char *slash = strrchr(file->path, '/');
+    const int   to    = slash != NULL ? (int)(slash - file->path) + 1 : 0;
+    const int   from  = fileno(file->stream);
+    char       *self  = common_text_format("/proc/self/fd/%d", from);
+    file->temporary   = common_text_format("%.*s.tribo.%ld.%d", to, file->path, (long)getpid(), from);
+    bool named        = self != NULL && file->temporary != NULL;
+    if (named)
+    {
+        (void)unlink(file->temporary); // of a killed process that had the same number
+        sigset_t before;
+        block_ending(&before);
+        named           = linkat(AT_FDCWD, self, AT_FDCWD, file->temporary, AT_SYMLINK_FOLLOW) == 0;
+        const int cause = errno;
+        if (named)
+        {
+            replace_pending(NULL, file->temporary);
+        }
+        (void)sigprocmask(SIG_SETMASK, &before, NULL);
+        errno = cause;
+    }
+    free(self);
+    return named;
+}
+
 /// Opens a new file in the folder of file->path, under a name of its own: file->path's may already have the maximum length.
 static bool open_next_to(common_output_file_t *file)
 {
     const char *slash = strrchr(file->path, '/');
+    if (open_nameless(file, slash))
+    {
+        return true;
+    }
     file->temporary =
         common_text_format("%.*s.tribo.XXXXXX", slash != NULL ? (int)(slash - file->path) + 1 : 0, file->path);
     const int descriptor = (file->temporary != NULL) ? mkstemp(file->temporary) : -1;
@@ -159,7 +213,7 @@ bool common_output_expect_none(common_output_file_t *file, const char *path, com
 static bool close_stream(common_output_file_t *file)
 {
     // After a failed write the caller does nothing else, so errno is still valid.
-    bool      ok  = !ferror(file->stream) && fflush(file->stream) == 0;
+    bool      ok  = !ferror(file->stream) && fflush(file->stream) == 0 && (!file->nameless || give_name(file));
     const int why = errno;
     if (file->path != NULL && fclose(file->stream) != 0 && ok)
     {

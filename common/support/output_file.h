@@ -1,4 +1,5 @@
-/// Results that appear complete or not at all: written under temporary names next to their places, then renamed together.
+/// Results that appear complete or not at all: written next to their places, without a name where the system can do so, and under
+/// temporary ones otherwise, then renamed together.
 /// Devices and pipes are written directly.
 
 #ifndef COMMON_OUTPUT_FILE_H
@@ -19,6 +20,7 @@ typedef struct
     char *path;        ///< null: standard output
     char *temporary;   ///< null: `path` is written directly
     bool  is_unwanted; ///< the commit removes `path`
+    bool  nameless;    ///< until the commit
 } common_output_file_t;
 
 /// Opens a temporary file next to `path` (for a link, next to its target), or standard output if `path` is null.
