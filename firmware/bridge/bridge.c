@@ -1,0 +1,193 @@
+#include "bridge/bridge.h"
+
+#include <stddef.h>
+
+static const bridge_duty_t idle = {{0.5f, 0.5f, 0.5f}};
+
+void bridge_init(bridge_t *bridge, const bridge_params_t *params)
+{
+    const float middle = (float)(BRIDGE_CODES / 2u);
+    *bridge            = (bridge_t){.params = *params, .zero = {middle, middle}};
+}
+
+static void trip(bridge_t *bridge, bridge_trip_t cause)
+{
+    bridge->cause     = cause;
+    bridge->trips     = (uint8_t)(bridge->trips + 1u);
+    bridge->must_rest = true;
+    bridge->state     = BRIDGE_OFF;
+}
+
+/// Counts samples in a row with a condition.
+static bool lasts(uint32_t *samples, bool condition)
+{
+    *samples = condition ? *samples + 1u : 0u;
+    return *samples >= BRIDGE_SAMPLES;
+}
+
+static void begin_calibration(bridge_t *bridge)
+{
+    bridge->count = 0;
+    bridge->low   = BRIDGE_CODES;
+    bridge->high  = 0;
+    for (size_t i = 0; i < BRIDGE_CURRENTS; i++)
+    {
+        bridge->sum[i] = 0;
+    }
+    bridge->state = BRIDGE_CALIBRATING;
+}
+
+static bool is_zero_credible(const bridge_t *bridge)
+{
+    const float off = bridge->zero[0] - (float)(BRIDGE_CODES / 2u);
+    return off <= (float)BRIDGE_OFFSET_MOST && off >= -(float)BRIDGE_OFFSET_MOST &&
+           bridge->high - bridge->low <= BRIDGE_SPREAD_MOST;
+}
+
+static void turn_on(bridge_t *bridge)
+{
+    bridge->age    = 0; // the tick's commands have not counted until now
+    bridge->beyond = 0;
+    if (bridge->params.begin != NULL)
+    {
+        bridge->params.begin(bridge->params.context);
+    }
+    bridge->state = BRIDGE_ON;
+}
+
+static void calibrate(bridge_t *bridge, const bridge_sample_t *sample)
+{
+    const uint32_t code = sample->current[0];
+    bridge->low         = code < bridge->low ? code : bridge->low;
+    bridge->high        = code > bridge->high ? code : bridge->high;
+    for (size_t i = 0; i < BRIDGE_CURRENTS; i++)
+    {
+        bridge->sum[i] += sample->current[i];
+    }
+    if (++bridge->count < BRIDGE_OFFSET_SAMPLES)
+    {
+        return;
+    }
+    for (size_t i = 0; i < BRIDGE_CURRENTS; i++)
+    {
+        bridge->zero[i] = (float)bridge->sum[i] * (1.0f / (float)BRIDGE_OFFSET_SAMPLES);
+    }
+    if (is_zero_credible(bridge))
+    {
+        turn_on(bridge);
+    }
+    else
+    {
+        trip(bridge, BRIDGE_TRIP_OFFSET);
+    }
+}
+
+static void measure(bridge_t *bridge, const bridge_sample_t *sample)
+{
+    for (size_t i = 0; i < BRIDGE_CURRENTS; i++)
+    {
+        bridge->measured.current_a[i] =
+            ((float)(int32_t)sample->current[i] - bridge->zero[i]) * bridge->params.a_per_code;
+    }
+    bridge->measured.bus_v = (float)(int32_t)sample->bus * bridge->params.v_per_code;
+}
+
+static bool is_beyond(float current_a, float most_a)
+{
+    return current_a > most_a || current_a < -most_a;
+}
+
+/// In ON.
+static void check(bridge_t *bridge, bool are_on)
+{
+    bridge->age = bridge->age + 1u;
+    if (!are_on)
+    {
+        trip(bridge, BRIDGE_TRIP_BREAK);
+    }
+    else if (lasts(&bridge->beyond, is_beyond(bridge->measured.current_a[0], bridge->params.trip_a)))
+    {
+        trip(bridge, BRIDGE_TRIP_CURRENT);
+    }
+    else if (bridge->age > BRIDGE_STALE_SAMPLES)
+    {
+        trip(bridge, BRIDGE_TRIP_STALE);
+    }
+}
+
+bool bridge_step(bridge_t *bridge, const bridge_sample_t *sample, bool are_on, bridge_duty_t *duty)
+{
+    const uint32_t code   = sample->current[0];
+    const bool     was_on = bridge->state == BRIDGE_ON;
+    measure(bridge, sample);
+    *duty = idle;
+    if (lasts(&bridge->rails, code < BRIDGE_RAIL || code > BRIDGE_CODES - 1u - BRIDGE_RAIL))
+    {
+        trip(bridge, BRIDGE_TRIP_SENSOR);
+    }
+    else if (!bridge->is_wanted)
+    {
+        bridge->state     = BRIDGE_OFF;
+        bridge->must_rest = false;
+    }
+    else if (bridge->state == BRIDGE_ON)
+    {
+        check(bridge, are_on);
+    }
+    else if (bridge->state == BRIDGE_CALIBRATING)
+    {
+        calibrate(bridge, sample);
+    }
+    else if (!bridge->must_rest)
+    {
+        begin_calibration(bridge);
+    }
+    const bool is_on = bridge->state == BRIDGE_ON;
+    if (is_on && was_on) // the sample that ended the calibration was measured before it
+    {
+        bridge->params.law(bridge->params.context, bridge->reference_a, &bridge->measured, duty);
+    }
+    return is_on;
+}
+
+// --- the tick's ----------------------------------------------------------------------------------------------------
+
+void bridge_want(bridge_t *bridge, bool on)
+{
+    bridge->is_wanted = on;
+}
+
+void bridge_command(bridge_t *bridge, float reference_a)
+{
+    bridge->reference_a = reference_a;
+    bridge->age         = 0;
+}
+
+bridge_trip_t bridge_take_trip(bridge_t *bridge)
+{
+    const uint8_t trips  = bridge->trips;
+    const bool    is_new = trips != bridge->trips_seen;
+    bridge->trips_seen   = trips;
+    return is_new ? bridge->cause : BRIDGE_TRIP_NONE;
+}
+
+// --- a motor with one winding --------------------------------------------------------------------------------------
+
+void bridge_brushed_begin(void *context)
+{
+    bridge_brushed_t *motor = context;
+    current_reset(&motor->state);
+}
+
+/// Both legs move, in opposite directions from the middle: the motor sees twice the timer's frequency, and the current at the
+/// middle of a period is its mean.
+void bridge_brushed(void *context, float reference_a, const bridge_measured_t *measured, bridge_duty_t *duty)
+{
+    bridge_brushed_t *motor  = context;
+    const bool        has    = measured->bus_v >= BRIDGE_BUS_LEAST_V;
+    const float       most_v = has ? BRIDGE_DUTY_MOST * measured->bus_v : 0.0f;
+    const float       v      = current_step(&motor->params, &motor->state, reference_a, measured->current_a[0], most_v);
+    const float       half   = has ? 0.5f * v / measured->bus_v : 0.0f;
+    duty->leg[0]             = 0.5f + half;
+    duty->leg[1]             = 0.5f - half;
+}

@@ -1,0 +1,133 @@
+/// A bridge that the board drives itself, without its registers: when its outputs may be on, what current flows, and which share
+/// of a period each leg is high.
+///
+///     OFF --wanted--> CALIBRATING --BRIDGE_OFFSET_SAMPLES--> ON
+///      ^                   |                                 |
+///      '-- not wanted, or tripped: until it has been not wanted
+///
+/// The outputs are on in ON alone. CALIBRATING takes the mean code of the current's converter for 0 A.
+///
+/// A trip turns the bridge off within the sample that finds it: see bridge_trip_t. Bus voltage and temperature have bounds that
+/// last longer: the drive's (app/faults.h).
+///
+/// bridge_step is called once a period, in the converter's interrupt. The rest is the tick's: it interrupts no bridge_step, and
+/// each word that both know is written by one of them.
+///
+/// **FOC.** What turns a reference into duties is a law. bridge_brushed is built in; another, of three legs, is a function of
+/// the same kind that knows its rotor's angle (stage.h of a board says where it goes).
+
+#ifndef BRIDGE_BRIDGE_H
+#define BRIDGE_BRIDGE_H
+
+#include "bridge/current.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define BRIDGE_HZ             20000u
+#define BRIDGE_LEGS           3u ///< the third is a three-phase motor's
+#define BRIDGE_CURRENTS       2u ///< the second is, likewise
+#define BRIDGE_OFFSET_SAMPLES 256u
+#define BRIDGE_OFFSET_MOST    100u  ///< codes that 0 A may be off the middle
+#define BRIDGE_SPREAD_MOST    40u   ///< codes from the lowest to the highest while calibrating: noise, and no current
+#define BRIDGE_RAIL           100u  ///< codes: a broken wire reads this close to a rail
+#define BRIDGE_CODES          4096u ///< of the converters
+#define BRIDGE_SAMPLES        2u    ///< in a row beyond a level: a trip
+#define BRIDGE_STALE_SAMPLES  60u   ///< without a command, 3 ms: the tick hangs
+#define BRIDGE_DUTY_MOST      0.95f ///< of the bus: leaves the low sides on for the gate drivers' bootstraps
+#define BRIDGE_BUS_LEAST_V    1.0f  ///< below it a duty means nothing
+
+typedef enum
+{
+    BRIDGE_OFF,
+    BRIDGE_CALIBRATING,
+    BRIDGE_ON
+} bridge_state_t;
+
+/// Why the bridge turned itself off.
+typedef enum
+{
+    BRIDGE_TRIP_NONE,
+    BRIDGE_TRIP_CURRENT, ///< beyond trip_a
+    BRIDGE_TRIP_SENSOR,  ///< the current's converter is at a rail; also while the bridge is off
+    BRIDGE_TRIP_OFFSET,  ///< what reads as 0 A cannot be 0 A
+    BRIDGE_TRIP_STALE,   ///< no command for BRIDGE_STALE_SAMPLES
+    BRIDGE_TRIP_BREAK    ///< the timer's outputs went off by themselves: its break input
+} bridge_trip_t;
+
+/// Codes of one period.
+typedef struct
+{
+    uint32_t current[BRIDGE_CURRENTS], bus;
+} bridge_sample_t;
+
+/// The same in units.
+typedef struct
+{
+    float current_a[BRIDGE_CURRENTS], bus_v;
+} bridge_measured_t;
+
+/// Shares of a period in which each leg is high, 0 to 1.
+typedef struct
+{
+    float leg[BRIDGE_LEGS];
+} bridge_duty_t;
+
+/// In ON, once a period. `context` is its own.
+typedef void (*bridge_law_t)(void *context, float reference_a, const bridge_measured_t *measured, bridge_duty_t *duty);
+
+typedef struct
+{
+    float        a_per_code, v_per_code;
+    float        trip_a;
+    bridge_law_t law;
+    void        *context;
+    void (*begin)(void *context); ///< resets the law as the bridge turns on
+} bridge_params_t;
+
+typedef struct
+{
+    bridge_params_t params;
+
+    // Written by the tick.
+    volatile bool     is_wanted;
+    volatile float    reference_a;
+    volatile uint32_t age; ///< samples since the last command; bridge_step counts it up
+
+    // Written by bridge_step.
+    volatile bridge_state_t state;
+    volatile bridge_trip_t  cause; ///< of the last trip
+    volatile uint8_t        trips;
+    bool                    must_rest; ///< until it was not wanted
+    uint32_t                rails, beyond, count, sum[BRIDGE_CURRENTS], low, high;
+    float                   zero[BRIDGE_CURRENTS]; ///< codes at 0 A
+    bridge_measured_t       measured;
+
+    uint8_t trips_seen; ///< by the tick
+} bridge_t;
+
+void bridge_init(bridge_t *bridge, const bridge_params_t *params);
+
+/// Once a period: `duty` is what to apply, all legs alike unless the bridge is on. True if the outputs may be on.
+/// `are_on` is whether they are.
+bool bridge_step(bridge_t *bridge, const bridge_sample_t *sample, bool are_on, bridge_duty_t *duty);
+
+// The tick's.
+
+void bridge_want(bridge_t *bridge, bool on);
+void bridge_command(bridge_t *bridge, float reference_a);
+
+/// The cause, once for each trip.
+bridge_trip_t bridge_take_trip(bridge_t *bridge);
+
+/// The law of a motor with one winding, between legs 0 and 1, with the current into leg 0's terminal as current 0.
+typedef struct
+{
+    current_params_t params;
+    current_state_t  state;
+} bridge_brushed_t;
+
+void bridge_brushed(void *context, float reference_a, const bridge_measured_t *measured, bridge_duty_t *duty);
+void bridge_brushed_begin(void *context);
+
+#endif
