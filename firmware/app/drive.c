@@ -112,6 +112,10 @@ static drive_fault_t check_inputs(const drive_setup_t *setup, drive_state_t stat
     {
         return DRIVE_FAULT_SUPPLY;
     }
+    if ((inputs & PORT_INPUT_OVER_CURRENT) != 0u)
+    {
+        return DRIVE_FAULT_OVER_CURRENT;
+    }
     if ((inputs & PORT_INPUT_POWER_FAULT) != 0u)
     {
         return DRIVE_FAULT_POWER;

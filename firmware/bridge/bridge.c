@@ -6,7 +6,7 @@ static const bridge_duty_t idle = {{0.5f, 0.5f, 0.5f}};
 
 void bridge_init(bridge_t *bridge, const bridge_params_t *params)
 {
-    const float middle = (float)(BRIDGE_CODES / 2u);
+    const float middle = (float)BRIDGE_MIDDLE;
     *bridge            = (bridge_t){.params = *params, .zero = {middle, middle}};
 }
 
@@ -39,7 +39,7 @@ static void begin_calibration(bridge_t *bridge)
 
 static bool is_zero_credible(const bridge_t *bridge)
 {
-    const float off = bridge->zero[0] - (float)(BRIDGE_CODES / 2u);
+    const float off = bridge->zero[0] - (float)BRIDGE_MIDDLE;
     return off <= (float)BRIDGE_OFFSET_MOST && off >= -(float)BRIDGE_OFFSET_MOST &&
            bridge->high - bridge->low <= BRIDGE_SPREAD_MOST;
 }
@@ -179,6 +179,18 @@ void bridge_brushed_begin(void *context)
     current_reset(&motor->state);
 }
 
+float bridge_dead_share(uint32_t dead_time_ns)
+{
+    return 1e-9f * (float)dead_time_ns * (float)BRIDGE_HZ;
+}
+
+/// While a leg is in dead time its diode conducts, so the motor gets so much of the bus less in the current's direction, by each
+/// leg once a period. It is added beforehand, by the reference's sign: the current's is known too late where it turns.
+static float dead_part(const bridge_brushed_t *motor, float reference_a)
+{
+    return 2.0f * motor->dead_share * current_limited(reference_a * (1.0f / BRIDGE_SIGN_A), 1.0f);
+}
+
 /// Both legs move, in opposite directions from the middle: the motor sees twice the timer's frequency, and the current at the
 /// middle of a period is its mean.
 void bridge_brushed(void *context, float reference_a, const bridge_measured_t *measured, bridge_duty_t *duty)
@@ -187,7 +199,8 @@ void bridge_brushed(void *context, float reference_a, const bridge_measured_t *m
     const bool        has    = measured->bus_v >= BRIDGE_BUS_LEAST_V;
     const float       most_v = has ? BRIDGE_DUTY_MOST * measured->bus_v : 0.0f;
     const float       v      = current_step(&motor->params, &motor->state, reference_a, measured->current_a[0], most_v);
-    const float       half   = has ? 0.5f * v / measured->bus_v : 0.0f;
+    const float       part   = has ? v / measured->bus_v + dead_part(motor, reference_a) : 0.0f;
+    const float       half   = 0.5f * part;
     duty->leg[0]             = 0.5f + half;
     duty->leg[1]             = 0.5f - half;
 }

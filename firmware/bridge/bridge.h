@@ -14,7 +14,8 @@
 /// each word that both know is written by one of them.
 ///
 /// **FOC.** What turns a reference into duties is a law. bridge_brushed is built in; another, of three legs, is a function of
-/// the same kind that knows its rotor's angle (stage.h of a board says where it goes).
+/// the same kind that knows its rotor's angle (stage_init
+/// of a port names it).
 
 #ifndef BRIDGE_BRIDGE_H
 #define BRIDGE_BRIDGE_H
@@ -32,9 +33,11 @@
 #define BRIDGE_SPREAD_MOST    40u   ///< codes from the lowest to the highest while calibrating: noise, and no current
 #define BRIDGE_RAIL           100u  ///< codes: a broken wire reads this close to a rail
 #define BRIDGE_CODES          4096u ///< of the converters
+#define BRIDGE_MIDDLE         2048u ///< of them: 0 A but for the offset
 #define BRIDGE_SAMPLES        2u    ///< in a row beyond a level: a trip
 #define BRIDGE_STALE_SAMPLES  60u   ///< without a command, 3 ms: the tick hangs
 #define BRIDGE_DUTY_MOST      0.95f ///< of the bus: leaves the low sides on for the gate drivers' bootstraps
+#define BRIDGE_SIGN_A         0.1f  ///< current from which on its sign is certain
 #define BRIDGE_BUS_LEAST_V    1.0f  ///< below it a duty means nothing
 
 typedef enum
@@ -125,7 +128,11 @@ typedef struct
 {
     current_params_t params;
     current_state_t  state;
+    float            dead_share; ///< of a period that a leg spends in dead time, bridge_dead_share
 } bridge_brushed_t;
+
+/// Both edges of a period: what a leg loses of its voltage, against its current.
+float bridge_dead_share(uint32_t dead_time_ns);
 
 void bridge_brushed(void *context, float reference_a, const bridge_measured_t *measured, bridge_duty_t *duty);
 void bridge_brushed_begin(void *context);

@@ -9,6 +9,7 @@ Unicorn's.
 
 import struct
 
+import bridge_model
 from elftools.elf.elffile import ELFFile
 from unicorn import (UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_HOOK_MEM_FETCH_UNMAPPED, UC_HOOK_MEM_READ_UNMAPPED, UC_HOOK_MEM_WRITE,
                      UC_HOOK_MEM_WRITE_UNMAPPED, UC_MODE_MCLASS, UC_MODE_THUMB, Uc)
@@ -34,7 +35,7 @@ PVD, EXTI1, ADC, TIM2, USART1, EXTI15_10 = 1, 7, 18, 28, 37, 40
 
 RCC, RCC_SIZE = 0x40023800, 0x400
 PERIPHERALS = {  # base: name, offset and bit of its clock
-    0x40000000: ("TIM2", 0x40, 0), 0x40000C00: ("TIM5", 0x40, 3), 0x40003000: ("IWDG", None, None),
+    0x40000000: ("TIM2", 0x40, 0), 0x40010000: ("TIM1", 0x44, 0), 0x40000C00: ("TIM5", 0x40, 3), 0x40003000: ("IWDG", None, None),
     0x40007000: ("PWR", 0x40, 28), 0x40007400: ("DAC", 0x40, 29), 0x40011000: ("USART1", 0x44, 4), 0x40012000: ("ADC", 0x44, 8),
     0x40013800: ("SYSCFG", 0x44, 14), 0x40013C00: ("EXTI", None, None), 0x40014800: ("TIM11", 0x44, 18),
     0x40020000: ("GPIOA", 0x30, 0), 0x40020400: ("GPIOB", 0x30, 1), 0x40023800: ("RCC", None, None),
@@ -114,6 +115,7 @@ class Chip:
         self.flash_fails = False   # says that it is done, and changes nothing
         self.captures_s = 0.0
         self.tick_count = self.counted = 0
+        self.bridge = bridge_model.Bridge(self)
         self.on_tick = lambda: None
         self.on_output = lambda: None
         sp, pc = struct.unpack("<II", uc.mem_read(FLASH, 8))
@@ -254,7 +256,7 @@ class Chip:
         return self.pins & ~1 | enable
 
     def drives_line(self):
-        return self.field(0x40020000, 16, 2) == 1 and self.field(0x40020014, 8, 1) == 1
+        return self.field(0x40020400, 10, 2) == 1 and self.field(0x40020414, 5, 1) == 1
 
     def power_is_on(self):
         return self.field(0x40020400, 0, 2) == 1 and self.field(0x40020414, 0, 1) == 1
@@ -262,6 +264,7 @@ class Chip:
     def set_pin(self, pin, high):
         before = self.pins
         self.pins = self.pins | 1 << pin if high else self.pins & ~(1 << pin)
+        self.bridge.look_at_break()
         if before != self.pins and self.field(0x40013808 + pin // 4 * 4, pin % 4 * 4, 4) == 1:
             self._edge(pin, high)
 
@@ -308,6 +311,12 @@ class Chip:
             if base == 0x40000000:
                 self.tick_left_s, self.tick_due_s = self.tick_due_s - self.now_s, None
 
+    def _write_tim1(self, offset, value):
+        return self.bridge.write(offset, value)
+
+    def _read_tim1(self, offset):
+        return self.bridge.read(offset)
+
     def _write_tim2(self, offset, value):
         self._write_timer(0x40000000, offset, value)
         if offset == 0x10:
@@ -348,6 +357,8 @@ class Chip:
     # converters
 
     def _write_adc(self, offset, value):
+        if offset in (0x00, 0x100):  # what is written as 0 is cleared
+            self.bridge.done[offset // 0x100] &= value >> 2 & 1
         if offset == 0x108 and value & 1 << 30 and value & 1:
             assert self.field(RCC + 0x44, 9, 1), "ADC2 has no clock"
             self.adc2_done = self.adc2_works
@@ -363,6 +374,9 @@ class Chip:
         return cycles / rate_hz
 
     def _read_adc(self, offset):
+        injected = self.bridge.converted(offset)
+        if injected is not None:
+            return injected
         if offset == 0x100:  # ADC2: slow against a tick, fast against an access
             return self.adc2_done << 1
         if offset == 0x14C:
@@ -411,6 +425,7 @@ class Chip:
         elif offset == 0x10 and not self.flash_locked:
             self.registers[0x40023C10] = value & 0x7FFFFFFF
             if value & 0x10002 == 0x10002:
+                assert not self.bridge.is_on(), "flash is erased while the bridge is on"
                 sector = value >> 3 & 15
                 assert sector in (10, 11) and value >> 8 & 3 == 2, f"flash control {value:#x}"
                 if not self.flash_fails:
@@ -421,6 +436,7 @@ class Chip:
     def _on_flash_write(self, _uc, _access, address, size, value, _user):
         def check():
             assert not self.flash_locked and self.reg(0x40023C10) & 0x301 == 0x201 and size == 4, f"write to {address:#x}"
+            assert not self.bridge.is_on(), "flash is written while the bridge is on"
             assert address >= STORE, f"write to the image at {address:#x}"
             assert not self.reg(0xE000ED94) & 1 or address >= STORE
             was = struct.unpack("<I", self.uc.mem_read(address, 4))[0]
@@ -576,7 +592,10 @@ class Chip:
             self.uc.reg_write(UC_ARM_REG_S0, struct.unpack("<I", struct.pack("<f", force))[0])
         self.uc.reg_write(UC_ARM_REG_XPSR, 1 << 24)
         self.uc.reg_write(UC_ARM_REG_LR, RETURN | 1)
-        self._emulate(self.symbols[function])
+        at = self._emulate(self.symbols[function])
+        while at != RETURN:  # a timer was started, which looks at what is due
+            self.next_due_s = NEVER
+            at = self._emulate(at)
         result = self.uc.reg_read(UC_ARM_REG_R0)
         self.uc.context_restore(context)
         return result
@@ -634,6 +653,7 @@ class Chip:
             self.registers[0x40012000] = self.reg(0x40012000) | 2
             if self.reg(0x40012004) & 1 << 5:
                 self.pended.add(ADC)
+        self.bridge.advance()
         self._receive()
         if self.received is not None and self.field(0x4001100C, 5, 1):
             self.pended.add(USART1)
@@ -642,7 +662,7 @@ class Chip:
 
     def _due(self):
         arrival_s = self.incoming[0][0] if self.incoming else None
-        return [t for t in (self.tick_due_s, self.conversion_due_s, arrival_s) if t is not None]
+        return [t for t in (self.tick_due_s, self.conversion_due_s, arrival_s, self.bridge.due_s()) if t is not None]
 
     def _run_background(self, until_s):
         self.next_due_s = min([until_s, *self._due()])

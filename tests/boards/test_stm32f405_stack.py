@@ -1,5 +1,5 @@
 """The deepest stack that the image can need, from its instructions, against what the linker reserves: the background, in it a
-received byte, in that a tick, in the tick an emergency stop, and in that a crash. Frames are read off the prologues; calls through
+received byte, in that a tick, in the tick the current loop of an image with the bridge, in that an emergency stop, and in that a crash. Frames are read off the prologues; calls through
 pointers are those listed here."""
 
 import os
@@ -26,10 +26,11 @@ THROUGH_POINTERS = {
     r"dies_away|add_tail|add_response|tribo_(controller_f32_init|headroom_q31_quantize)": {"board_kick"},
     r"refusal_of|tribo_force_loop_.*_refusal|tribo_.*refus.*": {"set_up_.*"},
     r"store_(read|write)|look_at|mark_of|write_mark|leave|holds|write_record|crc_of|word_of": FLASH,
-    r"operate": {"run_in_ram"},
+    r"operate.*": {"run_in_ram"},
     r"selftest_ram|holds|check_word|check_addresses": {"real_read", "real_write"},
     r"refusal_of": {"set_up_(f32|q31)"},
     r"tribo_.*|last_of": {"tribo_.*"},
+    r"bridge_step|turn_on|calibrate": {"bridge_brushed", "bridge_brushed_begin"},
 }
 
 
@@ -98,11 +99,12 @@ class Image:
         return max(self.depth(name) for name in names)
 
 
-@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+@pytest.mark.parametrize("arithmetic", ["f32", "q31", "bridge-f32", "bridge-q31"])
 def test_the_linker_reserves_more_stack_than_the_worst_case_needs(arithmetic):
     image = Image(TREE / "firmware" / f"tribo-stm32f405-{arithmetic}.elf")
     image.connect()
-    levels = [image.deepest("main"), image.deepest("USART1_IRQHandler"), image.deepest("TIM2_IRQHandler", "ADC_IRQHandler"),
+    ticks = [["TIM2_IRQHandler"], ["ADC_IRQHandler"]] if "bridge" in arithmetic else [["TIM2_IRQHandler", "ADC_IRQHandler"]]
+    levels = [image.deepest("main"), image.deepest("USART1_IRQHandler"), *(image.deepest(*names) for names in ticks),
               image.deepest("EXTI1_IRQHandler", "EXTI15_10_IRQHandler", "PVD_IRQHandler"), image.deepest("NMI_Handler", "startup_end")]
     needed = sum(depth for depth, _ in levels) + (len(levels) - 1) * FRAME
     reserved = image.symbol("stack_size")

@@ -235,6 +235,12 @@ static void test_the_motors_legs_move_against_each_other(void)
     TEST_ASSERT_EQUAL_FLOAT(0.5f, duty.leg[2]);
     (void)run(1, -2.0f);
     TEST_ASSERT_TRUE(duty.leg[0] < 0.4f);
+    // What dead time takes away is added, by the reference's sign.
+    motor.state      = (current_state_t){.integral_v = 0.0f};
+    motor.dead_share = bridge_dead_share(500u);
+    (void)run(1, -1.0f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.5f - motor.params.kp_v_per_a / 48.0f - 0.01f, duty.leg[0]);
+    motor.dead_share = 0.0f;
     // At most BRIDGE_DUTY_MOST of the bus, and nothing of a bus that is not there.
     (void)run(100, 2.0f);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.5f + 0.5f * BRIDGE_DUTY_MOST, duty.leg[0]);

@@ -270,9 +270,66 @@ static void test_what_the_power_stage_shows_is_scaled(void)
     TEST_ASSERT_INT32_WITHIN(100, 330000, is.temperature_mc);
 }
 
+/// Nanoseconds that the manual's table (TIM1, BDTR) gives for the bits DTG.
+static double dead_time_ns(uint32_t bits, double timer_hz)
+{
+    const double cycle_ns = 1e9 / timer_hz;
+    if (bits < 0x80u)
+    {
+        return bits * cycle_ns;
+    }
+    if (bits < 0xc0u)
+    {
+        return (64u + (bits & 0x3fu)) * 2u * cycle_ns;
+    }
+    return (32u + (bits & 0x1fu)) * (bits < 0xe0u ? 8u : 16u) * cycle_ns;
+}
+
+static void test_a_dead_time_is_never_shorter_than_asked(void)
+{
+    const uint32_t clocks_hz[] = {168000000u, 16000000u};
+    for (int i = 0; i < 2; i++)
+    {
+        const double cycle_ns = 1e9 / (double)clocks_hz[i];
+        for (uint32_t ns = 50; ns <= 6000; ns++)
+        {
+            const uint32_t bits  = convert_dead_time(ns, clocks_hz[i]);
+            const double   found = dead_time_ns(bits, (double)clocks_hz[i]);
+            const double   step  = bits < 0x80u ? 1.0 : bits < 0xc0u ? 2.0 : bits < 0xe0u ? 8.0 : 16.0;
+            TEST_ASSERT_TRUE(bits <= 0xffu);
+            TEST_ASSERT_TRUE(found >= ns - 1e-6);
+            TEST_ASSERT_TRUE(found < ns + (step + 1.0) * cycle_ns);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(0xffu, convert_dead_time(7000, 168000000u)); // the longest
+}
+
+static void test_the_bridges_output_is_in_ampere(void)
+{
+    const double full = (double)CONVERT_BRIDGE_FULL_A;
+#ifdef TRIBO_ARITHMETIC_Q31
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.5f * CONVERT_BRIDGE_FULL_A, convert_bridge(1 << 30));
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, -CONVERT_BRIDGE_FULL_A, convert_bridge(INT32_MIN));
+#else
+    TEST_ASSERT_EQUAL_FLOAT(-1.5f, convert_bridge(-1.5f));
+#endif
+    config                    = rig_config;
+    config.command_zero_units = 0.0f;
+    config.command_n_per_unit = 1.0f; // N/A
+    const port_t bridge       = {.sensor = CONVERT_SENSOR_RANGE, .output = CONVERT_BRIDGE_RANGE};
+    TEST_ASSERT_TRUE(scaling_init(&scaling, &config, &bridge, &error));
+    for (double u_n = -2.0; u_n <= 2.0; u_n += 0.01)
+    {
+        const float a = convert_bridge(scaling_output(&scaling, board_force(u_n)));
+        TEST_ASSERT_TRUE(fabs((double)a - u_n) < full * 1e-6);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_a_dead_time_is_never_shorter_than_asked);
+    RUN_TEST(test_the_bridges_output_is_in_ampere);
     RUN_TEST(test_sensor_has_1638_codes_for_2_n);
     RUN_TEST(test_codes_near_the_ends_are_not_credible);
     RUN_TEST(test_rig_and_paper_can_be_run);

@@ -1,6 +1,6 @@
 #include "board.h"
 
-#include "convert.h"
+#include "stage.h"
 #include "wait.h"
 #include "wiring.h"
 
@@ -12,7 +12,6 @@
 _Static_assert(WIRING_STOP_PIN == 1 && WIRING_FAULT_PIN >= 10 && WIRING_FAULT_PIN <= 15,
                "EXTI1's and EXTI15_10's handlers");
 
-static uint32_t       off_code = CONVERT_ZERO; ///< for zero current
 static drive_config_t board_config;
 
 /// Pulls a pin of port B to the level that an open wire shall have.
@@ -23,18 +22,13 @@ static void pull(uint32_t pin, bool up)
 
 static void start_pins(const drive_config_t *config)
 {
-    clock_on(&RCC->AHB1ENR, RCC_AHB1ENR_GPIOAEN | RCC_AHB1ENR_GPIOBEN);
-    clock_on(&RCC->APB1ENR, RCC_APB1ENR_DACEN);
-    // Level before direction, and zero before the DAC is on, so that neither pin shows another level.
+    clock_on(&RCC->AHB1ENR, RCC_AHB1ENR_GPIOBEN);
+    // Level before direction, so that the pin shows no other level.
     GPIOB->BSRR = 1u << (WIRING_ENABLE_PIN + 16);
     GPIOB->MODER |= 1u << (2 * WIRING_ENABLE_PIN);
     pull(WIRING_STOP_PIN, true);
     pull(WIRING_FAULT_PIN, config->fault_level != 0u);
     pull(WIRING_READY_PIN, config->ready_level == 0u);
-    DAC->DHR12R1 = off_code;
-    GPIOA->MODER |= 3u << (2 * 0) | 3u << (2 * 1) | 3u << (2 * 2) | 3u << (2 * 3) | 3u << (2 * 4); // analog
-    DAC->CR |= DAC_CR_BOFF1; // buffer off: it does not reach the rails
-    DAC->CR |= DAC_CR_EN1;
 }
 
 /// Interrupts when emergency stop or power fault become active; they also latch pulses between two ticks.
@@ -60,10 +54,10 @@ static void watch_supply(void)
 static void start_usart(uint32_t clock_hz)
 {
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_USART1EN);
-    GPIOA->MODER |= 1u << (2 * WIRING_DRIVES_PIN);  // low
-    GPIOA->PUPDR |= 1u << (2 * WIRING_RECEIVE_PIN); // pull-up: an open wire reads idle
-    GPIOA->AFRH |= 7u << (4 * (WIRING_SEND_PIN - 8)) | 7u << (4 * (WIRING_RECEIVE_PIN - 8)); // AF7
-    GPIOA->MODER |= 2u << (2 * WIRING_SEND_PIN) | 2u << (2 * WIRING_RECEIVE_PIN);
+    GPIOB->MODER |= 1u << (2 * WIRING_DRIVES_PIN);                               // low
+    pull(WIRING_RECEIVE_PIN, true);                                              // an open wire reads idle
+    GPIOB->AFRL |= 7u << (4 * WIRING_SEND_PIN) | 7u << (4 * WIRING_RECEIVE_PIN); // AF7
+    GPIOB->MODER |= 2u << (2 * WIRING_SEND_PIN) | 2u << (2 * WIRING_RECEIVE_PIN);
     USART1->BRR = (clock_hz + 57600u) / 115200u;
     USART1->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE;
 }
@@ -79,72 +73,19 @@ static void start_timer(tim_t *timer, uint32_t clock_hz, uint32_t reload, uint32
     timer->CR1  = TIM_CR1_CEN;
 }
 
-static void start_adc(void)
-{
-    clock_on(&RCC->APB2ENR, RCC_APB2ENR_ADC1EN);
-    ADC_CCR     = ADC_CCR_ADCPRE_DIV4; // 21 MHz of 84
-    ADC1->SMPR2 = ADC_SMPR2_SMP0_480;  // with 12 more cycles a conversion every 23.4 us
-    ADC1->SQR1  = 0;                   // one conversion ...
-    ADC1->SQR3  = 0;                   // ... of channel 0
-    ADC1->CR1   = ADC_CR1_EOCIE;
-    ADC1->CR2   = ADC_CR2_ADON | ADC_CR2_CONT;
-    // The power stage's, one of them a tick.
-    clock_on(&RCC->APB2ENR, RCC_APB2ENR_ADC2EN);
-    ADC2->SMPR2 = ADC_SMPR2_SMP1_480 | ADC_SMPR2_SMP2_480 | ADC_SMPR2_SMP3_480;
-    ADC2->SQR1  = 0;
-    ADC2->CR2   = ADC_CR2_ADON;
-}
-
-static uint32_t measured_codes[CONVERT_MEASURED]; ///< of ADC2's channels 1 to 3
-static uint32_t measured_channel;
-
-static void convert_next(void)
-{
-    measured_channel = measured_channel % CONVERT_MEASURED + 1u;
-    ADC2->SQR3       = measured_channel;
-    ADC2->CR2 |= ADC_CR2_SWSTART;
-}
-
-static bool take_measured(void)
-{
-    const bool is_done = (ADC2->SR & ADC_SR_EOC) != 0u;
-    if (is_done)
-    {
-        measured_codes[measured_channel - 1u] = ADC2->DR & 0xfffu; // reading clears EOC
-    }
-    return is_done;
-}
-
-/// Each once, so that the first tick has all.
-static void start_measuring(void)
-{
-    for (uint32_t i = 0; i < CONVERT_MEASURED; i++)
-    {
-        convert_next();
-        (void)wait_for(&ADC2->SR, ADC_SR_EOC, ADC_SR_EOC);
-        (void)take_measured();
-    }
-    convert_next();
-}
-
-static uint32_t timer_hz;
+static uint32_t apb_hz; ///< of APB2; APB1's timers have the same
 
 board_clock_t board_init(const drive_config_t *config, loop_force_t no_current)
 {
     board_config = *config; // a copy: the caller's params change later
-    off_code     = convert_output(no_current);
     start_pins(config);
+    stage_init(config, no_current);
     start_edges(config);
     const board_clock_t clock = clock_start(config->crystal_hz);
-    timer_hz                  = clock.apb_hz; // twice APB1's clock if APB1 is divided
+    apb_hz                    = clock.apb_hz; // APB1's timers run at twice its clock if it is divided
     start_usart(clock.apb_hz);
-    start_adc();
     return clock;
 }
-
-#define LINE_PRIORITY 12u // of 0 to 15
-#define TICK_PRIORITY 8u  // a tick interrupts what is received
-#define STOP_PRIORITY 0u  // stops interrupt a tick
 
 // From the linker script.
 extern uint32_t stack_guard[];
@@ -167,7 +108,7 @@ static void start_mpu(void)
     SCB->SHCSR &= ~SCB_SHCSR_MEMFAULTENA_Msk; // set by CMSIS; a separate fault would need the full stack
 }
 
-static void start_interrupt(IRQn_Type interrupt, uint32_t priority)
+void board_start_interrupt(IRQn_Type interrupt, uint32_t priority)
 {
     NVIC_SetPriority(interrupt, priority);
     NVIC_EnableIRQ(interrupt);
@@ -176,11 +117,9 @@ static void start_interrupt(IRQn_Type interrupt, uint32_t priority)
 void board_start(void)
 {
     start_mpu();
-    // One priority for both, so that neither interrupts the other.
-    start_interrupt(TIM2_IRQn, TICK_PRIORITY);
-    start_interrupt(ADC_IRQn, TICK_PRIORITY);
+    board_start_interrupt(TIM2_IRQn, BOARD_TICK_PRIORITY);
     USART1->CR1 |= USART_CR1_RXNEIE;
-    start_interrupt(USART1_IRQn, LINE_PRIORITY);
+    board_start_interrupt(USART1_IRQn, BOARD_LINE_PRIORITY);
 
     IWDG->KR  = IWDG_KR_START;
     IWDG->KR  = IWDG_KR_ACCESS;
@@ -191,15 +130,14 @@ void board_start(void)
     IWDG->KR = IWDG_KR_RELOAD;
     watch_supply();
     EXTI->PR = STOP_LINE | FAULT_LINE | PVD_LINE; // edges caused by the pull-ups
-    start_interrupt(EXTI1_IRQn, STOP_PRIORITY);
-    start_interrupt(EXTI15_10_IRQn, STOP_PRIORITY);
-    start_interrupt(PVD_IRQn, STOP_PRIORITY);
+    board_start_interrupt(EXTI1_IRQn, BOARD_STOP_PRIORITY);
+    board_start_interrupt(EXTI15_10_IRQn, BOARD_STOP_PRIORITY);
+    board_start_interrupt(PVD_IRQn, BOARD_STOP_PRIORITY);
 
     clock_on(&RCC->APB1ENR, RCC_APB1ENR_TIM2EN | RCC_APB1ENR_TIM5EN);
-    ADC1->CR2 |= ADC_CR2_SWSTART;
-    start_measuring();
-    start_timer(TIM5, timer_hz, UINT32_MAX, 0);
-    start_timer(TIM2, timer_hz, BOARD_TICK_US - 1u, TIM_DIER_UIE);
+    stage_start(apb_hz);
+    start_timer(TIM5, apb_hz, UINT32_MAX, 0);
+    start_timer(TIM2, apb_hz, BOARD_TICK_US - 1u, TIM_DIER_UIE);
 }
 
 static volatile uint32_t ticks; ///< only the tick writes it
@@ -217,8 +155,13 @@ void board_kick(void)
 
 void board_off(void)
 {
-    GPIOB->BSRR  = 1u << (WIRING_ENABLE_PIN + 16);
-    DAC->DHR12R1 = off_code;
+    GPIOB->BSRR = 1u << (WIRING_ENABLE_PIN + 16);
+    stage_off();
+}
+
+bool board_is_off(void)
+{
+    return (GPIOB->ODR >> WIRING_ENABLE_PIN & 1u) == 0u && stage_is_off();
 }
 
 // --- the line ------------------------------------------------------------------------------------------------------
@@ -239,7 +182,7 @@ static bool is_sending; // since the last look of board_release_line
 /// With RS-485 the transceiver drives the line from the first byte on.
 static void transmit(uint8_t byte)
 {
-    GPIOA->BSRR = 1u << WIRING_DRIVES_PIN;
+    GPIOB->BSRR = 1u << WIRING_DRIVES_PIN;
     USART1->DR  = byte;
     is_sending  = true;
 }
@@ -250,7 +193,7 @@ void board_release_line(void)
     const bool is_out = (USART1->SR & USART_SR_TC) != 0u;
     if (is_out && !is_sending)
     {
-        GPIOA->BSRR = 1u << (WIRING_DRIVES_PIN + 16);
+        GPIOB->BSRR = 1u << (WIRING_DRIVES_PIN + 16);
     }
     is_sending = !is_out;
 }
@@ -312,28 +255,10 @@ const modbus_line_t board_line = {.receive = receive, .send = send};
 
 // --- interrupts ----------------------------------------------------------------------------------------------------
 
-#define CONVERSIONS_MIN 4u // in a tick; 42 at 168 MHz, 8 at 16 MHz
-
-static uint32_t adc_sum, adc_count; // since the last tick; only interrupts of one priority write them
-
-void ADC_IRQHandler(void);
 void TIM2_IRQHandler(void);
 void EXTI1_IRQHandler(void);
 void EXTI15_10_IRQHandler(void);
 void PVD_IRQHandler(void);
-
-void ADC_IRQHandler(void)
-{
-    if ((ADC1->SR & ADC_SR_EOC) != 0u && adc_count < CONVERT_READINGS_MAX)
-    {
-        adc_sum += ADC1->DR & 0xfffu; // reading clears EOC
-        adc_count++;
-    }
-    else
-    {
-        ADC1->SR = 0;
-    }
-}
 
 void TIM2_IRQHandler(void)
 {
@@ -401,22 +326,13 @@ static void obey_trips(void)
 static bool read_sensor(void *context, loop_force_t *reading)
 {
     (void)context;
-    const uint32_t count = adc_count;
-    const uint32_t sum   = adc_sum;
-    adc_count            = 0;
-    adc_sum              = 0;
-    if (count < CONVERSIONS_MIN)
-    {
-        return false;
-    }
-    *reading = convert_sensor(sum, count);
-    return true;
+    return stage_read_sensor(reading);
 }
 
 static void command(void *context, loop_force_t output)
 {
     (void)context;
-    DAC->DHR12R1 = convert_output(output);
+    stage_command(output);
     obey_trips();
 }
 
@@ -424,6 +340,7 @@ static void enable(void *context, bool on)
 {
     (void)context;
     GPIOB->BSRR = on ? 1u << WIRING_ENABLE_PIN : 1u << (WIRING_ENABLE_PIN + 16);
+    stage_enable(on);
     obey_trips();
 }
 
@@ -471,20 +388,18 @@ static uint32_t inputs(void *context)
     (void)context;
     const uint32_t edges = (take_trip(&stop_trip, EXTI1_IRQn) ? STOP_LINE : 0u) |
                            (take_trip(&fault_trip, EXTI15_10_IRQn) ? FAULT_LINE : 0u);
-    const bool     low   = take_trip(&supply_trip, PVD_IRQn) || (PWR_CSR & PWR_CSR_PVDO) != 0u;
-    const uint32_t pins  = GPIOB->IDR;
-    const bool     wrong = is_stage_wrong(pins) && !is_tripped(); // a trip has just turned enable off
-    return port_inputs(&board_config, levels_of(pins | edges), levels_of(~pins | edges)) |
-           (low ? PORT_INPUT_SUPPLY : 0u) | (wrong ? PORT_INPUT_POWER_FAULT : 0u);
+    const bool     low     = take_trip(&supply_trip, PVD_IRQn) || (PWR_CSR & PWR_CSR_PVDO) != 0u;
+    const uint32_t pins    = GPIOB->IDR;
+    const bool     wrong   = is_stage_wrong(pins) && !is_tripped(); // a trip has just turned enable off
+    const uint32_t by_pins = port_inputs(&board_config, levels_of(pins | edges), levels_of(~pins | edges));
+    return (by_pins & ~STAGE_OWN_INPUTS) | stage_inputs() | (low ? PORT_INPUT_SUPPLY : 0u) |
+           (wrong ? PORT_INPUT_POWER_FAULT : 0u);
 }
 
-/// A conversion takes 23 us of a tick. One that has not ended in it is no measurement: then each level is exceeded.
 static void measure(void *context, port_measured_t *measured)
 {
     (void)context;
-    const bool is_done = take_measured();
-    convert_next();
-    *measured = is_done ? convert_measured(measured_codes) : (port_measured_t){INT32_MAX, INT32_MAX, INT32_MAX, 0};
+    stage_measure(measured);
 }
 
 static uint32_t time_us(void *context)
@@ -509,7 +424,7 @@ static void log_byte(void *context, uint8_t byte)
 
 const port_t board_port = {.context     = 0,
                            .sensor      = CONVERT_SENSOR_RANGE,
-                           .output      = CONVERT_OUTPUT_RANGE,
+                           .output      = STAGE_OUTPUT_RANGE,
                            .measures    = PORT_MEASURES_CURRENT | PORT_MEASURES_BUS | PORT_MEASURES_TEMPERATURE,
                            .measure     = measure,
                            .read_sensor = read_sensor,

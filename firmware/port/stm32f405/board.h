@@ -4,20 +4,27 @@
 /// fault. Pulses between two ticks are detected, too. Enable is read back in each tick, and a ready output that has not fallen
 /// 100 ms after it is off is a fault of the power stage.
 ///
-/// TIM2 triggers the ticks at 1 kHz and TIM5 counts time at 1 MHz, both from one clock. The sensor is converted
-/// continuously, 42 times a tick at 168 MHz, and a tick reads the mean of the conversions since the last one.
+/// TIM2 triggers the ticks at 1 kHz and TIM5 counts time at 1 MHz, both from one clock. The sensor is converted again and again
+/// (stage.h), 42 times a tick at 168 MHz, with the bridge 20 times, and a tick reads the mean since the last one.
 
 #ifndef STM32F405_BOARD_H
 #define STM32F405_BOARD_H
 
 #include "app/modbus.h"
 #include "clock.h"
+#include "device.h"
 #include "port/port.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #define BOARD_TICK_US 1000u
+
+// Of interrupts, 0 to 15.
+#define BOARD_LINE_PRIORITY  12u
+#define BOARD_TICK_PRIORITY  8u ///< a tick interrupts what is received
+#define BOARD_STAGE_PRIORITY 4u ///< the current loop interrupts a tick
+#define BOARD_STOP_PRIORITY  0u ///< stops interrupt all
 
 extern const port_t board_port;
 
@@ -30,6 +37,11 @@ void board_start(void);
 
 /// Power stage off, command at zero current; safe at any time, also from a fault handler.
 void board_off(void);
+
+/// True if the power stage is off.
+bool board_is_off(void);
+
+void board_start_interrupt(IRQn_Type interrupt, uint32_t priority);
 
 /// Background: kicks the watchdog after a new tick, so that it monitors both.
 void board_kick(void);

@@ -20,6 +20,11 @@
     {.full_units = CONVERT_CODES, .low_units = CONVERT_RAIL, .high_units = CONVERT_CODES_MAX - CONVERT_RAIL}
 #define CONVERT_OUTPUT_RANGE {.full_units = CONVERT_CODES, .low_units = 0, .high_units = CONVERT_CODES}
 
+// The bridge's output is a current in ampere.
+#define CONVERT_BRIDGE_FULL_A 8.25f
+#define CONVERT_BRIDGE_RANGE                                                                                           \
+    {.full_units = CONVERT_BRIDGE_FULL_A, .low_units = -CONVERT_BRIDGE_FULL_A, .high_units = CONVERT_BRIDGE_FULL_A}
+
 // What the power stage shows of itself. Change these with its amplifiers and dividers.
 #define CONVERT_MEASURED       3u     ///< current, supply, temperature
 #define CONVERT_CURRENT_MA     16500  ///< of the whole range: 0.2 V/A around 1.65 V
@@ -43,6 +48,35 @@ static inline loop_force_t convert_sensor(uint32_t sum, uint32_t count)
 #else
     return (float)mean * (1.0f / 1024.0f);
 #endif
+}
+
+/// Of the bridge, in A.
+static inline float convert_bridge(loop_force_t output)
+{
+#ifdef TRIBO_ARITHMETIC_Q31
+    return (float)output * (CONVERT_BRIDGE_FULL_A / 2147483648.0f);
+#else
+    return output;
+#endif
+}
+
+/// TIM1's bits DTG for a dead time, rounded up; at most 1008 cycles.
+static inline uint32_t convert_dead_time(uint32_t ns, uint32_t timer_hz)
+{
+    static const struct
+    {
+        uint32_t most, step, first, code;
+    } ranges[] = {{127u, 1u, 0u, 0x00u}, {254u, 2u, 64u, 0x80u}, {504u, 8u, 32u, 0xc0u}, {1008u, 16u, 32u, 0xe0u}};
+    const uint32_t cycles = (ns * (timer_hz / 1000000u) + 999u) / 1000u;
+    for (uint32_t i = 0; i < sizeof ranges / sizeof ranges[0]; i++)
+    {
+        if (cycles <= ranges[i].most)
+        {
+            const uint32_t steps = (cycles + ranges[i].step - 1u) / ranges[i].step;
+            return ranges[i].code | ((steps > ranges[i].first ? steps : ranges[i].first) - ranges[i].first);
+        }
+    }
+    return 0xffu;
 }
 
 /// The code nearest to an output, within the range of the converter.

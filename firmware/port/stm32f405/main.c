@@ -10,6 +10,7 @@
 #include "params_flash.h"
 #include "reset.h"
 #include "rig_config.h"
+#include "stage.h"
 
 static registers_t registers;
 
@@ -43,7 +44,17 @@ static bool suits(const params_set_t *set, params_error_t *error)
     {
         return refuse(error, DRIVE_CONFIG_period_us, (float)set->drive.period_us, (float)BOARD_TICK_US);
     }
-    return crystal_hz == usable_hz || refuse(error, DRIVE_CONFIG_crystal_hz, (float)crystal_hz, (float)usable_hz);
+    if (crystal_hz != usable_hz)
+    {
+        return refuse(error, DRIVE_CONFIG_crystal_hz, (float)crystal_hz, (float)usable_hz);
+    }
+    drive_config_error_t by_stage;
+    if (!stage_suits(&set->drive, &by_stage))
+    {
+        *error = (params_error_t){by_stage.field, by_stage.value, by_stage.low, by_stage.high, TRIBO_OK};
+        return false;
+    }
+    return true;
 }
 
 static void take_text(void *context, const uint8_t *bytes, size_t count);
@@ -197,7 +208,8 @@ static void report_reset(const reset_t *reset)
 static drive_fault_t check_clock(const board_clock_t *clock)
 {
     const bool allowed = registers.active->set.drive.degraded_clock != 0u;
-    const bool good    = clock->source == CLOCK_CRYSTAL || (clock->source != CLOCK_WRONG && allowed);
+    const bool usable  = clock->source == CLOCK_INTERNAL || (clock->source == CLOCK_SLOW && STAGE_SLOW_CLOCK);
+    const bool good    = clock->source == CLOCK_CRYSTAL || (usable && allowed);
     return good ? DRIVE_FAULT_NONE : DRIVE_FAULT_CLOCK;
 }
 

@@ -1,5 +1,6 @@
 #include "params_flash.h"
 
+#include "board.h"
 #include "device.h"
 #include "registers.h"
 
@@ -40,9 +41,13 @@ __attribute__((section(".ramcode"), noinline)) static bool run_in_ram(uint32_t  
     return turns > 0u;
 }
 
-/// Stops the drive's timers, unlocks the flash and makes RAM executable for one operation.
+/// With the power stage off: stops the drive's timers, unlocks the flash and makes RAM executable for one operation.
 static bool operate(uint32_t control, uint32_t turns, volatile uint32_t *word, uint32_t value)
 {
+    if (!board_is_off())
+    {
+        return false; // what erases stops the tick
+    }
     bool (*volatile in_ram)(uint32_t, uint32_t, volatile uint32_t *, uint32_t) =
         run_in_ram; // too far for a direct call
 

@@ -48,6 +48,7 @@ typedef struct
 #define RCC_APB1ENR_TIM5EN     (1u << 3)
 #define RCC_APB1ENR_PWREN      (1u << 28)
 #define RCC_APB1ENR_DACEN      (1u << 29)
+#define RCC_APB2ENR_TIM1EN     (1u << 0)
 #define RCC_APB2ENR_USART1EN   (1u << 4)
 #define RCC_APB2ENR_ADC1EN     (1u << 8)
 #define RCC_APB2ENR_ADC2EN     (1u << 9)
@@ -129,7 +130,7 @@ typedef struct
 #define GPIOA ((gpio_t *)0x40020000u)
 #define GPIOB ((gpio_t *)0x40020400u)
 
-// --- timers TIM2, TIM5 and TIM11 -----------------------------------------------------------------------------------
+// --- timers TIM1, TIM2, TIM5 and TIM11 -----------------------------------------------------------------------------------
 
 typedef struct
 {
@@ -137,6 +138,7 @@ typedef struct
     reg_t RCR, CCR1, CCR2, CCR3, CCR4, BDTR, DCR, DMAR, OR;
 } tim_t;
 
+#define TIM1  ((tim_t *)0x40010000u)
 #define TIM2  ((tim_t *)0x40000000u)
 #define TIM5  ((tim_t *)0x40000c00u)
 #define TIM11 ((tim_t *)0x40014800u)
@@ -147,6 +149,23 @@ typedef struct
 #define TIM_SR_CC1IF          (1u << 1)
 #define TIM_SR_CC1OF          (1u << 9)
 #define TIM11_OR_TI1_HSE_RTC  (2u << 0)
+
+// Of TIM1, the bridge's.
+#define TIM_CR1_CMS_DOWN   (1u << 5) ///< centre-aligned, mode 1
+#define TIM_CR1_ARPE       (1u << 7)
+#define TIM_CR2_MMS_OC4REF (7u << 4)
+#define TIM_CCMR_OC1_PWM1  (6u << 4 | 1u << 3) ///< high below CCR1, with preload; odd channels
+#define TIM_CCMR_OC2_PWM1  (6u << 12 | 1u << 11)
+#define TIM_CCMR_OC4_PWM2  (7u << 12 | 1u << 11) ///< high from CCR4 on
+#define TIM_CCER_LEG1      (5u << 0)             ///< CC1E, CC1NE
+#define TIM_CCER_LEG2      (5u << 4)
+#define TIM_CCER_LEG3      (5u << 8)
+#define TIM_BDTR_LOCK3     (3u << 8)
+#define TIM_BDTR_OSSI      (1u << 10)
+#define TIM_BDTR_OSSR      (1u << 11)
+#define TIM_BDTR_BKE       (1u << 12)
+#define TIM_BDTR_BKP       (1u << 13)
+#define TIM_BDTR_MOE       (1u << 15)
 
 #define TIM_CR1_CEN  (1u << 0)
 #define TIM_DIER_UIE (1u << 0)
@@ -166,10 +185,20 @@ typedef struct
 #define ADC_CCR (*(reg_t *)0x40012304u)
 
 #define ADC_SR_EOC          (1u << 1)
+#define ADC_SR_JEOC         (1u << 2)
 #define ADC_CR1_EOCIE       (1u << 5)
+#define ADC_CR1_JEOCIE      (1u << 7)
+#define ADC_CR1_SCAN        (1u << 8)
 #define ADC_CR2_ADON        (1u << 0)
 #define ADC_CR2_CONT        (1u << 1)
+#define ADC_CR2_JEXTSEL_T1  (1u << 16) ///< TIM1_TRGO
+#define ADC_CR2_JEXTEN_RISE (1u << 20)
 #define ADC_CR2_SWSTART     (1u << 30)
+#define ADC_SMPR2_SMP0_56   (3u << 0)
+#define ADC_SMPR2_SMP1_15   (1u << 3)
+#define ADC_SMPR2_SMP2_15   (1u << 6)
+#define ADC_SMPR2_SMP3_15   (1u << 9)
+#define ADC_SMPR2_SMP4_15   (1u << 12)
 #define ADC_SMPR2_SMP0_480  (7u << 0)
 #define ADC_SMPR2_SMP1_480  (7u << 3)
 #define ADC_SMPR2_SMP2_480  (7u << 6)

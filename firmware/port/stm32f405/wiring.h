@@ -2,20 +2,31 @@
 ///
 ///     PA0   ADC1_IN0    force sensor; 0.33 to 2.97 V are -2 to 2 N in rig_config.h. A reading within 80 mV of a rail is out of
 ///                       range; a resistor pulls a broken wire there, to ground
-///     PA4   DAC_OUT1    current command to the voltage-to-current converter: 1.65 V at 0 A; not buffered, 15 kOhm. 0 V is
-///                       full reverse: two resistors at the converter's input hold an open wire at 1.65 V (README.md)
 ///     PB0   output      power stage on when high; a resistor to ground keeps it off through reset
 ///     PB1   input       emergency stop: closed to ground when released; open (or a broken wire) is active
 ///     PB12  input       the power stage's fault output, active at drive_config_t.fault_level, to which an internal resistor of
 ///                       40 kOhm pulls an open wire: an open-drain output needs 4.7 kOhm to 3.3 V at the power stage
-///     PB13  input       the power stage's ready output, if ready_ms is not 0; an open wire is not ready
-///     PA1   ADC2_IN1    the motor's current, if drive_config_t.over_current_a is not 0; 0.2 V/A around 1.65 V (convert.h)
+///     PA1   ADC2_IN1    the motor's current; 0.2 V/A around 1.65 V (convert.h)
 ///     PA2   ADC2_IN2    the power stage's supply, for bus_low_v and bus_high_v; a twentieth of it
 ///     PA3   ADC2_IN3    its temperature, for temperature_max_c; 10 mV/degC
-///     PA8   output      high while USART1 sends: the driver-enable of an RS-485 transceiver
-///     PA9, PA10         USART1, log and commands, 115200 8N1
+///     PB5   output      high while USART1 sends: the driver-enable of an RS-485 transceiver
+///     PB6, PB7          USART1, log and commands, 115200 8N1
 ///
-/// The chip ties its converters to PA0 to PA4.
+/// A power stage of somebody else's, which takes a command (tribo-stm32f405-*.elf):
+///
+///     PA4   DAC_OUT1    current command to the voltage-to-current converter: 1.65 V at 0 A; not buffered, 15 kOhm. 0 V is
+///                       full reverse: two resistors at the converter's input hold an open wire at 1.65 V (README.md)
+///     PB8   input       the power stage's ready output, if ready_ms is not 0; an open wire is not ready
+///
+/// A bridge that the board drives (tribo-stm32f405-bridge-*.elf), by TIM1. Each gate input needs a resistor to ground:
+///
+///     PA8, PB13         TIM1_CH1, TIM1_CH1N: high and low side of the leg at the motor's positive terminal
+///     PA9, PB14         TIM1_CH2, TIM1_CH2N: of the other leg
+///     PA10, PB15        TIM1_CH3, TIM1_CH3N: of a third leg, if WIRING_LEGS is 3
+///     PB12  TIM1_BKIN   as above: the timer itself turns all switches off
+///     PA4   ADC2_IN4    the second phase's current, of a three-phase motor
+///
+/// The chip ties its converters to PA0 to PA4, and TIM1 to its pins.
 
 #ifndef STM32F405_WIRING_H
 #define STM32F405_WIRING_H
@@ -24,15 +35,15 @@
 #define WIRING_OSCILLATOR_HZ 8000000u ///< crystal_hz of rig_config.h; a multiple of CLOCK_CRYSTAL_STEP_HZ
 #define WIRING_HSE_BYPASS    0u
 
-// Of port A.
-#define WIRING_DRIVES_PIN  8
-#define WIRING_SEND_PIN    9 ///< USART1's are 9 and 10
-#define WIRING_RECEIVE_PIN 10
-
 // Of port B.
-#define WIRING_ENABLE_PIN 0
-#define WIRING_STOP_PIN   1  ///< its interrupt is EXTI1's
-#define WIRING_FAULT_PIN  12 ///< 10 to 15, which share an interrupt
-#define WIRING_READY_PIN  13
+#define WIRING_ENABLE_PIN  0
+#define WIRING_STOP_PIN    1 ///< its interrupt is EXTI1's
+#define WIRING_DRIVES_PIN  5
+#define WIRING_SEND_PIN    6 ///< USART1's are 6 and 7
+#define WIRING_RECEIVE_PIN 7
+#define WIRING_READY_PIN   8
+#define WIRING_FAULT_PIN   12 ///< TIM1's break input; 10 to 15 share an interrupt
+
+#define WIRING_LEGS 2 ///< of the bridge: 2 or 3
 
 #endif
