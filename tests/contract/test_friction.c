@@ -28,6 +28,121 @@ static friction_seen_t after(uint8_t armed, double n_before, double n)
     return friction_step(&friction, n, 0.0);
 }
 
+#define FORCE_TOLERANCE_N 1e-8                     // of a sum of few terms
+#define TABLE_TOLERANCE_N TRIBO_EITHER(1e-7, 1e-8) // between points
+#define CURVE_TOLERANCE_N TRIBO_EITHER(3e-7, 5e-8) // of f at 0.1 N
+
+static void init(void)
+{
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, friction_init(&friction, &config, H));
+}
+
+/// Q2 armed: deep on the negative side, then back.
+static void arm_q2(double F, double breakaway)
+{
+    for (int k = 0; k < 10; k++)
+    {
+        (void)friction_step(&friction, F - (k < 5 ? 0.9 : 0.1) * breakaway, F);
+    }
+}
+
+static void test_friction_holds_against_the_net_force_up_to_breakaway(void)
+{
+    init();
+    TEST_ASSERT_TRUE(friction_step(&friction, 0.5625, 0.5).f == 0.0625);
+    const friction_seen_t held = friction_step(&friction, 0.75, 0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(FORCE_TOLERANCE_N, 0.157, held.L); // 0.007 + 0.3 * 0.5
+    TEST_ASSERT_TRUE(held.f == held.L);
+    TEST_ASSERT_DOUBLE_WITHIN(FORCE_TOLERANCE_N, -0.157, friction_step(&friction, 0.25, 0.5).f);
+    TEST_ASSERT_DOUBLE_WITHIN(FORCE_TOLERANCE_N, -0.157, friction_step(&friction, -1.0, -0.5).f); // L grows with |F|
+    TEST_ASSERT_TRUE(friction_step(&friction, 0.5, 0.5).f == 0.0);
+}
+
+static void test_friction_follows_k_of_v_through_its_whole_range(void)
+{
+    init();
+    int rising = 0;
+    for (int i = 0; i <= 4000; i++)
+    {
+        const double v = 0.0001 * pow(10.0, i / 1000.0); // 1e-4 to 1 N/s
+        friction_reset(&friction);
+        arm_q2(0.5, 0.157);
+        const double          before = friction_step(&friction, 0.6, 0.5).n;
+        const friction_seen_t now    = friction_step(&friction, 0.6 + v * H, 0.5);
+        const double          rate   = (now.n - before) / H; // of what the arithmetic left of v
+        TEST_ASSERT_EQUAL_INT(rate > 0.0, now.q);
+        if (now.q)
+        {
+            const double k = 13.0 - 7.0 * tanh(3.0 * (rate / 0.007 - 1.0));
+            TEST_ASSERT_DOUBLE_WITHIN(CURVE_TOLERANCE_N, k * now.L * tanh(now.n / (k * now.L)), now.f);
+            rising++;
+        }
+    }
+    TEST_ASSERT_TRUE(rising > 3900);
+}
+
+static void test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis(void)
+{
+    init();
+    arm_q2(0.5, 0.157);
+    friction_seen_t now = friction_step(&friction, 0.45, 0.5); // n < 0 and Q1 low
+    TEST_ASSERT_TRUE(now.q2 && !now.q1 && !now.q);
+    TEST_ASSERT_TRUE(now.f == now.n);
+    now = friction_step(&friction, 0.6, 0.5);
+    TEST_ASSERT_TRUE(now.q);
+    TEST_ASSERT_TRUE(now.f < 0.1 - 1e-5);
+    now = friction_step(&friction, 0.6, 0.5); // v = 0
+    TEST_ASSERT_FALSE(now.q);
+    TEST_ASSERT_TRUE(now.f == now.n);
+    now = friction_step(&friction, 0.5, 0.5); // n = 0
+    TEST_ASSERT_FALSE(now.q);
+    TEST_ASSERT_TRUE(now.f == 0.0);
+}
+
+static void test_friction_takes_each_direction_from_its_own_law(void)
+{
+    config.positive = (tribo_breakaway_f32_t){.offset_n = 0.01f, .slope = 0.25f};
+    config.negative = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.5f};
+    init();
+    TEST_ASSERT_DOUBLE_WITHIN(FORCE_TOLERANCE_N, 0.11, friction_step(&friction, 1.9, 0.4).f);
+    const friction_seen_t now = friction_step(&friction, -1.5, 0.4);
+    TEST_ASSERT_DOUBLE_WITHIN(FORCE_TOLERANCE_N, -0.22, now.f);
+    TEST_ASSERT_DOUBLE_WITHIN(FORCE_TOLERANCE_N, 0.22, now.L);
+}
+
+static void test_friction_table_is_linear_between_its_points_and_clamped_at_its_ends(void)
+{
+    static const tribo_breakaway_point_f32_t table[]       = {{0.1f, 0.01f, 0.02f},
+                                                              {0.3f, 0.05f, 0.08f},
+                                                              {0.4f, 0.04f, 0.2f}};
+    static const double                      expected[][3] = {
+        // |F|, L+, L-
+        {0.0, 0.01, 0.02},
+        {0.1, 0.01, 0.02},
+        {0.15, 0.02, 0.035},
+        {0.3, 0.05, 0.08},
+        {0.375, 0.0425, 0.17},
+        {0.4, 0.04, 0.2},
+        {0.9, 0.04, 0.2},
+    };
+    config.table        = table;
+    config.table_length = 3;
+    init();
+    for (size_t i = 0; i < sizeof expected / sizeof expected[0]; i++)
+    {
+        for (int sign = -1; sign <= 1; sign += 2)
+        {
+            const double F = sign * expected[i][0];
+            TEST_ASSERT_DOUBLE_WITHIN(TABLE_TOLERANCE_N, expected[i][1], friction_step(&friction, F + 1.0, F).f);
+            TEST_ASSERT_DOUBLE_WITHIN(TABLE_TOLERANCE_N, -expected[i][2], friction_step(&friction, F - 1.0, F).f);
+        }
+    }
+    config.table_length = 1; // a constant
+    init();
+    TEST_ASSERT_DOUBLE_WITHIN(FORCE_TOLERANCE_N, 0.01, friction_step(&friction, 1.9, 0.0).f);
+    TEST_ASSERT_DOUBLE_WITHIN(FORCE_TOLERANCE_N, -0.02, friction_step(&friction, -0.9, 0.7).f);
+}
+
 // L+ = 0.1 N, L- = 0.02 N, disarmed at 0.08 and 0.016.
 static void test_friction_disarms_by_the_breakaway_of_the_side_where_n_was(void)
 {
@@ -206,6 +321,11 @@ static void test_friction_k_of_v_is_as_close_as_arithmetic_allows(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_friction_holds_against_the_net_force_up_to_breakaway);
+    RUN_TEST(test_friction_follows_k_of_v_through_its_whole_range);
+    RUN_TEST(test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis);
+    RUN_TEST(test_friction_takes_each_direction_from_its_own_law);
+    RUN_TEST(test_friction_table_is_linear_between_its_points_and_clamped_at_its_ends);
     RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);
     RUN_TEST(test_friction_relays_are_those_of_its_comparators);
     RUN_TEST(test_friction_of_a_table_that_says_what_a_law_says_is_the_same);
