@@ -85,6 +85,63 @@ static tribo_status_t check(const tribo_feedforward_f32_config_t *config, float 
     return within(input_max_n, FLT_MIN, TRIBO_F32_FORCE_MAX_N) ? TRIBO_OK : TRIBO_ERR_INPUT_MAX;
 }
 
+/// What follows the reference, for breakaway B and lag tau.
+static void set_reference(tribo_feedforward_f32_params_t       *made,
+                          const tribo_feedforward_f32_config_t *used,
+                          float                                 B,
+                          float                                 lag,
+                          float                                 h)
+{
+    float d = used->presliding_n;
+    for (uint32_t j = TRIBO_FEEDFORWARD_STOPS; j > 0u; j--)
+    {
+        made->stop_per_n[j - 1u] = 1.0f / d;
+        d *= FEEDFORWARD_STOP_RATIO;
+    }
+    made->reversal_n    = used->reversal_n;
+    made->jump          = limit_f32(2.0f * h / used->jump_time_s, 0.0f, 2.0f);
+    made->lead          = used->jump_lead / (used->actuator_pole_rad_per_s * h);
+    made->distrust      = 1.0f - used->trust;
+    made->lag_s         = lag;
+    made->noise_part    = h / larger_f32(FEEDFORWARD_NOISE_TIME, FEEDFORWARD_NOISE_TICKS * h);
+    made->noise_floor_n = FEEDFORWARD_NOISE_FLOOR * used->reversal_n;
+    made->rate_hz       = 1.0f / h;
+    made->rate_part     = first_order_f32_lag(larger_f32(FEEDFORWARD_RATE_TIME * lag, FEEDFORWARD_RATE_TICKS * h), h);
+    made->step_n        = B / FEEDFORWARD_STEP_TIME * h;
+    made->lag_part      = first_order_f32_lag(lag, h);
+    made->actuator_part = first_order_f32_part(used->actuator_pole_rad_per_s * h);
+    made->sensor_part   = first_order_f32_part(used->sensor_pole_rad_per_s * h);
+    made->still_ticks   = used->still_time_s > 0.0f ? ticks(used->still_time_s, h) : 0u;
+    made->quick_ticks   = ticks(FEEDFORWARD_QUICK_TIME, h);
+    made->deadband_part = first_order_f32_lag(FEEDFORWARD_DEADBAND_TIME, h);
+}
+
+/// What measures, learns and judges friction.
+static void set_learning(tribo_feedforward_f32_params_t       *made,
+                         const tribo_feedforward_f32_config_t *used,
+                         float                                 B,
+                         float                                 lag,
+                         float                                 h)
+{
+    const float sample_s = (float)FEEDFORWARD_STAGES * h;
+    made->observer_part =
+        first_order_f32_lag(larger_f32(FEEDFORWARD_OBSERVER_TIME * lag, FEEDFORWARD_OBSERVER_TICKS * h), h);
+    made->jump_lag         = FEEDFORWARD_JUMP_LAG / sample_s;
+    made->measured_per_n   = 2.0f / used->reversal_n;
+    made->travel_half_n    = 0.5f * FEEDFORWARD_TRAVEL_WIDTH * used->reversal_n;
+    made->slip_n           = B / FEEDFORWARD_SLIP_TIME * sample_s;
+    made->travel_max_n     = B * FEEDFORWARD_TRAVEL_MAX;
+    made->weighing_n       = B * FEEDFORWARD_WEIGHING;
+    made->doubt_per_n      = 1.0f / (B * FEEDFORWARD_DOUBT_TRAVEL);
+    made->margin_per_n     = 1.0f / (B * FEEDFORWARD_MARGIN_TRAVEL);
+    made->forgetting_per_n = used->forgetting_per_n;
+    made->constant_sd_n    = B * FEEDFORWARD_CONSTANT_SD;
+    made->constant_max_n   = B;
+    made->effort_part      = first_order_f32_lag(FEEDFORWARD_EFFORT_TIME, sample_s);
+    made->effort_half_n    = 0.5f * FEEDFORWARD_EFFORT_WIDTH * B;
+    made->fade             = limit_f32(sample_s / FEEDFORWARD_FADE_TIME, 0.0f, 1.0f);
+}
+
 tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *params,
                                           const tribo_feedforward_f32_config_t *config,
                                           const tribo_arm_f32_config_t         *arm,
@@ -101,55 +158,15 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
     {
         return status;
     }
-    const float                          h        = sample_time_s;
-    const float                          sample_s = (float)FEEDFORWARD_STAGES * h;
-    const float                          B        = breakaway_of(friction, input_max_n);
-    const float                          lag      = lag_of(config->actuator_pole_rad_per_s, arm);
-    const tribo_feedforward_f32_config_t used     = derived(config, B, lag);
-    const float                          w        = used.reversal_n;
-    tribo_feedforward_f32_params_t       made     = {.input_max_n = input_max_n};
-
-    float d = used.presliding_n;
-    for (uint32_t j = TRIBO_FEEDFORWARD_STOPS; j > 0u; j--)
-    {
-        made.stop_per_n[j - 1u] = 1.0f / d;
-        d *= FEEDFORWARD_STOP_RATIO;
-    }
-    made.offset_max_n  = FEEDFORWARD_OFFSET_MAX * input_max_n;
-    made.reversal_n    = w;
-    made.jump          = limit_f32(2.0f * h / used.jump_time_s, 0.0f, 2.0f);
-    made.lead          = used.jump_lead / (used.actuator_pole_rad_per_s * h);
-    made.distrust      = 1.0f - used.trust;
-    made.lag_s         = lag;
-    made.noise_part    = h / larger_f32(FEEDFORWARD_NOISE_TIME, FEEDFORWARD_NOISE_TICKS * h);
-    made.noise_floor_n = FEEDFORWARD_NOISE_FLOOR * w;
-    made.rate_hz       = 1.0f / h;
-    made.rate_part     = first_order_f32_lag(larger_f32(FEEDFORWARD_RATE_TIME * lag, FEEDFORWARD_RATE_TICKS * h), h);
-    made.step_n        = B / FEEDFORWARD_STEP_TIME * h;
-    made.lag_part      = first_order_f32_lag(lag, h);
-    made.actuator_part = first_order_f32_part(used.actuator_pole_rad_per_s * h);
-    made.sensor_part   = first_order_f32_part(used.sensor_pole_rad_per_s * h);
-    made.observer_part =
-        first_order_f32_lag(larger_f32(FEEDFORWARD_OBSERVER_TIME * lag, FEEDFORWARD_OBSERVER_TICKS * h), h);
-    made.damping          = arm->damping / arm->stiffness / h;
-    made.jump_lag         = FEEDFORWARD_JUMP_LAG / sample_s;
-    made.measured_per_n   = 2.0f / w;
-    made.travel_half_n    = 0.5f * FEEDFORWARD_TRAVEL_WIDTH * w;
-    made.slip_n           = B / FEEDFORWARD_SLIP_TIME * sample_s;
-    made.travel_max_n     = B * FEEDFORWARD_TRAVEL_MAX;
-    made.weighing_n       = B * FEEDFORWARD_WEIGHING;
-    made.doubt_per_n      = 1.0f / (B * FEEDFORWARD_DOUBT_TRAVEL);
-    made.margin_per_n     = 1.0f / (B * FEEDFORWARD_MARGIN_TRAVEL);
-    made.forgetting_per_n = used.forgetting_per_n;
-    made.constant_sd_n    = B * FEEDFORWARD_CONSTANT_SD;
-    made.constant_max_n   = B;
-    made.still_ticks      = used.still_time_s > 0.0f ? ticks(used.still_time_s, h) : 0u;
-    made.quick_ticks      = ticks(FEEDFORWARD_QUICK_TIME, h);
-    made.deadband_part    = first_order_f32_lag(FEEDFORWARD_DEADBAND_TIME, h);
-    made.effort_part      = first_order_f32_lag(FEEDFORWARD_EFFORT_TIME, sample_s);
-    made.effort_half_n    = 0.5f * FEEDFORWARD_EFFORT_WIDTH * B;
-    made.fade             = limit_f32(sample_s / FEEDFORWARD_FADE_TIME, 0.0f, 1.0f);
-    *params               = made;
+    const float                          B    = breakaway_of(friction, input_max_n);
+    const float                          lag  = lag_of(config->actuator_pole_rad_per_s, arm);
+    const tribo_feedforward_f32_config_t used = derived(config, B, lag);
+    tribo_feedforward_f32_params_t       made = {.input_max_n  = input_max_n,
+                                                 .offset_max_n = FEEDFORWARD_OFFSET_MAX * input_max_n,
+                                                 .damping      = arm->damping / arm->stiffness / sample_time_s};
+    set_reference(&made, &used, B, lag, sample_time_s);
+    set_learning(&made, &used, B, lag, sample_time_s);
+    *params = made;
     return TRIBO_OK;
 }
 

@@ -66,6 +66,48 @@ static uint32_t per_unit(float per_n, float full_scale_n, int32_t bits)
     return fixed_unsigned(per_n * full_scale_n, bits - 29);
 }
 
+/// Checked params of the twin in fixed point.
+static void convert(tribo_feedforward_q31_params_t *made, const tribo_feedforward_f32_params_t *f32, float FS)
+{
+    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
+    {
+        made->stop_per_unit[j] = fixed_unsigned(f32->stop_per_n[j] * FS, 10);
+    }
+    made->input_max  = (uint32_t)fixed_force(f32->input_max_n, FS);
+    made->offset_max = force(f32->offset_max_n, FS);
+    made->reversal   = (uint32_t)force(f32->reversal_n, FS);
+    made->jump = f32->jump < 2.0f ? fixed(f32->jump, 29) + 1 : INT32_C(1) << 30; // rounded up: the ramp ends in time
+    made->lead = fixed_unsigned(f32->lead, 16);
+    made->distrust    = fixed_unsigned(f32->distrust, 32);
+    made->lag         = with_shift(f32->lag_s * f32->rate_hz / 256.0f, &made->lag_shift); // the rate is 256 times finer
+    made->noise_part  = fixed_unsigned(f32->noise_part, 32);
+    made->noise_floor = fixed_unsigned(f32->noise_floor_n / FS, 37);
+    made->rate_part   = fixed_unsigned(f32->rate_part, 32);
+    made->step        = force(f32->step_n < STEP_MAX * FS ? f32->step_n : STEP_MAX * FS, FS);
+    made->lag_part    = fixed_unsigned(f32->lag_part, 32);
+    made->actuator_part       = fixed_unsigned(f32->actuator_part, 32);
+    made->sensor_part         = fixed_unsigned(f32->sensor_part, 32);
+    made->observer_part       = fixed_unsigned(f32->observer_part, 32);
+    made->damping             = with_shift(f32->damping, &made->damping_shift);
+    made->jump_lag            = fixed_unsigned(f32->jump_lag, 16);
+    made->measured_per_unit   = fixed_unsigned(f32->measured_per_n * FS, 10);
+    made->travel_half         = (uint32_t)force(f32->travel_half_n, FS);
+    made->slip                = (uint32_t)force(f32->slip_n, FS);
+    made->travel_max          = (uint32_t)force(f32->travel_max_n, FS);
+    made->weighing            = (uint32_t)force(f32->weighing_n, FS);
+    made->doubt_per_unit      = per_unit(f32->doubt_per_n, FS, 40);
+    made->margin_per_unit     = per_unit(f32->margin_per_n, FS, 40);
+    made->forgetting_per_unit = per_unit(f32->forgetting_per_n, FS, 56);
+    made->constant_sd         = (uint32_t)force(f32->constant_sd_n, FS);
+    made->constant_max        = force(f32->constant_max_n, FS);
+    made->still_ticks         = f32->still_ticks;
+    made->quick_ticks         = f32->quick_ticks;
+    made->deadband_part       = fixed_unsigned(f32->deadband_part, 32);
+    made->effort_part         = fixed_unsigned(f32->effort_part, 32);
+    made->effort_half         = (uint32_t)force(f32->effort_half_n, FS);
+    made->fade                = fixed_unsigned(f32->fade, 32);
+}
+
 tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *params,
                                           const tribo_feedforward_f32_config_t *config,
                                           const tribo_arm_f32_config_t         *arm,
@@ -79,56 +121,19 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
         return TRIBO_ERR_NULL;
     }
     tribo_feedforward_f32_params_t f32;
-    tribo_feedforward_q31_params_t made = {.reversal = 0};
-    const float                    FS   = full_scale_n;
 
     tribo_status_t status = tribo_feedforward_f32_init(&f32, config, arm, friction, input_max_n, sample_time_s);
     if (status == TRIBO_OK)
     {
-        status = check(&f32, FS);
+        status = check(&f32, full_scale_n);
     }
     if (status != TRIBO_OK)
     {
         return status;
     }
-    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
-    {
-        made.stop_per_unit[j] = fixed_unsigned(f32.stop_per_n[j] * FS, 10);
-    }
-    made.input_max  = (uint32_t)fixed_force(f32.input_max_n, FS);
-    made.offset_max = force(f32.offset_max_n, FS);
-    made.reversal   = (uint32_t)force(f32.reversal_n, FS);
-    made.jump       = f32.jump < 2.0f ? fixed(f32.jump, 29) + 1 : INT32_C(1) << 30; // rounded up: the ramp ends in time
-    made.lead       = fixed_unsigned(f32.lead, 16);
-    made.distrust   = fixed_unsigned(f32.distrust, 32);
-    made.lag        = with_shift(f32.lag_s * f32.rate_hz / 256.0f, &made.lag_shift); // the rate is 256 times finer
-    made.noise_part = fixed_unsigned(f32.noise_part, 32);
-    made.noise_floor         = fixed_unsigned(f32.noise_floor_n / FS, 37);
-    made.rate_part           = fixed_unsigned(f32.rate_part, 32);
-    made.step                = force(f32.step_n < STEP_MAX * FS ? f32.step_n : STEP_MAX * FS, FS);
-    made.lag_part            = fixed_unsigned(f32.lag_part, 32);
-    made.actuator_part       = fixed_unsigned(f32.actuator_part, 32);
-    made.sensor_part         = fixed_unsigned(f32.sensor_part, 32);
-    made.observer_part       = fixed_unsigned(f32.observer_part, 32);
-    made.damping             = with_shift(f32.damping, &made.damping_shift);
-    made.jump_lag            = fixed_unsigned(f32.jump_lag, 16);
-    made.measured_per_unit   = fixed_unsigned(f32.measured_per_n * FS, 10);
-    made.travel_half         = (uint32_t)force(f32.travel_half_n, FS);
-    made.slip                = (uint32_t)force(f32.slip_n, FS);
-    made.travel_max          = (uint32_t)force(f32.travel_max_n, FS);
-    made.weighing            = (uint32_t)force(f32.weighing_n, FS);
-    made.doubt_per_unit      = per_unit(f32.doubt_per_n, FS, 40);
-    made.margin_per_unit     = per_unit(f32.margin_per_n, FS, 40);
-    made.forgetting_per_unit = per_unit(f32.forgetting_per_n, FS, 56);
-    made.constant_sd         = (uint32_t)force(f32.constant_sd_n, FS);
-    made.constant_max        = force(f32.constant_max_n, FS);
-    made.still_ticks         = f32.still_ticks;
-    made.quick_ticks         = f32.quick_ticks;
-    made.deadband_part       = fixed_unsigned(f32.deadband_part, 32);
-    made.effort_part         = fixed_unsigned(f32.effort_part, 32);
-    made.effort_half         = (uint32_t)force(f32.effort_half_n, FS);
-    made.fade                = fixed_unsigned(f32.fade, 32);
-    *params                  = made;
+    tribo_feedforward_q31_params_t made = {.reversal = 0};
+    convert(&made, &f32, full_scale_n);
+    *params = made;
     return TRIBO_OK;
 }
 

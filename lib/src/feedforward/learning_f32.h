@@ -281,11 +281,13 @@ static inline void learning_f32_weights(tribo_feedforward_weights_f32_t         
     }
 }
 
-/// Stage 5: the load that does not reverse.
-static inline void learning_f32_load(const tribo_feedforward_f32_params_t         *params,
-                                     tribo_feedforward_weights_f32_t              *learned,
-                                     const tribo_feedforward_learning_f32_state_t *x)
+/// Stage 5: the load that does not reverse. b takes its change.
+static inline void learning_f32_load(const tribo_feedforward_f32_params_t *params, tribo_feedforward_f32_state_t *state)
 {
+    const tribo_feedforward_learning_f32_state_t *const x       = &state->learning;
+    tribo_feedforward_weights_f32_t *const              learned = &state->learned;
+
+    const float before      = bank_f32_load(learned, state->reached_n);
     const float step        = x->gain * x->error;
     const float by_constant = params->constant_sd_n * (step * x->gained[1]);
     const float by_slope    = FEEDFORWARD_SLOPE_SD * (step * x->gained[2]);
@@ -295,6 +297,7 @@ static inline void learning_f32_load(const tribo_feedforward_f32_params_t       
     learned->constant_n = learning_f32_moved(learned->constant_n, by_constant, -most, most);
     learned->slope      = learning_f32_moved(learned->slope, by_slope, -FEEDFORWARD_SLOPE_MAX, FEEDFORWARD_SLOPE_MAX);
     learned->scale      = learning_f32_moved(learned->scale, by_scale, -FEEDFORWARD_SLOPE_MAX, FEEDFORWARD_SLOPE_MAX);
+    state->offset_n += bank_f32_load(learned, state->reached_n) - before;
 }
 
 /// The bits of the numbers that a reversal changes.
@@ -340,11 +343,14 @@ static inline float learning_f32_presliding(const float *V)
     return 1.0f - ratio * ratio;
 }
 
-/// Stage 6: what is used of the weights. Small ones of stops, possibly noise, shrink.
-static inline void learning_f32_use(const tribo_feedforward_f32_params_t         *params,
-                                    tribo_feedforward_weights_f32_t              *learned,
-                                    const tribo_feedforward_learning_f32_state_t *x)
+/// Stage 6: what is used of the weights. Small ones of stops, possibly noise, shrink. b takes the change of f at `level`.
+static inline void learning_f32_use(const tribo_feedforward_f32_params_t *params,
+                                    tribo_feedforward_f32_state_t        *state,
+                                    float                                 level)
 {
+    const tribo_feedforward_learning_f32_state_t *const x       = &state->learning;
+    tribo_feedforward_weights_f32_t *const              learned = &state->learned;
+
     const float *const V    = learned->weight;
     float *const       W    = learned->use;
     float              last = 0.0f;
@@ -358,6 +364,10 @@ static inline void learning_f32_use(const tribo_feedforward_f32_params_t        
     W[0] = V[0] - last;
     learned->travel_n += x->sample_n;
     learned->doubt *= 1.0f - learning_f32_part(x, params->doubt_per_n);
+
+    const float f = bank_f32_friction(params, learned, level, bank_f32_partial(state), state->sigma);
+    state->offset_n += f - state->f_n;
+    state->f_n = f;
 }
 
 /// A variance over the prior's that drops with a sample, and returns to the prior's by `part`.
@@ -395,6 +405,50 @@ static inline void learning_f32_variance(const tribo_feedforward_learning_f32_st
     }
 }
 
+/// Stages 1 to 8 of a sample. `level` of friction at rs.
+static inline void learning_f32_work(const tribo_feedforward_f32_params_t *params,
+                                     const tribo_friction_f32_params_t    *friction,
+                                     tribo_feedforward_f32_state_t        *state,
+                                     uint32_t                              stage,
+                                     float                                 level)
+{
+    tribo_feedforward_learning_f32_state_t *const x       = &state->learning;
+    tribo_feedforward_weights_f32_t *const        learned = &state->learned;
+
+    switch (stage)
+    {
+    case 1:
+        learning_f32_regressor(params, friction, learned, x);
+        break;
+    case 2:
+        learning_f32_gained(learned, x);
+        break;
+    case 3:
+        learning_f32_gain(x);
+        break;
+    case 4:
+        learning_f32_weights(learned, x);
+        state->hold.extra_margin *= 1.0f - learning_f32_part(x, params->margin_per_n);
+        break;
+    case 5:
+        learning_f32_load(params, state);
+        x->presliding = learning_f32_presliding(learned->weight);
+        break;
+    case 6:
+        learning_f32_use(params, state, level);
+        break;
+    case 7:
+        learning_f32_covariance(x, &learned->covariance[0], 0, learning_f32_part(x, params->forgetting_per_n));
+        break;
+    case 8:
+        learning_f32_covariance(x, &learned->covariance[7], 2, learning_f32_part(x, params->forgetting_per_n));
+        learning_f32_variance(x, learned->variance, learning_f32_part(x, params->forgetting_per_n));
+        break;
+    default: // 0 is done, 9 is of the method
+        break;
+    }
+}
+
 /// One tick: one stage. `level` of friction at rs, `allowed` as in stage 0. b takes what learning changes.
 static inline void learning_f32_step(const tribo_feedforward_f32_params_t *params,
                                      const tribo_friction_f32_params_t    *friction,
@@ -417,45 +471,7 @@ static inline void learning_f32_step(const tribo_feedforward_f32_params_t *param
         return;
     }
     learned->seal ^= learning_f32_fold_stage(learned, stage);
-    switch (stage)
-    {
-    case 1:
-        learning_f32_regressor(params, friction, learned, x);
-        break;
-    case 2:
-        learning_f32_gained(learned, x);
-        break;
-    case 3:
-        learning_f32_gain(x);
-        break;
-    case 4:
-        learning_f32_weights(learned, x);
-        state->hold.extra_margin *= 1.0f - learning_f32_part(x, params->margin_per_n);
-        break;
-    case 5: {
-        const float before = bank_f32_load(learned, state->reached_n);
-        learning_f32_load(params, learned, x);
-        state->offset_n += bank_f32_load(learned, state->reached_n) - before;
-        x->presliding = learning_f32_presliding(learned->weight);
-        break;
-    }
-    case 6: {
-        learning_f32_use(params, learned, x);
-        const float f = bank_f32_friction(params, learned, level, bank_f32_partial(state), state->sigma);
-        state->offset_n += f - state->f_n;
-        state->f_n = f;
-        break;
-    }
-    case 7:
-        learning_f32_covariance(x, &learned->covariance[0], 0, learning_f32_part(x, params->forgetting_per_n));
-        break;
-    case 8:
-        learning_f32_covariance(x, &learned->covariance[7], 2, learning_f32_part(x, params->forgetting_per_n));
-        learning_f32_variance(x, learned->variance, learning_f32_part(x, params->forgetting_per_n));
-        break;
-    default: // 0 is done, 9 is of the method
-        break;
-    }
+    learning_f32_work(params, friction, state, stage, level);
     x->seal ^= learning_f32_fold_sample(x, stage);
     learned->seal ^= learning_f32_fold_stage(learned, stage);
 }

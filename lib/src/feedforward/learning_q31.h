@@ -327,7 +327,7 @@ static inline int32_t learning_q31_shrunk(int32_t V)
 {
     const uint32_t V2    = tribo_q31_high(tribo_q31_magnitude(V), tribo_q31_magnitude(V)); // Q26
     const uint32_t theta = (uint32_t)BANK_Q31_Q29(FEEDFORWARD_SHRINK * FEEDFORWARD_SHRINK) / 8u;
-    return part_of_q31(V, 2u * ratio_q31(V2, V2 + theta));
+    return part_of_q31(V, 2u * tribo_q31_ratio(V2, V2 + theta));
 }
 
 /// gain epsilon, Q29.
@@ -362,18 +362,21 @@ static inline void learning_q31_weights(tribo_feedforward_weights_q31_t         
     }
 }
 
-static inline void learning_q31_load(const tribo_feedforward_q31_params_t         *params,
-                                     tribo_feedforward_weights_q31_t              *learned,
-                                     const tribo_feedforward_learning_q31_state_t *x)
+static inline void learning_q31_load(const tribo_feedforward_q31_params_t *params, tribo_feedforward_q31_state_t *state)
 {
-    const int32_t  step  = learning_q31_step_of(x);
-    const uint32_t sd    = 4u * (uint32_t)BANK_Q31_Q29(FEEDFORWARD_SLOPE_SD);
-    const int32_t  slope = BANK_Q31_Q29(FEEDFORWARD_SLOPE_MAX);
-    const int32_t  most  = params->constant_max;
+    const tribo_feedforward_learning_q31_state_t *const x       = &state->learning;
+    tribo_feedforward_weights_q31_t *const              learned = &state->learned;
+
+    const int32_t  before = bank_q31_load(learned, state->reached);
+    const int32_t  step   = learning_q31_step_of(x);
+    const uint32_t sd     = 4u * (uint32_t)BANK_Q31_Q29(FEEDFORWARD_SLOPE_SD);
+    const int32_t  slope  = BANK_Q31_Q29(FEEDFORWARD_SLOPE_MAX);
+    const int32_t  most   = params->constant_max;
 
     learned->constant = learning_q31_moved(learned->constant, 4u * params->constant_sd, step, x->gained[1], most);
     learned->slope    = learning_q31_moved(learned->slope, sd, step, x->gained[2], slope);
     learned->scale    = learning_q31_moved(learned->scale, sd, step, x->gained[3], slope);
+    state->offset     = sum_q31(state->offset, bank_q31_load(learned, state->reached) - before);
 }
 
 /// The bits of the numbers that a reversal changes.
@@ -416,10 +419,13 @@ static inline uint32_t learning_q31_left(uint32_t travel, uint32_t per_unit, uin
     return ~(part < UINT32_MAX ? (uint32_t)part : UINT32_MAX); // GCOVR_EXCL_BR_LINE: unit.feedforward_q31 goes beyond
 }
 
-static inline void learning_q31_use(const tribo_feedforward_q31_params_t         *params,
-                                    tribo_feedforward_weights_q31_t              *learned,
-                                    const tribo_feedforward_learning_q31_state_t *x)
+static inline void learning_q31_use(const tribo_feedforward_q31_params_t *params,
+                                    tribo_feedforward_q31_state_t        *state,
+                                    uint32_t                              level)
 {
+    const tribo_feedforward_learning_q31_state_t *const x       = &state->learning;
+    tribo_feedforward_weights_q31_t *const              learned = &state->learned;
+
     const int32_t *const V    = learned->weight;
     int32_t *const       W    = learned->use;
     int32_t              last = 0;
@@ -432,6 +438,10 @@ static inline void learning_q31_use(const tribo_feedforward_q31_params_t        
     W[0] = difference_q31(V[0], last);
     learned->travel += x->sample;
     learned->doubt = tribo_q31_high(learned->doubt, learning_q31_left(x->sample, params->doubt_per_unit, 8));
+
+    const int32_t f = bank_q31_friction(params, learned, level, bank_q31_partial(state), state->sigma);
+    state->offset   = sum_q31(state->offset, f - state->f);
+    state->f        = f;
 }
 
 /// x Q30 less gain q_i q_j, and forgetting by `part` towards `own`. `drop` is gain q_i, Q29; q_j is Q27.
@@ -467,6 +477,57 @@ static inline void learning_q31_variance(const tribo_feedforward_learning_q31_st
     }
 }
 
+/// As the twin's.
+static inline void learning_q31_work(const tribo_feedforward_q31_params_t *params,
+                                     const tribo_friction_q31_params_t    *friction,
+                                     tribo_feedforward_q31_state_t        *state,
+                                     uint32_t                              stage,
+                                     uint32_t                              level)
+{
+    tribo_feedforward_learning_q31_state_t *const x       = &state->learning;
+    tribo_feedforward_weights_q31_t *const        learned = &state->learned;
+
+    switch (stage)
+    {
+    case 1:
+        learning_q31_regressor_of(params, friction, learned, x);
+        break;
+    case 2:
+        learning_q31_times(learned->covariance, x->regressor, x->gained);
+        break;
+    case 3:
+        learning_q31_gain(learned, x);
+        break;
+    case 4:
+        learning_q31_weights(learned, x);
+        state->hold.extra_margin =
+            tribo_q31_high(state->hold.extra_margin, learning_q31_left(x->sample, params->margin_per_unit, 8));
+        break;
+    case 5:
+        learning_q31_load(params, state);
+        x->presliding = learning_q31_presliding(learned->weight);
+        break;
+    case 6:
+        learning_q31_use(params, state, level);
+        break;
+    case 7:
+        learning_q31_covariance(x,
+                                &learned->covariance[0],
+                                0,
+                                ~learning_q31_left(x->sample, params->forgetting_per_unit, 24));
+        break;
+    case 8:
+        learning_q31_covariance(x,
+                                &learned->covariance[7],
+                                2,
+                                ~learning_q31_left(x->sample, params->forgetting_per_unit, 24));
+        learning_q31_variance(x, learned->variance, ~learning_q31_left(x->sample, params->forgetting_per_unit, 24));
+        break;
+    default:
+        break;
+    }
+}
+
 /// One tick: one stage; see the twin.
 static inline void learning_q31_step(const tribo_feedforward_q31_params_t *params,
                                      const tribo_friction_q31_params_t    *friction,
@@ -489,52 +550,7 @@ static inline void learning_q31_step(const tribo_feedforward_q31_params_t *param
         return;
     }
     learned->seal ^= learning_q31_fold_stage(learned, stage);
-    switch (stage)
-    {
-    case 1:
-        learning_q31_regressor_of(params, friction, learned, x);
-        break;
-    case 2:
-        learning_q31_times(learned->covariance, x->regressor, x->gained);
-        break;
-    case 3:
-        learning_q31_gain(learned, x);
-        break;
-    case 4:
-        learning_q31_weights(learned, x);
-        state->hold.extra_margin =
-            tribo_q31_high(state->hold.extra_margin, learning_q31_left(x->sample, params->margin_per_unit, 8));
-        break;
-    case 5: {
-        const int32_t before = bank_q31_load(learned, state->reached);
-        learning_q31_load(params, learned, x);
-        state->offset = sum_q31(state->offset, bank_q31_load(learned, state->reached) - before);
-        x->presliding = learning_q31_presliding(learned->weight);
-        break;
-    }
-    case 6: {
-        learning_q31_use(params, learned, x);
-        const int32_t f = bank_q31_friction(params, learned, level, bank_q31_partial(state), state->sigma);
-        state->offset   = sum_q31(state->offset, f - state->f);
-        state->f        = f;
-        break;
-    }
-    case 7:
-        learning_q31_covariance(x,
-                                &learned->covariance[0],
-                                0,
-                                ~learning_q31_left(x->sample, params->forgetting_per_unit, 24));
-        break;
-    case 8:
-        learning_q31_covariance(x,
-                                &learned->covariance[7],
-                                2,
-                                ~learning_q31_left(x->sample, params->forgetting_per_unit, 24));
-        learning_q31_variance(x, learned->variance, ~learning_q31_left(x->sample, params->forgetting_per_unit, 24));
-        break;
-    default:
-        break;
-    }
+    learning_q31_work(params, friction, state, stage, level);
     x->seal ^= learning_q31_fold_sample(x, stage);
     learned->seal ^= learning_q31_fold_stage(learned, stage);
 }

@@ -129,6 +129,58 @@ static void feed(const tribo_feedforward_f32_params_t *params,
     }
 }
 
+/// A sum beyond all forces, or not a number.
+static bool is_corrupt(const tribo_feedforward_f32_signals_t *signals, float offset)
+{
+    return exceeds(signals->e_n, FEEDFORWARD_FORCE_MAX_N) ||
+           exceeds(signals->lin_n + signals->f_n + offset, FEEDFORWARD_FORCE_MAX_N);
+}
+
+/// Step 1: starts with good inputs, and looks after b. True if it runs.
+static bool runs(tribo_feedforward_f32_state_t *state, float r, float y, bool good)
+{
+    if (!state_f32_runs(state))
+    {
+        if (good)
+        {
+            start(state, r, y);
+        }
+        return good;
+    }
+    if (state->offset_seal != ~bits_f32(state->offset_n))
+    {
+        state->offset_rule = TRIBO_FEEDFORWARD_TAKE_OVER; // a flipped bit of b: u goes on
+        count(&state->forgotten);
+    }
+    return true;
+}
+
+/// Step 5: force without friction, and the model of the path. A noisy r has no reliable rate.
+static void plan(const tribo_feedforward_f32_params_t *params,
+                 const tribo_friction_f32_params_t    *friction,
+                 tribo_feedforward_f32_state_t        *state,
+                 float                                 moved,
+                 float                                 width,
+                 float                                 fade,
+                 tribo_feedforward_f32_signals_t      *signals)
+{
+    const float            rs    = state->reached_n;
+    const bank_f32_prior_t prior = bank_f32_prior(friction, rs);
+    const float            ahead = params->lag_s * state->rate_n_s * (params->reversal_n / width);
+
+    bank_f32_path(params, state, moved, ahead);
+    signals->reached_n = rs;
+    signals->lin_n     = rs + ahead + prior.load_n + bank_f32_load(&state->learned, rs);
+    signals->level_n   = fade * limit_f32(state->monitor.share, 0.0f, 1.0f) * prior.L_n;
+    signals->lead_n    = 0.0f;
+}
+
+/// True if the controller alone takes a reversal: the first, and a step while friction is in doubt.
+static bool alone(const tribo_feedforward_f32_state_t *state, int8_t before, bool step)
+{
+    return before == 0 || (step && state->learned.doubt > FEEDFORWARD_DOUBTFUL);
+}
+
 // Steps 1 to 8.
 float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *loop,
                                          void                                *memory,
@@ -144,18 +196,10 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
     // 1: input
     const bool bad_r = exceeds(r_n, params->input_max_n);
     const bool bad_y = exceeds(y_n, params->input_max_n);
-    if (!state_f32_runs(state))
+    const bool good  = !bad_r && !bad_y;
+    if (!runs(state, r_n, y_n, good))
     {
-        if (bad_r || bad_y)
-        {
-            return 0.0f;
-        }
-        start(state, r_n, y_n);
-    }
-    else if (state->offset_seal != ~bits_f32(state->offset_n))
-    {
-        state->offset_rule = TRIBO_FEEDFORWARD_TAKE_OVER; // a flipped bit of b: u goes on
-        count(&state->forgotten);
+        return 0.0f;
     }
     const float r = bad_r ? state->r_n[0] : r_n;
     const float y = bad_y ? state->observer.y_n[0] : y_n;
@@ -173,33 +217,23 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
     const bool flips  = state->sign != sign;
     const bool stands = hold_f32_stands(params, state, 0.5f * width, step);
 
-    // 5: force without friction, error; a noisy r has no reliable rate
-    const bank_f32_prior_t prior = bank_f32_prior(&loop->compensator.friction, state->reached_n);
-    const float            ahead = params->lag_s * state->rate_n_s * (params->reversal_n / width);
+    // 5 to 8: force without friction, friction, error
     if (flips && !stands)
     {
         learning_f32_turn(&state->learned, &state->learning);
     }
-    bank_f32_path(params, state, moved, ahead);
-    signals->y_good    = !bad_y;
-    signals->flips     = flips;
-    signals->need_n    = state->f_n - state->offset_n;
-    signals->lead_n    = 0.0f;
-    signals->e_n       = bad_y ? 0.0f : e;
-    signals->y_n       = y;
-    signals->reached_n = state->reached_n;
-    signals->lin_n     = state->reached_n + ahead + prior.load_n + bank_f32_load(&state->learned, state->reached_n);
-
-    // 6 to 8: friction
-    signals->level_n    = fade * limit_f32(state->monitor.share, 0.0f, 1.0f) * prior.L_n;
-    signals->partial    = bank_f32_partial(state);
-    const bool doubtful = state->learned.doubt > FEEDFORWARD_DOUBTFUL;
-    feed(params, state, stands, flips && (sign == 0 || (step && doubtful)), signals);
-    if (exceeds(signals->e_n, FEEDFORWARD_FORCE_MAX_N) ||
-        exceeds(signals->lin_n + signals->f_n + state->offset_n, FEEDFORWARD_FORCE_MAX_N))
+    plan(params, &loop->compensator.friction, state, moved, width, fade, signals);
+    signals->y_good  = !bad_y;
+    signals->flips   = flips;
+    signals->need_n  = state->f_n - state->offset_n;
+    signals->e_n     = bad_y ? 0.0f : e;
+    signals->y_n     = y;
+    signals->partial = bank_f32_partial(state);
+    feed(params, state, stands, flips && alone(state, sign, step), signals);
+    if (is_corrupt(signals, state->offset_n))
     {
         state_f32_forget(params, state);
-        return bad_r || bad_y ? 0.0f : r_n - y_n;
+        return good ? r_n - y_n : 0.0f;
     }
     state->e_n = signals->e_n;
     state->f_n = signals->f_n;

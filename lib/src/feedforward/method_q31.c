@@ -133,6 +133,53 @@ static void feed(const tribo_feedforward_q31_params_t *params,
     }
 }
 
+/// As the twin's.
+static bool runs(tribo_feedforward_q31_state_t *state, int32_t r, int32_t y, bool good)
+{
+    if (!state_q31_runs(state))
+    {
+        if (good)
+        {
+            start(state, r, y);
+        }
+        return good;
+    }
+    if (state->offset_seal != ~(uint32_t)state->offset)
+    {
+        state->offset_rule = TRIBO_FEEDFORWARD_TAKE_OVER;
+        tribo_q31_count(&state->forgotten);
+    }
+    return true;
+}
+
+/// Step 5. A noisy r has no reliable rate.
+static void plan(const tribo_feedforward_q31_params_t *params,
+                 const tribo_friction_q31_params_t    *friction,
+                 tribo_feedforward_q31_state_t        *state,
+                 int32_t                               moved,
+                 uint32_t                              width,
+                 uint32_t                              fade,
+                 tribo_feedforward_q31_signals_t      *signals)
+{
+    const int32_t          rs       = state->reached;
+    const bank_q31_prior_t prior    = bank_q31_prior(friction, rs);
+    const uint32_t         reliable = 2u * ratio_q31(params->reversal, width);
+    const uint32_t         lag      = tribo_q31_high(params->lag, reliable);
+    const int32_t ahead = bank_q31_times(state->rate, lag, 32u - params->lag_shift, (uint32_t)BANK_Q31_ONE / 2u);
+
+    bank_q31_path(params, state, moved, ahead);
+    signals->reached = rs;
+    signals->lin     = rs + ahead + bank_q31_both(&prior, bank_q31_load(&state->learned, rs));
+    signals->level   = bank_q31_share(bank_q31_share(prior.L, fade), state->monitor.share);
+    signals->lead    = 0;
+}
+
+/// As the twin's.
+static bool alone(const tribo_feedforward_q31_state_t *state, int8_t before, bool step)
+{
+    return before == 0 || (step && state->learned.doubt > BANK_Q31_Q32(FEEDFORWARD_DOUBTFUL));
+}
+
 // Steps 1 to 8.
 int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *loop,
                                            void                                *memory,
@@ -148,18 +195,10 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
     // 1: input
     const bool bad_r = tribo_q31_magnitude(r_q31) > params->input_max;
     const bool bad_y = tribo_q31_magnitude(y_q31) > params->input_max;
-    if (!state_q31_runs(state))
+    const bool good  = !bad_r && !bad_y;
+    if (!runs(state, bank_q31_inside(r_q31), bank_q31_inside(y_q31), good))
     {
-        if (bad_r || bad_y)
-        {
-            return 0;
-        }
-        start(state, bank_q31_inside(r_q31), bank_q31_inside(y_q31));
-    }
-    else if (state->offset_seal != ~(uint32_t)state->offset)
-    {
-        state->offset_rule = TRIBO_FEEDFORWARD_TAKE_OVER;
-        tribo_q31_count(&state->forgotten);
+        return 0;
     }
     const int32_t r = bad_r ? state->r[0] : bank_q31_inside(r_q31);
     const int32_t y = bad_y ? state->observer.y[0] : bank_q31_inside(y_q31);
@@ -177,30 +216,19 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
     const bool flips  = state->sign != sign;
     const bool stands = hold_q31_stands(params, state, width / 2u, step);
 
-    // 5: force without friction, error; a noisy r has no reliable rate
-    const bank_q31_prior_t prior    = bank_q31_prior(&loop->compensator.friction, state->reached);
-    const uint32_t         reliable = 2u * ratio_q31(params->reversal, width);
-    const uint32_t         lag      = tribo_q31_high(params->lag, reliable);
-    const int32_t ahead = bank_q31_times(state->rate, lag, 32u - params->lag_shift, (uint32_t)BANK_Q31_ONE / 2u);
+    // 5 to 8: force without friction, friction, error
     if (flips && !stands)
     {
         learning_q31_turn(&state->learned, &state->learning);
     }
-    bank_q31_path(params, state, moved, ahead);
+    plan(params, &loop->compensator.friction, state, moved, width, fade, signals);
     signals->y_good  = !bad_y;
     signals->flips   = flips;
     signals->need    = difference_q31(state->f, state->offset);
-    signals->lead    = 0;
     signals->e       = bad_y ? 0 : e;
     signals->y       = y;
-    signals->reached = state->reached;
-    signals->lin     = state->reached + ahead + bank_q31_both(&prior, bank_q31_load(&state->learned, state->reached));
-
-    // 6 to 8: friction
-    signals->level      = bank_q31_share(bank_q31_share(prior.L, fade), state->monitor.share);
-    signals->partial    = bank_q31_partial(state);
-    const bool doubtful = state->learned.doubt > BANK_Q31_Q32(FEEDFORWARD_DOUBTFUL);
-    feed(params, state, stands, flips && (sign == 0 || (step && doubtful)), signals);
+    signals->partial = bank_q31_partial(state);
+    feed(params, state, stands, flips && alone(state, sign, step), signals);
     state->e = bank_q31_outside(signals->e);
     state->f = signals->f;
     return state->e;
