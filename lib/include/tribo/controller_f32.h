@@ -3,17 +3,16 @@
 ///     v = K(z) e                         the cascade
 ///     u = limit(v + term)                u_min to u_max
 ///
-/// While u is limited the cascade's states advance as if the input had been e + (u - term - v) c / D, D being
-/// the cascade's direct feedthrough. c = 1 (Hanus' conditioning: the input that would have given just u) needs
-/// zeros inside the unit circle; tribo_controller_f32_init finds the largest |c| = 1, 1/2, 1/4 ... of either sign
-/// for which the conditioned cascade decays within 2^24 ticks. A stable biproper cascade has such a c. One with a pole at
-/// z = 1 has such a c of one sign or the other; with two such poles many have. Rejected if no |c| of 1e-6 or more
-/// stabilises it: an integrator cancelled by a zero, or poles slower than some 10^-7 a tick cancelled by zeros together with
-/// a zero outside the unit circle.
+/// While u is limited the cascade's states advance as if the input had been e + (u - term - v) c / D, where D is the cascade's
+/// direct feedthrough. c = 1 is Hanus' conditioning, the input that would have given just u. It needs zeros inside the unit circle.
+/// tribo_controller_f32_init finds the largest |c| = 1, 1/2, 1/4 ... of either sign for which the conditioned cascade decays within
+/// 2^24 ticks. A stable biproper cascade has such a c. One with a pole at z = 1 has such a c of one sign or the other; with two
+/// such poles many have. Rejected if no |c| of 1e-6 or more stabilises it. Either a zero cancels an integrator, or zeros cancel
+/// poles slower than some 10^-7 a tick and another zero is outside the unit circle.
 ///
-/// Rounding, against double precision: 1.4e-7 N over the paper's triangle. A ripple that lasts for minutes is worse: each
-/// output is rounded to the same side and the slow pole accumulates this, with +-20 mN at the Nyquist frequency up to
-/// 6e-6 N in a minute (tests/contract/test_controller.c). Q31 carries its rounding remainders: 1.7e-8 N for this ripple.
+/// Rounding, against double precision: 1.4e-7 N over the paper's triangle. A ripple that lasts for minutes is worse. Each output is
+/// rounded to the same side, and the slow pole accumulates this: +-20 mN at the Nyquist frequency give up to 6e-6 N in a minute
+/// (tests/contract/test_controller.c). Q31 carries its rounding remainders: 1.7e-8 N for this ripple.
 ///
 /// The only loop is over the sections. Not synchronized: one state, one tick.
 /// Source: R. Hanus, M. Kinnaert, J.-L. Henrotte, "Conditioning technique, a general anti-windup and bumpless
@@ -33,17 +32,17 @@ extern "C" {
 
 #define TRIBO_BIQUAD_SECTIONS_MAX 4u
 
-/// A section in the delta operator. Stable when 0 < a2 < a1 and 4 - 2 a1 + a2 > 0 (poles inside the
-/// unit circle); a2 = 0, one pole at z = 1, is accepted as an integrator. Coefficients in z that are put in here are another
-/// filter; most are refused as unstable, but those with positive a1 > a2 are not: TRIBO_BIQUAD_F32 converts them.
+/// A section in the delta operator. Stable when 0 < a2 < a1 and 4 - 2 a1 + a2 > 0: poles inside the unit circle. a2 = 0, one pole
+/// at z = 1, is accepted as an integrator. Coefficients in z would be another filter here, and those with positive a1 > a2 are not
+/// refused: TRIBO_BIQUAD_F32 converts them.
 typedef struct
 {
     float b0, b1, b2; ///< each within +-1e6
     float a1, a2;
 } tribo_biquad_f32_section_t;
 
-/// Initialiser of a section from the coefficients in z, (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2),
-/// e.g. a row of MATLAB's sos matrix without its fourth column. Write constants with all their digits: the
+/// Initialiser of a section from the coefficients in z, (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2).
+/// A row of MATLAB's sos matrix without its fourth column is one. Write constants with all their digits: the
 /// conversion is done in double by the compiler, and nothing in double remains in the program.
 #define TRIBO_BIQUAD_F32(b0_, b1_, b2_, a1_, a2_)                                                                      \
     {(float)(b0_),                                                                                                     \

@@ -1,24 +1,26 @@
-// Cascade of second-order sections in Q31, in the delta operator d = z - 1; biquad_f32.h has the form and the two halves of a tick.
+// Cascade of second-order sections in Q31, in the delta operator d = z - 1. biquad_f32.h has the form and the two halves of a tick.
 //
 //     y   = w1 + b0 x                             b0: Q28, within +-4
 //     w1 += b0 x + c1 x - a1 y + w2 2^-s          c1 = b1 - b0: Q28, within +-8; a1: Q28, within 4
 //     w2 += c2 x + d2 y                           c2 = b2: Q(28 + s), within +-4 2^-s; d2 = -a2: Q(28 + s) and d2_low: Q(60 + s)
 //
-// x and y are Q31 times 2^-scale of their node, so that a force may exceed full scale inside the cascade. w1 is held in 64 bits,
-// Q59, w2 in Q(59 + s): the shift s makes room for the small w2 of a slow pole. y is rounded; its rest stays in w1 and comes out
-// with the next sample, so a constant input is integrated without end and the noise at the output is one rounding, whatever
-// the poles. When y saturates, w1 follows it, so a corrupt w1 is forgotten within a tick; w2 is clamped to 4 2^-s of full
-// scale and counted.
-// d2, the product of the poles' distances from z = 1, has a second word, so a slow pole keeps its time constant to 1e-7 while a2
-// is above 2^-(37 + s); of d2 y only the bits below the last of w2 (2^-59 of full scale) are dropped.
+// x and y are Q31 times 2^-scale of their node, so that a force may exceed full scale inside the cascade. Both states have 64 bits,
+// w1 in Q59 and w2 in Q(59 + s). The shift s makes room for the small w2 of a slow pole.
+//
+// y is rounded, and its rest stays in w1 and comes out with the next sample. So a constant input is integrated without end, and the
+// noise at the output is one rounding, whatever the poles. When y saturates, w1 follows it: a corrupt w1 is forgotten within a tick.
+// w2 is clamped to 4 2^-s of full scale and counted.
+//
+// d2 is the product of the poles' distances from z = 1. It has a second word, so a slow pole keeps its time constant to 1e-7 while a2
+// is above 2^-(37 + s). Of d2 y only the bits below the last of w2 (2^-59 of full scale) are dropped.
 //
 // Zero-input limit cycles: none in the paper's controller. Rounding noise has two zeros at z = 1, so a section's cycle stays
-// within half an LSB of its node times the L1 norm of (1 - z^-1)^2 / A(z): at most 52 LSB over 130,000 random pole pairs of
-// radius up to 0.99 and angle up to 2.7 rad (0.43 of the sampling frequency), but up to 480 LSB for poles nearer to z = -1,
-// which no force controller has (tests/unit/test_biquad_q31.c). A sharper resonance has larger cycles.
+// within half an LSB of its node times the L1 norm of (1 - z^-1)^2 / A(z). That is at most 52 LSB over 130,000 random pole pairs of
+// radius up to 0.99 and angle up to 2.7 rad (0.43 of the sampling frequency). Poles nearer to z = -1, which no force controller has,
+// reach 480 LSB (tests/unit/test_biquad_q31.c). A sharper resonance has larger cycles.
 //
-// Headroom: the scale of each node comes from its worst-case peak gain (L1 norm), so no node can overflow for any input in range;
-// see headroom_q31.h. Sums below stay under 2^63 for accepted params.
+// Headroom: the scale of each node comes from its worst-case peak gain (L1 norm), so no node can overflow for any input in range
+// (headroom_q31.h). Sums below stay under 2^63 for accepted params.
 //
 // The only loop is over the sections. Not synchronized: one state, one tick.
 

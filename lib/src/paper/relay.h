@@ -53,7 +53,7 @@ static inline void relay_reset(tribo_relay_state_t *state)
 }
 
 /// A relay samples its set pulse at the rising edge of its trigger, (set pulse or reset pulse), and holds it until the next
-/// one: a set alone gives 1, a reset alone 0. Relay 1 is bit 0 and relay 2 is bit 1 of every word here; `held` keeps the
+/// one. So a set alone gives 1, a reset alone 0. Relay 1 is bit 0 and relay 2 is bit 1 of every word here. `held` keeps the
 /// outputs in its lower half and the last triggers, from bit 4, in its upper half.
 static inline uint32_t relay_latch_step(tribo_relay_latch_t *latch, uint32_t pulses)
 {
