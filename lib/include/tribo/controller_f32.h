@@ -33,8 +33,8 @@ extern "C" {
 #define TRIBO_BIQUAD_SECTIONS_MAX 4u
 
 /// A section in the delta operator. Stable when 0 < a2 < a1 and 4 - 2 a1 + a2 > 0: poles inside the unit circle. a2 = 0, one pole
-/// at z = 1, is accepted as an integrator. Coefficients in z would be another filter here, and those with positive a1 > a2 are not
-/// refused: TRIBO_BIQUAD_F32 converts them.
+/// at z = 1, is accepted as an integrator. Coefficients in z would be another filter here. Most are refused as unstable,
+/// those with positive a1 > a2 are not. TRIBO_BIQUAD_F32 converts them.
 typedef struct
 {
     float b0, b1, b2; ///< each within +-1e6
