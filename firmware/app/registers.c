@@ -719,7 +719,7 @@ static bool take_reference(registers_t *registers, word_t word, bool only_check)
     float       r;
     const float most = params_number(&registers->active->set, PARAMS_INPUT_MAX);
     memcpy(&r, &word, sizeof r);
-    if (!(r >= -most && r <= most))
+    if (registers->board.has_reference || !(r >= -most && r <= most))
     {
         return false;
     }

@@ -250,6 +250,7 @@ typedef struct
     bool (*suits)(const params_set_t *set, params_error_t *error);
     const params_ceiling_t *ceilings;
     uint32_t                ceiling_count;
+    bool                    has_reference; ///< of its own, each tick: one of the bus is refused
     uint32_t                baud;
     uint32_t               *ring; ///< of the trace
     uint32_t                ring_words;

@@ -191,7 +191,8 @@ def test_only_frames_with_the_right_crc_do_anything(serve):
 def test_a_reference_of_the_command_line(serve):
     served = serve(arguments=("--reference", "0.25"))
     served.link("start")
-    served.link("reference", 0.5)
+    message = served.link("reference", 0.5, status=2)  # not even for the tick that it might come into
+    assert "reference: not taken; a drive that was started with --reference takes none of the bus" in message
     served.pass_ticks(100)
     assert served.value("r_N") == 0.25
 

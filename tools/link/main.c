@@ -513,14 +513,21 @@ static int forget(link_bus_t *bus)
 /// Where the drive counts on its host, again and again: for --hold, or until a signal ends this program.
 static bool renew_reference(link_bus_t *bus, uint32_t word, const options_t *options)
 {
-    uint32_t   within_ms, state;
-    double     held_s  = 0.0;
-    const bool ok      = link_bus_read(bus, active_at(link_find("drive.reference_ms")), &within_ms, 1);
-    const int  rest_ms = ok && within_ms / RENEWALS > 0u ? (int)(within_ms / RENEWALS) : 1;
-    if (!ok || !link_bus_write(bus, link_find("reference")->address, &word, 1) || within_ms == 0u)
+    uint32_t within_ms, state;
+    double   held_s = 0.0;
+    if (!link_bus_read(bus, active_at(link_find("drive.reference_ms")), &within_ms, 1))
     {
-        return ok;
+        return false;
     }
+    if (!link_bus_write(bus, link_find("reference")->address, &word, 1))
+    {
+        return link_complain("reference: not taken; a drive that was started with --reference takes none of the bus");
+    }
+    if (within_ms == 0u)
+    {
+        return true;
+    }
+    const int rest_ms = within_ms / RENEWALS > 0u ? (int)(within_ms / RENEWALS) : 1;
     (void)fprintf(stderr, "reference: renewed every %d ms; the drive waits %u ms for it\n", rest_ms, within_ms);
     while (!(held_s >= options->hold_s))
     {

@@ -672,6 +672,7 @@ static bool set_up_drive(program_t *program, const common_sources_t *sources, co
                                      .suits         = suits,
                                      .ceilings      = program->ceilings,
                                      .ceiling_count = program->ceiling_count,
+                                     .has_reference = program->options->has_reference,
                                      .baud          = (uint32_t)program->rig->bus.baud,
                                      .ring          = program->ring,
                                      .ring_words    = TRACE_WORDS};
