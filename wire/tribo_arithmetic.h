@@ -22,7 +22,6 @@
 
 #include "tribo/feedforward_q31.h"
 #include "tribo/force_loop_q31.h"
-#include "tribo/sensorless_q31.h"
 
 #define TRIBO_ARITHMETIC       "q31"
 #define TRIBO_IS_Q31           1
@@ -39,7 +38,6 @@ typedef tribo_breakaway_point_q31_t tribo_point_t;
 
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
-#include "tribo/sensorless_f32.h"
 
 #define TRIBO_ARITHMETIC       "f32"
 #define TRIBO_IS_Q31           0

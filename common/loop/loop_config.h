@@ -6,7 +6,6 @@
 #include "loop/loop_keys.h"
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
-#include "tribo/sensorless_f32.h"
 
 #include <stdbool.h>
 

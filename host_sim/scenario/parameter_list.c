@@ -3,7 +3,6 @@
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
 #include "tribo/parameters.h"
-#include "tribo/sensorless_f32.h"
 
 #include <math.h>
 #include <stdio.h>

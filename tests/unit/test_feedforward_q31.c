@@ -3,7 +3,6 @@
 #include "feedforward/bank_q31.h"
 #include "feedforward/learning_q31.h"
 #include "tribo/feedforward_q31.h"
-#include "tribo/sensorless_q31.h"
 
 #include "random.h"
 #include "unity.h"

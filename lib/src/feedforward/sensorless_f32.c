@@ -1,6 +1,6 @@
 // The feed-forward without a force sensor; docs/feedforward.md has its steps.
 
-#include "tribo/sensorless_f32.h"
+#include "tribo/feedforward_f32.h"
 
 #include "../number/first_order_f32.h"
 #include "../number/parameters.h"

@@ -1,6 +1,6 @@
 // The feed-forward without a force sensor in fixed point; sensorless_f32.c has the steps in float.
 
-#include "tribo/sensorless_q31.h"
+#include "tribo/feedforward_q31.h"
 
 #include "../number/fixed_q31.h"
 #include "../number/parameters.h"

@@ -2,7 +2,6 @@
 
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
-#include "tribo/sensorless_f32.h"
 
 #include "ieee_f32.h"
 
