@@ -192,19 +192,20 @@ static bool complain_of_set(link_bus_t *bus)
     {
         return false;
     }
-    const link_row_t *row   = link_at((uint16_t)said[REGISTER]);
-    const char       *more  = said[STATUS] != TRIBO_OK ? tribo_status_text((tribo_status_t)said[STATUS]) : "";
+    const link_row_t *row  = link_at((uint16_t)said[REGISTER]);
+    const char       *more = said[STATUS] != TRIBO_OK ? tribo_status_text((tribo_status_t)said[STATUS]) : "";
     if (row != NULL && strcmp(row->name, "sample_time_s") == 0 && said[LOW] == said[HIGH])
     {
         more = "drive.period_us asks for that: set both at once";
     }
-    const char *comma = more[0] != '\0' ? "; " : "";
+    const char *comma    = more[0] != '\0' ? "; " : "";
+    const bool  can_be_0 = row != NULL && row->can_be_0 && link_float(said[VALUE]) != 0.0f; // a ceiling may forbid that
     return link_complain("%s = %.7g is refused, the drive goes on as it was: %.7g to %.7g%s%s%s",
                          row != NULL ? row->name : "a param",
                          (double)link_float(said[VALUE]),
                          (double)link_float(said[LOW]),
                          (double)link_float(said[HIGH]),
-                         row != NULL && row->can_be_0 ? " or 0" : "",
+                         can_be_0 ? " or 0" : "",
                          comma,
                          more);
 }
