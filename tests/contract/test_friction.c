@@ -99,6 +99,62 @@ static void test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_h
     TEST_ASSERT_TRUE(now.f == 0.0);
 }
 
+static void test_friction_reports_net_force_and_its_rate_with_gravity(void)
+{
+    config.gravity_n = 0.01f;
+    init();
+    friction_seen_t now = friction_step(&friction, 0.5, 0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(TRIBO_EITHER(1e-9, 2e-9), 0.01, now.n);
+    TEST_ASSERT_DOUBLE_WITHIN(TRIBO_EITHER(1e-5, 2e-6), 10.0, now.v);
+    now = friction_step(&friction, 0.45, 0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(TRIBO_EITHER(1e-7, 4e-9), -0.04, now.n);
+    TEST_ASSERT_DOUBLE_WITHIN(TRIBO_EITHER(1e-4, 4e-6), 30.0, now.v); // of |n|
+}
+
+/// Whether the relay that a large n on `side` arms is high after n was `first` L there, little for a while if `rests`, `then` L, and 0.
+static bool armed_after(double side, double first, bool rests, double then)
+{
+    friction_reset(&friction);
+    for (int k = 0; k < 10; k++)
+    {
+        (void)friction_step(&friction, 0.5 + side * (k < 5 || !rests ? first : 0.1 * first) * 0.157, 0.5);
+    }
+    (void)friction_step(&friction, 0.5 + side * then * 0.157, 0.5);
+    const friction_seen_t now = friction_step(&friction, 0.5, 0.5);
+    return side < 0.0 ? now.q2 : now.q1;
+}
+
+static void test_friction_arms_and_disarms_at_its_levels_only(void)
+{
+    init();
+    for (double side = -1.0; side <= 1.0; side += 2.0)
+    {
+        TEST_ASSERT_FALSE(armed_after(side, 0.74, false, 0.0));
+        TEST_ASSERT_TRUE(armed_after(side, 0.76, false, 0.0));
+        TEST_ASSERT_TRUE(armed_after(side, 0.9, true, -0.79));
+        TEST_ASSERT_FALSE(armed_after(side, 0.9, true, -0.81)); // n comes back from there in one step
+    }
+}
+
+static void test_friction_levels_are_exclusive(void)
+{
+    config.positive    = (tribo_breakaway_f32_t){.offset_n = 0.5f, .slope = 0.0f};
+    config.negative    = config.positive;
+    config.reset_level = 0.5f;
+    init();
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        friction_reset(&friction);
+        for (int k = 0; k < 12; k++)
+        {
+            // At the set level for five ticks, 0, at the reset level on the other side for five ticks, 0.
+            const double          n   = k < 5 ? 0.375 * sign : k == 5 || k == 11 ? 0.0 : -0.25 * sign;
+            const friction_seen_t now = friction_step(&friction, n, 0.0);
+            TEST_ASSERT_EQUAL_INT(k >= 5, sign < 0 ? now.q2 : now.q1);
+        }
+    }
+}
+
 static void test_friction_takes_each_direction_from_its_own_law(void)
 {
     config.positive = (tribo_breakaway_f32_t){.offset_n = 0.01f, .slope = 0.25f};
@@ -324,6 +380,9 @@ int main(void)
     RUN_TEST(test_friction_holds_against_the_net_force_up_to_breakaway);
     RUN_TEST(test_friction_follows_k_of_v_through_its_whole_range);
     RUN_TEST(test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis);
+    RUN_TEST(test_friction_reports_net_force_and_its_rate_with_gravity);
+    RUN_TEST(test_friction_arms_and_disarms_at_its_levels_only);
+    RUN_TEST(test_friction_levels_are_exclusive);
     RUN_TEST(test_friction_takes_each_direction_from_its_own_law);
     RUN_TEST(test_friction_table_is_linear_between_its_points_and_clamped_at_its_ends);
     RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);

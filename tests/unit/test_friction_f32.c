@@ -39,47 +39,7 @@ static float step(float u, float F)
     return tribo_friction_f32_step(&params, &state, u, F, &seen);
 }
 
-/// Q2 armed: deep on the negative side, then back.
-static void arm_q2(float F, float breakaway)
-{
-    for (int k = 0; k < 5; k++)
-    {
-        (void)step(F - 0.9f * breakaway, F);
-    }
-    for (int k = 0; k < 5; k++)
-    {
-        (void)step(F - 0.1f * breakaway, F);
-    }
-}
-
 // --- the equations -----------------------------------------------------------------------------------------------
-
-static void test_friction_reports_net_force_and_its_rate_with_gravity(void)
-{
-    config.gravity_n = 0.01f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
-    (void)step(0.5f, 0.5f);
-    TEST_ASSERT_SAME_FLOAT(0.01f, seen.n_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f, seen.v_n_per_s);
-    (void)step(0.45f, 0.5f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, -0.04f, seen.n_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 30.0f, seen.v_n_per_s); // of |n|
-}
-
-static void test_friction_falls_short_of_the_net_force_after_it_was_deep_on_the_other_side(void)
-{
-    arm_q2(0.5f, 0.157f);
-    TEST_ASSERT_TRUE(shows(&seen, TRIBO_RELAY_Q2));
-    TEST_ASSERT_FALSE(shows(&seen, TRIBO_RELAY_Q)); // n < 0
-    const double n = 0.1;
-    const double v = 1000.0 * (0.1 - 0.0157);
-    const double f = (double)step(0.6f, 0.5f);
-    TEST_ASSERT_TRUE(shows(&seen, TRIBO_RELAY_Q));
-
-    const double k = 13.0 - 7.0 * tanh(3.0 * (v / 0.007 - 1.0));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, k * 0.157 * tanh(n / (k * 0.157)), f);
-    TEST_ASSERT_TRUE(f < n - 1e-5);
-}
 
 static void test_friction_curves_are_as_close_as_their_header_says(void)
 {
@@ -127,75 +87,7 @@ static void test_friction_curves_are_as_close_as_their_header_says(void)
 }
 
 /// What the mirror of a step must show.
-static void check_one_large_step(float side, float level, bool disarms)
-{
-    tribo_friction_f32_reset(&state);
-    for (int k = 0; k < 5; k++)
-    {
-        (void)step(0.5f - side * 0.9f * 0.157f, 0.5f);
-    }
-    for (int k = 0; k < 5; k++)
-    {
-        (void)step(0.5f - side * 0.1f * 0.157f, 0.5f);
-    }
-    TEST_ASSERT_TRUE(side > 0.0f ? shows(&seen, TRIBO_RELAY_Q2) : shows(&seen, TRIBO_RELAY_Q1));
-    (void)step(0.5f + side * level * 0.157f, 0.5f);
-    TEST_ASSERT_TRUE(side > 0.0f ? shows(&seen, TRIBO_RELAY_Q2) : shows(&seen, TRIBO_RELAY_Q1));
-    (void)step(0.5f, 0.5f);
-    TEST_ASSERT_EQUAL(!disarms, side > 0.0f ? shows(&seen, TRIBO_RELAY_Q2) : shows(&seen, TRIBO_RELAY_Q1));
-}
-
-static void test_friction_disarms_when_n_comes_back_from_beyond_the_reset_level_in_one_step(void)
-{
-    for (float side = -1.0f; side <= 1.0f; side += 2.0f)
-    {
-        check_one_large_step(side, 0.81f, true);
-        check_one_large_step(side, 0.79f, false);
-    }
-}
-
-static void test_friction_arms_at_the_set_level_only(void)
-{
-    for (int k = 0; k < 5; k++)
-    {
-        (void)step(0.5f - 0.74f * 0.157f, 0.5f);
-    }
-    (void)step(0.5f, 0.5f);
-    TEST_ASSERT_FALSE(shows(&seen, TRIBO_RELAY_Q2));
-    for (int k = 0; k < 5; k++)
-    {
-        (void)step(0.5f - 0.76f * 0.157f, 0.5f);
-    }
-    (void)step(0.5f, 0.5f);
-    TEST_ASSERT_TRUE(shows(&seen, TRIBO_RELAY_Q2));
-}
-
 // At a level itself nothing switches yet: all four comparisons are strict. L = 1 N makes the levels exact.
-static void test_friction_levels_are_exclusive(void)
-{
-    config.positive    = (tribo_breakaway_f32_t){.offset_n = 1.0f, .slope = 0.0f};
-    config.negative    = config.positive;
-    config.reset_level = 0.5f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&params, &config, H));
-    for (int sign = -1; sign <= 1; sign += 2)
-    {
-        const float side = (float)sign;
-        tribo_friction_f32_reset(&state);
-        for (int k = 0; k < 5; k++)
-        {
-            (void)step(0.75f * side, 0.0f); // not inside the set level, so the set line goes low ...
-        }
-        (void)step(0.0f, 0.0f); // ... and rises here
-        TEST_ASSERT_TRUE(sign < 0 ? shows(&seen, TRIBO_RELAY_Q2) : shows(&seen, TRIBO_RELAY_Q1));
-        for (int k = 0; k < 5; k++)
-        {
-            (void)step(-0.5f * side, 0.0f); // at the reset level, not beyond
-        }
-        (void)step(0.0f, 0.0f);
-        TEST_ASSERT_TRUE(sign < 0 ? shows(&seen, TRIBO_RELAY_Q2) : shows(&seen, TRIBO_RELAY_Q1));
-    }
-}
-
 static void test_friction_counts_no_net_force_as_positive(void)
 {
     config.negative.offset_n = 0.02f;
@@ -389,12 +281,7 @@ static void test_friction_init_rounds_the_pulse_width_to_samples(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_friction_reports_net_force_and_its_rate_with_gravity);
-    RUN_TEST(test_friction_falls_short_of_the_net_force_after_it_was_deep_on_the_other_side);
     RUN_TEST(test_friction_curves_are_as_close_as_their_header_says);
-    RUN_TEST(test_friction_disarms_when_n_comes_back_from_beyond_the_reset_level_in_one_step);
-    RUN_TEST(test_friction_arms_at_the_set_level_only);
-    RUN_TEST(test_friction_levels_are_exclusive);
     RUN_TEST(test_friction_counts_no_net_force_as_positive);
     RUN_TEST(test_friction_holds_n_over_a_bad_input_counts_it_and_goes_on);
     RUN_TEST(test_friction_takes_denormals_and_the_largest_forces);
