@@ -814,6 +814,7 @@ static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direct
 
     model.friction.negative.offset_n = 0.014f;
     model.friction.negative.slope    = 0.5f;
+    model.friction.gravity_n         = 0.02f; // is no breakaway
     init(&x);
     model.friction.table        = table;
     model.friction.table_length = 3;
@@ -1241,6 +1242,28 @@ static void test_in_a_hold_the_deadband_of_a_coarse_sensor_is_that_of_its_steps(
     TEST_ASSERT_DOUBLE_WITHIN(3e-5, 0.0, sum);
 }
 
+/// The noise of a hold before a restart is no noise of the next one.
+static void test_a_hold_after_a_restart_has_no_deadband_of_the_last(void)
+{
+    init(&x);
+    double e = 0.0;
+    for (int k = 0; k < 14000; k++)
+    {
+        if (k == 7000)
+        {
+            feedforward_restart(&x);
+        }
+        const int    phase     = k % 7000;
+        const double reference = triangle(phase < 3000 ? phase : 3000);
+        const double y         = reference - 3e-4 + (k >= 7000 ? 0.0 : k % 2 == 0 ? 3e-3 : -3e-3);
+        e                      = feedforward_before(&x, reference, y);
+        (void)feedforward_added(&x, 0.0);
+        feedforward_after(&x, 0.0, reference, false);
+    }
+    TEST_ASSERT_TRUE(feedforward_holds(&x));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3e-4, e);
+}
+
 /// The friction that a guard judges, and the next hold and the monitor begin with, is the one of the new weights.
 static void test_friction_of_the_last_tick_is_that_of_the_weights_just_learned(void)
 {
@@ -1343,6 +1366,7 @@ int main(void)
     RUN_TEST(test_noise_of_the_reference_widens_a_reversal);
     RUN_TEST(test_without_a_still_time_r_never_stands);
     RUN_TEST(test_in_a_hold_the_deadband_of_a_coarse_sensor_is_that_of_its_steps);
+    RUN_TEST(test_a_hold_after_a_restart_has_no_deadband_of_the_last);
     RUN_TEST(test_friction_of_the_last_tick_is_that_of_the_weights_just_learned);
     RUN_TEST(test_the_ramp_of_a_jump_ends_in_a_tick_at_the_fastest);
     return UNITY_END();

@@ -40,9 +40,10 @@ static void test_feedforward_shows_expected_force_breakaway_and_friction(void)
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, force, seen.compensator.F);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, seen.u - force, seen.compensator.friction.n);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, loop_fed_friction(&loop), seen.compensator.friction.f);
-        if (k > 20 && k < 60) // weighted: half of L(F) before anything is learned
+        const double V0 = (double)state->learned.weight[0] / TRIBO_EITHER(1.0, 536870912.0);
+        if (state->learning.stage != 5u) // its weights have just been learned
         {
-            TEST_ASSERT_DOUBLE_WITHIN(0.35 * (0.007 + 0.3 * r), 0.8 * (0.007 + 0.3 * r), seen.compensator.friction.L);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, V0 * (0.007 + 0.3 * r), seen.compensator.friction.L);
         }
     }
     TEST_ASSERT_TRUE(apart > 1e-4); // force and expected reading are told apart

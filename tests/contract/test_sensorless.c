@@ -232,6 +232,33 @@ static void test_where_a_motion_is_known_friction_opposes_that(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, -0.9 * (L0 + L1 * 0.3801), friction_now());
 }
 
+/// However far the measured motion goes: the intended one counts, and it has not gone by a width yet.
+static void test_an_intended_motion_below_its_width_goes_before_any_measured_one(void)
+{
+    (void)tick(0.4);
+    TEST_ASSERT_TRUE(moved(4, 0.1, 5.0) == 0.0);
+    TEST_ASSERT_TRUE(moved(4, 0.1, 0.0) > 0.0); // now it has
+}
+
+/// A noise of r by 0.6 mN, beyond the width of 0.5: a reversal is wider by four times its mean second difference.
+static void test_noise_of_the_reference_widens_a_reversal(void)
+{
+    double r = 0.0;
+    for (int k = 0; k < 20000; k++)
+    {
+        r = 0.3 + 1e-6 * k + (k % 10 < 5 ? 6e-4 : 0.0);
+        (void)tick(r);
+        TEST_ASSERT_TRUE(k < 10000 || friction_now() > 0.04); // it does not turn
+    }
+    int k = 0;
+    while (friction_now() > 0.0)
+    {
+        (void)tick(r - 2e-4 * ++k);
+        TEST_ASSERT_TRUE(k < 100);
+    }
+    TEST_ASSERT_INT_WITHIN(1, 14, k); // 1.5 mN below the peak, and 10 ticks until friction is 0
+}
+
 static void test_a_motion_that_is_no_number_or_huge_does_no_harm(void)
 {
     (void)tick(0.4);
@@ -684,6 +711,8 @@ int main(void)
     RUN_TEST(test_mirrored_references_give_mirrored_bits);
     RUN_TEST(test_friction_keeps_its_sign_while_r_stands);
     RUN_TEST(test_where_a_motion_is_known_friction_opposes_that);
+    RUN_TEST(test_an_intended_motion_below_its_width_goes_before_any_measured_one);
+    RUN_TEST(test_noise_of_the_reference_widens_a_reversal);
     RUN_TEST(test_a_motion_that_is_no_number_or_huge_does_no_harm);
     RUN_TEST(test_of_another_loops_effort_the_rate_is_not_taken);
     RUN_TEST(test_u_stays_in_its_limits_for_any_input_and_the_controller_does_not_wind_up);

@@ -208,6 +208,30 @@ static void test_a_state_that_is_no_number_is_forgotten_or_heals(void)
     }
 }
 
+/// A difference that is no number: the observer starts again at the reading of this tick.
+static void test_an_observer_that_is_lost_starts_again_at_y(void)
+{
+    tribo_force_loop_f32_config_t         loop_config = tribo_force_loop_f32_paper();
+    static tribo_force_loop_f32_params_t  loop;
+    static tribo_force_loop_f32_state_t   running;
+    static tribo_feedforward_f32_memory_t memory;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
+    tribo_force_loop_f32_reset(&running);
+    tribo_feedforward_f32_reset(&memory.state);
+    tribo_force_loop_feedforward_f32_attach(&running, &memory);
+    float y = 0.3f;
+    for (int k = 0; k < 500 || memory.state.learning.stage != 0u; k++)
+    {
+        y += 1e-4f;
+        (void)tribo_force_loop_f32_step(&loop, &running, y, y, NULL);
+    }
+    memory.state.observer.difference_n = NAN;
+    (void)tribo_force_loop_f32_step(&loop, &running, y, y + 1e-4f, NULL);
+    TEST_ASSERT_EQUAL_FLOAT(y + 1e-4f, memory.state.observer.force_n);
+    TEST_ASSERT_EQUAL_FLOAT(y + 1e-4f, memory.state.learning.travelled_n);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, memory.state.learning.friction_n);
+}
+
 static void test_a_tuned_config_has_the_derived_numbers(void)
 {
     const tribo_feedforward_f32_config_t tuned = tribo_feedforward_f32_tuned(&rig);
@@ -219,6 +243,10 @@ static void test_a_tuned_config_has_the_derived_numbers(void)
     config                                      = tuned;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
     TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof params);
+    rig.actuator_pole_rad_per_s = 120.0f;
+    rig.sensor_pole_rad_per_s   = 30.0f;
+    TEST_ASSERT_EQUAL_FLOAT(120.0f, tribo_feedforward_f32_tuned(&rig).actuator_pole_rad_per_s);
+    TEST_ASSERT_EQUAL_FLOAT(30.0f, tribo_feedforward_f32_tuned(&rig).sensor_pole_rad_per_s);
 }
 
 static void test_a_tuned_guard_follows_breakaway_lag_and_noise(void)
@@ -246,6 +274,7 @@ int main(void)
     RUN_TEST(test_a_bad_entry_counts_as_0);
     RUN_TEST(test_what_was_learned_at_a_bad_force_is_that_at_0);
     RUN_TEST(test_a_state_that_is_no_number_is_forgotten_or_heals);
+    RUN_TEST(test_an_observer_that_is_lost_starts_again_at_y);
     RUN_TEST(test_a_tuned_config_has_the_derived_numbers);
     RUN_TEST(test_a_tuned_guard_follows_breakaway_lag_and_noise);
     return UNITY_END();

@@ -71,6 +71,8 @@ static void test_feedforward_init_names_the_field(void)
     check(&config.forgetting_per_n, 17.0f, TRIBO_ERR_FORGETTING);
     check(&config.actuator_pole_rad_per_s, 0.015f, TRIBO_ERR_ACTUATOR_POLE); // over 65,536 ticks
     check(&loop_config.compensator.arm.damping, 1e6f, TRIBO_ERR_ACTUATOR_POLE);
+    config.actuator_pole_rad_per_s = 0.0154f; // 64,943 ticks
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, FS));
 }
 
 static void test_the_offset_is_bounded_by_four_inputs_or_full_scale(void)
