@@ -29,7 +29,7 @@ static ssize_t put(void *context, const char *text, size_t size)
     {
         dropped = 0;
     }
-    if (dropped > 0u || write_now(text, size) < 0)
+    if (dropped > 0u || write_now(text, size) != (ssize_t)size)
     {
         dropped++;
     }
