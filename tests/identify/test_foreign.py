@@ -1,6 +1,7 @@
 """tribo-identify on rigs of simulators that share no code with it. The long version is foreign_study.py."""
 
 from concurrent.futures import ProcessPoolExecutor
+from types import SimpleNamespace
 
 import foreign
 import foreign_study
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 import synthetic
 
-from tribo_identify import events, friction, slides
+from tribo_identify import events, friction, native, slides
 from tribo_identify.events import Refusal
 
 CASES = {"coulomb": (3, {}), "lugre": (13, {}), "maxwell": (2, {}), "calibrated": (12, {"scale": 1.0}), "falls": (18, {"scale": 1.0, "ratio": 0.9, "by_distance": True, "distance": None}),
@@ -119,6 +120,21 @@ def test_held_levels_of_u_are_no_limit():
     assert not events.saturated(segment(u, 0.8 * u + np.linspace(0, 1e-3, len(u)))).any()
     u = np.minimum(1 - np.abs(np.linspace(-1, 1, 800)), 0.7)
     assert events.saturated(segment(u, np.linspace(0, 1e-3, len(u)))).mean() > 0.2
+
+
+def test_a_scale_hardly_off_is_asymmetric_friction_where_friction_is_small():
+    """0.4 % of scale are 15 % of a breakaway of 0.05 |F|. Seed 100019 of foreign_study was wrong with confidence."""
+    t = np.arange(0, 80, 1e-3)
+    force = 5.0 + 4.0 * np.interp(t % 8, [0, 1, 2, 5, 8], [-1, 1, -1, 1, -1])
+    way, rate = np.sign(np.gradient(force)), np.gradient(force, 1e-3)
+    for less, calls in ((0.85, True), (1.0, False)):
+        u = force + 0.01 * rate + way * (0.05 + 0.05 * force) * np.where(way > 0, 1.0, less) + np.random.default_rng(1).normal(0, 1e-3, len(t))
+        found = slides.line(synthetic.log_of(np.c_[t, u, force]), "symmetric")
+        scale = friction.Estimate("scale", found.values["scale"], 1e-3, "identified")
+        params = native.PAPER | {"gravity": 0.0, **{f"{n}_{way}": found.values[n] for n in ("offset", "slope") for way in ("positive", "negative")}}
+        result = SimpleNamespace(estimates=[scale], params=params, table=[], loads=[(1.0, 1.0), (9.0, 9.0)])
+        assert abs(scale.value - 1) < friction.GAP
+        assert bool(friction._readings(result)) == calls
 
 
 def test_the_line_of_exact_slides():

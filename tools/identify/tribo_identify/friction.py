@@ -24,6 +24,7 @@ from .events import WRONG_SIGN, Refusal, check, check_events, find, loads, satur
 
 STEPS_MAX = 10_000_000  # of a simulation, beyond which its steps grow
 K_STARTS = (3.0, 5.0, 8.0, 14.0)  # of k_min, and L over the friction of slow slides: the fit has more than one valley
+APART = 0.08  # of L: a smaller difference of L+ and L- does no harm
 L_STARTS = (1.0, 1.2, 1.5, 2.0)
 SHARP = 0.3  # of the Jacobian's steps, near the end: the relays make the model rough below and bent above it
 VALLEYS = 4  # that are gone down into
@@ -698,9 +699,14 @@ def _explained(fit, residual, level):
 def _readings(result):
     """What a scale other than 1 may be: u's, F's, or friction that differs by direction and grows with u, if L+ and L- are then above 0."""
     scale = next((e for e in result.estimates if e.name == "scale"), None)
-    if scale is None or abs(scale.value - 1) <= max(scale.half, GAP):
+    if scale is None:
         return []
     ways, ends = [], (result.loads[0][0], result.loads[-1][1])
+    off = abs(scale.value - 1)
+    # Where L is a small part of F, a scale that is hardly off is friction that differs by much.
+    apart = max(2 * max(off, scale.half) * abs(force) / float(breakaway(result.params, result.table, force)[0]) for force in ends)
+    if off <= max(scale.half, GAP) and apart <= APART:
+        return []
     for force in ends:
         L, bias = float(breakaway(result.params, result.table, force)[0]), result.params["gravity"]
         ways.append(((force + L - bias) / scale.value - force, force - (force - L - bias) / scale.value))
