@@ -1,0 +1,46 @@
+/// The rig of this board, for the drive, and its ceilings. Every field is explained with its range in app/config.h. The loop's params
+/// are the paper's until others come over the bus.
+
+#ifndef RP2040_RIG_CONFIG_H
+#define RP2040_RIG_CONFIG_H
+
+#include "app/params.h"
+#include "convert.h"
+#include "wiring.h"
+
+static inline drive_config_t rig_config(void)
+{
+    drive_config_t config = drive_config_default();
+#ifndef TRIBO_ARITHMETIC_Q31
+    config.budget_us = 500; // floats in software
+#endif
+    config.stuck_ticks        = 200;
+    config.sensor_n_per_unit  = 2.0f / 1638.4f; // 0.33 to 2.97 V are -2 to 2 N; a unit is a code of 12 bits
+    config.sensor_zero_units  = 2048.0f;
+    config.tare_max_n         = 0.1f;
+    config.command_n_per_unit = 2.0f / (float)CONVERT_TOP; // the whole period is 2 N
+    config.current_max_a      = 2.0f;
+    config.crystal_hz         = WIRING_OSCILLATOR_HZ;
+    return config;
+}
+
+/// The widest that this board lets anybody be: a check that is not allowed 0 cannot be turned off. Change them with the rig.
+static const params_ceiling_t rig_ceilings[] = {
+    {PARAMS_INPUT_MAX, 1e-6f, 2.0f},
+    {PARAMS_U_MIN, -2.0f, 0.0f},
+    {PARAMS_U_MAX, 0.0f, 2.0f},
+    {DRIVE_CONFIG_late_us, 0.0f, 100.0f},
+    {DRIVE_CONFIG_budget_us, 1.0f, 500.0f},
+    {DRIVE_CONFIG_stuck_ticks, 1.0f, 1000.0f},
+    {DRIVE_CONFIG_residual_n, 1e-6f, 0.5f},
+    {DRIVE_CONFIG_residual_ms, 1.0f, 200.0f},
+    {DRIVE_CONFIG_residual_slope, 0.0f, 1.0f},
+    {DRIVE_CONFIG_tracking_n, 1e-6f, 1.0f},
+    {DRIVE_CONFIG_tracking_ms, 1.0f, 5000.0f},
+    {DRIVE_CONFIG_debounce_n, 1.0f, 3.0f},
+    {DRIVE_CONFIG_command_limit_ms, 1.0f, 5000.0f},
+    {DRIVE_CONFIG_tare_max_n, 0.0f, 0.5f},
+    {DRIVE_CONFIG_current_max_a, 1e-6f, 2.0f},
+};
+
+#endif
