@@ -453,17 +453,26 @@ static bool connect_network(const link_bus_t *bus)
     }
 }
 
-bool link_bus_rest(link_bus_t *bus, int ms)
+void link_bus_release(link_bus_t *bus)
 {
     if (bus->lock < 0)
     {
         modbus_close(bus->modbus);
-        pause_ms(ms);
-        return connect_network(bus);
+        return;
     }
     (void)flock(bus->lock, LOCK_UN);
+}
+
+bool link_bus_take(link_bus_t *bus)
+{
+    return bus->lock < 0 ? connect_network(bus) : lock_line(bus);
+}
+
+bool link_bus_rest(link_bus_t *bus, int ms)
+{
+    link_bus_release(bus);
     pause_ms(ms);
-    return lock_line(bus);
+    return link_bus_take(bus);
 }
 
 /// Not connected; null if `device` cannot be one.

@@ -21,7 +21,11 @@ bool link_bus_answers(const char *device, int unit, int baud);
 /// The device as it was opened.
 const char *link_bus_name(const link_bus_t *bus);
 
-/// Waits and leaves the line to others meanwhile: the only time when it is not locked. A network's connection is closed.
+/// Leaves the line to others, and takes it back: the only time when it is not locked. A network's connection is closed meanwhile.
+void link_bus_release(link_bus_t *bus);
+bool link_bus_take(link_bus_t *bus);
+
+/// The one, a wait, and the other.
 bool link_bus_rest(link_bus_t *bus, int ms);
 
 /// Whether the drive was built with the feed-forward, whose params others have not.

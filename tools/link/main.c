@@ -6,6 +6,7 @@
 #include "keys/table.h"
 #include "loop/loop_check.h"
 #include "loop/loop_config.h"
+#include "serve.h"
 #include "status.h"
 #include "support/number.h"
 #include "support/output_file.h"
@@ -37,6 +38,7 @@ typedef struct
     bool           acknowledge, markdown;
     bool           is_short; ///< no command: the state in a few lines
     status_watch_t watching;
+    const char    *listen, *allow;
     char          *words[WORDS_MAX]; ///< the command and what it is about
     int            count;
 } options_t;
@@ -405,6 +407,19 @@ static int watch(link_bus_t *bus, const options_t *options)
     status_watch_t watching = options->watching;
     watching.hold_s         = options->hold_s;
     return status_watch(bus, &watching) ? 0 : EXIT_FAILED;
+}
+
+static int serve_page(link_bus_t *bus, const options_t *options)
+{
+    char          unit[16], baud[16];
+    const serve_t served = {.listen  = options->listen,
+                            .allow   = options->allow,
+                            .rate_hz = options->watching.rate_hz,
+                            .unit    = unit,
+                            .baud    = baud};
+    (void)snprintf(unit, sizeof unit, "%d", options->unit);
+    (void)snprintf(baud, sizeof baud, "%d", options->baud);
+    return serve(bus, &served) ? 0 : EXIT_FAILED;
 }
 
 static int show_changes(link_bus_t *bus)
@@ -852,6 +867,7 @@ static int perform(link_bus_t *bus, const options_t *options)
         int (*with_options)(link_bus_t *bus, const options_t *options);
     } commands[] = {{.name = "status", .with_options = show_status},
                     {.name = "watch", .with_options = watch},
+                    {.name = "serve", .with_options = serve_page},
                     {.name = "params", .with_options = params_command},
                     {.name = "start", .plain = start},
                     {.name = "stop", .plain = stop},
@@ -893,6 +909,8 @@ enum
     OPTION_RATE,
     OPTION_UDP,
     OPTION_TELEPLOT,
+    OPTION_LISTEN,
+    OPTION_ALLOW,
     OPTION_MARKDOWN
 };
 
@@ -911,9 +929,11 @@ static const struct argp_option known[] = {
     {.name = "wait", .key = OPTION_WAIT, .arg = "S", .doc = "trace: for its end, 10 s if left out"},
     {.name = "hold", .key = OPTION_HOLD, .arg = "S", .doc = "reference, watch: for that long; until a signal if left out"},
     {.name = "json", .key = OPTION_JSON, .doc = "status: as JSON; watch: a line of JSON a sample, in place of the view"},
-    {.name = "rate", .key = OPTION_RATE, .arg = "HZ", .doc = "watch: samples a second, 10 if left out"},
+    {.name = "rate", .key = OPTION_RATE, .arg = "HZ", .doc = "watch, serve: samples a second, 10 if left out"},
     {.name = "udp", .key = OPTION_UDP, .arg = "HOST:PORT", .doc = "watch: sends each sample there as JSON, e.g. to PlotJuggler at 127.0.0.1:9870"},
     {.name = "teleplot", .key = OPTION_TELEPLOT, .arg = "HOST:PORT", .doc = "watch: likewise as Teleplot has it, e.g. to 127.0.0.1:47269"},
+    {.name = "listen", .key = OPTION_LISTEN, .arg = "HOST:PORT", .doc = "serve: 127.0.0.1:8088 if left out"},
+    {.name = "allow", .key = OPTION_ALLOW, .arg = "NAME", .doc = "serve: the name by which browsers on other machines call this one; without it nothing but loopback is served"},
     {.name = "acknowledge", .key = OPTION_ACKNOWLEDGE, .doc = "fault: acknowledges it"},
     {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: as docs/registers.md"},
     {.name = NULL}};
@@ -1009,6 +1029,12 @@ static error_t take(int key, char *value, struct argp_state *state)
     case OPTION_TELEPLOT:
         options->watching.teleplot = value;
         return 0;
+    case OPTION_LISTEN:
+        options->listen = value;
+        return 0;
+    case OPTION_ALLOW:
+        options->allow = value;
+        return 0;
     case OPTION_MARKDOWN:
         options->markdown = true;
         return 0;
@@ -1035,6 +1061,8 @@ static const struct argp parser = {
                 "  (none)                      state, force and what was learned, in a few lines\n"
                 "  status                      states, counters and signals\n"
                 "  watch                       the same as they change; Ctrl-C ends it\n"
+                "  serve                       the same on a page for a browser on this machine: live plot, params, start "
+                "and stop, trace\n"
                 "  ports                       where drives answer\n"
                 "  params get [NAME...]        what the drive runs with, all of it if no NAME is given\n"
                 "  params set NAME=VALUE...    together; refused if one does not fit. What tunes changes while the drive "
@@ -1065,6 +1093,7 @@ int main(int count, char **arguments)
                                  .trigger    = "none",
                                  .watch      = "r_N",
                                  .watching   = {.rate_hz = 10.0},
+                                 .listen     = "127.0.0.1:8088",
                                  .wait_s     = 10.0,
                                  .hold_s     = (double)INFINITY,
                                  .decimation = 1,

@@ -191,7 +191,7 @@ bool status_show_short(link_bus_t *bus)
 
 // --- live ----------------------------------------------------------------------------------------------------------
 
-/// What of a sample is sent: less than 2,048 bytes, which is what PlotJuggler takes.
+/// What of a sample is sent.
 static const char *const sent[] = {"tick",
                                    "state",
                                    "fault",
@@ -215,8 +215,6 @@ static const char *const sent[] = {"tick",
                                    "learned_negative_N",
                                    "learned_negative_relative_variance"};
 
-#define DATAGRAM_MAX 2048u
-
 static double now_s(clockid_t clock)
 {
     struct timespec time;
@@ -225,10 +223,13 @@ static double now_s(clockid_t clock)
 }
 
 /// Either of the two forms, as one text.
-static size_t write_sample(char text[DATAGRAM_MAX], const link_bus_t *bus, const uint32_t words[WORDS], bool teleplot)
+static size_t write_sample(char              text[STATUS_SAMPLE_MAX],
+                           const link_bus_t *bus,
+                           const uint32_t    words[WORDS],
+                           bool              teleplot)
 {
     const double time_s = now_s(CLOCK_REALTIME);
-    FILE        *file   = fmemopen(text, DATAGRAM_MAX, "w");
+    FILE        *file   = fmemopen(text, STATUS_SAMPLE_MAX, "w");
     if (file == NULL)
     {
         return 0;
@@ -258,6 +259,12 @@ static size_t write_sample(char text[DATAGRAM_MAX], const link_bus_t *bus, const
     (void)fputs(teleplot ? "" : "}\n", file);
     const long length = ftell(file);
     return fclose(file) == 0 && length > 0 ? (size_t)length : 0u;
+}
+
+size_t status_sample(link_bus_t *bus, char text[STATUS_SAMPLE_MAX])
+{
+    uint32_t words[WORDS];
+    return read_words(bus, words) ? write_sample(text, bus, words, false) : 0u;
 }
 
 /// A connected socket; negative after a complaint.
@@ -296,7 +303,7 @@ static void send_sample(int socket_of, const link_bus_t *bus, const uint32_t wor
 {
     if (socket_of >= 0)
     {
-        char         text[DATAGRAM_MAX];
+        char         text[STATUS_SAMPLE_MAX];
         const size_t length = write_sample(text, bus, words, teleplot);
         (void)!send(socket_of, text, length, 0);
     }
@@ -385,7 +392,7 @@ static bool sample(link_bus_t *bus, const status_watch_t *watch, int udp, int te
         send_sample(teleplot, bus, words, true);
         if (watch->json)
         {
-            char         text[DATAGRAM_MAX];
+            char         text[STATUS_SAMPLE_MAX];
             const size_t length = write_sample(text, bus, words, false);
             (void)fwrite(text, 1, length, stdout);
             is_over = fflush(stdout) != 0 ? 1 : is_over;

@@ -14,6 +14,12 @@ bool status_show(link_bus_t *bus, bool json);
 /// The state, the force and what was learned, in a few lines.
 bool status_show_short(link_bus_t *bus);
 
+/// Room for a sample: PlotJuggler takes less than that.
+#define STATUS_SAMPLE_MAX 2048u
+
+/// Reads a sample as a line of JSON; its length, 0 after a complaint.
+size_t status_sample(link_bus_t *bus, char text[STATUS_SAMPLE_MAX]);
+
 typedef struct
 {
     double      rate_hz, hold_s;

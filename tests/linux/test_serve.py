@@ -1,0 +1,181 @@
+"""tribo-link serve: the page, and that no web site of others starts a drive."""
+
+import http.client
+import json
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from test_live import LINK, ROOT, Demo
+
+sys.path.insert(0, str(ROOT / "tests/browser"))
+import chromium  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory):
+    made = Demo(tmp_path_factory.mktemp("demo"))
+    yield made
+    made.process.send_signal(signal.SIGINT)
+    made.process.wait(timeout=300)
+
+
+class Served:
+    def __init__(self, demo):
+        self.demo = demo
+        self.process = subprocess.Popen([LINK, "-d", demo.tcp, "serve", "--rate", "20", "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
+        self.url = self.process.stdout.readline().split()[0]
+        self.port = int(re.search(r":(\d+)/", self.url)[1])
+        self.token = re.search(r'token = "([0-9a-f]{32})"', self.ask("GET", "/")[1])[1]
+
+    def ask(self, method, path, body=None, **headers):
+        link = http.client.HTTPConnection("127.0.0.1", self.port, timeout=300)
+        link.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
+        answer = link.getresponse()
+        text = answer.read().decode()
+        link.close()
+        return answer.status, text, answer.headers
+
+    def do(self, *words, **headers):
+        return self.ask("POST", "/do", "\n".join(words), **{"X_Tribo_Token": self.token, **headers})[:2]
+
+    def state(self):
+        return json.loads(self.demo.link("status", "--json"))["state_text"]
+
+
+@pytest.fixture(scope="module")
+def served(demo):
+    made = Served(demo)
+    yield made
+    made.process.send_signal(signal.SIGINT)
+    assert made.process.wait(timeout=300) == 0
+
+
+@pytest.fixture
+def at_rest(served):
+    served.demo.link("stop")
+    assert served.state() == "idle"
+    return served
+
+
+def test_samples_come_as_events(served):
+    link = http.client.HTTPConnection("127.0.0.1", served.port, timeout=300)
+    link.request("GET", "/events")
+    answer = link.getresponse()
+    assert answer.headers["Content-Type"].startswith("text/event-stream")
+    samples = []
+    while len(samples) < 5:
+        line = answer.readline().decode().strip()
+        if line:
+            assert line.startswith("data: ")
+            samples.append(json.loads(line[6:]))
+    link.close()
+    assert all(b["tick"] > a["tick"] for a, b in zip(samples, samples[1:]))
+    assert {"r_N", "F_N", "u_N", "state_text", "fault", "learned_positive_N"} <= set(samples[0])
+
+
+def test_the_page_starts_and_stops_and_says_what_is_refused(at_rest):
+    assert at_rest.do("start")[0] == 200 and at_rest.state() == "run"
+    status, said = at_rest.do("params", "set", "compensator.gain=9")
+    assert status == 409 and "compensator.gain=9: 0 to 2" in said
+    assert at_rest.do("params", "set", "compensator.gain=0.8")[0] == 200
+    assert "compensator.gain: 0.8" in at_rest.ask("GET", "/values")[1]
+    assert at_rest.do("stop")[0] == 200 and at_rest.state() == "idle"
+
+
+def test_params_have_units_and_ranges(served):
+    rows = {row["name"]: row for row in json.loads(served.ask("GET", "/list")[1])}
+    assert rows["limits.u_max_N"]["unit"] == "N" and rows["limits.u_max_N"]["high"] == 1e6 and rows["limits.u_max_N"]["protects"]
+    assert rows["compensator.gain"]["low"] == 0 and rows["compensator.gain"]["high"] == 2
+
+
+@pytest.mark.parametrize("headers", [
+    {"Host": "drive.example:80"},  # a foreign name that points here
+    {"Host": ""},
+    {"Origin": "http://evil.example"},
+    {"Origin": "null"},
+    {"Origin": "https://127.0.0.1"},
+    {"X_Tribo_Token": ""},
+    {"X_Tribo_Token": "0" * 32},
+])
+def test_what_is_not_the_page_starts_nothing(at_rest, headers):
+    assert at_rest.do("start", **headers)[0] == 403
+    assert at_rest.state() == "idle"
+
+
+def test_a_foreign_name_is_shown_nothing(served):
+    for path in ("/", "/events", "/list", "/values"):
+        status, text, _ = served.ask("GET", path, Host="drive.example")
+        assert status == 403 and served.token not in text
+
+
+def test_no_get_changes_anything(at_rest):
+    for path in ("/do", "/start", "/do?start"):
+        assert at_rest.ask("GET", path, "start", X_Tribo_Token=at_rest.token)[0] == 404
+    assert at_rest.state() == "idle"
+
+
+@pytest.mark.parametrize("words", [
+    ("trace", "--out=/tmp/x"), ("trace", "-o", "x"), ("params", "from", "/etc/passwd"), ("params", "get"), ("fault",), ("serve",), ("start", "--device=x"),
+    ("params", "set", "--device=x"), (), ("list",),
+])
+def test_the_page_has_its_commands_alone(at_rest, words):
+    status, said = at_rest.do(*words)
+    assert status == 400 or (status == 409 and "there is no param --device" in said)
+    assert at_rest.state() == "idle"
+
+
+def test_nobody_frames_the_page(served):
+    headers = served.ask("GET", "/")[2]
+    assert headers["X-Frame-Options"] == "DENY" and "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+
+
+def test_hostile_requests_are_refused_and_the_next_one_is_served(served):
+    for text in (b"\0" * 9000, b"GET\r\n\r\n", b"POST /do HTTP/1.1\r\nHost: x\r\nContent-Length: 99999\r\n\r\n", b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 3000):
+        link = http.client.HTTPConnection("127.0.0.1", served.port, timeout=300)
+        link.connect()
+        try:
+            link.sock.sendall(text)
+            said = link.sock.recv(100)
+        except ConnectionError:
+            said = b""
+        assert said == b"" or said.split()[1] in (b"400", b"403", b"413")
+        link.close()
+    assert served.ask("GET", "/")[0] == 200
+
+
+def test_others_machines_are_served_only_by_a_name(demo):
+    done = subprocess.run([LINK, "-d", demo.tcp, "serve", "--listen", "0.0.0.0:0"], capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 2 and "--listen 0.0.0.0:0 is not this machine alone: --allow NAME" in done.stderr
+
+
+@pytest.mark.skipif(chromium.PROGRAM is None, reason="needs chromium")
+def test_in_a_browser(at_rest, tmp_path):
+    with chromium.chromium() as new_page:
+        page = new_page()
+        page.open(at_rest.url)
+        page.wait("Number(document.body.dataset.samples) > 3 && Number(document.body.dataset.params) > 100")
+        page.evaluate("document.getElementById('start').click()")
+        page.wait("document.getElementById('state').textContent === 'run'")
+        page.evaluate("document.querySelector('#trace-form button').click()")
+        assert int(page.wait("document.body.dataset.traced")) > 100
+        page.evaluate("(() => { const gain = document.getElementById('compensator.gain'); gain.value = '0.7'; gain.oninput(); "
+                      "document.getElementById('set').click(); })()")
+        page.wait("values['compensator.gain'] === '0.7'")
+        page.evaluate("document.getElementById('stop').click()")
+        page.wait("document.getElementById('state').textContent === 'idle'")
+
+        # Another site: a form, a fetch, and the page in a frame.
+        hostile = tmp_path / "hostile.html"
+        hostile.write_text(f"""<body><iframe src="{at_rest.url}"></iframe>
+<form id="f" method="post" action="{at_rest.url}do" enctype="text/plain" target="t"><input name="start" value=""></form><iframe name="t"></iframe>
+<script>let done = 0; document.getElementById("f").submit();
+for (const mode of ["no-cors", "cors"]) fetch("{at_rest.url}do", {{method: "POST", mode, body: "start"}}).catch(() => 0).finally(() => done++);
+fetch("{at_rest.url}do", {{method: "POST", headers: {{"X-Tribo-Token": "x"}}, body: "start"}}).catch(() => 0).finally(() => done++);</script>""", encoding="utf-8")
+        other = new_page()
+        other.open(hostile.as_uri())
+        other.wait("done === 3")
+        assert at_rest.state() == "idle"
