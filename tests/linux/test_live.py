@@ -181,3 +181,12 @@ def test_the_layout_of_plotjuggler_has_names_and_colours_of_ours(demo):
         name = curve.get("name").removeprefix("/")
         assert name in sent
         assert curve.get("color") == (colours.get(name) or SIGNALS[name][1]).lower()
+
+
+def test_bash_completes_every_command_and_option():
+    script = subprocess.run([LINK, "completion", "bash"], capture_output=True, text=True, check=True).stdout
+    words = subprocess.run(["bash", "-c", f"{script}\ncomplete -p tribo-link"], capture_output=True, text=True, check=True).stdout.split("'")[1].split()
+    shown = subprocess.run([LINK, "--help"], capture_output=True, text=True, check=True).stdout
+    assert set(re.findall(r"--[a-z]+", shown)) - set(words) == {"--usage"}
+    commands = set(re.findall(r"^  ([a-z]+)", shown, re.M))
+    assert len(commands) > 10 and commands <= set(words)

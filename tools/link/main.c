@@ -858,26 +858,27 @@ static int show_list(const options_t *options)
     return 0;
 }
 
+static const struct
+{
+    const char *name;
+    int (*plain)(link_bus_t *bus);
+    int (*with_options)(link_bus_t *bus, const options_t *options);
+} commands[] = {{.name = "status", .with_options = show_status},
+                {.name = "watch", .with_options = watch},
+                {.name = "serve", .with_options = serve_page},
+                {.name = "params", .with_options = params_command},
+                {.name = "start", .plain = start},
+                {.name = "stop", .plain = stop},
+                {.name = "fault", .with_options = show_fault},
+                {.name = "tare", .plain = tare},
+                {.name = "changes", .plain = show_changes},
+                {.name = "restore", .plain = restore},
+                {.name = "forget", .plain = forget},
+                {.name = "reference", .with_options = set_reference},
+                {.name = "trace", .with_options = record_trace}};
+
 static int perform(link_bus_t *bus, const options_t *options)
 {
-    static const struct
-    {
-        const char *name;
-        int (*plain)(link_bus_t *bus);
-        int (*with_options)(link_bus_t *bus, const options_t *options);
-    } commands[] = {{.name = "status", .with_options = show_status},
-                    {.name = "watch", .with_options = watch},
-                    {.name = "serve", .with_options = serve_page},
-                    {.name = "params", .with_options = params_command},
-                    {.name = "start", .plain = start},
-                    {.name = "stop", .plain = stop},
-                    {.name = "fault", .with_options = show_fault},
-                    {.name = "tare", .plain = tare},
-                    {.name = "changes", .plain = show_changes},
-                    {.name = "restore", .plain = restore},
-                    {.name = "forget", .plain = forget},
-                    {.name = "reference", .with_options = set_reference},
-                    {.name = "trace", .with_options = record_trace}};
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
     {
         if (strcmp(commands[i].name, options->words[0]) == 0)
@@ -938,6 +939,27 @@ static const struct argp_option known[] = {
     {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: as docs/registers.md"},
     {.name = NULL}};
 // clang-format on
+
+/// For bash to evaluate: commands and options.
+static int print_completion(const options_t *options)
+{
+    if (options->count != 2 || strcmp(options->words[1], "bash") != 0)
+    {
+        (void)link_complain("completion: bash is expected");
+        return EXIT_FAILED;
+    }
+    (void)fputs("complete -o default -W 'list ports completion", stdout);
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
+    {
+        (void)printf(" %s", commands[i].name);
+    }
+    for (const struct argp_option *option = known; option->name != NULL; option++)
+    {
+        (void)printf(" --%s", option->name);
+    }
+    (void)puts(" --help --version' tribo-link");
+    return 0;
+}
 
 static void take_number(struct argp_state *state,
                         const char        *name,
@@ -1081,7 +1103,8 @@ static const struct argp parser = {
                 "  changes                     of what protects, since power-up\n"
                 "  fault                       the cause; with --out what came before it\n"
                 "  trace                       records signals, for tribo-sim replay\n"
-                "  list                        the names of all registers"};
+                "  list                        the names of all registers\n"
+                "  completion bash             for bash: eval \"$(tribo-link completion bash)\""};
 
 int main(int count, char **arguments)
 {
@@ -1108,6 +1131,10 @@ int main(int count, char **arguments)
     if (strcmp(options.words[0], "list") == 0)
     {
         return show_list(&options);
+    }
+    if (strcmp(options.words[0], "completion") == 0)
+    {
+        return print_completion(&options);
     }
     if (strcmp(options.words[0], "ports") == 0)
     {
