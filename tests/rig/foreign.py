@@ -57,11 +57,15 @@ def truth_of(seed):
                  int(source.integers(0, 4)), high, seed)
 
 
-def _compiled(name, *words):
-    out = BUILT / f"{name}.so"
+def _built(name, *words):
+    out = BUILT / name
     if not out.exists():
         subprocess.run(["cc", "-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-I", ROOT / "lib/include", *words, "-o", out, "-lm"], check=True)
-    return ctypes.CDLL(str(out))
+    return out
+
+
+def _compiled(name, *words):
+    return ctypes.CDLL(str(_built(f"{name}.so", *words)))
 
 
 class Foreign:
@@ -92,9 +96,9 @@ class Loop:
     """The loop of a header that tribo-rig made, with the library."""
 
     def __init__(self, header, compensated):
-        library = [*sorted((ROOT / "lib/src").glob("*/*.c")), *sorted((ROOT / "lib/src").glob("*.c"))]
+        library = _built("library.so", *sorted((ROOT / "lib/src").glob("*/*.c")), *sorted((ROOT / "lib/src").glob("*.c")))
         name = hashlib.sha256(Path(header).read_bytes()).hexdigest()[:12]
-        self.c = _compiled(name, f'-DLOOP_HEADER="{Path(header).resolve()}"', HERE / "loop.c", *library)
+        self.c = _compiled(name, f'-DLOOP_HEADER="{Path(header).resolve()}"', HERE / "loop.c", library)
         self.c.loop_step.argtypes, self.c.loop_step.restype = [ctypes.c_double, ctypes.c_double], ctypes.c_double
         self.c.loop_start(int(compensated))
         self.step = self.c.loop_step

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.optimize
+import scipy.stats
 
 from tribo_identify import native
 from tribo_identify.events import Refusal
@@ -21,6 +22,7 @@ from . import experiments
 NAMES = ("actuator", "arm", "ratio", "sensor", "delay", "scale", "gravity", "offset", "slope", "way")
 LOGARITHMIC = ("actuator", "arm", "ratio", "sensor", "way")  # lags in s; ratio: I K/b^2; way: over which friction builds up, N of F
 SHARES = ((0.2, 0.3, 0.4, 0.1), (0.4, 0.3, 0.2, 0.1), (0.1, 0.2, 0.6, 0.1), (0.1, 0.6, 0.2, 0.1), (0.15, 0.15, 0.15, 0.55))  # of the whole lag: actuator, arm, sensor, delay
+STIFFENS = ", stiffens"
 BUILDS_UP = ("lugre", "maxwell_slip")
 WAYS = (0.02, 0.2)  # of a usual breakaway, to start from
 STEPS_S = 1e-4  # of the simulation, at least
@@ -29,6 +31,8 @@ FASTEST = 0.02  # of a tick: a lag as short as this is none
 LEFT = 0.1  # of breakaway, rms: a model that leaves more is not this rig's
 EXACT = 1.2  # times the noise: no other law is looked for
 BETTER = 0.9  # of what the simpler law leaves
+ALIKE = 1.3  # times what the best law leaves: the lags may as well be this law's
+ROBUST = 3.0  # weighted residuals beyond this count less
 FEW, PASSES = 6, 30  # of each start, and of the best two
 
 
@@ -60,11 +64,14 @@ def substeps(h):
 
 
 def own_of(law, way, level, inertia):
-    """A law's own parameters, of an arm of 1 N/deg: its stiffness is that of friction over the arm's. LuGre's bristles are damped critically."""
-    stiffness = float(np.clip(level / way, 1.0, 1e6)) if way else 0.0
+    """(truth model, its own parameters) of an arm of 1 N/deg: its stiffness is that of friction over the arm's. LuGre's bristles are damped critically.
+    Bristles have either one stiffness, or one way to breakaway and so a stiffness that grows with it."""
+    model, stiffens = law.removesuffix(STIFFENS), law.endswith(STIFFENS)
+    stiffness = float(np.clip((1.0 if stiffens else level) / way, 1e-4, 1e6)) if way else 0.0
     sliding = {"viscous_N_s_per_deg": 0.0, "sliding_ratio": 1.0, "stribeck_speed_deg_per_s": 1.0}
-    return {"paper": {}, "coulomb": {}, "lugre": {"stiffness_N_per_deg": stiffness, "bristle_damping_N_s_per_deg": float(np.sqrt(inertia * stiffness)), **sliding, "limited": False},
-            "maxwell_slip": {"stiffness_N_per_deg": stiffness, "attraction_N_per_s": 1e6, **sliding}}[law]
+    own = {"paper": {}, "coulomb": {}, "lugre": {"stiffness_N_per_deg": stiffness, "bristle_damping_N_s_per_deg": float(np.sqrt(inertia * stiffness)), **sliding, "limited": False},
+           "maxwell_slip": {"stiffness_N_per_deg": stiffness, "attraction_N_per_s": 1e6, **sliding}}[model]
+    return model, own | ({"stiffens": stiffens} if own else {})
 
 
 class Fit:
@@ -75,6 +82,8 @@ class Fit:
         self.weight = 1 / max(first.noise, 0.01 * self.level)
         self.substeps = substeps(self.h)
         self.begin = int((experiments.REST_S + 0.9 * experiments.APPROACH_S) / self.h)  # F may have rested anywhere before
+        change = np.abs(np.diff(segment.u[self.begin :]))
+        self.steps = np.flatnonzero(change > 0.5 * change.max()) + 1
 
     def params(self, theta):
         v = {n: float(np.exp(x)) if n in LOGARITHMIC else float(x) for n, x in zip(NAMES, theta)}
@@ -86,7 +95,7 @@ class Fit:
 
     def output(self, law, theta):
         params, way = self.params(theta)
-        return native.play(law, own_of(law, way, self.level, params["inertia"]), params, self.s.u, self.h, self.substeps)
+        return native.play(*own_of(law, way, self.level, params["inertia"]), params, self.s.u, self.h, self.substeps)
 
     def solve(self, law, theta, passes):
         """(cost, theta, halves of 95 % intervals)."""
@@ -116,10 +125,22 @@ class Fit:
         high = {"delay": 60 * self.h, "offset": 10 * self.level, "slope": 0.9, "scale": 3.0, "ratio": np.log(20.0), "way": np.log(0.9 * self.level), "gravity": np.inf}
         bounds = np.array([[low.get(NAMES[i], np.log(FASTEST * self.h)) for i in free], [high.get(NAMES[i], np.log(1e5 * self.h)) for i in free]])
         x0 = np.clip(begin[free], bounds[0] + 1e-9, bounds[1] - 1e-9)
-        found = scipy.optimize.least_squares(residual, x0, jacobian, bounds=bounds, x_scale=np.maximum(step, 1e-9) * 20, loss="soft_l1", f_scale=3.0, max_nfev=passes, ftol=1e-5, xtol=1e-6)
+        found = scipy.optimize.least_squares(residual, x0, jacobian, bounds=bounds, x_scale=np.maximum(step, 1e-9) * 20, loss="soft_l1", f_scale=ROBUST, max_nfev=passes, ftol=1e-5, xtol=1e-6)
         halves = np.zeros(len(NAMES))
-        halves[free] = 1.96 * np.sqrt(2 * found.cost / len(found.fun) * np.diag(np.linalg.pinv(found.jac.T @ found.jac)))
+        halves[free] = self._halves(found, len(free))
         return found.cost, whole(found.x), halves
+
+    def _halves(self, found, count):
+        """Of 95 % intervals. What the model leaves is no white noise: rows of one step count once, and errors that come back with each step count whole."""
+        inverse = np.linalg.pinv(found.jac.T @ found.jac)
+        white = 2 * found.cost / len(found.fun) * np.diag(inverse)
+        rows = found.jac[:-count] * (found.fun[:-count] * (1 + (found.fun[:-count] / ROBUST) ** 2) ** 0.25)[:, None]  # found.jac is that of the robust cost
+        steps = [pull.sum(0) for pull in np.split(rows, self.steps) if len(pull)]
+        if len(steps) <= 2:
+            return 1.96 * np.sqrt(white)
+        moved = np.array(steps) @ inverse
+        few = len(steps) / (len(steps) - 1)
+        return np.sqrt(np.maximum(1.96**2 * white, scipy.stats.t.ppf(0.975, len(steps) - 1) ** 2 * few * (moved**2).sum(0)))
 
     def left(self, law, theta):
         return float(np.sqrt(np.mean((self.output(law, theta) - self.s.force)[self.begin :] ** 2)))
@@ -162,18 +183,23 @@ def fit(segment, first, known):
         starts.append(np.array([start[n] for n in NAMES]))
     found = _best(problem, "coulomb", starts, lag)
     law, left = "coulomb", problem.left("coulomb", found[1])
+    others = [(left, found[1])]
     if left > EXACT * first.noise:
         near = found[1]
         swapped = near[[NAMES.index({"actuator": "sensor", "sensor": "actuator"}.get(n, n)) for n in NAMES]] if not problem.known else near
         ways = [np.r_[theta[:-1], np.log(way * problem.level)] for theta in (near, swapped, *starts[:2]) for way in WAYS]
-        for other, begins in (("lugre", ways), ("maxwell_slip", ways), ("paper", [*ways[1:4:2], *starts])):
-            tried = _best(problem, other, begins, lag)
+        tried = None
+        for other, begins in (("lugre", ways), ("lugre" + STIFFENS, None), ("maxwell_slip", ways), ("maxwell_slip" + STIFFENS, None), ("paper", [*ways[1:4:2], *starts])):
+            tried = _best(problem, other, begins if begins else [tried[1]], lag)
             rms = problem.left(other, tried[1])
+            others.append((rms, tried[1]))
             if rms < (BETTER if law == "coulomb" else 1.0) * left:
                 found, law, left = tried, other, rms
     _, theta, halves = found
     p, way = problem.params(theta)
     level = p["offset_positive"] + p["slope_positive"] * float(np.median(np.abs(segment.force)))
     lags = {"actuator": 1 / p["actuator"], "arm": p["damping"], "sensor": 1 / p["sensor"], "delay": 1.0}
+    alike = np.array([other for rms, other in others if rms < ALIKE * left])
+    halves = np.maximum(halves, np.abs(alike - theta).max(0))
     halves = {n: float(lags[n] * halves[NAMES.index(n)]) for n in lags}
-    return Lags(p["actuator"], p["sensor"], p["damping"], p["inertia"], p["delay"], law, way if law in BUILDS_UP else 0.0, theta, p, halves, left, level, problem.output(law, theta))
+    return Lags(p["actuator"], p["sensor"], p["damping"], p["inertia"], p["delay"], law, way if law.startswith(BUILDS_UP) else 0.0, theta, p, halves, left, level, problem.output(law, theta))

@@ -22,8 +22,8 @@ class Law:
 
 
 def _keys(found, way):
-    own = steps.own_of(found.law, way, found.level, found.inertia)
-    return {} if found.law == "paper" else {"model": found.law} | ({found.law: {name: float(f"{value:.9g}") if value is not False else value for name, value in own.items()}} if own else {})
+    model, own = steps.own_of(found.law, way, found.level, found.inertia)
+    return {} if model == "paper" else {"model": model} | ({model: {name: value if isinstance(value, bool) else float(f"{value:.9g}") for name, value in own.items()}} if own else {})
 
 
 def fit(found, result, segment, first):

@@ -13,6 +13,7 @@ from . import experiments, lags, law, loop, report
 GAINS = 1.2  # factor by which the error falls, below which the verdict calls it little
 BUDGET_US = 250  # the drive's default, which must not be beyond its period
 APART = 0.05  # of the whole lag: half intervals below which one lag is told from another
+UNEXPLAINED = 1.5  # times the noise: what the steps may leave
 UNSURE = 0.1  # relative half interval of L, above which the report asks for more
 
 
@@ -68,6 +69,8 @@ def verdict(rig, made, found, result, arm, runs, per_n):
              + f"; bias or gravity {result.params['gravity']:.3g} N",
              lags_of(found),
              f"the model leaves {100 * found.residual_rms / found.level:.2g} % of breakaway in the steps, {100 * result.residual_rms / found.level:.2g} % in the slides"]
+    if found.residual_rms > UNEXPLAINED * made["sensor"]["noise_N"]:
+        lines.append("no law of friction that was tried leaves noise alone: the error with compensation may be some ten percent off what is predicted")
     if result.L_half > UNSURE:
         lines.append("more would be known from 2-slides.csv played again in a quieter hour, or with a larger force.high_N")
     return lines + [f"next: params of {rig.name}_params.h into the drive, then on the rig tribo-identify accept loop.yaml --low {low:.3g} --high {high:.3g} --out sequence"]
