@@ -35,7 +35,7 @@ PVD, EXTI1, ADC, TIM2, USART1, EXTI15_10 = 1, 7, 18, 28, 37, 40
 
 RCC, RCC_SIZE = 0x40023800, 0x400
 PERIPHERALS = {  # base: name, offset and bit of its clock
-    0x40000000: ("TIM2", 0x40, 0), 0x40010000: ("TIM1", 0x44, 0), 0x40000C00: ("TIM5", 0x40, 3), 0x40003000: ("IWDG", None, None),
+    0x40000000: ("TIM2", 0x40, 0), 0x40010000: ("TIM1", 0x44, 0), 0x40000400: ("TIM3", 0x40, 1), 0x40000C00: ("TIM5", 0x40, 3), 0x40003000: ("IWDG", None, None),
     0x40007000: ("PWR", 0x40, 28), 0x40007400: ("DAC", 0x40, 29), 0x40011000: ("USART1", 0x44, 4), 0x40012000: ("ADC", 0x44, 8),
     0x40013800: ("SYSCFG", 0x44, 14), 0x40013C00: ("EXTI", None, None), 0x40014800: ("TIM11", 0x44, 18),
     0x40020000: ("GPIOA", 0x30, 0), 0x40020400: ("GPIOB", 0x30, 1), 0x40023800: ("RCC", None, None),
@@ -103,6 +103,7 @@ class Chip:
         self.sent_s, self.fast_usart = 0.0, False
         self.sensor_v = 1.65       # at PA0
         self.measured_v = [1.65, 1.2, 0.25]  # at PA1 to PA3: 0 A, 24 V, 25 degC
+        self.encoder = 0           # edges so far at PA6 and PA7
         self.enable_short = None   # to ground or to the supply: what PB0 reads, whatever it is set to
         self.supply_v = 3.3
         self.adc2_done, self.adc2_works = False, True
@@ -329,6 +330,15 @@ class Chip:
 
     def _read_tim5(self, offset):
         return self._timer_count(0x40000C00) & 0xFFFFFFFF if offset == 0x24 else self.reg(0x40000C00 + offset)
+
+    def _read_tim3(self, offset):
+        """As an encoder counts: both edges of both inputs, which the pins hand on."""
+        if offset != 0x24:
+            return self.reg(0x40000400 + offset)
+        pins = all(self.field(0x40020000, 2 * pin, 2) == 2 and self.field(0x40020020, 4 * pin, 4) == 2 for pin in (6, 7))
+        inputs = self.field(0x40000418, 0, 2) == 1 and self.field(0x40000418, 8, 2) == 1 and self.reg(0x40000420) & 0x22 == 0
+        counts = self.field(0x40000400, 0, 1) == 1 and self.field(0x40000408, 0, 3) == 3
+        return self.encoder % (self.reg(0x4000042C) + 1) if pins and inputs and counts else 0
 
     def _write_tim11(self, offset, value):
         self._write_timer(0x40014800, offset, value)

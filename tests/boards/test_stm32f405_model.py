@@ -21,6 +21,10 @@ STOP_PIN, READY_PIN, FAULT_PIN = 1, 8, 12
 arithmetics = pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 
 
+def bits(x):
+    return struct.unpack("<I", struct.pack("<f", x))[0]
+
+
 def image_of(arithmetic):
     return TREE / "firmware" / f"tribo-stm32f405-{arithmetic}.elf"
 
@@ -418,7 +422,6 @@ def test_a_ready_output_must_fall_once_the_stage_is_off(bench, tmp_path):
     (0, 1.65 + 0.2 * 3.2, "over-current"), (0, 1.65 - 0.2 * 3.2, "over-current"), (1, 17.0 / 20, "bus voltage"),
     (1, 31.0 / 20, "bus voltage"), (2, 0.85, "temperature"), (None, None, "over-current")])
 def test_what_the_power_stage_shows_stops_the_drive(bench, tmp_path, place, volts, words):
-    bits = lambda x: struct.unpack("<I", struct.pack("<f", x))[0]
     image = changed_image(tmp_path, over_current_a=bits(3.0), bus_low_v=bits(18.0), bus_high_v=bits(30.0), temperature_max_c=bits(80.0),
                           temperature_ms=50)
     board = bench(image=image)
@@ -431,6 +434,27 @@ def test_what_the_power_stage_shows_stops_the_drive(bench, tmp_path, place, volt
         board.chip.measured_v[place] = volts
     board.wait_for(f"fault: {words} since")
     assert board.is_off()
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_an_arm_that_is_too_fast_stops_the_drive(bench, tmp_path, direction):
+    """Edges of the encoder, 2 a millisecond allowed; the counter passes its end."""
+    board = bench(image=changed_image(tmp_path, speed_max_units_per_s=bits(2000.0)))
+    chip, speed = board.chip, 1
+
+    def move():
+        chip.encoder += direction * speed
+
+    chip.encoder = 0x10000 - 300 * direction
+    board.before_tick = move
+    board.run()
+    chip.run(0.4)
+    assert "fault" not in chip.text() and chip.power_is_on()
+    speed = 4
+    begun = chip.tick_count
+    board.wait_for("fault: arm too fast since")
+    assert board.is_off()
+    assert chip.tick_count - begun < 60  # twice speed_ms at most, and the message
 
 
 def test_bytes_are_sent_with_the_line_driven_and_the_line_is_left_after_them(bench):

@@ -73,6 +73,30 @@ static void start_timer(tim_t *timer, uint32_t clock_hz, uint32_t reload, uint32
     timer->CR1  = TIM_CR1_CEN;
 }
 
+static void start_encoder(void)
+{
+    clock_on(&RCC->APB1ENR, RCC_APB1ENR_TIM3EN);
+    GPIOA->PUPDR |= 1u << (2 * WIRING_ENCODER_A_PIN) | 1u << (2 * WIRING_ENCODER_B_PIN);
+    GPIOA->AFRL |= 2u << (4 * WIRING_ENCODER_A_PIN) | 2u << (4 * WIRING_ENCODER_B_PIN); // AF2
+    GPIOA->MODER |= 2u << (2 * WIRING_ENCODER_A_PIN) | 2u << (2 * WIRING_ENCODER_B_PIN);
+    TIM3->CCMR1 = TIM_CCMR1_CC1S_TI1 | TIM_CCMR1_IC1F_N8 | TIM_CCMR1_CC2S_TI2 | TIM_CCMR1_IC2F_N8;
+    TIM3->SMCR  = TIM_SMCR_SMS_ENCODER;
+    TIM3->ARR   = 0xffffu;
+    TIM3->CR1   = TIM_CR1_CEN;
+}
+
+/// TIM3 counts 16 bits, and the arm moves by less than half of them in a tick.
+static int32_t take_position(void)
+{
+    static uint16_t counted;
+    static uint32_t position;
+    const uint16_t  count = (uint16_t)TIM3->CNT;
+    const int32_t   moved = (int16_t)(uint16_t)(count - counted);
+    counted               = count;
+    position += (uint32_t)moved;
+    return (int32_t)position;
+}
+
 static uint32_t apb_hz; ///< of APB2; APB1's timers have the same
 
 board_clock_t board_init(const drive_config_t *config, loop_force_t no_current)
@@ -84,6 +108,7 @@ board_clock_t board_init(const drive_config_t *config, loop_force_t no_current)
     const board_clock_t clock = clock_start(config->crystal_hz);
     apb_hz                    = clock.apb_hz; // APB1's timers run at twice its clock if it is divided
     start_usart(clock.apb_hz);
+    start_encoder();
     return clock;
 }
 
@@ -400,6 +425,7 @@ static void measure(void *context, port_measured_t *measured)
 {
     (void)context;
     stage_measure(measured);
+    measured->position = take_position();
 }
 
 static uint32_t time_us(void *context)
@@ -422,10 +448,11 @@ static void log_byte(void *context, uint8_t byte)
     }
 }
 
-const port_t board_port = {.context     = 0,
-                           .sensor      = CONVERT_SENSOR_RANGE,
-                           .output      = STAGE_OUTPUT_RANGE,
-                           .measures    = PORT_MEASURES_CURRENT | PORT_MEASURES_BUS | PORT_MEASURES_TEMPERATURE,
+const port_t board_port = {.context  = 0,
+                           .sensor   = CONVERT_SENSOR_RANGE,
+                           .output   = STAGE_OUTPUT_RANGE,
+                           .measures = PORT_MEASURES_CURRENT | PORT_MEASURES_BUS | PORT_MEASURES_TEMPERATURE |
+                                       PORT_MEASURES_POSITION,
                            .measure     = measure,
                            .read_sensor = read_sensor,
                            .command     = command,

@@ -45,6 +45,7 @@ typedef struct
 #define RCC_AHB1ENR_GPIOAEN    (1u << 0)
 #define RCC_AHB1ENR_GPIOBEN    (1u << 1)
 #define RCC_APB1ENR_TIM2EN     (1u << 0)
+#define RCC_APB1ENR_TIM3EN     (1u << 1)
 #define RCC_APB1ENR_TIM5EN     (1u << 3)
 #define RCC_APB1ENR_PWREN      (1u << 28)
 #define RCC_APB1ENR_DACEN      (1u << 29)
@@ -130,7 +131,7 @@ typedef struct
 #define GPIOA ((gpio_t *)0x40020000u)
 #define GPIOB ((gpio_t *)0x40020400u)
 
-// --- timers TIM1, TIM2, TIM5 and TIM11 -----------------------------------------------------------------------------------
+// --- timers TIM1, TIM2, TIM3, TIM5 and TIM11 ---------------------------------------------------------------------------
 
 typedef struct
 {
@@ -140,11 +141,16 @@ typedef struct
 
 #define TIM1  ((tim_t *)0x40010000u)
 #define TIM2  ((tim_t *)0x40000000u)
+#define TIM3  ((tim_t *)0x40000400u)
 #define TIM5  ((tim_t *)0x40000c00u)
 #define TIM11 ((tim_t *)0x40014800u)
 
 #define TIM_CCMR1_CC1S_TI1    (1u << 0)
+#define TIM_CCMR1_IC1F_N8     (3u << 4) // eight samples alike
+#define TIM_CCMR1_CC2S_TI2    (1u << 8)
+#define TIM_CCMR1_IC2F_N8     (3u << 12)
 #define TIM_CCMR1_IC1PSC_DIV8 (3u << 2)
+#define TIM_SMCR_SMS_ENCODER  (3u << 0) // both edges of both inputs
 #define TIM_CCER_CC1E         (1u << 0)
 #define TIM_SR_CC1IF          (1u << 1)
 #define TIM_SR_CC1OF          (1u << 9)

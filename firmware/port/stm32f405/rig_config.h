@@ -50,7 +50,7 @@ __attribute__((weak)) const drive_config_t rig_config = {
     .sensor_pole_rad_per_s   = 55.0f,
     .tracking_n              = 0.3f,
     .tracking_ms             = 1000,
-    .speed_ms                = 20, // speed_max_units_per_s is 0: the arm's position is not wired
+    .speed_ms                = 20, // speed_max_units_per_s is 0: this rig has no encoder
     .debounce_n              = 1,
     .debounce_m              = 1,
     .motor_resistance_ohm    = 2.0f, // the bridge's: others do not read these
@@ -78,6 +78,12 @@ static const params_ceiling_t rig_ceilings[] = {
     {DRIVE_CONFIG_command_limit_ms, 1.0f, 5000.0f},
     {DRIVE_CONFIG_tare_max_n, 0.0f, 0.5f},
     {DRIVE_CONFIG_current_max_a, 1e-6f, 2.0f},
+    // A newton must not become more at the motor, nor much more at the sensor; no current stays none to 0.04 N.
+    {DRIVE_CONFIG_command_n_per_unit, STAGE_BRIDGE ? 1.0f : 2.0f / 2048.0f, 1.0f},
+    {DRIVE_CONFIG_command_zero_units, STAGE_BRIDGE ? -0.04f : 2007.0f, STAGE_BRIDGE ? 0.04f : 2089.0f},
+    {DRIVE_CONFIG_sensor_n_per_unit, 0.8f * 2.0f / 1638.4f, 1.0f},
+    {DRIVE_CONFIG_reference_ms, 1.0f, 5000.0f},
+    {DRIVE_CONFIG_reference_ramp_n_per_s, 0.0f, 0.0f}, // a slow ramp without a host is as good as no fault
 #if STAGE_BRIDGE
     {DRIVE_CONFIG_over_current_a, 1e-3f, 3.0f},
     {DRIVE_CONFIG_bus_low_v, 10.0f, 48.0f},

@@ -6,6 +6,8 @@
 ///     PB1   input       emergency stop: closed to ground when released; open (or a broken wire) is active
 ///     PB12  input       the power stage's fault output, active at drive_config_t.fault_level, to which an internal resistor of
 ///                       40 kOhm pulls an open wire: an open-drain output needs 4.7 kOhm to 3.3 V at the power stage
+///     PA6, PA7          TIM3_CH1, _CH2, an incremental encoder at the arm, if drive_config_t.speed_max_units_per_s is not 0: a unit is an
+///                       edge, four a line. Internal resistors pull up open-collector outputs; a broken wire looks like an arm at rest
 ///     PA1   ADC2_IN1    the motor's current; 0.2 V/A around 1.65 V (convert.h)
 ///     PA2   ADC2_IN2    the power stage's supply, for bus_low_v and bus_high_v; a twentieth of it
 ///     PA3   ADC2_IN3    its temperature, for temperature_max_c; 10 mV/degC
@@ -34,6 +36,10 @@
 // Bypass is 0 with a crystal between OSC_IN and OSC_OUT, 1 with a clock at OSC_IN, as the 8 MHz of a Nucleo's ST-LINK.
 #define WIRING_OSCILLATOR_HZ 8000000u ///< crystal_hz of rig_config.h; a multiple of CLOCK_CRYSTAL_STEP_HZ
 #define WIRING_HSE_BYPASS    0u
+
+// Of port A.
+#define WIRING_ENCODER_A_PIN 6 ///< TIM3's are 6 and 7
+#define WIRING_ENCODER_B_PIN 7
 
 // Of port B.
 #define WIRING_ENABLE_PIN  0
