@@ -455,9 +455,7 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
                   "#if TRIBO_FORCE_LOOP_%s_PARAMS_VERSION != %d\n"
                   "#error \"made for another version of tribo: run tribo-sim params again\"\n"
                   "#endif\n\n// clang-format off\n",
-                  header->is_sensorless                  ? "sensorless"
-                  : feedforward_of(header->loop) != NULL ? "feedforward"
-                                                         : "force_loop",
+                  header->is_sensorless || feedforward_of(header->loop) != NULL ? "feedforward" : "force_loop",
                   suffix,
                   upper,
                   versions[q31]);
