@@ -1,0 +1,351 @@
+// FMI 2.0 co-simulation.
+
+#include "model.h"
+
+#include "fmi2Functions.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct
+{
+    fmu_model_t                 *model;
+    const fmi2CallbackFunctions *callbacks;
+    char                        *name;
+} instance_t;
+
+/// A saved state.
+typedef struct
+{
+    size_t size;
+    char   bytes[];
+} bytes_t;
+
+static fmi2Status told(const instance_t *instance, bool ok)
+{
+    if (!ok && instance->callbacks->logger != NULL)
+    {
+        instance->callbacks->logger(instance->callbacks->componentEnvironment,
+                                    instance->name,
+                                    fmi2Error,
+                                    "logStatusError",
+                                    "%s",
+                                    fmu_model_error(instance->model));
+    }
+    return ok ? fmi2OK : fmi2Error;
+}
+
+const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
+
+const char *fmi2GetVersion(void)
+{
+    return fmi2Version;
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count, const fmi2String categories[])
+{
+    (void)c, (void)on, (void)count, (void)categories; // errors are all there is
+    return fmi2OK;
+}
+
+fmi2Component fmi2Instantiate(fmi2String                   name,
+                              fmi2Type                     type,
+                              fmi2String                   guid,
+                              fmi2String                   resources,
+                              const fmi2CallbackFunctions *callbacks,
+                              fmi2Boolean                  visible,
+                              fmi2Boolean                  logs)
+{
+    (void)resources, (void)visible, (void)logs;
+    instance_t *instance = NULL;
+    if (type != fmi2CoSimulation || guid == NULL || strcmp(guid, fmu_token) != 0)
+    {
+        if (callbacks->logger != NULL)
+        {
+            callbacks->logger(callbacks->componentEnvironment,
+                              name,
+                              fmi2Error,
+                              "logStatusError",
+                              "guid %s: this FMU is for co-simulation and has %s",
+                              guid,
+                              fmu_token);
+        }
+        return NULL;
+    }
+    instance = calloc(1, sizeof *instance);
+    if (instance != NULL)
+    {
+        instance->callbacks = callbacks;
+        instance->name      = malloc(strlen(name) + 1);
+        instance->model     = fmu_model_create();
+        if (instance->name == NULL || instance->model == NULL)
+        {
+            fmi2FreeInstance(instance);
+            return NULL;
+        }
+        memcpy(instance->name, name, strlen(name) + 1);
+    }
+    return instance;
+}
+
+void fmi2FreeInstance(fmi2Component c)
+{
+    instance_t *instance = c;
+    if (instance != NULL)
+    {
+        fmu_model_destroy(instance->model);
+        free(instance->name);
+        free(instance);
+    }
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c,
+                               fmi2Boolean   has_tolerance,
+                               fmi2Real      tolerance,
+                               fmi2Real      start_s,
+                               fmi2Boolean   has_stop,
+                               fmi2Real      stop_s)
+{
+    (void)c, (void)has_tolerance, (void)tolerance, (void)start_s, (void)has_stop, (void)stop_s;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    (void)c;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    instance_t *instance = c;
+    return told(instance, fmu_model_start(instance->model));
+}
+
+fmi2Status fmi2Terminate(fmi2Component c)
+{
+    (void)c;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c)
+{
+    instance_t *instance = c;
+    fmu_model_reset(instance->model);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference variables[], size_t count, fmi2Real values[])
+{
+    instance_t *instance = c;
+    bool        ok       = true;
+    for (size_t i = 0; ok && i < count; i++)
+    {
+        ok = fmu_model_get(instance->model, variables[i], &values[i]);
+    }
+    return told(instance, ok);
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference variables[], size_t count, fmi2Boolean values[])
+{
+    instance_t *instance = c;
+    bool        ok       = true;
+    for (size_t i = 0; ok && i < count; i++)
+    {
+        double value = 0.0;
+        ok           = fmu_model_get(instance->model, variables[i], &value);
+        values[i]    = value != 0.0 ? fmi2True : fmi2False;
+    }
+    return told(instance, ok);
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference variables[], size_t count, const fmi2Real values[])
+{
+    instance_t *instance = c;
+    return told(instance, fmu_model_set(instance->model, variables, count, values));
+}
+
+// There are no variables of these types to be set, or to be read.
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference variables[], size_t count, fmi2Integer values[])
+{
+    (void)c, (void)variables, (void)values;
+    return count == 0 ? fmi2OK : fmi2Error;
+}
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference variables[], size_t count, fmi2String values[])
+{
+    (void)c, (void)variables, (void)values;
+    return count == 0 ? fmi2OK : fmi2Error;
+}
+
+fmi2Status fmi2SetInteger(fmi2Component            c,
+                          const fmi2ValueReference variables[],
+                          size_t                   count,
+                          const fmi2Integer        values[])
+{
+    (void)c, (void)variables, (void)values;
+    return count == 0 ? fmi2OK : fmi2Error;
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component            c,
+                          const fmi2ValueReference variables[],
+                          size_t                   count,
+                          const fmi2Boolean        values[])
+{
+    (void)c, (void)variables, (void)values;
+    return count == 0 ? fmi2OK : fmi2Error;
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference variables[], size_t count, const fmi2String values[])
+{
+    (void)c, (void)variables, (void)values;
+    return count == 0 ? fmi2OK : fmi2Error;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    instance_t  *instance = c;
+    const size_t size     = fmu_model_size(instance->model);
+    bytes_t     *saved    = *state;
+    if (saved == NULL || saved->size != size)
+    {
+        free(saved);
+        saved  = malloc(sizeof *saved + size);
+        *state = saved;
+    }
+    if (saved == NULL)
+    {
+        return fmi2Error;
+    }
+    saved->size = size;
+    fmu_model_save(instance->model, saved->bytes);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+{
+    instance_t    *instance = c;
+    const bytes_t *saved    = state;
+    return told(instance, fmu_model_load(instance->model, saved->bytes, saved->size));
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    (void)c;
+    free(*state);
+    *state = NULL;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    (void)c;
+    *size = ((const bytes_t *)state)->size;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    (void)c;
+    const bytes_t *saved = state;
+    if (size < saved->size)
+    {
+        return fmi2Error;
+    }
+    memcpy(bytes, saved->bytes, saved->size);
+    return fmi2OK;
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+{
+    (void)c;
+    bytes_t *saved = malloc(sizeof *saved + size);
+    free(*state);
+    *state = saved;
+    if (saved == NULL)
+    {
+        return fmi2Error;
+    }
+    saved->size = size;
+    memcpy(saved->bytes, bytes, size);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component            c,
+                                        const fmi2ValueReference unknowns[],
+                                        size_t                   unknown_count,
+                                        const fmi2ValueReference knowns[],
+                                        size_t                   known_count,
+                                        const fmi2Real           known[],
+                                        fmi2Real                 unknown[])
+{
+    (void)c, (void)unknowns, (void)unknown_count, (void)knowns, (void)known_count, (void)known, (void)unknown;
+    return fmi2Error;
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component            c,
+                                       const fmi2ValueReference variables[],
+                                       size_t                   count,
+                                       const fmi2Integer        orders[],
+                                       const fmi2Real           values[])
+{
+    (void)c, (void)variables, (void)count, (void)orders, (void)values;
+    return fmi2Error;
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component            c,
+                                        const fmi2ValueReference variables[],
+                                        size_t                   count,
+                                        const fmi2Integer        orders[],
+                                        fmi2Real                 values[])
+{
+    (void)c, (void)variables, (void)count, (void)orders, (void)values;
+    return fmi2Error;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time_s, fmi2Real step_s, fmi2Boolean no_set_back)
+{
+    (void)time_s, (void)no_set_back;
+    instance_t *instance = c;
+    return told(instance, fmu_model_step(instance->model, step_s));
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c)
+{
+    (void)c;
+    return fmi2Error;
+}
+
+// A step is done when it returns.
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
+{
+    (void)c, (void)kind, (void)value;
+    return fmi2Discard;
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+{
+    (void)c, (void)kind, (void)value;
+    return fmi2Discard;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
+{
+    (void)c, (void)kind, (void)value;
+    return fmi2Discard;
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    (void)c, (void)kind, (void)value;
+    return fmi2Discard;
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
+{
+    (void)c, (void)kind, (void)value;
+    return fmi2Discard;
+}

@@ -1,0 +1,383 @@
+#include "model.h"
+
+#include "keys/table.h"
+#include "loop/loop_config.h"
+#include "scenario/columns.h"
+#include "scenario/keys.h"
+#include "scenario/loop.h"
+#include "scenario/runner.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct
+{
+    const char *key;
+    double      number;
+    uint64_t    whole;
+} value_t;
+
+typedef struct
+{
+    const char *list;
+    unsigned    count;
+} length_t;
+
+// Made by tools/tribo-fmu: values, lengths, FMU_TOKEN, FMU_Q31, FMU_LEARNS.
+#include "values.h"
+
+enum
+{
+    COUNT = sizeof values / sizeof values[0]
+};
+
+const char *const fmu_token = FMU_TOKEN;
+
+/// A change of params is a change of their address (force_loop_f32.h), and the params of the last tick must stay until the next one.
+/// So there are three sets: those, the present ones, and room for new ones.
+enum
+{
+    SLOTS = 3
+};
+
+typedef struct
+{
+    bool          is_started;
+    unsigned      slot;   ///< the present loop
+    unsigned      active; ///< of saved: the loop whose params the last tick had; SLOTS: none
+    sim_config_t  config[SLOTS];
+    sim_loop_t    loop[SLOTS];
+    sim_row_t     row;
+    sim_learned_t learned;
+} state_t;
+
+struct fmu_model
+{
+    state_t              now;
+    common_loop_config_t loop_config[SLOTS];
+    common_error_t       error;
+};
+
+static void put(sim_config_t *config, const char *key, double number, uint64_t whole)
+{
+    common_place_t          place;
+    const common_optional_t given = {.is_given = true, .value = number};
+    const int               word  = (int)number;
+    (void)common_key_find(sim_keys, config, key, &place);
+    switch (place.key->type)
+    {
+    case COMMON_KEY_NUMBER:
+        memcpy(place.at, &number, sizeof number);
+        break;
+    case COMMON_KEY_OPTIONAL:
+        memcpy(place.at, &given, sizeof given);
+        break;
+    case COMMON_KEY_WHOLE:
+        memcpy(place.at, &whole, sizeof whole);
+        break;
+    case COMMON_KEY_CHOICE:
+        memcpy(place.at, &word, sizeof word);
+        break;
+    default:
+        break;
+    }
+}
+
+void fmu_model_reset(fmu_model_t *model)
+{
+    common_place_t place;
+    memset(model, 0, sizeof *model);
+    common_key_set_defaults(sim_keys, (char *)model->now.config);
+    for (size_t i = 0; i < sizeof lengths / sizeof lengths[0] && lengths[i].list != NULL; i++)
+    {
+        char *group = (char *)model->now.config;
+        (void)common_key_find(sim_keys, group, lengths[i].list, &place);
+        char *const counter = place.at - place.key->offset + place.key->count_offset;
+        memcpy(counter, &lengths[i].count, sizeof lengths[i].count);
+    }
+    for (size_t i = 0; i < COUNT; i++)
+    {
+        put(model->now.config, values[i].key, values[i].number, values[i].whole);
+    }
+}
+
+fmu_model_t *fmu_model_create(void)
+{
+    fmu_model_t *model = malloc(sizeof *model);
+    if (model != NULL)
+    {
+        fmu_model_reset(model);
+    }
+    return model;
+}
+
+void fmu_model_destroy(fmu_model_t *model)
+{
+    free(model);
+}
+
+const char *fmu_model_error(const fmu_model_t *model)
+{
+    return model->error.text;
+}
+
+/// A loop at rest, made by the library's set-up.
+static bool make(fmu_model_t *model, unsigned slot)
+{
+    const sim_config_t *config = &model->now.config[slot];
+    common_loop_config_fill(&model->loop_config[slot], &config->loop);
+    const tribo_status_t status =
+        sim_loop_init(&model->now.loop[slot], FMU_Q31, &model->loop_config[slot], config->loop.limits.full_scale_n);
+    return status == TRIBO_OK ||
+           common_error_set(&model->error, "%s: %s", common_loop_key_of(status), tribo_status_text(status));
+}
+
+static unsigned active_slot(const state_t *now)
+{
+    unsigned slot = 0;
+    while (slot < SLOTS && now->loop[now->slot].in_f32.state.active != &now->loop[slot].in_f32.params &&
+           now->loop[now->slot].in_q31.state.active != &now->loop[slot].in_q31.params)
+    {
+        slot++;
+    }
+    return slot;
+}
+
+/// The memory of `old` for the present loop. To attach is to begin anew, so what is attached is copied last.
+#define REMEMBER(loop, old, arithmetic, feeds_forward)                                                                 \
+    do                                                                                                                 \
+    {                                                                                                                  \
+        (loop)->in_##arithmetic.state = (old)->in_##arithmetic.state;                                                  \
+        tribo_guard_##arithmetic##_attach(&(loop)->in_##arithmetic.state, &(loop)->in_##arithmetic.guard);             \
+        tribo_force_loop_feedforward_##arithmetic##_attach(&(loop)->in_##arithmetic.state,                             \
+                                                           (feeds_forward) ? &(loop)->in_##arithmetic.memory : NULL);  \
+        (loop)->in_##arithmetic.state.fade = (old)->in_##arithmetic.state.fade;                                        \
+        (loop)->in_##arithmetic.memory     = (old)->in_##arithmetic.memory;                                            \
+        (loop)->in_##arithmetic.guard      = (old)->in_##arithmetic.guard;                                             \
+    } while (0)
+
+static void remember(fmu_model_t *model, const sim_loop_t *old)
+{
+    sim_loop_t *const loop          = &model->now.loop[model->now.slot];
+    const bool        feeds_forward = model->loop_config[model->now.slot].feeds_forward;
+    if (FMU_Q31)
+    {
+        REMEMBER(loop, old, q31, feeds_forward);
+    }
+    else
+    {
+        REMEMBER(loop, old, f32, feeds_forward);
+    }
+}
+
+bool fmu_model_start(fmu_model_t *model)
+{
+    state_t *const now = &model->now;
+    now->is_started    = make(model, now->slot);
+    now->row.learned   = FMU_LEARNS ? &now->learned : NULL;
+    return now->is_started;
+}
+
+/// Goes on with other values.
+static bool change(fmu_model_t *model, const sim_config_t *next)
+{
+    state_t *const now    = &model->now;
+    const unsigned old    = now->slot;
+    const unsigned active = active_slot(now);
+    unsigned       slot   = 0;
+    while (slot == old || slot == active)
+    {
+        slot++;
+    }
+    now->config[slot] = *next;
+    if (!make(model, slot))
+    {
+        return false;
+    }
+    now->slot = slot;
+    remember(model, &now->loop[old]);
+    return true;
+}
+
+static double *input_of(fmu_model_t *model, unsigned variable)
+{
+    const char      *name = variable >= FMU_COLUMNS && variable < FMU_COLUMNS + SIM_COLUMNS_MAX
+                                ? sim_columns[variable - FMU_COLUMNS].name
+                                : "";
+    sim_row_t *const row  = &model->now.row;
+    return strcmp(name, "r_N") == 0 ? &row->r_n : strcmp(name, "y_N") == 0 ? &row->y_n : NULL;
+}
+
+static bool check(fmu_model_t *model, unsigned variable, double value)
+{
+    common_place_t place;
+    if (input_of(model, variable) != NULL)
+    {
+        return true;
+    }
+    if (variable >= COUNT)
+    {
+        return common_error_set(&model->error, "variable %u cannot be set", variable);
+    }
+    const char *name = values[variable].key;
+    (void)common_key_find(sim_keys, model->now.config, name, &place);
+    const common_key_t *key = place.key;
+    return (value >= key->min && value <= key->max) ||
+           common_error_set(&model->error, "%s: %g is outside %g to %g", name, value, key->min, key->max);
+}
+
+bool fmu_model_set(fmu_model_t *model, const unsigned *variables, size_t count, const double *numbers)
+{
+    state_t *const now       = &model->now;
+    bool           is_change = false;
+    for (size_t i = 0; i < count; i++)
+    {
+        if (!check(model, variables[i], numbers[i]))
+        {
+            return false;
+        }
+        is_change = is_change || variables[i] < FMU_COLUMNS;
+    }
+    if (is_change)
+    {
+        sim_config_t next = now->config[now->slot];
+        for (size_t i = 0; i < count; i++)
+        {
+            if (variables[i] < FMU_COLUMNS)
+            {
+                put(&next, values[variables[i]].key, numbers[i], (uint64_t)numbers[i]);
+            }
+        }
+        if (!now->is_started)
+        {
+            now->config[now->slot] = next;
+        }
+        else if (!change(model, &next))
+        {
+            return false;
+        }
+    }
+    for (size_t i = 0; i < count; i++)
+    {
+        double *const input = input_of(model, variables[i]);
+        if (input != NULL)
+        {
+            *input = numbers[i];
+        }
+    }
+    return true;
+}
+
+bool fmu_model_get(fmu_model_t *model, unsigned variable, double *value)
+{
+    const state_t *const now = &model->now;
+    double               of[SIM_COLUMNS_MAX];
+    common_place_t       place;
+    if (variable >= FMU_COLUMNS)
+    {
+        const unsigned column = variable - FMU_COLUMNS;
+        if (column >= sim_column_values(&now->row, of))
+        {
+            return common_error_set(&model->error, "there is no variable %u", variable);
+        }
+        // u in Q31 has more digits than a column.
+        *value = strcmp(sim_columns[column].name, "u_N") == 0 ? now->row.u_n : of[column];
+        return true;
+    }
+    if (variable >= COUNT)
+    {
+        return common_error_set(&model->error, "there is no variable %u", variable);
+    }
+    (void)common_key_find(sim_keys, (void *)&now->config[now->slot], values[variable].key, &place);
+    if (place.key->type == COMMON_KEY_OPTIONAL)
+    {
+        common_optional_t optional;
+        memcpy(&optional, place.at, sizeof optional);
+        *value = optional.is_given ? optional.value : values[variable].number;
+    }
+    else
+    {
+        memcpy(value, place.at, sizeof *value);
+    }
+    return true;
+}
+
+static void tick(state_t *now)
+{
+    now->row.u_n = sim_loop_step(&now->loop[now->slot], now->row.r_n, now->row.y_n, &now->row.loop);
+    if (now->row.learned != NULL)
+    {
+        now->learned = sim_loop_learned(&now->loop[now->slot], now->row.r_n);
+    }
+}
+
+bool fmu_model_step(fmu_model_t *model, double step_s)
+{
+    const double sample_time_s = model->now.config[model->now.slot].loop.sample_time_s;
+    const double ticks         = round(step_s / sample_time_s);
+    if (!(ticks >= 1.0 && fabs(step_s - ticks * sample_time_s) <= 1e-6 * sample_time_s))
+    {
+        return common_error_set(&model->error,
+                                "communication step: %g s is not a multiple of sample_time_s, %g s",
+                                step_s,
+                                sample_time_s);
+    }
+    for (double i = 0.0; i < ticks; i += 1.0)
+    {
+        tick(&model->now);
+    }
+    return true;
+}
+
+size_t fmu_model_size(const fmu_model_t *model)
+{
+    (void)model;
+    return sizeof(state_t);
+}
+
+void fmu_model_save(const fmu_model_t *model, void *bytes)
+{
+    state_t saved = model->now;
+    saved.active  = active_slot(&model->now);
+    memcpy(bytes, &saved, sizeof saved);
+}
+
+bool fmu_model_load(fmu_model_t *model, const void *bytes, size_t size)
+{
+    state_t *const now = &model->now;
+    state_t        saved;
+    if (size != sizeof saved)
+    {
+        return common_error_set(&model->error, "state: %zu bytes, not %zu", size, sizeof saved);
+    }
+    memcpy(&saved, bytes, sizeof saved);
+    *now             = saved;
+    now->row.learned = FMU_LEARNS ? &now->learned : NULL;
+    if (!saved.is_started)
+    {
+        return true;
+    }
+    // Pointers are of the model that was saved.
+    for (unsigned slot = 0; slot < SLOTS; slot++)
+    {
+        if (slot == saved.slot || slot == saved.active)
+        {
+            (void)make(model, slot); // as it was made before
+        }
+    }
+    remember(model, &saved.loop[saved.slot]);
+    if (FMU_Q31)
+    {
+        tribo_force_loop_q31_state_t *state = &now->loop[now->slot].in_q31.state;
+        state->active                       = saved.active < SLOTS ? &now->loop[saved.active].in_q31.params : NULL;
+        state->active_seal                  = ~(uintptr_t)state->active;
+    }
+    else
+    {
+        tribo_force_loop_f32_state_t *state = &now->loop[now->slot].in_f32.state;
+        state->active                       = saved.active < SLOTS ? &now->loop[saved.active].in_f32.params : NULL;
+        state->active_seal                  = ~(uintptr_t)state->active;
+    }
+    return true;
+}

@@ -1,0 +1,12 @@
+# The shared object of an FMU, from the sources beside this file.
+cmake_minimum_required(VERSION 3.16)
+project(tribo_fmu LANGUAGES C)
+set(CMAKE_C_STANDARD 11)
+set(CMAKE_C_EXTENSIONS OFF)
+file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.c)
+add_library(tribo_fmu MODULE ${sources})
+target_include_directories(tribo_fmu PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+target_compile_definitions(tribo_fmu PRIVATE _XOPEN_SOURCE=700)
+target_compile_options(tribo_fmu PRIVATE -ffp-contract=off)
+target_link_libraries(tribo_fmu PRIVATE m)
+set_target_properties(tribo_fmu PROPERTIES PREFIX "" C_VISIBILITY_PRESET hidden)
