@@ -9,7 +9,7 @@ from pathlib import Path
 from . import panels, runs
 from .runs import PlotError
 
-SUFFIXES = (".png", ".svg", ".html")
+SUFFIXES = (".png", ".svg", ".html", ".mcap")
 
 
 def parse(arguments):
@@ -18,7 +18,7 @@ def parse(arguments):
         description="Draws runs, replays, sweeps, traces and logs of a drive; several of them on top of each other.",
     )
     parser.add_argument("paths", nargs="+", type=Path, metavar="DIR|CSV", help="the folder of a run or a sweep, or a CSV file")
-    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="what to write: .png, .svg, or .html, which zooms")
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="what to write: .png, .svg, .html, which zooms, or .mcap, a log for Foxglove and PlotJuggler")
     parser.add_argument("--from", dest="start_s", type=float, metavar="S", help="draws from this time on")
     parser.add_argument("--to", dest="end_s", type=float, metavar="S", help="draws until this time")
     parser.add_argument("--name", action="append", default=[], metavar="TEXT", help="what to call a run; the first is the first run's")
@@ -44,7 +44,12 @@ def draw(options):
     are_sweeps = [runs.is_sweep(path) for path in options.paths]
     if any(are_sweeps) and len(options.paths) > 1:
         raise PlotError("a sweep is drawn alone")
-    if (options.out.suffix != ".html" or any(are_sweeps)) and importlib.util.find_spec("matplotlib") is None:
+    if options.out.suffix == ".mcap":
+        if any(are_sweeps):
+            raise PlotError(f"--out {options.out}: a sweep has no rows over time; .png, .svg or .html shows it")
+        if importlib.util.find_spec("mcap") is None:
+            raise PlotError(f"{sys.executable} has no mcap, which writes .mcap: TRIBO_PYTHON names a Python with `pip install mcap`")
+    elif (options.out.suffix != ".html" or any(are_sweeps)) and importlib.util.find_spec("matplotlib") is None:
         raise PlotError(
             f"{sys.executable} has no matplotlib, which draws {options.out.suffix}: `tools/setup plot` or `apt install "
             "python3-matplotlib` installs it, in an environment of your own `pip install matplotlib`"
@@ -71,6 +76,11 @@ def _draw_into(options, is_sweep, out):
         run.name = name
     if options.start_s is not None or options.end_s is not None:
         all_runs = [run.between(options.start_s, options.end_s) for run in all_runs]
+    if out.suffix == ".mcap":
+        from .mcap_file import write
+
+        write(all_runs, out)
+        return
     made = panels.make(all_runs)
     if out.suffix == ".html":
         from .page import draw as draw_them
