@@ -250,7 +250,7 @@ static angle_t reduce(double x)
     const double near = fabs(x) <= 1e6 ? x : fmod(x, CIRCLE);
     const double turn = floor(near * QUARTER_INVERSE + 0.5);
     const long_t r    = add(near - turn * QUARTER_FIRST, -turn * QUARTER_SECOND);
-    return (angle_t){(unsigned)turn & 3u, add(r.high, r.low - turn * QUARTER_THIRD)};
+    return (angle_t){(unsigned)(int)turn & 3u, add(r.high, r.low - turn * QUARTER_THIRD)};
 }
 
 static double sine(long_t r)

@@ -23,7 +23,7 @@ enum
 
 // clang-format off: one row an option
 static const struct argp_option known[] = {
-    {.name = "out", .key = OPTION_OUT, .arg = "FILE.png|svg|html", .doc = "what to write; an HTML page zooms and needs no network"},
+    {.name = "out", .key = OPTION_OUT, .arg = "FILE.png|svg|html|mcap", .doc = "what to write; an HTML page zooms and needs no network"},
     {.name = "from", .key = OPTION_FROM, .arg = "S", .doc = "draws from this time on"},
     {.name = "to", .key = OPTION_TO, .arg = "S", .doc = "draws until this time"},
     {.name = "name", .key = OPTION_NAME, .arg = "TEXT", .doc = "what to call a run in the picture; the first is the first run's"},

@@ -228,11 +228,13 @@ static void run_command(const server_t *server, client_t *client, char *const wo
 /// What it has said; at its end the answer.
 static void read_command(client_t *client)
 {
-    char *larger        = realloc(client->answer, client->answer_length + 65536u);
-    client->answer      = larger != NULL ? larger : client->answer;
-    const ssize_t count = larger != NULL && client->answer_length < ANSWER_MAX
-                              ? read(client->output, larger + client->answer_length, 65536u)
-                              : -1;
+    ssize_t count = -1;
+    char *larger  = client->answer_length < ANSWER_MAX ? realloc(client->answer, client->answer_length + 65536u) : NULL;
+    if (larger != NULL)
+    {
+        client->answer = larger;
+        count          = read(client->output, client->answer + client->answer_length, 65536u);
+    }
     if (count > 0)
     {
         client->answer_length += (size_t)count;
