@@ -3,6 +3,7 @@
 #include "plant/zoh.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 struct sim_plant
 {
@@ -11,9 +12,59 @@ struct sim_plant
     sim_drive_error_t      drive_error;
     double                 stiffness_n_per_deg;
     double                 actuator_part, sensor_part;
-    double                 u_a_n, force_n, filtered_n;
-    double                 past_force_n; ///< one step ago
+
+    // What a step changes: to the end.
+    double u_a_n, force_n, filtered_n;
+    double past_force_n; ///< one step ago
 };
+
+enum
+{
+    PARTS = 1 + SIM_TRUTH_PARTS
+};
+
+static void parts_of(const sim_plant_t *plant, sim_truth_part_t parts[PARTS])
+{
+    const size_t start = offsetof(struct sim_plant, u_a_n);
+    parts[0]           = (sim_truth_part_t){(char *)plant + start, sizeof *plant - start};
+    plant->ops->parts(plant->truth, &parts[1]);
+}
+
+size_t sim_plant_size(const sim_plant_t *plant)
+{
+    sim_truth_part_t parts[PARTS];
+    size_t           size = 0;
+    parts_of(plant, parts);
+    for (int i = 0; i < PARTS; i++)
+    {
+        size += parts[i].size;
+    }
+    return size;
+}
+
+void sim_plant_save(const sim_plant_t *plant, void *bytes)
+{
+    sim_truth_part_t parts[PARTS];
+    char            *to = bytes;
+    parts_of(plant, parts);
+    for (int i = 0; i < PARTS; i++)
+    {
+        memcpy(to, parts[i].at, parts[i].size);
+        to += parts[i].size;
+    }
+}
+
+void sim_plant_load(sim_plant_t *plant, const void *bytes)
+{
+    sim_truth_part_t parts[PARTS];
+    const char      *from = bytes;
+    parts_of(plant, parts);
+    for (int i = 0; i < PARTS; i++)
+    {
+        memcpy(parts[i].at, from, parts[i].size);
+        from += parts[i].size;
+    }
+}
 
 sim_plant_t *sim_plant_create(const sim_plant_config_t *config, const sim_truth_ops_t *truth)
 {

@@ -12,6 +12,8 @@
 #include "plant/drive_error.h"
 #include "plant/truth.h"
 
+#include <stddef.h>
+
 typedef struct
 {
     double             step_s;
@@ -41,5 +43,10 @@ void sim_plant_step(sim_plant_t *plant, double u_n, sim_plant_signals_t *signals
 /// The present end-point force F, and F filtered by the sensor's pole, in N.
 double sim_plant_force(const sim_plant_t *plant);
 double sim_plant_filtered_force(const sim_plant_t *plant);
+
+/// All that a step changes: into bytes, and out of those of a plant with the same config.
+size_t sim_plant_size(const sim_plant_t *plant);
+void   sim_plant_save(const sim_plant_t *plant, void *bytes);
+void   sim_plant_load(sim_plant_t *plant, const void *bytes);
 
 #endif

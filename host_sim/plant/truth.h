@@ -46,6 +46,18 @@ typedef struct
     bool   q1, q2, q; ///< relays and Eq. (8)
 } sim_truth_signals_t;
 
+/// A piece of memory.
+typedef struct
+{
+    void  *at;
+    size_t size;
+} sim_truth_part_t;
+
+enum
+{
+    SIM_TRUTH_PARTS = 2
+};
+
 typedef struct
 {
     const char *name;
@@ -60,6 +72,9 @@ typedef struct
     double (*step)(void *model, double u_n, sim_truth_signals_t *signals);
 
     void (*destroy)(void *model);
+
+    /// All that a step changes, without pointers: to be copied to a model of the same config.
+    void (*parts)(void *model, sim_truth_part_t parts[SIM_TRUTH_PARTS]);
 
     /// Rows of the model's own parameters, ended by SIM_TRUTH_END; null if it has none. Their offsets are in the struct that
     /// config->own points to.

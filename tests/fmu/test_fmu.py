@@ -34,7 +34,11 @@ def scenario_of(folder, name, text=""):
     lines = (ROOT / f"host_sim/scenarios/{name}.yaml").read_text(encoding="utf-8").splitlines()
     path = folder / "scenario.yaml"
     kept = [re.sub(r"(start_s|duration_s): .*", lambda match: f"{match[1]}: {5 if 'd' in match[1] else 0}", line) for line in lines]
-    path.write_text("\n".join(kept) + "\n" + text, encoding="utf-8")
+    for group in re.findall(r"^\w+:\n(?: .*\n)+", text, flags=re.M):
+        head, *keys = group.splitlines()
+        at = kept.index(head) if head in kept else len(kept)
+        kept[at:at + 1] = [head, *keys]
+    path.write_text("\n".join(kept) + "\n", encoding="utf-8")
     return path
 
 
@@ -232,3 +236,64 @@ def test_a_refused_scenario_leaves_no_file(tmp_path):
     out = tmp_path / "loop.fmu"
     done = subprocess.run([sys.executable, "-B", ROOT / "tools/tribo-fmu", scenario, "--part", "loop", "--out", out], capture_output=True, text=True)
     assert done.returncode != 0 and "limits.u_max_N: -1 is outside 0 to 1e+06" in done.stderr and not out.exists()
+
+
+@pytest.mark.parametrize(("name", "text"), [
+    ("triangle", ""),
+    ("asymmetric", ""),
+    ("noisy", ""),
+    ("triangle", "plant:\n  model: lugre\n"),
+    ("triangle", "plant:\n  model: bristle\nsensor:\n  delay_s: 0.0005\n"),
+    ("triangle", "plant:\n  model: servo_mx64\n"),
+])
+def test_loop_and_plant_in_a_circle_have_the_same_bits(tmp_path, name, text):
+    scenario = scenario_of(tmp_path, name, text)
+    path = make(tmp_path, scenario, "plant")
+    assert validate_fmu(str(path)) == []
+    run = columns_of(scenario)
+    loop, plant = Instance(make(tmp_path, scenario, "loop")), Instance(path)
+    before = ("y_N", "F_N")
+    for k in range(len(run["t_s"])):
+        read = {output: plant.get(output) for output in before}
+        loop.step(r_N=run["r_N"][k], y_N=read["y_N"])
+        plant.step(u_N=loop.get("u_N"))
+        seen = plant.seen() | loop.seen() | read
+        assert seen == {output: run[output][k] for output in seen}, k
+
+
+@pytest.mark.parametrize("model", ["paper", "bristle", "maxwell_slip"])
+def test_a_plants_state_is_saved_and_restored_and_survives_bytes(tmp_path, model):
+    scenario = scenario_of(tmp_path, "noisy", f"plant:\n  model: {model}\n")
+    run = columns_of(scenario)["u_N"]
+    path = make(tmp_path, scenario, "plant")
+
+    def forced(plant, first, last):
+        seen = []
+        for k in range(first, last):
+            plant.step(u_N=run[k])
+            seen.append(plant.seen())
+        return seen
+
+    plant, other = Instance(path), Instance(path)
+    forced(plant, 0, 1000)
+    state = plant.fmu.getFMUstate()
+    later = forced(plant, 1000, 1500)
+    plant.fmu.setFMUstate(state)
+    assert forced(plant, 1000, 1500) == later
+    forced(other, 0, 7)
+    carried = other.fmu.deSerializeFMUstate(plant.fmu.serializeFMUstate(state))
+    other.fmu.setFMUstate(carried)
+    plant.fmu.freeInstance()
+    assert forced(other, 1000, 1500) == later
+
+
+def test_a_plants_parameters_are_fixed(tmp_path):
+    plant = Instance(make(tmp_path, scenario_of(tmp_path, "triangle"), "plant"), start=False)
+    plant.set(plant__friction__breakaway__slope=0.4)
+    plant.start()
+    with pytest.raises(FMICallException):
+        plant.set(plant__friction__breakaway__slope=0.3)
+    assert "plant.friction.breakaway.slope: cannot be set once the plant has started" in plant.said[-1]
+    with pytest.raises(FMICallException):
+        plant.set(u_N=float("nan"))
+    assert plant.get("plant.friction.breakaway.slope") == 0.4

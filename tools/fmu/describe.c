@@ -1,6 +1,7 @@
 // tribo-fmu-describe SCENARIO.yaml: the scenario's values and the columns of a run, for tools/tribo-fmu. Fields are separated by tabs:
 //
-//     value   KEY TYPE UNIT MIN MAX NUMBER CHANGE TEXT      CHANGE: tunable, fixed, or - for what an FMU keeps as it is
+//     value   KEY UNIT MIN MAX NUMBER WHOLE CHANGE TEXT     UNIT: of a choice its word
+//                                                          CHANGE: tunable, fixed, or - for what an FMU keeps as it is
 //     length  LIST COUNT
 //     column  NAME FLAG
 
@@ -38,6 +39,7 @@ static void print_value(sim_config_t *config, const char *key)
     common_optional_t optional;
     double            number = 0.0;
     uint64_t          whole  = 0;
+    const char       *unit   = "-";
     int               word   = 0;
     (void)common_key_find(sim_keys, config, key, &place);
     switch (place.key->type)
@@ -59,13 +61,14 @@ static void print_value(sim_config_t *config, const char *key)
     case COMMON_KEY_CHOICE:
         memcpy(&word, place.at, sizeof word);
         number = word;
+        unit   = place.key->words[word];
         break;
     default:
         return;
     }
     (void)printf("value\t%s\t%s\t%.17g\t%.17g\t%.17g\t%" PRIu64 "\t%s\t%s\n",
                  key,
-                 place.key->unit != NULL ? place.key->unit : "-",
+                 place.key->type != COMMON_KEY_CHOICE && place.key->unit != NULL ? place.key->unit : unit,
                  place.key->min,
                  place.key->max,
                  number,

@@ -5,6 +5,7 @@
 #include "scenario/columns.h"
 #include "scenario/keys.h"
 #include "scenario/loop.h"
+#include "scenario/plant_config.h"
 #include "scenario/runner.h"
 
 #include <math.h>
@@ -24,7 +25,14 @@ typedef struct
     unsigned    count;
 } length_t;
 
-// Made by tools/tribo-fmu: values, lengths, FMU_TOKEN, FMU_Q31, FMU_LEARNS.
+// What an FMU can be.
+enum
+{
+    LOOP,
+    PLANT
+};
+
+// Made by tools/tribo-fmu: values, lengths, FMU_PART, FMU_TOKEN, FMU_Q31, FMU_LEARNS.
 #include "values.h"
 
 enum
@@ -56,6 +64,9 @@ struct fmu_model
 {
     state_t              now;
     common_loop_config_t loop_config[SLOTS];
+    sim_plant_config_t   plant_config; ///< with the rest of a plant: null or zero as long as it is not started
+    sim_plant_t         *plant;
+    sim_sensor_t         sensor;
     common_error_t       error;
 };
 
@@ -84,9 +95,35 @@ static void put(sim_config_t *config, const char *key, double number, uint64_t w
     }
 }
 
+static void drop_plant(fmu_model_t *model)
+{
+    sim_plant_destroy(model->plant);
+    sim_sensor_free(&model->sensor);
+    model->plant = NULL;
+}
+
+static bool make_plant(fmu_model_t *model)
+{
+    const sim_config_t *config = &model->now.config[0];
+    drop_plant(model);
+    model->plant_config = sim_plant_config_of(config);
+    model->plant        = sim_plant_create(&model->plant_config, sim_truth_models[config->plant.model]);
+    return (model->plant != NULL &&
+            sim_sensor_init(&model->sensor, &config->sensor.sampling, model->plant_config.step_s)) ||
+           common_error_set(&model->error, "out of memory");
+}
+
+/// What the loop reads at a tick.
+static void read_plant(fmu_model_t *model)
+{
+    model->now.row.force_n = sim_plant_force(model->plant);
+    model->now.row.y_n     = sim_sensor_read(&model->sensor, sim_plant_filtered_force(model->plant));
+}
+
 void fmu_model_reset(fmu_model_t *model)
 {
     common_place_t place;
+    drop_plant(model);
     memset(model, 0, sizeof *model);
     common_key_set_defaults(sim_keys, (char *)model->now.config);
     for (size_t i = 0; i < sizeof lengths / sizeof lengths[0] && lengths[i].list != NULL; i++)
@@ -104,7 +141,7 @@ void fmu_model_reset(fmu_model_t *model)
 
 fmu_model_t *fmu_model_create(void)
 {
-    fmu_model_t *model = malloc(sizeof *model);
+    fmu_model_t *model = calloc(1, sizeof *model);
     if (model != NULL)
     {
         fmu_model_reset(model);
@@ -114,6 +151,7 @@ fmu_model_t *fmu_model_create(void)
 
 void fmu_model_destroy(fmu_model_t *model)
 {
+    drop_plant(model);
     free(model);
 }
 
@@ -174,8 +212,17 @@ static void remember(fmu_model_t *model, const sim_loop_t *old)
 bool fmu_model_start(fmu_model_t *model)
 {
     state_t *const now = &model->now;
-    now->is_started    = make(model, now->slot);
-    now->row.learned   = FMU_LEARNS ? &now->learned : NULL;
+    if (FMU_PART == PLANT)
+    {
+        now->is_started = make_plant(model);
+        if (now->is_started)
+        {
+            read_plant(model);
+        }
+        return now->is_started;
+    }
+    now->is_started  = make(model, now->slot);
+    now->row.learned = FMU_LEARNS ? &now->learned : NULL;
     return now->is_started;
 }
 
@@ -206,6 +253,10 @@ static double *input_of(fmu_model_t *model, unsigned variable)
                                 ? sim_columns[variable - FMU_COLUMNS].name
                                 : "";
     sim_row_t *const row  = &model->now.row;
+    if (FMU_PART == PLANT)
+    {
+        return strcmp(name, "u_N") == 0 ? &row->u_n : NULL;
+    }
     return strcmp(name, "r_N") == 0 ? &row->r_n : strcmp(name, "y_N") == 0 ? &row->y_n : NULL;
 }
 
@@ -214,13 +265,18 @@ static bool check(fmu_model_t *model, unsigned variable, double value)
     common_place_t place;
     if (input_of(model, variable) != NULL)
     {
-        return true;
+        // A loop takes anything and counts what is bad.
+        return FMU_PART == LOOP || isfinite(value) || common_error_set(&model->error, "u_N: %g is not finite", value);
     }
     if (variable >= COUNT)
     {
         return common_error_set(&model->error, "variable %u cannot be set", variable);
     }
     const char *name = values[variable].key;
+    if (FMU_PART == PLANT && model->now.is_started)
+    {
+        return common_error_set(&model->error, "%s: cannot be set once the plant has started", name);
+    }
     (void)common_key_find(sim_keys, model->now.config, name, &place);
     const common_key_t *key = place.key;
     return (value >= key->min && value <= key->max) ||
@@ -303,7 +359,21 @@ bool fmu_model_get(fmu_model_t *model, unsigned variable, double *value)
     return true;
 }
 
-static void tick(state_t *now)
+static bool tick_plant(fmu_model_t *model)
+{
+    state_t *const      now   = &model->now;
+    const unsigned      steps = sim_plant_steps(&now->config[0]);
+    sim_plant_signals_t later;
+    for (unsigned step = 0; step < steps; step++)
+    {
+        sim_sensor_push(&model->sensor, sim_plant_filtered_force(model->plant));
+        sim_plant_step(model->plant, now->row.u_n, step == 0 ? &now->row.plant : &later);
+    }
+    read_plant(model);
+    return isfinite(now->row.force_n) || common_error_set(&model->error, "the simulated plant diverges");
+}
+
+static void tick_loop(state_t *now)
 {
     now->row.u_n = sim_loop_step(&now->loop[now->slot], now->row.r_n, now->row.y_n, &now->row.loop);
     if (now->row.learned != NULL)
@@ -325,15 +395,40 @@ bool fmu_model_step(fmu_model_t *model, double step_s)
     }
     for (double i = 0.0; i < ticks; i += 1.0)
     {
-        tick(&model->now);
+        if (FMU_PART == LOOP)
+        {
+            tick_loop(&model->now);
+        }
+        else if (!tick_plant(model))
+        {
+            return false;
+        }
     }
     return true;
 }
 
+static size_t line_size(const fmu_model_t *model)
+{
+    return model->sensor.length * sizeof *model->sensor.line;
+}
+
+static size_t plant_size(const fmu_model_t *model)
+{
+    return model->plant != NULL ? sizeof model->sensor + line_size(model) + sim_plant_size(model->plant) : 0;
+}
+
+/// memcpy for what may be nothing.
+static void copy(void *to, const void *from, size_t size)
+{
+    if (size > 0)
+    {
+        memcpy(to, from, size);
+    }
+}
+
 size_t fmu_model_size(const fmu_model_t *model)
 {
-    (void)model;
-    return sizeof(state_t);
+    return sizeof(state_t) + plant_size(model);
 }
 
 void fmu_model_save(const fmu_model_t *model, void *bytes)
@@ -341,13 +436,40 @@ void fmu_model_save(const fmu_model_t *model, void *bytes)
     state_t saved = model->now;
     saved.active  = active_slot(&model->now);
     memcpy(bytes, &saved, sizeof saved);
+    if (model->plant != NULL)
+    {
+        char *to = (char *)bytes + sizeof saved;
+        memcpy(to, &model->sensor, sizeof model->sensor);
+        copy(to + sizeof model->sensor, model->sensor.line, line_size(model));
+        sim_plant_save(model->plant, to + sizeof model->sensor + line_size(model));
+    }
+}
+
+/// Of a state_t that is the model's already.
+static bool load_plant(fmu_model_t *model, const char *from, size_t size)
+{
+    if (!make_plant(model))
+    {
+        return false;
+    }
+    if (size != plant_size(model))
+    {
+        return common_error_set(&model->error, "state: %zu bytes of a plant, not %zu", size, plant_size(model));
+    }
+    sim_sensor_t sensor;
+    memcpy(&sensor, from, sizeof sensor);
+    sensor.line   = model->sensor.line;
+    model->sensor = sensor;
+    copy(sensor.line, from + sizeof sensor, line_size(model));
+    sim_plant_load(model->plant, from + sizeof sensor + line_size(model));
+    return true;
 }
 
 bool fmu_model_load(fmu_model_t *model, const void *bytes, size_t size)
 {
     state_t *const now = &model->now;
     state_t        saved;
-    if (size != sizeof saved)
+    if (size < sizeof saved || (FMU_PART == LOOP && size != sizeof saved))
     {
         return common_error_set(&model->error, "state: %zu bytes, not %zu", size, sizeof saved);
     }
@@ -356,7 +478,12 @@ bool fmu_model_load(fmu_model_t *model, const void *bytes, size_t size)
     now->row.learned = FMU_LEARNS ? &now->learned : NULL;
     if (!saved.is_started)
     {
+        drop_plant(model);
         return true;
+    }
+    if (FMU_PART == PLANT)
+    {
+        return load_plant(model, (const char *)bytes + sizeof saved, size - sizeof saved);
     }
     // Pointers are of the model that was saved.
     for (unsigned slot = 0; slot < SLOTS; slot++)

@@ -15,16 +15,21 @@
 
 typedef struct
 {
+    double z[SIM_LAW_STATES_MAX];
+    double time_s;
+    double force_n;
+    double speed; ///< deg/s
+    double n_n;   ///< at the start of the last step
+} arm_state_t;
+
+typedef struct
+{
     const sim_law_t   *law;
     sim_truth_config_t config;
     void              *friction; ///< the law's struct
-    double             z[SIM_LAW_STATES_MAX];
     sim_arm_matrices_t matrices;
     double             step_s;
-    double             time_s;
-    double             force_n;
-    double             speed; ///< deg/s
-    double             n_n;   ///< at the start of the last step
+    arm_state_t        now;
 } arm_t;
 
 /// With d = u + g - f - F the arm obeys d'' = -(K/I) d - (b/I) d' while u and f are held, and F' = -d'.
@@ -40,14 +45,21 @@ sim_arm_matrices_t sim_arm_matrices(const common_arm_config_t *arm, double step_
 
 void sim_arm_reset(void *model)
 {
-    arm_t *arm   = model;
-    arm->time_s  = 0.0;
-    arm->force_n = 0.0;
-    arm->speed   = 0.0;
-    arm->n_n     = 0.0;
-    memset(arm->z, 0, sizeof arm->z);
+    arm_t *arm       = model;
+    arm->now.time_s  = 0.0;
+    arm->now.force_n = 0.0;
+    arm->now.speed   = 0.0;
+    arm->now.n_n     = 0.0;
+    memset(arm->now.z, 0, sizeof arm->now.z);
     memset(arm->friction, 0, arm->law->size);
-    arm->law->reset(arm->friction, &arm->config, arm->z);
+    arm->law->reset(arm->friction, &arm->config, arm->now.z);
+}
+
+void sim_arm_parts(void *model, sim_truth_part_t parts[SIM_TRUTH_PARTS])
+{
+    arm_t *arm = model;
+    parts[0]   = (sim_truth_part_t){&arm->now, sizeof arm->now};
+    parts[1]   = (sim_truth_part_t){arm->friction, arm->law->size};
 }
 
 void sim_arm_destroy(void *model)
@@ -100,7 +112,7 @@ typedef struct
 static double friction_at(step_t *step, double end_speed)
 {
     return step->arm->law
-        ->update(step->arm->friction, &step->start, step->arm->z, end_speed, step->arm->step_s, step->z_end);
+        ->update(step->arm->friction, &step->start, step->arm->now.z, end_speed, step->arm->step_s, step->z_end);
 }
 
 /// The root on one side of rest, where friction is continuous: between 0, where friction is `friction`, and the speed
@@ -164,18 +176,18 @@ static double solve(step_t *step)
 
 static sim_contact_t contact_of(const arm_t *arm, double u_n)
 {
-    return (sim_contact_t){.time_s          = arm->time_s,
+    return (sim_contact_t){.time_s          = arm->now.time_s,
                            .u_n             = u_n,
-                           .n_n             = u_n + arm->config.friction.gravity_n - arm->force_n,
-                           .force_n         = arm->force_n,
-                           .speed_deg_per_s = arm->speed,
-                           .breakaway       = sim_breakaway_at(&arm->config.friction.breakaway, arm->force_n)};
+                           .n_n             = u_n + arm->config.friction.gravity_n - arm->now.force_n,
+                           .force_n         = arm->now.force_n,
+                           .speed_deg_per_s = arm->now.speed,
+                           .breakaway       = sim_breakaway_at(&arm->config.friction.breakaway, arm->now.force_n)};
 }
 
 static void step_once(arm_t *arm, double u_n, sim_truth_signals_t *signals)
 {
     const double stiffness = arm->config.arm.stiffness;
-    const double rate      = stiffness * arm->speed;
+    const double rate      = stiffness * arm->now.speed;
     step_t       step = {.arm = arm, .start = contact_of(arm, u_n), .per_newton = arm->matrices.gamma_d / stiffness};
     const double n    = step.start.n_n;
     step.free_speed   = (arm->matrices.gamma_d * n + arm->matrices.gamma_g * rate) / stiffness;
@@ -183,24 +195,24 @@ static void step_once(arm_t *arm, double u_n, sim_truth_signals_t *signals)
     const double f     = solve(&step);
     signals->n_n       = n;
     signals->L_n       = sim_law_breakaway(&step.start, n);
-    signals->v_n_per_s = (fabs(n) - fabs(arm->n_n)) / arm->step_s;
+    signals->v_n_per_s = (fabs(n) - fabs(arm->now.n_n)) / arm->step_s;
     signals->f_n       = f;
-    arm->n_n           = n;
+    arm->now.n_n       = n;
 
-    const bool rests =
-        (arm->speed == 0.0 && step.end_speed == 0.0) || (arm->law->stands != NULL && arm->law->stands(arm->friction));
-    arm->speed = step.end_speed;
+    const bool rests = (arm->now.speed == 0.0 && step.end_speed == 0.0) ||
+                       (arm->law->stands != NULL && arm->law->stands(arm->friction));
+    arm->now.speed = step.end_speed;
     if (!rests)
     {
-        arm->force_n += arm->matrices.phi_d * (n - f) + arm->matrices.phi_g * rate;
+        arm->now.force_n += arm->matrices.phi_d * (n - f) + arm->matrices.phi_g * rate;
     }
-    memcpy(arm->z, step.z_end, sizeof arm->z);
-    arm->time_s += arm->step_s;
+    memcpy(arm->now.z, step.z_end, sizeof arm->now.z);
+    arm->now.time_s += arm->step_s;
     if (arm->law->settle != NULL)
     {
         sim_contact_t end = contact_of(arm, u_n);
         end.breakaway     = step.start.breakaway;
-        arm->law->settle(arm->friction, &end, arm->z);
+        arm->law->settle(arm->friction, &end, arm->now.z);
     }
 }
 
@@ -213,5 +225,5 @@ double sim_arm_step(void *model, double u_n, sim_truth_signals_t *signals)
     {
         step_once(arm, u_n, &later);
     }
-    return arm->force_n;
+    return arm->now.force_n;
 }

@@ -251,5 +251,6 @@ const sim_truth_ops_t sim_armstrong_truth = {.name    = "armstrong",
                                              .reset   = sim_arm_reset,
                                              .step    = sim_arm_step,
                                              .destroy = sim_arm_destroy,
+                                             .parts   = sim_arm_parts,
                                              .keys    = keys,
                                              .law     = &law};

@@ -125,5 +125,6 @@ const sim_truth_ops_t sim_bliman_sorine_truth = {.name    = "bliman_sorine",
                                                  .reset   = sim_arm_reset,
                                                  .step    = sim_arm_step,
                                                  .destroy = sim_arm_destroy,
+                                                 .parts   = sim_arm_parts,
                                                  .keys    = keys,
                                                  .law     = &law};

@@ -92,4 +92,5 @@ const sim_truth_ops_t sim_coulomb_truth = {.name    = "coulomb",
                                            .reset   = sim_arm_reset,
                                            .step    = sim_arm_step,
                                            .destroy = sim_arm_destroy,
+                                           .parts   = sim_arm_parts,
                                            .law     = &law};

@@ -143,5 +143,6 @@ const sim_truth_ops_t sim_karnopp_truth = {.name    = "karnopp",
                                            .reset   = sim_arm_reset,
                                            .step    = sim_arm_step,
                                            .destroy = sim_arm_destroy,
+                                           .parts   = sim_arm_parts,
                                            .keys    = keys,
                                            .law     = &law};

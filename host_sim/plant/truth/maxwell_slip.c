@@ -212,5 +212,6 @@ const sim_truth_ops_t sim_maxwell_slip_truth = {.name    = "maxwell_slip",
                                                 .reset   = sim_arm_reset,
                                                 .step    = sim_arm_step,
                                                 .destroy = sim_arm_destroy,
+                                                .parts   = sim_arm_parts,
                                                 .keys    = keys,
                                                 .law     = &law};

@@ -35,12 +35,13 @@ typedef struct
     sim_paper_parameters_t   p;
     double                   rate_hz;
     sim_arm_matrices_t       arm;
+    uint8_t                 *line;
+    uint32_t                 width; ///< of the line, in steps: the pulse width
 
+    // What a step changes, besides the line: to the end.
     double              force_n;
     double              speed_n_per_s;
     double              n_n; ///< net force at the last step
-    uint8_t            *line;
-    uint32_t            width; ///< of the line, in steps: the pulse width
     uint32_t            head;
     tribo_relay_latch_t latch;
 } paper_truth_t;
@@ -54,6 +55,13 @@ static void reset(void *model)
     truth->head          = 0;
     truth->latch         = (tribo_relay_latch_t){0};
     memset(truth->line, RELAYS_AT_REST, truth->width);
+}
+
+static void parts_of(void *model, sim_truth_part_t parts[SIM_TRUTH_PARTS])
+{
+    paper_truth_t *truth = model;
+    parts[0]             = (sim_truth_part_t){&truth->force_n, sizeof *truth - offsetof(paper_truth_t, force_n)};
+    parts[1]             = (sim_truth_part_t){truth->line, truth->width};
 }
 
 static void destroy(void *model)
@@ -395,5 +403,11 @@ static const common_key_t keys[] = {
     SIM_TRUTH_END,
 };
 
-const sim_truth_ops_t sim_paper_truth =
-    {.name = "paper", .create = create, .reset = reset, .step = step, .destroy = destroy, .keys = keys, .law = &law};
+const sim_truth_ops_t sim_paper_truth = {.name    = "paper",
+                                         .create  = create,
+                                         .reset   = reset,
+                                         .step    = step,
+                                         .destroy = destroy,
+                                         .parts   = parts_of,
+                                         .keys    = keys,
+                                         .law     = &law};

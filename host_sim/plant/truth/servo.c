@@ -141,6 +141,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
                                                     .reset   = sim_arm_reset,                                          \
                                                     .step    = sim_arm_step,                                           \
                                                     .destroy = sim_arm_destroy,                                        \
+                                                    .parts   = sim_arm_parts,                                          \
                                                     .keys    = keys_##id,                                              \
                                                     .law     = &law}
 

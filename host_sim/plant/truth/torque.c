@@ -53,4 +53,5 @@ const sim_truth_ops_t sim_torque_truth = {.name    = "torque",
                                           .reset   = sim_arm_reset,
                                           .step    = sim_arm_step,
                                           .destroy = sim_arm_destroy,
+                                          .parts   = sim_arm_parts,
                                           .law     = &law};
