@@ -297,3 +297,14 @@ def test_a_plants_parameters_are_fixed(tmp_path):
     with pytest.raises(FMICallException):
         plant.set(u_N=float("nan"))
     assert plant.get("plant.friction.breakaway.slope") == 0.4
+
+
+def test_a_compensator_has_the_bits_of_that_in_the_papers_loop(tmp_path):
+    scenario = scenario_of(tmp_path, "triangle", "compensator:\n  method: paper\n")
+    path = make(tmp_path, scenario, "compensator")
+    assert validate_fmu(str(path)) == []
+    run = columns_of(scenario)
+    compensator = Instance(path)
+    for k in range(len(run["t_s"])):
+        compensator.step(u_N=run["u_N"][k])
+        assert compensator.seen() == {output: run[output][k] for output in compensator.outputs}, k

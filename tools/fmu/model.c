@@ -29,6 +29,7 @@ typedef struct
 enum
 {
     LOOP,
+    COMPENSATOR,
     PLANT
 };
 
@@ -165,6 +166,11 @@ static bool make(fmu_model_t *model, unsigned slot)
 {
     const sim_config_t *config = &model->now.config[slot];
     common_loop_config_fill(&model->loop_config[slot], &config->loop);
+    if (FMU_PART == COMPENSATOR)
+    {
+        model->loop_config[slot].feeds_forward = false;
+        model->loop_config[slot].guarded       = false;
+    }
     const tribo_status_t status =
         sim_loop_init(&model->now.loop[slot], FMU_Q31, &model->loop_config[slot], config->loop.limits.full_scale_n);
     return status == TRIBO_OK ||
@@ -253,7 +259,7 @@ static double *input_of(fmu_model_t *model, unsigned variable)
                                 ? sim_columns[variable - FMU_COLUMNS].name
                                 : "";
     sim_row_t *const row  = &model->now.row;
-    if (FMU_PART == PLANT)
+    if (FMU_PART != LOOP)
     {
         return strcmp(name, "u_N") == 0 ? &row->u_n : NULL;
     }
@@ -266,7 +272,7 @@ static bool check(fmu_model_t *model, unsigned variable, double value)
     if (input_of(model, variable) != NULL)
     {
         // A loop takes anything and counts what is bad.
-        return FMU_PART == LOOP || isfinite(value) || common_error_set(&model->error, "u_N: %g is not finite", value);
+        return FMU_PART != PLANT || isfinite(value) || common_error_set(&model->error, "u_N: %g is not finite", value);
     }
     if (variable >= COUNT)
     {
@@ -373,6 +379,15 @@ static bool tick_plant(fmu_model_t *model)
     return isfinite(now->row.force_n) || common_error_set(&model->error, "the simulated plant diverges");
 }
 
+static void tick_compensator(state_t *now)
+{
+    sim_loop_f32_t *loop = &now->loop[now->slot].in_f32;
+    (void)tribo_compensator_f32_step(&loop->params.compensator,
+                                     &loop->state.compensator,
+                                     (float)now->row.u_n,
+                                     &now->row.loop.compensator);
+}
+
 static void tick_loop(state_t *now)
 {
     now->row.u_n = sim_loop_step(&now->loop[now->slot], now->row.r_n, now->row.y_n, &now->row.loop);
@@ -398,6 +413,10 @@ bool fmu_model_step(fmu_model_t *model, double step_s)
         if (FMU_PART == LOOP)
         {
             tick_loop(&model->now);
+        }
+        else if (FMU_PART == COMPENSATOR)
+        {
+            tick_compensator(&model->now);
         }
         else if (!tick_plant(model))
         {
@@ -469,7 +488,7 @@ bool fmu_model_load(fmu_model_t *model, const void *bytes, size_t size)
 {
     state_t *const now = &model->now;
     state_t        saved;
-    if (size < sizeof saved || (FMU_PART == LOOP && size != sizeof saved))
+    if (size < sizeof saved || (FMU_PART != PLANT && size != sizeof saved))
     {
         return common_error_set(&model->error, "state: %zu bytes, not %zu", size, sizeof saved);
     }
