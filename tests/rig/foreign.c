@@ -20,15 +20,15 @@ typedef struct
 
 static drive_t drive;
 
-/// `p`: poles of actuator and sensor, I/K, b/K, offset and slope (both directions), law, sliding, Stribeck rate, presliding, noise.
+/// `p`: poles of actuator and sensor, I/K, b/K, offset and slope upwards, law, sliding, Stribeck rate, presliding, noise, friction downwards over that upwards.
 void foreign_open(const double *p, double tick_s, double scale, double bias, size_t delay, unsigned long long seed)
 {
     const foreign_plant_config_t config = {.actuator_pole = p[0],
                                            .sensor_pole   = p[1],
                                            .inertia       = p[2],
                                            .damping       = p[3],
-                                           .offset        = {p[4], p[4]},
-                                           .slope         = {p[5], p[5]},
+                                           .offset        = {p[4], p[11] * p[4]},
+                                           .slope         = {p[5], p[11] * p[5]},
                                            .law           = (foreign_law_t)p[6],
                                            .sliding       = p[7],
                                            .stribeck      = p[8],

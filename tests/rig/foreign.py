@@ -37,6 +37,7 @@ class Truth:
     delay: int  # ticks
     high: float  # safe force, N
     seed: int
+    downwards: float = 1.0  # friction over that upwards
 
 
 def truth_of(seed):
@@ -76,7 +77,7 @@ class Foreign:
         self.c.foreign_open.argtypes = [np.ctypeslib.ndpointer(np.float64), ctypes.c_double, ctypes.c_double, ctypes.c_double, ctypes.c_size_t, ctypes.c_ulonglong]
         self.c.foreign_tick.argtypes, self.c.foreign_tick.restype = [ctypes.c_double], None
         self.c.foreign_read.restype = ctypes.c_double
-        p = np.array([t.actuator, t.sensor, t.inertia, t.damping, t.offset, t.slope, LAWS.index(t.law), t.sliding, t.stribeck, t.presliding, t.noise], float)
+        p = np.array([t.actuator, t.sensor, t.inertia, t.damping, t.offset, t.slope, LAWS.index(t.law), t.sliding, t.stribeck, t.presliding, t.noise, t.downwards], float)
         self.c.foreign_open(p, t.tick_s, t.scale, t.bias, t.delay, t.seed * 16 + run + 1)
 
     def read(self):

@@ -92,6 +92,7 @@ def check(w):
     assert w.beyond <= 1.0
     assert w.factor > 2.0
     assert abs(w.off_by("off")) < 0.05
+    assert "friction falls" not in w.said and "L+ = L- is assumed" in w.said
 
 
 def test_a_foreign_rig_goes_the_whole_way(whole_way):
@@ -101,6 +102,61 @@ def test_a_foreign_rig_goes_the_whole_way(whole_way):
 
 def test_a_foreign_rig_whose_friction_builds_up_goes_the_whole_way(tmp_path):
     check(way.go(foreign.truth_of(5), tmp_path / "rig"))
+
+
+COMMAND = "known: {command: true}\n"
+UNEVEN = foreign.Truth("stribeck", 1e-3, 500.0, 200.0, 4e-5, 0.012, offset=0.3, slope=0.13, sliding=0.85, stribeck=0.3, presliding=0.05, noise=0.004, scale=1.0, bias=0.0, delay=1, high=16.0,
+                       seed=11, downwards=1.25)
+
+
+def each_way(truth, force, part=1.0):
+    """L+ and L- of a rig; `part` of breakaway is left in sliding."""
+    return [part * times * (truth.offset + truth.slope * force) for times in (1.0, truth.downwards)]
+
+
+@pytest.fixture(scope="module")
+def uneven(tmp_path_factory):
+    """The way of a rig whose friction falls as it slides and is larger downwards. Its command is known."""
+    folder = tmp_path_factory.mktemp("uneven") / "rig"
+    return way.go(UNEVEN, folder, COMMAND), folder
+
+
+def test_friction_of_each_direction_is_found_where_the_command_is_known(uneven):
+    w, folder = uneven
+    assert w.exit_code == 0, w.said
+    assert w.beyond <= 1.0 and w.factor > 1.0
+    loop, found = yaml.YAML(typ="safe").load((folder / "result/loop.yaml").read_text()), json.loads((folder / "result/verdict.json").read_text())
+    header = [float(x) for x in re.findall(r"\.offset_n = (\S+)f, \.slope = (\S+)f", (folder / "result/loop_params.h").read_text())[0]]
+    for place in ("plant", "compensator"):
+        law = loop[place]["friction"]["breakaway"]
+        for force in (4.0, 8.0, 12.0):
+            L = [law[f"{way}offset_N"] + law[f"{way}slope"] * force for way in ("", "negative_")]
+            assert L == pytest.approx(each_way(UNEVEN, force, UNEVEN.sliding), rel=min(found["known_within"], 0.03))
+    assert header == pytest.approx([law["offset_N"], law["slope"]], rel=1e-5)
+    assert "drive.command_n_per_unit=1 " in (folder / "result/registers.txt").read_text()
+    assert "downwards it is 1.25 times that upwards" in w.said
+
+
+def test_friction_that_falls_is_named_in_the_verdict(uneven):
+    """Breakaway is given apart, from below: slow slides do not reach all of the fall."""
+    w, folder = uneven
+    assert "VERDICT: tuned, but friction falls as it slides, which is not simulated" in w.said
+    falls = json.loads((folder / "result/verdict.json").read_text())["falls_by"]
+    assert 0.05 < falls < 1 / UNEVEN.sliding - 1 + 0.02
+
+
+def test_what_cannot_be_told_from_the_command_is_said(uneven, tmp_path):
+    """The same logs without a known command: symmetric friction of another scale makes them, too."""
+    for name in ("rig.yaml", "1-ramp-log.csv", "2-slides-log.csv"):
+        (tmp_path / name).write_text((uneven[1] / name).read_text().replace(COMMAND, ""))
+    code, said = way.call(tmp_path)
+    assert code == 0 and "L+ = L- is assumed, as at forces of one sign no log tells" in said, said
+    force, *L = (float(re.search(text, said)[1]) for text in (r"N at (\S+) N once it slides", r"L\+ is (\S+) N and L-", r"N and L- (\S+) N: then say known"))
+    assert L == pytest.approx(each_way(UNEVEN, force, UNEVEN.sliding), rel=0.03)
+    mean = float(re.search(r"friction: (\S+) N at", said)[1])
+    found = json.loads((tmp_path / "result/verdict.json").read_text())
+    assert abs(mean / np.mean(each_way(UNEVEN, force, UNEVEN.sliding)) - 1) < found["known_within"]
+    assert "if it is the same both ways" in said
 
 
 def test_accept_knows_the_rig_from_others(whole_way):
@@ -194,6 +250,14 @@ def test_a_spoilt_log_stops_the_way_and_says_why(case, ramp, tmp_path):
     got, out = way.call(tmp_path)
     assert got == code and said in out, out
     assert (tmp_path / "2-slides.csv").exists() == (code == 0)
+
+
+def test_a_known_command_that_makes_friction_push_is_refused(ramp, tmp_path):
+    text, log = ramp
+    (tmp_path / "rig.yaml").write_text(text + COMMAND)
+    np.savetxt(tmp_path / "1-ramp-log.csv", log * [1, 1, 1.5], delimiter=",", header="t_s,u_N,F_N", comments="", fmt="%.7g")
+    code, said = way.call(tmp_path)
+    assert code == 3 and "as known.command says: one of them would push" in said, said
 
 
 @pytest.mark.parametrize("safe", [(0, 10), (-10, 10), (-3, 10), (1, 10)])

@@ -37,9 +37,10 @@ def call(folder):
     return code, out.getvalue()
 
 
-def go(truth, folder):
+def go(truth, folder, more=""):
+    """`more`: lines of rig.yaml."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "rig.yaml").write_text(f"sample_time_s: {truth.tick_s}\nforce: {{low_N: 0, high_N: {truth.high:.6g}}}\nlog: {{columns: {{F: y}}}}\n")
+    (folder / "rig.yaml").write_text(f"sample_time_s: {truth.tick_s}\nforce: {{low_N: 0, high_N: {truth.high:.6g}}}\nlog: {{columns: {{F: y}}}}\n{more}")
     beyond = 0.0
     for run, name in enumerate(("1-ramp", "2-slides")):
         code, said = call(folder)

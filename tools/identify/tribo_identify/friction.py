@@ -370,11 +370,11 @@ def _verdict(name, value, half):
 def identify(log, rig=None, assume="symmetric", allow_slides=True):
     """The parameters of the friction that the log shows, or Refusal. `rig` has what is known of actuator, sensor, damping, stiffness, inertia, delay; without it the
     lags are found. `assume` is symmetric, calibrated, or None if neither is known: then symmetric, and what it rests on is weak. `allow_slides`: the slides'
-    line may take the place of the model's breakaway and command; else it is not asked, and assume is symmetric."""
+    line may take the place of the model's breakaway and command; else it is not asked."""
     check(log)
     events, ways = find(log)
     check_events(log, events)
-    line = slides.line(log, assume or "symmetric") if allow_slides else _guess(log, rig, ways)
+    line = slides.line(log, assume or "symmetric") if allow_slides else _guess(log, rig, ways, assume)
     if line is None:
         raise Refusal("few loads", "few loads: F slides both ways too seldom; four loads at least, each from both sides")
     _plausible(log, line, assume)
@@ -410,10 +410,18 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
     return _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, line, by_slides)
 
 
-def _guess(log, rig, ways):
+def calibrated(law):
+    """Symmetric friction of a scaled command as L+ and L- of one that is right: at forces above 0 no log tells the two from each other."""
+    scale, bias = law["scale"], law["gravity"]
+    return {"offset_positive": (law["offset"] - bias) / scale, "slope_positive": (1 + law["slope"]) / scale - 1,
+            "offset_negative": (law["offset"] + bias) / scale, "slope_negative": 1 - (1 - law["slope"]) / scale}
+
+
+def _guess(log, rig, ways, assume):
     """A line that is only a start, of a log whose lags are known."""
     (scale, gravity, offset, slope), _ = start(log, {**native.PAPER, **(rig or {})}, ways)
-    return slides.Line({"offset": offset, "slope": slope, "scale": scale, "gravity": gravity}, 0.0, np.inf, 0, np.zeros((0, 4)), np.zeros(0, int))
+    law = {"offset": offset, "slope": slope, "scale": scale, "gravity": gravity}
+    return slides.Line(calibrated(law) if assume == "calibrated" else law, 0.0, np.inf, 0, np.zeros((0, 4)), np.zeros(0, int))
 
 
 def _plausible(log, line, assume):
@@ -696,6 +704,12 @@ def _explained(fit, residual, level):
         raise Refusal("model", f"the model does not explain the log: F is off by {rms:.3g} N rms, where breakaway is {level:.3g} N; no answer is better than this one")
 
 
+def by_direction(result, force):
+    """L+ and L- if u is right, of a fit that took them as alike."""
+    scale, bias, L = result.params["scale"], result.params["gravity"], float(breakaway(result.params, result.table, force)[0])
+    return (force + L - bias) / scale - force, force - (force - L - bias) / scale
+
+
 def _readings(result):
     """What a scale other than 1 may be: u's, F's, or friction that differs by direction and grows with u, if L+ and L- are then above 0."""
     scale = next((e for e in result.estimates if e.name == "scale"), None)
@@ -708,8 +722,7 @@ def _readings(result):
     if off <= max(scale.half, GAP) and apart <= APART:
         return []
     for force in ends:
-        L, bias = float(breakaway(result.params, result.table, force)[0]), result.params["gravity"]
-        ways.append(((force + L - bias) / scale.value - force, force - (force - L - bias) / scale.value))
+        ways.append(by_direction(result, force))
     law = [", ".join(f"{L:.3g} N at {load:.3g} N" for L, load in zip(column, ends)) for column in zip(*ways)]
     asymmetric = f", or friction is asymmetric and u is right: L+ {law[0]}; L- {law[1]}" if np.min(ways) > 0 else ""
     return [f"either your command makes {scale.value:.4g} N for 1 N, or F is not in N (--scale F=...){asymmetric}. This log cannot tell: say --assume symmetric"

@@ -52,7 +52,7 @@ def _go_on(folder, rig):
     log = _log(folder, ramp, rig, "Slowly up and down, to half of the safe forces: keep a hand on the emergency stop.")
     if log is None:
         return 0
-    first = experiments.of_ramp(log)
+    first = experiments.of_ramp(log, rig.assume)
     slides = experiments.slides(rig, first)
     print(f"1-ramp: a newton of command makes {first.scale:.4g} N; friction about {first.offset:.3g} N + {first.slope:.3g} |F|, noise {first.noise:.2g} N")
     log = _log(folder, slides, rig, "Steps and slow slides, within the safe forces by what the ramp has told.")

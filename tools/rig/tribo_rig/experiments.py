@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tribo_design.errors import DesignError, InputError
+from tribo_identify import friction
 from tribo_identify.events import Refusal
 from tribo_identify.plan import Plan
 
@@ -132,10 +133,17 @@ class First:
     slope: float
     noise: float
 
+    def of(self, assume):
+        """Command and friction as `assume` of tribo_identify has them, in the names of lags.Fit."""
+        symmetric = {"scale": self.scale, "gravity": self.bias, "offset": self.offset, "slope": self.slope}
+        if assume == "symmetric":
+            return symmetric | {"offset_negative": self.offset, "slope_negative": self.slope}
+        return {"scale": 1.0, "gravity": 0.0} | {name.removesuffix("_positive"): value for name, value in friction.calibrated(symmetric).items()}
 
-def of_ramp(log):
+
+def of_ramp(log, assume="symmetric"):
     """By linear least squares over the slides, as the fit of tribo-identify starts."""
-    from tribo_identify import bins, events, friction, native
+    from tribo_identify import bins, events, native
 
     events.check(log)
     found, ways = events.find(log)
@@ -151,4 +159,10 @@ def of_ramp(log):
         raise Refusal("units", f"1-ramp-log.csv: a newton of command makes {scale:.3g} N: correct command_per_N (now 1, say {1 / scale:.3g} times what it is), remove the log and play the ramp again")
     if not offset + slope * np.median(np.abs(s.force)) > 0:
         raise DesignError("1-ramp-log.csv: friction would push the way that F goes: u and F are not of the same time, or one of them is filtered for long")
-    return First(float(scale), float(bias), float(max(offset, 0.0)), float(max(slope, 0.0)), noise)
+    first = First(float(scale), float(bias), float(max(offset, 0.0)), float(max(slope, 0.0)), noise)
+    law, load = first.of(assume), float(np.max(np.abs(s.force)))
+    L = [law[f"offset{way}"] + law[f"slope{way}"] * load for way in ("", "_negative")]
+    if not min(L) > 0:
+        raise Refusal("units", f"1-ramp-log.csv: L+ would be {L[0]:.3g} N and L- {L[1]:.3g} N at {load:.3g} N if command_per_N were right, as known.command says: one of them would push. "
+                               f"Remove known.command; where friction is the same both ways, a newton of command makes {scale:.3g} N")
+    return first

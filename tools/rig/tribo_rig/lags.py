@@ -16,10 +16,13 @@ import scipy.stats
 
 from tribo_identify import native
 from tribo_identify.events import Refusal
+from tribo_identify.friction import breakaway
 
 from . import experiments
 
-NAMES = ("actuator", "arm", "ratio", "sensor", "delay", "scale", "gravity", "offset", "slope", "way")
+NAMES = ("actuator", "arm", "ratio", "sensor", "delay", "scale", "gravity", "offset", "slope", "offset_negative", "slope_negative", "way")
+DOWNWARDS = ("offset_negative", "slope_negative")
+COMMAND = ("scale", "gravity")
 LOGARITHMIC = ("actuator", "arm", "ratio", "sensor", "way")  # lags in s; ratio: I K/b^2; way: over which friction builds up, N of F
 SHARES = ((0.2, 0.3, 0.4, 0.1), (0.4, 0.3, 0.2, 0.1), (0.1, 0.2, 0.6, 0.1), (0.1, 0.6, 0.2, 0.1), (0.15, 0.15, 0.15, 0.55))  # of the whole lag: actuator, arm, sensor, delay
 STIFFENS = ", stiffens"
@@ -75,8 +78,11 @@ def own_of(law, way, level, inertia):
 
 
 class Fit:
-    def __init__(self, segment, first, known):
-        self.s, self.known = segment, known
+    """`known`: names that stay. `assume` is that of tribo_identify: symmetric, L+ = L-; or calibrated, the command is right and L+ and L- are each their own."""
+
+    def __init__(self, segment, first, known, assume):
+        self.s, self.assume = segment, assume
+        self.known = {*known, *(COMMAND if assume == "calibrated" else DOWNWARDS)}
         self.h = segment.h
         self.level = first.offset + first.slope * float(np.median(np.abs(segment.force)))
         self.weight = 1 / max(first.noise, 0.01 * self.level)
@@ -87,10 +93,12 @@ class Fit:
 
     def params(self, theta):
         v = {n: float(np.exp(x)) if n in LOGARITHMIC else float(x) for n, x in zip(NAMES, theta)}
+        if self.assume == "symmetric":
+            v |= {n: v[n.removesuffix("_negative")] for n in DOWNWARDS}
         k = float(np.clip(self.level / v["way"], 1.05, 500.0))
         return {**native.PAPER, "actuator": 1 / v["actuator"], "sensor": 1 / v["sensor"], "stiffness": 1.0, "damping": v["arm"], "inertia": v["ratio"] * v["arm"] ** 2,
-                "delay": v["delay"], "scale": v["scale"], "gravity": v["gravity"], "offset_positive": v["offset"], "offset_negative": v["offset"],
-                "slope_positive": v["slope"], "slope_negative": v["slope"], "k_min": k, "k_max": max(k, 20.0), "v0": native.PAPER["v0"] * self.level / 0.157,
+                "delay": v["delay"], "scale": v["scale"], "gravity": v["gravity"], "offset_positive": v["offset"], "offset_negative": v["offset_negative"],
+                "slope_positive": v["slope"], "slope_negative": v["slope_negative"], "k_min": k, "k_max": max(k, 20.0), "v0": native.PAPER["v0"] * self.level / 0.157,
                 "pulse_width": 3 * self.h}, v["way"]
 
     def output(self, law, theta):
@@ -103,6 +111,7 @@ class Fit:
         prior = np.array([0.3 if n in ("ratio", "way") else 0.1 if n in LOGARITHMIC else 0.0 for n in NAMES])[free]
         begin = np.array(theta, float)
         size = {"delay": 0.1 * self.h, "scale": 1e-3, "slope": 1e-3, "offset": 2e-3 * self.level, "gravity": 2e-3 * self.level}
+        size |= {n: size[n.removesuffix("_negative")] for n in DOWNWARDS}
         step = np.array([size.get(NAMES[i], 0.01) for i in free])
 
         def whole(x):
@@ -123,6 +132,8 @@ class Fit:
 
         low = {"delay": 0.0, "offset": 1e-3 * self.level, "slope": 0.0, "scale": 0.3, "ratio": np.log(1e-3), "way": np.log(2e-3 * self.level), "gravity": -np.inf}
         high = {"delay": 60 * self.h, "offset": 10 * self.level, "slope": 0.9, "scale": 3.0, "ratio": np.log(20.0), "way": np.log(0.9 * self.level), "gravity": np.inf}
+        for end in (low, high):
+            end |= {n: end[n.removesuffix("_negative")] for n in DOWNWARDS}
         bounds = np.array([[low.get(NAMES[i], np.log(FASTEST * self.h)) for i in free], [high.get(NAMES[i], np.log(1e5 * self.h)) for i in free]])
         x0 = np.clip(begin[free], bounds[0] + 1e-9, bounds[1] - 1e-9)
         found = scipy.optimize.least_squares(residual, x0, jacobian, bounds=bounds, x_scale=np.maximum(step, 1e-9) * 20, loss="soft_l1", f_scale=ROBUST, max_nfev=passes, ftol=1e-5, xtol=1e-6)
@@ -174,19 +185,21 @@ def fit(segment, first, known):
     """`known`: poles of actuator and sensor, or None each."""
     lag = _whole_lag(segment, first)
     fixed = {"actuator": known.actuator_pole_rad_per_s, "sensor": known.sensor_pole_rad_per_s}
-    problem = Fit(segment, first, {n for n, v in fixed.items() if v is not None})
+    problem = Fit(segment, first, {n for n, v in fixed.items() if v is not None}, "calibrated" if known.command else "symmetric")
+    friction = first.of(problem.assume)
+    friction |= {n: max(friction[n], 0.02 * problem.level) for n in ("offset", "offset_negative")}
     starts = []
     for actuator, arm, sensor, delay in SHARES:
         start = {"actuator": actuator * lag, "arm": arm * lag, "sensor": sensor * lag, "ratio": 0.25} | {n: 1 / v for n, v in fixed.items() if v is not None}
         start = {n: np.log(v) for n, v in start.items()}
-        start |= {"delay": delay * lag, "scale": first.scale, "gravity": first.bias, "offset": max(first.offset, 0.02 * problem.level), "slope": first.slope, "way": np.log(WAYS[0] * problem.level)}
-        starts.append(np.array([start[n] for n in NAMES]))
+        start |= {"delay": delay * lag, "way": np.log(WAYS[0] * problem.level)}
+        starts.append(np.array([(start | friction)[n] for n in NAMES]))
     found = _best(problem, "coulomb", starts, lag)
     law, left = "coulomb", problem.left("coulomb", found[1])
     others = [(left, found[1])]
     if left > EXACT * first.noise:
         near = found[1]
-        swapped = near[[NAMES.index({"actuator": "sensor", "sensor": "actuator"}.get(n, n)) for n in NAMES]] if not problem.known else near
+        swapped = near[[NAMES.index({"actuator": "sensor", "sensor": "actuator"}.get(n, n)) for n in NAMES]] if not any(v is not None for v in fixed.values()) else near
         ways = [np.r_[theta[:-1], np.log(way * problem.level)] for theta in (near, swapped, *starts[:2]) for way in WAYS]
         tried = None
         for other, begins in (("lugre", ways), ("lugre" + STIFFENS, None), ("maxwell_slip", ways), ("maxwell_slip" + STIFFENS, None), ("paper", [*ways[1:4:2], *starts])):
@@ -197,7 +210,7 @@ def fit(segment, first, known):
                 found, law, left = tried, other, rms
     _, theta, halves = found
     p, way = problem.params(theta)
-    level = p["offset_positive"] + p["slope_positive"] * float(np.median(np.abs(segment.force)))
+    level = float(np.mean(breakaway(p, [], float(np.median(np.abs(segment.force))))))
     lags = {"actuator": 1 / p["actuator"], "arm": p["damping"], "sensor": 1 / p["sensor"], "delay": 1.0}
     alike = np.array([other for rms, other in others if rms < ALIKE * left])
     halves = np.maximum(halves, np.abs(alike - theta).max(0))

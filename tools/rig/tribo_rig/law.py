@@ -13,6 +13,8 @@ from tribo_identify import friction
 from . import lags as steps
 
 PASSES = 15
+FITTED = {*friction.SYMMETRIC, *friction.CALIBRATED}
+UNEXPLAINED = 1.5  # times the noise: what a law may leave
 
 
 @dataclass
@@ -29,18 +31,26 @@ def _keys(found, way):
 def fit(found, result, segment, first):
     """(friction, law): `result` with the values of the law, where it is not the paper's. `found` are the lags, which stay."""
     if found.law == "paper" or result.table:
-        return result, Law(found.way, _keys(found, found.way))
-    problem = steps.Fit(segment, first, {"actuator", "arm", "ratio", "sensor", "delay"})
+        return _covering(result, found, first), Law(found.way, _keys(found, found.way))
+    problem = steps.Fit(segment, first, {"actuator", "arm", "ratio", "sensor", "delay"}, result.assume)
     _, theta, halves = problem.solve(found.law, found.theta, PASSES)
     p, way = problem.params(theta)
     way = way if found.way else 0.0
     halves = dict(zip(steps.NAMES, halves))
-    values = {"offset": p["offset_positive"], "slope": p["slope_positive"], "scale": p["scale"], "gravity": p["gravity"]}
+    halves |= {f"{n}_positive": halves[n] for n in ("offset", "slope")}
+    values = p | {"offset": p["offset_positive"], "slope": p["slope_positive"]}
     middle = (result.loads[0][0] + result.loads[-1][1]) / 2
     before = float(np.mean(friction.breakaway(result.params, [], middle)))
-    estimates = [replace(e, value=values[e.name], half=float(np.hypot(max(e.half, halves[e.name]), abs(values[e.name] - e.value)))) if e.name in values else e for e in result.estimates]
+    estimates = [replace(e, value=values[e.name], half=float(np.hypot(max(e.half, halves[e.name]), abs(values[e.name] - e.value)))) if e.name in FITTED else e for e in result.estimates]
     params = result.params | {n: p[n] for n in ("scale", "gravity", "offset_positive", "offset_negative", "slope_positive", "slope_negative")}
     L = float(np.mean(friction.breakaway(params, [], middle)))
     model = problem.output(found.law, theta)
     left = float(np.sqrt(np.mean((model - segment.force)[problem.begin :] ** 2)))
-    return replace(result, estimates=estimates, params=params, model=[model[-len(result.model[0]) :]], L_half=float(np.hypot(result.L_half, abs(L / before - 1))), residual_rms=left), Law(way, _keys(found, way))
+    result = replace(result, estimates=estimates, params=params, model=[model[-len(result.model[0]) :]], L_half=float(np.hypot(result.L_half, abs(L / before - 1))), residual_rms=left)
+    return _covering(result, found, first), Law(way, _keys(found, way))
+
+
+def _covering(result, found, first):
+    """What the law leaves well beyond the noise may be an error of L: friction that is not its own."""
+    beyond = max(result.residual_rms**2 - (UNEXPLAINED * first.noise) ** 2, 0.0) ** 0.5
+    return replace(result, L_half=float(np.hypot(result.L_half, 1.96 * beyond / found.level)))

@@ -45,10 +45,11 @@ class Log(Strict):
 
 
 class Known(Strict):
-    """What need not be found, as it is in a data sheet."""
+    """What need not be found, as it is in a data sheet or was measured."""
 
     actuator_pole_rad_per_s: Optional[Pole] = None
     sensor_pole_rad_per_s: Optional[Pole] = None
+    command: bool = False  # command_per_N is right and u has no bias, so that L+ and L- can be told apart
 
 
 class Rig(Strict):
@@ -76,6 +77,11 @@ class Rig(Strict):
         if task is not None and safe is not None and not safe.low_N <= task.low_N < task.high_N <= safe.high_N:
             raise ValueError(f"must be within the safe forces, {safe.low_N:g} to {safe.high_N:g} N")
         return task
+
+    @property
+    def assume(self):
+        """Of tribo_identify."""
+        return "calibrated" if self.known.command else "symmetric"
 
     def words(self):
         """Of tribo-sim log."""
