@@ -65,6 +65,7 @@ def companions(key):
 VALUES = {
     "duration_s": "2.1",
     "reference.kind": "sine",
+    "stiffens": "yes",
     "reference.high_N": "0.5",
     "reference.start_s": "0.1",
     "reference.period_s": "0.6",
