@@ -1,11 +1,13 @@
 """Failures of an emulator are reported within seconds, and nothing is left behind. What is bounded in time here is ten times what an
 idle machine takes; what would not end takes longer."""
 
+import contextlib
 import os
 import pathlib
 import re
 import shutil
 import signal
+import stat
 import struct
 import subprocess
 import sys
@@ -37,13 +39,22 @@ def put_image(sim, content):
     (folder / IMAGE.name).write_bytes(content)
 
 
+def sizes_of_open_files(pid):
+    files = []
+    for name in pathlib.Path(f"/proc/{pid}/fd").iterdir():
+        with contextlib.suppress(OSError):  # closed meanwhile
+            status = name.stat()
+            files += [status.st_size] if stat.S_ISREG(status.st_mode) and "/long/" in os.readlink(name) else []
+    return files
+
+
 def start_long_run(sim):
     """A run in the middle of its ticks: the process and the emulator's process number."""
     process = subprocess.Popen(sim.command(*LONG, "--out", "long"), cwd=sim.folder, env=sim.environment,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
     deadline = time.monotonic() + 200
-    while not any(trace.stat().st_size > 10000 for trace in (sim.folder / "long").glob("*")):  # under its temporary name
+    while not any(written > 10000 for written in sizes_of_open_files(process.pid)):  # the trace has no name yet
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.02)
     return process, int(children.read_text())
