@@ -17,6 +17,7 @@ MODULES = pathlib.Path(os.environ["TRIBO_RP2040JS"])  # the folder of rp2040js
 RUN = pathlib.Path(__file__).with_name("rp2040_run.mjs")
 STOP, FAULT = "5", "6"
 UF2 = (0x0A324655, 0x9E5D5157)
+APPLY, SET_REFUSED = 5, 3
 STATE, FAULT_CAUSE, MAX_TICK_US = 0x06, 0x08, 0x10
 
 pytestmark = pytest.mark.skipif(not (MODULES.exists() and shutil.which("node")), reason="no rp2040js: run tools/setup rp2040")
@@ -90,7 +91,7 @@ class Board:
         """The answer to a Modbus request, both without their CRC."""
         before = len(self.log)
         self.step(send=list(request + struct.pack("<H", crc16(request))))
-        self.run_until(lambda: len(self.log) >= before + 4 and crc16(self.log[before:]) == 0, 40)
+        self.run_until(lambda: len(self.log) >= before + 4 and crc16(self.log[before:]) == 0, 1000)  # a set is answered when made
         return bytes(self.log[before:-2])
 
     def read(self, address):
@@ -101,6 +102,9 @@ class Board:
 
     def refer(self, r_n):
         self.exchange(struct.pack(">BBHHBf", 1, 16, REFERENCE, 2, 4, r_n))
+
+    def write(self, name, pack, value):
+        self.exchange(struct.pack(">BBHHB" + pack, 1, 16, address_of(name), 2, 4, value))
 
     def start(self, r_n=0.5):
         self.boot()
@@ -123,8 +127,12 @@ class Board:
             process.communicate()
 
 
-REFERENCE = next(int(line.split("|")[2].strip(), 16) for line in (ROOT / "docs" / "registers.md").read_text().splitlines()
-                 if line.startswith("| `reference` "))
+def address_of(name):
+    lines = (ROOT / "docs" / "registers.md").read_text().splitlines()
+    return next(int(line.split("|")[2].strip(), 16) for line in lines if line.startswith(f"| `{name}` | 0x"))
+
+
+REFERENCE = address_of("reference")
 
 
 @pytest.fixture
@@ -204,6 +212,20 @@ def fault_number(cause):
     lines = (ROOT / "firmware" / "app" / "drive.h").read_text().split("DRIVE_FAULT_NONE,")[1].splitlines()
     names = [line.split(",")[0].strip() for line in lines if line.strip().startswith("DRIVE_FAULT_")]
     return names.index(f"DRIVE_FAULT_{cause}") + 1
+
+
+@pytest.mark.parametrize("name, pack, value", [
+    ("drive.command_n_per_unit", "f", 1e-6), ("drive.sensor_n_per_unit", "f", 1e-4),
+    ("drive.reference_ms", "I", 0), ("drive.reference_ramp_n_per_s", "f", 0.001)])
+def test_an_unlocked_client_gets_past_no_ceiling(bench, name, pack, value):
+    board = bench()
+    board.boot()
+    board.write("unlock", "I", 0x6C6F6F73)
+    assert board.read(address_of("unlocked_ticks")) > 0
+    board.write(name, pack, value)
+    board.command(APPLY)
+    board.run(60)
+    assert board.read(address_of("outcome")) == SET_REFUSED and board.read(address_of("refused_register")) == address_of(name)
 
 
 def break_sensor(board):

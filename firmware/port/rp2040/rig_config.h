@@ -41,6 +41,12 @@ static const params_ceiling_t rig_ceilings[] = {
     {DRIVE_CONFIG_command_limit_ms, 1.0f, 5000.0f},
     {DRIVE_CONFIG_tare_max_n, 0.0f, 0.5f},
     {DRIVE_CONFIG_current_max_a, 1e-6f, 2.0f},
+    // A newton must not become more at the motor, nor much more at the sensor; no force stays none to 0.04 N.
+    {DRIVE_CONFIG_command_n_per_unit, 2.0f / (float)CONVERT_TOP, 1.0f},
+    {DRIVE_CONFIG_command_zero_units, -125.0f, 125.0f},
+    {DRIVE_CONFIG_sensor_n_per_unit, 0.8f * 2.0f / 1638.4f, 1.0f},
+    {DRIVE_CONFIG_reference_ms, 1.0f, 5000.0f},
+    {DRIVE_CONFIG_reference_ramp_n_per_s, 0.0f, 0.0f}, // a slow ramp without a host is as good as no fault
 };
 
 #endif
