@@ -31,6 +31,7 @@ typedef struct
     sim_sensor_t       sensor;
     double             gain;
     double             environment_n, environment_rad_per_s;
+    double             push_n, push_s, push_end_s;
     double             t;
     double             friction_n; // of the plant's last step
 } rig_t;
@@ -56,6 +57,9 @@ static void open_rig(rig_t *rig, const compensation_truth_t *truth)
     rig->gain                  = truth->actuator_gain;
     rig->environment_n         = truth->environment_n;
     rig->environment_rad_per_s = 2.0 * 3.14159265358979 * truth->environment_hz;
+    rig->push_n                = truth->push_n;
+    rig->push_s                = truth->push_s;
+    rig->push_end_s            = truth->push_s + truth->push_time_s;
     rig->t                     = 0.0;
     rig->friction_n            = 0.0;
     rig->plant                 = sim_plant_create(&rig->config, &sim_paper_truth);
@@ -102,8 +106,9 @@ static void tick_rig(rig_t *rig, double u)
     sim_plant_signals_t seen;
     for (int i = 0; i < STEPS_A_TICK; i++)
     {
+        const double push = rig->t >= rig->push_s && rig->t < rig->push_end_s ? rig->push_n : 0.0;
         sim_sensor_push(&rig->sensor, filtered_force(rig));
-        sim_plant_step(rig->plant, rig->gain * u + environment_in_front(rig), &seen);
+        sim_plant_step(rig->plant, rig->gain * u + push + environment_in_front(rig), &seen);
         rig->t += rig->config.step_s;
         rig->friction_n = seen.truth.f_n;
     }

@@ -25,6 +25,7 @@ typedef struct
     double   delay_s;
     double   quantisation_n;
     double   environment_n, environment_hz; // amplitude of its movement times the stiffness, and frequency
+    double   push_n, push_s, push_time_s;   // a force on the arm, from when and for how long
     double   settle_s;                      // start from rest: this part of the run does not count
 } compensation_truth_t;
 

@@ -103,6 +103,50 @@ static void test_steps_are_fed_back_while_the_reference_stands(void)
     TEST_ASSERT_TRUE(ratio(0.42) >= 2.3);
 }
 
+/// RMS of a period of the benchmark that ends at `end_s`.
+static double period_rms(compensation_t method, double end_s)
+{
+    return compensation_run(method, NULL, &truth, compensation_triangle, &benchmark, end_s - 20.0, 20.0).rms;
+}
+
+/// What is learned during a push is unlearned in a minute of slides.
+static void test_a_push_while_the_reference_moves_leaves_no_lasting_error(void)
+{
+    static const double noise[] = {0.0, 0.3e-3};
+    for (int i = 0; i < 2; i++)
+    {
+        truth.noise_n       = noise[i];
+        truth.push_n        = 0.0;
+        const double before = period_rms(COMPENSATION_FEEDFORWARD, 60.0);
+        for (int k = 0; k < 4; k++)
+        {
+            truth.push_n       = k % 2 == 0 ? 0.3 : -0.3;
+            truth.push_s       = 40.0 + 5.0 * k;
+            truth.push_time_s  = 1.0;
+            const double after = period_rms(COMPENSATION_FEEDFORWARD, truth.push_s + 81.0);
+            printf("push of %+.1f N at %.0f s: %.2f times the error before\n",
+                   truth.push_n,
+                   truth.push_s,
+                   after / before);
+            TEST_ASSERT_TRUE(after <= 1.5 * before);
+        }
+    }
+}
+
+static void test_a_load_that_stays_is_learned(void)
+{
+    for (int i = 0; i < 2; i++)
+    {
+        truth.push_n      = i == 0 ? 0.1 : -0.1;
+        truth.push_s      = 45.0;
+        truth.push_time_s = 1e9;
+        const double off  = period_rms(COMPENSATION_OFF, 125.0);
+        const double x    = period_rms(COMPENSATION_FEEDFORWARD, 125.0);
+        printf("load of %+.1f N, a minute later: %.2f times\n", truth.push_n, off / x);
+        TEST_ASSERT_TRUE(off / x >= 1.0);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -112,5 +156,7 @@ int main(void)
     RUN_TEST(test_first_reversal_of_an_arm_with_less_breakaway_than_believed_is_no_worse);
     RUN_TEST(test_a_command_of_the_wrong_scale_is_no_worse_on_both_sides_of_0);
     RUN_TEST(test_steps_are_fed_back_while_the_reference_stands);
+    RUN_TEST(test_a_push_while_the_reference_moves_leaves_no_lasting_error);
+    RUN_TEST(test_a_load_that_stays_is_learned);
     return UNITY_END();
 }

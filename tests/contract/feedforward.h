@@ -5,6 +5,7 @@
 
 #include ARITH_HEADER
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -59,6 +60,24 @@ static inline void feedforward_restart(feedforward_t *x)
 {
     x->memory.state.mode = TRIBO_FEEDFORWARD_RESTART;
 }
+
+// Numbers of lib, which in fixed point have a format of `q` bits behind the point.
+
+static inline feedforward_number_t to(double value, int q)
+{
+    (void)q;
+    return TRIBO_EITHER((float)value, (int32_t)fmin(2147483647.0, round(ldexp(value, q))));
+}
+
+static inline double from(double number, int q)
+{
+    (void)q;
+    return TRIBO_EITHER(number, ldexp(number, -q));
+}
+
+#define FORCE(value)    to((value) / TRIBO_EITHER(1.0, FULL_SCALE_N), 29)
+#define OF_FORCE(value) (from((double)(value), 29) * TRIBO_EITHER(1.0, FULL_SCALE_N))
+#define PART(value, q)  TRIBO_EITHER((float)(value), (uint32_t)fmin(4294967295.0, round(ldexp(value, q))))
 
 /// With a full scale `scale` times as large.
 static inline tribo_status_t feedforward_init_scaled(feedforward_t                        *x,
@@ -234,12 +253,17 @@ static inline void feedforward_break_weight(feedforward_t *x, uint32_t j)
     x->memory.state.learned.seal ^= 1u;
 }
 
-static inline void feedforward_flip(void *number)
+static inline void feedforward_flip_bit(void *number, unsigned bit)
 {
     uint32_t bits;
     memcpy(&bits, number, sizeof bits);
-    bits ^= 1u << 20;
+    bits ^= 1u << bit;
     memcpy(number, &bits, sizeof bits);
+}
+
+static inline void feedforward_flip(void *number)
+{
+    feedforward_flip_bit(number, 20);
 }
 
 static inline void feedforward_break_offset(feedforward_t *x)
@@ -249,14 +273,14 @@ static inline void feedforward_break_offset(feedforward_t *x)
 
 #define FEEDFORWARD_SCRATCH 12u ///< numbers of a sample that are sealed
 
-/// As if a bit of a sample had flipped. Returns the stage from which on the number is sealed.
-static inline unsigned feedforward_break_sample(feedforward_t *x, uint32_t number)
+/// As if this bit of a sample's number had flipped. Returns the stage from which on the number is sealed.
+static inline unsigned feedforward_break_sample(feedforward_t *x, uint32_t number, unsigned bit)
 {
     TRIBO(feedforward_learning, state_t) *const s = &x->memory.state.learning;
 
     static const unsigned from[4] = {1, 2, 2, 4};
     void *const           one[4]  = {&s->TRIBO_N(sample), &s->error, &s->TRIBO_N(weighing), &s->gain};
-    feedforward_flip(number < 4u ? one[number] : &s->gained[number - 4u]);
+    feedforward_flip_bit(number < 4u ? one[number] : &s->gained[number - 4u], bit);
     return number < 4u ? from[number] : TRIBO_EITHER(3u, number < 8u ? 3u : 4u);
 }
 

@@ -1,4 +1,9 @@
 #include ARITH_HEADER
+#if TRIBO_IS_Q31
+#include "paper/compensator_q31.h"
+#else
+#include "paper/compensator_f32.h"
+#endif
 #include "unity.h"
 
 #include <math.h>
@@ -72,6 +77,22 @@ static void check_refused(tribo_status_t status, double h)
     TEST_ASSERT_EQUAL_MEMORY(&untouched.params, &out.params, sizeof out.params);
 }
 
+/// Taken up under u at F, the arm is held by the friction of n = u - F + g; in the first tick n has not moved.
+static void test_compensator_is_entered_with_the_net_force_of_its_gravity(void)
+{
+    config.friction.gravity_n = 0.02f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, compensator_init(&compensator, &config, H));
+    const double u = 0.31;
+    const double f =
+        from_force(TRIBO(compensator, enter)(&compensator.params, &compensator.state, to_force(u), to_force(0.3)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.03, f);
+    const compensator_seen_t seen = compensator_step(&compensator, u);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.03, seen.friction.n);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.03, seen.friction.f);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, seen.friction.v);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.3, seen.F);
+}
+
 static void test_compensator_init_passes_on_what_its_parts_refuse(void)
 {
     const tribo_compensator_f32_config_t good = config;
@@ -91,6 +112,7 @@ int main(void)
     RUN_TEST(test_compensator_is_friction_and_arm_joined_as_in_fig_11);
     RUN_TEST(test_compensator_force_follows_u_minus_breakaway_while_it_slides);
     RUN_TEST(test_compensator_reset_is_rest);
+    RUN_TEST(test_compensator_is_entered_with_the_net_force_of_its_gravity);
     RUN_TEST(test_compensator_init_passes_on_what_its_parts_refuse);
     return UNITY_END();
 }

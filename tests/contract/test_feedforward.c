@@ -484,6 +484,23 @@ static void test_a_restart_leaves_nothing_behind_but_what_was_learned(void)
     }
 }
 
+/// A hold before a restart was where r creeps now: a first motion is one all the same.
+static void test_a_first_motion_is_not_held_where_the_last_hold_was(void)
+{
+    init(&x);
+    x.memory.state.hold.TRIBO_N(anchor) = FORCE(0.3002);
+    x.memory.state.hold.still           = 1000;
+    feedforward_restart(&x);
+    for (int k = 0; k < 400; k++)
+    {
+        (void)feedforward_before(&x, 0.3 + 1e-6 * k, 0.3);
+        (void)feedforward_added(&x, 0.0);
+        feedforward_after(&x, 0.0, 0.3, false);
+        TEST_ASSERT_FALSE(feedforward_holds(&x));
+    }
+    TEST_ASSERT_EQUAL_UINT(TRIBO_FEEDFORWARD_MOVING, feedforward_seen(&x).mode);
+}
+
 static void test_a_hold_begins_with_nothing_counted(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};
@@ -712,6 +729,36 @@ static void test_learning_takes_the_caution_of_holds_back(void)
     TEST_ASSERT_TRUE(feedforward_seen(&x).margin < 0.5 * exp(-RUNS(5.0, 2.0))); // 0.1 N of learning a factor e
 }
 
+/// The first good ticks, of a sum that is r alone: no number has a bit that nothing put there.
+static void test_at_rest_all_is_0_to_the_last_bit(void)
+{
+    const TRIBO(feedforward, state_t) *const s = &x.memory.state;
+    for (int enters = 0; enters < 2; enters++)
+    {
+        init(&x);
+        if (enters)
+        {
+            feedforward_enter(&x, 0.25, true);
+        }
+        for (int k = 0; k < 50; k++)
+        {
+            TEST_ASSERT_TRUE(feedforward_before(&x, 0.25, 0.25) == 0.0);
+            TEST_ASSERT_TRUE(feedforward_added(&x, 0.0) == 0.25);
+            feedforward_after(&x, 0.0, 0.25, false);
+            const feedforward_seen_t seen = feedforward_seen(&x);
+            TEST_ASSERT_TRUE(seen.f == 0.0 && seen.lead == 0.0 && seen.b == 0.0 && seen.sigma == 0.0);
+            TEST_ASSERT_TRUE(seen.lin == 0.25 && seen.reached == 0.25 && seen.z == 0.0 && seen.travel == 0.0);
+            TEST_ASSERT_TRUE(s->TRIBO_N(noise) == 0 && s->observer.TRIBO_N(noise) == 0 && s->hold.TRIBO_N(noise) == 0);
+            TEST_ASSERT_TRUE(s->TRIBO_N(behind)[0] == 0 && s->TRIBO_N(behind)[1] == 0 && s->hold.changed == 0);
+            TEST_ASSERT_TRUE(s->observer.TRIBO_N(force) == s->TRIBO_N(reached) && s->sign == 0 && s->limited == 0);
+            for (uint32_t j = 0; j <= TRIBO_FEEDFORWARD_STOPS; j++)
+            {
+                TEST_ASSERT_TRUE(s->learning.stop[j] == 0 && s->stop[j % TRIBO_FEEDFORWARD_STOPS] == 0);
+            }
+        }
+    }
+}
+
 static void test_a_reference_that_has_never_moved_is_not_held(void)
 {
     init(&x);
@@ -836,6 +883,17 @@ static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direct
     }
 }
 
+/// A load beyond breakaway leaves a twentieth of it in its direction.
+static void test_the_learned_breakaway_of_a_direction_is_never_nothing(void)
+{
+    init(&x);
+    feedforward_set_weight(&x, 0, 0.8);
+    x.memory.state.learned.TRIBO_N(constant) = FORCE(-0.15);
+    const double L                           = 0.8 * (L0 + L1 * 0.3);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.05 * L, feedforward_learned(&x, TRIBO_BREAKAWAY_POSITIVE, 0.3).L);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, L + 0.15, feedforward_learned(&x, TRIBO_BREAKAWAY_NEGATIVE, 0.3).L);
+}
+
 static void test_learned_breakaway_says_when_it_is_at_a_bound(void)
 {
     static const struct
@@ -913,6 +971,46 @@ static void test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on(void)
     }
 }
 
+/// Each number, in a tick that learns and in one that does not.
+static void test_a_flipped_bit_of_any_learned_number_is_forgotten(void)
+{
+    static feedforward_t                 sound;
+    plant_t                              plant   = {.positive = 1.0, .negative = 1.0};
+    TRIBO(feedforward_weights, t) *const learned = &x.memory.state.learned;
+    feedforward_number_t *const          first[] = {learned->weight,
+                                                    &learned->TRIBO_N(constant),
+                                                    &learned->slope,
+                                                    &learned->scale,
+                                                    learned->covariance,
+                                                    learned->variance,
+                                                    learned->use};
+    static const int                     count[] = {5, 1, 1, 1, 10, 4, 5};
+    init(&sound);
+    int k = 0;
+    for (; k < STOP || feedforward_seen(&sound).stage != 3u; k++)
+    {
+        (void)tick(&sound, &plant, triangle(k));
+    }
+    for (unsigned bit = 0; bit <= 20u; bit += 4u)
+    {
+        for (int group = 0; group <= 7; group++)
+        {
+            for (int i = 0; i < (group < 7 ? count[group] : 1); i++)
+            {
+                plant_t arm = plant;
+                feedforward_copy(&x, &sound);
+                feedforward_flip_bit(group < 7 ? (void *)&first[group][i] : (void *)&learned->doubt, bit);
+                for (int n = 0; n < 10; n++)
+                {
+                    TEST_ASSERT_TRUE(n >= 7 || feedforward_seen(&x).forgotten == 0u);
+                    (void)tick(&x, &arm, triangle(bit < 12u ? k + n : k));
+                }
+                TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).forgotten);
+            }
+        }
+    }
+}
+
 static void test_a_flipped_bit_of_the_offset_is_counted_and_u_goes_on(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};
@@ -946,15 +1044,15 @@ static void test_a_flipped_bit_of_a_sample_is_forgotten_with_what_it_taught(void
     }
     for (unsigned stage = 1; stage <= 9u; stage++) // that comes next
     {
-        for (uint32_t number = 0; number < FEEDFORWARD_SCRATCH; number++)
+        for (uint32_t i = 0; i < 6u * FEEDFORWARD_SCRATCH; i++)
         {
             plant_t arm        = plant;
             x                  = sound;
-            const bool matters = stage >= feedforward_break_sample(&x, number);
-            for (unsigned i = stage; i <= 9u; i++)
+            const bool matters = stage >= feedforward_break_sample(&x, i / 6u, 4u * (i % 6u));
+            for (unsigned next = stage; next <= 9u; next++)
             {
                 TEST_ASSERT_EQUAL_UINT32(0, feedforward_seen(&x).forgotten);
-                (void)tick(&x, &arm, triangle(k + (int)(i - stage)));
+                (void)tick(&x, &arm, triangle(k + (int)(next - stage)));
             }
             if (matters)
             {
@@ -1089,6 +1187,25 @@ static void test_new_params_take_the_sum_over(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, before.term, feedforward_added(&x, 0.1));
     TEST_ASSERT_EQUAL_UINT(TRIBO_FEEDFORWARD_MOVING, feedforward_seen(&x).mode);
     TEST_ASSERT_TRUE(feedforward_seen(&x).sigma == before.sigma);
+}
+
+/// What another method goes on from.
+static void test_a_hand_over_is_told_error_reading_and_term_of_the_last_tick(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; k < 1000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    TRIBO(force_loop, last_t) last = {.TRIBO_N(e) = FORCE(0.5)};
+    const double y                 = plant.y;
+    (void)tick(&x, &plant, triangle(1000));
+    TRIBO(feedforward, method_last)(&x.memory, &last);
+    const feedforward_seen_t seen = feedforward_seen(&x);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, seen.e, tribo_force_n(last.TRIBO_N(e), x.full_scale_n));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, y, tribo_force_n(last.TRIBO_N(y), x.full_scale_n));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, seen.term - seen.lead, tribo_force_n(last.TRIBO_N(term), x.full_scale_n));
 }
 
 static void test_friction_takes_the_share_of_a_guard(void)
@@ -1242,6 +1359,24 @@ static void test_in_a_hold_the_deadband_of_a_coarse_sensor_is_that_of_its_steps(
     TEST_ASSERT_DOUBLE_WITHIN(3e-5, 0.0, sum);
 }
 
+/// A reading that changes in each tick, by 2 mN to and fro: its mean second difference is 4 mN, of which 0.13 are not fed back.
+static void test_in_a_hold_the_deadband_of_noise_is_a_part_of_its_second_difference(void)
+{
+    init(&x);
+    double sum = 0.0;
+    for (int k = 0; k < 8000; k++)
+    {
+        const double reference = triangle(k < 3000 ? k : 3000);
+        const double y         = reference - 1e-3 + (k % 2 == 0 ? 1e-3 : -1e-3);
+        (void)feedforward_before(&x, reference, y);
+        (void)feedforward_added(&x, 0.0);
+        feedforward_after(&x, 0.0, reference, false);
+        sum += k < 6000 ? 0.0 : feedforward_seen(&x).e / 2000.0;
+    }
+    TEST_ASSERT_TRUE(feedforward_holds(&x));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1e-3 - 0.13 * 4e-3, sum);
+}
+
 /// The noise of a hold before a restart is no noise of the next one.
 static void test_a_hold_after_a_restart_has_no_deadband_of_the_last(void)
 {
@@ -1333,6 +1468,7 @@ int main(void)
     RUN_TEST(test_feedforward_after_a_reset_runs_the_same_bit_for_bit);
     RUN_TEST(test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it);
     RUN_TEST(test_a_restart_leaves_nothing_behind_but_what_was_learned);
+    RUN_TEST(test_a_first_motion_is_not_held_where_the_last_hold_was);
     RUN_TEST(test_a_hold_begins_with_nothing_counted);
     RUN_TEST(test_the_variance_of_a_direction_has_its_part_of_each_number);
     RUN_TEST(test_entering_adds_what_was_added_before);
@@ -1343,14 +1479,17 @@ int main(void)
     RUN_TEST(test_a_step_back_is_fed_forward_once_something_is_learned);
     RUN_TEST(test_nothing_is_learned_while_u_is_limited);
     RUN_TEST(test_learning_takes_the_caution_of_holds_back);
+    RUN_TEST(test_at_rest_all_is_0_to_the_last_bit);
     RUN_TEST(test_a_reference_that_has_never_moved_is_not_held);
     RUN_TEST(test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals);
     RUN_TEST(test_a_table_serves_as_a_prior_as_a_law_does);
     RUN_TEST(test_friction_between_reversals_is_what_is_known);
     RUN_TEST(test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction);
+    RUN_TEST(test_the_learned_breakaway_of_a_direction_is_never_nothing);
     RUN_TEST(test_learned_breakaway_says_when_it_is_at_a_bound);
     RUN_TEST(test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched);
     RUN_TEST(test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on);
+    RUN_TEST(test_a_flipped_bit_of_any_learned_number_is_forgotten);
     RUN_TEST(test_a_flipped_bit_of_the_offset_is_counted_and_u_goes_on);
     RUN_TEST(test_a_flipped_bit_of_a_sample_is_forgotten_with_what_it_taught);
     RUN_TEST(test_a_first_reversal_takes_a_lack_for_less_friction_and_more_for_a_load);
@@ -1358,6 +1497,7 @@ int main(void)
     RUN_TEST(test_a_method_that_is_entered_again_and_again_is_not_said_to_do_harm);
     RUN_TEST(test_a_bad_first_tick_waits);
     RUN_TEST(test_new_params_take_the_sum_over);
+    RUN_TEST(test_a_hand_over_is_told_error_reading_and_term_of_the_last_tick);
     RUN_TEST(test_friction_takes_the_share_of_a_guard);
     RUN_TEST(test_a_jump_leads_the_actuator);
     RUN_TEST(test_chatter_in_a_hold_adds_margin);
@@ -1366,6 +1506,7 @@ int main(void)
     RUN_TEST(test_noise_of_the_reference_widens_a_reversal);
     RUN_TEST(test_without_a_still_time_r_never_stands);
     RUN_TEST(test_in_a_hold_the_deadband_of_a_coarse_sensor_is_that_of_its_steps);
+    RUN_TEST(test_in_a_hold_the_deadband_of_noise_is_a_part_of_its_second_difference);
     RUN_TEST(test_a_hold_after_a_restart_has_no_deadband_of_the_last);
     RUN_TEST(test_friction_of_the_last_tick_is_that_of_the_weights_just_learned);
     RUN_TEST(test_the_ramp_of_a_jump_ends_in_a_tick_at_the_fastest);

@@ -1,5 +1,5 @@
-// The golden vectors of the feed-forward's double-precision model (tests/golden/feedforward.py), tick by tick, through the interface of
-// a method: r, y, v and u are given, so no loop is needed and an error does not feed back.
+// The golden vectors of the feed-forward's two double-precision models (tests/golden/feedforward.py, feedforward_again.py), tick by tick,
+// through the interface of a method: r, y, v and u are given, so no loop is needed and an error does not feed back.
 
 #include ARITH_HEADER
 #include "csv.h"
@@ -62,7 +62,9 @@ enum
     CHANGE,
     RESET,
     RESTORE,
-    CORRUPT
+    CORRUPT,
+    TO_OTHER,
+    CORRUPT_OFFSET
 };
 
 static const char *const names[COLUMN_COUNT] = {
@@ -70,11 +72,12 @@ static const char *const names[COLUMN_COUNT] = {
     "f",     "lead",  "b",     "term",  "sigma", "z",      "V0",    "V1",      "V2",      "V3",       "V4",
     "c0",    "c1",    "c2",    "doubt", "P4",    "lambda", "turns", "xi",      "share_m", "forgotten"};
 
-static TRIBO(force_loop, params_t) params;
-static TRIBO(feedforward, params_t) feedforward;
+static TRIBO(force_loop, params_t) params[2]; // those in use, and others to change to
+static TRIBO(feedforward, params_t) feedforward[2];
+static unsigned used;
 static TRIBO(feedforward, memory_t) memory;
 static TRIBO(force_loop, state_t) loop;
-static tribo_point_t table[TRIBO_BREAKAWAY_POINTS_MAX];
+static tribo_point_t table[2][TRIBO_BREAKAWAY_POINTS_MAX];
 static double        full_scale_n;
 
 void setUp(void)
@@ -110,12 +113,14 @@ static void happen(const double *c)
         TRIBO(force_loop_feedforward, attach)(&loop, &memory);
         break;
     case ENTER:
-        feedforward.method.enter(&memory, tribo_force_of_n(c[ENTRY], full_scale_n), true);
+        feedforward[used].method.enter(&memory, tribo_force_of_n(c[ENTRY], full_scale_n), true);
         break;
-    case CHANGE: {
-        TRIBO(force_loop, last_t) last;
-        feedforward.method.last(&memory, &last);
-        feedforward.method.enter(&memory, last.TRIBO_N(term), false);
+    case CHANGE:
+    case TO_OTHER: {
+        TRIBO(force_loop, last_t) last = {.TRIBO_N(term) = TRIBO_EITHER(0.0f, 0)};
+        feedforward[used].method.last(&memory, &last);
+        used = c[EVENT] == (double)TO_OTHER ? 1u - used : used;
+        feedforward[used].method.enter(&memory, last.TRIBO_N(term), false);
         break;
     }
     case RESET:
@@ -127,6 +132,9 @@ static void happen(const double *c)
     case CORRUPT:
         memory.state.learned.weight[0] = TRIBO_EITHER((float)c[ENTRY], (int32_t)ldexp(c[ENTRY], 29));
         break;
+    case CORRUPT_OFFSET:
+        memory.state.TRIBO_N(offset) = TRIBO_EITHER((float)c[ENTRY], (int32_t)ldexp(c[ENTRY] / full_scale_n, 29));
+        break;
     default:
         break;
     }
@@ -136,15 +144,15 @@ static void tick(const double *c, double *found)
 {
     TRIBO(force_loop, signals_t) signals = {.controller = {.limited = c[LIMITED] != 0.0}};
     happen(c);
-    const tribo_force_t e = feedforward.method.error(
-        &params,
+    const tribo_force_t e = feedforward[used].method.error(
+        &params[used],
         &memory,
         tribo_force_of_n(c[R], full_scale_n),
         tribo_force_of_n(c[Y], full_scale_n),
         c[SHARE] == 1.0 ? TRIBO_ALL : TRIBO_EITHER((float)c[SHARE], (uint32_t)ldexp(c[SHARE], 32)));
     const tribo_force_t v     = tribo_force_of_n(c[V], full_scale_n);
-    const tribo_force_t added = feedforward.method.term(&params, &memory, v);
-    feedforward.method.after(&params, &memory, v, tribo_force_of_n(c[U], full_scale_n), &signals);
+    const tribo_force_t added = feedforward[used].method.term(&params[used], &memory, v);
+    feedforward[used].method.after(&params[used], &memory, v, tribo_force_of_n(c[U], full_scale_n), &signals);
     const TRIBO(feedforward, signals_t) *seen = &memory.signals;
     const TRIBO(feedforward, state_t) *state  = &memory.state;
     found[E]                                  = force((double)e);
@@ -202,18 +210,24 @@ static double tolerance(int column, double most_n)
     }
 }
 
-static void check(const char                           *name,
-                  const tribo_force_loop_f32_config_t  *config,
-                  const tribo_feedforward_f32_config_t *own,
-                  double                                scale_n,
-                  double                                most_n)
+static void make(unsigned                              which,
+                 const tribo_force_loop_f32_config_t  *config,
+                 const tribo_feedforward_f32_config_t *own,
+                 double                                scale_n)
+{
+    used         = which;
+    full_scale_n = scale_n;
+    TEST_ASSERT_EQUAL_INT(
+        TRIBO_OK,
+        tribo_init_feedforward(&params[which], table[which], &feedforward[which], config, own, (float)scale_n));
+}
+
+/// With the params that were made last.
+static void play(const char *name, double most_n)
 {
     csv_t  csv;
     double worst[COLUMN_COUNT] = {0.0};
-    full_scale_n               = scale_n;
     memset(&memory, 0, sizeof memory);
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK,
-                          tribo_init_feedforward(&params, table, &feedforward, config, own, (float)full_scale_n));
     TRIBO(feedforward, reset)(&memory.state);
     TRIBO(force_loop, reset)(&loop);
     TRIBO(force_loop_feedforward, attach)(&loop, &memory);
@@ -238,6 +252,16 @@ static void check(const char                           *name,
     {
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance(i, most_n), 0.0, worst[i], names[i]);
     }
+}
+
+static void check(const char                           *name,
+                  const tribo_force_loop_f32_config_t  *config,
+                  const tribo_feedforward_f32_config_t *own,
+                  double                                scale_n,
+                  double                                most_n)
+{
+    make(0, config, own, scale_n);
+    play(name, most_n);
 }
 
 static void check_paper(const char *name, double sample_time_s)
@@ -312,6 +336,71 @@ static void test_feedforward_of_another_rig_does_as_its_model(void)
     check("feedforward_rig.csv", &config, &own, 512.0, 5e-4);
 }
 
+static tribo_force_loop_f32_config_t paper_at(double sample_time_s, double input_max_n, float offset_n, float slope)
+{
+    tribo_force_loop_f32_config_t config          = tribo_force_loop_f32_paper();
+    config.sample_time_s                          = (float)sample_time_s;
+    config.input_max_n                            = (float)input_max_n;
+    config.compensator.friction.positive.offset_n = offset_n;
+    config.compensator.friction.positive.slope    = slope;
+    config.compensator.friction.negative.offset_n = offset_n;
+    config.compensator.friction.negative.slope    = slope;
+    return config;
+}
+
+static void test_feedforward_at_far_rates_does_as_its_second_model(void)
+{
+    tribo_force_loop_f32_config_t config      = paper_at(0.01, 2.0, 0.007f, 0.3f);
+    config.compensator.friction.pulse_width_s = 0.01f; // not read
+    tribo_feedforward_f32_config_t own        = tribo_feedforward_f32_default();
+    own.jump_time_s                           = 0.004f;
+    own.jump_lead                             = 1.0f;
+    own.trust                                 = 0.2f;
+    own.still_time_s                          = 0.0f;
+    check("feedforward_again_coarse.csv", &config, &own, 4.0, 3e-5);
+    check_paper("feedforward_again_fine.csv", 2e-4);
+}
+
+static void test_feedforward_holds_as_its_second_model(void)
+{
+    check_paper("feedforward_again_hold.csv", 4e-3);
+}
+
+static void test_feedforward_believes_as_its_second_model(void)
+{
+    const tribo_force_loop_f32_config_t config = paper_at(4e-3, 0.5, 0.06f, 0.5f);
+    const tribo_force_loop_f32_config_t low    = paper_at(4e-3, 0.5, 0.001f, 0.02f);
+    tribo_feedforward_f32_config_t      own    = tribo_feedforward_f32_default();
+    own.presliding_n                           = 0.01f;
+    make(1, &low, &own, 4.0);
+    own.presliding_n     = 0.0f;
+    own.forgetting_per_n = 2.0f;
+    check("feedforward_again_belief.csv", &config, &own, 4.0, 3e-5);
+}
+
+static void test_feedforward_changes_params_as_its_second_model(void)
+{
+    tribo_force_loop_f32_config_t        config  = tribo_force_loop_f32_paper();
+    const tribo_feedforward_f32_config_t own     = tribo_feedforward_f32_default();
+    tribo_force_loop_f32_config_t        other   = config;
+    const tribo_feedforward_f32_config_t others  = {.actuator_pole_rad_per_s = 150.0f,
+                                                    .sensor_pole_rad_per_s   = 80.0f,
+                                                    .reversal_n              = 1e-3f,
+                                                    .presliding_n            = 0.03f,
+                                                    .jump_time_s             = 0.03f,
+                                                    .jump_lead               = 0.3f,
+                                                    .trust                   = 0.8f,
+                                                    .forgetting_per_n        = 0.5f,
+                                                    .still_time_s            = 0.1f};
+    other.compensator.friction.positive.offset_n = 0.01f;
+    other.compensator.friction.positive.slope    = 0.25f;
+    other.compensator.friction.negative.offset_n = 0.005f;
+    other.compensator.friction.negative.slope    = 0.35f;
+    other.compensator.friction.gravity_n         = 0.004f;
+    make(1, &other, &others, 4.0);
+    check("feedforward_again_retune.csv", &config, &own, 4.0, 3e-5);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -323,5 +412,9 @@ int main(void)
     RUN_TEST(test_feedforward_takes_limits_and_bad_inputs_as_its_model);
     RUN_TEST(test_feedforward_is_handed_over_as_its_model);
     RUN_TEST(test_feedforward_of_another_rig_does_as_its_model);
+    RUN_TEST(test_feedforward_at_far_rates_does_as_its_second_model);
+    RUN_TEST(test_feedforward_holds_as_its_second_model);
+    RUN_TEST(test_feedforward_believes_as_its_second_model);
+    RUN_TEST(test_feedforward_changes_params_as_its_second_model);
     return UNITY_END();
 }

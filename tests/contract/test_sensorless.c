@@ -125,6 +125,20 @@ static void test_directions_and_gravity_of_the_model_are_in_u(void)
     TEST_ASSERT_DOUBLE_WITHIN(CLOSE, triangle(1900) + 0.1 * TAU + load + 0.9 * L, up);
 }
 
+/// 508 ticks, of which r at 0.1 N/s asks for 51 mN.
+static void test_a_lag_of_many_ticks_leads_as_it_should(void)
+{
+    method.actuator_pole_rad_per_s = 2.0f;
+    method.reversal_n              = 0.5e-3f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&x));
+    double u = 0.0;
+    for (int k = 0; k <= 9000; k++)
+    {
+        u = tick(-0.4 + 1e-4 * k); // the rate has a filter of 406 ticks
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.5 + 0.1 * (0.5 + 0.0288 / 3.84) + 0.9 * (L0 + L1 * 0.5), u);
+}
+
 static void test_friction_changes_its_sign_within_the_jump_time_and_its_lead_is_that_of_the_jump(void)
 {
     double sum  = 0.0;
@@ -355,7 +369,8 @@ static void test_other_params_of_the_method_do_not_bump_u(void)
     }
     for (int k = 1000; k < 1900; k++)
     {
-        const double u = step(&x, &other.params, triangle(k), 0.0);
+        // To and fro while b still falls.
+        const double u = step(&x, k == 1010 || k == 1020 ? &x.params : &other.params, triangle(k), 0.0);
         TEST_ASSERT_DOUBLE_WITHIN(8e-4,
                                   before,
                                   u); // 0.1 mN of r, and the way to less friction in a quarter of a second
@@ -389,6 +404,19 @@ static void test_a_bad_first_reference_waits_and_a_later_one_is_the_last(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, step(&x, &x.params, (double)NAN, 0.0));
 #endif
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, tick(triangle(1500)));
+}
+
+/// What is to be added for u to go on, until a good reference comes.
+static void test_entered_beside_a_bad_reference_it_adds_what_was_added(void)
+{
+    const double unit = TRIBO_EITHER(1.0, FULL_SCALE_N / 2147483648.0);
+    TRIBO(sensorless, method_enter)(&x.memory, to_force(0.0625), true);
+    for (int k = 0; k < 3; k++)
+    {
+        TEST_ASSERT_TRUE(TRIBO(sensorless, method_error)(&x.params, &x.memory, to_force(3.0), 0, TRIBO_ALL) == 0);
+        TEST_ASSERT_TRUE((double)TRIBO(sensorless, method_term)(&x.params, &x.memory, 0) * unit == 0.0625);
+        TEST_ASSERT_TRUE(TRIBO(sensorless, method_friction)(&x.memory) == 0);
+    }
 }
 
 /// As it would with the sensor: on the controller's state.
@@ -605,6 +633,25 @@ static void test_the_force_is_that_of_an_arm_that_sticks_within_its_breakaway(vo
     TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.2 + L0) / (1.0 - L1), at.F);
 }
 
+/// Four fixed-point steps a tick, each of which leaves L1 times the error.
+static void test_an_estimate_that_slides_takes_four_steps_a_tick(void)
+{
+    memset(&estimate, 0, sizeof estimate);
+    (void)estimated(0.5, 0.0);
+    double u = 0.5;
+    double F = estimated(0.5, 0.0).F;
+    for (int k = 0; k < 100; k++)
+    {
+        const double before = F;
+        u += (H / (TAU + H)) * (1.9 - u);
+        for (int i = 0; i < 4; i++)
+        {
+            F = fmax(before, u - (L0 + L1 * F));
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(CLOSE, F, estimated(1.9, 0.0).F);
+    }
+}
+
 /// The first tick knows nothing but u, and has its band at once.
 static void test_an_estimate_starts_at_u(void)
 {
@@ -679,7 +726,7 @@ static void test_an_estimate_takes_nothing_that_is_not_credible_and_heals(void)
 #if !TRIBO_IS_Q31
     (void)estimated((double)NAN, 0.1);
     (void)estimated(0.8, (double)NAN);
-    (void)estimated(0.8, 1.5);
+    (void)estimated(0.8, 1.05);
 #endif
     (void)estimated(2.5, 0.1);
     TEST_ASSERT_EQUAL_MEMORY(&before, &estimate, sizeof before);
@@ -706,6 +753,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_it_adds_the_believed_part_of_breakaway_against_the_motion_of_r);
     RUN_TEST(test_directions_and_gravity_of_the_model_are_in_u);
+    RUN_TEST(test_a_lag_of_many_ticks_leads_as_it_should);
     RUN_TEST(test_friction_changes_its_sign_within_the_jump_time_and_its_lead_is_that_of_the_jump);
     RUN_TEST(test_neither_y_nor_the_controller_has_a_part_in_u);
     RUN_TEST(test_mirrored_references_give_mirrored_bits);
@@ -719,6 +767,7 @@ int main(void)
     RUN_TEST(test_u_goes_on_where_a_sensor_fails_or_comes_back);
     RUN_TEST(test_other_params_of_the_method_do_not_bump_u);
     RUN_TEST(test_a_bad_first_reference_waits_and_a_later_one_is_the_last);
+    RUN_TEST(test_entered_beside_a_bad_reference_it_adds_what_was_added);
     RUN_TEST(test_u_goes_on_where_a_sensor_fails_with_a_bad_reading);
     RUN_TEST(test_a_guard_and_a_log_see_the_friction_of_the_last_tick);
     RUN_TEST(test_a_corrupt_mode_starts_again);
@@ -729,6 +778,7 @@ int main(void)
 #endif
     RUN_TEST(test_set_up_refuses_a_belief_out_of_range);
     RUN_TEST(test_the_force_is_that_of_an_arm_that_sticks_within_its_breakaway);
+    RUN_TEST(test_an_estimate_that_slides_takes_four_steps_a_tick);
     RUN_TEST(test_an_estimate_starts_at_u);
     RUN_TEST(test_each_direction_of_the_estimate_has_its_breakaway_and_gravity_moves_both);
     RUN_TEST(test_a_restart_leaves_nothing_behind);

@@ -212,8 +212,8 @@ class Feedforward:
             self.a = self.rs
             if not (self.mode == HOLD and step):
                 self.q_still = 0
-        else:
-            self.q_still = min(self.q_still + 1, still)
+        elif self.q_still < still:
+            self.q_still += 1
         stands = rig.still_time > 0 and self.q_still >= still and s != 0
         if flips and not stands:
             self.turn()
@@ -235,8 +235,9 @@ class Feedforward:
                 sigma = self.sigma + clamp(s - self.sigma, -most, most)
                 self.lead = rig.lead / (rig.actuator_pole * h) * self.rise(sigma - self.sigma)
                 self.sigma = sigma
-                if flips and rule == KEEP:
-                    rule = REVERSAL
+                if flips:
+                    rule = REVERSAL if rule == KEEP else rule
+                    self.n_b = min(self.n_b + 1, 4) if self.V[0] <= 0.2 or self.V[0] >= 3 or self.n_b == 4 else 0
             self.f = self.friction(self.sigma)[0]
             if s != 0:
                 self.mode = MOVING
@@ -293,12 +294,13 @@ class Feedforward:
             side = sign(n)
         if sign(n) != self.side:
             self.exceeds(abs(n), B_h)
-        self.since = min(self.since + 1, close)
         if side != self.side:
             self.quick = min(self.quick + 1, 4) if self.since < close else 0
             if self.quick == 4:
                 self.lam += 0.1 * (1 - self.lam)
             self.since = 0
+        else:
+            self.since = min(self.since + 1, close)
         self.F_h, self.side = self.u - f_h, side
         self.f = 0.94 * f_h
         self.sigma = 0.0
@@ -322,8 +324,7 @@ class Feedforward:
         if self.flips:
             self.judge(v, v + self.before, self.first)
         if self.rule == REVERSAL:
-            self.b = v
-            self.n_b = min(self.n_b + 1, 4) if self.V[0] <= 0.2 or self.V[0] >= 3 or self.n_b == 4 else 0
+            self.b = v + self.s * clamp(self.s * (self.b - v) - self.w, 0, abs(self.load()) / 4)
         elif self.rule == CONTINUE:
             self.b = v + self.lin + self.f - self.u
         elif self.rule == TAKE_OVER:

@@ -46,7 +46,8 @@ static learned_t run(double times, float gain, bool creeps, const char *log)
     if (!creeps)
     {
         sim_plant_destroy(rig.plant);
-        rig.plant = sim_plant_create(&rig.plant_config, &sim_coulomb_truth);
+        rig.plant_config.truth.own = sim_scenario_config(rig.scenario)->plant.own[SIM_TRUTH_coulomb];
+        rig.plant                  = sim_plant_create(&rig.plant_config, &sim_coulomb_truth);
         TEST_ASSERT_NOT_NULL(rig.plant);
     }
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, learn_init(&learn, belief));

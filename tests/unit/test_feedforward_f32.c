@@ -108,6 +108,12 @@ static void test_a_slow_tick_lengthens_times(void)
     config.still_time_s = 1e-3f;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, 0.02f));
     TEST_ASSERT_EQUAL_UINT32(1, params.still_ticks);
+    config.still_time_s = 2.46e-3f; // to the nearest
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
+    TEST_ASSERT_EQUAL_UINT32(2, params.still_ticks);
+    config.still_time_s = 2.54e-3f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
+    TEST_ASSERT_EQUAL_UINT32(3, params.still_ticks);
 }
 
 static void check(float *field, float value, tribo_status_t status)
@@ -139,6 +145,11 @@ static void test_feedforward_init_names_the_field(void)
     check(&config.reversal_n, 0.9e-9f, TRIBO_ERR_REVERSAL_WIDTH);
     check(&config.presliding_n, NAN, TRIBO_ERR_PRESLIDING);
     check(&config.presliding_n, 0.9e-9f, TRIBO_ERR_PRESLIDING);
+    config.reversal_n   = 1e-9f;
+    config.presliding_n = 1e-9f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
+    config = tribo_feedforward_f32_default();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
     check(&config.jump_time_s, NAN, TRIBO_ERR_JUMP_TIME);
     check(&config.jump_lead, 1.1f, TRIBO_ERR_JUMP_LEAD);
     check(&config.trust, -0.1f, TRIBO_ERR_TRUST);
@@ -208,6 +219,21 @@ static void test_a_state_that_is_no_number_is_forgotten_or_heals(void)
     }
 }
 
+/// A first tick that finds its memory corrupt adds nothing of the run before.
+static void test_what_is_forgotten_as_it_starts_adds_nothing(void)
+{
+    tribo_force_loop_f32_config_t         loop_config = tribo_force_loop_f32_paper();
+    static tribo_force_loop_f32_params_t  loop;
+    static tribo_feedforward_f32_memory_t memory;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
+    tribo_feedforward_f32_reset(&memory.state);
+    memory.state.term_n             = 0.5f;
+    memory.state.learned.constant_n = NAN;
+    (void)tribo_feedforward_f32_method_error(&loop, &memory, 0.3f, 0.3f, 1.0f);
+    TEST_ASSERT_EQUAL_UINT32(1, memory.state.forgotten);
+    TEST_ASSERT_SAME_FLOAT(0.0f, tribo_feedforward_f32_method_term(&loop, &memory, 0.0f));
+}
+
 /// A difference that is no number: the observer starts again at the reading of this tick.
 static void test_an_observer_that_is_lost_starts_again_at_y(void)
 {
@@ -262,6 +288,11 @@ static void test_a_tuned_guard_follows_breakaway_lag_and_noise(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.4f, tribo_guard_f32_tuned(&rig).quick_time_s);
     rig.sample_time_s = 1.0e-6f;
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.1f, tribo_guard_f32_tuned(&rig).quick_time_s);
+    rig.input_max_n = 4.0f; // breakaway at 1 N: 0.307 N
+    rig.noise_n     = 0.0f;
+    tuned           = tribo_guard_f32_tuned(&rig);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.307f / 3.14f, tuned.turn_n);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.307f / 15.7f, tuned.stray_n);
 }
 
 int main(void)
@@ -274,6 +305,7 @@ int main(void)
     RUN_TEST(test_a_bad_entry_counts_as_0);
     RUN_TEST(test_what_was_learned_at_a_bad_force_is_that_at_0);
     RUN_TEST(test_a_state_that_is_no_number_is_forgotten_or_heals);
+    RUN_TEST(test_what_is_forgotten_as_it_starts_adds_nothing);
     RUN_TEST(test_an_observer_that_is_lost_starts_again_at_y);
     RUN_TEST(test_a_tuned_config_has_the_derived_numbers);
     RUN_TEST(test_a_tuned_guard_follows_breakaway_lag_and_noise);

@@ -200,6 +200,8 @@ static void test_products_round_towards_zero_and_saturate(void)
     TEST_ASSERT_EQUAL_INT32(-1, bank_q31_times(-3, 1, 1, INT32_MAX));
     TEST_ASSERT_EQUAL_INT32(-7, bank_q31_times(INT32_MIN, UINT32_MAX, 0, 7));
     TEST_ASSERT_EQUAL_INT32(-INT32_MAX, bank_q31_times(INT32_MIN, UINT32_MAX, 1, INT32_MAX));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX - 3, bank_q31_outside(INT32_MAX));
+    TEST_ASSERT_EQUAL_INT32(3 - INT32_MAX, bank_q31_outside(INT32_MIN));
 }
 
 static void test_the_last_bits_of_inputs_mirror_too(void)
@@ -229,6 +231,8 @@ static void test_a_soft_heavily_damped_arm_is_refused(void)
     loop_config.compensator.arm.damping   = 3.3f; // b/(K h) is 33,000
     loop_config.compensator.arm.stiffness = 0.1f;
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_DAMPING, init(2.0f, FS));
+    loop_config.compensator.arm.damping = 3.2f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, FS));
 }
 
 static void test_the_width_of_a_step_ends_where_the_rate_does(void)
@@ -243,6 +247,7 @@ static void test_sums_of_weights_and_samples_saturate(void)
     tribo_feedforward_weights_q31_t        learned = {.use = {0}};
     tribo_feedforward_learning_q31_state_t sample  = {.sample = UINT32_C(1) << 30, .weighing = 1u << 20};
     const int32_t                          most = bank_q31_friction(&params, &learned, 1u << 20, INT64_C(1) << 61, 0);
+    TEST_ASSERT_GREATER_THAN_INT32(0, most);
     TEST_ASSERT_EQUAL_INT32(most, bank_q31_friction(&params, &learned, 1u << 20, INT64_C(1) << 62, 0));
     TEST_ASSERT_EQUAL_INT32(-most, bank_q31_friction(&params, &learned, 1u << 20, -(INT64_C(1) << 62), 0));
     for (uint32_t i = 0; i < 4u + TRIBO_FEEDFORWARD_STOPS; i++)

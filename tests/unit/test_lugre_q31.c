@@ -103,6 +103,47 @@ static void test_soft_bristles_too(void)
     TEST_ASSERT_TRUE(largest < 5e-7);
 }
 
+/// Bristles, momentum and net force at their largest, where sums need more than 32 bits: from any state as the f32 module.
+static void test_far_stretched_bristles_too(void)
+{
+    static const float stiffness[] = {1.0f, 30.0f, 1.0e3f, 1.0e5f, 1.0e8f};
+
+    random_t random       = {17};
+    int      beyond       = 0; // stretches that do not fit
+    int      free         = 0; // not at L
+    law.positive.offset_n = 1.9f;
+    law.negative.offset_n = 1.9f;
+    arm_config.inertia *= 100.0f; // keeps its momentum
+    for (int i = 0; i < 5; i++)
+    {
+        config.stiffness = stiffness[i];
+        config.damping   = 0.0f;
+        init_at(H);
+        for (int k = 0; k < 5000; k++)
+        {
+            const float u     = (float)random_between(&random, -1.9, 1.9);
+            state.bristle     = q31(random_between(&random, -1.9, 1.9));
+            state.drive       = q31(random_between(&random, -1.9, 1.9));
+            state_f32         = (tribo_lugre_f32_state_t){.bristle_n = (float)newton(state.bristle),
+                                                          .drive_n   = (float)newton(state.drive)};
+            const double most = (double)u + (double)params_f32.gamma_g * newton(state.drive) - newton(state.bristle);
+            const double f = (double)tribo_lugre_f32_step(&params_f32, &friction_f32, &state_f32, u, 0.0f, &seen_f32);
+            const double g = newton(tribo_lugre_q31_step(&params, &friction, &state, q31((double)u), 0, &seen));
+            TEST_ASSERT_DOUBLE_WITHIN(5e-6, f, g);
+            if (fabs((double)state_f32.drive_n) < 1.99)
+            {
+                TEST_ASSERT_DOUBLE_WITHIN(5e-6, (double)state_f32.drive_n, newton(state.drive));
+                // Of the stiffest, c r has 8,000 times the rounding of r in f32.
+                TEST_ASSERT_DOUBLE_WITHIN(i < 4 ? 5e-6 : 2e-4, (double)state_f32.bristle_n, newton(state.bristle));
+            }
+            beyond += fabs(most) > 4.0;
+            free += fabs(f) < 1.8;
+        }
+    }
+    printf("%d stretches beyond 32 bits, %d not at L\n", beyond, free);
+    TEST_ASSERT_TRUE(beyond > 100 && free > 1000);
+}
+
 static void test_directions_of_their_own_too(void)
 {
     law.negative = (tribo_breakaway_f32_t){.offset_n = 0.02f, .slope = 0.5f};
@@ -246,6 +287,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_it_does_what_the_f32_module_does);
     RUN_TEST(test_soft_bristles_too);
+    RUN_TEST(test_far_stretched_bristles_too);
     RUN_TEST(test_directions_of_their_own_too);
     RUN_TEST(test_breakaway_beyond_full_scale_is_full_scale);
     RUN_TEST(test_any_input_and_any_accepted_params_keep_friction_and_bristles_within_breakaway);

@@ -60,7 +60,7 @@ typedef enum
 typedef enum
 {
     TRIBO_FEEDFORWARD_KEEP = 0,
-    TRIBO_FEEDFORWARD_REVERSAL, ///< b = v
+    TRIBO_FEEDFORWARD_REVERSAL, ///< b = v, but for a part of the load
     TRIBO_FEEDFORWARD_CONTINUE, ///< u of the last tick goes on
     TRIBO_FEEDFORWARD_TAKE_OVER ///< the term of the last tick goes on
 } tribo_feedforward_offset_t;

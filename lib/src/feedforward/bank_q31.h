@@ -114,7 +114,7 @@ static inline uint32_t bank_q31_noise(const tribo_feedforward_q31_params_t *para
                                       int32_t                               last[2])
 {
     const uint32_t second = bank_q31_second(now, last);
-    const uint32_t most = mean < BANK_Q31_NOISE_MAX >> 3 ? (uint32_t)FEEDFORWARD_NOISE_PEAK * mean + params->noise_floor
+    const uint32_t most = mean < BANK_Q31_NOISE_MAX >> 2 ? (uint32_t)FEEDFORWARD_NOISE_PEAK * mean + params->noise_floor
                                                          : BANK_Q31_NOISE_MAX;
     last[1]             = last[0];
     last[0]             = now;

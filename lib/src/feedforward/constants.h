@@ -22,6 +22,7 @@
 #define FEEDFORWARD_RATE_TICKS  2.0f    // but at least so many samples
 #define FEEDFORWARD_F_MAX       4.0f    // f of G
 #define FEEDFORWARD_OFFSET_MAX  4.0f    // |b| of input_max
+#define FEEDFORWARD_KEPT        0.25f   // of the learned load: b keeps at most as much at a reversal
 #define FEEDFORWARD_DOUBTFUL    0.5f    // more doubt: the controller alone takes a step
 #define FEEDFORWARD_FORCE_MAX_N 1.0e9f  // a sum beyond: the state is corrupt
 

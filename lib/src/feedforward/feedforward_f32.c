@@ -66,11 +66,11 @@ static tribo_status_t check(const tribo_feedforward_f32_config_t *config, float 
     {
         return TRIBO_ERR_SAMPLE_TIME;
     }
-    if (!within(config->actuator_pole_rad_per_s * h, 1.0e-9f, 50.0f))
+    if (!(config->actuator_pole_rad_per_s * h <= 50.0f)) // from 1e-9, by the ranges of both
     {
         return TRIBO_ERR_ACTUATOR_POLE;
     }
-    if (!within(config->sensor_pole_rad_per_s * h, 1.0e-9f, 50.0f))
+    if (!(config->sensor_pole_rad_per_s * h <= 50.0f)) // from 1e-9, by the ranges of both
     {
         return TRIBO_ERR_SENSOR_POLE;
     }
@@ -139,7 +139,7 @@ static void set_learning(tribo_feedforward_f32_params_t       *made,
     made->constant_max_n   = B;
     made->effort_part      = first_order_f32_lag(FEEDFORWARD_EFFORT_TIME, sample_s);
     made->effort_half_n    = 0.5f * FEEDFORWARD_EFFORT_WIDTH * B;
-    made->fade             = limit_f32(sample_s / FEEDFORWARD_FADE_TIME, 0.0f, 1.0f);
+    made->fade             = sample_s / FEEDFORWARD_FADE_TIME; // up to 0.5
 }
 
 tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *params,

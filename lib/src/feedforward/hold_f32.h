@@ -13,17 +13,12 @@
 #include "bank_f32.h"
 #include "constants.h"
 
-static inline void hold_f32_start(tribo_feedforward_hold_f32_state_t *hold, float at, float y)
+static inline void hold_f32_start(tribo_feedforward_hold_f32_state_t *hold, float at)
 {
     hold->anchor_n = at;
-    hold->force_n  = y;
-    hold->error_n  = 0.0f;
     hold->noise_n  = 0.0f;
     hold->changed  = 0.0f;
     hold->still    = 0;
-    hold->since    = 0;
-    hold->side     = 0;
-    hold->quick    = 0;
 }
 
 /// True if r stands: rs has stayed within +-half of one value for the still time. In a hold its step counts as standing.
@@ -88,8 +83,9 @@ static inline float hold_f32_step(const tribo_feedforward_f32_params_t *params,
 {
     tribo_feedforward_hold_f32_state_t *const hold = &state->hold;
 
-    const float  f     = bound_f32(state->u_n - hold->force_n, B);
-    const float  force = state->u_n - f;
+    const float  net   = state->u_n - hold->force_n;
+    const float  f     = bound_f32(net, B);
+    const float  force = f == net ? hold->force_n : state->u_n - f; // u - (u - F_h) rounds: not a move
     const int8_t side  = (int8_t)(force != hold->force_n ? bank_f32_sign(force - hold->force_n) : hold->side);
     hold_f32_watch(params, hold, side != hold->side);
     hold->force_n = force;

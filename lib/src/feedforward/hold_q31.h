@@ -10,17 +10,12 @@
 #include "bank_q31.h"
 #include "constants.h"
 
-static inline void hold_q31_start(tribo_feedforward_hold_q31_state_t *hold, int32_t at, int32_t y)
+static inline void hold_q31_start(tribo_feedforward_hold_q31_state_t *hold, int32_t at)
 {
     hold->anchor  = at;
-    hold->force   = y;
-    hold->error   = 0;
     hold->noise   = 0;
     hold->changed = 0;
     hold->still   = 0;
-    hold->since   = 0;
-    hold->side    = 0;
-    hold->quick   = 0;
 }
 
 static inline bool hold_q31_stands(const tribo_feedforward_q31_params_t *params,

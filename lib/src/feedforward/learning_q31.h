@@ -2,7 +2,7 @@
 //
 //     quantity                              format    range           bounded by
 //     Psi; k                                Q29       +-2; +-2        stops are within +-1; limited
-//     V; S; W                               Q29       +-3, +-5        limited
+//     V; S; W                               Q29       +-3; +-2; +-4   limited
 //     (z - load)/L, sum of V Psi, epsilon, l Q26      +-32            limited
 //     M, P                                  Q30       +-1             limited
 //     q = M k                               Q27       +-6.4           |M| <= 1
@@ -127,9 +127,7 @@ static inline void learning_q31_start(tribo_feedforward_learning_q31_state_t *x,
     x->hunts     = false;
     x->since     = 0;
     x->travelled = y;
-    x->friction  = 0;
     x->load      = 0;
-    x->sample    = 0;
 }
 
 /// 2^63/(L 2^shift): L of Q29 without its leading zeros.
@@ -435,7 +433,8 @@ static inline void learning_q31_use(const tribo_feedforward_q31_params_t *params
         W[j]            = difference_q31(S, last);
         last            = S;
     }
-    W[0] = difference_q31(V[0], last);
+    uint32_t ignored = 0;
+    W[0]             = tribo_q31_subtract(V[0], last, &ignored); // V_0 up to 3, S_1 down to -2
     learned->travel += x->sample;
     learned->doubt = tribo_q31_high(learned->doubt, learning_q31_left(x->sample, params->doubt_per_unit, 8));
 

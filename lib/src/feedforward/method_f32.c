@@ -24,13 +24,11 @@ static void start(tribo_feedforward_f32_state_t *state, float r, float y)
         state->offset_n = bank_f32_load(&state->learned, at);
         state->term_n   = 0.0f;
     }
-    state->e_n = 0.0f;
-    state->u_n = y;
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
     {
         state->stop[j] = 0.0f;
     }
-    hold_f32_start(&state->hold, at, y);
+    hold_f32_start(&state->hold, at); // the rest as one begins
     observer_f32_start(&state->observer, y);
     learning_f32_start(&state->learning, y);
     monitor_f32_start(&state->monitor);
@@ -246,6 +244,18 @@ float tribo_feedforward_f32_method_friction(const void *memory)
     return state_f32_runs(state) ? state->f_n : 0.0f;
 }
 
+/// b at a reversal at `rs`: v, wound up during stiction. Where v made up for a load, and would push F beyond the reversal, b keeps that.
+static float reversed(const tribo_feedforward_f32_params_t *params,
+                      const tribo_feedforward_f32_state_t  *state,
+                      float                                 rs,
+                      float                                 v)
+{
+    const float s    = (float)state->sign;
+    const float load = magnitude(bank_f32_load(&state->learned, rs));
+    const float kept = limit_f32(s * (state->offset_n - v) - params->reversal_n, 0.0f, FEEDFORWARD_KEPT * load);
+    return v + s * kept;
+}
+
 // Step 9, before u is limited.
 float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loop, void *memory, float v_n)
 {
@@ -266,7 +276,7 @@ float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loo
     switch (state->offset_rule)
     {
     case TRIBO_FEEDFORWARD_REVERSAL:
-        b = v_n; // wound up during stiction
+        b = reversed(params, state, signals->reached_n, v_n);
         break;
     case TRIBO_FEEDFORWARD_CONTINUE:
         b = v_n + wanted - state->u_n;
@@ -345,6 +355,10 @@ void tribo_feedforward_f32_method_enter(void *memory, float term_n, bool anew)
 {
     tribo_feedforward_f32_state_t *const state = &((tribo_feedforward_f32_memory_t *)memory)->state;
 
+    if (state->mode == TRIBO_FEEDFORWARD_RESTART && !anew)
+    {
+        return; // still at rest
+    }
     const bool goes_on = state_f32_runs(state) && !anew;
     state->mode        = goes_on ? state->mode : TRIBO_FEEDFORWARD_ENTER;
     state->offset_rule = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;

@@ -23,13 +23,11 @@ static void start(tribo_feedforward_q31_state_t *state, int32_t r, int32_t y)
         state->offset = bank_q31_load(&state->learned, at);
         state->term   = 0;
     }
-    state->e = 0;
-    state->u = y;
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
     {
         state->stop[j] = 0;
     }
-    hold_q31_start(&state->hold, at, y);
+    hold_q31_start(&state->hold, at); // the rest as one begins
     observer_q31_start(&state->observer, y);
     learning_q31_start(&state->learning, y);
     monitor_q31_start(&state->monitor);
@@ -240,6 +238,19 @@ int32_t tribo_feedforward_q31_method_friction(const void *memory)
     return state_q31_runs(state) ? bank_q31_outside(state->f) : 0;
 }
 
+/// b at a reversal at `rs`: v, wound up during stiction. Where v made up for a load, and would push F beyond the reversal, b keeps that.
+static int32_t reversed(const tribo_feedforward_q31_params_t *params,
+                        const tribo_feedforward_q31_state_t  *state,
+                        int32_t                               rs,
+                        int32_t                               v)
+{
+    const int32_t  beyond = state->sign > 0 ? difference_q31(state->offset, v) : difference_q31(v, state->offset);
+    const uint32_t load   = tribo_q31_magnitude(bank_q31_load(&state->learned, rs));
+    const uint32_t most   = tribo_q31_high(load, BANK_Q31_Q32(FEEDFORWARD_KEPT));
+    const int32_t  kept   = limit_q31(difference_q31(beyond, (int32_t)params->reversal), 0, (int32_t)most);
+    return v + state->sign * kept;
+}
+
 // Step 9, before u is limited.
 int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v)
 {
@@ -261,7 +272,7 @@ int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *l
     switch (state->offset_rule)
     {
     case TRIBO_FEEDFORWARD_REVERSAL:
-        b = bank_q31_inside(v); // wound up during stiction
+        b = reversed(params, state, signals->reached, bank_q31_inside(v));
         break;
     case TRIBO_FEEDFORWARD_CONTINUE:
         b = bank_q31_inside(v) + wanted - state->u;
@@ -345,6 +356,10 @@ void tribo_feedforward_q31_method_enter(void *memory, int32_t term, bool anew)
 {
     tribo_feedforward_q31_state_t *const state = &((tribo_feedforward_q31_memory_t *)memory)->state;
 
+    if (state->mode == TRIBO_FEEDFORWARD_RESTART && !anew)
+    {
+        return; // still at rest
+    }
     const bool goes_on = state_q31_runs(state) && !anew;
     state->mode        = goes_on ? state->mode : TRIBO_FEEDFORWARD_ENTER;
     state->offset_rule = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;

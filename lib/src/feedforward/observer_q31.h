@@ -19,7 +19,6 @@ static inline void observer_q31_start(tribo_feedforward_observer_q31_state_t *ob
     observer->sensor     = y;
     observer->force      = y;
     observer->difference = 0;
-    observer->friction   = 0;
     observer->travelled  = y;
 }
 

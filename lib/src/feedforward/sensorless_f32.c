@@ -94,8 +94,7 @@ float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loo
         state_f32_forget(params, state);
         return 0.0f;
     }
-    state->f_n  = signals->f_n;
-    state->mode = state->sign != 0 ? TRIBO_FEEDFORWARD_MOVING : TRIBO_FEEDFORWARD_START;
+    state->f_n = signals->f_n;
     return e;
 }
 
@@ -142,7 +141,6 @@ void tribo_sensorless_f32_method_after(const tribo_force_loop_f32_params_t *loop
     {
         return;
     }
-    state->u_n               = u_n;
     seen->controller.limited = state->limited != 0;
     state_f32_show(seen, u_n, signals->reached_n + state->behind_n[0], signals->level_n, signals->f_n);
 }

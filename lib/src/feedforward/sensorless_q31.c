@@ -96,7 +96,6 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
     const int32_t jump   = bank_q31_product((int32_t)signals->level, left);
     signals->lead        = bank_q31_times(jump, params->lead, 16, (uint32_t)BANK_Q31_ONE / 2u);
     state->f             = signals->f;
-    state->mode          = state->sign != 0 ? TRIBO_FEEDFORWARD_MOVING : TRIBO_FEEDFORWARD_START;
     return e;
 }
 
@@ -148,7 +147,6 @@ void tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *loop
     {
         return;
     }
-    state->u                 = bank_q31_inside(u_q31);
     seen->controller.limited = state->limited != 0;
     state_q31_show(seen, u_q31, sum_q31(signals->reached, state->behind[0]), (int32_t)signals->level, signals->f);
 }
