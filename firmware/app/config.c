@@ -1,13 +1,11 @@
 #include "app/config.h"
 
-#include "tribo/parameters.h"
-
 #include <stddef.h>
 #include <string.h>
 
 const drive_config_field_t drive_config_fields[DRIVE_CONFIG_COUNT] = {
 #define FIELD(type, name, unit, low, high, off, normal, change, text)                                                  \
-    {(float)(low), (float)(high), (type)0.5 != 0, (off) != 0, TRIBO_##change != 0},
+    {(float)(low), (float)(high), (type)0.5 != 0, (off) != 0, DRIVE_##change == DRIVE_WIRED},
     DRIVE_CONFIG_FIELDS(FIELD)
 #undef FIELD
 };

@@ -14,8 +14,8 @@
 #include <stdint.h>
 
 /// FIELD(type, name, unit, low, high, off, default, change, text): `off` is 1 if 0 is allowed as well and turns the field's
-/// check off. The type is uint32_t or float. A 1 in a flag is a yes. `change` is as in tribo/parameters.h. A field's place is its
-/// register: a new one goes to the end.
+/// check off. The type is uint32_t or float. A 1 in a flag is a yes. `change`: PROTECTS changes at rest only, and once it is unlocked;
+/// WIRED is as the image has it. A field's place is its register: a new one goes to the end.
 // clang-format off: one row a field
 #define DRIVE_CONFIG_FIELDS(FIELD) \
     FIELD(uint32_t, period_us, "us", 10, 100000, 0, 1000, PROTECTS, "of the ticks") \
@@ -27,21 +27,21 @@
     FIELD(uint32_t, command_limit_ms, "ms", 1, 600000, 1, 500, PROTECTS, "u at a limit for longer") \
     FIELD(uint32_t, reference_ms, "ms", 1, 600000, 1, 250, PROTECTS, "the host's reference not renewed for longer, in RUN") \
     FIELD(uint32_t, ready_ms, "ms", 1, 10000, 1, 0, PROTECTS, "for the power stage to become ready after it is enabled") \
-    FIELD(uint32_t, ready_level, "", 0, 1, 0, 1, PROTECTS, "of the power stage's ready output when it is ready: 1 is high") \
-    FIELD(uint32_t, fault_level, "", 0, 1, 0, 1, PROTECTS, "of the power stage's fault output in a fault: 1 is high") \
+    FIELD(uint32_t, ready_level, "", 0, 1, 0, 1, WIRED, "of the power stage's ready output when it is ready: 1 is high") \
+    FIELD(uint32_t, fault_level, "", 0, 1, 0, 1, WIRED, "of the power stage's fault output in a fault: 1 is high") \
     FIELD(float, full_scale_n, "N", 1e-6f, 1e6f, 0, 4.0f, PROTECTS, "2^31 in Q31, as the loop's params have it; not read in f32") \
     FIELD(float, sensor_n_per_unit, "N", 1e-12f, 1e6f, 0, 1.0f, PROTECTS, "a unit of the sensor") \
     FIELD(float, sensor_zero_units, "", -1e6f, 1e6f, 0, 0.0f, PROTECTS, "reading at 0 N; a tare moves it") \
-    FIELD(uint32_t, sensor_reversed, "", 0, 1, 0, 0, PROTECTS, "the reading falls as the force rises") \
+    FIELD(uint32_t, sensor_reversed, "", 0, 1, 0, 0, WIRED, "the reading falls as the force rises") \
     FIELD(float, tare_max_n, "N", 1e-6f, 1e6f, 1, 0.0f, PROTECTS, "largest force that a tare takes for 0 N; 0: no tare") \
     FIELD(float, command_n_per_unit, "N", 1e-12f, 1e6f, 0, 1.0f, PROTECTS, "a unit of the output") \
     FIELD(float, command_zero_units, "", -1e6f, 1e6f, 0, 0.0f, PROTECTS, "output at no current") \
-    FIELD(uint32_t, command_reversed, "", 0, 1, 0, 0, PROTECTS, "the output falls as u rises") \
+    FIELD(uint32_t, command_reversed, "", 0, 1, 0, 0, WIRED, "the output falls as u rises") \
     FIELD(float, command_n_per_a, "N/A", 1e-6f, 1e6f, 0, 1.0f, PROTECTS, "force of an ampere of motor current") \
     FIELD(float, current_max_a, "A", 1e-6f, 1e6f, 1, 0.0f, PROTECTS, "largest current that u may ask for") \
-    FIELD(uint32_t, crystal_hz, "Hz", 4000000, 26000000, 0, 8000000, PROTECTS, "of the board's crystal") \
-    FIELD(uint32_t, degraded_clock, "", 0, 1, 0, 0, PROTECTS, "the drive may run from the internal oscillator") \
-    FIELD(uint32_t, bus_unit, "", 1, 247, 0, 1, TUNES, "address on the bus") \
+    FIELD(uint32_t, crystal_hz, "Hz", 4000000, 26000000, 0, 8000000, WIRED, "of the board's crystal") \
+    FIELD(uint32_t, degraded_clock, "", 0, 1, 0, 0, WIRED, "the drive may run from the internal oscillator") \
+    FIELD(uint32_t, bus_unit, "", 1, 247, 0, 1, PROTECTS, "address on the bus; with another one the master has lost the drive") \
     FIELD(float, reference_ramp_n_per_s, "N/s", 0.0f, 1e6f, 0, 0.0f, PROTECTS, "after reference_ms r goes to safe_reference_n that fast; 0: a fault") \
     FIELD(float, safe_reference_n, "N", -1e6f, 1e6f, 0, 0.0f, PROTECTS, "where r goes without a host, within input_max_N") \
     FIELD(float, over_current_a, "A", 1e-3f, 1e6f, 1, 0.0f, PROTECTS, "measured motor current beyond this ...") \
@@ -74,11 +74,17 @@ typedef struct
 #undef DRIVE_CONFIG_MEMBER
 } drive_config_t;
 
+enum
+{
+    DRIVE_PROTECTS,
+    DRIVE_WIRED
+};
+
 /// The list as a table, in the order of drive_config_t, whose members are words.
 typedef struct
 {
     float low, high;
-    bool  is_float, off, protects;
+    bool  is_float, off, wired;
 } drive_config_field_t;
 
 enum

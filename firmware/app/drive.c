@@ -116,6 +116,10 @@ static drive_fault_t check_inputs(const drive_setup_t *setup, drive_state_t stat
     {
         return DRIVE_FAULT_OVER_CURRENT;
     }
+    if ((inputs & PORT_INPUT_OVER_VOLTAGE) != 0u)
+    {
+        return DRIVE_FAULT_BUS_VOLTAGE;
+    }
     if ((inputs & PORT_INPUT_POWER_FAULT) != 0u)
     {
         return DRIVE_FAULT_POWER;

@@ -191,6 +191,24 @@ bool params_check_ceilings(const params_set_t     *set,
     return true;
 }
 
+static bool refuse_change(params_error_t *error, const params_set_t *set, const params_set_t *like, uint32_t word)
+{
+    const float right = value_of(like, word);
+    return refuse(error, word, value_of(set, word), right, right, TRIBO_OK);
+}
+
+bool params_check_wiring(const params_set_t *set, const params_set_t *of_board, params_error_t *error)
+{
+    for (uint32_t word = 0; word < (uint32_t)DRIVE_CONFIG_COUNT; word++)
+    {
+        if (drive_config_fields[word].wired && params_word(set, word) != params_word(of_board, word))
+        {
+            return refuse_change(error, set, of_board, word);
+        }
+    }
+    return true;
+}
+
 // Of the rows, by their words: only some of the loop's protect.
 #define PROTECTING(group, symbol, member, key, unit, low, high, standard, change, number, ...)                         \
     | (uint32_t)TRIBO_##change << ((number) - PARAMS_LOOP_NUMBER) / 2u
@@ -206,8 +224,7 @@ uint32_t params_next_protecting(uint32_t *place)
     while (*place < (uint32_t)PARAMS_METHOD_AT)
     {
         const uint32_t word = (*place)++;
-        if (word < (uint32_t)DRIVE_CONFIG_COUNT ? drive_config_fields[word].protects
-                                                : (protecting >> (word - (uint32_t)PARAMS_LOOP_AT) & 1u) != 0u)
+        if (word < (uint32_t)DRIVE_CONFIG_COUNT || (protecting >> (word - (uint32_t)PARAMS_LOOP_AT) & 1u) != 0u)
         {
             return word;
         }
@@ -247,12 +264,6 @@ uint32_t params_protection(const params_set_t *set)
     int32_t signs[2];
     find_signs(set, &signs[0], &signs[1]);
     return crc32_update(crc, signs, sizeof signs);
-}
-
-static bool refuse_change(params_error_t *error, const params_set_t *set, const params_set_t *like, uint32_t word)
-{
-    const float right = value_of(like, word);
-    return refuse(error, word, value_of(set, word), right, right, TRIBO_OK);
 }
 
 bool params_signs_alike(const params_set_t *set, const params_set_t *like, params_error_t *error)

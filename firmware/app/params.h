@@ -157,7 +157,10 @@ bool params_check_ceilings(const params_set_t     *set,
                            uint32_t                count,
                            params_error_t         *error);
 
-/// The words that protect: limits, scaling, signs, levels and times of faults (PROTECTS in tribo/parameters.h and config.h).
+/// Whether what is WIRED (config.h) is as in the board's own set: no bus changes it. False with `error` for the first that is not.
+bool params_check_wiring(const params_set_t *set, const params_set_t *of_board, params_error_t *error);
+
+/// The words that protect: all of config.h, and limits, scaling and arm of the loop (PROTECTS in tribo/parameters.h).
 /// Returns the next one and moves `place`, which begins at 0; PARAMS_WORDS behind the last. In the order of their registers.
 uint32_t params_next_protecting(uint32_t *place);
 

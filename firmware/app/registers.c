@@ -33,6 +33,7 @@ static bool make(registers_t *registers, params_t *params)
     registers->is_refused =
         !params_make(params, board->port, &registers->refused) ||
         !params_check_ceilings(&params->set, board->ceilings, board->ceiling_count, &registers->refused) ||
+        !params_check_wiring(&params->set, board->defaults, &registers->refused) ||
         (board->suits != NULL && !board->suits(&params->set, &registers->refused));
     return !registers->is_refused;
 }
@@ -487,14 +488,41 @@ static void save(registers_t *registers)
     }
     spare->set                         = registers->active->set;
     spare->set.drive.sensor_zero_units = drive_sensor_zero_units(&registers->drive);
-    registers->store                   = store_write(flash, PARAMS_LAYOUT, spare->words, PARAMS_WORDS);
-    registers->outcome                 = registers->store == STORE_OK ? REGISTERS_DONE : REGISTERS_NOT_SAVED;
+    if (!params_check_ceilings(&spare->set,
+                               registers->board.ceilings,
+                               registers->board.ceiling_count,
+                               &registers->refused))
+    {
+        registers->is_refused = true;
+        registers->outcome    = REGISTERS_SET_REFUSED; // tares, each within its bound, have moved the zero too far
+        return;
+    }
+    const bool erases = !store_holds(flash, PARAMS_LAYOUT, spare->words, PARAMS_WORDS);
+    if (erases && registers->saves == REGISTERS_SAVES)
+    {
+        registers->outcome = REGISTERS_SAVED_OFTEN;
+        return;
+    }
+    registers->saves += erases;
+    registers->store   = store_write(flash, PARAMS_LAYOUT, spare->words, PARAMS_WORDS);
+    registers->outcome = registers->store == STORE_OK ? REGISTERS_DONE : REGISTERS_NOT_SAVED;
+}
+
+static void allow_saves(registers_t *registers)
+{
+    const uint32_t interval = REGISTERS_SAVE_S * (1000000u / config_of(registers)->period_us);
+    if (registers->drive.ticks - registers->saves_at >= interval)
+    {
+        registers->saves_at += interval;
+        registers->saves -= registers->saves > 0u;
+    }
 }
 
 void registers_run(registers_t *registers)
 {
     registers->is_unlocked = unlocked_ticks(registers) > 0u && !is_started(registers);
     check_seal(registers);
+    allow_saves(registers);
     const modbus_registers_t map = registers_map(registers);
     modbus_serve(&registers->modbus, registers->board.line, &map);
     if (registers->must_save && is_taken(registers) && registers->modbus.answer_sent == registers->modbus.answer_length)

@@ -17,7 +17,7 @@
 /// Some registers protect: limits, scaling, signs, levels and times of faults. A set that changes one of them, or the sign of
 /// the controller's gain, is applied only out of RUN, and once `unlock` was written with REGISTERS_KEY. That lasts
 /// REGISTERS_UNLOCK_S; a start or another value ends it. No set is wider than the ceilings of the board, whose values are in
-/// its image. `protection` is a CRC-32 of all that protects, for a host to compare, and each change is counted and kept.
+/// its image, and its clock, signs and levels are the image's. `protection` is a CRC-32 of all that protects, for a host to compare, and each change is counted and kept.
 ///
 /// At power-up the drive runs with what the store holds, or if nothing was ever saved with the defaults of its board. If the
 /// store is damaged or of other firmware it is in DRIVE_FAULT_STORE, which cannot be acknowledged before a set was applied.
@@ -34,7 +34,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define REGISTERS_VERSION 6u ///< of the lists in this file
+#define REGISTERS_VERSION 7u ///< of the lists in this file
 
 #define REGISTERS_STATE_AT        0x0000u
 #define REGISTERS_SIGNALS_AT      0x0080u
@@ -49,7 +49,9 @@
 
 #define REGISTERS_KEY      0x6c6f6f73u ///< "loos"
 #define REGISTERS_UNLOCK_S 60u
-#define REGISTERS_CHANGES  8u ///< that are kept
+#define REGISTERS_SAVES    32u   ///< of different sets, and ...
+#define REGISTERS_SAVE_S   3600u ///< ... one more each, so that the flash's 10,000 erasures last for years whoever saves
+#define REGISTERS_CHANGES  16u   ///< that are kept
 
 // Places in a set, in Modbus registers.
 #define REGISTERS_DRIVE_AT    0x000u
@@ -180,7 +182,8 @@
     OUTCOME(NOT_SAVED, "the flash does not take it")                                                                   \
     OUTCOME(TRACE_REFUSED, "trace.* are out of range")                                                                 \
     OUTCOME(PROTECTED, "refused_register protects: stop the drive, then unlock")                                       \
-    OUTCOME(LOCKED, "refused_register protects: unlock")
+    OUTCOME(LOCKED, "refused_register protects: unlock")                                                               \
+    OUTCOME(SAVED_OFTEN, "32 sets were saved; one more an hour, or the flash would wear")
 
 typedef enum
 {
@@ -267,6 +270,8 @@ typedef struct
     bool                 must_save;
     bool                 is_unlocked;
     uint32_t             unlocked_at; ///< tick
+    uint32_t             saves;       ///< less one for each REGISTERS_SAVE_S
+    uint32_t             saves_at;    ///< tick of the last one less
     uint32_t             protection, protection_changes;
     bool                 is_sealed;
     uint32_t             seal;           ///< CRC-32 of the active params

@@ -151,19 +151,26 @@ static bool leave(const store_flash_t *flash,
 
 /// Whether the last record is this one: then nothing needs to be erased.
 static bool holds(const store_flash_t *flash,
+                  const sector_t       sectors[STORE_SECTORS],
                   unsigned             last,
-                  uint32_t             length,
                   uint32_t             layout,
                   const uint32_t      *words,
                   uint32_t             count)
 {
-    bool same = last != NONE && length == count && mark_of(flash, last) == CURRENT &&
+    bool same = last != NONE && sectors[last].length == count && mark_of(flash, last) == CURRENT &&
                 word_of(flash, last, VERSION) == STORE_VERSION && word_of(flash, last, LAYOUT) == layout;
     for (uint32_t i = 0; same && i < count; i++)
     {
         same = word_of(flash, last, STORE_HEAD_WORDS + i) == words[i];
     }
     return same;
+}
+
+bool store_holds(const store_flash_t *flash, uint32_t layout, const uint32_t *words, uint32_t count)
+{
+    const sector_t sectors[STORE_SECTORS] = {look_at(flash, 0), look_at(flash, 1)};
+    store_status_t status;
+    return holds(flash, sectors, find_last(sectors, &status), layout, words, count);
 }
 
 store_status_t store_write(const store_flash_t *flash, uint32_t layout, const uint32_t *words, uint32_t count)
@@ -175,7 +182,7 @@ store_status_t store_write(const store_flash_t *flash, uint32_t layout, const ui
     const sector_t sectors[STORE_SECTORS] = {look_at(flash, 0), look_at(flash, 1)};
     store_status_t status;
     const unsigned last = find_last(sectors, &status);
-    if (holds(flash, last, last != NONE ? sectors[last].length : 0u, layout, words, count))
+    if (holds(flash, sectors, last, layout, words, count))
     {
         return STORE_OK;
     }

@@ -51,6 +51,9 @@ typedef enum
 /// Reads the last record into `words`; leaves them unchanged unless STORE_OK.
 store_status_t store_read(const store_flash_t *flash, uint32_t layout, uint32_t *words, uint32_t count);
 
+/// Whether the last record is this one: then a write erases nothing.
+bool store_holds(const store_flash_t *flash, uint32_t layout, const uint32_t *words, uint32_t count);
+
 /// Writes a record and reads it back, unless it is the last one already. Returns STORE_OK, or STORE_FAILED, which leaves the old
 /// record. Takes as long as erasing a sector. Also replaces the contents of a damaged store.
 store_status_t store_write(const store_flash_t *flash, uint32_t layout, const uint32_t *words, uint32_t count);

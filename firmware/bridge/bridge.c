@@ -28,26 +28,32 @@ static bool lasts(uint32_t *samples, bool condition)
 static void begin_calibration(bridge_t *bridge)
 {
     bridge->count = 0;
-    bridge->low   = BRIDGE_CODES;
-    bridge->high  = 0;
     for (size_t i = 0; i < BRIDGE_CURRENTS; i++)
     {
-        bridge->sum[i] = 0;
+        bridge->sum[i]  = 0;
+        bridge->low[i]  = BRIDGE_CODES;
+        bridge->high[i] = 0;
     }
     bridge->state = BRIDGE_CALIBRATING;
 }
 
 static bool is_zero_credible(const bridge_t *bridge)
 {
-    const float off = bridge->zero[0] - (float)BRIDGE_MIDDLE;
-    return off <= (float)BRIDGE_OFFSET_MOST && off >= -(float)BRIDGE_OFFSET_MOST &&
-           bridge->high - bridge->low <= BRIDGE_SPREAD_MOST;
+    bool is = true;
+    for (size_t i = 0; i < bridge->params.currents; i++)
+    {
+        const float off = bridge->zero[i] - (float)BRIDGE_MIDDLE;
+        is              = is && off <= (float)BRIDGE_OFFSET_MOST && off >= -(float)BRIDGE_OFFSET_MOST &&
+             bridge->high[i] - bridge->low[i] <= BRIDGE_SPREAD_MOST;
+    }
+    return is;
 }
 
 static void turn_on(bridge_t *bridge)
 {
-    bridge->age    = 0; // the tick's commands have not counted until now
-    bridge->beyond = 0;
+    bridge->age      = 0; // the tick's commands have not counted until now
+    bridge->beyond   = 0;
+    bridge->high_bus = 0;
     if (bridge->params.begin != NULL)
     {
         bridge->params.begin(bridge->params.context);
@@ -57,12 +63,12 @@ static void turn_on(bridge_t *bridge)
 
 static void calibrate(bridge_t *bridge, const bridge_sample_t *sample)
 {
-    const uint32_t code = sample->current[0];
-    bridge->low         = code < bridge->low ? code : bridge->low;
-    bridge->high        = code > bridge->high ? code : bridge->high;
     for (size_t i = 0; i < BRIDGE_CURRENTS; i++)
     {
-        bridge->sum[i] += sample->current[i];
+        const uint32_t code = sample->current[i];
+        bridge->sum[i] += code;
+        bridge->low[i]  = code < bridge->low[i] ? code : bridge->low[i];
+        bridge->high[i] = code > bridge->high[i] ? code : bridge->high[i];
     }
     if (++bridge->count < BRIDGE_OFFSET_SAMPLES)
     {
@@ -97,6 +103,20 @@ static bool is_beyond(float current_a, float most_a)
     return current_a > most_a || current_a < -most_a;
 }
 
+/// Of any phase: the third's is what the others bring, so its sign does not matter.
+static bool has_over_current(const bridge_t *bridge)
+{
+    const float *i_a  = bridge->measured.current_a;
+    const float  most = bridge->params.trip_a;
+    return is_beyond(i_a[0], most) ||
+           (bridge->params.currents > 1u && (is_beyond(i_a[1], most) || is_beyond(i_a[0] + i_a[1], most)));
+}
+
+static bool is_at_rail(uint32_t code)
+{
+    return code < BRIDGE_RAIL || code > BRIDGE_CODES - 1u - BRIDGE_RAIL;
+}
+
 /// In ON.
 static void check(bridge_t *bridge, bool are_on)
 {
@@ -105,9 +125,13 @@ static void check(bridge_t *bridge, bool are_on)
     {
         trip(bridge, BRIDGE_TRIP_BREAK);
     }
-    else if (lasts(&bridge->beyond, is_beyond(bridge->measured.current_a[0], bridge->params.trip_a)))
+    else if (lasts(&bridge->beyond, has_over_current(bridge)))
     {
         trip(bridge, BRIDGE_TRIP_CURRENT);
+    }
+    else if (lasts(&bridge->high_bus, bridge->measured.bus_v > bridge->params.trip_v))
+    {
+        trip(bridge, BRIDGE_TRIP_BUS);
     }
     else if (bridge->age > BRIDGE_STALE_SAMPLES)
     {
@@ -117,11 +141,12 @@ static void check(bridge_t *bridge, bool are_on)
 
 bool bridge_step(bridge_t *bridge, const bridge_sample_t *sample, bool are_on, bridge_duty_t *duty)
 {
-    const uint32_t code   = sample->current[0];
-    const bool     was_on = bridge->state == BRIDGE_ON;
+    const bool was_on = bridge->state == BRIDGE_ON;
+    const bool at_rail =
+        is_at_rail(sample->current[0]) || (bridge->params.currents > 1u && is_at_rail(sample->current[1]));
     measure(bridge, sample);
     *duty = idle;
-    if (lasts(&bridge->rails, code < BRIDGE_RAIL || code > BRIDGE_CODES - 1u - BRIDGE_RAIL))
+    if (lasts(&bridge->rails, at_rail))
     {
         trip(bridge, BRIDGE_TRIP_SENSOR);
     }

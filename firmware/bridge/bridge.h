@@ -7,8 +7,8 @@
 ///
 /// The outputs are on in ON alone. CALIBRATING takes the mean code of the current's converter for 0 A.
 ///
-/// A trip turns the bridge off within the sample that finds it: see bridge_trip_t. Bus voltage and temperature have bounds that
-/// last longer: the drive's (app/faults.h).
+/// A trip turns the bridge off within the sample that finds it: see bridge_trip_t. Bus voltage and temperature have narrower bounds
+/// that last longer, too: the drive's (app/faults.h).
 ///
 /// bridge_step is called once a period, in the converter's interrupt. The rest is the tick's: it interrupts no bridge_step, and
 /// each word that both know is written by one of them.
@@ -51,8 +51,9 @@ typedef enum
 typedef enum
 {
     BRIDGE_TRIP_NONE,
-    BRIDGE_TRIP_CURRENT, ///< beyond trip_a
-    BRIDGE_TRIP_SENSOR,  ///< the current's converter is at a rail; also while the bridge is off
+    BRIDGE_TRIP_CURRENT, ///< beyond trip_a, of any phase
+    BRIDGE_TRIP_BUS,     ///< beyond trip_v
+    BRIDGE_TRIP_SENSOR,  ///< a current's converter is at a rail; also while the bridge is off
     BRIDGE_TRIP_OFFSET,  ///< what reads as 0 A cannot be 0 A
     BRIDGE_TRIP_STALE,   ///< no command for BRIDGE_STALE_SAMPLES
     BRIDGE_TRIP_BREAK    ///< the timer's outputs went off by themselves: its break input
@@ -82,7 +83,8 @@ typedef void (*bridge_law_t)(void *context, float reference_a, const bridge_meas
 typedef struct
 {
     float        a_per_code, v_per_code;
-    float        trip_a;
+    float        trip_a, trip_v;
+    uint32_t     currents; ///< that are measured: 1, or 2 of a motor with three phases
     bridge_law_t law;
     void        *context;
     void (*begin)(void *context); ///< resets the law as the bridge turns on
@@ -102,7 +104,8 @@ typedef struct
     volatile bridge_trip_t  cause; ///< of the last trip
     volatile uint8_t        trips;
     bool                    must_rest; ///< until it was not wanted
-    uint32_t                rails, beyond, count, sum[BRIDGE_CURRENTS], low, high;
+    uint32_t                rails, beyond, high_bus, count;
+    uint32_t                sum[BRIDGE_CURRENTS], low[BRIDGE_CURRENTS], high[BRIDGE_CURRENTS];
     float                   zero[BRIDGE_CURRENTS]; ///< codes at 0 A
     bridge_measured_t       measured;
 

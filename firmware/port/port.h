@@ -19,6 +19,7 @@
 #define PORT_INPUT_NOT_READY      4u  ///< the power stage; means nothing while it is off
 #define PORT_INPUT_SUPPLY         8u  ///< below the level at which the chip and its converters are reliable
 #define PORT_INPUT_OVER_CURRENT   16u ///< a bridge of the board's own has turned itself off
+#define PORT_INPUT_OVER_VOLTAGE   32u ///< likewise
 
 /// What a board measures of its power stage and its arm, as bits of port_t.measures.
 #define PORT_MEASURES_CURRENT     1u

@@ -225,6 +225,7 @@ FAULTS = {
     "current sensor at the supply": (set_of(sensor_v=3.3), 0.2e-3, "power stage"),
     "current sensor stuck at 0 A": (set_of(sensor_v=1.65), 0.05, "sensor out of range"),  # by the force
     "bus too high": (set_of(bus_v=31.0), 0.015, "bus voltage"),
+    "bus far too high": (set_of(bus_v=37.0), 0.2e-3, "bus voltage"),
     "bus too low": (set_of(bus_v=17.0), 0.015, "bus voltage"),
     "bus gone": (set_of(bus_v=0.0), 0.015, "bus voltage"),
     "too hot": (set_of(temperature_v=0.85), 0.035, "temperature"),

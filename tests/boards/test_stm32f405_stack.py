@@ -25,7 +25,7 @@ THROUGH_POINTERS = {
     r"make": {"suits"},
     r"dies_away|add_tail|add_response|tribo_(controller_f32_init|headroom_q31_quantize)": {"board_kick"},
     r"refusal_of|tribo_force_loop_.*_refusal|tribo_.*refus.*": {"set_up_.*"},
-    r"store_(read|write)|look_at|mark_of|write_mark|leave|holds|write_record|crc_of|word_of": FLASH,
+    r"store_(read|write|holds)|look_at|mark_of|write_mark|leave|write_record|crc_of|word_of": FLASH,
     r"operate.*": {"run_in_ram"},
     r"selftest_ram|holds|check_word|check_addresses": {"real_read", "real_write"},
     r"refusal_of": {"set_up_(f32|q31)"},

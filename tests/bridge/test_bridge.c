@@ -9,6 +9,7 @@
 #define A_PER_CODE 0.004f
 #define V_PER_CODE 0.016f
 #define TRIP_A     3.0f
+#define TRIP_V     36.0f
 #define MIDDLE     2048u
 #define BUS        1500u // 24 V
 
@@ -18,7 +19,7 @@ static bridge_sample_t  sample;
 static bridge_duty_t    duty;
 static bool             are_on;
 
-static void init(bridge_law_t law)
+static void init(bridge_law_t law, uint32_t currents)
 {
     const current_config_t config = {.resistance_ohm = 2.0f,
                                      .inductance_h   = 1e-3f,
@@ -30,6 +31,8 @@ static void init(bridge_law_t law)
                 &(bridge_params_t){.a_per_code = A_PER_CODE,
                                    .v_per_code = V_PER_CODE,
                                    .trip_a     = TRIP_A,
+                                   .trip_v     = TRIP_V,
+                                   .currents   = currents,
                                    .law        = law,
                                    .context    = &motor,
                                    .begin      = bridge_brushed_begin});
@@ -39,7 +42,7 @@ static void init(bridge_law_t law)
 
 void setUp(void)
 {
-    init(bridge_brushed);
+    init(bridge_brushed, 1);
 }
 
 void tearDown(void)
@@ -117,7 +120,7 @@ static void check_trip(bridge_trip_t cause)
     TEST_ASSERT_FALSE(are_on);
     TEST_ASSERT_EQUAL_INT(cause, bridge_take_trip(&bridge));
     TEST_ASSERT_EQUAL_INT(BRIDGE_TRIP_NONE, bridge_take_trip(&bridge));
-    sample.current[0] = MIDDLE;
+    sample = (bridge_sample_t){.current = {MIDDLE, MIDDLE}, .bus = BUS};
     TEST_ASSERT_FALSE(run(1000, 1.0f)); // it does not start again by itself ...
     TEST_ASSERT_EQUAL_INT(BRIDGE_TRIP_NONE, bridge_take_trip(&bridge));
     bridge_want(&bridge, false);
@@ -165,6 +168,43 @@ static void test_two_samples_beyond_the_level_are_a_trip_at_whatever_time(void)
             TEST_ASSERT_FALSE(step());
             check_trip(BRIDGE_TRIP_CURRENT);
         }
+    }
+}
+
+static void test_two_samples_of_a_bus_beyond_its_level_are_a_trip(void)
+{
+    for (unsigned at = 0; at < 50; at++)
+    {
+        turn_on();
+        (void)run(at, 1.0f);
+        sample.bus = 2251; // 36.016 V
+        TEST_ASSERT_TRUE(step());
+        TEST_ASSERT_FALSE(step());
+        check_trip(BRIDGE_TRIP_BUS);
+    }
+    turn_on();
+    sample.bus = 2250;
+    TEST_ASSERT_TRUE(run(100, 0.0f));
+    for (unsigned i = 0; i < 100; i++)
+    {
+        sample.bus = i % 2u == 0u ? 2300 : BUS;
+        TEST_ASSERT_TRUE(run(1, 0.0f));
+    }
+}
+
+/// The second current's converter has no pin then.
+static void test_a_motor_with_one_winding_has_one_current(void)
+{
+    for (unsigned code = 0; code < BRIDGE_CODES; code += 5u)
+    {
+        sample.current[1] = code;
+        (void)run(1, 0.0f);
+    }
+    turn_on();
+    for (unsigned code = 0; code < BRIDGE_CODES; code += 5u)
+    {
+        sample.current[1] = code;
+        TEST_ASSERT_TRUE(run(1, 0.0f));
     }
 }
 
@@ -278,7 +318,7 @@ static void field_oriented(void *context, float reference_a, const bridge_measur
 
 static void test_a_law_of_three_phases_takes_the_place_of_the_motors(void)
 {
-    init(field_oriented);
+    init(field_oriented, 2);
     turn_on();
     (void)run(1, 1.0f);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.5f, duty.leg[0] + duty.leg[1] + duty.leg[2]);
@@ -292,6 +332,42 @@ static void test_a_law_of_three_phases_takes_the_place_of_the_motors(void)
     check_trip(BRIDGE_TRIP_CURRENT);
 }
 
+/// Each phase, of which the third's current is not measured; either converter at a rail; either offset.
+static void test_of_three_phases_each_trips(void)
+{
+    static const struct
+    {
+        int           codes[2];
+        bridge_trip_t cause;
+    } cases[] = {{{760, 0}, BRIDGE_TRIP_CURRENT},
+                 {{0, 760}, BRIDGE_TRIP_CURRENT},
+                 {{0, -760}, BRIDGE_TRIP_CURRENT},
+                 {{380, 380}, BRIDGE_TRIP_CURRENT},
+                 {{-380, -380}, BRIDGE_TRIP_CURRENT},
+                 {{0, -2000}, BRIDGE_TRIP_SENSOR},
+                 {{2000, 0}, BRIDGE_TRIP_SENSOR}};
+    init(field_oriented, 2);
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++)
+    {
+        turn_on();
+        sample.current[0] = (uint32_t)((int)MIDDLE + cases[i].codes[0]);
+        sample.current[1] = (uint32_t)((int)MIDDLE + cases[i].codes[1]);
+        (void)run(2, 0.0f);
+        check_trip(cases[i].cause);
+    }
+    turn_on();
+    sample.current[0] = MIDDLE + 700u;
+    sample.current[1] = MIDDLE - 700u;
+    TEST_ASSERT_TRUE(run(100, 0.0f)); // no phase beyond it
+    bridge_want(&bridge, false);
+    (void)step();
+    sample.current[0] = MIDDLE;
+    sample.current[1] = MIDDLE + BRIDGE_OFFSET_MOST + 1u;
+    bridge_want(&bridge, true);
+    (void)run(BRIDGE_OFFSET_SAMPLES + 1u, 0.0f);
+    check_trip(BRIDGE_TRIP_OFFSET);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -300,6 +376,8 @@ int main(void)
     RUN_TEST(test_an_offset_that_cannot_be_one_is_a_trip);
     RUN_TEST(test_a_current_while_the_outputs_are_off_is_a_trip);
     RUN_TEST(test_two_samples_beyond_the_level_are_a_trip_at_whatever_time);
+    RUN_TEST(test_two_samples_of_a_bus_beyond_its_level_are_a_trip);
+    RUN_TEST(test_a_motor_with_one_winding_has_one_current);
     RUN_TEST(test_a_single_sample_beyond_the_level_is_none);
     RUN_TEST(test_a_sensor_at_a_rail_is_a_trip_in_every_state);
     RUN_TEST(test_a_rail_that_stays_is_told_again_and_again);
@@ -308,5 +386,6 @@ int main(void)
     RUN_TEST(test_the_motors_legs_move_against_each_other);
     RUN_TEST(test_each_start_begins_without_an_integral);
     RUN_TEST(test_a_law_of_three_phases_takes_the_place_of_the_motors);
+    RUN_TEST(test_of_three_phases_each_trips);
     return UNITY_END();
 }

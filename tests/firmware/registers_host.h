@@ -16,6 +16,7 @@ static board_t            board;
 static registers_t        registers;
 static modbus_registers_t map;
 static params_set_t       defaults;
+static unsigned           erasures;
 static uint32_t           sectors[STORE_SECTORS][SECTOR_WORDS];
 
 // --- a board -------------------------------------------------------------------------------------------------------
@@ -29,6 +30,7 @@ static uint32_t read_flash(void *context, unsigned sector, uint32_t word)
 static bool erase_flash(void *context, unsigned sector)
 {
     (void)context;
+    erasures++;
     memset(sectors[sector], 0xff, sizeof sectors[sector]);
     return true;
 }

@@ -114,6 +114,16 @@ static void supply_low(void)
     board.inputs = PORT_INPUT_SUPPLY;
 }
 
+static void bridge_off_by_current(void)
+{
+    board.inputs = PORT_INPUT_OVER_CURRENT;
+}
+
+static void bridge_off_by_voltage(void)
+{
+    board.inputs = PORT_INPUT_OVER_VOLTAGE;
+}
+
 static void miss_a_tick(void)
 {
     board.now_us += PERIOD_US;
@@ -167,6 +177,8 @@ static const injection_t injections[] = {
     {"emergency stop", DRIVE_FAULT_EMERGENCY_STOP, emergency_stop, 0.0, 0.0},
     {"power stage", DRIVE_FAULT_POWER, power_fault, 0.0, 0.0},
     {"supply", DRIVE_FAULT_SUPPLY, supply_low, 0.0, 0.0},
+    {"bridge, current", DRIVE_FAULT_OVER_CURRENT, bridge_off_by_current, 0.0, 0.0},
+    {"bridge, voltage", DRIVE_FAULT_BUS_VOLTAGE, bridge_off_by_voltage, 0.0, 0.0},
     {"a tick missed", DRIVE_FAULT_TICK_MISSED, miss_a_tick, 0.0, 0.0},
     {"many ticks missed", DRIVE_FAULT_TICK_MISSED, miss_many_ticks, 0.0, 0.0},
     {"late", DRIVE_FAULT_TICK_LATE, be_late, 0.0, 0.0},

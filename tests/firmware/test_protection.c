@@ -19,6 +19,7 @@ static double   force_n; ///< of a plant that follows u with a lag
 static const params_ceiling_t ceilings[] = {{PARAMS_U_MAX, 0.0f, 3.0f},
                                             {PARAMS_U_MIN, -3.0f, 0.0f},
                                             {DRIVE_CONFIG_residual_n, 1e-6f, 0.5f},
+                                            {DRIVE_CONFIG_sensor_zero_units, -0.5f, 0.5f},
                                             {DRIVE_CONFIG_command_limit_ms, 1.0f, 1000.0f}};
 
 // --- a board -------------------------------------------------------------------------------------------------------
@@ -142,6 +143,14 @@ static bool is_bound_to_the_tick(uint32_t word)
            (word == DRIVE_CONFIG_full_scale_n && TRIBO_IS_Q31);                      // below twice u_max
 }
 
+/// Nor do these change with the key.
+static bool is_wiring(uint32_t word)
+{
+    return word == DRIVE_CONFIG_ready_level || word == DRIVE_CONFIG_fault_level ||
+           word == DRIVE_CONFIG_sensor_reversed || word == DRIVE_CONFIG_command_reversed ||
+           word == DRIVE_CONFIG_crystal_hz || word == DRIVE_CONFIG_degraded_clock;
+}
+
 static void stage(uint32_t address, uint32_t word)
 {
     command(REGISTERS_REVERT);
@@ -173,7 +182,7 @@ static unsigned check_every_word(uint32_t outcome)
         if (!is_bound_to_the_tick(word))
         {
             stage(register_of(word), other_value(word));
-            check_refused(register_of(word), outcome);
+            check_refused(register_of(word), is_wiring(word) ? (uint32_t)REGISTERS_SET_REFUSED : outcome);
             checked++;
         }
     }
@@ -233,6 +242,64 @@ static void test_a_change_at_rest_with_the_key_is_counted_and_kept(void)
     command(REGISTERS_APPLY);
     TEST_ASSERT_EQUAL_HEX32(protection, STATE_OF(protection)); // what it was
     TEST_ASSERT_EQUAL_UINT32(4, STATE_OF(protection_changes));
+}
+
+/// The signs and levels at its pins and its crystal are as the image says, or as the store of another image does not.
+static void test_no_key_turns_a_sign_a_level_or_the_clock(void)
+{
+    const drive_config_t is = defaults.drive;
+    tick();
+    unlock();
+    for (uint32_t word = 0; word < (uint32_t)DRIVE_CONFIG_COUNT; word++)
+    {
+        if (is_wiring(word))
+        {
+            stage(register_of(word), other_value(word));
+            check_refused(register_of(word), REGISTERS_SET_REFUSED);
+        }
+    }
+    command(REGISTERS_SAVE);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, STATE_OF(outcome));
+    defaults.drive.command_reversed = 1;
+    power_up();
+    TEST_ASSERT_EQUAL_UINT32(STORE_FOREIGN, STATE_OF(store));
+    TEST_ASSERT_EQUAL_HEX32(DRIVE_AT(command_reversed), STATE_OF(refused_register));
+    defaults.drive = is;
+}
+
+/// The count is of all, and the last ones are kept.
+static void test_of_a_set_that_changes_much_the_last_changes_are_kept(void)
+{
+    static const uint32_t words[] = {DRIVE_CONFIG_residual_n,
+                                     DRIVE_CONFIG_residual_ms,
+                                     DRIVE_CONFIG_tracking_n,
+                                     DRIVE_CONFIG_tracking_ms};
+    uint32_t              applied = 0;
+    tick();
+    unlock();
+    command(REGISTERS_REVERT);
+    for (float x = 1.0f; applied < 3u * REGISTERS_CHANGES; x += 1.0f)
+    {
+        for (size_t i = 0; i < sizeof words / sizeof words[0]; i++, applied++)
+        {
+            const bool is_float = drive_config_fields[words[i]].is_float;
+            write_word(register_of(words[i]), is_float ? bits_of(0.01f * x) : 10u * (uint32_t)x);
+        }
+        command(REGISTERS_APPLY);
+        tick();
+    }
+    TEST_ASSERT_EQUAL_UINT32(applied, STATE_OF(protection_changes));
+    for (uint32_t n = applied - REGISTERS_CHANGES; n < applied; n++)
+    {
+        const uint32_t at   = REGISTERS_CHANGES_AT + n % REGISTERS_CHANGES * (uint32_t)sizeof(registers_change_t) / 2u;
+        const uint32_t word = words[n % 4u];
+        TEST_ASSERT_EQUAL_HEX32(register_of(word), read_word(at + 2u));
+        if (n >= applied - 4u)
+        {
+            TEST_ASSERT_EQUAL_HEX32(params_word(&registers.active->set, word), read_word(at + 6u));
+        }
+    }
 }
 
 static void check_locked(void)
@@ -443,6 +510,30 @@ static void test_a_tare_is_no_change_of_what_protects(void)
     TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(protection_changes));
 }
 
+/// Each tare is within its bound of the zero before, which a save and a power-up have made the drive's own.
+static void test_the_zero_does_not_walk_beyond_its_ceiling_by_tares(void)
+{
+    double zero = 0.0;
+    for (unsigned i = 0; i < 4; i++)
+    {
+        tick();
+        command(REGISTERS_TARE);
+        for (unsigned k = 0; k <= DRIVE_TARE_TICKS; k++)
+        {
+            force_n = zero + 0.2;
+            tick();
+        }
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_TARE_DONE, STATE_OF(tare));
+        (void)try_command(REGISTERS_SAVE);
+        run(2);
+        TEST_ASSERT_EQUAL_UINT32(i < 2 ? REGISTERS_DONE : REGISTERS_SET_REFUSED, STATE_OF(outcome));
+        power_up();
+        const double kept = (double)number_of(read_word(TO_ACTIVE(DRIVE_AT(sensor_zero_units))));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, i < 2 ? zero + 0.2 : zero, kept);
+        zero = kept;
+    }
+}
+
 static void test_params_that_change_by_themselves_stop_the_drive_for_good(void)
 {
     const size_t places[] = {offsetof(params_t, set.drive.residual_n),
@@ -507,8 +598,7 @@ static effective_t effective(void)
     const params_t      *params = setup == &registers.params[0].drive ? &registers.params[0] : &registers.params[1];
     effective_t          is;
     memset(&is, 0, sizeof is); // its padding as well
-    is.config          = setup->config;
-    is.config.bus_unit = 0; // tunes
+    is.config = setup->config;
     memcpy(&is.scaling, &setup->scaling, sizeof is.scaling);
     memcpy(&is.bounds, &setup->bounds, sizeof is.bounds);
     memcpy(&is.arm, setup->expected.arm, sizeof is.arm);
@@ -735,6 +825,8 @@ int main(void)
     RUN_TEST(test_nothing_that_protects_changes_at_rest_while_it_is_locked);
     RUN_TEST(test_what_tunes_changes_in_run_without_a_key);
     RUN_TEST(test_a_change_at_rest_with_the_key_is_counted_and_kept);
+    RUN_TEST(test_no_key_turns_a_sign_a_level_or_the_clock);
+    RUN_TEST(test_of_a_set_that_changes_much_the_last_changes_are_kept);
     RUN_TEST(test_the_key_lasts_for_a_minute);
     RUN_TEST(test_a_start_and_every_other_value_lock);
     RUN_TEST(test_a_start_that_is_asked_for_is_too_late_for_a_key);
@@ -745,6 +837,7 @@ int main(void)
     RUN_TEST(test_defaults_beyond_the_boards_ceiling_are_a_fault);
     RUN_TEST(test_a_host_can_compute_the_crc_of_what_protects);
     RUN_TEST(test_a_tare_is_no_change_of_what_protects);
+    RUN_TEST(test_the_zero_does_not_walk_beyond_its_ceiling_by_tares);
     RUN_TEST(test_params_that_change_by_themselves_stop_the_drive_for_good);
     RUN_TEST(test_no_sequence_of_one_client_talks_the_drive_out_of_its_protection);
     return UNITY_END();

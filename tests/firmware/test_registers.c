@@ -955,6 +955,43 @@ static void test_a_start_just_before_a_save_prevents_it(void)
     TEST_ASSERT_EQUAL_HEX32(0xffffffff, sectors[0][2]);
 }
 
+static uint32_t outcome_of_save(float gain)
+{
+    write_number(PARAM_AT(GAIN), gain);
+    command(REGISTERS_APPLY);
+    tick();
+    command(REGISTERS_SAVE);
+    tick();
+    return STATE_OF(outcome);
+}
+
+/// A client that saves again and again must not wear the flash, whose sectors take 10,000 erasures.
+static void test_a_storm_of_saves_erases_little(void)
+{
+    tick();
+    erasures = 0;
+    for (unsigned i = 0; i < 10u * REGISTERS_SAVES; i++)
+    {
+        const uint32_t due = i < REGISTERS_SAVES ? REGISTERS_DONE : REGISTERS_SAVED_OFTEN;
+        TEST_ASSERT_EQUAL_UINT32(due, outcome_of_save(0.1f + 0.001f * (float)i));
+    }
+    TEST_ASSERT_EQUAL_UINT(REGISTERS_SAVES, erasures);
+    TEST_ASSERT_EQUAL_UINT32(STORE_OK, STATE_OF(store));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE,
+                             outcome_of_save(0.1f + 0.001f * (float)(REGISTERS_SAVES - 1u))); // what it has
+    for (unsigned hour = 1; hour <= 3u; hour++)
+    {
+        registers.drive.ticks = hour * REGISTERS_SAVE_S * 1000u - 100u;
+        TEST_ASSERT_EQUAL_UINT32(REGISTERS_SAVED_OFTEN, outcome_of_save(0.5f));
+        run(100);
+        TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, outcome_of_save(0.6f + 0.01f * (float)hour));
+        TEST_ASSERT_EQUAL_UINT32(REGISTERS_SAVED_OFTEN, outcome_of_save(0.5f));
+    }
+    TEST_ASSERT_EQUAL_UINT(REGISTERS_SAVES + 3u, erasures);
+    power_up();
+    TEST_ASSERT_TRUE(read_number(TO_ACTIVE(PARAM_AT(GAIN))) == (double)(0.6f + 0.01f * 3.0f));
+}
+
 static void test_a_tare_is_saved(void)
 {
     defaults.drive.tare_max_n = 0.5f;
@@ -1199,6 +1236,7 @@ int main(void)
     RUN_TEST(test_commands_act_in_their_states);
     RUN_TEST(test_saved_params_are_those_of_the_next_power_up);
     RUN_TEST(test_a_start_just_before_a_save_prevents_it);
+    RUN_TEST(test_a_storm_of_saves_erases_little);
     RUN_TEST(test_a_tare_is_saved);
     RUN_TEST(test_a_damaged_store_is_said_and_waited_for);
     RUN_TEST(test_a_store_of_other_firmware_is_said_and_waited_for);

@@ -2,6 +2,8 @@
 
 #include "convert.h"
 #include "device.h"
+#include "port/received.h"
+#include "port/trip.h"
 #include "registers.h"
 #include "wiring.h"
 
@@ -282,48 +284,23 @@ void board_release_line(void)
     is_sending = !is_out;
 }
 
-#define RECEIVED 64u // bytes, a power of two: five ticks at 115200 baud
+static received_t received;
 
 void UART0_IRQHandler(void);
-
-/// Only the interrupt writes the bytes and `in`, only the tick `out`.
-static uint8_t           received[RECEIVED];
-static volatile uint32_t received_in, received_out;
-static volatile bool     received_badly;
 
 void UART0_IRQHandler(void)
 {
     while ((UART0->FR & UART_FR_RXFE) == 0u)
     {
         const uint32_t data = UART0->DR;
-        if ((data & UART_DR_ERRORS) != 0u || received_in - received_out == RECEIVED)
-        {
-            received_badly = true;
-        }
-        else
-        {
-            received[received_in % RECEIVED] = (uint8_t)data;
-            received_in                      = received_in + 1u;
-        }
+        received_put(&received, (uint8_t)data, (data & UART_DR_ERRORS) == 0u);
     }
 }
 
 static int receive(void *context, uint8_t *bytes, size_t room)
 {
     (void)context;
-    if (received_badly)
-    {
-        received_badly = false;
-        received_out   = received_in;
-        return MODBUS_LINE_ERROR;
-    }
-    size_t count = 0;
-    while (count < room && received_out != received_in)
-    {
-        bytes[count++] = received[received_out % RECEIVED];
-        received_out   = received_out + 1u;
-    }
-    return (int)count;
+    return received_take(&received, bytes, room);
 }
 
 static size_t send(void *context, const uint8_t *bytes, size_t count)
@@ -354,20 +331,13 @@ void TIMER_0_IRQHandler(void)
     ticks = ticks + 1u;
 }
 
-/// Stops detected by an interrupt since the last tick. Only the interrupt writes `count`, and only the tick `seen`.
-typedef struct
-{
-    volatile uint8_t count;
-    uint8_t          seen;
-} trip_t;
-
 static trip_t stop_trip, fault_trip;
 
 static void trip(trip_t *of, uint32_t edges, uint32_t edge)
 {
     if ((edges & edge) != 0u)
     {
-        of->count = (uint8_t)(of->count + 1u);
+        trip_count(of);
         registers_clear(&IO_BANK0_PROC0_INTE0, edge); // until the next tick: a bouncing input interrupts once a tick
     }
 }
@@ -381,20 +351,14 @@ void IO_BANK0_IRQHandler(void)
     IO_BANK0_INTR0 = edges;
 }
 
-static bool has_tripped(const trip_t *of)
-{
-    return of->count != of->seen;
-}
-
 static bool is_tripped(void)
 {
-    return has_tripped(&stop_trip) || has_tripped(&fault_trip);
+    return trip_has_come(&stop_trip) || trip_has_come(&fault_trip);
 }
 
 static bool take_trip(trip_t *of, uint32_t edge)
 {
-    const bool tripped = has_tripped(of);
-    of->seen           = of->count;
+    const bool tripped = trip_take(of);
     registers_set(&IO_BANK0_PROC0_INTE0, edge);
     return tripped;
 }

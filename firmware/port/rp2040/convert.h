@@ -1,24 +1,15 @@
-/// The codes of the RP2040's 12-bit converter as readings of the drive, and its outputs as compare values of the PWM. Without
-/// registers, so that the host can test it.
+/// The drive's outputs as compare values of the RP2040's PWM, and what its converter of 12 bits measures beside the sensor
+/// (port/converter.h). Without registers, so that the host can test it.
 ///
 ///     output    -CONVERT_TOP to CONVERT_TOP: the share of a period in which the bridge pushes, forward or backward
 
 #ifndef RP2040_CONVERT_H
 #define RP2040_CONVERT_H
 
-#include "app/loop.h"
-#include "port/port.h"
-
-#include <stdint.h>
-
-#define CONVERT_CODES     4096 ///< 2^31 in Q31
-#define CONVERT_CODES_MAX 4095
-#define CONVERT_RAIL      100u ///< codes, 80 mV: a short or a broken wire reads this close to a rail
+#include "port/converter.h"
 
 #define CONVERT_TOP 6250 ///< cycles of a period: 20 kHz of 125 MHz
 
-#define CONVERT_SENSOR_RANGE                                                                                           \
-    {.full_units = CONVERT_CODES, .low_units = CONVERT_RAIL, .high_units = CONVERT_CODES_MAX - CONVERT_RAIL}
 #define CONVERT_OUTPUT_RANGE {.full_units = 2 * CONVERT_TOP, .low_units = -CONVERT_TOP, .high_units = CONVERT_TOP}
 
 // What the bridge shows of itself. Change these with its amplifier and divider.
@@ -29,17 +20,6 @@ static inline port_measured_t convert_measured(uint32_t current, uint32_t bus)
 {
     return (port_measured_t){.current_ma = ((int32_t)current - CONVERT_CODES / 2) * CONVERT_CURRENT_MA / CONVERT_CODES,
                              .bus_mv     = (int32_t)bus * CONVERT_BUS_MV / CONVERT_CODES};
-}
-
-/// The mean of `count` readings of the sensor, 1 to 1024, to 2^-10 of a code.
-static inline loop_force_t convert_sensor(uint32_t sum, uint32_t count)
-{
-    const uint32_t mean = (sum << 10) / count;
-#ifdef TRIBO_ARITHMETIC_Q31
-    return (int32_t)(mean << 9);
-#else
-    return (float)mean * (1.0f / 1024.0f);
-#endif
 }
 
 /// Both compare values of the slice, forward in the low half and backward in the high one: never both above 0.

@@ -45,6 +45,7 @@ static const params_ceiling_t rig_ceilings[] = {
     {DRIVE_CONFIG_command_n_per_unit, 2.0f / (float)CONVERT_TOP, 1.0f},
     {DRIVE_CONFIG_command_zero_units, -125.0f, 125.0f},
     {DRIVE_CONFIG_sensor_n_per_unit, 0.8f * 2.0f / 1638.4f, 1.0f},
+    {DRIVE_CONFIG_sensor_zero_units, 2048.0f - 410.0f, 2048.0f + 410.0f}, // 0.5 N, however many tares are saved
     {DRIVE_CONFIG_reference_ms, 1.0f, 5000.0f},
     {DRIVE_CONFIG_reference_ramp_n_per_s, 0.0f, 0.0f}, // a slow ramp without a host is as good as no fault
 };

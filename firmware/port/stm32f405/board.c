@@ -1,5 +1,7 @@
 #include "board.h"
 
+#include "port/received.h"
+#include "port/trip.h"
 #include "stage.h"
 #include "wait.h"
 #include "wiring.h"
@@ -223,46 +225,21 @@ void board_release_line(void)
     is_sending = !is_out;
 }
 
-#define RECEIVED 64u // bytes, a power of two: five ticks at 115200 baud
+static received_t received;
 
 void USART1_IRQHandler(void);
-
-/// Only USART1's interrupt writes the bytes and `in`, only the tick `out`.
-static uint8_t           received[RECEIVED];
-static volatile uint32_t received_in, received_out;
-static volatile bool     received_badly;
 
 /// The USART holds one byte, 87 us long, and the background may be busy for milliseconds.
 void USART1_IRQHandler(void)
 {
     const int byte = board_read_byte();
-    if (byte < 0 || received_in - received_out == RECEIVED)
-    {
-        received_badly = true;
-    }
-    else
-    {
-        received[received_in % RECEIVED] = (uint8_t)byte;
-        received_in                      = received_in + 1u;
-    }
+    received_put(&received, (uint8_t)byte, byte >= 0);
 }
 
 static int receive(void *context, uint8_t *bytes, size_t room)
 {
     (void)context;
-    if (received_badly)
-    {
-        received_badly = false;
-        received_out   = received_in;
-        return MODBUS_LINE_ERROR;
-    }
-    size_t count = 0;
-    while (count < room && received_out != received_in)
-    {
-        bytes[count++] = received[received_out % RECEIVED];
-        received_out   = received_out + 1u;
-    }
-    return (int)count;
+    return received_take(&received, bytes, room);
 }
 
 static size_t send(void *context, const uint8_t *bytes, size_t count)
@@ -292,13 +269,6 @@ void TIM2_IRQHandler(void)
     ticks = ticks + 1u;
 }
 
-/// Stops detected by an interrupt since the last tick. Only the interrupt writes `count`, and only the tick `seen`.
-typedef struct
-{
-    volatile uint8_t count;
-    uint8_t          seen;
-} trip_t;
-
 static trip_t stop_trip, fault_trip, supply_trip;
 
 /// Turns the outputs off at once. The next tick raises the fault and enables the interrupt again, so a bouncing input costs
@@ -306,7 +276,7 @@ static trip_t stop_trip, fault_trip, supply_trip;
 static void trip(trip_t *of, uint32_t line, IRQn_Type interrupt)
 {
     board_off();
-    of->count = (uint8_t)(of->count + 1u);
+    trip_count(of);
     NVIC_DisableIRQ(interrupt);
     EXTI->PR = line;
     (void)EXTI->PR; // the read completes the write before the interrupt returns
@@ -327,14 +297,9 @@ void PVD_IRQHandler(void)
     trip(&supply_trip, PVD_LINE, PVD_IRQn);
 }
 
-static bool has_tripped(const trip_t *of)
-{
-    return of->count != of->seen;
-}
-
 static bool is_tripped(void)
 {
-    return has_tripped(&stop_trip) || has_tripped(&fault_trip) || has_tripped(&supply_trip);
+    return trip_has_come(&stop_trip) || trip_has_come(&fault_trip) || trip_has_come(&supply_trip);
 }
 
 /// After each write to an output: a stop may have come between the tick's checks and the write.
@@ -371,8 +336,7 @@ static void enable(void *context, bool on)
 
 static bool take_trip(trip_t *of, IRQn_Type interrupt)
 {
-    const bool tripped = has_tripped(of);
-    of->seen           = of->count;
+    const bool tripped = trip_take(of);
     NVIC_EnableIRQ(interrupt);
     return tripped;
 }

@@ -1,23 +1,14 @@
-/// The codes of the STM32F405's 12-bit converters as readings and outputs of the drive. Without registers, so that the host can
-/// test it. The drive's config scales codes to newtons.
+/// What the STM32F405's converters of 12 bits output and measure, beside the sensor (port/converter.h). Without registers, so that
+/// the host can test it.
 
 #ifndef STM32F405_CONVERT_H
 #define STM32F405_CONVERT_H
 
-#include "app/loop.h"
-#include "port/port.h"
+#include "port/converter.h"
 
-#include <stdint.h>
-
-#define CONVERT_CODES_MAX    4095
-#define CONVERT_CODES        4096  ///< 2^31 in Q31
-#define CONVERT_ZERO         2048u ///< half of the supply: no current, before the config is known
-#define CONVERT_READINGS_MAX 1024u ///< their sum fits 22 bits, so shifted by 10 it fits 32
-#define CONVERT_RAIL         100u  ///< codes, 80 mV: a short or a broken wire reads this close to a rail
+#define CONVERT_ZERO 2048u ///< half of the supply: no current, before the config is known
 
 /// An output of 4096 becomes 4095: a range of u that ends at the supply is one code short.
-#define CONVERT_SENSOR_RANGE                                                                                           \
-    {.full_units = CONVERT_CODES, .low_units = CONVERT_RAIL, .high_units = CONVERT_CODES_MAX - CONVERT_RAIL}
 #define CONVERT_OUTPUT_RANGE {.full_units = CONVERT_CODES, .low_units = 0, .high_units = CONVERT_CODES}
 
 // The bridge's output is a current in ampere.
@@ -37,17 +28,6 @@ static inline port_measured_t convert_measured(const uint32_t codes[CONVERT_MEAS
                                  ((int32_t)codes[0] - (int32_t)CONVERT_ZERO) * CONVERT_CURRENT_MA / CONVERT_CODES,
                              .bus_mv         = (int32_t)codes[1] * CONVERT_BUS_MV / CONVERT_CODES,
                              .temperature_mc = (int32_t)codes[2] * CONVERT_TEMPERATURE_MC / CONVERT_CODES};
-}
-
-/// The mean of `count` readings of the sensor, 1 to CONVERT_READINGS_MAX, to 2^-10 of a code.
-static inline loop_force_t convert_sensor(uint32_t sum, uint32_t count)
-{
-    const uint32_t mean = (sum << 10) / count;
-#ifdef TRIBO_ARITHMETIC_Q31
-    return (int32_t)(mean << 9);
-#else
-    return (float)mean * (1.0f / 1024.0f);
-#endif
 }
 
 /// Of the bridge, in A.

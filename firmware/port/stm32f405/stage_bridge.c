@@ -25,7 +25,10 @@
 
 #define SAMPLE_LEAD_NS 350u // half of 15 cycles of 21 MHz: the codes are held at the top
 #define TRIP_MOST_A    7.5f // of the sensor's 8.25 A, so that a trip comes before the rail
+#define BUS_TRIP       1.2f // of bus_high_v: off at once, and not after bus_voltage_ms
 #define READY_LEAST_MS 20u  // calibrating takes 12.8 ms
+
+_Static_assert(WIRING_LEGS == 2 || WIRING_LEGS == 3, "a motor with one winding, or three phases");
 
 static bridge_t         bridge;
 static bridge_brushed_t motor;
@@ -86,6 +89,8 @@ void stage_init(const drive_config_t *config, loop_force_t no_current)
     const bridge_params_t params = {.a_per_code = (float)CONVERT_CURRENT_MA * 1e-3f / (float)CONVERT_CODES,
                                     .v_per_code = (float)CONVERT_BUS_MV * 1e-3f / (float)CONVERT_CODES,
                                     .trip_a     = config->bridge_trip_a,
+                                    .trip_v     = BUS_TRIP * config->bus_high_v,
+                                    .currents   = WIRING_LEGS - 1,
                                     .law        = bridge_brushed,
                                     .context    = &motor,
                                     .begin      = bridge_brushed_begin};
@@ -278,6 +283,7 @@ uint32_t stage_inputs(void)
     const bridge_trip_t trip  = bridge_take_trip(&bridge);
     const uint32_t      ready = bridge.state == BRIDGE_ON ? 0u : PORT_INPUT_NOT_READY;
     return ready | (trip == BRIDGE_TRIP_CURRENT ? PORT_INPUT_OVER_CURRENT
+                    : trip == BRIDGE_TRIP_BUS   ? PORT_INPUT_OVER_VOLTAGE
                     : trip != BRIDGE_TRIP_NONE  ? PORT_INPUT_POWER_FAULT
                                                 : 0u);
 }

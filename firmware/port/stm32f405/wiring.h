@@ -50,6 +50,8 @@
 #define WIRING_READY_PIN   8
 #define WIRING_FAULT_PIN   12 ///< TIM1's break input; 10 to 15 share an interrupt
 
-#define WIRING_LEGS 2 ///< of the bridge: 2 or 3
+#ifndef WIRING_LEGS
+#define WIRING_LEGS 2 ///< of the bridge: 2, or 3 with a law of three phases (bridge/bridge.h)
+#endif
 
 #endif
