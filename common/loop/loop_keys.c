@@ -133,6 +133,7 @@ const common_key_t common_limits_keys[] = {
 
 const common_key_t common_loop_keys[] = {
     SKIPPED("description"),
+    SKIPPED("arithmetic"),
     SKIPPED("duration_s"),
 #define T common_loop_keys_t
     TRIBO_SAMPLE_PARAMETERS(PARAMETER)

@@ -192,6 +192,23 @@ static bool take_number(const reader_t *reader, const field_t *field, size_t col
                                                  complaint);
 }
 
+/// The places of a number that has been read: all that are written, and those behind the point.
+static void note_places(common_csv_t *csv, const char *text)
+{
+    int  digits = 0, decimals = 0;
+    bool behind = false;
+    for (; *text != '\0' && *text != 'e' && *text != 'E'; text++)
+    {
+        const bool is_digit = *text >= '0' && *text <= '9';
+        digits += is_digit && (digits > 0 || *text != '0') ? 1 : 0;
+        decimals += is_digit && behind ? 1 : 0;
+        behind = behind || *text == '.';
+    }
+    decimals -= *text != '\0' ? (int)strtol(text + 1, NULL, 10) : 0;
+    csv->digits   = digits > csv->digits ? digits : csv->digits;
+    csv->decimals = decimals > csv->decimals ? decimals : csv->decimals;
+}
+
 /// Takes a field's number for the columns that use it.
 static bool take_field(common_csv_t *csv, const reader_t *reader, const field_t *field, size_t number)
 {
@@ -200,7 +217,12 @@ static bool take_field(common_csv_t *csv, const reader_t *reader, const field_t 
         if (reader->place[i] == number && csv->values[i] != NULL)
         {
             csv->positions[csv->rows] = (i == 0) ? field->position : csv->positions[csv->rows];
-            return take_number(reader, field, i, &csv->values[i][csv->rows]);
+            const bool ok             = take_number(reader, field, i, &csv->values[i][csv->rows]);
+            if (ok && i == 0)
+            {
+                note_places(csv, field->text);
+            }
+            return ok;
         }
     }
     return true;
@@ -459,6 +481,12 @@ bool common_csv_check_rising(const common_csv_t *csv, const char *name, common_e
         }
     }
     return true;
+}
+
+double common_csv_rounding(const common_csv_t *csv, double number)
+{
+    const double first = floor(log10(fabs(number))); // place of the first digit; far down for 0
+    return 0.5 * pow(10.0, fmax(-csv->decimals, first + 1.0 - csv->digits));
 }
 
 void common_csv_free(common_csv_t *csv)

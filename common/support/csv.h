@@ -34,6 +34,7 @@ typedef struct
     size_t      first_line;                     ///< of row 0, from 1
     double     *values[COMMON_CSV_COLUMNS_MAX]; ///< by column asked for; null: optional and missing
     size_t     *positions;                      ///< by row: the first column asked for's place in its line
+    int         digits, decimals;               ///< most significant digits of its numbers, and most behind the point
 } common_csv_t;
 
 /// Reads `count` columns. On failure nothing is left to free.
@@ -71,6 +72,10 @@ bool common_csv_complain(const common_csv_t *csv, size_t row, common_error_t *er
 
 /// False if the numbers of the first column asked for do not rise from row to row.
 bool common_csv_check_rising(const common_csv_t *csv, const char *name, common_error_t *error);
+
+/// By how much a number of the first column asked for may be off as it is written: half a unit of its last place. The file's longest
+/// number says how many places there are, as a writer may leave out zeros.
+double common_csv_rounding(const common_csv_t *csv, double number);
 
 void common_csv_free(common_csv_t *csv);
 

@@ -1,5 +1,8 @@
 #include "support/data_path.h"
 
+#include "support/text.h"
+
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,4 +29,32 @@ void common_data_path(char path[PATH_MAX], const char *name)
             return;
         }
     }
+}
+
+static bool exists(const char *path)
+{
+    return access(path, F_OK) == 0;
+}
+
+char *common_data_named(const char *path, const char *folder, const char *name)
+{
+    static const char *const endings[] = {"", ".yaml"};
+    for (size_t i = 0; i < 2 && !exists(path) && strchr(name, '/') == NULL; i++)
+    {
+        char *named = common_text_format("%s/%s%s", folder, name, endings[i]);
+        if (named == NULL || exists(named))
+        {
+            return named;
+        }
+        free(named);
+    }
+    return strdup(path);
+}
+
+const char *common_scenario_folder(void)
+{
+    static char path[PATH_MAX];
+    const char *chosen = getenv("TRIBO_SCENARIOS");
+    common_data_path(path, "scenarios");
+    return chosen != NULL && chosen[0] != '\0' ? chosen : path;
 }

@@ -1,5 +1,6 @@
 """A running tribo-drive's bus, store and trace, by programs that are not of this port: tribo-link over a pty, mbpoll over TCP."""
 
+import contextlib
 import csv
 import fcntl
 import os
@@ -100,13 +101,17 @@ def test_a_line_in_use_is_refused_with_its_holder(serve):
         assert f"{served.line.port}: in use by {name}, process {os.getpid()}\n" in served.link("status", status=2)
         # One that comes free meanwhile is taken.
         late = subprocess.Popen([os.environ["TRIBO_LINK"], "-d", served.line.port, "status"], stdout=subprocess.DEVNULL)
-        until(lambda: any(os.readlink(fd) == served.line.port for fd in open_files(late.pid)), "it does not open the line")
+        until(lambda: served.line.port in open_files(late.pid), "it does not open the line")
         fcntl.flock(line, fcntl.LOCK_UN)
         assert late.wait(timeout=300) == 0
 
 
 def open_files(pid):
-    return [fd for fd in pathlib.Path(f"/proc/{pid}/fd").iterdir() if fd.is_symlink()]
+    files = []
+    for fd in pathlib.Path(f"/proc/{pid}/fd").iterdir():
+        with contextlib.suppress(FileNotFoundError):  # closed meanwhile
+            files.append(os.readlink(fd))
+    return files
 
 
 def test_saved_params_outlast_the_program(serve):

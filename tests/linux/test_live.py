@@ -91,7 +91,7 @@ def test_status_is_short_whole_or_json_on_either_line(demo):
     assert len(short.splitlines()) < 9 and "state    run" in short and re.search(r"learned +L +0\.\d+ N up", short)
     assert len(demo.link("status").splitlines()) > 40
     found = json.loads(demo.link("status", "--json", device=demo.line))
-    assert found["state_text"] == "run" and found["version"] == 6 and 0.39 < found["r_N"] < 0.61
+    assert found["state_text"] == "run" and found["version"] == 7 and 0.39 < found["r_N"] < 0.61
     assert {line.split(":")[0] for line in demo.link("status").splitlines()} == {name for name in found if not name.endswith("_text")}
 
 
@@ -187,6 +187,24 @@ def test_bash_completes_every_command_and_option():
     script = subprocess.run([LINK, "completion", "bash"], capture_output=True, text=True, check=True).stdout
     words = subprocess.run(["bash", "-c", f"{script}\ncomplete -p tribo-link"], capture_output=True, text=True, check=True).stdout.split("'")[1].split()
     shown = subprocess.run([LINK, "--help"], capture_output=True, text=True, check=True).stdout
-    assert set(re.findall(r"--[a-z]+", shown)) - set(words) == {"--usage"}
+    assert set(re.findall(r"--[a-z]+", shown)) <= set(words)
     commands = set(re.findall(r"^  ([a-z]+)", shown, re.M))
     assert len(commands) > 10 and commands <= set(words)
+
+
+def options_of(*command):
+    shown = subprocess.run([LINK, *command, "--help"], capture_output=True, text=True, check=True).stdout
+    return set(re.findall(r"--([a-z]+)", shown.split("\n\n", 1)[1]))
+
+
+def test_help_of_a_command_shows_its_own_and_no_other_is_taken():
+    trace = {"after", "decimation", "level", "out", "signals", "trigger", "wait", "watch"}
+    common = {"baud", "device", "help", "unit", "usage", "version"}
+    assert options_of("trace") == trace | common and options_of("--help", "start") == common
+    assert options_of("serve") == {"allow", "listen", "rate"} | common
+    commands = re.findall(r"^  ([a-z]+)", subprocess.run([LINK, "--help"], capture_output=True, text=True, check=True).stdout, re.M)
+    assert set().union(*(options_of(command) for command in commands)) == options_of()
+    for words, text in ((("start", "--level", "3"), "--level is not of start"), (("--listen", "x:1", "status"), "--listen is not of status"),
+                        (("fly", "--help"), "there is no command fly"), (("a(", "--help"), "there is no command a("), (("fly",), "there is no command fly")):
+        done = subprocess.run([LINK, *words], capture_output=True, text=True, check=False)
+        assert done.returncode == 2 and text in done.stderr and done.stdout == ""

@@ -2,10 +2,13 @@
 
 import http.client
 import json
+import pathlib
 import re
 import signal
+import socket
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -89,6 +92,8 @@ def test_the_page_starts_and_stops_and_says_what_is_refused(at_rest):
 def test_params_have_units_and_ranges(served):
     rows = {row["name"]: row for row in json.loads(served.ask("GET", "/list")[1])}
     assert rows["limits.u_max_N"]["unit"] == "N" and rows["limits.u_max_N"]["high"] == 1e6 and rows["limits.u_max_N"]["protects"]
+    assert {name for name, row in rows.items() if row["wired"]} == {"drive.ready_level", "drive.fault_level", "drive.sensor_reversed", "drive.command_reversed",
+                                                                  "drive.crystal_hz", "drive.degraded_clock"}
     assert rows["compensator.gain"]["low"] == 0 and rows["compensator.gain"]["high"] == 2
 
 
@@ -142,9 +147,84 @@ def test_hostile_requests_are_refused_and_the_next_one_is_served(served):
             said = link.sock.recv(100)
         except ConnectionError:
             said = b""
-        assert said == b"" or said.split()[1] in (b"400", b"403", b"413")
+        assert said == b"" or said.split()[1] in (b"400", b"403", b"413", b"431")
         link.close()
     assert served.ask("GET", "/")[0] == 200
+
+
+def raw(served, text):
+    link = socket.create_connection(("127.0.0.1", served.port), timeout=300)
+    link.sendall(text)
+    return link
+
+
+def posted(served, body, size=None):
+    head = f"POST /do HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\nX-Tribo-Token: {served.token}\r\n"
+    return (head + f"Content-Length: {len(body) if size is None else size}\r\n\r\n" + body).encode()
+
+
+def test_a_command_in_pieces_is_taken_whole(at_rest):
+    whole = posted(at_rest, "start")
+    link = raw(at_rest, whole[:10])
+    for byte in whole[10:]:
+        link.sendall(bytes([byte]))
+    assert link.recv(100).split()[1] == b"200" and at_rest.state() == "run"
+
+
+def test_half_a_command_does_nothing(at_rest):
+    link = raw(at_rest, posted(at_rest, "start", 500))
+    assert at_rest.ask("GET", "/")[0] == 200
+    link.close()
+    assert at_rest.state() == "idle"
+
+
+def test_what_is_longer_than_a_command_or_has_a_zero_byte_is_refused(at_rest):
+    assert at_rest.do("start", "x" * 9000)[0] == 413
+    assert at_rest.do("start\0")[0] == 400
+    assert at_rest.state() == "idle"
+
+
+def test_two_hosts_are_none(served):
+    link = raw(served, f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\nHost: drive.example\r\n\r\n".encode())
+    assert link.recv(100).split()[1] in (b"400", b"403")
+
+
+def test_who_leaves_ends_his_command(at_rest):
+    def commands():
+        return len(pathlib.Path(f"/proc/{at_rest.process.pid}/task/{at_rest.process.pid}/children").read_text().split())
+
+    link = raw(at_rest, posted(at_rest, "trace\n--trigger=rise\n--watch=F_N\n--level=1000\n--wait=200"))
+    for wanted in (1, 0):
+        until = time.monotonic() + 100
+        while commands() != wanted:
+            assert time.monotonic() < until
+            time.sleep(0.01)
+        link.close()
+
+
+def test_who_takes_nothing_keeps_nobody_else_from_it(served):
+    deaf = [raw(served, f"GET /events HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\n\r\n".encode()) for _ in range(8)]
+    assert served.ask("GET", "/values")[0] == 200
+    test_samples_come_as_events(served)
+    for link in deaf:
+        link.close()
+
+
+def test_more_clients_than_there_are_places_do_not_end_it(served):
+    many = [raw(served, b"GET") for _ in range(100)]
+    for link in many:
+        link.close()
+    assert served.ask("GET", "/")[0] == 200
+
+
+def test_a_signal_ends_it_beside_listeners_and_commands(demo):
+    served = Served(demo)
+    links = [raw(served, f"GET /events HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\n\r\n".encode()) for _ in range(3)]
+    links.append(raw(served, posted(served, "trace\n--trigger=rise\n--watch=F_N\n--level=1000\n--wait=200")))
+    assert links[0].recv(100).split()[1] == b"200"
+    served.process.send_signal(signal.SIGTERM)
+    assert served.process.wait(timeout=100) == 0
+    demo.link("status")
 
 
 def test_others_machines_are_served_only_by_a_name(demo):

@@ -370,8 +370,8 @@ static long find_holder(int file)
     char        line[256];
     char        where[64];
     long        holder = 0;
-    FILE       *locks  = fopen("/proc/locks", "re");
-    if (locks == NULL || fstat(file, &is) != 0)
+    FILE       *locks  = fstat(file, &is) == 0 ? fopen("/proc/locks", "re") : NULL;
+    if (locks == NULL)
     {
         return 0;
     }

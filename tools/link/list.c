@@ -80,13 +80,13 @@ static void add_fields(void)
     char     name[72];
     uint32_t address = REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT;
 #define DRIVE(type, field, unit, low, high, off, standard, change, text)                                               \
-    set_range(add("drive." #field, LINK_PARAM, address, IS_FLOAT(type), unit, text),                                   \
-              (double)(low),                                                                                           \
-              (double)(high),                                                                                          \
-              (off) != 0,                                                                                              \
-              (double)(standard))                                                                                      \
-        ->protects = TRIBO_##change != 0;                                                                              \
-    address += 2u;
+    {                                                                                                                  \
+        link_row_t *row = add("drive." #field, LINK_PARAM, address, IS_FLOAT(type), unit, text);                       \
+        (void)set_range(row, (double)(low), (double)(high), (off) != 0, (double)(standard));                           \
+        row->protects = true;                                                                                          \
+        row->wired    = DRIVE_##change == DRIVE_WIRED;                                                                 \
+        address += 2u;                                                                                                 \
+    }
     DRIVE_CONFIG_FIELDS(DRIVE)
 #undef DRIVE
 #define FIELD(group, symbol, member, key, unit, low, high, standard, change, number, condition, sentence)              \
@@ -263,7 +263,9 @@ static void print_row(const link_row_t *row)
                      row->high,
                      row->can_be_0 ? ", 0: off" : "",
                      row->normal,
-                     row->protects ? "protects" : "tunes");
+                     row->wired      ? "wired"
+                     : row->protects ? "protects"
+                                     : "tunes");
     }
     else if (row->group == LINK_REQUEST)
     {
@@ -335,8 +337,11 @@ void link_print_markdown(void)
         "all "
         "`b0`, and of all `b2`. For a\nsection whose `b2` is 0 its `b1` counts, or `b0` if that is 0 as well. No set "
         "is "
-        "wider than the ceilings of its board.\n\n`protection` is the CRC-32 (IEEE 802.3) of the words of all "
-        "registers that protect, in the order of their addresses, the zero of the\nsensor without a tare, and of these "
+        "wider than the ceilings of its board, and\nwhat is wired is as the board's image, or tribo-drive's "
+        "configuration, says.\n\n`protection` is "
+        "the CRC-32 (IEEE 802.3) of the words of all "
+        "registers that protect or are wired, in the order of their addresses, the\nzero of the sensor without a tare, "
+        "and of these "
         "two signs, 1, 0 or -1 in 32 bits, each with its low byte first.\n\n"
         "| name | address | type | unit | range | default | class | what |\n|---|---|---|---|---|---|---|---|\n",
         REGISTERS_VERSION,

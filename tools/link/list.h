@@ -22,7 +22,8 @@ typedef struct
     link_group_t group;
     uint16_t     address;
     bool         is_float, has_range, can_be_0; ///< can_be_0: 0 is allowed as well, and turns the field off
-    bool         protects;                      ///< changes only out of run and unlocked
+    bool         protects;                      ///< changes only out of run and unlocked ...
+    bool         wired;                         ///< ... or not at all
     double       low, high, normal;
     const char  *unit, *text;
 } link_row_t;

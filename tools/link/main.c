@@ -8,6 +8,7 @@
 #include "loop/loop_config.h"
 #include "serve.h"
 #include "status.h"
+#include "support/clock.h"
 #include "support/number.h"
 #include "support/output_file.h"
 
@@ -15,6 +16,7 @@
 
 #include <argp.h>
 #include <math.h>
+#include <regex.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,6 +38,8 @@ typedef struct
     double         level, wait_s, hold_s;
     uint64_t       decimation, after;
     bool           acknowledge, markdown;
+    bool           wants_help;
+    uint32_t       given;    ///< options, a bit each in the order of `known`
     bool           is_short; ///< no command: the state in a few lines
     status_watch_t watching;
     const char    *listen, *allow;
@@ -124,15 +128,24 @@ static uint32_t word_at(const params_t *params, const link_row_t *row)
     return params->words[(uint32_t)parts[i].word + (place - parts[i].at) / 2u];
 }
 
-/// Elements of the lists that the set has no use for.
+/// NAME is LIST[INDEX] or an element's part.
+static bool is_element(const char *name, const char *list, uint32_t *index)
+{
+    const size_t length = strlen(list);
+    const bool   is_of  = strncmp(name, list, length) == 0 && name[length] == '[';
+    *index              = is_of ? (uint32_t)strtoul(name + length + 1, NULL, 10) : 0u;
+    return is_of;
+}
+
+/// Not an element of a list beyond the length that the set has.
 static bool is_used(const params_t *params, const link_row_t *row)
 {
-    unsigned index;
-    if (sscanf(row->name, "controller.sections[%u]", &index) == 1)
+    uint32_t index;
+    if (is_element(row->name, "controller.sections", &index))
     {
         return index < params->words[PARAMS_SECTION_COUNT];
     }
-    if (sscanf(row->name, "compensator.friction.breakaway.table[%u]", &index) == 1)
+    if (is_element(row->name, "compensator.friction.breakaway.table", &index))
     {
         return index < params->words[PARAMS_TABLE_LENGTH];
     }
@@ -229,7 +242,8 @@ static bool parse_change(const link_bus_t *bus, change_t *change, const char *te
     double      number;
     if (equals == NULL || (size_t)(equals - text) >= sizeof name)
     {
-        return link_complain("params set %s: NAME=VALUE is expected", text);
+        (void)link_complain("params set %s: NAME=VALUE is expected", text);
+        return false;
     }
     (void)snprintf(name, sizeof name, "%.*s", (int)(equals - text), text);
     change->row = find_param(bus, name);
@@ -628,28 +642,15 @@ static void write_header(FILE *file, uint32_t signals)
     (void)fputc('\n', file);
 }
 
-static struct timespec now(void)
-{
-    struct timespec time;
-    (void)clock_gettime(CLOCK_MONOTONIC, &time);
-    return time;
-}
-
-static double seconds_since(const struct timespec *then)
-{
-    const struct timespec time = now();
-    return (double)(time.tv_sec - then->tv_sec) + 1e-9 * (double)(time.tv_nsec - then->tv_nsec);
-}
-
 #define REST_MS 5
 
 /// What the trace holds, time 0 at its first sample.
 static bool write_samples(link_bus_t *bus, const trace_head_t *head, double interval_s, FILE *file)
 {
-    const uint32_t  held  = head->states[REGISTERS_STATE_trace_held];
-    const uint32_t  first = head->states[REGISTERS_STATE_trace_count] - held;
-    const uint32_t  most  = LINK_WINDOW / head->channels;
-    struct timespec turn  = now();
+    const uint32_t held   = head->states[REGISTERS_STATE_trace_held];
+    const uint32_t first  = head->states[REGISTERS_STATE_trace_count] - held;
+    const uint32_t most   = LINK_WINDOW / head->channels;
+    double         turn_s = common_clock_s();
     for (uint32_t done = 0; done < held;)
     {
         uint32_t       words[LINK_WINDOW];
@@ -658,13 +659,13 @@ static bool write_samples(link_bus_t *bus, const trace_head_t *head, double inte
         {
             return false;
         }
-        if (seconds_since(&turn) > TURN_S) // a host that renews its reference must not wait for the whole trace
+        if (common_clock_s() - turn_s > TURN_S) // a host that renews its reference must not wait for the whole trace
         {
             if (!link_bus_rest(bus, REST_MS))
             {
                 return false;
             }
-            turn = now();
+            turn_s = common_clock_s();
         }
         for (uint32_t i = 0; i < samples; i++, done++)
         {
@@ -912,10 +913,12 @@ enum
     OPTION_TELEPLOT,
     OPTION_LISTEN,
     OPTION_ALLOW,
-    OPTION_MARKDOWN
+    OPTION_MARKDOWN,
+    OPTION_USAGE,
+    OPTION_VERSION
 };
 
-// clang-format off: one row an option
+// clang-format off: one row an option. Its text begins with the commands that it is of; with none it is of all.
 static const struct argp_option known[] = {
     {.name = "device", .key = 'd', .arg = "DEVICE", .doc = "the serial line, or tcp:HOST[:PORT]; TRIBO_LINK_DEVICE if left out, else the one where a drive answers"},
     {.name = "unit", .key = 'u', .arg = "1-247", .doc = "the drive's address, 1 if left out"},
@@ -937,8 +940,31 @@ static const struct argp_option known[] = {
     {.name = "allow", .key = OPTION_ALLOW, .arg = "NAME", .doc = "serve: the name by which browsers on other machines call this one; without it nothing but loopback is served"},
     {.name = "acknowledge", .key = OPTION_ACKNOWLEDGE, .doc = "fault: acknowledges it"},
     {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: as docs/registers.md"},
+    {.name = "help", .key = '?', .doc = "of a COMMAND: of it alone"},
+    {.name = "usage", .key = OPTION_USAGE, .doc = "the options in short"},
+    {.name = "version", .key = OPTION_VERSION, .doc = "of this program"},
     {.name = NULL}};
 // clang-format on
+
+static bool matches(const char *text, const char *pattern, const char *word)
+{
+    char    whole[128];
+    regex_t expression;
+    (void)snprintf(whole, sizeof whole, pattern, word);
+    const bool is_valid = regcomp(&expression, whole, REG_EXTENDED | REG_NOSUB) == 0;
+    const bool found    = is_valid && regexec(&expression, text, 0, NULL, 0) == 0;
+    if (is_valid)
+    {
+        regfree(&expression);
+    }
+    return found;
+}
+
+static bool is_of(const struct argp_option *option, const char *command)
+{
+    return !matches(option->doc, "^[a-z]+(, [a-z]+)*: %s", "") ||
+           matches(option->doc, "(^|[,;] )%s(, [a-z]+)*: ", command);
+}
 
 /// For bash to evaluate: commands and options.
 static int print_completion(const options_t *options)
@@ -957,7 +983,7 @@ static int print_completion(const options_t *options)
     {
         (void)printf(" --%s", option->name);
     }
-    (void)puts(" --help --version' tribo-link");
+    (void)puts("' tribo-link");
     return 0;
 }
 
@@ -996,8 +1022,21 @@ static error_t take(int key, char *value, struct argp_state *state)
 {
     options_t *options = state->input;
     uint64_t   whole   = 0;
+    for (size_t i = 0; known[i].name != NULL; i++)
+    {
+        options->given |= known[i].key == key ? UINT32_C(1) << i : 0u;
+    }
     switch (key)
     {
+    case '?':
+        options->wants_help = true;
+        return 0;
+    case OPTION_USAGE:
+        argp_state_help(state, stdout, ARGP_HELP_USAGE | ARGP_HELP_EXIT_OK);
+        return 0;
+    case OPTION_VERSION:
+        (void)puts("tribo-link " TRIBO_VERSION_STRING);
+        exit(0);
     case 'd':
         options->device = value;
         return 0;
@@ -1080,31 +1119,84 @@ static const struct argp parser = {
     .parser   = take,
     .args_doc = "[COMMAND]",
     .doc      = "A drive on a serial line, over Modbus RTU, or on a network, over Modbus TCP.\v"
-                "  (none)                      state, force and what was learned, in a few lines\n"
+                "  (none)                      state, force and what was learned, in short\n"
                 "  status                      states, counters and signals\n"
                 "  watch                       the same as they change; Ctrl-C ends it\n"
-                "  serve                       the same on a page for a browser on this machine: live plot, params, start "
-                "and stop, trace\n"
+                "  serve                       the same on a page for a browser here: live\n"
+                "                              plot, params, start and stop, trace\n"
                 "  ports                       where drives answer\n"
-                "  params get [NAME...]        what the drive runs with, all of it if no NAME is given\n"
-                "  params set NAME=VALUE...    together; refused if one does not fit. What tunes changes while the drive "
-                "runs, what protects\n"
-                "                              (list --markdown) at rest: each change is said, and unlocked for this one "
-                "command\n"
+                "  params get [NAME...]        what the drive runs with; all without a NAME\n"
+                "  params set NAME=VALUE...    together; refused if one does not fit. What\n"
+                "                              tunes changes while the drive runs, what\n"
+                "                              protects (list --markdown) at rest: each change\n"
+                "                              is said, and unlocked for this one command\n"
                 "  params from SCENARIO.yaml   likewise the loop of a scenario\n"
-                "  params diff SCENARIO.yaml   what the drive has otherwise; exit status 1 if there is any\n"
+                "  params diff SCENARIO.yaml   what the drive has otherwise; exit status 1 if\n"
+                "                              there is any\n"
                 "  params save                 into the drive's flash, with the last tare\n"
                 "  params defaults             those of the board\n"
-                "  start, stop, tare\n"
-                "  restore                     takes warnings back; friction that was faded returns\n"
+                "  start, stop, tare           runs the loop, ends it, makes the reading 0 N\n"
+                "  restore                     takes warnings back; friction that faded returns\n"
                 "  forget                      what the feed-forward has learned; not in run\n"
-                "  reference N                 the force to be held, renewed until a signal ends it if drive.reference_ms "
-                "is not 0\n"
+                "  reference N                 the force to be held, renewed until a signal\n"
+                "                              ends it if drive.reference_ms is not 0\n"
                 "  changes                     of what protects, since power-up\n"
                 "  fault                       the cause; with --out what came before it\n"
                 "  trace                       records signals, for tribo-sim replay\n"
                 "  list                        the names of all registers\n"
                 "  completion bash             for bash: eval \"$(tribo-link completion bash)\""};
+
+/// The lines of the parser's text that are about `command`, and its options; all of it for null.
+static int show_help(const char *command)
+{
+    struct argp_option own[sizeof known / sizeof known[0]] = {{.name = NULL}};
+    char               name[] = "tribo-link", line[256], lines[2048] = "";
+    size_t             count    = 0;
+    bool               is_about = false;
+    if (command == NULL)
+    {
+        argp_help(&parser, stdout, ARGP_HELP_SHORT_USAGE | ARGP_HELP_DOC | ARGP_HELP_LONG, name);
+        return 0;
+    }
+    for (size_t i = 0; known[i].name != NULL; i++)
+    {
+        if (is_of(&known[i], command))
+        {
+            own[count++] = known[i];
+        }
+    }
+    for (const char *text = strchr(parser.doc, '\v') + 1; *text != '\0';
+         text += strcspn(text, "\n"), text += *text == '\n')
+    {
+        (void)snprintf(line, sizeof line, "%.*s\n", (int)strcspn(text, "\n"), text);
+        is_about = matches(line, "^  ([a-z]+, )*%s[ ,\n]", command) || (is_about && strncmp(line, "    ", 4) == 0);
+        (void)strncat(lines, is_about ? line : "", sizeof lines - strlen(lines) - 1u);
+    }
+    if (lines[0] == '\0')
+    {
+        (void)link_complain("there is no command %s (tribo-link --help shows them)", command);
+        return EXIT_FAILED;
+    }
+    const struct argp of_command = {.options = own, .args_doc = command, .doc = lines};
+    argp_help(&of_command, stdout, ARGP_HELP_SHORT_USAGE | ARGP_HELP_PRE_DOC | ARGP_HELP_LONG, name);
+    return 0;
+}
+
+/// No option that the command would leave aside.
+static bool check_given(const options_t *options)
+{
+    for (size_t i = 0; known[i].name != NULL; i++)
+    {
+        if ((options->given >> i & 1u) != 0u && !is_of(&known[i], options->words[0]))
+        {
+            return link_complain("--%s is not of %s (tribo-link %s --help)",
+                                 known[i].name,
+                                 options->words[0],
+                                 options->words[0]);
+        }
+    }
+    return true;
+}
 
 int main(int count, char **arguments)
 {
@@ -1122,11 +1214,18 @@ int main(int count, char **arguments)
                                  .decimation = 1,
                                  .after      = 100};
     argp_err_exit_status      = EXIT_FAILED;
-    argp_program_version      = "tribo-link " TRIBO_VERSION_STRING;
-    (void)argp_parse(&parser, count, arguments, 0, NULL, &options);
+    (void)argp_parse(&parser, count, arguments, ARGP_NO_HELP, NULL, &options);
+    if (options.wants_help)
+    {
+        return show_help(options.words[0]);
+    }
     if (options.is_short)
     {
         options.words[options.count++] = status_word;
+    }
+    if (!check_given(&options))
+    {
+        return EXIT_FAILED;
     }
     if (strcmp(options.words[0], "list") == 0)
     {

@@ -1,10 +1,12 @@
 #include "serve.h"
 
 #include "status.h"
+#include "support/clock.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
+#include <microhttpd.h>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -16,106 +18,104 @@
 #include <sys/random.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #define CLIENTS_MAX  24
-#define REQUEST_MAX  8192u
+#define REQUEST_MAX  8192u  ///< the body of a request
+#define MEMORY_MAX   16384u ///< of a connection: its headers, and an event on its way
 #define ANSWER_MAX   (4u * 1024u * 1024u)
 #define WORDS_MAX    40
 #define TOKEN_DIGITS 32
-#define IDLE_S       10.0 ///< that a client has to say what it wants
+#define IDLE_S       10u ///< that a client may say and take nothing
 
 extern const unsigned char link_page[]; // page.html, see CMakeLists.txt
 extern const size_t        link_page_length;
 
-/// A connection, and the command that answers it.
+/// A request, until it is answered.
 typedef struct
 {
-    int    fd; ///< -1: free
-    bool   has_events;
-    double since_s;
-    char   request[REQUEST_MAX + 1];
-    size_t length;
-    pid_t  command; ///< 0: none
-    int    output;  ///< of the command
-    char  *answer;
-    size_t answer_length;
-} client_t;
+    struct MHD_Connection *connection; ///< null: free
+    char                   body[REQUEST_MAX + 1u];
+    size_t                 length;
+    pid_t                  command; ///< that makes the answer; 0: none
+    int                    output, status;
+    bool                   has_ended; ///< the command
+    char                  *answer;
+    size_t                 answer_length;
+    bool                   has_events, waits;
+    char                   event[STATUS_SAMPLE_MAX + 8u];
+    size_t                 event_length, event_sent;
+} request_t;
 
 typedef struct
 {
-    link_bus_t    *bus;
-    const serve_t *options;
-    int            listener, port;
-    char           token[TOKEN_DIGITS + 1];
-    client_t       clients[CLIENTS_MAX];
+    link_bus_t        *bus;
+    const serve_t     *options;
+    struct MHD_Daemon *http;
+    int                listener, port;
+    char               token[TOKEN_DIGITS + 1];
+    request_t          requests[CLIENTS_MAX];
 } server_t;
 
-static double now_s(void)
+static volatile sig_atomic_t is_over;
+
+static void end_serving(int signal_number)
 {
-    struct timespec time;
-    (void)clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+    (void)signal_number;
+    is_over = 1;
 }
 
 // --- answers -------------------------------------------------------------------------------------------------------
 
-static void forget(client_t *client)
+static void add_safe_headers(struct MHD_Response *response, const char *type)
 {
-    if (client->command != 0)
+    static const char *const safe[][2] = {
+        {"Cache-Control", "no-store"},
+        {"X-Content-Type-Options", "nosniff"},
+        {"X-Frame-Options", "DENY"},
+        {"Referrer-Policy", "no-referrer"},
+        {"Cross-Origin-Resource-Policy", "same-origin"},
+        {"Content-Security-Policy",
+         "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; img-src "
+         "data:; "
+         "frame-ancestors 'none'"},
+        {"Connection", "close"},
+    };
+    (void)MHD_add_response_header(response, "Content-Type", type);
+    for (size_t i = 0; i < sizeof safe / sizeof safe[0]; i++)
     {
-        (void)kill(client->command, SIGTERM);
-        (void)waitpid(client->command, NULL, 0);
-        (void)close(client->output);
+        (void)MHD_add_response_header(response, safe[i][0], safe[i][1]);
     }
-    free(client->answer);
-    (void)close(client->fd);
-    *client = (client_t){.fd = -1};
 }
 
-/// All of it, within a second: a browser on this machine reads what it asked for.
-static bool send_all(const client_t *client, const char *bytes, size_t length)
+/// Takes the response; a null one ends the connection.
+static enum MHD_Result send_response(request_t           *request,
+                                     unsigned             status,
+                                     struct MHD_Response *response,
+                                     const char          *type)
 {
-    struct pollfd ready = {.fd = client->fd, .events = POLLOUT};
-    while (length > 0u)
+    if (response == NULL)
     {
-        const ssize_t sent = send(client->fd, bytes, length, MSG_NOSIGNAL | MSG_DONTWAIT);
-        if (sent < 0 && (errno != EAGAIN || poll(&ready, 1, 1000) != 1))
-        {
-            return false;
-        }
-        bytes += sent > 0 ? sent : 0;
-        length -= sent > 0 ? (size_t)sent : 0u;
+        return MHD_NO;
     }
-    return true;
+    add_safe_headers(response, type);
+    const enum MHD_Result result = MHD_queue_response(request->connection, status, response);
+    MHD_destroy_response(response);
+    return result;
 }
 
-#define SAFE                                                                                                           \
-    "Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nX-Frame-Options: DENY\r\nReferrer-Policy: "         \
-    "no-referrer\r\nCross-Origin-Resource-Policy: same-origin\r\nContent-Security-Policy: default-src 'none'; "        \
-    "script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; img-src data:; frame-ancestors "       \
-    "'none'\r\nConnection: close\r\n"
-
-static void answer(client_t *client, const char *status, const char *type, const char *body, size_t length)
+static enum MHD_Result answer(request_t *request, unsigned status, const char *type, char *body, size_t length)
 {
-    char      head[1024];
-    const int size = snprintf(head,
-                              sizeof head,
-                              "HTTP/1.1 %s\r\nContent-Type: %s; charset=utf-8\r\nContent-Length: %zu\r\n" SAFE "\r\n",
-                              status,
-                              type,
-                              length);
-    (void)(send_all(client, head, (size_t)size) && send_all(client, body, length));
-    forget(client);
+    struct MHD_Response *response = MHD_create_response_from_buffer(length, body, MHD_RESPMEM_MUST_COPY);
+    return send_response(request, status, response, type);
 }
 
-static void refuse(client_t *client, const char *status, const char *why)
+static enum MHD_Result refuse(request_t *request, unsigned status, const char *why)
 {
-    answer(client, status, "text/plain", why, strlen(why));
+    return answer(request, status, "text/plain; charset=utf-8", (char *)why, strlen(why));
 }
 
-static void answer_page(const server_t *server, client_t *client)
+static enum MHD_Result answer_page(const server_t *server, request_t *request)
 {
     static const char mark[] = "%TOKEN%";
     const char *const text   = (const char *)link_page;
@@ -124,12 +124,12 @@ static void answer_page(const server_t *server, client_t *client)
     char             *page   = malloc(length + 1u);
     if (page == NULL)
     {
-        refuse(client, "500 Internal Server Error", "out of memory");
-        return;
+        return MHD_NO;
     }
     (void)snprintf(page, length + 1u, "%.*s%s%s", (int)(at - text), text, server->token, at + sizeof mark - 1u);
-    answer(client, "200 OK", "text/html", page, length);
+    const enum MHD_Result result = answer(request, MHD_HTTP_OK, "text/html; charset=utf-8", page, length);
     free(page);
+    return result;
 }
 
 /// The texts of the list have nothing that JSON would have to escape but a backslash or a quote.
@@ -143,7 +143,7 @@ static void write_text(FILE *file, const char *text)
     (void)fputc('"', file);
 }
 
-static void answer_list(const server_t *server, client_t *client)
+static enum MHD_Result answer_list(const server_t *server, request_t *request)
 {
     size_t            count, size = 0;
     char             *text      = NULL;
@@ -152,8 +152,7 @@ static void answer_list(const server_t *server, client_t *client)
     const char       *separator = "[";
     if (file == NULL)
     {
-        refuse(client, "500 Internal Server Error", "out of memory");
-        return;
+        return MHD_NO;
     }
     for (size_t i = 0; i < count; i++)
     {
@@ -164,32 +163,53 @@ static void answer_list(const server_t *server, client_t *client)
         }
         (void)fprintf(file, "%s{\"name\":\"%s\",\"unit\":\"%s\",", separator, list[i].name, list[i].unit);
         (void)fprintf(file, "\"low\":%.9g,\"high\":%.9g,", list[i].low, list[i].high);
-        (void)fprintf(file, "\"protects\":%s,\"text\":", list[i].protects ? "true" : "false");
+        (void)fprintf(file, "\"protects\":%s,", list[i].protects ? "true" : "false");
+        (void)fprintf(file, "\"wired\":%s,\"text\":", list[i].wired ? "true" : "false");
         write_text(file, list[i].text);
         (void)fputc('}', file);
         separator = ",";
     }
     (void)fputs("]", file);
-    if (fclose(file) == 0)
-    {
-        answer(client, "200 OK", "application/json", text, size);
-    }
+    const bool            is_whole = fclose(file) == 0;
+    const enum MHD_Result result   = is_whole ? answer(request, MHD_HTTP_OK, "application/json", text, size) : MHD_NO;
     free(text);
+    return result;
 }
 
-static void begin_events(client_t *client)
+/// What is left of the newest sample; then the connection waits for the next one.
+static ssize_t read_event(void *of, uint64_t position, char *buffer, size_t room)
 {
-    static const char head[] = "HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\n" SAFE "\r\n";
-    client->has_events       = send_all(client, head, sizeof head - 1u);
-    if (!client->has_events)
+    request_t   *request = of;
+    const size_t left    = request->event_length - request->event_sent;
+    const size_t count   = left < room ? left : room;
+    (void)position;
+    if (is_over != 0)
     {
-        forget(client);
+        return MHD_CONTENT_READER_END_OF_STREAM;
     }
+    if (count == 0u)
+    {
+        MHD_suspend_connection(request->connection);
+        request->waits = true;
+        return 0;
+    }
+    memcpy(buffer, request->event + request->event_sent, count);
+    request->event_sent += count;
+    return (ssize_t)count;
+}
+
+static enum MHD_Result begin_events(request_t *request)
+{
+    request->has_events = true;
+    struct MHD_Response *response =
+        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, sizeof request->event, read_event, request, NULL);
+    return send_response(request, MHD_HTTP_OK, response, "text/event-stream; charset=utf-8");
 }
 
 // --- commands: this program once more, with their own words --------------------------------------------------------
 
-static void run_command(const server_t *server, client_t *client, char *const words[])
+/// Answered when the command ends.
+static enum MHD_Result run_command(const server_t *server, request_t *request, char *const words[])
 {
     int   ends[2];
     char *arguments[WORDS_MAX + 8] = {"tribo-link", "-d", NULL, "-u", NULL, "--baud", NULL};
@@ -204,47 +224,63 @@ static void run_command(const server_t *server, client_t *client, char *const wo
     arguments[count] = NULL;
     if (pipe2(ends, O_CLOEXEC) != 0)
     {
-        refuse(client, "503 Service Unavailable", "no pipe");
-        return;
+        return refuse(request, MHD_HTTP_SERVICE_UNAVAILABLE, "no pipe");
     }
-    client->command = fork();
-    if (client->command == 0)
+    // Until it is another program the command has this one's handlers, and a signal meanwhile would be lost.
+    sigset_t all;
+    sigset_t before;
+    (void)sigfillset(&all);
+    (void)sigprocmask(SIG_SETMASK, &all, &before);
+    request->command = fork();
+    if (request->command == 0)
     {
+        (void)signal(SIGINT, SIG_DFL);
+        (void)signal(SIGTERM, SIG_DFL);
+        (void)sigprocmask(SIG_SETMASK, &before, NULL);
         (void)dup2(ends[1], STDOUT_FILENO);
         (void)dup2(ends[1], STDERR_FILENO);
         (void)execv("/proc/self/exe", arguments);
         _exit(127);
     }
+    (void)sigprocmask(SIG_SETMASK, &before, NULL);
     (void)close(ends[1]);
-    client->output = ends[0];
-    if (client->command < 0)
+    request->output = ends[0];
+    if (request->command < 0)
     {
-        client->command = 0;
+        request->command = 0;
         (void)close(ends[0]);
-        refuse(client, "503 Service Unavailable", "no process");
+        return refuse(request, MHD_HTTP_SERVICE_UNAVAILABLE, "no process");
     }
+    MHD_suspend_connection(request->connection);
+    return MHD_YES;
 }
 
-/// What it has said; at its end the answer.
-static void read_command(client_t *client)
+static void end_command(request_t *request)
+{
+    (void)waitpid(request->command, &request->status, 0);
+    (void)close(request->output);
+    request->command   = 0;
+    request->has_ended = true;
+    MHD_resume_connection(request->connection);
+}
+
+/// What it has said; at its end the answer is due.
+static void read_command(request_t *request)
 {
     ssize_t count = -1;
-    char *larger  = client->answer_length < ANSWER_MAX ? realloc(client->answer, client->answer_length + 65536u) : NULL;
+    char   *larger =
+        request->answer_length < ANSWER_MAX ? realloc(request->answer, request->answer_length + 65536u) : NULL;
     if (larger != NULL)
     {
-        client->answer = larger;
-        count          = read(client->output, client->answer + client->answer_length, 65536u);
+        request->answer = larger;
+        count           = read(request->output, request->answer + request->answer_length, 65536u);
     }
     if (count > 0)
     {
-        client->answer_length += (size_t)count;
+        request->answer_length += (size_t)count;
         return;
     }
-    int status = 1;
-    (void)waitpid(client->command, &status, 0);
-    (void)close(client->output);
-    client->command = 0;
-    answer(client, status == 0 ? "200 OK" : "409 Conflict", "text/plain", client->answer, client->answer_length);
+    end_command(request);
 }
 
 static bool is_one_of(const char *word, const char *const list[])
@@ -321,26 +357,30 @@ static bool take_words(char *text, char *words[WORDS_MAX + 1])
 
 // --- requests ------------------------------------------------------------------------------------------------------
 
-/// A header's value in `value`; empty if there is none, or more than one.
-static void find_header(const char *request, const char *name, char value[256])
+/// The one value of a header; null if there is none, or more than one.
+typedef struct
 {
-    const size_t length = strlen(name);
-    int          found  = 0;
-    value[0]            = '\0';
-    for (const char *line = strstr(request, "\r\n"); line != NULL && line[2] != '\r'; line = strstr(line + 2, "\r\n"))
+    const char *name, *value;
+    int         count;
+} header_t;
+
+static enum MHD_Result note_header(void *of, enum MHD_ValueKind kind, const char *name, const char *value)
+{
+    header_t *header = of;
+    (void)kind;
+    if (strcasecmp(name, header->name) == 0)
     {
-        if (strncasecmp(line + 2, name, length) == 0 && line[2 + length] == ':')
-        {
-            const char  *start = line + 3 + length + strspn(line + 3 + length, " ");
-            const size_t size  = strcspn(start, "\r");
-            (void)snprintf(value, 256, "%.*s", (int)(size < 255u ? size : 255u), start);
-            found++;
-        }
+        header->value = value;
+        header->count++;
     }
-    if (found > 1)
-    {
-        value[0] = '\0';
-    }
+    return MHD_YES;
+}
+
+static const char *find_header(struct MHD_Connection *connection, const char *name)
+{
+    header_t header = {.name = name};
+    (void)MHD_get_connection_values(connection, MHD_HEADER_KIND, note_header, &header);
+    return header.count == 1 ? header.value : NULL;
 }
 
 /// Whether HOST:PORT is a name of this server.
@@ -360,214 +400,206 @@ static bool is_own_name(const server_t *server, const char *host)
 }
 
 /// The first thing that is wrong with who asks; null if nothing is.
-static const char *check_origin(const server_t *server, const char *request, bool changes)
+static const char *check_origin(const server_t *server, struct MHD_Connection *connection, bool changes)
 {
-    char host[256], origin[256], token[256];
-    find_header(request, "Host", host);
-    find_header(request, "Origin", origin);
-    find_header(request, "X-Tribo-Token", token);
-    if (!is_own_name(server, host))
+    const char *host   = find_header(connection, "Host");
+    const char *origin = find_header(connection, "Origin");
+    const char *token  = find_header(connection, "X-Tribo-Token");
+    if (host == NULL || !is_own_name(server, host))
     {
         return "Host is none of this server's names";
     }
-    if (origin[0] != '\0' && (strncmp(origin, "http://", 7) != 0 || !is_own_name(server, origin + 7)))
+    if (origin != NULL && (strncmp(origin, "http://", 7) != 0 || !is_own_name(server, origin + 7)))
     {
         return "Origin is another page";
     }
-    return changes && strcmp(token, server->token) != 0 ? "X-Tribo-Token is not the page's" : NULL;
+    return changes && (token == NULL || strcmp(token, server->token) != 0) ? "X-Tribo-Token is not the page's" : NULL;
 }
 
-static void serve_get(const server_t *server, client_t *client, const char *path)
+static enum MHD_Result serve_get(const server_t *server, request_t *request, const char *path)
 {
     if (strcmp(path, "/") == 0)
     {
-        answer_page(server, client);
+        return answer_page(server, request);
     }
-    else if (strcmp(path, "/events") == 0)
+    if (strcmp(path, "/events") == 0)
     {
-        begin_events(client);
+        return begin_events(request);
     }
-    else if (strcmp(path, "/list") == 0)
+    if (strcmp(path, "/list") == 0)
     {
-        answer_list(server, client);
+        return answer_list(server, request);
     }
-    else if (strcmp(path, "/values") == 0)
+    if (strcmp(path, "/values") == 0)
     {
-        run_command(server, client, (char *[]){"params", "get", NULL});
+        return run_command(server, request, (char *[]){"params", "get", NULL});
     }
-    else
-    {
-        refuse(client, "404 Not Found", "there is no such page");
-    }
+    return refuse(request, MHD_HTTP_NOT_FOUND, "there is no such page");
 }
 
-/// A request that is there as a whole. `body` ends with a zero byte.
-static void serve_request(const server_t *server, client_t *client, char *body)
+static enum MHD_Result serve_post(const server_t *server, request_t *request)
 {
-    char  method[8], path[64];
     char *words[WORDS_MAX + 1];
-    if (sscanf(client->request, "%7s %63s HTTP/1", method, path) != 2)
+    if (request->length > REQUEST_MAX)
     {
-        refuse(client, "400 Bad Request", "no request of HTTP");
-        return;
+        return refuse(request, MHD_HTTP_CONTENT_TOO_LARGE, "a request is at most 8 KB");
     }
+    request->body[request->length] = '\0';
+    if (strlen(request->body) != request->length || !take_words(request->body, words))
+    {
+        return refuse(request, MHD_HTTP_BAD_REQUEST, "no command of the page");
+    }
+    return run_command(server, request, words);
+}
+
+/// A request that is there as a whole.
+static enum MHD_Result serve_request(const server_t *server, request_t *request, const char *method, const char *path)
+{
     const bool  is_post = strcmp(method, "POST") == 0;
-    const char *wrong   = check_origin(server, client->request, is_post);
+    const char *wrong   = check_origin(server, request->connection, is_post);
     if (wrong != NULL)
     {
-        refuse(client, "403 Forbidden", wrong);
+        return refuse(request, MHD_HTTP_FORBIDDEN, wrong);
     }
-    else if (is_post && strcmp(path, "/do") == 0)
+    if (is_post && strcmp(path, "/do") == 0)
     {
-        if (take_words(body, words))
-        {
-            run_command(server, client, words);
-        }
-        else
-        {
-            refuse(client, "400 Bad Request", "no command of the page");
-        }
+        return serve_post(server, request);
     }
-    else if (strcmp(method, "GET") == 0)
+    if (strcmp(method, "GET") == 0)
     {
-        serve_get(server, client, path);
+        return serve_get(server, request, path);
     }
-    else
-    {
-        refuse(client, "405 Method Not Allowed", "GET is expected, or POST /do");
-    }
+    return refuse(request, MHD_HTTP_METHOD_NOT_ALLOWED, "GET is expected, or POST /do");
 }
 
-static void read_request(const server_t *server, client_t *client)
+static request_t *new_request(server_t *server, struct MHD_Connection *connection)
 {
-    const ssize_t count =
-        recv(client->fd, client->request + client->length, REQUEST_MAX - client->length, MSG_DONTWAIT);
-    if (count <= 0)
+    int i = 0;
+    while (i < CLIENTS_MAX && server->requests[i].connection != NULL)
     {
-        if (count == 0 || errno != EAGAIN)
-        {
-            forget(client);
-        }
-        return;
+        i++;
     }
-    if (client->has_events || client->command != 0)
+    if (i == CLIENTS_MAX)
     {
-        return; // it has said all
+        return NULL;
     }
-    client->length += (size_t)count;
-    client->request[client->length] = '\0';
-    char *end                       = strstr(client->request, "\r\n\r\n");
-    char  size[256];
-    if (end != NULL)
+    server->requests[i] = (request_t){.connection = connection};
+    return &server->requests[i];
+}
+
+/// Called with a request's headers, with each piece of its body, at its end, and once more when its command has ended.
+static enum MHD_Result take_request(void                  *of,
+                                    struct MHD_Connection *connection,
+                                    const char            *path,
+                                    const char            *method,
+                                    const char            *version,
+                                    const char            *piece,
+                                    size_t                *size,
+                                    void                 **own)
+{
+    server_t  *server  = of;
+    request_t *request = *own;
+    (void)version;
+    if (request == NULL)
     {
-        find_header(client->request, "Content-Length", size);
-        const size_t wanted = (size_t)strtoul(size, NULL, 10);
-        const size_t there  = client->length - (size_t)(end + 4 - client->request);
-        if (wanted > REQUEST_MAX || strlen(client->request) != client->length)
-        {
-            refuse(client, "400 Bad Request", "too long, or a zero byte");
-            return;
-        }
-        if (there >= wanted)
-        {
-            end[4 + wanted] = '\0';
-            serve_request(server, client, end + 4);
-            return;
-        }
+        *own = new_request(server, connection);
+        return *own != NULL ? MHD_YES : MHD_NO;
     }
-    if (client->length == REQUEST_MAX)
+    if (*size > 0u)
     {
-        refuse(client, "413 Content Too Large", "a request is at most 8 KB");
+        const size_t room = REQUEST_MAX - (request->length < REQUEST_MAX ? request->length : REQUEST_MAX);
+        memcpy(request->body + request->length, piece, *size < room ? *size : room);
+        request->length += *size;
+        *size = 0u;
+        return MHD_YES;
+    }
+    if (request->has_ended)
+    {
+        const unsigned status = request->status == 0 ? MHD_HTTP_OK : MHD_HTTP_CONFLICT;
+        return answer(request, status, "text/plain; charset=utf-8", request->answer, request->answer_length);
+    }
+    return serve_request(server, request, method, path);
+}
+
+static void forget_request(void *of, struct MHD_Connection *connection, void **own, enum MHD_RequestTerminationCode why)
+{
+    request_t *request = *own;
+    (void)of;
+    (void)connection;
+    (void)why;
+    if (request != NULL)
+    {
+        free(request->answer);
+        request->connection = NULL;
     }
 }
 
 // --- the loop ------------------------------------------------------------------------------------------------------
 
-static volatile sig_atomic_t is_over;
-
-static void end_serving(int signal_number)
+static int socket_of(const request_t *request)
 {
-    (void)signal_number;
-    is_over = 1;
+    return MHD_get_connection_info(request->connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
 }
 
-static void take_client(server_t *server)
-{
-    const int fd = accept4(server->listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    int       i  = 0;
-    while (i < CLIENTS_MAX && server->clients[i].fd >= 0)
-    {
-        i++;
-    }
-    if (fd >= 0 && i < CLIENTS_MAX)
-    {
-        server->clients[i] = (client_t){.fd = fd, .since_s = now_s()};
-    }
-    else if (fd >= 0)
-    {
-        (void)close(fd);
-    }
-}
-
-/// Requests and commands, until it is time for a sample.
+/// Requests and commands, until it is time for a sample. Whoever leaves ends his command.
 static void attend(server_t *server, double until_s)
 {
-    while (is_over == 0)
+    const int http = MHD_get_daemon_info(server->http, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
+    while (is_over == 0 && MHD_run(server->http) == MHD_YES)
     {
-        struct pollfd events[1 + 2 * CLIENTS_MAX];
-        const double  left_s = until_s - now_s();
-        events[0]            = (struct pollfd){.fd = server->listener, .events = POLLIN};
+        struct pollfd      events[1 + 2 * CLIENTS_MAX];
+        unsigned long long http_ms = 0;
+        double             wait_ms = ceil(1e3 * (until_s - common_clock_s()));
+        events[0]                  = (struct pollfd){.fd = http, .events = POLLIN};
         for (int i = 0; i < CLIENTS_MAX; i++)
         {
-            client_t  *client = &server->clients[i];
-            const bool is_old =
-                client->fd >= 0 && !client->has_events && client->command == 0 && now_s() - client->since_s > IDLE_S;
-            if (is_old)
-            {
-                forget(client);
-            }
-            events[1 + 2 * i] = (struct pollfd){.fd = client->fd, .events = POLLIN};
-            events[2 + 2 * i] = (struct pollfd){.fd = client->command != 0 ? client->output : -1, .events = POLLIN};
+            const request_t *request = &server->requests[i];
+            const bool       works   = request->connection != NULL && request->command != 0;
+            events[1 + 2 * i]        = (struct pollfd){.fd = works ? request->output : -1, .events = POLLIN};
+            events[2 + 2 * i]        = (struct pollfd){.fd = works ? socket_of(request) : -1, .events = POLLRDHUP};
         }
-        if (left_s <= 0.0 || poll(events, 1 + 2 * CLIENTS_MAX, (int)ceil(1e3 * left_s)) < 0)
+        if (wait_ms <= 0.0)
+        {
+            return;
+        }
+        if (MHD_get_timeout(server->http, &http_ms) == MHD_YES)
+        {
+            wait_ms = fmin(wait_ms, (double)http_ms);
+        }
+        if (poll(events, 1 + 2 * CLIENTS_MAX, (int)wait_ms) < 0)
         {
             return;
         }
         for (int i = 0; i < CLIENTS_MAX; i++)
         {
-            client_t *client = &server->clients[i];
+            request_t *request = &server->requests[i];
             if (events[2 + 2 * i].revents != 0)
             {
-                read_command(client);
+                (void)kill(request->command, SIGTERM);
+                end_command(request);
             }
-            else if (client->fd >= 0 && events[1 + 2 * i].revents != 0)
+            else if (events[1 + 2 * i].revents != 0)
             {
-                read_request(server, client);
+                read_command(request);
             }
-        }
-        if (events[0].revents != 0)
-        {
-            take_client(server);
         }
     }
 }
 
-/// To whoever listens; who does not keep up is left.
+/// To whoever listens; who still takes the sample before it misses this one.
 static void send_events(server_t *server, const char *text, size_t length)
 {
-    static const char head[] = "data: ";
-    char              event[STATUS_SAMPLE_MAX + sizeof head];
-    const size_t size = sizeof head - 1u + length + 1u; // the sample ends with a line's end, the event with one more
-    memcpy(event, head, sizeof head - 1u);
-    memcpy(event + sizeof head - 1u, text, length);
-    event[size - 1u] = '\n';
     for (int i = 0; i < CLIENTS_MAX; i++)
     {
-        client_t *client = &server->clients[i];
-        if (client->fd >= 0 && client->has_events &&
-            send(client->fd, event, size, MSG_NOSIGNAL | MSG_DONTWAIT) != (ssize_t)size)
+        request_t *request = &server->requests[i];
+        if (request->connection != NULL && request->has_events && request->waits)
         {
-            forget(client);
+            // The sample ends with a line's end, the event with one more.
+            request->event_length =
+                (size_t)snprintf(request->event, sizeof request->event, "data: %.*s\n", (int)length, text);
+            request->event_sent = 0u;
+            request->waits      = false;
+            MHD_resume_connection(request->connection);
         }
     }
 }
@@ -576,7 +608,7 @@ static bool has_listeners(const server_t *server)
 {
     for (int i = 0; i < CLIENTS_MAX; i++)
     {
-        if (server->clients[i].fd >= 0 && server->clients[i].has_events)
+        if (server->requests[i].connection != NULL && server->requests[i].has_events)
         {
             return true;
         }
@@ -587,7 +619,7 @@ static bool has_listeners(const server_t *server)
 /// The bus is not held but for a sample.
 static bool sample_and_attend(server_t *server)
 {
-    double next_s = now_s();
+    double next_s = common_clock_s();
     link_bus_release(server->bus);
     while (is_over == 0)
     {
@@ -603,10 +635,30 @@ static bool sample_and_attend(server_t *server)
             link_bus_release(server->bus);
             send_events(server, text, length);
         }
-        next_s = fmax(next_s + 1.0 / server->options->rate_hz, now_s());
+        next_s = fmax(next_s + 1.0 / server->options->rate_hz, common_clock_s());
         attend(server, next_s);
     }
     return true;
+}
+
+/// Ends what waits, without which the server could not end.
+static void end_requests(server_t *server)
+{
+    is_over = 1;
+    for (int i = 0; i < CLIENTS_MAX; i++)
+    {
+        request_t *request = &server->requests[i];
+        if (request->connection != NULL && request->command != 0)
+        {
+            (void)kill(request->command, SIGTERM);
+            end_command(request);
+        }
+        else if (request->connection != NULL && request->waits)
+        {
+            request->waits = false;
+            MHD_resume_connection(request->connection);
+        }
+    }
 }
 
 static bool is_loopback(const struct sockaddr *address)
@@ -686,13 +738,32 @@ bool serve(link_bus_t *bus, const serve_t *options)
     static server_t        server;
     const struct sigaction action = {.sa_handler = end_serving}; // without SA_RESTART
     server                        = (server_t){.bus = bus, .options = options, .listener = -1};
-    for (int i = 0; i < CLIENTS_MAX; i++)
-    {
-        server.clients[i].fd = -1;
-    }
     if (!make_token(&server) || !open_listener(&server))
     {
         return false;
+    }
+    server.http = MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME,
+                                   0,
+                                   NULL,
+                                   NULL,
+                                   take_request,
+                                   &server,
+                                   MHD_OPTION_LISTEN_SOCKET,
+                                   server.listener,
+                                   MHD_OPTION_CONNECTION_LIMIT,
+                                   (unsigned)CLIENTS_MAX,
+                                   MHD_OPTION_CONNECTION_TIMEOUT,
+                                   IDLE_S,
+                                   MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+                                   (size_t)MEMORY_MAX,
+                                   MHD_OPTION_NOTIFY_COMPLETED,
+                                   forget_request,
+                                   &server,
+                                   MHD_OPTION_END);
+    if (server.http == NULL)
+    {
+        (void)close(server.listener);
+        return link_complain("serve: the HTTP server does not start");
     }
     (void)sigaction(SIGINT, &action, NULL);
     (void)sigaction(SIGTERM, &action, NULL);
@@ -701,13 +772,7 @@ bool serve(link_bus_t *bus, const serve_t *options)
                  server.port);
     (void)fflush(stdout);
     const bool ok = sample_and_attend(&server);
-    for (int i = 0; i < CLIENTS_MAX; i++)
-    {
-        if (server.clients[i].fd >= 0)
-        {
-            forget(&server.clients[i]);
-        }
-    }
-    (void)close(server.listener);
+    end_requests(&server);
+    MHD_stop_daemon(server.http);
     return ok;
 }

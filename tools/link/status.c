@@ -1,6 +1,7 @@
 #include "status.h"
 
 #include "app/registers.h"
+#include "support/clock.h"
 
 #include <math.h>
 #include <netdb.h>
@@ -215,10 +216,11 @@ static const char *const sent[] = {"tick",
                                    "learned_negative_N",
                                    "learned_negative_relative_variance"};
 
-static double now_s(clockid_t clock)
+/// Of the day, as what listens wants it.
+static double wall_clock_s(void)
 {
     struct timespec time;
-    (void)clock_gettime(clock, &time);
+    (void)clock_gettime(CLOCK_REALTIME, &time);
     return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
@@ -228,7 +230,7 @@ static size_t write_sample(char              text[STATUS_SAMPLE_MAX],
                            const uint32_t    words[WORDS],
                            bool              teleplot)
 {
-    const double time_s = now_s(CLOCK_REALTIME);
+    const double time_s = wall_clock_s();
     FILE        *file   = fmemopen(text, STATUS_SAMPLE_MAX, "w");
     if (file == NULL)
     {
@@ -379,9 +381,9 @@ static bool sample(link_bus_t *bus, const status_watch_t *watch, int udp, int te
                               {.title = "r - F", .unit = "mN", .factor = 1e3},
                               {.title = "u", .unit = "N", .factor = 1.0}};
     int          count     = 0;
-    const double start_s   = now_s(CLOCK_MONOTONIC);
+    const double start_s   = common_clock_s();
     double       next_s    = start_s;
-    while (is_over == 0 && now_s(CLOCK_MONOTONIC) - start_s < watch->hold_s)
+    while (is_over == 0 && common_clock_s() - start_s < watch->hold_s)
     {
         uint32_t words[WORDS];
         if (!read_words(bus, words))
@@ -402,8 +404,8 @@ static bool sample(link_bus_t *bus, const status_watch_t *watch, int udp, int te
             draw_view(bus, words, trails, &count);
         }
         next_s += 1.0 / watch->rate_hz;
-        const double rest_s = next_s - now_s(CLOCK_MONOTONIC);
-        next_s              = rest_s < 0.0 ? now_s(CLOCK_MONOTONIC) : next_s; // a line that is too slow for the rate
+        const double rest_s = next_s - common_clock_s();
+        next_s              = rest_s < 0.0 ? common_clock_s() : next_s; // a line that is too slow for the rate
         if (is_over == 0 && !link_bus_rest(bus, rest_s > 1e-3 ? (int)(1e3 * rest_s) : 1))
         {
             return is_over != 0;

@@ -1,5 +1,7 @@
 #include "bus.h"
 
+#include "support/clock.h"
+
 #include <errno.h>
 #include <modbus.h>
 #include <netdb.h>
@@ -13,15 +15,19 @@
 #include <time.h>
 #include <unistd.h>
 
-#define ADDRESSES   0x10000
-#define REOPEN_MS   1000
-#define MS_PER_S    1000
-#define NS_PER_MS   1000000
-#define BYTE_GAP_US 50000 ///< within a frame: more than a pty or a USB adapter makes
+#define ADDRESSES       0x10000
+#define REOPEN_MS       1000
+#define MS_PER_S        1000
+#define NS_PER_MS       1000000
+#define US_PER_MS       1000
+#define TCP_HEAD        6     ///< bytes, up to the length of what follows
+#define TCP_REQUEST_MIN 8     ///< with unit and function
+#define BYTE_GAP_US     50000 ///< within a frame: more than a pty or a USB adapter makes
 
 #define END_TEXT    96
-#define KEEP_IDLE_S 2 ///< then the kernel asks a silent client's once a second ...
-#define KEEP_TRIALS 3 ///< ... so often
+#define KEEP_IDLE_S 2   ///< then the kernel asks a silent client's once a second ...
+#define KEEP_TRIALS 3   ///< ... so often
+#define SEND_MS     100 ///< for a client that does not read its answers
 
 struct bus
 {
@@ -31,6 +37,7 @@ struct bus
     int                 listener;
     bool                gone; ///< the line
     char                client[END_TEXT];
+    double              heard_s;    ///< when the client came, or last asked for something
     unsigned long long  refused;    ///< clients, beside another
     time_t              refused_at; ///< and told
 };
@@ -43,6 +50,21 @@ bool bus_is_used(const bus_config_t *config)
 static bool is_serial(const bus_t *bus)
 {
     return bus->listener < 0;
+}
+
+/// A client that leaves is none; a serial line that goes away may come back.
+static void lose(bus_t *bus)
+{
+    if (is_serial(bus) && !bus->gone)
+    {
+        (void)fprintf(stderr,
+                      "%s: bus.device: %s: %s\n",
+                      program_invocation_short_name,
+                      bus->config->device,
+                      modbus_strerror(errno));
+    }
+    bus->gone = is_serial(bus);
+    modbus_close(bus->modbus);
 }
 
 // --- a request -----------------------------------------------------------------------------------------------------
@@ -185,11 +207,14 @@ static bus_event_t answer(bus_t *bus, const bus_registers_t *registers, uint8_t 
     {
         return BUS_NOTHING; // nobody may answer
     }
-    status = status == 0u ? perform(bus, registers, &request) : status;
-    if (!all)
+    status         = status == 0u ? perform(bus, registers, &request) : status;
+    bus->heard_s   = common_clock_s();
+    const int sent = all            ? 0
+                     : status == 0u ? modbus_reply(bus->modbus, frame, (int)size, bus->mapping)
+                                    : modbus_reply_exception(bus->modbus, frame, status);
+    if (sent < 0 && !is_serial(bus))
     {
-        (void)(status == 0u ? modbus_reply(bus->modbus, frame, (int)size, bus->mapping)
-                            : modbus_reply_exception(bus->modbus, frame, status));
+        lose(bus);
     }
     return status == 0u ? BUS_EXECUTED : BUS_REFUSED;
 }
@@ -224,6 +249,12 @@ static bool client_lives(const bus_t *bus)
     return count > 0 || (count < 0 && (errno == EAGAIN || errno == EINTR));
 }
 
+/// One that only keeps its place, e.g. with half a request.
+static bool client_is_silent(const bus_t *bus)
+{
+    return common_clock_s() - bus->heard_s > (double)bus->config->silent_s;
+}
+
 static void set_option(int socket, int level, int option, int value)
 {
     (void)setsockopt(socket, level, option, &value, sizeof value);
@@ -240,6 +271,9 @@ static void accept_client(bus_t *bus)
         return;
     }
     name_end(&address, size, bus->client);
+    bus->heard_s               = common_clock_s();
+    const struct timeval limit = {.tv_usec = (suseconds_t)SEND_MS * US_PER_MS};
+    (void)setsockopt(client, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
     set_option(client, SOL_SOCKET, SO_KEEPALIVE, 1);
     set_option(client, IPPROTO_TCP, TCP_KEEPIDLE, KEEP_IDLE_S);
     set_option(client, IPPROTO_TCP, TCP_KEEPINTVL, 1);
@@ -276,14 +310,21 @@ static void refuse_client(bus_t *bus)
 
 static void take_client(bus_t *bus)
 {
-    if (client_lives(bus))
+    const bool lives = client_lives(bus);
+    if (lives && !client_is_silent(bus))
     {
         refuse_client(bus);
+        return;
     }
-    else
+    if (lives)
     {
-        accept_client(bus);
+        (void)fprintf(stderr,
+                      "%s: bus.listen: %s is dropped: it has asked for nothing in %u s, and another comes\n",
+                      program_invocation_short_name,
+                      bus->client,
+                      (unsigned)bus->config->silent_s);
     }
+    accept_client(bus);
 }
 
 static bool is_loopback(const struct sockaddr_storage *address)
@@ -398,21 +439,6 @@ static void pause_ms(int ms)
     (void)nanosleep(&pause, NULL);
 }
 
-/// A client that leaves is none; a serial line that goes away may come back.
-static void lose(bus_t *bus)
-{
-    if (is_serial(bus) && !bus->gone)
-    {
-        (void)fprintf(stderr,
-                      "%s: bus.device: %s: %s\n",
-                      program_invocation_short_name,
-                      bus->config->device,
-                      modbus_strerror(errno));
-    }
-    bus->gone = is_serial(bus);
-    modbus_close(bus->modbus);
-}
-
 static bool come_back(bus_t *bus, int wait_ms)
 {
     static int waited_ms; // there is one bus
@@ -427,7 +453,47 @@ static bool come_back(bus_t *bus, int wait_ms)
     return !bus->gone;
 }
 
-static bus_event_t serve_request(bus_t *bus, unsigned unit, const bus_registers_t *registers)
+/// A whole request: its bytes, 0 as long as it has not come. Negative: the client has left, or sends no Modbus.
+static ssize_t take_request(const bus_t *bus, uint8_t frame[MODBUS_TCP_MAX_ADU_LENGTH])
+{
+    const int     client = modbus_get_socket(bus->modbus);
+    const ssize_t count  = recv(client, frame, MODBUS_TCP_MAX_ADU_LENGTH, MSG_PEEK | MSG_DONTWAIT);
+    if (count <= 0)
+    {
+        return count < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
+    }
+    if (count < TCP_HEAD)
+    {
+        return 0;
+    }
+    const ssize_t size = TCP_HEAD + get(frame + 4);
+    if (get(frame + 2) != 0u || size < TCP_REQUEST_MIN || size > MODBUS_TCP_MAX_ADU_LENGTH)
+    {
+        return -1;
+    }
+    return count < size ? 0 : recv(client, frame, (size_t)size, MSG_DONTWAIT);
+}
+
+/// Of a client. libmodbus would wait for each further byte of a request, and with it all that this thread does.
+static bus_event_t serve_client(bus_t *bus, const bus_registers_t *registers, int wait_ms)
+{
+    uint8_t       frame[MODBUS_TCP_MAX_ADU_LENGTH];
+    const ssize_t bytes = take_request(bus, frame);
+    if (bytes > 0)
+    {
+        return answer(bus, registers, frame, (size_t)bytes);
+    }
+    if (bytes == 0)
+    {
+        pause_ms(wait_ms); // poll does not wait for the rest
+        return BUS_NOTHING;
+    }
+    const bool has_left = !client_lives(bus);
+    lose(bus);
+    return has_left ? BUS_NOTHING : BUS_BAD_FRAME;
+}
+
+static bus_event_t serve_line(bus_t *bus, unsigned unit, const bus_registers_t *registers)
 {
     uint8_t frame[MODBUS_MAX_ADU_LENGTH];
     (void)modbus_set_slave(bus->modbus, (int)unit);
@@ -463,7 +529,9 @@ bus_event_t bus_serve(bus_t *bus, unsigned unit, const bus_registers_t *register
         return BUS_NOTHING;
     }
     // The client of before first: what it has sent is answered, and if it has left, its place is free for the next one.
-    const bus_event_t event = ends[0].revents != 0 ? serve_request(bus, unit, registers) : BUS_NOTHING;
+    const bus_event_t event = ends[0].revents == 0 ? BUS_NOTHING
+                              : is_serial(bus)     ? serve_line(bus, unit, registers)
+                                                   : serve_client(bus, registers, wait_ms);
     if (ends[1].revents != 0)
     {
         take_client(bus);

@@ -1,5 +1,6 @@
-/// A Modbus server by libmodbus, on a serial line (RTU) or over TCP for one client at a time: while it is connected, a second one
-/// is refused with a message on standard error. For a thread that may block.
+/// A Modbus server by libmodbus, on a serial line (RTU) or over TCP for one client at a time: while it asks for something now and
+/// then, a second one is refused with a message on standard error. For a thread that may block, on a line for a request's length;
+/// no client over TCP blocks it for longer than 0.1 s.
 
 #ifndef LINUX_BUS_H
 #define LINUX_BUS_H
@@ -19,6 +20,7 @@ typedef struct
     int      rs485;                    ///< 0 or 1
     char     listen[BUS_NAME_MAX + 1]; ///< an address of this machine
     uint64_t port;
+    uint64_t silent_s; ///< a client that asks for nothing for longer gives way to the next one
 } bus_config_t;
 
 bool bus_is_used(const bus_config_t *config);

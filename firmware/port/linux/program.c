@@ -16,6 +16,7 @@
 #include "loop/loop_check.h"
 #include "loop/loop_config.h"
 #include "loop/reference.h"
+#include "support/data_path.h"
 #include "support/number.h"
 #include "tribo/status.h"
 
@@ -463,13 +464,15 @@ static bool set_shape(program_t *program, common_error_t *error)
 
 static bool open_scenario(program_t *program, common_error_t *error)
 {
-    char path[2 * RIG_PATH_MAX];
-    path_of(program->rig->scenario, program->options->config, path);
+    char beside[2 * RIG_PATH_MAX];
+    path_of(program->rig->scenario, program->options->config, beside);
+    char         *path = common_data_named(beside, common_scenario_folder(), program->rig->scenario);
     const desk_t *desk = program->desk;
     program->scenario  = desk != NULL ? common_scenario_create_of(desk->keys, desk->size)
                                       : common_scenario_create_of(common_loop_keys, sizeof(common_loop_keys_t));
-    bool ok            = program->scenario != NULL || common_error_set(error, "out of memory");
+    bool ok            = (program->scenario != NULL && path != NULL) || common_error_set(error, "out of memory");
     ok                 = ok && common_scenario_load(program->scenario, path, error);
+    free(path);
     for (unsigned i = 0; ok && i < program->options->set_count; i++)
     {
         ok = common_scenario_set(program->scenario, program->options->sets[i], error);
@@ -545,6 +548,11 @@ static void take_ceilings_of_scaling(program_t *program)
     add_ceiling(program, DRIVE_CONFIG_command_n_per_unit, drive->command_n_per_unit, FLT_MAX);
     add_ceiling(program, DRIVE_CONFIG_command_zero_units, drive->command_zero_units, drive->command_zero_units);
     add_ceiling(program, DRIVE_CONFIG_sensor_n_per_unit, drive->sensor_n_per_unit, FLT_MAX);
+    const float tare_units = drive->tare_max_n / drive->sensor_n_per_unit; // however many tares are saved
+    add_ceiling(program,
+                DRIVE_CONFIG_sensor_zero_units,
+                drive->sensor_zero_units - tare_units,
+                drive->sensor_zero_units + tare_units);
 }
 
 /// A slow ramp without a host is as good as no fault, and its end may only be nearer to 0.
@@ -744,11 +752,25 @@ static bool find_watchdog(const program_t *program, common_error_t *error)
     return access(watchdog, W_OK) == 0 || common_error_set(error, "watchdog: %s: %s", watchdog, strerror(errno));
 }
 
+/// A rig's CPU has to be there, and a desk's unless it may run without real time.
+static bool find_cpu(const program_t *program, common_error_t *error)
+{
+    if (realtime_check_cpu((int64_t)program->rig->cpu, error))
+    {
+        return true;
+    }
+    const bool goes_on = program->desk != NULL && !program->rig->required;
+    if (goes_on)
+    {
+        (void)fprintf(stderr, "%s: no real time: %s\n", program_invocation_short_name, error->text);
+        error->text[0] = '\0';
+    }
+    return goes_on;
+}
+
 static int open_and_run(program_t *program, const common_sources_t *sources, common_error_t *error)
 {
-    const bool on_rig = program->desk == NULL; // a desk may check the configuration of another machine
-    if (!open_scenario(program, error) || (on_rig && !realtime_check_cpu((int64_t)program->rig->cpu, error)) ||
-        !find_watchdog(program, error) ||
+    if (!open_scenario(program, error) || !find_cpu(program, error) || !find_watchdog(program, error) ||
         !board_open(&program->board, program->rig, program->desk, program->scenario, error))
     {
         return -1;
@@ -797,7 +819,7 @@ int program_run(int count, char **arguments, const desk_t *desk)
                "Exit status: 0 done, 1 configuration, devices or log, 2 command line, 3 stopped for a fault."};
     messages_begin();
     argp_err_exit_status = EXIT_USAGE;
-    argp_program_version = "tribo-drive " TRIBO_VERSION_STRING;
+    argp_program_version = desk != NULL ? "tribo-desk " TRIBO_VERSION_STRING : "tribo-drive " TRIBO_VERSION_STRING;
     (void)argp_parse(&argp, count, arguments, 0, NULL, &options);
     if (options.keys)
     {

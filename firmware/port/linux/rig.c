@@ -79,6 +79,7 @@ static const common_key_t bus_keys[] = {
     WHOLE("baud",  AT(rig_t, bus.baud),   RANGE("-", 1200.0, 4000000.0, 115200.0), "of it, with 8 bits, no parity, 1 stop bit"),
     TEXT("listen", AT(rig_t, bus.listen), BUS_NAME_MAX, "... the address of this machine for Modbus TCP: whoever reaches it moves the drive; 127.0.0.1 if only bus.port is given"),
     WHOLE("port",  AT(rig_t, bus.port),   RANGE("-", 1.0, 65535.0, 1502.0), "of it"),
+    WHOLE("silent_s", AT(rig_t, bus.silent_s), RANGE("s", 1.0, 3600.0, 10.0), "a client that asks for nothing for longer gives its place to the next one"),
     END};
 
 #define DRIVE_KEY(type_, name_, unit_, low, high, off, normal, change, text_) \
@@ -87,7 +88,7 @@ static const common_key_t bus_keys[] = {
 static const common_key_t drive_keys[] = {DRIVE_CONFIG_FIELDS(DRIVE_KEY) END};
 
 static const common_key_t rig_keys[] = {
-    TEXT("scenario", AT(rig_t, scenario), RIG_PATH_MAX, "the scenario whose controller, compensator, limits and reference are taken; required"),
+    TEXT("scenario", AT(rig_t, scenario), RIG_PATH_MAX, "the scenario whose controller, compensator, limits and reference are taken: a file, or the name of one that comes with the program; required"),
     GROUP("sensor", .offset = 0, sensor_keys, "Sensor"),
     MEASURED(RIG_CURRENT,     "current",     "The motor's current, for drive.over_current_a; one of the three is read a tick"),
     MEASURED(RIG_SUPPLY,      "supply",      "The power stage's supply, for drive.bus_low_v and bus_high_v"),
