@@ -1,8 +1,8 @@
 #include "cli/commands.h"
-#include "cli/scenario_choice.h"
 #include "scenario/config.h"
 #include "scenario/key_list.h"
 #include "scenario/parameter_list.h"
+#include "support/data_path.h"
 #include "support/output_file.h"
 #include "support/text.h"
 
@@ -100,7 +100,7 @@ static int run(int count, char **arguments)
         sim_parameter_list_print();
         break;
     default:
-        ok = list_folder(sim_scenario_folder(), &error);
+        ok = list_folder(common_scenario_folder(), &error);
     }
     return (ok && common_output_flush(&error)) ? SIM_EXIT_OK : sim_failure(error.text);
 }

@@ -1,7 +1,7 @@
 // Draws what the other commands and a drive write.
 
 #include "cli/commands.h"
-#include "cli/picture.h"
+#include "cli/tool.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -55,7 +55,7 @@ static int run(int count, char **arguments)
     int status                     = sim_options_parse(&sim_command_plot, count, arguments, &options, NULL);
     if (status == 0)
     {
-        status = options.has_out ? sim_picture_draw(options.words) : sim_usage("plot: --out FILE is expected");
+        status = options.has_out ? sim_tool_run(options.words) : sim_usage("plot: --out FILE is expected");
     }
     free((void *)options.words);
     return status;

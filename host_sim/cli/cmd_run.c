@@ -4,6 +4,7 @@
 #include "cli/progress.h"
 #include "cli/scenario_choice.h"
 #include "cli/trace.h"
+#include "commit.h"
 #include "loop/effective.h"
 #include "scenario/runner.h"
 #include "support/number.h"
@@ -13,6 +14,7 @@
 #include "tribo/status.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -54,10 +56,13 @@ static const struct argp_option known[] = {
     {.name = "decimate", .key = OPTION_DECIMATE, .arg = "N", .doc = "of N rows of a trace only the first"},
     {.name = "columns", .key = OPTION_COLUMNS, .arg = "NAME,...", .doc = "of a trace only these columns, and t_s"},
     {.name = "json", .key = OPTION_JSON, .doc = "prints the summary as JSON instead of a table"},
-    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: two loops on two plants and how they differ"},
+    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "the scenario's if left out, f32 in most; both: two loops on two plants and how they differ"},
     {.name = "target", .key = OPTION_TARGET, .arg = "NAME", .doc = "runs the drive's firmware on an emulated microcontroller, or on a board at a serial line, against the plant here, and compares it with the host, bit by bit"},
     {.name = NULL}};
 // clang-format on
+
+/// What --arith sets, so that the scenario in DIR has it.
+static const char *const arithmetic[] = {"arithmetic=f32", "arithmetic=q31", "arithmetic=both"};
 
 static int take(void *context, int key, const char *value)
 {
@@ -92,10 +97,8 @@ static int take(void *context, int key, const char *value)
         options->run.target = value;
         return sim_target_exists(value) ? 0 : sim_usage("--target %s: there are %s", value, sim_target_names());
     default:
-        word              = sim_option_word(&sim_command_run, key, value);
-        options->run.q31  = word == 1;
-        options->run.both = word == 2;
-        return word >= 0 ? 0 : SIM_EXIT_USAGE;
+        word = sim_option_word(&sim_command_run, key, value);
+        return word >= 0 ? sim_scenario_take_set(&options->choice, arithmetic[word]) : SIM_EXIT_USAGE;
     }
 }
 
@@ -175,7 +178,7 @@ static bool write_scenario(FILE                    *stream,
                            const options_t         *options,
                            common_error_t          *error)
 {
-    (void)fputs("# tribo-sim " TRIBO_VERSION_STRING ", tribo-sim", stream);
+    (void)fputs("# tribo-sim " TRIBO_VERSION_STRING SIM_AT_COMMIT ", tribo-sim", stream);
     for (int i = 0; i < options->count; i++)
     {
         (void)fputc(' ', stream);
@@ -237,6 +240,23 @@ static void print_activity(const char *where, const sim_activity_t *activity)
                  activity->q_switches);
 }
 
+#define APART 0.2 // of L: what was learned of both directions may differ by that and is not remarked
+#define KNOWN 0.1 // relative variance below which a direction is learned
+
+/// At forces of one sign nothing in u and F tells friction that differs by direction from a wrong scale or bias of u.
+static void print_apart(const sim_result_t *result)
+{
+    const double *const breakaway = result->learned.breakaway_n;
+    const double *const variance  = result->learned.relative_variance;
+    if (result->learns && fmax(variance[0], variance[1]) < KNOWN &&
+        fabs(breakaway[0] - breakaway[1]) > APART * 0.5 * (breakaway[0] + breakaway[1]))
+    {
+        (void)printf("%-26sL+ is %.2f of L-: friction differs by direction, or the scale or bias of u is off\n",
+                     "learned apart",
+                     breakaway[0] / breakaway[1]);
+    }
+}
+
 static void print_learned(const sim_result_t *result)
 {
     static const char *const names[] = {"positive", "negative"};
@@ -251,6 +271,7 @@ static void print_learned(const sim_result_t *result)
                      : result->learned.at_bound[d]     ? ", at a bound: not to be trusted"
                                                        : "");
     }
+    print_apart(result);
     if (result->learned.harms)
     {
         (void)printf("%-26s%s\n", "friction has faded", "it cost the controller more effort than it saved");
@@ -416,17 +437,20 @@ static int run(int count, char **arguments)
 {
     options_t options = {.count = count, .arguments = arguments};
     int       status  = sim_options_parse(&sim_command_run, count, arguments, &options, &options.choice.name);
-    if (status == 0 && options.run.both && options.run.target != NULL)
-    {
-        status = sim_usage("--arith both does not go with --target");
-    }
     if (status == 0)
     {
         common_error_t     error    = {""};
         common_scenario_t *scenario = sim_scenario_open(&options.choice, &error);
-        const bool         ok       = scenario != NULL && simulate_and_report(scenario, &options, &error);
+        options.run.both            = scenario != NULL && sim_scenario_config(scenario)->arithmetic == SIM_BOTH;
+        if (options.run.both && options.run.target != NULL)
+        {
+            status = sim_usage("--arith both does not go with --target");
+        }
+        else if (scenario == NULL || !simulate_and_report(scenario, &options, &error))
+        {
+            status = sim_failure(error.text);
+        }
         common_scenario_destroy(scenario);
-        status = ok ? SIM_EXIT_OK : sim_failure(error.text);
     }
     sim_scenario_choice_free(&options.choice);
     free(options.temporary);

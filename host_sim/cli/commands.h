@@ -16,6 +16,7 @@ extern const sim_command_t sim_command_replay;
 extern const sim_command_t sim_command_log;
 extern const sim_command_t sim_command_params;
 extern const sim_command_t sim_command_plot;
+extern const sim_command_t sim_command_fmu;
 extern const sim_command_t sim_command_list;
 
 /// Reports a fault of the command line, or an error, on stderr; both return the exit status.

@@ -67,6 +67,14 @@ void sim_log_report(const sim_log_t *log, const char *path)
                       report->repeated,
                       report->splits);
     }
+    if (report->last_place_s > 0.0)
+    {
+        (void)fprintf(stderr,
+                      "%s: stamps in steps of %.3g s are those of an even clock of %.6g s\n",
+                      path,
+                      report->last_place_s,
+                      log->sample_time_s);
+    }
     if (report->moved > 0)
     {
         (void)fprintf(stderr, "%s: the stamps of %zu files are moved to follow the file before\n", path, report->moved);

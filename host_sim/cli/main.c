@@ -19,6 +19,7 @@ static const sim_command_t *const commands[] = {&sim_command_run,
                                                 &sim_command_log,
                                                 &sim_command_plot,
                                                 &sim_command_params,
+                                                &sim_command_fmu,
                                                 &sim_command_list};
 
 #define COMMANDS (sizeof commands / sizeof commands[0])
@@ -95,7 +96,7 @@ int main(int count, char **arguments)
 
     if (count < 2)
     {
-        return sim_usage("a command is expected: run, sweep, merge, replay, log, plot, params or list");
+        return sim_usage("a command is expected: run, sweep, merge, replay, log, plot, params, fmu or list");
     }
     const sim_command_t *const command = find_command(arguments[1]);
     if (strcmp(arguments[1], "--version") == 0)

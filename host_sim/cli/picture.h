@@ -17,8 +17,4 @@ char *sim_picture_folder(common_error_t *error);
 /// error says how to draw it later.
 bool sim_picture_of(const char *path, const char *name, const char *out, common_error_t *error);
 
-/// Runs it with `arguments`, the first being its name and the one after the last null, and waits for its end. Returns 0, or the
-/// exit status; then it has said on stderr what is wrong.
-int sim_picture_draw(const char *const *arguments);
-
 #endif

@@ -8,45 +8,21 @@
 #include <string.h>
 #include <unistd.h>
 
-const char *sim_scenario_folder(void)
-{
-    static char path[PATH_MAX];
-    const char *chosen = getenv("TRIBO_SCENARIOS");
-    common_data_path(path, "scenarios");
-    return chosen != NULL && chosen[0] != '\0' ? chosen : path;
-}
-
 static bool exists(const char *path)
 {
     return access(path, F_OK) == 0;
 }
 
-/// `name` itself if it exists, or if nothing does; else with or without an ending in the folder.
-static char *find(const char *folder, const char *name)
-{
-    static const char *const endings[] = {"", ".yaml"};
-    for (size_t i = 0; i < 2 && !exists(name) && strchr(name, '/') == NULL; i++)
-    {
-        char *path = common_text_format("%s/%s%s", folder, name, endings[i]);
-        if (path == NULL || exists(path))
-        {
-            return path;
-        }
-        free(path);
-    }
-    return strdup(name);
-}
-
 char *sim_scenario_path(const char *name)
 {
-    return find(sim_scenario_folder(), name);
+    return common_data_named(name, common_scenario_folder(), name);
 }
 
 char *sim_study_path(const char *name)
 {
     char folder[PATH_MAX];
     common_data_path(folder, "studies");
-    return find(folder, name);
+    return common_data_named(name, folder, name);
 }
 
 int sim_scenario_take_set(sim_scenario_choice_t *choice, const char *assignment)
@@ -81,7 +57,7 @@ static bool load(common_scenario_t           *scenario,
                   : common_error_set(error,
                                      "%s: there is no such file, nor such a scenario in %s (tribo-sim list shows them)",
                                      path,
-                                     sim_scenario_folder());
+                                     common_scenario_folder());
     ok      = ok && (choice->learned == NULL || common_scenario_load_compensator(scenario, choice->learned, error));
     for (int i = 0; ok && i < choice->set_count; i++)
     {

@@ -1,15 +1,11 @@
-/// The scenario on the command line. Bare names are found in the folder TRIBO_SCENARIOS if set, else in the one that the program
-/// came with.
+/// The scenario on the command line. Bare names are found in common_scenario_folder().
 
 #ifndef SIM_SCENARIO_CHOICE_H
 #define SIM_SCENARIO_CHOICE_H
 
 #include "scenario/config.h"
 
-const char *sim_scenario_folder(void);
-
-/// The path of `name`: an existing file, or a bare name with or without ".yaml" in the folder. If neither exists, the name
-/// itself (opening it gives the error). To be freed; null if there is no memory.
+/// The path of `name`, as common_data_named. To be freed; null if there is no memory.
 char *sim_scenario_path(const char *name);
 
 /// The same of a study, in the folder that the program came with.

@@ -232,15 +232,66 @@ static size_t drop_repeated(sim_log_t *log)
     return dropped;
 }
 
+static bool is_even(double interval, double median)
+{
+    return fabs(interval - median) <= JITTER * median;
+}
+
 static void judge_stamps(sim_log_report_t *report, const double *t, size_t rows, double median)
 {
     for (size_t k = 1; k < rows; k++)
     {
         const double interval = t[k] - t[k - 1];
         report->gaps += interval > GAP * median;
-        report->jittery += !(fabs(interval - median) <= JITTER * median);
+        report->jittery += !is_even(interval, median);
         report->largest_s = fmax(report->largest_s, interval);
     }
+}
+
+/// Half a unit of the last place of a stamp as the file has it, in s.
+static double rounding_of(const common_csv_t *csv, const sim_log_column_t *column, double stamp)
+{
+    const double unit = value_of(column, 1.0) - column->bias;
+    return fabs(unit) * common_csv_rounding(csv, (stamp - column->bias) / unit);
+}
+
+/// An even clock whose stamps were rounded as they were written: its stamps in place of the file's, and its interval. False where
+/// they are even as they are, or uneven beyond their digits. A last place of more than half an interval would hide a missing row.
+static bool take_off_rounding(sim_log_t              *file,
+                              const common_csv_t     *csv,
+                              const sim_log_column_t *column,
+                              double                 *interval,
+                              double                 *last_place)
+{
+    double      *t      = file->values[SIM_LOG_T];
+    const double rows   = (double)file->rows;
+    const double middle = 0.5 * (rows - 1.0);
+    double       mean   = t[0];
+    double       slope  = 0.0;
+    for (size_t k = 0; k < file->rows; k++)
+    {
+        mean += (t[k] - t[0]) / rows;
+        slope += ((double)k - middle) * (t[k] - t[0]) * 12.0 / (rows * (rows * rows - 1.0));
+    }
+    *last_place = 2.0 * fmax(rounding_of(csv, column, t[0]), rounding_of(csv, column, t[file->rows - 1]));
+    if (!(*last_place > JITTER * slope && *last_place <= 0.5 * slope))
+    {
+        return false;
+    }
+    for (size_t k = 0; k < file->rows; k++)
+    {
+        const double off = t[k] - (mean + ((double)k - middle) * slope);
+        if (!(fabs(off) <= rounding_of(csv, column, t[k]) + 0.5 * *last_place)) // rounding moves the line as well
+        {
+            return false;
+        }
+    }
+    for (size_t k = 0; k < file->rows; k++)
+    {
+        t[k] = mean + ((double)k - middle) * slope;
+    }
+    *interval = slope;
+    return true;
 }
 
 /// Refuses uneven stamps.
@@ -250,7 +301,7 @@ static bool check_even(const common_csv_t *csv, const char *name, double median,
     for (size_t k = 1; k < csv->rows; k++)
     {
         const double interval = t[k] - t[k - 1];
-        if (!(fabs(interval - median) <= JITTER * median))
+        if (!is_even(interval, median))
         {
             return common_csv_complain(
                 csv,
@@ -433,6 +484,13 @@ static bool find_interval(sim_log_t               *log,
     if (*median < 0.0)
     {
         return common_error_set(error, "out of memory");
+    }
+    sim_log_report_t stamps = {.rows_read = 0};
+    judge_stamps(&stamps, file->values[SIM_LOG_T], file->rows, *median);
+    double last_place = 0.0;
+    if (stamps.jittery > 0 && take_off_rounding(file, csv, &options->columns[SIM_LOG_T], median, &last_place))
+    {
+        log->report.last_place_s = last_place;
     }
     judge_stamps(&log->report, file->values[SIM_LOG_T], file->rows, *median);
     return options->resample || check_even(csv, name, *median, error);

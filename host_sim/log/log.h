@@ -2,8 +2,9 @@
 ///
 ///     value = scale * unit * field + bias          per column, in N, s, m or deg
 ///
-/// Stamps must be even within 1 % of the median interval. Otherwise the log is refused, or resampled: linear between rows, at
-/// the median interval. A gap of more than `gap_s` is not bridged but splits the log into segments. Each file begins a segment;
+/// Stamps must be even within 1 % of the median interval, or as even as their digits allow: those of an even clock that was rounded
+/// as it was written get that clock's stamps. Otherwise the log is refused, or resampled: linear between rows, at the median
+/// interval. A gap of more than `gap_s` is not bridged but splits the log into segments. Each file begins a segment;
 /// if its stamps do not follow those of the file before, they are shifted to begin one second after them.
 
 #ifndef SIM_LOG_H
@@ -51,12 +52,13 @@ typedef struct
 typedef struct
 {
     size_t rows_read, files;
-    size_t jittery;   ///< intervals off by more than 1 %
-    size_t gaps;      ///< intervals of more than 1.5 of the median's
-    size_t repeated;  ///< rows with repeated stamps, left out
-    size_t splits;    ///< gaps at which the log was split
-    size_t moved;     ///< files whose stamps were moved
-    double largest_s; ///< interval
+    size_t jittery;      ///< intervals off by more than 1 %
+    size_t gaps;         ///< intervals of more than 1.5 of the median's
+    size_t repeated;     ///< rows with repeated stamps, left out
+    size_t splits;       ///< gaps at which the log was split
+    size_t moved;        ///< files whose stamps were moved
+    double largest_s;    ///< interval
+    double last_place_s; ///< of stamps that are even but for their digits; else 0
     bool   resampled;
 } sim_log_report_t;
 

@@ -36,10 +36,18 @@ typedef struct
     common_optional_t end_s; ///< left out: the end of the run
 } sim_metrics_config_t;
 
+typedef enum
+{
+    SIM_F32,
+    SIM_Q31,
+    SIM_BOTH
+} sim_arithmetic_t;
+
 typedef struct
 {
     common_loop_keys_t   loop; ///< first: see common_scenario_create_of
     char                 description[SIM_DESCRIPTION_MAX + 1];
+    sim_arithmetic_t     arithmetic;
     double               duration_s; ///< 0: not given yet
     sim_plant_keys_t     plant;
     sim_sensor_keys_t    sensor;

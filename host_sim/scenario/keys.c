@@ -45,8 +45,11 @@ static const common_key_t metrics_keys[] = {
     OPTIONAL("end_s", AT(sim_metrics_config_t, end_s),   RANGE("s", 0.0, 86400.0, 0.0), "to here; the end of the run if left out"),
     END};
 
+static const char *const arithmetics[] = {[SIM_F32] = "f32", [SIM_Q31] = "q31", [SIM_BOTH] = "both", NULL};
+
 const common_key_t sim_keys[] = {
     TEXT("description",      AT(sim_config_t, description),   SIM_DESCRIPTION_MAX, "one line for `tribo-sim list`"),
+    CHOICE("arithmetic",     AT(sim_config_t, arithmetic),    arithmetics, SIM_F32, "of the loop, as `--arith` says; where one loop is played `both` is f32"),
     REQUIRED("duration_s",   AT(sim_config_t, duration_s),    RANGE("s", 1e-3, 86400.0, 0.0), "length of the run; required"),
 #define T                                           sim_config_t
 #define OF_THE_LOOP(group, symbol, member, ...) PARAMETER(group, symbol, loop.member, __VA_ARGS__)

@@ -309,11 +309,12 @@ bool sim_run(const common_scenario_t *scenario,
              sim_summary_t           *summary,
              common_error_t          *error)
 {
-    const sim_run_options_t chosen  = (options != NULL) ? *options : (sim_run_options_t){.target = NULL};
+    sim_run_options_t       chosen  = (options != NULL) ? *options : (sim_run_options_t){.target = NULL};
     const sim_run_options_t q31     = {.q31 = true};
     const double            start_s = common_clock_s();
     run_t                   runs[2];
-    *summary = (sim_summary_t){.both = chosen.both};
+    chosen.q31 = !chosen.both && (chosen.q31 || sim_scenario_config(scenario)->arithmetic == SIM_Q31);
+    *summary   = (sim_summary_t){.both = chosen.both};
     if (!set_up(&runs[0], scenario, &chosen, error))
     {
         return false;

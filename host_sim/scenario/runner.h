@@ -34,7 +34,7 @@ typedef bool (*sim_row_handler_t)(void *context, const sim_row_t *row, double pa
 typedef struct
 {
     const char *target; ///< an emulated microcontroller (target/target.h); null: here
-    bool        q31;    ///< the loop's arithmetic
+    bool        q31;    ///< the loop's arithmetic, also if the scenario says so
     bool        both;   ///< here only: f32 and Q31, each on a plant of its own
 } sim_run_options_t;
 

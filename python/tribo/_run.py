@@ -125,10 +125,11 @@ def _columns(trace: Array) -> dict[str, Array]:
     return {text(lib.native_column_name(i)): trace[i] != 0 if lib.native_column_is_flag(i) else trace[i] for i in range(len(trace))}
 
 
-def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *, arith: Literal["f32", "q31", "both"] = "f32", **keywords: Value) -> Run:
+def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *, arith: Literal["f32", "q31", "both"] | None = None, **keywords: Value) -> Run:
     """Plays a scenario as `tribo-sim run` does: a path, the name of one in the scenarios folder, or None for the defaults.
 
-    `keys` are those of a scenario, by their dotted names; a keyword is a key that no other one ends with.
+    `keys` are those of a scenario, by their dotted names; a keyword is a key that no other one ends with. Without `arith` the
+    arithmetic is the scenario's, f32 in most.
 
     >>> short = run("triangle", {"metrics.start_s": 0, "plant.friction.k_min": 5}, duration_s=2, arith="both")
     >>> short.summary.ticks, len(short.q31.u_N), bool(short.limited.any())
@@ -138,11 +139,13 @@ def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *,
         ...
     tribo.ScenarioError: start_s: several keys end so, give one of them in a dict: metrics.start_s, reference.start_s
     """
-    if arith not in ("f32", "q31", "both"):
+    if arith not in ("f32", "q31", "both", None):
         raise ValueError(f"arith={arith!r}: there are f32, q31 and both")
     made = Scenario(scenario)
     for key, value in all_keys(keys, keywords).items():
         made.set(key, value)
+    if arith is not None:
+        made.set("arithmetic", arith)
     error = new_error()
     if not lib.native_scenario_check(made.handle, error):
         raise raised(error)

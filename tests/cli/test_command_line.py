@@ -5,7 +5,7 @@ import pytest
 HINT = " (tribo-sim --help shows what there is)"
 
 MISTAKES = {
-    (): "a command is expected: run, sweep, merge, replay, log, plot, params or list",
+    (): "a command is expected: run, sweep, merge, replay, log, plot, params, fmu or list",
     ("fly",): "unknown command fly",
     ("run",): "run: one scenario is expected, not 0",
     ("run", "a", "b"): "run: one scenario is expected, not 2",
@@ -34,6 +34,11 @@ MISTAKES = {
     ("run", "a", "--decimate", "0"): "--decimate 0: a whole number of 1 or more is expected",
     ("run", "a", "--columns", "r_N,x_N"): "--columns: there is no column 'x_N' in a trace",
     ("run", "a", "--columns", "t_"): "--columns: there is no column 't_' in a trace",
+    ("fmu",): "fmu: one scenario is expected, not 0",
+    ("fmu", "a", "--out", "a.fmu"): "fmu: --part loop and --out FILE.fmu are expected",
+    ("fmu", "a", "--part", "plant"): "fmu: --part plant and --out FILE.fmu are expected",
+    ("fmu", "a", "--part", "wheel"): "--part wheel: there are loop, compensator, plant",
+    ("fmu", "a", "--fmi", "1"): "--fmi 1: there are 2, 3",
     ("plot", "a"): "plot: --out FILE is expected",
     ("plot", "--out", "a.png"): "plot: one folder or file at least is expected",
     ("run", "a", "--plot", "b.jpg"): "--plot b.jpg: a name that ends in .png, .svg or .html is expected",

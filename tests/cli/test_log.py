@@ -110,6 +110,35 @@ def test_jitter_and_small_gaps_are_mended_and_said(sim):
     assert out["u_N"] == pytest.approx([2 * k for k in range(12)], abs=1e-8)
 
 
+def stamps_of(interval, first, rows, form):
+    return "t_s,u_N\n" + "".join(f"{form % (first + k * interval)},{k % 7}\n" for k in rows)
+
+
+@pytest.mark.parametrize("interval, first, form", [(0.00025, 300, "%.7g"), (0.00025, 99.9, "%.7g"), (1 / 3000, 0, "%.4f"), (1 / 4096, 0, "%.4f"), (0.00025, 300, "%.6e")])
+@pytest.mark.parametrize("unit", [1, 1000])
+def test_stamps_that_are_rounded_as_they_are_written_are_those_of_an_even_clock(sim, interval, first, form, unit):
+    """A logger's %.7g has steps of 0.1 ms from 100 s on."""
+    sim.write("log.csv", stamps_of(interval * unit, first * unit, range(2000), form if unit == 1 or "f" not in form else "%.1f"))
+    for more in ([], ["--resample"]):
+        run = sim("log", "log.csv", "--unit", "t=s" if unit == 1 else "t=ms", "--out", "out.csv", *more)
+        assert run.returncode == 0 and "are those of an even clock" in run.stderr
+        out = read_csv(sim.folder / "out.csv")
+        assert out["t_s"] == pytest.approx([first + k * interval for k in range(2000)], abs=1e-4)
+        assert out["t_s"][1] - out["t_s"][0] == pytest.approx(interval, rel=1e-3)
+        assert out["u_N"] == pytest.approx([k % 7 for k in range(2000)], abs=1e-6)
+
+
+UNEVEN = {"a row is missing": [k for k in range(2000) if k != 900], "a row is late": [*range(900), 900.8, *range(901, 2000)],
+          "the clock's rate changes": [*range(1000), *(1000 + 1.02 * k for k in range(1000))]}
+
+
+@pytest.mark.parametrize("case", UNEVEN)
+def test_stamps_that_are_uneven_beyond_their_digits_are_refused(sim, case):
+    sim.write("log.csv", stamps_of(0.00025, 300, UNEVEN[case], "%.7g"))
+    run = sim("log", "log.csv")
+    assert run.returncode == 1 and "s after the row before, where the log's interval is" in run.stderr
+
+
 def test_a_gap_beyond_the_bound_splits_the_log(sim):
     stamps = [0, 1, 2, 3, 53, 54, 55]
     sim.write("log.csv", "t_s,u_N\n" + "".join(f"{t / 1000},{t}\n" for t in stamps))

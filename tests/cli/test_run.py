@@ -1,6 +1,7 @@
 """`run`: the benchmark's numbers, what is written, and the plant against an independent model of it."""
 
 import cmath
+import contextlib
 import json
 import math
 import os
@@ -136,6 +137,18 @@ def test_a_learned_table_is_handed_on_as_one(sim):
     assert begun["breakaway_negative_N"][0] == pytest.approx(0.107, rel=0.06)
 
 
+@pytest.mark.parametrize("scale", [0.0, 0.1, -0.1])
+def test_learned_friction_that_may_be_a_wrong_scale_is_remarked(sim, scale):
+    """u that is too large is less friction one way and more the other."""
+    said = sim.ok("run", "triangle", "--set", f"plant.command.scale_error={scale}")
+    positive, negative = (float(re.search(rf"learned, {way} +([0-9.]+) N", said)[1]) for way in ("positive", "negative"))
+    remark = re.search(r"learned apart +L\+ is ([0-9.]+) of L-: friction differs by direction, or the scale or bias of u is off\n", said)
+    assert (remark is None) == (scale == 0)
+    if remark is not None:
+        assert float(remark[1]) == pytest.approx(positive / negative, abs=0.006)
+        assert positive < 0.6 * negative if scale > 0 else negative < 0.6 * positive
+
+
 def test_a_run_that_learns_nothing_leaves_no_learned_file(sim):
     sim.ok("run", *FED, "--set", "duration_s=1", "--set", "metrics.start_s=0", "--out", "both")
     assert (sim.folder / "both" / "learned.yaml").exists()
@@ -250,7 +263,22 @@ def test_the_scenario_in_the_folder_plays_the_same_run(sim, name):
     assert (sim.folder / "again/trace.csv").read_bytes() == (sim.folder / "a/b/trace.csv").read_bytes()
     first, second = ((sim.folder / folder / "scenario.yaml").read_text(encoding="utf-8").split("\n", 1) for folder in ("a/b", "again"))
     assert first[1] == second[1]
-    assert first[0].startswith("# tribo-sim 0.1.0, tribo-sim run ") and "--set compensator.gain=0.1 " in first[0]
+    commit = r" at [0-9a-f]{12}(-dirty)?" if (ROOT / ".git").exists() else ""
+    assert re.match(rf"# tribo-sim 0\.1\.0{commit}, tribo-sim run ", first[0]) and "--set compensator.gain=0.1 " in first[0]
+
+
+@pytest.mark.parametrize("arith", ["f32", "q31", "both"])
+def test_the_scenario_in_the_folder_has_the_arithmetic(sim, arith):
+    short = ("--set", "duration_s=0.5", "--set", "metrics.start_s=0")
+    sim.ok("run", "triangle", *short, "--arith", arith, "--out", "a")
+    sim.ok("run", "a/scenario.yaml", "--out", "b")
+    names = left_in(sim.folder / "a")
+    assert left_in(sim.folder / "b") == names and ("trace_q31.csv" in names) == (arith == "both")
+    for name in (name for name in names if name.endswith(".csv")):
+        assert (sim.folder / "b" / name).read_bytes() == (sim.folder / "a" / name).read_bytes()
+    sim.ok("run", "a/scenario.yaml", "--arith", "f32", "--out", "f32")
+    is_the_same = (sim.folder / "f32/trace.csv").read_bytes() == (sim.folder / "a/trace.csv").read_bytes()
+    assert is_the_same == (arith != "q31")
 
 
 def test_the_scenario_in_the_folder_finds_its_reference(sim):
@@ -734,8 +762,11 @@ def test_a_full_disk_leaves_nothing_half_written(sim, part):
 
 def written_by(process, folder):
     """How many files of the folder the process has written to, also those without a name."""
-    fds = [fd for fd in pathlib.Path(f"/proc/{process.pid}/fd").iterdir() if os.readlink(fd).startswith(f"{folder}/")]
-    return sum(fd.stat().st_size > 0 for fd in fds)
+    written = 0
+    for fd in pathlib.Path(f"/proc/{process.pid}/fd").iterdir():
+        with contextlib.suppress(FileNotFoundError):  # closed meanwhile
+            written += os.readlink(fd).startswith(f"{folder}/") and fd.stat().st_size > 0
+    return written
 
 
 def has_nameless_files(folder):

@@ -82,9 +82,9 @@ MISTAKES = {
     ),
     "key of another model": (
         "plant: {dahl: {sliding_ratio: 1}}",
-        ":3: unknown key plant.dahl.sliding_ratio, did you mean plant.karnopp.sliding_ratio?",
+        ":3: unknown key plant.dahl.sliding_ratio, did you mean plant.coulomb.sliding_ratio?",
     ),
-    "model without keys": ("plant: {coulomb: {}}", ":3: unknown key plant.coulomb"),
+    "model without keys": ("plant: {torque: {}}", ":3: unknown key plant.torque"),
     "ripple without length": (
         "plant:\n  ripple: {amplitude_N: 0.1, period_deg: 0}",
         ":4: plant.ripple.period_deg: 0 is outside 0.001 to 360",

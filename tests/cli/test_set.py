@@ -63,6 +63,7 @@ def companions(key):
 
 # Values that change what the run of MOVING does, where one and a half times the default does not.
 VALUES = {
+    "arithmetic": "q31",
     "duration_s": "2.1",
     "reference.kind": "sine",
     "stiffens": "yes",

@@ -490,7 +490,7 @@ def test_the_projects_studies_can_be_played(sim, path):
 
 
 def report(sim, folder):
-    return subprocess.run(["/usr/bin/python3", "-B", "-m", "tribo_plot.sweeps", folder], cwd=sim.folder, capture_output=True,
+    return subprocess.run(["/usr/bin/python3", "-B", "-m", "tribo_plot.sweep_report", folder], cwd=sim.folder, capture_output=True,
                           env={**os.environ, "PYTHONPATH": str(ROOT / "tools")}, text=True, check=False, timeout=1000)
 
 

@@ -41,6 +41,12 @@ def test_a_run_has_the_bits_of_tribo_sim(tmp_path, scenario, keys, arith):
     assert found == summary
 
 
+def test_the_scenario_says_the_arithmetic_unless_the_call_does():
+    f32, q31, as_said, called = (tribo.run("triangle", {"metrics.start_s": 0, **keys}, duration_s=0.5, arith=arith)
+                                 for keys, arith in (({}, None), ({}, "q31"), ({"arithmetic": "q31"}, None), ({"arithmetic": "q31"}, "f32")))
+    assert as_csv(as_said) == as_csv(q31) != as_csv(f32) == as_csv(called)
+
+
 def test_both_arithmetics_side_by_side(tmp_path):
     (f32, q31), summary = played(tmp_path, "triangle", "--arith", "both", "--set", "duration_s=3", "--set", "metrics.start_s=1")
     run = tribo.run("triangle", {"metrics.start_s": 1}, duration_s=3, arith="both")

@@ -10,16 +10,14 @@
 
 static void write_value(rig_t *rig, const common_key_t *key, double value)
 {
-    char          *at    = (char *)rig->own + key->offset;
-    const uint64_t whole = (uint64_t)value;
-    const int      word  = (int)value;
+    void *at = (char *)rig->own + key->offset;
     switch (key->type)
     {
     case COMMON_KEY_WHOLE:
-        memcpy(at, &whole, sizeof whole);
+        memcpy(at, &(uint64_t){(uint64_t)value}, sizeof(uint64_t));
         break;
     case COMMON_KEY_CHOICE:
-        memcpy(at, &word, sizeof word);
+        memcpy(at, &(int){(int)value}, sizeof(int));
         break;
     default:
         TEST_ASSERT_EQUAL_INT(COMMON_KEY_NUMBER, key->type);

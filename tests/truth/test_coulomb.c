@@ -45,11 +45,32 @@ static void test_friction_of_sliding_does_not_depend_on_speed(void)
     rig_slide_end(&slide);
 }
 
+/// F where breakaway ends stays, as L is that of rest; then friction is that of the speed.
+static void test_friction_of_sliding_may_fall_with_speed(void)
+{
+    const rig_ramp_t up[] = {{0.0069, 1.0}};
+    double           force;
+    rig_set(&rig, "sliding_ratio", 0.7);
+    rig_forces(&rig, up, 1, &force);
+    TEST_ASSERT_TRUE(force == 0.0);
+    rig_slide_t slide;
+    rig_slide_start(&slide, &rig, 0.5);
+    for (double speed = 0.001; speed < 0.1; speed *= 2.0)
+    {
+        const double part = speed / 0.01;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12,
+                                  0.157 * (0.7 + 0.3 * exp(-part * part)),
+                                  rig_slide_by(&slide, 10 * speed, speed, 0.1));
+    }
+    rig_slide_end(&slide);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_it_stands_to_the_last_bit_inside_breakaway);
     RUN_TEST(test_it_breaks_away_at_breakaway_in_both_directions);
     RUN_TEST(test_friction_of_sliding_does_not_depend_on_speed);
+    RUN_TEST(test_friction_of_sliding_may_fall_with_speed);
     return UNITY_END();
 }

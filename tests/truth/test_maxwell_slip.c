@@ -106,6 +106,28 @@ static void test_bristles_that_stiffen_need_the_same_way_at_each_load(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, part, part_after(2e-3, 0.2));
 }
 
+/// 0.0002 deg is the way of the first element at 0.5 N: L times 0.25 over a stiffness of 200 N/deg.
+static void test_a_smaller_exponent_has_more_friction_at_once(void)
+{
+    const double expected[] = {0.48, 0.1};
+    const double exponent[] = {-1.0, 1.0};
+    for (int i = 0; i < 2; i++)
+    {
+        rig_set(&rig, "exponent", exponent[i]);
+        rig_slide_start(&slide, &rig, 0.5);
+        const double way   = 0.25 * L / 200.0;
+        const double first = rig_slide_by(&slide, way, 1e-3, 1e-4) / L;
+        const double next  = rig_slide_by(&slide, way, 1e-3, 1e-4) / L;
+        // The others are springs until their own way: their part of L over 8/3, 6 and 16 times that of the first.
+        const double springs =
+            i == 0 ? 0.24 / (8.0 / 3.0) + 0.16 / 6.0 + 0.12 / 16.0 : 0.2 / (8.0 / 3.0) + 0.3 / 6.0 + 0.4 / 16.0;
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, expected[i] + springs, first);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, first + springs, next);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 1.0, rig_slide_by(&slide, 16.0 * way, 1e-3, 1e-4) / L);
+        rig_slide_end(&slide);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -116,5 +138,6 @@ int main(void)
     RUN_TEST(test_friction_lags_speed);
     RUN_TEST(test_it_does_not_drift_in_presliding);
     RUN_TEST(test_bristles_that_stiffen_need_the_same_way_at_each_load);
+    RUN_TEST(test_a_smaller_exponent_has_more_friction_at_once);
     return UNITY_END();
 }

@@ -45,12 +45,8 @@ sim_arm_matrices_t sim_arm_matrices(const common_arm_config_t *arm, double step_
 
 void sim_arm_reset(void *model)
 {
-    arm_t *arm       = model;
-    arm->now.time_s  = 0.0;
-    arm->now.force_n = 0.0;
-    arm->now.speed   = 0.0;
-    arm->now.n_n     = 0.0;
-    memset(arm->now.z, 0, sizeof arm->now.z);
+    arm_t *arm = model;
+    arm->now   = (arm_state_t){.time_s = 0.0};
     memset(arm->friction, 0, arm->law->size);
     arm->law->reset(arm->friction, &arm->config, arm->now.z);
 }

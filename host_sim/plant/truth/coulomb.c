@@ -1,27 +1,45 @@
 // Coulomb friction, set-valued at rest.
 //
-//     f = L(F) sgn(w)       while w is not 0
-//     f = n, |n| <= L(F)    at rest
+//     f = s(w) L(F) sgn(w)    while w is not 0,    s(w) = r + (1 - r) exp(-(w / ws)^2)
+//     f = n, |n| <= L(F)      at rest
 //
-// The arm stands exactly, or slides against all of L: no presliding motion, no memory.
+// The arm stands exactly, or slides against all of L: no presliding motion, no memory. Below r = 1 friction falls with
+// speed (Stribeck).
 //
-// Source: C. A. Coulomb, Theorie des machines simples, 1785; here with a load-dependent L.
+// Source: C. A. Coulomb, Theorie des machines simples, 1785; here with a load-dependent L. R. Stribeck, Die wesentlichen
+// Eigenschaften der Gleit- und Rollenlager, VDI-Zeitschrift 46, 1902; as a curve B. Armstrong-Helouvry, P. Dupont,
+// C. Canudas de Wit, Automatica 30(7), 1994.
 
 #include "plant/truth/arm.h"
+#include "plant/truth/stribeck.h"
 
 #include <math.h>
+#include <string.h>
 
 typedef struct
 {
-    int way; ///< direction of sliding, 0 at rest
+    double sliding_ratio;
+    double stribeck_speed;
+} parameters_t;
+
+typedef struct
+{
+    parameters_t p;
+    int          way; ///< direction of sliding, 0 at rest
 } coulomb_t;
 
 static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     coulomb_t *coulomb = law;
-    (void)config;
     (void)z;
+    memcpy(&coulomb->p, config->own, sizeof coulomb->p);
     coulomb->way = 0;
+}
+
+/// Friction of sliding towards `side` at speed w.
+static double sliding(const coulomb_t *coulomb, const sim_contact_t *contact, double side, double w)
+{
+    return sim_stribeck(coulomb->p.sliding_ratio, w, coulomb->p.stribeck_speed) * sim_law_breakaway(contact, side);
 }
 
 static double update(const void          *law,
@@ -31,18 +49,17 @@ static double update(const void          *law,
                      double               step_s,
                      double               z_end[])
 {
-    (void)law;
     (void)z;
     (void)step_s;
     (void)z_end;
-    return copysign(sim_law_breakaway(start, end_speed), end_speed);
+    return copysign(sliding(law, start, end_speed, start->speed_deg_per_s), end_speed);
 }
 
 static double friction(const void *law, const sim_contact_t *now, const double z[])
 {
     const coulomb_t *coulomb = law;
     (void)z;
-    return coulomb->way == 0 ? now->n_n : coulomb->way * sim_law_breakaway(now, coulomb->way);
+    return coulomb->way == 0 ? now->n_n : coulomb->way * sliding(coulomb, now, coulomb->way, now->speed_deg_per_s);
 }
 
 enum
@@ -87,10 +104,16 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
+static const common_key_t keys[] = {
+    SIM_STRIBECK_KEYS(parameters_t),
+    SIM_TRUTH_END,
+};
+
 const sim_truth_ops_t sim_coulomb_truth = {.name    = "coulomb",
                                            .create  = create,
                                            .reset   = sim_arm_reset,
                                            .step    = sim_arm_step,
                                            .destroy = sim_arm_destroy,
                                            .parts   = sim_arm_parts,
+                                           .keys    = keys,
                                            .law     = &law};

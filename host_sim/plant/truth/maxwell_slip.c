@@ -5,7 +5,8 @@
 //     slips:   dF_i/dt = sgn(w) C (a_i - |F_i| / s(w))           until w turns
 //     f = sum F_i + s2 w,    s(w) = r L + (1 - r) L exp(-(w / ws)^2),   sum a_i = 1
 //
-// With `stiffens` k_i is for L = 1 N and grows with L: the way to breakaway is the same at each load.
+// With `stiffens` k_i is for L = 1 N and grows with L: the way to breakaway is the same at each load. a_i goes with i^p, and
+// k_i with it, so that each element yields after its own way whatever p is: below p = 1 more of L is there at once.
 //
 // Presliding is hysteresis with non-local memory: an inner loop closes and is forgotten (Masing's rules). C sets the
 // friction lag. No drift.
@@ -22,7 +23,7 @@
 
 #define ELEMENTS 4
 
-/// Each element's fraction of breakaway and stiffness: they yield one after the other, the stiffest first.
+/// Each element's fraction of breakaway and stiffness at p = 1: they yield one after the other, the stiffest first.
 static const double level_part[ELEMENTS]     = {0.1, 0.2, 0.3, 0.4};
 static const double stiffness_part[ELEMENTS] = {0.4, 0.3, 0.2, 0.1};
 
@@ -33,20 +34,41 @@ typedef struct
     double viscous;
     double sliding_ratio;
     double stribeck_speed;
+    double exponent;
     int    stiffens; ///< 0 or 1
 } parameters_t;
 
 typedef struct
 {
     parameters_t p;
+    double       level_part[ELEMENTS];
+    double       stiffness_part[ELEMENTS];
     int          way[ELEMENTS]; ///< direction of slip, 0 while the element sticks
 } maxwell_slip_t;
+
+static void share(maxwell_slip_t *maxwell)
+{
+    double part[ELEMENTS];
+    double sum = 0.0;
+    for (int i = 0; i < ELEMENTS; i++)
+    {
+        part[i] = common_pow(level_part[i], maxwell->p.exponent);
+        sum += part[i];
+    }
+    for (int i = 0; i < ELEMENTS; i++)
+    {
+        const double times         = maxwell->p.exponent == 1.0 ? 1.0 : part[i] / sum / level_part[i];
+        maxwell->level_part[i]     = times * level_part[i];
+        maxwell->stiffness_part[i] = times * stiffness_part[i];
+    }
+}
 
 static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     maxwell_slip_t *maxwell = law;
     (void)z;
     memcpy(&maxwell->p, config->own, sizeof maxwell->p);
+    share(maxwell);
     for (int i = 0; i < ELEMENTS; i++)
     {
         maxwell->way[i] = 0;
@@ -62,7 +84,8 @@ static double level(const maxwell_slip_t *maxwell, const sim_contact_t *contact,
 /// Of the i-th element.
 static double stiffness(const maxwell_slip_t *maxwell, const sim_contact_t *contact, double z, int i)
 {
-    return stiffness_part[i] * maxwell->p.stiffness * (maxwell->p.stiffens != 0 ? sim_law_breakaway(contact, z) : 1.0);
+    return maxwell->stiffness_part[i] * maxwell->p.stiffness *
+           (maxwell->p.stiffens != 0 ? sim_law_breakaway(contact, z) : 1.0);
 }
 
 static double update(const void          *law,
@@ -82,12 +105,12 @@ static double update(const void          *law,
         if (way != 0 && (signbit(end_speed) != 0) == (way < 0))
         {
             const double s = level(maxwell, start, way, start->speed_deg_per_s);
-            z_end[i]       = (z[i] + pull * level_part[i] * way) / (1.0 + pull / s);
+            z_end[i]       = (z[i] + pull * maxwell->level_part[i] * way) / (1.0 + pull / s);
         }
         else
         {
-            const double up     = level_part[i] * level(maxwell, start, 1.0, start->speed_deg_per_s);
-            const double down   = level_part[i] * level(maxwell, start, -1.0, start->speed_deg_per_s);
+            const double up     = maxwell->level_part[i] * level(maxwell, start, 1.0, start->speed_deg_per_s);
+            const double down   = maxwell->level_part[i] * level(maxwell, start, -1.0, start->speed_deg_per_s);
             const double spring = z[i] + stiffness(maxwell, start, z[i], i) * step_s * end_speed;
             // Already beyond its level, because the level has fallen: it stays until it slips.
             z_end[i] = fmin(fmax(up, z[i]), fmax(fmin(-down, z[i]), spring));
@@ -104,9 +127,9 @@ static void settle(void *law, const sim_contact_t *end, double z[])
     const int       way     = w > 0.0 ? 1 : w < 0.0 ? -1 : 0;
     for (int i = 0; i < ELEMENTS; i++)
     {
-        const bool slips =
-            maxwell->way[i] != 0 ? maxwell->way[i] == way : way * z[i] >= level_part[i] * level(maxwell, end, way, w);
-        maxwell->way[i] = slips ? way : 0;
+        const bool slips = maxwell->way[i] != 0 ? maxwell->way[i] == way
+                                                : way * z[i] >= maxwell->level_part[i] * level(maxwell, end, way, w);
+        maxwell->way[i]  = slips ? way : 0;
     }
 }
 
@@ -128,7 +151,7 @@ static void rates(const void *law, const sim_contact_t *now, const double z[], d
     {
         const int way = maxwell->way[i];
         dz[i]         = way == 0 ? stiffness(maxwell, now, z[i], i) * w
-                                 : maxwell->p.attraction * (level_part[i] * way - z[i] / level(maxwell, now, way, w));
+                                 : maxwell->p.attraction * (maxwell->level_part[i] * way - z[i] / level(maxwell, now, way, w));
     }
 }
 
@@ -141,7 +164,7 @@ static void guards(const void *law, const sim_contact_t *now, const double z[], 
     const double          w       = now->speed_deg_per_s;
     for (int i = 0; i < ELEMENTS; i++)
     {
-        const double room      = level_part[i] * level(maxwell, now, z[i], w) - fabs(z[i]);
+        const double room      = maxwell->level_part[i] * level(maxwell, now, z[i], w) - fabs(z[i]);
         const double unloading = -copysign(1.0, z[i]) * w;
         g[i]                   = maxwell->way[i] != 0 ? maxwell->way[i] * w : fmax(room, unloading);
     }
@@ -180,7 +203,7 @@ static const common_key_t keys[] = {
                      1e-4,
                      1e6,
                      200.0,
-                     "of all elements together"),
+                     "of all elements together, at an exponent of 1"),
     SIM_TRUTH_NUMBER(parameters_t,
                      attraction,
                      "attraction_N_per_s",
@@ -198,6 +221,15 @@ static const common_key_t keys[] = {
                      0.0,
                      "s2, beside the arm's own"),
     SIM_STRIBECK_KEYS(parameters_t),
+    SIM_TRUTH_NUMBER(
+        parameters_t,
+        exponent,
+        "exponent",
+        "-",
+        -2.0,
+        2.0,
+        1.0,
+        "p: the elements' parts of L go with 1, 2, 3, 4 to this power; below 1 more of L is there at once"),
     SIM_TRUTH_CHOICE(parameters_t,
                      stiffens,
                      "stiffens",

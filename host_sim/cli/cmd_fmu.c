@@ -1,0 +1,98 @@
+// Makes FMUs.
+
+#include "cli/commands.h"
+#include "cli/scenario_choice.h"
+#include "cli/tool.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+
+typedef struct
+{
+    const char *part, *fmi, *out; ///< null: not given
+    bool        q31;
+} options_t;
+
+enum
+{
+    OPTION_PART = SIM_OPTION_FIRST,
+    OPTION_FMI,
+    OPTION_ARITH,
+    OPTION_OUT
+};
+
+// clang-format off: one row an option
+static const struct argp_option known[] = {
+    {.name = "part", .key = OPTION_PART, .arg = "loop|compensator|plant", .doc = "what of the scenario"},
+    {.name = "out", .key = OPTION_OUT, .arg = "FILE.fmu", .doc = "what to write"},
+    {.name = "fmi", .key = OPTION_FMI, .arg = "2|3", .doc = "the version of FMI; 2 if left out"},
+    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31", .doc = "the loop's arithmetic; f32 if left out"},
+    {.name = NULL}};
+// clang-format on
+
+static int take(void *context, int key, const char *value)
+{
+    options_t *options = context;
+    if (key == OPTION_OUT)
+    {
+        options->out = value;
+        return 0;
+    }
+    const int word = sim_option_word(&sim_command_fmu, key, value);
+    if (key == OPTION_PART)
+    {
+        options->part = value;
+    }
+    else if (key == OPTION_FMI)
+    {
+        options->fmi = value;
+    }
+    else
+    {
+        options->q31 = word == 1;
+    }
+    return word >= 0 ? 0 : SIM_EXIT_USAGE;
+}
+
+static int run(int count, char **arguments)
+{
+    options_t   options  = {.fmi = "2"};
+    const char *scenario = NULL;
+    const int   status   = sim_options_parse(&sim_command_fmu, count, arguments, &options, &scenario);
+    if (status != 0)
+    {
+        return status;
+    }
+    if (options.part == NULL || options.out == NULL)
+    {
+        return sim_usage("fmu: --part %s and --out FILE.fmu are expected",
+                         options.part != NULL ? options.part : "loop");
+    }
+    char *const path = sim_scenario_path(scenario);
+    if (path == NULL)
+    {
+        return sim_failure("out of memory");
+    }
+    const char *const words[] = {"tribo-fmu",
+                                 path,
+                                 "--part",
+                                 options.part,
+                                 "--out",
+                                 options.out,
+                                 "--fmi",
+                                 options.fmi,
+                                 options.q31 ? "--q31" : NULL,
+                                 NULL};
+    const int         done    = sim_tool_run(words);
+    free(path);
+    return done;
+}
+
+const sim_command_t sim_command_fmu = {.name     = "fmu",
+                                       .argument = "SCENARIO.yaml",
+                                       .noun     = "scenario",
+                                       .text     = "Makes an FMU of a scenario's loop, compensator or plant, for other "
+                                                   "simulators (Python, CMake, a C compiler).",
+                                       .options  = known,
+                                       .run      = run,
+                                       .take     = take};
