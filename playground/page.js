@@ -1,8 +1,8 @@
 // The playground: settings -> scenario -> two runs in a worker -> charts.
 "use strict";
 
-const RATIO_MODELS = ["karnopp", "armstrong", "bristle", "lugre", "elasto_plastic", "leuven", "maxwell_slip"];
-const MODELS = ["paper", "coulomb", "dahl", "reset_integrator", "bliman_sorine", "lubricated", ...RATIO_MODELS];
+const RATIO_MODELS = ["coulomb", "karnopp", "armstrong", "bristle", "lugre", "elasto_plastic", "leuven", "maxwell_slip"];
+const MODELS = ["paper", "dahl", "reset_integrator", "bliman_sorine", "lubricated", ...RATIO_MODELS];
 
 // A setting: id, label, unit, least, most, step, default; or words to choose from, the first the default.
 const GROUPS = [

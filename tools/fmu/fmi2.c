@@ -1,6 +1,7 @@
 // FMI 2.0 co-simulation.
 
 #include "model.h"
+#include "state.h"
 
 #include "fmi2Functions.h"
 
@@ -13,13 +14,6 @@ typedef struct
     const fmi2CallbackFunctions *callbacks;
     char                        *name;
 } instance_t;
-
-/// A saved state.
-typedef struct
-{
-    size_t size;
-    char   bytes[];
-} bytes_t;
 
 static fmi2Status told(const instance_t *instance, bool ok)
 {
@@ -207,71 +201,40 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference variables[], 
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    instance_t  *instance = c;
-    const size_t size     = fmu_model_size(instance->model);
-    bytes_t     *saved    = *state;
-    if (saved == NULL || saved->size != size)
-    {
-        free(saved);
-        saved  = malloc(sizeof *saved + size);
-        *state = saved;
-    }
-    if (saved == NULL)
-    {
-        return fmi2Error;
-    }
-    saved->size = size;
-    fmu_model_save(instance->model, saved->bytes);
-    return fmi2OK;
+    const instance_t *instance = c;
+    return fmu_state_save(instance->model, state) ? fmi2OK : fmi2Error;
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
-    instance_t    *instance = c;
-    const bytes_t *saved    = state;
-    return told(instance, fmu_model_load(instance->model, saved->bytes, saved->size));
+    const instance_t *instance = c;
+    return told(instance, fmu_state_load(instance->model, state));
 }
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     (void)c;
-    free(*state);
-    *state = NULL;
+    fmu_state_free(state);
     return fmi2OK;
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
     (void)c;
-    *size = ((const bytes_t *)state)->size;
+    *size = fmu_state_size(state);
     return fmi2OK;
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
     (void)c;
-    const bytes_t *saved = state;
-    if (size < saved->size)
-    {
-        return fmi2Error;
-    }
-    memcpy(bytes, saved->bytes, saved->size);
-    return fmi2OK;
+    return fmu_state_to_bytes(state, bytes, size) ? fmi2OK : fmi2Error;
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
     (void)c;
-    bytes_t *saved = malloc(sizeof *saved + size);
-    free(*state);
-    *state = saved;
-    if (saved == NULL)
-    {
-        return fmi2Error;
-    }
-    saved->size = size;
-    memcpy(saved->bytes, bytes, size);
-    return fmi2OK;
+    return fmu_state_from_bytes(bytes, size, state) ? fmi2OK : fmi2Error;
 }
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component            c,
@@ -308,9 +271,9 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component            c,
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time_s, fmi2Real step_s, fmi2Boolean no_set_back)
 {
-    (void)time_s, (void)no_set_back;
-    instance_t *instance = c;
-    return told(instance, fmu_model_step(instance->model, step_s));
+    (void)no_set_back;
+    const instance_t *instance = c;
+    return told(instance, fmu_model_step(instance->model, time_s, step_s));
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)

@@ -397,7 +397,12 @@ static void tick_loop(state_t *now)
     }
 }
 
-bool fmu_model_step(fmu_model_t *model, double step_s)
+void fmu_model_set_time(fmu_model_t *model, double t_s)
+{
+    model->now.row.t_s = t_s;
+}
+
+bool fmu_model_step(fmu_model_t *model, double t_s, double step_s)
 {
     const double sample_time_s = model->now.config[model->now.slot].loop.sample_time_s;
     const double ticks         = round(step_s / sample_time_s);
@@ -423,6 +428,7 @@ bool fmu_model_step(fmu_model_t *model, double step_s)
             return false;
         }
     }
+    fmu_model_set_time(model, t_s + step_s);
     return true;
 }
 

@@ -36,10 +36,13 @@ const char *fmu_model_error(const fmu_model_t *model);
 bool fmu_model_set(fmu_model_t *model, const unsigned *variables, size_t count, const double *values);
 bool fmu_model_get(fmu_model_t *model, unsigned variable, double *value);
 
-/// As many ticks as `step_s` has, with the inputs held.
-bool fmu_model_step(fmu_model_t *model, double step_s);
+/// The time from now on, in s.
+void fmu_model_set_time(fmu_model_t *model, double t_s);
 
-/// All that a model is, for one of the same FMU on this kind of machine.
+/// From `t_s` on as many ticks as `step_s` has, with the inputs held.
+bool fmu_model_step(fmu_model_t *model, double t_s, double step_s);
+
+/// All that a model is, for one of the same FMU on this kind of machine; state.h makes FMI's states of it.
 size_t fmu_model_size(const fmu_model_t *model);
 void   fmu_model_save(const fmu_model_t *model, void *bytes);
 bool   fmu_model_load(fmu_model_t *model, const void *bytes, size_t size);

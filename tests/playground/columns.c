@@ -1,9 +1,10 @@
-// columns SCENARIO.yaml [q31]: a run's columns as tribo-sim's runner has them, without the rounding of trace.csv: a line of names, then
-// the doubles of each column.
+// columns SCENARIO.yaml [q31]: a run by the playground's core, compiled for this host and with tribo-sim's library. Prints a line with its
+// digest, a line of its columns' names, and the doubles of each column, without the rounding of trace.csv.
 
 #include "core.h"
 #include "support/file.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 
 int main(int count, char **arguments)
@@ -15,6 +16,7 @@ int main(int count, char **arguments)
         (void)fprintf(stderr, "%s%s\n", error.text, playground_complaint());
         return 1;
     }
+    (void)printf("%016" PRIx64 "\n", playground_digest());
     for (unsigned i = 0; i < playground_column_count(); i++)
     {
         (void)printf("%s%s", i > 0 ? "," : "", playground_column_name(i));
