@@ -8,7 +8,7 @@ import pytest
 import ruamel.yaml
 from records import judged, linear, staircase, with_friction
 
-from tribo_design.identify import Data, identify
+from tribo_design.identify import Data, Record, identify
 
 POLES = np.array([-55, -200, -139 + 203j, -139 - 203j])
 
@@ -49,6 +49,32 @@ def test_a_step_in_the_middle_of_the_record(run, tmp_path):
     found, _ = identified(run, write(tmp_path / "step.csv", [-40.0], 1.5, 1e-5, start=60))
     assert found["order"] == 1 and found["gain"] == pytest.approx(1.5, rel=1e-3)
     assert poles_of(found)[0] == pytest.approx(-40, rel=2e-3)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.003, 0.0171])
+def test_where_u_moves_all_the_time_the_rows_that_a_fit_looks_at_are_those_of_the_whole_response(late):
+    u = np.random.default_rng(1).normal(size=2003)
+    poles = np.array([-20.0, -90 + 200j, -90 - 200j])
+    record = Record(Data(np.arange(len(u)) * 1e-3, u, u), 100)
+    assert record.dense and record.n < 101
+    assert record.response(poles, late, False)[:, 0] == pytest.approx(linear(poles, 1.0, False, late, u, 1e-3)[:: record.every], abs=1e-9)
+
+
+def test_stamps_that_were_rounded_as_they_were_written_are_those_of_an_even_clock(run, tmp_path):
+    path = write(tmp_path / "step.csv", [-40.0], 1.5, 1e-5, count=900, dt=2.5e-4, start=60)
+    found, _ = identified(run, path, "--order", "1")
+    head, *rows = path.read_text().splitlines()
+    path.write_text("\n".join([head, *(f"{float(row.split(',')[0]) + 300:.7g},{row.split(',', 1)[1]}" for row in rows)]) + "\n")
+    assert {float(b.split(",")[0]) - float(a.split(",")[0]) > 2.5e-4 for a, b in zip(path.read_text().splitlines()[1:], path.read_text().splitlines()[2:])} == {True, False}
+    again, _ = identified(run, path, "--order", "1")
+    assert again["gain"] == pytest.approx(found["gain"], rel=1e-6) and poles_of(again)[0] == pytest.approx(poles_of(found)[0], rel=1e-5)
+
+
+def test_a_search_that_takes_long_says_what_it_does(capsys, monkeypatch):
+    monkeypatch.setattr("tribo_design.identify.PROGRESS_S", 0.0)
+    t = np.arange(200) * 1e-3
+    identify(Data(t, np.ones(200), 1 - np.exp(-40 * t)), 1, no_friction=True)
+    assert "fits models of order 1 to 200 rows" in capsys.readouterr().err
 
 
 def test_a_long_record_keeps_the_time_of_its_step(run, tmp_path):

@@ -6,13 +6,14 @@
 #include <math.h>
 #include <stddef.h>
 
-#define DELAY_MAX    64
-#define STEPS_A_TICK 10
+#define DELAY_MAX 64
+#define STEP_S    1e-5 // its own error is half a step in each lag
 
 typedef struct
 {
     foreign_plant_t plant;
-    double          tick_s, scale, bias;
+    double          scale, bias;
+    int             steps;           // a tick
     double          late[DELAY_MAX]; // commands that are on their way
     size_t          delay, at;       // in ticks
     double          highest, lowest; // force so far
@@ -23,6 +24,7 @@ static drive_t drive;
 /// `p`: poles of actuator and sensor, I/K, b/K, offset and slope upwards, law, sliding, Stribeck rate, presliding, noise, friction downwards over that upwards.
 void foreign_open(const double *p, double tick_s, double scale, double bias, size_t delay, unsigned long long seed)
 {
+    const int                    steps  = (int)ceil(tick_s / STEP_S - 1e-6);
     const foreign_plant_config_t config = {.actuator_pole = p[0],
                                            .sensor_pole   = p[1],
                                            .inertia       = p[2],
@@ -34,15 +36,15 @@ void foreign_open(const double *p, double tick_s, double scale, double bias, siz
                                            .stribeck      = p[8],
                                            .presliding    = p[9],
                                            .noise         = p[10],
-                                           .step_s        = tick_s / STEPS_A_TICK};
-    drive                               = (drive_t){.tick_s = tick_s, .scale = scale, .bias = bias, .delay = delay};
+                                           .step_s        = tick_s / steps};
+    drive                               = (drive_t){.steps = steps, .scale = scale, .bias = bias, .delay = delay};
     foreign_plant_open(&drive.plant, &config, seed);
 }
 
 void foreign_tick(double command)
 {
     drive.late[(drive.at + drive.delay) % DELAY_MAX] = drive.scale * command + drive.bias;
-    for (int i = 0; i < STEPS_A_TICK; i++)
+    for (int i = 0; i < drive.steps; i++)
     {
         foreign_plant_step(&drive.plant, drive.late[drive.at % DELAY_MAX], 0.0, 0.0);
     }

@@ -5,7 +5,7 @@ import hashlib
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +56,12 @@ def truth_of(seed):
     return Truth(law, tick, float(1 / (shares[0] * lag)), float(1 / (shares[2] * lag)), (damping / (2 * zeta)) ** 2, damping, offset, slope, 1.0, 0.05 * high,
                  float(high * source.uniform(0.001, 0.01)), float(high * 10 ** source.uniform(-4, -3)), float(source.uniform(0.85, 1.15)), float(high * source.uniform(-0.01, 0.01)),
                  int(source.integers(0, 4)), high, seed)
+
+
+def falling(seed):
+    """The same rig with Coulomb friction that falls with speed: to 0.8 to 0.95 of breakaway, at 0.5 to 10 % of its range in a second."""
+    truth, source = truth_of(seed), np.random.default_rng([seed, 99])
+    return replace(truth, law="stribeck", sliding=float(source.uniform(0.8, 0.95)), stribeck=float(truth.high * 10 ** source.uniform(-2.3, -1)))
 
 
 def _built(name, *words):

@@ -21,10 +21,15 @@ class Way:
     beyond: float = 0.0  # largest force or command over the safe one, as a part of it
     predicted: dict = None  # rms of r - y by case, N
     played: dict = None
+    lags: dict = None  # by name: what was found, half of its interval, and what is true, s
 
     @property
     def factor(self):
         return self.played["off"] / self.played["on"]
+
+    def astray(self):
+        """Lags that are outside their interval."""
+        return [f"{name} {1e3 * value:.3g} +- {1e3 * half:.2g} for {1e3 * true:.3g} ms" for name, (value, half, true) in self.lags.items() if abs(value - true) > half]
 
     def off_by(self, case):
         return self.predicted[case] / self.played[case] - 1
@@ -64,6 +69,8 @@ def compare(truth, result, way):
     found = json.loads((result / "verdict.json").read_text())
     way.predicted = {case: found["predicted_rms_N"][case][1] for case in ("off", "on")}
     way.played = played(lambda: foreign.Foreign(truth, 8), truth.tick_s, result)
+    true = {"actuator": 1 / truth.actuator, "arm": truth.damping, "sensor": 1 / truth.sensor, "delay": truth.delay * truth.tick_s}
+    way.lags = {name: (found["lags_s"][name], found["lags_within_s"][name], value) for name, value in true.items()}
 
 
 def played(rig_of, tick_s, result):

@@ -1,8 +1,8 @@
-"""tribo-design: the command line."""
+"""tribo-design: the command line. Nothing but the standard library until a command runs: --help starts at once, a build makes the manual page."""
 
 import argparse
 
-from . import __version__
+from . import __version__, tuning
 from .errors import run_command
 
 
@@ -15,36 +15,38 @@ def _parser():
     parser.add_argument("--version", action="version", version=f"tribo-design {__version__}")
     commands = parser.add_subparsers(dest="command", required=True)
 
-    command = commands.add_parser("synthesize", help="weights + plant -> K(s) -> reduced -> discrete -> sections -> f32 -> Q31")
-    command.add_argument("design", metavar="DESIGN.yaml")
+    command = _add(commands, "synthesize", "weights + plant -> K(s) -> reduced -> discrete -> sections -> f32 -> Q31")
+    command.add_argument("design", metavar="DESIGN.yaml", help="plant, weights, sample time and limits")
     command.add_argument("--out", required=True, metavar="DIR", help="directory for the C, JSON and reports; replaced when it is an earlier output")
     command.add_argument("--no-plots", action="store_true", help="reports without plots (faster)")
     command.add_argument("--time-limit", type=float, metavar="SECONDS", help="instead of synthesis.time_limit_s")
 
-    command = commands.add_parser("import", help="a controller made elsewhere, checked and converted")
-    command.add_argument("controller", metavar="K.json|K.csv|K.mat")
+    command = _add(commands, "import", "a controller made elsewhere, checked and converted")
+    command.add_argument("controller", metavar="K.json|K.csv|K.mat", help="state space, zeros and poles, transfer function or sections")
     command.add_argument("--design", required=True, metavar="DESIGN.yaml", help="plant, sample time and limits; weights may be left out")
-    command.add_argument("--out", required=True, metavar="DIR")
-    command.add_argument("--no-plots", action="store_true")
+    command.add_argument("--out", required=True, metavar="DIR", help="as of synthesize")
+    command.add_argument("--no-plots", action="store_true", help="likewise")
 
-    command = commands.add_parser("identify-plant", help="gain and poles from an open-loop step response")
+    command = _add(commands, "identify-plant", "gain and poles from an open-loop step response")
     command.add_argument("step", metavar="STEP.csv", help="columns t_s, y and u (or no u and --step-size)")
     command.add_argument("--step-size", type=float, metavar="U", help="height of the input step at the first sample, when there is no column u")
     command.add_argument("--no-friction", action="store_true", help="friction is known to be negligible: the gain needs no second height and direction then")
     command.add_argument("--order", type=int, metavar="N", help="number of poles, 1 to 6 (default: the order the data supports)")
     command.add_argument("--out", metavar="DIR", help="writes plant.yaml, identification.json and a report with a plot")
 
-    command = commands.add_parser("compare", help="several designs in one table, each with friction in its loop")
+    command = _add(commands, "compare", "several designs in one table, each with friction in its loop")
     command.add_argument("designs", nargs="+", metavar="DESIGN.yaml|DIR", help="design files, and directories that synthesize or import made")
     command.add_argument("--structures", metavar="NAME,...", help="each design file with each of full, pi, pid, lead-lag; directories are taken as they are")
 
-    from . import tuning
+    tuning.add_options(_add(commands, "tune", "parameters of the feed-forward and its guard from what is known of a rig"))
 
-    tuning.add_command(commands)
-
-    command = commands.add_parser("check", help="reads generated files back from the C header and verifies the loop again")
-    command.add_argument("dir", metavar="DIR")
+    command = _add(commands, "check", "reads generated files back from the C header and verifies the loop again")
+    command.add_argument("dir", metavar="DIR", help="that synthesize or import made")
     return parser
+
+
+def _add(commands, name, text):
+    return commands.add_parser(name, help=text.replace("%", "%%"), description=text)
 
 
 def _run(argv):
@@ -66,8 +68,6 @@ def _run(argv):
 
         return identify.command(options)
     if options.command == "tune":
-        from . import tuning
-
         return tuning.command(options)
     from . import check
 

@@ -14,6 +14,8 @@ Structure   the one with the least BIC of all orders, with and without dead time
 """
 
 import json
+import sys
+import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,7 +25,7 @@ import scipy.optimize
 import scipy.special
 
 from . import __version__
-from .reading import format_root, printable, read_rows, read_text
+from .reading import format_root, printable, read_rows, read_text, roundings, without_rounding
 from .errors import DesignError, InputError
 
 SAMPLES_MIN, SAMPLES_MAX = 20, 200_000
@@ -40,6 +42,7 @@ BIC_CLOSE = 6.0
 RIVAL = 0.3  # of BIC, beyond the price of one parameter: how near a structure must be to count as well
 SETTLED = 6.0  # time constants in the record
 NOTHING = 1e-6  # of y's range: a residual that is the fit's own rounding
+PROGRESS_S = 5.0
 HOPELESS = 100.0  # of BIC: such a structure needs no more poles
 
 
@@ -68,7 +71,7 @@ def load_step(path, step_size=None):
         raise InputError(f"{path}: no column u_n: give the step's height with --step-size")
     if step_size is not None and not (np.isfinite(step_size) and step_size != 0):
         raise InputError(f"--step-size: value {step_size:g}: must be finite and not 0")
-    values = {name: [] for name in columns}
+    values, stamps = {name: [] for name in columns}, []
     for line, row in rows[1:]:
         for name, i in columns.items():
             text = row[i] if i < len(row) else ""
@@ -79,6 +82,7 @@ def load_step(path, step_size=None):
             if value and not SIZE_MIN <= abs(value) <= SIZE_MAX:  # squares of it stay numbers
                 raise InputError(f"{path}:{line}: {name}: value {text[:60]!r}: must be finite: 0, or of a size within {SIZE_MIN:g} and {SIZE_MAX:g}")
             values[name].append(value)
+            stamps += [text] if name == "t" else []
     time, y = np.array(values["t"]), np.array(values["y"])
     if not SAMPLES_MIN <= len(time) <= SAMPLES_MAX:
         raise InputError(f"{path}: {len(time)} samples; must be {SAMPLES_MIN} to {SAMPLES_MAX}")
@@ -86,6 +90,9 @@ def load_step(path, step_size=None):
     if not np.all(steps > 0):
         line = rows[1 + int(np.argmax(steps <= 0)) + 1][0]
         raise InputError(f"{path}:{line}: t: value {time[int(np.argmax(steps <= 0)) + 1]:g}: time must rise from row to row")
+    if steps.max() > 1.05 * np.median(steps) or steps.min() < 0.95 * np.median(steps):
+        time = without_rounding(time, roundings(stamps))
+        steps = np.diff(time)
     if steps.max() > 1.05 * np.median(steps) or steps.min() < 0.95 * np.median(steps):
         line = rows[1 + int(np.argmax(np.abs(steps - np.median(steps)))) + 1][0]
         raise InputError(f"{path}:{line}: t: samples must be evenly spaced within 5 % (the median step is {np.median(steps):g} s)")
@@ -120,7 +127,7 @@ class Record:
     def __init__(self, data, rows_max, friction=()):
         n = len(data.time)
         self.dt = float(data.time[-1] / (n - 1))
-        every = int(np.ceil(n / rows_max))
+        self.every = every = int(np.ceil(n / rows_max))
         self.t, self.y = data.time[::every], data.y[::every]
         self.row_dt, self.span, self.n = self.dt * every, float(data.time[-1]), len(self.t)
         change = np.diff(data.u, prepend=0.0)
@@ -140,7 +147,7 @@ class Record:
             smooth = running_median(data.y, min(n // 50 * 2 + 1, 9))
             inputs.append(np.diff(last * np.abs(smooth - data.y[: max(at[0], 1)].mean()), prepend=0.0))
         self.names = ["u", *(["direction", "began"] if "coulomb" in friction else []), *(["load"] if "load" in friction else [])]
-        self._seen = None
+        self._seen = self._blocks = None
         inputs = np.array(inputs).T
         self.dense = len(at) > CHANGES_LOOP or "load" in friction
         self.at = data.time if self.dense else data.time[at]
@@ -148,17 +155,28 @@ class Record:
         self.level = np.vstack([np.zeros(inputs.shape[1]), np.cumsum(self.change, axis=0)])
         self.moment = np.vstack([np.zeros(inputs.shape[1]), np.cumsum(self.change * self.at[:, None], axis=0)])
 
-    def amplitudes(self, poles):
-        """Of each mode just after each change, for each input."""
+    def amplitudes(self, poles, seen):
+        """Of each mode just after the first `seen` changes, for each input; a row each."""
         k, m = self.change.shape
-        out = np.zeros((k + 1, len(poles), m), poles.dtype)
         if self.dense:
-            for i, p in enumerate(poles):
-                out[1:, i] = recursion(np.exp(p * self.dt), self.change.astype(poles.dtype))
-            return out
+            return self._amplitudes_of_dense(poles, seen)
+        out = np.zeros((k + 1, len(poles), m), poles.dtype)
         since = np.maximum(self.at[:, None] - self.at, 0.0)
         out[1:] = np.einsum("jip,im->jpm", np.exp(since[:, :, None] * poles) * np.tri(k)[:, :, None], self.change)
-        return out
+        return out[seen]
+
+    def _amplitudes_of_dense(self, poles, seen):
+        """The changes between two rows of the fit are summed up as they have decayed at the second, so that the recursion takes a step a row."""
+        every, m, last = self.every, self.change.shape[1], int(seen[-1])
+        rows = last // every + 1
+        if self._blocks is None or self._blocks[0] != last:
+            blocks = np.r_[np.zeros((rows * every - last, m)), self.change[:last]].reshape(rows, every, m)
+            self._blocks = last, np.ascontiguousarray(blocks.transpose(0, 2, 1)).reshape(rows * m, every)
+        sums = (self._blocks[1] @ np.exp(np.outer(np.arange(every - 1, -1, -1) * self.dt, poles))).reshape(rows, m, len(poles))
+        out = np.zeros((rows + 1, len(poles), m), poles.dtype)
+        for i, p in enumerate(poles):
+            out[1:, i] = recursion(np.exp(p * self.dt * every), sums[:, :, i])
+        return out[rows + (seen - last) // every]
 
     def response(self, poles, tau, integrator):
         """Of the model of unit gain to each input, at the rows."""
@@ -179,7 +197,7 @@ class Record:
             if integrator:
                 weight = weight / upper
             modes = np.exp(since * upper) * weight
-            out = np.einsum("ri,rim->rm", modes, self.amplitudes(upper)[seen]).real
+            out = np.einsum("ri,rim->rm", modes, self.amplitudes(upper, seen)).real
         if integrator:
             return (self.t - tau)[:, None] * level - self.moment[seen] - float(np.sum(weight.real)) * level + out
         return level + out
@@ -393,7 +411,20 @@ def _pair_starts(record, structure, known):
     return out
 
 
-def search(record, order, noise, keep=4):
+class Progress:
+    """Says on stderr, each some seconds, what is being fitted."""
+
+    def __init__(self):
+        self.begin = self.said = time.monotonic()
+
+    def __call__(self, structure, rows):
+        now = time.monotonic()
+        if now - self.said >= PROGRESS_S:
+            self.said = now
+            print(f"{now - self.begin:.0f} s: fits models of order {structure} to {rows} rows", file=sys.stderr, flush=True)
+
+
+def search(record, order, noise, keep=4, progress=lambda structure, rows: None):
     """The best structures by BIC, with their fits on few rows."""
     found, least = [], np.inf
     for integrator in (False, True):
@@ -409,6 +440,7 @@ def search(record, order, noise, keep=4):
                 here = []
                 for pairs in range(n // 2 + 1 if n <= 4 else 2):
                     structure = Structure(n, pairs, delay, integrator)
+                    progress(structure, record.n)
                     one = fit(record, structure, noise, _starts(record, structure, found) + _pair_starts(record, structure, found))
                     if one is not None:
                         here.append(one)
@@ -631,21 +663,22 @@ NOT_SEPARABLE = ("gain and friction are not separable in this record: a step of 
 
 def identify(data, order=None, no_friction=False):
     """Figures as a dict; `separable` and `trusted` say what of them holds."""
+    progress = Progress()
     friction = () if no_friction else friction_of(data)
     separable = no_friction or bool(friction)
     # Friction, then noise, then the structure again with both, as each hides the others.
     base = ("coulomb",) if "coulomb" in friction else ()
     record = Record(data, SEARCH_ROWS, base)
-    pool, everything = search(record, order, Noise(), keep=6)
+    pool, everything = search(record, order, Noise(), keep=6, progress=progress)
     if not pool:
         raise DesignError("no model fits this response")
-    answers = [(base, record, *_with_noise(record, pool, order))]
+    answers = [(base, record, *_with_noise(record, pool, order, progress))]
     for way in [w for w in ((), ("coulomb", "load")) if w != base and set(w) <= set(friction)]:
         record = Record(data, SEARCH_ROWS, way)
         again = [fit(record, f.structure, f.noise, [f.theta], thorough=True) for f in _distinct(answers[0][2])[:4]]
         again = sorted((f for f in again if f is not None), key=lambda f: f.bic)
         if again:
-            answers.append((way, record, *_with_noise(record, again, order)))
+            answers.append((way, record, *_with_noise(record, again, order, progress)))
     way, record, candidates, _ = min(answers, key=lambda a: a[2][0].bic)
     full = Record(data, FIT_ROWS, way)
     if full.n != record.n:
@@ -661,7 +694,7 @@ def identify(data, order=None, no_friction=False):
     return found, full, best
 
 
-def _with_noise(record, candidates, order):
+def _with_noise(record, candidates, order, progress):
     """The candidates with the noise that they leave, best first, twice; all structures again where the noise is a walk."""
     searched = False
     for _ in range(3):
@@ -670,7 +703,7 @@ def _with_noise(record, candidates, order):
             break
         if noise.drifts and not searched:
             searched = True
-            candidates = search(record, order, noise, keep=6)[0]
+            candidates = search(record, order, noise, keep=6, progress=progress)[0]
             continue
         again = [fit(record, c.structure, noise, [c.theta], thorough=True) for c in _distinct(candidates)[:6]]
         candidates = sorted((f for f in again if f is not None), key=lambda f: f.bic)

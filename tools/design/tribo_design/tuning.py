@@ -1,13 +1,11 @@
-"""Parameters of feed-forward and guard from what is known of a rig: the library's own rule, lib/include/tribo/feedforward_f32.h."""
+"""Parameters of feed-forward and guard from what is known of a rig: the library's own rule, lib/include/tribo/feedforward_f32.h.
+
+The command line takes its options from here, so what is more than the standard library is imported where it is used.
+"""
 
 import math
 
-import numpy as np
-from tribo._core import new_error, text
-from tribo._native import ffi, lib
-
 from .errors import DesignError, InputError
-from .reading import read_mapping
 
 METHOD = "feedforward"
 # Option, its default, least value, where a scenario has it, what it is. The defaults are the paper's rig.
@@ -30,8 +28,7 @@ TUNED = ("feedforward.actuator_pole_rad_per_s", "feedforward.sensor_pole_rad_per
          "feedforward.forgetting_per_N", "guard.turn_N", "guard.quick_time_s", "guard.stray_N", "guard.fade_time_s")
 
 
-def add_command(commands):
-    command = commands.add_parser("tune", help="parameters of the feed-forward and its guard from what is known of a rig")
+def add_options(command):
     command.add_argument("loop", nargs="?", metavar="LOOP.yaml", help="a scenario that has them, as tribo-rig or tribo-identify friction writes it; options count more")
     for name, standard, _, _, text in RIG:
         shown = "" if standard is None else f" ({standard:g})"
@@ -39,6 +36,8 @@ def add_command(commands):
 
 
 def command(options):
+    from .reading import read_mapping
+
     given = rig_of(read_mapping(options.loop), options.loop) if options.loop else {}
     given |= {name: value for name, *_ in RIG if (value := getattr(options, name.replace("-", "_"))) is not None}
     print(as_yaml(tuned(given)), end="")
@@ -56,6 +55,8 @@ def rig_of(loop, path):
             found[name] = float(value)
     table = _at(loop, "compensator.friction.breakaway.table")
     if table:  # the line nearest to it
+        import numpy as np
+
         if not isinstance(table, list) or not all(isinstance(point, dict) and {"force_N", "positive_N", "negative_N"} <= set(point) for point in table):
             raise InputError(f"{path}: compensator.friction.breakaway.table: must be a list of force_N, positive_N, negative_N")
         for sign, way in (("", "positive_N"), ("negative-", "negative_N")):
@@ -72,6 +73,9 @@ def _at(tree, key):
 
 def tuned(given):
     """[(key, value as text)] under `compensator` of a scenario, by the names of the options."""
+    from tribo._core import new_error, text
+    from tribo._native import ffi, lib
+
     values = {name: standard for name, standard, *_ in RIG} | given
     for name in ("offset", "slope"):
         if values[f"negative-{name}"] is None:

@@ -49,18 +49,6 @@ class Played:
     variation: float  # of u, per second, likewise
 
 
-def add_options(command):
-    command.add_argument("loop", metavar="LOOP.yaml", help="the loop with the new parameters, as tribo-identify friction --scenario writes it")
-    command.add_argument("--low", type=float, metavar="N", help="least force of the sequence")
-    command.add_argument("--high", type=float, metavar="N", help="largest force")
-    for case, what in (("off", "without compensation"), ("on", "with it"), ("less", "with L 20 %% less"), ("more", "with L 20 %% more")):
-        command.add_argument(f"--{case}", metavar="LOG.csv", help=f"log of the rig {what}: t, r, u, F")
-    command.add_argument("--old", metavar="OLD.yaml", help="the loop with the old parameters, which stays unless the new ones are better")
-    command.add_argument("--old-log", metavar="LOG.csv", help="log of the rig with the old parameters")
-    logs.add_options(command, several=False)
-    command.add_argument("--out", required=True, metavar="DIR", help="without logs for the sequence, off.yaml to more.yaml; with them for accepted.yaml and report.html")
-
-
 def load(path):
     tree = read_mapping(path)
     if not isinstance(tree.get("compensator"), dict) or "breakaway" not in (tree["compensator"].get("friction") or {}):
@@ -79,6 +67,13 @@ def scaled(friction, times):
         point["positive_N"] *= times
         point["negative_N"] *= times
     return friction
+
+
+def plant_of(loop, times=1.0):
+    """The loop's plant, which slides with the loop's friction, `times`. Where it falls as it slides, breakaway is larger."""
+    plant = loop.get("plant") or {}
+    ratio = (plant.get(plant.get("model")) or {}).get("sliding_ratio", 1.0)
+    return {**plant, "friction": scaled(loop["compensator"]["friction"], times / ratio)}
 
 
 def case_of(loop, case, low, high):
@@ -121,7 +116,7 @@ def predict(loop, low, high, noise):
             for times in PLANT:
                 # The plant's friction is the loop's own, whatever the case does to the loop's.
                 plant = copy.deepcopy(tree)
-                plant["plant"] = {**plant.get("plant", {}), "friction": scaled(loop["compensator"]["friction"], times)}
+                plant["plant"] = plant_of(loop, times)
                 runs.append(run(plant, noise, Path(name)))
             found[case] = runs
     return found
@@ -156,7 +151,7 @@ def residual(loop, segment):
     most = 10 * float(np.max(np.abs(segment.u))) + 1.0
     tree |= {"duration_s": len(segment.u) * segment.h, "reference": {"kind": "csv", "file": "u.csv"}, "controller": {"kind": "none"},
              "limits": {"u_min_N": -most, "u_max_N": most, "input_max_N": most, "full_scale_N": 2 * most}}
-    tree["plant"] = {**loop.get("plant", {}), "friction": loop["compensator"]["friction"]}
+    tree["plant"] = plant_of(loop)
     tree["compensator"] = {name: value for name, value in loop["compensator"].items() if name in ("arm", "friction")} | {"method": "off"}
     tree.pop("metrics", None)
     with tempfile.TemporaryDirectory() as name:

@@ -12,14 +12,6 @@ NAMES = ("plant.yaml", "actuator.txt")
 ROWS_MAX = 20_000
 
 
-def add_options(command):
-    logs.add_options(command)
-    command.add_argument("--no-friction", action="store_true", help="the record stays within stiction, or friction is negligible: the gain needs no second height and direction then")
-    command.add_argument("--order", type=int, metavar="N", help="number of poles, 1 to 6 (the data's choice)")
-    command.add_argument("--stiffness", type=float, metavar="K", help="of the environment, N a degree (3.84): I and b are told in units of it")
-    command.add_argument("--out", metavar="DIR", help="for plant.yaml (a design file's plant) and actuator.txt")
-
-
 def data_of(log):
     """One record, as identify-plant takes it: from rest, thinned to what it looks at."""
     if len(log.segments) != 1:

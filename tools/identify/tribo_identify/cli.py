@@ -1,10 +1,10 @@
-"""tribo-identify: the command line."""
+"""tribo-identify: the command line. Nothing but the standard library until a command runs: --help starts at once, a build makes the manual page."""
 
 import argparse
 
 from tribo_design.errors import run_command
 
-from . import __version__, accept, actuator, logs, plan
+from . import __version__
 
 
 def main(argv=None):
@@ -15,10 +15,36 @@ def _parser():
     parser = argparse.ArgumentParser(prog="tribo-identify", description="From logs of your own rig to friction parameters.")
     parser.add_argument("--version", action="version", version=f"tribo-identify {__version__}")
     commands = parser.add_subparsers(dest="command", required=True)
-    plan.add_options(commands.add_parser("plan", help="the experiment that makes the parameters identifiable, as a reference"))
+    _add_plan(commands)
+    _add_friction(commands)
+    _add_actuator(commands)
+    _add_accept(commands)
+    return parser
 
-    command = commands.add_parser("friction", help="breakaway, command and hysteresis from logs; or refusal with its reason")
-    logs.add_options(command)
+
+def _add(commands, name, text):
+    return commands.add_parser(name, help=text.replace("%", "%%"), description=text)
+
+
+def _add_plan(commands):
+    command = _add(commands, "plan", "the experiment that makes the parameters identifiable, as a reference")
+    command.add_argument("--low", type=float, required=True, metavar="N", help="least force and command that is safe")
+    command.add_argument("--high", type=float, required=True, metavar="N", help="largest one: u never goes beyond, so F does not")
+    command.add_argument("--levels", type=int, default=4, metavar="N", help="of load, 4 or more (4)")
+    command.add_argument("--repeats", type=int, default=2, metavar="N", help="2 or more (2)")
+    command.add_argument("--rate", type=float, metavar="N/S", help="of u in the fastest cycles (twice the largest force in a second)")
+    command.add_argument("--offset", type=float, metavar="N", help="a guess of the breakaway without load (0.01 of the largest force)")
+    command.add_argument("--slope", type=float, default=0.3, metavar="X", help="and of its growth with load (0.3)")
+    command.add_argument("--noise", type=float, default=0.0, metavar="N", help="of the force sensor, rms")
+    command.add_argument("--u-max", type=float, metavar="N", help="largest command of the drive")
+    command.add_argument("--sample-time", type=float, default=1e-3, dest="sample_time_s", metavar="S", help="of the control loop (0.001)")
+    command.add_argument("--hysteresis", action="store_true", help="ramps inside stiction as well, for k_min, k_max, m and v0; minutes")
+    command.add_argument("--out", required=True, metavar="DIR", help="for plan.csv (t_s, r_N) and plan.yaml, the scenario that plays it")
+
+
+def _add_friction(commands):
+    command = _add(commands, "friction", "breakaway, command and hysteresis from logs; or refusal with its reason")
+    _add_logs(command)
     command.add_argument("--out", metavar="DIR", help="friction.yaml, report.html; with --scenario also loop.yaml and loop_params.h")
     command.add_argument("--assume", choices=("symmetric", "calibrated"),
                          help="symmetric: L+ = L-, scale and bias of u are fitted; calibrated: u is right, L+ and L- are fitted (neither: symmetric, but called weak where a scale other than 1 rests on it)")
@@ -27,18 +53,58 @@ def _parser():
     for name, unit, what in (("actuator", "RAD/S", "pole of the actuator; 0: none (all three found together, if none is given)"), ("sensor", "RAD/S", "pole of the force sensor; 0: none"),
                              ("lag", "S", "of the arm, b/K")):
         command.add_argument(f"--{name}", type=float, metavar=unit, help=what)
-    actuator.add_options(commands.add_parser("actuator", help="gain, poles and delay of actuator, arm and sensor, by tribo-design identify-plant"))
-    accept.add_options(commands.add_parser("accept", help="an acceptance test on the rig: compensation off, on, with L 20 %% less and more; the new parameters or the old ones"))
-    return parser
+
+
+def _add_actuator(commands):
+    command = _add(commands, "actuator", "gain, poles and delay of actuator, arm and sensor, by tribo-design identify-plant")
+    _add_logs(command)
+    command.add_argument("--no-friction", action="store_true", help="the record stays within stiction, or friction is negligible: the gain needs no second height and direction then")
+    command.add_argument("--order", type=int, metavar="N", help="number of poles, 1 to 6 (the data's choice)")
+    command.add_argument("--stiffness", type=float, metavar="K", help="of the environment, N a degree (3.84): I and b are told in units of it")
+    command.add_argument("--out", metavar="DIR", help="for plant.yaml (a design file's plant) and actuator.txt")
+
+
+def _add_accept(commands):
+    command = _add(commands, "accept", "an acceptance test on the rig: compensation off, on, with L 20 % less and more; the new parameters or the old ones")
+    command.add_argument("loop", metavar="LOOP.yaml", help="the loop with the new parameters, as tribo-identify friction --scenario writes it")
+    command.add_argument("--low", type=float, metavar="N", help="least force of the sequence")
+    command.add_argument("--high", type=float, metavar="N", help="largest force")
+    for case, what in (("off", "without compensation"), ("on", "with it"), ("less", "with L 20 %% less"), ("more", "with L 20 %% more")):
+        command.add_argument(f"--{case}", metavar="LOG.csv", help=f"log of the rig {what}: t, r, u, F")
+    command.add_argument("--old", metavar="OLD.yaml", help="the loop with the old parameters, which stays unless the new ones are better")
+    command.add_argument("--old-log", metavar="LOG.csv", help="log of the rig with the old parameters")
+    _add_columns(command)
+    command.add_argument("--out", required=True, metavar="DIR", help="without logs for the sequence, off.yaml to more.yaml; with them for accepted.yaml and report.html")
+
+
+def _add_logs(command):
+    command.add_argument("logs", nargs="+", metavar="LOG.csv", help="of one experiment")
+    _add_columns(command)
+
+
+def _add_columns(command):
+    """How a log is read, for logs.py."""
+    command.add_argument("--column", action="append", default=[], metavar="ROLE=NAME", help="where t, u, F, x, v or r is, e.g. u=torque_cmd or u=#2; as in tribo-sim replay")
+    command.add_argument("--unit", action="append", default=[], metavar="ROLE=UNIT", help="e.g. t=ms, F=mN")
+    command.add_argument("--scale", action="append", default=[], metavar="ROLE=X", help="multiplies a column; `-` changes its sign")
+    command.add_argument("--bias", action="append", default=[], metavar="ROLE=X", help="added after the scale")
+    command.add_argument("--resample", nargs="?", const="", metavar="S", help="mends stamps that jitter, and small gaps")
+    command.add_argument("--gap", metavar="S", help="with --resample: a longer gap splits the log")
 
 
 def _run(argv):
     options = _parser().parse_args(argv)
     if options.command == "plan":
+        from . import plan
+
         return plan.command(options)
     if options.command == "accept":
+        from . import accept
+
         return accept.command(options)
     if options.command == "actuator":
+        from . import actuator
+
         return actuator.command(options)
     from . import command_friction
 

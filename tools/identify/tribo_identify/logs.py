@@ -35,17 +35,6 @@ class Log:
         return sum(len(s.t) for s in self.segments)
 
 
-def add_options(command, several=True):
-    if several:
-        command.add_argument("logs", nargs="+", metavar="LOG.csv")
-    command.add_argument("--column", action="append", default=[], metavar="ROLE=NAME", help="where t, u, F, x, v or r is, e.g. u=torque_cmd or u=#2; as in tribo-sim replay")
-    command.add_argument("--unit", action="append", default=[], metavar="ROLE=UNIT", help="e.g. t=ms, F=mN")
-    command.add_argument("--scale", action="append", default=[], metavar="ROLE=X", help="multiplies a column; `-` changes its sign")
-    command.add_argument("--bias", action="append", default=[], metavar="ROLE=X", help="added after the scale")
-    command.add_argument("--resample", nargs="?", const="", metavar="S", help="mends stamps that jitter, and small gaps")
-    command.add_argument("--gap", metavar="S", help="with --resample: a longer gap splits the log")
-
-
 def arguments_of(options):
     words = []
     for name in OPTIONS:

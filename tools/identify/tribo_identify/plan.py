@@ -156,21 +156,6 @@ limits: {{u_min_N: {min(self.low, 0.0):.6g}, u_max_N: {max(self.high, 0.0):.6g},
 """
 
 
-def add_options(command):
-    command.add_argument("--low", type=float, required=True, metavar="N", help="least force and command that is safe")
-    command.add_argument("--high", type=float, required=True, metavar="N", help="largest one: u never goes beyond, so F does not")
-    command.add_argument("--levels", type=int, default=4, metavar="N", help="of load, 4 or more (4)")
-    command.add_argument("--repeats", type=int, default=2, metavar="N", help="2 or more (2)")
-    command.add_argument("--rate", type=float, metavar="N/S", help="of u in the fastest cycles (twice the largest force in a second)")
-    command.add_argument("--offset", type=float, metavar="N", help="a guess of the breakaway without load (0.01 of the largest force)")
-    command.add_argument("--slope", type=float, default=0.3, metavar="X", help="and of its growth with load (0.3)")
-    command.add_argument("--noise", type=float, default=0.0, metavar="N", help="of the force sensor, rms")
-    command.add_argument("--u-max", type=float, metavar="N", help="largest command of the drive")
-    command.add_argument("--sample-time", type=float, default=1e-3, dest="sample_time_s", metavar="S", help="of the control loop (0.001)")
-    command.add_argument("--hysteresis", action="store_true", help="ramps inside stiction as well, for k_min, k_max, m and v0; minutes")
-    command.add_argument("--out", required=True, metavar="DIR", help="for plan.csv (t_s, r_N) and plan.yaml, the scenario that plays it")
-
-
 NAMES = ("plan.csv", "plan.yaml")
 
 

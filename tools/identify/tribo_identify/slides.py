@@ -6,6 +6,9 @@ Once the arm has gone on one way for long, friction is L, and with the lags befo
 
 A slide is a run of F from one turn to the next; what counts is its later part. Linear least squares, each slide with the same weight; intervals by bootstrap
 over slides, and by what the answer changes with the part of the slides that is taken: an error of this law.
+
+Bristles follow a breakaway that grows with F late, by the way over which they build up. Friction is then less than L while F rises and more while it falls, in
+all slides alike, which looks like a scale of u. How far they follow late shows after the turns; whether they do at all does not.
 """
 
 from dataclasses import dataclass
@@ -148,6 +151,35 @@ def error_draws(rows, assume, weight, error, source):
     return error / 2 * np.linalg.solve(upper, source.normal(size=(a.shape[1], DRAWS))).T
 
 
+def build_up(found, law, lag_s, breakaway):
+    """The way, over breakaway, in which friction comes within 1/e of it, if it does so exponentially: it is 0 after ln 2 of it. Of the
+    slowest third the upper quartile, as it is to be a bound."""
+    seen = []
+    for u, du, y, _, runs in found:
+        for way, first, last in runs:
+            k = np.arange(first, last + 1)
+            share = way * (law["scale"] * (u[k] - lag_s * du[k]) + law["gravity"] - y[k])
+            after = int(np.argmax(share > 0))
+            if after:
+                part = share[after] / (share[after] - share[after - 1])
+                here, before = y[k[after]], y[k[after - 1]]
+                gone = way * ((1 - part) * here + part * before - y[first]) + abs(here - before) / 2  # the turn is within an average
+                seen.append((np.median(np.abs(du[k])), max(gone, 0.0) / breakaway(y[first], way)))
+    if len(seen) < ENOUGH:
+        return 0.0
+    rate, ways = np.array(seen).T
+    return float(np.quantile(ways[rate <= np.quantile(rate, 1 / 3)], 0.75) / np.log(2))
+
+
+def late_friction(values, way):
+    """By how much the values are off at most where friction follows L that late."""
+    if "scale" in values:
+        late = way * values["slope"]
+        return {"scale": late * values["slope"], "gravity": late * values["offset"]}
+    law = {name: (values[f"{name}_positive"] + values[f"{name}_negative"]) / 2 for name in ("offset", "slope")}
+    return {f"{name}_{side}": sign * way * law["slope"] * law[name] for name in law for side, sign in (("positive", -1), ("negative", 1))}
+
+
 def line(log, assume):
     """The law through the slides, or None where there are too few."""
     found = runs_of(log)
@@ -164,7 +196,11 @@ def line(log, assume):
         source = np.random.default_rng(2)
         draws = draw(rows, assume, x, weight) + source.normal(size=(DRAWS, 1)) * changed / 2 + error_draws(rows, assume, weight, np.median(error), source)
         draws = draws[:, :4]
-    return Line(values, float(lag), float(np.median(error)), slides, draws, rows[:, 6].astype(int))
+    found_line = Line(values, float(lag), float(np.median(error)), slides, draws, rows[:, 6].astype(int))
+    if slides >= ENOUGH:
+        late = late_friction(values, build_up(found, found_line.law(), found_line.lag_s, found_line.breakaway))
+        draws += source.choice([-1.0, 1.0], size=(DRAWS, 1)) * [late.get(name, 0.0) for name in values]
+    return found_line
 
 
 def fall(log, line):

@@ -14,28 +14,33 @@ from . import lags as steps
 
 PASSES = 15
 FITTED = {*friction.SYMMETRIC, *friction.CALIBRATED}
+FALLING = ("sliding_ratio", "stribeck_speed_deg_per_s")
 UNEXPLAINED = 1.5  # times the noise: what a law may leave
 
 
 @dataclass
 class Law:
     way: float  # N of F over which friction builds up; 0: it does not
+    falls: float  # part of sliding by which breakaway is above it
+    falls_half: float  # of its 95 % interval
+    speed: float  # of F where most of that is gone, N/s
     plant: dict  # keys of the plant
 
 
-def _keys(found, way):
-    model, own = steps.own_of(found.law, way, found.level, found.inertia)
-    return {} if model == "paper" else {"model": model} | ({model: {name: value if isinstance(value, bool) else float(f"{value:.9g}") for name, value in own.items()}} if own else {})
+def _law(found, p, falls_half):
+    model, own = steps.model_of(found.law), steps.own_of(found.law, p, found.level)
+    own = {name: value if isinstance(value, bool) else float(f"{value:.9g}") for name, value in own.items() if p["falls"] or name not in FALLING}
+    keys = {} if model == "paper" else {"model": model} | ({model: own} if own else {})
+    return Law(p["way"] if model in steps.BUILDS_UP else 0.0, p["falls"], falls_half, p["speed"], keys)
 
 
 def fit(found, result, segment, first):
     """(friction, law): `result` with the values of the law, where it is not the paper's. `found` are the lags, which stay."""
     if found.law == "paper" or result.table:
-        return _covering(result, found, first), Law(found.way, _keys(found, found.way))
+        return _covering(result, found, first), _law(found, found.params, 0.0)
     problem = steps.Fit(segment, first, {"actuator", "arm", "ratio", "sensor", "delay"}, result.assume)
     _, theta, halves = problem.solve(found.law, found.theta, PASSES)
-    p, way = problem.params(theta)
-    way = way if found.way else 0.0
+    p = problem.params(theta)
     halves = dict(zip(steps.NAMES, halves))
     halves |= {f"{n}_positive": halves[n] for n in ("offset", "slope")}
     values = p | {"offset": p["offset_positive"], "slope": p["slope_positive"]}
@@ -47,7 +52,7 @@ def fit(found, result, segment, first):
     model = problem.output(found.law, theta)
     left = float(np.sqrt(np.mean((model - segment.force)[problem.begin :] ** 2)))
     result = replace(result, estimates=estimates, params=params, model=[model[-len(result.model[0]) :]], L_half=float(np.hypot(result.L_half, abs(L / before - 1))), residual_rms=left)
-    return _covering(result, found, first), Law(way, _keys(found, way))
+    return _covering(result, found, first), _law(found, p, halves["falls"])
 
 
 def _covering(result, found, first):
