@@ -8,6 +8,7 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION electronics)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3, python3-matplotlib")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "cmake, ninja-build, gcc") # of tribo-fmu
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
     "Force control for motor drives that know their own friction
 The library for a drive's firmware, its simulator, the drive on a Linux board

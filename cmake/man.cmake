@@ -1,18 +1,46 @@
-# tribo_add_man(TARGET SUMMARY): builds and installs TARGET's manual page, made of its parsers' help; not where it cannot be run.
+# tribo_add_man(TARGET SUMMARY [MORE]): builds and installs TARGET's manual page, made of its parsers' help; not where it cannot be run.
+# MORE is a file of roff, which goes behind the options.
+# tribo_add_man_of_python(NAME SUMMARY FOLDER WORDS...): likewise of a program in Python, of the files in FOLDER, which WORDS start.
+#
+# All pages are in man/man1 of the build, which a wheel installs as it is (python/CMakeLists.txt).
 
 find_package(Python3 COMPONENTS Interpreter)
 
-function(tribo_add_man target summary)
-  if((CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR) OR NOT Python3_FOUND)
+# The page of the program NAME, which COMMAND runs; it is made again if DEPENDS change.
+function(tribo_add_page name summary more)
+  cmake_parse_arguments(arg "" "" "COMMAND;DEPENDS" ${ARGN})
+  set(make ${PROJECT_SOURCE_DIR}/cmake/man.py)
+  set(pages ${PROJECT_BINARY_DIR}/man/man1)
+  file(MAKE_DIRECTORY ${pages})
+  add_custom_command(
+    OUTPUT ${pages}/${name}.1
+    COMMAND ${Python3_EXECUTABLE} -B ${make} ${name} ${summary} "${more}" ${arg_COMMAND} > ${pages}/${name}.1
+    DEPENDS ${make} ${more} ${arg_DEPENDS}
+    VERBATIM)
+  add_custom_target(${name}-man ALL DEPENDS ${pages}/${name}.1)
+  set(component Unspecified)
+  if(name MATCHES "^tribo-(drive|link)$")
+    set(component drive)
+  endif()
+  install(FILES ${pages}/${name}.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT ${component})
+endfunction()
+
+function(tribo_add_man_of_python name summary folder)
+  if(NOT Python3_FOUND)
     return()
   endif()
-  set(page ${CMAKE_CURRENT_BINARY_DIR}/${target}.1)
-  set(make ${PROJECT_SOURCE_DIR}/cmake/man.py)
-  add_custom_command(
-    OUTPUT ${page}
-    COMMAND ${Python3_EXECUTABLE} -B ${make} ${summary} ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:${target}> > ${page}
-    DEPENDS ${target} ${make}
-    VERBATIM)
-  add_custom_target(${target}-man ALL DEPENDS ${page})
-  install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+  file(GLOB sources CONFIGURE_DEPENDS ${folder}/*.py)
+  set(tools ${PROJECT_SOURCE_DIR}/tools)
+  tribo_add_page(
+    ${name} "${summary}" ""
+    COMMAND ${CMAKE_COMMAND} -E env PYTHONPATH=${tools}:${tools}/design:${tools}/identify:${tools}/rig ${Python3_EXECUTABLE} -B ${ARGN}
+    DEPENDS ${sources})
+endfunction()
+
+function(tribo_add_man target summary)
+  if((CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR) OR NOT Python3_FOUND)
+    add_custom_target(${target}-man) # none
+    return()
+  endif()
+  tribo_add_page(${target} "${summary}" "${ARGV2}" COMMAND ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:${target}> DEPENDS ${target})
 endfunction()

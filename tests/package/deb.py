@@ -8,6 +8,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import zipfile
 
 RUN = ("run", "triangle", "--set", "duration_s=21", "--out")
 
@@ -24,7 +25,8 @@ def in_chroot(source, folder):
     codename = say("sh", "-c", ". /etc/os-release && echo $VERSION_CODENAME")
     say("mmdebstrap", "--variant=apt", codename, root)
     (root / "tribo.deb").write_bytes((source / deb).read_bytes())
-    inside = {"cwd": "/", "env": {**os.environ, "PATH": "/usr/bin:/usr/sbin:/bin:/sbin", "DEBIAN_FRONTEND": "noninteractive"}}
+    others = {name: value for name, value in os.environ.items() if not name.startswith(("TRIBO_", "CMAKE_"))}
+    inside = {"cwd": "/", "env": {**others, "PATH": "/usr/bin:/usr/sbin:/bin:/sbin", "DEBIAN_FRONTEND": "noninteractive"}}
     say("cp", "/etc/resolv.conf", root / "etc/resolv.conf")
 
     def chroot(*command):
@@ -37,9 +39,13 @@ def in_chroot(source, folder):
     assert "tribo-link" in chroot("tribo-link", "--version") and "tribo-drive" in chroot("tribo-drive", "--version")
     assert "tribo" in chroot("sh", "-c", "systemd-sysusers tribo.conf && id tribo")
     assert chroot("systemd-analyze", "verify", "--man=no", "/usr/lib/systemd/system/tribo-drive.service") == ""
+    if (root / "usr/bin/tribo-fmu").exists():
+        chroot("apt-get", "-y", "--no-install-recommends", "install", "python3", "cmake", "ninja-build", "gcc", "libc6-dev")
+        chroot("tribo-fmu", "/usr/share/tribo/scenarios/triangle.yaml", "--part", "loop", "--fmi", "3", "--out", "/loop.fmu")
+        assert "binaries/x86_64-linux/tribo_fmu.so" in zipfile.ZipFile(root / "loop.fmu").namelist()
     log = (root / "o/trace.csv").read_bytes()
     chroot("dpkg", "--purge", "tribo")
-    assert not list(root.glob("usr/bin/tribo-*")) and not (root / "usr/share/tribo").exists()
+    assert not list(root.glob("usr/bin/tribo-*")) and not (root / "usr/share/tribo").exists() and not (root / "usr/libexec/tribo").exists()
     return log
 
 

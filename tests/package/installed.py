@@ -5,13 +5,16 @@ installed.py --alone SOURCE: likewise of a copy of the source that is built, ins
 
 import os
 import pathlib
+import platform
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import zipfile
 
-UNDOCUMENTED = ("--help", "--usage", "--version")
+sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "support"))
+import man_page  # noqa: E402
 
 
 def say(*command, **options):
@@ -22,23 +25,25 @@ def say(*command, **options):
 
 def check(prefix, forbidden):
     bin_dir, share = prefix / "bin", prefix / "share"
-    programs = [path for path in bin_dir.iterdir() if not path.is_symlink()]
+    programs = [path for path in [*bin_dir.iterdir(), *prefix.glob("libexec/tribo/*")] if not path.is_symlink()]
     assert {"tribo-sim"} <= {path.name for path in programs}, programs
     for program in programs:
         content = program.read_bytes()
         for path in forbidden:
             assert str(path).encode() not in content, f"{program.name} has {path} in it"
     links = {path.name: path.resolve() for path in bin_dir.iterdir() if path.is_symlink()}
-    assert set(links) == {"tribo-plot", "tribo-sweep-report", "tribo-demo-drive"}
+    makes_fmus = platform.machine() == "x86_64"
+    assert set(links) == {"tribo-plot", "tribo-sweep-report", "tribo-demo-drive", *(["tribo-fmu"] if makes_fmus else [])}
     assert all(path.is_file() and prefix.resolve() in path.parents for path in links.values()), links
     assert "MIT" in (share / "doc/tribo/LICENSE").read_text(encoding="utf-8")
 
-    for program in programs:
-        page = (share / f"man/man1/{program.name}.1").read_text(encoding="utf-8") if program.name != "tribo-desk" else None
-        options = re.findall(r"^ {2,6}(?:-\w, )?(--[\w-]+)", say(program, "--help"), re.M)
-        assert page is None or all(option.replace("-", "\\-") in page for option in options if option not in UNDOCUMENTED), program
-        assert page is None or page.startswith(f".TH {program.name.upper()} 1")
-    assert all(word in (share / "man/man1/tribo-sim.1").read_text() for word in (".SH SWEEP", "\\-\\-decimate=N", ".B replay"))
+    for program in bin_dir.iterdir():
+        man_page.check(program, share / f"man/man1/{program.name}.1")
+        assert re.fullmatch(rf"{program.name} \d+\.\d+\.\d+\n", say(program, "--version"))
+    unit = prefix / "lib/systemd/system/tribo-drive.service"
+    assert not unit.exists() or re.search(r"^ExecStart=/\S+/bin/tribo-drive ", unit.read_text(encoding="utf-8"), re.M), unit.read_text(encoding="utf-8")
+    drive = share / "man/man1/tribo-drive.1"
+    assert not (bin_dir / "tribo-drive").exists() or ".SH FILES" in drive.read_text(encoding="utf-8")
 
     with tempfile.TemporaryDirectory() as folder:
         here = {"cwd": folder, "env": {name: value for name, value in os.environ.items() if not name.startswith("TRIBO_")}}
@@ -49,10 +54,24 @@ def check(prefix, forbidden):
         assert "--out" in say(bin_dir / "tribo-plot", "--help", **here)
         assert "live drive" in say(bin_dir / "tribo-demo-drive", "--help", **here)
         assert "Pictures" in say(bin_dir / "tribo-sweep-report", "--help", **here)
-        if (share / "tribo/tools/uplot").is_dir():
+        if makes_fmus:
+            check_fmu(sim, share, here)
+        if (share / "tribo/tools/tribo_plot/uplot").is_dir():
             nowhere = {**here, "env": {**here["env"], "XDG_CACHE_HOME": folder}}
             say(sim, "plot", "o", "--out", "o.html", **nowhere)
             assert "uPlot" in pathlib.Path(folder, "o.html").read_text(encoding="utf-8")
+
+
+def check_fmu(sim, share, here):
+    """An FMU of the installed sources, where FMI's headers came along; else it says what is missing."""
+    command = [sim, "fmu", "triangle", "--part", "loop", "--out", "loop.fmu"]
+    if (share / "tribo/fmu/fmi").is_dir():
+        say(*command, **here)
+        with zipfile.ZipFile(pathlib.Path(here["cwd"], "loop.fmu")) as fmu:
+            assert {"modelDescription.xml", "binaries/linux64/tribo_fmu.so", "sources/fmu/fmi2.c"} <= set(fmu.namelist())
+    else:
+        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False, **here)
+        assert done.returncode != 0 and "fmpy" in done.stderr, done.stderr
 
 
 def alone(source):

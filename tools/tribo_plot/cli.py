@@ -8,6 +8,7 @@ from pathlib import Path
 
 from . import panels, runs
 from .runs import PlotError
+from .version import add_option
 
 SUFFIXES = (".png", ".svg", ".html", ".mcap")
 
@@ -22,6 +23,7 @@ def parse(arguments):
     parser.add_argument("--from", dest="start_s", type=float, metavar="S", help="draws from this time on")
     parser.add_argument("--to", dest="end_s", type=float, metavar="S", help="draws until this time")
     parser.add_argument("--name", action="append", default=[], metavar="TEXT", help="what to call a run; the first is the first run's")
+    add_option(parser, "tribo-plot")
     return parser.parse_args(arguments)
 
 

@@ -19,13 +19,13 @@ HERE = Path(__file__).resolve().parent
 
 
 def uplot(name):
-    """A file of uPlot: installed beside this package, or in the user's cache."""
+    """A file of uPlot: installed in this package, or in the user's cache."""
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tribo"
-    for folder in (HERE.parent / "uplot", cache / f"uplot-{UPLOT_VERSION}"):
+    for folder in (HERE / "uplot", cache / f"uplot-{UPLOT_VERSION}"):
         path = folder / name
         if path.is_file():
             return path.read_text(encoding="utf-8")
-    raise PlotError(f"uPlot {UPLOT_VERSION}, which zooms an HTML page, is missing: `tools/setup plot` fetches it with npm")
+    raise PlotError(f"uPlot {UPLOT_VERSION}, which zooms an HTML page, is missing: `tools/setup plot` in tribo's source fetches it with npm")
 
 
 def uplot_parts():

@@ -1,4 +1,4 @@
-"""The tables and pictures of a sweep: all of them with tools/sweep-report DIR, in one picture with tribo-plot DIR --out FILE.
+"""The tables and pictures of a sweep: all of them with tools/sweep-report DIR (sweep_report.py), in one picture with tribo-plot DIR --out FILE.
 
 Reads DIR/rows.csv and DIR/summary.json of tribo-sim sweep; the report is DIR/report.md, and DIR/ratio.png, rms.png and chatter.png:
 each measure against each axis. The same rows give the same files.
@@ -7,8 +7,6 @@ each measure against each axis. The same rows give the same files.
 import csv
 import json
 import math
-import pathlib
-import sys
 
 import matplotlib
 
@@ -236,22 +234,13 @@ def draw(folder, out):
         save(figures_of(sweep)["ratio" if sweep.is_paired else "rms"](), out)
 
 
-def main():
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    folder = pathlib.Path(sys.argv[1])
-    try:
-        sweep = Sweep(folder)
-    except PlotError as error:
-        sys.exit(str(error))
+def report(folder):
+    """Writes the report and its pictures; their names."""
+    sweep = Sweep(folder)
     figures = figures_of(sweep)
     for name, make in figures.items():
         figure = make()
         figure.savefig(folder / f"{name}.png", metadata={"Software": None})
         plt.close(figure)
     (folder / "report.md").write_text(report_of(sweep), encoding="utf-8")
-    print(f"written: report.md, {', '.join(name + '.png' for name in figures)} in {folder}")
-
-
-if __name__ == "__main__":
-    main()
+    return ["report.md", *(name + ".png" for name in figures)]
