@@ -18,11 +18,7 @@ function(tribo_add_page name summary more)
     DEPENDS ${make} ${more} ${arg_DEPENDS}
     VERBATIM)
   add_custom_target(${name}-man ALL DEPENDS ${pages}/${name}.1)
-  set(component Unspecified)
-  if(name MATCHES "^tribo-(drive|link)$")
-    set(component drive)
-  endif()
-  install(FILES ${pages}/${name}.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT ${component})
+  install(FILES ${pages}/${name}.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 endfunction()
 
 function(tribo_add_man_of_python name summary folder)

@@ -1,8 +1,8 @@
 #include "support/data_path.h"
 
+#include "support/file.h"
 #include "support/text.h"
 
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,18 +31,13 @@ void common_data_path(char path[PATH_MAX], const char *name)
     }
 }
 
-static bool exists(const char *path)
-{
-    return access(path, F_OK) == 0;
-}
-
 char *common_data_named(const char *path, const char *folder, const char *name)
 {
     static const char *const endings[] = {"", ".yaml"};
-    for (size_t i = 0; i < 2 && !exists(path) && strchr(name, '/') == NULL; i++)
+    for (size_t i = 0; i < 2 && !common_file_exists(path) && strchr(name, '/') == NULL; i++)
     {
         char *named = common_text_format("%s/%s%s", folder, name, endings[i]);
-        if (named == NULL || exists(named))
+        if (named == NULL || common_file_exists(named))
         {
             return named;
         }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 /// Reads to the end of `file`, but at most max + 1 bytes; null with errno set on failure.
 static char *read_up_to(FILE *file, size_t max, size_t *length)
@@ -78,6 +79,11 @@ char *common_file_read(const char *path, size_t max, common_error_t *error)
         memmove(bytes, bytes + 3, length - 2);
     }
     return bytes;
+}
+
+bool common_file_exists(const char *path)
+{
+    return access(path, F_OK) == 0;
 }
 
 bool common_file_is_same(const char *a, const char *b)

@@ -16,7 +16,7 @@
 typedef struct
 {
     sim_scenario_choice_t choice;
-    bool                  q31;
+    int                   arith;                     ///< 0: f32, 1: Q31; negative: as the scenario says
     const char           *out;                       ///< null: standard output
     char                  name[NAME_MAX_LENGTH + 1]; ///< empty: the scenario's
 } options_t;
@@ -59,7 +59,7 @@ enum
 
 // clang-format off: one row an option
 static const struct argp_option known[] = {
-    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31", .doc = "the loop's arithmetic; f32 if left out"},
+    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31", .doc = "the loop's arithmetic; the scenario's if left out, f32 in most"},
     {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "changes any key of the scenario"},
     {.name = "learned", .key = OPTION_LEARNED, .arg = "FILE.yaml", .doc = "what a run has learned (its DIR/learned.yaml), as the breakaway to begin with"},
     {.name = "name", .key = OPTION_NAME, .arg = "NAME", .doc = "NAME_params is declared; the scenario's name if left out"},
@@ -70,7 +70,6 @@ static const struct argp_option known[] = {
 static int take(void *context, int key, const char *value)
 {
     options_t *options = context;
-    int        word    = 0;
     switch (key)
     {
     case OPTION_SET:
@@ -82,9 +81,8 @@ static int take(void *context, int key, const char *value)
         options->out = value;
         return 0;
     case OPTION_ARITH:
-        word         = sim_option_word(&sim_command_params, key, value);
-        options->q31 = word == 1;
-        return word >= 0 ? 0 : SIM_EXIT_USAGE;
+        options->arith = sim_option_word(&sim_command_params, key, value);
+        return options->arith >= 0 ? 0 : SIM_EXIT_USAGE;
     default:
         return take_name(options, value, strlen(value))
                    ? 0
@@ -122,7 +120,8 @@ static bool make(const options_t *options, const common_scenario_t *scenario, co
     common_loop_config_t loop_config;
     sim_loop_t           loop;
     common_loop_config_fill(&loop_config, &config->loop);
-    const tribo_status_t status = sim_loop_init(&loop, options->q31, &loop_config, config->loop.limits.full_scale_n);
+    const bool           q31    = options->arith < 0 ? config->arithmetic == SIM_Q31 : options->arith == 1;
+    const tribo_status_t status = sim_loop_init(&loop, q31, &loop_config, config->loop.limits.full_scale_n);
     return common_check_has_loop(scenario, error) && common_check_status(scenario, status, error) &&
            write_header(options,
                         &(sim_params_header_t){.name          = options->name,
@@ -155,7 +154,7 @@ static int open_and_make(options_t *options)
 
 static int run(int count, char **arguments)
 {
-    options_t options = {.q31 = false};
+    options_t options = {.arith = -1};
     int       status  = sim_options_parse(&sim_command_params, count, arguments, &options, &options.choice.name);
     if (status == 0)
     {

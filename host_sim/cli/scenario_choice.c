@@ -2,16 +2,11 @@
 
 #include "cli/commands.h"
 #include "support/data_path.h"
+#include "support/file.h"
 #include "support/text.h"
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
-
-static bool exists(const char *path)
-{
-    return access(path, F_OK) == 0;
-}
 
 char *sim_scenario_path(const char *name)
 {
@@ -52,7 +47,7 @@ static bool load(common_scenario_t           *scenario,
                  const char                  *path,
                  common_error_t              *error)
 {
-    bool ok = exists(path)
+    bool ok = common_file_exists(path)
                   ? common_scenario_load(scenario, path, error)
                   : common_error_set(error,
                                      "%s: there is no such file, nor such a scenario in %s (tribo-sim list shows them)",

@@ -294,26 +294,31 @@ static bool take_off_rounding(sim_log_t              *file,
     return true;
 }
 
+/// The first row whose interval to the one before is off; `rows` if none is.
+static size_t first_uneven(const double *t, size_t rows, double median)
+{
+    size_t k = 1;
+    while (k < rows && is_even(t[k] - t[k - 1], median))
+    {
+        k++;
+    }
+    return k;
+}
+
 /// Refuses uneven stamps.
 static bool check_even(const common_csv_t *csv, const char *name, double median, common_error_t *error)
 {
     const double *t = csv->values[SIM_LOG_T];
-    for (size_t k = 1; k < csv->rows; k++)
-    {
-        const double interval = t[k] - t[k - 1];
-        if (!is_even(interval, median))
-        {
-            return common_csv_complain(
-                csv,
-                k,
-                error,
-                "%s: %.6g s after the row before, where the log's interval is %.6g s (--resample mends it)",
-                name,
-                interval,
-                median);
-        }
-    }
-    return true;
+    const size_t  k = first_uneven(t, csv->rows, median);
+    return k == csv->rows ||
+           common_csv_complain(
+               csv,
+               k,
+               error,
+               "%s: %.6g s after the row before, where the log's interval is %.6g s (--resample mends it)",
+               name,
+               t[k] - t[k - 1],
+               median);
 }
 
 static bool grow(double **values, size_t rows, common_error_t *error)
@@ -485,10 +490,9 @@ static bool find_interval(sim_log_t               *log,
     {
         return common_error_set(error, "out of memory");
     }
-    sim_log_report_t stamps = {.rows_read = 0};
-    judge_stamps(&stamps, file->values[SIM_LOG_T], file->rows, *median);
     double last_place = 0.0;
-    if (stamps.jittery > 0 && take_off_rounding(file, csv, &options->columns[SIM_LOG_T], median, &last_place))
+    if (first_uneven(file->values[SIM_LOG_T], file->rows, *median) < file->rows &&
+        take_off_rounding(file, csv, &options->columns[SIM_LOG_T], median, &last_place))
     {
         log->report.last_place_s = last_place;
     }

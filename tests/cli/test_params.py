@@ -195,6 +195,13 @@ def test_each_direction_has_its_law(sim, arithmetic):
     assert 2 * float(positive[1]) == pytest.approx(float(negative[1]), rel=1e-6)
 
 
+def test_the_arithmetic_is_the_scenarios_unless_the_command_says_it(sim):
+    chosen = {said: sim.ok("params", sim.write("loop.yaml", SHORT), "--arith", said) for said in ARITHMETICS}
+    for said, made in (("f32", "f32"), ("q31", "q31"), ("both", "f32")):
+        assert sim.ok("params", sim.write("loop.yaml", SHORT + f"arithmetic: {said}\n")) == chosen[made]
+    assert sim.ok("params", sim.write("loop.yaml", SHORT + "arithmetic: q31\n"), "--arith", "f32") == chosen["f32"]
+
+
 @pytest.mark.parametrize("loop, set_level, reset_level", [("papers", 0.75, 0.8), ("lopsided", 0.5, 0.625), ("steep", 0.75, 0.3),
                                                           ("table", 0.75, 0.4)])
 def test_the_relays_levels_are_the_scenarios(sim, loop, set_level, reset_level):

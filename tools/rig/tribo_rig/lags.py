@@ -68,7 +68,7 @@ class Lags:
 
 def substeps(h):
     """Of a tick, as the scenario has them."""
-    return int(max(np.ceil(h / STEPS_S - 1e-6), 4))
+    return int(max(np.ceil(h / STEPS_S - 1e-6), 2))
 
 
 def model_of(law):
