@@ -349,7 +349,7 @@ static registers_outcome_t apply(registers_t *registers)
         next->set.drive.sensor_zero_units =
             config_of(registers)->sensor_zero_units; // as a tare has moved it: no change
     }
-    if (!make(registers, next) || !keeps_period(registers, &next->set))
+    if (!keeps_period(registers, &next->set) || !make(registers, next))
     {
         return REGISTERS_SET_REFUSED;
     }

@@ -352,7 +352,7 @@ static void test_a_refused_field_is_named_with_its_range(void)
             check_number_refused(drive_config_name(i), address, 2.0f * field->high, field->low, field->high);
             check_number_refused(drive_config_name(i), address, NAN, field->low, field->high);
         }
-        else if (i != DRIVE_CONFIG_period_us) // this one must fit sample_time_s first
+        else if (i != DRIVE_CONFIG_period_us) // the board's
         {
             check_refused(drive_config_name(i),
                           address,
@@ -777,6 +777,7 @@ static void test_what_is_learned_is_in_registers(void)
 static void test_the_period_stays_that_of_the_board(void)
 {
     start();
+    check_refused("alone", DRIVE_AT(period_us), 500, 500.0f, 1000.0f, 1000.0f);
     write_word(DRIVE_AT(period_us), 2000);
     write_number(PARAM_AT(SAMPLE_TIME), 0.002f);
     write_number(PARAM_AT(PULSE_WIDTH), 0.006f);

@@ -264,8 +264,10 @@ def test_nobody_goes_beyond_the_configuration(serve):
         served.link("params", "set", "drive.residual_ms=80", status=2)
     assert "limits.u_max_N = 2.5 is refused, the drive goes on as it was: 0 to 2" in \
         served.link("params", "set", "limits.u_max_N=2.5", status=2)
-    assert "sample_time_s = 0.001 is refused, the drive goes on as it was: 0.002 to 0.002; drive.period_us asks for that: set both at once" in \
-        served.link("params", "set", "drive.period_us=2000", status=2)
+    for ticks, other, allowed in [("drive.period_us=500", [], "1000 to 1000"), ("sample_time_s=0.0005", [], "0.001 to 0.001"),
+                                  ("drive.period_us=500", ["sample_time_s=0.0005"], "1000 to 1000")]:
+        assert f"{ticks.replace('=', ' = ')} is refused, the drive goes on as it was: {allowed}; no set changes the ticks of a drive" in \
+            served.link("params", "set", ticks, *other, status=2)
     assert "drive.command_limit_ms = 0 is refused, the drive goes on as it was: 1 to 500\n" in \
         served.link("params", "set", "drive.command_limit_ms=0", status=2)
     for beyond, allowed in [("command_n_per_unit=0.001", "1 to 3.4"), ("command_zero_units=0.5", "0 to 0"), ("sensor_n_per_unit=0.5", "1 to 3.4")]:

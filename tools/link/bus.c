@@ -192,11 +192,13 @@ static bool complain_of_set(link_bus_t *bus)
     {
         return false;
     }
-    const link_row_t *row  = link_at((uint16_t)said[REGISTER]);
-    const char       *more = said[STATUS] != TRIBO_OK ? tribo_status_text((tribo_status_t)said[STATUS]) : "";
-    if (row != NULL && strcmp(row->name, "sample_time_s") == 0 && said[LOW] == said[HIGH])
+    const link_row_t *row     = link_at((uint16_t)said[REGISTER]);
+    const char       *more    = said[STATUS] != TRIBO_OK ? tribo_status_text((tribo_status_t)said[STATUS]) : "";
+    const bool        is_tick = row != NULL && said[LOW] == said[HIGH] &&
+                         (strcmp(row->name, "sample_time_s") == 0 || strcmp(row->name, "drive.period_us") == 0);
+    if (is_tick)
     {
-        more = "drive.period_us asks for that: set both at once";
+        more = "no set changes the ticks of a drive, its image or configuration does";
     }
     const char *comma    = more[0] != '\0' ? "; " : "";
     const bool  can_be_0 = row != NULL && row->can_be_0 && link_float(said[VALUE]) != 0.0f; // a ceiling may forbid that
