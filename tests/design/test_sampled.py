@@ -85,6 +85,15 @@ def test_delay_is_designed_for(data):
     assert stated.gamma < 1 and found["gamma"] == pytest.approx(stated.gamma, rel=1e-3) and abs(found["missing_turns"]) < 0.1
 
 
+@pytest.mark.parametrize("seed", [7019, 7040], ids=["dead time of six ticks", "non-minimum phase"])
+def test_gamma_that_peaks_at_nyquist_is_near_the_least(seed):
+    """The rise of wT towards Nyquist is none of its order in w."""
+    data, _ = sampled_problem(seed)
+    full = synthesized(data).stage("full")
+    assert not reaches(data, 0.985 * full.metrics.gamma)
+    assert ("gamma about 1" in full.note) == (seed == 7019)
+
+
 def test_a_dead_time_is_no_continuous_plants():
     with pytest.raises(InputError, match="plant.delay_s: a dead time goes with synthesis.domain sampled"):
         synthesized({**DEAD, "synthesis": {"domain": "continuous"}})

@@ -174,7 +174,9 @@ def _synthesize_sampled(result, checker, problem, percent):
     controller = solution.controller  # K(w)
     result.full, result.full_order, result.gamma_stated, result.in_w = controller.zpk, controller.zpk.order, solution.gamma, True
     loop, metrics = checker.close(as_sampled(controller.zpk, h))
-    result.stages.append(Stage("full", loop, metrics, f"order {result.full_order}, {solution.how}, with hold and {design.delay_s:g} s delay" + (f", {percent:g} % off the optimum" if percent else "")))
+    above = metrics.gamma / solution.gamma - 1 if metrics.stable else 0.0
+    result.stages.append(Stage("full", loop, metrics, f"order {result.full_order}, {solution.how}, with hold and {design.delay_s:g} s delay" + (f", {percent:g} % off the optimum" if percent else "")
+                               + (f", gamma about {100 * above:.2g} % above the least, as the weights in w are not quite those asked for" if above > 0.01 + percent / 100 else "")))
     if not metrics.stable:
         raise LimitError("full: the loop is not stable", table_text(result))
     if metrics.gamma > design.synthesis.gamma_max:

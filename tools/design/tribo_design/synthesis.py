@@ -262,11 +262,15 @@ SOLVER_CAUSES = {
     3: ("rank condition", "D12 has not full column rank: wu is too small at high frequency"),
     4: ("rank condition", "D21 has not full row rank"),
 }
+FITS = 7  # of the weights, at most
+CLOSE = 1.005  # gamma of the loop that will run over the solver's, of which no other fit is tried
+SHARPNESS = 40
 
 
 def solve_sampled(problem, checker, synthesis, off_percent):
     """K(w) for the loop that will run. The weights are fitted in w twice: the second time with the care that each term deserves at each
-    frequency, once the first solution has shown its share of gamma there."""
+    frequency, once the first solution has shown its share of gamma there. As long as gamma is above what the solver states, they are fitted
+    anew with more care where it peaks (Lawson's rule)."""
     h = checker.h
     plant = checker.sampled
     if np.any(problem.plant.poles == 0):  # the solver's own plant forgets, very slowly; all figures are the true one's
@@ -279,8 +283,10 @@ def solve_sampled(problem, checker, synthesis, off_percent):
     fits = {name: wplane.WeightFit(weight, h) for name, weight in problem.weights.items()}
     care = {name: np.ones(len(omega)) for name in fits}
     deadline = time.monotonic() + synthesis.time_limit_s
-    solution = None
-    for _ in range(2):
+    solution, peak = None, np.ones(len(omega))
+    for i in range(FITS):
+        if i >= 2 and solution.gamma_sampled < CLOSE * (1 + off_percent / 100) * solution.gamma:
+            break
         weights = {name: fit.fitted(omega, care[name]) for name, fit in fits.items()}
         left = max(deadline - time.monotonic(), 0.5)
         try:
@@ -297,7 +303,9 @@ def solve_sampled(problem, checker, synthesis, off_percent):
             solution = again
         terms = loop.terms(1j * omega, s, t, ks, g)
         titles = {"wp": "wp S", "wu": "wu KS", "wT": "wT T", "wGS": "wGS GS"}
-        care = {name: np.abs(terms[titles[name]]) / total + 3e-3 for name in fits}
+        if i >= 1:
+            peak *= (total / np.nanmax(total)) ** SHARPNESS
+        care = {name: np.abs(terms[titles[name]]) / total * peak / peak.max() + 3e-3 for name in fits}
     return solution
 
 
