@@ -211,6 +211,7 @@ bool common_check_status(const common_scenario_t *scenario, tribo_status_t statu
     const char               *text = tribo_status_text(status);
     char                      key[COMMON_KEY_MAX];
     char                      with_value[256];
+    char                      of_kind[320];
     common_place_t            place;
     double                    value;
     name_refused(loop, status, key);
@@ -226,6 +227,16 @@ bool common_check_status(const common_scenario_t *scenario, tribo_status_t statu
                        unit,
                        text);
         text = with_value;
+    }
+    if (status == TRIBO_ERR_SECTION_UNSTABLE) // coefficients of one kind are often unstable as the other's
+    {
+        const bool z = loop->controller.kind == COMMON_CONTROLLER_Z;
+        (void)snprintf(of_kind,
+                       sizeof of_kind,
+                       "%s; taken as controller.kind %s",
+                       text,
+                       z ? "z, in z^-1" : "delta, in z - 1");
+        text = of_kind;
     }
     return common_check_complain(scenario, key[0] != '\0' ? key : "scenario", text, error);
 }

@@ -176,7 +176,11 @@ MISTAKES = {
     ),
     "unstable section": (
         "controller: {kind: z, sections: [{b0: 1, b1: 0, b2: 0, a1: -3, a2: 1}]}",
-        ":3: controller.sections[0]: controller section poles: inside the unit circle, or one of them at z = 1",
+        ":3: controller.sections[0]: controller section poles: inside the unit circle, or one of them at z = 1; taken as controller.kind z, in z^-1",
+    ),
+    "coefficients in z taken as those in delta": (
+        "controller: {kind: delta, sections: [{b0: 1, b1: -0.9, b2: 0, a1: -1.2, a2: 0.3}]}",
+        ":3: controller.sections[0]: controller section poles: inside the unit circle, or one of them at z = 1; taken as controller.kind delta, in z - 1",
     ),
 }
 

@@ -311,7 +311,7 @@ TWO_SECTIONS = SHORT + """controller:
     - {b0: 1, b1: 0, b2: 0, a1: -0.5, a2: 0.1}
     - {b0: 1, b1: 0, b2: 0, a1: -0.5, a2: 0.1}
 """
-UNSTABLE = "controller section poles: inside the unit circle, or one of them at z = 1"
+UNSTABLE = "controller section poles: inside the unit circle, or one of them at z = 1; taken as controller.kind z, in z^-1"
 NO_FEEDTHROUGH = "controller section b0: magnitude 1e-6 to 1e6, so that the cascade is biproper"
 
 

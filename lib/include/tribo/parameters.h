@@ -114,10 +114,10 @@ extern "C" {
 /// The numbers of an element of a list: ELEMENT(symbol, member, key, unit, low, high, sentence). Of tribo_biquad_f32_section_t
 /// and tribo_breakaway_point_f32_t.
 #define TRIBO_SECTION_ELEMENTS(ELEMENT) \
-    ELEMENT(SECTION_COEFFICIENT, b0, "b0", "-", -1e6, 1e6, "numerator b0 d² + b1 d + b2 with d = z − 1, or b0 + b1 z⁻¹ + b2 z⁻²; b0 not 0") \
+    ELEMENT(SECTION_COEFFICIENT, b0, "b0", "-", -1e6, 1e6, "numerator b0 d² + b1 d + b2 with d = z − 1; with a scenario's kind z alone b0 + b1 z⁻¹ + b2 z⁻²; b0 not 0") \
     ELEMENT(SECTION_COEFFICIENT, b1, "b1", "-", -1e6, 1e6, "likewise") \
     ELEMENT(SECTION_COEFFICIENT, b2, "b2", "-", -1e6, 1e6, "likewise") \
-    ELEMENT(SECTION_COEFFICIENT, a1, "a1", "-", -4, 4, "denominator d² + a1 d + a2, or 1 + a1 z⁻¹ + a2 z⁻²; stable") \
+    ELEMENT(SECTION_COEFFICIENT, a1, "a1", "-", -4, 4, "denominator d² + a1 d + a2; with a scenario's kind z alone 1 + a1 z⁻¹ + a2 z⁻²; stable") \
     ELEMENT(SECTION_COEFFICIENT, a2, "a2", "-", -4, 4, "likewise")
 
 #define TRIBO_POINT_ELEMENTS(ELEMENT) \
