@@ -454,6 +454,9 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
                   "\n#include \"tribo/%s_%s.h\"\n\n"
                   "#if TRIBO_FORCE_LOOP_%s_PARAMS_VERSION != %d\n"
                   "#error \"made for another version of tribo: run tribo-sim params again\"\n"
+                  "#endif\n\n"
+                  "#if defined(__cplusplus) && __cplusplus < 202002L && defined(__GNUC__)\n"
+                  "#pragma GCC system_header // no warning that members are named as in C and C++20\n"
                   "#endif\n\n// clang-format off\n",
                   header->is_sensorless || feedforward_of(header->loop) != NULL ? "feedforward" : "force_loop",
                   suffix,

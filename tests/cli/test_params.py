@@ -225,8 +225,10 @@ def test_a_header_compiles_without_a_warning(sim, loop, arithmetic):
     scenario = sim.write("loop.yaml", SHARED + LOOPS[loop])
     header = sim.folder / "loop.h"
     sim.ok("params", scenario, "--arith", arithmetic, "--out", header)
-    compilers = [("cc", "-std=c11")] + [("c++", "-std=c++20")] * (shutil.which("c++") is not None)
-    for compiler, standard in compilers:
+    wanted = [("cc", "-std=c11"), *((compiler, standard) for compiler in ("c++", "clang++-19") for standard in ("-std=c++11", "-std=c++20"))]
+    for compiler, standard in wanted:
+        if shutil.which(compiler) is None:
+            continue
         result = syntax(compiler, header, standard)
         assert (result.returncode, result.stderr) == (0, "")
 

@@ -18,6 +18,10 @@
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
+#if defined(__cplusplus) && __cplusplus < 202002L && defined(__GNUC__)
+#pragma GCC system_header // no warning that members are named as in C and C++20
+#endif
+
 // clang-format off
 #define RIG_SAMPLE_TIME_S 1.00000005e-03f
 #define RIG_FULL_SCALE_N 4.00000000e+00f

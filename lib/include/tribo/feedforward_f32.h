@@ -284,12 +284,12 @@ void tribo_feedforward_f32_restore(tribo_feedforward_f32_state_t *state);
 
 /// The feed-forward as a method of the force loop, for params made on a host.
 #define TRIBO_FEEDFORWARD_F32_METHOD                                                                                   \
-    {.error    = tribo_feedforward_f32_method_error,                                                                   \
-     .friction = tribo_feedforward_f32_method_friction,                                                                \
-     .term     = tribo_feedforward_f32_method_term,                                                                    \
-     .after    = tribo_feedforward_f32_method_after,                                                                   \
-     .last     = tribo_feedforward_f32_method_last,                                                                    \
-     .enter    = tribo_feedforward_f32_method_enter}
+    {tribo_feedforward_f32_method_error,                                                                               \
+     tribo_feedforward_f32_method_friction,                                                                            \
+     tribo_feedforward_f32_method_term,                                                                                \
+     tribo_feedforward_f32_method_after,                                                                               \
+     tribo_feedforward_f32_method_last,                                                                                \
+     tribo_feedforward_f32_method_enter}
 
 float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *loop,
                                          void                                *memory,
@@ -400,12 +400,12 @@ void tribo_force_estimate_f32_step(const tribo_force_loop_f32_params_t  *params,
 
 /// The method, for params made on a host.
 #define TRIBO_SENSORLESS_F32_METHOD                                                                                    \
-    {.error    = tribo_sensorless_f32_method_error,                                                                    \
-     .friction = tribo_sensorless_f32_method_friction,                                                                 \
-     .term     = tribo_sensorless_f32_method_term,                                                                     \
-     .after    = tribo_sensorless_f32_method_after,                                                                    \
-     .last     = tribo_sensorless_f32_method_last,                                                                     \
-     .enter    = tribo_sensorless_f32_method_enter}
+    {tribo_sensorless_f32_method_error,                                                                                \
+     tribo_sensorless_f32_method_friction,                                                                             \
+     tribo_sensorless_f32_method_term,                                                                                 \
+     tribo_sensorless_f32_method_after,                                                                                \
+     tribo_sensorless_f32_method_last,                                                                                 \
+     tribo_sensorless_f32_method_enter}
 
 float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loop,
                                         void                                *memory,

@@ -223,12 +223,12 @@ void tribo_feedforward_q31_restore(tribo_feedforward_q31_state_t *state);
 
 /// The feed-forward as a method of the force loop, for params made on a host.
 #define TRIBO_FEEDFORWARD_Q31_METHOD                                                                                   \
-    {.error    = tribo_feedforward_q31_method_error,                                                                   \
-     .friction = tribo_feedforward_q31_method_friction,                                                                \
-     .term     = tribo_feedforward_q31_method_term,                                                                    \
-     .after    = tribo_feedforward_q31_method_after,                                                                   \
-     .last     = tribo_feedforward_q31_method_last,                                                                    \
-     .enter    = tribo_feedforward_q31_method_enter}
+    {tribo_feedforward_q31_method_error,                                                                               \
+     tribo_feedforward_q31_method_friction,                                                                            \
+     tribo_feedforward_q31_method_term,                                                                                \
+     tribo_feedforward_q31_method_after,                                                                               \
+     tribo_feedforward_q31_method_last,                                                                                \
+     tribo_feedforward_q31_method_enter}
 
 int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *loop,
                                            void                                *memory,
@@ -302,12 +302,12 @@ void tribo_force_estimate_q31_step(const tribo_force_loop_q31_params_t  *params,
 
 /// The method, for params made on a host.
 #define TRIBO_SENSORLESS_Q31_METHOD                                                                                    \
-    {.error    = tribo_sensorless_q31_method_error,                                                                    \
-     .friction = tribo_sensorless_q31_method_friction,                                                                 \
-     .term     = tribo_sensorless_q31_method_term,                                                                     \
-     .after    = tribo_sensorless_q31_method_after,                                                                    \
-     .last     = tribo_sensorless_q31_method_last,                                                                     \
-     .enter    = tribo_sensorless_q31_method_enter}
+    {tribo_sensorless_q31_method_error,                                                                                \
+     tribo_sensorless_q31_method_friction,                                                                             \
+     tribo_sensorless_q31_method_term,                                                                                 \
+     tribo_sensorless_q31_method_after,                                                                                \
+     tribo_sensorless_q31_method_last,                                                                                 \
+     tribo_sensorless_q31_method_enter}
 
 int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *loop,
                                           void                                *memory,

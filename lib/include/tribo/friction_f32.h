@@ -283,7 +283,7 @@ float tribo_lugre_f32_step(const tribo_lugre_f32_params_t    *params,
 void tribo_lugre_f32_attach(tribo_compensator_f32_params_t *compensator, tribo_lugre_f32_params_t *lugre);
 
 /// LuGre as the friction model of a compensator, for params made on a host.
-#define TRIBO_LUGRE_F32_MODEL {.step = tribo_lugre_f32_model_step, .enter = tribo_lugre_f32_model_enter}
+#define TRIBO_LUGRE_F32_MODEL {tribo_lugre_f32_model_step, tribo_lugre_f32_model_enter}
 
 float tribo_lugre_f32_model_step(const tribo_friction_model_f32_t       *model,
                                  const tribo_friction_f32_params_t      *friction,

@@ -208,7 +208,7 @@ int32_t tribo_lugre_q31_step(const tribo_lugre_q31_params_t    *params,
 void tribo_lugre_q31_attach(tribo_compensator_q31_params_t *compensator, tribo_lugre_q31_params_t *lugre);
 
 /// LuGre as the friction model of a compensator, for params made on a host.
-#define TRIBO_LUGRE_Q31_MODEL {.step = tribo_lugre_q31_model_step, .enter = tribo_lugre_q31_model_enter}
+#define TRIBO_LUGRE_Q31_MODEL {tribo_lugre_q31_model_step, tribo_lugre_q31_model_enter}
 
 int32_t tribo_lugre_q31_model_step(const tribo_friction_model_q31_t       *model,
                                    const tribo_friction_q31_params_t      *friction,
