@@ -63,6 +63,22 @@ def processes_in(folder):
     return found
 
 
+def test_mbpoll_does_on_the_demo_what_the_page_says(demo):
+    page = (ROOT / "docs/linux.md").read_text(encoding="utf-8").split("## What turns it off")[0]
+    lines = [line.split("#") for line in page.splitlines() if line.startswith("    mbpoll ")]
+    assert [comment.strip() for _, comment in lines] == ["start", "F in N", "stop", "r in N"]
+    try:
+        for line, comment in lines:
+            done = subprocess.run(line.replace("1502", demo.tcp.split(":")[-1]).split(), capture_output=True, text=True, timeout=300, check=False)
+            # The demo has a reference of its own; test_bus.py gives a drive one of the bus.
+            assert (done.returncode == 0) == (comment.strip() != "r in N"), done.stdout + done.stderr
+            assert comment.strip() != "start" or "state    run" in demo.link()
+            assert comment.strip() != "F in N" or re.search(r"^\[130\]: \t-?\d", done.stdout, re.M), done.stdout
+        assert "state    idle" in demo.link()
+    finally:
+        demo.link("stop")
+
+
 def test_the_demo_can_be_typed_along_and_leaves_nothing(tmp_path):
     demo = Demo(tmp_path)
     commands = [line.strip().split("#")[0].split() for line in demo.text().splitlines() if line.startswith("    ")]
