@@ -223,6 +223,22 @@ def test_friction_of_strokes_grows_with_the_loads_size(tmp_path, capsys):
     assert float(out.split("slope ")[1].split()[0]) == pytest.approx(0.05, abs=0.002)
 
 
+@pytest.mark.parametrize("changes_s", [0.0, 0.6])
+@pytest.mark.parametrize("role", ["x_deg", "w_deg_per_s"])
+def test_loads_in_turn_are_told_apart_in_one_log(role, changes_s, tmp_path, capsys):
+    """As strokes() makes them, three pairs a load; the load changes at a turn, or in the middle of a stroke. Of the speed alone, too, in rad/s."""
+    t = np.arange(0, 24, 0.001)
+    way, load = np.where(t % 2 < 1, 1, -1), np.array([20, 60, 40, 80])[np.minimum(t + 6 - changes_s, 29.9).astype(int) // 6 - 1]
+    u = load + way * (2 + 0.05 * load) + np.random.default_rng(1).normal(0, 0.01, len(t))
+    at = np.where(way > 0, t % 1, 1 - t % 1) * 10 if role == "x_deg" else way * 10 * np.pi / 180
+    (tmp_path / "log.csv").write_text(f"t_s,u_N,{role}\n" + "".join(f"{a:.3f},{b:.5f},{c:.9g}\n" for a, b, c in zip(t, u, at)), encoding="ascii")
+    status, out, err = identify(capsys, "friction", tmp_path / "log.csv", *(["--unit", "v=rad/s"] if role != "x_deg" else []), "--out", tmp_path / "out")
+    assert status == 0, err
+    assert [float(line.split("load ")[1].split()[0]) for line in out.splitlines() if "pairs of strokes" in line] == pytest.approx([20, 40, 60, 80], abs=0.05)
+    assert float(out.split("offset ")[1].split()[0]) == pytest.approx(2, abs=0.05)
+    assert float(out.split("slope ")[1].split()[0]) == pytest.approx(0.05, abs=0.002)
+
+
 def test_one_pair_of_strokes_has_no_standard_error(tmp_path, capsys):
     status, out, err = identify(capsys, "friction", *[strokes(tmp_path / f"{load}.csv", load, 1) for load in (20, 40, 60, 80)])
     assert status == 0, err
@@ -232,7 +248,7 @@ def test_one_pair_of_strokes_has_no_standard_error(tmp_path, capsys):
 def test_strokes_at_three_loads_are_refused(capsys):
     arguments = seal("O-ring")
     status, _, err = identify(capsys, "friction", *arguments[1:])
-    assert status == 3 and err.startswith("tribo-identify: few loads: 3;")
+    assert status == 3 and err.startswith("tribo-identify: few loads: 3; four at least")
 
 
 @pytest.fixture

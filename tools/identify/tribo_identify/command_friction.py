@@ -111,10 +111,10 @@ def _standard_error(repeats):
 
 
 def _strokes(log, options):
-    if any(s.position is None for s in log.segments):
-        raise InputError(f"{options.logs[0]}: there is no force: name its column (--column F=...); or, for strokes at speed, that of the position (--column x=...)")
+    if any(s.position is None and s.speed is None for s in log.segments):
+        raise InputError(f"{options.logs[0]}: there is no force: name its column (--column F=...); or, for strokes at speed, that of the position or the speed (--column x=..., v=...)")
     law = strokes.identify(log)
-    lines = [f"{v.file}: load {v.load:.5g} N, friction {v.friction:.4g} N, {len(v.repeats)} pair{'s' * (len(v.repeats) > 1)} of strokes, {_standard_error(v.repeats)}" for v in law.levels]
+    lines = [f"{v.file}{v.when}: load {v.load:.5g} N, friction {v.friction:.4g} N, {len(v.repeats)} pair{'s' * (len(v.repeats) > 1)} of strokes, {_standard_error(v.repeats)}" for v in law.levels]
     if law.is_table:
         lines.append(f"no line: off by up to {100 * law.deviation:.2g} % at a load, far beyond the scatter of the repeats; a table of {len(law.levels)} loads")
     else:

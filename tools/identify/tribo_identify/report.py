@@ -126,7 +126,7 @@ def strokes_html(log, law, lines):
                     axes[0, 0].plot(s.t[[first, last - 1]], [mean, mean], color=look.WAYS[way], lw=2)
         axes[0, 0].set(ylabel="u [N]")
         axes[1, 0].set(ylabel="position", xlabel="time [s]")
-        pictures.append((v.file, picture(figure)))
+        pictures.append((v.file + v.when, picture(figure)))
     return page("Friction of strokes", lines, pictures)
 
 

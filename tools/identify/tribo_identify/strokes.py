@@ -1,7 +1,8 @@
 """Friction from strokes at speed: logs of force and position, without a force at the load.
 
-Each file is one load. A stroke is a run of the position one way; u is averaged over the middle of its travel. The load is the mean of both
-directions, friction half their difference; repeats are the pairs of strokes. It shows L(F) of sliding, and nothing of stiction.
+A file is one load, or several in turn: a new one begins where strokes of the same way differ by more than half of the friction. A stroke is a run of
+the position one way; u is averaged over the middle of its travel. The load is the mean of both directions, friction half their difference; repeats are
+the pairs of strokes. It shows L(F) of sliding, and nothing of stiction.
 """
 
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ DRAWS = 999
 @dataclass
 class Level:
     file: str
+    when: str  # of the file, where that has several loads
     load: float  # with its sign
     friction: float
     repeats: np.ndarray  # friction of each pair of strokes
@@ -74,30 +76,49 @@ def strokes_of(segment):
     return out
 
 
-def level_of(file, segments):
-    both = {1: [], -1: []}
-    strokes = []
-    for number, s in enumerate(segments):
-        for first, last, w in strokes_of(s):
-            both[w].append(float(np.mean(s.u[first:last])))
-            strokes.append((number, first, last, w, both[w][-1]))
-    if not both[1] or not both[-1]:
+def plateaus(strokes):
+    """The strokes of each load. In a log of several those that one changes in, which have no other of their load, are left out."""
+    means = [mean for *_, mean in strokes]
+    changes = [abs(a - b) / 2 for a, b, one, other in zip(means, means[1:], strokes, strokes[1:]) if one[3] != other[3]]
+    apart = 0.5 * float(np.median(changes)) if changes else np.inf
+    found = []
+    for stroke in strokes:
+        alike = [mean for *_, way, mean in found[-1] if way == stroke[3]] if found else []
+        if not found or (alike and abs(stroke[4] - np.mean(alike)) > apart):
+            found.append([])
+        found[-1].append(stroke)
+    return found if len(found) == 1 else [load for load in found if min(sum(way == w for *_, way, _ in load) for w in (1, -1)) >= 2]
+
+
+def levels_of(file, segments):
+    strokes = [(number, first, last, way, float(np.mean(s.u[first:last]))) for number, s in enumerate(segments) for first, last, way in strokes_of(s)]
+    if len({way for *_, way, _ in strokes}) < 2:
         raise Refusal("one direction", f"{file}: one direction only: friction is half the difference of both")
-    pairs = min(len(both[1]), len(both[-1]))
-    up, down = np.array(both[1]), np.array(both[-1])
+    loads = plateaus(strokes)
+    return [_level(file, segments, load, len(loads) > 1) for load in loads]
+
+
+def _level(file, segments, strokes, is_one_of_several):
+    up, down = (np.array([mean for *_, way, mean in strokes if way == w]) for w in (1, -1))
+    pairs = min(len(up), len(down))
     half = (np.mean(up) - np.mean(down)) / 2
     repeats = (up[:pairs] - down[:pairs]) / 2
-    return Level(file, float((np.mean(up) + np.mean(down)) / 2), float(abs(half)), np.abs(repeats), strokes)
+    begin, end = (segments[number].t[row] for number, row in ((strokes[0][0], strokes[0][1]), (strokes[-1][0], strokes[-1][2] - 1)))
+    when = f" from {begin:.4g} to {end:.4g} s" if is_one_of_several else ""
+    return Level(file, when, float((np.mean(up) + np.mean(down)) / 2), float(abs(half)), np.abs(repeats), strokes)
 
 
 def identify(log):
     """Levels and the law through them."""
+    for s in log.segments:
+        if s.position is None:
+            s.position = np.r_[0, np.cumsum((s.speed[1:] + s.speed[:-1]) / 2 * np.diff(s.t))]
     files = {}
     for s in log.segments:
         files.setdefault(s.file, []).append(s)
-    levels = sorted((level_of(file, segments) for file, segments in files.items()), key=lambda level: abs(level.load))
+    levels = sorted((level for file, segments in files.items() for level in levels_of(file, segments)), key=lambda level: abs(level.load))
     if len(levels) < 4:
-        raise Refusal("few loads", f"few loads: {len(levels)}; each file of strokes is one load, four at least tell a line from a bend")
+        raise Refusal("few loads", f"few loads: {len(levels)}; four at least tell a line from a bend, a file each or in turn, each with two strokes each way")
     load, friction = np.abs([v.load for v in levels]), np.array([v.friction for v in levels])
     if np.ptp(load) < 0.15 * load.max():
         raise Refusal("few loads", f"few loads: all are within {np.ptp(load):.3g} N of each other")
