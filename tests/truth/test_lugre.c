@@ -5,6 +5,7 @@
 #include "unity.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 
 static rig_t       rig;
@@ -144,6 +145,47 @@ static void test_bristles_that_stiffen_need_the_same_way_at_each_load(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, part, part_after(2e-3, 0.2));
 }
 
+static void see_finite(void *context, const rig_sample_t *sample)
+{
+    *(bool *)context = *(bool *)context && isfinite(sample->force_n) && isfinite(sample->f_n);
+}
+
+/// The next of a row of numbers from `low` to `high`, evenly in their logarithms.
+static double drawn(uint32_t *row, double low, double high)
+{
+    *row = *row * UINT32_C(1664525) + UINT32_C(1013904223);
+    return low * pow(high / low, (double)*row / 4294967296.0);
+}
+
+/// Bristles bent beyond a breakaway that fell with F give way to speed: friction falls from rest on, and the step's speed is
+/// beyond that with the friction of rest.
+static void test_bristles_that_are_bent_too_far_are_solved_as_well(void)
+{
+    uint32_t row    = 1;
+    bool     finite = true;
+    rig_set(&rig, "viscous_N_s_per_deg", 0.0);
+    rig_set(&rig, "limited", 0.0);
+    for (int i = 0; i < 100; i++)
+    {
+        const double damping  = drawn(&row, 1e-5, 0.05);
+        const double inertia  = damping * damping * drawn(&row, 1e-3, 20.0);
+        const double softness = 60.0 / drawn(&row, 0.1, 50.0);
+        const double high_n   = drawn(&row, 100.0, 1000.0);
+        rig.config.arm        = (common_arm_config_t){.inertia = inertia, .damping = damping, .stiffness = 1.0};
+        rig.config.friction.breakaway.offset_n = drawn(&row, 1.0, 60.0);
+        rig.config.friction.breakaway.slope    = drawn(&row, 0.05, 0.9);
+        rig_set(&rig, "stiffness_N_per_deg", softness);
+        rig_set(&rig, "bristle_damping_N_s_per_deg", sqrt(inertia * softness));
+        const rig_ramp_t ramps[] = {{high_n, 0.3},
+                                    {0.15 * high_n, 0.01},
+                                    {0.15 * high_n, 0.3},
+                                    {high_n, 0.01},
+                                    {high_n, 0.3}};
+        rig_run(&rig, 2.5 * RIG_STEP_S, ramps, sizeof ramps / sizeof ramps[0], see_finite, &finite);
+        TEST_ASSERT_TRUE(finite);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -154,5 +196,6 @@ int main(void)
     RUN_TEST(test_with_the_papers_parameters_no_transition_is_gradual);
     RUN_TEST(test_without_its_limit_viscous_friction_adds_to_breakaway);
     RUN_TEST(test_bristles_that_stiffen_need_the_same_way_at_each_load);
+    RUN_TEST(test_bristles_that_are_bent_too_far_are_solved_as_well);
     return UNITY_END();
 }

@@ -112,7 +112,8 @@ static double friction_at(step_t *step, double end_speed)
 }
 
 /// The root on one side of rest, where friction is continuous: between 0, where friction is `friction`, and the speed
-/// after a step with this friction. Regula falsi with the Illinois rule.
+/// after a step with this friction, or beyond it if friction falls with speed: the speed after a step with that friction is
+/// then the next end. Regula falsi with the Illinois rule.
 static double solve_moving(step_t *step, double friction)
 {
     const double width = step->free_speed - step->per_newton * friction;
@@ -125,10 +126,12 @@ static double solve_moving(step_t *step, double friction)
     double high_error = high - (step->free_speed - step->per_newton * f);
     for (int i = 0; i < ITERATIONS_MAX && fabs(high_error) > near; i++)
     {
-        const double middle = high - high_error * (high - low) / (high_error - low_error);
-        f                   = friction_at(step, middle);
-        const double error  = middle - (step->free_speed - step->per_newton * f);
-        if ((error < 0.0) == (high_error < 0.0))
+        const bool   between = (high_error < 0.0) != (low_error < 0.0);
+        const double middle  = between ? high - high_error * (high - low) / (high_error - low_error)
+                                       : step->free_speed - step->per_newton * f;
+        f                    = friction_at(step, middle);
+        const double error   = middle - (step->free_speed - step->per_newton * f);
+        if (between && (error < 0.0) == (high_error < 0.0))
         {
             low_error *= 0.5;
         }

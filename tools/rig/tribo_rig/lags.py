@@ -40,6 +40,7 @@ EXACT = 1.04  # times the noise: no other law is looked for
 BETTER = 0.97  # of what the simpler law leaves
 ALIKE = 1.3  # times what the best law leaves: the lags may as well be this law's
 OTHER = 0.2  # of a pole: beyond it a model with another one is tried with the loop
+AWAY = 100.0  # times the largest F: a plant that has run away
 ROBUST = 3.0  # weighted residuals beyond this count less
 FEW, PASSES = 6, 30  # of each start, and of the best two
 
@@ -122,7 +123,9 @@ class Fit:
     def output(self, law, theta, finer=1):
         params = self.params(theta)
         breakaway = {n: (1 + params["falls"]) * params[n] for n in ("offset_positive", "offset_negative", "slope_positive", "slope_negative")}
-        return native.play(model_of(law), own_of(law, params, self.level), params | breakaway, self.s.u, self.h, finer * self.substeps)
+        y = native.play(model_of(law), own_of(law, params, self.level), params | breakaway, self.s.u, self.h, finer * self.substeps)
+        limit = AWAY * float(np.abs(self.s.force).max())
+        return np.clip(np.nan_to_num(y, nan=limit), -limit, limit)
 
     def solve(self, law, theta, passes):
         """(cost, theta, halves of 95 % intervals)."""
