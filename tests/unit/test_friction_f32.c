@@ -231,8 +231,11 @@ static void test_friction_init_checks_the_table(void)
     {
         points[i] = (tribo_breakaway_point_f32_t){0.1f * (float)i, 0.1f, 0.1f};
     }
-    config.table_length = 3;
-    check_refused(TRIBO_ERR_TABLE_LENGTH, H); // without a table
+    for (uint32_t without_table = 1; without_table <= 3u; without_table++)
+    {
+        config.table_length = without_table;
+        check_refused(TRIBO_ERR_TABLE_LENGTH, H);
+    }
     config.table_length = 0;
     config.table        = points;
     check_refused(TRIBO_ERR_TABLE_LENGTH, H);

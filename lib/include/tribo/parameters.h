@@ -70,7 +70,7 @@ extern "C" {
     ROW(BREAKAWAY, BREAKAWAY_NEGATIVE_SLOPE, negative.slope, "negative_slope", "-", 0, 10, 0.3, TUNES, 0x120, "", "likewise")
 
 #define TRIBO_TABLE_PARAMETERS(ROW) \
-    ROW(TABLE, TABLE_LENGTH, table_length, "table_length", "-", 0, 32, 0, TUNES, 0x12a, "with a table at least 1", "points of the breakaway table; 0: offset and slope")
+    ROW(TABLE, TABLE_LENGTH, table_length, "table_length", "-", 0, 32, 0, TUNES, 0x12a, "with a table at least 1, without one 0", "points of the breakaway table; 0: offset and slope")
 
 /// Of tribo_arm_f32_config_t.
 #define TRIBO_ARM_PARAMETERS(ROW) \
