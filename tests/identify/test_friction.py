@@ -119,6 +119,47 @@ def test_a_flaw_is_refused_or_answered_rightly(flaw, seed):
     assert weak or np.max(np.abs(L / L_of(truth, FORCE) - 1)) < 0.1
 
 
+@pytest.mark.parametrize("held_s", [0.1, 0.5])
+def test_a_command_that_is_logged_more_slowly_than_force_is_named(experiment, held_s):
+    rows = experiment[1].copy()
+    rows[:, 1] = np.repeat(rows[:: round(1e3 * held_s), 1], round(1e3 * held_s))[: len(rows)]
+    with pytest.raises(Refusal, match=f"^held: u changes each {held_s:g} s only"):
+        friction.identify(synthetic.log_of(rows))
+
+
+def test_steps_of_a_resolution_are_no_hold():
+    t = np.arange(0, 8, 1e-3)
+    u = np.interp(t, [0, 4, 8], [0, 2, 0])
+    assert events.held_s(synthetic.log_of(np.c_[t, np.round(u, 2), u])) == 0
+    for turn_s in (4, 0.5, 2):
+        u = np.interp(t, [0, turn_s, 8], [0, 2, 0])
+        assert events.held_s(synthetic.log_of(np.c_[t, u, u])) == 0
+    assert events.held_s(synthetic.log_of(np.c_[t, np.repeat(u[::50], 50), u])) == pytest.approx(0.05)
+
+
+def test_stamps_of_two_clocks_are_named(experiment):
+    rows = experiment[1].copy()
+    rows[:, 1] = np.interp(rows[:, 0] - 0.05, rows[:, 0], rows[:, 1])
+    with pytest.raises(Refusal, match="^clock: F comes -.* s after u, before it was commanded; "):
+        friction.identify(synthetic.log_of(rows))
+
+
+@pytest.mark.parametrize("held_s", [0.1, 0.5])
+def test_a_command_that_the_drive_holds_is_as_good(held_s, tmp_path):
+    """The drive makes the steps that the log has, and F shows them."""
+    truth, commands = synthetic.truth_of(1), synthetic.plan_over(0.1, 0.6, noise=0.001).commands()
+    time, each = commands[:, 0], round(100 * held_s)
+    u = np.repeat(commands[::each, 1], each)[: len(time)]
+    rows = [(t, x) for a, b, x in zip(time, [*time[1:], time[-1] + 0.01], u) for t, x in ((a, x), (b - 1e-4, x))]
+    (tmp_path / "held.csv").write_text("t_s,r_N\n" + "".join(f"{t:.5f},{x:.6g}\n" for t, x in rows), encoding="ascii")
+    (tmp_path / "held.yaml").write_text(f"duration_s: {time[-1]:.2f}\nsample_time_s: 0.001\nreference: {{kind: csv, file: held.csv}}\ncontroller: {{kind: none}}\n"
+                                        "compensator: {method: off}\nlimits: {u_min_N: -5, u_max_N: 5, input_max_N: 5}\n", encoding="ascii")
+    synthetic.play(tmp_path, tmp_path / "held.yaml", synthetic.settings(truth))
+    result = friction.identify(synthetic.log_of(synthetic.trace(tmp_path)))
+    assert found(result)["slope"].value == pytest.approx(truth["slope"], rel=0.01)
+    assert f"u changes each {held_s:g} s only: if the drive's command changes in between, log it as often as F" in result.remarks
+
+
 def test_a_wrong_sign_is_named(experiment):
     _, rows, _ = experiment
     for column in (1, 2):
@@ -309,6 +350,20 @@ BAD = {
     "NaN": (["plan", "--low", "nan", "--high", "0.6", "--out", "OUT"], "--low: value nan: must be finite"),
     "noise": (["plan", "--low", "0.1", "--high", "0.6", "--noise", "0.1", "--out", "OUT"], "--noise: value 0.1:"),
 }
+
+
+@pytest.mark.parametrize("command", [[], ["plan"], ["friction"], ["actuator"], ["accept"]])
+def test_every_command_says_what_it_does(command, capsys):
+    with pytest.raises(SystemExit) as ended:
+        cli.main([*command, "--help"])
+    assert ended.value.code == 0 and "options:" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("text", ["a: [1, 2\nb: {c", "a: 1\n\tb: 2\n"])
+def test_what_is_no_yaml_is_named_with_its_line(text, log, tmp_path, capsys):
+    (tmp_path / "bad.yaml").write_text(text, encoding="ascii")
+    status, _, err = identify(capsys, "friction", log, "--scenario", tmp_path / "bad.yaml")
+    assert status == 2 and "bad.yaml:2: not YAML: " in err
 
 
 @pytest.mark.parametrize("case", BAD)

@@ -27,7 +27,7 @@ class Refusal(DesignError):
         self.cause = cause
 
 
-CAUSES = ("silent", "units", "sign", "one direction", "few loads", "saturated", "ripple", "clock", "model")
+CAUSES = ("silent", "units", "sign", "one direction", "few loads", "saturated", "ripple", "clock", "held", "model")
 
 
 @dataclass
@@ -115,6 +115,25 @@ def saturated(segment):
                 goes_on = x is segment.u or np.max(way * (segment.u[a:b] - segment.u[came])) > STANDS * np.ptp(segment.u)
                 rows[a:b] |= value == extreme and not held and goes_on and a > 0 and b < len(x)
     return rows
+
+
+def held_s(log):
+    """How long u stands between changes that come regularly, 3 rows apart or more; 0 where they do not, or where all are of one size, as a resolution's."""
+    apart = np.concatenate([np.diff(np.flatnonzero(np.diff(s.u))) for s in log.segments])
+    steps = np.concatenate([np.abs(np.diff(s.u)[np.diff(s.u) != 0]) for s in log.segments])
+    rows = float(np.median(apart)) if len(apart) else 0.0
+    if rows < 3 or np.percentile(steps, 90) < 1.5 * np.percentile(steps, 10):
+        return 0.0
+    return rows * log.sample_time_s if np.mean(np.abs(apart - rows * np.round(apart / rows)) <= 1) > 0.9 else 0.0
+
+
+def not_of_one_clock(log, lag_s, also=""):
+    """The refusal of F that comes before u, or far behind it."""
+    held = held_s(log)
+    if lag_s < 0 < held:
+        return Refusal("held", f"held: u changes each {held:.3g} s only, and F comes {-lag_s:.3g} s before it: log u as often as F, with the command that the drive gets")
+    early = ", before it was commanded" if lag_s < 0 else ""
+    return Refusal("clock", f"clock: F comes {lag_s:.3g} s after u{early}; " + (also or "the stamps of u and F are not of one clock"))
 
 
 def falls_where_u_rises(log):

@@ -20,7 +20,7 @@ import scipy.stats
 
 from . import native, slides
 from .bins import bin_size, binned, noise_of
-from .events import WRONG_SIGN, Refusal, check, check_events, find, loads, saturated
+from .events import WRONG_SIGN, Refusal, check, check_events, find, held_s, loads, not_of_one_clock, saturated
 
 STEPS_MAX = 10_000_000  # of a simulation, beyond which its steps grow
 K_STARTS = (3.0, 5.0, 8.0, 14.0)  # of k_min, and L over the friction of slow slides: the fit has more than one valley
@@ -396,6 +396,8 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
     theta, residual, said = _whole(fit, *_best(few, names, theta, line))
     names = [*names, *fit.rest]
     remarks = list(log.remarks) + said
+    if held := held_s(log):
+        remarks.append(f"u changes each {held:.3g} s only: if the drive's command changes in between, log it as often as F")
     by_slides = _by_slides(fit, line, residual)
     if by_slides:
         names, theta, residual = _rest(fit, line, names, theta)
@@ -405,8 +407,7 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
         return identify(log, rig_of(PAPER_LAG_S + delay)[0], assume, allow_slides)
     _explained(fit, residual, level)
     if not found and not by_slides and (early or delay > 0.1):
-        raise Refusal("clock", f"clock: F comes {delay:.3g} s after u{', before it was commanded' if early else ''}; either the stamps of u and F are not of one clock, or the rig's "
-                      "lags are others than were taken (--actuator --sensor --lag)")
+        raise not_of_one_clock(log, delay, "either the stamps of u and F are not of one clock, or the rig's lags are others than were taken (--actuator --sensor --lag)")
     return _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, line, by_slides)
 
 
@@ -434,7 +435,7 @@ def _plausible(log, line, assume):
                       + ("" if assume else f"; if they are, say so: --assume symmetric takes up to a factor of {1 / 0.2:g}"))
     early = -3 * log.sample_time_s - 0.003
     if line.is_sure() and not early <= line.lag_s <= LAG_MAX_S:
-        raise Refusal("clock", f"clock: F comes {line.lag_s:.3g} s after u{', before it was commanded' if line.lag_s < 0 else ''}; the stamps of u and F are not of one clock")
+        raise not_of_one_clock(log, line.lag_s)
 
 
 def _by_slides(fit, line, residual):
