@@ -16,6 +16,7 @@ import ruamel.yaml as yaml
 import way
 
 from tribo_identify import accept
+from tribo_identify.plan import POLE, Plan
 from tribo_rig import experiments, loop
 from tribo_rig import rig as rigs
 
@@ -288,3 +289,18 @@ def test_no_experiment_leaves_the_safe_forces(safe):
         for x in (u, found.scale * u + found.bias):
             assert low - abs(found.bias) - 1e-9 <= x.min() and x.max() <= high + 1e-9
         assert np.ptp(u) > 0.3 * (high - low) / found.scale
+
+
+@pytest.mark.parametrize("scale", [1.06, 1.3])
+def test_a_plan_alone_stays_below_what_was_asked_on_a_strangers_rig(scale, monkeypatch):
+    """Played by the plan's own controller, without the careful ramp, on a drive that makes more of a newton than it says."""
+    monkeypatch.setattr(bench, "SCALE", scale)
+    plan, rig, h = Plan(0.0, 20.0, sample_time_s=bench.TICK_S).check(), bench.Bench(), bench.TICK_S
+    rows = plan.reference()
+    b, a = POLE * h / (2 + POLE * h), (POLE * h - 2) / (POLE * h + 2)
+    u = error = 0.0
+    for r in np.interp(np.arange(0, rows[-1, 0], h), rows[:, 0], rows[:, 1]):
+        last, error = error, r - rig.read()
+        u = min(max(b * (error + last) - a * u, 0.0), 20.0)
+        rig.tick(u)
+    assert 10 < rig.largest < 20
