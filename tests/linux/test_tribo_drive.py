@@ -30,15 +30,15 @@ watchdog: none
 
 
 @pytest.mark.parametrize("rig, message", [
-    (RIG + "drive: {period_us: 5}\n", "rig.yaml:3: drive.period_us: 5 is outside 10 to 100000"),
-    (RIG + "drive: {period_us: .nan}\n", "rig.yaml:3: drive.period_us: "),
-    (RIG + "drive: {late_us: 1000}\n", "rig.yaml:3: drive.late_us: 1000 is outside 0 to 999"),
-    (RIG + "drive: {period_us: 1000.5}\n", "rig.yaml:3: drive.period_us: 1000.5 is no whole number"),
-    (RIG + "drive: {period_us: 2000}\n", "rig.yaml:3: drive.period_us: 2000 is not the scenario's sample_time_s of 0.001"),
-    (RIG + "heartbeat_ms: 1\n", "rig.yaml:3: heartbeat_ms: 1 is outside 2 to 10000"),
-    (RIG + "pwm: {period_ns: 0}\n", "rig.yaml:3: pwm.period_ns: 0 is outside 100 to 1e+09"),
-    (RIG + "heartbeats: 1\n", "rig.yaml:3: unknown key heartbeats"),
-    (RIG + "output: relay\n", "rig.yaml:3: output: "),
+    (RIG + "drive: {period_us: 5}\n", "rig.yaml:4: drive.period_us: 5 is outside 10 to 100000"),
+    (RIG + "drive: {period_us: .nan}\n", "rig.yaml:4: drive.period_us: "),
+    (RIG + "drive: {late_us: 1000}\n", "rig.yaml:4: drive.late_us: 1000 is outside 0 to 999"),
+    (RIG + "drive: {period_us: 1000.5}\n", "rig.yaml:4: drive.period_us: 1000.5 is no whole number"),
+    (RIG + "drive: {period_us: 2000}\n", "rig.yaml:4: drive.period_us: 2000 is not the scenario's sample_time_s of 0.001"),
+    (RIG.replace("10000", "1"), "rig.yaml:3: heartbeat_ms: 1 is outside 2 to 10000"),
+    (RIG + "pwm: {period_ns: 0}\n", "rig.yaml:4: pwm.period_ns: 0 is outside 100 to 1e+09"),
+    (RIG + "heartbeats: 1\n", "rig.yaml:4: unknown key heartbeats"),
+    (RIG + "output: relay\n", "rig.yaml:4: output: "),
     ("heartbeat_ms: 10\n", "rig.yaml: scenario: is missing"),
     ("scenario: nothing.yaml\n", "nothing.yaml"),
     (DEVICES.replace("device: adc, ", ""), "rig.yaml:2: sensor.device: is missing"),
@@ -254,7 +254,7 @@ def test_a_log_that_cannot_be_made(drive):
     assert run.returncode == 1 and "--log nowhere/log.csv: No such file" in run.stderr
 
 
-CLOCK = RIG + "heartbeat_ms: 5000\ndrive: {period_us: 20000, late_us: 19999, budget_us: 20000, residual_n: 0, command_limit_ms: 0}\n"
+CLOCK = RIG + "drive: {period_us: 20000, late_us: 19999, budget_us: 20000, residual_n: 0, command_limit_ms: 0}\n"
 SLOW = ("duration_s: 60\nsample_time_s: 0.02\nreference: {kind: step, low_N: 0.2, high_N: 0.2}\nplant: {step_s: 0.0001}\n"
         "compensator: {gain: 0, friction: {pulse_width_s: 0.02}}\n"
         "controller: {kind: z, sections: [{b0: 0.01, b1: 0, b2: 0, a1: -1, a2: 0}]}\n")
