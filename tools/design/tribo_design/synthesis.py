@@ -264,7 +264,7 @@ SOLVER_CAUSES = {
 }
 FITS = 7  # of the weights, at most
 CLOSE = 1.005  # gamma of the loop that will run over the solver's, of which no other fit is tried
-SHARPNESS = 40
+SHARPNESS = 40  # of the care, a power of gamma at each frequency over its peak
 
 
 def solve_sampled(problem, checker, synthesis, off_percent):

@@ -40,7 +40,7 @@ EXACT = 1.04  # times the noise: no other law is looked for
 BETTER = 0.97  # of what the simpler law leaves
 ALIKE = 1.3  # times what the best law leaves: the lags may as well be this law's
 OTHER = 0.2  # of a pole: beyond it a model with another one is tried with the loop
-AWAY = 100.0  # times the largest F: a plant that has run away
+AWAY = 100.0  # times the largest F: as far as a plant runs away
 ROBUST = 3.0  # weighted residuals beyond this count less
 FEW, PASSES = 6, 30  # of each start, and of the best two
 
@@ -105,6 +105,7 @@ class Fit:
         self.level = first.offset + first.slope * float(np.median(np.abs(segment.force)))
         self.weight = 1 / max(first.noise, 0.01 * self.level)
         self.span = float(np.ptp(segment.force))
+        self.away = AWAY * float(np.abs(segment.force).max())
         self.substeps = substeps(self.h)
         self.begin = int((experiments.REST_S + 0.9 * experiments.APPROACH_S) / self.h)  # F may have rested anywhere before
         change = np.abs(np.diff(segment.u[self.begin :]))
@@ -124,8 +125,7 @@ class Fit:
         params = self.params(theta)
         breakaway = {n: (1 + params["falls"]) * params[n] for n in ("offset_positive", "offset_negative", "slope_positive", "slope_negative")}
         y = native.play(model_of(law), own_of(law, params, self.level), params | breakaway, self.s.u, self.h, finer * self.substeps)
-        limit = AWAY * float(np.abs(self.s.force).max())
-        return np.clip(np.nan_to_num(y, nan=limit), -limit, limit)
+        return np.clip(np.nan_to_num(y, nan=self.away), -self.away, self.away)
 
     def solve(self, law, theta, passes):
         """(cost, theta, halves of 95 % intervals)."""
