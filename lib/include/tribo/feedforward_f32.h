@@ -233,19 +233,34 @@ typedef struct
 {
     float    L_n;               ///< at some force: V_0 L, and what does not reverse
     float    relative_variance; ///< of L in this direction, over the prior's, at the force of the last sample
-    float    travel_n;          ///< learned from, both ways
+    float    travel_n;          ///< learned from, both ways; without a sensor widths of motion times reversal_n
     bool     at_bound;          ///< do not trust L: the prior is too wrong, or the measurement is not friction
     bool     stays_at_bound;    ///< four consecutive reversals found it so; latched until reset or restore
     bool     harms;     ///< friction fed forward costs more effort than it saves and fades to nothing; latched likewise
     uint32_t forgotten; ///< times that a corrupt memory was reset, or its b set anew
 } tribo_feedforward_f32_learned_t;
 
+/// The work of another loop's effort over a slide. Travel is in widths of a reversal.
+typedef struct
+{
+    float    moved, effort_n;       ///< motion of a tick, and u without the model's load; low passes
+    float    slack;                 ///< of moved, in a play a width wide
+    int8_t   side;                  ///< sign of the slide, 0: none yet
+    uint32_t ticks;                 ///< of the slide; at its most, the slide does not count
+    float    travel, work, prior;   ///< X, W, G
+    float    last_travel;           ///< X', of the last slide that counted, with its sign
+    float    last_work, last_prior; ///< a', l', a width
+} tribo_feedforward_f32_effort_t;
+
 /// Of a loop without a sensor.
 typedef struct
 {
-    float   slack[2]; ///< of a play a width wide, intended and measured
-    int8_t  sign;     ///< of the last motion, 0: none yet
-    uint8_t is_known; ///< in this tick
+    float                          slack[2];  ///< of a play a width wide, intended and measured
+    int8_t                         sign;      ///< of the last motion, 0: none yet
+    uint8_t                        is_known;  ///< in this tick
+    uint8_t                        was_known; ///< in any tick: what is learned is used
+    float                          measured;  ///< in this tick, widths
+    tribo_feedforward_f32_effort_t effort;
 } tribo_feedforward_f32_motion_t;
 
 /// Memory of a feed-forward, attached to a loop.
@@ -348,16 +363,19 @@ tribo_guard_f32_config_t tribo_guard_f32_tuned(const tribo_feedforward_f32_rig_t
 //
 // For drives with current and encoder only:
 //
-//     u = limit(lin + f + lead - b)          f = belief L(rs) sigma
+//     u = limit(lin + f + lead - b)          f = belief V L(rs) sigma
 //
-// A method of the force loop: steps 2 to 6 with the stops left out, with the params and memory above. y is not used (give 0), the
-// controller's output is taken out of u, and nothing is learned. b is 0, or what u goes on from after a change of params, and
-// fades in a quarter of a second. It has no feedback: u is as right as L is, so it believes low.
+// A method of the force loop: steps 2 to 6 with the stops left out, with the params and memory above. y is not used (give 0), and the
+// controller's output is taken out of u. b is 0, or what u goes on from after a change of params or of V, and fades in a quarter of
+// a second. It has no feedback: u is as right as V L is, so it believes low.
 //
 // r is the force that the arm shall have, or the effort of somebody else's position or velocity loop. With that, and wherever the
 // motion is known better than by r, tell it: tribo_sensorless_f32_motion.
 //
-// No guard: it judges y. A corrupt memory is forgotten whole and counted. No loops, one division a tick.
+// V is 1 until then. From then on it is the weight V_0 that two slides teach, one in each direction: from one reversal to the next
+// u does the work of friction and load, and of nothing else. tribo_feedforward_f32_learned shows it.
+//
+// No guard: it judges y. A corrupt memory is forgotten whole and counted. No loops, one division a tick, five at a reversal.
 
 typedef struct
 {
@@ -378,6 +396,9 @@ tribo_status_t tribo_force_loop_sensorless_f32_init(tribo_force_loop_f32_params_
 /// Before a tick: the motion of the arm in it, intended and measured, each in widths of a reversal, e.g. a change of position over
 /// the travel that is surely a reversal and no noise, or a speed times h over that. 0 where there is none. Friction opposes the
 /// intended motion; while that is at rest, the measured. In a tick without this call, r decides. Friction never jumps between them.
+///
+/// Friction is learned where the measured motion slides to and fro by 16 widths or more and r is the effort of the loop that moves it, so
+/// far as u is what the arm gets. Give 0 for it where a process opposes the motion. A tick of more than 1000 widths is taken for none.
 void tribo_sensorless_f32_motion(tribo_feedforward_f32_memory_t *memory, float intended, float measured);
 
 /// Of F, from u alone.

@@ -183,12 +183,28 @@ typedef struct
     uint32_t forgotten;
 } tribo_feedforward_q31_learned_t;
 
+/// See the twin. Motion is Q28 of a width.
+typedef struct
+{
+    int32_t  moved;  ///< Q28
+    int32_t  effort; ///< Q29 of FS
+    int32_t  slack;  ///< Q28
+    int8_t   side;
+    uint32_t ticks;
+    int64_t  travel;                ///< Q28
+    int64_t  work, prior;           ///< Q29 of FS
+    int32_t  last_travel;           ///< Q8
+    int32_t  last_work, last_prior; ///< Q27 of FS
+} tribo_feedforward_q31_effort_t;
+
 /// Of a loop without a sensor.
 typedef struct
 {
-    int32_t slack[2]; ///< Q29
-    int8_t  sign;
-    uint8_t is_known;
+    int32_t                        slack[2]; ///< Q29
+    int8_t                         sign;
+    uint8_t                        is_known, was_known;
+    int32_t                        measured; ///< Q29
+    tribo_feedforward_q31_effort_t effort;
 } tribo_feedforward_q31_motion_t;
 
 /// Memory of a feed-forward, attached to a loop.
@@ -283,7 +299,7 @@ tribo_status_t tribo_force_loop_sensorless_q31_init(tribo_force_loop_q31_params_
                                                     float                                 full_scale_n,
                                                     tribo_headroom_q31_t                 *headroom);
 
-/// See the twin; widths in Q29, within +-4.
+/// See the twin; widths in Q29. A tick of more than 3.9 widths is taken for none.
 void tribo_sensorless_q31_motion(tribo_feedforward_q31_memory_t *memory, int32_t intended, int32_t measured);
 
 /// Of F, from u alone; Q29.

@@ -57,6 +57,15 @@
 #define FEEDFORWARD_SLOPE_MAX      0.5f            // |c_1|
 #define FEEDFORWARD_LEARNED_MIN    0.05f           // of V_0 L: breakaway of a direction that is told
 
+// Another loop's effort.
+#define EFFORT_TRAVEL_MIN  16.0f               // X_min, widths
+#define EFFORT_WEIGHING    32.0f               // R_x, widths
+#define EFFORT_GAIN        0.5f                // g_0
+#define EFFORT_SURPRISE    0.25f               // Delta V
+#define EFFORT_TICKS_MAX   (UINT32_C(1) << 20) // n_x
+#define EFFORT_FASTEST_F32 1000.0f             // x_max, widths a tick
+#define EFFORT_FASTEST_Q31 3.9f
+
 // Hold.
 #define FEEDFORWARD_HOLD_GAIN     0.94f          // E
 #define FEEDFORWARD_HOLD_MARGIN   0.85f          // beta

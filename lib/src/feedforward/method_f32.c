@@ -55,10 +55,7 @@ static void follow(const tribo_feedforward_f32_params_t *params,
     }
     if (signals->flips && !alone)
     {
-        const bool bound =
-            !(learned->weight[0] > FEEDFORWARD_WEIGHT_LOW && learned->weight[0] < FEEDFORWARD_WEIGHT_MAX);
-        const uint32_t turns = bound ? state->at_bound + 1u : 0u;
-        state->at_bound      = tribo_feedforward_stays_at_bound(state->at_bound) ? state->at_bound : (uint8_t)turns;
+        state_f32_note_bound(state);
         if (state->offset_rule == TRIBO_FEEDFORWARD_KEEP)
         {
             state->offset_rule = TRIBO_FEEDFORWARD_REVERSAL;

@@ -60,10 +60,7 @@ static void follow(const tribo_feedforward_q31_params_t *params,
     }
     if (signals->flips && !alone)
     {
-        const int32_t  V     = state->learned.weight[0];
-        const bool     bound = V <= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_LOW) || V >= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MAX);
-        const uint32_t turns = bound ? state->at_bound + 1u : 0u;
-        state->at_bound      = tribo_feedforward_stays_at_bound(state->at_bound) ? state->at_bound : (uint8_t)turns;
+        state_q31_note_bound(state);
         if (state->offset_rule == TRIBO_FEEDFORWARD_KEEP)
         {
             state->offset_rule = TRIBO_FEEDFORWARD_REVERSAL;

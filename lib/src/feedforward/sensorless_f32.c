@@ -6,6 +6,7 @@
 #include "../number/parameters.h"
 #include "bank_f32.h"
 #include "constants.h"
+#include "effort_f32.h"
 #include "state_f32.h"
 
 #include <stddef.h>
@@ -27,6 +28,24 @@ void tribo_sensorless_f32_motion(tribo_feedforward_f32_memory_t *memory, float i
     const int32_t sign   = first != 0 || magnitude(intended) > 0.0f ? first : second; // at rest: the measured
     motion->sign         = (int8_t)(sign != 0 ? sign : motion->sign);
     motion->is_known     = 1;
+    motion->measured     = measured;
+}
+
+/// What another loop's effort teaches. False: what was learned is corrupt.
+static bool learn(const tribo_feedforward_f32_params_t *params,
+                  tribo_feedforward_f32_memory_t       *memory,
+                  const bank_f32_prior_t               *prior)
+{
+    tribo_feedforward_f32_motion_t *const        motion  = &memory->motion;
+    const tribo_feedforward_weights_f32_t *const learned = &memory->state.learned;
+
+    motion->was_known   = motion->was_known != 0u || motion->is_known != 0u;
+    const bool is_sound = motion->was_known == 0u || learning_f32_fold_all(learned) == learned->seal;
+    if (is_sound && motion->is_known != 0u)
+    {
+        effort_f32_step(params, memory, prior);
+    }
+    return is_sound;
 }
 
 /// The direction that friction opposes: that of rs, unless the motion is known in this tick.
@@ -38,6 +57,28 @@ static int8_t direction(tribo_feedforward_f32_memory_t *memory, int8_t before)
     }
     memory->motion.is_known = 0;
     return memory->motion.sign != 0 ? memory->motion.sign : before;
+}
+
+/// Step 6: friction of V, at `level` of the believed breakaway. b takes what V changes, from `V_before` on.
+static void oppose(const tribo_feedforward_f32_params_t *params,
+                   tribo_feedforward_f32_memory_t       *memory,
+                   float                                 level,
+                   float                                 V_before)
+{
+    tribo_feedforward_f32_state_t *const   state   = &memory->state;
+    tribo_feedforward_f32_signals_t *const signals = &memory->signals;
+
+    const float V      = effort_f32_weight(memory);
+    const float before = state->sigma;
+    const float left   = bound_f32((float)state->sign - before, params->jump);
+    state->sigma       = bound_f32(before + left, 1.0f);
+    signals->level_n   = level * V;
+    signals->f_n       = signals->level_n * state->sigma;
+    signals->lead_n    = params->lead * signals->level_n * (state->sigma - before);
+    if (V != V_before)
+    {
+        state->offset_n += level * (V - V_before) * state->sigma;
+    }
 }
 
 float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loop,
@@ -64,6 +105,7 @@ float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loo
         const bool is_handed = state->offset_rule == TRIBO_FEEDFORWARD_CONTINUE;
         e                    = is_handed && !exceeds(y_n, params->input_max_n) ? r_n - y_n : 0.0f;
         state_f32_rest(state, r_n, r_n);
+        effort_f32_start(inner, r_n);
     }
     state->noise_n     = bank_f32_noise(params, state->noise_n, bad ? state->r_n[0] : r_n, state->r_n);
     const float  noise = FEEDFORWARD_NOISE_GAIN * state->noise_n;
@@ -73,23 +115,19 @@ float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loo
     bank_f32_turn(state, width);
 
     // A noisy r has no reliable rate; that of somebody else's effort is noise altogether.
-    const float rate = inner->motion.is_known != 0u ? 0.0f : state->rate_n_s;
-    state->sign      = direction(inner, sign);
-
+    const float            rate  = inner->motion.is_known != 0u ? 0.0f : state->rate_n_s;
     const bank_f32_prior_t prior = bank_f32_prior(&loop->compensator.friction, state->reached_n);
     const float            ahead = params->lag_s * rate * (params->reversal_n / width);
     bank_f32_path(params, state, moved, ahead);
 
-    const float before = state->sigma;
-    const float left   = bound_f32((float)state->sign - before, params->jump);
-    state->sigma       = bound_f32(before + left, 1.0f);
+    const float V    = effort_f32_weight(inner);
+    const bool  good = learn(params, inner, &prior);
+    state->sign      = direction(inner, sign);
+    oppose(params, inner, fade * (1.0f - params->distrust) * prior.L_n, V);
     signals->e_n       = e;
     signals->reached_n = state->reached_n;
     signals->lin_n     = state->reached_n + ahead + prior.load_n;
-    signals->level_n   = fade * (1.0f - params->distrust) * prior.L_n;
-    signals->f_n       = signals->level_n * state->sigma;
-    signals->lead_n    = params->lead * signals->level_n * (state->sigma - before);
-    if (exceeds(signals->lin_n + signals->f_n + state->offset_n + state->behind_n[0], FEEDFORWARD_FORCE_MAX_N))
+    if (!good || exceeds(signals->lin_n + signals->f_n + state->offset_n + state->behind_n[0], FEEDFORWARD_FORCE_MAX_N))
     {
         state_f32_forget(params, state);
         return 0.0f;
@@ -135,13 +173,16 @@ void tribo_sensorless_f32_method_after(const tribo_force_loop_f32_params_t *loop
     tribo_feedforward_f32_memory_t *const  inner   = memory;
     tribo_feedforward_f32_state_t *const   state   = &inner->state;
     tribo_feedforward_f32_signals_t *const signals = &inner->signals;
-    (void)loop;
     (void)v_n;
     if (!state_f32_runs(state))
     {
         return;
     }
-    seen->controller.limited = state->limited != 0;
+    const tribo_feedforward_f32_params_t *const params = state_f32_params(loop);
+
+    const float actuator       = first_order_f32_step(state->observer.actuator_n, u_n, params->actuator_part);
+    state->observer.actuator_n = exceeds(actuator, FEEDFORWARD_FORCE_MAX_N) ? u_n : actuator;
+    seen->controller.limited   = state->limited != 0;
     state_f32_show(seen, u_n, signals->reached_n + state->behind_n[0], signals->level_n, signals->f_n);
 }
 

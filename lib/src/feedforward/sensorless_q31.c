@@ -6,6 +6,7 @@
 #include "../number/parameters.h"
 #include "bank_q31.h"
 #include "constants.h"
+#include "effort_q31.h"
 #include "state_q31.h"
 
 #include <stddef.h>
@@ -27,6 +28,23 @@ void tribo_sensorless_q31_motion(tribo_feedforward_q31_memory_t *memory, int32_t
     const int32_t sign   = first != 0 || intended != 0 ? first : second; // at rest: the measured
     motion->sign         = (int8_t)(sign != 0 ? sign : motion->sign);
     motion->is_known     = 1;
+    motion->measured     = measured;
+}
+
+static bool learn(const tribo_feedforward_q31_params_t *params,
+                  tribo_feedforward_q31_memory_t       *memory,
+                  const bank_q31_prior_t               *prior)
+{
+    tribo_feedforward_q31_motion_t *const        motion  = &memory->motion;
+    const tribo_feedforward_weights_q31_t *const learned = &memory->state.learned;
+
+    motion->was_known   = motion->was_known != 0u || motion->is_known != 0u;
+    const bool is_sound = motion->was_known == 0u || learning_q31_fold_all(learned) == learned->seal;
+    if (is_sound && motion->is_known != 0u)
+    {
+        effort_q31_step(params, memory, prior);
+    }
+    return is_sound;
 }
 
 static int8_t direction(tribo_feedforward_q31_memory_t *memory, int8_t before)
@@ -37,6 +55,29 @@ static int8_t direction(tribo_feedforward_q31_memory_t *memory, int8_t before)
     }
     memory->motion.is_known = 0;
     return (int8_t)bank_q31_sign(memory->motion.sign != 0 ? memory->motion.sign : before);
+}
+
+static void oppose(const tribo_feedforward_q31_params_t *params,
+                   tribo_feedforward_q31_memory_t       *memory,
+                   uint32_t                              level,
+                   int32_t                               V_before)
+{
+    tribo_feedforward_q31_state_t *const   state   = &memory->state;
+    tribo_feedforward_q31_signals_t *const signals = &memory->signals;
+
+    const int32_t V      = effort_q31_weight(memory);
+    const int32_t before = limit_q31(state->sigma, -BANK_Q31_ONE, BANK_Q31_ONE);
+    const int32_t left   = limit_q31(state->sign * BANK_Q31_ONE - before, -params->jump, params->jump);
+    state->sigma         = before + left;
+    signals->level       = effort_q31_level(level, V);
+    signals->f           = bank_q31_product((int32_t)signals->level, state->sigma);
+    const int32_t jump   = bank_q31_product((int32_t)signals->level, left);
+    signals->lead        = bank_q31_times(jump, params->lead, 16, (uint32_t)BANK_Q31_ONE / 2u);
+    if (V != V_before)
+    {
+        const int32_t last = (int32_t)effort_q31_level(level, V_before);
+        state->offset      = sum_q31(state->offset, signals->f - bank_q31_product(last, state->sigma));
+    }
 }
 
 int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *loop,
@@ -67,6 +108,7 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
             e = tribo_q31_subtract(r_q31, y_q31, &ignored);
         }
         state_q31_rest(state, bank_q31_inside(r_q31), bank_q31_inside(r_q31));
+        effort_q31_start(inner, bank_q31_inside(r_q31));
     }
     state->noise         = bank_q31_noise(params, state->noise, bad ? state->r[0] : bank_q31_inside(r_q31), state->r);
     const uint32_t noise = (state->noise >> 8) * (uint32_t)FEEDFORWARD_NOISE_GAIN;
@@ -76,26 +118,26 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
     bank_q31_turn(state, width);
 
     // A noisy r has no reliable rate; that of somebody else's effort is noise altogether.
-    const int32_t rate = inner->motion.is_known != 0u ? 0 : state->rate;
-    state->sign        = direction(inner, sign);
-
+    const int32_t          rate     = inner->motion.is_known != 0u ? 0 : state->rate;
     const bank_q31_prior_t prior    = bank_q31_prior(&loop->compensator.friction, state->reached);
     const uint32_t         reliable = 2u * ratio_q31(params->reversal, width);
     const uint32_t         lag      = tribo_q31_high(params->lag, reliable);
     const int32_t          ahead    = bank_q31_times(rate, lag, 32u - params->lag_shift, (uint32_t)BANK_Q31_ONE / 2u);
     bank_q31_path(params, state, moved, ahead);
 
-    const int32_t before = limit_q31(state->sigma, -BANK_Q31_ONE, BANK_Q31_ONE);
-    const int32_t left   = limit_q31(state->sign * BANK_Q31_ONE - before, -params->jump, params->jump);
-    state->sigma         = before + left;
-    signals->e           = bank_q31_inside(e);
-    signals->reached     = state->reached;
-    signals->lin         = sum_q31(sum_q31(state->reached, ahead), bank_q31_both(&prior, 0));
-    signals->level       = bank_q31_share(bank_q31_share(prior.L, fade), ~params->distrust);
-    signals->f           = bank_q31_product((int32_t)signals->level, state->sigma);
-    const int32_t jump   = bank_q31_product((int32_t)signals->level, left);
-    signals->lead        = bank_q31_times(jump, params->lead, 16, (uint32_t)BANK_Q31_ONE / 2u);
-    state->f             = signals->f;
+    const int32_t V    = effort_q31_weight(inner);
+    const bool    good = learn(params, inner, &prior);
+    state->sign        = direction(inner, sign);
+    oppose(params, inner, bank_q31_share(bank_q31_share(prior.L, fade), ~params->distrust), V);
+    signals->e       = bank_q31_inside(e);
+    signals->reached = state->reached;
+    signals->lin     = sum_q31(sum_q31(state->reached, ahead), bank_q31_both(&prior, 0));
+    if (!good)
+    {
+        state_q31_forget(state);
+        return 0;
+    }
+    state->f = signals->f;
     return e;
 }
 
@@ -141,12 +183,14 @@ void tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *loop
     tribo_feedforward_q31_memory_t *const  inner   = memory;
     tribo_feedforward_q31_state_t *const   state   = &inner->state;
     tribo_feedforward_q31_signals_t *const signals = &inner->signals;
-    (void)loop;
     (void)v;
     if (!state_q31_runs(state))
     {
         return;
     }
+    const int32_t  actuator  = limit_q31(state->observer.actuator, -BANK_Q31_ONE, BANK_Q31_ONE);
+    const uint32_t part      = state_q31_params(loop)->actuator_part;
+    state->observer.actuator = first_order_q31_step(actuator, bank_q31_inside(u_q31), part);
     seen->controller.limited = state->limited != 0;
     state_q31_show(seen, u_q31, sum_q31(signals->reached, state->behind[0]), (int32_t)signals->level, signals->f);
 }

@@ -6,6 +6,7 @@
 #include "tribo/feedforward_f32.h"
 
 #include "../number/ieee_f32.h"
+#include "constants.h"
 
 /// The params of which `loop->method` is the first member.
 static inline const tribo_feedforward_f32_params_t *state_f32_params(const tribo_force_loop_f32_params_t *loop)
@@ -51,6 +52,15 @@ static inline void state_f32_forget(const tribo_feedforward_f32_params_t *params
     state->term_n    = exceeds(term, params->offset_max_n) ? 0.0f : term;
     state->forgotten = forgotten;
     count(&state->forgotten);
+}
+
+/// Counts the reversals in succession that find V_0 at a bound; 4 stays.
+static inline void state_f32_note_bound(tribo_feedforward_f32_state_t *state)
+{
+    const float    V     = state->learned.weight[0];
+    const bool     bound = !(V > FEEDFORWARD_WEIGHT_LOW && V < FEEDFORWARD_WEIGHT_MAX);
+    const uint32_t turns = bound ? state->at_bound + 1u : 0u;
+    state->at_bound      = tribo_feedforward_stays_at_bound(state->at_bound) ? state->at_bound : (uint8_t)turns;
 }
 
 /// The force F, breakaway L and friction f of a tick that put out u. Member by member: a struct would be cleared by a call.

@@ -51,6 +51,15 @@ static inline void state_q31_forget(tribo_feedforward_q31_state_t *state)
     tribo_q31_count(&state->forgotten);
 }
 
+/// As the twin's.
+static inline void state_q31_note_bound(tribo_feedforward_q31_state_t *state)
+{
+    const int32_t  V     = state->learned.weight[0];
+    const bool     bound = V <= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_LOW) || V >= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MAX);
+    const uint32_t turns = bound ? state->at_bound + 1u : 0u;
+    state->at_bound      = tribo_feedforward_stays_at_bound(state->at_bound) ? state->at_bound : (uint8_t)turns;
+}
+
 /// `u` is Q31.
 static inline void state_q31_show(tribo_force_loop_q31_signals_t *signals, int32_t u, int32_t F, int32_t L, int32_t f)
 {
