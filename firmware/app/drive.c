@@ -606,7 +606,7 @@ uint32_t drive_warnings(const drive_t *drive)
     {
         const bool stays = tribo_feedforward_stays_at_bound(drive->memory->state.at_bound);
         warnings |= stays ? (uint32_t)DRIVE_WARNING_BOUND : 0u;
-        warnings |= drive->memory->state.monitor.harms ? (uint32_t)DRIVE_WARNING_HARM : 0u;
+        warnings |= drive->memory->state.monitor.feedback.harms != 0u ? (uint32_t)DRIVE_WARNING_HARM : 0u;
     }
     return warnings;
 }
@@ -679,7 +679,7 @@ const char *drive_warning_text(drive_warning_t warning)
     case DRIVE_WARNING_BOUND:
         return "learned breakaway stays at its bound";
     case DRIVE_WARNING_HARM:
-        return "friction faded: it costs more effort than it saves";
+        return "friction fed back: forward it costs more effort than it saves";
     default:
         return "unknown";
     }

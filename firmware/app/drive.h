@@ -56,7 +56,7 @@ typedef enum
     DRIVE_WARNING_HUNTING   = 1, ///< the guard has faded the compensation of friction, tribo/guard.h
     DRIVE_WARNING_OVERSHOOT = 2,
     DRIVE_WARNING_BOUND     = 4, ///< what is learned of breakaway stays at a bound: not to be trusted
-    DRIVE_WARNING_HARM      = 8, ///< the feed-forward has faded its friction: it costs more effort than it saves
+    DRIVE_WARNING_HARM      = 8, ///< friction was fed back: fed forward it cost more effort than it saved
     DRIVE_WARNINGS_END      = 16
 } drive_warning_t;
 
@@ -213,7 +213,7 @@ void drive_acknowledge(drive_t *drive);
 void drive_tare(drive_t *drive);
 
 #if DRIVE_FEEDFORWARD
-/// The next tick takes the warnings back; what the guard has faded comes back within its fade_time_s, what did harm in 2 s.
+/// The next tick takes the warnings back; what the guard has faded comes back within its fade_time_s, what is fed back is fed forward.
 void drive_restore(drive_t *drive);
 
 /// The next tick forgets what a feed-forward has learned, unless the power stage is on.

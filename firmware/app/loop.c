@@ -96,11 +96,9 @@ void loop_guard_begin(loop_state_t *state, loop_guard_state_t *guard)
     TRIBO(guard, attach)(state, guard);
 }
 
-float loop_share(const loop_params_t *params, const loop_guard_state_t *guard, const loop_memory_t *memory)
+float loop_share(const loop_guard_state_t *guard)
 {
-    const float unit  = 1.0f / (float)TRIBO_ALL;
-    const float share = (float)guard->fade * unit;
-    return TRIBO(feedforward, of)(params) != NULL ? share * ((float)memory->state.monitor.share * unit) : share;
+    return (float)guard->fade * (1.0f / (float)TRIBO_ALL);
 }
 #else
 // NOLINTBEGIN(readability-non-const-parameter): a loop with a feed-forward writes it

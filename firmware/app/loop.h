@@ -76,7 +76,7 @@ loop_learned_t loop_learned(const loop_params_t *params,
 void loop_guard_begin(loop_state_t *state, loop_guard_state_t *guard);
 
 /// The share of friction that guard and feed-forward have left in u, 0 to 1.
-float loop_share(const loop_params_t *params, const loop_guard_state_t *guard, const loop_memory_t *memory);
+float loop_share(const loop_guard_state_t *guard);
 #endif
 
 #endif

@@ -274,7 +274,9 @@ static void print_learned(const sim_result_t *result)
     print_apart(result);
     if (result->learned.harms)
     {
-        (void)printf("%-26s%s\n", "friction has faded", "it cost the controller more effort than it saved");
+        (void)printf("%-26s%s\n",
+                     "friction was fed back",
+                     "fed forward it cost the controller more effort than it saved");
     }
     if (result->learned.forgotten > 0u)
     {

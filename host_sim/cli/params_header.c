@@ -98,7 +98,7 @@ static const field_t feedforward_f32[] = {
     F(noise_part), F(noise_floor_n), F(rate_hz), F(rate_part), F(step_n), F(lag_part), F(actuator_part), F(sensor_part),
     F(observer_part), F(damping), F(jump_lag), F(measured_per_n), F(travel_half_n), F(slip_n), F(travel_max_n), F(weighing_n),
     F(doubt_per_n), F(margin_per_n), F(forgetting_per_n), F(constant_sd_n), F(constant_max_n), F(still_ticks), F(quick_ticks),
-    F(deadband_part), F(effort_part), F(effort_half_n), F(fade), END};
+    F(deadband_part), F(effort_part), F(effort_half_n), END};
 #undef T
 
 #define T tribo_biquad_q31_section_t
@@ -138,7 +138,7 @@ static const field_t feedforward_q31[] = {
     F(lag_shift), F(damping_shift), F(noise_part), F(noise_floor), F(rate_part), F(step), F(lag_part), F(actuator_part),
     F(sensor_part), F(observer_part), F(damping), F(jump_lag), F(measured_per_unit), F(travel_half), F(slip), F(travel_max),
     F(weighing), F(doubt_per_unit), F(margin_per_unit), F(forgetting_per_unit), F(constant_sd), F(constant_max),
-    F(still_ticks), F(quick_ticks), F(deadband_part), F(effort_part), F(effort_half), F(fade), END};
+    F(still_ticks), F(quick_ticks), F(deadband_part), F(effort_part), F(effort_half), END};
 #undef T
 #define T tribo_guard_f32_params_t
 static const field_t guard_f32[] = {F(step), F(on), F(half_n), F(stray_n), F(work_n2), F(fade_step), F(quick_ticks), END};

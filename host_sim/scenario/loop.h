@@ -48,7 +48,7 @@ typedef struct
     bool   at_bound[2];
     bool   stays_at_bound[2]; ///< latched
 
-    bool     harms; ///< latched: friction costs more effort than it saves and has faded
+    bool     harms; ///< latched: friction fed forward cost more effort than it saved, and was fed back
     uint32_t forgotten;
 } sim_learned_t;
 

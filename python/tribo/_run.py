@@ -30,7 +30,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Learned:
-    """What a feed-forward has learned: breakaway in both directions, whether friction harms and has faded, and how often its memory was corrupt."""
+    """What a feed-forward has learned: breakaway in both directions, whether friction fed forward did harm and was fed back, and how often its memory was corrupt."""
 
     positive: Way
     negative: Way

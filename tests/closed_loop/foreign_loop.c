@@ -122,7 +122,7 @@ bool foreign_loop_says(const foreign_loop_t *loop, const foreign_state_t *before
 {
     const foreign_state_t *now = &loop->state;
     return now->guard.cause != TRIBO_GUARD_NONE || tribo_feedforward_stays_at_bound(now->memory.state.at_bound) ||
-           now->memory.state.monitor.harms || now->state.bad_inputs != before->state.bad_inputs ||
+           now->memory.state.monitor.feedback.harms || now->state.bad_inputs != before->state.bad_inputs ||
            now->memory.state.forgotten != before->memory.state.forgotten;
 }
 

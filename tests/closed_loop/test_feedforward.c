@@ -147,6 +147,20 @@ static void test_a_load_that_stays_is_learned(void)
     }
 }
 
+/// The reference does not announce what the environment moves: friction is fed back.
+static void test_an_environment_that_moves_while_the_reference_does(void)
+{
+    truth.environment_n = 0.05;
+    for (int i = 0; i < 2; i++)
+    {
+        truth.environment_hz = i == 0 ? 0.37 : 1.0;
+        const double off     = period_rms(COMPENSATION_OFF, 140.0);
+        const double x       = period_rms(COMPENSATION_FEEDFORWARD, 140.0);
+        printf("environment at %.2f Hz: %.2f times\n", truth.environment_hz, off / x);
+        TEST_ASSERT_TRUE(off / x >= 1.5);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -158,5 +172,6 @@ int main(void)
     RUN_TEST(test_steps_are_fed_back_while_the_reference_stands);
     RUN_TEST(test_a_push_while_the_reference_moves_leaves_no_lasting_error);
     RUN_TEST(test_a_load_that_stays_is_learned);
+    RUN_TEST(test_an_environment_that_moves_while_the_reference_does);
     return UNITY_END();
 }

@@ -136,6 +136,11 @@ static void test_feedforward_is_a_mirror_image_to_the_last_bit(void)
     init(&other);
     for (int k = 0; k < RUNS(60000, 10000); k++)
     {
+        if (k % 5000 == 0) // this plant's friction does harm: fed back, forward again
+        {
+            TRIBO(feedforward, restore)(&x.memory.state);
+            TRIBO(feedforward, restore)(&other.memory.state);
+        }
         const double reference = on_grid(wander(&w));
         const double y         = on_grid(measure(&plant));
         const double e         = feedforward_before(&x, reference, y);
@@ -453,8 +458,7 @@ static void test_a_restart_leaves_nothing_behind_but_what_was_learned(void)
         fresh->learned                           = x.memory.state.learned;
         fresh->hold.extra_margin                 = x.memory.state.hold.extra_margin;
         fresh->monitor.ratio                     = x.memory.state.monitor.ratio;
-        fresh->monitor.share                     = x.memory.state.monitor.share;
-        fresh->monitor.harms                     = x.memory.state.monitor.harms;
+        fresh->monitor.feedback                  = x.memory.state.monitor.feedback;
         fresh->at_bound                          = x.memory.state.at_bound;
         x.memory.state.limited                   = triangle(3000) > plant.y ? 1 : -1; // what the run may not have left
         x.memory.state.learning.stage            = 5;
@@ -1109,25 +1113,68 @@ static void take_back(double part, int reversals)
     }
 }
 
-static void test_friction_that_costs_more_than_it_saves_fades_latched_until_restored(void)
+static void test_friction_that_costs_more_than_it_saves_is_fed_back_for_longer_each_time(void)
 {
+    const tribo_feedforward_feedback_t *const feedback = &x.memory.state.monitor.feedback;
     init(&x);
     take_back(0.1, 20);
     TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
-    const double f = fabs(feedforward_seen(&x).f);
-    TEST_ASSERT_TRUE(f > 0.0);
+    TEST_ASSERT_TRUE(fabs(feedforward_seen(&x).f) > 0.0 && feedforward_seen(&x).mode == TRIBO_FEEDFORWARD_MOVING);
     init(&x);
-    take_back(0.5, 20);
+    unsigned lengths[4] = {0};
+    unsigned left       = 0;
+    unsigned found      = 0;
+    for (int k = 0; k < 400 && found < 4; k++)
+    {
+        take_back(0.5, 2);
+        if (feedback->left > left)
+        {
+            lengths[found++] = feedback->length;
+        }
+        left = feedback->left;
+        TEST_ASSERT_TRUE(left == 0 || feedforward_seen(&x).mode == TRIBO_FEEDFORWARD_HOLD);
+    }
     TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.3).harms && feedforward_learned(&x, 1, 0.3).harms);
-    TEST_ASSERT_TRUE(feedforward_seen(&x).f == 0.0);
-    take_back(0.0, 20);
+    const unsigned expected[4] = {4, 24, 128, 128};
+    TEST_ASSERT_EQUAL_UINT32_ARRAY(expected, lengths, 4);
+}
+
+static void test_friction_fed_forward_on_trial_stays_so_and_the_past_is_forgiven(void)
+{
+    const tribo_feedforward_feedback_t *const feedback = &x.memory.state.monitor.feedback;
+    init(&x);
+    for (int k = 0; k < 40 && feedback->length <= 4u; k++)
+    {
+        take_back(0.5, 2);
+    }
+    TEST_ASSERT_TRUE(feedback->length > 4u && feedback->left > 0u);
+    take_back(0.1, 2 + 2 * feedback->left);
+    TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.3).harms); // latched
+    TEST_ASSERT_TRUE(feedback->left == 0u && feedback->length == 0u);
+    TEST_ASSERT_EQUAL_INT(TRIBO_FEEDFORWARD_MOVING, feedforward_seen(&x).mode);
+    for (int k = 0; k < 40 && feedback->left == 0u; k++)
+    {
+        take_back(0.5, 2);
+    }
+    TEST_ASSERT_EQUAL_UINT32(4, feedback->length);
+}
+
+static void test_friction_is_fed_back_over_restarts_until_restored(void)
+{
+    init(&x);
+    take_back(0.5, 16);
+    const unsigned left = x.memory.state.monitor.feedback.left;
+    TEST_ASSERT_TRUE(left > 2u);
     feedforward_restart(&x);
+    take_back(0.1, 2);
     TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.3).harms);
+    TEST_ASSERT_EQUAL_UINT32(left - 2u, x.memory.state.monitor.feedback.left);
+    TEST_ASSERT_EQUAL_INT(TRIBO_FEEDFORWARD_HOLD, feedforward_seen(&x).mode);
     TRIBO(feedforward, restore)(&x.memory.state);
     TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
     take_back(0.1, 20);
     TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
-    TEST_ASSERT_DOUBLE_WITHIN(0.05 * f, f, fabs(feedforward_seen(&x).f));
+    TEST_ASSERT_EQUAL_INT(TRIBO_FEEDFORWARD_MOVING, feedforward_seen(&x).mode);
 }
 
 /// A controller that runs already holds a load. It has not travelled there since the method was taken over.
@@ -1493,7 +1540,9 @@ int main(void)
     RUN_TEST(test_a_flipped_bit_of_the_offset_is_counted_and_u_goes_on);
     RUN_TEST(test_a_flipped_bit_of_a_sample_is_forgotten_with_what_it_taught);
     RUN_TEST(test_a_first_reversal_takes_a_lack_for_less_friction_and_more_for_a_load);
-    RUN_TEST(test_friction_that_costs_more_than_it_saves_fades_latched_until_restored);
+    RUN_TEST(test_friction_that_costs_more_than_it_saves_is_fed_back_for_longer_each_time);
+    RUN_TEST(test_friction_fed_forward_on_trial_stays_so_and_the_past_is_forgiven);
+    RUN_TEST(test_friction_is_fed_back_over_restarts_until_restored);
     RUN_TEST(test_a_method_that_is_entered_again_and_again_is_not_said_to_do_harm);
     RUN_TEST(test_a_bad_first_tick_waits);
     RUN_TEST(test_new_params_take_the_sum_over);

@@ -13,7 +13,7 @@
 
 #define COLUMNS                                                                                                        \
     "event,entry,share,r,y,v,u,limited,e,mode,lin,f,lead,b,term,sigma,z,V0,V1,V2,V3,V4,c0,c1,c2,doubt,"                \
-    "P4,lambda,turns,xi,share_m,forgotten"
+    "P4,lambda,turns,xi,back,forgotten"
 #define ROWS_MAX RUNS(INT_MAX, 3000) // an emulated processor computes the host's bits (tests/identity, tests/lock_step)
 
 enum
@@ -48,7 +48,7 @@ enum
     LAMBDA,
     TURNS,
     XI,
-    SHARE_M,
+    BACK,
     FORGOTTEN,
     COLUMN_COUNT
 };
@@ -68,9 +68,9 @@ enum
 };
 
 static const char *const names[COLUMN_COUNT] = {
-    "event", "entry", "share", "r",     "y",     "v",      "u",     "limited", "e",       "mode",     "lin",
-    "f",     "lead",  "b",     "term",  "sigma", "z",      "V0",    "V1",      "V2",      "V3",       "V4",
-    "c0",    "c1",    "c2",    "doubt", "P4",    "lambda", "turns", "xi",      "share_m", "forgotten"};
+    "event", "entry", "share", "r",     "y",     "v",      "u",     "limited", "e",    "mode",     "lin",
+    "f",     "lead",  "b",     "term",  "sigma", "z",      "V0",    "V1",      "V2",   "V3",       "V4",
+    "c0",    "c1",    "c2",    "doubt", "P4",    "lambda", "turns", "xi",      "back", "forgotten"};
 
 static TRIBO(force_loop, params_t) params[2]; // those in use, and others to change to
 static TRIBO(feedforward, params_t) feedforward[2];
@@ -176,7 +176,7 @@ static void tick(const double *c, double *found)
     found[LAMBDA]    = number((double)state->hold.extra_margin, 32);
     found[TURNS]     = state->at_bound;
     found[XI]        = number((double)state->monitor.ratio, 29);
-    found[SHARE_M]   = number((double)state->monitor.share, 32);
+    found[BACK]      = state->monitor.feedback.left;
     found[FORGOTTEN] = state->forgotten;
 }
 
@@ -188,13 +188,13 @@ static double tolerance(int column, double most_n)
     {
     case MODE:
     case TURNS:
+    case BACK:
     case FORGOTTEN:
         return 0.0;
     case SIGMA:
     case DOUBT:
     case P4:
     case LAMBDA:
-    case SHARE_M:
         return 2e-5;
     case V0:
     case V0 + 1:
@@ -293,7 +293,7 @@ static void test_feedforward_keeps_bounds_as_its_model(void)
     check_paper("feedforward_bounds.csv", 4e-3);
 }
 
-static void test_feedforward_fades_as_its_model(void)
+static void test_feedforward_feeds_back_as_its_model(void)
 {
     check_paper("feedforward_monitor.csv", 4e-3);
 }
@@ -408,7 +408,7 @@ int main(void)
     RUN_TEST(test_feedforward_takes_noise_as_its_model);
     RUN_TEST(test_feedforward_holds_as_its_model);
     RUN_TEST(test_feedforward_keeps_bounds_as_its_model);
-    RUN_TEST(test_feedforward_fades_as_its_model);
+    RUN_TEST(test_feedforward_feeds_back_as_its_model);
     RUN_TEST(test_feedforward_takes_limits_and_bad_inputs_as_its_model);
     RUN_TEST(test_feedforward_is_handed_over_as_its_model);
     RUN_TEST(test_feedforward_of_another_rig_does_as_its_model);

@@ -229,15 +229,10 @@ static void test_the_monitor_sums_the_travel_of_v_beyond_its_noise(void)
         const double v      = before + any(0.9);
         const double noise  = fabs(any(0.01));
         const double travel = 4.0 * B * (i % 8 == 0 ? 1.0 - fabs(any(0.1)) : random_between(&r, 0.0, 1.0));
-        const double share  = i % 8 == 0   ? fabs(any(1.0))
-                              : i % 8 == 1 ? 1.0 - fabs(any(1.0))
-                                           : random_between(&r, 0.0, 1.0);
-        const bool   harms  = i % 2 == 0;
-        s                   = (TRIBO(feedforward_monitor, state_t)){.harms = harms};
+        s                   = (TRIBO(feedforward_monitor, state_t)){.begun = true};
         s.TRIBO_N(v)        = FORCE(before);
         s.TRIBO_N(played)   = FORCE(played);
         s.TRIBO_N(travel)   = TRIBO_EITHER((float)travel, (uint32_t)FORCE(travel));
-        s.share             = PART(share, 32);
         TRIBO_PART(monitor, step)(&x.params, &s, FORCE(v), NOISE(noise));
         const double half = (0.02 * B + 4.0 * noise) / 2.0;
         const double vf   = pass(before, v, 0.03, 10.0 * H);
@@ -245,7 +240,6 @@ static void test_the_monitor_sums_the_travel_of_v_beyond_its_noise(void)
         check(vf, OF_FORCE(s.TRIBO_N(v)), "vf");
         check(vp, OF_FORCE(s.TRIBO_N(played)), "vp");
         check(fmin(travel + fabs(vp - played), 4.0 * B), OF_FORCE(s.TRIBO_N(travel)), "t_v");
-        check(clamp(share + (harms ? -0.005 : 0.005), 0.0, 1.0), from((double)s.share, 32), "share_m");
     }
 }
 
@@ -260,7 +254,7 @@ static void test_the_monitor_judges_effort_by_what_friction_takes(void)
         const double travel = 4.0 * B * fabs(any(1.0));
         const double ratio  = random_between(&r, 0.0, 4.0);
         const bool   harms  = i % 16 == 0;
-        s                   = (TRIBO(feedforward_monitor, state_t)){.harms = harms, .begun = true};
+        s                   = (TRIBO(feedforward_monitor, state_t)){.begun = true, .feedback = {.harms = harms}};
         s.TRIBO_N(need)     = FORCE(before);
         s.TRIBO_N(travel)   = TRIBO_EITHER((float)travel, (uint32_t)FORCE(travel));
         s.ratio             = TRIBO_EITHER((float)ratio, (uint32_t)to(ratio / 4.0, 31));
@@ -268,12 +262,48 @@ static void test_the_monitor_judges_effort_by_what_friction_takes(void)
         const double now = fmin(4.0, travel / (fabs(need - before) + 0.1 * B));
         const double xi  = ratio + (now - ratio) / 8.0;
         TEST_ASSERT_DOUBLE_WITHIN(2e-5, xi, from((double)s.ratio, 29));
-        TEST_ASSERT_TRUE(fabs(xi - 1.2) < 2e-5 || (s.harms != 0) == (harms || xi > 1.2));
+        TEST_ASSERT_TRUE(fabs(xi - 0.6) < 2e-5 || (s.feedback.harms != 0) == (harms || xi > 0.6));
+        TEST_ASSERT_TRUE(fabs(xi - 0.6) < 2e-5 || s.feedback.left == (xi > 0.6 ? 4 : 0));
         check(need, OF_FORCE(s.TRIBO_N(need)), "need");
         TEST_ASSERT_TRUE(s.TRIBO_N(travel) == 0);
-        harmful += s.harms != 0;
+        harmful += s.feedback.harms != 0;
     }
     TEST_ASSERT_TRUE(harmful > TRIALS / 4);
+}
+
+/// As the text has it, from every length.
+static void test_feedback_lasts_up_to_eight_times_the_last_less_what_was_forward_since(void)
+{
+    for (int length = 0; length < 256; length++)
+    {
+        for (int harms = 0; harms < 2; harms++)
+        {
+            tribo_feedforward_feedback_t found = {.length = (uint8_t)length};
+            feedback_judge(&found, harms);
+            const int rest = length > 0 ? length - 1 : 0;
+            TEST_ASSERT_EQUAL_INT(harms ? (int)clamp(8.0 * rest, 4.0, 128.0) : rest, found.length);
+            TEST_ASSERT_EQUAL_INT(harms ? found.length : 0, found.left);
+            TEST_ASSERT_EQUAL_INT(harms, found.harms);
+            TEST_ASSERT_TRUE(feedback_is_on(&found) == harms);
+        }
+    }
+}
+
+static void test_a_reversal_fed_back_begins_the_travel_of_v_and_the_last_begins_a_trial(void)
+{
+    for (uint8_t left = 1; left < 4; left++)
+    {
+        TRIBO(feedforward_monitor, state_t) s = {.feedback = {.harms = true, .left = left, .length = 9}};
+        s.TRIBO_N(travel)                     = TRIBO_EITHER(0.1f, 1000u);
+        s.ratio                               = TRIBO_EITHER(0.75f, (uint32_t)to(0.75 / 4.0, 31));
+        TRIBO_PART(monitor, judge)(&x.params, &s, FORCE(0.25), FORCE(0.125));
+        check(0.25, OF_FORCE(s.TRIBO_N(v)), "vf");
+        check(0.25, OF_FORCE(s.TRIBO_N(played)), "vp");
+        check(0.125, OF_FORCE(s.TRIBO_N(need)), "need");
+        check(left == 1 ? 0.51 : 0.75, from((double)s.ratio, 29), "xi");
+        TEST_ASSERT_TRUE(s.TRIBO_N(travel) == 0 && s.begun);
+        TEST_ASSERT_TRUE(s.feedback.left == left - 1 && s.feedback.length == 9 && s.feedback.harms);
+    }
 }
 
 int main(void)
@@ -286,5 +316,7 @@ int main(void)
     RUN_TEST(test_a_hold_feeds_back_its_part_of_what_sticks);
     RUN_TEST(test_the_monitor_sums_the_travel_of_v_beyond_its_noise);
     RUN_TEST(test_the_monitor_judges_effort_by_what_friction_takes);
+    RUN_TEST(test_feedback_lasts_up_to_eight_times_the_last_less_what_was_forward_since);
+    RUN_TEST(test_a_reversal_fed_back_begins_the_travel_of_v_and_the_last_begins_a_trial);
     return UNITY_END();
 }

@@ -634,7 +634,7 @@ static void run_until_harm(unsigned most)
     }
 }
 
-static void test_friction_that_does_harm_fades_and_says_so_once(void)
+static void test_friction_that_does_harm_is_fed_back_and_says_so_once(void)
 {
     write_number(PARAM_AT(TRUST), 1.0f);
     apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
@@ -647,21 +647,17 @@ static void test_friction_that_does_harm_fades_and_says_so_once(void)
     TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_HARM, COUNT_OF(warnings));
     TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
     drive_log(&registers.drive);
-    TEST_ASSERT_NOT_NULL(strstr(board.log, "warning: friction faded: it costs more effort than it saves\n"));
+    TEST_ASSERT_NOT_NULL(strstr(board.log, "warning: friction fed back: forward it costs more effort than it saves\n"));
     board.log_length = 0;
-    run_triangle(1000);
-    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.5, SHOWN_OF(fade)); // in 2 s
-    run_triangle(1100);
-    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 0.0);
+    run_triangle(100);
+    TEST_ASSERT_EQUAL_INT(TRIBO_FEEDFORWARD_HOLD, registers.memory.state.mode);
+    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 1.0); // of the guard alone
     drive_log(&registers.drive);
     TEST_ASSERT_EQUAL_size_t(0, board.log_length);
     command(REGISTERS_RESTORE);
-    run_triangle(1000);
-    TEST_ASSERT_TRUE(COUNT_OF(harms) == 0u && COUNT_OF(warnings) == 0u);
-    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.5, SHOWN_OF(fade));
-    apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2);
     run_triangle(1);
-    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 1.0); // of another method
+    TEST_ASSERT_TRUE(COUNT_OF(harms) == 0u && COUNT_OF(warnings) == 0u);
+    TEST_ASSERT_EQUAL_INT(TRIBO_FEEDFORWARD_MOVING, registers.memory.state.mode);
 }
 
 static void test_a_memory_that_was_corrupt_is_counted(void)
@@ -1220,7 +1216,7 @@ int main(void)
     RUN_TEST(test_the_method_changes_in_a_slide_and_in_mid_stick_without_a_bump);
     RUN_TEST(test_the_method_changes_without_a_bump_while_friction_is_faded);
     RUN_TEST(test_what_is_learned_is_in_registers);
-    RUN_TEST(test_friction_that_does_harm_fades_and_says_so_once);
+    RUN_TEST(test_friction_that_does_harm_is_fed_back_and_says_so_once);
     RUN_TEST(test_a_memory_that_was_corrupt_is_counted);
     RUN_TEST(test_no_register_of_the_compensation_moves);
     RUN_TEST(test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_restored);

@@ -14,7 +14,7 @@
 
 #include "tribo/feedforward_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 6
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 7
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -63,7 +63,6 @@ static const tribo_feedforward_q31_params_t fed_feedforward = {
     .deadband_part = 14268995u,
     .effort_part = 1073741952u,
     .effort_half = 421444u,
-    .fade = 21474838u,
 };
 static const tribo_force_loop_q31_params_t fed_params = {
     .input_max = 2147483647,

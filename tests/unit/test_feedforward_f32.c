@@ -81,7 +81,6 @@ static void test_the_papers_rig_has_the_numbers_of_the_design(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, 1.0f / 301.0f, params.deadband_part);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.25f, params.effort_part); // 10 ms of 40
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, 1.57e-3f, params.effort_half_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 5e-3f, params.fade);
 }
 
 static void test_what_is_given_is_not_derived(void)

@@ -13,7 +13,7 @@
 
 #include "tribo/feedforward_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 6
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 7
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -60,7 +60,6 @@ static const tribo_feedforward_f32_params_t rig_feedforward = {
     .deadband_part = 3.32225929e-03f,
     .effort_part = 2.50000030e-01f,
     .effort_half_n = 1.56999996e-03f,
-    .fade = 5.00000035e-03f,
 };
 static const tribo_guard_f32_params_t rig_guard = {
     .step = tribo_guard_f32_step,

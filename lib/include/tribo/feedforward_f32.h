@@ -110,7 +110,6 @@ typedef struct
     uint32_t                      still_ticks, quick_ticks;             ///< 0 still_ticks: no hold
     float                         deadband_part;                        ///< h/(T_d + h)
     float                         effort_part, effort_half_n;           ///< of v for the monitor; mu B/2
-    float                         fade;                                 ///< of the share in a sample's time
 } tribo_feedforward_f32_params_t;
 
 typedef struct
@@ -170,15 +169,22 @@ typedef struct
     uint32_t seal;                                ///< of delta, epsilon, rho, gain, q
 } tribo_feedforward_learning_f32_state_t;
 
+/// Friction fed back where fed forward it does harm.
+typedef struct
+{
+    uint8_t harms;  ///< latched
+    uint8_t left;   ///< n_f, reversals to be fed back
+    uint8_t length; ///< n_l, of them in the last feedback, less those fed forward since
+} tribo_feedforward_feedback_t;
+
 /// What the controller does with friction fed forward, against what it would have to do without.
 typedef struct
 {
-    float   v_n, played_n, travel_n; ///< vf, vp, t_v
-    float   need_n;                  ///< at the last reversal
-    float   ratio;                   ///< xi, 0 to 4
-    float   share;                   ///< of friction, 0 to 1
-    uint8_t harms;                   ///< latched
-    uint8_t begun;                   ///< r has moved since the start
+    float                        v_n, played_n, travel_n; ///< vf, vp, t_v
+    float                        need_n;                  ///< at the last reversal
+    float                        ratio;                   ///< xi, 0 to 4
+    uint8_t                      begun;                   ///< r has moved since the start
+    tribo_feedforward_feedback_t feedback;
 } tribo_feedforward_monitor_f32_state_t;
 
 typedef struct
@@ -236,7 +242,7 @@ typedef struct
     float    travel_n;          ///< learned from, both ways; without a sensor widths of motion times reversal_n
     bool     at_bound;          ///< do not trust L: the prior is too wrong, or the measurement is not friction
     bool     stays_at_bound;    ///< four consecutive reversals found it so; latched until reset or restore
-    bool     harms;     ///< friction fed forward costs more effort than it saves and fades to nothing; latched likewise
+    bool     harms;     ///< friction fed forward cost more effort than it saved, and was fed back; latched likewise
     uint32_t forgotten; ///< times that a corrupt memory was reset, or its b set anew
 } tribo_feedforward_f32_learned_t;
 
@@ -294,7 +300,7 @@ tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_fricti
                                                               uint32_t                             direction,
                                                               float                                force_n);
 
-/// Unlatches stays_at_bound and harms; learned values stay.
+/// Unlatches stays_at_bound and harms, and feeds friction forward; learned values stay.
 void tribo_feedforward_f32_restore(tribo_feedforward_f32_state_t *state);
 
 /// The feed-forward as a method of the force loop, for params made on a host.

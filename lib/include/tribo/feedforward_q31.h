@@ -64,7 +64,6 @@ typedef struct
     uint32_t                      still_ticks, quick_ticks;
     uint32_t                      deadband_part;
     uint32_t                      effort_part, effort_half; ///< mu B/2, Q29
-    uint32_t                      fade;
 } tribo_feedforward_q31_params_t;
 
 typedef struct
@@ -120,13 +119,12 @@ typedef struct
 
 typedef struct
 {
-    int32_t  v, played;
-    uint32_t travel;
-    int32_t  need;
-    uint32_t ratio; ///< xi, Q29
-    uint32_t share; ///< Q32
-    uint8_t  harms;
-    uint8_t  begun;
+    int32_t                      v, played;
+    uint32_t                     travel;
+    int32_t                      need;
+    uint32_t                     ratio; ///< xi, Q29
+    uint8_t                      begun;
+    tribo_feedforward_feedback_t feedback;
 } tribo_feedforward_monitor_q31_state_t;
 
 /// See the twin. Forces are Q29.
@@ -234,7 +232,7 @@ tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_fricti
                                                               uint32_t                             direction,
                                                               int32_t                              force);
 
-/// Unlatches stays_at_bound and harms; learned values stay.
+/// Unlatches stays_at_bound and harms, and feeds friction forward; learned values stay.
 void tribo_feedforward_q31_restore(tribo_feedforward_q31_state_t *state);
 
 /// The feed-forward as a method of the force loop, for params made on a host.

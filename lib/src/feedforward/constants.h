@@ -87,7 +87,12 @@
 #define FEEDFORWARD_EFFORT_MAX   4.0f  // of t_v over B, and of its ratio
 #define FEEDFORWARD_NEED_MIN     0.1f  // of B
 #define FEEDFORWARD_EFFORT_PART  0.125f
-#define FEEDFORWARD_HARM         1.2f
-#define FEEDFORWARD_FADE_TIME    2.0f // s
+#define FEEDFORWARD_HARM         0.6f  // xi from which on friction is fed back
+#define FEEDFORWARD_PROBATION    0.51f // and with which it is fed forward again
+
+// Feedback where friction fed forward does harm, in reversals.
+#define FEEDFORWARD_FEEDBACK_MIN    4u
+#define FEEDFORWARD_FEEDBACK_MAX    128u
+#define FEEDFORWARD_FEEDBACK_GROWTH 8u // of a length to the next
 
 #endif

@@ -4,6 +4,7 @@
 #include "../number/parameters.h"
 #include "bank_f32.h"
 #include "constants.h"
+#include "feedback.h"
 #include "learning_f32.h"
 
 #include <stddef.h>
@@ -139,7 +140,6 @@ static void set_learning(tribo_feedforward_f32_params_t       *made,
     made->constant_max_n   = B;
     made->effort_part      = first_order_f32_lag(FEEDFORWARD_EFFORT_TIME, sample_s);
     made->effort_half_n    = 0.5f * FEEDFORWARD_EFFORT_WIDTH * B;
-    made->fade             = sample_s / FEEDFORWARD_FADE_TIME; // up to 0.5
 }
 
 tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *params,
@@ -172,7 +172,7 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
 
 void tribo_feedforward_f32_reset(tribo_feedforward_f32_state_t *state)
 {
-    *state = (tribo_feedforward_f32_state_t){.mode = TRIBO_FEEDFORWARD_RESTART, .monitor = {.share = 1.0f}};
+    *state = (tribo_feedforward_f32_state_t){.mode = TRIBO_FEEDFORWARD_RESTART};
     learning_f32_forget(&state->learned);
 }
 
@@ -195,7 +195,7 @@ tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_fricti
         .travel_n          = learned->travel_n,
         .at_bound          = !inside,
         .stays_at_bound    = tribo_feedforward_stays_at_bound(state->at_bound),
-        .harms             = state->monitor.harms,
+        .harms             = state->monitor.feedback.harms != 0u,
         .forgotten         = state->forgotten};
 }
 
@@ -203,7 +203,7 @@ void tribo_feedforward_f32_restore(tribo_feedforward_f32_state_t *state)
 {
     state->at_bound      = 0;
     state->monitor.ratio = 0.0f;
-    state->monitor.harms = false;
+    feedback_restore(&state->monitor.feedback);
 }
 
 void tribo_force_loop_feedforward_f32_attach(tribo_force_loop_f32_state_t   *state,

@@ -6,6 +6,7 @@
 #include "../number/parameters.h"
 #include "bank_q31.h"
 #include "constants.h"
+#include "feedback.h"
 #include "learning_q31.h"
 
 #include <stddef.h>
@@ -105,7 +106,6 @@ static void convert(tribo_feedforward_q31_params_t *made, const tribo_feedforwar
     made->deadband_part       = fixed_unsigned(f32->deadband_part, 32);
     made->effort_part         = fixed_unsigned(f32->effort_part, 32);
     made->effort_half         = (uint32_t)force(f32->effort_half_n, FS);
-    made->fade                = fixed_unsigned(f32->fade, 32);
 }
 
 tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *params,
@@ -139,7 +139,7 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
 
 void tribo_feedforward_q31_reset(tribo_feedforward_q31_state_t *state)
 {
-    *state = (tribo_feedforward_q31_state_t){.mode = TRIBO_FEEDFORWARD_RESTART, .monitor = {.share = UINT32_MAX}};
+    *state = (tribo_feedforward_q31_state_t){.mode = TRIBO_FEEDFORWARD_RESTART};
     learning_q31_forget(&state->learned);
 }
 
@@ -164,7 +164,7 @@ tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_fricti
         .travel            = learned->travel,
         .at_bound          = V <= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_LOW) || V >= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MAX),
         .stays_at_bound    = tribo_feedforward_stays_at_bound(state->at_bound),
-        .harms             = state->monitor.harms,
+        .harms             = state->monitor.feedback.harms != 0u,
         .forgotten         = state->forgotten};
 }
 
@@ -172,7 +172,7 @@ void tribo_feedforward_q31_restore(tribo_feedforward_q31_state_t *state)
 {
     state->at_bound      = 0;
     state->monitor.ratio = 0;
-    state->monitor.harms = false;
+    feedback_restore(&state->monitor.feedback);
 }
 
 void tribo_force_loop_feedforward_q31_attach(tribo_force_loop_q31_state_t   *state,

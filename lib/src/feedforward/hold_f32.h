@@ -1,4 +1,4 @@
-// Hold, single precision: feedback of friction while the reference stands, steps 4 (stands), 7 and 8 of docs/feedforward.md.
+// Hold, single precision: feedback of friction, steps 4 (stands), 7 and 8 of docs/feedforward.md.
 //
 // A stuck step or a moving environment requires motion that the reference does not announce. Friction is then fed back, as in
 // the paper, with a play in place of its arm and relays: the arm's force F_h follows u beyond breakaway B.
@@ -12,6 +12,7 @@
 #include "../number/first_order_f32.h"
 #include "bank_f32.h"
 #include "constants.h"
+#include "feedback.h"
 
 static inline void hold_f32_start(tribo_feedforward_hold_f32_state_t *hold, float at)
 {
@@ -22,6 +23,7 @@ static inline void hold_f32_start(tribo_feedforward_hold_f32_state_t *hold, floa
 }
 
 /// True if r stands: rs has stayed within +-half of one value for the still time. In a hold its step counts as standing.
+/// Or if friction is fed back while r moves, as fed forward it did harm.
 static inline bool hold_f32_stands(const tribo_feedforward_f32_params_t *params,
                                    tribo_feedforward_f32_state_t        *state,
                                    float                                 half,
@@ -37,7 +39,8 @@ static inline bool hold_f32_stands(const tribo_feedforward_f32_params_t *params,
     {
         hold->still++;
     }
-    return params->still_ticks > 0u && hold->still >= params->still_ticks && state->sign != 0;
+    const bool still = params->still_ticks > 0u && hold->still >= params->still_ticks;
+    return (still || feedback_is_on(&state->monitor.feedback)) && state->sign != 0;
 }
 
 /// Begins a hold with friction up to `B`; b takes the change of f.

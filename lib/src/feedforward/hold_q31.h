@@ -9,6 +9,7 @@
 #include "../number/first_order_q31.h"
 #include "bank_q31.h"
 #include "constants.h"
+#include "feedback.h"
 
 static inline void hold_q31_start(tribo_feedforward_hold_q31_state_t *hold, int32_t at)
 {
@@ -33,7 +34,8 @@ static inline bool hold_q31_stands(const tribo_feedforward_q31_params_t *params,
     {
         hold->still++;
     }
-    return params->still_ticks > 0u && hold->still >= params->still_ticks && state->sign != 0;
+    const bool still = params->still_ticks > 0u && hold->still >= params->still_ticks;
+    return (still || feedback_is_on(&state->monitor.feedback)) && state->sign != 0;
 }
 
 static inline int32_t hold_q31_gained(int32_t f)

@@ -65,7 +65,7 @@ static void follow(const tribo_feedforward_f32_params_t *params,
     state->mode  = state->sign != 0 ? TRIBO_FEEDFORWARD_MOVING : TRIBO_FEEDFORWARD_START;
 }
 
-/// Step 7: f and the error while r stands.
+/// Step 7: f and the error while r stands, or friction fed forward does harm.
 static void stand(const tribo_feedforward_f32_params_t *params,
                   tribo_feedforward_f32_state_t        *state,
                   tribo_feedforward_f32_signals_t      *signals)
@@ -110,7 +110,7 @@ static void feed(const tribo_feedforward_f32_params_t *params,
                  bool                                  alone,
                  tribo_feedforward_f32_signals_t      *signals)
 {
-    if (stands)
+    if (stands && state->mode != TRIBO_FEEDFORWARD_START)
     {
         stand(params, state, signals);
     }
@@ -166,7 +166,7 @@ static void plan(const tribo_feedforward_f32_params_t *params,
     bank_f32_path(params, state, moved, ahead);
     signals->reached_n = rs;
     signals->lin_n     = rs + ahead + prior.load_n + bank_f32_load(&state->learned, rs);
-    signals->level_n   = fade * limit_f32(state->monitor.share, 0.0f, 1.0f) * prior.L_n;
+    signals->level_n   = fade * prior.L_n;
     signals->lead_n    = 0.0f;
 }
 

@@ -114,7 +114,7 @@ static void feed(const tribo_feedforward_q31_params_t *params,
                  bool                                  alone,
                  tribo_feedforward_q31_signals_t      *signals)
 {
-    if (stands)
+    if (stands && state->mode != TRIBO_FEEDFORWARD_START)
     {
         stand(params, state, signals);
     }
@@ -165,7 +165,7 @@ static void plan(const tribo_feedforward_q31_params_t *params,
     bank_q31_path(params, state, moved, ahead);
     signals->reached = rs;
     signals->lin     = rs + ahead + bank_q31_both(&prior, bank_q31_load(&state->learned, rs));
-    signals->level   = bank_q31_share(bank_q31_share(prior.L, fade), state->monitor.share);
+    signals->level   = bank_q31_share(prior.L, fade);
     signals->lead    = 0;
 }
 

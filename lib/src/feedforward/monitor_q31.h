@@ -9,6 +9,7 @@
 #include "../number/first_order_q31.h"
 #include "bank_q31.h"
 #include "constants.h"
+#include "feedback.h"
 
 static inline void monitor_q31_start(tribo_feedforward_monitor_q31_state_t *x)
 {
@@ -28,9 +29,13 @@ static inline void monitor_q31_step(const tribo_feedforward_q31_params_t  *param
     x->travel            = x->travel < most && moved < most - x->travel ? x->travel + moved : most;
     x->played            = vp;
     x->v                 = vf;
-    const uint32_t left  = x->harms ? x->share : ~x->share;
-    const uint32_t fade  = params->fade < left ? params->fade : left;
-    x->share             = x->harms ? x->share - fade : x->share + fade;
+}
+
+static inline void monitor_q31_begin(tribo_feedforward_monitor_q31_state_t *x, int32_t v)
+{
+    x->begun  = true;
+    x->v      = v;
+    x->played = v;
 }
 
 static inline void monitor_q31_judge(const tribo_feedforward_q31_params_t  *params,
@@ -39,23 +44,26 @@ static inline void monitor_q31_judge(const tribo_feedforward_q31_params_t  *para
                                      int32_t                                need)
 {
     const int32_t now = limit_q31(need, 1 - 2 * BANK_Q31_ONE, 2 * BANK_Q31_ONE - 1);
-    if (!x->begun)
+    if (feedback_is_on(&x->feedback))
     {
-        x->begun  = true;
-        x->v      = v;
-        x->played = v;
-        x->need   = now;
-        x->travel = 0;
-        return;
+        monitor_q31_begin(x, v);
+        x->ratio = feedback_ends(&x->feedback) ? (uint32_t)BANK_Q31_Q29(FEEDFORWARD_PROBATION) : x->ratio;
     }
-    const uint32_t least = tribo_q31_high((uint32_t)params->constant_max, BANK_Q31_Q32(FEEDFORWARD_NEED_MIN));
-    const uint32_t moved = tribo_q31_magnitude(difference_q31(now, x->need)) + least;
-    const uint32_t ratio = ratio_q31(x->travel / 4u, moved); // Q29, below 4
-    const uint32_t known = x->ratio <= (uint32_t)INT32_MAX ? x->ratio : 0u;
-    x->ratio             = bank_q31_pass(known, ratio, BANK_Q31_Q32(FEEDFORWARD_EFFORT_PART));
-    x->harms             = x->harms || x->ratio > (uint32_t)BANK_Q31_Q29(FEEDFORWARD_HARM);
-    x->need              = now;
-    x->travel            = 0;
+    else if (!x->begun)
+    {
+        monitor_q31_begin(x, v);
+    }
+    else
+    {
+        const uint32_t least = tribo_q31_high((uint32_t)params->constant_max, BANK_Q31_Q32(FEEDFORWARD_NEED_MIN));
+        const uint32_t moved = tribo_q31_magnitude(difference_q31(now, x->need)) + least;
+        const uint32_t ratio = ratio_q31(x->travel / 4u, moved); // Q29, below 4
+        const uint32_t known = x->ratio <= (uint32_t)INT32_MAX ? x->ratio : 0u;
+        x->ratio             = bank_q31_pass(known, ratio, BANK_Q31_Q32(FEEDFORWARD_EFFORT_PART));
+        feedback_judge(&x->feedback, x->ratio > (uint32_t)BANK_Q31_Q29(FEEDFORWARD_HARM));
+    }
+    x->need   = now;
+    x->travel = 0;
 }
 
 #endif
