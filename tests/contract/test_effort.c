@@ -302,6 +302,18 @@ static void test_two_slides_tell_friction_and_load(void)
     }
 }
 
+/// 400 widths of 0.5 N are far beyond 1/Q, and beyond what Q31 can count.
+static void test_a_travel_beyond_forgetting_returns_all_of_the_variance(void)
+{
+    method.reversal_n = 0.5f;
+    without_slope();
+    axis_t a = axis_of(0.05);
+    slide(&a, &x, 4);
+    TEST_ASSERT_TRUE((double)x.memory.state.learned.TRIBO_N(travel) * TRIBO_EITHER(1.0, FULL_SCALE_N / 536870912.0) >
+                     400.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, variance(&x));
+}
+
 /// The mass takes ten times what friction does at the ends of a stroke. The axis has no actuator's lag.
 static void test_acceleration_is_not_friction(void)
 {
@@ -588,6 +600,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_each_step_is_that_of_the_model);
     RUN_TEST(test_two_slides_tell_friction_and_load);
+    RUN_TEST(test_a_travel_beyond_forgetting_returns_all_of_the_variance);
     RUN_TEST(test_acceleration_is_not_friction);
     RUN_TEST(test_what_is_learned_does_not_depend_on_belief);
     RUN_TEST(test_what_is_learned_is_told_as_that_of_the_method_with_y);
