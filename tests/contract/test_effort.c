@@ -302,10 +302,11 @@ static void test_two_slides_tell_friction_and_load(void)
     }
 }
 
-/// 400 widths of 0.5 N are far beyond 1/Q, and beyond what Q31 can count.
+/// 400 widths of 0.5 N are 12 times 1/Q, and 6.25 times what Q31 can count: their rest would be half of 1/Q.
 static void test_a_travel_beyond_forgetting_returns_all_of_the_variance(void)
 {
-    method.reversal_n = 0.5f;
+    method.reversal_n       = 0.5f;
+    method.forgetting_per_n = 1.0f / 16.0f;
     without_slope();
     axis_t a = axis_of(0.05);
     slide(&a, &x, 4);
