@@ -1172,6 +1172,7 @@ static void test_friction_is_fed_back_over_restarts_until_restored(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_FEEDFORWARD_HOLD, feedforward_seen(&x).mode);
     TRIBO(feedforward, restore)(&x.memory.state);
     TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
+    TEST_ASSERT_TRUE(x.memory.state.monitor.feedback.left == 0 && x.memory.state.monitor.feedback.length == 0);
     take_back(0.1, 20);
     TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
     TEST_ASSERT_EQUAL_INT(TRIBO_FEEDFORWARD_MOVING, feedforward_seen(&x).mode);

@@ -287,6 +287,8 @@ static void test_feedback_lasts_up_to_eight_times_the_last_less_what_was_forward
             TEST_ASSERT_TRUE(feedback_is_on(&found) == harms);
         }
     }
+    const tribo_feedforward_feedback_t unsaid = {.left = 128}; // a flipped bit
+    TEST_ASSERT_FALSE(feedback_is_on(&unsaid));
 }
 
 static void test_a_reversal_fed_back_begins_the_travel_of_v_and_the_last_begins_a_trial(void)
