@@ -206,6 +206,7 @@ typedef struct
     float    offset_n;                      ///< b
     uint32_t offset_seal;                   ///< of b from a tick to the next
     float    e_n, f_n, term_n, u_n;         ///< of the last tick
+    float    v_n;                           ///< low pass of v
     uint32_t forgotten;                     ///< times that a corrupt state was reset; stops at UINT32_MAX
     tribo_feedforward_hold_f32_state_t     hold;
     tribo_feedforward_observer_f32_state_t observer;

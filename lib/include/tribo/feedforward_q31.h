@@ -143,6 +143,7 @@ typedef struct
     int32_t                                offset, f, u;
     uint32_t                               offset_seal; ///< of b from a tick to the next
     int32_t                                e, term;     ///< Q31
+    int32_t                                v;           ///< low pass of v
     uint32_t                               forgotten;   ///< stops at UINT32_MAX
     tribo_feedforward_hold_q31_state_t     hold;
     tribo_feedforward_observer_q31_state_t observer;

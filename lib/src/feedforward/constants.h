@@ -23,39 +23,43 @@
 #define FEEDFORWARD_F_MAX       4.0f    // f of G
 #define FEEDFORWARD_OFFSET_MAX  4.0f    // |b| of input_max
 #define FEEDFORWARD_KEPT        0.25f   // of the learned load: b keeps at most as much at a reversal
+#define FEEDFORWARD_V_NOISE     2.0f    // n_y that v has of noise at most
 #define FEEDFORWARD_DOUBTFUL    0.5f    // more doubt: the controller alone takes a step
 #define FEEDFORWARD_FORCE_MAX_N 1.0e9f  // a sum beyond: the state is corrupt
 
 // Observer and learning.
-#define FEEDFORWARD_STAGES         10u             // ticks of a sample
-#define FEEDFORWARD_OBSERVER_TIME  0.8f            // T_y of tau
-#define FEEDFORWARD_OBSERVER_TICKS 5.0f            // but at least so many samples
-#define FEEDFORWARD_TRAVEL_WIDTH   0.2f            // w_y of w
-#define FEEDFORWARD_TRAVEL_NOISE   0.4f            // k_y
-#define FEEDFORWARD_SLIP_TIME      0.314f          // dy_max is B over that, s
-#define FEEDFORWARD_TRAVEL_MAX     (1.0f / 157.0f) // delta_max of B
-#define FEEDFORWARD_WEIGHING       (1.0f / 78.5f)  // R of B
-#define FEEDFORWARD_DOUBT_TRAVEL   (1.0f / 7.85f)  // D_t of B
-#define FEEDFORWARD_WEIGHT_SD      0.4f            // s_V
-#define FEEDFORWARD_STOP_SD        0.55f           // s_U
-#define FEEDFORWARD_CONSTANT_SD    (1.0f / 5.23f)  // s_0 of B
-#define FEEDFORWARD_SLOPE_SD       0.1f            // s_1
-#define FEEDFORWARD_LOAD_MAX       2.0f            // of the load's regressors
-#define FEEDFORWARD_BOTH_WAYS      0.15f           // M_00 up to which both directions have slid
-#define FEEDFORWARD_ONE_WAY        0.4f            // and from which on one alone has
-#define FEEDFORWARD_LACK           1.15f           // of what friction lacks: too little costs less than too much
-#define FEEDFORWARD_SHRINK         0.2f            // theta
-#define FEEDFORWARD_PRESLIDING_MIN 0.15f           // A_0
-#define FEEDFORWARD_JUMP_LAG       0.030f          // T_z, s
-#define FEEDFORWARD_JUMP_MAX       8.0f            // of a change of z in T_z, over L
-#define FEEDFORWARD_SURPRISE       4.0f            // squared standard deviations that a sample may surprise by
-#define FEEDFORWARD_MODEL_ERROR    0.01f           // square of what no weight explains
-#define FEEDFORWARD_WEIGHT_MIN     0.02f           // V_0; a friction without stiction has next to none at slow slides
-#define FEEDFORWARD_WEIGHT_LOW     0.2f            // V_0 that counts as at its bound: the belief is wrong
-#define FEEDFORWARD_WEIGHT_MAX     3.0f            // V_0
-#define FEEDFORWARD_STOP_MAX       2.0f            // |V_j|
-#define FEEDFORWARD_SLOPE_MAX      0.5f            // |c_1|
-#define FEEDFORWARD_LEARNED_MIN    0.05f           // of V_0 L: breakaway of a direction that is told
+#define FEEDFORWARD_STAGES           10u             // ticks of a sample
+#define FEEDFORWARD_OBSERVER_TIME    0.8f            // T_y of tau
+#define FEEDFORWARD_OBSERVER_TICKS   5.0f            // but at least so many samples
+#define FEEDFORWARD_TRAVEL_WIDTH     0.2f            // w_y of w
+#define FEEDFORWARD_TRAVEL_NOISE     0.4f            // k_y
+#define FEEDFORWARD_SLIP_TIME        0.314f          // dy_max is B over that, s
+#define FEEDFORWARD_TRAVEL_MAX       (1.0f / 157.0f) // delta_max of B
+#define FEEDFORWARD_WEIGHING         (1.0f / 78.5f)  // R of B
+#define FEEDFORWARD_DOUBT_TRAVEL     (1.0f / 7.85f)  // D_t of B
+#define FEEDFORWARD_WEIGHT_SD        0.4f            // s_V
+#define FEEDFORWARD_STOP_SD          0.55f           // s_U
+#define FEEDFORWARD_CONSTANT_SD      (1.0f / 5.23f)  // s_0 of B
+#define FEEDFORWARD_SLOPE_SD         0.1f            // s_1
+#define FEEDFORWARD_LOAD_MAX         2.0f            // of the load's regressors
+#define FEEDFORWARD_BOTH_WAYS        0.15f           // M_00 up to which both directions have slid
+#define FEEDFORWARD_ONE_WAY          0.4f            // and from which on one alone has
+#define FEEDFORWARD_LACK             1.15f           // of what friction lacks: too little costs less than too much
+#define FEEDFORWARD_SHRINK           0.2f            // theta
+#define FEEDFORWARD_PRESLIDING_MIN   0.15f           // A_0
+#define FEEDFORWARD_PRESLIDING_NOISE 2.0f            // and of n_y/D_t beside it
+#define FEEDFORWARD_SPARED           (1.0f / 3.0f)   // of k_1 n_y/D_t: V_0 that is not used in noise
+#define FEEDFORWARD_SPARED_MAX       0.25f           // of V_0
+#define FEEDFORWARD_JUMP_LAG         0.030f          // T_z, s
+#define FEEDFORWARD_JUMP_MAX         8.0f            // of a change of z in T_z, over L
+#define FEEDFORWARD_SURPRISE         4.0f            // squared standard deviations that a sample may surprise by
+#define FEEDFORWARD_MODEL_ERROR      0.01f           // square of what no weight explains
+#define FEEDFORWARD_WEIGHT_MIN       0.02f           // V_0; a friction without stiction has next to none at slow slides
+#define FEEDFORWARD_WEIGHT_LOW       0.2f            // V_0 that counts as at its bound: the belief is wrong
+#define FEEDFORWARD_WEIGHT_MAX       3.0f            // V_0
+#define FEEDFORWARD_STOP_MAX         2.0f            // |V_j|
+#define FEEDFORWARD_SLOPE_MAX        0.5f            // |c_1|
+#define FEEDFORWARD_LEARNED_MIN      0.05f           // of V_0 L: breakaway of a direction that is told
 
 // Another loop's effort.
 #define EFFORT_TRAVEL_MIN  16.0f               // X_min, widths

@@ -329,19 +329,29 @@ static inline void learning_f32_turn(tribo_feedforward_weights_f32_t        *lea
     learned->seal ^= learning_f32_fold_turned(learned);
 }
 
-/// Stage 5: part of the stops' weights that is used: none before they are sure to be more than the creep at a jump.
-static inline float learning_f32_presliding(const float *V)
+/// n_y, over the travel in which doubt falls.
+static inline float learning_f32_noise(const tribo_feedforward_f32_params_t *params,
+                                       const tribo_feedforward_f32_state_t  *state)
 {
+    return state->observer.noise_n * params->doubt_per_n;
+}
+
+/// Stage 5: part of the stops' weights that is used: none before they are sure to be more than the creep at a jump, and `noise`.
+static inline float learning_f32_presliding(const float *V, float noise)
+{
+    const float least = FEEDFORWARD_PRESLIDING_MIN + FEEDFORWARD_PRESLIDING_NOISE * noise;
+
     float squares = 0.0f;
     for (uint32_t j = 1; j <= TRIBO_FEEDFORWARD_STOPS; j++)
     {
         squares += V[j] * V[j];
     }
-    const float ratio = squares > FEEDFORWARD_PRESLIDING_MIN ? FEEDFORWARD_PRESLIDING_MIN / squares : 1.0f;
+    const float ratio = squares > least ? least / squares : 1.0f;
     return 1.0f - ratio * ratio;
 }
 
-/// Stage 6: what is used of the weights. Small ones of stops, possibly noise, shrink. b takes the change of f at `level`.
+/// Stage 6: what is used of the weights. Small ones of stops, possibly noise, shrink, and in noise less friction than learned is safer.
+/// b takes the change of f at `level`.
 static inline void learning_f32_use(const tribo_feedforward_f32_params_t *params,
                                     tribo_feedforward_f32_state_t        *state,
                                     float                                 level)
@@ -359,7 +369,8 @@ static inline void learning_f32_use(const tribo_feedforward_f32_params_t *params
         W[j]           = S - last;
         last           = S;
     }
-    W[0] = V[0] - last;
+    const float spared = FEEDFORWARD_SPARED * x->regressor[1] * learning_f32_noise(params, state);
+    W[0]               = V[0] - last - limit_f32(spared, 0.0f, FEEDFORWARD_SPARED_MAX * V[0]);
     learned->travel_n += x->sample_n;
     learned->doubt *= 1.0f - learning_f32_part(x, params->doubt_per_n);
 
@@ -430,7 +441,7 @@ static inline void learning_f32_work(const tribo_feedforward_f32_params_t *param
         break;
     case 5:
         learning_f32_load(params, state);
-        x->presliding = learning_f32_presliding(learned->weight);
+        x->presliding = learning_f32_presliding(learned->weight, learning_f32_noise(params, state));
         break;
     case 6:
         learning_f32_use(params, state, level);

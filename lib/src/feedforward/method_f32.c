@@ -2,6 +2,7 @@
 
 #include "tribo/feedforward_f32.h"
 
+#include "../number/first_order_f32.h"
 #include "bank_f32.h"
 #include "constants.h"
 #include "hold_f32.h"
@@ -241,6 +242,12 @@ float tribo_feedforward_f32_method_friction(const void *memory)
     return state_f32_runs(state) ? state->f_n : 0.0f;
 }
 
+/// v without its noise.
+static float quiet(const tribo_feedforward_f32_state_t *state, float v)
+{
+    return v + bound_f32(state->v_n - v, FEEDFORWARD_V_NOISE * state->observer.noise_n);
+}
+
 /// b at a reversal at `rs`: v, wound up during stiction. Where v made up for a load, and would push F beyond the reversal, b keeps that.
 static float reversed(const tribo_feedforward_f32_params_t *params,
                       const tribo_feedforward_f32_state_t  *state,
@@ -273,7 +280,7 @@ float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loo
     switch (state->offset_rule)
     {
     case TRIBO_FEEDFORWARD_REVERSAL:
-        b = reversed(params, state, signals->reached_n, v_n);
+        b = reversed(params, state, signals->reached_n, quiet(state, v_n));
         break;
     case TRIBO_FEEDFORWARD_CONTINUE:
         b = v_n + wanted - state->u_n;
@@ -284,6 +291,8 @@ float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loo
     default:
         break;
     }
+    const float passed = first_order_f32_step(state->v_n, v_n, params->observer_part);
+    state->v_n         = exceeds(passed, FEEDFORWARD_FORCE_MAX_N) ? v_n : passed;
     state->offset_rule = TRIBO_FEEDFORWARD_KEEP;
     state->offset_n    = bound_f32(b, params->offset_max_n);
     state->term_n      = wanted - state->offset_n;

@@ -2,6 +2,7 @@
 
 #include "tribo/feedforward_q31.h"
 
+#include "../number/first_order_q31.h"
 #include "bank_q31.h"
 #include "constants.h"
 #include "hold_q31.h"
@@ -235,6 +236,13 @@ int32_t tribo_feedforward_q31_method_friction(const void *memory)
     return state_q31_runs(state) ? bank_q31_outside(state->f) : 0;
 }
 
+/// v without its noise.
+static int32_t quiet(const tribo_feedforward_q31_state_t *state, int32_t v)
+{
+    const int32_t most = (int32_t)((state->observer.noise >> 8) * (uint32_t)FEEDFORWARD_V_NOISE);
+    return v + limit_q31(difference_q31(state->v, v), -most, most);
+}
+
 /// b at a reversal at `rs`: v, wound up during stiction. Where v made up for a load, and would push F beyond the reversal, b keeps that.
 static int32_t reversed(const tribo_feedforward_q31_params_t *params,
                         const tribo_feedforward_q31_state_t  *state,
@@ -269,7 +277,7 @@ int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *l
     switch (state->offset_rule)
     {
     case TRIBO_FEEDFORWARD_REVERSAL:
-        b = reversed(params, state, signals->reached, bank_q31_inside(v));
+        b = reversed(params, state, signals->reached, quiet(state, bank_q31_inside(v)));
         break;
     case TRIBO_FEEDFORWARD_CONTINUE:
         b = bank_q31_inside(v) + wanted - state->u;
@@ -280,6 +288,7 @@ int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *l
     default:
         break;
     }
+    state->v           = first_order_q31_step(state->v, bank_q31_inside(v), params->observer_part);
     state->offset_rule = TRIBO_FEEDFORWARD_KEEP;
     state->offset      = limit_q31(b, -params->offset_max, params->offset_max);
     state->term        = bank_q31_outside(wanted - state->offset);

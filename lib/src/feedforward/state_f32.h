@@ -40,6 +40,7 @@ static inline void state_f32_rest(tribo_feedforward_f32_state_t *state, float r,
     state->behind_n[0] = 0.0f;
     state->behind_n[1] = 0.0f;
     state->f_n         = 0.0f;
+    state->v_n         = 0.0f;
 }
 
 /// A corrupt memory: everything is forgotten, and u goes on.

@@ -38,6 +38,7 @@ static inline void state_q31_rest(tribo_feedforward_q31_state_t *state, int32_t 
     state->behind[0]   = 0;
     state->behind[1]   = 0;
     state->f           = 0;
+    state->v           = 0;
 }
 
 static inline void state_q31_forget(tribo_feedforward_q31_state_t *state)
