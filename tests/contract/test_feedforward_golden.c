@@ -366,6 +366,24 @@ static void test_feedforward_holds_as_its_second_model(void)
     check_paper("feedforward_again_hold.csv", 4e-3);
 }
 
+static void test_feedforward_feeds_back_as_its_second_model(void)
+{
+    const tribo_force_loop_f32_config_t  config = paper_at(4e-3, 2.0, 0.007f, 0.3f);
+    const tribo_feedforward_f32_config_t own    = tribo_feedforward_f32_default();
+    tribo_force_loop_f32_config_t        other  = config;
+    tribo_feedforward_f32_config_t       others = own;
+
+    other.compensator.friction.positive.offset_n = 0.01f;
+    other.compensator.friction.positive.slope    = 0.25f;
+    other.compensator.friction.negative.offset_n = 0.005f;
+    other.compensator.friction.negative.slope    = 0.35f;
+    others.reversal_n                            = 1e-3f;
+    others.presliding_n                          = 0.02f;
+    others.trust                                 = 0.7f;
+    make(1, &other, &others, 4.0);
+    check("feedforward_again_back.csv", &config, &own, 4.0, 3e-5);
+}
+
 static void test_feedforward_believes_as_its_second_model(void)
 {
     const tribo_force_loop_f32_config_t config = paper_at(4e-3, 0.5, 0.06f, 0.5f);
@@ -414,6 +432,7 @@ int main(void)
     RUN_TEST(test_feedforward_of_another_rig_does_as_its_model);
     RUN_TEST(test_feedforward_at_far_rates_does_as_its_second_model);
     RUN_TEST(test_feedforward_holds_as_its_second_model);
+    RUN_TEST(test_feedforward_feeds_back_as_its_second_model);
     RUN_TEST(test_feedforward_believes_as_its_second_model);
     RUN_TEST(test_feedforward_changes_params_as_its_second_model);
     return UNITY_END();

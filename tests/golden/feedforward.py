@@ -114,8 +114,8 @@ class Feedforward:
         return x > limit
 
     def reset(self):
-        self.lam, self.share_m, self.n_b = 0.0, 1.0, 0
-        self.xi, self.harm, self.unsealed = 0.0, False, False
+        self.lam, self.n_b, self.unsealed = 0.0, 0, False
+        self.forward_again()
         self.V, self.W = [1.0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0]
         self.c, self.l = [0.0, 0.0, 0.0], 0.0
         self.M = [[float(i == j) for j in range(4)] for i in range(4)]
@@ -131,7 +131,11 @@ class Feedforward:
         self.mode, self.term = ENTER, term
 
     def restore(self):
-        self.xi, self.harm, self.n_b = 0.0, False, 0
+        self.n_b = 0
+        self.forward_again()
+
+    def forward_again(self):
+        self.xi, self.harm, self.n_f, self.n_l = 0.0, False, 0, 0
 
     def change_params(self):
         if self.mode > ENTER:
@@ -153,14 +157,14 @@ class Feedforward:
         self.m_s, self.z_s, self.side_s, self.hunts, self.since_s = y, 0.0, 0, False, 0
         self.q_still, self.side, self.since, self.quick = 0, 0, 0, 0
         self.e_mean, self.n_e, self.n_a = 0.0, 0.0, 0.0
-        self.vf = self.vp = self.t_v = self.need = 0.0
+        self.vf = self.vp = self.t_v = self.need = self.v_mean = 0.0
         self.stage, self.delta, self.l = 0, 0.0, 0.0
         self.mode = START
 
     # The steps.
 
     def friction(self, sigma):
-        G = self.share * self.share_m * (1 - (1 - self.rig.trust) * self.doubt) * self.rig.L(self.rs)
+        G = self.share * (1 - (1 - self.rig.trust) * self.doubt) * self.rig.L(self.rs)
         return G * clamp(self.W[0] * sigma + sum(self.W[j] * self.x[j] / self.d[j] for j in range(1, 5)), -4.0, 4.0), G
 
     def rise(self, of_sigma):
@@ -214,7 +218,8 @@ class Feedforward:
                 self.q_still = 0
         elif self.q_still < still:
             self.q_still += 1
-        stands = rig.still_time > 0 and self.q_still >= still and s != 0
+        self.fed_back = self.harm and self.n_f > 0
+        stands = s != 0 and (self.fed_back or (rig.still_time > 0 and self.q_still >= still))
         if flips and not stands:
             self.turn()
         # 5
@@ -242,9 +247,10 @@ class Feedforward:
             if s != 0:
                 self.mode = MOVING
         elif stands:
-            if self.mode == MOVING:
+            begins = self.mode == MOVING
+            if begins:
                 self.begin_hold(f_before)
-            self.hold(e)
+            self.hold(begins)
             e = self.deadband(e, y)
         else:
             # 8
@@ -274,7 +280,7 @@ class Feedforward:
         self.mode, self.term, self.forgotten = ENTER, term, count
 
     def hold_margin(self):
-        return 0.85 * self.share * self.share_m * self.V[0] * self.rig.L(self.rs) * (1 - self.lam)
+        return 0.85 * self.share * self.V[0] * self.rig.L(self.rs) * (1 - self.lam)
 
     def begin_hold(self, f_before):
         B_h = self.hold_margin()
@@ -285,14 +291,14 @@ class Feedforward:
         self.delta = 0.0
         self.mode = HOLD
 
-    def hold(self, e):
+    def hold(self, begins):
         B_h, close = self.hold_margin(), self.ticks(0.2)
         n = self.u - self.F_h
         f_h = clamp(n, -B_h, B_h)
         side = self.side
-        if abs(n) > B_h:
+        if abs(n) > B_h and not begins:  # in the first tick u has not moved since F_h is what it is
             side = sign(n)
-        if sign(n) != self.side:
+        if sign(n) != self.side and not begins:
             self.exceeds(abs(n), B_h)
         if side != self.side:
             self.quick = min(self.quick + 1, 4) if self.since < close else 0
@@ -324,21 +330,30 @@ class Feedforward:
         if self.flips:
             self.judge(v, v + self.before, self.first)
         if self.rule == REVERSAL:
-            self.b = v + self.s * clamp(self.s * (self.b - v) - self.w, 0, abs(self.load()) / 4)
+            quiet = v + clamp(self.v_mean - v, -2 * self.n_y, 2 * self.n_y)
+            self.b = quiet + self.s * clamp(self.s * (self.b - quiet) - self.w, 0, abs(self.load()) / 4)
         elif self.rule == CONTINUE:
             self.b = v + self.lin + self.f - self.u
         elif self.rule == TAKE_OVER:
             self.b = self.lin + self.f - self.term
         self.b = clamp(self.b, -4 * self.rig.input_max, 4 * self.rig.input_max)
         self.term = self.lin + self.f - self.b
+        self.v_mean = self.low_pass(self.v_mean, v, self.T_y)
         return self.term + self.lead
 
     def judge(self, v, need, first):
-        if first:
+        if first or self.fed_back:
             self.vf = self.vp = v
-        else:
+        if self.fed_back:
+            self.n_f -= 1
+            if self.n_f == 0:
+                self.xi = 0.51
+        elif not first:
             self.xi += (min(4, self.t_v / (abs(need - self.need) + 0.1 * self.B)) - self.xi) / 8
-            self.harm = self.harm or self.exceeds(self.xi, 1.2)
+            self.n_l = max(self.n_l - 1, 0)
+            if self.exceeds(self.xi, 0.6):
+                self.harm = True
+                self.n_f = self.n_l = clamp(8 * self.n_l, 4, 128)
         self.need, self.t_v = need, 0.0
 
     def monitor(self):
@@ -349,7 +364,6 @@ class Feedforward:
         vp = clamp(self.vp, self.vf - half, self.vf + half)
         self.t_v = min(self.t_v + abs(vp - self.vp), 4 * self.B)
         self.vp = vp
-        self.share_m = clamp(self.share_m + (-1 if self.harm else 1) * pause / 2, 0.0, 1.0)
 
     def after(self, u, limited):
         if self.waits:
@@ -441,12 +455,14 @@ class Feedforward:
         self.c[1] = clamp(self.c[1] + 0.1 * step * self.q[2], -0.5, 0.5)
         self.c[2] = clamp(self.c[2] + 0.1 * step * self.q[3], -0.5, 0.5)
         self.b += self.load() - before
+        self.A_n = 0.15 + 2 * self.n_y / (self.B / 7.85)
 
     def use(self):
         A = sum(V**2 for V in self.V[1:])
-        used = max(0, 1 - (0.15 / A) ** 2) if A > 0 else 0
+        used = max(0, 1 - (self.A_n / A) ** 2) if A > 0 else 0
         S = [0.0] + [used * V**3 / (V**2 + 0.2**2) for V in self.V[1:]]
-        self.W = [self.V[0] - S[1]] + [S[j] - S[j + 1] for j in (1, 2, 3)] + [S[4]]
+        unused = min(self.k[1] * self.n_y / (3 * self.B / 7.85), self.V[0] / 4)
+        self.W = [self.V[0] - S[1] - unused] + [S[j] - S[j + 1] for j in (1, 2, 3)] + [S[4]]
         self.doubt *= 1 - min(1, self.delta / (self.B / 7.85))
         before, self.f = self.f, self.friction(self.sigma)[0]
         self.b += self.f - before
@@ -537,7 +553,7 @@ class Plant:
 
 
 EXPECTED = ("e", "mode", "lin", "f", "lead", "b", "term", "sigma", "z", "V0", "V1", "V2", "V3", "V4", "c0", "c1", "c2", "doubt", "P4",
-            "lambda", "turns", "xi", "share_m", "forgotten")
+            "lambda", "turns", "xi", "back", "forgotten")
 
 
 def happen(model, event, entry):
@@ -592,7 +608,7 @@ def play(rig, seconds, reference, *, seed, plant=None, noise=0.0, noise_r=0.0, u
         model.after(u, limited)
         seen = {} if model.waits else model.seen
         seen = {"e": e, "mode": model.mode, "term": added, "doubt": model.doubt, "P4": model.P[4], "lambda": model.lam, "turns": model.n_b,
-                "xi": model.xi, "share_m": model.share_m, "forgotten": model.forgotten,
+                "xi": model.xi, "back": model.n_f, "forgotten": model.forgotten,
                 **{f"c{j}": model.c[j] for j in range(3)}, **{f"V{j}": model.V[j] for j in range(5)}, **seen}
         rows.append([event, entry, part, r, y, v, u, limited] + [seen.get(name, math.nan) for name in EXPECTED])  # NaN: not computed
     if model.closest < TIE:

@@ -25,7 +25,7 @@ ALIKE = 5e-8  # of input_max
 GRID, FINE = 2.0**-22, 2.0**-36  # N
 GIVEN = ("event", "entry", "share", "r", "y", "v", "u", "limited")
 EXPECTED = ("e", "mode", "lin", "f", "lead", "b", "term", "sigma", "z", "V0", "V1", "V2", "V3", "V4", "c0", "c1", "c2", "doubt", "P4",
-            "lambda", "turns", "xi", "share_m", "forgotten")
+            "lambda", "turns", "xi", "back", "forgotten")
 
 
 def clamp(x, low, high):
@@ -100,7 +100,8 @@ class Model:
         self.V, self.W, self.c = [1.0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0], [0.0, 0.0, 0.0]
         self.M = [[float(i == j) for j in range(4)] for i in range(4)]
         self.P = [None, 1.0, 1.0, 1.0, 1.0]
-        self.doubt, self.lam, self.xi, self.harm, self.share_m = 1.0, 0.0, 0.0, False, 1.0
+        self.doubt, self.lam = 1.0, 0.0
+        self.xi, self.harm, self.n_f, self.n_l = 0.0, False, 0, 0
         self.n_b, self.forgotten = 0, 0
         self.mode, self.term_last, self.next_rule = RESTART, 0.0, KEEP
         self.unsealed = self.unsealed_b = False
@@ -123,7 +124,7 @@ class Model:
         elif event == DO_RESET:
             self.reset()
         elif event == DO_RESTORE:
-            self.xi, self.harm, self.n_b = 0.0, False, 0
+            self.xi, self.harm, self.n_f, self.n_l, self.n_b = 0.0, False, 0, 0, 0
         elif event == FLIP_V0:
             self.V[0], self.unsealed = entry, True
         elif event == TO_OTHER:
@@ -153,14 +154,14 @@ class Model:
         self.e_bar, self.n_e, self.n_a = 0.0, 0.0, 0.0
         self.stage, self.m_s, self.z_s, self.X = 0, y, 0.0, [0.0] * 5
         self.side_s, self.hunts, self.since_s, self.delta, self.l = 0, False, 0, 0.0, 0.0
-        self.vf, self.vp, self.t_v, self.need = 0.0, 0.0, 0.0, 0.0
+        self.vf, self.vp, self.t_v, self.need, self.v_bar = 0.0, 0.0, 0.0, 0.0, 0.0
         self.mode, self.unsealed_b = START, False
 
     def load(self, F):
         return self.c[0] + self.c[1] * abs(F) + self.c[2] * F
 
     def G(self):
-        return self.share * self.share_m * (1 - (1 - self.p.gamma) * self.doubt) * self.p.L(self.rs)
+        return self.share * (1 - (1 - self.p.gamma) * self.doubt) * self.p.L(self.rs)
 
     def friction(self, sigma):
         sum_ = self.W[0] * sigma + sum(self.W[j] * self.x[j] / self.p.d[j] for j in range(1, 5))
@@ -214,7 +215,8 @@ class Model:
             self.q = self.q if self.mode == HOLD and step else 0
         elif self.q < p.still:
             self.q += 1
-        stands = p.T_q > 0 and self.q >= p.still and self.s != 0
+        self.back = self.harm and self.n_f > 0
+        stands = (self.back or (p.T_q > 0 and self.q >= p.still)) and self.s != 0
         if self.flips and not stands:
             self.turn()
         # 5
@@ -225,12 +227,12 @@ class Model:
         self.e = e_0 if self.y_good else 0.0
         # 6
         self.need_now, self.lead = self.f - self.b, 0.0
-        if stands:
-            self.hold()
-        elif self.mode == HOLD:
-            self.leave()
-        else:
+        if self.mode == START or not (stands or self.mode == HOLD):
             self.follow(step)
+        elif stands:
+            self.hold()
+        else:
+            self.leave()
         return self.e
 
     def turn(self):
@@ -262,17 +264,18 @@ class Model:
 
     def hold(self):
         p = self.p
-        B_h = 0.85 * (1 - self.lam) * self.V[0] * self.share * self.share_m * p.L(self.rs)
-        if self.mode != HOLD:
+        B_h = 0.85 * (1 - self.lam) * self.V[0] * self.share * p.L(self.rs)
+        begins = self.mode != HOLD
+        if begins:
             self.mode = HOLD
             f_h = clamp(self.f, -B_h, B_h)
             self.F_h = self.u_last - f_h
             self.b += 0.94 * f_h - self.f
             self.side, self.since, self.quick, self.e_bar, self.delta = self.s, 0, 0, 0.0, 0.0
         f_h = clamp(self.u_last - self.F_h, -B_h, B_h)
-        if sign(self.u_last - self.F_h) != self.side:
+        if sign(self.u_last - self.F_h) != self.side and not begins:
             self.decides(self.u_last - self.F_h, B_h)
-        F = self.u_last - f_h
+        F = self.F_h if begins else self.u_last - f_h
         side = (sign(F - self.F_h) if f_h != self.u_last - self.F_h else 0) or self.side
         if side != self.side:
             self.quick = min(self.quick + 1, 4) if self.since < p.quick else 0
@@ -309,24 +312,32 @@ class Model:
         if self.flips:
             self.judge(v, v + self.need_now)
         if self.rule == REVERSAL:
-            beyond = self.s * (self.b - v) - self.p.w  # what v made up for, pushing F beyond the reversal
-            self.b = v + self.s * min(max(beyond, 0), abs(self.load(self.rs)) / 4)
+            calm = v + clamp(self.v_bar - v, -2 * self.n_y, 2 * self.n_y)
+            beyond = self.s * (self.b - calm) - self.p.w  # what v made up for, pushing F beyond the reversal
+            self.b = calm + self.s * min(max(beyond, 0), abs(self.load(self.rs)) / 4)
         elif self.rule == CONTINUE:
             self.b = v + self.lin + self.f - self.u_last
         elif self.rule == TAKE_OVER:
             self.b = self.lin + self.f - self.term_last
         self.b = clamp(self.b, -4 * p.input_max, 4 * p.input_max)
         self.term = self.lin + self.f - self.b
+        self.v_bar = p.low_pass(p.T_y, self.v_bar, v)
         self.seen = {"lin": self.lin, "f": self.f, "lead": self.lead, "b": self.b, "sigma": self.sigma}
         return self.term + self.lead
 
     def judge(self, v, need):
-        if self.first:
-            self.vf = self.vp = v
-        else:
+        if self.back:
+            self.n_f -= 1
+            self.xi = self.xi if self.n_f else 0.51
+        elif not self.first:
+            self.n_l -= self.n_l > 0
             self.xi += (min(4, self.t_v / (abs(need - self.need) + 0.1 * self.p.B)) - self.xi) / 8
-            self.harm = self.harm or self.xi > 1.2
-            self.decides(self.xi, 1.2)
+            self.decides(self.xi, 0.6)
+            if self.xi > 0.6:
+                self.harm, self.n_l = True, min(max(8 * self.n_l, 4), 128)
+                self.n_f = self.n_l
+        if self.back or self.first:
+            self.vf, self.vp = v, v
         self.need, self.t_v = need, 0.0
 
     # Steps 10 and 11.
@@ -409,14 +420,16 @@ class Model:
         for i, (scale, most) in enumerate(((p.s_0, p.B), (p.s_1, 0.5), (p.s_1, 0.5))):
             self.c[i] = clamp(self.c[i] + scale * by * self.g[1 + i], -most, most)
         self.b += self.load(self.rs) - before
+        self.A_n = 0.15 + 2 * self.n_y / (p.B / 7.85)
 
     def use(self):
         V, p = self.V, self.p
         A = sum(V[j] ** 2 for j in range(1, 5))
         S = [0.0] * 6
         for j in range(1, 5):
-            S[j] = max(0, 1 - (0.15 / A) ** 2) * V[j] ** 3 / (V[j] ** 2 + 0.2**2) if A > 0 else 0.0
-        self.W = [V[0] - S[1]] + [S[j] - S[j + 1] for j in range(1, 5)]
+            S[j] = max(0, 1 - (self.A_n / A) ** 2) * V[j] ** 3 / (V[j] ** 2 + 0.2**2) if A > 0 else 0.0
+        spared = min(self.k[1] * self.n_y / (3 * p.B / 7.85), V[0] / 4)
+        self.W = [V[0] - S[1] - spared] + [S[j] - S[j + 1] for j in range(1, 5)]
         self.doubt *= 1 - min(1, self.delta / (p.B / 7.85))
         before, self.f = self.f, self.friction(self.sigma)
         self.b += self.f - before
@@ -445,7 +458,6 @@ class Model:
         vp = clamp(self.vp, self.vf - half, self.vf + half)
         self.t_v = min(self.t_v + abs(vp - self.vp), 4 * p.B)
         self.vp = vp
-        self.share_m = clamp(self.share_m + (-1 if self.harm else 1) * N * p.h / 2, 0, 1)
         if self.unsealed:
             self.forget(self.term)
 
@@ -456,7 +468,7 @@ class Model:
         self.after(u, limited != 0)
         found.update({} if self.waits else self.seen)
         found.update({"mode": self.mode, "doubt": self.doubt, "P4": self.P[4], "lambda": self.lam, "turns": self.n_b, "xi": self.xi,
-                      "share_m": self.share_m, "forgotten": self.forgotten})
+                      "back": self.n_f, "forgotten": self.forgotten})
         found.update({f"V{j}": self.V[j] for j in range(5)})
         found.update({f"c{j}": self.c[j] for j in range(3)})
         return [found.get(name, math.nan) for name in EXPECTED]
@@ -549,7 +561,7 @@ def belief():
 
 
 def hold():
-    """Changes of side that are just close and just not, in a hold; bad readings in one, one at no force, one while friction fades, steps in it,
+    """Changes of side that are just close and just not, in a hold; bad readings in one, one at no force, one while friction is fed back, steps in it,
     params changed when it ends."""
     params = Params(h=4e-3)
 
@@ -599,7 +611,28 @@ def retune():
                                v=lambda t: 0.1 * math.sin(13 * t + 1), bad=bad, events=events)
 
 
-CASES = {"coarse": coarse, "fine": fine, "belief": belief, "hold": hold, "retune": retune}
+def back():
+    """Friction fed back for 4 reversals, longer after each trial that fails, up to 128: over a restart, an entry, other params, a stand, a
+    step, bad readings, until restored. Then a trial that goes well for some reversals and fails."""
+    params = Params(h=4e-3)
+    other = Params(h=4e-3, w=1e-3, d_4=0.02, gamma=0.7, line=((0.01, 0.25), (0.005, 0.35)))
+
+    def reference(t):
+        if 5.2 < t < 5.7:
+            return 0.4937  # a stand
+        return triangle(t, 0.1603, 0.48, 0.52) + (0.05 if 6.4 < t < 6.9 else 0.0)  # two steps
+
+    def v(t):
+        well = 12.25 < t < 12.6  # a trial that saves
+        return (0.002 if well else 0.3) * math.sin(65.3 * t)
+
+    events = {60: (DO_RESTART, 0), 700: (DO_RESTART, 0), 950: (DO_ENTER, 0.05), 1100: (DO_CHANGE, 0), 1230: (TO_OTHER, 0), 1500: (TO_OTHER, 0),
+              2900: (DO_RESTORE, 0)}
+    bad = {800: "y", 801: "ry", 1650: "r"}
+    return params, other, play(params, 14, reference, Rub(params, 1.0), other=other, noise=1e-4, v=v, events=events, bad=bad)
+
+
+CASES = {"back": back, "coarse": coarse, "fine": fine, "belief": belief, "hold": hold, "retune": retune}
 
 
 def text_of(rows):
