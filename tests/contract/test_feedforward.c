@@ -1113,6 +1113,20 @@ static void take_back(double part, int reversals)
     }
 }
 
+static void test_a_corrupt_low_pass_of_v_comes_back(void)
+{
+    static const double odd[] = {(double)NAN, (double)INFINITY, -3e38};
+    for (int i = 0; i < 3; i++)
+    {
+        init(&x);
+        take_back(0.1, 2);
+        x.memory.state.TRIBO_N(v) = TRIBO_EITHER((float)odd[i], odd[i] < 0.0 ? INT32_MIN : INT32_MAX);
+        take_back(0.1, 2);
+        TEST_ASSERT_TRUE(fabs((double)x.memory.state.TRIBO_N(v)) < TRIBO_EITHER(1.0, 1e8));
+        TEST_ASSERT_TRUE(fabs(feedforward_seen(&x).b) < 1.0);
+    }
+}
+
 static void test_friction_that_costs_more_than_it_saves_is_fed_back_for_longer_each_time(void)
 {
     const tribo_feedforward_feedback_t *const feedback = &x.memory.state.monitor.feedback;
@@ -1536,6 +1550,7 @@ int main(void)
     RUN_TEST(test_the_learned_breakaway_of_a_direction_is_never_nothing);
     RUN_TEST(test_learned_breakaway_says_when_it_is_at_a_bound);
     RUN_TEST(test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched);
+    RUN_TEST(test_a_corrupt_low_pass_of_v_comes_back);
     RUN_TEST(test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on);
     RUN_TEST(test_a_flipped_bit_of_any_learned_number_is_forgotten);
     RUN_TEST(test_a_flipped_bit_of_the_offset_is_counted_and_u_goes_on);

@@ -5,8 +5,10 @@
 #include "feedforward.h"
 #if TRIBO_IS_Q31
 #include "feedforward/learning_q31.h"
+#define DOUBT_PER_TRAVEL x.params.doubt_per_unit
 #else
 #include "feedforward/learning_f32.h"
+#define DOUBT_PER_TRAVEL x.params.doubt_per_n
 #endif
 #include "random.h"
 #include "runs.h"
@@ -27,6 +29,7 @@
 #define FALL    0.2
 #define GRAVITY 0.04
 #define B       ((UP + DOWN) / 2.0 + (SLOPE + FALL) / 2.0 * 0.5)
+#define D_T     (B / 7.85)
 
 /// The numbers of a sample and of what is learned, by the page's names.
 typedef struct
@@ -36,6 +39,7 @@ typedef struct
     double yf, z, jump, delta;
     double k[4], kappa[STOPS], epsilon, l, rho, q[4 + STOPS], gain;
     double presliding; // max(0, 1 - (A_0/A)^2)
+    double noise;      // n_y
     double lambda, rs, phi[STOPS], sigma, b, f, level;
 } page_t;
 
@@ -120,20 +124,21 @@ static void give(void)
         learn->gained[4 + i]    = to(p.q[4 + i], 27);
         state->stop[i]          = to(p.phi[i], 29);
     }
-    learn->TRIBO_N(force)    = FORCE(p.yf);
-    learn->TRIBO_N(friction) = FORCE(p.z);
-    learn->TRIBO_N(jump)     = FORCE(p.jump);
-    learn->TRIBO_N(sample)   = TRIBO_EITHER((float)p.delta, (uint32_t)FORCE(p.delta));
-    learn->error             = to(p.epsilon, 26);
-    learn->load              = to(p.l, 26);
-    learn->TRIBO_N(weighing) = TRIBO_EITHER((float)p.rho, (uint32_t)FORCE(p.rho));
-    learn->gain              = PART(p.gain, 31);
-    learn->presliding        = PART(p.presliding, 32);
-    state->hold.extra_margin = PART(p.lambda, 32);
-    state->TRIBO_N(reached)  = FORCE(p.rs);
-    state->sigma             = to(p.sigma, 29);
-    state->TRIBO_N(offset)   = FORCE(p.b);
-    state->TRIBO_N(f)        = FORCE(p.f);
+    learn->TRIBO_N(force)          = FORCE(p.yf);
+    learn->TRIBO_N(friction)       = FORCE(p.z);
+    learn->TRIBO_N(jump)           = FORCE(p.jump);
+    learn->TRIBO_N(sample)         = TRIBO_EITHER((float)p.delta, (uint32_t)FORCE(p.delta));
+    learn->error                   = to(p.epsilon, 26);
+    learn->load                    = to(p.l, 26);
+    learn->TRIBO_N(weighing)       = TRIBO_EITHER((float)p.rho, (uint32_t)FORCE(p.rho));
+    learn->gain                    = PART(p.gain, 31);
+    learn->presliding              = PART(p.presliding, 32);
+    state->hold.extra_margin       = PART(p.lambda, 32);
+    state->observer.TRIBO_N(noise) = TRIBO_EITHER((float)p.noise, (uint32_t)round(ldexp(p.noise / FULL_SCALE_N, 37)));
+    state->TRIBO_N(reached)        = FORCE(p.rs);
+    state->sigma                   = to(p.sigma, 29);
+    state->TRIBO_N(offset)         = FORCE(p.b);
+    state->TRIBO_N(f)              = FORCE(p.f);
 }
 
 static void work(uint32_t stage)
@@ -207,6 +212,7 @@ static void draw(void)
     p.gain       = 0.5 * pow(10.0, random_between(&r, -4.0, 0.0));
     p.epsilon    = clamp(p.epsilon, -0.7 / p.gain, 0.7 / p.gain);
     p.presliding = random_between(&r, 0.0, 1.0);
+    p.noise      = random_between(&r, 0.0, 1.0) < 0.3 ? 0.0 : 0.03 * pow(10.0, random_between(&r, -4.0, 0.0));
     p.lambda     = random_between(&r, 0.0, 1.0);
     p.rs         = any(0.9);
     p.sigma      = any(1.0);
@@ -440,7 +446,8 @@ static void test_the_load_moves_within_its_bounds_and_b_takes_it(void)
         check(p.c[1], from((double)KNOWN.slope, 29), "c_1");
         check(p.c[2], from((double)KNOWN.scale, 29), "c_2");
         check(p.b + load_of(p.rs) - before, OF_FORCE(x.memory.state.TRIBO_N(offset)), "b");
-        const double part = A > 0.0 ? fmax(0.0, 1.0 - pow(0.15 / A, 2.0)) : 0.0;
+        const double least = 0.15 + 2.0 * p.noise / D_T;
+        const double part  = A > 0.0 ? fmax(0.0, 1.0 - pow(least / A, 2.0)) : 0.0;
         check(part, from((double)LEARN.presliding, 32), "presliding");
         used += part < 0.99;
     }
@@ -448,7 +455,7 @@ static void test_the_load_moves_within_its_bounds_and_b_takes_it(void)
     TEST_ASSERT_TRUE(used > 0);
 }
 
-/// Of stops that have learned little, nothing is used; from then on ever more.
+/// Of stops that have learned little, nothing is used; from then on ever more, and less in noise.
 static void test_presliding_is_used_from_a_sum_of_squares_on(void)
 {
     for (int i = 0; i <= 40; i++)
@@ -460,8 +467,28 @@ static void test_presliding_is_used_from_a_sum_of_squares_on(void)
             p.V[j] = (j % 2 == 0 ? -1.0 : 1.0) * sqrt(A / STOPS);
         }
         work(5);
-        const double part = A > 0.0 ? fmax(0.0, 1.0 - pow(0.15 / A, 2.0)) : 0.0;
+        const double least = 0.15 + 2.0 * p.noise / D_T;
+        const double part  = A > 0.0 ? fmax(0.0, 1.0 - pow(least / A, 2.0)) : 0.0;
         TEST_ASSERT_DOUBLE_WITHIN(1e-5, part, from((double)LEARN.presliding, 32));
+    }
+}
+
+/// On a hub of next to no breakaway no sum of squares is beyond the noise.
+static void test_no_presliding_is_used_in_noise_beyond_all_weights(void)
+{
+    DOUBT_PER_TRAVEL = TRIBO_EITHER(1e4f, UINT32_MAX);
+    for (int i = 0; i < 100; i++)
+    {
+        draw();
+        p.noise = 0.03;
+        work(5);
+        TEST_ASSERT_TRUE(LEARN.presliding == 0);
+        p.k[1] = 2.0;
+        work(6);
+        const double S = p.presliding * pow(p.V[1], 3.0) / (p.V[1] * p.V[1] + 0.04);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5,
+                                  fmin(0.75 * p.V[0] - S, TRIBO_EITHER(5.0, 4.0)),
+                                  from((double)KNOWN.use[0], 29));
     }
 }
 
@@ -478,10 +505,11 @@ static void test_what_is_used_of_the_weights_shrinks_and_b_takes_the_change_of_f
         {
             S[j] = p.presliding * pow(p.V[j], 3.0) / (p.V[j] * p.V[j] + 0.04);
         }
-        double sum = 0.0;
+        const double spared = fmin(p.k[1] * p.noise / (3.0 * D_T), 0.25 * p.V[0]);
+        double       sum    = 0.0;
         for (int j = 0; j <= STOPS; j++)
         {
-            W[j] = fmin((j == 0 ? p.V[0] : S[j]) - S[j + 1], TRIBO_EITHER(5.0, 4.0));
+            W[j] = fmin((j == 0 ? p.V[0] - spared : S[j]) - S[j + 1], TRIBO_EITHER(5.0, 4.0));
             sum += W[j] * (j == 0 ? p.sigma : p.phi[j - 1]);
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5, W[j], from((double)KNOWN.use[j], 29), "W");
         }
@@ -564,6 +592,7 @@ int main(void)
     RUN_TEST(test_weights_move_by_gain_and_error_within_their_bounds);
     RUN_TEST(test_the_load_moves_within_its_bounds_and_b_takes_it);
     RUN_TEST(test_presliding_is_used_from_a_sum_of_squares_on);
+    RUN_TEST(test_no_presliding_is_used_in_noise_beyond_all_weights);
     RUN_TEST(test_what_is_used_of_the_weights_shrinks_and_b_takes_the_change_of_f);
     RUN_TEST(test_a_sample_takes_its_part_of_the_variances_and_forgetting_brings_them_back);
     RUN_TEST(test_the_quickest_forgetting_leaves_nothing_of_a_sample);

@@ -40,7 +40,7 @@ static inline bool hold_f32_stands(const tribo_feedforward_f32_params_t *params,
         hold->still++;
     }
     const bool still = params->still_ticks > 0u && hold->still >= params->still_ticks;
-    return (still || feedback_is_on(&state->monitor.feedback)) && state->sign != 0;
+    return still || feedback_is_on(&state->monitor.feedback);
 }
 
 /// Begins a hold with friction up to `B`; b takes the change of f.

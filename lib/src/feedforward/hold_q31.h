@@ -35,7 +35,7 @@ static inline bool hold_q31_stands(const tribo_feedforward_q31_params_t *params,
         hold->still++;
     }
     const bool still = params->still_ticks > 0u && hold->still >= params->still_ticks;
-    return (still || feedback_is_on(&state->monitor.feedback)) && state->sign != 0;
+    return still || feedback_is_on(&state->monitor.feedback);
 }
 
 static inline int32_t hold_q31_gained(int32_t f)

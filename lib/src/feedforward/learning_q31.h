@@ -27,7 +27,7 @@
 #include "observer_q31.h"
 
 #define LEARNING_Q31_ONE       (INT32_C(1) << 30) // of M and P
-#define LEARNING_Q31_NOISE_MAX (UINT32_C(16) << 16)
+#define LEARNING_Q31_NOISE_MAX (UINT32_C(16) << 27)
 #define LEARNING_Q31_Q26(x)    ((uint32_t)((double)(x) * 67108864.0 + 0.5))
 
 /// The bits of numbers, added without carry.
@@ -304,18 +304,18 @@ static inline void learning_q31_gain(const tribo_feedforward_weights_q31_t  *lea
     }
 }
 
-/// 1 - (A_0/A)^2 in Q32, 0 up to A_0.
-/// Q16, to 16.
+/// Q27, to 16.
 static inline uint32_t learning_q31_noise(const tribo_feedforward_q31_params_t *params,
                                           const tribo_feedforward_q31_state_t  *state)
 {
-    const uint32_t noise = tribo_q31_high(state->observer.noise, params->doubt_per_unit);
-    return noise < LEARNING_Q31_NOISE_MAX ? noise : LEARNING_Q31_NOISE_MAX;
+    const uint64_t noise = tribo_q31_product(state->observer.noise, params->doubt_per_unit) >> 21;
+    return noise < LEARNING_Q31_NOISE_MAX ? (uint32_t)noise : LEARNING_Q31_NOISE_MAX;
 }
 
+/// 1 - (A_n/A)^2 in Q32, 0 up to A_n.
 static inline uint32_t learning_q31_presliding(const int32_t *V, uint32_t noise)
 {
-    const uint32_t beside  = (uint32_t)FEEDFORWARD_PRESLIDING_NOISE * noise << 10;
+    const uint32_t beside  = noise / 2u * (uint32_t)FEEDFORWARD_PRESLIDING_NOISE;
     const uint32_t least   = LEARNING_Q31_Q26(FEEDFORWARD_PRESLIDING_MIN) + beside;
     uint32_t       squares = 0; // Q26, to 16
     for (uint32_t j = 1; j <= TRIBO_FEEDFORWARD_STOPS; j++)
@@ -446,7 +446,7 @@ static inline void learning_q31_use(const tribo_feedforward_q31_params_t *params
     uint32_t       ignored = 0;
     const uint32_t k       = tribo_q31_high((uint32_t)x->regressor[1], BANK_Q31_Q32(FEEDFORWARD_SPARED)); // Q29
     const int32_t  most    = part_of_q31(V[0], BANK_Q31_Q32(FEEDFORWARD_SPARED_MAX));
-    const int32_t  spared  = bank_q31_times((int32_t)k, learning_q31_noise(params, state), 16, (uint32_t)most);
+    const int32_t  spared  = bank_q31_times((int32_t)k, learning_q31_noise(params, state), 27, (uint32_t)most);
     W[0]                   = tribo_q31_subtract(V[0] - spared, last, &ignored); // V_0 up to 3, S_1 down to -2
     learned->travel += x->sample;
     learned->doubt = tribo_q31_high(learned->doubt, learning_q31_left(x->sample, params->doubt_per_unit, 8));
