@@ -75,7 +75,7 @@ loop_learned_t loop_learned(const loop_params_t *params,
 /// After a reset of the loop, which it will watch: nothing seen. A cause stays latched, and what was faded stays so.
 void loop_guard_begin(loop_state_t *state, loop_guard_state_t *guard);
 
-/// The share of friction that guard and feed-forward have left in u, 0 to 1.
+/// The share of friction that the guard has left in u, 0 to 1.
 float loop_share(const loop_guard_state_t *guard);
 #endif
 

@@ -78,6 +78,8 @@ static inline double from(double number, int q)
 #define FORCE(value)    to((value) / TRIBO_EITHER(1.0, FULL_SCALE_N), 29)
 #define OF_FORCE(value) (from((double)(value), 29) * TRIBO_EITHER(1.0, FULL_SCALE_N))
 #define PART(value, q)  TRIBO_EITHER((float)(value), (uint32_t)fmin(4294967295.0, round(ldexp(value, q))))
+#define NOISE(value)    TRIBO_EITHER((float)(value), (uint32_t)round(ldexp((value) / FULL_SCALE_N, 37)))
+#define OF_NOISE(value) (from((double)(value), 37) * TRIBO_EITHER(1.0, FULL_SCALE_N))
 
 /// With a full scale `scale` times as large.
 static inline tribo_status_t feedforward_init_scaled(feedforward_t                        *x,

@@ -92,6 +92,11 @@ static double variance(const blind_t *b)
     return (double)b->memory.state.learned.covariance[0] * TRIBO_EITHER(1.0, 1.0 / 1073741824.0);
 }
 
+static double travelled(const blind_t *b)
+{
+    return (double)b->memory.state.learned.TRIBO_N(travel) * TRIBO_EITHER(1.0, FULL_SCALE_N / 536870912.0);
+}
+
 // --- the model -------------------------------------------------------------------------------------------------------
 
 typedef struct
@@ -226,10 +231,7 @@ static void test_each_step_is_that_of_the_model(void)
     TEST_ASSERT_DOUBLE_WITHIN(5e-6, 0.0, most);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, m.c, constant(&x));
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, m.M, variance(&x));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-4 * m.travel,
-                              m.travel,
-                              (double)x.memory.state.learned.TRIBO_N(travel) *
-                                  TRIBO_EITHER(1.0, FULL_SCALE_N / 536870912.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4 * m.travel, m.travel, travelled(&x));
 }
 
 // --- promises --------------------------------------------------------------------------------------------------------
@@ -310,8 +312,7 @@ static void test_a_travel_beyond_forgetting_returns_all_of_the_variance(void)
     without_slope();
     axis_t a = axis_of(0.05);
     slide(&a, &x, 4);
-    TEST_ASSERT_TRUE((double)x.memory.state.learned.TRIBO_N(travel) * TRIBO_EITHER(1.0, FULL_SCALE_N / 536870912.0) >
-                     400.0);
+    TEST_ASSERT_TRUE(travelled(&x) > 400.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, variance(&x));
 }
 

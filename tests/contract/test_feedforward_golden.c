@@ -366,6 +366,14 @@ static void test_feedforward_holds_as_its_second_model(void)
     check_paper("feedforward_again_hold.csv", 4e-3);
 }
 
+static void differ_by_direction(tribo_friction_f32_config_t *friction)
+{
+    friction->positive.offset_n = 0.01f;
+    friction->positive.slope    = 0.25f;
+    friction->negative.offset_n = 0.005f;
+    friction->negative.slope    = 0.35f;
+}
+
 static void test_feedforward_feeds_back_as_its_second_model(void)
 {
     const tribo_force_loop_f32_config_t  config = paper_at(4e-3, 2.0, 0.007f, 0.3f);
@@ -373,13 +381,10 @@ static void test_feedforward_feeds_back_as_its_second_model(void)
     tribo_force_loop_f32_config_t        other  = config;
     tribo_feedforward_f32_config_t       others = own;
 
-    other.compensator.friction.positive.offset_n = 0.01f;
-    other.compensator.friction.positive.slope    = 0.25f;
-    other.compensator.friction.negative.offset_n = 0.005f;
-    other.compensator.friction.negative.slope    = 0.35f;
-    others.reversal_n                            = 1e-3f;
-    others.presliding_n                          = 0.02f;
-    others.trust                                 = 0.7f;
+    differ_by_direction(&other.compensator.friction);
+    others.reversal_n   = 1e-3f;
+    others.presliding_n = 0.02f;
+    others.trust        = 0.7f;
     make(1, &other, &others, 4.0);
     check("feedforward_again_back.csv", &config, &own, 4.0, 3e-5);
 }
@@ -398,23 +403,20 @@ static void test_feedforward_believes_as_its_second_model(void)
 
 static void test_feedforward_changes_params_as_its_second_model(void)
 {
-    tribo_force_loop_f32_config_t        config  = tribo_force_loop_f32_paper();
-    const tribo_feedforward_f32_config_t own     = tribo_feedforward_f32_default();
-    tribo_force_loop_f32_config_t        other   = config;
-    const tribo_feedforward_f32_config_t others  = {.actuator_pole_rad_per_s = 150.0f,
-                                                    .sensor_pole_rad_per_s   = 80.0f,
-                                                    .reversal_n              = 1e-3f,
-                                                    .presliding_n            = 0.03f,
-                                                    .jump_time_s             = 0.03f,
-                                                    .jump_lead               = 0.3f,
-                                                    .trust                   = 0.8f,
-                                                    .forgetting_per_n        = 0.5f,
-                                                    .still_time_s            = 0.1f};
-    other.compensator.friction.positive.offset_n = 0.01f;
-    other.compensator.friction.positive.slope    = 0.25f;
-    other.compensator.friction.negative.offset_n = 0.005f;
-    other.compensator.friction.negative.slope    = 0.35f;
-    other.compensator.friction.gravity_n         = 0.004f;
+    tribo_force_loop_f32_config_t        config = tribo_force_loop_f32_paper();
+    const tribo_feedforward_f32_config_t own    = tribo_feedforward_f32_default();
+    tribo_force_loop_f32_config_t        other  = config;
+    const tribo_feedforward_f32_config_t others = {.actuator_pole_rad_per_s = 150.0f,
+                                                   .sensor_pole_rad_per_s   = 80.0f,
+                                                   .reversal_n              = 1e-3f,
+                                                   .presliding_n            = 0.03f,
+                                                   .jump_time_s             = 0.03f,
+                                                   .jump_lead               = 0.3f,
+                                                   .trust                   = 0.8f,
+                                                   .forgetting_per_n        = 0.5f,
+                                                   .still_time_s            = 0.1f};
+    differ_by_direction(&other.compensator.friction);
+    other.compensator.friction.gravity_n = 0.004f;
     make(1, &other, &others, 4.0);
     check("feedforward_again_retune.csv", &config, &own, 4.0, 3e-5);
 }

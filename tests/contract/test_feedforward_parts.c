@@ -26,9 +26,6 @@
 #define TAU    (1.0 / 200.0 + 0.0288 / 3.84)
 #define WIDEST TRIBO_EITHER(1e9, FULL_SCALE_N / 64.0) // a mean second difference in fixed point
 
-#define NOISE(value)    TRIBO_EITHER((float)(value), (uint32_t)round(ldexp((value) / FULL_SCALE_N, 37)))
-#define OF_NOISE(value) (from((double)(value), 37) * TRIBO_EITHER(1.0, FULL_SCALE_N))
-
 static random_t                       r;
 static tribo_feedforward_f32_config_t config;
 static tribo_compensator_f32_config_t model;
@@ -229,7 +226,7 @@ static void test_the_monitor_sums_the_travel_of_v_beyond_its_noise(void)
         const double v      = before + any(0.9);
         const double noise  = fabs(any(0.01));
         const double travel = 4.0 * B * (i % 8 == 0 ? 1.0 - fabs(any(0.1)) : random_between(&r, 0.0, 1.0));
-        s                   = (TRIBO(feedforward_monitor, state_t)){.begun = true};
+        s                   = (TRIBO(feedforward_monitor, state_t)){0};
         s.TRIBO_N(v)        = FORCE(before);
         s.TRIBO_N(played)   = FORCE(played);
         s.TRIBO_N(travel)   = TRIBO_EITHER((float)travel, (uint32_t)FORCE(travel));

@@ -38,7 +38,7 @@ typedef struct
     double X[1 + STOPS]; // over their widths
     double yf, z, jump, delta;
     double k[4], kappa[STOPS], epsilon, l, rho, q[4 + STOPS], gain;
-    double presliding; // max(0, 1 - (A_0/A)^2)
+    double presliding; // max(0, 1 - (A_n/A)^2)
     double noise;      // n_y
     double lambda, rs, phi[STOPS], sigma, b, f, level;
 } page_t;
@@ -134,7 +134,7 @@ static void give(void)
     learn->gain                    = PART(p.gain, 31);
     learn->presliding              = PART(p.presliding, 32);
     state->hold.extra_margin       = PART(p.lambda, 32);
-    state->observer.TRIBO_N(noise) = TRIBO_EITHER((float)p.noise, (uint32_t)round(ldexp(p.noise / FULL_SCALE_N, 37)));
+    state->observer.TRIBO_N(noise) = NOISE(p.noise);
     state->TRIBO_N(reached)        = FORCE(p.rs);
     state->sigma                   = to(p.sigma, 29);
     state->TRIBO_N(offset)         = FORCE(p.b);
@@ -424,6 +424,13 @@ static void test_weights_move_by_gain_and_error_within_their_bounds(void)
     TEST_ASSERT_TRUE(ends[0] > TRIALS / 50 && ends[1] > TRIALS / 50);
 }
 
+/// The part of the stops' weights that is used, by the sum of their squares.
+static double presliding_of(double A)
+{
+    const double least = 0.15 + 2.0 * p.noise / D_T;
+    return A > 0.0 ? fmax(0.0, 1.0 - pow(least / A, 2.0)) : 0.0;
+}
+
 static void test_the_load_moves_within_its_bounds_and_b_takes_it(void)
 {
     int ends[3] = {0, 0, 0};
@@ -446,8 +453,7 @@ static void test_the_load_moves_within_its_bounds_and_b_takes_it(void)
         check(p.c[1], from((double)KNOWN.slope, 29), "c_1");
         check(p.c[2], from((double)KNOWN.scale, 29), "c_2");
         check(p.b + load_of(p.rs) - before, OF_FORCE(x.memory.state.TRIBO_N(offset)), "b");
-        const double least = 0.15 + 2.0 * p.noise / D_T;
-        const double part  = A > 0.0 ? fmax(0.0, 1.0 - pow(least / A, 2.0)) : 0.0;
+        const double part = presliding_of(A);
         check(part, from((double)LEARN.presliding, 32), "presliding");
         used += part < 0.99;
     }
@@ -467,9 +473,7 @@ static void test_presliding_is_used_from_a_sum_of_squares_on(void)
             p.V[j] = (j % 2 == 0 ? -1.0 : 1.0) * sqrt(A / STOPS);
         }
         work(5);
-        const double least = 0.15 + 2.0 * p.noise / D_T;
-        const double part  = A > 0.0 ? fmax(0.0, 1.0 - pow(least / A, 2.0)) : 0.0;
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5, part, from((double)LEARN.presliding, 32));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, presliding_of(A), from((double)LEARN.presliding, 32));
     }
 }
 

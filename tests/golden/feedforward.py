@@ -219,7 +219,7 @@ class Feedforward:
         elif self.q_still < still:
             self.q_still += 1
         self.fed_back = self.harm and self.n_f > 0
-        stands = s != 0 and (self.fed_back or (rig.still_time > 0 and self.q_still >= still))
+        stands = self.fed_back or (rig.still_time > 0 and self.q_still >= still)
         if flips and not stands:
             self.turn()
         # 5

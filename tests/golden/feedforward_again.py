@@ -216,7 +216,7 @@ class Model:
         elif self.q < p.still:
             self.q += 1
         self.back = self.harm and self.n_f > 0
-        stands = (self.back or (p.T_q > 0 and self.q >= p.still)) and self.s != 0
+        stands = self.back or (p.T_q > 0 and self.q >= p.still)
         if self.flips and not stands:
             self.turn()
         # 5

@@ -107,7 +107,7 @@ typedef struct
     float                         doubt_per_n, margin_per_n;            ///< 1/D_t, 1/D_m
     float                         forgetting_per_n;                     ///< Q
     float                         constant_sd_n, constant_max_n;        ///< s_0, B
-    uint32_t                      still_ticks, quick_ticks;             ///< 0 still_ticks: no hold
+    uint32_t                      still_ticks, quick_ticks;             ///< 0 still_ticks: r never stands
     float                         deadband_part;                        ///< h/(T_d + h)
     float                         effort_part, effort_half_n;           ///< of v for the monitor; mu B/2
 } tribo_feedforward_f32_params_t;
