@@ -19,6 +19,8 @@ typedef struct
     tribo_force_loop_f32_config_t  loop;
     uint32_t                       feeds_forward; ///< 1: instead of the paper's method
     tribo_feedforward_f32_config_t feedforward;
+    uint32_t                       is_sensorless; ///< 1: and does so without a force sensor
+    tribo_sensorless_f32_config_t  sensorless;
     uint32_t                       guarded; ///< 1: with the guard against over-compensation
     tribo_guard_f32_config_t       guard;
     tribo_biquad_f32_section_t     sections[TRIBO_BIQUAD_SECTIONS_MAX];
@@ -34,6 +36,7 @@ typedef struct
     FIELD(stuck_ticks)                                                                                                 \
     FIELD(full_scale_n)                                                                                                \
     FIELD(feeds_forward)                                                                                               \
+    FIELD(is_sensorless)                                                                                               \
     FIELD(guarded)
 
 #define TRIBO_SETUP_PARAMETERS(ROW)                                                                                    \
@@ -47,6 +50,7 @@ typedef struct
     TRIBO_TABLE_PARAMETERS(ROW)                                                                                        \
     TRIBO_ARM_PARAMETERS(ROW)                                                                                          \
     TRIBO_FEEDFORWARD_PARAMETERS(ROW)                                                                                  \
+    TRIBO_SENSORLESS_PARAMETERS(ROW)                                                                                   \
     TRIBO_GUARD_PARAMETERS(ROW)
 
 // Where the config of a group is in tribo_setup_t.
@@ -60,6 +64,7 @@ typedef struct
 #define TRIBO_SETUP_TABLE       loop.compensator.friction
 #define TRIBO_SETUP_ARM         loop.compensator.arm
 #define TRIBO_SETUP_FEEDFORWARD feedforward
+#define TRIBO_SETUP_SENSORLESS  sensorless
 #define TRIBO_SETUP_GUARD       guard
 
 #define TRIBO_SETUP_FIELD_WORDS                                                                                        \

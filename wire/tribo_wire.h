@@ -20,7 +20,7 @@
 #include "tribo_setup.h"
 #include "tribo_signal_words.h"
 
-#define TRIBO_WIRE_VERSION 6u
+#define TRIBO_WIRE_VERSION 7u
 
 #define TRIBO_WIRE_HEADER_WORDS 2u
 #define TRIBO_WIRE_WORDS_MAX    TRIBO_SETUP_WORDS ///< of a message, without its header: SETUP is the longest

@@ -136,15 +136,6 @@ bool common_check_compensator(const common_scenario_t *scenario, common_error_t 
     return common_check_friction(scenario, &common_scenario_loop(scenario)->compensator.friction, "compensator", error);
 }
 
-bool common_check_has_sensor(const common_scenario_t *scenario, common_error_t *error)
-{
-    return common_scenario_loop(scenario)->compensator.sensor != COMMON_SENSOR_NONE ||
-           common_check_complain(scenario,
-                                 "compensator.sensor",
-                                 "none is not in the drive's firmware, which needs one; it runs here and in params",
-                                 error);
-}
-
 bool common_check_has_loop(const common_scenario_t *scenario, common_error_t *error)
 {
     const common_loop_keys_t *config = common_scenario_loop(scenario);

@@ -24,9 +24,6 @@ bool common_check_compensator(const common_scenario_t *scenario, common_error_t 
 /// The same, the controller's keys, and the library's own checks of the whole loop.
 bool common_check_loop(const common_scenario_t *scenario, common_error_t *error);
 
-/// That its loop has a sensor, as the drive's firmware needs one.
-bool common_check_has_sensor(const common_scenario_t *scenario, common_error_t *error);
-
 /// That the scenario closes the loop.
 bool common_check_has_loop(const common_scenario_t *scenario, common_error_t *error);
 

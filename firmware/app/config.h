@@ -64,7 +64,9 @@
     FIELD(float, motor_inductance_h, "H", 1e-6f, 10.0f, 0, 1e-3f, PROTECTS, "... likewise") \
     FIELD(float, current_bandwidth_hz, "Hz", 10.0f, 2100.0f, 0, 1250.0f, PROTECTS, "of its current loop") \
     FIELD(float, bridge_trip_a, "A", 1e-3f, 1e3f, 0, 3.0f, PROTECTS, "its current beyond this turns it off within two periods") \
-    FIELD(uint32_t, dead_time_ns, "ns", 50, 6000, 0, 500, PROTECTS, "from one switch of a leg off to the other on")
+    FIELD(uint32_t, dead_time_ns, "ns", 50, 6000, 0, 500, PROTECTS, "from one switch of a leg off to the other on") \
+    FIELD(uint32_t, motion_units, "", 0, 1000000, 0, 0, PROTECTS, "travel of the position that is surely a reversal: without a force sensor friction opposes it, and is learned; 0: r decides") \
+    FIELD(uint32_t, motion_reversed, "", 0, 1, 0, 0, WIRED, "the position falls as u rises")
 // clang-format on
 
 typedef struct

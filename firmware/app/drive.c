@@ -21,13 +21,32 @@ static bool is_measured(const drive_config_t *config, const port_t *port, drive_
                   {DRIVE_CONFIG_bus_low_v, PORT_MEASURES_BUS},
                   {DRIVE_CONFIG_bus_high_v, PORT_MEASURES_BUS},
                   {DRIVE_CONFIG_temperature_max_c, PORT_MEASURES_TEMPERATURE},
-                  {DRIVE_CONFIG_speed_max_units_per_s, PORT_MEASURES_POSITION}};
+                  {DRIVE_CONFIG_speed_max_units_per_s, PORT_MEASURES_POSITION},
+                  {DRIVE_CONFIG_motion_units, PORT_MEASURES_POSITION}};
     for (size_t i = 0; i < sizeof levels / sizeof levels[0]; i++)
     {
         const float level = drive_config_value(config, levels[i].field);
         if (level > 0.0f && (port->measures & levels[i].needs) == 0u)
         {
             return refuse(error, levels[i].field, level, 0.0f, 0.0f);
+        }
+    }
+    return true;
+}
+
+/// Nor one of a sensor that there is not.
+static bool is_sensed(const drive_setup_t *setup, drive_config_error_t *error)
+{
+    static const uint8_t levels[] = {DRIVE_CONFIG_residual_n,
+                                     DRIVE_CONFIG_tracking_n,
+                                     DRIVE_CONFIG_stuck_ticks,
+                                     DRIVE_CONFIG_tare_max_n};
+    for (size_t i = 0; !setup->has_sensor && i < sizeof levels; i++)
+    {
+        const float level = drive_config_value(&setup->config, levels[i]);
+        if (level > 0.0f)
+        {
+            return refuse(error, levels[i], level, 0.0f, 0.0f);
         }
     }
     return true;
@@ -41,14 +60,24 @@ static bool is_safe_credible(const drive_setup_t *setup, drive_config_error_t *e
            refuse(error, DRIVE_CONFIG_safe_reference_n, setup->config.safe_reference_n, -most, most);
 }
 
+static void take_motion_scale(drive_setup_t *setup)
+{
+    const drive_config_t *const config = &setup->config;
+    const bool                  is_on  = !setup->has_sensor && config->motion_units > 0u;
+    const loop_widths_t         widths = is_on ? loop_widths_per_unit(config->motion_units) : 0;
+    setup->widths_per_unit             = config->motion_reversed != 0u ? -widths : widths;
+}
+
 bool drive_setup_init(drive_setup_t        *setup,
                       const drive_config_t *config,
                       const loop_params_t  *params,
                       const port_t         *port,
                       drive_config_error_t *error)
 {
-    setup->config = *config;
-    setup->params = params;
+    setup->config     = *config;
+    setup->params     = params;
+    setup->has_sensor = loop_has_sensor(params);
+    take_motion_scale(setup);
     if (!scaling_init(&setup->scaling, config, port, error) ||
         !scaling_suits(&setup->scaling, config, port, params, error))
     {
@@ -56,7 +85,7 @@ bool drive_setup_init(drive_setup_t        *setup,
     }
     faults_init(&setup->bounds, config);
     expected_init(&setup->expected, config, params);
-    return is_measured(config, port, error) && is_safe_credible(setup, error);
+    return is_measured(config, port, error) && is_sensed(setup, error) && is_safe_credible(setup, error);
 }
 
 /// Enable first: it is off even if the output's driver blocks.
@@ -171,9 +200,14 @@ static drive_fault_t read_sensor(drive_t *drive, const drive_setup_t *setup, loo
     return tribo_force_is_nan(y) ? DRIVE_FAULT_NAN : DRIVE_FAULT_SENSOR_RANGE;
 }
 
-/// A bad reading that is no fault yet leaves everything as it was.
+/// A bad reading that is no fault yet leaves everything as it was. Without a sensor y is 0.
 static drive_fault_t check_sensor(drive_t *drive, const drive_setup_t *setup, loop_force_t *reading)
 {
+    if (!setup->has_sensor)
+    {
+        drive->y = 0;
+        return DRIVE_FAULT_NONE;
+    }
     const loop_force_t  y_before = drive->y;
     const drive_fault_t bad      = read_sensor(drive, setup, reading);
     if (faults_readings(&setup->bounds, &drive->bad_readings, bad != DRIVE_FAULT_NONE))
@@ -198,11 +232,13 @@ static drive_fault_t check_measured(drive_t *drive, const drive_setup_t *setup, 
     const faults_bounds_t *bounds   = &setup->bounds;
     const port_t          *port     = drive->port;
     port_measured_t        measured = {0};
-    if (!bounds->is_measured)
+    if (!bounds->is_measured && setup->widths_per_unit == 0)
     {
         return DRIVE_FAULT_NONE;
     }
     port->measure(port->context, &measured);
+    drive->moved           = (int32_t)((uint32_t)measured.position - (uint32_t)drive->position); // it may wrap
+    drive->position        = measured.position;
     const bool current     = faults_over_current(bounds, &drive->lasting, measured.current_ma);
     const bool bus         = faults_bus_voltage(bounds, &drive->lasting, measured.bus_mv);
     const bool temperature = faults_temperature(bounds, &drive->lasting, measured.temperature_mc);
@@ -315,9 +351,22 @@ static drive_fault_t check_rig(drive_t *drive, const faults_bounds_t *bounds, bo
                       : DRIVE_FAULT_NONE;
 }
 
+/// The intended motion of this tick: a part of what is left, as a host writes more rarely than the drive ticks.
+static int32_t take_intended(drive_t *drive)
+{
+    const int32_t left = (int32_t)((uint32_t)drive->position_reference - (uint32_t)drive->intended);
+    const int32_t part = left / 16 + (left > 0) - (left < 0);
+    drive->intended    = (int32_t)((uint32_t)drive->intended + (uint32_t)part);
+    return part;
+}
+
 static void run_loop(drive_t *drive, const drive_setup_t *setup, uint32_t start_us)
 {
     const loop_force_t r = drive->r;
+    if (setup->widths_per_unit != 0 && drive->memory != NULL)
+    {
+        loop_motion(drive->memory, take_intended(drive), drive->moved, setup->widths_per_unit);
+    }
     const loop_force_t u = TRIBO(force_loop, step)(setup->params, &drive->loop, r, drive->y, &drive->signals);
 
     const bool          limited = drive->signals.controller.limited;
@@ -397,7 +446,8 @@ static drive_state_t change_state(drive_t *drive, const drive_setup_t *setup, dr
 #if DRIVE_FEEDFORWARD
         loop_guard_begin(&drive->loop, &drive->guard);
 #endif
-        drive->lasting = (faults_state_t){0};
+        drive->lasting  = (faults_state_t){0};
+        drive->intended = drive->position_reference;
         expected_reset(&drive->expected);
         drive->port->enable(drive->port->context, true);
         drive->state = setup->bounds.ready_ticks > 0u ? DRIVE_STARTING : DRIVE_RUN;
@@ -551,6 +601,11 @@ void drive_set_reference(drive_t *drive, loop_force_t r)
 {
     drive->reference = r;
     drive->hosted    = false;
+}
+
+void drive_position_reference(drive_t *drive, int32_t position)
+{
+    drive->position_reference = position;
 }
 
 void drive_condemn(drive_t *drive)

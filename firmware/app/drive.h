@@ -109,6 +109,8 @@ typedef struct
     scaling_t            scaling;
     faults_bounds_t      bounds;
     expected_t           expected;
+    bool                 has_sensor;      ///< of force; without one y is 0
+    loop_widths_t        widths_per_unit; ///< of the position, without one; 0: it is not used
 } drive_setup_t;
 
 /// Of the last tare that was requested.
@@ -145,6 +147,7 @@ typedef struct
     volatile uint8_t      starts, stops, acknowledgements, tares, asked, references;
     uint8_t               starts_seen, stops_seen, acknowledgements_seen, tares_seen, asked_seen, references_seen;
     volatile loop_force_t reference;
+    volatile int32_t      position_reference;
     volatile bool         hosted;       ///< the reference is a host's, which must renew it
     volatile bool         changed;      ///< the params are not those that were checked
     const drive_setup_t *volatile next; ///< a setup to go on with
@@ -159,6 +162,8 @@ typedef struct
     uint32_t       same_reading; ///< readings equal to the one before
     uint32_t       bad_readings; ///< of the last 32 ticks, the last one in bit 0
     faults_state_t lasting;
+    int32_t        position, moved; ///< of the arm, and in this tick; where it is measured
+    int32_t        intended;        ///< position, as far as this tick has taken it
 
     volatile drive_tare_t tare;
     uint32_t              tare_ticks; ///< left
@@ -202,6 +207,10 @@ void drive_reference(drive_t *drive, loop_force_t r);
 
 /// Likewise of a person or of the drive itself: it stays without being renewed.
 void drive_set_reference(drive_t *drive, loop_force_t r);
+
+/// Where the host's position loop wants the arm, in units of its position: the motion that friction opposes in a drive without a force
+/// sensor. Never told: the measured motion.
+void drive_position_reference(drive_t *drive, int32_t position);
 
 /// The params that the drive runs with are not those that were checked: DRIVE_FAULT_CONFIG_CHANGED in the next tick.
 void drive_condemn(drive_t *drive);

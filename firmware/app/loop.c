@@ -29,6 +29,21 @@ tribo_status_t loop_setup_feedforward(loop_setup_t                         *setu
                                   full_scale_n);
 }
 
+tribo_status_t loop_setup_sensorless(loop_setup_t                         *setup,
+                                     const tribo_force_loop_f32_config_t  *config,
+                                     const tribo_feedforward_f32_config_t *feedforward,
+                                     const tribo_sensorless_f32_config_t  *sensorless,
+                                     float                                 full_scale_n)
+{
+    return tribo_init_sensorless(&setup->params,
+                                 table_of(setup),
+                                 &setup->feedforward,
+                                 config,
+                                 feedforward,
+                                 sensorless,
+                                 full_scale_n);
+}
+
 tribo_status_t loop_setup_guard(loop_setup_t                   *setup,
                                 const tribo_guard_f32_config_t *config,
                                 bool                            on,
@@ -46,9 +61,37 @@ void loop_attach(loop_state_t *state, loop_memory_t *memory)
     TRIBO(force_loop_feedforward, attach)(state, memory);
 }
 
+bool loop_has_sensor(const loop_params_t *params)
+{
+    return params->method == NULL || TRIBO(feedforward, of)(params) != NULL;
+}
+
+loop_widths_t loop_widths_per_unit(uint32_t units)
+{
+    return TRIBO_EITHER(1.0f / (float)units, (int32_t)(536870912u / units));
+}
+
+#if TRIBO_IS_Q31
+static loop_widths_t widths_of(int32_t moved, loop_widths_t per_unit)
+{
+    const int64_t widths = (int64_t)moved * per_unit;
+    return widths > INT32_MAX ? INT32_MAX : widths < -INT32_MAX ? -INT32_MAX : (int32_t)widths;
+}
+#else
+static loop_widths_t widths_of(int32_t moved, loop_widths_t per_unit)
+{
+    return (float)moved * per_unit;
+}
+#endif
+
+void loop_motion(loop_memory_t *memory, int32_t intended, int32_t measured, loop_widths_t per_unit)
+{
+    TRIBO(sensorless, motion)(memory, widths_of(intended, per_unit), widths_of(measured, per_unit));
+}
+
 void loop_forget(const loop_params_t *params, loop_memory_t *memory)
 {
-    if (TRIBO(feedforward, of)(params) != NULL)
+    if (params->method != NULL)
     {
         TRIBO(feedforward, reset)(&memory->state);
     }
@@ -73,7 +116,7 @@ loop_learned_t loop_learned(const loop_params_t *params,
                             loop_force_t         at,
                             float                full_scale_n)
 {
-    if (TRIBO(feedforward, of)(params) == NULL)
+    if (params->method == NULL)
     {
         return (loop_learned_t){0};
     }
@@ -108,10 +151,30 @@ void loop_attach(loop_state_t *state, loop_memory_t *memory)
     (void)memory;
 }
 
+void loop_motion(loop_memory_t *memory, int32_t intended, int32_t measured, loop_widths_t per_unit)
+{
+    (void)memory;
+    (void)intended;
+    (void)measured;
+    (void)per_unit;
+}
+
 void loop_forget(const loop_params_t *params, loop_memory_t *memory)
 {
     (void)params;
     (void)memory;
 }
 // NOLINTEND(readability-non-const-parameter)
+
+bool loop_has_sensor(const loop_params_t *params)
+{
+    (void)params;
+    return true;
+}
+
+loop_widths_t loop_widths_per_unit(uint32_t units)
+{
+    (void)units;
+    return 0;
+}
 #endif

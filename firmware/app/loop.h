@@ -39,6 +39,18 @@ tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config
 /// After a reset: `memory` for a feed-forward, which keeps what it has learned; null: none.
 void loop_attach(loop_state_t *state, loop_memory_t *memory);
 
+/// Whether the loop uses y.
+bool loop_has_sensor(const loop_params_t *params);
+
+/// Widths of a reversal: float, or Q29.
+typedef tribo_force_t loop_widths_t;
+
+/// For a position that is surely reversed by `units`, from 1 on. Not for the tick.
+loop_widths_t loop_widths_per_unit(uint32_t units);
+
+/// Before a tick of a loop without a sensor: the arm shall have moved by `intended` units in it, and has by `measured`.
+void loop_motion(loop_memory_t *memory, int32_t intended, int32_t measured, loop_widths_t per_unit);
+
 /// Nothing learned yet, for params with a feed-forward; nothing happens for others.
 void loop_forget(const loop_params_t *params, loop_memory_t *memory);
 
@@ -48,6 +60,13 @@ tribo_status_t loop_setup_feedforward(loop_setup_t                         *setu
                                       const tribo_force_loop_f32_config_t  *config,
                                       const tribo_feedforward_f32_config_t *feedforward,
                                       float                                 full_scale_n);
+
+/// Likewise without a force sensor: of r, or the effort of another loop, and the believed breakaway.
+tribo_status_t loop_setup_sensorless(loop_setup_t                         *setup,
+                                     const tribo_force_loop_f32_config_t  *config,
+                                     const tribo_feedforward_f32_config_t *feedforward,
+                                     const tribo_sensorless_f32_config_t  *sensorless,
+                                     float                                 full_scale_n);
 
 /// Puts a guard beside the loop of `setup`, of this sample time and full scale. One that is not `on` judges nothing and lets back
 /// what an earlier one has faded. The loop is of no use unless TRIBO_OK.

@@ -15,6 +15,7 @@ typedef struct
     tribo_force_loop_f32_config_t loop;
 #if DRIVE_FEEDFORWARD
     tribo_feedforward_f32_config_t feedforward;
+    tribo_sensorless_f32_config_t  sensorless;
     tribo_guard_f32_config_t       guard;
 #endif
 } configs_t;
@@ -38,6 +39,7 @@ static const group_t groups[] = {
     GROUP(tribo_arm_parameters, loop.compensator.arm),
 #if DRIVE_FEEDFORWARD
     GROUP(tribo_feedforward_parameters, feedforward),
+    GROUP(tribo_sensorless_parameters, sensorless),
     GROUP(tribo_guard_parameters, guard),
 #endif
 };
@@ -197,6 +199,16 @@ static bool refuse_change(params_error_t *error, const params_set_t *set, const 
     return refuse(error, word, value_of(set, word), right, right, TRIBO_OK);
 }
 
+bool params_check_method(const params_set_t *set, const params_set_t *of_board, params_error_t *error)
+{
+    const bool     is_blind = of_board->method == PARAMS_METHOD_SENSORLESS;
+    const uint32_t most     = PARAMS_METHOD_MAX < PARAMS_METHOD_OFF ? PARAMS_METHOD_MAX : PARAMS_METHOD_OFF;
+    const uint32_t low      = is_blind ? PARAMS_METHOD_SENSORLESS : PARAMS_METHOD_PAPER;
+    const uint32_t high     = is_blind ? PARAMS_METHOD_SENSORLESS : most;
+    return (set->method >= low && set->method <= high) ||
+           refuse(error, PARAMS_METHOD_AT, (float)set->method, (float)low, (float)high, TRIBO_OK);
+}
+
 bool params_check_wiring(const params_set_t *set, const params_set_t *of_board, params_error_t *error)
 {
     for (uint32_t word = 0; word < (uint32_t)DRIVE_CONFIG_COUNT; word++)
@@ -325,7 +337,8 @@ static void take(params_set_t *set, const configs_t *configs, size_t first, size
 /// More sections or points than fit are left out, and the count is refused.
 void params_take_loop(params_set_t                         *set,
                       const tribo_force_loop_f32_config_t  *config,
-                      const tribo_feedforward_f32_config_t *feedforward)
+                      const tribo_feedforward_f32_config_t *feedforward,
+                      const tribo_sensorless_f32_config_t  *sensorless)
 {
     const tribo_friction_f32_config_t *friction = &config->compensator.friction;
     configs_t                          configs  = {.loop = *config};
@@ -335,12 +348,20 @@ void params_take_loop(params_set_t                         *set,
     if (feedforward != NULL)
     {
         configs.feedforward = *feedforward;
-        take(set, &configs, offsetof(configs_t, feedforward), offsetof(configs_t, guard));
+        take(set, &configs, offsetof(configs_t, feedforward), offsetof(configs_t, sensorless));
         for (size_t i = 0; i < sizeof poles / sizeof poles[0]; i++)
         {
             copy_pole(set, poles[i].feed, poles[i].residual);
         }
     }
+    if (feedforward != NULL && sensorless != NULL)
+    {
+        configs.sensorless = *sensorless;
+        take(set, &configs, offsetof(configs_t, sensorless), offsetof(configs_t, guard));
+        set->method = PARAMS_METHOD_SENSORLESS;
+    }
+#else
+    (void)sensorless;
 #endif
     for (uint32_t i = 0; i < config->controller.section_count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {
@@ -368,8 +389,8 @@ static tribo_status_t set_up_guard(params_t *params, const configs_t *configs)
     const params_set_t      *set    = &params->set;
     const float              h      = configs->loop.sample_time_s;
     tribo_guard_f32_config_t config = configs->guard;
-    if (set->guard_on ==
-        0u) // only fade_time_s counts, within which an earlier guard's fade ends: nothing of it is refused
+    const bool               is_on  = set->guard_on != 0u && set->method != PARAMS_METHOD_SENSORLESS; // it judges y
+    if (!is_on) // only fade_time_s counts, within which an earlier guard's fade ends: nothing of it is refused
     {
         config.turn_n       = TRIBO_EITHER(1.0f, 0.5f * set->drive.full_scale_n);
         config.stray_n      = config.turn_n;
@@ -379,7 +400,7 @@ static tribo_status_t set_up_guard(params_t *params, const configs_t *configs)
             config.fade_time_s = 1e6f * h;
         }
     }
-    return loop_setup_guard(&params->loop, &config, set->guard_on != 0u, h, set->drive.full_scale_n);
+    return loop_setup_guard(&params->loop, &config, is_on, h, set->drive.full_scale_n);
 }
 #endif
 
@@ -390,6 +411,14 @@ static tribo_status_t set_up_loop(params_t *params, const configs_t *configs)
     if (set->method == PARAMS_METHOD_FEEDFORWARD)
     {
         return loop_setup_feedforward(&params->loop, &configs->loop, &configs->feedforward, set->drive.full_scale_n);
+    }
+    if (set->method == PARAMS_METHOD_SENSORLESS)
+    {
+        return loop_setup_sensorless(&params->loop,
+                                     &configs->loop,
+                                     &configs->feedforward,
+                                     &configs->sensorless,
+                                     set->drive.full_scale_n);
     }
     if (set->method == PARAMS_METHOD_OFF)
     {

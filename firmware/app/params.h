@@ -30,10 +30,11 @@
     TRIBO_CASCADE_PARAMETERS(ROW) \
     TRIBO_TABLE_PARAMETERS(ROW)
 
-/// Of a loop whose compensator.method is 1, and its guard's. None in a drive without it.
+/// Of a loop whose compensator.method is 1 or 3, and its guard's. None in a drive without it.
 #if DRIVE_FEEDFORWARD
 #define PARAMS_FEED_ROWS(ROW) \
-    TRIBO_FEEDFORWARD_PARAMETERS(ROW)
+    TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
+    TRIBO_SENSORLESS_PARAMETERS(ROW)
 #define PARAMS_GUARD_ROWS(ROW) TRIBO_GUARD_PARAMETERS(ROW)
 #else
 #define PARAMS_FEED_ROWS(ROW)
@@ -54,8 +55,11 @@ enum
 #define PARAMS_METHOD_PAPER       0u ///< fed back with compensator.gain; 0 turns it off
 #define PARAMS_METHOD_FEEDFORWARD 1u
 #define PARAMS_METHOD_OFF         2u // without the feed-forward: a gain of 0
-#define PARAMS_METHOD_MAX         (DRIVE_FEEDFORWARD ? PARAMS_METHOD_OFF : PARAMS_METHOD_PAPER)
-#define PARAMS_METHOD_TEXT        "0: fed back with compensator.gain, as the paper does; 1: fed forward; 2: off"
+#define PARAMS_METHOD_SENSORLESS  3u
+#define PARAMS_METHOD_MAX         (DRIVE_FEEDFORWARD ? PARAMS_METHOD_SENSORLESS : PARAMS_METHOD_PAPER)
+#define PARAMS_METHOD_TEXT                                                                                             \
+    "0: fed back with compensator.gain, as the paper does; 1: fed forward; 2: off; 3: fed forward without a force "    \
+    "sensor, in a board that has none and there alone"
 
 /// Words in this order.
 typedef struct
@@ -137,10 +141,11 @@ uint32_t params_word(const params_set_t *set, uint32_t word);
 float    params_number(const params_set_t *set, uint32_t word);
 
 /// Takes over what `config` says of the loop, with its sections and its table, and `feedforward`, whose poles are the drive's, too;
-/// null: the paper's method.
+/// null: the paper's method. `sensorless`: its feed-forward has no force sensor; null: it has.
 void params_take_loop(params_set_t                         *set,
                       const tribo_force_loop_f32_config_t  *config,
-                      const tribo_feedforward_f32_config_t *feedforward);
+                      const tribo_feedforward_f32_config_t *feedforward,
+                      const tribo_sensorless_f32_config_t  *sensorless);
 
 #if DRIVE_FEEDFORWARD
 /// The guard of `config`; null: none.
@@ -156,6 +161,10 @@ bool params_check_ceilings(const params_set_t     *set,
                            const params_ceiling_t *ceilings,
                            uint32_t                count,
                            params_error_t         *error);
+
+/// Whether the method goes with the board's force sensor, or with none, as its own set has it: no client turns a sensor's checks off.
+/// False with `error` if not.
+bool params_check_method(const params_set_t *set, const params_set_t *of_board, params_error_t *error);
 
 /// Whether what is WIRED (config.h) is as in the board's own set: no bus changes it. False with `error` for the first that is not.
 bool params_check_wiring(const params_set_t *set, const params_set_t *of_board, params_error_t *error);
@@ -173,10 +182,10 @@ bool params_signs_alike(const params_set_t *set, const params_set_t *like, param
 
 /// Differs if the words of a set mean something else. Of the library's list it takes the number of rows, as their registers do not move;
 /// OWN is the CRC-32 of the other names, which are not in an image: test_registers.c computes it.
-#define PARAMS_LAYOUT_OWN 0xd2d09d88u
+#define PARAMS_LAYOUT_OWN 0xd8d210d6u
 #define PARAMS_LAYOUT_ROWS                                                                                             \
     (PARAMS_LOOP_COUNT + TRIBO_PARAMETER_COUNT(TRIBO_FEEDFORWARD_PARAMETERS) +                                         \
-     TRIBO_PARAMETER_COUNT(TRIBO_GUARD_PARAMETERS))
+     TRIBO_PARAMETER_COUNT(TRIBO_SENSORLESS_PARAMETERS) + TRIBO_PARAMETER_COUNT(TRIBO_GUARD_PARAMETERS))
 #define PARAMS_LAYOUT_OF(feeds_forward)                                                                                \
     (PARAMS_LAYOUT_OWN + 2u * (uint32_t)(PARAMS_LAYOUT_ROWS) - ((feeds_forward) ? 0u : 1u))
 #define PARAMS_LAYOUT PARAMS_LAYOUT_OF(DRIVE_FEEDFORWARD)

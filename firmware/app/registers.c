@@ -31,6 +31,7 @@ static bool make(registers_t *registers, params_t *params)
 {
     const registers_board_t *board = &registers->board;
     registers->is_refused =
+        !params_check_method(&params->set, board->defaults, &registers->refused) ||
         !params_make(params, board->port, &registers->refused) ||
         !params_check_ceilings(&params->set, board->ceilings, board->ceiling_count, &registers->refused) ||
         !params_check_wiring(&params->set, board->defaults, &registers->refused) ||
@@ -142,7 +143,7 @@ static drive_fault_t first_fault(const registers_t *registers, drive_fault_t fou
 static void begin_learning(registers_t *registers, const params_t *params)
 {
 #if DRIVE_FEEDFORWARD
-    if (params->set.method == PARAMS_METHOD_FEEDFORWARD && !registers->is_learning)
+    if (params->loop.params.method != NULL && !registers->is_learning)
     {
         loop_forget(&params->loop.params, &registers->memory);
         registers->is_learning = true;
@@ -461,7 +462,7 @@ static modbus_status_t execute(registers_t *registers, uint16_t command)
         break;
     case REGISTERS_FORGET:
         outcome = when(!is_running(registers), drive_forget, drive);
-        if (outcome == REGISTERS_DONE && registers->active->set.method != PARAMS_METHOD_FEEDFORWARD)
+        if (outcome == REGISTERS_DONE && registers->active->loop.params.method == NULL)
         {
             registers->is_learning = false; // the tick has no params to forget with: the next that have begin anew
         }
@@ -778,6 +779,10 @@ static modbus_status_t write_word(registers_t *registers, const place_t *place, 
         if (place->word == 0u)
         {
             return take_reference(registers, word, only_check) ? MODBUS_OK : MODBUS_ILLEGAL_VALUE;
+        }
+        if (place->word == offsetof(registers_requests_t, position_reference) / sizeof word && !only_check)
+        {
+            drive_position_reference(&registers->drive, (int32_t)word);
         }
         if (place->word == offsetof(registers_requests_t, unlock) / sizeof word)
         {

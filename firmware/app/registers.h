@@ -34,7 +34,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define REGISTERS_VERSION 7u ///< of the lists in this file
+#define REGISTERS_VERSION 8u ///< of the lists in this file
 
 #define REGISTERS_STATE_AT        0x0000u
 #define REGISTERS_SIGNALS_AT      0x0080u
@@ -145,7 +145,8 @@
     REGISTER(watched, "trace.watched", uint32_t, "", 0u, "the signal of a reversal or level, by its order") \
     REGISTER(level, "trace.level", float, "N", 0.0f, "of the trigger") \
     REGISTER(after, "trace.after", uint32_t, "samples", 100u, "recorded after the trigger's") \
-    REGISTER(unlock, "unlock", uint32_t, "", 0u, "0x6c6f6f73 out of run: for 60 s a set may change what protects; 0 ends it; reads as 0")
+    REGISTER(unlock, "unlock", uint32_t, "", 0u, "0x6c6f6f73 out of run: for 60 s a set may change what protects; 0 ends it; reads as 0") \
+    REGISTER(position_reference, "position_reference", uint32_t, "", 0u, "without a force sensor: where your position loop wants the arm, in units of its position, as a two's complement; 0 and untouched: the measured motion decides")
 // clang-format on
 
 /// Of the change whose number is n, n modulo REGISTERS_CHANGES: REGISTER(symbol, name, type, unit, text).

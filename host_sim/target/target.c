@@ -176,6 +176,8 @@ static void fill_setup(uint32_t                    words[TRIBO_SETUP_WORDS],
     tribo_setup_take_loop(&setup, &config->config);
     setup.feeds_forward = config->feeds_forward;
     setup.feedforward   = config->feedforward;
+    setup.is_sensorless = config->is_sensorless;
+    setup.sensorless    = config->sensorless;
     setup.guarded       = config->guarded;
     setup.guard         = config->guard;
     tribo_setup_to_words(&setup, words);

@@ -196,8 +196,6 @@ def test_without_a_sensor_u_comes_from_r_and_belief_alone(sim, arithmetic):
 def test_a_loop_without_a_sensor_that_does_not_go_with_the_rest_is_refused(sim):
     sim.fails("--set compensator.sensor=none: compensator.sensor: none goes with compensator.method feedforward alone",
               "run", *BLIND, *PAPER)
-    sim.fails("--set compensator.sensor=none: compensator.sensor: none is not in the drive's firmware, which needs one; it runs here "
-              "and in params", "run", *BLIND, "--target", "m4f")
 
 
 def test_gain_1_overcompensates(sim):

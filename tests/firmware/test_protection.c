@@ -148,7 +148,8 @@ static bool is_wiring(uint32_t word)
 {
     return word == DRIVE_CONFIG_ready_level || word == DRIVE_CONFIG_fault_level ||
            word == DRIVE_CONFIG_sensor_reversed || word == DRIVE_CONFIG_command_reversed ||
-           word == DRIVE_CONFIG_crystal_hz || word == DRIVE_CONFIG_degraded_clock;
+           word == DRIVE_CONFIG_crystal_hz || word == DRIVE_CONFIG_degraded_clock ||
+           word == DRIVE_CONFIG_motion_reversed;
 }
 
 static void stage(uint32_t address, uint32_t word)

@@ -183,11 +183,11 @@ static void test_a_pole_is_told_once(void)
     config.sensor_pole_rad_per_s   = 300.0f;
     set                            = params_default_of(&config);
     check_poles(&set, 900.0f, 300.0f);
-    params_take_loop(&set, &paper, NULL);
+    params_take_loop(&set, &paper, NULL, NULL);
     check_poles(&set, 900.0f, 300.0f);
     feedforward.actuator_pole_rad_per_s = 700.0f;
     feedforward.sensor_pole_rad_per_s   = 90.0f;
-    params_take_loop(&set, &paper, &feedforward);
+    params_take_loop(&set, &paper, &feedforward, NULL);
     check_poles(&set, 700.0f, 90.0f);
 }
 #endif
@@ -362,6 +362,15 @@ static void test_a_refused_field_is_named_with_its_range(void)
                           field->high);
         }
     }
+}
+
+static void test_a_position_reference_reaches_the_drive_by_itself(void)
+{
+    write_number(REQUEST_AT(reference), 0.5f);
+    write_word(REQUEST_AT(position_reference), (uint32_t)-5);
+    TEST_ASSERT_EQUAL_INT32(-5, registers.drive.position_reference);
+    TEST_ASSERT_EQUAL_UINT32((uint32_t)-5, read_word(REQUEST_AT(position_reference)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, read_number(REQUEST_AT(reference)));
 }
 
 static void test_fields_that_do_not_fit_each_other_are_refused(void)
@@ -767,6 +776,28 @@ static void test_what_is_learned_is_in_registers(void)
     apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 1);
     tick();
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
+}
+
+static void test_a_drive_without_a_sensor_learns_and_forgets(void)
+{
+    const uint32_t none       = 0;
+    defaults.method           = PARAMS_METHOD_SENSORLESS;
+    defaults.guard_on         = 1;
+    defaults.drive.tracking_n = 0.0f;
+    memcpy((uint32_t *)&defaults + PARAMS_BREAKAWAY_SLOPE, &none, sizeof none);
+    power_up();
+    tick();
+    TEST_ASSERT_FALSE(loop_has_sensor(&registers.active->loop.params));
+    TEST_ASSERT_FALSE(registers.active->loop.guard.on);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.007, SHOWN_OF(learned_up));
+    registers.memory.state.learned.TRIBO_N(travel) = TRIBO_EITHER(BOARD_FULL_SCALE_N, 536870912u);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, (double)BOARD_FULL_SCALE_N, SHOWN_OF(travel_up));
+    command(REGISTERS_FORGET);
+    tick();
+    TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0);
+    start();
+    run(1000);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
 }
 #endif
 
@@ -1206,6 +1237,7 @@ int main(void)
     RUN_TEST(test_every_word_of_both_sets_has_its_register);
     RUN_TEST(test_a_set_is_swapped_in_run_without_a_bump);
     RUN_TEST(test_a_refused_field_is_named_with_its_range);
+    RUN_TEST(test_a_position_reference_reaches_the_drive_by_itself);
     RUN_TEST(test_fields_that_do_not_fit_each_other_are_refused);
     RUN_TEST(test_a_refusal_names_the_section_the_point_and_the_direction);
 #if DRIVE_FEEDFORWARD
@@ -1216,6 +1248,7 @@ int main(void)
     RUN_TEST(test_the_method_changes_in_a_slide_and_in_mid_stick_without_a_bump);
     RUN_TEST(test_the_method_changes_without_a_bump_while_friction_is_faded);
     RUN_TEST(test_what_is_learned_is_in_registers);
+    RUN_TEST(test_a_drive_without_a_sensor_learns_and_forgets);
     RUN_TEST(test_friction_that_does_harm_is_fed_back_and_says_so_once);
     RUN_TEST(test_a_memory_that_was_corrupt_is_counted);
     RUN_TEST(test_no_register_of_the_compensation_moves);

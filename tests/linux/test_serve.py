@@ -93,7 +93,7 @@ def test_params_have_units_and_ranges(served):
     rows = {row["name"]: row for row in json.loads(served.ask("GET", "/list")[1])}
     assert rows["limits.u_max_N"]["unit"] == "N" and rows["limits.u_max_N"]["high"] == 1e6 and rows["limits.u_max_N"]["protects"]
     assert {name for name, row in rows.items() if row["wired"]} == {"drive.ready_level", "drive.fault_level", "drive.sensor_reversed", "drive.command_reversed",
-                                                                  "drive.crystal_hz", "drive.degraded_clock"}
+                                                                  "drive.crystal_hz", "drive.degraded_clock", "drive.motion_reversed"}
     assert rows["compensator.gain"]["low"] == 0 and rows["compensator.gain"]["high"] == 2
 
 

@@ -111,6 +111,29 @@ def test_it_feeds_friction_forward_as_tribo_sim_does(drive):
     assert max(abs(a - b) for a, b in zip(log["u_N"], paper["u_N"])) > 0.01
 
 
+def test_it_needs_no_sensor_as_tribo_sim_does(drive):
+    drive.write("loop.yaml", LOOP + "compensator: {sensor: none}\n")
+    refused = drive.run("rig.yaml", "--check")
+    assert refused.returncode == 1
+    assert "rig.yaml: drive.residual_n: 0.109999999 does not fit devices and loop: 0 to 0 is expected" in refused.stderr
+    drive.write("rig.yaml", RIG + "drive: {residual_n: 0, tracking_n: 0}\n")
+    log, said = drive.ticks(5000)
+    assert "off: stuck_ticks residual_n" in said and set(log["F_N"]) == {0}
+    assert log["u_N"] == pytest.approx([float(row["u_N"]) for row in simulate(drive)], abs=2e-5)
+
+
+@pytest.mark.parametrize("arguments, message", [
+    ([], "rig.yaml: sensor.device: is missing"),
+    (["--set", "compensator.sensor=none"], "lines.enable ('enable'): there is no such line"),
+    (["--set", "compensator.sensor=none", "--set", "compensator.method=paper"], "compensator.sensor: none goes with"),
+])
+def test_devices_without_a_sensor_go_with_a_loop_that_needs_none(drive, arguments, message):
+    drive.write("rig.yaml", DEVICES.replace("sensor: {device: adc, channel: voltage0}\n", ""))
+    drive.program = DRIVE
+    run = drive.run("rig.yaml", "--check", *arguments)
+    assert run.returncode == 1 and message in run.stderr, run.stderr
+
+
 def test_its_guard_fades_compensation_as_in_tribo_sim(drive):
     # Half of the friction that the loop believes in.
     drive.write("loop.yaml", LOOP + "plant: {friction: {breakaway: {offset_N: 0.0035, slope: 0.15}}}\n"

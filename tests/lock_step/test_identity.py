@@ -6,7 +6,7 @@ import pytest
 
 # Of triangle, from rest and with both turns; in asymmetric everything differs by direction, there is noise, and the command
 # reaches its limits. What the guards find:
-GUARDS = {"guarded": "hunting", "guarded feedforward": "overshoot"}
+GUARDS = {"guarded": "hunting", "guarded feedforward": "overshoot", "without a sensor": None}
 SCENARIOS = {
     "feedforward": ["asymmetric", "--set", "duration_s=5", "--set", "reference.period_s=1.6", "--set", "metrics.start_s=0",
                     "--set", "sensor.noise_N=0.001", "--set", "compensator.method=feedforward"],
@@ -17,6 +17,8 @@ SCENARIOS = {
                             "--set", "compensator.method=feedforward", "--set", "compensator.friction.breakaway.slope=4",
                             "--set", "compensator.feedforward.trust=1", "--set",
                             "compensator.guard={on: yes, stray_N: 0.001}"],
+    "without a sensor": ["asymmetric", "--set", "duration_s=5", "--set", "reference.period_s=2", "--set", "metrics.start_s=0",
+                         "--set", "sensor.noise_N=0.001", "--set", "compensator.sensor=none"],
     "triangle": ["triangle", "--set", "compensator.method=paper", "--set", "duration_s=5", "--set", "reference.period_s=2", "--set", "metrics.start_s=0"],
     "asymmetric": ["asymmetric", "--set", "compensator.method=paper", "--set", "duration_s=5", "--set", "reference.period_s=2", "--set", "metrics.start_s=0",
                    "--set", "sensor.noise_N=0.001", "--set", "limits.u_max_N=0.7"],

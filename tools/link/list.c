@@ -105,7 +105,7 @@ static void add_fields(void)
     (void)set_range(
         add("compensator.method", LINK_PARAM, REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, false, "", PARAMS_METHOD_TEXT),
         PARAMS_METHOD_PAPER,
-        PARAMS_METHOD_OFF,
+        PARAMS_METHOD_SENSORLESS,
         false,
         PARAMS_METHOD_FEEDFORWARD);
     PARAMS_FEED_ROWS(FIELD)

@@ -302,7 +302,7 @@ static bool take_scenario(params_t *params, const char *path)
     common_scenario_t   *scenario = common_scenario_create_of(common_loop_keys, sizeof(common_loop_keys_t));
     bool                 ok       = scenario != NULL && common_scenario_load(scenario, path, &error) &&
               common_check_present(scenario, &error) && common_check_has_loop(scenario, &error) &&
-              common_check_has_sensor(scenario, &error) && common_check_loop(scenario, &error);
+              common_check_loop(scenario, &error);
     if (ok)
     {
         common_loop_config_fill(&loop, common_scenario_loop(scenario));
@@ -310,7 +310,10 @@ static bool take_scenario(params_t *params, const char *path)
     }
     if (ok)
     {
-        params_take_loop(&params->set, &loop.config, loop.feeds_forward ? &loop.feedforward : NULL);
+        params_take_loop(&params->set,
+                         &loop.config,
+                         loop.feeds_forward ? &loop.feedforward : NULL,
+                         loop.is_sensorless ? &loop.sensorless : NULL);
         params_take_guard(&params->set, loop.guarded ? &loop.guard : NULL);
     }
     else

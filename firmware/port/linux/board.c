@@ -247,7 +247,8 @@ static bool open_devices(board_t *board, common_error_t *error)
 {
     const rig_t *rig = board->rig;
     board->lines     = lines_open(rig->lines, "tribo-drive", error);
-    const bool ok    = board->lines != NULL && channel_open(&board->sensor, &rig->sensor, false, "sensor", error) &&
+    const bool ok    = board->lines != NULL &&
+                    (!rig_has_sensor(rig) || channel_open(&board->sensor, &rig->sensor, false, "sensor", error)) &&
                     (rig->output == RIG_OUTPUT_PWM ? pwm_open(&board->pwm, &rig->pwm, *board->idle, "pwm", error)
                                                    : channel_open(&board->dac, &rig->dac, true, "dac", error));
     if (!ok)

@@ -481,7 +481,7 @@ static bool open_scenario(program_t *program, common_error_t *error)
     ok = ok &&
          (desk != NULL ? desk->check(program->scenario, error)
                        : common_check_present(program->scenario, error) && common_check_loop(program->scenario, error));
-    return ok && common_check_has_loop(program->scenario, error) && common_check_has_sensor(program->scenario, error) &&
+    return ok && common_check_has_loop(program->scenario, error) &&
            common_reference_init(&program->reference, program->scenario, error);
 }
 
@@ -664,7 +664,10 @@ static bool set_up_drive(program_t *program, const common_sources_t *sources, co
     }
     program->defaults       = params_default();
     program->defaults.drive = program->rig->drive;
-    params_take_loop(&program->defaults, &loop.config, loop.feeds_forward ? &loop.feedforward : NULL);
+    params_take_loop(&program->defaults,
+                     &loop.config,
+                     loop.feeds_forward ? &loop.feedforward : NULL,
+                     loop.is_sensorless ? &loop.sensorless : NULL);
     params_take_guard(&program->defaults, loop.guarded ? &loop.guard : NULL);
     keep_poles(&program->defaults.drive, &program->rig->drive, sources);
     take_ceilings(program);
@@ -768,9 +771,18 @@ static bool find_cpu(const program_t *program, common_error_t *error)
     return goes_on;
 }
 
+/// Unless the scenario needs none.
+static bool find_sensor(const program_t *program, const common_sources_t *sources, common_error_t *error)
+{
+    const bool needs = common_scenario_loop(program->scenario)->compensator.sensor != COMMON_SENSOR_NONE;
+    return !needs || program->desk != NULL || rig_has_sensor(program->rig) ||
+           rig_complain(sources, program->options->config, "sensor.device", "is missing", error);
+}
+
 static int open_and_run(program_t *program, const common_sources_t *sources, common_error_t *error)
 {
-    if (!open_scenario(program, error) || !find_cpu(program, error) || !find_watchdog(program, error) ||
+    if (!open_scenario(program, error) || !find_sensor(program, sources, error) || !find_cpu(program, error) ||
+        !find_watchdog(program, error) ||
         !board_open(&program->board, program->rig, program->desk, program->scenario, error))
     {
         return -1;

@@ -15,7 +15,7 @@ static const char *const biases[]    = {[LINE_BIAS_AS_IS] = "as_is", [LINE_BIAS_
                                         [LINE_BIAS_PULL_UP] = "pull_up", [LINE_BIAS_PULL_DOWN] = "pull_down", NULL};
 
 static const common_key_t sensor_keys[] = {
-    TEXT("device",  AT(rig_t, sensor.device),  CHANNEL_NAME_MAX, "the IIO device of the force: its name, label or id"),
+    TEXT("device",  AT(rig_t, sensor.device),  CHANNEL_NAME_MAX, "the IIO device of the force: its name, label or id; left out where the scenario has compensator.sensor none"),
     TEXT("channel", AT(rig_t, sensor.channel), CHANNEL_NAME_MAX, "its channel, e.g. voltage0; a unit is (raw + offset) scale, mV of a voltage"),
     NUMBER("low_units",  AT(rig_t, sensor_low),  RANGE("-", -1e9, 1e9, 0.0), "the lower end of what a working sensor reads ..."),
     NUMBER("high_units", AT(rig_t, sensor_high), RANGE("-", -1e9, 1e9, 0.0), "... and the upper one; equal: no range"),
@@ -150,8 +150,7 @@ static bool check_devices(const rig_t *rig, const common_sources_t *sources, con
     const struct
     {
         const char *key, *value;
-    } texts[] = {{"sensor.device", rig->sensor.device},
-                 {"sensor.channel", rig->sensor.channel},
+    } texts[] = {{"sensor.channel", rig_has_sensor(rig) ? rig->sensor.channel : "-"},
                  {pwm ? "pwm.chip" : "dac.device", pwm ? rig->pwm.chip : rig->dac.device},
                  {pwm ? "pwm.chip" : "dac.channel", pwm ? rig->pwm.chip : rig->dac.channel}};
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++)
@@ -169,6 +168,11 @@ static bool check_devices(const rig_t *rig, const common_sources_t *sources, con
                          "is missing: a device, e.g. /dev/watchdog, or none, with which a kernel that hangs leaves the "
                          "outputs as they are",
                          error));
+}
+
+bool rig_has_sensor(const rig_t *rig)
+{
+    return rig->sensor.device[0] != '\0';
 }
 
 const char *rig_watchdog(const rig_t *rig)

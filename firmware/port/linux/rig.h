@@ -69,6 +69,8 @@ typedef struct
 /// records where each key was written.
 bool rig_load(rig_t *rig, const char *path, bool at_desk, common_sources_t *sources, common_error_t *error);
 
+bool rig_has_sensor(const rig_t *rig);
+
 /// The device; null: none.
 const char *rig_watchdog(const rig_t *rig);
 

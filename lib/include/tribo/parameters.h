@@ -96,9 +96,9 @@ extern "C" {
     ROW(FEEDFORWARD, FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0, TUNES, 0x20e, "q31: under 32/full_scale_n", "part of the prior variance that returns per newton travelled; ten times the derived one for friction that drifts; 0: derived, 0.0157 over the breakaway") \
     ROW(FEEDFORWARD, STILL_TIME, still_time_s, "still_time_s", "s", 0, 1e3, 0.2, TUNES, 0x210, "", "r is at rest once it has not moved for that long; 0: never, without feedback of friction at rest")
 
-/// Of tribo_sensorless_f32_config_t. No register: the drive's firmware does not have it.
+/// Of tribo_sensorless_f32_config_t.
 #define TRIBO_SENSORLESS_PARAMETERS(ROW) \
-    ROW(SENSORLESS, BELIEF, belief, "belief", "-", 0, 1, 0.9, TUNES, 0, "", "part of the believed breakaway that is fed forward without a sensor: low, as too much may be worse than none")
+    ROW(SENSORLESS, BELIEF, belief, "belief", "-", 0, 1, 0.9, TUNES, 0x212, "", "part of the believed breakaway that is fed forward without a sensor: low, as too much may be worse than none")
 
 /// Of tribo_guard_f32_config_t.
 #define TRIBO_GUARD_PARAMETERS(ROW) \
