@@ -95,6 +95,13 @@ static void off(const drive_t *drive)
     drive->port->command(drive->port->context, drive->setup->scaling.no_current);
 }
 
+/// What a host wanted until now is not what it will want.
+static void drop_references(drive_t *drive)
+{
+    drive_set_reference(drive, 0);
+    drive->is_told = false;
+}
+
 static void stop_with(drive_t *drive, drive_fault_t cause)
 {
     off(drive);
@@ -102,7 +109,7 @@ static void stop_with(drive_t *drive, drive_fault_t cause)
     drive->fault      = cause;
     drive->fault_tick = drive->ticks;
     drive->limits     = 0;
-    drive_set_reference(drive, 0);
+    drop_references(drive);
 }
 
 void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, drive_fault_t found)
@@ -351,10 +358,19 @@ static drive_fault_t check_rig(drive_t *drive, const faults_bounds_t *bounds, bo
                       : DRIVE_FAULT_NONE;
 }
 
-/// The intended motion of this tick: a part of what is left, as a host writes more rarely than the drive ticks.
+/// The intended motion of this tick: a part of what is left, as a host writes more rarely than the drive ticks. The first position
+/// that it tells is where the arm is, and no motion.
 static int32_t take_intended(drive_t *drive)
 {
-    const int32_t left = (int32_t)((uint32_t)drive->position_reference - (uint32_t)drive->intended);
+    const bool is_told = drive->is_told;
+    atomic_thread_fence(memory_order_acquire); // the host's side may be on another core
+    const int32_t wanted = drive->position_reference;
+    if (!drive->was_told)
+    {
+        drive->intended = wanted;
+        drive->was_told = is_told;
+    }
+    const int32_t left = (int32_t)((uint32_t)wanted - (uint32_t)drive->intended);
     const int32_t part = left / 16 + (left > 0) - (left < 0);
     drive->intended    = (int32_t)((uint32_t)drive->intended + (uint32_t)part);
     return part;
@@ -437,7 +453,7 @@ static drive_state_t change_state(drive_t *drive, const drive_setup_t *setup, dr
     if ((requests & REQUEST_STOP) != 0u)
     {
         drive->state = DRIVE_IDLE;
-        drive_set_reference(drive, 0);
+        drop_references(drive);
     }
     else if (state == DRIVE_IDLE && (requests & REQUEST_START) != 0u)
     {
@@ -447,7 +463,8 @@ static drive_state_t change_state(drive_t *drive, const drive_setup_t *setup, dr
         loop_guard_begin(&drive->loop, &drive->guard);
 #endif
         drive->lasting  = (faults_state_t){0};
-        drive->intended = drive->position_reference;
+        drive->moved    = 0; // until now the power stage was off
+        drive->was_told = false;
         expected_reset(&drive->expected);
         drive->port->enable(drive->port->context, true);
         drive->state = setup->bounds.ready_ticks > 0u ? DRIVE_STARTING : DRIVE_RUN;
@@ -570,7 +587,7 @@ void drive_tick(drive_t *drive)
         refuse_tare(drive, requests);
         if ((requests & REQUEST_ACKNOWLEDGE) != 0u)
         {
-            drive_set_reference(drive, 0);
+            drop_references(drive);
         }
         if ((requests & REQUEST_ACKNOWLEDGE) != 0u && found == DRIVE_FAULT_NONE)
         {
@@ -606,6 +623,8 @@ void drive_set_reference(drive_t *drive, loop_force_t r)
 void drive_position_reference(drive_t *drive, int32_t position)
 {
     drive->position_reference = position;
+    atomic_thread_fence(memory_order_release);
+    drive->is_told = true;
 }
 
 void drive_condemn(drive_t *drive)

@@ -148,6 +148,7 @@ typedef struct
     uint8_t               starts_seen, stops_seen, acknowledgements_seen, tares_seen, asked_seen, references_seen;
     volatile loop_force_t reference;
     volatile int32_t      position_reference;
+    volatile bool         is_told;      ///< it, since the last stop, fault or acknowledgement
     volatile bool         hosted;       ///< the reference is a host's, which must renew it
     volatile bool         changed;      ///< the params are not those that were checked
     const drive_setup_t *volatile next; ///< a setup to go on with
@@ -164,6 +165,7 @@ typedef struct
     faults_state_t lasting;
     int32_t        position, moved; ///< of the arm, and in this tick; where it is measured
     int32_t        intended;        ///< position, as far as this tick has taken it
+    bool           was_told;        ///< `intended` has begun where a host told it to
 
     volatile drive_tare_t tare;
     uint32_t              tare_ticks; ///< left
@@ -209,7 +211,7 @@ void drive_reference(drive_t *drive, loop_force_t r);
 void drive_set_reference(drive_t *drive, loop_force_t r);
 
 /// Where the host's position loop wants the arm, in units of its position: the motion that friction opposes in a drive without a force
-/// sensor. Never told: the measured motion.
+/// sensor. Not told since the last stop, fault or acknowledgement: the measured motion. The first is no motion.
 void drive_position_reference(drive_t *drive, int32_t position);
 
 /// The params that the drive runs with are not those that were checked: DRIVE_FAULT_CONFIG_CHANGED in the next tick.

@@ -146,7 +146,7 @@
     REGISTER(level, "trace.level", float, "N", 0.0f, "of the trigger") \
     REGISTER(after, "trace.after", uint32_t, "samples", 100u, "recorded after the trigger's") \
     REGISTER(unlock, "unlock", uint32_t, "", 0u, "0x6c6f6f73 out of run: for 60 s a set may change what protects; 0 ends it; reads as 0") \
-    REGISTER(position_reference, "position_reference", uint32_t, "", 0u, "without a force sensor: where your position loop wants the arm, in units of its position, as a two's complement; 0 and untouched: the measured motion decides")
+    REGISTER(position_reference, "position_reference", uint32_t, "", 0u, "without a force sensor: where your position loop wants the arm, in units of its position, as a two's complement; the first after a stop, fault or acknowledgement is no motion; without one the measured motion decides")
 // clang-format on
 
 /// Of the change whose number is n, n modulo REGISTERS_CHANGES: REGISTER(symbol, name, type, unit, text).

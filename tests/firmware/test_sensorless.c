@@ -226,6 +226,84 @@ static void test_where_the_arm_is_at_the_start_is_no_motion(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, -BELIEF * (double)BREAKAWAY, added_in_motion(0));
 }
 
+/// As where a client applies motion_units and starts within one tick, or a board starts at once.
+static void test_a_start_in_the_first_tick_is_no_motion(void)
+{
+    power_up_with_position(0);
+    board.measured.position = 100000;
+    start();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, added_in_motion(0));
+    board.measured.position -= 2 * (int32_t)WIDTH;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, -BELIEF * (double)BREAKAWAY, added_in_motion(0));
+}
+
+static void test_a_move_while_the_power_stage_is_off_is_no_motion(void)
+{
+    power_up_with_position(0);
+    tick();
+    board.measured.position = 100;
+    start();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, added_in_motion(0));
+}
+
+/// To where the arm is, in a run and after whatever ends one; the next is a motion.
+static void check_first_position(int32_t first)
+{
+    drive_position_reference(&drive, first);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, added_in_motion(0));
+    drive_position_reference(&drive, first - 2 * (int32_t)WIDTH);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, -BELIEF * (double)BREAKAWAY, added_in_motion(0));
+}
+
+static void test_the_first_position_that_a_host_tells_is_no_motion(void)
+{
+    power_up_with_position(0);
+    start();
+    check_first_position(50000);
+    drive_stop(&drive);
+    tick();
+    start();
+    check_first_position(-70000);
+    board.inputs = PORT_INPUT_EMERGENCY_STOP;
+    tick();
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
+    drive_position_reference(&drive, 3);
+    board.inputs = 0;
+    drive_acknowledge(&drive);
+    tick();
+    start();
+    check_first_position(INT32_MAX - 5);
+    board.inputs = PORT_INPUT_EMERGENCY_STOP;
+    tick();
+    board.inputs = 0;
+    drive_acknowledge(&drive);
+    tick();
+    start();
+    check_first_position(INT32_MIN + 5);
+}
+
+/// Whatever the bus and the encoder say, u stays within the friction that is fed forward, and goes to it in steps.
+static void test_wild_positions_move_u_by_no_more_than_friction(void)
+{
+    const double jump = 2.5 * BELIEF * (double)BREAKAWAY;
+    uint32_t     x    = 1;
+    power_up_with_position(0);
+    start();
+    drive_set_reference(&drive, board_force(0.5));
+    tick();
+    for (unsigned k = 0; k < 20000u; k++)
+    {
+        x                       = x * 1664525u + 1013904223u;
+        board.measured.position = (int32_t)(k % 3u == 0u ? x : 0x80000000u - x);
+        drive_position_reference(&drive, (int32_t)(x * 0x9e3779b9u));
+        const double before = command_n();
+        tick();
+        TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
+        TEST_ASSERT_DOUBLE_WITHIN(1.5 * BELIEF * (double)BREAKAWAY, 0.5, command_n());
+        TEST_ASSERT_DOUBLE_WITHIN(jump, before, command_n());
+    }
+}
+
 static void test_less_than_a_width_is_no_motion(void)
 {
     power_up_with_position(0);
@@ -341,6 +419,20 @@ static void test_what_is_learned_outlasts_a_stop_until_it_is_forgotten(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, (double)BREAKAWAY, learned_n(TRIBO_BREAKAWAY_POSITIVE));
 }
 
+/// No slide: what was learned stays, and friction acts as it did.
+static void test_an_encoder_that_stands_still_changes_nothing(void)
+{
+    power_up_with_position(0);
+    start();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, BELIEF * (double)BREAKAWAY, added_in_motion(3));
+    const double learned = learned_n(TRIBO_BREAKAWAY_POSITIVE);
+    for (int i = 0; i < 20; i++)
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, BELIEF * (double)BREAKAWAY, added_in_motion(0));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, learned, learned_n(TRIBO_BREAKAWAY_POSITIVE));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -352,8 +444,13 @@ int main(void)
     RUN_TEST(test_friction_is_fed_against_the_motion_of_r);
     RUN_TEST(test_friction_opposes_the_measured_motion);
     RUN_TEST(test_where_the_arm_is_at_the_start_is_no_motion);
+    RUN_TEST(test_a_start_in_the_first_tick_is_no_motion);
+    RUN_TEST(test_a_move_while_the_power_stage_is_off_is_no_motion);
+    RUN_TEST(test_the_first_position_that_a_host_tells_is_no_motion);
+    RUN_TEST(test_wild_positions_move_u_by_no_more_than_friction);
     RUN_TEST(test_less_than_a_width_is_no_motion);
     RUN_TEST(test_breakaway_is_learned_beside_a_position_loop);
     RUN_TEST(test_what_is_learned_outlasts_a_stop_until_it_is_forgotten);
+    RUN_TEST(test_an_encoder_that_stands_still_changes_nothing);
     return UNITY_END();
 }
