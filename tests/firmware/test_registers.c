@@ -190,6 +190,21 @@ static void test_a_pole_is_told_once(void)
     params_take_loop(&set, &paper, &feedforward, NULL);
     check_poles(&set, 700.0f, 90.0f);
 }
+
+static void test_a_loop_without_a_sensor_is_taken_over(void)
+{
+    const tribo_force_loop_f32_config_t  paper       = tribo_force_loop_f32_paper();
+    const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_default();
+    const tribo_sensorless_f32_config_t  sensorless  = {.belief = 0.4f};
+    const params_set_t                   before      = params_default();
+    params_set_t                         set         = before;
+    TEST_ASSERT_EQUAL_FLOAT(tribo_sensorless_f32_default().belief, params_number(&set, PARAMS_BELIEF));
+    params_take_loop(&set, &paper, &feedforward, NULL);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &set, sizeof set);
+    params_take_loop(&set, &paper, &feedforward, &sensorless);
+    TEST_ASSERT_EQUAL_UINT32(PARAMS_METHOD_SENSORLESS, set.method);
+    TEST_ASSERT_EQUAL_FLOAT(0.4f, params_number(&set, PARAMS_BELIEF));
+}
 #endif
 
 /// Two builds whose words mean the same have the same layout; PARAMS_LAYOUT_OWN is to be set to what this says.
@@ -371,6 +386,10 @@ static void test_a_position_reference_reaches_the_drive_by_itself(void)
     TEST_ASSERT_EQUAL_INT32(-5, registers.drive.position_reference);
     TEST_ASSERT_EQUAL_UINT32((uint32_t)-5, read_word(REQUEST_AT(position_reference)));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, read_number(REQUEST_AT(reference)));
+    const uint16_t beyond[4] = {0, 7, 0, 7}; // the list ends behind it: nothing of a write that is refused is taken
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS,
+                          map.write(map.context, (uint16_t)REQUEST_AT(position_reference), 4, beyond));
+    TEST_ASSERT_EQUAL_INT32(-5, registers.drive.position_reference);
 }
 
 static void test_fields_that_do_not_fit_each_other_are_refused(void)
@@ -767,7 +786,9 @@ static void test_what_is_learned_is_in_registers(void)
     tick();
     start();
     run_triangle(20000);
-    TEST_ASSERT_TRUE(SHOWN_OF(travel_up) > 0.0);
+    command(REGISTERS_APPLY);
+    run_triangle(1);
+    TEST_ASSERT_TRUE(SHOWN_OF(travel_up) > 0.0); // only FORGET begins anew
     apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, 2);
     command(REGISTERS_STOP);
     tick();
@@ -778,13 +799,74 @@ static void test_what_is_learned_is_in_registers(void)
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
 }
 
-static void test_a_drive_without_a_sensor_learns_and_forgets(void)
+/// Of the board, as no client's.
+static void have_no_sensor(void)
 {
     const uint32_t none       = 0;
     defaults.method           = PARAMS_METHOD_SENSORLESS;
     defaults.guard_on         = 1;
     defaults.drive.tracking_n = 0.0f;
     memcpy((uint32_t *)&defaults + PARAMS_BREAKAWAY_SLOPE, &none, sizeof none);
+}
+
+static void check_method_is_refused(uint32_t method, float low, float high)
+{
+    write_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, method);
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_APPLY));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_SET_REFUSED, STATE_OF(outcome));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, STATE_OF(refused_register));
+    TEST_ASSERT_EQUAL_FLOAT((float)method, (float)NUMBER_OF(refused_value));
+    TEST_ASSERT_EQUAL_FLOAT(low, (float)NUMBER_OF(refused_low));
+    TEST_ASSERT_EQUAL_FLOAT(high, (float)NUMBER_OF(refused_high));
+    command(REGISTERS_REVERT);
+}
+
+/// Not with the key either, which lets a client change what protects.
+static void test_no_client_says_whether_there_is_a_sensor(void)
+{
+    defaults.drive.tracking_n = 0.0f;
+    power_up();
+    tick();
+    write_word(REQUEST_AT(unlock), REGISTERS_KEY);
+    check_method_is_refused(PARAMS_METHOD_SENSORLESS, 0.0f, 2.0f);
+    have_no_sensor();
+    power_up();
+    tick();
+    write_word(REQUEST_AT(unlock), REGISTERS_KEY);
+    for (uint32_t method = PARAMS_METHOD_PAPER; method <= PARAMS_METHOD_OFF; method++)
+    {
+        check_method_is_refused(method, 3.0f, 3.0f);
+    }
+    TEST_ASSERT_FALSE(loop_has_sensor(registers.drive.setup->params));
+}
+
+/// As where an image for another board takes over a flash.
+static void test_saved_params_of_a_board_with_another_sensor_are_waited_for(void)
+{
+    static const uint32_t methods[] = {PARAMS_METHOD_SENSORLESS, PARAMS_METHOD_FEEDFORWARD};
+    have_no_sensor();
+    for (unsigned i = 0; i < 2u; i++)
+    {
+        memset(sectors, 0xff, sizeof sectors);
+        defaults.method = methods[i];
+        power_up();
+        tick();
+        command(REGISTERS_SAVE);
+        run(10);
+        TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, STATE_OF(outcome));
+        defaults.method = methods[1u - i];
+        power_up();
+        tick();
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_STORE, STATE_OF(fault));
+        TEST_ASSERT_EQUAL_UINT32(STORE_FOREIGN, STATE_OF(store));
+        TEST_ASSERT_EQUAL_UINT32(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, STATE_OF(refused_register));
+        TEST_ASSERT_EQUAL_INT(i == 0u, loop_has_sensor(registers.drive.setup->params));
+    }
+}
+
+static void test_a_drive_without_a_sensor_learns_and_forgets(void)
+{
+    have_no_sensor();
     power_up();
     tick();
     TEST_ASSERT_FALSE(loop_has_sensor(&registers.active->loop.params));
@@ -1232,6 +1314,7 @@ int main(void)
     RUN_TEST(test_defaults_are_the_papers_loop);
 #if DRIVE_FEEDFORWARD
     RUN_TEST(test_a_pole_is_told_once);
+    RUN_TEST(test_a_loop_without_a_sensor_is_taken_over);
 #endif
     RUN_TEST(test_the_layout_is_that_of_the_lists);
     RUN_TEST(test_every_word_of_both_sets_has_its_register);
@@ -1248,6 +1331,8 @@ int main(void)
     RUN_TEST(test_the_method_changes_in_a_slide_and_in_mid_stick_without_a_bump);
     RUN_TEST(test_the_method_changes_without_a_bump_while_friction_is_faded);
     RUN_TEST(test_what_is_learned_is_in_registers);
+    RUN_TEST(test_no_client_says_whether_there_is_a_sensor);
+    RUN_TEST(test_saved_params_of_a_board_with_another_sensor_are_waited_for);
     RUN_TEST(test_a_drive_without_a_sensor_learns_and_forgets);
     RUN_TEST(test_friction_that_does_harm_is_fed_back_and_says_so_once);
     RUN_TEST(test_a_memory_that_was_corrupt_is_counted);

@@ -282,6 +282,63 @@ static void test_the_first_position_that_a_host_tells_is_no_motion(void)
     check_first_position(INT32_MIN + 5);
 }
 
+/// A sixteenth of what is left a tick, so that a bus of some ten ticks has no rests between its positions.
+static void test_a_position_is_gone_to_over_some_ticks(void)
+{
+    power_up_with_position(0);
+    drive_position_reference(&drive, INT32_MAX);
+    start();
+    drive_position_reference(&drive, INT32_MIN + 255); // 256 on: it wraps
+    tick();
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN + 16, drive.intended);
+    drive_position_reference(&drive, INT32_MIN + 2);
+    tick();
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN + 15, drive.intended);
+    for (unsigned i = 0; i < 13u; i++)
+    {
+        tick();
+    }
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN + 2, drive.intended);
+}
+
+/// One of more widths than Q31 has.
+static void test_a_jump_of_the_position_has_its_sign(void)
+{
+    for (int i = 0; i < 2; i++)
+    {
+        const double  fed = (i == 0 ? BELIEF : -BELIEF) * (double)BREAKAWAY;
+        const int32_t far = i == 0 ? 1 << 30 : -(1 << 30);
+        power_up_with_position(0);
+        start();
+        board.measured.position = far;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, fed, added_in_motion(0));
+        drive_position_reference(&drive, 0);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, fed, added_in_motion(0));
+        drive_position_reference(&drive, -far);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, -fed, added_in_motion(0));
+    }
+}
+
+/// The position of a drive that has a sensor is for its speed alone.
+static void test_a_drive_with_a_sensor_does_not_use_the_motion(void)
+{
+    params_set_t set       = params_default();
+    set.drive.motion_units = WIDTH;
+    set.drive.period_us    = PERIOD_US;
+    set.drive.reference_ms = 0;
+    power_up(&set);
+    TEST_ASSERT_TRUE(params.drive.has_sensor);
+    TEST_ASSERT_TRUE(params.drive.widths_per_unit == 0);
+    board.silent = false;
+    start();
+    drive_position_reference(&drive, 100000);
+    board.measured.position = -100000;
+    tick();
+    TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
+    TEST_ASSERT_EQUAL_INT32(0, drive.position);
+    TEST_ASSERT_EQUAL_INT32(0, drive.intended);
+}
+
 /// Whatever the bus and the encoder say, u stays within the friction that is fed forward, and goes to it in steps.
 static void test_wild_positions_move_u_by_no_more_than_friction(void)
 {
@@ -447,6 +504,9 @@ int main(void)
     RUN_TEST(test_a_start_in_the_first_tick_is_no_motion);
     RUN_TEST(test_a_move_while_the_power_stage_is_off_is_no_motion);
     RUN_TEST(test_the_first_position_that_a_host_tells_is_no_motion);
+    RUN_TEST(test_a_position_is_gone_to_over_some_ticks);
+    RUN_TEST(test_a_jump_of_the_position_has_its_sign);
+    RUN_TEST(test_a_drive_with_a_sensor_does_not_use_the_motion);
     RUN_TEST(test_wild_positions_move_u_by_no_more_than_friction);
     RUN_TEST(test_less_than_a_width_is_no_motion);
     RUN_TEST(test_breakaway_is_learned_beside_a_position_loop);
