@@ -226,8 +226,9 @@ bool scaling_suits(const scaling_t      *scaling,
 {
     const float u_min = scaling_value(params->controller.TRIBO_N(u_min), config->full_scale_n);
     const float u_max = scaling_value(params->controller.TRIBO_N(u_max), config->full_scale_n);
-    return is_end_refused(scaling, config, port, params, port->sensor.low_units, error) &&
-           is_end_refused(scaling, config, port, params, port->sensor.high_units, error) &&
+    return (!loop_has_sensor(params) ||
+            (is_end_refused(scaling, config, port, params, port->sensor.low_units, error) &&
+             is_end_refused(scaling, config, port, params, port->sensor.high_units, error))) &&
            has_output(config, port, u_min, error) && has_output(config, port, u_max, error) &&
            has_current(config, u_min, u_max, error);
 }

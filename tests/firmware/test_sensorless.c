@@ -124,6 +124,19 @@ static void test_a_level_of_a_sensor_that_there_is_not_is_refused(void)
 #undef CHECK
 }
 
+/// Of a converter whose ends are within input_max: a broken wire would not be seen, if there were one.
+static void test_the_range_of_a_sensor_that_there_is_not_does_not_matter(void)
+{
+    params_error_t error;
+    board.port.sensor.low_units  = -1.0f;
+    board.port.sensor.high_units = 1.0f;
+    params.set                   = blind_set();
+    TEST_ASSERT_TRUE(params_make(&params, &board.port, &error));
+    params.set.method = PARAMS_METHOD_FEEDFORWARD;
+    TEST_ASSERT_FALSE(params_make(&params, &board.port, &error));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_CONFIG_sensor_n_per_unit, error.word);
+}
+
 static void test_a_position_that_the_board_does_not_measure_is_refused(void)
 {
     params_error_t error;
@@ -494,6 +507,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_level_of_a_sensor_that_there_is_not_is_refused);
+    RUN_TEST(test_the_range_of_a_sensor_that_there_is_not_does_not_matter);
     RUN_TEST(test_a_position_that_the_board_does_not_measure_is_refused);
     RUN_TEST(test_no_client_takes_the_sensor_away_or_gives_one);
     RUN_TEST(test_a_sensor_that_is_silent_or_wild_is_not_looked_at);
