@@ -93,7 +93,7 @@ static const common_key_t rig_keys[] = {
     MEASURED(RIG_CURRENT,     "current",     "The motor's current, for drive.over_current_a; one of the three is read a tick"),
     MEASURED(RIG_SUPPLY,      "supply",      "The power stage's supply, for drive.bus_low_v and bus_high_v"),
     MEASURED(RIG_TEMPERATURE, "temperature", "Its temperature, for drive.temperature_max_c"),
-    GROUP("position", .offset = 0, position_keys, "A counter of the arm's position, for drive.speed_max_units_per_s: a unit is a count, read each tick"),
+    GROUP("position", .offset = 0, position_keys, "A counter of the arm's position, for drive.speed_max_units_per_s and motion_units: a unit is a count, read each tick"),
     CHOICE("output", AT(rig_t, output), outputs, 0.0, "what makes the command"),
     GROUP("pwm", .offset = 0, pwm_keys, "PWM"),
     GROUP("dac", .offset = 0, dac_keys, "DAC"),
