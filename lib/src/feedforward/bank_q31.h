@@ -17,6 +17,9 @@
 #define BANK_Q31_ONE       (INT32_C(1) << 29)  // FS, or 1
 #define BANK_Q31_NOISE_MAX (UINT32_C(1) << 31) // FS/64
 
+/// Noise of Q37 over this is `gain`, a power of 2, times the noise in Q29, rounded once.
+#define BANK_Q31_NOISE_PER(gain) (256u / (uint32_t)(gain))
+
 /// A constant of Q29 or, for 0 to below 1, of Q32.
 #define BANK_Q31_Q29(x) ((int32_t)((double)(x) * 536870912.0 + 0.5))
 #define BANK_Q31_Q32(x) ((uint32_t)((double)(x) * 4294967296.0 + 0.5))

@@ -201,7 +201,7 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
 
     // 2 to 4: reachable reference, stops, sign
     state->noise         = bank_q31_noise(params, state->noise, r, state->r);
-    const uint32_t noise = (state->noise >> 8) * (uint32_t)FEEDFORWARD_NOISE_GAIN;
+    const uint32_t noise = state->noise / BANK_Q31_NOISE_PER(FEEDFORWARD_NOISE_GAIN);
     const uint32_t width = params->reversal + noise;
     const int32_t  e     = sum_q31(difference_q31(state->reached, y), state->behind[1]);
     const int32_t  moved = bank_q31_reach(params, state, r);
@@ -239,7 +239,7 @@ int32_t tribo_feedforward_q31_method_friction(const void *memory)
 /// v without its noise.
 static int32_t quiet(const tribo_feedforward_q31_state_t *state, int32_t v)
 {
-    const int32_t most = (int32_t)((state->observer.noise >> 8) * (uint32_t)FEEDFORWARD_V_NOISE);
+    const int32_t most = (int32_t)(state->observer.noise / BANK_Q31_NOISE_PER(FEEDFORWARD_V_NOISE));
     return v + limit_q31(difference_q31(state->v, v), -most, most);
 }
 

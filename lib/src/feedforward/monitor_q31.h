@@ -21,7 +21,7 @@ static inline void monitor_q31_step(const tribo_feedforward_q31_params_t  *param
                                     int32_t                                v,
                                     uint32_t                               noise)
 {
-    const int32_t  half  = (int32_t)(params->effort_half + (noise >> 8) * (uint32_t)(0.5f * FEEDFORWARD_NOISE_GAIN));
+    const int32_t  half  = (int32_t)(params->effort_half + noise / BANK_Q31_NOISE_PER(0.5f * FEEDFORWARD_NOISE_GAIN));
     const int32_t  vf    = first_order_q31_step(x->v, v, params->effort_part);
     const int32_t  vp    = limit_q31(x->played, difference_q31(vf, half), sum_q31(vf, half));
     const uint32_t moved = tribo_q31_magnitude(difference_q31(vp, x->played));

@@ -111,7 +111,7 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
         effort_q31_start(inner, bank_q31_inside(r_q31));
     }
     state->noise         = bank_q31_noise(params, state->noise, bad ? state->r[0] : bank_q31_inside(r_q31), state->r);
-    const uint32_t noise = (state->noise >> 8) * (uint32_t)FEEDFORWARD_NOISE_GAIN;
+    const uint32_t noise = state->noise / BANK_Q31_NOISE_PER(FEEDFORWARD_NOISE_GAIN);
     const uint32_t width = params->reversal + noise;
     const int32_t  moved = bank_q31_reach(params, state, state->r[0]);
     const int8_t   sign  = state->sign;
