@@ -97,10 +97,16 @@ static inline int32_t bank_q31_sign(int32_t x)
     return (x > 0) - (x < 0);
 }
 
-/// A low pass of a positive number.
+/// x times a fraction of Q32, to nearest.
+static inline uint32_t bank_q31_near(uint32_t x, uint32_t fraction)
+{
+    return (uint32_t)((tribo_q31_product(x, fraction) + (UINT64_C(1) << 31)) >> 32);
+}
+
+/// A low pass of a positive number. Rounded towards zero, a slow one would lag behind by up to 1/part units.
 static inline uint32_t bank_q31_pass(uint32_t x, uint32_t input, uint32_t part)
 {
-    return input > x ? x + tribo_q31_high(input - x, part) : x - tribo_q31_high(x - input, part);
+    return input > x ? x + bank_q31_near(input - x, part) : x - bank_q31_near(x - input, part);
 }
 
 /// |now - 2 last[0] + last[1]| in Q37; a second difference of up to 2^31 wraps to a number of the same magnitude.
