@@ -4,7 +4,7 @@
 //
 // A ratio is the RMS of r - F without over that with the feed-forward, after the first third of a run, with the same plant and
 // noise. NAME is a key of compensator.feedforward, or factor: on f, to see what the monitor makes of too much. STUDY is one of:
-// truths, ratios, triangles, waves, across, random, pushes, environment, loads, long, harm, iterative.
+// truths, ratios, triangles, waves, steps, across, random, pushes, environment, rest, hold, loads, long, harm, iterative.
 
 #include ARITH_HEADER
 
@@ -95,6 +95,13 @@ static double walk(const double of[3], double t)
 static double square(const double of[3], double t)
 {
     return fmod(t, of[2]) < 0.5 * of[2] ? of[0] : of[1];
+}
+
+/// A period of the triangle, then up to its middle, and to rest.
+static double rest(const double of[3], double t)
+{
+    const double period = 2.0 * (of[1] - of[0]) / of[2];
+    return triangle(of, fmin(t, 1.25 * period));
 }
 
 // --- one run --------------------------------------------------------------------------------------------------------
@@ -547,6 +554,134 @@ static void study_environment(const options_t *options)
     print("environment while r moves", ratios, 18);
 }
 
+/// Half of the truths: those that constants of the hold were chosen on, or the others.
+static const char *const half_name[2] = {"chosen on", "held out"};
+
+/// An environment that moves while r rests.
+static void study_rest(const options_t *options)
+{
+    static const double hz[]        = {0.1, 0.3, 1.0};
+    static const double breakaway[] = {1.0, 0.8, 0.5};
+    for (int k = 0; k < 18; k++)
+    {
+        double    ratios[SIM_TRUTH_COUNT / 2];
+        char      name[64];
+        const int half = k / 9;
+        for (int i = 0; i < SIM_TRUTH_COUNT / 2; i++)
+        {
+            case_t x         = benchmark(2 * i + half);
+            x.breakaway      = breakaway[k / 3 % 3];
+            x.reference      = rest;
+            x.environment_n  = 0.05;
+            x.environment_hz = hz[k % 3];
+            x.noise_n        = 0.1e-3;
+            x.third_s        = 30.0;
+            ratios[i]        = ratio(&x, options);
+        }
+        (void)snprintf(name,
+                       sizeof name,
+                       "rest, %s, %.1f Hz, L x%.1f",
+                       half_name[half],
+                       hz[k % 3],
+                       breakaway[k / 3 % 3]);
+        print(name, ratios, SIM_TRUTH_COUNT / 2);
+    }
+}
+
+/// What a hold comes to over truths, in N.
+typedef struct
+{
+    double mean_rms, most_rms; // of r - F
+    double most_travel;        // from the smallest to the largest F
+} hold_t;
+
+static void run_hold(const case_t *x, const options_t *options, hold_t *worst)
+{
+    rig_t      rig;
+    double     sum   = 0.0;
+    double     least = 1e9;
+    double     most  = -1e9;
+    const long third = lround(x->third_s / H);
+    open_rig(&rig, x, options);
+    for (long k = 0; k < 3 * third; k++)
+    {
+        const double r = x->reference(x->of, (double)k * H);
+        const double F = force(&rig);
+        if (k >= third)
+        {
+            sum += (r - F) * (r - F);
+            least = fmin(least, F);
+            most  = fmax(most, F);
+        }
+        tick_rig(&rig, x, r);
+    }
+    close_rig(&rig);
+    const double rms = sqrt(sum / (double)(2 * third));
+    worst->mean_rms += rms / (SIM_TRUTH_COUNT / 2);
+    worst->most_rms    = fmax(worst->most_rms, rms);
+    worst->most_travel = fmax(worst->most_travel, most - least);
+}
+
+/// Two minutes of rest under noise.
+static void study_hold(const options_t *options)
+{
+    static const double noise_mn[]  = {0.0, 0.3, 1.0};
+    static const double breakaway[] = {1.0, 0.7, 1.3};
+    for (int k = 0; k < 18; k++)
+    {
+        hold_t    with    = {.mean_rms = 0.0};
+        hold_t    without = {.mean_rms = 0.0};
+        const int half    = k / 9;
+        for (int i = 0; i < SIM_TRUTH_COUNT / 2; i++)
+        {
+            case_t x    = benchmark(2 * i + half);
+            x.breakaway = breakaway[k / 3 % 3];
+            x.reference = rest;
+            x.noise_n   = 1e-3 * noise_mn[k % 3];
+            x.seed      = i + 1;
+            x.third_s   = 60.0;
+            run_hold(&x, options, &with);
+            run_hold(&x, &off, &without);
+        }
+        printf("hold, %s, noise %.1f mN, L x%.1f: mean RMS %.3f mN, most %.3f, F travels by %.3f; without %.3f, %.3f, %.3f\n",
+               half_name[half],
+               noise_mn[k % 3],
+               breakaway[k / 3 % 3],
+               1e3 * with.mean_rms,
+               1e3 * with.most_rms,
+               1e3 * with.most_travel,
+               1e3 * without.mean_rms,
+               1e3 * without.most_rms,
+               1e3 * without.most_travel);
+        (void)fflush(stdout);
+    }
+}
+
+/// Steps alone, which teach little, with less breakaway than believed.
+static void study_steps(const options_t *options)
+{
+    static const int    truths[]    = {SIM_TRUTH_paper, SIM_TRUTH_coulomb, SIM_TRUTH_dahl, SIM_TRUTH_armstrong};
+    static const double breakaway[] = {0.3, 0.4, 0.5, 0.6, 0.7, 0.85};
+    for (int b = 0; b < 6; b++)
+    {
+        double ratios[32];
+        char   name[64];
+        for (int i = 0; i < 32; i++)
+        {
+            case_t x    = benchmark(truths[i / 8]);
+            x.breakaway = breakaway[b];
+            x.reference = square;
+            x.of[1]     = i & 1 ? 0.42 : 0.6;
+            x.of[2]     = i & 2 ? 10.0 : 4.0;
+            x.noise_n   = i & 4 ? 0.1e-3 : 0.0;
+            x.third_s   = 20.0;
+            ratios[i]   = ratio(&x, options);
+        }
+        (void)snprintf(name, sizeof name, "steps alone, L x%.2f", breakaway[b]);
+        print(name, ratios, 32);
+    }
+}
+
 /// A load that lasts: the error 60 s later, without over with.
 static void study_loads(const options_t *options)
 {
@@ -713,6 +848,9 @@ int main(int argc, char **argv)
                          {"pushes", study_pushes},
                          {"environment", study_environment},
                          {"loads", study_loads},
+                         {"rest", study_rest},
+                         {"hold", study_hold},
+                         {"steps", study_steps},
                          {"long", study_long},
                          {"harm", study_harm},
                          {"iterative", study_iterative}};

@@ -161,6 +161,46 @@ static void test_an_environment_that_moves_while_the_reference_does(void)
     }
 }
 
+/// Up to 0.5 N after a period of the benchmark, and to rest.
+static double ramp_and_rest(const void *context, double t)
+{
+    (void)context;
+    return compensation_triangle(&benchmark, fmin(t, 25.0));
+}
+
+static void test_an_environment_that_moves_while_the_reference_rests(void)
+{
+    static const double least[] = {4.0, 2.2};
+    truth.environment_n         = 0.05;
+    for (int i = 0; i < 2; i++)
+    {
+        truth.environment_hz = i == 0 ? 0.1 : 1.0;
+        const double off = compensation_run(COMPENSATION_OFF, NULL, &truth, ramp_and_rest, NULL, 30.0, 40.0).rms;
+        const double x   = compensation_run(COMPENSATION_FEEDFORWARD, NULL, &truth, ramp_and_rest, NULL, 30.0, 40.0).rms;
+        printf("r at rest, environment at %.1f Hz: %.2f times\n", truth.environment_hz, off / x);
+        TEST_ASSERT_TRUE(off / x >= least[i]);
+    }
+}
+
+/// Friction that is fed back must not let noise break the arm away, to and fro: F stays, and u rests.
+static void test_noise_does_not_move_a_force_that_is_held(void)
+{
+    for (uint64_t seed = 1; seed <= 6u; seed++)
+    {
+        truth.noise_n    = seed % 2u == 0u ? 1e-3 : 0.3e-3;
+        truth.noise_seed = seed;
+        const compensation_result_t x =
+            compensation_run(COMPENSATION_FEEDFORWARD, NULL, &truth, ramp_and_rest, NULL, 40.0, 120.0);
+        printf("hold with %.1f mN of noise: RMS %.3f mN, largest error %.3f mN, u varies by %.1f N\n",
+               1e3 * truth.noise_n,
+               1e3 * x.rms,
+               1e3 * x.peak,
+               x.variation);
+        TEST_ASSERT_TRUE(x.peak <= 0.8e-3);
+        TEST_ASSERT_TRUE(x.variation <= 12.0); // it is 40 and 140 N where the controller follows the noise
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -173,5 +213,7 @@ int main(void)
     RUN_TEST(test_a_push_while_the_reference_moves_leaves_no_lasting_error);
     RUN_TEST(test_a_load_that_stays_is_learned);
     RUN_TEST(test_an_environment_that_moves_while_the_reference_does);
+    RUN_TEST(test_an_environment_that_moves_while_the_reference_rests);
+    RUN_TEST(test_noise_does_not_move_a_force_that_is_held);
     return UNITY_END();
 }

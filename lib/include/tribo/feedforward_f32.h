@@ -124,6 +124,7 @@ typedef struct
     uint32_t since;        ///< ticks since the last change of side, up to quick_ticks
     int8_t   side;         ///< sign of the last move of F_h
     uint8_t  quick;        ///< changes of side in quick succession, up to 4
+    uint8_t  rests;        ///< the error is within the noise, and u stays
 } tribo_feedforward_hold_f32_state_t;
 
 /// All except y are low passes.

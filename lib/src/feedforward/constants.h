@@ -71,15 +71,16 @@
 #define EFFORT_FASTEST_Q31 3.9f
 
 // Hold.
-#define FEEDFORWARD_HOLD_GAIN     0.94f          // E
-#define FEEDFORWARD_HOLD_MARGIN   0.85f          // beta
+#define FEEDFORWARD_HOLD_GAIN     0.88f          // E
+#define FEEDFORWARD_HOLD_MARGIN   0.95f          // beta
 #define FEEDFORWARD_QUICK_TIME    0.2f           // T_c, s
 #define FEEDFORWARD_QUICK_CHANGES 4u             // until the margin grows
 #define FEEDFORWARD_MARGIN_STEP   0.1f           // of what is left of it
 #define FEEDFORWARD_MARGIN_TRAVEL (1.0f / 1.57f) // D_m of B
 #define FEEDFORWARD_DEADBAND_TIME 0.3f           // T_d, s
 #define FEEDFORWARD_DEADBAND_RARE 0.6f           // over the mean second difference of y, where y seldom changes
-#define FEEDFORWARD_DEADBAND_ALL  0.13f          // and where it always changes: 0.1 lets F slip within minutes of noise
+#define FEEDFORWARD_DEADBAND_ALL  0.07f          // and where it always changes
+#define FEEDFORWARD_REST          2.5f           // deadbands that an error may grow to while u rests
 
 // Force from u alone. Each turn leaves the slope of L(F), 0.3 on the paper's rig, of the error.
 #define ESTIMATE_TURNS       4u

@@ -17,9 +17,19 @@
 static inline void hold_f32_start(tribo_feedforward_hold_f32_state_t *hold, float at)
 {
     hold->anchor_n = at;
+    hold->error_n  = 0.0f;
     hold->noise_n  = 0.0f;
-    hold->changed  = 0.0f;
+    hold->changed  = 1.0f;
     hold->still    = 0;
+}
+
+/// Follows the error in every mode, so that a hold begins with what it is.
+static inline void hold_f32_follow(const tribo_feedforward_f32_params_t *params,
+                                   tribo_feedforward_hold_f32_state_t   *hold,
+                                   float                                 e)
+{
+    const float error = first_order_f32_step(hold->error_n, e, params->deadband_part);
+    hold->error_n     = exceeds(error, FEEDFORWARD_FORCE_MAX_N) ? 0.0f : error;
 }
 
 /// True if r stands: rs has stayed within +-half of one value for the still time. In a hold its step counts as standing.
@@ -53,7 +63,7 @@ static inline void hold_f32_enter(tribo_feedforward_f32_state_t *state, float B)
     hold->side    = state->sign;
     hold->since   = 0;
     hold->quick   = 0;
-    hold->error_n = 0.0f;
+    hold->rests   = false;
     state->offset_n += FEEDFORWARD_HOLD_GAIN * f - state->f_n;
     state->learning.sample_n = 0.0f;
     state->mode              = TRIBO_FEEDFORWARD_HOLD;
@@ -96,7 +106,8 @@ static inline float hold_f32_step(const tribo_feedforward_f32_params_t *params,
     return FEEDFORWARD_HOLD_GAIN * f;
 }
 
-/// The error `e` less a deadband, so that the controller does not follow its own sensor's noise. `last` are y of the last two ticks.
+/// The error `e` less a deadband, so that the controller does not follow its own sensor's noise. Once the error is within that, u
+/// rests until the error has grown. `last` are y of the last two ticks.
 static inline float hold_f32_deadband(const tribo_feedforward_f32_params_t *params,
                                       tribo_feedforward_hold_f32_state_t   *hold,
                                       float                                 e,
@@ -108,10 +119,11 @@ static inline float hold_f32_deadband(const tribo_feedforward_f32_params_t *para
     const float second  = magnitude((y - last[0]) - (last[0] - last[1]));
     hold->changed       = first_order_f32_step(hold->changed, changes ? 1.0f : 0.0f, part);
     hold->noise_n       = changes ? first_order_f32_step(hold->noise_n, second, part) : hold->noise_n;
-    hold->error_n       = first_order_f32_step(hold->error_n, e, part);
     const float fraction =
         FEEDFORWARD_DEADBAND_ALL * hold->changed + FEEDFORWARD_DEADBAND_RARE * (1.0f - hold->changed);
-    return e - bound_f32(hold->error_n, hold->noise_n * fraction);
+    const float width = hold->noise_n * fraction;
+    hold->rests       = magnitude(hold->error_n) < (hold->rests ? FEEDFORWARD_REST * width : width);
+    return hold->rests ? 0.0f : e - bound_f32(hold->error_n, width);
 }
 
 #endif

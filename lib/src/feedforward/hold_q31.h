@@ -14,9 +14,17 @@
 static inline void hold_q31_start(tribo_feedforward_hold_q31_state_t *hold, int32_t at)
 {
     hold->anchor  = at;
+    hold->error   = 0;
     hold->noise   = 0;
-    hold->changed = 0;
+    hold->changed = UINT32_MAX;
     hold->still   = 0;
+}
+
+static inline void hold_q31_follow(const tribo_feedforward_q31_params_t *params,
+                                   tribo_feedforward_hold_q31_state_t   *hold,
+                                   int32_t                               e)
+{
+    hold->error = first_order_q31_step(hold->error, e, params->deadband_part);
 }
 
 static inline bool hold_q31_stands(const tribo_feedforward_q31_params_t *params,
@@ -52,7 +60,7 @@ static inline void hold_q31_enter(tribo_feedforward_q31_state_t *state, int32_t 
     hold->side             = state->sign;
     hold->since            = 0;
     hold->quick            = 0;
-    hold->error            = 0;
+    hold->rests            = false;
     state->offset          = sum_q31(state->offset, hold_q31_gained(f) - state->f);
     state->learning.sample = 0;
     state->mode            = TRIBO_FEEDFORWARD_HOLD;
@@ -106,12 +114,14 @@ static inline int32_t hold_q31_deadband(const tribo_feedforward_q31_params_t *pa
     const uint32_t second  = bank_q31_second(y, last);
     hold->changed          = bank_q31_pass(hold->changed, changes ? UINT32_MAX : 0u, part);
     hold->noise            = changes ? bank_q31_pass(hold->noise, second, part) : hold->noise;
-    hold->error            = first_order_q31_step(hold->error, e, part);
 
     const uint32_t rare     = BANK_Q31_Q32(FEEDFORWARD_DEADBAND_RARE);
     const uint32_t fraction = rare - tribo_q31_high(hold->changed, rare - BANK_Q31_Q32(FEEDFORWARD_DEADBAND_ALL));
-    const int32_t  most     = (int32_t)(tribo_q31_high(hold->noise, fraction) >> 8);
-    return difference_q31(e, limit_q31(hold->error, -most, most));
+    const uint32_t width    = tribo_q31_high(hold->noise, fraction) >> 8;
+    const uint32_t rest     = (uint32_t)(2.0f * FEEDFORWARD_REST) * width / 2u;
+    const int32_t  most     = (int32_t)width;
+    hold->rests             = tribo_q31_magnitude(hold->error) < (hold->rests ? rest : width);
+    return hold->rests ? 0 : difference_q31(e, limit_q31(hold->error, -most, most));
 }
 
 #endif

@@ -83,6 +83,10 @@ static void stand(const tribo_feedforward_f32_params_t *params,
     {
         signals->e_n = hold_f32_deadband(params, &state->hold, signals->e_n, signals->y_n, state->observer.y_n);
     }
+    if (state->hold.rests)
+    {
+        state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
+    }
 }
 
 /// Step 8: f in the first tick after a hold, chosen so that u continues.
@@ -225,6 +229,10 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
     signals->e_n     = bad_y ? 0.0f : e;
     signals->y_n     = y;
     signals->partial = bank_f32_partial(state);
+    if (!bad_y)
+    {
+        hold_f32_follow(params, &state->hold, e);
+    }
     feed(params, state, stands, flips && alone(state, sign, step), signals);
     if (is_corrupt(signals, state->offset_n))
     {

@@ -88,6 +88,10 @@ static void stand(const tribo_feedforward_q31_params_t *params,
     {
         signals->e = hold_q31_deadband(params, &state->hold, signals->e, signals->y, state->observer.y);
     }
+    if (state->hold.rests)
+    {
+        state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
+    }
 }
 
 static void leave(const tribo_feedforward_q31_params_t *params,
@@ -224,6 +228,10 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
     signals->e       = bad_y ? 0 : e;
     signals->y       = y;
     signals->partial = bank_q31_partial(state);
+    if (!bad_y)
+    {
+        hold_q31_follow(params, &state->hold, e);
+    }
     feed(params, state, stands, flips && alone(state, sign, step), signals);
     state->e = bank_q31_outside(signals->e);
     state->f = signals->f;
