@@ -119,6 +119,17 @@ static int32_t method_term(const tribo_force_loop_q31_params_t *params,
                                 tribo_q31_widen(last, params->controller.cascade.output_scale, &not_counted));
 }
 
+/// Nothing seen. Member by member: a struct would be cleared by a call.
+static void rest(tribo_compensator_q31_signals_t *signals)
+{
+    signals->force           = 0;
+    signals->friction.n      = 0;
+    signals->friction.L      = 0;
+    signals->friction.rise   = 0;
+    signals->friction.f      = 0;
+    signals->friction.relays = 0;
+}
+
 /// A method's part of the tick once u is known.
 static void method_after(const tribo_force_loop_q31_params_t *params,
                          tribo_force_loop_q31_state_t        *state,
@@ -126,7 +137,7 @@ static void method_after(const tribo_force_loop_q31_params_t *params,
 {
     void *const memory = force_loop_q31_memory(state);
 
-    signals->compensator = (tribo_compensator_q31_signals_t){.force = 0};
+    rest(&signals->compensator);
     if (memory != NULL)
     {
         params->method->after(params, memory, signals->controller.v, signals->controller.u, signals);
