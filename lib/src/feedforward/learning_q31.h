@@ -148,8 +148,8 @@ static inline learning_q31_divisor_t learning_q31_divisor(uint32_t L)
 static inline int32_t learning_q31_over(int32_t x, const learning_q31_divisor_t *L)
 {
     const uint64_t product = tribo_q31_product(tribo_q31_magnitude(x), L->inverse) >> 6; // 2^57 x/(L 2^shift)
-    const uint64_t ratio   = product >> (31u - L->shift);
-    const int32_t  size    = (int32_t)(ratio < (uint64_t)INT32_MAX ? (uint32_t)ratio : (uint32_t)INT32_MAX);
+    const int64_t  ratio   = tribo_q31_shift((int64_t)product, 31u - L->shift);
+    const int32_t  size    = (int32_t)(ratio < INT32_MAX ? ratio : INT32_MAX);
     return x < 0 ? -size : size;
 }
 
