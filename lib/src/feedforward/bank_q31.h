@@ -80,9 +80,9 @@ static inline bank_q31_prior_t bank_q31_prior(const tribo_friction_q31_params_t 
 /// Load that does not reverse, as learned beside the model's, within +-2 FS.
 static inline int32_t bank_q31_load(const tribo_feedforward_weights_q31_t *learned, int32_t force)
 {
-    const int32_t slope = bank_q31_times(learned->slope, tribo_q31_magnitude(force), 29, (uint32_t)BANK_Q31_ONE / 2u);
-    const int32_t scale = bank_q31_times(force, tribo_q31_magnitude(learned->scale), 29, (uint32_t)BANK_Q31_ONE / 2u);
-    return learned->constant + slope + (learned->scale < 0 ? -scale : scale);
+    const int32_t slope =
+        force < 0 ? difference_q31(learned->slope, learned->scale) : sum_q31(learned->slope, learned->scale);
+    return learned->constant + bank_q31_times(slope, tribo_q31_magnitude(force), 29, (uint32_t)BANK_Q31_ONE);
 }
 
 /// The model's and the learned load, within +-FS.
