@@ -331,12 +331,13 @@ static inline uint32_t learning_q31_presliding(const int32_t *V, uint32_t noise)
     return ~tribo_q31_high(ratio, ratio);
 }
 
-/// V^3/(V^2 + theta^2).
+/// V^3/(V^2 + theta^2), within 1e-5: a division of 32 bits for what theta takes.
 static inline int32_t learning_q31_shrunk(int32_t V)
 {
     const uint32_t V2    = tribo_q31_high(tribo_q31_magnitude(V), tribo_q31_magnitude(V)); // Q26
-    const uint32_t theta = (uint32_t)BANK_Q31_Q29(FEEDFORWARD_SHRINK * FEEDFORWARD_SHRINK) / 8u;
-    return part_of_q31(V, 2u * tribo_q31_ratio(V2, V2 + theta));
+    const uint32_t theta = LEARNING_Q31_Q26(FEEDFORWARD_SHRINK * FEEDFORWARD_SHRINK);
+    const uint32_t taken = (theta << 10) / ((V2 + theta) / 256u + 1u); // Q18, below 1
+    return part_of_q31(V, ~(taken << 14));
 }
 
 /// gain epsilon, Q29.
