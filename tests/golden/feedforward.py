@@ -387,6 +387,8 @@ class Feedforward:
         self.m = clamp(self.m, yf - half, yf + half)
         self.seen["z"] = z
         # 11
+        if self.flips:
+            return
         stage, self.stage = self.stage, (self.stage + 1) % STAGES
         if stage == 0:
             self.sample(limited)
@@ -467,14 +469,16 @@ class Feedforward:
         before, self.f = self.f, self.friction(self.sigma)[0]
         self.b += self.f - before
 
-    def learn_covariance(self):
+    def learn_covariance(self, last=False):
         o = min(1, self.Q * self.delta)
         for i in range(4):
             for j in range(4):
-                self.M[i][j] -= self.gain * self.q[i] * self.q[j]
-                self.M[i][j] += o * (float(i == j) - self.M[i][j])
+                if (min(i, j) > 1) == last:
+                    self.M[i][j] -= self.gain * self.q[i] * self.q[j]
+                    self.M[i][j] += o * (float(i == j) - self.M[i][j])
 
     def learn_variances(self):
+        self.learn_covariance(last=True)
         o = min(1, self.Q * self.delta)
         for j in range(1, 5):
             self.P[j] -= self.gain * self.qj[j] ** 2

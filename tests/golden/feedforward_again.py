@@ -360,6 +360,8 @@ class Model:
         half = (p.w / 5 + 0.4 * self.n_y) / 2
         self.m = clamp(self.m, yf - half, yf + half)
         self.seen["z"] = self.z
+        if self.flips:
+            return
         stage, self.stage = self.stage, (self.stage + 1) % N
         work = (self.sample, self.regressor, self.project, self.weigh, self.weights, self.loads, self.use, self.covariance, self.variances,
                 self.monitor)[stage]

@@ -117,6 +117,7 @@ static inline void learning_f32_start(tribo_feedforward_learning_f32_state_t *x,
     x->hunts       = false;
     x->since       = 0;
     x->travelled_n = y;
+    x->friction_n  = 0.0f;
     x->load        = 0.0f;
 }
 

@@ -128,6 +128,7 @@ static inline void learning_q31_start(tribo_feedforward_learning_q31_state_t *x,
     x->hunts     = false;
     x->since     = 0;
     x->travelled = y;
+    x->friction  = 0;
     x->load      = 0;
 }
 

@@ -309,6 +309,33 @@ float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loo
     return signals->term_n;
 }
 
+/// Step 11: a stage, and after the last the monitor and the check of what is learned.
+static void learn(const tribo_force_loop_f32_params_t *loop,
+                  tribo_feedforward_f32_state_t       *state,
+                  tribo_feedforward_f32_signals_t     *signals,
+                  float                                v_n)
+{
+    const tribo_feedforward_f32_params_t *const params = state_f32_params(loop);
+
+    const bool moves = state->mode == TRIBO_FEEDFORWARD_MOVING;
+    const bool fresh = state->learning.stage == 0u;
+    const bool last  = state->learning.stage >= FEEDFORWARD_STAGES - 1u;
+    learning_f32_step(params,
+                      &loop->compensator.friction,
+                      state,
+                      signals->level_n,
+                      moves && state->limited == 0 && signals->y_good);
+    signals->travel_n = fresh ? state->learning.sample_n : 0.0f;
+    if (last)
+    {
+        monitor_f32_step(params, &state->monitor, moves ? v_n : state->monitor.v_n, state->observer.noise_n);
+        if (learning_f32_corrupt(&state->learned, &state->learning))
+        {
+            state_f32_forget(params, state);
+        }
+    }
+}
+
 // Steps 10 and 11, once u is known.
 void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loop,
                                         void                                *memory,
@@ -328,23 +355,11 @@ void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loo
     state->limited = (int8_t)(seen->controller.limited ? bank_f32_sign(v_n + signals->term_n - u_n) : 0);
 
     observer_f32_step(params, &state->observer, u_n, signals->y_n);
-    const bool moves = state->mode == TRIBO_FEEDFORWARD_MOVING;
-    const bool fresh = state->learning.stage == 0u;
-    const bool last  = state->learning.stage >= FEEDFORWARD_STAGES - 1u;
-    learning_f32_step(params,
-                      &loop->compensator.friction,
-                      state,
-                      signals->level_n,
-                      moves && state->limited == 0 && signals->y_good);
     signals->friction_n = state->observer.friction_n;
-    signals->travel_n   = fresh ? state->learning.sample_n : 0.0f;
-    if (last)
+    signals->travel_n   = 0.0f;
+    if (!signals->flips)
     {
-        monitor_f32_step(params, &state->monitor, moves ? v_n : state->monitor.v_n, state->observer.noise_n);
-        if (learning_f32_corrupt(&state->learned, &state->learning))
-        {
-            state_f32_forget(params, state);
-        }
+        learn(loop, state, signals, v_n);
     }
     state->offset_seal = ~bits_f32(state->offset_n);
     const float F      = signals->reached_n + state->behind_n[0];

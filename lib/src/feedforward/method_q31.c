@@ -305,6 +305,33 @@ int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *l
     return signals->term;
 }
 
+/// Step 11: a stage, and after the last the monitor and the check of what is learned.
+static void learn(const tribo_force_loop_q31_params_t *loop,
+                  tribo_feedforward_q31_state_t       *state,
+                  tribo_feedforward_q31_signals_t     *signals,
+                  int32_t                              v)
+{
+    const tribo_feedforward_q31_params_t *const params = state_q31_params(loop);
+
+    const bool moves = state->mode == TRIBO_FEEDFORWARD_MOVING;
+    const bool fresh = state->learning.stage == 0u;
+    const bool last  = state->learning.stage >= FEEDFORWARD_STAGES - 1u;
+    learning_q31_step(params,
+                      &loop->compensator.friction,
+                      state,
+                      signals->level,
+                      moves && state->limited == 0 && signals->y_good);
+    signals->travel = fresh ? state->learning.sample : 0u;
+    if (last)
+    {
+        monitor_q31_step(params, &state->monitor, moves ? bank_q31_inside(v) : state->monitor.v, state->observer.noise);
+        if (learning_q31_corrupt(&state->learned, &state->learning))
+        {
+            state_q31_forget(state);
+        }
+    }
+}
+
 // Steps 10 and 11, once u is known.
 void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loop,
                                         void                                *memory,
@@ -328,23 +355,11 @@ void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loo
     state->limited       = (int8_t)(seen->controller.limited ? (wanted > u_q31) - (wanted < u_q31) : 0);
 
     observer_q31_step(params, &state->observer, u, signals->y);
-    const bool moves = state->mode == TRIBO_FEEDFORWARD_MOVING;
-    const bool fresh = state->learning.stage == 0u;
-    const bool last  = state->learning.stage >= FEEDFORWARD_STAGES - 1u;
-    learning_q31_step(params,
-                      &loop->compensator.friction,
-                      state,
-                      signals->level,
-                      moves && state->limited == 0 && signals->y_good);
     signals->friction = state->observer.friction;
-    signals->travel   = fresh ? state->learning.sample : 0u;
-    if (last)
+    signals->travel   = 0u;
+    if (!signals->flips)
     {
-        monitor_q31_step(params, &state->monitor, moves ? bank_q31_inside(v) : state->monitor.v, state->observer.noise);
-        if (learning_q31_corrupt(&state->learned, &state->learning))
-        {
-            state_q31_forget(state);
-        }
+        learn(loop, state, signals, v);
     }
     state->offset_seal = ~(uint32_t)state->offset;
     const int32_t F    = sum_q31(signals->reached, state->behind[0]);
