@@ -450,10 +450,12 @@ static inline void learning_f32_work(const tribo_feedforward_f32_params_t *param
     case 7:
         learning_f32_covariance(x, &learned->covariance[0], 0, learning_f32_part(x, params->forgetting_per_n));
         break;
-    case 8:
-        learning_f32_covariance(x, &learned->covariance[7], 2, learning_f32_part(x, params->forgetting_per_n));
-        learning_f32_variance(x, learned->variance, learning_f32_part(x, params->forgetting_per_n));
+    case 8: {
+        const float part = learning_f32_part(x, params->forgetting_per_n);
+        learning_f32_covariance(x, &learned->covariance[7], 2, part);
+        learning_f32_variance(x, learned->variance, part);
         break;
+    }
     default: // 0 is done, 9 is of the method
         break;
     }

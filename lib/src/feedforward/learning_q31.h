@@ -531,13 +531,12 @@ static inline void learning_q31_work(const tribo_feedforward_q31_params_t *param
                                 0,
                                 ~learning_q31_left(x->sample, params->forgetting_per_unit, 24));
         break;
-    case 8:
-        learning_q31_covariance(x,
-                                &learned->covariance[7],
-                                2,
-                                ~learning_q31_left(x->sample, params->forgetting_per_unit, 24));
-        learning_q31_variance(x, learned->variance, ~learning_q31_left(x->sample, params->forgetting_per_unit, 24));
+    case 8: {
+        const uint32_t part = ~learning_q31_left(x->sample, params->forgetting_per_unit, 24);
+        learning_q31_covariance(x, &learned->covariance[7], 2, part);
+        learning_q31_variance(x, learned->variance, part);
         break;
+    }
     default:
         break;
     }
