@@ -474,9 +474,11 @@ static inline void learning_q31_covariance(const tribo_feedforward_learning_q31_
     for (uint32_t end = i + 2u; i < end; i++)
     {
         const int32_t drop = bank_q31_times(x->gained[i], x->gain, 29, INT32_MAX);
-        for (uint32_t j = i; j < 4u; j++)
+        *M                 = learning_q31_left_of(*M, drop, x->gained[i], LEARNING_Q31_ONE, part);
+        M++;
+        for (uint32_t j = i + 1u; j < 4u; j++)
         {
-            *M = learning_q31_left_of(*M, drop, x->gained[j], i == j ? LEARNING_Q31_ONE : 0, part);
+            *M = learning_q31_left_of(*M, drop, x->gained[j], 0, part);
             M++;
         }
     }
