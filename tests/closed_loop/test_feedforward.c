@@ -6,6 +6,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 static compensation_truth_t          truth;
 static const compensation_triangle_t benchmark = {0.4, 0.6, 0.02};
@@ -89,18 +90,34 @@ static double square(const void *context, double t)
     return fmod(t, 10.0) < 5.0 ? 0.4 : *(const double *)context;
 }
 
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a;
+    const double y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/// Median over nine seeds: a step of 0.2 N is as good as where F comes to rest, 1.4 to 2.2.
 static double ratio(double high)
 {
-    const double off = compensation_run(COMPENSATION_OFF, NULL, &truth, square, &high, 10.0, 20.0).rms;
-    const double x   = compensation_run(COMPENSATION_FEEDFORWARD, NULL, &truth, square, &high, 10.0, 20.0).rms;
-    printf("steps 0.4/%.2f: %.2f times\n", high, off / x);
-    return off / x;
+    double ratios[9];
+    truth.noise_n = 1e-5;
+    for (uint64_t seed = 0; seed < 9u; seed++)
+    {
+        truth.noise_seed = seed;
+        const double off = compensation_run(COMPENSATION_OFF, NULL, &truth, square, &high, 10.0, 20.0).rms;
+        const double x   = compensation_run(COMPENSATION_FEEDFORWARD, NULL, &truth, square, &high, 10.0, 20.0).rms;
+        ratios[seed]     = off / x;
+    }
+    qsort(ratios, 9, sizeof ratios[0], ascending);
+    printf("steps 0.4/%.2f: %.2f to %.2f, median %.2f times\n", high, ratios[0], ratios[8], ratios[4]);
+    return ratios[4];
 }
 
 static void test_steps_are_fed_back_while_the_reference_stands(void)
 {
-    TEST_ASSERT_TRUE(ratio(0.6) >= 1.9);
-    TEST_ASSERT_TRUE(ratio(0.42) >= 2.3);
+    TEST_ASSERT_TRUE(ratio(0.6) >= 1.7);
+    TEST_ASSERT_TRUE(ratio(0.42) >= 2.5);
 }
 
 /// RMS of a period of the benchmark that ends at `end_s`.
@@ -182,22 +199,32 @@ static void test_an_environment_that_moves_while_the_reference_rests(void)
     }
 }
 
-/// Friction that is fed back must not let noise break the arm away, to and fro: F stays, and u rests.
+/// Friction that is fed back must not let noise break the arm away, to and fro: F stays, and u rests. Medians over nine seeds.
 static void test_noise_does_not_move_a_force_that_is_held(void)
 {
-    for (uint64_t seed = 1; seed <= 6u; seed++)
+    static const double noise[] = {0.3e-3, 1e-3};
+    for (int i = 0; i < 2; i++)
     {
-        truth.noise_n    = seed % 2u == 0u ? 1e-3 : 0.3e-3;
-        truth.noise_seed = seed;
-        const compensation_result_t x =
-            compensation_run(COMPENSATION_FEEDFORWARD, NULL, &truth, ramp_and_rest, NULL, 40.0, 120.0);
-        printf("hold with %.1f mN of noise: RMS %.3f mN, largest error %.3f mN, u varies by %.1f N\n",
+        double peak[9];
+        double variation[9];
+        truth.noise_n = noise[i];
+        for (uint64_t seed = 0; seed < 9u; seed++)
+        {
+            truth.noise_seed = seed;
+            const compensation_result_t x =
+                compensation_run(COMPENSATION_FEEDFORWARD, NULL, &truth, ramp_and_rest, NULL, 40.0, 120.0);
+            peak[seed]      = x.peak;
+            variation[seed] = x.variation;
+        }
+        qsort(peak, 9, sizeof peak[0], ascending);
+        qsort(variation, 9, sizeof variation[0], ascending);
+        printf("hold with %.1f mN of noise: largest error %.3f mN, most %.3f mN, u varies by %.1f N\n",
                1e3 * truth.noise_n,
-               1e3 * x.rms,
-               1e3 * x.peak,
-               x.variation);
-        TEST_ASSERT_TRUE(x.peak <= 0.8e-3);
-        TEST_ASSERT_TRUE(x.variation <= 12.0); // it is 40 and 140 N where the controller follows the noise
+               1e3 * peak[4],
+               1e3 * peak[8],
+               variation[4]);
+        TEST_ASSERT_TRUE(peak[4] <= 0.4e-3);
+        TEST_ASSERT_TRUE(variation[4] <= 15.0); // 40 and 140 N where the controller follows the noise
     }
 }
 

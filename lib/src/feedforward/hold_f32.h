@@ -32,8 +32,14 @@ static inline void hold_f32_follow(const tribo_feedforward_f32_params_t *params,
     hold->error_n     = exceeds(error, FEEDFORWARD_FORCE_MAX_N) ? 0.0f : error;
 }
 
-/// True if r stands: rs has stayed within +-half of one value for the still time. In a hold its step counts as standing.
-/// Or if friction is fed back while r moves, as fed forward it did harm.
+/// True if rs has stayed within +-half of one value for the still time. In a hold its step counts as standing.
+static inline bool hold_f32_is_still(const tribo_feedforward_f32_params_t     *params,
+                                     const tribo_feedforward_hold_f32_state_t *hold)
+{
+    return params->still_ticks > 0u && hold->still >= params->still_ticks;
+}
+
+/// True if r stands. Or if friction is fed back while r moves, as fed forward it did harm.
 static inline bool hold_f32_stands(const tribo_feedforward_f32_params_t *params,
                                    tribo_feedforward_f32_state_t        *state,
                                    float                                 half,
@@ -49,8 +55,7 @@ static inline bool hold_f32_stands(const tribo_feedforward_f32_params_t *params,
     {
         hold->still++;
     }
-    const bool still = params->still_ticks > 0u && hold->still >= params->still_ticks;
-    return still || feedback_is_on(&state->monitor.feedback);
+    return hold_f32_is_still(params, hold) || feedback_is_on(&state->monitor.feedback);
 }
 
 /// Begins a hold with friction up to `B`; b takes the change of f.
@@ -107,7 +112,7 @@ static inline float hold_f32_step(const tribo_feedforward_f32_params_t *params,
 }
 
 /// The error `e` less a deadband, so that the controller does not follow its own sensor's noise. Once the error is within that, u
-/// rests until the error has grown. `last` are y of the last two ticks.
+/// rests, until the error has grown. `last` are y of the last two ticks.
 static inline float hold_f32_deadband(const tribo_feedforward_f32_params_t *params,
                                       tribo_feedforward_hold_f32_state_t   *hold,
                                       float                                 e,
@@ -122,8 +127,9 @@ static inline float hold_f32_deadband(const tribo_feedforward_f32_params_t *para
     const float fraction =
         FEEDFORWARD_DEADBAND_ALL * hold->changed + FEEDFORWARD_DEADBAND_RARE * (1.0f - hold->changed);
     const float width = hold->noise_n * fraction;
-    hold->rests       = magnitude(hold->error_n) < (hold->rests ? FEEDFORWARD_REST * width : width);
-    return hold->rests ? 0.0f : e - bound_f32(hold->error_n, width);
+    const float least = hold->rests ? FEEDFORWARD_REST * width : width;
+    hold->rests       = hold_f32_is_still(params, hold) && magnitude(hold->error_n) < least;
+    return e - bound_f32(hold->error_n, width);
 }
 
 #endif

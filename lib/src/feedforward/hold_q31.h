@@ -27,6 +27,12 @@ static inline void hold_q31_follow(const tribo_feedforward_q31_params_t *params,
     hold->error = first_order_q31_step(hold->error, e, params->deadband_part);
 }
 
+static inline bool hold_q31_is_still(const tribo_feedforward_q31_params_t     *params,
+                                     const tribo_feedforward_hold_q31_state_t *hold)
+{
+    return params->still_ticks > 0u && hold->still >= params->still_ticks;
+}
+
 static inline bool hold_q31_stands(const tribo_feedforward_q31_params_t *params,
                                    tribo_feedforward_q31_state_t        *state,
                                    uint32_t                              half,
@@ -42,8 +48,7 @@ static inline bool hold_q31_stands(const tribo_feedforward_q31_params_t *params,
     {
         hold->still++;
     }
-    const bool still = params->still_ticks > 0u && hold->still >= params->still_ticks;
-    return still || feedback_is_on(&state->monitor.feedback);
+    return hold_q31_is_still(params, hold) || feedback_is_on(&state->monitor.feedback);
 }
 
 static inline int32_t hold_q31_gained(int32_t f)
@@ -120,8 +125,9 @@ static inline int32_t hold_q31_deadband(const tribo_feedforward_q31_params_t *pa
     const uint32_t width    = tribo_q31_high(hold->noise, fraction) >> 8;
     const uint32_t rest     = (uint32_t)(2.0f * FEEDFORWARD_REST) * width / 2u;
     const int32_t  most     = (int32_t)width;
-    hold->rests             = tribo_q31_magnitude(hold->error) < (hold->rests ? rest : width);
-    return hold->rests ? 0 : difference_q31(e, limit_q31(hold->error, -most, most));
+    const uint32_t least    = hold->rests ? rest : width;
+    hold->rests             = hold_q31_is_still(params, hold) && tribo_q31_magnitude(hold->error) < least;
+    return difference_q31(e, limit_q31(hold->error, -most, most));
 }
 
 #endif

@@ -83,8 +83,9 @@ static void stand(const tribo_feedforward_f32_params_t *params,
     {
         signals->e_n = hold_f32_deadband(params, &state->hold, signals->e_n, signals->y_n, state->observer.y_n);
     }
-    if (state->hold.rests)
+    if (state_f32_stays(state))
     {
+        signals->e_n = 0.0f;
         state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
     }
 }
@@ -351,7 +352,10 @@ void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loo
     {
         return;
     }
-    state->u_n     = u_n;
+    if (!state_f32_stays(state)) // else rounding adds up
+    {
+        state->u_n = u_n;
+    }
     state->limited = (int8_t)(seen->controller.limited ? bank_f32_sign(v_n + signals->term_n - u_n) : 0);
 
     observer_f32_step(params, &state->observer, u_n, signals->y_n);

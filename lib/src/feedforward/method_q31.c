@@ -88,8 +88,9 @@ static void stand(const tribo_feedforward_q31_params_t *params,
     {
         signals->e = hold_q31_deadband(params, &state->hold, signals->e, signals->y, state->observer.y);
     }
-    if (state->hold.rests)
+    if (state_q31_stays(state))
     {
+        signals->e = 0;
         state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
     }
 }
@@ -351,7 +352,10 @@ void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loo
         return;
     }
     const int32_t wanted = tribo_q31_add(v, signals->term, &ignored);
-    state->u             = u;
+    if (!state_q31_stays(state))
+    {
+        state->u = u;
+    }
     state->limited       = (int8_t)(seen->controller.limited ? (wanted > u_q31) - (wanted < u_q31) : 0);
 
     observer_q31_step(params, &state->observer, u, signals->y);

@@ -19,6 +19,12 @@ static inline bool state_f32_runs(const tribo_feedforward_f32_state_t *state)
     return state->mode >= TRIBO_FEEDFORWARD_START && state->mode <= TRIBO_FEEDFORWARD_HOLD;
 }
 
+/// True if u stays, as the error of a hold is within the noise.
+static inline bool state_f32_stays(const tribo_feedforward_f32_state_t *state)
+{
+    return state->mode == TRIBO_FEEDFORWARD_HOLD && state->hold.rests;
+}
+
 /// At rest at force `at` with reference r. Beside a running controller b takes over so that u goes on.
 static inline void state_f32_rest(tribo_feedforward_f32_state_t *state, float r, float at)
 {

@@ -18,6 +18,11 @@ static inline bool state_q31_runs(const tribo_feedforward_q31_state_t *state)
     return state->mode >= TRIBO_FEEDFORWARD_START && state->mode <= TRIBO_FEEDFORWARD_HOLD;
 }
 
+static inline bool state_q31_stays(const tribo_feedforward_q31_state_t *state)
+{
+    return state->mode == TRIBO_FEEDFORWARD_HOLD && state->hold.rests;
+}
+
 static inline void state_q31_rest(tribo_feedforward_q31_state_t *state, int32_t r, int32_t at)
 {
     const bool enters = state->mode == TRIBO_FEEDFORWARD_ENTER;
