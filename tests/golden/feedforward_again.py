@@ -151,7 +151,7 @@ class Model:
         self.f, self.u_last, self.limited = 0.0, y, 0
         self.y1, self.y2, self.n_y, self.u_1, self.u_2, self.yf, self.zf, self.z, self.m = y, y, 0.0, y, y, y, 0.0, 0.0, y
         self.a, self.q, self.F_h, self.side, self.since, self.quick = at, 0, y, 0, 0, 0
-        self.e_bar, self.n_e, self.n_a = 0.0, 0.0, 0.0
+        self.e_bar, self.n_e, self.n_a, self.rests = 0.0, 0.0, 0.0, False
         self.stage, self.m_s, self.z_s, self.X = 0, y, 0.0, [0.0] * 5
         self.side_s, self.hunts, self.since_s, self.delta, self.l = 0, False, 0, 0.0, 0.0
         self.vf, self.vp, self.t_v, self.need, self.v_bar = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -225,6 +225,8 @@ class Model:
         self.m_1 = p.low_pass(p.tau, self.m_1, self.rs + ahead)
         self.m_2 += p.E_ps * (self.m_1 - self.m_2)
         self.e = e_0 if self.y_good else 0.0
+        if self.y_good:
+            self.e_bar = p.low_pass(0.3, self.e_bar, e_0)
         # 6
         self.need_now, self.lead = self.f - self.b, 0.0
         if self.mode == START or not (stands or self.mode == HOLD):
@@ -264,14 +266,14 @@ class Model:
 
     def hold(self):
         p = self.p
-        B_h = 0.85 * (1 - self.lam) * self.V[0] * self.share * p.L(self.rs)
+        B_h = 0.95 * (1 - self.lam) * self.V[0] * self.share * p.L(self.rs)
         begins = self.mode != HOLD
         if begins:
             self.mode = HOLD
             f_h = clamp(self.f, -B_h, B_h)
             self.F_h = self.u_last - f_h
-            self.b += 0.94 * f_h - self.f
-            self.side, self.since, self.quick, self.e_bar, self.delta = self.s, 0, 0, 0.0, 0.0
+            self.b += 0.88 * f_h - self.f
+            self.side, self.since, self.quick, self.rests, self.delta = self.s, 0, 0, False, 0.0
         f_h = clamp(self.u_last - self.F_h, -B_h, B_h)
         if sign(self.u_last - self.F_h) != self.side and not begins:
             self.decides(self.u_last - self.F_h, B_h)
@@ -284,15 +286,19 @@ class Model:
         else:
             self.since = min(self.since + 1, p.quick)
         self.F_h, self.side = F, side
-        self.f, self.sigma = 0.94 * f_h, 0.0
+        self.f, self.sigma = 0.88 * f_h, 0.0
         if self.y_good:
             changed = self.y != self.y1
             self.n_a = p.low_pass(0.3, self.n_a, float(changed))
             if changed:
                 self.n_e = p.low_pass(0.3, self.n_e, abs(self.y - 2 * self.y1 + self.y2))
-            self.e_bar = p.low_pass(0.3, self.e_bar, self.e)
-            d = self.n_e * (0.13 * self.n_a + 0.6 * (1 - self.n_a))
-            self.e -= clamp(self.e_bar, -d, d)
+            d = self.n_e * (0.07 * self.n_a + 0.6 * (1 - self.n_a))
+            most = 2.5 * d if self.rests else d
+            self.decides(self.e_bar, most)
+            self.rests = abs(self.e_bar) <= most
+            self.e = 0.0 if self.rests else self.e - clamp(self.e_bar, -d, d)
+        if self.rests:
+            self.rule = CONTINUE
 
     def leave(self):
         self.mode, self.rule = MOVING, CONTINUE
@@ -507,9 +513,10 @@ def exact(x, grid=GRID):
     return math.floor(x / grid + 0.5) * grid if math.isfinite(x) else x
 
 
-def play(params, seconds, reference, rub, *, other=None, seed=1, noise=0.0, noise_r=0.0, v=lambda t: 0.0, u_of=None, events=None, bad=None):
-    """Rows of a case. `rub` gives (y, u) of (t, r); `u_of` u of (t, u); `events` maps a tick to (event, entry), `bad` one to "r", "y"
-    or both."""
+def play(params, seconds, reference, rub, *, other=None, seed=1, noise=0.0, noise_r=0.0, v=lambda t: 0.0, u_of=None, y_of=None, events=None,
+         bad=None):
+    """Rows of a case. `rub` gives (y, u) of (t, r); `u_of` u of (t, u); `y_of` y of (t, y with its noise); `events` maps a tick to (event,
+    entry), `bad` one to "r", "y" or both."""
     rng, model, rows = random.Random(seed), Model(params, other), []
     for k in range(round(seconds / params.h)):
         t = k * params.h
@@ -517,8 +524,10 @@ def play(params, seconds, reference, rub, *, other=None, seed=1, noise=0.0, nois
         r = reference(t)
         y, u = rub(t, r)
         u = u_of(t, u) if u_of else u
-        given = [event, exact(entry), 1.0, exact(r + noise_r * rng.gauss(0, 1)), exact(y + noise * rng.gauss(0, 1)), exact(v(t)),
-                 exact(u, FINE if abs(u) < 0.015 else GRID), 0]
+        r += noise_r * rng.gauss(0, 1)
+        y += noise * rng.gauss(0, 1)
+        y = y_of(t, y) if y_of else y
+        given = [event, exact(entry), 1.0, exact(r), exact(y), exact(v(t)), exact(u, FINE if abs(u) < 0.015 else GRID), 0]
         for name in (bad or {}).get(k, ""):
             given[GIVEN.index(name)] = math.nan
         rows.append(given + model.row(*given))
@@ -564,16 +573,17 @@ def belief():
 
 def hold():
     """Changes of side that are just close and just not, in a hold; bad readings in one, one at no force, one while friction is fed back, steps in it,
-    params changed when it ends."""
+    params changed when it ends. Rest that begins with the hold and later, goes on over bad readings, a change of params, a flipped b and a step,
+    and ends with a creep of the error, a step, as r moves; with a y that always changes and one that seldom does."""
     params = Params(h=4e-3)
 
     def reference(t):
         if t < 2:
             return triangle(t, 2 / 3, 0.0011, 0.0811)
         if t < 4.3:
-            return 0.0011
+            return 0.0011 if t < 4 else 0.0101
         if t < 4.9:
-            return 0.0011 + 0.17 * (t - 4.3)
+            return 0.0101 + 0.155 * (t - 4.3)
         if t < 7.3:
             return 0.1031
         return triangle(t - 7.3, 0.21, 0.1031, 0.1331) if t < 8.7 else 0.1231 if t < 9.1 else 0.0631 if t < 9.2 else 0.0631 + 0.1 * (t - 9.2)
@@ -586,15 +596,20 @@ def hold():
             return 0.1031 + (0.14 if (t - 5.3) // width % 2 else -0.14)
         return u
 
-    bad = {k: "y" for k in (700, 701, 702, 1500, 1510, 2230)}
-    events = {1700: (DO_RESTART, 0), 2301: (DO_CHANGE, 0)}
-    return params, None, play(params, 10, reference, Rub(params, 1.0), noise=5e-4, u_of=u_of, bad=bad, events=events,
+    def y_of(t, y):
+        if 3 < t < 4.9:
+            return exact(y + (0.004 if 3.1 < t < 3.5 else 0.0), 2.0**-8)  # a converter's steps: y seldom changes
+        return y + 0.0006 if 5.6 < t < 5.9 else y
+
+    bad = {k: "y" for k in (530, 700, 701, 702, 1500, 1510, 2230)}
+    events = {701: (DO_CHANGE, 0), 720: (FLIP_B, 0.2), 1700: (DO_RESTART, 0), 2301: (DO_CHANGE, 0)}
+    return params, None, play(params, 10, reference, Rub(params, 1.0), noise=5e-4, u_of=u_of, y_of=y_of, bad=bad, events=events,
                               v=lambda t: (0.3 if 7.3 < t else 0.01) * math.sin(65.3 * t))
 
 
 def retune():
-    """Other params in each mode: at rest, entering, before the first motion, at a reversal, in its jump, within a sample, in a hold; a late
-    first motion beside a controller that works; bad readings and flipped bits meanwhile."""
+    """Other params in each mode: at rest, entering, before the first motion, at a reversal, in its jump, within a sample, in a hold, while
+    u rests in it; a late first motion beside a controller that works; bad readings and flipped bits meanwhile."""
     params = Params()
     other = Params(p_a=150.0, p_s=80.0, w=1e-3, d_4=0.03, T_j=0.03, alpha=0.3, gamma=0.8, Q=0.5, T_q=0.1, line=((0.01, 0.25), (0.005, 0.35)),
                    g_0=0.004)
@@ -606,16 +621,19 @@ def retune():
             return 0.25 + 0.0611 * math.sin(8.3 * (t - 0.312))
         return 0.2817 if t < 2.3 else 0.2817 + 0.0531 * math.sin(9.7 * (t - 2.6)) * (t > 2.6)
 
+    def y_of(t, y):
+        return exact(y, 3 * 2.0**-11) if 1.75 < t < 2.6 else y  # a converter's steps, among which u rests
+
     bad = {**{k: "r" for k in range(8)}, **{k: "y" for k in (*range(8, 12), 300, 690, 2020)}, **{k: "ry" for k in (*range(2900, 2906), 3101)}}
     to_other = (6, 100, 400, 521, 690, 905, 1105, 1950, 2010, 2050, 2400, 2601, 2903)
     events = {**{k: (TO_OTHER, 0) for k in to_other}, 1400: (FLIP_B, 0.2), 2900: (DO_ENTER, 0.05), 3300: (FLIP_V0, 1.3)}
     return params, other, play(params, 3.5, reference, Rub(params, 0.9, 0, 0, 0.3, 0.3, 0.01), other=other, seed=3, noise=1e-4, noise_r=1e-5,
-                               v=lambda t: 0.1 * math.sin(13 * t + 1), bad=bad, events=events)
+                               y_of=y_of, v=lambda t: 0.1 * math.sin(13 * t + 1), bad=bad, events=events)
 
 
 def back():
     """Friction fed back for 4 reversals, longer after each trial that fails, up to 128: over a restart, an entry, other params, a stand, a
-    step, bad readings, until restored. Then a trial that goes well for some reversals and fails."""
+    step, bad readings, until restored; u rests for moments, over some of that. Then a trial that goes well for some reversals and fails."""
     params = Params(h=4e-3)
     other = Params(h=4e-3, w=1e-3, d_4=0.02, gamma=0.7, line=((0.01, 0.25), (0.005, 0.35)))
 
@@ -628,10 +646,10 @@ def back():
         well = 12.25 < t < 12.6  # a trial that saves
         return (0.002 if well else 0.3) * math.sin(65.3 * t)
 
-    events = {60: (DO_RESTART, 0), 700: (DO_RESTART, 0), 950: (DO_ENTER, 0.05), 1100: (DO_CHANGE, 0), 1230: (TO_OTHER, 0), 1500: (TO_OTHER, 0),
+    events = {60: (DO_RESTART, 0), 700: (DO_RESTART, 0), 950: (DO_ENTER, 0.05), 1113: (DO_CHANGE, 0), 1231: (TO_OTHER, 0), 1500: (TO_OTHER, 0),
               2900: (DO_RESTORE, 0)}
-    bad = {800: "y", 801: "ry", 1650: "r"}
-    return params, other, play(params, 14, reference, Rub(params, 1.0), other=other, noise=1e-4, v=v, events=events, bad=bad)
+    bad = {800: "y", 801: "ry", 1520: "y", 1650: "r"}
+    return params, other, play(params, 14, reference, Rub(params, 1.0), other=other, seed=8, noise=1e-4, v=v, events=events, bad=bad)
 
 
 CASES = {"back": back, "coarse": coarse, "fine": fine, "belief": belief, "hold": hold, "retune": retune}
