@@ -578,12 +578,8 @@ static void study_rest(const options_t *options)
             x.third_s        = 30.0;
             ratios[i]        = ratio(&x, options);
         }
-        (void)snprintf(name,
-                       sizeof name,
-                       "rest, %s, %.1f Hz, L x%.1f",
-                       half_name[half],
-                       hz[k % 3],
-                       breakaway[k / 3 % 3]);
+        (void)
+            snprintf(name, sizeof name, "rest, %s, %.1f Hz, L x%.1f", half_name[half], hz[k % 3], breakaway[k / 3 % 3]);
         print(name, ratios, SIM_TRUTH_COUNT / 2);
     }
 }
@@ -643,7 +639,8 @@ static void study_hold(const options_t *options)
             run_hold(&x, options, &with);
             run_hold(&x, &off, &without);
         }
-        printf("hold, %s, noise %.1f mN, L x%.1f: mean RMS %.3f mN, most %.3f, F travels by %.3f; without %.3f, %.3f, %.3f\n",
+        printf("hold, %s, noise %.1f mN, L x%.1f: mean RMS %.3f mN, most %.3f, F travels by %.3f; without %.3f, %.3f, "
+               "%.3f\n",
                half_name[half],
                noise_mn[k % 3],
                breakaway[k / 3 % 3],

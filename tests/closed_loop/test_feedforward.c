@@ -192,8 +192,8 @@ static void test_an_environment_that_moves_while_the_reference_rests(void)
     for (int i = 0; i < 2; i++)
     {
         truth.environment_hz = i == 0 ? 0.1 : 1.0;
-        const double off = compensation_run(COMPENSATION_OFF, NULL, &truth, ramp_and_rest, NULL, 30.0, 40.0).rms;
-        const double x   = compensation_run(COMPENSATION_FEEDFORWARD, NULL, &truth, ramp_and_rest, NULL, 30.0, 40.0).rms;
+        const double off     = compensation_run(COMPENSATION_OFF, NULL, &truth, ramp_and_rest, NULL, 30.0, 40.0).rms;
+        const double x = compensation_run(COMPENSATION_FEEDFORWARD, NULL, &truth, ramp_and_rest, NULL, 30.0, 40.0).rms;
         printf("r at rest, environment at %.1f Hz: %.2f times\n", truth.environment_hz, off / x);
         TEST_ASSERT_TRUE(off / x >= least[i]);
     }

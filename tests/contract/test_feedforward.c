@@ -517,7 +517,8 @@ static void test_a_hold_begins_with_nothing_counted(void)
         x.memory.state.hold.side           = -1; // r rises before it stands
         x.memory.state.hold.rests          = true;
         x.memory.state.hold.TRIBO_N(noise) = TRIBO_EITHER(1e-3f, 1 << 26);
-        x.memory.state.hold.TRIBO_N(error) = feedforward_of(&x, 1e-4); // beyond a deadband of 0.07, within one in which u rests
+        x.memory.state.hold.TRIBO_N(error) =
+            feedforward_of(&x, 1e-4); // beyond a deadband of 0.07, within one in which u rests
         (void)tick(&x, &plant, triangle(k < 7000 ? k : 7000));
     }
     TEST_ASSERT_TRUE(x.memory.state.hold.quick == 0 && x.memory.state.hold.since <= 1u);
@@ -674,7 +675,8 @@ static void test_in_a_hold_u_rests_while_the_error_is_within_the_noise(void)
     int    rest = 0;
     for (int k = 0; k < 9000; k++)
     {
-        const double noise = k % 2 == 0 ? 1e-3 : -1e-3; // a mean second difference of 4 mN: deadband 0.28 mN, 0.7 mN while u rests
+        const double noise =
+            k % 2 == 0 ? 1e-3 : -1e-3; // a mean second difference of 4 mN: deadband 0.28 mN, 0.7 mN while u rests
         const double error = k < 3000 ? 0.2e-3 : k < 6000 ? 0.6e-3 : 0.8e-3;
         const double y     = k % 500 == 7 ? (double)NAN : triangle(STOP) - error + noise;
         const double v     = 1e-3 * sin(0.01 * k);

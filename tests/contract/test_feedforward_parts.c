@@ -181,8 +181,8 @@ static void test_the_deadband_is_a_part_of_the_noise_by_how_often_y_changes(void
         s.TRIBO_N(noise)                   = NOISE(n_e);
         s.changed                          = PART(n_a, 32);
         s.TRIBO_N(error)                   = FORCE(mean);
-        const bool   before                = random_bits(&r) % 2u == 0;
-        const bool   stands                = i % 7 != 0;
+        const bool before                  = random_bits(&r) % 2u == 0;
+        const bool stands                  = i % 7 != 0;
         s.rests                            = before;
         s.still                            = x.params.still_ticks - (stands ? 0u : 1u);
         const double found = OF_FORCE(TRIBO_PART(hold, deadband)(&x.params, &s, FORCE(e), FORCE(y), last));

@@ -77,7 +77,7 @@ typedef struct
     uint32_t still, since;
     int8_t   side;
     uint8_t  quick;
-    uint8_t  rests;        ///< the error is within the noise, and u stays
+    uint8_t  rests; ///< the error is within the noise, and u stays
 } tribo_feedforward_hold_q31_state_t;
 
 typedef struct

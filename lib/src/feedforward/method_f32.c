@@ -85,7 +85,7 @@ static void stand(const tribo_feedforward_f32_params_t *params,
     }
     if (state_f32_stays(state))
     {
-        signals->e_n = 0.0f;
+        signals->e_n       = 0.0f;
         state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
     }
 }

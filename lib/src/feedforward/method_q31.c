@@ -90,7 +90,7 @@ static void stand(const tribo_feedforward_q31_params_t *params,
     }
     if (state_q31_stays(state))
     {
-        signals->e = 0;
+        signals->e         = 0;
         state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
     }
 }
@@ -356,7 +356,7 @@ void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loo
     {
         state->u = u;
     }
-    state->limited       = (int8_t)(seen->controller.limited ? (wanted > u_q31) - (wanted < u_q31) : 0);
+    state->limited = (int8_t)(seen->controller.limited ? (wanted > u_q31) - (wanted < u_q31) : 0);
 
     observer_q31_step(params, &state->observer, u, signals->y);
     signals->friction = state->observer.friction;
