@@ -151,7 +151,7 @@ class Model:
         self.f, self.u_last, self.limited = 0.0, y, 0
         self.y1, self.y2, self.n_y, self.u_1, self.u_2, self.yf, self.zf, self.z, self.m = y, y, 0.0, y, y, y, 0.0, 0.0, y
         self.a, self.q, self.F_h, self.side, self.since, self.quick = at, 0, y, 0, 0, 0
-        self.e_bar, self.n_e, self.n_a, self.rests = 0.0, 0.0, 0.0, False
+        self.e_bar, self.n_e, self.n_a, self.rests = 0.0, 0.0, 1.0, False
         self.stage, self.m_s, self.z_s, self.X = 0, y, 0.0, [0.0] * 5
         self.side_s, self.hunts, self.since_s, self.delta, self.l = 0, False, 0, 0.0, 0.0
         self.vf, self.vp, self.t_v, self.need, self.v_bar = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -216,7 +216,8 @@ class Model:
         elif self.q < p.still:
             self.q += 1
         self.back = self.harm and self.n_f > 0
-        stands = self.back or (p.T_q > 0 and self.q >= p.still)
+        self.still = p.T_q > 0 and self.q >= p.still
+        stands = self.back or self.still
         if self.flips and not stands:
             self.turn()
         # 5
@@ -293,12 +294,13 @@ class Model:
             if changed:
                 self.n_e = p.low_pass(0.3, self.n_e, abs(self.y - 2 * self.y1 + self.y2))
             d = self.n_e * (0.07 * self.n_a + 0.6 * (1 - self.n_a))
+            self.e -= clamp(self.e_bar, -d, d)
             most = 2.5 * d if self.rests else d
-            self.decides(self.e_bar, most)
-            self.rests = abs(self.e_bar) <= most
-            self.e = 0.0 if self.rests else self.e - clamp(self.e_bar, -d, d)
+            if self.still:
+                self.decides(self.e_bar, most)
+            self.rests = self.still and abs(self.e_bar) < most
         if self.rests:
-            self.rule = CONTINUE
+            self.e, self.rule = 0.0, CONTINUE
 
     def leave(self):
         self.mode, self.rule = MOVING, CONTINUE
@@ -353,7 +355,8 @@ class Model:
             return
         p, y = self.p, self.y
         self.limited = sign(self.v + self.term + self.lead - u) if limited else 0
-        self.u_last, self.term_last = u, self.term
+        self.u_last = self.u_last if self.rests and self.mode == HOLD else u
+        self.term_last = self.term
         self.u_1 += p.E_pa * (u - self.u_1)
         self.u_2 += p.E_ps * (self.u_1 - self.u_2)
         d2 = min(abs(y - 2 * self.y1 + self.y2), 4 * self.n_y + p.n_0)
@@ -599,7 +602,7 @@ def hold():
     def y_of(t, y):
         if 3 < t < 4.9:
             return exact(y + (0.004 if 3.1 < t < 3.5 else 0.0), 2.0**-8)  # a converter's steps: y seldom changes
-        return y + 0.0006 if 5.6 < t < 5.9 else y
+        return y + 0.0009 if 5.16 < t < 6.32 else y
 
     bad = {k: "y" for k in (530, 700, 701, 702, 1500, 1510, 2230)}
     events = {701: (DO_CHANGE, 0), 720: (FLIP_B, 0.2), 1700: (DO_RESTART, 0), 2301: (DO_CHANGE, 0)}
@@ -633,12 +636,12 @@ def retune():
 
 def back():
     """Friction fed back for 4 reversals, longer after each trial that fails, up to 128: over a restart, an entry, other params, a stand, a
-    step, bad readings, until restored; u rests for moments, over some of that. Then a trial that goes well for some reversals and fails."""
+    step, bad readings, until restored; u rests in the stand alone. Then a trial that goes well for some reversals and fails."""
     params = Params(h=4e-3)
     other = Params(h=4e-3, w=1e-3, d_4=0.02, gamma=0.7, line=((0.01, 0.25), (0.005, 0.35)))
 
     def reference(t):
-        if 5.2 < t < 5.7:
+        if 5.2 < t < 5.95:
             return 0.4937  # a stand
         return triangle(t, 0.1603, 0.48, 0.52) + (0.05 if 6.4 < t < 6.9 else 0.0)  # two steps
 
@@ -646,10 +649,14 @@ def back():
         well = 12.25 < t < 12.6  # a trial that saves
         return (0.002 if well else 0.3) * math.sin(65.3 * t)
 
+    def y_of(t, y):
+        return y + 0.0005 if 5.4 < t < 5.6 else y  # the error's mean falls sooner
+
     events = {60: (DO_RESTART, 0), 700: (DO_RESTART, 0), 950: (DO_ENTER, 0.05), 1113: (DO_CHANGE, 0), 1231: (TO_OTHER, 0), 1500: (TO_OTHER, 0),
               2900: (DO_RESTORE, 0)}
-    bad = {800: "y", 801: "ry", 1520: "y", 1650: "r"}
-    return params, other, play(params, 14, reference, Rub(params, 1.0), other=other, seed=8, noise=1e-4, v=v, events=events, bad=bad)
+    bad = {800: "y", 801: "ry", 1440: "y", 1520: "y", 1650: "r"}
+    return params, other, play(params, 14, reference, Rub(params, 1.0), other=other, seed=10, noise=1e-4, y_of=y_of, v=v, events=events,
+                               bad=bad)
 
 
 CASES = {"back": back, "coarse": coarse, "fine": fine, "belief": belief, "hold": hold, "retune": retune}
