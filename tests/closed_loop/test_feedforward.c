@@ -187,7 +187,7 @@ static double ramp_and_rest(const void *context, double t)
 
 static void test_an_environment_that_moves_while_the_reference_rests(void)
 {
-    static const double least[] = {4.0, 2.2};
+    static const double least[] = {3.0, 2.2};
     truth.environment_n         = 0.05;
     for (int i = 0; i < 2; i++)
     {

@@ -1156,9 +1156,9 @@ static void test_a_corrupt_low_pass_of_v_comes_back(void)
     for (int i = 0; i < 3; i++)
     {
         init(&x);
-        take_back(0.1, 2);
+        take_back(0.9, 2);
         x.memory.state.TRIBO_N(v) = TRIBO_EITHER((float)odd[i], odd[i] < 0.0 ? INT32_MIN : INT32_MAX);
-        take_back(0.1, 2);
+        take_back(0.9, 2);
         TEST_ASSERT_TRUE(fabs((double)x.memory.state.TRIBO_N(v)) < TRIBO_EITHER(1.0, 1e8));
         TEST_ASSERT_TRUE(fabs(feedforward_seen(&x).b) < 1.0);
     }
@@ -1177,7 +1177,7 @@ static void test_friction_that_costs_more_than_it_saves_is_fed_back_for_longer_e
     unsigned found      = 0;
     for (int k = 0; k < 400 && found < 4; k++)
     {
-        take_back(0.5, 2);
+        take_back(0.9, 2);
         if (feedback->left > left)
         {
             lengths[found++] = feedback->length;
@@ -1196,7 +1196,7 @@ static void test_friction_fed_forward_on_trial_stays_so_and_the_past_is_forgiven
     init(&x);
     for (int k = 0; k < 40 && feedback->length <= 4u; k++)
     {
-        take_back(0.5, 2);
+        take_back(0.9, 2);
     }
     TEST_ASSERT_TRUE(feedback->length > 4u && feedback->left > 0u);
     take_back(0.1, 2 + 2 * feedback->left);

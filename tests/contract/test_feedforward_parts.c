@@ -216,26 +216,20 @@ static void test_a_hold_follows_the_error(void)
     }
 }
 
-/// The friction of a play that is limited to `most`, and its force follows.
 static void test_a_hold_feeds_back_its_part_of_what_sticks(void)
 {
     TRIBO(feedforward, state_t) *const s = &x.memory.state;
     for (int i = 0; i < TRIALS; i++)
     {
-        const double u         = any(0.9);
-        const double F         = u + any(0.3);
-        const double most      = fabs(any(0.2));
-        const double f         = clamp(u - F, -most, most);
-        const int    side      = (int)(random_bits(&r) % 3u) - 1;
-        s->TRIBO_N(u)          = FORCE(u);
-        s->hold.TRIBO_N(force) = FORCE(F);
-        s->hold.side           = (int8_t)side;
-        const double found     = OF_FORCE(TRIBO_PART(hold, step)(&x.params, s, FORCE(most)));
-        check(0.88 * f, found, "f");
-        check(u - f, OF_FORCE(s->hold.TRIBO_N(force)), "F_h");
-        if (fabs(fabs(u - F) - most) > 1e-6)
+        const double net  = any(0.3);
+        const double most = fabs(any(0.2));
+        const int    side = (int)(random_bits(&r) % 3u) - 1;
+        s->hold.side      = (int8_t)side;
+        check(0.88 * clamp(net, -most, most), OF_FORCE(TRIBO_PART(hold, friction)(FORCE(net), FORCE(most))), "f");
+        TRIBO_PART(hold, turn)(&x.params, &s->hold, FORCE(net), FORCE(most));
+        if (fabs(fabs(net) - most) > 1e-6)
         {
-            TEST_ASSERT_EQUAL_INT(fabs(u - F) < most ? side : u > F ? 1 : -1, s->hold.side);
+            TEST_ASSERT_EQUAL_INT(fabs(net) < most ? side : net > 0.0 ? 1 : -1, s->hold.side);
         }
     }
 }

@@ -115,14 +115,13 @@ typedef struct
 typedef struct
 {
     float    anchor_n;     ///< a, the standing reference
-    float    force_n;      ///< F_h, the arm's
     float    extra_margin; ///< lambda, 0 to 1
     float    error_n;      ///< filtered error
     float    noise_n;      ///< mean second difference of y over ticks in which y changed
     float    changed;      ///< fraction of ticks in which y changed
     uint32_t still;        ///< ticks of standing, up to still_ticks
     uint32_t since;        ///< ticks since the last change of side, up to quick_ticks
-    int8_t   side;         ///< sign of the last move of F_h
+    int8_t   side;         ///< of breakaway that friction reached last
     uint8_t  quick;        ///< changes of side in quick succession, up to 4
     uint8_t  rests;        ///< the error is within the noise, and u stays
 } tribo_feedforward_hold_f32_state_t;
@@ -222,6 +221,7 @@ typedef struct
     float e_n;        ///< error, y expected - y; 0 with a bad y
     float y_n;        ///< y, or the last good one
     float reached_n;  ///< rs
+    float load_n;     ///< of lin, what does not reverse
     float lin_n;      ///< force without friction for the reference
     float level_n;    ///< G
     float partial;    ///< W1 phi1 + ... + W4 phi4

@@ -69,7 +69,6 @@ typedef struct
 typedef struct
 {
     int32_t  anchor;       ///< a
-    int32_t  force;        ///< F_h
     uint32_t extra_margin; ///< lambda, Q32
     int32_t  error;        ///< filtered error
     uint32_t noise;        ///< mean second difference of y over ticks in which y changed, Q37
@@ -159,6 +158,7 @@ typedef struct
     int32_t  e;        ///< in Q29, before its limit
     int32_t  y;        ///< y, or the last good one
     int32_t  reached;  ///< rs
+    int32_t  load;     ///< of lin, what does not reverse
     int32_t  lin;      ///< force without friction for the reference
     uint32_t level;    ///< G without doubt
     int64_t  partial;  ///< W1 phi1 + ... + W4 phi4, Q58

@@ -1,7 +1,7 @@
 // Hold, single precision: feedback of friction, steps 4 (stands), 7 and 8 of docs/feedforward.md.
 //
 // A stuck step or a moving environment requires motion that the reference does not announce. Friction is then fed back, as in
-// the paper, with a play in place of its arm and relays: the arm's force F_h follows u beyond breakaway B.
+// the paper, with what is measured in place of its arm and relays: what u has beyond the arm's force, up to breakaway B.
 // No loops, no divisions. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FEEDFORWARD_HOLD_F32_H
@@ -58,18 +58,16 @@ static inline bool hold_f32_stands(const tribo_feedforward_f32_params_t *params,
     return hold_f32_is_still(params, hold) || feedback_is_on(&state->monitor.feedback);
 }
 
-/// Begins a hold with friction up to `B`; b takes the change of f.
-static inline void hold_f32_enter(tribo_feedforward_f32_state_t *state, float B)
+/// Begins a hold with friction `f`; b takes its change.
+static inline void hold_f32_enter(tribo_feedforward_f32_state_t *state, float f)
 {
     tribo_feedforward_hold_f32_state_t *const hold = &state->hold;
 
-    const float f = bound_f32(state->f_n, B);
-    hold->force_n = state->u_n - f;
-    hold->side    = state->sign;
-    hold->since   = 0;
-    hold->quick   = 0;
-    hold->rests   = false;
-    state->offset_n += FEEDFORWARD_HOLD_GAIN * f - state->f_n;
+    hold->side  = state->sign;
+    hold->since = 0;
+    hold->quick = 0;
+    hold->rests = false;
+    state->offset_n += f - state->f_n;
     state->learning.sample_n = 0.0f;
     state->mode              = TRIBO_FEEDFORWARD_HOLD;
 }
@@ -94,21 +92,21 @@ static inline void hold_f32_watch(const tribo_feedforward_f32_params_t *params,
     }
 }
 
-/// f in a hold, from u of the last tick and friction up to `B`.
-static inline float hold_f32_step(const tribo_feedforward_f32_params_t *params,
-                                  tribo_feedforward_f32_state_t        *state,
-                                  float                                 B)
+/// f in a hold: a part of what friction balances as the arm sticks, `net`, up to `B`.
+static inline float hold_f32_friction(float net, float B)
 {
-    tribo_feedforward_hold_f32_state_t *const hold = &state->hold;
+    return FEEDFORWARD_HOLD_GAIN * bound_f32(net, B);
+}
 
-    const float  net   = state->u_n - hold->force_n;
-    const float  f     = bound_f32(net, B);
-    const float  force = f == net ? hold->force_n : state->u_n - f; // u - (u - F_h) rounds: not a move
-    const int8_t side  = (int8_t)(force != hold->force_n ? bank_f32_sign(force - hold->force_n) : hold->side);
+/// The side of breakaway on which friction was last.
+static inline void hold_f32_turn(const tribo_feedforward_f32_params_t *params,
+                                 tribo_feedforward_hold_f32_state_t   *hold,
+                                 float                                 net,
+                                 float                                 B)
+{
+    const int8_t side = (int8_t)(magnitude(net) > B ? bank_f32_sign(net) : hold->side);
     hold_f32_watch(params, hold, side != hold->side);
-    hold->force_n = force;
-    hold->side    = side;
-    return FEEDFORWARD_HOLD_GAIN * f;
+    hold->side = side;
 }
 
 /// The error `e` less a deadband, so that the controller does not follow its own sensor's noise. Once the error is within that, u

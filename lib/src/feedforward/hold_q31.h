@@ -51,22 +51,20 @@ static inline bool hold_q31_stands(const tribo_feedforward_q31_params_t *params,
     return hold_q31_is_still(params, hold) || feedback_is_on(&state->monitor.feedback);
 }
 
-static inline int32_t hold_q31_gained(int32_t f)
+static inline int32_t hold_q31_friction(int32_t net, int32_t B)
 {
-    return part_of_q31(f, BANK_Q31_Q32(FEEDFORWARD_HOLD_GAIN));
+    return part_of_q31(limit_q31(net, -B, B), BANK_Q31_Q32(FEEDFORWARD_HOLD_GAIN));
 }
 
-static inline void hold_q31_enter(tribo_feedforward_q31_state_t *state, int32_t B)
+static inline void hold_q31_enter(tribo_feedforward_q31_state_t *state, int32_t f)
 {
     tribo_feedforward_hold_q31_state_t *const hold = &state->hold;
 
-    const int32_t f        = limit_q31(state->f, -B, B);
-    hold->force            = state->u - f;
     hold->side             = state->sign;
     hold->since            = 0;
     hold->quick            = 0;
     hold->rests            = false;
-    state->offset          = sum_q31(state->offset, hold_q31_gained(f) - state->f);
+    state->offset          = sum_q31(state->offset, f - state->f);
     state->learning.sample = 0;
     state->mode            = TRIBO_FEEDFORWARD_HOLD;
 }
@@ -92,20 +90,14 @@ static inline void hold_q31_watch(const tribo_feedforward_q31_params_t *params,
     }
 }
 
-static inline int32_t hold_q31_step(const tribo_feedforward_q31_params_t *params,
-                                    tribo_feedforward_q31_state_t        *state,
-                                    int32_t                               B)
+static inline void hold_q31_turn(const tribo_feedforward_q31_params_t *params,
+                                 tribo_feedforward_hold_q31_state_t   *hold,
+                                 int32_t                               net,
+                                 int32_t                               B)
 {
-    tribo_feedforward_hold_q31_state_t *const hold = &state->hold;
-
-    const int32_t f     = limit_q31(difference_q31(state->u, hold->force), -B, B);
-    const int32_t force = state->u - f;
-    const int32_t moved = difference_q31(force, hold->force);
-    const int8_t  side  = (int8_t)(moved != 0 ? bank_q31_sign(moved) : hold->side);
+    const int8_t side = (int8_t)(tribo_q31_magnitude(net) > (uint32_t)B ? bank_q31_sign(net) : hold->side);
     hold_q31_watch(params, hold, side != hold->side);
-    hold->force = force;
-    hold->side  = side;
-    return hold_q31_gained(f);
+    hold->side = side;
 }
 
 static inline int32_t hold_q31_deadband(const tribo_feedforward_q31_params_t *params,

@@ -73,11 +73,14 @@ static void stand(const tribo_feedforward_f32_params_t *params,
 {
     const float margin = FEEDFORWARD_HOLD_MARGIN * (1.0f - limit_f32(state->hold.extra_margin, 0.0f, 1.0f));
     const float B      = margin * state->learned.weight[0] * signals->level_n;
+    const float net    = state->u_n - state->observer.travelled_n - signals->load_n;
+
+    signals->f_n = hold_f32_friction(net, B);
     if (state->mode != TRIBO_FEEDFORWARD_HOLD)
     {
-        hold_f32_enter(state, B);
+        hold_f32_enter(state, signals->f_n);
     }
-    signals->f_n = hold_f32_step(params, state, B);
+    hold_f32_turn(params, &state->hold, net, B);
     state->sigma = 0.0f;
     if (signals->y_good)
     {
@@ -171,7 +174,8 @@ static void plan(const tribo_feedforward_f32_params_t *params,
 
     bank_f32_path(params, state, moved, ahead);
     signals->reached_n = rs;
-    signals->lin_n     = rs + ahead + prior.load_n + bank_f32_load(&state->learned, rs);
+    signals->load_n    = prior.load_n + bank_f32_load(&state->learned, rs);
+    signals->lin_n     = rs + ahead + signals->load_n;
     signals->level_n   = fade * prior.L_n;
     signals->lead_n    = 0.0f;
 }

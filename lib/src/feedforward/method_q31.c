@@ -77,12 +77,15 @@ static void stand(const tribo_feedforward_q31_params_t *params,
 {
     const uint32_t margin = tribo_q31_high(~state->hold.extra_margin, BANK_Q31_Q32(FEEDFORWARD_HOLD_MARGIN));
     const uint32_t V      = tribo_q31_magnitude(state->learned.weight[0]);
-    const int32_t  B = bank_q31_times((int32_t)tribo_q31_high(signals->level, margin), V, 29, (uint32_t)BANK_Q31_ONE);
+    const int32_t  B   = bank_q31_times((int32_t)tribo_q31_high(signals->level, margin), V, 29, (uint32_t)BANK_Q31_ONE);
+    const int32_t  net = difference_q31(difference_q31(state->u, state->observer.travelled), signals->load);
+
+    signals->f = hold_q31_friction(net, B);
     if (state->mode != TRIBO_FEEDFORWARD_HOLD)
     {
-        hold_q31_enter(state, B);
+        hold_q31_enter(state, signals->f);
     }
-    signals->f   = hold_q31_step(params, state, B);
+    hold_q31_turn(params, &state->hold, net, B);
     state->sigma = 0;
     if (signals->y_good)
     {
@@ -170,7 +173,8 @@ static void plan(const tribo_feedforward_q31_params_t *params,
 
     bank_q31_path(params, state, moved, ahead);
     signals->reached = rs;
-    signals->lin     = rs + ahead + bank_q31_both(&prior, bank_q31_load(&state->learned, rs));
+    signals->load    = bank_q31_both(&prior, bank_q31_load(&state->learned, rs));
+    signals->lin     = rs + ahead + signals->load;
     signals->level   = bank_q31_share(prior.L, fade);
     signals->lead    = 0;
 }
