@@ -150,7 +150,7 @@ class Model:
         self.m_1, self.m_2 = at, at
         self.f, self.u_last, self.limited = 0.0, y, 0
         self.y1, self.y2, self.n_y, self.u_1, self.u_2, self.yf, self.zf, self.z, self.m = y, y, 0.0, y, y, y, 0.0, 0.0, y
-        self.a, self.q, self.F_h, self.side, self.since, self.quick = at, 0, y, 0, 0, 0
+        self.a, self.q, self.side, self.since, self.quick = at, 0, 0, 0, 0
         self.e_bar, self.n_e, self.n_a, self.rests = 0.0, 0.0, 1.0, False
         self.stage, self.m_s, self.z_s, self.X = 0, y, 0.0, [0.0] * 5
         self.side_s, self.hunts, self.since_s, self.delta, self.l = 0, False, 0, 0.0, 0.0
@@ -268,26 +268,22 @@ class Model:
     def hold(self):
         p = self.p
         B_h = 0.95 * (1 - self.lam) * self.V[0] * self.share * p.L(self.rs)
-        begins = self.mode != HOLD
-        if begins:
+        net = self.u_last - self.m - (p.D(self.rs) + self.load(self.rs))
+        before, self.f, self.sigma = self.f, 0.88 * clamp(net, -B_h, B_h), 0.0
+        if self.mode != HOLD:
             self.mode = HOLD
-            f_h = clamp(self.f, -B_h, B_h)
-            self.F_h = self.u_last - f_h
-            self.b += 0.88 * f_h - self.f
+            self.b += self.f - before
             self.side, self.since, self.quick, self.rests, self.delta = self.s, 0, 0, False, 0.0
-        f_h = clamp(self.u_last - self.F_h, -B_h, B_h)
-        if sign(self.u_last - self.F_h) != self.side and not begins:
-            self.decides(self.u_last - self.F_h, B_h)
-        F = self.F_h if begins else self.u_last - f_h
-        side = (sign(F - self.F_h) if f_h != self.u_last - self.F_h else 0) or self.side
+        if sign(net) != self.side:
+            self.decides(net, B_h)
+        side = sign(net) if abs(net) > B_h else self.side
         if side != self.side:
             self.quick = min(self.quick + 1, 4) if self.since < p.quick else 0
             self.lam += 0.1 * (1 - self.lam) if self.quick == 4 else 0
             self.since = 0
         else:
             self.since = min(self.since + 1, p.quick)
-        self.F_h, self.side = F, side
-        self.f, self.sigma = 0.88 * f_h, 0.0
+        self.side = side
         if self.y_good:
             changed = self.y != self.y1
             self.n_a = p.low_pass(0.3, self.n_a, float(changed))
