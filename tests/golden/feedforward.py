@@ -21,6 +21,7 @@ RESTART, ENTER, START, MOVING, HOLD = range(5)
 KEEP, REVERSAL, CONTINUE, TAKE_OVER = range(4)
 NOTHING, DO_RESTART, DO_ENTER, DO_CHANGE, DO_RESET, DO_RESTORE, DO_CORRUPT = range(7)  # events before a tick
 STAGES = 10  # N, of learning
+BAD_IN_HOLD = (1000, 1001, 1002, 2200, 4500)  # ticks of the case `hold`
 TIE = 5e-8  # of input_max: closer decisions than that are no vector
 
 
@@ -109,7 +110,8 @@ class Feedforward:
         return max(1, math.floor(T / self.rig.h + 0.5))
 
     def exceeds(self, x, limit, parts=1.0):
-        """x > limit, and how near it was: `parts` times more where both are small, so that they are exact to more digits."""
+        """x > limit, and how near it was: `parts` times more where both are small, so that they are exact to more digits,
+        less where they are exact to fewer."""
         self.closest = min(self.closest, abs(x - limit) / self.rig.input_max * parts)
         return x > limit
 
@@ -152,11 +154,11 @@ class Feedforward:
         self.rs = self.rn = self.rp = self.m1 = self.m2 = self.a = at
         self.rate, self.s, self.sigma, self.x = 0.0, 0, 0.0, [0.0] * 5
         self.b, self.f, self.u, self.limited, self.e_last = load, 0.0, y, 0, 0.0
-        self.y1 = self.y2 = self.u1 = self.u2 = self.yf = self.m = self.F_h = y
+        self.y1 = self.y2 = self.u1 = self.u2 = self.yf = self.m = y
         self.n_y, self.zf, self.z, self.X = 0.0, 0.0, 0.0, [0.0] * 5
         self.m_s, self.z_s, self.side_s, self.hunts, self.since_s = y, 0.0, 0, False, 0
         self.q_still, self.side, self.since, self.quick = 0, 0, 0, 0
-        self.e_mean, self.n_e, self.n_a = 0.0, 0.0, 0.0
+        self.e_mean, self.n_e, self.n_a, self.rests = 0.0, 0.0, 1.0, False
         self.vf = self.vp = self.t_v = self.need = self.v_mean = 0.0
         self.stage, self.delta, self.l = 0, 0.0, 0.0
         self.mode = START
@@ -219,7 +221,8 @@ class Feedforward:
         elif self.q_still < still:
             self.q_still += 1
         self.fed_back = self.harm and self.n_f > 0
-        stands = self.fed_back or (rig.still_time > 0 and self.q_still >= still)
+        of_itself = rig.still_time > 0 and self.q_still >= still
+        stands = self.fed_back or of_itself
         if flips and not stands:
             self.turn()
         # 5
@@ -228,6 +231,8 @@ class Feedforward:
         self.m1 = self.low_pass(self.m1, self.rs + ahead, self.tau)
         self.m2 += self.E_ps * (self.m1 - self.m2)
         e = e0 if self.y_good else 0.0
+        if self.y_good:
+            self.e_mean = self.low_pass(self.e_mean, e0, 0.3)
         # 6
         f_before, self.lead = self.f, 0.0
         self.before, self.flips, self.first = self.f - self.b, flips, first
@@ -247,11 +252,11 @@ class Feedforward:
             if s != 0:
                 self.mode = MOVING
         elif stands:
-            begins = self.mode == MOVING
-            if begins:
-                self.begin_hold(f_before)
-            self.hold(begins)
-            e = self.deadband(e, y)
+            self.hold(f_before)
+            if self.y_good:
+                e = self.deadband(e, y, of_itself)
+            if self.rests:
+                e, rule = 0.0, CONTINUE
         else:
             # 8
             self.mode = MOVING
@@ -279,47 +284,31 @@ class Feedforward:
         self.reset()
         self.mode, self.term, self.forgotten = ENTER, term, count
 
-    def hold_margin(self):
-        return 0.85 * self.share * self.V[0] * self.rig.L(self.rs) * (1 - self.lam)
-
-    def begin_hold(self, f_before):
-        B_h = self.hold_margin()
-        f_h = clamp(f_before, -B_h, B_h)
-        self.F_h = self.u - f_h
-        self.b += 0.94 * f_h - f_before
-        self.side, self.since, self.quick, self.e_mean = self.s, 0, 0, 0.0
-        self.delta = 0.0
-        self.mode = HOLD
-
-    def hold(self, begins):
-        B_h, close = self.hold_margin(), self.ticks(0.2)
-        n = self.u - self.F_h
-        f_h = clamp(n, -B_h, B_h)
-        side = self.side
-        if abs(n) > B_h and not begins:  # in the first tick u has not moved since F_h is what it is
-            side = sign(n)
-        if sign(n) != self.side and not begins:
-            self.exceeds(abs(n), B_h)
-        if side != self.side:
+    def hold(self, f_before):
+        """7, but for the deadband."""
+        B_h, close = 0.95 * (1 - self.lam) * self.V[0] * self.share * self.rig.L(self.rs), self.ticks(0.2)
+        net = self.u - self.m - (self.rig.D(self.rs) + self.load())
+        self.f, self.sigma = 0.88 * clamp(net, -B_h, B_h), 0.0
+        if self.mode == MOVING:
+            self.b += self.f - f_before
+            self.side, self.since, self.quick, self.rests, self.delta = self.s, 0, 0, False, 0.0
+            self.mode = HOLD
+        if sign(net) != self.side and self.exceeds(abs(net), B_h):
             self.quick = min(self.quick + 1, 4) if self.since < close else 0
             if self.quick == 4:
                 self.lam += 0.1 * (1 - self.lam)
-            self.since = 0
+            self.side, self.since = sign(net), 0
         else:
             self.since = min(self.since + 1, close)
-        self.F_h, self.side = self.u - f_h, side
-        self.f = 0.94 * f_h
-        self.sigma = 0.0
 
-    def deadband(self, e, y):
-        if not self.y_good:
-            return e
+    def deadband(self, e, y, of_itself):
         changed = y != self.y1
         self.n_a = self.low_pass(self.n_a, float(changed), 0.3)
         if changed:
             self.n_e = self.low_pass(self.n_e, abs(y - 2 * self.y1 + self.y2), 0.3)
-        self.e_mean = self.low_pass(self.e_mean, e, 0.3)
-        d = self.n_e * (0.13 * self.n_a + 0.6 * (1 - self.n_a))
+        d = self.n_e * (0.07 * self.n_a + 0.6 * (1 - self.n_a))
+        # Q31 cuts a low pass of many ticks, hence the part.
+        self.rests = of_itself and self.exceeds(2.5 * d if self.rests else d, abs(self.e_mean), self.rig.h / 0.016)
         return e - clamp(self.e_mean, -d, d)
 
     def sum(self, v):
@@ -369,7 +358,9 @@ class Feedforward:
         if self.waits:
             return
         rig, h = self.rig, self.rig.h
-        self.limited, self.u, self.e_last = limited, u, self.e
+        self.limited, self.e_last = limited, self.e
+        if not (self.mode == HOLD and self.rests):
+            self.u = u
         self.seen = {"lin": self.lin, "f": self.f, "lead": self.lead, "b": self.b, "sigma": self.sigma}
         # 10
         self.u1 += self.E_pa * (u - self.u1)
@@ -626,12 +617,20 @@ def triangle(t, period, low, high):
 
 
 def steps_and_stands(t):
-    """A ramp, a stand and the ramp back, a staircase down, large steps."""
-    if t < 2:
-        return 0.45 + 0.031 * (clamp(t - 0.2, 0, 0.6) - clamp(t - 1.3, 0, 0.6)) / 0.6
-    if t < 4:
-        return 0.45 - 0.0137 * math.floor((t - 2) / 0.4)
-    return 0.5 if math.fmod(t, 1.0) < 0.5 else 0.62
+    """A ramp, a stand in which r moves by less than a reversal, the ramp back, a stand, a staircase down, a large step, a ramp and
+    a step back."""
+    if t < 4.7:
+        return 0.45 + 0.0303 * (clamp(t - 0.1, 0, 0.3) - clamp(t - 3, 0, 0.3)) / 0.3 + (2e-4 if 2.4 < t < 2.9 else 0)
+    if t < 5.3:
+        return 0.45 - 0.0137 * math.floor((t - 4.4) / 0.3)
+    return 0.62 - 0.0937 * max(0, t - 5.57) if t < 5.65 else 0.5
+
+
+def coarse_later(k, r, y):
+    """A y that always changes, then one of steps of 4 mN; bad in a rest of either, and in a hold without."""
+    if k in BAD_IN_HOLD:
+        return r, math.nan
+    return r, math.floor(y * 256 + 0.5) / 256 if k >= 3000 else y
 
 
 def quick_triangle(t):
@@ -676,7 +675,8 @@ def scenarios():
     yield "noise", paper, play(paper, 5, lambda t: 0.09 + 0.21 * math.sin(2.9 * t), seed=29, noise=5e-4, noise_r=2e-4,
                                plant=Plant(paper, (1.3, 1.1), load=0.02))
 
-    yield "hold", paper, play(paper, 6, steps_and_stands, seed=30, noise=3e-4, plant=Plant(paper, (0.6, 0.6), widths=(2e-4, 2e-4, 2e-4)))
+    yield "hold", paper, play(paper, 6, steps_and_stands, seed=50, noise=1e-3, upset=coarse_later,
+                              plant=Plant(paper, (0.6, 0.6), widths=(2e-4, 2e-4, 2e-4)))
 
     yield "chatter", slow, play(slow, 4, lambda t: 0.4 + 0.0517 * clamp(t - 0.2, 0, 0.3) + 0.0713 * clamp(t - 2.5, 0, 1), seed=70, given=chatter)
 
