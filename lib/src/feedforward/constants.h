@@ -72,7 +72,6 @@
 
 // Hold.
 #define FEEDFORWARD_HOLD_GAIN     0.88f          // E
-#define FEEDFORWARD_HOLD_MARGIN   0.95f          // beta
 #define FEEDFORWARD_QUICK_TIME    0.2f           // T_c, s
 #define FEEDFORWARD_QUICK_CHANGES 4u             // until the margin grows
 #define FEEDFORWARD_MARGIN_STEP   0.1f           // of what is left of it

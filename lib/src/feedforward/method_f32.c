@@ -71,7 +71,7 @@ static void stand(const tribo_feedforward_f32_params_t *params,
                   tribo_feedforward_f32_state_t        *state,
                   tribo_feedforward_f32_signals_t      *signals)
 {
-    const float margin = FEEDFORWARD_HOLD_MARGIN * (1.0f - limit_f32(state->hold.extra_margin, 0.0f, 1.0f));
+    const float margin = 1.0f - limit_f32(state->hold.extra_margin, 0.0f, 1.0f);
     const float B      = margin * state->learned.weight[0] * signals->level_n;
     const float net    = state->u_n - state->observer.travelled_n - signals->load_n;
 

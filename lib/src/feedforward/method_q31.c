@@ -75,7 +75,7 @@ static void stand(const tribo_feedforward_q31_params_t *params,
                   tribo_feedforward_q31_state_t        *state,
                   tribo_feedforward_q31_signals_t      *signals)
 {
-    const uint32_t margin = tribo_q31_high(~state->hold.extra_margin, BANK_Q31_Q32(FEEDFORWARD_HOLD_MARGIN));
+    const uint32_t margin = ~state->hold.extra_margin;
     const uint32_t V      = tribo_q31_magnitude(state->learned.weight[0]);
     const int32_t  B   = bank_q31_times((int32_t)tribo_q31_high(signals->level, margin), V, 29, (uint32_t)BANK_Q31_ONE);
     const int32_t  net = difference_q31(difference_q31(state->u, state->observer.travelled), signals->load);
