@@ -189,7 +189,8 @@ static void test_the_deadband_is_a_part_of_the_noise_by_how_often_y_changes(void
         const double all   = n_a + part * ((changed ? 1.0 : 0.0) - n_a);
         const double noise = changed ? n_e + part * (d2 - n_e) : n_e;
         const double d     = noise * (0.07 * all + 0.6 * (1.0 - all));
-        const double most  = before ? 2.5 * d : d;
+        const double least = noise * 0.07 * all;
+        const double most  = before ? 2.5 * least : least;
         check(all, from((double)s.changed, 32), "n_a");
         check(noise, OF_NOISE(s.TRIBO_N(noise)), "n_e");
         check(mean, OF_FORCE(s.TRIBO_N(error)), "mean of e");
@@ -225,7 +226,7 @@ static void test_a_hold_feeds_back_its_part_of_what_sticks(void)
         const double most = fabs(any(0.2));
         const int    side = (int)(random_bits(&r) % 3u) - 1;
         s->hold.side      = (int8_t)side;
-        check(0.88 * clamp(net, -most, most), OF_FORCE(TRIBO_PART(hold, friction)(FORCE(net), FORCE(most))), "f");
+        check(0.94 * clamp(net, -most, most), OF_FORCE(TRIBO_PART(hold, friction)(FORCE(net), FORCE(most))), "f");
         TRIBO_PART(hold, turn)(&x.params, &s->hold, FORCE(net), FORCE(most));
         if (fabs(fabs(net) - most) > 1e-6)
         {

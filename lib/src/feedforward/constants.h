@@ -71,7 +71,7 @@
 #define EFFORT_FASTEST_Q31 3.9f
 
 // Hold.
-#define FEEDFORWARD_HOLD_GAIN     0.88f          // E
+#define FEEDFORWARD_HOLD_GAIN     0.94f          // E
 #define FEEDFORWARD_QUICK_TIME    0.2f           // T_c, s
 #define FEEDFORWARD_QUICK_CHANGES 4u             // until the margin grows
 #define FEEDFORWARD_MARGIN_STEP   0.1f           // of what is left of it

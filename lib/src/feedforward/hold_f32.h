@@ -122,12 +122,12 @@ static inline float hold_f32_deadband(const tribo_feedforward_f32_params_t *para
     const float second  = magnitude((y - last[0]) - (last[0] - last[1]));
     hold->changed       = first_order_f32_step(hold->changed, changes ? 1.0f : 0.0f, part);
     hold->noise_n       = changes ? first_order_f32_step(hold->noise_n, second, part) : hold->noise_n;
-    const float fraction =
-        FEEDFORWARD_DEADBAND_ALL * hold->changed + FEEDFORWARD_DEADBAND_RARE * (1.0f - hold->changed);
-    const float width = hold->noise_n * fraction;
-    const float least = hold->rests ? FEEDFORWARD_REST * width : width;
+    // Of a sensor that seldom changes the noise is not known well enough to rest.
+    const float all   = FEEDFORWARD_DEADBAND_ALL * hold->changed * hold->noise_n;
+    const float rare  = FEEDFORWARD_DEADBAND_RARE * (1.0f - hold->changed) * hold->noise_n;
+    const float least = hold->rests ? FEEDFORWARD_REST * all : all;
     hold->rests       = hold_f32_is_still(params, hold) && magnitude(hold->error_n) < least;
-    return e - bound_f32(hold->error_n, width);
+    return e - bound_f32(hold->error_n, all + rare);
 }
 
 #endif
