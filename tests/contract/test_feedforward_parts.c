@@ -170,7 +170,8 @@ static void test_the_deadband_is_a_part_of_the_noise_by_how_often_y_changes(void
     {
         const double n_e    = fabs(any(0.02));
         const double n_a    = random_between(&r, 0.0, 1.0);
-        const double mean   = any(0.02);
+        const double n_y    = fabs(any(0.02));
+        const double mean   = any(0.002);
         const double e      = any(0.1);
         const double old[2] = {any(0.03), any(0.03)};
         const double y      = i % 3 == 0 ? old[0] : any(0.03);
@@ -185,11 +186,11 @@ static void test_the_deadband_is_a_part_of_the_noise_by_how_often_y_changes(void
         const bool stands                  = i % 7 != 0;
         s.rests                            = before;
         s.still                            = x.params.still_ticks - (stands ? 0u : 1u);
-        const double found = OF_FORCE(TRIBO_PART(hold, deadband)(&x.params, &s, FORCE(e), FORCE(y), last));
+        const double found = OF_FORCE(TRIBO_PART(hold, deadband)(&x.params, &s, FORCE(e), FORCE(y), last, NOISE(n_y)));
         const double all   = n_a + part * ((changed ? 1.0 : 0.0) - n_a);
         const double noise = changed ? n_e + part * (d2 - n_e) : n_e;
-        const double d     = noise * (0.07 * all + 0.6 * (1.0 - all));
-        const double least = noise * 0.07 * all;
+        const double least = 0.07 * n_y;
+        const double d     = least + noise * 0.6 * (1.0 - all);
         const double most  = before ? 2.5 * least : least;
         check(all, from((double)s.changed, 32), "n_a");
         check(noise, OF_NOISE(s.TRIBO_N(noise)), "n_e");

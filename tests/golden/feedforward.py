@@ -306,7 +306,7 @@ class Feedforward:
         self.n_a = self.low_pass(self.n_a, float(changed), 0.3)
         if changed:
             self.n_e = self.low_pass(self.n_e, abs(y - 2 * self.y1 + self.y2), 0.3)
-        d_a = 0.07 * self.n_e * self.n_a
+        d_a = 0.07 * self.n_y
         d = d_a + 0.6 * self.n_e * (1 - self.n_a)
         # Q31 cuts a low pass of many ticks, hence the part.
         self.rests = of_itself and self.exceeds(2.5 * d_a if self.rests else d_a, abs(self.e_mean), self.rig.h / 0.016)
@@ -676,7 +676,7 @@ def scenarios():
     yield "noise", paper, play(paper, 5, lambda t: 0.09 + 0.21 * math.sin(2.9 * t), seed=29, noise=5e-4, noise_r=2e-4,
                                plant=Plant(paper, (1.3, 1.1), load=0.02))
 
-    yield "hold", paper, play(paper, 6, steps_and_stands, seed=14, noise=1e-3, upset=coarse_later,
+    yield "hold", paper, play(paper, 6, steps_and_stands, seed=5, noise=4e-3, upset=coarse_later,
                               plant=Plant(paper, (0.6, 0.6), widths=(2e-4, 2e-4, 2e-4)))
 
     yield "chatter", slow, play(slow, 4, lambda t: 0.4 + 0.0517 * clamp(t - 0.2, 0, 0.3) + 0.0713 * clamp(t - 2.5, 0, 1), seed=70, given=chatter)

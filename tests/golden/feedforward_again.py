@@ -289,7 +289,7 @@ class Model:
             self.n_a = p.low_pass(0.3, self.n_a, float(changed))
             if changed:
                 self.n_e = p.low_pass(0.3, self.n_e, abs(self.y - 2 * self.y1 + self.y2))
-            d_a = 0.07 * self.n_e * self.n_a
+            d_a = 0.07 * self.n_y
             d = d_a + 0.6 * self.n_e * (1 - self.n_a)
             self.e -= clamp(self.e_bar, -d, d)
             most = 2.5 * d_a if self.rests else d_a

@@ -110,23 +110,24 @@ static inline void hold_f32_turn(const tribo_feedforward_f32_params_t *params,
 }
 
 /// The error `e` less a deadband, so that the controller does not follow its own sensor's noise. Once the error is within that, u
-/// rests, until the error has grown. `last` are y of the last two ticks.
+/// rests, until the error has grown. `last` are y of the last two ticks,
+/// `noise` is n_y, which a step does not raise: by one that it does u would rest where F is far off.
 static inline float hold_f32_deadband(const tribo_feedforward_f32_params_t *params,
                                       tribo_feedforward_hold_f32_state_t   *hold,
                                       float                                 e,
                                       float                                 y,
-                                      const float                           last[2])
+                                      const float                           last[2],
+                                      float                                 noise)
 {
     const float part    = params->deadband_part;
     const bool  changes = y != last[0];
     const float second  = magnitude((y - last[0]) - (last[0] - last[1]));
     hold->changed       = first_order_f32_step(hold->changed, changes ? 1.0f : 0.0f, part);
     hold->noise_n       = changes ? first_order_f32_step(hold->noise_n, second, part) : hold->noise_n;
-    // Of a sensor that seldom changes the noise is not known well enough to rest.
-    const float all   = FEEDFORWARD_DEADBAND_ALL * hold->changed * hold->noise_n;
-    const float rare  = FEEDFORWARD_DEADBAND_RARE * (1.0f - hold->changed) * hold->noise_n;
-    const float least = hold->rests ? FEEDFORWARD_REST * all : all;
-    hold->rests       = hold_f32_is_still(params, hold) && magnitude(hold->error_n) < least;
+    const float all     = FEEDFORWARD_DEADBAND_ALL * noise;
+    const float rare    = FEEDFORWARD_DEADBAND_RARE * (1.0f - hold->changed) * hold->noise_n;
+    const float least   = hold->rests ? FEEDFORWARD_REST * all : all;
+    hold->rests         = hold_f32_is_still(params, hold) && magnitude(hold->error_n) < least;
     return e - bound_f32(hold->error_n, all + rare);
 }
 

@@ -104,7 +104,8 @@ static inline int32_t hold_q31_deadband(const tribo_feedforward_q31_params_t *pa
                                         tribo_feedforward_hold_q31_state_t   *hold,
                                         int32_t                               e,
                                         int32_t                               y,
-                                        const int32_t                         last[2])
+                                        const int32_t                         last[2],
+                                        uint32_t                              noise)
 {
     const uint32_t part    = params->deadband_part;
     const bool     changes = y != last[0];
@@ -112,12 +113,12 @@ static inline int32_t hold_q31_deadband(const tribo_feedforward_q31_params_t *pa
     hold->changed          = bank_q31_pass(hold->changed, changes ? UINT32_MAX : 0u, part);
     hold->noise            = changes ? bank_q31_pass(hold->noise, second, part) : hold->noise;
 
-    const uint32_t noise = hold->noise >> 8; // Q29
-    const uint32_t all   = tribo_q31_high(tribo_q31_high(noise, hold->changed), BANK_Q31_Q32(FEEDFORWARD_DEADBAND_ALL));
-    const uint32_t rare  = tribo_q31_high(tribo_q31_high(noise, ~hold->changed), BANK_Q31_Q32(FEEDFORWARD_DEADBAND_RARE));
-    const uint32_t least = hold->rests ? (uint32_t)(2.0f * FEEDFORWARD_REST) * all / 2u : all;
-    const int32_t  most  = (int32_t)(all + rare);
-    hold->rests          = hold_q31_is_still(params, hold) && tribo_q31_magnitude(hold->error) < least;
+    const uint32_t seldom = tribo_q31_high(hold->noise, ~hold->changed);
+    const uint32_t rare   = tribo_q31_high(seldom, BANK_Q31_Q32(FEEDFORWARD_DEADBAND_RARE)) >> 8;
+    const uint32_t all    = tribo_q31_high(noise, BANK_Q31_Q32(FEEDFORWARD_DEADBAND_ALL)) >> 8;
+    const uint32_t least  = hold->rests ? (uint32_t)(2.0f * FEEDFORWARD_REST) * all / 2u : all;
+    const int32_t  most   = (int32_t)(all + rare);
+    hold->rests           = hold_q31_is_still(params, hold) && tribo_q31_magnitude(hold->error) < least;
     return difference_q31(e, limit_q31(hold->error, -most, most));
 }
 

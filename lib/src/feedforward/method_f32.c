@@ -84,7 +84,12 @@ static void stand(const tribo_feedforward_f32_params_t *params,
     state->sigma = 0.0f;
     if (signals->y_good)
     {
-        signals->e_n = hold_f32_deadband(params, &state->hold, signals->e_n, signals->y_n, state->observer.y_n);
+        signals->e_n = hold_f32_deadband(params,
+                                         &state->hold,
+                                         signals->e_n,
+                                         signals->y_n,
+                                         state->observer.y_n,
+                                         state->observer.noise_n);
     }
     if (state_f32_stays(state))
     {

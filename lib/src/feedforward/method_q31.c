@@ -89,7 +89,8 @@ static void stand(const tribo_feedforward_q31_params_t *params,
     state->sigma = 0;
     if (signals->y_good)
     {
-        signals->e = hold_q31_deadband(params, &state->hold, signals->e, signals->y, state->observer.y);
+        signals->e =
+            hold_q31_deadband(params, &state->hold, signals->e, signals->y, state->observer.y, state->observer.noise);
     }
     if (state_q31_stays(state))
     {
