@@ -218,6 +218,22 @@ static void test_a_hold_follows_the_error(void)
     }
 }
 
+/// A flipped bit must not keep u from its rest for ever.
+static void test_a_corrupt_mean_of_the_error_comes_back(void)
+{
+    static const double odd[] = {(double)NAN, (double)INFINITY, -3e38};
+    for (int i = 0; i < 3; i++)
+    {
+        TRIBO(feedforward_hold, state_t) s = {.side = 0};
+        s.TRIBO_N(error)                   = TRIBO_EITHER((float)odd[i], odd[i] < 0.0 ? -(1 << 30) : 1 << 30);
+        for (int k = 0; k < 9000; k++)
+        {
+            TRIBO_PART(hold, follow)(&x.params, &s, FORCE(0.01));
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(3e-6, 0.01, OF_FORCE(s.TRIBO_N(error)));
+    }
+}
+
 static void test_a_hold_feeds_back_its_part_of_what_sticks(void)
 {
     TRIBO(feedforward, state_t) *const s = &x.memory.state;
@@ -333,6 +349,7 @@ int main(void)
     RUN_TEST(test_the_observer_measures_friction_and_travel);
     RUN_TEST(test_the_deadband_is_a_part_of_the_noise_by_how_often_y_changes);
     RUN_TEST(test_a_hold_follows_the_error);
+    RUN_TEST(test_a_corrupt_mean_of_the_error_comes_back);
     RUN_TEST(test_a_hold_feeds_back_its_part_of_what_sticks);
     RUN_TEST(test_the_monitor_sums_the_travel_of_v_beyond_its_noise);
     RUN_TEST(test_the_monitor_judges_effort_by_what_friction_takes);
