@@ -14,7 +14,7 @@ SCENARIOS = {
                 "plant.friction.breakaway.offset_N=0.0035", "--set", "plant.friction.breakaway.slope=0.15", "--set",
                 "compensator.gain=1", "--set", "compensator.guard.on=yes"],
     "guarded feedforward": ["triangle", "--set", "duration_s=5", "--set", "reference.period_s=0.5", "--set", "metrics.start_s=0",
-                            "--set", "compensator.method=feedforward", "--set", "compensator.friction.breakaway.slope=4",
+                            "--set", "compensator.method=feedforward", "--set", "compensator.friction.breakaway.slope=4.5",
                             "--set", "compensator.feedforward.trust=1", "--set",
                             "compensator.guard={on: yes, stray_N: 0.001}"],
     "without a sensor": ["asymmetric", "--set", "duration_s=5", "--set", "reference.period_s=2", "--set", "metrics.start_s=0",
