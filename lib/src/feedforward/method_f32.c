@@ -239,10 +239,7 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
     signals->e_n     = bad_y ? 0.0f : e;
     signals->y_n     = y;
     signals->partial = bank_f32_partial(state);
-    if (!bad_y)
-    {
-        hold_f32_follow(params, &state->hold, e);
-    }
+    hold_f32_follow(params, &state->hold, bad_y ? state->hold.error_n : e);
     feed(params, state, stands, flips && alone(state, sign, step), signals);
     if (is_corrupt(signals, state->offset_n))
     {

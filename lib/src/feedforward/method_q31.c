@@ -234,10 +234,7 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
     signals->e       = bad_y ? 0 : e;
     signals->y       = y;
     signals->partial = bank_q31_partial(state);
-    if (!bad_y)
-    {
-        hold_q31_follow(params, &state->hold, e);
-    }
+    hold_q31_follow(params, &state->hold, bad_y ? state->hold.error : e);
     feed(params, state, stands, flips && alone(state, sign, step), signals);
     state->e = bank_q31_outside(signals->e);
     state->f = signals->f;
