@@ -292,7 +292,7 @@ static void test_the_first_position_that_a_host_tells_is_no_motion(void)
     drive_acknowledge(&drive);
     tick();
     start();
-    check_first_position(INT32_MIN + 5);
+    check_first_position(INT32_MIN + 2 * (int32_t)WIDTH);
 }
 
 /// A sixteenth of what is left a tick, so that a bus of some ten ticks has no rests between its positions.
