@@ -40,9 +40,12 @@ class Drive:
     def write(self, name, content):
         (self.folder / name).write_text(content)
 
-    def run(self, *arguments, **options):
-        return subprocess.run([self.program, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                              timeout=600, check=False, **options)
+    def run(self, *arguments, lines="", **options):
+        """`lines` come from a file: in a pipe they could be later than the last tick."""
+        self.write("lines", lines)
+        with open(self.folder / "lines", encoding="ascii") as stdin:
+            return subprocess.run([self.program, *arguments], cwd=self.folder, stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                  text=True, timeout=600, check=False, **options)
 
     def ticks(self, count, *arguments, status=0, **options):
         """So many ticks of rig.yaml; its log by column, and what it said."""

@@ -232,18 +232,18 @@ def test_a_scenario_that_is_nowhere_is_named(drive):
 
 
 def test_a_line_beyond_the_loops_range_ends_the_run(drive):
-    run = drive.run("rig.yaml", "--reference", "-", "--duration", "1", input="0.1\n7\n")
+    run = drive.run("rig.yaml", "--reference", "-", "--duration", "1", lines="0.1\n7\n")
     assert run.returncode == 1 and "standard input: 7 N: must be within -2 to 2 N" in run.stderr
 
 
 def test_lines_as_reference(drive):
-    log, _ = drive.ticks(100, "--reference", "-", input="0.1\n0.25\n")
+    log, _ = drive.ticks(100, "--reference", "-", lines="0.1\n0.25\n")
     assert log["r_N"][-1] == pytest.approx(0.25)
 
 
 @pytest.mark.parametrize("line", ["much\n", "nan\n", "1 2\n", "9" * 100 + "\n"])
 def test_a_line_that_is_no_number_ends_the_run(drive, line):
-    _, said = drive.ticks(100, "--reference", "-", input=line, status=1)
+    _, said = drive.ticks(100, "--reference", "-", lines=line, status=1)
     assert "standard input" in said
 
 
