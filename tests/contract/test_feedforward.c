@@ -719,6 +719,39 @@ static void test_in_a_hold_u_rests_while_the_error_is_within_the_noise(void)
     TEST_ASSERT_TRUE(rest > 5000 && rest < 7500);
 }
 
+/// A step of r ends a rest in its tick, and u takes it.
+static void test_a_step_of_the_reference_ends_a_rest_at_once(void)
+{
+    for (int side = -1; side <= 1; side += 2)
+    {
+        plant_t plant = {.positive = 1.0, .negative = 1.0};
+        init(&x);
+        for (int k = 0; k < STOP; k++)
+        {
+            (void)tick(&x, &plant, triangle(k));
+        }
+        double u = plant.actuator;
+        for (int k = 0; k < 3200; k++)
+        {
+            const bool   before    = k < 3000;
+            const double reference = triangle(STOP) + (before ? 0.0 : side * 0.02);
+            const double y         = triangle(STOP) + (k % 2 == 0 ? 1e-3 : -1e-3);
+            const bool   rested    = x.memory.state.hold.rests;
+            (void)feedforward_before(&x, reference, y);
+            const double now = feedforward_added(&x, 0.0);
+            feedforward_after(&x, 0.0, now, false);
+            TEST_ASSERT_TRUE(k < 1000 || feedforward_holds(&x));
+            TEST_ASSERT_TRUE(before || !x.memory.state.hold.rests);
+            if (k == 3000)
+            {
+                TEST_ASSERT_TRUE(rested);
+                TEST_ASSERT_DOUBLE_WITHIN(1e-3 + L1 * 0.02, side * 0.02, now - u); // and breakaway changes
+            }
+            u = now;
+        }
+    }
+}
+
 static void test_the_first_motion_is_the_controllers_alone(void)
 {
     init(&x);
@@ -1598,6 +1631,7 @@ int main(void)
     RUN_TEST(test_a_step_in_a_hold_is_fed_back);
     RUN_TEST(test_of_a_lasting_error_in_a_hold_what_is_below_the_noise_is_left);
     RUN_TEST(test_in_a_hold_u_rests_while_the_error_is_within_the_noise);
+    RUN_TEST(test_a_step_of_the_reference_ends_a_rest_at_once);
     RUN_TEST(test_the_first_motion_is_the_controllers_alone);
     RUN_TEST(test_a_step_back_is_fed_forward_once_something_is_learned);
     RUN_TEST(test_nothing_is_learned_while_u_is_limited);

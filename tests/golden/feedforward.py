@@ -215,9 +215,11 @@ class Feedforward:
         self.rp, self.s = rp, s
         still = self.ticks(rig.still_time)
         if self.exceeds(abs(self.rs - self.a), half, 10.0):  # of exact numbers
-            self.a = self.rs
-            if not (self.mode == HOLD and step):
+            if self.mode == HOLD and step:
+                self.e_mean += self.rs - self.a
+            else:
                 self.q_still = 0
+            self.a = self.rs
         elif self.q_still < still:
             self.q_still += 1
         self.fed_back = self.harm and self.n_f > 0
@@ -618,17 +620,18 @@ def triangle(t, period, low, high):
 
 
 def steps_and_stands(t):
-    """A ramp, a stand in which r moves by less than a reversal, the ramp back, a stand, a staircase down, a large step, a ramp and
-    a step back."""
+    """A ramp, a stand in which r steps while u rests and later moves by less than a reversal, the ramp back, a stand, a staircase
+    down, a large step, a ramp and a step back."""
+    level = 0.45 if t < 1.5 else 0.4469
     if t < 4.7:
-        return 0.45 + 0.0303 * (clamp(t - 0.1, 0, 0.3) - clamp(t - 3, 0, 0.3)) / 0.3 + (2e-4 if 2.4 < t < 2.9 else 0)
+        return level + 0.0303 * (clamp(t - 0.1, 0, 0.3) - clamp(t - 3, 0, 0.3)) / 0.3 + (2e-4 if 2.4 < t < 2.9 else 0)
     if t < 5.3:
-        return 0.45 - 0.0137 * math.floor((t - 4.4) / 0.3)
+        return level - 0.0137 * math.floor((t - 4.4) / 0.3)
     return 0.62 - 0.0937 * max(0, t - 5.57) if t < 5.65 else 0.5
 
 
 def coarse_later(k, r, y):
-    """A y that always changes, then one of steps of 4 mN; bad in a rest of either, and in a hold without."""
+    """A y that always changes, then one of steps of 4 mN; bad in a rest of the one, and in holds without."""
     if k in BAD_IN_HOLD:
         return r, math.nan
     return r, math.floor(y * 256 + 0.5) / 256 if k >= 3000 else y

@@ -211,8 +211,11 @@ class Model:
         self.first = self.flips and before == 0
         self.decides(self.rs - self.a, half)
         if abs(self.rs - self.a) > half:
+            if self.mode == HOLD and step:
+                self.e_bar += self.rs - self.a
+            else:
+                self.q = 0
             self.a = self.rs
-            self.q = self.q if self.mode == HOLD and step else 0
         elif self.q < p.still:
             self.q += 1
         self.back = self.harm and self.n_f > 0
@@ -574,8 +577,8 @@ def belief():
 
 def hold():
     """Changes of side that are just close and just not, in a hold; bad readings in one, one at no force, one while friction is fed back, steps in it,
-    params changed when it ends. Rest that begins with the hold and later, goes on over bad readings, a change of params, a flipped b and a step,
-    and ends with a creep of the error, a step, as r moves; with a y that always changes and one that seldom does."""
+    params changed when it ends. Rest that begins with the hold and later, goes on over bad readings, a change of params and a flipped b, and ends
+    with a creep of the error, a step, as r moves; with a y that always changes and one that seldom does."""
     params = Params(h=4e-3)
 
     def reference(t):
@@ -599,7 +602,7 @@ def hold():
 
     def y_of(t, y):
         if 3 < t < 4.9:
-            return exact(y + (0.004 if 3.1 < t < 3.5 else 0.0), 2.0**-8)  # a converter's steps: y seldom changes
+            return exact(y + (0.004 if 3.1 < t < 3.5 or 4.1 < t < 4.34 else 0.0), 2.0**-8)  # a converter's steps: y seldom changes
         return y + 0.0009 if 5.16 < t < 6.32 else y
 
     bad = {k: "y" for k in (530, 700, 701, 702, 1500, 1510, 2230)}
@@ -609,8 +612,8 @@ def hold():
 
 
 def retune():
-    """Other params in each mode: at rest, entering, before the first motion, at a reversal, in its jump, within a sample, in a hold, while
-    u rests in it; a late first motion beside a controller that works; bad readings and flipped bits meanwhile."""
+    """Other params in each mode: at rest, entering, before the first motion, at a reversal, in its jump, within a sample, in a hold; a
+    late first motion beside a controller that works; bad readings and flipped bits meanwhile."""
     params = Params()
     other = Params(p_a=150.0, p_s=80.0, w=1e-3, d_4=0.03, T_j=0.03, alpha=0.3, gamma=0.8, Q=0.5, T_q=0.1, line=((0.01, 0.25), (0.005, 0.35)),
                    g_0=0.004)

@@ -38,11 +38,14 @@ static inline bool hold_q31_stands(const tribo_feedforward_q31_params_t *params,
                                    uint32_t                              half,
                                    bool                                  step)
 {
-    tribo_feedforward_hold_q31_state_t *const hold = &state->hold;
-    if (tribo_q31_magnitude(difference_q31(state->reached, hold->anchor)) > half)
+    tribo_feedforward_hold_q31_state_t *const hold  = &state->hold;
+    const int32_t                             moved = difference_q31(state->reached, hold->anchor);
+    if (tribo_q31_magnitude(moved) > half)
     {
-        hold->anchor = state->reached;
-        hold->still  = state->mode == TRIBO_FEEDFORWARD_HOLD && step ? hold->still : 0u;
+        const bool stays = state->mode == TRIBO_FEEDFORWARD_HOLD && step;
+        hold->error      = stays ? sum_q31(hold->error, moved) : hold->error;
+        hold->anchor     = state->reached;
+        hold->still      = stays ? hold->still : 0u;
     }
     else if (hold->still < params->still_ticks)
     {
