@@ -191,7 +191,7 @@ static double model_tick(model_t *m, double r, double intended, double measured)
     m->slack[0]         = clamp(pushed, -0.5, 0.5);
     m->s                = pushed > 0.5 ? 1 : pushed < -0.5 ? -1 : m->s;
     const double last   = m->sigma;
-    m->sigma += clamp(m->s - m->sigma, -2.0 * H / (1.6 * TAU), 2.0 * H / (1.6 * TAU));
+    m->sigma += clamp(m->s - m->sigma, -2.0 * H / (2.1 * TAU), 2.0 * H / (2.1 * TAU));
     const double level = BELIEF * L_of(r);
     m->b += level * (m->V - V_before) * m->sigma;
     m->b -= H / 0.25 * m->b;

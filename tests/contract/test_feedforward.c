@@ -1401,7 +1401,7 @@ static void test_a_jump_leads_the_actuator(void)
                          seen.sigma == -1.0);
         f[k >= 500] = seen.f;
     }
-    TEST_ASSERT_INT_WITHIN(1, 20, ticks);
+    TEST_ASSERT_INT_WITHIN(1, 26, ticks);
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs(sum), 0.7 / (200.0 * H) * (f[1] - f[0]), sum);
 }
 
@@ -1456,7 +1456,7 @@ static void test_friction_goes_over_within_the_jump_time_after_a_reversal(void)
         {
             TEST_ASSERT_TRUE(fabs(feedforward_seen(&x).sigma) < 0.3);
         }
-        if (k == 528)
+        if (k == 534)
         {
             TEST_ASSERT_TRUE(feedforward_seen(&x).sigma == -1.0);
         }

@@ -14,7 +14,7 @@ def tuned(capsys, *arguments):
 def test_the_papers_rig_has_the_defaults_of_the_library(capsys):
     found = tuned(capsys)
     assert found["method"] == "feedforward"
-    assert (found["feedforward"]["reversal_N"], found["feedforward"]["jump_time_s"]) == (0.0005, 0.02)
+    assert (found["feedforward"]["reversal_N"], found["feedforward"]["jump_time_s"]) == (0.0005, 0.02625)
     assert (found["feedforward"]["presliding_N"], found["feedforward"]["forgetting_per_N"]) == pytest.approx((0.157 / 11, 0.1), rel=1e-5)
     assert found["guard"] == {"on": "yes", "turn_N": 0.05, "quick_time_s": 0.2, "stray_N": 0.01, "fade_time_s": 0.5}
 
@@ -25,7 +25,7 @@ def test_noise_rig_and_tick_count(capsys):
     assert found["feedforward"]["reversal_N"] == pytest.approx(1.64 / 314, rel=1e-5)  # mean L at 5 N is 1.64 N; over 314
     assert found["feedforward"]["presliding_N"] == pytest.approx(1.64 / 11, rel=1e-5)
     assert found["feedforward"]["forgetting_per_N"] == pytest.approx(0.0157 / 1.64, rel=1e-5)
-    assert found["feedforward"]["jump_time_s"] == 0.028
+    assert found["feedforward"]["jump_time_s"] == 0.03675
     assert found["guard"]["stray_N"] == 0.16
 
 

@@ -88,7 +88,7 @@ class Feedforward:
         self.w = rig.reversal or self.B / 314
         d4 = rig.presliding or self.B / 11
         self.d = [self.w / 2, d4 * (3 / 8) ** 3, d4 * (3 / 8) ** 2, d4 * 3 / 8, d4]
-        self.T_j = rig.jump_time or 1.6 * self.tau
+        self.T_j = rig.jump_time or 2.1 * self.tau
         self.Q = rig.forgetting or 0.0157 / self.B
         self.T_n = max(0.25, 100 * h)
         self.T_r = max(0.8 * self.tau, 2 * h)

@@ -49,7 +49,7 @@ class Params:
         self.w = w or B / 314
         d_4 = d_4 or B / 11
         self.d = [self.w / 2] + [d_4 * (3 / 8) ** k for k in (3, 2, 1, 0)]
-        self.T_j = T_j or 1.6 * self.tau
+        self.T_j = T_j or 2.1 * self.tau
         self.Q = Q or 0.0157 / B
         self.n_0 = 0.002 * self.w
         self.dr_s = B / 0.0785 * h

@@ -7,7 +7,7 @@
 // Derived defaults of the config.
 #define FEEDFORWARD_REVERSAL   (1.0f / 314.0f) // w of B
 #define FEEDFORWARD_PRESLIDING (1.0f / 11.0f)  // d_4 of B
-#define FEEDFORWARD_JUMP_TIME  1.6f            // T_j of tau
+#define FEEDFORWARD_JUMP_TIME  2.1f            // T_j of tau
 #define FEEDFORWARD_FORGETTING 0.0157f         // Q of 1/B
 
 // Reference.
