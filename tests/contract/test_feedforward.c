@@ -464,6 +464,7 @@ static void test_a_restart_leaves_nothing_behind_but_what_was_learned(void)
         x.memory.state.learning.stage            = 5;
         x.memory.state.learning.hunts            = 1;
         x.memory.state.learning.since            = 3;
+        x.memory.state.hold.TRIBO_N(error)       = FORCE(0.1);
         feedforward_restart(&x);
         if (enters)
         {
@@ -483,6 +484,7 @@ static void test_a_restart_leaves_nothing_behind_but_what_was_learned(void)
             TEST_ASSERT_TRUE(a.e == b.e && a.f == b.f && a.lead == b.lead && a.term == b.term && a.mode == b.mode);
             TEST_ASSERT_TRUE(a.z == b.z && a.travel == b.travel && a.b == b.b && a.margin == b.margin);
             TEST_ASSERT_TRUE(x.memory.state.monitor.ratio == fresh->monitor.ratio);
+            TEST_ASSERT_TRUE(x.memory.state.hold.TRIBO_N(error) == fresh->hold.TRIBO_N(error));
         }
         TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
     }
