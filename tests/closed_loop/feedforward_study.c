@@ -613,7 +613,7 @@ static void run_hold(const case_t *x, const options_t *options, hold_t *worst)
     }
     close_rig(&rig);
     const double rms = sqrt(sum / (double)(2 * third));
-    worst->mean_rms += rms / (double)(SIM_TRUTH_COUNT / 2);
+    worst->mean_rms += 2.0 * rms / (double)SIM_TRUTH_COUNT;
     worst->most_rms    = fmax(worst->most_rms, rms);
     worst->most_travel = fmax(worst->most_travel, most - least);
 }
