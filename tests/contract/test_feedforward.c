@@ -721,36 +721,65 @@ static void test_in_a_hold_u_rests_while_the_error_is_within_the_noise(void)
     TEST_ASSERT_TRUE(rest > 5000 && rest < 7500);
 }
 
-/// A step of r ends a rest in its tick, and u takes it.
+/// In a rest, with an arm that sticks and a controller that does nothing. Returns u.
+static double stick(double reference, int k, bool bad_y)
+{
+    const double y = triangle(STOP) + (k % 2 == 0 ? 1e-3 : -1e-3);
+    (void)feedforward_before(&x, reference, bad_y ? (double)NAN : y);
+    const double u = feedforward_added(&x, 0.0);
+    feedforward_after(&x, 0.0, u, false);
+    return u;
+}
+
+static double come_to_rest(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    double  u     = 0.0;
+    init(&x);
+    for (int k = 0; k < STOP; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    for (int k = 0; k < 3000; k++)
+    {
+        u = stick(triangle(STOP), k, false);
+    }
+    TEST_ASSERT_TRUE(feedforward_holds(&x) && x.memory.state.hold.rests);
+    return u;
+}
+
+/// A step of r ends a rest in its tick, also where y is bad, and u takes it.
 static void test_a_step_of_the_reference_ends_a_rest_at_once(void)
 {
-    for (int side = -1; side <= 1; side += 2)
+    for (int i = 0; i < 4; i++)
     {
-        plant_t plant = {.positive = 1.0, .negative = 1.0};
-        init(&x);
-        for (int k = 0; k < STOP; k++)
+        const double step = i % 2 == 0 ? 0.02 : -0.02;
+        const double u    = come_to_rest();
+        const double now  = stick(triangle(STOP) + step, 0, i >= 2);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 + L1 * 0.02, step, now - u); // and breakaway changes
+        for (int k = 1; k < 200; k++)
         {
-            (void)tick(&x, &plant, triangle(k));
+            (void)stick(triangle(STOP) + step, k, false);
+            TEST_ASSERT_TRUE(feedforward_holds(&x) && !x.memory.state.hold.rests);
         }
-        double u = plant.actuator;
-        for (int k = 0; k < 3200; k++)
+    }
+}
+
+/// A step back does not end in a rest at what the first has left in u.
+static void test_after_a_pulse_of_the_reference_u_comes_back_before_it_rests(void)
+{
+    static const int    ticks[] = {1, 2, 10};
+    static const double steps[] = {0.02, -0.02, 0.08, -0.08};
+    for (int i = 0; i < 12; i++)
+    {
+        const double u    = come_to_rest();
+        double       left = 0.0;
+        for (int k = 0; k < 4000; k++)
         {
-            const bool   before    = k < 3000;
-            const double reference = triangle(STOP) + (before ? 0.0 : side * 0.02);
-            const double y         = triangle(STOP) + (k % 2 == 0 ? 1e-3 : -1e-3);
-            const bool   rested    = x.memory.state.hold.rests;
-            (void)feedforward_before(&x, reference, y);
-            const double now = feedforward_added(&x, 0.0);
-            feedforward_after(&x, 0.0, now, false);
-            TEST_ASSERT_TRUE(k < 1000 || feedforward_holds(&x));
-            TEST_ASSERT_TRUE(before || !x.memory.state.hold.rests);
-            if (k == 3000)
-            {
-                TEST_ASSERT_TRUE(rested);
-                TEST_ASSERT_DOUBLE_WITHIN(1e-3 + L1 * 0.02, side * 0.02, now - u); // and breakaway changes
-            }
-            u = now;
+            left = stick(triangle(STOP) + (k < ticks[i % 3] ? steps[i / 3] : 0.0), k, false) - u;
         }
+        TEST_ASSERT_TRUE(feedforward_holds(&x) && x.memory.state.hold.rests);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, left);
     }
 }
 
@@ -1637,6 +1666,7 @@ int main(void)
     RUN_TEST(test_of_a_lasting_error_in_a_hold_what_is_below_the_noise_is_left);
     RUN_TEST(test_in_a_hold_u_rests_while_the_error_is_within_the_noise);
     RUN_TEST(test_a_step_of_the_reference_ends_a_rest_at_once);
+    RUN_TEST(test_after_a_pulse_of_the_reference_u_comes_back_before_it_rests);
     RUN_TEST(test_the_first_motion_is_the_controllers_alone);
     RUN_TEST(test_a_step_back_is_fed_forward_once_something_is_learned);
     RUN_TEST(test_nothing_is_learned_while_u_is_limited);

@@ -216,10 +216,10 @@ class Feedforward:
         still = self.ticks(rig.still_time)
         if self.exceeds(abs(self.rs - self.a), half, 10.0):  # of exact numbers
             if self.mode == HOLD and step:
-                self.e_mean += self.rs - self.a
+                self.e_mean = self.rs - self.a
             else:
                 self.q_still = 0
-            self.a = self.rs
+            self.rests, self.a = False, self.rs
         elif self.q_still < still:
             self.q_still += 1
         self.fed_back = self.harm and self.n_f > 0
@@ -679,7 +679,7 @@ def scenarios():
     yield "noise", paper, play(paper, 5, lambda t: 0.09 + 0.21 * math.sin(2.9 * t), seed=29, noise=5e-4, noise_r=2e-4,
                                plant=Plant(paper, (1.3, 1.1), load=0.02))
 
-    yield "hold", paper, play(paper, 6, steps_and_stands, seed=5, noise=4e-3, upset=coarse_later,
+    yield "hold", paper, play(paper, 6, steps_and_stands, seed=8, noise=4e-3, upset=coarse_later,
                               plant=Plant(paper, (0.6, 0.6), widths=(2e-4, 2e-4, 2e-4)))
 
     yield "chatter", slow, play(slow, 4, lambda t: 0.4 + 0.0517 * clamp(t - 0.2, 0, 0.3) + 0.0713 * clamp(t - 2.5, 0, 1), seed=70, given=chatter)

@@ -212,10 +212,10 @@ class Model:
         self.decides(self.rs - self.a, half)
         if abs(self.rs - self.a) > half:
             if self.mode == HOLD and step:
-                self.e_bar += self.rs - self.a
+                self.e_bar = self.rs - self.a
             else:
                 self.q = 0
-            self.a = self.rs
+            self.rests, self.a = False, self.rs
         elif self.q < p.still:
             self.q += 1
         self.back = self.harm and self.n_f > 0
@@ -607,7 +607,7 @@ def hold():
 
     bad = {k: "y" for k in (530, 700, 701, 702, 1500, 1510, 2230)}
     events = {701: (DO_CHANGE, 0), 720: (FLIP_B, 0.2), 1700: (DO_RESTART, 0), 2301: (DO_CHANGE, 0)}
-    return params, None, play(params, 10, reference, Rub(params, 1.0), seed=2, noise=5e-4, u_of=u_of, y_of=y_of, bad=bad, events=events,
+    return params, None, play(params, 10, reference, Rub(params, 1.0), seed=10, noise=5e-4, u_of=u_of, y_of=y_of, bad=bad, events=events,
                               v=lambda t: (0.3 if 7.3 < t else 0.01) * math.sin(65.3 * t))
 
 

@@ -141,7 +141,7 @@ controller:
     - {b0: 1.59466267, b1: 1.63247762, b2: 0.0378149718, a1: 1.00003004, a2: 2.999955e-05}
 compensator:
   method: feedforward
-  feedforward: {actuator_pole_rad_per_s: 12, sensor_pole_rad_per_s: 15708, reversal_N: 0.000461783, presliding_N: 0.0131818, jump_time_s: 0.15875, forgetting_per_N: 0.108276}
+  feedforward: {actuator_pole_rad_per_s: 12, sensor_pole_rad_per_s: 15708, reversal_N: 0.000461783, presliding_N: 0.0131818, jump_time_s: 0.208359, forgetting_per_N: 0.108276}
   guard: {on: yes, turn_N: 0.0461783, quick_time_s: 1.5875, stray_N: 0.00923567, fade_time_s: 0.5}
   friction: {breakaway: {offset_N: 0.02, slope: 0.1}}
   arm: {inertia_N_s2_per_deg: 0.00038, damping_N_s_per_deg: 0.061, stiffness_N_per_deg: 3.84}

@@ -116,7 +116,7 @@ typedef struct
 {
     float    anchor_n;     ///< a, the standing reference
     float    extra_margin; ///< lambda, 0 to 1
-    float    error_n;      ///< filtered error
+    float    error_n;      ///< filtered error, in a hold a step of r
     float    noise_n;      ///< mean second difference of y over ticks in which y changed
     float    changed;      ///< fraction of ticks in which y changed
     uint32_t still;        ///< ticks of standing, up to still_ticks

@@ -70,7 +70,7 @@ typedef struct
 {
     int32_t  anchor;       ///< a
     uint32_t extra_margin; ///< lambda, Q32
-    int32_t  error;        ///< filtered error
+    int32_t  error;        ///< filtered error, in a hold a step of r
     uint32_t noise;        ///< mean second difference of y over ticks in which y changed, Q37
     uint32_t changed;      ///< fraction of ticks in which y changed, Q32
     uint32_t still, since;

@@ -39,8 +39,8 @@ static inline bool hold_f32_is_still(const tribo_feedforward_f32_params_t     *p
     return params->still_ticks > 0u && hold->still >= params->still_ticks;
 }
 
-/// True if r stands. Or if friction is fed back while r moves, as fed forward it did harm. In a hold a step counts as an error that
-/// is to come: else u would rest, and b take the step.
+/// True if r stands. Or if friction is fed back while r moves, as fed forward it did harm. In a hold a step ends a rest, and is the
+/// error that is to come: else u would rest on, and b take the step.
 static inline bool hold_f32_stands(const tribo_feedforward_f32_params_t *params,
                                    tribo_feedforward_f32_state_t        *state,
                                    float                                 half,
@@ -50,9 +50,10 @@ static inline bool hold_f32_stands(const tribo_feedforward_f32_params_t *params,
     if (!(magnitude(state->reached_n - hold->anchor_n) <= half)) // true for NaN
     {
         const bool stays = state->mode == TRIBO_FEEDFORWARD_HOLD && step;
-        hold->error_n += stays ? state->reached_n - hold->anchor_n : 0.0f;
-        hold->anchor_n = state->reached_n;
-        hold->still    = stays ? hold->still : 0u;
+        hold->error_n    = stays ? state->reached_n - hold->anchor_n : hold->error_n;
+        hold->anchor_n   = state->reached_n;
+        hold->still      = stays ? hold->still : 0u;
+        hold->rests      = false;
     }
     else if (hold->still < params->still_ticks)
     {

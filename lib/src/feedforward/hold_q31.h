@@ -43,9 +43,10 @@ static inline bool hold_q31_stands(const tribo_feedforward_q31_params_t *params,
     if (tribo_q31_magnitude(moved) > half)
     {
         const bool stays = state->mode == TRIBO_FEEDFORWARD_HOLD && step;
-        hold->error      = stays ? sum_q31(hold->error, moved) : hold->error;
+        hold->error      = stays ? moved : hold->error;
         hold->anchor     = state->reached;
         hold->still      = stays ? hold->still : 0u;
+        hold->rests      = false;
     }
     else if (hold->still < params->still_ticks)
     {
