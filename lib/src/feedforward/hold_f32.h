@@ -46,11 +46,12 @@ static inline bool hold_f32_stands(const tribo_feedforward_f32_params_t *params,
                                    float                                 half,
                                    bool                                  step)
 {
-    tribo_feedforward_hold_f32_state_t *const hold = &state->hold;
-    if (!(magnitude(state->reached_n - hold->anchor_n) <= half)) // true for NaN
+    tribo_feedforward_hold_f32_state_t *const hold  = &state->hold;
+    const float                               moved = state->reached_n - hold->anchor_n;
+    if (!(magnitude(moved) <= half)) // true for NaN
     {
         const bool stays = state->mode == TRIBO_FEEDFORWARD_HOLD && step;
-        hold->error_n    = stays ? state->reached_n - hold->anchor_n : hold->error_n;
+        hold->error_n    = stays ? moved : hold->error_n;
         hold->anchor_n   = state->reached_n;
         hold->still      = stays ? hold->still : 0u;
         hold->rests      = false;
