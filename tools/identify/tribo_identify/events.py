@@ -27,7 +27,7 @@ class Refusal(DesignError):
         self.cause = cause
 
 
-CAUSES = ("silent", "units", "sign", "one direction", "few loads", "saturated", "ripple", "clock", "held", "model")
+CAUSES = ("silent", "units", "sign", "one direction", "few loads", "saturated", "ripple", "clock", "held", "model", "no stiction")
 
 
 @dataclass

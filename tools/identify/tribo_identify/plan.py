@@ -65,10 +65,11 @@ class Plan:
             refuse("rate", self.rate, "1e-6 to 1e6 N/s")
         bottom, top = self.range()
         if not top - bottom > max(0.1 * (self.high - self.low), 0.3 * self.breakaway(max(abs(bottom), abs(top)))):
-            raise InputError(f"--high: value {self.high:g}: breakaway of {self.offset:g} N + {self.slope:g} |F| leaves F no way between --low and --high; a wider range")
+            raise InputError(f"--high: value {self.high:g}: breakaway of {self.offset:g} N + {self.slope:g} |F| leaves F no way between --low and --high")
         step = (top - bottom - 2 * self.swing()) / (self.levels - 1)
         if self.swing() > 0.9 * step and self.noise > 0 and self.swing() > 0.25 * step + 8 * self.noise:
-            raise InputError(f"--noise: value {self.noise:g}: {self.levels} levels between {bottom:.3g} and {top:.3g} N do not stand out of it; fewer levels or a wider range")
+            raise InputError(f"--noise: value {self.noise:g}: {self.levels} levels between {bottom:.3g} and {top:.3g} N do not stand out of it; "
+                             + ("fewer would (--levels 4 at least)" if self.levels > 4 else "they are the fewest that show a bend: this sensor does not tell friction over so small a range"))
         if self.u_max is not None and not self.u_max >= largest:
             refuse("u-max", self.u_max, f"at least {largest:g} N, which --low and --high ask for")
         return self

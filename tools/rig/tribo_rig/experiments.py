@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tribo_design.errors import DesignError, InputError
-from tribo_identify import friction
+from tribo_identify import friction, stiction
 from tribo_identify.events import Refusal
 from tribo_identify.plan import Plan
 
@@ -44,9 +44,7 @@ def ramp(rig):
     """Up and down, to more each time; with a negative safe force also to that side."""
     corners = [(0.0, 0.0), (REST_S, 0.0)]
     for part in RAMP_PARTS:
-        for end in (rig.force.high_N, rig.force.low_N):
-            if end * (1 if end == rig.force.high_N else -1) <= 0:
-                continue
+        for end in (rig.force.high_N, rig.force.low_N) if rig.force.low_N < 0 else (rig.force.high_N,):
             last = corners[-1][0]
             corners += [(last + part * RAMP_S, RAMP * part * end), (last + 2 * part * RAMP_S, 0.0)]
     return _sampled("1-ramp", [*corners, (corners[-1][0] + REST_S, 0.0)], rig.sample_time_s)
@@ -85,7 +83,7 @@ def slides(rig, first):
     corners += [(split + t, u) for t, u in plan.commands()[1:]]
     corners = [(t, (u - first.bias * min(t, REST_S) / REST_S) / first.scale) for t, u in corners]
     made = _sampled("2-slides", [*corners, (corners[-1][0] + 1.0, 0.0)], rig.sample_time_s, split)
-    made.u = np.clip(made.u, min(rig.force.low_N, 0.0), rig.force.high_N)
+    made.u = np.clip(made.u, rig.force.low_N, rig.force.high_N)
     return made
 
 
@@ -141,24 +139,35 @@ class First:
         return {"scale": 1.0, "gravity": 0.0} | {name.removesuffix("_positive"): value for name, value in friction.calibrated(symmetric).items()}
 
 
+def _friction(log, line, started, noise):
+    """Offset and slope, as `started` where these lags leave any friction; where there is none, that is said."""
+    law, load = line.law(), float(np.median(np.abs(log.segments[0].force)))
+    seen = stiction.behind(log, law["scale"], law["gravity"], law["offset"], law["slope"])
+    if not seen.force > 0:
+        raise DesignError("1-ramp-log.csv: friction would push the way that F goes: u and F are not of the same time, or one of them is filtered for long")
+    if seen.is_lag() or seen.friction() < 2 * noise:
+        raise Refusal("no stiction", f"1-ramp-log.csv: no stiction found: {seen.text()}. There is nothing that compensation could take out")
+    return started if started[0] + started[1] * load > 0 else (law["offset"] - seen.force + seen.friction(), law["slope"])
+
+
 def of_ramp(log, assume="symmetric"):
     """By linear least squares over the slides, as the fit of tribo-identify starts."""
-    from tribo_identify import bins, events, native
+    from tribo_identify import bins, events, native, slides
 
     events.check(log)
-    found, ways = events.find(log)
-    if len({e.way for e in found}) < 2:
-        raise Refusal("one direction", "1-ramp-log.csv: F does not slide in both directions: friction is larger than the ramp, or the force sensor does not see the motor. "
-                                       "Look at the log; a larger safe force (force.high_N) lets the ramp go further")
-    (scale, bias, offset, slope), _ = friction.start(log, native.PAPER, ways)
+    line = slides.line(log, "symmetric") if len({way for way, *_ in slides.spans(log)}) == 2 else None
+    if line is None:
+        s = log.segments[0]
+        raise Refusal("one direction", f"1-ramp-log.csv: F does not follow u up and down: it goes from {s.force.min():.3g} to {s.force.max():.3g} N, u from {s.u.min():.3g} to {s.u.max():.3g} N. "
+                                       "The arm may be stuck, or out of contact, or F is another column (log.columns.F): look at rig and log before anything more is played")
+    (scale, bias, offset, slope), _ = friction.start(log, native.PAPER, events.find(log)[1])
     s = log.segments[0]
     noise = bins.noise_of(s.force)
     if scale < 0:
         raise Refusal("sign", "1-ramp-log.csv: F falls where u rises: turn the sign of command_per_N, or of F by log.scales.F: -1")
     if not 0.5 <= scale <= 2:
         raise Refusal("units", f"1-ramp-log.csv: a newton of command makes {scale:.3g} N: correct command_per_N (now 1, say {1 / scale:.3g} times what it is), remove the log and play the ramp again")
-    if not offset + slope * np.median(np.abs(s.force)) > 0:
-        raise DesignError("1-ramp-log.csv: friction would push the way that F goes: u and F are not of the same time, or one of them is filtered for long")
+    offset, slope = _friction(log, line, (offset, slope), noise)
     first = First(float(scale), float(bias), float(max(offset, 0.0)), float(max(slope, 0.0)), noise)
     law, load = first.of(assume), float(np.max(np.abs(s.force)))
     L = [law[f"offset{way}"] + law[f"slope{way}"] * load for way in ("", "_negative")]

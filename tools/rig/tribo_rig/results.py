@@ -93,7 +93,7 @@ def verdict(rig, made, found, result, arm, runs, others, per_n):
     if not falls and max(found.residual_rms, result.residual_rms) > noise:
         lines.append("no law of friction that was tried leaves noise alone: the error with compensation may be some ten percent off what is predicted")
     if result.L_half > UNSURE and result.residual_rms <= noise:
-        lines.append("more would be known from 2-slides.csv played again in a quieter hour, or with a larger force.high_N")
+        lines.append("more would be known from 2-slides.csv played again in a quieter hour")
     return lines + [f"next: params of {rig.name}_params.h into the drive, then on the rig tribo-identify accept loop.yaml --low {low:.3g} --high {high:.3g} --out sequence"]
 
 

@@ -70,6 +70,14 @@ class Rig(Strict):
             raise ValueError("must not be 0")
         return value
 
+    @field_validator("force")
+    @classmethod
+    def _holds_0(cls, force):
+        if force.low_N > 0:
+            raise ValueError(f"low_N: value {force.low_N:g}: must be 0 or less: an experiment begins and ends without a command, at 0 N: say low_N: 0, and task: "
+                             f"{{low_N: {force.low_N:g}, high_N: {force.high_N:g}}}")
+        return force
+
     @field_validator("task")
     @classmethod
     def _is_safe(cls, task, info):
