@@ -14,7 +14,7 @@
 
 #include "tribo/feedforward_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 7
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 8
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -27,7 +27,7 @@
 #define RIG_FULL_SCALE_N 4.00000000e+00f
 
 static const tribo_feedforward_q31_params_t rig_feedforward = {
-    .method = TRIBO_FEEDFORWARD_Q31_METHOD,
+    .method = {tribo_feedforward_q31_method},
     .input_max = 1073741824u,
     .offset_max = 536870912,
     .reversal = 67109u,

@@ -157,7 +157,7 @@ typedef struct
     const char *name;   ///< of the params
     const char *suffix; ///< of their arithmetic
     const char *upper;  ///< likewise, F32 or Q31
-    const char *method; ///< in the name of its initialiser
+    const char *method; ///< in the name of its function
 } sheet_t;
 
 static uint32_t unsigned_at(const char *at, size_t size)
@@ -225,7 +225,7 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
     case FUNCTIONS: // params begin with them
         if (strcmp(field->name, "method") == 0)
         {
-            (void)fprintf(sheet->stream, "TRIBO_%s_%s_METHOD", sheet->method, sheet->upper);
+            (void)fprintf(sheet->stream, "{tribo_%s_%s_method}", sheet->method, sheet->suffix);
             break;
         }
         (void)fprintf(sheet->stream, "TRIBO_LUGRE_%s_MODEL", sheet->upper);
@@ -472,7 +472,7 @@ void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
                         .name   = header->name,
                         .suffix = suffix,
                         .upper  = upper,
-                        .method = header->is_sensorless ? "SENSORLESS" : "FEEDFORWARD"},
+                        .method = header->is_sensorless ? "sensorless" : "feedforward"},
              header->loop);
     (void)fputs("// clang-format on\n\n#endif\n", stream);
 }

@@ -130,9 +130,10 @@ static double error(native_part_t *part, double r_n, double y_n)
     TRIBO_PART(sim_loop, t) *loop = IN(part);
     part->r_n                     = r_n;
     part->y_n                     = y_n;
-    part->e_n                     = n_of(
-        part,
-        loop->params.method->error(&loop->params, &loop->memory, force_of(part, r_n), force_of(part, y_n), TRIBO_ALL));
+    TRIBO(force_loop, functions_t) functions;
+    loop->params.method->functions(&functions);
+    part->e_n =
+        n_of(part, functions.error(&loop->params, &loop->memory, force_of(part, r_n), force_of(part, y_n), TRIBO_ALL));
     return part->e_n;
 }
 
@@ -140,9 +141,10 @@ static void command(native_part_t *part, double v_n, double *out)
 {
     TRIBO_PART(sim_loop, t) *loop                   = IN(part);
     const TRIBO(force_loop, params_t) *const params = &loop->params;
-    const TRIBO(force_loop, method_t) *const method = params->method;
-    const tribo_force_t                      v      = force_of(part, v_n);
-    const tribo_force_t                      term   = method->term(params, &loop->memory, v);
+    TRIBO(force_loop, functions_t) functions;
+    params->method->functions(&functions);
+    const tribo_force_t v    = force_of(part, v_n);
+    const tribo_force_t term = functions.term(params, &loop->memory, v);
 
     const tribo_force_t low  = params->controller.TRIBO_N(u_min);
     const tribo_force_t high = params->controller.TRIBO_N(u_max);
@@ -153,7 +155,7 @@ static void command(native_part_t *part, double v_n, double *out)
     signals = {.TRIBO_N(e)             = force_of(part, part->e_n),
                .TRIBO_N(friction_term) = term,
                .controller             = {.TRIBO_N(v) = v, .TRIBO_N(u) = u, .limited = u != sum}};
-    method->after(params, &loop->memory, v, u, &signals);
+    functions.after(params, &loop->memory, v, u, &signals);
     out[0] = n_of(part, u);
     out[1] = part->e_n;
     out[2] = n_of(part, term);

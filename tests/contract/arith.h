@@ -333,15 +333,15 @@ static inline void loop_forget(loop_t *x)
     TRIBO(feedforward, reset)(&x->memory.state);
 }
 
-static inline void loop_enter_other(void *memory, tribo_force_t term, bool anew)
+static inline void loop_other_functions(TRIBO(force_loop, functions_t) * functions)
 {
-    TRIBO(feedforward, method_enter)(memory, term, anew);
+    TRIBO(feedforward, method)(functions);
 }
 
 /// Makes the loop's feed-forward a method of another kind.
 static inline void loop_other_method(loop_t *x)
 {
-    x->feedforward.method.enter = loop_enter_other;
+    x->feedforward.method.functions = loop_other_functions;
 }
 
 #if TRIBO_IS_Q31

@@ -107,11 +107,18 @@ static inline void feedforward_copy(feedforward_t *to, const feedforward_t *from
     to->loop.method = &to->params.method;
 }
 
+static inline TRIBO(force_loop, functions_t) feedforward_functions(void)
+{
+    TRIBO(force_loop, functions_t) functions;
+    TRIBO(feedforward, method)(&functions);
+    return functions;
+}
+
 static inline double feedforward_before_shared(feedforward_t *x, double r, double y, double share)
 {
     const feedforward_fraction_t fade = share >= 1.0 ? TRIBO_ALL : (feedforward_fraction_t)(share * FEEDFORWARD_ALL);
     const tribo_force_t          e =
-        TRIBO(feedforward, method_error)(&x->loop, &x->memory, feedforward_of(x, r), feedforward_of(x, y), fade);
+        feedforward_functions().error(&x->loop, &x->memory, feedforward_of(x, r), feedforward_of(x, y), fade);
     return tribo_force_n(e, x->full_scale_n);
 }
 
@@ -122,19 +129,19 @@ static inline double feedforward_before(feedforward_t *x, double r, double y)
 
 static inline double feedforward_added(feedforward_t *x, double v)
 {
-    return tribo_force_n(TRIBO(feedforward, method_term)(&x->loop, &x->memory, feedforward_of(x, v)), x->full_scale_n);
+    return tribo_force_n(feedforward_functions().term(&x->loop, &x->memory, feedforward_of(x, v)), x->full_scale_n);
 }
 
 static inline void feedforward_after(feedforward_t *x, double v, double u, bool limited)
 {
     TRIBO(force_loop, signals_t) signals = {.controller = {.limited = limited}};
-    TRIBO(feedforward, method_after)(&x->loop, &x->memory, feedforward_of(x, v), feedforward_of(x, u), &signals);
+    feedforward_functions().after(&x->loop, &x->memory, feedforward_of(x, v), feedforward_of(x, u), &signals);
 }
 
 /// The next tick, of a controller that runs already, adds `term`.
 static inline void feedforward_enter(feedforward_t *x, double term, bool anew)
 {
-    TRIBO(feedforward, method_enter)(&x->memory, feedforward_of(x, term), anew);
+    feedforward_functions().enter(&x->memory, feedforward_of(x, term), anew);
 }
 
 /// Keeps this tick from being learned from.

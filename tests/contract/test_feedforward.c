@@ -1370,11 +1370,11 @@ static void test_a_hand_over_is_told_error_reading_and_term_of_the_last_tick(voi
     {
         (void)tick(&x, &plant, triangle(k));
     }
-    TRIBO(force_loop, last_t) last = {.TRIBO_N(e) = FORCE(0.5)};
-    const double y                 = plant.y;
+    const double y = plant.y;
     (void)tick(&x, &plant, triangle(1000));
-    TRIBO(feedforward, method_last)(&x.memory, &last);
-    const feedforward_seen_t seen = feedforward_seen(&x);
+    const TRIBO(force_loop, tick_t) last = x.memory.state.tick;
+    const feedforward_seen_t seen        = feedforward_seen(&x);
+    TEST_ASSERT_TRUE(last.has_e && last.has_y);
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, seen.e, tribo_force_n(last.TRIBO_N(e), x.full_scale_n));
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, y, tribo_force_n(last.TRIBO_N(y), x.full_scale_n));
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, seen.term - seen.lead, tribo_force_n(last.TRIBO_N(term), x.full_scale_n));

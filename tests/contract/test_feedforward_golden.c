@@ -107,22 +107,21 @@ static double number(double x, int q)
 
 static void happen(const double *c)
 {
+    TRIBO(force_loop, functions_t) functions;
+    feedforward[used].method.functions(&functions);
     switch ((int)c[EVENT])
     {
     case RESTART:
         TRIBO(force_loop_feedforward, attach)(&loop, &memory);
         break;
     case ENTER:
-        feedforward[used].method.enter(&memory, tribo_force_of_n(c[ENTRY], full_scale_n), true);
+        functions.enter(&memory, tribo_force_of_n(c[ENTRY], full_scale_n), true);
         break;
     case CHANGE:
-    case TO_OTHER: {
-        TRIBO(force_loop, last_t) last = {.TRIBO_N(term) = TRIBO_EITHER(0.0f, 0)};
-        feedforward[used].method.last(&memory, &last);
+    case TO_OTHER:
         used = c[EVENT] == (double)TO_OTHER ? 1u - used : used;
-        feedforward[used].method.enter(&memory, last.TRIBO_N(term), false);
+        functions.enter(&memory, memory.state.tick.TRIBO_N(term), false);
         break;
-    }
     case RESET:
         TRIBO(feedforward, reset)(&memory.state);
         break;
@@ -144,15 +143,17 @@ static void tick(const double *c, double *found)
 {
     TRIBO(force_loop, signals_t) signals = {.controller = {.limited = c[LIMITED] != 0.0}};
     happen(c);
-    const tribo_force_t e = feedforward[used].method.error(
-        &params[used],
-        &memory,
-        tribo_force_of_n(c[R], full_scale_n),
-        tribo_force_of_n(c[Y], full_scale_n),
-        c[SHARE] == 1.0 ? TRIBO_ALL : TRIBO_EITHER((float)c[SHARE], (uint32_t)ldexp(c[SHARE], 32)));
+    TRIBO(force_loop, functions_t) functions;
+    feedforward[used].method.functions(&functions);
+    const tribo_force_t e =
+        functions.error(&params[used],
+                        &memory,
+                        tribo_force_of_n(c[R], full_scale_n),
+                        tribo_force_of_n(c[Y], full_scale_n),
+                        c[SHARE] == 1.0 ? TRIBO_ALL : TRIBO_EITHER((float)c[SHARE], (uint32_t)ldexp(c[SHARE], 32)));
     const tribo_force_t v     = tribo_force_of_n(c[V], full_scale_n);
-    const tribo_force_t added = feedforward[used].method.term(&params[used], &memory, v);
-    feedforward[used].method.after(&params[used], &memory, v, tribo_force_of_n(c[U], full_scale_n), &signals);
+    const tribo_force_t added = functions.term(&params[used], &memory, v);
+    functions.after(&params[used], &memory, v, tribo_force_of_n(c[U], full_scale_n), &signals);
     const TRIBO(feedforward, signals_t) *seen = &memory.signals;
     const TRIBO(feedforward, state_t) *state  = &memory.state;
     found[E]                                  = force((double)e);

@@ -410,12 +410,14 @@ static void test_a_bad_first_reference_waits_and_a_later_one_is_the_last(void)
 static void test_entered_beside_a_bad_reference_it_adds_what_was_added(void)
 {
     const double unit = TRIBO_EITHER(1.0, FULL_SCALE_N / 2147483648.0);
-    TRIBO(sensorless, method_enter)(&x.memory, to_force(0.0625), true);
+    TRIBO(force_loop, functions_t) functions;
+    TRIBO(sensorless, method)(&functions);
+    functions.enter(&x.memory, to_force(0.0625), true);
     for (int k = 0; k < 3; k++)
     {
-        TEST_ASSERT_TRUE(TRIBO(sensorless, method_error)(&x.params, &x.memory, to_force(3.0), 0, TRIBO_ALL) == 0);
-        TEST_ASSERT_TRUE((double)TRIBO(sensorless, method_term)(&x.params, &x.memory, 0) * unit == 0.0625);
-        TEST_ASSERT_TRUE(TRIBO(sensorless, method_friction)(&x.memory) == 0);
+        TEST_ASSERT_TRUE(functions.error(&x.params, &x.memory, to_force(3.0), 0, TRIBO_ALL) == 0);
+        TEST_ASSERT_TRUE((double)functions.term(&x.params, &x.memory, 0) * unit == 0.0625);
+        TEST_ASSERT_TRUE(x.memory.state.tick.TRIBO_N(friction) == 0);
     }
 }
 
@@ -445,12 +447,12 @@ static void test_u_goes_on_where_a_sensor_fails_with_a_bad_reading(void)
 static void test_a_guard_and_a_log_see_the_friction_of_the_last_tick(void)
 {
     const double unit = TRIBO_EITHER(1.0, FULL_SCALE_N / 2147483648.0);
-    TEST_ASSERT_TRUE(TRIBO(sensorless, method_friction)(&x.memory) == 0);
+    TEST_ASSERT_TRUE(x.memory.state.tick.TRIBO_N(friction) == 0);
     for (int k = 0; k < 1500; k++)
     {
         (void)tick(triangle(k));
     }
-    TEST_ASSERT_TRUE((double)TRIBO(sensorless, method_friction)(&x.memory) * unit == friction_now());
+    TEST_ASSERT_TRUE((double)x.memory.state.tick.TRIBO_N(friction) * unit == friction_now());
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.9 * (L0 + L1 * 0.45), friction_now());
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, triangle(1499), from_force(x.signals.compensator.TRIBO_N(force)));
 }
@@ -475,6 +477,8 @@ static void test_a_corrupt_mode_starts_again(void)
 /// With a sanitizer it would say so.
 static void test_no_sum_overflows_at_the_ends_of_the_scale_and_in_a_corrupt_state(void)
 {
+    tribo_force_loop_q31_functions_t functions;
+    tribo_sensorless_q31_method(&functions);
     static const int32_t end[] = {INT32_MIN, INT32_MAX, -INT32_MAX, 0, 1, -1, 1 << 30, -(1 << 30)};
     random_t             r     = {.state = 31};
 
@@ -491,7 +495,7 @@ static void test_no_sum_overflows_at_the_ends_of_the_scale_and_in_a_corrupt_stat
     {
         tribo_feedforward_q31_state_t *state = &x.memory.state;
         int32_t *const                 corrupt[] =
-            {&state->sigma, &state->offset, &state->term, &state->rate, &of.low, &of.force, &of.high, &of.lagged};
+            {&state->sigma, &state->offset, &state->tick.term, &state->rate, &of.low, &of.force, &of.high, &of.lagged};
         if (k % 5 == 0)
         {
             *corrupt[random_bits(&r) % 8u] = end[random_bits(&r) % 8u];
@@ -503,9 +507,9 @@ static void test_no_sum_overflows_at_the_ends_of_the_scale_and_in_a_corrupt_stat
         tribo_force_loop_q31_signals_t seen = {.controller = {.limited = false}};
         const int32_t                  v    = end[random_bits(&r) % 8u];
         const int32_t                  in   = end[random_bits(&r) % 8u];
-        (void)tribo_sensorless_q31_method_error(&x.params, &x.memory, in, end[random_bits(&r) % 8u], UINT32_MAX);
-        (void)tribo_sensorless_q31_method_term(&x.params, &x.memory, v);
-        tribo_sensorless_q31_method_after(&x.params, &x.memory, v, in, &seen);
+        (void)functions.error(&x.params, &x.memory, in, end[random_bits(&r) % 8u], UINT32_MAX);
+        (void)functions.term(&x.params, &x.memory, v);
+        functions.after(&x.params, &x.memory, v, in, &seen);
         tribo_force_estimate_q31_step(&x.params, &x.own, &of, random_bits(&r) % 2u != 0u ? UINT32_MAX : 0u, in);
         TEST_ASSERT_TRUE(x.memory.signals.f <= 1 << 29 && x.memory.signals.f >= -(1 << 29));
         TEST_ASSERT_TRUE(x.memory.signals.b <= 1 << 29 && x.memory.signals.b >= -(1 << 29));
@@ -531,7 +535,7 @@ static void test_a_state_that_is_no_number_is_forgotten_and_counted_and_u_goes_o
         *numbers[i] = NAN;
         if (i == 3)
         {
-            x.memory.state.term_n = NAN;
+            x.memory.state.tick.term_n = NAN;
             TEST_ASSERT_TRUE(tick(triangle(1500)) == 0.0);
             continue;
         }

@@ -8,6 +8,7 @@
 #include "unity.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #define H 1.0e-3f
@@ -24,8 +25,11 @@ static tribo_status_t init(float input_max, float h)
     return tribo_feedforward_f32_init(&params, &config, &model.arm, &friction, input_max, h);
 }
 
+static tribo_force_loop_f32_functions_t fed;
+
 void setUp(void)
 {
+    tribo_feedforward_f32_method(&fed);
     config = tribo_feedforward_f32_default();
     model  = tribo_force_loop_f32_paper().compensator;
     rig    = (tribo_feedforward_f32_rig_t){.actuator_pole_rad_per_s = 200.0f,
@@ -160,8 +164,8 @@ static void test_a_bad_entry_counts_as_0(void)
 {
     state.mode                            = TRIBO_FEEDFORWARD_RESTART;
     tribo_feedforward_f32_memory_t memory = {.state = state};
-    tribo_feedforward_f32_method_enter(&memory, NAN, true);
-    TEST_ASSERT_SAME_FLOAT(0.0f, memory.state.term_n);
+    fed.enter(&memory, NAN, true);
+    TEST_ASSERT_SAME_FLOAT(0.0f, memory.state.tick.term_n);
     TEST_ASSERT_EQUAL_UINT8(TRIBO_FEEDFORWARD_ENTER, memory.state.mode);
 }
 
@@ -180,6 +184,8 @@ static void test_what_was_learned_at_a_bad_force_is_that_at_0(void)
         TEST_ASSERT_FLOAT_WITHIN(1.0f, 3.0e5f, tribo_feedforward_f32_learned(&friction, &state, d, -1e6f).L_n);
     }
 }
+
+#define TURNED (offsetof(tribo_feedforward_f32_state_t, turned_n) / sizeof(float))
 
 /// A state that is no longer a number is forgotten, counted, and u goes on.
 static void test_a_state_that_is_no_number_is_forgotten_or_heals(void)
@@ -202,15 +208,16 @@ static void test_a_state_that_is_no_number_is_forgotten_or_heals(void)
             {
                 const float nothing = NAN;
                 memcpy((char *)&memory.state + at * sizeof(float), &nothing, sizeof nothing);
-                memory.state.term_n   = at == 8 ? NAN : memory.state.term_n; // with a sum that is none
-                memory.state.offset_n = at == 8 ? NAN : memory.state.offset_n;
+                memory.state.tick.term_n = at == TURNED ? NAN : memory.state.tick.term_n; // with a sum that is none
+                memory.state.offset_n    = at == TURNED ? NAN : memory.state.offset_n;
             }
             const float u = tribo_force_loop_f32_step(&loop, &running, r, y, NULL);
             TEST_ASSERT_TRUE(fabsf(u) <= 2.0f);
             y += 0.05f * (r - y);
         }
         const tribo_feedforward_f32_state_t *const s = &memory.state;
-        TEST_ASSERT_TRUE(isfinite(s->e_n) && isfinite(s->f_n) && isfinite(s->term_n) && isfinite(s->offset_n));
+        TEST_ASSERT_TRUE(isfinite(s->tick.e_n) && isfinite(s->f_n) && isfinite(s->tick.term_n) &&
+                         isfinite(s->offset_n));
         TEST_ASSERT_TRUE(isfinite(s->learned.weight[0]) && isfinite(s->learned.use[0]) && isfinite(s->learned.doubt));
         TEST_ASSERT_TRUE(isfinite(s->observer.force_n) && isfinite(s->observer.difference_n));
         TEST_ASSERT_TRUE(isfinite(s->noise_n) && isfinite(s->observer.noise_n) && isfinite(s->learned.covariance[0]));
@@ -226,11 +233,11 @@ static void test_what_is_forgotten_as_it_starts_adds_nothing(void)
     static tribo_feedforward_f32_memory_t memory;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
     tribo_feedforward_f32_reset(&memory.state);
-    memory.state.term_n             = 0.5f;
+    memory.state.tick.term_n        = 0.5f;
     memory.state.learned.constant_n = NAN;
-    (void)tribo_feedforward_f32_method_error(&loop, &memory, 0.3f, 0.3f, 1.0f);
+    (void)fed.error(&loop, &memory, 0.3f, 0.3f, 1.0f);
     TEST_ASSERT_EQUAL_UINT32(1, memory.state.forgotten);
-    TEST_ASSERT_SAME_FLOAT(0.0f, tribo_feedforward_f32_method_term(&loop, &memory, 0.0f));
+    TEST_ASSERT_SAME_FLOAT(0.0f, fed.term(&loop, &memory, 0.0f));
 }
 
 /// A difference that is no number: the observer starts again at the reading of this tick.

@@ -35,8 +35,11 @@ static void init_loop(void)
     tribo_feedforward_q31_reset(&memory.state);
 }
 
+static tribo_force_loop_q31_functions_t fed;
+
 void setUp(void)
 {
+    tribo_feedforward_q31_method(&fed);
     loop_config = tribo_force_loop_f32_paper();
     config      = tribo_feedforward_f32_default();
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&friction, &loop_config.compensator.friction, H));
@@ -91,7 +94,7 @@ static void test_a_lag_of_many_ticks_leads_as_it_should(void)
     for (int k = 0; k < 9000; k++) // the filter of the rate has 1,606 ticks
     {
         r += 107374; // 0.1 mN a tick, 0.1 N/s
-        (void)tribo_feedforward_q31_method_error(&loop, &memory, r, r, UINT32_MAX);
+        (void)fed.error(&loop, &memory, r, r, UINT32_MAX);
     }
     const tribo_feedforward_q31_signals_t *const s     = &memory.signals;
     const double                                 ahead = (double)(s->lin - s->reached) / 536870912.0 * (double)FS;
@@ -107,7 +110,7 @@ static void test_the_lead_of_a_rate_ends_at_half_of_full_scale(void)
     for (int k = 0; k < 1500; k++)
     {
         r += 1000000;
-        (void)tribo_feedforward_q31_method_error(&loop, &memory, r, r, UINT32_MAX);
+        (void)fed.error(&loop, &memory, r, r, UINT32_MAX);
     }
     TEST_ASSERT_EQUAL_INT32(INT32_C(1) << 28, memory.signals.lin - memory.signals.reached);
 }
@@ -142,13 +145,9 @@ static void test_no_sum_overflows_at_the_ends_of_the_scale(void)
         tribo_force_loop_q31_signals_t seen = {.controller = {.limited = k % 5 == 0}};
 
         const int32_t v = end[random_bits(&r) % 8u];
-        const int32_t e = tribo_feedforward_q31_method_error(&loop,
-                                                             &memory,
-                                                             end[random_bits(&r) % 8u],
-                                                             end[random_bits(&r) % 8u],
-                                                             UINT32_MAX);
-        const int32_t a = tribo_feedforward_q31_method_term(&loop, &memory, v);
-        tribo_feedforward_q31_method_after(&loop, &memory, v, end[random_bits(&r) % 8u], &seen);
+        const int32_t e = fed.error(&loop, &memory, end[random_bits(&r) % 8u], end[random_bits(&r) % 8u], UINT32_MAX);
+        const int32_t a = fed.term(&loop, &memory, v);
+        fed.after(&loop, &memory, v, end[random_bits(&r) % 8u], &seen);
         TEST_ASSERT_TRUE(e >= -INT32_MAX && a >= -INT32_MAX);
         TEST_ASSERT_TRUE(memory.signals.f <= 1 << 29 && memory.signals.f >= -(1 << 29));
         TEST_ASSERT_TRUE(memory.signals.b <= 1 << 29 && memory.signals.b >= -(1 << 29));
@@ -159,6 +158,8 @@ static void test_no_sum_overflows_at_the_ends_of_the_scale(void)
 /// A bit of the state flips every few ticks, while u is limited and while it is not. The sanitizers see what overflows.
 static void run_with_flipping_bits(const tribo_force_loop_q31_method_t *method)
 {
+    tribo_force_loop_q31_functions_t functions;
+    method->functions(&functions);
     random_t random = {83};
     for (int k = 0; k < 300000; k++)
     {
@@ -177,10 +178,10 @@ static void run_with_flipping_bits(const tribo_force_loop_q31_method_t *method)
         {
             memory.state.reached ^= (int32_t)(1u << random_bits(&random) % 32u);
         }
-        const int32_t e = method->error(&loop, &memory, r, y, UINT32_MAX);
+        const int32_t e = functions.error(&loop, &memory, r, y, UINT32_MAX);
         TEST_ASSERT_TRUE(e >= -INT32_MAX);
-        (void)method->term(&loop, &memory, v);
-        method->after(&loop, &memory, v, u, &seen);
+        (void)functions.term(&loop, &memory, v);
+        functions.after(&loop, &memory, v, u, &seen);
     }
 }
 
@@ -217,12 +218,12 @@ static void test_the_last_bits_of_inputs_mirror_too(void)
         at += (int32_t)random_between(&r, -1e5, 1.1e5);
         const int32_t y = at + (int32_t)random_between(&r, -1e6, 1e6);
         const int32_t v = (int32_t)random_between(&r, -1e8, 1e8);
-        const int32_t e = tribo_feedforward_q31_method_error(&loop, &memory, at, y, UINT32_MAX);
-        TEST_ASSERT_EQUAL_INT32(-e, tribo_feedforward_q31_method_error(&loop, &mirror, -at, -y, UINT32_MAX));
-        const int32_t a = tribo_feedforward_q31_method_term(&loop, &memory, v);
-        TEST_ASSERT_EQUAL_INT32(-a, tribo_feedforward_q31_method_term(&loop, &mirror, -v));
-        tribo_feedforward_q31_method_after(&loop, &memory, v, v + a, &seen);
-        tribo_feedforward_q31_method_after(&loop, &mirror, -v, -v - a, &seen);
+        const int32_t e = fed.error(&loop, &memory, at, y, UINT32_MAX);
+        TEST_ASSERT_EQUAL_INT32(-e, fed.error(&loop, &mirror, -at, -y, UINT32_MAX));
+        const int32_t a = fed.term(&loop, &memory, v);
+        TEST_ASSERT_EQUAL_INT32(-a, fed.term(&loop, &mirror, -v));
+        fed.after(&loop, &memory, v, v + a, &seen);
+        fed.after(&loop, &mirror, -v, -v - a, &seen);
     }
 }
 
@@ -262,8 +263,9 @@ static void test_sums_of_weights_and_samples_saturate(void)
 
 static void test_what_does_not_run_adds_no_friction(void)
 {
-    memory.state.f = 1000;
-    TEST_ASSERT_EQUAL_INT32(0, tribo_feedforward_q31_method_friction(&memory));
+    memory.state.tick.friction = 1000;
+    (void)fed.error(&loop, &memory, INT32_MIN, 0, UINT32_MAX);
+    TEST_ASSERT_EQUAL_INT32(0, memory.state.tick.friction);
 }
 
 int main(void)

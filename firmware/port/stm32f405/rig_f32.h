@@ -13,7 +13,7 @@
 
 #include "tribo/feedforward_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 7
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 8
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -25,7 +25,7 @@
 #define RIG_SAMPLE_TIME_S 1.00000005e-03f
 
 static const tribo_feedforward_f32_params_t rig_feedforward = {
-    .method = TRIBO_FEEDFORWARD_F32_METHOD,
+    .method = {tribo_feedforward_f32_method},
     .input_max_n = 2.00000000e+00f,
     .offset_max_n = 8.00000000e+00f,
     .reversal_n = 5.00000024e-04f,

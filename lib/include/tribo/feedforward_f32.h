@@ -189,25 +189,26 @@ typedef struct
 
 typedef struct
 {
-    uint8_t  mode;                          ///< tribo_feedforward_mode_t
-    uint8_t  offset_rule;                   ///< tribo_feedforward_offset_t
-    uint8_t  at_bound;                      ///< reversals in succession with V_0 at a bound; 4 stays until restored
-    int8_t   sign;                          ///< s, of r; 0: no direction yet
-    int8_t   limited;                       ///< sign of the limit that u met in the last tick, or 0
-    float    r_n[2];                        ///< the last good r, and the one before
-    float    noise_n;                       ///< n_r, mean second difference of r
-    float    reached_n;                     ///< rs, r as far as the limits of u allow
-    float    rate_n_s;                      ///< filtered rate of rs
-    float    settled_n;                     ///< rn, rs without its noise
-    float    turned_n;                      ///< rp, rs behind a play of a reversal's width
-    float    stop[TRIBO_FEEDFORWARD_STOPS]; ///< phi_j, -1 to 1
-    float    sigma;                         ///< -1 to 1
-    float    behind_n[2];                   ///< m_1 and m_2 less rs
-    float    offset_n;                      ///< b
-    uint32_t offset_seal;                   ///< of b from a tick to the next
-    float    e_n, f_n, term_n, u_n;         ///< of the last tick
-    float    v_n;                           ///< low pass of v
-    uint32_t forgotten;                     ///< times that a corrupt state was reset; stops at UINT32_MAX
+    tribo_force_loop_f32_tick_t tick;        ///< what the loop reads
+    uint8_t                     mode;        ///< tribo_feedforward_mode_t
+    uint8_t                     offset_rule; ///< tribo_feedforward_offset_t
+    uint8_t                     at_bound;    ///< reversals in succession with V_0 at a bound; 4 stays until restored
+    int8_t                      sign;        ///< s, of r; 0: no direction yet
+    int8_t                      limited;     ///< sign of the limit that u met in the last tick, or 0
+    float                       r_n[2];      ///< the last good r, and the one before
+    float                       noise_n;     ///< n_r, mean second difference of r
+    float                       reached_n;   ///< rs, r as far as the limits of u allow
+    float                       rate_n_s;    ///< filtered rate of rs
+    float                       settled_n;   ///< rn, rs without its noise
+    float                       turned_n;    ///< rp, rs behind a play of a reversal's width
+    float                       stop[TRIBO_FEEDFORWARD_STOPS]; ///< phi_j, -1 to 1
+    float                       sigma;                         ///< -1 to 1
+    float                       behind_n[2];                   ///< m_1 and m_2 less rs
+    float                       offset_n;                      ///< b
+    uint32_t                    offset_seal;                   ///< of b from a tick to the next
+    float                       f_n, u_n;                      ///< of the last tick
+    float                       v_n;                           ///< low pass of v
+    uint32_t                    forgotten; ///< times that a corrupt state was reset; stops at UINT32_MAX
     tribo_feedforward_hold_f32_state_t     hold;
     tribo_feedforward_observer_f32_state_t observer;
     tribo_feedforward_weights_f32_t        learned;
@@ -305,29 +306,8 @@ tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_fricti
 /// Unlatches stays_at_bound and harms, and feeds friction forward; learned values stay.
 void tribo_feedforward_f32_restore(tribo_feedforward_f32_state_t *state);
 
-/// The feed-forward as a method of the force loop, for params made on a host.
-#define TRIBO_FEEDFORWARD_F32_METHOD                                                                                   \
-    {tribo_feedforward_f32_method_error,                                                                               \
-     tribo_feedforward_f32_method_friction,                                                                            \
-     tribo_feedforward_f32_method_term,                                                                                \
-     tribo_feedforward_f32_method_after,                                                                               \
-     tribo_feedforward_f32_method_last,                                                                                \
-     tribo_feedforward_f32_method_enter}
-
-float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *loop,
-                                         void                                *memory,
-                                         float                                r_n,
-                                         float                                y_n,
-                                         float                                fade);
-float tribo_feedforward_f32_method_friction(const void *memory);
-float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loop, void *memory, float v_n);
-void  tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loop,
-                                         void                                *memory,
-                                         float                                v_n,
-                                         float                                u_n,
-                                         tribo_force_loop_f32_signals_t      *seen);
-void  tribo_feedforward_f32_method_last(const void *memory, tribo_force_loop_f32_last_t *last);
-void  tribo_feedforward_f32_method_enter(void *memory, float term_n, bool anew);
+/// Writes the functions of the feed-forward as a method of the force loop, for the first member of its params.
+void tribo_feedforward_f32_method(tribo_force_loop_f32_functions_t *functions);
 
 /// Makes `params` of a loop with the feed-forward, and `feedforward`, which must outlive them: they point to it. Returns
 /// TRIBO_OK or a status of tribo_force_loop_f32_init, then of tribo_feedforward_f32_init. Writes nothing unless TRIBO_OK. Not
@@ -341,7 +321,7 @@ tribo_status_t tribo_force_loop_feedforward_f32_init(tribo_force_loop_f32_params
 static inline const tribo_feedforward_f32_params_t *tribo_feedforward_f32_of(
     const tribo_force_loop_f32_params_t *params)
 {
-    const bool is_one = params->method != NULL && params->method->enter == tribo_feedforward_f32_method_enter;
+    const bool is_one = params->method != NULL && params->method->functions == tribo_feedforward_f32_method;
     return is_one ? (const tribo_feedforward_f32_params_t *)params->method : NULL; // its first member
 }
 
@@ -427,29 +407,8 @@ void tribo_force_estimate_f32_step(const tribo_force_loop_f32_params_t  *params,
                                    float                                 tolerance,
                                    float                                 u_n);
 
-/// The method, for params made on a host.
-#define TRIBO_SENSORLESS_F32_METHOD                                                                                    \
-    {tribo_sensorless_f32_method_error,                                                                                \
-     tribo_sensorless_f32_method_friction,                                                                             \
-     tribo_sensorless_f32_method_term,                                                                                 \
-     tribo_sensorless_f32_method_after,                                                                                \
-     tribo_sensorless_f32_method_last,                                                                                 \
-     tribo_sensorless_f32_method_enter}
-
-float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loop,
-                                        void                                *memory,
-                                        float                                r_n,
-                                        float                                y_n,
-                                        float                                fade);
-float tribo_sensorless_f32_method_friction(const void *memory);
-float tribo_sensorless_f32_method_term(const tribo_force_loop_f32_params_t *loop, void *memory, float v_n);
-void  tribo_sensorless_f32_method_after(const tribo_force_loop_f32_params_t *loop,
-                                        void                                *memory,
-                                        float                                v_n,
-                                        float                                u_n,
-                                        tribo_force_loop_f32_signals_t      *seen);
-void  tribo_sensorless_f32_method_last(const void *memory, tribo_force_loop_f32_last_t *last);
-void  tribo_sensorless_f32_method_enter(void *memory, float term_n, bool anew);
+/// Writes the functions of the feed-forward without a force sensor, likewise.
+void tribo_sensorless_f32_method(tribo_force_loop_f32_functions_t *functions);
 
 #ifdef __cplusplus
 }

@@ -130,6 +130,7 @@ typedef struct
 /// See the twin. Forces are Q29.
 typedef struct
 {
+    tribo_force_loop_q31_tick_t            tick; ///< what the loop reads, Q31
     uint8_t                                mode, offset_rule, at_bound;
     int8_t                                 sign, limited;
     int32_t                                r[2];
@@ -142,7 +143,6 @@ typedef struct
     int32_t                                behind[2];                     ///< m_1 and m_2 less rs
     int32_t                                offset, f, u;
     uint32_t                               offset_seal; ///< of b from a tick to the next
-    int32_t                                e, term;     ///< Q31
     int32_t                                v;           ///< low pass of v
     uint32_t                               forgotten;   ///< stops at UINT32_MAX
     tribo_feedforward_hold_q31_state_t     hold;
@@ -237,35 +237,14 @@ tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_fricti
 /// Unlatches stays_at_bound and harms, and feeds friction forward; learned values stay.
 void tribo_feedforward_q31_restore(tribo_feedforward_q31_state_t *state);
 
-/// The feed-forward as a method of the force loop, for params made on a host.
-#define TRIBO_FEEDFORWARD_Q31_METHOD                                                                                   \
-    {tribo_feedforward_q31_method_error,                                                                               \
-     tribo_feedforward_q31_method_friction,                                                                            \
-     tribo_feedforward_q31_method_term,                                                                                \
-     tribo_feedforward_q31_method_after,                                                                               \
-     tribo_feedforward_q31_method_last,                                                                                \
-     tribo_feedforward_q31_method_enter}
-
-int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *loop,
-                                           void                                *memory,
-                                           int32_t                              r_q31,
-                                           int32_t                              y_q31,
-                                           uint32_t                             fade);
-int32_t tribo_feedforward_q31_method_friction(const void *memory);
-int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v);
-void    tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loop,
-                                           void                                *memory,
-                                           int32_t                              v,
-                                           int32_t                              u_q31,
-                                           tribo_force_loop_q31_signals_t      *seen);
-void    tribo_feedforward_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last);
-void    tribo_feedforward_q31_method_enter(void *memory, int32_t term, bool anew);
+/// Writes the functions of the feed-forward as a method of the force loop, for the first member of its params.
+void tribo_feedforward_q31_method(tribo_force_loop_q31_functions_t *functions);
 
 /// The feed-forward's params of a loop; null for another method.
 static inline const tribo_feedforward_q31_params_t *tribo_feedforward_q31_of(
     const tribo_force_loop_q31_params_t *params)
 {
-    const bool is_one = params->method != NULL && params->method->enter == tribo_feedforward_q31_method_enter;
+    const bool is_one = params->method != NULL && params->method->functions == tribo_feedforward_q31_method;
     return is_one ? (const tribo_feedforward_q31_params_t *)params->method : NULL; // its first member
 }
 
@@ -316,29 +295,8 @@ void tribo_force_estimate_q31_step(const tribo_force_loop_q31_params_t  *params,
                                    uint32_t                              tolerance,
                                    int32_t                               u_q31);
 
-/// The method, for params made on a host.
-#define TRIBO_SENSORLESS_Q31_METHOD                                                                                    \
-    {tribo_sensorless_q31_method_error,                                                                                \
-     tribo_sensorless_q31_method_friction,                                                                             \
-     tribo_sensorless_q31_method_term,                                                                                 \
-     tribo_sensorless_q31_method_after,                                                                                \
-     tribo_sensorless_q31_method_last,                                                                                 \
-     tribo_sensorless_q31_method_enter}
-
-int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *loop,
-                                          void                                *memory,
-                                          int32_t                              r_q31,
-                                          int32_t                              y_q31,
-                                          uint32_t                             fade);
-int32_t tribo_sensorless_q31_method_friction(const void *memory);
-int32_t tribo_sensorless_q31_method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v);
-void    tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *loop,
-                                          void                                *memory,
-                                          int32_t                              v,
-                                          int32_t                              u_q31,
-                                          tribo_force_loop_q31_signals_t      *seen);
-void    tribo_sensorless_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last);
-void    tribo_sensorless_q31_method_enter(void *memory, int32_t term, bool anew);
+/// Writes the functions of the feed-forward without a force sensor, likewise.
+void tribo_sensorless_q31_method(tribo_force_loop_q31_functions_t *functions);
 
 #ifdef __cplusplus
 }

@@ -53,7 +53,7 @@ typedef struct
     tribo_compensator_f32_config_t compensator;
 } tribo_force_loop_f32_config_t;
 
-#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 7 ///< of the params' fields and their meaning, for params made on a host
+#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 8 ///< of the params' fields and their meaning, for params made on a host
 
 typedef struct tribo_force_loop_f32_params tribo_force_loop_f32_params_t;
 
@@ -66,26 +66,25 @@ typedef struct
     tribo_compensator_f32_signals_t compensator;     ///< F^, n, L, v, f^, Q1, Q2, Q
 } tribo_force_loop_f32_signals_t;
 
-/// Last tick of a method, for a hand-over.
+/// What the loop reads of a method. The memory of a method begins with this struct; all 0 is a method without a tick.
 typedef struct
 {
-    float e_n;    ///< the controller's error
-    float y_n;    ///< the reading of that tick
-    float term_n; ///< added to v
-} tribo_force_loop_f32_last_t;
+    float e_n;        ///< the controller's error of the last tick
+    float y_n;        ///< the reading that `e_n` was made of
+    float term_n;     ///< added to v in the last tick, without a pulse: a change of params goes on from it
+    float friction_n; ///< added to u in this tick, for a guard
+    bool  has_e;      ///< false: there is no `e_n` yet
+    bool  has_y;      ///< false: `e_n` does not depend on y
+} tribo_force_loop_f32_tick_t;
 
-/// A compensation method other than the paper's: its part of a tick. The params of a method begin with this struct, and
-/// `params->method` points to them. `memory` is attached to the loop and never null: a loop without it is the controller
-/// alone. Functions are called in this order; none can fail.
+/// A method's part of a tick, called in this order. `memory` is attached to the loop and never null: a loop without it is the
+/// controller alone. None can fail.
 typedef struct
 {
-    /// The controller's error. `fade` is the guard's factor on friction, 0 to 1.
+    /// The controller's error; writes what the loop reads, except `term_n`. `fade` is the guard's factor on friction, 0 to 1.
     float (*error)(const tribo_force_loop_f32_params_t *params, void *memory, float r_n, float y_n, float fade);
 
-    /// The friction added in this tick, for a guard.
-    float (*friction)(const void *memory);
-
-    /// The term to add to the controller's output `v_n`.
+    /// The term to add to the controller's output `v_n`; writes `term_n`.
     float (*term)(const tribo_force_loop_f32_params_t *params, void *memory, float v_n);
 
     /// Called once u is known. `signals` is complete except for the compensator's, which are at rest for the method to fill.
@@ -95,11 +94,16 @@ typedef struct
                   float                                u_n,
                   tribo_force_loop_f32_signals_t      *signals);
 
-    /// Before a change of params: writes `last`, or leaves it unchanged if there was no tick.
-    void (*last)(const void *memory, tribo_force_loop_f32_last_t *last);
-
     /// After a change of params: the next tick shall add `term_n`. `anew`: another method ran the loop before.
     void (*enter)(void *memory, float term_n, bool anew);
+} tribo_force_loop_f32_functions_t;
+
+/// A compensation method other than the paper's. The params of a method begin with this struct, and `params->method` points to
+/// them. They hold the address of one function, so that params made on a host can be constants of a program, and the library itself
+/// holds no address.
+typedef struct
+{
+    void (*functions)(tribo_force_loop_f32_functions_t *functions); ///< writes the method's functions
 } tribo_force_loop_f32_method_t;
 
 typedef struct

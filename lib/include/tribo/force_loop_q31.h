@@ -29,7 +29,7 @@
 extern "C" {
 #endif
 
-#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 7 ///< of the params' fields and their meaning, for params made on a host
+#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 8 ///< of the params' fields and their meaning, for params made on a host
 
 typedef struct tribo_force_loop_q31_params tribo_force_loop_q31_params_t;
 
@@ -42,28 +42,34 @@ typedef struct
     tribo_compensator_q31_signals_t compensator;   ///< F^, n, L, rise, f^, Q1, Q2, Q
 } tribo_force_loop_q31_signals_t;
 
-/// Last tick of a method, for a hand-over. All Q31.
+/// What the loop reads of a method: as tribo_force_loop_f32_tick_t, in Q31.
 typedef struct
 {
-    int32_t e;    ///< error that the controller got
-    int32_t y;    ///< the reading of that tick
-    int32_t term; ///< added to v
-} tribo_force_loop_q31_last_t;
+    int32_t e;
+    int32_t y;
+    int32_t term;
+    int32_t friction;
+    bool    has_e, has_y;
+} tribo_force_loop_q31_tick_t;
 
-/// A compensation method, as tribo_force_loop_f32_method_t. All Q31, except `fade`.
+/// A method's part of a tick: as tribo_force_loop_f32_functions_t. Forces are Q31.
 typedef struct
 {
     /// `fade` is Q32; UINT32_MAX is all of friction.
     int32_t (*error)(const tribo_force_loop_q31_params_t *params, void *memory, int32_t r, int32_t y, uint32_t fade);
-    int32_t (*friction)(const void *memory);
     int32_t (*term)(const tribo_force_loop_q31_params_t *params, void *memory, int32_t v);
     void (*after)(const tribo_force_loop_q31_params_t *params,
                   void                                *memory,
                   int32_t                              v,
                   int32_t                              u,
                   tribo_force_loop_q31_signals_t      *signals);
-    void (*last)(const void *memory, tribo_force_loop_q31_last_t *last);
     void (*enter)(void *memory, int32_t term, bool anew);
+} tribo_force_loop_q31_functions_t;
+
+/// A compensation method: as tribo_force_loop_f32_method_t.
+typedef struct
+{
+    void (*functions)(tribo_force_loop_q31_functions_t *functions); ///< writes the method's functions
 } tribo_force_loop_q31_method_t;
 
 typedef struct

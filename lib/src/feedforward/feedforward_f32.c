@@ -215,6 +215,7 @@ void tribo_force_loop_feedforward_f32_attach(tribo_force_loop_f32_state_t   *sta
     {
         memory->signals    = (tribo_feedforward_f32_signals_t){.e_n = 0.0f};
         memory->state.mode = TRIBO_FEEDFORWARD_RESTART;
+        memory->state.tick = (tribo_force_loop_f32_tick_t){.has_e = false};
         memory->motion     = (tribo_feedforward_f32_motion_t){.sign = 0};
     }
 }

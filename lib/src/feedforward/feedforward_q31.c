@@ -184,6 +184,7 @@ void tribo_force_loop_feedforward_q31_attach(tribo_force_loop_q31_state_t   *sta
     {
         memory->signals    = (tribo_feedforward_q31_signals_t){.e = 0};
         memory->state.mode = TRIBO_FEEDFORWARD_RESTART;
+        memory->state.tick = (tribo_force_loop_q31_tick_t){.has_e = false};
         memory->motion     = (tribo_feedforward_q31_motion_t){.sign = 0};
     }
 }

@@ -22,8 +22,8 @@ static void start(tribo_feedforward_f32_state_t *state, float r, float y)
     state_f32_rest(state, r, at);
     if (!enters)
     {
-        state->offset_n = bank_f32_load(&state->learned, at);
-        state->term_n   = 0.0f;
+        state->offset_n    = bank_f32_load(&state->learned, at);
+        state->tick.term_n = 0.0f;
     }
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
     {
@@ -192,11 +192,7 @@ static bool alone(const tribo_feedforward_f32_state_t *state, int8_t before, boo
 }
 
 // Steps 1 to 8.
-float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *loop,
-                                         void                                *memory,
-                                         float                                r_n,
-                                         float                                y_n,
-                                         float                                fade)
+static float method_error(const tribo_force_loop_f32_params_t *loop, void *memory, float r_n, float y_n, float fade)
 {
     const tribo_feedforward_f32_params_t *const params  = state_f32_params(loop);
     tribo_feedforward_f32_memory_t *const       inner   = memory;
@@ -209,6 +205,8 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
     const bool good  = !bad_r && !bad_y;
     if (!runs(state, r_n, y_n, good))
     {
+        state->tick.friction_n = 0.0f;
+        state->tick.has_e      = false;
         return 0.0f;
     }
     const float r = bad_r ? state->r_n[0] : r_n;
@@ -246,15 +244,14 @@ float tribo_feedforward_f32_method_error(const tribo_force_loop_f32_params_t *lo
         state_f32_forget(params, state);
         return good ? r_n - y_n : 0.0f;
     }
-    state->e_n = signals->e_n;
-    state->f_n = signals->f_n;
+    state->f_n  = signals->f_n;
+    state->tick = (tribo_force_loop_f32_tick_t){.e_n        = signals->e_n,
+                                                .y_n        = y,
+                                                .term_n     = state->tick.term_n,
+                                                .friction_n = signals->f_n,
+                                                .has_e      = true,
+                                                .has_y      = true};
     return signals->e_n;
-}
-
-float tribo_feedforward_f32_method_friction(const void *memory)
-{
-    const tribo_feedforward_f32_state_t *const state = &((const tribo_feedforward_f32_memory_t *)memory)->state;
-    return state_f32_runs(state) ? state->f_n : 0.0f;
 }
 
 /// v without its noise.
@@ -276,7 +273,7 @@ static float reversed(const tribo_feedforward_f32_params_t *params,
 }
 
 // Step 9, before u is limited.
-float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loop, void *memory, float v_n)
+static float method_term(const tribo_force_loop_f32_params_t *loop, void *memory, float v_n)
 {
     const tribo_feedforward_f32_params_t *const params  = state_f32_params(loop);
     tribo_feedforward_f32_memory_t *const       inner   = memory;
@@ -284,7 +281,7 @@ float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loo
     tribo_feedforward_f32_signals_t *const      signals = &inner->signals;
     if (!state_f32_runs(state))
     {
-        return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->term_n : 0.0f;
+        return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->tick.term_n : 0.0f;
     }
     if (signals->flips)
     {
@@ -301,7 +298,7 @@ float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loo
         b = v_n + wanted - state->u_n;
         break;
     case TRIBO_FEEDFORWARD_TAKE_OVER:
-        b = wanted - state->term_n;
+        b = wanted - state->tick.term_n;
         break;
     default:
         break;
@@ -310,9 +307,9 @@ float tribo_feedforward_f32_method_term(const tribo_force_loop_f32_params_t *loo
     state->v_n         = exceeds(passed, FEEDFORWARD_FORCE_MAX_N) ? v_n : passed;
     state->offset_rule = TRIBO_FEEDFORWARD_KEEP;
     state->offset_n    = bound_f32(b, params->offset_max_n);
-    state->term_n      = wanted - state->offset_n;
+    state->tick.term_n = wanted - state->offset_n;
     signals->b_n       = state->offset_n;
-    signals->term_n    = state->term_n + signals->lead_n;
+    signals->term_n    = state->tick.term_n + signals->lead_n;
     return signals->term_n;
 }
 
@@ -344,11 +341,11 @@ static void learn(const tribo_force_loop_f32_params_t *loop,
 }
 
 // Steps 10 and 11, once u is known.
-void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loop,
-                                        void                                *memory,
-                                        float                                v_n,
-                                        float                                u_n,
-                                        tribo_force_loop_f32_signals_t      *seen)
+static void method_after(const tribo_force_loop_f32_params_t *loop,
+                         void                                *memory,
+                         float                                v_n,
+                         float                                u_n,
+                         tribo_force_loop_f32_signals_t      *seen)
 {
     const tribo_feedforward_f32_params_t *const params  = state_f32_params(loop);
     tribo_feedforward_f32_memory_t *const       inner   = memory;
@@ -376,43 +373,18 @@ void tribo_feedforward_f32_method_after(const tribo_force_loop_f32_params_t *loo
     state_f32_show(seen, u_n, F, state->learned.weight[0] * signals->level_n, signals->f_n);
 }
 
-void tribo_feedforward_f32_method_last(const void *memory, tribo_force_loop_f32_last_t *last)
+static void method_enter(void *memory, float term_n, bool anew)
 {
-    const tribo_feedforward_f32_state_t *const state = &((const tribo_feedforward_f32_memory_t *)memory)->state;
-    if (state_f32_runs(state))
-    {
-        last->e_n = state->e_n;
-        last->y_n = state->observer.y_n[0];
-    }
-    if (state->mode != TRIBO_FEEDFORWARD_RESTART)
-    {
-        last->term_n = state->term_n;
-    }
-}
-
-void tribo_feedforward_f32_method_enter(void *memory, float term_n, bool anew)
-{
-    tribo_feedforward_f32_state_t *const state = &((tribo_feedforward_f32_memory_t *)memory)->state;
-
-    if (state->mode == TRIBO_FEEDFORWARD_RESTART && !anew)
-    {
-        return; // still at rest
-    }
-    const bool goes_on = state_f32_runs(state) && !anew;
-    state->mode        = goes_on ? state->mode : TRIBO_FEEDFORWARD_ENTER;
-    state->offset_rule = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
-    state->term_n      = exceeds(term_n, TRIBO_F32_FORCE_MAX_N) ? 0.0f : term_n;
+    state_f32_enter(&((tribo_feedforward_f32_memory_t *)memory)->state, term_n, anew);
 }
 
 // One by one: an initialiser would be a table of absolute addresses.
-static void set_functions(tribo_force_loop_f32_method_t *method)
+void tribo_feedforward_f32_method(tribo_force_loop_f32_functions_t *functions)
 {
-    method->error    = tribo_feedforward_f32_method_error;
-    method->friction = tribo_feedforward_f32_method_friction;
-    method->term     = tribo_feedforward_f32_method_term;
-    method->after    = tribo_feedforward_f32_method_after;
-    method->last     = tribo_feedforward_f32_method_last;
-    method->enter    = tribo_feedforward_f32_method_enter;
+    functions->error = method_error;
+    functions->term  = method_term;
+    functions->after = method_after;
+    functions->enter = method_enter;
 }
 
 tribo_status_t tribo_force_loop_feedforward_f32_init(tribo_force_loop_f32_params_t        *params,
@@ -437,9 +409,9 @@ tribo_status_t tribo_force_loop_feedforward_f32_init(tribo_force_loop_f32_params
     }
     if (status == TRIBO_OK)
     {
-        *params = made;
-        set_functions(&feedforward->method);
-        params->method = &feedforward->method;
+        *params                       = made;
+        feedforward->method.functions = tribo_feedforward_f32_method;
+        params->method                = &feedforward->method;
     }
     return status;
 }

@@ -21,8 +21,8 @@ static void start(tribo_feedforward_q31_state_t *state, int32_t r, int32_t y)
     state_q31_rest(state, r, at);
     if (!enters)
     {
-        state->offset = bank_q31_load(&state->learned, at);
-        state->term   = 0;
+        state->offset    = bank_q31_load(&state->learned, at);
+        state->tick.term = 0;
     }
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
     {
@@ -187,11 +187,11 @@ static bool alone(const tribo_feedforward_q31_state_t *state, int8_t before, boo
 }
 
 // Steps 1 to 8.
-int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *loop,
-                                           void                                *memory,
-                                           int32_t                              r_q31,
-                                           int32_t                              y_q31,
-                                           uint32_t                             fade)
+static int32_t method_error(const tribo_force_loop_q31_params_t *loop,
+                            void                                *memory,
+                            int32_t                              r_q31,
+                            int32_t                              y_q31,
+                            uint32_t                             fade)
 {
     const tribo_feedforward_q31_params_t *const params  = state_q31_params(loop);
     tribo_feedforward_q31_memory_t *const       inner   = memory;
@@ -204,6 +204,8 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
     const bool good  = !bad_r && !bad_y;
     if (!runs(state, bank_q31_inside(r_q31), bank_q31_inside(y_q31), good))
     {
+        state->tick.friction = 0;
+        state->tick.has_e    = false;
         return 0;
     }
     const int32_t r = bad_r ? state->r[0] : bank_q31_inside(r_q31);
@@ -236,15 +238,14 @@ int32_t tribo_feedforward_q31_method_error(const tribo_force_loop_q31_params_t *
     signals->partial = bank_q31_partial(state);
     hold_q31_follow(params, &state->hold, bad_y ? state->hold.error : e);
     feed(params, state, stands, flips && alone(state, sign, step), signals);
-    state->e = bank_q31_outside(signals->e);
-    state->f = signals->f;
-    return state->e;
-}
-
-int32_t tribo_feedforward_q31_method_friction(const void *memory)
-{
-    const tribo_feedforward_q31_state_t *const state = &((const tribo_feedforward_q31_memory_t *)memory)->state;
-    return state_q31_runs(state) ? bank_q31_outside(state->f) : 0;
+    state->f    = signals->f;
+    state->tick = (tribo_force_loop_q31_tick_t){.e        = bank_q31_outside(signals->e),
+                                                .y        = bank_q31_outside(y),
+                                                .term     = state->tick.term,
+                                                .friction = bank_q31_outside(signals->f),
+                                                .has_e    = true,
+                                                .has_y    = true};
+    return state->tick.e;
 }
 
 /// v without its noise.
@@ -268,7 +269,7 @@ static int32_t reversed(const tribo_feedforward_q31_params_t *params,
 }
 
 // Step 9, before u is limited.
-int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v)
+static int32_t method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v)
 {
     const tribo_feedforward_q31_params_t *const params  = state_q31_params(loop);
     tribo_feedforward_q31_memory_t *const       inner   = memory;
@@ -276,7 +277,7 @@ int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *l
     tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
     if (!state_q31_runs(state))
     {
-        return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->term : 0;
+        return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->tick.term : 0;
     }
     if (signals->flips)
     {
@@ -294,7 +295,7 @@ int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *l
         b = bank_q31_inside(v) + wanted - state->u;
         break;
     case TRIBO_FEEDFORWARD_TAKE_OVER:
-        b = wanted - bank_q31_inside(state->term);
+        b = wanted - bank_q31_inside(state->tick.term);
         break;
     default:
         break;
@@ -302,7 +303,7 @@ int32_t tribo_feedforward_q31_method_term(const tribo_force_loop_q31_params_t *l
     state->v           = first_order_q31_step(state->v, bank_q31_inside(v), params->observer_part);
     state->offset_rule = TRIBO_FEEDFORWARD_KEEP;
     state->offset      = limit_q31(b, -params->offset_max, params->offset_max);
-    state->term        = bank_q31_outside(wanted - state->offset);
+    state->tick.term   = bank_q31_outside(wanted - state->offset);
     signals->b         = state->offset;
     signals->term      = bank_q31_outside(limit_q31(wanted + signals->lead, -most, most) - state->offset);
     return signals->term;
@@ -336,11 +337,11 @@ static void learn(const tribo_force_loop_q31_params_t *loop,
 }
 
 // Steps 10 and 11, once u is known.
-void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loop,
-                                        void                                *memory,
-                                        int32_t                              v,
-                                        int32_t                              u_q31,
-                                        tribo_force_loop_q31_signals_t      *seen)
+static void method_after(const tribo_force_loop_q31_params_t *loop,
+                         void                                *memory,
+                         int32_t                              v,
+                         int32_t                              u_q31,
+                         tribo_force_loop_q31_signals_t      *seen)
 {
     const tribo_feedforward_q31_params_t *const params  = state_q31_params(loop);
     tribo_feedforward_q31_memory_t *const       inner   = memory;
@@ -373,43 +374,18 @@ void tribo_feedforward_q31_method_after(const tribo_force_loop_q31_params_t *loo
     state_q31_show(seen, u_q31, F, L, signals->f);
 }
 
-void tribo_feedforward_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last)
+static void method_enter(void *memory, int32_t term, bool anew)
 {
-    const tribo_feedforward_q31_state_t *const state = &((const tribo_feedforward_q31_memory_t *)memory)->state;
-    if (state_q31_runs(state))
-    {
-        last->e = state->e;
-        last->y = bank_q31_outside(state->observer.y[0]);
-    }
-    if (state->mode != TRIBO_FEEDFORWARD_RESTART)
-    {
-        last->term = state->term;
-    }
-}
-
-void tribo_feedforward_q31_method_enter(void *memory, int32_t term, bool anew)
-{
-    tribo_feedforward_q31_state_t *const state = &((tribo_feedforward_q31_memory_t *)memory)->state;
-
-    if (state->mode == TRIBO_FEEDFORWARD_RESTART && !anew)
-    {
-        return; // still at rest
-    }
-    const bool goes_on = state_q31_runs(state) && !anew;
-    state->mode        = goes_on ? state->mode : TRIBO_FEEDFORWARD_ENTER;
-    state->offset_rule = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
-    state->term        = term;
+    state_q31_enter(&((tribo_feedforward_q31_memory_t *)memory)->state, term, anew);
 }
 
 // One by one: an initialiser would be a table of absolute addresses.
-static void set_functions(tribo_force_loop_q31_method_t *method)
+void tribo_feedforward_q31_method(tribo_force_loop_q31_functions_t *functions)
 {
-    method->error    = tribo_feedforward_q31_method_error;
-    method->friction = tribo_feedforward_q31_method_friction;
-    method->term     = tribo_feedforward_q31_method_term;
-    method->after    = tribo_feedforward_q31_method_after;
-    method->last     = tribo_feedforward_q31_method_last;
-    method->enter    = tribo_feedforward_q31_method_enter;
+    functions->error = method_error;
+    functions->term  = method_term;
+    functions->after = method_after;
+    functions->enter = method_enter;
 }
 
 tribo_status_t tribo_force_loop_feedforward_q31_init(tribo_force_loop_q31_params_t        *params,
@@ -450,8 +426,8 @@ tribo_status_t tribo_force_loop_feedforward_q31_init(tribo_force_loop_q31_params
     {
         *headroom = measured;
     }
-    *params = made;
-    set_functions(&feedforward->method);
-    params->method = &feedforward->method;
+    *params                       = made;
+    feedforward->method.functions = tribo_feedforward_q31_method;
+    params->method                = &feedforward->method;
     return TRIBO_OK;
 }

@@ -81,11 +81,16 @@ static void oppose(const tribo_feedforward_f32_params_t *params,
     }
 }
 
-float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loop,
-                                        void                                *memory,
-                                        float                                r_n,
-                                        float                                y_n,
-                                        float                                fade)
+/// What the loop reads. The controller is taken out of u: in a change of params it goes on with an error of 0.
+static void tell(tribo_feedforward_f32_state_t *state, float friction_n)
+{
+    state->tick.e_n        = 0.0f;
+    state->tick.friction_n = friction_n;
+    state->tick.has_e      = state->mode != TRIBO_FEEDFORWARD_RESTART;
+    state->tick.has_y      = false;
+}
+
+static float method_error(const tribo_force_loop_f32_params_t *loop, void *memory, float r_n, float y_n, float fade)
 {
     const tribo_feedforward_f32_params_t *const params  = state_f32_params(loop);
     tribo_feedforward_f32_memory_t *const       inner   = memory;
@@ -99,6 +104,7 @@ float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loo
         if (bad)
         {
             state->offset_rule = TRIBO_FEEDFORWARD_KEEP;
+            tell(state, 0.0f);
             return 0.0f;
         }
         // The term to go on from is for the controller's output at that error.
@@ -130,14 +136,15 @@ float tribo_sensorless_f32_method_error(const tribo_force_loop_f32_params_t *loo
     if (!good || exceeds(signals->lin_n + signals->f_n + state->offset_n + state->behind_n[0], FEEDFORWARD_FORCE_MAX_N))
     {
         state_f32_forget(params, state);
+        tell(state, 0.0f);
         return 0.0f;
     }
-    state->f_n = signals->f_n;
+    tell(state, signals->f_n);
     return e;
 }
 
 // v is 0, or what the controller had when it was taken off.
-float tribo_sensorless_f32_method_term(const tribo_force_loop_f32_params_t *loop, void *memory, float v_n)
+static float method_term(const tribo_force_loop_f32_params_t *loop, void *memory, float v_n)
 {
     const tribo_feedforward_f32_params_t *const params  = state_f32_params(loop);
     tribo_feedforward_f32_memory_t *const       inner   = memory;
@@ -145,30 +152,30 @@ float tribo_sensorless_f32_method_term(const tribo_force_loop_f32_params_t *loop
     tribo_feedforward_f32_signals_t *const      signals = &inner->signals;
     if (!state_f32_runs(state))
     {
-        return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->term_n : 0.0f;
+        return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->tick.term_n : 0.0f;
     }
     const tribo_controller_f32_params_t *const limits = &loop->controller;
 
     const bool  takes_over = state->offset_rule == TRIBO_FEEDFORWARD_TAKE_OVER;
     const float wanted     = signals->lin_n + signals->f_n;
-    const float b =
-        takes_over ? wanted - (v_n + state->term_n) : first_order_f32_step(state->offset_n, 0.0f, params->noise_part);
-    state->offset_rule = TRIBO_FEEDFORWARD_KEEP;
-    state->offset_n    = bound_f32(b, params->offset_max_n);
-    const float sum    = wanted + signals->lead_n - state->offset_n;
-    const float u      = limit_f32(sum, limits->u_min_n, limits->u_max_n); // here: the controller shall not wind up
-    state->limited     = (int8_t)bank_f32_sign(sum - u);
-    state->term_n      = limit_f32(wanted - state->offset_n, limits->u_min_n, limits->u_max_n) - v_n;
-    signals->b_n       = state->offset_n;
-    signals->term_n    = u - v_n;
+    const float b          = takes_over ? wanted - (v_n + state->tick.term_n)
+                                        : first_order_f32_step(state->offset_n, 0.0f, params->noise_part);
+    state->offset_rule     = TRIBO_FEEDFORWARD_KEEP;
+    state->offset_n        = bound_f32(b, params->offset_max_n);
+    const float sum        = wanted + signals->lead_n - state->offset_n;
+    const float u          = limit_f32(sum, limits->u_min_n, limits->u_max_n); // here: the controller shall not wind up
+    state->limited         = (int8_t)bank_f32_sign(sum - u);
+    state->tick.term_n     = limit_f32(wanted - state->offset_n, limits->u_min_n, limits->u_max_n) - v_n;
+    signals->b_n           = state->offset_n;
+    signals->term_n        = u - v_n;
     return signals->term_n;
 }
 
-void tribo_sensorless_f32_method_after(const tribo_force_loop_f32_params_t *loop,
-                                       void                                *memory,
-                                       float                                v_n,
-                                       float                                u_n,
-                                       tribo_force_loop_f32_signals_t      *seen)
+static void method_after(const tribo_force_loop_f32_params_t *loop,
+                         void                                *memory,
+                         float                                v_n,
+                         float                                u_n,
+                         tribo_force_loop_f32_signals_t      *seen)
 {
     tribo_feedforward_f32_memory_t *const  inner   = memory;
     tribo_feedforward_f32_state_t *const   state   = &inner->state;
@@ -186,41 +193,24 @@ void tribo_sensorless_f32_method_after(const tribo_force_loop_f32_params_t *loop
     state_f32_show(seen, u_n, signals->reached_n + state->behind_n[0], signals->level_n, signals->f_n);
 }
 
-// A function of this file: position-independent code reads the address of another file's from a table of absolute addresses.
-float tribo_sensorless_f32_method_friction(const void *memory)
-{
-    return tribo_feedforward_f32_method_friction(memory);
-}
-
-void tribo_sensorless_f32_method_last(const void *memory, tribo_force_loop_f32_last_t *last)
-{
-    const tribo_feedforward_f32_state_t *const state = &((const tribo_feedforward_f32_memory_t *)memory)->state;
-    if (state->mode != TRIBO_FEEDFORWARD_RESTART)
-    {
-        last->e_n    = 0.0f;
-        last->term_n = state->term_n;
-    }
-}
-
-void tribo_sensorless_f32_method_enter(void *memory, float term_n, bool anew)
+static void method_enter(void *memory, float term_n, bool anew)
 {
     tribo_feedforward_f32_state_t *const state = &((tribo_feedforward_f32_memory_t *)memory)->state;
-    tribo_feedforward_f32_method_enter(memory, term_n, anew);
+    state_f32_enter(state, term_n, anew);
     if (!state_f32_runs(state))
     {
         state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
     }
+    tell(state, 0.0f);
 }
 
 // One by one: an initialiser would be a table of absolute addresses.
-static void set_functions(tribo_force_loop_f32_method_t *method)
+void tribo_sensorless_f32_method(tribo_force_loop_f32_functions_t *functions)
 {
-    method->error    = tribo_sensorless_f32_method_error;
-    method->friction = tribo_sensorless_f32_method_friction;
-    method->term     = tribo_sensorless_f32_method_term;
-    method->after    = tribo_sensorless_f32_method_after;
-    method->last     = tribo_sensorless_f32_method_last;
-    method->enter    = tribo_sensorless_f32_method_enter;
+    functions->error = method_error;
+    functions->term  = method_term;
+    functions->after = method_after;
+    functions->enter = method_enter;
 }
 
 tribo_sensorless_f32_config_t tribo_sensorless_f32_default(void)
@@ -246,8 +236,8 @@ tribo_status_t tribo_force_loop_sensorless_f32_init(tribo_force_loop_f32_params_
     }
     if (status == TRIBO_OK)
     {
-        feedforward->distrust = 1.0f - sensorless_config->belief;
-        set_functions(&feedforward->method);
+        feedforward->distrust         = 1.0f - sensorless_config->belief;
+        feedforward->method.functions = tribo_sensorless_f32_method;
     }
     return status;
 }

@@ -80,11 +80,20 @@ static void oppose(const tribo_feedforward_q31_params_t *params,
     }
 }
 
-int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *loop,
-                                          void                                *memory,
-                                          int32_t                              r_q31,
-                                          int32_t                              y_q31,
-                                          uint32_t                             fade)
+/// What the loop reads. The controller is taken out of u: in a change of params it goes on with an error of 0.
+static void tell(tribo_feedforward_q31_state_t *state, int32_t friction)
+{
+    state->tick.e        = 0;
+    state->tick.friction = friction;
+    state->tick.has_e    = state->mode != TRIBO_FEEDFORWARD_RESTART;
+    state->tick.has_y    = false;
+}
+
+static int32_t method_error(const tribo_force_loop_q31_params_t *loop,
+                            void                                *memory,
+                            int32_t                              r_q31,
+                            int32_t                              y_q31,
+                            uint32_t                             fade)
 {
     const tribo_feedforward_q31_params_t *const params  = state_q31_params(loop);
     tribo_feedforward_q31_memory_t *const       inner   = memory;
@@ -99,6 +108,7 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
         if (bad)
         {
             state->offset_rule = TRIBO_FEEDFORWARD_KEEP;
+            tell(state, 0);
             return 0;
         }
         // The term to go on from is for the controller's output at that error.
@@ -135,13 +145,14 @@ int32_t tribo_sensorless_q31_method_error(const tribo_force_loop_q31_params_t *l
     if (!good)
     {
         state_q31_forget(state);
+        tell(state, 0);
         return 0;
     }
-    state->f = signals->f;
+    tell(state, bank_q31_outside(signals->f));
     return e;
 }
 
-int32_t tribo_sensorless_q31_method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v)
+static int32_t method_term(const tribo_force_loop_q31_params_t *loop, void *memory, int32_t v)
 {
     const tribo_feedforward_q31_params_t *const params  = state_q31_params(loop);
     tribo_feedforward_q31_memory_t *const       inner   = memory;
@@ -149,14 +160,14 @@ int32_t tribo_sensorless_q31_method_term(const tribo_force_loop_q31_params_t *lo
     tribo_feedforward_q31_signals_t *const      signals = &inner->signals;
     if (!state_q31_runs(state))
     {
-        return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->term : 0;
+        return state->mode == TRIBO_FEEDFORWARD_ENTER ? state->tick.term : 0;
     }
     const tribo_controller_q31_params_t *const limits = &loop->controller;
 
     const bool    takes_over = state->offset_rule == TRIBO_FEEDFORWARD_TAKE_OVER;
     const int32_t most       = 2 * (BANK_Q31_ONE - 1);
     const int32_t wanted     = limit_q31(sum_q31(signals->lin, signals->f), -most, most);
-    const int32_t going      = bank_q31_inside(v) + bank_q31_inside(state->term);
+    const int32_t going      = bank_q31_inside(v) + bank_q31_inside(state->tick.term);
     const int32_t b          = takes_over ? wanted - going : first_order_q31_step(state->offset, 0, params->noise_part);
     uint32_t      ignored    = 0;
     state->offset_rule       = TRIBO_FEEDFORWARD_KEEP;
@@ -168,17 +179,17 @@ int32_t tribo_sensorless_q31_method_term(const tribo_force_loop_q31_params_t *lo
     const int32_t u     = limit_q31(sum, low, high); // here: the controller shall not wind up
     const int32_t plain = limit_q31(wanted - state->offset, low, high);
     state->limited      = (int8_t)bank_q31_sign(sum - u);
-    state->term         = tribo_q31_subtract(bank_q31_outside(plain), v, &ignored);
+    state->tick.term    = tribo_q31_subtract(bank_q31_outside(plain), v, &ignored);
     signals->b          = state->offset;
     signals->term       = tribo_q31_subtract(bank_q31_outside(u), v, &ignored);
     return signals->term;
 }
 
-void tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *loop,
-                                       void                                *memory,
-                                       int32_t                              v,
-                                       int32_t                              u_q31,
-                                       tribo_force_loop_q31_signals_t      *seen)
+static void method_after(const tribo_force_loop_q31_params_t *loop,
+                         void                                *memory,
+                         int32_t                              v,
+                         int32_t                              u_q31,
+                         tribo_force_loop_q31_signals_t      *seen)
 {
     tribo_feedforward_q31_memory_t *const  inner   = memory;
     tribo_feedforward_q31_state_t *const   state   = &inner->state;
@@ -195,41 +206,24 @@ void tribo_sensorless_q31_method_after(const tribo_force_loop_q31_params_t *loop
     state_q31_show(seen, u_q31, sum_q31(signals->reached, state->behind[0]), (int32_t)signals->level, signals->f);
 }
 
-// A function of this file, as in the twin.
-int32_t tribo_sensorless_q31_method_friction(const void *memory)
-{
-    return tribo_feedforward_q31_method_friction(memory);
-}
-
-void tribo_sensorless_q31_method_last(const void *memory, tribo_force_loop_q31_last_t *last)
-{
-    const tribo_feedforward_q31_state_t *const state = &((const tribo_feedforward_q31_memory_t *)memory)->state;
-    if (state->mode != TRIBO_FEEDFORWARD_RESTART)
-    {
-        last->e    = 0;
-        last->term = state->term;
-    }
-}
-
-void tribo_sensorless_q31_method_enter(void *memory, int32_t term, bool anew)
+static void method_enter(void *memory, int32_t term, bool anew)
 {
     tribo_feedforward_q31_state_t *const state = &((tribo_feedforward_q31_memory_t *)memory)->state;
-    tribo_feedforward_q31_method_enter(memory, term, anew);
+    state_q31_enter(state, term, anew);
     if (!state_q31_runs(state))
     {
         state->offset_rule = TRIBO_FEEDFORWARD_CONTINUE;
     }
+    tell(state, 0);
 }
 
 // One by one: an initialiser would be a table of absolute addresses.
-static void set_functions(tribo_force_loop_q31_method_t *method)
+void tribo_sensorless_q31_method(tribo_force_loop_q31_functions_t *functions)
 {
-    method->error    = tribo_sensorless_q31_method_error;
-    method->friction = tribo_sensorless_q31_method_friction;
-    method->term     = tribo_sensorless_q31_method_term;
-    method->after    = tribo_sensorless_q31_method_after;
-    method->last     = tribo_sensorless_q31_method_last;
-    method->enter    = tribo_sensorless_q31_method_enter;
+    functions->error = method_error;
+    functions->term  = method_term;
+    functions->after = method_after;
+    functions->enter = method_enter;
 }
 
 tribo_status_t tribo_force_loop_sensorless_q31_init(tribo_force_loop_q31_params_t        *params,
@@ -258,8 +252,8 @@ tribo_status_t tribo_force_loop_sensorless_q31_init(tribo_force_loop_q31_params_
     }
     if (status == TRIBO_OK)
     {
-        feedforward->distrust = ~fixed_unsigned(sensorless_config->belief, 32);
-        set_functions(&feedforward->method);
+        feedforward->distrust         = ~fixed_unsigned(sensorless_config->belief, 32);
+        feedforward->method.functions = tribo_sensorless_q31_method;
     }
     return status;
 }

@@ -52,12 +52,12 @@ static inline void state_f32_rest(tribo_feedforward_f32_state_t *state, float r,
 /// A corrupt memory: everything is forgotten, and u goes on.
 static inline void state_f32_forget(const tribo_feedforward_f32_params_t *params, tribo_feedforward_f32_state_t *state)
 {
-    const float    term      = state->term_n;
+    const float    term      = state->tick.term_n;
     const uint32_t forgotten = state->forgotten;
     tribo_feedforward_f32_reset(state);
-    state->mode      = TRIBO_FEEDFORWARD_ENTER;
-    state->term_n    = exceeds(term, params->offset_max_n) ? 0.0f : term;
-    state->forgotten = forgotten;
+    state->mode        = TRIBO_FEEDFORWARD_ENTER;
+    state->tick.term_n = exceeds(term, params->offset_max_n) ? 0.0f : term;
+    state->forgotten   = forgotten;
     count(&state->forgotten);
 }
 
@@ -68,6 +68,20 @@ static inline void state_f32_note_bound(tribo_feedforward_f32_state_t *state)
     const bool     bound = !(V > FEEDFORWARD_WEIGHT_LOW && V < FEEDFORWARD_WEIGHT_MAX);
     const uint32_t turns = bound ? state->at_bound + 1u : 0u;
     state->at_bound      = tribo_feedforward_stays_at_bound(state->at_bound) ? state->at_bound : (uint8_t)turns;
+}
+
+/// Before a tick with other params or beside another controller: the tick shall add `term`. `anew`: another method ran before.
+static inline void state_f32_enter(tribo_feedforward_f32_state_t *state, float term, bool anew)
+{
+    if (state->mode == TRIBO_FEEDFORWARD_RESTART && !anew)
+    {
+        return; // still at rest
+    }
+    const bool goes_on = state_f32_runs(state) && !anew;
+    state->mode        = goes_on ? state->mode : TRIBO_FEEDFORWARD_ENTER;
+    state->offset_rule = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    state->tick.term_n = exceeds(term, TRIBO_F32_FORCE_MAX_N) ? 0.0f : term;
+    state->tick.has_e  = goes_on;
 }
 
 /// The force F, breakaway L and friction f of a tick that put out u. Member by member: a struct would be cleared by a call.

@@ -48,11 +48,11 @@ static inline void state_q31_rest(tribo_feedforward_q31_state_t *state, int32_t 
 
 static inline void state_q31_forget(tribo_feedforward_q31_state_t *state)
 {
-    const int32_t  term      = state->term;
+    const int32_t  term      = state->tick.term;
     const uint32_t forgotten = state->forgotten;
     tribo_feedforward_q31_reset(state);
     state->mode      = TRIBO_FEEDFORWARD_ENTER;
-    state->term      = term;
+    state->tick.term = term;
     state->forgotten = forgotten;
     tribo_q31_count(&state->forgotten);
 }
@@ -64,6 +64,20 @@ static inline void state_q31_note_bound(tribo_feedforward_q31_state_t *state)
     const bool     bound = V <= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_LOW) || V >= BANK_Q31_Q29(FEEDFORWARD_WEIGHT_MAX);
     const uint32_t turns = bound ? state->at_bound + 1u : 0u;
     state->at_bound      = tribo_feedforward_stays_at_bound(state->at_bound) ? state->at_bound : (uint8_t)turns;
+}
+
+/// As the twin's.
+static inline void state_q31_enter(tribo_feedforward_q31_state_t *state, int32_t term, bool anew)
+{
+    if (state->mode == TRIBO_FEEDFORWARD_RESTART && !anew)
+    {
+        return; // still at rest
+    }
+    const bool goes_on = state_q31_runs(state) && !anew;
+    state->mode        = goes_on ? state->mode : TRIBO_FEEDFORWARD_ENTER;
+    state->offset_rule = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    state->tick.term   = term;
+    state->tick.has_e  = goes_on;
 }
 
 /// `u` is Q31.

@@ -66,19 +66,19 @@ void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state)
 /// faded.
 static float guarded_friction(const tribo_force_loop_f32_params_t *params,
                               tribo_force_loop_f32_state_t        *state,
+                              const tribo_force_loop_f32_tick_t   *tick,
                               float                                r_n,
                               float                                y_n)
 {
     const float f      = force_loop_f32_faded(params, state);
-    void *const memory = force_loop_f32_memory(state);
     float       judged = 0.0f;
     if (params->method == NULL)
     {
         judged = params->gain * f;
     }
-    else if (memory != NULL)
+    else if (tick != NULL)
     {
-        judged = params->method->friction(memory);
+        judged = tick->friction_n;
     }
     if (!loop_sealed(state->guard, state->guard_seal))
     {
@@ -94,27 +94,6 @@ static float guarded_friction(const tribo_force_loop_f32_params_t *params,
     return f;
 }
 
-/// The term that a method adds to v.
-static float method_term(const tribo_force_loop_f32_params_t *params, tribo_force_loop_f32_state_t *state, float v)
-{
-    void *const memory = force_loop_f32_memory(state);
-    return memory != NULL ? params->method->term(params, memory, v) : 0.0f;
-}
-
-/// A method's part of the tick once u is known.
-static void method_after(const tribo_force_loop_f32_params_t *params,
-                         tribo_force_loop_f32_state_t        *state,
-                         tribo_force_loop_f32_signals_t      *signals)
-{
-    void *const memory = force_loop_f32_memory(state);
-
-    signals->compensator = (tribo_compensator_f32_signals_t){.force_n = 0.0f};
-    if (memory != NULL)
-    {
-        params->method->after(params, memory, signals->controller.v_n, signals->controller.u_n, signals);
-    }
-}
-
 // Fig. 9, for every method.
 float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
                                 tribo_force_loop_f32_state_t        *state,
@@ -123,6 +102,13 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
                                 tribo_force_loop_f32_signals_t      *signals)
 {
     const tribo_force_loop_f32_method_t *const method = params->method; // null: the paper's
+
+    tribo_force_loop_f32_functions_t functions;
+    void *const                      memory = method != NULL ? force_loop_f32_memory(state) : NULL;
+    if (memory != NULL)
+    {
+        method->functions(&functions);
+    }
 
     tribo_force_loop_f32_signals_t        unseen;
     tribo_force_loop_f32_signals_t *const seen = signals != NULL ? signals : &unseen; // cppcheck-suppress uninitvar
@@ -139,22 +125,34 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
     {
         tribo_force_loop_f32_change(params, state, r_n, y_n, e);
     }
-    if (method != NULL)
+    if (memory != NULL)
     {
-        e = tribo_force_loop_f32_method_error(params, state, r_n, y_n, e);
+        e = functions.error(params, memory, r_n, y_n, force_loop_f32_fade(params, state));
+    }
+    else if (method != NULL && !loop_sealed(state->memory, state->memory_seal))
+    {
+        count(&state->bad_inputs);
     }
     float friction = state->friction_n;
     if (params->guard != NULL)
     {
-        friction = guarded_friction(params, state, r_n, y_n);
+        friction = guarded_friction(params, state, memory, r_n, y_n);
     }
     seen->e_n = e;
 
     // controller
     const tribo_controller_f32_params_t *const controller = &params->controller;
 
-    const float v         = biquad_f32_output(&controller->cascade, &state->controller.cascade, e, &nodes);
-    const float term      = method == NULL ? params->gain * friction : method_term(params, state, v);
+    const float v    = biquad_f32_output(&controller->cascade, &state->controller.cascade, e, &nodes);
+    float       term = 0.0f;
+    if (memory != NULL)
+    {
+        term = functions.term(params, memory, v);
+    }
+    else if (method == NULL)
+    {
+        term = params->gain * friction;
+    }
     const float u         = controller_f32_apply(controller, &state->controller, e, v, term, &nodes, &seen->controller);
     seen->friction_term_n = term;
 
@@ -170,7 +168,11 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
     }
     else
     {
-        method_after(params, state, seen);
+        seen->compensator = (tribo_compensator_f32_signals_t){.force_n = 0.0f};
+        if (memory != NULL)
+        {
+            functions.after(params, memory, seen->controller.v_n, u, seen);
+        }
     }
     return u;
 }

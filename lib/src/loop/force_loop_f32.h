@@ -47,12 +47,6 @@ static inline float force_loop_f32_faded(const tribo_force_loop_f32_params_t *pa
     return state->friction_n * force_loop_f32_fade(params, state);
 }
 
-float tribo_force_loop_f32_method_error(const tribo_force_loop_f32_params_t *params,
-                                        tribo_force_loop_f32_state_t        *state,
-                                        float                                r_n,
-                                        float                                y_n,
-                                        float                                e_n);
-
 /// Before the controller's step in the first tick with `params`: takes over from the old params without a jump of u. state.active
 /// is not yet `params`: tribo_force_loop_f32_change_friction completes the change.
 void tribo_force_loop_f32_change(const tribo_force_loop_f32_params_t *params,

@@ -74,20 +74,20 @@ void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state)
 /// faded.
 static int32_t guarded_friction(const tribo_force_loop_q31_params_t *params,
                                 tribo_force_loop_q31_state_t        *state,
+                                const tribo_force_loop_q31_tick_t   *tick,
                                 int32_t                              r,
                                 int32_t                              y)
 {
     uint32_t      not_counted = 0;
     const int32_t f           = force_loop_q31_faded(params, state);
-    void *const   memory      = force_loop_q31_memory(state);
     int32_t       judged      = 0;
     if (params->method == NULL)
     {
         judged = force_loop_q31_term(params, f, &not_counted);
     }
-    else if (memory != NULL)
+    else if (tick != NULL)
     {
-        judged = params->method->friction(memory);
+        judged = tick->friction;
     }
     if (!loop_sealed(state->guard, state->guard_seal))
     {
@@ -103,22 +103,6 @@ static int32_t guarded_friction(const tribo_force_loop_q31_params_t *params,
     return f;
 }
 
-/// The term that a method adds to v; `last` is the cascade's last node.
-static int32_t method_term(const tribo_force_loop_q31_params_t *params,
-                           tribo_force_loop_q31_state_t        *state,
-                           int32_t                              last)
-{
-    uint32_t    not_counted = 0;
-    void *const memory      = force_loop_q31_memory(state);
-    if (memory == NULL)
-    {
-        return 0;
-    }
-    return params->method->term(params,
-                                memory,
-                                tribo_q31_widen(last, params->controller.cascade.output_scale, &not_counted));
-}
-
 /// Nothing seen. Member by member: a struct would be cleared by a call.
 static void rest(tribo_compensator_q31_signals_t *signals)
 {
@@ -130,21 +114,6 @@ static void rest(tribo_compensator_q31_signals_t *signals)
     signals->friction.relays = 0;
 }
 
-/// A method's part of the tick once u is known.
-static void method_after(const tribo_force_loop_q31_params_t *params,
-                         tribo_force_loop_q31_state_t        *state,
-                         tribo_force_loop_q31_signals_t      *signals)
-{
-    void *const memory = force_loop_q31_memory(state);
-
-    rest(&signals->compensator);
-    if (memory != NULL)
-    {
-        params->method->after(params, memory, signals->controller.v, signals->controller.u, signals);
-    }
-}
-
-// Fig. 9, for every method.
 int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
                                   tribo_force_loop_q31_state_t        *state,
                                   int32_t                              r,
@@ -152,6 +121,13 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
                                   tribo_force_loop_q31_signals_t      *signals)
 {
     const tribo_force_loop_q31_method_t *const method = params->method; // null: the paper's
+
+    tribo_force_loop_q31_functions_t functions;
+    void *const                      memory = method != NULL ? force_loop_q31_memory(state) : NULL;
+    if (memory != NULL)
+    {
+        method->functions(&functions);
+    }
 
     tribo_force_loop_q31_signals_t        unseen;
     tribo_force_loop_q31_signals_t *const seen = signals != NULL ? signals : &unseen; // cppcheck-suppress uninitvar
@@ -171,22 +147,34 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
     {
         tribo_force_loop_q31_change(params, state, r, y, e);
     }
-    if (method != NULL)
+    if (memory != NULL)
     {
-        e = tribo_force_loop_q31_method_error(params, state, r, y, e);
+        e = functions.error(params, memory, r, y, force_loop_q31_fade(params, state));
+    }
+    else if (method != NULL && !loop_sealed(state->memory, state->memory_seal))
+    {
+        tribo_q31_count(&state->bad_inputs);
     }
     int32_t friction = state->friction;
     if (params->guard != NULL)
     {
-        friction = guarded_friction(params, state, r, y);
+        friction = guarded_friction(params, state, memory, r, y);
     }
     seen->e = e;
 
     // controller
     const tribo_controller_q31_params_t *const controller = &params->controller;
     const int32_t last = biquad_q31_output(&controller->cascade, &state->controller.cascade, e, &nodes);
-    const int32_t term =
-        method == NULL ? force_loop_q31_term(params, friction, &state->saturated) : method_term(params, state, last);
+    int32_t       term = 0;
+    if (memory != NULL)
+    {
+        uint32_t not_counted = 0;
+        term = functions.term(params, memory, tribo_q31_widen(last, controller->cascade.output_scale, &not_counted));
+    }
+    else if (method == NULL)
+    {
+        term = force_loop_q31_term(params, friction, &state->saturated);
+    }
     const int32_t u     = controller_q31_apply(controller, &state->controller, last, term, &nodes, &seen->controller);
     seen->friction_term = term;
 
@@ -201,7 +189,11 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
     }
     else
     {
-        method_after(params, state, seen);
+        rest(&seen->compensator);
+        if (memory != NULL)
+        {
+            functions.after(params, memory, seen->controller.v, u, seen);
+        }
     }
     return u;
 }

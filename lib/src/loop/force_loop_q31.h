@@ -62,12 +62,6 @@ static inline int32_t force_loop_q31_faded(const tribo_force_loop_q31_params_t *
     return faded_q31(state->friction, force_loop_q31_fade(params, state));
 }
 
-int32_t tribo_force_loop_q31_method_error(const tribo_force_loop_q31_params_t *params,
-                                          tribo_force_loop_q31_state_t        *state,
-                                          int32_t                              r,
-                                          int32_t                              y,
-                                          int32_t                              e);
-
 /// Before the controller's step in the first tick with `params`: takes over from the old params without a jump of u. state.active
 /// is not yet `params`: tribo_force_loop_q31_change_friction completes the change.
 void tribo_force_loop_q31_change(const tribo_force_loop_q31_params_t *params,

@@ -25,21 +25,24 @@ static float output(const tribo_controller_f32_params_t *params, tribo_controlle
     return biquad_f32_output(&params->cascade, &state->cascade, e, &outputs);
 }
 
-/// The last tick of the method, or that of a controller alone.
-static tribo_force_loop_f32_last_t last_of(const tribo_force_loop_f32_params_t *from,
+/// The last tick under the params `from`: of the method, or of a controller alone, with the error `e` and the reading `y_n` where the
+/// method had no tick.
+static tribo_force_loop_f32_tick_t last_of(const tribo_force_loop_f32_params_t *from,
                                            const tribo_force_loop_f32_state_t  *state,
                                            float                                e,
                                            float                                y_n)
 {
-    tribo_force_loop_f32_last_t last   = {.e_n = e, .y_n = y_n};
-    const void *const           memory = force_loop_f32_memory(state);
+    tribo_force_loop_f32_tick_t              last = {.e_n = e, .y_n = y_n};
+    const tribo_force_loop_f32_tick_t *const tick = force_loop_f32_memory(state);
     if (from->method == NULL)
     {
         last.term_n = from->gain * force_loop_f32_faded(from, state);
     }
-    else if (memory != NULL)
+    else if (tick != NULL)
     {
-        from->method->last(memory, &last);
+        last.e_n    = tick->has_e ? tick->e_n : e;
+        last.y_n    = tick->has_e && tick->has_y ? tick->y_n : y_n;
+        last.term_n = tick->term_n;
     }
     return last;
 }
@@ -50,7 +53,7 @@ static float unsaturated(const tribo_force_loop_f32_params_t *from,
                          float                                r_n,
                          float                                y_n)
 {
-    const tribo_force_loop_f32_last_t last = last_of(from, state, r_n - y_n, y_n);
+    const tribo_force_loop_f32_tick_t last = last_of(from, state, r_n - y_n, y_n);
     const float e = force_loop_f32_bad(from, r_n, y_n) ? 0.0f : last.e_n + (last.y_n - y_n); // with the change of y
     return output(&from->controller, &state->controller, e) + last.term_n;
 }
@@ -83,34 +86,18 @@ static void enter_method(const tribo_force_loop_f32_params_t *from,
                          float                                e)
 {
     void *const                       memory = force_loop_f32_memory(state);
-    const tribo_force_loop_f32_last_t last   = last_of(from, state, e, y_n);
+    const tribo_force_loop_f32_tick_t last   = last_of(from, state, e, y_n);
     const float                       going  = unsaturated(from, state, r_n, y_n);
-    const bool                        anew   = from->method == NULL || from->method->enter != params->method->enter;
+    const bool anew = from->method == NULL || from->method->functions != params->method->functions;
     // From params of the same method: with the error of the last tick, which is close to this one's.
     tribo_controller_f32_change(&from->controller, &params->controller, &state->controller, anew ? e : last.e_n, 0.0f);
     if (memory != NULL)
     {
+        tribo_force_loop_f32_functions_t functions;
+        params->method->functions(&functions);
         const float v = output(&params->controller, &state->controller, e);
-        params->method->enter(memory, anew ? going - v : last.term_n, anew);
+        functions.enter(memory, anew ? going - v : last.term_n, anew);
     }
-}
-
-float tribo_force_loop_f32_method_error(const tribo_force_loop_f32_params_t *params,
-                                        tribo_force_loop_f32_state_t        *state,
-                                        float                                r_n,
-                                        float                                y_n,
-                                        float                                e_n)
-{
-    void *const memory = force_loop_f32_memory(state);
-    if (memory == NULL)
-    {
-        if (!loop_sealed(state->memory, state->memory_seal))
-        {
-            count(&state->bad_inputs);
-        }
-        return e_n;
-    }
-    return params->method->error(params, memory, r_n, y_n, force_loop_f32_fade(params, state));
 }
 
 void tribo_force_loop_f32_change(const tribo_force_loop_f32_params_t *params,

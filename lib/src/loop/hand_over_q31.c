@@ -44,22 +44,25 @@ static void convert(const tribo_force_loop_q31_params_t *from,
                                 tribo_q31_saturate(offset, &not_counted));
 }
 
-/// The last tick of the method, or that of a controller alone.
-static tribo_force_loop_q31_last_t last_of(const tribo_force_loop_q31_params_t *from,
+/// The last tick under the params `from`: of the method, or of a controller alone, with the error `e` and the reading `y` where the
+/// method had no tick.
+static tribo_force_loop_q31_tick_t last_of(const tribo_force_loop_q31_params_t *from,
                                            const tribo_force_loop_q31_state_t  *state,
                                            int32_t                              e,
                                            int32_t                              y)
 {
-    tribo_force_loop_q31_last_t last        = {.e = e, .y = y};
-    const void *const           memory      = force_loop_q31_memory(state);
-    uint32_t                    not_counted = 0;
+    tribo_force_loop_q31_tick_t              last        = {.e = e, .y = y};
+    const tribo_force_loop_q31_tick_t *const tick        = force_loop_q31_memory(state);
+    uint32_t                                 not_counted = 0;
     if (from->method == NULL)
     {
         last.term = force_loop_q31_term(from, force_loop_q31_faded(from, state), &not_counted);
     }
-    else if (memory != NULL)
+    else if (tick != NULL)
     {
-        from->method->last(memory, &last);
+        last.e    = tick->has_e ? tick->e : e;
+        last.y    = tick->has_e && tick->has_y ? tick->y : y;
+        last.term = tick->term;
     }
     return last;
 }
@@ -71,7 +74,7 @@ static int32_t unsaturated(const tribo_force_loop_q31_params_t *from,
                            int32_t                              y)
 {
     uint32_t                          not_counted = 0;
-    const tribo_force_loop_q31_last_t last        = last_of(from, state, tribo_q31_subtract(r, y, &not_counted), y);
+    const tribo_force_loop_q31_tick_t last        = last_of(from, state, tribo_q31_subtract(r, y, &not_counted), y);
     // The last error with the change of y.
     const int32_t e =
         force_loop_q31_bad(from, r, y) ? 0 : tribo_q31_saturate((int64_t)last.e + last.y - y, &not_counted);
@@ -107,35 +110,19 @@ static void enter_method(const tribo_force_loop_q31_params_t *from,
                          int32_t                              e)
 {
     void *const                       memory = force_loop_q31_memory(state);
-    const tribo_force_loop_q31_last_t last   = last_of(from, state, e, y);
+    const tribo_force_loop_q31_tick_t last   = last_of(from, state, e, y);
     const int32_t                     going  = unsaturated(from, state, r, y);
-    const bool                        anew   = from->method == NULL || from->method->enter != params->method->enter;
-    uint32_t                          not_counted = 0;
+    const bool anew        = from->method == NULL || from->method->functions != params->method->functions;
+    uint32_t   not_counted = 0;
     // From params of the same method: with the error of the last tick, which is close to this one's.
     convert(from, params, state, anew ? e : last.e, 0);
     if (memory != NULL)
     {
+        tribo_force_loop_q31_functions_t functions;
+        params->method->functions(&functions);
         const int32_t v = output(&params->controller, &state->controller, e);
-        params->method->enter(memory, anew ? tribo_q31_subtract(going, v, &not_counted) : last.term, anew);
+        functions.enter(memory, anew ? tribo_q31_subtract(going, v, &not_counted) : last.term, anew);
     }
-}
-
-int32_t tribo_force_loop_q31_method_error(const tribo_force_loop_q31_params_t *params,
-                                          tribo_force_loop_q31_state_t        *state,
-                                          int32_t                              r,
-                                          int32_t                              y,
-                                          int32_t                              e)
-{
-    void *const memory = force_loop_q31_memory(state);
-    if (memory == NULL)
-    {
-        if (!loop_sealed(state->memory, state->memory_seal))
-        {
-            tribo_q31_count(&state->bad_inputs);
-        }
-        return e;
-    }
-    return params->method->error(params, memory, r, y, force_loop_q31_fade(params, state));
 }
 
 void tribo_force_loop_q31_change(const tribo_force_loop_q31_params_t *params,
