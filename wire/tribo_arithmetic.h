@@ -87,11 +87,20 @@ static inline int32_t tribo_force_q31(tribo_force_t x, float full_scale_n)
 #endif
 }
 
-/// For a host: from N, in Q31 to the nearest bit and a force beyond full scale as full scale, and back.
+/// For a host: from N, in Q31 to the nearest bit, and back. A force beyond full scale becomes the end of the scale and a NaN
+/// INT32_MIN, which are bad inputs of a loop; full scale itself is next to the end.
 static inline int32_t tribo_q31_of_n(double force_n, double full_scale_n)
 {
+    const float force =
+        (float)force_n; // full scale is a float in the library, and a force equal to it in float is within
+    const float  full = (float)full_scale_n;
+    const double most = 2147483646.0;
+    if (!(force >= -full && force <= full))
+    {
+        return force > full ? INT32_MAX : force < -full ? -INT32_MAX : INT32_MIN;
+    }
     const double  x         = force_n / full_scale_n * 2147483648.0;
-    const double  limited   = !(x < 2147483647.0) ? 2147483647.0 : x > -2147483647.0 ? x : -2147483647.0;
+    const double  limited   = x > most ? most : x < -most ? -most : x;
     const int32_t truncated = (int32_t)limited;
     const double  rest      = limited - truncated;
     return truncated + (rest >= 0.5) - (rest <= -0.5);

@@ -11,8 +11,11 @@
 
 loop_force_t scaling_number(float x, float full)
 {
-    const float scaled = x / full * 2147483648.0f;
-    return scaled >= 2147483648.0f ? INT32_MAX : scaled <= -2147483648.0f ? INT32_MIN : (int32_t)scaled;
+    if (!(x > -full && x < full)) // full scale itself is next to the end: the loop takes no force at an end
+    {
+        return x == full ? INT32_MAX - 1 : x == -full ? 1 - INT32_MAX : x > full ? INT32_MAX : INT32_MIN;
+    }
+    return (int32_t)(x / full * 2147483648.0f);
 }
 
 float scaling_value(loop_force_t x, float full)

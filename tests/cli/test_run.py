@@ -418,6 +418,11 @@ def test_inputs_beyond_the_credible_are_counted(sim):
     assert sim.summary("step", "--set", "limits.input_max_N=0.5")["bad_inputs"] == 8000
 
 
+def test_both_arithmetics_coast_beyond_full_scale(sim):
+    run = sim.summary("step", "--arith", "both", "--set", "reference.high_N=3", "--set", "duration_s=20", "--set", "metrics.start_s=0")
+    assert run["bad_inputs"] == run["q31"]["bad_inputs"] == 18000
+
+
 def test_metrics_window(sim):
     sim.write("x.yaml", "duration_s: 1\nreference: {kind: step, low_N: 0, high_N: 0.5, start_s: 0.5}\n")
     assert sim.summary("x.yaml", "--set", "metrics.end_s=0.5")["max_error_N"] == 0

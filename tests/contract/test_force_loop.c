@@ -270,6 +270,8 @@ static int check_compensator_sees_the_new_params_alone(int every)
     static compensator_t alone;
     random_t             r     = {3};
     int                  armed = 0;
+    config.controller.u_min_n  = -1.99f; // to_force() is exact below the end of the scale
+    config.controller.u_max_n  = 1.99f;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, &config));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, compensator_init(&alone, &config.compensator, H));
     config.gain                                   = 0.3f;
@@ -354,6 +356,50 @@ static void test_loop_coasts_over_a_bad_input_counts_it_and_recovers(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, loop_bad_inputs(&loop));
 }
 
+/// A hundred ticks with a bad r or y, at rest: all are counted and u stays.
+static void check_holds_u(double bad, bool at_r, const tribo_feedforward_f32_config_t *feedforward)
+{
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&loop, &config, feedforward));
+    double y = 0.0;
+    double u = 0.0;
+    for (int k = 0; k < 4000; k++)
+    {
+        u = loop_step(&loop, 0.5, y).u;
+        y += 0.05 * (u - y);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, loop_bad_inputs(&loop));
+    for (int k = 0; k < 100; k++)
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, loop_step(&loop, at_r ? bad : 0.5, at_r ? y : bad).u);
+    }
+    TEST_ASSERT_EQUAL_UINT32(100, loop_bad_inputs(&loop));
+}
+
+// The defaults of a scenario.
+static void test_loop_coasts_over_what_is_beyond_full_scale_where_that_is_input_max(void)
+{
+    const double bad[] = {NAN, (double)INFINITY, -(double)INFINITY, 1e9, -1e9, 2.000001, -2.000001};
+    const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_default();
+    config.gain                                      = 0.0f;
+    config.input_max_n                               = (float)FULL_SCALE_N;
+    for (size_t i = 0; i < 4u * (sizeof bad / sizeof bad[0]); i++)
+    {
+        check_holds_u(bad[i / 4u], i % 2u != 0u, i / 2u % 2u != 0u ? &feedforward : NULL);
+    }
+}
+
+static void test_loop_takes_full_scale_where_that_is_input_max(void)
+{
+    config.input_max_n = (float)FULL_SCALE_N;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, &config));
+    for (int sign = -1; sign <= 1; sign += 2)
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-8, sign * FULL_SCALE_N, loop_step(&loop, sign * FULL_SCALE_N, 0.0).e);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-8, -sign * FULL_SCALE_N, loop_step(&loop, 0.0, sign * FULL_SCALE_N).e);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, loop_bad_inputs(&loop));
+}
+
 static void test_loop_reset_leaves_nothing_of_what_was(void)
 {
     config.gain = 2.0f; // shows a single bit of friction
@@ -392,6 +438,8 @@ int main(void)
     RUN_TEST(test_loop_counts_a_saturation_of_the_new_params_alone);
     RUN_TEST(test_loop_takes_inputs_up_to_their_very_maximum);
     RUN_TEST(test_loop_coasts_over_a_bad_input_counts_it_and_recovers);
+    RUN_TEST(test_loop_coasts_over_what_is_beyond_full_scale_where_that_is_input_max);
+    RUN_TEST(test_loop_takes_full_scale_where_that_is_input_max);
     RUN_TEST(test_loop_reset_leaves_nothing_of_what_was);
     RUN_TEST(test_loop_params_and_state_of_one_axis_are_small);
     return UNITY_END();

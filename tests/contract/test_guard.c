@@ -3,6 +3,7 @@
 #include "unity.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #define H 1e-3
 
@@ -185,6 +186,19 @@ static void test_whatever_the_signals_the_fade_is_within_0_and_1(void)
     }
 }
 
+static void test_it_judges_nothing_by_what_is_beyond_the_scale_or_no_number(void)
+{
+    const double bad[] = {NAN, (double)INFINITY, -(double)INFINITY, 1e9, -1e9};
+    swing(3, 100, 0.02, 0.0);
+    const guard_t before = guard;
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+    {
+        (void)guard_step(&guard, bad[i], 0.5, -0.1);
+        (void)guard_step(&guard, 0.5, bad[i], -0.1);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&before.state, &guard.state, sizeof before.state);
+}
+
 static void check(float *field, float bad, tribo_status_t expected)
 {
     const float   good = *field;
@@ -260,6 +274,7 @@ int main(void)
     RUN_TEST(test_friction_fades_in_half_a_second_stays_away_and_comes_back_as_slowly);
     RUN_TEST(test_a_guard_that_is_restored_lets_friction_back_and_judges_anew);
     RUN_TEST(test_whatever_the_signals_the_fade_is_within_0_and_1);
+    RUN_TEST(test_it_judges_nothing_by_what_is_beyond_the_scale_or_no_number);
     RUN_TEST(test_set_up_names_the_field_that_is_wrong);
     RUN_TEST(test_a_fade_time_below_a_tick_fades_at_once);
     RUN_TEST(test_the_longest_fade_time_fades_and_a_longer_one_is_refused);

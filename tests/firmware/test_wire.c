@@ -1,9 +1,12 @@
 // What crosses the wire to an emulated drive arrives whole and in the order that both ends expect.
 
 #include "app/loop.h"
+#include "app/scaling.h"
 #include "tribo_wire.h"
 #include "unity.h"
 
+#include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -166,6 +169,37 @@ static void test_signals_become_words_in_the_order_of_the_self_test(void)
     }
 }
 
+/// A number as both converters make it, the host's in double and the drive's in float.
+static void check_credible(const loop_params_t *params, float force_n, bool credible)
+{
+    TEST_ASSERT_EQUAL_INT(credible, tribo_force_is_credible(params, scaling_number(force_n, FULL_SCALE_N)));
+    TEST_ASSERT_EQUAL_INT(credible,
+                          tribo_force_is_credible(params, tribo_force_of_n((double)force_n, (double)FULL_SCALE_N)));
+}
+
+static void test_a_number_beyond_full_scale_is_not_credible_and_full_scale_is(void)
+{
+    static loop_setup_t setup;
+    const float         below  = nextafterf(FULL_SCALE_N, 0.0f);
+    const float         above  = nextafterf(FULL_SCALE_N, 2.0f * FULL_SCALE_N);
+    const float         good[] = {0.0f, 0.5f, below, FULL_SCALE_N};
+    const float         bad[]  = {above, 1.5f * FULL_SCALE_N, 1e9f, INFINITY, NAN};
+    config                     = tribo_force_loop_f32_paper();
+    config.input_max_n         = FULL_SCALE_N;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_setup(&setup, &config, FULL_SCALE_N));
+    for (size_t i = 0; i < sizeof good / sizeof good[0]; i++)
+    {
+        check_credible(&setup.params, good[i], true);
+        check_credible(&setup.params, -good[i], true);
+        TEST_ASSERT_FLOAT_WITHIN(1e-6f, good[i], scaling_value(scaling_number(good[i], FULL_SCALE_N), FULL_SCALE_N));
+    }
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+    {
+        check_credible(&setup.params, bad[i], false);
+        check_credible(&setup.params, -bad[i], false);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -175,5 +209,6 @@ int main(void)
     RUN_TEST(test_more_sections_than_fit_are_refused_at_the_other_end_too);
     RUN_TEST(test_the_drives_own_config_arrives);
     RUN_TEST(test_signals_become_words_in_the_order_of_the_self_test);
+    RUN_TEST(test_a_number_beyond_full_scale_is_not_credible_and_full_scale_is);
     return UNITY_END();
 }

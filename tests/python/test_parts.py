@@ -102,6 +102,31 @@ def test_counters_and_bad_inputs():
     assert loop.bad_inputs == loop.limited_ticks == 0
 
 
+@pytest.mark.parametrize("full_scale_n", [2, 4])
+@pytest.mark.parametrize("arith", ["f32", "q31"])
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e9, -1e9])
+@pytest.mark.parametrize("at", ["r", "y"])
+def test_a_missing_input_holds_u_and_is_counted(full_scale_n, arith, bad, at):
+    """With full scale equal to input_max, as scenarios have it by default, and with room above."""
+    loop = tribo.Loop("triangle", {"compensator.method": "off", "limits.full_scale_N": full_scale_n}, arith=arith)
+    force, u = 0.0, []
+    for k in range(3100):
+        inputs = {"r": 0.5, "y": force}
+        if k >= 3000:
+            inputs[at] = bad
+        u.append(loop.step(inputs["r"], inputs["y"]))
+        force += 0.05 * (u[-1] - force)
+    assert loop.bad_inputs == 100
+    assert u[2999] == pytest.approx(0.5, abs=1e-3) and np.ptp(u[3000:]) < 1e-4
+
+
+@pytest.mark.parametrize("arith", ["f32", "q31"])
+def test_the_largest_credible_force_is_credible(arith):
+    loop = tribo.Loop("triangle", arith=arith)
+    loop.steps([2.0, -2.0, 0.0, 0.0], [0.0, 0.0, 2.0, -2.0])
+    assert loop.bad_inputs == 0
+
+
 def test_a_guard_fades_hunting_and_is_restored():
     guard = tribo.Guard()
     assert guard.steps(*HUNTING[:3])[-1] < 0.1 and guard.cause == "hunting"

@@ -28,7 +28,7 @@
 
 static const tribo_feedforward_q31_params_t fed_feedforward = {
     .method = {tribo_feedforward_q31_method},
-    .input_max = 2147483647u,
+    .input_max = 2147483646u,
     .offset_max = 536870912,
     .reversal = 134218u,
     .stop_per_unit = {2721004u, 1020376u, 382641u, 143490u},
@@ -65,7 +65,7 @@ static const tribo_feedforward_q31_params_t fed_feedforward = {
     .effort_half = 421444u,
 };
 static const tribo_force_loop_q31_params_t fed_params = {
-    .input_max = 2147483647,
+    .input_max = 2147483646,
     .gain = 456340288,
     .controller = {
         .cascade = {

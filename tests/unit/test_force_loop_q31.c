@@ -84,7 +84,7 @@ static void test_loop_saturates_an_error_and_a_feedforward_beyond_full_scale(voi
     config.input_max_n = FULL_SCALE;
     config.gain        = 2.0f;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&params));
-    (void)tribo_force_loop_q31_step(&params, &state, INT32_MAX, -INT32_MAX, &seen);
+    (void)tribo_force_loop_q31_step(&params, &state, INT32_MAX - 1, 1 - INT32_MAX, &seen);
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, seen.e);
     TEST_ASSERT_EQUAL_UINT32(0, state.bad_inputs);
     TEST_ASSERT_EQUAL_UINT32(1, state.saturated);

@@ -111,8 +111,8 @@ static void test_full_scale_swings_of_the_longest_swing_fit(void)
     params.half = INT32_C(1) << 29;
     for (int k = 0; k < 140000; k++)
     {
-        const int32_t x     = k % 2 == 0 ? INT32_MAX : INT32_MIN;
-        const int32_t other = k % 2 == 0 ? INT32_MIN : INT32_MAX;
+        const int32_t x     = k % 2 == 0 ? INT32_MAX - 1 : 1 - INT32_MAX;
+        const int32_t other = -x;
         (void)tribo_guard_q31_step(&params, &guard, other, x, x, true);
         TEST_ASSERT_TRUE(k < 2 || guard.work > 0);
     }

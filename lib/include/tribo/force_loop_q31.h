@@ -2,8 +2,8 @@
 ///
 /// Forces are Q31 of the params' full scale FS; choose FS no smaller than the largest force and limit. A difference r - y or
 /// a net force beyond FS saturates without harm: friction is at breakaway there and u at its limit. For any r and y, u is
-/// within u_min to u_max. A reference or a reading beyond input_max_n is a bad input: the tick is counted and runs with
-/// e = 0, so u coasts on the controller's state. Saturations are counted in the states of the parts.
+/// within u_min to u_max. A reference or a reading beyond input_max_n, or at an end of the scale (q31.h), is a bad input:
+/// the tick is counted and runs with e = 0, so u coasts on the controller's state. Saturations are counted in the states of the parts.
 ///
 /// Retuning, as in f32: pass a pointer to other params at any tick; u does not jump unless a new limit requires it. It
 /// takes about five ticks and reads the old params and their table once more; free both when state.active is the new
@@ -112,7 +112,7 @@ typedef struct tribo_guard_q31_params
 /// Constants of a tick, made by tribo_force_loop_q31_init. Const from then on; may be shared by loops.
 struct tribo_force_loop_q31_params
 {
-    int32_t                              input_max; ///< largest credible |r| and |y|, Q31
+    int32_t                              input_max; ///< largest credible |r| and |y|, Q31; at most 2^31 - 2
     int32_t                              gain;      ///< eta, Q29, 0 to 2
     tribo_controller_q31_params_t        controller;
     tribo_compensator_q31_params_t       compensator;
@@ -186,7 +186,7 @@ tribo_status_t tribo_guard_q31_init(tribo_guard_q31_params_t       *params,
                                     float                           full_scale_n);
 
 /// One tick of the guard: reference, reading, and the friction in u, all Q31. Returns the fade of friction for the next tick, Q32.
-/// Cannot fail: with `good` false (r or y is not credible) it judges nothing. A loop whose params have a guard calls it.
+/// Cannot fail: with `good` false (r or y is not credible), or r or y at an end of the scale, it judges nothing. A loop whose params have a guard calls it.
 uint32_t tribo_guard_q31_step(const tribo_guard_q31_params_t *params,
                               tribo_guard_q31_state_t        *state,
                               int32_t                         r,

@@ -1,6 +1,8 @@
 /// Fixed point of the _q31 modules.
 ///
 /// A force is a fraction of a full scale, 2^31, which the caller fixes in newtons. A larger result is saturated and counted.
+/// A reference or a reading at an end of the scale, +-(2^31 - 1) or INT32_MIN, is a bad input, whatever input_max is: a
+/// converter that saturates puts there what lies beyond. Give INT32_MIN where there is no number.
 /// Values whose magnitude is needed are kept symmetric, -(2^31 - 1) to 2^31 - 1, so that it fits; others may be INT32_MIN.
 /// For mirror symmetry magnitudes are multiplied and the sign is put back. Products are 64 bits wide, divisions 32. Right
 /// shifts of negative numbers must be arithmetic and casts to a narrower type must keep the low bits; other compilers are

@@ -74,7 +74,7 @@ static void convert(tribo_feedforward_q31_params_t *made, const tribo_feedforwar
     {
         made->stop_per_unit[j] = fixed_unsigned(f32->stop_per_n[j] * FS, 10);
     }
-    made->input_max  = (uint32_t)fixed_force(f32->input_max_n, FS);
+    made->input_max  = (uint32_t)fixed_input_max(f32->input_max_n, FS);
     made->offset_max = force(f32->offset_max_n, FS);
     made->reversal   = (uint32_t)force(f32->reversal_n, FS);
     made->jump = f32->jump < 2.0f ? fixed(f32->jump, 29) + 1 : INT32_C(1) << 30; // rounded up: the ramp ends in time

@@ -290,7 +290,8 @@ void tribo_force_estimate_q31_step(const tribo_force_loop_q31_params_t  *params,
     const int32_t u     = bank_q31_inside(u_q31);
     const int32_t most  = (int32_t)(feedforward->input_max / 4u);
     uint32_t      turns = ESTIMATE_TURNS;
-    if (tribo_q31_magnitude(u_q31) > feedforward->input_max)
+    // In units: a limit of u may be at the end of the scale, which is not credible as a reading.
+    if (tribo_q31_magnitude(u_q31) / 4u > feedforward->input_max / 4u)
     {
         return;
     }

@@ -78,7 +78,7 @@ uint32_t tribo_guard_q31_step(const tribo_guard_q31_params_t *params,
     {
         tribo_guard_q31_restore(state);
     }
-    else if (good)
+    else if (good && !guard_q31_is_end(r) && !guard_q31_is_end(y))
     {
         guard_q31_watch(params, state, r, y, f);
     }

@@ -14,6 +14,12 @@
 #include "../number/first_order_q31.h"
 #include "guard.h"
 
+/// What lies beyond the scale, or is no number, is put there.
+static inline bool guard_q31_is_end(int32_t x)
+{
+    return tribo_q31_magnitude(x) >= (uint32_t)TRIBO_Q31_MAX;
+}
+
 #define PLAY_Q31_MAX (INT32_C(1) << 30) // of its values, so that x - half and x + half fit
 
 /// A corrupt position counts as the nearest end of the range.

@@ -33,7 +33,7 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
         return TRIBO_ERR_INPUT_MAX;
     }
     tribo_headroom_q31_t          measured;
-    tribo_force_loop_q31_params_t made = {.input_max = fixed_force(config->input_max_n, full_scale_n),
+    tribo_force_loop_q31_params_t made = {.input_max = fixed_input_max(config->input_max_n, full_scale_n),
                                           .gain      = fixed(f32.gain, FORCE_LOOP_Q31_GAIN_FRACTION)};
 
     status = tribo_controller_q31_init(&made.controller, &config->controller, full_scale_n, &measured);

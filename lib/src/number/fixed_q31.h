@@ -64,6 +64,13 @@ static inline int32_t fixed_force(float force_n, float full_scale_n)
     return magnitude(part) < 1.0f ? fixed(part, 31) : (part < 0.0f ? -TRIBO_Q31_MAX : TRIBO_Q31_MAX);
 }
 
+/// The largest credible |r| and |y|: below the ends of the scale, where whatever lies beyond it is put.
+static inline int32_t fixed_input_max(float input_max_n, float full_scale_n)
+{
+    const int32_t most = fixed_force(input_max_n, full_scale_n);
+    return most < TRIBO_Q31_MAX ? most : TRIBO_Q31_MAX - 1;
+}
+
 // Forces in units of 2^-29 full scales, for the feed-forward.
 
 /// A force in units, 2^29 of which are full scale; forces up to 4 full scales fit.
