@@ -31,19 +31,28 @@ class Served:
         self.demo = demo
         self.process = subprocess.Popen([LINK, "-d", demo.tcp, "serve", "--rate", "20", "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
         self.url = self.process.stdout.readline().split()[0]
-        self.port = int(re.search(r":(\d+)/", self.url)[1])
-        self.token = re.search(r'token = "([0-9a-f]{32})"', self.ask("GET", "/")[1])[1]
+        self.port, self.token = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=([0-9a-f]{32})", self.url).groups()
+        self.port = int(self.port)
 
     def ask(self, method, path, body=None, **headers):
+        """With the token; a header of None is left out."""
+        headers = {"X_Tribo_Token": self.token, **headers}
         link = http.client.HTTPConnection("127.0.0.1", self.port, timeout=300)
-        link.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
+        link.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items() if value is not None})
         answer = link.getresponse()
         text = answer.read().decode()
         link.close()
         return answer.status, text, answer.headers
 
     def do(self, *words, **headers):
-        return self.ask("POST", "/do", "\n".join(words), **{"X_Tribo_Token": self.token, **headers})[:2]
+        return self.ask("POST", "/do", "\n".join(words), **headers)[:2]
+
+    def head(self, method, path):
+        return f"{method} {path} HTTP/1.1\r\nHost: 127.0.0.1:{self.port}\r\nX-Tribo-Token: {self.token}\r\n"
+
+    def commands(self):
+        """How many work."""
+        return len(pathlib.Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split())
 
     def state(self):
         return json.loads(self.demo.link("status", "--json"))["state_text"]
@@ -66,7 +75,7 @@ def at_rest(served):
 
 def test_samples_come_as_events(served):
     link = http.client.HTTPConnection("127.0.0.1", served.port, timeout=300)
-    link.request("GET", "/events")
+    link.request("GET", f"/events?token={served.token}")
     answer = link.getresponse()
     assert answer.headers["Content-Type"].startswith("text/event-stream")
     samples = []
@@ -97,29 +106,53 @@ def test_params_have_units_and_ranges(served):
     assert rows["compensator.gain"]["low"] == 0 and rows["compensator.gain"]["high"] == 2
 
 
-@pytest.mark.parametrize("headers", [
+STRANGERS = [
     {"Host": "drive.example:80"},  # a foreign name that points here
     {"Host": ""},
     {"Origin": "http://evil.example"},
     {"Origin": "null"},
     {"Origin": "https://127.0.0.1"},
+    {"Sec_Fetch_Site": "cross-site"},
+    {"Sec_Fetch_Site": "same-site"},  # another port of this machine
+    {"Sec_Fetch_Site": ""},
+    {"X_Tribo_Token": None},
     {"X_Tribo_Token": ""},
     {"X_Tribo_Token": "0" * 32},
-])
-def test_what_is_not_the_page_starts_nothing(at_rest, headers):
+]
+
+
+@pytest.mark.parametrize("headers", STRANGERS)
+def test_what_is_not_the_page_is_shown_and_starts_nothing(at_rest, headers):
     assert at_rest.do("start", **headers)[0] == 403
+    for path in ("/", "/events", "/list", "/values", "/nothing"):
+        status, text, _ = at_rest.ask("GET", path, **headers)
+        assert status == 403 and at_rest.token not in text
     assert at_rest.state() == "idle"
 
 
-def test_a_foreign_name_is_shown_nothing(served):
-    for path in ("/", "/events", "/list", "/values"):
-        status, text, _ = served.ask("GET", path, Host="drive.example")
-        assert status == 403 and served.token not in text
+def test_the_printed_address_opens_the_page_and_a_token_in_it_starts_nothing(at_rest):
+    path = at_rest.url.split(str(at_rest.port))[1]
+    for site in (None, "none", "same-origin"):
+        status, text, _ = at_rest.ask("GET", path, X_Tribo_Token=None, Sec_Fetch_Site=site)
+        assert status == 200 and "<title>tribo drive</title>" in text
+    for wrong in ("/?token=", "/?token=" + "0" * 32, f"{path}&token={at_rest.token}", "/?token"):
+        assert at_rest.ask("GET", wrong, X_Tribo_Token=None)[0] == 403
+    assert at_rest.ask("POST", f"/do?token={at_rest.token}", "start", X_Tribo_Token=None)[0] == 403
+    assert at_rest.state() == "idle"
+
+
+@pytest.mark.parametrize("name", ["Host", "Origin", "Sec-Fetch-Site", "X-Tribo-Token"])
+def test_a_header_that_comes_twice_is_none(served, name):
+    values = {"Host": f"127.0.0.1:{served.port}", "Origin": f"http://127.0.0.1:{served.port}", "Sec-Fetch-Site": "same-origin", "X-Tribo-Token": served.token}
+    for twice in (False, True):
+        lines = [f"{header}: {value}\r\n" for header, value in values.items()] + [f"{name}: {values[name]}\r\n"] * twice
+        with raw(served, f"GET /list HTTP/1.1\r\n{''.join(lines)}\r\n".encode()) as link:
+            assert link.recv(100).split()[1] in ((b"403", b"400") if twice else (b"200",))
 
 
 def test_no_get_changes_anything(at_rest):
     for path in ("/do", "/start", "/do?start"):
-        assert at_rest.ask("GET", path, "start", X_Tribo_Token=at_rest.token)[0] == 404
+        assert at_rest.ask("GET", path, "start")[0] == 404
     assert at_rest.state() == "idle"
 
 
@@ -159,8 +192,7 @@ def raw(served, text):
 
 
 def posted(served, body, size=None):
-    head = f"POST /do HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\nX-Tribo-Token: {served.token}\r\n"
-    return (head + f"Content-Length: {len(body) if size is None else size}\r\n\r\n" + body).encode()
+    return (served.head("POST", "/do") + f"Content-Length: {len(body) if size is None else size}\r\n\r\n" + body).encode()
 
 
 def test_a_command_in_pieces_is_taken_whole(at_rest):
@@ -184,26 +216,18 @@ def test_what_is_longer_than_a_command_or_has_a_zero_byte_is_refused(at_rest):
     assert at_rest.state() == "idle"
 
 
-def test_two_hosts_are_none(served):
-    link = raw(served, f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\nHost: drive.example\r\n\r\n".encode())
-    assert link.recv(100).split()[1] in (b"400", b"403")
-
-
 def test_who_leaves_ends_his_command(at_rest):
-    def commands():
-        return len(pathlib.Path(f"/proc/{at_rest.process.pid}/task/{at_rest.process.pid}/children").read_text().split())
-
     link = raw(at_rest, posted(at_rest, "trace\n--trigger=rise\n--watch=F_N\n--level=1000\n--wait=200"))
     for wanted in (1, 0):
         until = time.monotonic() + 100
-        while commands() != wanted:
+        while at_rest.commands() != wanted:
             assert time.monotonic() < until
             time.sleep(0.01)
         link.close()
 
 
 def test_who_takes_nothing_keeps_nobody_else_from_it(served):
-    deaf = [raw(served, f"GET /events HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\n\r\n".encode()) for _ in range(8)]
+    deaf = [raw(served, f"{served.head('GET', '/events')}\r\n".encode()) for _ in range(8)]
     assert served.ask("GET", "/values")[0] == 200
     test_samples_come_as_events(served)
     for link in deaf:
@@ -219,7 +243,7 @@ def test_more_clients_than_there_are_places_do_not_end_it(served):
 
 def test_a_signal_ends_it_beside_listeners_and_commands(demo):
     served = Served(demo)
-    links = [raw(served, f"GET /events HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\n\r\n".encode()) for _ in range(3)]
+    links = [raw(served, f"{served.head('GET', '/events')}\r\n".encode()) for _ in range(3)]
     links.append(raw(served, posted(served, "trace\n--trigger=rise\n--watch=F_N\n--level=1000\n--wait=200")))
     assert links[0].recv(100).split()[1] == b"200"
     served.process.send_signal(signal.SIGTERM)

@@ -1,10 +1,14 @@
 #include "bus.h"
 
+#include "address.h"
+#include "support/clock.h"
+
 #include "tribo/status.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <modbus.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,20 +16,23 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
+#include <sys/time.h>
 #include <time.h>
 #include <unistd.h>
 
 #define NETWORK "tcp:"
 #define PORT    "1502" // of a drive on Linux, if its configuration has no other
 
-#define RESPONSE_S  2  // a later answer is flushed within as long again; one after that would be taken for the next
-#define COMMAND_S   20 // the drive answers a command once it is done: a set takes a slow or emulated one seconds
-#define TRIALS      3  // a frame may be lost, or cut by the log of a drive that has just started
-#define FRAME_WORDS 60 // of 32 bits
-#define SAVE_TRIALS 50 // a flash may take seconds
+#define RESPONSE_S  2    // a later answer is flushed within as long again; one after that would be taken for the next
+#define COMMAND_S   20   // the drive answers a command once it is done: a set takes a slow or emulated one seconds
+#define OUTCOME_S   20.0 // a flash may take seconds
+#define TRIALS      3    // a frame may be lost on a line, or cut by the log of a drive that has just started
+#define FRAME_WORDS 60   // of 32 bits
 #define PAUSE_MS    100
 
-#define LOCK_WAIT_MS 3000
+#define FRAME_BYTES  256
+#define BYTE_BITS    10
+#define LOCK_WAIT_S  3.0
 #define LOCK_LOOK_MS 2
 #define ANSWER_US    200000 ///< of a drive that is looked for
 
@@ -35,6 +42,7 @@ struct link_bus
     modbus_t   *modbus;
     const char *device;
     int         unit;
+    double      frames_s; ///< that a request and its answer take on the line
     bool        feeds_forward;
 };
 
@@ -68,6 +76,62 @@ static void pause_ms(long ms)
     (void)nanosleep(&(struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000}, NULL);
 }
 
+// --- the time of an exchange ---------------------------------------------------------------------------------------
+//
+// libmodbus waits for the first byte of an answer and anew for each that follows, and reads what it does not want to its end: who
+// sends a byte now and then, or without end, would keep it for ever. A timer then takes the descriptor from under it.
+
+static int                   nowhere = -1; ///< /dev/null
+static volatile sig_atomic_t guarded = -1; ///< the descriptor of the exchange
+static volatile sig_atomic_t is_cut;
+
+static void cut(int signal_number)
+{
+    const int error = errno;
+    (void)signal_number;
+    is_cut = 1;
+    (void)dup2(nowhere, guarded);
+    errno = error;
+}
+
+static bool prepare_timer(void)
+{
+    const struct sigaction action = {.sa_handler = cut};
+    nowhere                       = nowhere < 0 ? open("/dev/null", O_RDWR | O_CLOEXEC) : nowhere;
+    return (nowhere >= 0 && sigaction(SIGALRM, &action, NULL) == 0) || link_complain("/dev/null: %s", strerror(errno));
+}
+
+static void set_timer(double s)
+{
+    const struct itimerval time = {
+        .it_value = {.tv_sec = (time_t)s, .tv_usec = (suseconds_t)(1e6 * (s - (double)(time_t)s))}};
+    (void)setitimer(ITIMER_REAL, &time, NULL);
+}
+
+/// What follows on the line has `s` from now on. Ends with end_exchange.
+static void begin_exchange(modbus_t *modbus, double s)
+{
+    is_cut  = 0;
+    guarded = modbus_get_socket(modbus);
+    set_timer(s);
+}
+
+/// The result of the exchange; errno is ETIMEDOUT if its time was over.
+static int end_exchange(int got)
+{
+    const int error = errno;
+    set_timer(0.0);
+    guarded = -1;
+    errno   = is_cut != 0 ? ETIMEDOUT : error;
+    return is_cut != 0 ? -1 : got;
+}
+
+/// With the wait that follows a bad answer.
+static void begin_frame(const link_bus_t *bus)
+{
+    begin_exchange(bus->modbus, 2.0 * RESPONSE_S + bus->frames_s);
+}
+
 static bool fail(const link_bus_t *bus, const char *what)
 {
     if (errno == ETIMEDOUT)
@@ -82,10 +146,10 @@ static bool is_exception(int error)
     return error > MODBUS_ENOBASE && error < EMBBADCRC;
 }
 
-/// Of reads, and of writes that may come twice.
-static bool is_lost(int trial)
+/// Of reads, and of writes that may come twice. A network loses nothing.
+static bool is_lost(const link_bus_t *bus, int trial)
 {
-    return !is_exception(errno) && trial + 1 < TRIALS;
+    return bus->lock >= 0 && is_cut == 0 && !is_exception(errno) && trial + 1 < TRIALS;
 }
 
 static void to_words(uint32_t *words, const uint16_t *values, unsigned count)
@@ -114,8 +178,9 @@ bool link_bus_read(link_bus_t *bus, uint16_t address, uint32_t *words, unsigned 
         int            got                     = -1;
         for (int trial = 0; got < 0 && trial < TRIALS; trial++)
         {
-            got = modbus_read_registers(bus->modbus, address + 2 * (int)done, 2 * (int)part, values);
-            if (got < 0 && !is_lost(trial))
+            begin_frame(bus);
+            got = end_exchange(modbus_read_registers(bus->modbus, address + 2 * (int)done, 2 * (int)part, values));
+            if (got < 0 && !is_lost(bus, trial))
             {
                 return fail(bus, "reading");
             }
@@ -136,8 +201,9 @@ bool link_bus_write(link_bus_t *bus, uint16_t address, const uint32_t *words, un
         to_values(values, words + done, part);
         for (int trial = 0; got < 0 && trial < TRIALS; trial++)
         {
-            got = modbus_write_registers(bus->modbus, address + 2 * (int)done, 2 * (int)part, values);
-            if (got < 0 && !is_lost(trial))
+            begin_frame(bus);
+            got = end_exchange(modbus_write_registers(bus->modbus, address + 2 * (int)done, 2 * (int)part, values));
+            if (got < 0 && !is_lost(bus, trial))
             {
                 return fail(bus, "writing");
             }
@@ -155,13 +221,15 @@ bool link_bus_window(link_bus_t *bus, uint32_t position, uint32_t *words, unsign
     to_values(at, &position, 1);
     for (int trial = 0;; trial++)
     {
-        if (modbus_write_and_read_registers(bus->modbus, row->address, 2, at, link_window_at, 2 * (int)count, values) >=
-            0)
+        begin_frame(bus);
+        const int got = end_exchange(
+            modbus_write_and_read_registers(bus->modbus, row->address, 2, at, link_window_at, 2 * (int)count, values));
+        if (got >= 0)
         {
             to_words(words, values, count);
             return true;
         }
-        if (!is_lost(trial))
+        if (!is_lost(bus, trial))
         {
             return fail(bus, "reading the trace");
         }
@@ -260,11 +328,13 @@ static bool say_changes(link_bus_t *bus)
 
 static bool wait_for_outcome(link_bus_t *bus, uint32_t *outcome)
 {
-    for (int trial = 0; trial < SAVE_TRIALS; trial++)
+    const double end_s = common_clock_s() + OUTCOME_S;
+    for (;;)
     {
-        uint16_t  values[2] = {0, 0};
-        const int got       = modbus_read_registers(bus->modbus, link_find("outcome")->address, 2, values);
-        if (got < 0 && is_exception(errno))
+        uint16_t values[2] = {0, 0};
+        begin_frame(bus);
+        const int got = end_exchange(modbus_read_registers(bus->modbus, link_find("outcome")->address, 2, values));
+        if (got < 0 && (is_cut != 0 || is_exception(errno) || (bus->lock < 0 && errno != ETIMEDOUT)))
         {
             return fail(bus, "waiting");
         }
@@ -273,9 +343,16 @@ static bool wait_for_outcome(link_bus_t *bus, uint32_t *outcome)
         {
             return true;
         }
+        if (common_clock_s() >= end_s)
+        {
+            return got < 0 ? fail(bus, "waiting for the end of a command")
+                           : link_complain("%s: unit %d is busy with the command for more than %g s",
+                                           bus->device,
+                                           bus->unit,
+                                           OUTCOME_S);
+        }
         pause_ms(PAUSE_MS);
     }
-    return fail(bus, "waiting for the end of a command");
 }
 
 /// Sends a command; its outcome.
@@ -285,7 +362,8 @@ static bool execute(link_bus_t *bus, unsigned command, const char *what, uint32_
     (void)modbus_set_response_timeout(bus->modbus, COMMAND_S, 0);
     for (int trial = 0; got < 0; trial++)
     {
-        got = modbus_write_register(bus->modbus, link_command_at, (uint16_t)command);
+        begin_exchange(bus->modbus, COMMAND_S + RESPONSE_S + bus->frames_s);
+        got = end_exchange(modbus_write_register(bus->modbus, link_command_at, (uint16_t)command));
         if (got < 0 && errno == EMBXSBUSY && trial + 1 < TRIALS)
         {
             pause_ms(PAUSE_MS);
@@ -414,19 +492,18 @@ static bool complain_of_holder(const link_bus_t *bus)
 /// Two programs on a line would read each other's answers.
 static bool lock_line(const link_bus_t *bus)
 {
-    int waited_ms = 0;
+    const double end_s = common_clock_s() + LOCK_WAIT_S;
     while (flock(bus->lock, LOCK_EX | LOCK_NB) != 0)
     {
         if (errno != EWOULDBLOCK)
         {
             return link_complain("%s: cannot be locked: %s", bus->device, strerror(errno));
         }
-        if (waited_ms >= LOCK_WAIT_MS)
+        if (common_clock_s() >= end_s)
         {
             return complain_of_holder(bus);
         }
         pause_ms(LOCK_LOOK_MS);
-        waited_ms += LOCK_LOOK_MS;
     }
     return true;
 }
@@ -434,25 +511,58 @@ static bool lock_line(const link_bus_t *bus)
 /// A drive serves one client at a time and drops a second one: waits for its turn.
 static bool connect_network(const link_bus_t *bus)
 {
-    for (int waited_ms = 0;; waited_ms += LOCK_LOOK_MS)
+    const double end_s = common_clock_s() + LOCK_WAIT_S;
+    for (;;)
     {
-        uint16_t  values[2];
-        const int version = link_find("version")->address;
+        uint16_t values[2];
         if (modbus_connect(bus->modbus) != 0)
         {
             return link_complain("%s: %s", bus->device, modbus_strerror(errno));
         }
-        if (modbus_read_registers(bus->modbus, version, 2, values) >= 0 || is_exception(errno))
+        (void)modbus_set_error_recovery(bus->modbus, MODBUS_ERROR_RECOVERY_NONE);
+        begin_exchange(bus->modbus, RESPONSE_S);
+        const int got = end_exchange(modbus_read_registers(bus->modbus, link_find("version")->address, 2, values));
+        (void)modbus_set_error_recovery(bus->modbus, MODBUS_ERROR_RECOVERY_PROTOCOL);
+        if (got >= 0 || is_exception(errno))
         {
             return true;
         }
-        if (waited_ms >= LOCK_WAIT_MS || errno == ETIMEDOUT)
+        const bool is_foreign = errno > MODBUS_ENOBASE;
+        if (is_foreign || errno == ETIMEDOUT || common_clock_s() >= end_s)
         {
-            return link_complain("%s: no answer from unit %d, or it serves another program", bus->device, bus->unit);
+            return link_complain("%s: no answer from unit %d, or it serves another program%s",
+                                 bus->device,
+                                 bus->unit,
+                                 is_foreign ? "; what came is not Modbus" : "");
         }
         modbus_close(bus->modbus);
         pause_ms(LOCK_LOOK_MS);
     }
+}
+
+/// libmodbus compares the unit of an answer on a line alone, and half of the protocol.
+static bool check_unit(link_bus_t *bus)
+{
+    enum
+    {
+        PROTOCOL_AT = 2, // of an answer on a network
+        UNIT_AT     = 6
+    };
+    const uint16_t at                                = link_find("version")->address;
+    const uint8_t  request[]                         = {(uint8_t)bus->unit, 3, (uint8_t)(at >> 8), (uint8_t)at, 0, 2};
+    uint8_t        answer[MODBUS_TCP_MAX_ADU_LENGTH] = {0};
+    begin_frame(bus);
+    (void)modbus_send_raw_request(bus->modbus, request, sizeof request);
+    if (end_exchange(modbus_receive_confirmation(bus->modbus, answer)) < 0)
+    {
+        return fail(bus, "reading");
+    }
+    if (answer[PROTOCOL_AT] != 0u || answer[PROTOCOL_AT + 1] != 0u)
+    {
+        return link_complain("%s: no answer from unit %d; what came is not Modbus", bus->device, bus->unit);
+    }
+    return answer[UNIT_AT] == bus->unit ||
+           link_complain("%s: no answer from unit %d: unit %d answers", bus->device, bus->unit, answer[UNIT_AT]);
 }
 
 void link_bus_release(link_bus_t *bus)
@@ -477,25 +587,29 @@ bool link_bus_rest(link_bus_t *bus, int ms)
     return link_bus_take(bus);
 }
 
-/// Not connected; null if `device` cannot be one.
+/// Not connected; null after a complaint.
 static modbus_t *make_modbus(const char *device, int unit, int baud)
 {
-    modbus_t *modbus;
+    modbus_t      *modbus = NULL;
+    link_address_t address;
     if (is_network(device))
     {
-        char        host[256];
-        const char *address = device + strlen(NETWORK);
-        const char *colon   = strrchr(address, ':');
-        (void)
-            snprintf(host, sizeof host, "%.*s", colon != NULL ? (int)(colon - address) : (int)strlen(address), address);
-        modbus = modbus_new_tcp_pi(host, colon != NULL ? colon + 1 : PORT);
+        const struct addrinfo wanted = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_STREAM};
+        struct addrinfo      *found  = link_address_find(device, device + strlen(NETWORK), PORT, 1, &wanted, &address);
+        if (found == NULL)
+        {
+            return NULL;
+        }
+        freeaddrinfo(found);
+        modbus = modbus_new_tcp_pi(address.host, address.port);
     }
     else
     {
         modbus = modbus_new_rtu(device, baud, 'N', 8, 1);
     }
-    if (modbus != NULL && modbus_set_slave(modbus, unit) != 0)
+    if (modbus == NULL || modbus_set_slave(modbus, unit) != 0)
     {
+        (void)link_complain("%s: %s", device, modbus_strerror(errno));
         modbus_free(modbus);
         modbus = NULL;
     }
@@ -504,24 +618,43 @@ static modbus_t *make_modbus(const char *device, int unit, int baud)
 
 static bool open_line(link_bus_t *bus)
 {
+    struct stat is;
     bus->lock = open(bus->device, O_RDONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    return bus->lock >= 0 ? lock_line(bus) : link_complain("%s: %s", bus->device, strerror(errno));
+    if (bus->lock < 0)
+    {
+        return link_complain("%s: %s%s",
+                             bus->device,
+                             strerror(errno),
+                             errno == ENOENT ? "; a line is a file in /dev, a network tcp:HOST[:PORT]" : "");
+    }
+    if (isatty(bus->lock) == 0)
+    {
+        const bool is_folder = fstat(bus->lock, &is) == 0 && S_ISDIR(is.st_mode);
+        return link_complain("%s: is %s, not a serial line", bus->device, is_folder ? "a folder" : "another file");
+    }
+    return lock_line(bus);
 }
 
 static bool open_bus(link_bus_t *bus, int baud)
 {
-    if (!is_network(bus->device) && !open_line(bus))
+    const bool is_line = !is_network(bus->device);
+    bus->frames_s      = is_line ? 2.0 * FRAME_BYTES * BYTE_BITS / baud : 0.0;
+    if (!prepare_timer() || (is_line && !open_line(bus)))
     {
         return false;
     }
     bus->modbus = make_modbus(bus->device, bus->unit, baud);
-    if (bus->modbus == NULL || (bus->lock >= 0 && modbus_connect(bus->modbus) != 0))
+    if (bus->modbus == NULL)
+    {
+        return false;
+    }
+    if (is_line && modbus_connect(bus->modbus) != 0)
     {
         return link_complain("%s: %s", bus->device, modbus_strerror(errno));
     }
     (void)modbus_set_response_timeout(bus->modbus, RESPONSE_S, 0);
     (void)modbus_set_error_recovery(bus->modbus, MODBUS_ERROR_RECOVERY_PROTOCOL);
-    return (bus->lock >= 0 || connect_network(bus)) && check_lists(bus);
+    return (is_line || (connect_network(bus) && check_unit(bus))) && check_lists(bus);
 }
 
 link_bus_t *link_bus_open(const char *device, int unit, int baud)
@@ -546,12 +679,14 @@ bool link_bus_answers(const char *device, int unit, int baud)
     uint16_t  values[2];
     const int lock   = is_network(device) ? -1 : open(device, O_RDONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     modbus_t *modbus = make_modbus(device, unit, baud);
-    bool      ok     = modbus != NULL && (is_network(device) || (lock >= 0 && flock(lock, LOCK_EX | LOCK_NB) == 0));
+    bool      ok =
+        modbus != NULL && prepare_timer() && (is_network(device) || (lock >= 0 && flock(lock, LOCK_EX | LOCK_NB) == 0));
     if (ok)
     {
         (void)modbus_set_response_timeout(modbus, 0, ANSWER_US);
-        ok =
-            modbus_connect(modbus) == 0 && modbus_read_registers(modbus, link_find("version")->address, 2, values) == 2;
+        ok = modbus_connect(modbus) == 0;
+        begin_exchange(modbus, 2e-6 * ANSWER_US);
+        ok = end_exchange(ok ? modbus_read_registers(modbus, link_find("version")->address, 2, values) : -1) == 2;
         modbus_close(modbus);
     }
     modbus_free(modbus);

@@ -25,9 +25,12 @@
 #define EXIT_DIFFERENT 1
 #define EXIT_FAILED    2
 
-#define WORDS_MAX 64
-#define RENEWALS  4u   ///< of a reference within drive.reference_ms
-#define TURN_S    0.05 ///< that a trace is read before others have their turn on the line
+#define WORDS_MAX     64
+#define RENEWALS      4u   ///< of a reference within drive.reference_ms
+#define TURN_S        0.05 ///< that a trace is read before others have their turn on the line
+#define TRACE_LOOK_MS 50
+#define STATE_S       1.0  ///< that a command has to show in the drive's state
+#define TARE_S        10.0 ///< that a tare may take
 
 typedef struct
 {
@@ -480,7 +483,7 @@ static bool wait_for_state(link_bus_t *bus, uint32_t wanted, const char *what)
 {
     uint32_t state = 0;
     uint32_t fault = 0;
-    for (int trial = 0; trial < 20; trial++)
+    for (const double end_s = common_clock_s() + STATE_S; common_clock_s() < end_s;)
     {
         if (!link_bus_state(bus, "state", &state) || !link_bus_state(bus, "fault", &fault))
         {
@@ -511,12 +514,13 @@ static int stop(link_bus_t *bus)
 
 static int tare(link_bus_t *bus)
 {
-    uint32_t state = DRIVE_TARE_BUSY;
+    uint32_t     state = DRIVE_TARE_BUSY;
+    const double end_s = common_clock_s() + TARE_S;
     if (!link_bus_command(bus, REGISTERS_TARE, "tare"))
     {
         return EXIT_FAILED;
     }
-    for (int trial = 0; trial < 100 && state != DRIVE_TARE_DONE; trial++)
+    while (state != DRIVE_TARE_DONE && common_clock_s() < end_s)
     {
         (void)nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
         if (!link_bus_state(bus, "tare", &state))
@@ -529,7 +533,7 @@ static int tare(link_bus_t *bus)
             return EXIT_FAILED;
         }
     }
-    return state == DRIVE_TARE_DONE ? 0 : EXIT_FAILED;
+    return state == DRIVE_TARE_DONE || link_complain("tare: not done in %g s", TARE_S) ? 0 : EXIT_FAILED;
 }
 
 static int restore(link_bus_t *bus)
@@ -545,8 +549,8 @@ static int forget(link_bus_t *bus)
 /// Where the drive counts on its host, again and again: for --hold, or until a signal ends this program.
 static bool renew_reference(link_bus_t *bus, uint32_t word, const options_t *options)
 {
-    uint32_t within_ms, state;
-    double   held_s = 0.0;
+    uint32_t     within_ms, state;
+    const double start_s = common_clock_s();
     if (!link_bus_read(bus, active_at(link_find("drive.reference_ms")), &within_ms, 1))
     {
         return false;
@@ -561,7 +565,7 @@ static bool renew_reference(link_bus_t *bus, uint32_t word, const options_t *opt
     }
     const int rest_ms = within_ms / RENEWALS > 0u ? (int)(within_ms / RENEWALS) : 1;
     (void)fprintf(stderr, "reference: renewed every %d ms; the drive waits %u ms for it\n", rest_ms, within_ms);
-    while (!(held_s >= options->hold_s))
+    while (!(common_clock_s() - start_s >= options->hold_s))
     {
         if (!link_bus_rest(bus, rest_ms) || !link_bus_write(bus, link_find("reference")->address, &word, 1) ||
             !link_bus_state(bus, "state", &state))
@@ -572,7 +576,6 @@ static bool renew_reference(link_bus_t *bus, uint32_t word, const options_t *opt
         {
             return link_complain("reference: the drive is in fault");
         }
-        held_s += 1e-3 * rest_ms;
     }
     return true;
 }
@@ -773,8 +776,8 @@ static bool arm(link_bus_t *bus, const options_t *options)
 /// Until it is done, or the time is over; then it is stopped and has what came so far.
 static bool wait_for_trace(link_bus_t *bus, double wait_s, trace_head_t *head)
 {
-    const double slice_s = 0.05;
-    for (double waited_s = 0.0;; waited_s += slice_s)
+    const double end_s = common_clock_s() + wait_s;
+    for (;;)
     {
         if (!read_head(bus, 0, head))
         {
@@ -784,12 +787,12 @@ static bool wait_for_trace(link_bus_t *bus, double wait_s, trace_head_t *head)
         {
             return true;
         }
-        if (waited_s >= wait_s)
+        if (common_clock_s() >= end_s)
         {
             (void)link_complain("trace: no trigger in %g s; what came last is written", wait_s);
             return link_bus_command(bus, REGISTERS_TRACE_STOP, "trace") && read_head(bus, 0, head);
         }
-        if (!link_bus_rest(bus, (int)(slice_s * 1e3)))
+        if (!link_bus_rest(bus, TRACE_LOOK_MS))
         {
             return false;
         }
@@ -1021,6 +1024,27 @@ static void take_whole(struct argp_state *state,
     }
 }
 
+/// One of those that libmodbus knows: it takes 9600 for any other.
+static int take_baud(struct argp_state *state, const char *text)
+{
+    static const int rates[] = {1200,    2400,    4800,    9600,    19200,   38400,   57600,
+                                115200,  230400,  460800,  500000,  576000,  921600,  1000000,
+                                1152000, 1500000, 2000000, 2500000, 3000000, 3500000, 4000000};
+    uint64_t         whole   = 0;
+    const char      *wrong   = common_number_parse_whole(text, &whole);
+    char             list[sizeof rates / sizeof rates[0] * 10] = "";
+    for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++)
+    {
+        if (wrong == NULL && whole == (uint64_t)rates[i])
+        {
+            return rates[i];
+        }
+        (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%d", i > 0 ? ", " : "", rates[i]);
+    }
+    argp_error(state, "--baud %s: one of %s is expected", text, list);
+    return 0;
+}
+
 static error_t take(int key, char *value, struct argp_state *state)
 {
     options_t *options = state->input;
@@ -1048,8 +1072,7 @@ static error_t take(int key, char *value, struct argp_state *state)
         options->unit = (int)whole;
         return 0;
     case OPTION_BAUD:
-        take_whole(state, "baud", value, 1200, 4000000, &whole);
-        options->baud = (int)whole;
+        options->baud = take_baud(state, value);
         return 0;
     case 'o':
         options->out = value;
@@ -1204,7 +1227,8 @@ static bool check_given(const options_t *options)
 int main(int count, char **arguments)
 {
     static char status_word[] = "status";
-    options_t   options       = {.device     = getenv("TRIBO_LINK_DEVICE"),
+    const char *device        = getenv("TRIBO_LINK_DEVICE");
+    options_t   options       = {.device     = device != NULL && device[0] != '\0' ? device : NULL,
                                  .unit       = 1,
                                  .baud       = 115200,
                                  .signals    = "r_N,F_N,u_N,F_hat_N",
@@ -1247,6 +1271,11 @@ int main(int count, char **arguments)
         return EXIT_FAILED;
     }
     char found[LINK_DEVICE_MAX];
+    if (options.device != NULL && options.device[0] == '\0')
+    {
+        (void)link_complain("--device is empty: a serial line or tcp:HOST[:PORT] is expected");
+        return EXIT_FAILED;
+    }
     if (options.device == NULL)
     {
         options.device = link_find_device(found, options.unit, options.baud) ? found : NULL;

@@ -1,5 +1,6 @@
 #include "serve.h"
 
+#include "address.h"
 #include "status.h"
 #include "support/clock.h"
 
@@ -20,29 +21,58 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define CLIENTS_MAX  24
-#define REQUEST_MAX  8192u  ///< the body of a request
-#define MEMORY_MAX   16384u ///< of a connection: its headers, and an event on its way
-#define ANSWER_MAX   (4u * 1024u * 1024u)
-#define WORDS_MAX    40
-#define TOKEN_DIGITS 32
-#define IDLE_S       10u ///< that a client may say and take nothing
+#define CLIENTS_MAX   64
+#define SPARE         16u ///< places kept for who comes next: so many are left, or the oldest stranger goes
+#define LISTENERS_MAX 24
+#define WAITING_MAX   8
+#define REQUEST_MAX   8192u  ///< the body of a request
+#define MEMORY_MAX    16384u ///< of a connection: its headers, and an event on its way
+#define ANSWER_MAX    (4u * 1024u * 1024u)
+#define WORDS_MAX     40
+#define TOKEN_DIGITS  32
+#define IDLE_S        10u ///< that a client may say and take nothing
 
 extern const unsigned char link_page[]; // page.html, see CMakeLists.txt
 extern const size_t        link_page_length;
 
-/// A request, until it is answered.
+/// How far a client has come. What it may take for that is bounded by the clock, not by its last byte.
+typedef enum
+{
+    FREE,
+    ASKING,    ///< its headers: nobody knows yet who it is
+    SENDING,   ///< the body of a request that has the token
+    WAITING,   ///< for the command before its own
+    WORKING,   ///< its command
+    ANSWERING, ///< takes its answer
+    LISTENING, ///< to samples
+    STAGES
+} stage_t;
+
+static const double patience_s[STAGES] = {[FREE]      = (double)INFINITY,
+                                          [ASKING]    = 3.0,
+                                          [SENDING]   = 10.0,
+                                          [WAITING]   = (double)INFINITY,
+                                          [WORKING]   = (double)INFINITY,
+                                          [ANSWERING] = 60.0,
+                                          [LISTENING] = (double)INFINITY};
+
+/// A connection and its one request.
 typedef struct
 {
-    struct MHD_Connection *connection; ///< null: free
+    stage_t                stage;
+    double                 since_s;
+    struct MHD_Connection *connection;
+    int                    socket;
     char                   body[REQUEST_MAX + 1u];
     size_t                 length;
-    pid_t                  command; ///< that makes the answer; 0: none
+    char                  *words[WORDS_MAX + 1]; ///< of its command
+    uint64_t               turn;                 ///< commands in the order in which they came
+    pid_t                  command;              ///< that makes the answer, while it works
     int                    output, status;
     bool                   has_ended; ///< the command
     char                  *answer;
     size_t                 answer_length;
-    bool                   has_events, waits;
+    bool                   waits; ///< for the next sample
     char                   event[STATUS_SAMPLE_MAX + 8u];
     size_t                 event_length, event_sent;
 } request_t;
@@ -53,7 +83,9 @@ typedef struct
     const serve_t     *options;
     struct MHD_Daemon *http;
     int                listener, port;
+    char               name[LINK_HOST_MAX + 2]; ///< what it listens on, as a URL has it
     char               token[TOKEN_DIGITS + 1];
+    uint64_t           turns; ///< commands that have come
     request_t          requests[CLIENTS_MAX];
 } server_t;
 
@@ -63,6 +95,22 @@ static void end_serving(int signal_number)
 {
     (void)signal_number;
     is_over = 1;
+}
+
+static void enter(request_t *request, stage_t stage)
+{
+    request->stage   = stage;
+    request->since_s = common_clock_s();
+}
+
+static int count_in(const server_t *server, stage_t stage)
+{
+    int count = 0;
+    for (int i = 0; i < CLIENTS_MAX; i++)
+    {
+        count += server->requests[i].stage == stage ? 1 : 0;
+    }
+    return count;
 }
 
 // --- answers -------------------------------------------------------------------------------------------------------
@@ -99,6 +147,7 @@ static enum MHD_Result send_response(request_t           *request,
         return MHD_NO;
     }
     add_safe_headers(response, type);
+    enter(request, ANSWERING);
     const enum MHD_Result result = MHD_queue_response(request->connection, status, response);
     MHD_destroy_response(response);
     return result;
@@ -198,18 +247,28 @@ static ssize_t read_event(void *of, uint64_t position, char *buffer, size_t room
     return (ssize_t)count;
 }
 
-static enum MHD_Result begin_events(request_t *request)
+static enum MHD_Result begin_events(const server_t *server, request_t *request)
 {
-    request->has_events = true;
+    if (count_in(server, LISTENING) >= LISTENERS_MAX)
+    {
+        return refuse(request, MHD_HTTP_SERVICE_UNAVAILABLE, "too many pages are open: close one");
+    }
     struct MHD_Response *response =
         MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, sizeof request->event, read_event, request, NULL);
-    return send_response(request, MHD_HTTP_OK, response, "text/event-stream; charset=utf-8");
+    const enum MHD_Result result = send_response(request, MHD_HTTP_OK, response, "text/event-stream; charset=utf-8");
+    enter(request, LISTENING);
+    return result;
 }
 
 // --- commands: this program once more, with their own words --------------------------------------------------------
 
-/// Answered when the command ends.
-static enum MHD_Result run_command(const server_t *server, request_t *request, char *const words[])
+static bool is_command(const request_t *request, const char *name)
+{
+    return strcmp(request->words[0], name) == 0;
+}
+
+/// The command's process; its answer is what it says until it ends. False: none was made.
+static bool start_command(const server_t *server, request_t *request)
 {
     int   ends[2];
     char *arguments[WORDS_MAX + 8] = {"tribo-link", "-d", NULL, "-u", NULL, "--baud", NULL};
@@ -217,14 +276,14 @@ static enum MHD_Result run_command(const server_t *server, request_t *request, c
     arguments[2]                   = (char *)link_bus_name(server->bus);
     arguments[4]                   = (char *)server->options->unit;
     arguments[6]                   = (char *)server->options->baud;
-    for (int i = 0; words[i] != NULL; i++)
+    for (int i = 0; request->words[i] != NULL; i++)
     {
-        arguments[count++] = words[i];
+        arguments[count++] = request->words[i];
     }
     arguments[count] = NULL;
     if (pipe2(ends, O_CLOEXEC) != 0)
     {
-        return refuse(request, MHD_HTTP_SERVICE_UNAVAILABLE, "no pipe");
+        return false;
     }
     // Until it is another program the command has this one's handlers, and a signal meanwhile would be lost.
     sigset_t all;
@@ -244,24 +303,52 @@ static enum MHD_Result run_command(const server_t *server, request_t *request, c
     }
     (void)sigprocmask(SIG_SETMASK, &before, NULL);
     (void)close(ends[1]);
-    request->output = ends[0];
     if (request->command < 0)
     {
-        request->command = 0;
         (void)close(ends[0]);
-        return refuse(request, MHD_HTTP_SERVICE_UNAVAILABLE, "no process");
+        return false;
     }
-    MHD_suspend_connection(request->connection);
-    return MHD_YES;
+    request->output = ends[0];
+    enter(request, WORKING);
+    return true;
+}
+
+/// It gets its answer.
+static void resume(request_t *request, int status)
+{
+    request->status    = status;
+    request->has_ended = true;
+    enter(request, ANSWERING);
+    MHD_resume_connection(request->connection);
+}
+
+/// `why` is the answer of a command that was kept from its own.
+static void drop_command(request_t *request, const char *why)
+{
+    free(request->answer);
+    request->answer        = strdup(why);
+    request->answer_length = request->answer != NULL ? strlen(why) : 0u;
+    resume(request, 1);
 }
 
 static void end_command(request_t *request)
 {
-    (void)waitpid(request->command, &request->status, 0);
+    int status = 0;
+    (void)waitpid(request->command, &status, 0);
     (void)close(request->output);
-    request->command   = 0;
-    request->has_ended = true;
-    MHD_resume_connection(request->connection);
+    resume(request, status);
+}
+
+/// A command that works or waits for its turn.
+static void stop_command(request_t *request, const char *why)
+{
+    if (request->stage == WORKING)
+    {
+        (void)kill(request->command, SIGTERM);
+        (void)waitpid(request->command, NULL, 0);
+        (void)close(request->output);
+    }
+    drop_command(request, why);
 }
 
 /// What it has said; at its end the answer is due.
@@ -281,6 +368,74 @@ static void read_command(request_t *request)
         return;
     }
     end_command(request);
+}
+
+/// The other commands, as a stop comes: none of them may act after it. A trace is of what happens, and goes on.
+static void make_way(server_t *server)
+{
+    for (int i = 0; i < CLIENTS_MAX; i++)
+    {
+        request_t *request = &server->requests[i];
+        const bool is_one  = request->stage == WAITING || request->stage == WORKING;
+        if (is_one && !is_command(request, "stop") && !is_command(request, "trace"))
+        {
+            stop_command(request, "ended by a stop");
+        }
+    }
+}
+
+/// Whether a trace works, or whether any other command does: one of each, as a trace may wait long for what the others do.
+static bool is_working(const server_t *server, bool is_trace)
+{
+    for (int i = 0; i < CLIENTS_MAX; i++)
+    {
+        const request_t *request = &server->requests[i];
+        if (request->stage == WORKING && is_command(request, "trace") == is_trace)
+        {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// The command that waits longest, unless one works.
+static void start_next(server_t *server)
+{
+    request_t *next = NULL;
+    for (int i = 0; i < CLIENTS_MAX; i++)
+    {
+        request_t *request = &server->requests[i];
+        if (request->stage == WAITING && (next == NULL || request->turn < next->turn))
+        {
+            next = request;
+        }
+    }
+    if (next != NULL && !is_working(server, is_command(next, "trace")) && !start_command(server, next))
+    {
+        drop_command(next, "there is no room for a process");
+    }
+}
+
+/// Answered when the command ends. A stop is the next one whatever waits.
+static enum MHD_Result queue_command(server_t *server, request_t *request)
+{
+    if (is_command(request, "trace") && is_working(server, true))
+    {
+        return refuse(request, MHD_HTTP_CONFLICT, "a trace is being recorded: one at a time");
+    }
+    if (is_command(request, "stop"))
+    {
+        make_way(server);
+    }
+    if (count_in(server, WAITING) >= WAITING_MAX)
+    {
+        return refuse(request, MHD_HTTP_SERVICE_UNAVAILABLE, "too many commands wait");
+    }
+    request->turn = server->turns++;
+    MHD_suspend_connection(request->connection);
+    enter(request, WAITING);
+    start_next(server);
+    return MHD_YES;
 }
 
 static bool is_one_of(const char *word, const char *const list[])
@@ -357,37 +512,37 @@ static bool take_words(char *text, char *words[WORDS_MAX + 1])
 
 // --- requests ------------------------------------------------------------------------------------------------------
 
-/// The one value of a header; null if there is none, or more than one.
+/// The values of a header or an argument: the last one, and how many there are.
 typedef struct
 {
     const char *name, *value;
     int         count;
 } header_t;
 
-static enum MHD_Result note_header(void *of, enum MHD_ValueKind kind, const char *name, const char *value)
+static enum MHD_Result note_value(void *of, enum MHD_ValueKind kind, const char *name, const char *value)
 {
     header_t *header = of;
     (void)kind;
     if (strcasecmp(name, header->name) == 0)
     {
-        header->value = value;
+        header->value = value != NULL ? value : "";
         header->count++;
     }
     return MHD_YES;
 }
 
-static const char *find_header(struct MHD_Connection *connection, const char *name)
+static header_t find_value(struct MHD_Connection *connection, enum MHD_ValueKind kind, const char *name)
 {
     header_t header = {.name = name};
-    (void)MHD_get_connection_values(connection, MHD_HEADER_KIND, note_header, &header);
-    return header.count == 1 ? header.value : NULL;
+    (void)MHD_get_connection_values(connection, kind, note_value, &header);
+    return header;
 }
 
 /// Whether HOST:PORT is a name of this server.
 static bool is_own_name(const server_t *server, const char *host)
 {
-    const char *const names[] = {"127.0.0.1", "localhost", "[::1]", server->options->allow};
-    char              full[256];
+    const char *const names[] = {"127.0.0.1", "localhost", "[::1]", server->name, server->options->allow};
+    char              full[LINK_HOST_MAX + 16];
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
     {
         (void)snprintf(full, sizeof full, "%s:%d", names[i] != NULL ? names[i] : "", server->port);
@@ -399,32 +554,61 @@ static bool is_own_name(const server_t *server, const char *host)
     return false;
 }
 
-/// The first thing that is wrong with who asks; null if nothing is.
-static const char *check_origin(const server_t *server, struct MHD_Connection *connection, bool changes)
+/// In a time that does not say where they differ.
+static bool is_token(const server_t *server, const char *text)
 {
-    const char *host   = find_header(connection, "Host");
-    const char *origin = find_header(connection, "Origin");
-    const char *token  = find_header(connection, "X-Tribo-Token");
-    if (host == NULL || !is_own_name(server, host))
+    unsigned differs = 0;
+    if (strlen(text) != TOKEN_DIGITS)
+    {
+        return false;
+    }
+    for (size_t i = 0; i < TOKEN_DIGITS; i++)
+    {
+        differs |= (unsigned)text[i] ^ (unsigned)server->token[i];
+    }
+    return differs == 0u;
+}
+
+/// The first thing that is wrong with who asks; null if nothing is. No path is for others: one that only shows asks the drive, too.
+static const char *check_caller(const server_t *server, struct MHD_Connection *connection, bool may_be_in_url)
+{
+    const header_t host   = find_value(connection, MHD_HEADER_KIND, "Host");
+    const header_t origin = find_value(connection, MHD_HEADER_KIND, "Origin");
+    const header_t site   = find_value(connection, MHD_HEADER_KIND, "Sec-Fetch-Site");
+    header_t       token  = find_value(connection, MHD_HEADER_KIND, "X-Tribo-Token");
+    if (host.count != 1 || !is_own_name(server, host.value))
     {
         return "Host is none of this server's names";
     }
-    if (origin != NULL && (strncmp(origin, "http://", 7) != 0 || !is_own_name(server, origin + 7)))
+    if (origin.count > 0 &&
+        (origin.count > 1 || strncmp(origin.value, "http://", 7) != 0 || !is_own_name(server, origin.value + 7)))
     {
         return "Origin is another page";
     }
-    return changes && (token == NULL || strcmp(token, server->token) != 0) ? "X-Tribo-Token is not the page's" : NULL;
+    if (site.count > 0 &&
+        (site.count > 1 || (strcmp(site.value, "same-origin") != 0 && strcmp(site.value, "none") != 0)))
+    {
+        return "another page asks: enter the address that tribo-link serve has printed";
+    }
+    if (token.count == 0 && may_be_in_url)
+    {
+        token = find_value(connection, MHD_GET_ARGUMENT_KIND, "token");
+    }
+    return token.count != 1 || !is_token(server, token.value)
+               ? "the token is missing or another: enter the address that tribo-link serve has printed"
+               : NULL;
 }
 
-static enum MHD_Result serve_get(const server_t *server, request_t *request, const char *path)
+static enum MHD_Result serve_get(server_t *server, request_t *request, const char *path)
 {
+    static char *const values[] = {"params", "get", NULL};
     if (strcmp(path, "/") == 0)
     {
         return answer_page(server, request);
     }
     if (strcmp(path, "/events") == 0)
     {
-        return begin_events(request);
+        return begin_events(server, request);
     }
     if (strcmp(path, "/list") == 0)
     {
@@ -432,36 +616,42 @@ static enum MHD_Result serve_get(const server_t *server, request_t *request, con
     }
     if (strcmp(path, "/values") == 0)
     {
-        return run_command(server, request, (char *[]){"params", "get", NULL});
+        memcpy(request->words, values, sizeof values);
+        return queue_command(server, request);
     }
     return refuse(request, MHD_HTTP_NOT_FOUND, "there is no such page");
 }
 
-static enum MHD_Result serve_post(const server_t *server, request_t *request)
+static enum MHD_Result serve_post(server_t *server, request_t *request)
 {
-    char *words[WORDS_MAX + 1];
     if (request->length > REQUEST_MAX)
     {
         return refuse(request, MHD_HTTP_CONTENT_TOO_LARGE, "a request is at most 8 KB");
     }
     request->body[request->length] = '\0';
-    if (strlen(request->body) != request->length || !take_words(request->body, words))
+    if (strlen(request->body) != request->length || !take_words(request->body, request->words))
     {
         return refuse(request, MHD_HTTP_BAD_REQUEST, "no command of the page");
     }
-    return run_command(server, request, words);
+    return queue_command(server, request);
 }
 
-/// A request that is there as a whole.
-static enum MHD_Result serve_request(const server_t *server, request_t *request, const char *method, const char *path)
+/// Of one whose headers are there: what is not the page's is refused before its body.
+static enum MHD_Result begin_request(server_t *server, request_t *request, const char *method)
 {
-    const bool  is_post = strcmp(method, "POST") == 0;
-    const char *wrong   = check_origin(server, request->connection, is_post);
+    const char *wrong = check_caller(server, request->connection, strcmp(method, "GET") == 0);
     if (wrong != NULL)
     {
         return refuse(request, MHD_HTTP_FORBIDDEN, wrong);
     }
-    if (is_post && strcmp(path, "/do") == 0)
+    enter(request, SENDING);
+    return MHD_YES;
+}
+
+/// A request that is there as a whole.
+static enum MHD_Result serve_request(server_t *server, request_t *request, const char *method, const char *path)
+{
+    if (strcmp(method, "POST") == 0 && strcmp(path, "/do") == 0)
     {
         return serve_post(server, request);
     }
@@ -472,19 +662,9 @@ static enum MHD_Result serve_request(const server_t *server, request_t *request,
     return refuse(request, MHD_HTTP_METHOD_NOT_ALLOWED, "GET is expected, or POST /do");
 }
 
-static request_t *new_request(server_t *server, struct MHD_Connection *connection)
+static request_t *request_of(struct MHD_Connection *connection)
 {
-    int i = 0;
-    while (i < CLIENTS_MAX && server->requests[i].connection != NULL)
-    {
-        i++;
-    }
-    if (i == CLIENTS_MAX)
-    {
-        return NULL;
-    }
-    server->requests[i] = (request_t){.connection = connection};
-    return &server->requests[i];
+    return MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context;
 }
 
 /// Called with a request's headers, with each piece of its body, at its end, and once more when its command has ended.
@@ -498,12 +678,16 @@ static enum MHD_Result take_request(void                  *of,
                                     void                 **own)
 {
     server_t  *server  = of;
-    request_t *request = *own;
+    request_t *request = request_of(connection);
     (void)version;
     if (request == NULL)
     {
-        *own = new_request(server, connection);
-        return *own != NULL ? MHD_YES : MHD_NO;
+        return MHD_NO;
+    }
+    if (*own == NULL)
+    {
+        *own = request;
+        return begin_request(server, request, method);
     }
     if (*size > 0u)
     {
@@ -521,24 +705,108 @@ static enum MHD_Result take_request(void                  *of,
     return serve_request(server, request, method, path);
 }
 
-static void forget_request(void *of, struct MHD_Connection *connection, void **own, enum MHD_RequestTerminationCode why)
+// --- connections ---------------------------------------------------------------------------------------------------
+
+/// The server notices it as it notices a client that leaves.
+static void hang_up(const request_t *request)
 {
-    request_t *request = *own;
-    (void)of;
-    (void)connection;
-    (void)why;
-    if (request != NULL)
+    (void)shutdown(request->socket, SHUT_RDWR);
+}
+
+/// While places are scarce: who has shown no token goes before who has, and who came first before who came last.
+static void make_room(server_t *server)
+{
+    static const stage_t order[] = {ASKING, ANSWERING, SENDING};
+    const request_t     *oldest  = NULL;
+    if (count_in(server, FREE) >= (int)SPARE)
     {
-        free(request->answer);
-        request->connection = NULL;
+        return;
     }
+    for (size_t k = 0; oldest == NULL && k < sizeof order / sizeof order[0]; k++)
+    {
+        for (int i = 0; i < CLIENTS_MAX; i++)
+        {
+            const request_t *request = &server->requests[i];
+            if (request->stage == order[k] && (oldest == NULL || request->since_s < oldest->since_s))
+            {
+                oldest = request;
+            }
+        }
+    }
+    if (oldest != NULL)
+    {
+        hang_up(oldest);
+    }
+}
+
+static void note_connection(void                               *of,
+                            struct MHD_Connection              *connection,
+                            void                              **context,
+                            enum MHD_ConnectionNotificationCode what)
+{
+    server_t  *server  = of;
+    request_t *request = *context;
+    if (what == MHD_CONNECTION_NOTIFY_CLOSED)
+    {
+        if (request != NULL)
+        {
+            free(request->answer);
+            request->stage = FREE;
+        }
+        return;
+    }
+    make_room(server);
+    int i = 0;
+    while (i < CLIENTS_MAX && server->requests[i].stage != FREE)
+    {
+        i++;
+    }
+    if (i < CLIENTS_MAX)
+    {
+        server->requests[i] =
+            (request_t){.connection = connection,
+                        .socket = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd};
+        enter(&server->requests[i], ASKING);
+        *context = &server->requests[i];
+    }
+}
+
+/// Those whose time is over; when the next one's is.
+static double hang_up_on_slow(const server_t *server)
+{
+    const double now_s  = common_clock_s();
+    double       next_s = (double)INFINITY;
+    for (int i = 0; i < CLIENTS_MAX; i++)
+    {
+        const request_t *request = &server->requests[i];
+        const double     end_s   = request->since_s + patience_s[request->stage];
+        if (now_s >= end_s)
+        {
+            hang_up(request);
+        }
+        next_s = fmin(next_s, fmax(end_s, now_s + 0.1));
+    }
+    return next_s;
 }
 
 // --- the loop ------------------------------------------------------------------------------------------------------
 
-static int socket_of(const request_t *request)
+/// What can be read of commands, and who leaves.
+static void attend_commands(server_t *server, const struct pollfd events[2 * CLIENTS_MAX])
 {
-    return MHD_get_connection_info(request->connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+    for (int i = 0; i < CLIENTS_MAX; i++)
+    {
+        request_t *request = &server->requests[i];
+        if (events[2 * i + 1].revents != 0)
+        {
+            stop_command(request, "");
+        }
+        else if (events[2 * i].revents != 0)
+        {
+            read_command(request);
+        }
+    }
+    start_next(server);
 }
 
 /// Requests and commands, until it is time for a sample. Whoever leaves ends his command.
@@ -549,16 +817,17 @@ static void attend(server_t *server, double until_s)
     {
         struct pollfd      events[1 + 2 * CLIENTS_MAX];
         unsigned long long http_ms = 0;
-        double             wait_ms = ceil(1e3 * (until_s - common_clock_s()));
-        events[0]                  = (struct pollfd){.fd = http, .events = POLLIN};
+        double             wait_ms = ceil(1e3 * (fmin(until_s, hang_up_on_slow(server)) - common_clock_s()));
+        events[2 * CLIENTS_MAX]    = (struct pollfd){.fd = http, .events = POLLIN};
         for (int i = 0; i < CLIENTS_MAX; i++)
         {
             const request_t *request = &server->requests[i];
-            const bool       works   = request->connection != NULL && request->command != 0;
-            events[1 + 2 * i]        = (struct pollfd){.fd = works ? request->output : -1, .events = POLLIN};
-            events[2 + 2 * i]        = (struct pollfd){.fd = works ? socket_of(request) : -1, .events = POLLRDHUP};
+            const bool       works   = request->stage == WORKING;
+            const bool       is_one  = works || request->stage == WAITING;
+            events[2 * i]            = (struct pollfd){.fd = works ? request->output : -1, .events = POLLIN};
+            events[2 * i + 1]        = (struct pollfd){.fd = is_one ? request->socket : -1, .events = POLLRDHUP};
         }
-        if (wait_ms <= 0.0)
+        if (until_s <= common_clock_s())
         {
             return;
         }
@@ -566,23 +835,11 @@ static void attend(server_t *server, double until_s)
         {
             wait_ms = fmin(wait_ms, (double)http_ms);
         }
-        if (poll(events, 1 + 2 * CLIENTS_MAX, (int)wait_ms) < 0)
+        if (poll(events, 1 + 2 * CLIENTS_MAX, (int)fmax(wait_ms, 0.0)) < 0)
         {
             return;
         }
-        for (int i = 0; i < CLIENTS_MAX; i++)
-        {
-            request_t *request = &server->requests[i];
-            if (events[2 + 2 * i].revents != 0)
-            {
-                (void)kill(request->command, SIGTERM);
-                end_command(request);
-            }
-            else if (events[1 + 2 * i].revents != 0)
-            {
-                read_command(request);
-            }
-        }
+        attend_commands(server, events);
     }
 }
 
@@ -592,7 +849,7 @@ static void send_events(server_t *server, const char *text, size_t length)
     for (int i = 0; i < CLIENTS_MAX; i++)
     {
         request_t *request = &server->requests[i];
-        if (request->connection != NULL && request->has_events && request->waits)
+        if (request->stage == LISTENING && request->waits)
         {
             // The sample ends with a line's end, the event with one more.
             request->event_length =
@@ -604,26 +861,14 @@ static void send_events(server_t *server, const char *text, size_t length)
     }
 }
 
-static bool has_listeners(const server_t *server)
-{
-    for (int i = 0; i < CLIENTS_MAX; i++)
-    {
-        if (server->requests[i].connection != NULL && server->requests[i].has_events)
-        {
-            return true;
-        }
-    }
-    return false;
-}
-
-/// The bus is not held but for a sample.
+/// The bus is not held but for a sample, and a command needs it more.
 static bool sample_and_attend(server_t *server)
 {
     double next_s = common_clock_s();
     link_bus_release(server->bus);
     while (is_over == 0)
     {
-        if (has_listeners(server))
+        if (count_in(server, LISTENING) > 0 && !is_working(server, false))
         {
             char         text[STATUS_SAMPLE_MAX];
             const bool   is_taken = link_bus_take(server->bus);
@@ -648,12 +893,11 @@ static void end_requests(server_t *server)
     for (int i = 0; i < CLIENTS_MAX; i++)
     {
         request_t *request = &server->requests[i];
-        if (request->connection != NULL && request->command != 0)
+        if (request->stage == WORKING || request->stage == WAITING)
         {
-            (void)kill(request->command, SIGTERM);
-            end_command(request);
+            stop_command(request, "the server ends");
         }
-        else if (request->connection != NULL && request->waits)
+        else if (request->stage == LISTENING && request->waits)
         {
             request->waits = false;
             MHD_resume_connection(request->connection);
@@ -674,6 +918,14 @@ static bool is_loopback(const struct sockaddr *address)
     return address->sa_family == AF_INET6 && IN6_IS_ADDR_LOOPBACK(&in6.sin6_addr);
 }
 
+/// The address that is listened on, as a URL has it.
+static void name_address(server_t *server, const struct sockaddr_storage *bound, socklen_t size)
+{
+    char host[LINK_HOST_MAX] = "";
+    (void)getnameinfo((const struct sockaddr *)bound, size, host, sizeof host, NULL, 0, NI_NUMERICHOST);
+    (void)snprintf(server->name, sizeof server->name, bound->ss_family == AF_INET6 ? "[%s]" : "%s", host);
+}
+
 static bool bind_to(server_t *server, const struct addrinfo *found)
 {
     const char *listen_on = server->options->listen;
@@ -686,33 +938,32 @@ static bool bind_to(server_t *server, const struct addrinfo *found)
     }
     server->listener = socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     (void)setsockopt(server->listener, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    struct sockaddr_in6 bound = {.sin6_port = 0};
-    socklen_t           size  = sizeof bound;
+    struct sockaddr_storage bound = {.ss_family = AF_UNSPEC};
+    socklen_t               size  = sizeof bound;
     if (server->listener < 0 || bind(server->listener, found->ai_addr, found->ai_addrlen) != 0 ||
-        listen(server->listener, 16) != 0 || getsockname(server->listener, (struct sockaddr *)&bound, &size) != 0)
+        listen(server->listener, SOMAXCONN) != 0 ||
+        getsockname(server->listener, (struct sockaddr *)&bound, &size) != 0)
     {
         return link_complain("serve: --listen %s: %s", listen_on, strerror(errno));
     }
-    server->port = ntohs(bound.sin6_port); // where sin_port is, too
+    struct sockaddr_in in;
+    memcpy(&in, &bound, sizeof in);
+    server->port = ntohs(in.sin_port); // where sin6_port is, too
+    name_address(server, &bound, size);
     return true;
 }
 
 static bool open_listener(server_t *server)
 {
-    char                  host[256];
-    struct addrinfo      *found  = NULL;
+    char                  name[512];
+    link_address_t        address;
     const char           *text   = server->options->listen;
-    const char           *colon  = strrchr(text, ':');
     const struct addrinfo wanted = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_STREAM, .ai_flags = AI_PASSIVE};
-    if (colon == NULL || (size_t)(colon - text) >= sizeof host)
+    (void)snprintf(name, sizeof name, "serve: --listen %s", text);
+    struct addrinfo *found = link_address_find(name, text, NULL, 0, &wanted, &address);
+    if (found == NULL)
     {
-        return link_complain("serve: --listen %s: HOST:PORT is expected", text);
-    }
-    const bool is_in_brackets = text[0] == '[' && colon > text && colon[-1] == ']';
-    (void)snprintf(host, sizeof host, "%.*s", (int)(colon - text) - 2 * is_in_brackets, text + is_in_brackets);
-    if (getaddrinfo(host, colon + 1, &wanted, &found) != 0)
-    {
-        return link_complain("serve: --listen %s: there is no such address", text);
+        return false;
     }
     const bool ok = bind_to(server, found);
     freeaddrinfo(found);
@@ -756,8 +1007,8 @@ bool serve(link_bus_t *bus, const serve_t *options)
                                    IDLE_S,
                                    MHD_OPTION_CONNECTION_MEMORY_LIMIT,
                                    (size_t)MEMORY_MAX,
-                                   MHD_OPTION_NOTIFY_COMPLETED,
-                                   forget_request,
+                                   MHD_OPTION_NOTIFY_CONNECTION,
+                                   note_connection,
                                    &server,
                                    MHD_OPTION_END);
     if (server.http == NULL)
@@ -767,9 +1018,10 @@ bool serve(link_bus_t *bus, const serve_t *options)
     }
     (void)sigaction(SIGINT, &action, NULL);
     (void)sigaction(SIGTERM, &action, NULL);
-    (void)printf("http://%s:%d/   Ctrl-C ends it, not the drive\n",
-                 options->allow != NULL ? options->allow : "127.0.0.1",
-                 server.port);
+    (void)printf("http://%s:%d/?token=%s   Ctrl-C ends it, not the drive\n",
+                 options->allow != NULL ? options->allow : server.name,
+                 server.port,
+                 server.token);
     (void)fflush(stdout);
     const bool ok = sample_and_attend(&server);
     end_requests(&server);

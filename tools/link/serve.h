@@ -4,9 +4,12 @@
 ///     GET /events   samples as they come   GET /values   the params' values
 ///     POST /do      a command of tribo-link, a word a line
 ///
-/// A web site of whoever must not start a drive. So a request must name this server by a name that it knows (Host, against names
-/// that others point here), must not come from a page of another origin (Origin), and where it changes anything must bring the
-/// token that only the page has. No GET changes anything, no page may frame this one.
+/// No web site of others may start a drive, or ask it so often that its host has no turn. Every request must bring the token of the
+/// printed address, name this server by a name that it knows (Host, against names that others point here), and come from no other
+/// page (Origin, Sec-Fetch-Site). No GET changes anything, no page may frame this one.
+///
+/// One command works at a time, and one trace beside it. A stop ends the command that works and those that wait. A client has so
+/// many seconds for its request however often it sends a byte; while places are scarce, the oldest one without the token goes.
 
 #ifndef LINK_SERVE_H
 #define LINK_SERVE_H

@@ -1,8 +1,10 @@
 #include "status.h"
 
+#include "address.h"
 #include "app/registers.h"
 #include "support/clock.h"
 
+#include <errno.h>
 #include <math.h>
 #include <netdb.h>
 #include <signal.h>
@@ -269,34 +271,26 @@ size_t status_sample(link_bus_t *bus, char text[STATUS_SAMPLE_MAX])
     return read_words(bus, words) ? write_sample(text, bus, words, false) : 0u;
 }
 
-/// A connected socket; negative after a complaint.
-static int open_udp(const char *address)
+/// A connected socket; negative after a complaint. `option` is where the address is from.
+static int open_udp(const char *option, const char *text)
 {
-    char                  host[256];
-    const char           *colon     = strrchr(address, ':');
-    struct addrinfo      *found     = NULL;
-    int                   socket_of = -1;
-    const struct addrinfo wanted    = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_DGRAM};
-    if (colon == NULL || (size_t)(colon - address) >= sizeof host)
+    char                  name[512];
+    link_address_t        address;
+    const struct addrinfo wanted = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_DGRAM};
+    (void)snprintf(name, sizeof name, "watch: %s %s", option, text);
+    struct addrinfo *found = link_address_find(name, text, NULL, 1, &wanted, &address);
+    if (found == NULL)
     {
-        (void)link_complain("watch: %s: HOST:PORT is expected", address);
         return -1;
     }
-    (void)snprintf(host, sizeof host, "%.*s", (int)(colon - address), address);
-    if (getaddrinfo(host, colon + 1, &wanted, &found) == 0)
+    int socket_of = socket(found->ai_family, found->ai_socktype, found->ai_protocol);
+    if (socket_of < 0 || connect(socket_of, found->ai_addr, found->ai_addrlen) != 0)
     {
-        socket_of = socket(found->ai_family, found->ai_socktype, found->ai_protocol);
-        if (socket_of >= 0 && connect(socket_of, found->ai_addr, found->ai_addrlen) != 0)
-        {
-            (void)close(socket_of);
-            socket_of = -1;
-        }
-        freeaddrinfo(found);
+        (void)link_complain("%s: %s", name, strerror(errno));
+        (void)(socket_of >= 0 ? close(socket_of) : 0);
+        socket_of = -1;
     }
-    if (socket_of < 0)
-    {
-        (void)link_complain("watch: %s: there is no such address", address);
-    }
+    freeaddrinfo(found);
     return socket_of;
 }
 
@@ -422,8 +416,8 @@ bool status_watch(link_bus_t *bus, const status_watch_t *watch)
     {
         return link_complain("watch: standard output is no terminal: --json, --udp or --teleplot is expected");
     }
-    const int udp      = watch->udp != NULL ? open_udp(watch->udp) : -1;
-    const int teleplot = watch->teleplot != NULL ? open_udp(watch->teleplot) : -1;
+    const int udp      = watch->udp != NULL ? open_udp("--udp", watch->udp) : -1;
+    const int teleplot = watch->teleplot != NULL ? open_udp("--teleplot", watch->teleplot) : -1;
     if ((watch->udp != NULL && udp < 0) || (watch->teleplot != NULL && teleplot < 0))
     {
         return false;
