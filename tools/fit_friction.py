@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints the coefficients of lib/src/paper/friction_f32.h and friction_q31.h.
+"""Prints the coefficients of lib/src/friction/law_f32.h and friction_q31.h.
 
 2^-f on 0 <= f <= 1 by a polynomial of degree 4, and 1 - tanh(x)/x on 0 < x <= 2.66 by s (r1 + r2 s)/(1 + q1 s + q2 s^2),
 s = x^2, both for the least relative error of 2^-f and of tanh(x)/x (Lawson's reweighted least squares). Needs numpy.

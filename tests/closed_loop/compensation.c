@@ -1,6 +1,6 @@
 #include "compensation.h"
 
-#include "loop/force_loop_f32.h"
+#include "loop/loop_f32.h"
 #include "plant/plant.h"
 #include "plant/sensor.h"
 #include "scenario/config.h"

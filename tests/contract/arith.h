@@ -10,8 +10,8 @@
 #include "../support/cascade_q31.h"
 #include "arm_q31.h"
 #include "guard/guard_q31.h"
-#include "paper/lugre_f32.h"
-#include "paper/lugre_q31.h"
+#include "friction/lugre_f32.h"
+#include "friction/lugre_q31.h"
 #else
 #include "../support/cascade_f32.h"
 #include "arm_f32.h"

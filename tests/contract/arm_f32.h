@@ -3,7 +3,7 @@
 #ifndef TESTS_CONTRACT_ARM_F32_H
 #define TESTS_CONTRACT_ARM_F32_H
 
-#include "paper/arm_f32.h"
+#include "friction/arm_f32.h"
 
 #include <stddef.h>
 

@@ -3,8 +3,8 @@
 #ifndef TESTS_CONTRACT_ARM_Q31_H
 #define TESTS_CONTRACT_ARM_Q31_H
 
-#include "paper/arm_f32.h"
-#include "paper/arm_q31.h"
+#include "friction/arm_f32.h"
+#include "friction/arm_q31.h"
 
 #include <math.h>
 #include <stddef.h>

@@ -6,7 +6,7 @@
 #include "arm_f32.h"
 #include "cascade_f32.h"
 #include "guard/guard_f32.h"
-#include "paper/lugre_f32.h"
+#include "friction/lugre_f32.h"
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
 #include "tribo/friction_f32.h"

@@ -1,8 +1,8 @@
 #include ARITH_HEADER
 #if TRIBO_IS_Q31
-#include "paper/compensator_q31.h"
+#include "friction/compensator_q31.h"
 #else
-#include "paper/compensator_f32.h"
+#include "friction/compensator_f32.h"
 #endif
 #include "unity.h"
 

@@ -5,7 +5,7 @@
 
 #include "../support/cascade_f32.h"
 #include "../support/cascade_q31.h"
-#include "paper/arm_q31.h"
+#include "friction/arm_q31.h"
 #include "tribo/feedforward_f32.h"
 #include "tribo/feedforward_q31.h"
 

@@ -12,5 +12,5 @@ awk -v heading="^## .*$heading" '$0 ~ heading { here = 1 } here && /^```$/ { exi
     exit 1
 }
 "$@" -std=c11 -Wall -Wextra -Wpedantic -Wconversion -Wno-missing-prototypes -Werror -ffp-contract=off -I "$lib/include" \
-    "$work/example.c" "$board" "$lib"/src/*.c "$lib"/src/*/*.c -o "$work/example" -lm
+    "$work/example.c" "$board" "$lib"/src/*/*.c -o "$work/example" -lm
 "$work/example"

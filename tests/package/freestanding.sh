@@ -11,7 +11,7 @@ headers=$(dirname "$("$@" -print-file-name=include/stdint.h)")
 
 rm -rf "$out"
 mkdir -p "$out"
-for source in "$lib"/src/*.c "$lib"/src/*/*.c; do
+for source in "$lib"/src/*/*.c; do
     "$@" -std=c11 -O2 -ffreestanding -nostdinc -isystem "$headers" -I "$lib/include" -ffp-contract=off \
         -Wall -Wextra -Werror -c "$source" -o "$out/$(basename "$source" .c).o"
 done

@@ -8,7 +8,7 @@ shift 2
 
 rm -rf "$out"
 mkdir -p "$out"
-for source in "$lib"/src/*.c "$lib"/src/*/*.c; do
+for source in "$lib"/src/*/*.c; do
     "$@" -std=c11 -O2 -ffreestanding -fpic -fno-jump-tables -I "$lib/include" -ffp-contract=off -c "$source" -o "$out/$(basename "$source" .c).o"
 done
 

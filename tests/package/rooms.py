@@ -1,42 +1,71 @@
-"""rooms.py LIB_SRC: the folders of lib/src include each other only downwards, in at most PAIRS_MAX pairs, so without circles.
+"""rooms.py LIB: the rooms of the library include each other only downwards, in at most ARROWS_MAX arrows, so without circles.
 
-Files beside the folders (status, parameters) are at the bottom. A folder that is not in ROOMS fails.
+A room is a folder of LIB/src and the public headers that it implements, HEADERS. Every source, private header and public header is
+in a room; a folder that is not in ROOMS or a public header that is in no room fails, and so does a private header named like a public one.
 """
 
 import pathlib
 import re
 import sys
 
-ROOMS = ["number", "controller", "paper", "feedforward", "guard", "loop"]  # from the bottom to the top
-PAIRS_MAX = 20
+ROOMS = ["number", "friction", "controller", "loop", "guard", "feedforward"]  # from the bottom to the top
+HEADERS = {
+    "number": ["parameters.h", "q31.h", "status.h"],
+    "friction": ["friction_f32.h", "friction_q31.h"],
+    "controller": ["controller_f32.h", "controller_q31.h", "paper_controller.h"],
+    "loop": ["force_loop_f32.h", "force_loop_q31.h"],  # with the types of a guard, which the loop calls
+    "guard": [],
+    "feedforward": ["feedforward_f32.h", "feedforward_q31.h"],
+}
+ARROWS_MAX = 12
+INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 
 
-def floor(room):
-    return ROOMS.index(room) if room != "." else -1
+def rooms_of(lib):
+    """The room of each file, and what is wrong."""
+    rooms, complaints = {}, []
+    public = {path.name: path for path in (lib / "include/tribo").glob("*.h")}
+    owner = {name: room for room, names in HEADERS.items() for name in names}
+    for name, path in sorted(public.items()):
+        rooms[path] = owner.get(name)
+        if rooms[path] is None:
+            complaints.append(f"include/tribo/{name}: in no room")
+    complaints += [f"include/tribo/{name}: there is none" for name in sorted(set(owner) - set(public))]
+    for path in sorted((lib / "src").rglob("*.[ch]")):
+        rooms[path] = path.parent.relative_to(lib / "src").as_posix()
+        if rooms[path] not in ROOMS:
+            complaints.append(f"{path.relative_to(lib)}: not in one of {', '.join(ROOMS)}")
+        if path.suffix == ".h" and path.name in public:
+            complaints.append(f"{path.relative_to(lib)}: named like a public header")
+    return rooms, complaints
+
+
+def target_of(lib, source, name):
+    places = [source.parent / name, lib / "src" / name, lib / "include" / name]
+    return next((place.resolve() for place in places if place.exists()), None)
 
 
 def main():
-    root = pathlib.Path(sys.argv[1]).resolve()
-    pairs = {}
-    for source in sorted(root.rglob("*.[ch]")):
-        for name in re.findall(r'^\s*#\s*include\s+"([^"]+)"', source.read_text(), re.MULTILINE):
-            target = next((p for p in ((source.parent / name).resolve(), (root / name).resolve()) if p.exists()), None)
-            if target is None or root not in target.parents:
-                continue  # public: tribo/NAME.h
-            pair = tuple(p.parent.relative_to(root).as_posix() for p in (source, target))
-            if pair[0] != pair[1]:
-                pairs.setdefault(pair, []).append(f"{source.relative_to(root)} includes {target.relative_to(root)}")
-    unknown = {room for pair in pairs for room in pair} | {p.relative_to(root).as_posix() for p in root.iterdir() if p.is_dir()}
-    unknown -= {".", *ROOMS}
-    complaints = [f"{room}/: not one of {', '.join(ROOMS)}" for room in sorted(unknown)]
-    if not unknown:
-        upwards = [pair for pair in pairs if floor(pair[0]) <= floor(pair[1])]
-        complaints += [f"upwards: {line}" for pair in upwards for line in pairs[pair]]
-    if len(pairs) > PAIRS_MAX:
-        complaints.append(f"{len(pairs)} pairs of folders, more than {PAIRS_MAX}")
-    print(f"{len(pairs)} pairs: " + ", ".join(f"{a} -> {b}" for a, b in sorted(pairs)))
+    lib = pathlib.Path(sys.argv[1]).resolve()
+    rooms, complaints = rooms_of(lib)
+    arrows = {}
+    for source in rooms:
+        for name in INCLUDE.findall(source.read_text()):
+            target = target_of(lib, source, name)
+            if target not in rooms:
+                complaints.append(f"{source.relative_to(lib)} includes {name}: not found")
+            elif rooms[source] != rooms[target]:
+                line = f"{source.relative_to(lib)} includes {target.relative_to(lib)}"
+                arrows.setdefault((rooms[source], rooms[target]), []).append(line)
+    floor = {room: i for i, room in enumerate(ROOMS)}
+    upwards = [pair for pair in arrows if floor.get(pair[0], -1) < floor.get(pair[1], -1)]
+    circles = [pair for pair in arrows if pair[0] < pair[1] and pair[::-1] in arrows]
+    complaints += [f"upwards: {line}" for pair in upwards for line in arrows[pair]]
+    if len(arrows) > ARROWS_MAX:
+        complaints.append(f"{len(arrows)} arrows, more than {ARROWS_MAX}")
+    print(f"{len(arrows)} arrows, {len(upwards)} upwards, {len(circles)} circles of two: " + ", ".join(f"{a} -> {b}" for a, b in sorted(arrows)))
     print("\n".join(complaints))
-    return bool(complaints) or not pairs
+    return bool(complaints) or not arrows
 
 
 if __name__ == "__main__":

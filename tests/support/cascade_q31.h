@@ -5,7 +5,7 @@
 
 #include "controller/biquad_f32.h"
 #include "controller/biquad_q31.h"
-#include "controller/controller_q31.h"
+#include "controller/anti_windup_q31.h"
 #include "controller/headroom_q31.h"
 #include "number/fixed_q31.h"
 

@@ -3,7 +3,7 @@
 #ifndef PLAIN_RELAYS_H
 #define PLAIN_RELAYS_H
 
-#include "paper/relay.h"
+#include "friction/relay.h"
 #include "tribo/friction_f32.h"
 
 #include <stdbool.h>

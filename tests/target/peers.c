@@ -5,9 +5,9 @@
 #include "../support/cascade_q31.h"
 #include "counter.h"
 #include "guard/guard_q31.h"
-#include "paper/arm_q31.h"
-#include "paper/lugre_f32.h"
-#include "paper/lugre_q31.h"
+#include "friction/arm_q31.h"
+#include "friction/lugre_f32.h"
+#include "friction/lugre_q31.h"
 #include "tribo/force_loop_q31.h"
 #include "tribo/paper_controller.h"
 

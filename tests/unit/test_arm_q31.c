@@ -2,8 +2,8 @@
 
 #include "tribo/force_loop_f32.h"
 
-#include "paper/arm_f32.h"
-#include "paper/arm_q31.h"
+#include "friction/arm_f32.h"
+#include "friction/arm_q31.h"
 
 #include "random.h"
 #include "runs.h"

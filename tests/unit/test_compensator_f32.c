@@ -1,4 +1,4 @@
-#include "paper/compensator_f32.h"
+#include "friction/compensator_f32.h"
 #include "tribo/force_loop_f32.h"
 #include "tribo/friction_f32.h"
 

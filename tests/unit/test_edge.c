@@ -1,5 +1,5 @@
 #include "csv.h"
-#include "paper/relay.h"
+#include "friction/relay.h"
 #include "tribo/friction_f32.h"
 #include "unity.h"
 

@@ -1,6 +1,6 @@
 // Set-up, and what only the f32 arithmetic has. What both promise: tests/contract/test_feedforward.c.
 
-#include "loop/force_loop_f32.h"
+#include "loop/loop_f32.h"
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
 

@@ -1,4 +1,4 @@
-#include "loop/force_loop_q31.h"
+#include "loop/loop_q31.h"
 #include "tribo/feedforward_q31.h"
 #include "tribo/force_loop_q31.h"
 

@@ -1,4 +1,4 @@
-#include "paper/friction_f32.h"
+#include "friction/law_f32.h"
 #include "tribo/force_loop_f32.h"
 #include "tribo/friction_f32.h"
 

@@ -1,6 +1,6 @@
 // What only the f32 arithmetic has. What both promise: tests/contract/test_lugre.c.
 
-#include "paper/lugre_f32.h"
+#include "friction/lugre_f32.h"
 #include "tribo/force_loop_f32.h"
 #include "tribo/friction_f32.h"
 

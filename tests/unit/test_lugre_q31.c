@@ -1,8 +1,8 @@
 // What only the Q31 arithmetic has. What both promise: tests/contract/test_lugre.c.
 
-#include "paper/arm_f32.h"
-#include "paper/lugre_f32.h"
-#include "paper/lugre_q31.h"
+#include "friction/arm_f32.h"
+#include "friction/lugre_f32.h"
+#include "friction/lugre_q31.h"
 #include "tribo/force_loop_f32.h"
 #include "tribo/friction_q31.h"
 

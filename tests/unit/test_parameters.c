@@ -1,7 +1,7 @@
 #include "tribo/parameters.h"
 #include "tribo/status.h"
 
-#include "number/parameters.h"
+#include "number/ranges.h"
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
 #include "unity.h"

@@ -3,9 +3,9 @@
 #include "controller/biquad_f32.h"
 #include "controller/biquad_q31.h"
 #include "guard/guard_q31.h"
-#include "paper/arm_q31.h"
-#include "paper/lugre_f32.h"
-#include "paper/lugre_q31.h"
+#include "friction/arm_q31.h"
+#include "friction/lugre_f32.h"
+#include "friction/lugre_q31.h"
 #include "tribo/force_loop_q31.h"
 #include "tribo/paper_controller.h"
 

@@ -1,4 +1,4 @@
-#include "paper/relay.h"
+#include "friction/relay.h"
 #include "tribo/friction_f32.h"
 #include "unity.h"
 

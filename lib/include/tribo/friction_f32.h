@@ -90,7 +90,7 @@ typedef struct
     uint32_t table_length; ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX; 0 without one
 } tribo_friction_f32_config_t;
 
-/// k(v) 1.57 (1 + p) / 8 = at_0 + per_power p / 8, p = 2^-|exponent|; see src/paper/friction_f32.h.
+/// k(v) 1.57 (1 + p) / 8 = at_0 + per_power p / 8, p = 2^-|exponent|; see src/friction/law_f32.h.
 typedef struct
 {
     float at_0, per_power;
@@ -143,7 +143,7 @@ typedef struct
     float stiffness; ///< K, 1e-12 to 1e12 N per unit; K h^2/I 1e-9 to 1e4
 } tribo_arm_f32_config_t;
 
-/// The arm of tribo_compensator_f32_params_t; src/paper/arm_f32.h has the equations.
+/// The arm of tribo_compensator_f32_params_t; src/friction/arm_f32.h has the equations.
 typedef struct
 {
     float phi_d, phi_g;     ///< one sample's change of F
@@ -157,7 +157,7 @@ typedef struct
     uint32_t clamped;        ///< F held at its limit since reset; stops at UINT32_MAX
 } tribo_arm_f32_state_t;
 
-/// Displacement in the arm's unit, degrees with the paper's numbers. a, b, c and beta: src/paper/lugre_f32.h.
+/// Displacement in the arm's unit, degrees with the paper's numbers. a, b, c and beta: src/friction/lugre_f32.h.
 typedef struct
 {
     float stiffness; ///< s0, 1e-12 to 1e12 N per unit; c 1e-6 to 1e6

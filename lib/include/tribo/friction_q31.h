@@ -3,7 +3,7 @@
 /// Forces are Q31 of one full scale FS. The net force saturates at FS (counted), where friction has long reached its
 /// breakaway. The rate v enters as the change of |n| a tick, exact to the last bit.
 ///
-///     k(v)       exponent (2/ln 2) m (v/v0 - 1) in Q22; 2^-|exponent| in Q32 by the polynomial of src/paper/friction_f32.h;
+///     k(v)       exponent (2/ln 2) m (v/v0 - 1) in Q22; 2^-|exponent| in Q32 by the polynomial of src/friction/law_f32.h;
 ///                k 2^-S in Q32, S the smallest that fits k_max + k_min
 ///     n/(k L)    as a fraction of two numbers of 32 bits, the larger one normalised
 ///     f          n less the rational function of friction_f32.h, coefficients Q32
@@ -79,7 +79,7 @@ typedef struct
     uint8_t relays; ///< TRIBO_RELAY_Q1, _Q2 and, for Eq. (8), _Q
 } tribo_friction_q31_signals_t;
 
-/// The arm of tribo_compensator_q31_params_t; src/paper/arm_q31.h has the equations.
+/// The arm of tribo_compensator_q31_params_t; src/friction/arm_q31.h has the equations.
 typedef struct
 {
     int32_t phi_d, phi_g;     ///< Q28, together within +-4; phi_d with the 2^s of G in it
@@ -184,7 +184,7 @@ void tribo_arm_q31_reset(tribo_arm_q31_state_t *state);
 int32_t tribo_arm_q31_step(const tribo_arm_q31_params_t *params, tribo_arm_q31_state_t *state, int32_t drive);
 
 /// Makes LuGre's `params` for its arm. Returns TRIBO_OK, TRIBO_ERR_NULL or a status of tribo_lugre_f32_init;
-/// TRIBO_ERR_BRISTLE_DAMPING also where 1 + a + b (src/paper/lugre_f32.h) is 2^21 or more.
+/// TRIBO_ERR_BRISTLE_DAMPING also where 1 + a + b (src/friction/lugre_f32.h) is 2^21 or more.
 tribo_status_t tribo_lugre_q31_init(tribo_lugre_q31_params_t       *params,
                                     const tribo_lugre_f32_config_t *config,
                                     const tribo_arm_f32_config_t   *arm,

@@ -1,9 +1,14 @@
 #include "tribo/controller_f32.h"
 
-#include "../number/parameters.h"
-#include "controller_f32.h"
+#include "../number/ranges.h"
+#include "anti_windup_f32.h"
 
 #include <stddef.h>
+
+#define ROW(...) PARAMETERS_ROW(tribo_controller_f32_config_t, __VA_ARGS__)
+const tribo_parameter_t tribo_limit_parameters[]   = {TRIBO_LIMIT_PARAMETERS(ROW)};
+const tribo_parameter_t tribo_cascade_parameters[] = {TRIBO_CASCADE_PARAMETERS(ROW)};
+#undef ROW
 
 #define INPUT_MAX_N 4.0e6f // above gain * f^ and r - y of an accepted loop
 #define STATES_MAX  (2u * TRIBO_BIQUAD_SECTIONS_MAX)

@@ -1,8 +1,8 @@
 #include "tribo/controller_q31.h"
 
 #include "../number/fixed_q31.h"
-#include "../number/parameters.h"
-#include "controller_q31.h"
+#include "../number/ranges.h"
+#include "anti_windup_q31.h"
 #include "headroom_q31.h"
 
 #include <stddef.h>

@@ -1,7 +1,7 @@
 #include "headroom_q31.h"
 
 #include "../number/fixed_q31.h"
-#include "controller_f32.h"
+#include "anti_windup_f32.h"
 
 #include <stddef.h>
 

@@ -16,8 +16,8 @@
 #include "tribo/feedforward_f32.h"
 #include "tribo/friction_f32.h"
 
+#include "../friction/law_f32.h"
 #include "../number/first_order_f32.h"
-#include "../paper/friction_f32.h"
 #include "constants.h"
 
 /// The model's breakaway at a force.

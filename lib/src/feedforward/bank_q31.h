@@ -10,8 +10,8 @@
 #include "tribo/friction_q31.h"
 #include "tribo/q31.h"
 
+#include "../friction/law_q31.h"
 #include "../number/first_order_q31.h"
-#include "../paper/friction_q31.h"
 #include "constants.h"
 
 #define BANK_Q31_ONE       (INT32_C(1) << 29)  // FS, or 1

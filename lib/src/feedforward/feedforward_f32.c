@@ -1,13 +1,17 @@
 #include "tribo/feedforward_f32.h"
 
 #include "../number/first_order_f32.h"
-#include "../number/parameters.h"
+#include "../number/ranges.h"
 #include "bank_f32.h"
 #include "constants.h"
 #include "feedback.h"
 #include "learning_f32.h"
 
 #include <stddef.h>
+
+#define ROW(...) PARAMETERS_ROW(tribo_feedforward_f32_config_t, __VA_ARGS__)
+const tribo_parameter_t tribo_feedforward_parameters[] = {TRIBO_FEEDFORWARD_PARAMETERS(ROW)};
+#undef ROW
 
 static float larger_f32(float a, float b)
 {

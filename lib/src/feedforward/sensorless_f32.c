@@ -3,13 +3,17 @@
 #include "tribo/feedforward_f32.h"
 
 #include "../number/first_order_f32.h"
-#include "../number/parameters.h"
+#include "../number/ranges.h"
 #include "bank_f32.h"
 #include "constants.h"
 #include "effort_f32.h"
 #include "state_f32.h"
 
 #include <stddef.h>
+
+#define ROW(...) PARAMETERS_ROW(tribo_sensorless_f32_config_t, __VA_ARGS__)
+const tribo_parameter_t tribo_sensorless_parameters[] = {TRIBO_SENSORLESS_PARAMETERS(ROW)};
+#undef ROW
 
 /// The sign of the last motion beyond a width: `moves` of it through a play.
 static int32_t push(float *slack, float moves)

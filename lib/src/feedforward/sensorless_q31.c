@@ -3,7 +3,7 @@
 #include "tribo/feedforward_q31.h"
 
 #include "../number/fixed_q31.h"
-#include "../number/parameters.h"
+#include "../number/ranges.h"
 #include "bank_q31.h"
 #include "constants.h"
 #include "effort_q31.h"

@@ -3,9 +3,13 @@
 #include "tribo/force_loop_f32.h"
 #include "tribo/status.h"
 
-#include "../number/parameters.h"
+#include "../number/ranges.h"
 
 #include <stddef.h>
+
+#define ROW(...) PARAMETERS_ROW(tribo_guard_f32_config_t, __VA_ARGS__)
+const tribo_parameter_t tribo_guard_parameters[] = {TRIBO_GUARD_PARAMETERS(ROW)};
+#undef ROW
 
 tribo_guard_f32_config_t tribo_guard_f32_default(void)
 {

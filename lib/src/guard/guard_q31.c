@@ -4,7 +4,7 @@
 #include "tribo/force_loop_q31.h"
 
 #include "../number/fixed_q31.h"
-#include "../number/parameters.h"
+#include "../number/ranges.h"
 #include "guard_f32.h"
 
 #include <stddef.h>

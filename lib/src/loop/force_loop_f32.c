@@ -2,12 +2,17 @@
 
 #include "tribo/paper_controller.h"
 
-#include "../controller/controller_f32.h"
-#include "../number/parameters.h"
-#include "../paper/compensator_f32.h"
-#include "force_loop_f32.h"
+#include "../controller/anti_windup_f32.h"
+#include "../friction/compensator_f32.h"
+#include "../number/ranges.h"
+#include "loop_f32.h"
 
 #include <stddef.h>
+
+#define ROW(...) PARAMETERS_ROW(tribo_force_loop_f32_config_t, __VA_ARGS__)
+const tribo_parameter_t tribo_loop_parameters[] = {TRIBO_SAMPLE_PARAMETERS(ROW) TRIBO_INPUT_PARAMETERS(ROW)
+                                                       TRIBO_GAIN_PARAMETERS(ROW)};
+#undef ROW
 
 tribo_force_loop_f32_config_t tribo_force_loop_f32_paper(void)
 {

@@ -2,11 +2,11 @@
 
 #include "tribo/force_loop_f32.h"
 
-#include "../controller/controller_q31.h"
+#include "../controller/anti_windup_q31.h"
+#include "../friction/compensator_q31.h"
 #include "../number/fixed_q31.h"
-#include "../number/parameters.h"
-#include "../paper/compensator_q31.h"
-#include "force_loop_q31.h"
+#include "../number/ranges.h"
+#include "loop_q31.h"
 
 tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
                                          tribo_breakaway_point_q31_t         *table,

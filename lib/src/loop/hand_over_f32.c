@@ -3,10 +3,10 @@
 
 #include "tribo/force_loop_f32.h"
 
-#include "../controller/controller_f32.h"
+#include "../controller/anti_windup_f32.h"
+#include "../friction/compensator_f32.h"
 #include "../number/ieee_f32.h"
-#include "../paper/compensator_f32.h"
-#include "force_loop_f32.h"
+#include "loop_f32.h"
 
 #include <stddef.h>
 

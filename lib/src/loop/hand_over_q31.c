@@ -3,10 +3,10 @@
 
 #include "tribo/force_loop_q31.h"
 
-#include "../controller/controller_q31.h"
+#include "../controller/anti_windup_q31.h"
+#include "../friction/compensator_q31.h"
 #include "../number/first_order_q31.h"
-#include "../paper/compensator_q31.h"
-#include "force_loop_q31.h"
+#include "loop_q31.h"
 
 #include <stddef.h>
 

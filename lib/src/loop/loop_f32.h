@@ -1,7 +1,7 @@
 // Shared by the tick and a change of params.
 
-#ifndef TRIBO_LOOP_FORCE_LOOP_F32_H
-#define TRIBO_LOOP_FORCE_LOOP_F32_H
+#ifndef TRIBO_LOOP_LOOP_F32_H
+#define TRIBO_LOOP_LOOP_F32_H
 
 #include "tribo/force_loop_f32.h"
 

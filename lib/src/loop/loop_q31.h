@@ -1,12 +1,12 @@
 // Shared by the tick and a change of params.
 
-#ifndef TRIBO_LOOP_FORCE_LOOP_Q31_H
-#define TRIBO_LOOP_FORCE_LOOP_Q31_H
+#ifndef TRIBO_LOOP_LOOP_Q31_H
+#define TRIBO_LOOP_LOOP_Q31_H
 
 #include "tribo/force_loop_q31.h"
 
 #include "../number/first_order_q31.h"
-#include "force_loop_f32.h"
+#include "loop_f32.h"
 
 #include <stddef.h>
 

@@ -8,8 +8,8 @@
 // which the relays would see as a rising net force.)
 // No loops, no divisions. Not synchronized: one state, one tick.
 
-#ifndef TRIBO_PAPER_ARM_Q31_H
-#define TRIBO_PAPER_ARM_Q31_H
+#ifndef TRIBO_FRICTION_ARM_Q31_H
+#define TRIBO_FRICTION_ARM_Q31_H
 
 #include "tribo/friction_q31.h"
 #include "tribo/q31.h"

@@ -7,12 +7,12 @@
 // Three 32-bit divisions; a breakaway table adds one and the only loop, over its points. Nothing overflows for any Z and r.
 // Not synchronized: one state, one tick.
 
-#ifndef TRIBO_PAPER_LUGRE_Q31_H
-#define TRIBO_PAPER_LUGRE_Q31_H
+#ifndef TRIBO_FRICTION_LUGRE_Q31_H
+#define TRIBO_FRICTION_LUGRE_Q31_H
 
 #include "tribo/friction_q31.h"
 
-#include "friction_q31.h"
+#include "law_q31.h"
 
 #define LUGRE_ONE_Q31 (UINT32_C(1) << 31)
 #define LUGRE_ONE_Q20 (INT32_C(1) << 20)

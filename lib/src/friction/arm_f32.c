@@ -2,9 +2,13 @@
 
 #include "tribo/friction_f32.h"
 
-#include "../number/parameters.h"
+#include "../number/ranges.h"
 
 #include <stddef.h>
+
+#define ROW(...) PARAMETERS_ROW(tribo_arm_f32_config_t, __VA_ARGS__)
+const tribo_parameter_t tribo_arm_parameters[] = {TRIBO_ARM_PARAMETERS(ROW)};
+#undef ROW
 
 typedef struct
 {

@@ -29,13 +29,13 @@
 //
 // The caller of a step has checked that F is finite.
 
-#ifndef TRIBO_PAPER_LUGRE_F32_H
-#define TRIBO_PAPER_LUGRE_F32_H
+#ifndef TRIBO_FRICTION_LUGRE_F32_H
+#define TRIBO_FRICTION_LUGRE_F32_H
 
 #include "tribo/friction_f32.h"
 
 #include "../number/ieee_f32.h"
-#include "friction_f32.h"
+#include "law_f32.h"
 
 /// Above any net force plus the arm's momentum; beyond it the state is corrupt.
 #define LUGRE_F32_MAX_N 1.0e12f

@@ -1,9 +1,15 @@
 #include "tribo/friction_f32.h"
 
-#include "../number/parameters.h"
-#include "friction_f32.h"
+#include "../number/ranges.h"
+#include "law_f32.h"
 
 #include <stddef.h>
+
+#define ROW(...) PARAMETERS_ROW(tribo_friction_f32_config_t, __VA_ARGS__)
+const tribo_parameter_t tribo_friction_parameters[]  = {TRIBO_FRICTION_PARAMETERS(ROW)};
+const tribo_parameter_t tribo_breakaway_parameters[] = {TRIBO_BREAKAWAY_PARAMETERS(ROW)};
+const tribo_parameter_t tribo_table_parameters[]     = {TRIBO_TABLE_PARAMETERS(ROW)};
+#undef ROW
 
 static tribo_status_t check_table(const tribo_breakaway_point_f32_t *table, uint32_t length)
 {

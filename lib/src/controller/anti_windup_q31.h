@@ -6,8 +6,8 @@
 // A node of the cascade holds its value times 2^-scale, so v = y 2^output_scale may exceed full scale. The sum v + term
 // is therefore held at the scale of the last node, rounded down to fit 32 bits, as `unsaturated`.
 
-#ifndef TRIBO_CONTROLLER_CONTROLLER_Q31_H
-#define TRIBO_CONTROLLER_CONTROLLER_Q31_H
+#ifndef TRIBO_CONTROLLER_ANTI_WINDUP_Q31_H
+#define TRIBO_CONTROLLER_ANTI_WINDUP_Q31_H
 
 #include "tribo/controller_q31.h"
 

@@ -7,8 +7,8 @@
 //     e --> first half of the cascade --> v --(+ term)--> unsaturated --> limit --> u
 //     e + (u - unsaturated) c/D --> second half of the cascade: the states
 
-#ifndef TRIBO_CONTROLLER_CONTROLLER_F32_H
-#define TRIBO_CONTROLLER_CONTROLLER_F32_H
+#ifndef TRIBO_CONTROLLER_ANTI_WINDUP_F32_H
+#define TRIBO_CONTROLLER_ANTI_WINDUP_F32_H
 
 #include "tribo/controller_f32.h"
 

@@ -13,8 +13,8 @@
 // restarts F from 0, too.
 // No loops, no divisions. Not synchronized: one state, one tick.
 
-#ifndef TRIBO_PAPER_ARM_F32_H
-#define TRIBO_PAPER_ARM_F32_H
+#ifndef TRIBO_FRICTION_ARM_F32_H
+#define TRIBO_FRICTION_ARM_F32_H
 
 #include "tribo/friction_f32.h"
 #include "tribo/status.h"

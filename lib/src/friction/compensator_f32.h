@@ -15,13 +15,13 @@
 // F^ comes from the arm model, never from the force sensor: noise there would look like a reversal of n. The caller has
 // checked u; the arm keeps F^ within TRIBO_F32_FORCE_MAX_N.
 
-#ifndef TRIBO_PAPER_COMPENSATOR_F32_H
-#define TRIBO_PAPER_COMPENSATOR_F32_H
+#ifndef TRIBO_FRICTION_COMPENSATOR_F32_H
+#define TRIBO_FRICTION_COMPENSATOR_F32_H
 
 #include "tribo/friction_f32.h"
 
 #include "arm_f32.h"
-#include "friction_f32.h"
+#include "law_f32.h"
 
 #include <stddef.h>
 

@@ -18,8 +18,8 @@
 // are computed in the same words.
 // No loops in a step. Not synchronized: one state, one tick. Reset a state before its first step: zeroing is not enough.
 
-#ifndef TRIBO_PAPER_RELAY_H
-#define TRIBO_PAPER_RELAY_H
+#ifndef TRIBO_FRICTION_RELAY_H
+#define TRIBO_FRICTION_RELAY_H
 
 #include "tribo/friction_f32.h"
 

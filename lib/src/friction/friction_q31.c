@@ -3,9 +3,9 @@
 #include "tribo/friction_f32.h"
 
 #include "../number/fixed_q31.h"
-#include "../number/parameters.h"
-#include "friction_f32.h"
-#include "friction_q31.h"
+#include "../number/ranges.h"
+#include "law_f32.h"
+#include "law_q31.h"
 
 #include <stddef.h>
 

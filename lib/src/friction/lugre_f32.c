@@ -1,13 +1,16 @@
 #include "lugre_f32.h"
 
-#include "tribo/force_loop_f32.h"
 #include "tribo/friction_f32.h"
 
 #include "../number/ieee_f32.h"
-#include "../number/parameters.h"
+#include "../number/ranges.h"
 #include "arm_f32.h"
 
 #include <stddef.h>
+
+#define ROW(...) PARAMETERS_ROW(tribo_lugre_f32_config_t, __VA_ARGS__)
+const tribo_parameter_t tribo_lugre_parameters[] = {TRIBO_LUGRE_PARAMETERS(ROW)};
+#undef ROW
 
 #define C_MIN    1.0e-6f
 #define C_MAX    1.0e6f
@@ -121,27 +124,4 @@ void tribo_lugre_f32_attach(tribo_compensator_f32_params_t *compensator, tribo_l
     lugre->model.step  = tribo_lugre_f32_model_step;
     lugre->model.enter = tribo_lugre_f32_model_enter;
     compensator->model = &lugre->model;
-}
-
-tribo_status_t tribo_force_loop_lugre_f32_init(tribo_force_loop_f32_params_t       *params,
-                                               tribo_lugre_f32_params_t            *lugre,
-                                               const tribo_force_loop_f32_config_t *config,
-                                               const tribo_lugre_f32_config_t      *lugre_config)
-{
-    tribo_force_loop_f32_params_t made;
-    if (params == NULL)
-    {
-        return TRIBO_ERR_NULL;
-    }
-    tribo_status_t status = tribo_force_loop_f32_init(&made, config);
-    if (status == TRIBO_OK)
-    {
-        status = tribo_lugre_f32_init(lugre, lugre_config, &config->compensator.arm, config->sample_time_s);
-    }
-    if (status == TRIBO_OK)
-    {
-        tribo_lugre_f32_attach(&made.compensator, lugre);
-        *params = made;
-    }
-    return status;
 }

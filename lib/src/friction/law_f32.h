@@ -3,8 +3,8 @@
 // The model works on magnitudes and on the sign bit of n, 0 for n >= 0 and 1 for n < 0, which also selects L+ or L-. The
 // sign is put back at the end, so f(-u, -F) = -f(u, F) holds exactly.
 
-#ifndef TRIBO_PAPER_FRICTION_F32_H
-#define TRIBO_PAPER_FRICTION_F32_H
+#ifndef TRIBO_FRICTION_LAW_F32_H
+#define TRIBO_FRICTION_LAW_F32_H
 
 #include "tribo/friction_f32.h"
 

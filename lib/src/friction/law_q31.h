@@ -5,8 +5,8 @@
 // the end, so f(-u, -F) = -f(u, F) holds to the last bit. Constants and fractions below 1 are Q32, and
 // tribo_q31_high(a, b) = a b 2^-32 multiplies by one without a change of format.
 
-#ifndef TRIBO_PAPER_FRICTION_Q31_H
-#define TRIBO_PAPER_FRICTION_Q31_H
+#ifndef TRIBO_FRICTION_LAW_Q31_H
+#define TRIBO_FRICTION_LAW_Q31_H
 
 #include "tribo/friction_q31.h"
 

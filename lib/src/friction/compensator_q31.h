@@ -2,13 +2,13 @@
 // force sensor. All forces are Q31 of one full scale; only the arm's own F has more bits (Q59).
 // Not synchronized: one state, one tick.
 
-#ifndef TRIBO_PAPER_COMPENSATOR_Q31_H
-#define TRIBO_PAPER_COMPENSATOR_Q31_H
+#ifndef TRIBO_FRICTION_COMPENSATOR_Q31_H
+#define TRIBO_FRICTION_COMPENSATOR_Q31_H
 
 #include "tribo/friction_q31.h"
 
 #include "arm_q31.h"
-#include "friction_q31.h"
+#include "law_q31.h"
 
 #include <stddef.h>
 

@@ -1,0 +1,50 @@
+// The checks that every set-up makes of its config, from the rows of tribo/parameters.h.
+
+#ifndef TRIBO_NUMBER_RANGES_H
+#define TRIBO_NUMBER_RANGES_H
+
+#include "tribo/parameters.h"
+#include "tribo/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/// TRIBO_OK, or the status of the first of `count` members of `config` that is out of its range.
+tribo_status_t tribo_parameters_check(const tribo_parameter_t *rows, uint32_t count, const void *config);
+
+/// The same of a whole table.
+#define PARAMETERS_CHECK(rows, config) tribo_parameters_check(rows, sizeof(rows) / sizeof((rows)[0]), config)
+
+/// A row of a table, for the struct `config` that has its member.
+#define PARAMETERS_ROW(config, group, symbol, member, key, unit, low_, high_, standard_, change, number_, ...)         \
+    {.low      = (float)(low_),                                                                                        \
+     .high     = (float)(high_),                                                                                       \
+     .standard = (float)(standard_),                                                                                   \
+     .at       = offsetof(config, member),                                                                             \
+     .number   = (number_),                                                                                            \
+     .status   = TRIBO_ERR_##symbol,                                                                                   \
+     .is_whole = _Generic(((config *)0)->member, float: 0, uint32_t: 1),                                               \
+     .protects = TRIBO_##change},
+
+// The range of the one row of a list, for arguments that are in no config.
+#define PARAMETERS_LOW(group, symbol, member, key, unit, low, high, ...)  (float)(low)
+#define PARAMETERS_HIGH(group, symbol, member, key, unit, low, high, ...) (float)(high)
+
+static inline bool sample_time_ok(float sample_time_s)
+{
+    return sample_time_s >= TRIBO_SAMPLE_PARAMETERS(PARAMETERS_LOW) &&
+           sample_time_s <= TRIBO_SAMPLE_PARAMETERS(PARAMETERS_HIGH);
+}
+
+static inline bool full_scale_ok(float full_scale_n)
+{
+    return full_scale_n >= TRIBO_SCALE_PARAMETERS(PARAMETERS_LOW) &&
+           full_scale_n <= TRIBO_SCALE_PARAMETERS(PARAMETERS_HIGH);
+}
+
+/// A member's default in an initialiser of its config.
+#define PARAMETERS_DEFAULT(group, symbol, member, key, unit, low, high, standard, change, number, condition, sentence) \
+    .member = (float)(standard),
+
+#endif
