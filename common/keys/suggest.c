@@ -1,5 +1,7 @@
 #include "keys/suggest.h"
 
+#include "support/text.h"
+
 #include <stdio.h>
 #include <string.h>
 
@@ -13,30 +15,6 @@ typedef struct
 static size_t smaller(size_t a, size_t b)
 {
     return a < b ? a : b;
-}
-
-/// Levenshtein's distance, one row at a time; `b` is a key's path.
-static size_t distance(const char *a, const char *b)
-{
-    size_t       row[COMMON_KEY_MAX];
-    const size_t width = strlen(b);
-    for (size_t j = 0; j <= width; j++)
-    {
-        row[j] = j;
-    }
-    for (size_t i = 1; a[i - 1] != '\0'; i++)
-    {
-        size_t diagonal = row[0];
-        row[0]          = i;
-        for (size_t j = 1; j <= width; j++)
-        {
-            const size_t above   = row[j];
-            const size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0u : 1u);
-            row[j]               = smaller(changed, smaller(above, row[j - 1]) + 1);
-            diagonal             = above;
-        }
-    }
-    return row[width];
 }
 
 static const char *last_part(const char *path)
@@ -73,7 +51,7 @@ static void compare(void *context, const char *path, const common_key_t *key)
 {
     (void)key;
     search_t *search = context;
-    size_t    found  = distance(search->path, path);
+    size_t    found  = common_text_distance(search->path, path);
     if (strcmp(last_part(search->path), last_part(path)) == 0)
     {
         found = smaller(found, same_first_part(search->path, path) ? 1 : 2);
@@ -86,16 +64,9 @@ static void compare(void *context, const char *path, const common_key_t *key)
     }
 }
 
-/// The first rejected distance: more than a third of the letters, and more than two.
-static size_t too_far(const char *word)
-{
-    const size_t third = strlen(word) / 3;
-    return (third > 2 ? third : 2) + 1;
-}
-
 bool common_suggest(const common_key_t *keys, const char *path, char suggestion[COMMON_KEY_MAX])
 {
-    search_t search = {.path = path, .best = too_far(last_part(path)), .key = suggestion};
+    search_t search = {.path = path, .best = common_text_too_far(last_part(path)), .key = suggestion};
     suggestion[0]   = '\0';
     common_key_visit(keys, compare, &search);
     return suggestion[0] != '\0';
@@ -105,10 +76,10 @@ const char *common_suggest_word(const common_key_t *key, const char *text)
 {
     // No word may differ in every letter.
     const char *nearest = NULL;
-    size_t      best    = smaller(too_far(text), strlen(text));
+    size_t      best    = smaller(common_text_too_far(text), strlen(text));
     for (const char *const *word = key->words; *word != NULL; word++)
     {
-        const size_t found = distance(text, *word);
+        const size_t found = common_text_distance(text, *word);
         if (found < best)
         {
             best    = found;

@@ -1,7 +1,10 @@
 #include "support/csv.h"
 
+#include "support/csv_field.h"
+#include "support/csv_head.h"
 #include "support/file.h"
 #include "support/number.h"
+#include "support/text.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -9,7 +12,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/// State of the reader. Fields are unquoted and terminated in place.
+#define NUMBER_MAX     64u ///< characters
+#define LEFT_OUT       20u ///< of a log's rows, one of so many may be left out
+#define NAME_MAX_SHOWN 64u
+#define NAMES_SHOWN    400u
+
+/// State of the reader.
 typedef struct
 {
     const char                *name;
@@ -18,116 +26,141 @@ typedef struct
     common_error_t            *error;
     bool                       is_log;
     char                       separator;
-    char                      *next; ///< the next byte to read
-    char                      *line_start;
+    const char                *next; ///< the next byte to read
+    const char                *line_start;
     size_t                     line;
+    const char                *names; ///< where those of the header begin
 
     size_t fields;                        ///< of the header
+    size_t row_fields;                    ///< of a row; 0: none has been read
     size_t place[COMMON_CSV_COLUMNS_MAX]; ///< by column: its field, from 1; 0: none
 } reader_t;
-
-typedef struct
-{
-    char  *text;
-    size_t line, position; ///< where it starts, from 1
-    bool   is_last;        ///< in its line
-} field_t;
-
-/// Blanks around a field; a separating tab is not a blank.
-static const char *blanks(const reader_t *reader)
-{
-    return reader->separator == ' ' ? "" : reader->separator == '\t' ? " " : " \t";
-}
 
 static bool complain(const reader_t *reader, size_t position, const char *what)
 {
     return common_error_set(reader->error, "%s:%zu:%zu: %s", reader->name, reader->line, position, what);
 }
 
-/// Removes the quotes of a field at `*p`, in place, and moves `*p` past the last one. Returns the text's new end, or null.
-static char *unquote(char **p)
+static size_t position_of(const reader_t *reader, const char *p)
 {
-    char *out = (*p)++;
-    while (**p != '\0' && **p != '\n' && (**p != '"' || (*p)[1] == '"'))
-    {
-        *p += (**p == '"') ? 1 : 0;
-        *out++ = *(*p)++;
-    }
-    if (**p != '"')
-    {
-        return NULL;
-    }
-    (*p)++;
-    return out;
+    return (size_t)(p - reader->line_start) + 1;
 }
 
-static bool read_field(reader_t *reader, field_t *field)
+static void begin_line(reader_t *reader, const char *line)
 {
-    char *p       = reader->next + strspn(reader->next, blanks(reader));
-    char *end     = NULL;
-    char  stops[] = {reader->separator, '\n', '\0'};
-    *field        = (field_t){.text = p, .line = reader->line, .position = (size_t)(p - reader->line_start) + 1};
-    if (*p == '"')
+    for (const char *p = reader->line_start; p < line; p++)
     {
-        end = unquote(&p);
-        if (end == NULL)
-        {
-            return complain(reader, field->position, "a quote is opened and not closed in its line");
-        }
-        p += strspn(p, blanks(reader));
+        reader->line += *p == '\n' ? 1u : 0u;
     }
-    else
-    {
-        p += strcspn(p, stops);
-        end = (p > field->text && *p == '\n' && p[-1] == '\r') ? p - 1 : p;
-        while (end > field->text && strchr(blanks(reader), end[-1]) != NULL) // a text has no zero byte
-        {
-            end--;
-        }
-    }
-    p += (p[0] == '\r' && p[1] == '\n') ? 1 : 0;
-    if (*p != reader->separator && *p != '\n' && *p != '\0')
-    {
-        return complain(reader, (size_t)(p - reader->line_start) + 1, "text after a quoted field");
-    }
-    field->is_last = *p != reader->separator;
-    reader->next   = (*p != '\0') ? p + 1 : p;
-    *end           = '\0';
-    if (field->is_last)
-    {
-        reader->line++;
-        reader->line_start = reader->next;
-    }
-    return true;
+    reader->next       = line;
+    reader->line_start = line;
+}
+
+static bool take_field(reader_t *reader, common_csv_field_t *field)
+{
+    const char *what = common_csv_take_field(&reader->next, reader->separator, field);
+    return what == NULL || complain(reader, position_of(reader, reader->next), what);
 }
 
 /// True if a header's field is the column `name`, by name or, in a log, by number.
-static bool is_column(const reader_t *reader, const char *name, const char *text)
+static bool is_column(const reader_t *reader, const char *name, const common_csv_field_t *field)
 {
-    return strcmp(text, name) == 0 ||
+    return common_csv_field_is(field, name) ||
            (reader->is_log && name[0] == '#' && strtoul(name + 1, NULL, 10) == reader->fields);
 }
 
+/// A field's text without quotes, in small letters or as it is.
+static void copy_name(const common_csv_field_t *field, bool small, char word[NAME_MAX_SHOWN])
+{
+    const size_t length = field->length < NAME_MAX_SHOWN ? field->length : NAME_MAX_SHOWN - 1;
+    for (size_t i = 0; i < length; i++)
+    {
+        const char c = field->text[i];
+        word[i]      = small && c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
+    }
+    word[length] = '\0';
+}
+
+/// How far a name is from what was asked for, whatever the case. What only goes on behind it, as by a unit, is near.
+static size_t distance(const char *asked, const common_csv_field_t *field)
+{
+    char small[NAME_MAX_SHOWN], word[NAME_MAX_SHOWN];
+    copy_name(&(common_csv_field_t){.text = asked, .length = strlen(asked)}, true, small);
+    copy_name(field, true, word);
+    const size_t shorter = strlen(word) < strlen(small) ? strlen(word) : strlen(small);
+    return shorter > 0 && strncmp(small, word, shorter) == 0 ? 1 : common_text_distance(small, word);
+}
+
+/// True if a column has its place there.
+static bool is_taken(const reader_t *reader, size_t number)
+{
+    for (size_t i = 0; i < reader->count; i++)
+    {
+        if (reader->place[i] == number)
+        {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Says what a missing column may be called, and what there is.
+static bool complain_of_missing(const reader_t *reader, const char *name)
+{
+    char               names[NAMES_SHOWN] = "", nearest[NAME_MAX_SHOWN] = "";
+    size_t             used = 0, best = common_text_too_far(name);
+    common_csv_field_t field = {.is_last = false};
+    const char        *next  = reader->names;
+    best                     = best < strlen(name) ? best : strlen(name); // none may differ in each letter
+    for (size_t number = 1; !field.is_last && common_csv_take_field(&next, reader->separator, &field) == NULL; number++)
+    {
+        char word[NAME_MAX_SHOWN];
+        copy_name(&field, false, word);
+        const size_t apart = distance(name, &field);
+        if (apart < best && !is_taken(reader, number))
+        {
+            best = apart;
+            memcpy(nearest, word, sizeof nearest);
+        }
+        if (used + strlen(word) + sizeof ", ..." < sizeof names)
+        {
+            used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", used > 0 ? ", " : "", word);
+        }
+    }
+    return common_error_set(reader->error,
+                            "%s:%zu:1: no column is named %s%s%s%s; there %s %s",
+                            reader->name,
+                            reader->line,
+                            name,
+                            nearest[0] != '\0' ? ", did you mean " : "",
+                            nearest,
+                            nearest[0] != '\0' ? "?" : "",
+                            reader->fields == 1 ? "is one alone:" : "are",
+                            names);
+}
+
+/// Places the columns by the names of a line.
 static bool read_header(reader_t *reader)
 {
-    field_t field = {.is_last = false};
+    common_csv_field_t field = {.is_last = false};
     while (!field.is_last)
     {
-        if (!read_field(reader, &field))
+        if (!take_field(reader, &field))
         {
             return false;
         }
         reader->fields++;
         for (size_t i = 0; i < reader->count; i++)
         {
-            const bool is_it = is_column(reader, reader->columns[i].name, field.text);
+            const bool is_it = is_column(reader, reader->columns[i].name, &field);
             if (is_it && reader->place[i] != 0)
             {
                 return common_error_set(reader->error,
-                                        "%s:1:%zu: column %s is there twice",
+                                        "%s:%zu:%zu: column %s is there twice",
                                         reader->name,
-                                        field.position,
-                                        field.text);
+                                        reader->line,
+                                        position_of(reader, field.start),
+                                        reader->columns[i].name);
             }
             reader->place[i] = is_it ? reader->fields : reader->place[i];
         }
@@ -136,12 +169,15 @@ static bool read_header(reader_t *reader)
     {
         if (reader->place[i] == 0 && !reader->columns[i].optional)
         {
-            const bool is_one = !reader->is_log && reader->fields == 1;
-            return common_error_set(reader->error,
-                                    "%s:1:1: no column is named %s%s",
-                                    reader->name,
-                                    reader->columns[i].name,
-                                    is_one ? "; columns are separated by commas here, and there is one alone" : "");
+            return reader->is_log
+                       ? complain_of_missing(reader, reader->columns[i].name)
+                       : common_error_set(reader->error,
+                                          "%s:1:1: no column is named %s%s",
+                                          reader->name,
+                                          reader->columns[i].name,
+                                          reader->fields == 1
+                                              ? "; columns are separated by commas here, and there is one alone"
+                                              : "");
         }
     }
     return true;
@@ -156,7 +192,8 @@ static bool allocate(common_csv_t *csv, const reader_t *reader)
         rows++;
     }
     csv->positions = malloc(rows * sizeof *csv->positions);
-    bool ok        = csv->positions != NULL;
+    csv->lines     = malloc(rows * sizeof *csv->lines);
+    bool ok        = csv->positions != NULL && csv->lines != NULL;
     for (size_t i = 0; ok && i < reader->count; i++)
     {
         csv->values[i] = (reader->place[i] != 0) ? malloc(rows * sizeof *csv->values[i]) : NULL;
@@ -165,17 +202,29 @@ static bool allocate(common_csv_t *csv, const reader_t *reader)
     return ok || common_error_set(reader->error, "out of memory");
 }
 
-/// Takes the number of a column.
-static bool take_number(const reader_t *reader, const field_t *field, size_t column, double *value)
+/// A field's text as the number's parser takes it: with a point in place of a comma that does not separate.
+static void copy_number(const reader_t *reader, const common_csv_field_t *field, char text[NUMBER_MAX])
 {
-    char *comma = (reader->separator != ',') ? strchr(field->text, ',') : NULL;
-    if (comma != NULL && strchr(field->text, '.') == NULL)
+    const size_t length = field->length < NUMBER_MAX ? field->length : NUMBER_MAX - 1;
+    memcpy(text, field->text, length);
+    text[length]      = '\0';
+    char *const comma = reader->separator != ',' || (reader->is_log && field->is_quoted) ? strchr(text, ',') : NULL;
+    if (comma != NULL && strchr(text, '.') == NULL)
     {
         *comma = '.';
     }
+}
+
+/// Takes the number of a column.
+static bool take_number(const reader_t           *reader,
+                        const common_csv_field_t *field,
+                        size_t                    column,
+                        const char               *text,
+                        double                   *value)
+{
     const common_csv_column_t *spec      = &reader->columns[column];
     const double               max       = (spec->max > 0.0) ? spec->max : COMMON_CSV_NUMBER_MAX;
-    const char                *complaint = common_number_parse(field->text, value);
+    const char                *complaint = common_number_parse(text, value);
     char                       outside[64];
     (void)snprintf(outside, sizeof outside, "is outside %g to %g", -max, max);
     if (complaint == NULL && fabs(*value) > max)
@@ -185,10 +234,10 @@ static bool take_number(const reader_t *reader, const field_t *field, size_t col
     return complaint == NULL || common_error_set(reader->error,
                                                  "%s:%zu:%zu: %s: '%.40s' %s",
                                                  reader->name,
-                                                 field->line,
-                                                 field->position,
+                                                 reader->line,
+                                                 position_of(reader, field->start),
                                                  spec->name,
-                                                 field->text,
+                                                 text,
                                                  complaint);
 }
 
@@ -209,172 +258,92 @@ static void note_places(common_csv_t *csv, const char *text)
     csv->decimals = decimals > csv->decimals ? decimals : csv->decimals;
 }
 
-/// Takes a field's number for the columns that use it.
-static bool take_field(common_csv_t *csv, const reader_t *reader, const field_t *field, size_t number)
+/// Takes a field's number for each column that uses it.
+static bool take_values(common_csv_t *csv, const reader_t *reader, const common_csv_field_t *field, size_t number)
 {
+    char text[NUMBER_MAX] = "";
     for (size_t i = 0; i < reader->count; i++)
     {
-        if (reader->place[i] == number && csv->values[i] != NULL)
+        if (reader->place[i] != number)
         {
-            csv->positions[csv->rows] = (i == 0) ? field->position : csv->positions[csv->rows];
-            const bool ok             = take_number(reader, field, i, &csv->values[i][csv->rows]);
-            if (ok && i == 0)
-            {
-                note_places(csv, field->text);
-            }
-            return ok;
+            continue;
+        }
+        copy_number(reader, field, text);
+        if (!take_number(reader, field, i, text, &csv->values[i][csv->rows]))
+        {
+            return false;
+        }
+        if (i == 0)
+        {
+            csv->positions[csv->rows] = position_of(reader, field->start);
+            note_places(csv, text);
         }
     }
     return true;
+}
+
+/// Whether a row may have so many fields. A log's rows may all have one less than the header, as a column of comments is left out.
+static bool may_have(reader_t *reader, size_t fields)
+{
+    size_t last = 0;
+    for (size_t i = 0; i < reader->count; i++)
+    {
+        last = reader->place[i] > last ? reader->place[i] : last;
+    }
+    if (reader->row_fields == 0 &&
+        (fields == reader->fields || (reader->is_log && fields + 1 == reader->fields && last <= fields)))
+    {
+        reader->row_fields = fields;
+    }
+    return fields == reader->row_fields;
 }
 
 static bool read_row(common_csv_t *csv, reader_t *reader)
 {
-    field_t field             = {.is_last = false};
-    size_t  fields            = 0;
+    common_csv_field_t field  = {.is_last = false};
+    size_t             fields = 0;
     csv->positions[csv->rows] = 1;
+    csv->lines[csv->rows]     = reader->line;
     while (!field.is_last)
     {
-        if (!read_field(reader, &field))
+        if (!take_field(reader, &field))
         {
             return false;
         }
-        if (++fields > reader->fields)
+        if (++fields > reader->fields && !(reader->is_log && field.length == 0 && field.is_last))
         {
             return common_error_set(reader->error,
                                     "%s:%zu:%zu: more fields than the header's %zu",
                                     reader->name,
-                                    field.line,
-                                    field.position,
+                                    reader->line,
+                                    position_of(reader, field.start),
                                     reader->fields);
         }
-        if (!take_field(csv, reader, &field, fields))
+        if (!take_values(csv, reader, &field, fields))
         {
             return false;
         }
     }
+    fields -= fields > reader->fields ? 1 : 0; // an empty one at the end
+    if (!may_have(reader, fields))
+    {
+        return common_error_set(reader->error,
+                                "%s:%zu:%zu: %zu fields, the %s %zu",
+                                reader->name,
+                                reader->line,
+                                position_of(reader, field.start),
+                                fields,
+                                reader->row_fields == 0 || reader->row_fields == reader->fields ? "header has"
+                                                                                                : "other rows have",
+                                reader->row_fields == 0 ? reader->fields : reader->row_fields);
+    }
     csv->rows++;
-    return fields == reader->fields || common_error_set(reader->error,
-                                                        "%s:%zu:%zu: %zu fields, the header has %zu",
-                                                        reader->name,
-                                                        field.line,
-                                                        field.position,
-                                                        fields,
-                                                        reader->fields);
-}
-
-/// The separator of a log's first line.
-static char find_separator(const char *line)
-{
-    static const char separators[] = ",;\t";
-    size_t            most         = 0;
-    char              best         = ' ';
-    for (const char *separator = separators; *separator != '\0'; separator++)
-    {
-        size_t times  = 0;
-        bool   quoted = false;
-        for (const char *p = line; *p != '\0' && *p != '\n'; p++)
-        {
-            quoted = quoted != (*p == '"');
-            times += (!quoted && *p == *separator) ? 1u : 0u;
-        }
-        // Decimal commas may outnumber semicolons, so any other separator present beats the comma.
-        if (times > 0 && (times > most || best == ','))
-        {
-            most = times;
-            best = *separator;
-        }
-    }
-    return best;
-}
-
-/// Leaves one blank between the fields of each line, none at its ends.
-static void squeeze_blanks(char *text)
-{
-    char *out = text;
-    for (const char *p = text; *p != '\0'; p++)
-    {
-        const bool is_blank = *p == ' ' || *p == '\t';
-        const bool is_kept  = out > text && out[-1] != '\n' && strchr(" \t\r\n", p[1]) == NULL;
-        if (!is_blank)
-        {
-            *out++ = *p;
-        }
-        else if (is_kept)
-        {
-            *out++ = ' ';
-        }
-    }
-    *out = '\0';
-}
-
-/// Counts the fields of a log without a header and places the columns by number.
-static bool count_fields(reader_t *reader, size_t length)
-{
-    reader->fields = 1;
-    for (size_t i = 0; i < length; i++)
-    {
-        reader->fields += (reader->next[i] == reader->separator) ? 1u : 0u;
-    }
-    for (size_t i = 0; i < reader->count; i++)
-    {
-        const common_csv_column_t *spec   = &reader->columns[i];
-        const size_t               number = (spec->name[0] == '#') ? strtoul(spec->name + 1, NULL, 10) : 0;
-        reader->place[i]                  = (number <= reader->fields) ? number : 0;
-        if (reader->place[i] == 0 && !spec->optional)
-        {
-            return common_error_set(reader->error,
-                                    "%s:1:1: no header, so that no column is %s: there are #1 to #%zu",
-                                    reader->name,
-                                    spec->name,
-                                    reader->fields);
-        }
-    }
     return true;
 }
 
-static bool is_numbers(const char *line)
+/// Reads the rows of a file that must be right, which may end in empty lines.
+static bool read_rows(common_csv_t *csv, reader_t *reader)
 {
-    return line[0] != '\0' && strspn(line, "+-.,;\t 0123456789eE") >= strcspn(line, "\r\n");
-}
-
-/// Skips lines of `#` before the header. The last one is the header itself if numbers follow it.
-static void skip_comments(reader_t *reader)
-{
-    const char *end = strchr(reader->next, '\n');
-    while (reader->next[0] == '#' && end != NULL && !is_numbers(end + 1))
-    {
-        reader->next       = reader->next + (end + 1 - reader->next);
-        reader->line_start = reader->next;
-        reader->line++;
-        end = strchr(reader->next, '\n');
-    }
-}
-
-static bool read_all(common_csv_t *csv, reader_t *reader)
-{
-    if (reader->next[strspn(reader->next, " \t\r\n")] == '\0')
-    {
-        return complain(reader, 1, "the file is empty");
-    }
-    if (reader->is_log)
-    {
-        skip_comments(reader);
-        reader->separator = find_separator(reader->next);
-        reader->next += strspn(reader->next, "# "); // NumPy's savetxt writes such headers
-        if (reader->separator == ' ')
-        {
-            squeeze_blanks(reader->next);
-        }
-    }
-    const size_t length     = strcspn(reader->next, "\r\n");
-    const bool   headerless = reader->is_log && is_numbers(reader->next);
-    const bool   ok         = headerless ? count_fields(reader, length) : read_header(reader);
-    csv->first_line         = reader->line; // a header has been read
-    if (!ok || !allocate(csv, reader))
-    {
-        return false;
-    }
     while (reader->next[strspn(reader->next, " \t\r\n")] != '\0')
     {
         if (reader->next[strspn(reader->next, " \t\r")] == '\n')
@@ -385,8 +354,160 @@ static bool read_all(common_csv_t *csv, reader_t *reader)
         {
             return false;
         }
+        begin_line(reader, common_csv_next_line(reader->next));
     }
     return csv->rows > 0 || complain(reader, 1, "no rows after the header");
+}
+
+/// True if none of the columns has a number in this line: then it is a line of units, or of words at the end.
+static bool is_words(const reader_t *reader, const char *line)
+{
+    common_csv_field_t field = {.is_last = false};
+    for (size_t number = 1; !field.is_last; number++)
+    {
+        if (common_csv_take_field(&line, reader->separator, &field) != NULL)
+        {
+            return false; // of a quote that is broken
+        }
+        for (size_t i = 0; i < reader->count; i++)
+        {
+            if (reader->place[i] == number && common_csv_field_is_number(&field))
+            {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/// Refuses a log of which too much is broken; else notes what is.
+static bool end_log(common_csv_t *csv, const reader_t *reader, const common_error_t *first)
+{
+    const size_t rows = csv->rows + csv->left_out;
+    if (rows == 0)
+    {
+        return complain(reader, 1, "no rows after the header");
+    }
+    if (csv->rows == 0 || csv->left_out * LEFT_OUT > rows)
+    {
+        return csv->left_out == 1 ? common_error_set(reader->error, "%s", first->text)
+                                  : common_error_set(reader->error,
+                                                     "%s, and %zu more rows of %zu are broken",
+                                                     first->text,
+                                                     csv->left_out - 1,
+                                                     rows);
+    }
+    csv->left_out_first = csv->left_out > 0 ? common_text_format("%s", first->text) : NULL;
+    return csv->left_out == 0 || csv->left_out_first != NULL || common_error_set(reader->error, "out of memory");
+}
+
+/// Reads the rows of a log. One that is broken is left out; lines of words above and below the rows do not count.
+static bool read_log_rows(common_csv_t *csv, reader_t *reader)
+{
+    common_error_t *const error = reader->error;
+    common_error_t        first = {""}, one;
+    size_t                words = 0; // lines since the last row
+    for (; *reader->next != '\0'; begin_line(reader, common_csv_next_line(reader->next)))
+    {
+        if (common_csv_line_is_comment(reader->next))
+        {
+            continue;
+        }
+        one.text[0]   = '\0';
+        reader->error = &one;
+        if (read_row(csv, reader))
+        {
+            csv->left_out += words;
+            words = 0;
+            continue;
+        }
+        const bool is_text = is_words(reader, reader->line_start);
+        words += is_text && csv->rows > 0 ? 1u : 0u;
+        csv->left_out += is_text ? 0u : 1u;
+        if (!is_text || csv->rows > 0)
+        {
+            (void)common_error_set(&first, "%s", one.text); // keeps the first
+        }
+    }
+    reader->error = error;
+    return end_log(csv, reader, &first);
+}
+
+/// Places the columns of a log without a header by number.
+static bool count_fields(reader_t *reader)
+{
+    const char        *next  = reader->next;
+    common_csv_field_t field = {.is_last = false};
+    while (!field.is_last && common_csv_take_field(&next, reader->separator, &field) == NULL)
+    {
+        reader->fields++;
+    }
+    for (size_t i = 0; i < reader->count; i++)
+    {
+        const common_csv_column_t *spec   = &reader->columns[i];
+        const size_t               number = (spec->name[0] == '#') ? strtoul(spec->name + 1, NULL, 10) : 0;
+        reader->place[i]                  = (number <= reader->fields) ? number : 0;
+        if (reader->place[i] == 0 && !spec->optional)
+        {
+            return common_error_set(reader->error,
+                                    "%s:%zu:1: no header, so that no column is %s: there are #1 to #%zu",
+                                    reader->name,
+                                    reader->line,
+                                    spec->name,
+                                    reader->fields);
+        }
+    }
+    return true;
+}
+
+static bool read_log(common_csv_t *csv, reader_t *reader)
+{
+    common_csv_head_t head;
+    const char *const text = reader->next;
+    common_csv_find_head(&head, text, reader->columns, reader->count);
+    reader->separator = head.separator;
+    const char *first = head.names != NULL ? head.names : head.rows;
+    while (first > text && first[-1] != '\n')
+    {
+        first--; // names may stand in a comment
+    }
+    begin_line(reader, first);
+    reader->names = head.names;
+    reader->next  = head.names != NULL ? head.names : head.rows;
+    if (!(head.names != NULL ? read_header(reader) : count_fields(reader)))
+    {
+        return false;
+    }
+    begin_line(reader, head.rows);
+    return allocate(csv, reader) && read_log_rows(csv, reader);
+}
+
+static bool read_all(common_csv_t *csv, reader_t *reader)
+{
+    if (reader->next[strspn(reader->next, " \t\r\n")] == '\0')
+    {
+        return complain(reader, 1, "the file is empty");
+    }
+    if (reader->is_log)
+    {
+        return read_log(csv, reader);
+    }
+    if (!read_header(reader))
+    {
+        return false;
+    }
+    begin_line(reader, common_csv_next_line(reader->next));
+    return allocate(csv, reader) && read_rows(csv, reader);
+}
+
+/// Old Macs end a line with a carriage return alone.
+static void replace_returns(char *text)
+{
+    char *p = strchr(text, '\n') == NULL ? strchr(text, '\r') : NULL;
+    for (; p != NULL; p = strchr(p, '\r'))
+    {
+        *p = '\n';
+    }
 }
 
 static bool parse(common_csv_t              *csv,
@@ -397,6 +518,10 @@ static bool parse(common_csv_t              *csv,
                   bool                       is_log,
                   common_error_t            *error)
 {
+    if (is_log)
+    {
+        replace_returns(text);
+    }
     reader_t reader = {.name       = name,
                        .columns    = columns,
                        .count      = count,
@@ -466,8 +591,7 @@ bool common_csv_complain(const common_csv_t *csv, size_t row, common_error_t *er
     va_start(args, format);
     (void)common_error_set_list(&what, format, args);
     va_end(args);
-    // Row and line numbers correspond: no field spans lines and no line is skipped.
-    return common_error_set(error, "%s:%zu:%zu: %s", csv->name, row + csv->first_line, csv->positions[row], what.text);
+    return common_error_set(error, "%s:%zu:%zu: %s", csv->name, csv->lines[row], csv->positions[row], what.text);
 }
 
 bool common_csv_check_rising(const common_csv_t *csv, const char *name, common_error_t *error)
@@ -496,5 +620,7 @@ void common_csv_free(common_csv_t *csv)
         free(csv->values[i]);
     }
     free(csv->positions);
+    free(csv->lines);
+    free(csv->left_out_first);
     *csv = (common_csv_t){.rows = 0};
 }

@@ -4,9 +4,11 @@
 /// fields, spaces around a field, empty lines at the end, a missing last newline, columns that are not requested.
 /// Everything else is an error with file, line and column (the position in the line, in bytes, from 1).
 ///
-/// Recorded logs are read less strictly. The separator is the more frequent of `;` and tab in the first line, else `,`, else
-/// blanks.
-/// Decimal commas are accepted where the comma is not the separator. Without a header, columns go by number.
+/// Recorded logs are read as loggers write them. The table may begin below other lines, and lines of units may follow its names.
+/// Lines that begin with #, % or // are skipped, empty ones too, and words after the last row. The separator is `;`, tab, `,` or blanks:
+/// the one that a first line of `sep=;` says, or that finds the names, or that makes the rows numbers. Decimal commas are
+/// accepted where the comma is not the separator, and in quotes. Without a header, columns go by number. Several columns that are asked
+/// for may be one of the file. Broken rows are left out and counted, one of twenty at most.
 
 #ifndef COMMON_CSV_H
 #define COMMON_CSV_H
@@ -31,9 +33,10 @@ typedef struct
 {
     const char *name; ///< of the file, for messages
     size_t      rows;
-    size_t      first_line;                     ///< of row 0, from 1
     double     *values[COMMON_CSV_COLUMNS_MAX]; ///< by column asked for; null: optional and missing
-    size_t     *positions;                      ///< by row: the first column asked for's place in its line
+    size_t     *lines, *positions;              ///< by row: its line, and there the place of the first column asked for
+    size_t      left_out;                       ///< broken rows of a log
+    char       *left_out_first;                 ///< what is wrong with the first one; null: none is left out
     int         digits, decimals;               ///< most significant digits of its numbers, and most behind the point
 } common_csv_t;
 

@@ -37,9 +37,31 @@ static char *read_up_to(FILE *file, size_t max, size_t *length)
     return NULL;
 }
 
+/// The name of a coding of wide characters, by a byte order mark or by a first character of ASCII; else null.
+static const char *wide_coding(const char *bytes, size_t length)
+{
+    static const char marks[][4] = {{'\xff', '\xfe', 0, 0}, {0, 0, '\xfe', '\xff'}, {'\xff', '\xfe'}, {'\xfe', '\xff'}};
+    for (size_t i = 0; i < sizeof marks / sizeof marks[0]; i++)
+    {
+        const size_t size = i < 2 ? 4 : 2;
+        if (length >= size && memcmp(bytes, marks[i], size) == 0)
+        {
+            return size == 4 ? "UTF-32" : "UTF-16";
+        }
+    }
+    const bool is_pair = length >= 4 && (bytes[0] == 0) != (bytes[1] == 0) && (bytes[0] == 0) == (bytes[2] == 0) &&
+                         (bytes[1] == 0) == (bytes[3] == 0);
+    return is_pair ? "UTF-16" : NULL;
+}
+
 /// True if these bytes are text; else the reason is in `error`.
 static bool check_text(const char *bytes, size_t length, size_t max, const char *path, common_error_t *error)
 {
+    const char *coding = wide_coding(bytes, length);
+    if (coding != NULL)
+    {
+        return common_error_set(error, "%s: is text of %s; save it as UTF-8", path, coding);
+    }
     const char *zero = memchr(bytes, '\0', length);
     if (zero != NULL)
     {

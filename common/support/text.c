@@ -1,8 +1,12 @@
 #include "support/text.h"
 
 #include <stdarg.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+
+#define WORD_MAX 255u
 
 char *common_text_format(const char *format, ...)
 {
@@ -18,4 +22,42 @@ char *common_text_format(const char *format, ...)
         va_end(args);
     }
     return text;
+}
+
+static size_t smaller(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+size_t common_text_distance(const char *a, const char *b)
+{
+    size_t       row[WORD_MAX + 1];
+    const size_t width = strlen(b);
+    if (width > WORD_MAX)
+    {
+        return SIZE_MAX;
+    }
+    for (size_t j = 0; j <= width; j++)
+    {
+        row[j] = j;
+    }
+    for (size_t i = 1; a[i - 1] != '\0'; i++)
+    {
+        size_t diagonal = row[0];
+        row[0]          = i;
+        for (size_t j = 1; j <= width; j++)
+        {
+            const size_t above   = row[j];
+            const size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0u : 1u);
+            row[j]               = smaller(changed, smaller(above, row[j - 1]) + 1);
+            diagonal             = above;
+        }
+    }
+    return row[width];
+}
+
+size_t common_text_too_far(const char *word)
+{
+    const size_t third = strlen(word) / 3;
+    return (third > 2 ? third : 2) + 1;
 }

@@ -56,7 +56,7 @@ void sim_log_report(const sim_log_t *log, const char *path)
         (void)fprintf(stderr,
                       "%s: resampled %zu rows to %zu at %.6g s: %zu intervals off by more than 1 %%, %zu gaps (the "
                       "longest %.3g s), "
-                      "%zu stamps twice, split at %zu gaps\n",
+                      "%zu stamps twice, %zu out of order, split at %zu gaps\n",
                       path,
                       report->rows_read,
                       log->rows,
@@ -65,7 +65,17 @@ void sim_log_report(const sim_log_t *log, const char *path)
                       report->gaps,
                       report->largest_s,
                       report->repeated,
+                      report->moved_rows,
                       report->splits);
+    }
+    if (report->left_out > 0)
+    {
+        (void)fprintf(stderr,
+                      "%s: %zu of %zu rows are broken, left out and bridged; the first: %s\n",
+                      path,
+                      report->left_out,
+                      report->rows_read + report->left_out,
+                      report->left_out_first);
     }
     if (report->last_place_s > 0.0)
     {

@@ -161,6 +161,17 @@ static double value_of(const sim_log_column_t *column, double field)
     return unit == 1.0 && scale == 1.0 && column->bias == 0.0 ? field : scale * (unit * field) + column->bias;
 }
 
+/// Takes over what the reader says of broken rows.
+static void note_left_out(sim_log_report_t *report, common_csv_t *csv)
+{
+    report->left_out += csv->left_out;
+    if (report->left_out_first == NULL)
+    {
+        report->left_out_first = csv->left_out_first;
+        csv->left_out_first    = NULL;
+    }
+}
+
 /// One file as a log of one segment, not yet resampled.
 static bool read_file(sim_log_t               *log,
                       const char              *path,
@@ -206,6 +217,124 @@ static bool read_file(sim_log_t               *log,
         log->values[i] = csv->values[i];
     }
     return true;
+}
+
+typedef struct
+{
+    double stamp;
+    size_t row;
+} stamp_t;
+
+static int compare_stamps(const void *a, const void *b)
+{
+    stamp_t x, y;
+    memcpy(&x, a, sizeof x);
+    memcpy(&y, b, sizeof y);
+    return x.stamp != y.stamp ? (x.stamp > y.stamp) - (x.stamp < y.stamp) : (x.row > y.row) - (x.row < y.row);
+}
+
+/// Puts the rows in the order of their stamps.
+static bool put_in_order(sim_log_t *file, common_error_t *error)
+{
+    stamp_t   *order = malloc(file->rows * sizeof *order);
+    double    *room  = malloc(file->rows * sizeof *room);
+    const bool ok    = order != NULL && room != NULL;
+    for (size_t k = 0; ok && k < file->rows; k++)
+    {
+        order[k] = (stamp_t){file->values[SIM_LOG_T][k], k};
+    }
+    if (ok)
+    {
+        qsort(order, file->rows, sizeof *order, compare_stamps);
+    }
+    for (size_t i = 0; ok && i < SIM_LOG_ROLES; i++)
+    {
+        for (size_t k = 0; file->values[i] != NULL && k < file->rows; k++)
+        {
+            room[k] = file->values[i][order[k].row];
+        }
+        if (file->values[i] != NULL)
+        {
+            memcpy(file->values[i], room, file->rows * sizeof *room);
+        }
+    }
+    free(order);
+    free(room);
+    return ok || common_error_set(error, "out of memory");
+}
+
+/// How the stamps go from row to row.
+typedef struct
+{
+    size_t back, repeated, first; ///< rows whose stamp is less than, or equal to, the one before; and the first of them
+    double largest;               ///< step back
+} order_t;
+
+static order_t order_of(const double *t, size_t rows)
+{
+    order_t order = {.first = rows};
+    for (size_t k = rows - 1; k > 0; k--)
+    {
+        const double step = t[k] - t[k - 1];
+        order.back += step < 0.0;
+        order.repeated += step == 0.0;
+        order.largest = fmax(order.largest, -step);
+        order.first   = !(step > 0.0) ? k : order.first;
+    }
+    return order;
+}
+
+/// Refuses stamps that begin anew or go backwards, and without --resample what that mends.
+static bool check_order(sim_log_report_t   *report,
+                        sim_log_t          *file,
+                        const common_csv_t *csv,
+                        const char         *name,
+                        bool                resample,
+                        common_error_t     *error)
+{
+    const double *t     = file->values[SIM_LOG_T];
+    const order_t order = order_of(t, file->rows);
+    const size_t  k     = order.first;
+    if (order.back + order.repeated == 0)
+    {
+        return true;
+    }
+    const double span = fmax(fabs(t[file->rows - 1] - t[0]), order.largest);
+    const double far  = GAP_MAX * span / (double)file->rows; // an interval if they go back seldom
+    if (2 * order.back > file->rows && file->rows > 2)
+    {
+        return common_csv_complain(csv, k, error, "%s: falls from row to row: the log runs backwards", name);
+    }
+    for (size_t i = k; i < file->rows; i++)
+    {
+        if (t[i - 1] - t[i] > far)
+        {
+            return common_csv_complain(
+                csv,
+                i,
+                error,
+                "%s: goes back by %.6g s, to %.6g s: the clock begins anew here; the parts before and from here on "
+                "as files of their own are one experiment",
+                name,
+                t[i - 1] - t[i],
+                t[i]);
+        }
+    }
+    if (!resample)
+    {
+        return common_csv_complain(
+            csv,
+            k,
+            error,
+            "%s: %.15g does not come after %.15g; %zu stamps are there twice, %zu go back (--resample mends it)",
+            name,
+            t[k],
+            t[k - 1],
+            order.repeated,
+            order.back);
+    }
+    report->moved_rows += order.back;
+    return order.back == 0 || put_in_order(file, error);
 }
 
 /// Of rows with equal stamps only the first stays.
@@ -319,6 +448,22 @@ static bool check_even(const common_csv_t *csv, const char *name, double median,
                name,
                t[k] - t[k - 1],
                median);
+}
+
+/// The rows that are missing between even stamps, if no more than the reader has left out are; else 0.
+static size_t missing_rows(const double *t, size_t rows, double median, size_t left_out)
+{
+    double missing = 0.0;
+    for (size_t k = 1; k < rows; k++)
+    {
+        const double interval = t[k] - t[k - 1], steps = floor(interval / median + 0.5);
+        if (!(fabs(interval - steps * median) <= JITTER * median) || steps > GAP_MAX)
+        {
+            return 0;
+        }
+        missing += steps - 1.0;
+    }
+    return missing <= (double)left_out ? (size_t)missing : 0;
 }
 
 static bool grow(double **values, size_t rows, common_error_t *error)
@@ -451,40 +596,27 @@ static double shift_of(sim_log_t *log, const sim_log_t *file)
     return log->values[SIM_LOG_T][log->rows - 1] + BETWEEN_S - start;
 }
 
-/// Checks that the stamps rise, and finds their interval.
+/// Checks that the stamps rise, and finds their interval. Rows that are `missing` because they were broken are to be bridged.
 static bool find_interval(sim_log_t               *log,
                           sim_log_t               *file,
                           common_csv_t            *csv,
                           const sim_log_options_t *options,
                           double                  *median,
+                          size_t                  *missing,
                           common_error_t          *error)
 {
     const char *name =
         options->columns[SIM_LOG_T].name != NULL ? options->columns[SIM_LOG_T].name : role_names[SIM_LOG_T];
-    if (options->resample)
-    {
-        for (size_t k = 1; k < file->rows; k++)
-        {
-            if (file->values[SIM_LOG_T][k] < file->values[SIM_LOG_T][k - 1])
-            {
-                return common_csv_complain(csv,
-                                           k,
-                                           error,
-                                           "%s: goes back by %.6g s",
-                                           name,
-                                           file->values[SIM_LOG_T][k - 1] - file->values[SIM_LOG_T][k]);
-            }
-        }
-        log->report.repeated += drop_repeated(file);
-    }
-    else if (!common_csv_check_rising(csv, name, error))
-    {
-        return false;
-    }
-    if (file->rows < 2)
+    if (file->values[SIM_LOG_T][0] == file->values[SIM_LOG_T][file->rows - 1] &&
+        order_of(file->values[SIM_LOG_T], file->rows).repeated + 1 == file->rows)
     {
         return common_error_set(error, "%s: all stamps are the same", csv->name);
     }
+    if (!check_order(&log->report, file, csv, name, options->resample, error))
+    {
+        return false;
+    }
+    log->report.repeated += drop_repeated(file);
     *median = median_interval(file->values[SIM_LOG_T], file->rows);
     if (*median < 0.0)
     {
@@ -497,22 +629,25 @@ static bool find_interval(sim_log_t               *log,
         log->report.last_place_s = last_place;
     }
     judge_stamps(&log->report, file->values[SIM_LOG_T], file->rows, *median);
-    return options->resample || check_even(csv, name, *median, error);
+    *missing = options->resample ? 0 : missing_rows(file->values[SIM_LOG_T], file->rows, *median, csv->left_out);
+    return options->resample || *missing > 0 || check_even(csv, name, *median, error);
 }
 
 static bool add_file(sim_log_t *log, const char *path, const sim_log_options_t *options, common_error_t *error)
 {
-    sim_log_t    file   = {.rows = 0};
-    common_csv_t csv    = {.rows = 0};
-    double       median = 0.0;
+    sim_log_t    file    = {.rows = 0};
+    common_csv_t csv     = {.rows = 0};
+    double       median  = 0.0;
+    size_t       missing = 0;
     if (!read_file(&file, path, options, &csv, error))
     {
         common_csv_free(&csv);
         return false;
     }
     log->report.rows_read += file.rows;
+    note_left_out(&log->report, &csv);
     log->report.files++;
-    bool ok = find_interval(log, &file, &csv, options, &median, error);
+    bool ok = find_interval(log, &file, &csv, options, &median, &missing, error);
     for (size_t i = 0; ok && log->rows > 0 && i < SIM_LOG_ROLES; i++)
     {
         ok = (log->values[i] != NULL) == (file.values[i] != NULL) ||
@@ -521,7 +656,7 @@ static bool add_file(sim_log_t *log, const char *path, const sim_log_options_t *
     if (ok && log->sample_time_s == 0.0)
     {
         const double *t    = file.values[SIM_LOG_T];
-        log->sample_time_s = !options->resample      ? (t[file.rows - 1] - t[0]) / (double)(file.rows - 1)
+        log->sample_time_s = !options->resample      ? (t[file.rows - 1] - t[0]) / (double)(file.rows - 1 + missing)
                              : options->rate_s > 0.0 ? options->rate_s
                                                      : median;
     }
@@ -538,7 +673,8 @@ static bool add_file(sim_log_t *log, const char *path, const sim_log_options_t *
     {
         const double by_s  = shift_of(log, &file);
         const double gap_s = options->gap_s > 0.0 ? options->gap_s : GAP_MAX * median;
-        ok = options->resample ? append_resampled(log, &file, gap_s, by_s, error) : append(log, &file, by_s, error);
+        ok                 = options->resample || missing > 0 ? append_resampled(log, &file, gap_s, by_s, error)
+                                                              : append(log, &file, by_s, error);
     }
     common_csv_free(&csv);
     return ok;
@@ -583,5 +719,6 @@ void sim_log_free(sim_log_t *log)
         free(log->values[i]);
     }
     free(log->starts);
+    free(log->report.left_out_first);
     *log = (sim_log_t){.rows = 0};
 }

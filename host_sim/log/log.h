@@ -52,13 +52,16 @@ typedef struct
 typedef struct
 {
     size_t rows_read, files;
-    size_t jittery;      ///< intervals off by more than 1 %
-    size_t gaps;         ///< intervals of more than 1.5 of the median's
-    size_t repeated;     ///< rows with repeated stamps, left out
-    size_t splits;       ///< gaps at which the log was split
-    size_t moved;        ///< files whose stamps were moved
-    double largest_s;    ///< interval
-    double last_place_s; ///< of stamps that are even but for their digits; else 0
+    size_t jittery;        ///< intervals off by more than 1 %
+    size_t gaps;           ///< intervals of more than 1.5 of the median's
+    size_t repeated;       ///< rows with repeated stamps, left out
+    size_t moved_rows;     ///< rows whose stamps went back, put in their order
+    size_t left_out;       ///< broken rows, which a line bridges
+    char  *left_out_first; ///< what is wrong with the first of them; null: none is
+    size_t splits;         ///< gaps at which the log was split
+    size_t moved;          ///< files whose stamps were moved
+    double largest_s;      ///< interval
+    double last_place_s;   ///< of stamps that are even but for their digits; else 0
     bool   resampled;
 } sim_log_report_t;
 

@@ -1,6 +1,7 @@
 """Logs as they come: names, units, separators, stamps, several files; and what `replay` says of the params."""
 
 import math
+import os
 import random
 
 import pytest
@@ -30,6 +31,30 @@ WAYS = {
     "sign": ("t_s,u_N,F_N\n0,-0.1,0.01\n0.001,-0.2,0.02\n0.002,-0.3,0.03\n", ["--scale", "u=-"]),
     "scale and bias": ("t_s,u_N,F_N\n0,0.3,0.01\n0.001,0.5,0.02\n0.002,0.7,0.03\n", ["--scale", "u=0.5", "--bias", "u=-0.05"]),
     "sensor under its own name": (GOOD.replace("F_N", "y_N"), []),
+    "Excel's separator": ("sep=;\r\n" + GOOD.replace(",", ";").replace(".", ",").replace("\n", "\r\n"), []),
+    "Excel's separator in quotes": ('"sep=\t"\n' + GOOD.replace(",", "\t"), []),
+    "quoted decimal commas": ("t_s,u_N,F_N\n" + "".join(",".join(f'"{x}"'.replace(".", ",") for x in line.split(",")) + "\n" for line in GOOD.split("\n")[1:4]), []),
+    "a byte order mark": ("\ufeff" + GOOD, []),
+    "a byte order mark before Excel's separator": ("\ufeffsep=;\n" + GOOD.replace(",", ";"), []),
+    "returns alone": (GOOD.replace("\n", "\r"), []),
+    "units": (GOOD.replace("\n", "\ns,N,N\n", 1), []),
+    "units in brackets and an empty line": (GOOD.replace("\n", "\n(s),(N),(N)\n\n", 1), []),
+    "units and types": (GOOD.replace("\n", "\ns,N,N\ndouble,double,double\n", 1), []),
+    "a preamble": ("Recorder 5.1\nDate;2024-05-01\nSampling rate;1000;Hz\n\nChannels;3\n" + GOOD.replace(",", ";"), []),
+    "a preamble with words of the header": ("Channels: t_s, u_N, F_N\nu_N,drive\n" + GOOD, []),
+    "a preamble of numbers": ("3,1000\n1.5,2\n" + GOOD, []),
+    "a preamble above numbers of columns": ("Recorder 5.1\nRate,1000\n\n" + GOOD, ["--column", "t=#1", "--column", "u=#2", "--column", "F=#3"]),
+    "a preamble above no header": ("Recorder 5.1\nRate 1000\n" + GOOD.split("\n", 1)[1], ["--column", "t=#1", "--column", "u=#2", "--column", "F=#3"]),
+    "LabVIEW, whose rows have no comment": ("LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\nt_s\tu_N\tF_N\tComment\n" + GOOD.split("\n", 1)[1].replace(",", "\t"), []),
+    "a comment at the end": (GOOD + "# stopped by the user\n", []),
+    "words at the end": (GOOD + "\nEnd of recording\nRows,three\n", []),
+    "comments among the rows": (GOOD.replace("\n0.001", "\n% marker\n// another\n\n0.001"), []),
+    "separators at the ends": (GOOD.replace("\n", ",\n"), []),
+    "separators at the ends of rows": (GOOD.replace("\n0", "@0").replace("\n", ",\n").replace("@", ",\n").replace("F_N,", "F_N"), []),
+    "words in a column": (GOOD.replace("u_N,", "u_N,state,").replace("0.1,", "0.1,RUN,").replace("0.2,", "0.2,RUN,").replace("0.3,", "0.3,STOP,"), []),
+    "names of UTF-8": (GOOD.replace("F_N", "Kraft µN ü"), ["--column", "F=Kraft µN ü"]),
+    "a quote in a name": (GOOD.replace("F_N", '"F ""load"""'), ["--column", 'F=F "load"']),
+    "numbers with signs and powers": ("t_s;u_N;F_N\n+0;+1,0E-1;1e-2\n1e-3;2E-1;0,2e-1\n2.0e-3;0.3;3.0E-2\n", []),
 }
 
 
@@ -58,18 +83,97 @@ def test_position_and_speed_are_read(sim):
         "t_s,u_N,x_deg,w_deg_per_s,segment", "0,0,57.2957795,3,0"]
 
 
+@pytest.mark.parametrize("one", ["u", "F", "x", "v", "r"])
+@pytest.mark.parametrize("other", ["t", "u", "F", "x", "v", "r"])
+def test_a_column_for_two_roles_is_read_into_both(sim, one, other):
+    """Each with its own scale; so is the one that has the force by default. Memory that nobody wrote would be noise under MALLOC_PERTURB_."""
+    names, of = {"t": "t_s", "u": "u_N", "F": "F_N", "x": "x_deg", "v": "w_deg_per_s", "r": "r_N"}, {"t": 0, "u": 1, "y": 2}
+    rows = [[k * 0.001, 0.1 + 0.3 * k, 7.0 - 2.0 * k] for k in range(40)]
+    sim.write("log.csv", "t_s,u_N,y_N\n" + "".join(",".join(f"{x:.9g}" for x in row) + "\n" for row in rows))
+    for column in ("y_N", "u_N", "t_s"):
+        result = sim("log", "log.csv", "--column", f"{one}={column}", "--scale", f"{one}=3", *(["--column", f"{other}={column}"] if other not in (one, "t") else []), "--out", "out.csv",
+                     env={**os.environ, "MALLOC_PERTURB_": "85"})
+        assert result.returncode == 0, result.stderr
+        out = read_csv(sim.folder / "out.csv")
+        assert out[names[one]] == pytest.approx([3 * row[of[column[0]]] for row in rows], rel=1e-8)
+        if other not in (one, "t"):
+            assert out[names[other]] == pytest.approx([row[of[column[0]]] for row in rows], rel=1e-8)
+        if "F" not in (one, other):
+            assert out["F_N"] == pytest.approx([row[2] for row in rows], rel=1e-8)
+
+
+LONG = ["t_s,u_N,F_N", *(f"{k / 1000:.3f},{k},{2 * k}" for k in range(100))]
+BROKEN = {
+    "a field too many": ("0.050,50,100,7", "log.csv:52:14: more fields than the header's 3"),
+    "a field too few": ("0.050,50", "log.csv:52:7: 2 fields, the header has 3"),
+    "no number": ("0.050,x,100", "log.csv:52:7: u_N: 'x' is not a number"),
+    "not a number": ("0.050,NaN,100", "log.csv:52:7: u_N: 'NaN' is not a finite number"),
+    "nothing": ("0.050,,100", "log.csv:52:7: u_N: '' is not a number"),
+    "half of a line": ("0.0", "log.csv:52:1: 1 fields, the header has 3"),
+    "an open quote": ('0.050,"50,100', "log.csv:52:7: a quote is opened and not closed in its line"),
+    "a number without an end": ("0.050," + "1" * 500 + ",100", "log.csv:52:7: u_N: '" + "1" * 40 + "' is outside -1e+30 to 1e+30"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_broken_row_is_left_out_and_bridged(sim, case):
+    row, what = BROKEN[case]
+    sim.write("log.csv", "\n".join(LONG[:51] + [row] + LONG[52:]) + "\n")
+    result = sim("log", "log.csv", "--out", "out.csv")
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == f"log.csv: 1 of 100 rows are broken, left out and bridged; the first: {what}\n"
+    out = read_csv(sim.folder / "out.csv")
+    assert out["t_s"] == pytest.approx([k / 1000 for k in range(100)], abs=1e-9) and set(out["segment"]) == {0}
+    assert out["u_N"] == pytest.approx(list(range(100)), abs=1e-6) and out["F_N"] == pytest.approx(list(range(0, 200, 2)), abs=1e-6)
+
+
+def test_many_broken_rows_are_a_broken_log(sim):
+    rows = [line + ",7" if k in (20, 30, 40, 50, 60) else line for k, line in enumerate(LONG)]
+    sim.write("log.csv", "\n".join(rows) + "\n")
+    assert "5 of 100 rows are broken" in sim("log", "log.csv", "--out", "out.csv").stderr
+    rows[70] += ",7"
+    sim.write("log.csv", "\n".join(rows) + "\n")
+    sim.fails("log.csv:21:13: more fields than the header's 3, and 5 more rows of 100 are broken", "log", "log.csv")
+
+
+def test_words_among_the_rows_count_as_broken(sim):
+    """A header in the midst: the logger was started again."""
+    sim.write("log.csv", "\n".join(LONG[:51] + LONG[:1] + LONG[51:]) + "\n")
+    result = sim("log", "log.csv", "--out", "out.csv")
+    assert result.returncode == 0 and "1 of 101 rows are broken" in result.stderr
+
+
+def test_a_row_that_is_missing_is_not_bridged_for_a_broken_one(sim):
+    sim.write("log.csv", "\n".join(LONG[:20] + LONG[21:51] + ["0.050,x,1"] + LONG[52:]) + "\n")
+    result = sim("log", "log.csv")
+    assert result.returncode == 1 and "log.csv:21:1: t_s: 0.002 s after the row before" in result.stderr
+
+
+@pytest.mark.parametrize("coding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+def test_wide_characters_are_named(sim, coding):
+    sim.write("log.csv", GOOD.encode(coding))
+    sim.fails(f"log.csv: is text of {'UTF-32' if coding == 'utf-32' else 'UTF-16'}; save it as UTF-8", "log", "log.csv")
+
+
 REFUSED = {
     "torque without a scale": (GOOD, ["--unit", "u=N m"], "--unit u=...: is no force: --scale u=NUMBER says how many N it"
                                " stands for (1/lever for a torque in N m)"),
-    "no such column": (GOOD, ["--column", "u=torque"], "log.csv:1:1: no column is named torque"),
+    "no such column": (GOOD, ["--column", "u=torque"], "log.csv:1:1: no column is named torque; there are t_s, u_N, F_N"),
     "no such number": (GOOD.split("\n", 1)[1], ["--column", "t=#1", "--column", "u=#9"],
                        "log.csv:1:1: no header, so that no column is #9: there are #1 to #3"),
-    "mapped force": (GOOD, ["--column", "F=force"], "log.csv:1:1: no column is named force"),
-    "back in time": ("t_s,u_N\n0,0\n0.002,0\n0.001,0\n", ["--resample"], "log.csv:4:1: t_s: goes back by 0.001 s"),
+    "mapped force": (GOOD, ["--column", "F=force"], "log.csv:1:1: no column is named force; there are t_s, u_N, F_N"),
+    "near a name": (GOOD.replace("u_N", "Torque_Cmd"), ["--column", "u=torque_cnd"], "log.csv:1:1: no column is named torque_cnd, did you mean Torque_Cmd?; there are t_s, Torque_Cmd, F_N"),
+    "a name without its unit": (GOOD.replace("u_N", "torque [Nm]"), ["--column", "u=Torque"], "log.csv:1:1: no column is named Torque, did you mean torque [Nm]?; there are t_s, torque [Nm], F_N"),
+    "one column": (GOOD.replace(",", "|"), [], "log.csv:1:1: no column is named t_s, did you mean t_s|u_N|F_N?; there is one alone: t_s|u_N|F_N"),
+    "below a preamble": ("Rig,7\nDate: today\n" + GOOD.replace("t_s", "clock"), [], "log.csv:3:1: no column is named t_s; there are clock, u_N, F_N"),
+    "falling stamps": ("t_s,u_N\n0.003,0\n0.002,0\n0.001,0\n0,0\n", ["--resample"], "log.csv:3:1: t_s: falls from row to row: the log runs backwards"),
+    "stamps that begin anew": ("t_s,u_N\n" + "".join(f"{k % 50 / 1000},0\n" for k in range(100)), ["--resample"],
+                               "log.csv:52:1: t_s: goes back by 0.049 s, to 0 s: the clock begins anew here; the parts before and from here on as files of their own are one experiment"),
+    "stamps twice": ("t_s,u_N\n0,0\n0,0\n0.001,0\n0.002,0\n", [], "log.csv:3:1: t_s: 0 does not come after 0; 1 stamps are there twice, 0 go back (--resample mends it)"),
     "behind comments": ("# a\n# b\nt_s,u_N\n0,0\n0.001,x\n", [], "log.csv:5:7: u_N: 'x' is not a number"),
-    "back in time behind comments": ("# a\nt_s,u_N\n0,0\n0.001,0\n0,0\n", [], "log.csv:5:1: t_s: 0 does not come after 0.001"),
-    "back in time without a header": ("0,0\n0.001,0\n0,0\n", ["--column", "t=#1", "--column", "u=#2"], "log.csv:3:1: #1: 0 does not come after 0.001"),
-    "comments only": ("# a\n# b\n", [], "log.csv:1:1: no column is named t_s"),
+    "back in time behind comments": ("# a\nt_s,u_N\n0,0\n0.001,0\n0,0\n", [], "log.csv:5:1: t_s: 0 does not come after 0.001; 0 stamps are there twice, 1 go back (--resample mends it)"),
+    "back in time without a header": ("0,0\n0.001,0\n0,0\n", ["--column", "t=#1", "--column", "u=#2"], "log.csv:3:1: #1: 0 does not come after 0.001; 0 stamps are there twice, 1 go back (--resample mends it)"),
+    "comments only": ("# a\n# b\n", [], "log.csv:1:1: no column is named t_s; there is one alone: a"),
     "one stamp": ("t_s,u_N\n0,0\n0,0\n", ["--resample"], "log.csv: all stamps are the same"),
     "gaps only": ("t_s,u_N\n0,0\n1,0\n2,0\n", ["--resample", "--gap", "0.1"], "log.csv: no two rows without a gap between them"),
     "a missing file": (GOOD, ["none.csv"], "none.csv: cannot be opened: No such file or directory"),
@@ -104,10 +208,20 @@ def test_jitter_and_small_gaps_are_mended_and_said(sim):
     result = sim("log", "log.csv", "--unit", "t=ms", "--resample", "--out", "out.csv")
     assert result.returncode == 0
     assert result.stderr == ("log.csv: resampled 11 rows to 12 at 0.001 s: 5 intervals off by more than 1 %, 1 gaps"
-                             " (the longest 0.003 s), 1 stamps twice, split at 0 gaps\n")
+                             " (the longest 0.003 s), 1 stamps twice, 0 out of order, split at 0 gaps\n")
     out = read_csv(sim.folder / "out.csv")
     assert out["t_s"] == pytest.approx([k * 0.001 for k in range(12)])
     assert out["u_N"] == pytest.approx([2 * k for k in range(12)], abs=1e-8)
+
+
+def test_rows_out_of_order_are_put_in_order(sim):
+    rows = list(range(100))
+    rows[30], rows[31], rows[60], rows[62] = 31, 30, 62, 60
+    sim.write("log.csv", "t_s,u_N\n" + "".join(f"{k / 1000},{k * k}\n" for k in rows))
+    result = sim("log", "log.csv", "--resample", "--out", "out.csv")
+    assert result.returncode == 0 and ", 3 out of order," in result.stderr, result.stderr
+    out = read_csv(sim.folder / "out.csv")
+    assert out["t_s"] == pytest.approx([k / 1000 for k in range(100)]) and out["u_N"] == pytest.approx([k * k for k in range(100)], abs=1e-6)
 
 
 def stamps_of(interval, first, rows, form):

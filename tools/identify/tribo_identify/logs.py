@@ -1,5 +1,6 @@
 """Logs, read by `tribo-sim log`: the same reader as replay's, with the same options."""
 
+import os
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,7 +40,7 @@ def arguments_of(options):
     words = []
     for name in OPTIONS:
         for value in getattr(options, name):
-            words += [f"--{name}", value]
+            words += [f"--{name}", os.fsencode(value).decode("utf-8", "surrogateescape")]  # as it was typed, whatever the locale
     if options.resample is not None:
         words.append("--resample" + (f"={options.resample}" if options.resample else ""))
     if options.gap:
@@ -53,7 +54,7 @@ def read(paths, words=()):
     for path in paths:
         with tempfile.TemporaryDirectory() as folder:
             clean = Path(folder) / "clean.csv"
-            _, said = native.run_tribo_sim("log", path, *words, "--out", clean)
+            _, said = native.run_tribo_sim("log", Path(path), *words, "--out", clean)
             remarks += said.strip().splitlines()
             with open(clean, encoding="ascii") as file:
                 names = file.readline().strip().split(",")

@@ -72,8 +72,10 @@ def tribo_sim():
 
 
 def run_tribo_sim(*arguments, cwd=None):
-    """Its standard output; its own words if it fails."""
-    done = subprocess.run([tribo_sim(), *map(str, arguments)], capture_output=True, text=True, check=False, cwd=cwd)
+    """Its standard output, and what it says beside; its own words if it fails. Words go as bytes of UTF-8, whatever the locale; paths as the system has them."""
+    words = [os.fsencode(a) if isinstance(a, Path) else str(a).encode("utf-8", "surrogateescape") for a in arguments]
+    done = subprocess.run([tribo_sim(), *words], capture_output=True, check=False, cwd=cwd)
+    out, said = (text.decode("utf-8", "replace") for text in (done.stdout, done.stderr))
     if done.returncode != 0:
-        raise InputError(done.stderr.strip().removeprefix("tribo-sim: ").split(" (tribo-sim --help")[0] or f"tribo-sim ended with {done.returncode}")
-    return done.stdout, done.stderr
+        raise InputError(said.strip().removeprefix("tribo-sim: ").split(" (tribo-sim --help")[0] or f"tribo-sim ended with {done.returncode}")
+    return out, said
