@@ -224,7 +224,7 @@ static bool take_number(const reader_t           *reader,
 {
     const common_csv_column_t *spec      = &reader->columns[column];
     const double               max       = (spec->max > 0.0) ? spec->max : COMMON_CSV_NUMBER_MAX;
-    const char                *complaint = common_number_parse(text, value);
+    const char                *complaint = common_number_parse_sample(text, value);
     char                       outside[64];
     (void)snprintf(outside, sizeof outside, "is outside %g to %g", -max, max);
     if (complaint == NULL && fabs(*value) > max)

@@ -1,6 +1,7 @@
 #include "support/number.h"
 
 #include <errno.h>
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,7 +14,7 @@ static bool is_not_finite_word(const char *text)
     return strcasecmp(word, "nan") == 0 || strcasecmp(word, "inf") == 0 || strcasecmp(word, "infinity") == 0;
 }
 
-const char *common_number_parse(const char *text, double *value)
+static const char *parse(const char *text, double *value)
 {
     if (is_not_finite_word(text))
     {
@@ -28,6 +29,26 @@ const char *common_number_parse(const char *text, double *value)
         return "is not a number";
     }
     return isfinite(*value) ? NULL : "is too large for a number";
+}
+
+/// Below the normal numbers of single precision.
+static bool is_tiny(double value)
+{
+    return value != 0.0 && fabs(value) < (double)FLT_MIN;
+}
+
+const char *common_number_parse(const char *text, double *value)
+{
+    const char *complaint = parse(text, value);
+    return complaint == NULL && is_tiny(*value) ? "is too small for a number: 0, or at least 1.2e-38 in size"
+                                                : complaint;
+}
+
+const char *common_number_parse_sample(const char *text, double *value)
+{
+    const char *complaint = parse(text, value);
+    *value                = complaint == NULL && is_tiny(*value) ? 0.0 : *value;
+    return complaint;
 }
 
 const char *common_number_parse_whole(const char *text, uint64_t *value)

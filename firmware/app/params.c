@@ -143,6 +143,38 @@ static bool refuse_row(params_error_t *error, const params_set_t *set, const tri
     return refuse(error, word, value, row->low, row->high, (tribo_status_t)row->status);
 }
 
+bool params_is_number(uint32_t word)
+{
+    if (word < (uint32_t)DRIVE_CONFIG_COUNT)
+    {
+        return drive_config_fields[word].is_float;
+    }
+    const tribo_parameter_t *row;
+    uint32_t                 of_row;
+    size_t                   at;
+    for (uint32_t n = 0; find_row(n, &row, &of_row, &at); n++)
+    {
+        if (of_row == word)
+        {
+            return row->is_whole == 0u;
+        }
+    }
+    return word >= (uint32_t)PARAMS_SECTIONS_AT;
+}
+
+/// A subnormal may be between the ends of a range.
+static bool check_sizes(params_error_t *error, const params_set_t *set)
+{
+    for (uint32_t word = 0; word < PARAMS_WORDS; word++)
+    {
+        if (params_is_subnormal(params_word(set, word)) && params_is_number(word))
+        {
+            return refuse(error, word, params_number(set, word), 0.0f, 0.0f, TRIBO_OK);
+        }
+    }
+    return true;
+}
+
 /// The ranges of all rows, also of what this method does not use.
 static bool check_ranges(params_error_t *error, const params_set_t *set)
 {
@@ -462,7 +494,7 @@ bool params_make(params_t *params, const port_t *port, params_error_t *error)
     const params_set_t *set       = &params->set;
     configs_t           configs   = configs_of(set);
     configs.loop.controller.pause = port->pause;
-    if (!check_ranges(error, set))
+    if (!check_sizes(error, set) || !check_ranges(error, set))
     {
         return false;
     }

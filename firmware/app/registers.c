@@ -743,6 +743,28 @@ static modbus_status_t read_registers(void *context, uint16_t address, uint16_t 
 
 // --- writing -------------------------------------------------------------------------------------------------------
 
+/// Whether a word of the requests or of a set is a float.
+static bool is_number(const place_t *place)
+{
+#define IS_FLOAT(symbol, name, type, unit, normal, text) (type)0.5 != 0,
+    static const bool of_requests[] = {REGISTERS_REQUESTS(IS_FLOAT)};
+#undef IS_FLOAT
+    return place->kind == STAGED ? params_is_number(place->word) : place->kind == REQUESTS && of_requests[place->word];
+}
+
+#define SIGN 0x80000000u
+
+/// A number that somebody can mean: -0 is 0, and a subnormal comes of swapped words or bytes, or of an integer.
+static bool take_number(const place_t *place, word_t *word)
+{
+    if (!is_number(place))
+    {
+        return true;
+    }
+    *word = *word == SIGN ? 0u : *word;
+    return !params_is_subnormal(*word);
+}
+
 static bool take_reference(registers_t *registers, word_t word, bool only_check)
 {
     float       r;
@@ -773,6 +795,10 @@ static bool unlock(registers_t *registers, word_t key, bool only_check)
 static modbus_status_t write_word(registers_t *registers, const place_t *place, word_t word, bool only_check)
 {
     void *words = NULL;
+    if (!take_number(place, &word))
+    {
+        return MODBUS_ILLEGAL_VALUE;
+    }
     switch (place->kind)
     {
     case REQUESTS:

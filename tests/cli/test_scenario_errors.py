@@ -29,6 +29,8 @@ MISTAKES = {
     "NaN": ("compensator:\n  gain: NaN", ":4: compensator.gain: 'NaN' is not a finite number"),
     "infinity": ("compensator:\n  gain: -.inf", ":4: compensator.gain: '-.inf' is not a finite number"),
     "overflow": ("compensator:\n  gain: 1e999", ":4: compensator.gain: '1e999' is too large for a number"),
+    "swapped words": ("compensator:\n  gain: 2.26001e-41", ":4: compensator.gain: '2.26001e-41' is too small for a number: 0, or at least 1.2e-38 in size"),
+    "underflow": ("plant: {friction: {gravity_N: -1e-320}}", ":3: plant.friction.gravity_N: '-1e-320' is too small for a number: 0, or at least 1.2e-38 in size"),
     "above the range": ("compensator:\n  gain: 2.01", ":4: compensator.gain: 2.01 is outside 0 to 2"),
     "below the range": ("compensator:\n  gain: -1e-9", ":4: compensator.gain: -1e-09 is outside 0 to 2"),
     "list for a number": ("compensator:\n  gain: [1]", ":4: compensator.gain: a number is expected here, not a list"),

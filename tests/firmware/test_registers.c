@@ -939,7 +939,7 @@ static void test_a_breakaway_table_is_used(void)
 
 static void test_half_a_register_is_neither_written_nor_half_a_frame(void)
 {
-    const uint16_t     values[6] = {1, 2, 3, 4, 5, 6};
+    const uint16_t     values[6] = {0x3f80, 2, 0x3f80, 4, 0x3f80, 6}; // also numbers
     const params_set_t before    = registers.staged;
     TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.write(map.context, REGISTERS_STAGED_AT, 1, values));
     TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_ADDRESS, map.write(map.context, REGISTERS_STAGED_AT + 1u, 2, values));
@@ -1280,6 +1280,83 @@ static void test_a_trace_is_read_while_the_drive_runs(void)
     TEST_ASSERT_EQUAL_UINT32(TRACE_STOPPED, STATE_OF(trace_state));
 }
 
+/// 0.5 N, 1.23 N and 500 mN by masters of other orders: the low word first, all bytes reversed, an integer.
+static const uint32_t unmeant[] =
+    {0x00003f00u, 0x0000003fu, 0x00003e80u, 500u, 1u, 0x007fffffu, 0x807fffffu, 0x80000001u};
+
+static void test_a_reference_that_nobody_can_mean_is_refused(void)
+{
+    start();
+    write_number(REQUEST_AT(reference), 0.25f);
+    for (size_t i = 0; i < sizeof unmeant / sizeof unmeant[0]; i++)
+    {
+        TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_word(REQUEST_AT(reference), unmeant[i]));
+        TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_word(REQUEST_AT(level), unmeant[i]));
+    }
+    tick();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.25, SIGNAL_OF(r));
+    write_word(REQUEST_AT(reference), 0x80000000u); // -0 is 0
+    tick();
+    TEST_ASSERT_EQUAL_HEX32(0, read_word(REQUEST_AT(reference)));
+    write_word(REQUEST_AT(reference), 0x00800000u); // the smallest normal number
+    write_word(REQUEST_AT(decimation), 1u);         // a whole number
+}
+
+/// Each float of a set, and no whole number, which would look the same.
+static void test_a_param_that_nobody_can_mean_is_refused(void)
+{
+    const params_set_t before  = registers.staged;
+    unsigned           numbers = 0;
+    for (uint32_t address = REGISTERS_STAGED_AT; address < REGISTERS_ACTIVE_AT; address += 2u)
+    {
+        uint16_t values[2];
+        if (map.read(map.context, (uint16_t)address, 2, values) != MODBUS_OK)
+        {
+            continue;
+        }
+        const uint32_t        was    = read_word(address);
+        const modbus_status_t status = try_word(address, 500u);
+        const bool            is_whole =
+            memcmp(&before, &registers.staged, sizeof before) != 0 || (was == 500u && status == MODBUS_OK);
+        TEST_ASSERT_EQUAL_INT(is_whole ? MODBUS_OK : MODBUS_ILLEGAL_VALUE, status);
+        write_word(address, was);
+        numbers += !is_whole;
+        if (!is_whole)
+        {
+            write_word(address, 0x80000000u);
+            TEST_ASSERT_EQUAL_HEX32(0, read_word(address));
+            write_word(address, was);
+        }
+    }
+    unsigned floats = 5u * TRIBO_BIQUAD_SECTIONS_MAX + 3u * TRIBO_BREAKAWAY_POINTS_MAX;
+    for (uint32_t i = 0; i < DRIVE_CONFIG_COUNT; i++)
+    {
+        floats += drive_config_fields[i].is_float;
+    }
+    TEST_ASSERT_EQUAL_UINT(floats + PARAMS_LOOP_COUNT - 2u + PARAMS_FEED_COUNT +
+                               (PARAMS_GUARD_COUNT > 0 ? PARAMS_GUARD_COUNT - 1u : 0u),
+                           numbers);
+}
+
+/// Of a board's own image, or a store.
+static void test_a_set_with_a_number_that_nobody_can_mean_is_refused(void)
+{
+    static params_t params;
+    params_error_t  error;
+    params.set                   = defaults;
+    params.words[PARAMS_DAMPING] = 500u;
+    TEST_ASSERT_FALSE(params_make(&params, &board.port, &error));
+    TEST_ASSERT_EQUAL_UINT32(PARAMS_DAMPING, error.word);
+    params.set                                  = defaults;
+    params.words[DRIVE_CONFIG_safe_reference_n] = 0x80000001u;
+    TEST_ASSERT_FALSE(params_make(&params, &board.port, &error));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_CONFIG_safe_reference_n, error.word);
+    params.set                            = defaults;
+    params.words[PARAMS_SECTIONS_AT + 7u] = 0x007fffffu;
+    TEST_ASSERT_FALSE(params_make(&params, &board.port, &error));
+    TEST_ASSERT_EQUAL_UINT32(PARAMS_SECTIONS_AT + 7u, error.word);
+}
+
 static void test_a_trace_out_of_range_is_refused(void)
 {
     static const struct
@@ -1347,6 +1424,9 @@ int main(void)
     RUN_TEST(test_a_breakaway_table_is_used);
     RUN_TEST(test_half_a_register_is_neither_written_nor_half_a_frame);
     RUN_TEST(test_a_reference_beyond_what_is_credible_is_refused);
+    RUN_TEST(test_a_reference_that_nobody_can_mean_is_refused);
+    RUN_TEST(test_a_param_that_nobody_can_mean_is_refused);
+    RUN_TEST(test_a_set_with_a_number_that_nobody_can_mean_is_refused);
     RUN_TEST(test_a_silent_bus_is_the_fault_of_the_reference);
     RUN_TEST(test_commands_act_in_their_states);
     RUN_TEST(test_saved_params_are_those_of_the_next_power_up);

@@ -28,7 +28,7 @@ def number(rng, low, high, default):
         return min(max(float(default) * math.exp(rng.gauss(0, 0.7)), low), high)
     if how < 0.78:
         return rng.choice((low, high))
-    sizes = [abs(end) for end in (low, high) if end] + [rng.choice((1e-9, 1e-320))]
+    sizes = [abs(end) for end in (low, high) if end] + [rng.choice((1e-9, 1e-37))]
     size = math.exp(rng.uniform(math.log(min(sizes)), math.log(max(sizes))))
     return min(max(rng.choice((-1, 1)) * size, low), high)
 
