@@ -66,7 +66,8 @@
     FIELD(float, bridge_trip_a, "A", 1e-3f, 1e3f, 0, 3.0f, PROTECTS, "its current beyond this turns it off within two periods") \
     FIELD(uint32_t, dead_time_ns, "ns", 50, 6000, 0, 500, PROTECTS, "from one switch of a leg off to the other on") \
     FIELD(uint32_t, motion_units, "", 0, 1000000, 0, 0, PROTECTS, "travel of the position that is surely a reversal: without a force sensor friction opposes it, and is learned; 0: r decides") \
-    FIELD(uint32_t, motion_reversed, "", 0, 1, 0, 0, WIRED, "the position falls as u rises")
+    FIELD(uint32_t, motion_reversed, "", 0, 1, 0, 0, WIRED, "the position falls as u rises") \
+    FIELD(uint32_t, swing_ms, "ms", 1, 10000, 1, 1000, PROTECTS, "y or u swings to and fro though r does not: what counts is in firmware/README.md")
 // clang-format on
 
 typedef struct

@@ -83,7 +83,7 @@ bool drive_setup_init(drive_setup_t        *setup,
     {
         return false;
     }
-    faults_init(&setup->bounds, config);
+    faults_init(&setup->bounds, config, params);
     expected_init(&setup->expected, config, params);
     return is_measured(config, port, error) && is_sensed(setup, error) && is_safe_credible(setup, error);
 }
@@ -108,6 +108,7 @@ static void stop_with(drive_t *drive, drive_fault_t cause)
     drive->state      = DRIVE_FAULT;
     drive->fault      = cause;
     drive->fault_tick = drive->ticks;
+    drive->rest_tick  = drive->ticks;
     drive->limits     = 0;
     drop_references(drive);
 }
@@ -120,6 +121,7 @@ void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, 
                        .sensor_zero  = setup->scaling.sensor_zero,
                        .state        = DRIVE_IDLE,
                        .logged_state = DRIVE_FAULT};
+    expected_reset(&drive->expected);
     TRIBO(force_loop, reset)(&drive->loop);
 #if DRIVE_FEEDFORWARD
     TRIBO(guard, reset)(&drive->guard);
@@ -217,7 +219,7 @@ static drive_fault_t check_sensor(drive_t *drive, const drive_setup_t *setup, lo
     }
     const loop_force_t  y_before = drive->y;
     const drive_fault_t bad      = read_sensor(drive, setup, reading);
-    if (faults_readings(&setup->bounds, &drive->bad_readings, bad != DRIVE_FAULT_NONE))
+    if (faults_readings(&setup->bounds, &drive->bad_readings, &drive->lasting.bad, bad != DRIVE_FAULT_NONE))
     {
         return bad;
     }
@@ -249,7 +251,7 @@ static drive_fault_t check_measured(drive_t *drive, const drive_setup_t *setup, 
     const bool current     = faults_over_current(bounds, &drive->lasting, measured.current_ma);
     const bool bus         = faults_bus_voltage(bounds, &drive->lasting, measured.bus_mv);
     const bool temperature = faults_temperature(bounds, &drive->lasting, measured.temperature_mc);
-    const bool speed       = state == DRIVE_RUN && faults_speed(bounds, &drive->lasting, measured.position);
+    const bool speed       = faults_speed(bounds, &drive->lasting, measured.position) && state == DRIVE_RUN;
     return current       ? DRIVE_FAULT_OVER_CURRENT
            : bus         ? DRIVE_FAULT_BUS_VOLTAGE
            : temperature ? DRIVE_FAULT_TEMPERATURE
@@ -346,14 +348,16 @@ static const drive_setup_t *take_setup(drive_t *drive)
 }
 
 /// What lasts too long, once u is known.
-static drive_fault_t check_rig(drive_t *drive, const faults_bounds_t *bounds, bool limited)
+static drive_fault_t check_rig(drive_t *drive, const faults_bounds_t *bounds, bool limited, loop_force_t u)
 {
-    faults_state_t *lasting  = &drive->lasting;
-    const bool      residual = faults_residual(bounds, lasting, drive->y, drive->expected.y);
-    const bool      tracking = faults_tracking(bounds, lasting, drive->r, drive->y);
-    const bool      at_limit = faults_command_limit(bounds, lasting, limited);
+    faults_loop_t *lasting  = &drive->lasting.loop;
+    const bool     residual = faults_residual(bounds, lasting, drive->y, drive->expected.y);
+    const bool     at_limit = faults_command_limit(bounds, lasting, limited);
+    const bool     swings   = faults_swinging(bounds, lasting, drive->r, drive->y, u);
+    const bool     tracking = faults_tracking(bounds, lasting, drive->y);
     return residual   ? DRIVE_FAULT_RESIDUAL
            : at_limit ? DRIVE_FAULT_COMMAND_LIMIT
+           : swings   ? DRIVE_FAULT_SWING
            : tracking ? DRIVE_FAULT_TRACKING
                       : DRIVE_FAULT_NONE;
 }
@@ -386,7 +390,7 @@ static void run_loop(drive_t *drive, const drive_setup_t *setup, uint32_t start_
     const loop_force_t u = TRIBO(force_loop, step)(setup->params, &drive->loop, r, drive->y, &drive->signals);
 
     const bool          limited = drive->signals.controller.limited;
-    const drive_fault_t found   = check_rig(drive, &setup->bounds, limited);
+    const drive_fault_t found   = check_rig(drive, &setup->bounds, limited, u);
     expected_step(&setup->expected, &drive->expected, u);
 
     const uint32_t took = drive->port->time_us(drive->port->context) - start_us;
@@ -399,6 +403,7 @@ static void run_loop(drive_t *drive, const drive_setup_t *setup, uint32_t start_
     }
     if (found != DRIVE_FAULT_NONE)
     {
+        drive->lasting.loop = (faults_loop_t){0}; // an acknowledgement begins anew
         stop_with(drive, found);
         return;
     }
@@ -448,11 +453,24 @@ static bool is_for_good(drive_fault_t fault)
     return (fault >= DRIVE_FAULT_IMAGE && fault <= DRIVE_FAULT_CLOCK) || fault == DRIVE_FAULT_CONFIG_CHANGED;
 }
 
+/// A start soon after a stop goes on with what was seen before.
+static void begin_levels(drive_t *drive, const drive_setup_t *setup)
+{
+    faults_state_t *lasting = &drive->lasting;
+    lasting->reference      = 0;
+    if (drive->ticks - drive->rest_tick > setup->bounds.rest_ticks)
+    {
+        lasting->loop     = (faults_loop_t){0};
+        lasting->starting = 0;
+    }
+}
+
 static drive_state_t change_state(drive_t *drive, const drive_setup_t *setup, drive_state_t state, uint32_t requests)
 {
     if ((requests & REQUEST_STOP) != 0u)
     {
-        drive->state = DRIVE_IDLE;
+        drive->rest_tick = state == DRIVE_IDLE ? drive->rest_tick : drive->ticks;
+        drive->state     = DRIVE_IDLE;
         drop_references(drive);
     }
     else if (state == DRIVE_IDLE && (requests & REQUEST_START) != 0u)
@@ -462,10 +480,9 @@ static drive_state_t change_state(drive_t *drive, const drive_setup_t *setup, dr
 #if DRIVE_FEEDFORWARD
         loop_guard_begin(&drive->loop, &drive->guard);
 #endif
-        drive->lasting  = (faults_state_t){0};
+        begin_levels(drive, setup);
         drive->moved    = 0; // until now the power stage was off
         drive->was_told = false;
-        expected_reset(&drive->expected);
         drive->port->enable(drive->port->context, true);
         drive->state = setup->bounds.ready_ticks > 0u ? DRIVE_STARTING : DRIVE_RUN;
     }
@@ -477,7 +494,8 @@ static drive_state_t wait_for_ready(drive_t *drive, const drive_setup_t *setup, 
 {
     if (begun && (inputs & PORT_INPUT_NOT_READY) == 0u)
     {
-        drive->state = DRIVE_RUN;
+        drive->state            = DRIVE_RUN;
+        drive->lasting.starting = 0;
     }
     else if (faults_starting(&setup->bounds, &drive->lasting))
     {
@@ -569,6 +587,10 @@ void drive_tick(drive_t *drive)
         off(drive); // after a failed self-test or without valid params nothing else runs
         refuse_tare(drive, requests);
         return;
+    }
+    if (state != DRIVE_RUN)
+    {
+        expected_step(&setup->expected, &drive->expected, 0); // since the last tick
     }
 
     // Every check runs in every tick, so that the state of one does not depend on the result of another.
@@ -737,7 +759,8 @@ const char *drive_fault_text(drive_fault_t fault)
                                         [DRIVE_FAULT_TEMPERATURE]     = "temperature",
                                         [DRIVE_FAULT_BROWN_OUT_LEVEL] = "brown-out level",
                                         [DRIVE_FAULT_TRACKING]        = "force away from the reference",
-                                        [DRIVE_FAULT_SPEED]           = "arm too fast"};
+                                        [DRIVE_FAULT_SPEED]           = "arm too fast",
+                                        [DRIVE_FAULT_SWING]           = "loop swings to and fro"};
     return (unsigned)fault < DRIVE_FAULTS ? texts[fault] : "unknown";
 }
 

@@ -97,6 +97,7 @@ typedef enum
     DRIVE_FAULT_BROWN_OUT_LEVEL, ///< at power-up: the chip would run on with a supply too low for it
     DRIVE_FAULT_TRACKING,        ///< y away from r for tracking_ms
     DRIVE_FAULT_SPEED,           ///< of the arm, by its position
+    DRIVE_FAULT_SWING,           ///< u or y to and fro, by no wish of r
     DRIVE_FAULTS
 } drive_fault_t;
 
@@ -138,6 +139,7 @@ typedef struct
 
     uint32_t ticks;       ///< since power-up; wraps
     uint32_t fault_tick;  ///< the tick that latched the cause
+    uint32_t rest_tick;   ///< the tick of the last stop or fault
     uint32_t max_tick_us; ///< longest from a tick's start to its command
     uint32_t max_late_us; ///< latest start
     uint32_t overruns;    ///< ticks over budget; stops at UINT32_MAX

@@ -23,23 +23,50 @@ static int32_t travel_of(float units)
     return units >= 2147483647.0f ? INT32_MAX : units > 0.0f && units < 1.0f ? 1 : (int32_t)units;
 }
 
-void faults_init(faults_bounds_t *bounds, const drive_config_t *config)
+/// Swings of a signal, in forces of the arithmetic: at least `least` of the range of u, and one over the whole range fills `ms`.
+static faults_swings_t swings_of(float range, float least, float ms, const drive_config_t *config)
+{
+    const float ticks = ms * 1000.0f / (float)config->period_us;
+    const float gain  = ticks / range * TRIBO_EITHER(1.0f, 4294967296.0f);
+    const float most  = TRIBO_EITHER(1e6f, 4e9f);
+    return (faults_swings_t){.least = (scaling_rise_t)(least * range),
+                             .gain  = (scaling_rise_t)(gain < most ? gain : most)};
+}
+
+/// In a second a level loses 1000 ms: swings of y over one range of u a second are left alone, and of u over 2.5. Noise moves u more
+/// than y, so that u's smallest swing is wider. Set by tests/firmware/loop_study.c.
+static void init_swings(faults_bounds_t *bounds, const drive_config_t *config, const loop_params_t *params)
+{
+    const float range   = (float)scaling_rise(params->controller.TRIBO_N(u_min), params->controller.TRIBO_N(u_max));
+    const float h_s     = 1e-6f * (float)config->period_us;
+    bounds->swings_of_u = swings_of(range, 3.0f / 16.0f, 400.0f, config);
+    bounds->swings_of_y = swings_of(range, 1.0f / 16.0f, 1000.0f, config);
+    bounds->moves_of_r  = swings_of(range, 1.0f / 100.0f, 2000.0f, config);
+    bounds->follow      = scaling_gain(h_s / (0.05f + h_s));
+    bounds->swing_ticks = (int32_t)ticks_of(config->swing_ms, config->period_us);
+    bounds->asked_most  = (int32_t)ticks_of(4000u, config->period_us);
+}
+
+void faults_init(faults_bounds_t *bounds, const drive_config_t *config, const loop_params_t *params)
 {
     const float period_s = (float)config->period_us * 1e-6f;
 
     *bounds = (faults_bounds_t){
-        .residual            = scaling_number(config->residual_n, config->full_scale_n),
-        .residual_slope      = scaling_gain(config->residual_slope),
-        .tracking            = scaling_number(config->tracking_n, config->full_scale_n),
-        .tare_max            = scaling_number(config->tare_max_n, config->full_scale_n),
-        .residual_ticks      = config->residual_n > 0.0f ? ticks_of(config->residual_ms, config->period_us) : 0u,
-        .tracking_ticks      = config->tracking_n > 0.0f ? ticks_of(config->tracking_ms, config->period_us) : 0u,
+        .residual       = scaling_number(config->residual_n, config->full_scale_n),
+        .residual_slope = scaling_gain(config->residual_slope),
+        .tracking       = scaling_number(config->tracking_n, config->full_scale_n),
+        .tare_max       = scaling_number(config->tare_max_n, config->full_scale_n),
+        .residual_level =
+            config->residual_n > 0.0f ? FAULTS_RISE_RESIDUAL * ticks_of(config->residual_ms, config->period_us) : 0u,
+        .tracking_level =
+            config->tracking_n > 0.0f ? FAULTS_RISE_LOOP * ticks_of(config->tracking_ms, config->period_us) : 0u,
         .speed_ticks         = ticks_of(config->speed_ms, config->period_us),
         .travel              = travel_of(config->speed_max_units_per_s * 1e-3f * (float)config->speed_ms),
         .debounce_n          = config->debounce_n,
         .debounce_mask       = UINT32_MAX >> (32u - config->debounce_m),
-        .command_limit_ticks = ticks_of(config->command_limit_ms, config->period_us),
+        .command_limit_level = FAULTS_RISE_LOOP * ticks_of(config->command_limit_ms, config->period_us),
         .reference_ticks     = ticks_of(config->reference_ms, config->period_us),
+        .rest_ticks          = ticks_of(FAULTS_REST_MS, config->period_us),
         .ready_ticks         = ticks_of(config->ready_ms, config->period_us),
         .ramp                = force_of(config->reference_ramp_n_per_s * period_s, config->full_scale_n),
         .safe_reference      = scaling_number(config->safe_reference_n, config->full_scale_n),
@@ -47,9 +74,10 @@ void faults_init(faults_bounds_t *bounds, const drive_config_t *config)
         .bus_low_mv          = thousandths_of(config->bus_low_v),
         .bus_high_mv         = thousandths_of(config->bus_high_v),
         .temperature_max_mc  = thousandths_of(config->temperature_max_c),
-        .over_current_ticks  = ticks_of(config->over_current_ms, config->period_us),
-        .bus_voltage_ticks   = ticks_of(config->bus_voltage_ms, config->period_us),
-        .temperature_ticks   = ticks_of(config->temperature_ms, config->period_us)};
+        .over_current_level  = FAULTS_RISE_MEASURED * ticks_of(config->over_current_ms, config->period_us),
+        .bus_voltage_level   = FAULTS_RISE_MEASURED * ticks_of(config->bus_voltage_ms, config->period_us),
+        .temperature_level   = FAULTS_RISE_MEASURED * ticks_of(config->temperature_ms, config->period_us)};
     bounds->is_measured = bounds->over_current_ma > 0 || bounds->bus_low_mv > 0 || bounds->bus_high_mv > 0 ||
                           bounds->temperature_max_mc > 0 || bounds->travel > 0;
+    init_swings(bounds, config, params);
 }

@@ -1,5 +1,8 @@
 /// Faults of the rig that a single tick cannot reveal: each is a condition that lasts longer than its bound. A bound of 0
 /// disables its fault.
+///
+/// They remember: a tick with the condition raises a level by some steps, one without lowers it by one step, so that a contact that is
+/// good now and then reaches the bound as well. A stop that a start follows within FAULTS_REST_MS leaves the levels as they are.
 
 #ifndef DRIVE_FAULTS_H
 #define DRIVE_FAULTS_H
@@ -11,6 +14,23 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+// Steps that a level rises by: it reaches its bound if more than one tick in ... has the condition.
+#define FAULTS_RISE_RESIDUAL 4u ///< ... five
+#define FAULTS_RISE_MEASURED 2u ///< ... three
+#define FAULTS_RISE_LOOP     1u ///< ... two: of tracking and command limit, which a fast reference leads to as well
+#define FAULTS_RISE_BAD      8u ///< ... nine: of readings that the debounce leaves out
+#define FAULTS_BAD_LEVEL     (FAULTS_RISE_BAD * 32u)
+
+#define FAULTS_REST_MS 1000u
+#define FAULTS_KICKS   2 ///< what r asks of u for each tick that it asks of y
+
+/// How swings fill a level.
+typedef struct
+{
+    scaling_rise_t least; ///< smallest that counts
+    scaling_rise_t gain;  ///< ticks of a newton; of twice the full scale in Q31
+} faults_swings_t;
+
 /// The bounds of drive_config_t as forces of the arithmetic and as ticks.
 typedef struct
 {
@@ -20,53 +40,82 @@ typedef struct
     loop_force_t   tare_max;                  ///< 0: off
     int32_t        travel;                    ///< in speed_ticks, in units of the position; 0: off
     uint32_t       debounce_n, debounce_mask; ///< so many of these bits
-    uint32_t       residual_ticks, tracking_ticks, speed_ticks, command_limit_ticks, reference_ticks, ready_ticks;
+    uint32_t       residual_level, tracking_level, command_limit_level;
+    uint32_t       speed_ticks, reference_ticks, ready_ticks, rest_ticks;
+
+    faults_swings_t swings_of_u, swings_of_y, moves_of_r;
+    scaling_gain_t  follow; ///< part of the way to r that a loop goes in a tick
+    int32_t         swing_ticks, asked_most;
 
     loop_force_t ramp;           ///< of r a tick without a host; 0: a fault
     loop_force_t safe_reference; ///< where it ends
     int32_t      over_current_ma, bus_low_mv, bus_high_mv, temperature_max_mc; ///< 0: off
     bool         is_measured;                                                  ///< one of these, or travel, is on
-    uint32_t     over_current_ticks, bus_voltage_ticks, temperature_ticks;
+    uint32_t     over_current_level, bus_voltage_level, temperature_level;
 } faults_bounds_t;
 
-/// Ticks in a row. Zero at a start.
+/// Turns of a signal, and the level that its swings have filled: in ticks, and below 0 what r has asked for in advance.
 typedef struct
 {
-    uint32_t residual, tracking, command_limit, reference, starting;
-    uint32_t speed; ///< ticks since the arm was at `position`; 0: it has not been looked at
-    int32_t  position;
-    uint32_t over_current, bus_voltage, temperature;
+    loop_force_t begin, end; ///< of the present swing
+    bool         falls;
+    int32_t      level;
+} faults_turns_t;
+
+/// Levels of the loop, which run in RUN alone.
+typedef struct
+{
+    uint32_t       residual, tracking, command_limit;
+    faults_turns_t u, y;
+    loop_force_t   followed; ///< r, behind a low pass
+    scaling_rise_t travel;   ///< of it
+} faults_loop_t;
+
+typedef struct
+{
+    faults_loop_t loop;
+    uint32_t      reference; ///< ticks in a row
+    uint32_t      starting;  ///< ticks until the power stage was ready
+    uint32_t      bad;       ///< readings
+    uint32_t      speed;     ///< ticks since the arm was at `position`; 0: it has not been looked at
+    int32_t       position;
+    uint32_t      over_current, bus_voltage, temperature;
 } faults_state_t;
 
-void faults_init(faults_bounds_t *bounds, const drive_config_t *config);
+void faults_init(faults_bounds_t *bounds, const drive_config_t *config, const loop_params_t *params);
 
-/// Counts ticks in a row with a condition; true beyond `bound`.
-static inline bool faults_last(uint32_t *ticks, bool condition, uint32_t bound)
+/// Raises or lowers a level; true beyond `bound`, near which it stays.
+static inline bool faults_last(uint32_t *level, bool condition, uint32_t rise, uint32_t bound)
+{
+    const uint32_t was = *level;
+    *level             = !condition ? was - (was > 0u) : was <= bound ? was + rise : was;
+    return bound > 0u && *level > bound;
+}
+
+static inline bool faults_apart(loop_force_t a, loop_force_t b, loop_force_t bound)
+{
+    return scaling_size((scaling_sum_t)a - b) > bound;
+}
+
+/// Counts ticks in a row.
+static inline bool faults_in_a_row(uint32_t *ticks, bool condition, uint32_t bound)
 {
     *ticks = condition ? *ticks + (*ticks != UINT32_MAX) : 0u;
     return bound > 0u && *ticks > bound;
 }
 
-/// |a - b| > bound, counted likewise.
-static inline bool faults_apart(uint32_t    *ticks,
-                                loop_force_t a,
-                                loop_force_t b,
-                                loop_force_t bound,
-                                uint32_t     bound_ticks)
+/// Takes over whether this tick's reading is bad into `history`, a bit a tick, and into `level`; true if it is, and enough of the
+/// last ones were.
+static inline bool faults_readings(const faults_bounds_t *bounds, uint32_t *history, uint32_t *level, bool bad)
 {
-    return faults_last(ticks, scaling_size((scaling_sum_t)a - b) > bound, bound_ticks);
-}
-
-/// Takes over whether this tick's reading is bad into `history`, a bit a tick; true if it is, and enough of the last ones were.
-static inline bool faults_readings(const faults_bounds_t *bounds, uint32_t *history, bool bad)
-{
-    *history       = *history << 1 | (bad ? 1u : 0u);
-    uint32_t count = 0;
+    *history         = *history << 1 | (bad ? 1u : 0u);
+    const bool many  = faults_last(level, bad, FAULTS_RISE_BAD, FAULTS_BAD_LEVEL);
+    uint32_t   count = 0;
     for (uint32_t left = bad ? *history & bounds->debounce_mask : 0u; left != 0u; left &= left - 1u)
     {
         count++;
     }
-    return bad && count >= bounds->debounce_n;
+    return bad && (many || count >= bounds->debounce_n);
 }
 
 // Each of the following processes a tick and returns true once its bound is exceeded.
@@ -74,18 +123,23 @@ static inline bool faults_readings(const faults_bounds_t *bounds, uint32_t *hist
 /// `expected` is the reading that u leads to (expected.h). A healthy sensor follows it within its friction and the model's error;
 /// one that is detached, frozen, reversed or reads half does not, nor does a motor that is open or an arm that touches nothing.
 static inline bool faults_residual(const faults_bounds_t *bounds,
-                                   faults_state_t        *state,
+                                   faults_loop_t         *state,
                                    loop_force_t           y,
                                    loop_force_t           expected)
 {
     const loop_force_t bound =
         scaling_sum(bounds->residual, scaling_times(&bounds->residual_slope, (loop_force_t)scaling_size(y)));
-    return faults_apart(&state->residual, y, expected, bound, bounds->residual_ticks);
+    return faults_last(&state->residual,
+                       faults_apart(y, expected, bound),
+                       FAULTS_RISE_RESIDUAL,
+                       bounds->residual_level);
 }
 
-static inline bool faults_tracking(const faults_bounds_t *bounds, faults_state_t *state, loop_force_t r, loop_force_t y)
+/// From r as far as a loop follows it.
+static inline bool faults_tracking(const faults_bounds_t *bounds, faults_loop_t *state, loop_force_t y)
 {
-    return faults_apart(&state->tracking, r, y, bounds->tracking, bounds->tracking_ticks);
+    const bool away = faults_apart(state->followed, y, bounds->tracking);
+    return faults_last(&state->tracking, away, FAULTS_RISE_LOOP, bounds->tracking_level);
 }
 
 /// Travel since a position that is renewed every speed_ticks: a jump counts at once, a speed after two such times at most. A
@@ -105,40 +159,111 @@ static inline bool faults_speed(const faults_bounds_t *bounds, faults_state_t *s
     return bounds->travel > 0 && (travel > bounds->travel || travel < -bounds->travel);
 }
 
-static inline bool faults_command_limit(const faults_bounds_t *bounds, faults_state_t *state, bool limited)
+static inline bool faults_command_limit(const faults_bounds_t *bounds, faults_loop_t *state, bool limited)
 {
-    return faults_last(&state->command_limit, limited, bounds->command_limit_ticks);
+    return faults_last(&state->command_limit, limited, FAULTS_RISE_LOOP, bounds->command_limit_level);
+}
+
+static inline int32_t faults_charge(const faults_swings_t *swings, scaling_rise_t size)
+{
+    return (int32_t)TRIBO_EITHER(size * swings->gain, (uint64_t)size * swings->gain >> 32);
+}
+
+/// The size of a swing once the signal has turned, by more than `least`; else 0.
+static inline scaling_rise_t faults_turn(faults_turns_t *turns, loop_force_t x, scaling_rise_t least)
+{
+    if (turns->falls ? x <= turns->end : x >= turns->end)
+    {
+        turns->end = x;
+        return 0;
+    }
+    if ((turns->falls ? scaling_rise(turns->end, x) : scaling_rise(x, turns->end)) <= least)
+    {
+        return 0;
+    }
+    const scaling_rise_t size =
+        turns->falls ? scaling_rise(turns->end, turns->begin) : scaling_rise(turns->begin, turns->end);
+    turns->begin = turns->end;
+    turns->end   = x;
+    turns->falls = !turns->falls;
+    return size;
+}
+
+/// Swings fill the level, what r has asked for and time empty it.
+static inline bool faults_swing(const faults_bounds_t *bounds,
+                                const faults_swings_t *swings,
+                                faults_turns_t        *turns,
+                                loop_force_t           x,
+                                int32_t                asked)
+{
+    const scaling_rise_t size  = faults_turn(turns, x, swings->least);
+    int32_t              level = turns->level - (turns->level > 0) + (turns->level < 0) - asked;
+    if (size > 0)
+    {
+        level += faults_charge(swings, size);
+    }
+    turns->level = level < -bounds->asked_most ? -bounds->asked_most : level;
+    return bounds->swing_ticks > 0 && level > bounds->swing_ticks;
+}
+
+/// Ticks of swings that r has asked for by moving as far as a loop follows it.
+static inline int32_t faults_asked(const faults_bounds_t *bounds, faults_loop_t *state, loop_force_t r)
+{
+    const loop_force_t before = state->followed;
+    state->followed           = scaling_sum(before, scaling_times(&bounds->follow, scaling_difference(r, before)));
+    state->travel +=
+        state->followed > before ? scaling_rise(before, state->followed) : scaling_rise(state->followed, before);
+    if (state->travel < bounds->moves_of_r.least)
+    {
+        return 0;
+    }
+    const int32_t asked = faults_charge(&bounds->moves_of_r, state->travel);
+    state->travel       = 0;
+    return asked;
+}
+
+/// A loop that swings to and fro by itself, as a badly tuned one does.
+static inline bool faults_swinging(const faults_bounds_t *bounds,
+                                   faults_loop_t         *state,
+                                   loop_force_t           r,
+                                   loop_force_t           y,
+                                   loop_force_t           u)
+{
+    const int32_t asked = faults_asked(bounds, state, r);
+    const bool    of_u  = faults_swing(bounds, &bounds->swings_of_u, &state->u, u, FAULTS_KICKS * asked);
+    const bool    of_y  = faults_swing(bounds, &bounds->swings_of_y, &state->y, y, asked);
+    return of_u || of_y;
 }
 
 static inline bool faults_reference(const faults_bounds_t *bounds, faults_state_t *state, bool renewed)
 {
-    return faults_last(&state->reference, !renewed, bounds->reference_ticks);
+    return faults_in_a_row(&state->reference, !renewed, bounds->reference_ticks);
 }
 
 static inline bool faults_over_current(const faults_bounds_t *bounds, faults_state_t *state, int32_t current_ma)
 {
     const int32_t most   = bounds->over_current_ma;
     const bool    beyond = most > 0 && (current_ma > most || current_ma < -most);
-    return faults_last(&state->over_current, beyond, bounds->over_current_ticks);
+    return faults_last(&state->over_current, beyond, FAULTS_RISE_MEASURED, bounds->over_current_level);
 }
 
 static inline bool faults_bus_voltage(const faults_bounds_t *bounds, faults_state_t *state, int32_t bus_mv)
 {
     const bool beyond = (bounds->bus_low_mv > 0 && bus_mv < bounds->bus_low_mv) ||
                         (bounds->bus_high_mv > 0 && bus_mv > bounds->bus_high_mv);
-    return faults_last(&state->bus_voltage, beyond, bounds->bus_voltage_ticks);
+    return faults_last(&state->bus_voltage, beyond, FAULTS_RISE_MEASURED, bounds->bus_voltage_level);
 }
 
 static inline bool faults_temperature(const faults_bounds_t *bounds, faults_state_t *state, int32_t temperature_mc)
 {
     const bool beyond = bounds->temperature_max_mc > 0 && temperature_mc > bounds->temperature_max_mc;
-    return faults_last(&state->temperature, beyond, bounds->temperature_ticks);
+    return faults_last(&state->temperature, beyond, FAULTS_RISE_MEASURED, bounds->temperature_level);
 }
 
 /// While the power stage is on but not ready.
 static inline bool faults_starting(const faults_bounds_t *bounds, faults_state_t *state)
 {
-    return faults_last(&state->starting, true, bounds->ready_ticks);
+    return faults_in_a_row(&state->starting, true, bounds->ready_ticks);
 }
 
 #endif

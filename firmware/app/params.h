@@ -140,6 +140,15 @@ params_set_t params_default_of(const drive_config_t *config);
 uint32_t params_word(const params_set_t *set, uint32_t word);
 float    params_number(const params_set_t *set, uint32_t word);
 
+/// Whether a word of a set is a float.
+bool params_is_number(uint32_t word);
+
+/// Whether the bits of a float are a number too small for single precision's normal ones, which nobody means.
+static inline bool params_is_subnormal(uint32_t bits)
+{
+    return (bits & 0x7f800000u) == 0u && (bits & 0x007fffffu) != 0u;
+}
+
 /// Takes over what `config` says of the loop, with its sections and its table, and `feedforward`, whose poles are the drive's, too;
 /// null: the paper's method. `sensorless`: its feed-forward has no force sensor; null: it has.
 void params_take_loop(params_set_t                         *set,
@@ -182,7 +191,7 @@ bool params_signs_alike(const params_set_t *set, const params_set_t *like, param
 
 /// Differs if the words of a set mean something else. Of the library's list it takes the number of rows, as their registers do not move;
 /// OWN is the CRC-32 of the other names, which are not in an image: test_registers.c computes it.
-#define PARAMS_LAYOUT_OWN 0xd8d210d6u
+#define PARAMS_LAYOUT_OWN 0x6a69fbd8u
 #define PARAMS_LAYOUT_ROWS                                                                                             \
     (PARAMS_LOOP_COUNT + TRIBO_PARAMETER_COUNT(TRIBO_FEEDFORWARD_PARAMETERS) +                                         \
      TRIBO_PARAMETER_COUNT(TRIBO_SENSORLESS_PARAMETERS) + TRIBO_PARAMETER_COUNT(TRIBO_GUARD_PARAMETERS))

@@ -34,7 +34,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define REGISTERS_VERSION 8u ///< of the lists in this file
+#define REGISTERS_VERSION 9u ///< of the lists in this file
 
 #define REGISTERS_STATE_AT        0x0000u
 #define REGISTERS_SIGNALS_AT      0x0080u

@@ -26,7 +26,8 @@ typedef struct
     uint32_t shift;
 } scaling_gain_t;
 
-typedef int64_t scaling_sum_t; ///< of readings
+typedef int64_t  scaling_sum_t;  ///< of readings
+typedef uint32_t scaling_rise_t; ///< from a force to a larger one: up to twice the full scale
 
 // Of forces and readings, saturated.
 
@@ -54,10 +55,16 @@ static inline scaling_sum_t scaling_size(scaling_sum_t x)
     return x < 0 ? -x : x;
 }
 
+static inline scaling_rise_t scaling_rise(loop_force_t from, loop_force_t to)
+{
+    return (uint32_t)to - (uint32_t)from;
+}
+
 #else
 
 typedef float scaling_gain_t;
 typedef float scaling_sum_t; ///< of readings
+typedef float scaling_rise_t;
 
 static inline loop_force_t scaling_times(const scaling_gain_t *gain, loop_force_t x)
 {
@@ -81,6 +88,11 @@ static inline scaling_sum_t scaling_size(scaling_sum_t x)
 #else
     return x < 0.0f ? -x : x;
 #endif
+}
+
+static inline scaling_rise_t scaling_rise(loop_force_t from, loop_force_t to)
+{
+    return to - from;
 }
 
 #endif

@@ -162,10 +162,10 @@ static void open_drive(rig_t *rig, const method_t *method)
 
 static void open_rig(rig_t *rig, const method_t *method, truth_t truth, double factor, uint64_t seed)
 {
-    *rig                                   = (rig_t){.scenario = sim_scenario_create()};
-    rig->own                               = own_plant(truth == OWN_MAXWELL, factor);
-    rig->config                            = *sim_scenario_config(rig->scenario);
-    rig->config.sensor.sampling.noise_n    = NOISE_N;
+    *rig                                = (rig_t){.scenario = sim_scenario_create()};
+    rig->own                            = own_plant(truth == OWN_MAXWELL ? OWN_PLANT_MAXWELL : OWN_PLANT_LUGRE, factor);
+    rig->config                         = *sim_scenario_config(rig->scenario);
+    rig->config.sensor.sampling.noise_n = NOISE_N;
     rig->config.sensor.sampling.noise_seed = seed;
     open_drive(rig, method);
     if (truth >= PAPER && truth < TRUTHS)
@@ -245,7 +245,7 @@ static void step_plant(rig_t *rig, double u_n)
 {
     if (rig->plant == NULL)
     {
-        own_plant_step(&rig->own, driven_n(rig, u_n));
+        own_plant_step(&rig->own, driven_n(rig, u_n), 1e-3);
         return;
     }
     for (unsigned step = 0; step < rig->steps; step++)
@@ -480,10 +480,10 @@ static void play_healthy(healthy_t *seen, const method_t *method, truth_t truth,
         const part_t part = part_of(&random);
         for (unsigned ms = 0; runs && ms < PART_MS; ms++)
         {
-            runs                       = advance(&rig, part_n(&part, ms * 1e-3));
-            const faults_state_t *last = &rig.drive.lasting;
-            seen->residual_ms          = last->residual > seen->residual_ms ? last->residual : seen->residual_ms;
-            seen->tracking_ms          = last->tracking > seen->tracking_ms ? last->tracking : seen->tracking_ms;
+            runs                      = advance(&rig, part_n(&part, ms * 1e-3));
+            const faults_loop_t *last = &rig.drive.lasting.loop;
+            seen->residual_ms         = last->residual > seen->residual_ms ? last->residual : seen->residual_ms;
+            seen->tracking_ms         = last->tracking > seen->tracking_ms ? last->tracking : seen->tracking_ms;
         }
         if (!runs)
         {
@@ -526,8 +526,8 @@ static unsigned study_healthy(double hours, uint64_t seed)
                methods[m].name,
                seen[m].hours,
                seen[m].stops,
-               (unsigned long)seen[m].residual_ms,
-               (unsigned long)seen[m].tracking_ms);
+               (unsigned long)(seen[m].residual_ms / FAULTS_RISE_RESIDUAL),
+               (unsigned long)(seen[m].tracking_ms / FAULTS_RISE_LOOP));
         stops += seen[m].stops;
     }
     return stops;

@@ -2,14 +2,14 @@
 
 #include <math.h>
 
-#define STEPS           50
+#define STEP_S          2e-5
 #define BRISTLES        800.0 // N/deg
 #define BRISTLE_DAMPING 0.1   // N s/deg
 #define ELEMENT_SHARE   (1.0 / OWN_PLANT_ELEMENTS)
 
-own_plant_t own_plant(bool slips, double factor)
+own_plant_t own_plant(own_plant_friction_t friction, double factor)
 {
-    return (own_plant_t){.slips         = slips,
+    return (own_plant_t){.friction      = friction,
                          .inertia       = 1.2e-4,
                          .damping       = 0.0288,
                          .stiffness     = 3.84,
@@ -48,18 +48,57 @@ static double maxwell(own_plant_t *plant, double most_n, double h)
     return sum_n;
 }
 
-void own_plant_step(own_plant_t *plant, double u_n)
+/// Stands as long as friction holds it. Returns the new speed.
+static double rub(const own_plant_t *plant, double net_n, double most_n, double h)
 {
-    const double h = 1e-3 / STEPS;
-    for (int i = 0; i < STEPS; i++)
+    const double v    = plant->speed_deg_per_s;
+    const double sign = v > 0.0 || (v == 0.0 && net_n > 0.0) ? 1.0 : -1.0;
+    if (v == 0.0 && fabs(net_n) <= most_n)
     {
-        const double force_n   = plant->stiffness * plant->angle_deg;
-        const double most_n    = plant->offset_n + plant->slope * fabs(force_n);
-        const double friction  = plant->slips ? maxwell(plant, most_n, h) : lugre(plant, most_n, h);
-        const double net_n     = plant->drive_n - force_n - friction - plant->damping * plant->speed_deg_per_s;
-        plant->speed_deg_per_s = plant->clamped ? 0.0 : plant->speed_deg_per_s + h * net_n / plant->inertia;
-        plant->angle_deg += h * plant->speed_deg_per_s;
-        plant->drive_n += h * plant->actuator_pole * (u_n - plant->drive_n);
-        plant->filtered_n += h * plant->sensor_pole * (force_n - plant->filtered_n);
+        return 0.0;
+    }
+    const double next = v + h * (net_n - sign * most_n) / plant->inertia;
+    return next * sign < 0.0 ? 0.0 : next;
+}
+
+static double of_gears(const own_plant_t *plant, double force_n)
+{
+    const double v      = plant->speed_deg_per_s;
+    const double driven = force_n * v < 0.0 ? 0.5 : 1.0;
+    return (plant->offset_n + driven * plant->slope * fabs(force_n)) * (1.0 + 0.33 * exp(-v * v));
+}
+
+static void step(own_plant_t *plant, double u_n, double h)
+{
+    const double force_n = plant->stiffness * plant->angle_deg;
+    const double most_n  = plant->offset_n + plant->slope * fabs(force_n);
+    const double net_n   = plant->drive_n + plant->hand_n - force_n - plant->damping * plant->speed_deg_per_s;
+    double       speed   = 0.0;
+    switch (plant->friction)
+    {
+    case OWN_PLANT_COULOMB:
+        speed = rub(plant, net_n, most_n, h);
+        break;
+    case OWN_PLANT_SERVO:
+        speed = rub(plant, net_n, of_gears(plant, force_n), h);
+        break;
+    case OWN_PLANT_MAXWELL:
+        speed = plant->speed_deg_per_s + h * (net_n - maxwell(plant, most_n, h)) / plant->inertia;
+        break;
+    default:
+        speed = plant->speed_deg_per_s + h * (net_n - lugre(plant, most_n, h)) / plant->inertia;
+    }
+    plant->speed_deg_per_s = plant->clamped ? 0.0 : speed;
+    plant->angle_deg += h * plant->speed_deg_per_s;
+    plant->drive_n += h * plant->actuator_pole * (u_n - plant->drive_n);
+    plant->filtered_n += h * plant->sensor_pole * (force_n - plant->filtered_n);
+}
+
+void own_plant_step(own_plant_t *plant, double u_n, double time_s)
+{
+    const int steps = (int)(time_s / STEP_S + 0.5);
+    for (int i = 0; i < steps; i++)
+    {
+        step(plant, u_n, time_s / steps);
     }
 }

@@ -339,6 +339,253 @@ static void test_a_force_away_from_the_reference_stops_once_it_lasts(void)
     check_tracking(1.0, 100, false);
 }
 
+// --- what comes and goes ---------------------------------------------------------------------------------------------
+
+/// The sensor shows 0 N for `off` of `of` ticks. The ticks until the drive stops; 1000: it runs on.
+static unsigned loose_ticks(unsigned off, unsigned of, double at_n)
+{
+    power_up();
+    reference_n = at_n;
+    start();
+    run_until(500);
+    for (unsigned i = 0; i < 1000u; i++)
+    {
+        tick_with(i % of < off ? detached : healthy, true);
+        if (drive.state == DRIVE_FAULT)
+        {
+            return i + 1u;
+        }
+    }
+    return 1000u;
+}
+
+static void check_loose(void)
+{
+    static const double levels[] = {0.15, 0.3, -0.5, 1.0};
+    for (unsigned i = 0; i < sizeof levels / sizeof levels[0]; i++)
+    {
+        TEST_ASSERT_LESS_OR_EQUAL_UINT(200u, loose_ticks(30, 40, levels[i]));
+        TEST_ASSERT_LESS_OR_EQUAL_UINT(200u, loose_ticks(49, 50, levels[i]));
+        TEST_ASSERT_LESS_OR_EQUAL_UINT(200u, loose_ticks(30, 60, levels[i]));
+    }
+    TEST_ASSERT_LESS_OR_EQUAL_UINT(200u, loose_ticks(1, 10, 0.5));
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_SWING, drive.fault);
+}
+
+static void test_a_loose_contact_stops_within_200_ms(void)
+{
+    check_loose();
+#if DRIVE_FEEDFORWARD
+    params = &feedforward.params;
+    check_loose();
+#endif
+}
+
+/// Rests for `rest` ticks.
+static void restart(unsigned rest)
+{
+    drive_stop(&drive);
+    for (unsigned i = 0; i < rest; i++)
+    {
+        tick_with(detached, false);
+        TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+    }
+    drive_start(&drive);
+}
+
+static void test_a_restart_is_no_way_around_a_detector(void)
+{
+    for (unsigned each = 5; each <= 50u; each += 5u)
+    {
+        power_up();
+        start();
+        run_until(500);
+        unsigned passed = 0;
+        for (; passed < 1000u && drive.state != DRIVE_FAULT; passed++)
+        {
+            if (passed % each == 0u)
+            {
+                restart(1);
+            }
+            tick_with(detached, true);
+        }
+        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_RESIDUAL, drive.fault);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT(500u, passed);
+    }
+}
+
+/// The level after half of its time beyond the bound, and a rest.
+static uint32_t level_after(unsigned rest)
+{
+    power_up();
+    start();
+    run_until(500);
+    for (unsigned i = 0; i < 25u; i++)
+    {
+        tick_with(detached, true);
+    }
+    const uint32_t level = drive.lasting.loop.residual;
+    TEST_ASSERT_GREATER_THAN_UINT32(4u * 20u, level);
+    drive_stop(&drive);
+    for (unsigned i = 0; i < rest; i++)
+    {
+        shown_n = 0.0;
+        tick();
+    }
+    TEST_ASSERT_EQUAL_UINT32(level, drive.lasting.loop.residual);
+    drive_start(&drive);
+    tick();
+    return drive.lasting.loop.residual;
+}
+
+static void test_after_a_second_at_rest_a_start_begins_anew(void)
+{
+    TEST_ASSERT_GREATER_THAN_UINT32(4u * 20u, level_after(1));
+    TEST_ASSERT_GREATER_THAN_UINT32(4u * 20u, level_after(1000));
+    TEST_ASSERT_EQUAL_UINT32(0, level_after(1001));
+    drive_stop(&drive); // a stop of a drive at rest does not count
+    tick();
+    for (unsigned i = 0; i < 1001u; i++)
+    {
+        drive_stop(&drive);
+        tick();
+    }
+    drive.lasting.loop.residual = 7;
+    drive_start(&drive);
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(0, drive.lasting.loop.residual);
+}
+
+/// The model goes on at rest: a start would else begin with the whole force unexpected (loop_study.c restarts rigs).
+static void test_what_a_force_comes_to_at_rest_is_expected(void)
+{
+    reference_n = 1.0;
+    start();
+    run_until(1000);
+    const double was_n = newton(drive.expected.y);
+    TEST_ASSERT_TRUE(was_n > 0.9);
+    drive_stop(&drive);
+    for (unsigned i = 0; i < 150u; i++)
+    {
+        tick();
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.0, newton(drive.expected.y));
+}
+
+// --- swings ----------------------------------------------------------------------------------------------------------
+
+static double square_n;
+
+static double square(void)
+{
+    return square_n;
+}
+
+/// The sensor shows +-`size_n`, changing its sign every `half` ticks, and r does so if `asked`. The ticks until that stops; 5000: never.
+static unsigned swing_ticks(double size_n, unsigned half, bool asked)
+{
+    config.residual_n = config.tracking_n = 0.0f;
+    config.command_limit_ms               = 0;
+    power_up();
+    reference_n = 0.0;
+    start();
+    for (unsigned i = 0; i < 5000u; i++)
+    {
+        square_n    = i / half % 2u == 0u ? size_n : -size_n;
+        reference_n = asked ? square_n : 0.0;
+        tick_with(square, true);
+        if (drive.state == DRIVE_FAULT)
+        {
+            TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_SWING, drive.fault);
+            return i;
+        }
+    }
+    return 5000u;
+}
+
+static void test_a_force_that_swings_to_and_fro_stops_within_a_second(void)
+{
+    TEST_ASSERT_LESS_THAN_UINT(1000u, swing_ticks(1.2, 100, false));
+    TEST_ASSERT_LESS_THAN_UINT(1000u, swing_ticks(1.2, 37, false));
+    TEST_ASSERT_LESS_THAN_UINT(1000u, swing_ticks(-0.5, 50, false));
+    TEST_ASSERT_LESS_THAN_UINT(1000u, swing_ticks(0.25, 20, false));
+    TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(0.5, 1000, false)); // slow
+    TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(0.02, 5, false));   // small
+    TEST_ASSERT_LESS_THAN_UINT(1000u, swing_ticks(1.0, 50, false));
+    reference_n = 0.5;
+    check_latched_until_acknowledged(DRIVE_FAULT_SWING);
+}
+
+static void test_what_r_asks_for_is_no_swing(void)
+{
+    TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(0.5, 50, true));
+    TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(0.9, 100, true));
+    TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(0.9, 1000, true));
+    config.swing_ms = 0;
+    TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(1.2, 37, false));
+}
+
+/// Of the function itself: x goes to and fro over `size` of the range, `times` a second.
+static double seconds_of(bool of_u, double size, double times, uint32_t period_us, double range_n)
+{
+    faults_bounds_t bounds;
+    faults_turns_t  turns            = {.level = 0};
+    loop_params_t   limits           = loop.params;
+    config.period_us                 = period_us;
+    limits.controller.TRIBO_N(u_min) = board_force(-0.25 * range_n); // not in the middle
+    limits.controller.TRIBO_N(u_max) = board_force(0.75 * range_n);
+    faults_init(&bounds, &config, &limits);
+    const faults_swings_t *swings = of_u ? &bounds.swings_of_u : &bounds.swings_of_y;
+    for (unsigned i = 0; i < 6000000u / period_us; i++)
+    {
+        const double phase = fmod(1e-6 * period_us * i * times, 1.0);
+        const double x     = size * (phase < 0.5 ? phase : 1.0 - phase) * 2.0 - 0.25;
+        if (faults_swing(&bounds, swings, &turns, board_force(x * range_n), 0))
+        {
+            return 1e-6 * period_us * i;
+        }
+    }
+    return INFINITY;
+}
+
+/// Two swings each time of 1 s (y) or 0.4 s (u) of the range, less what time has passed, until 1 s is full.
+static void check_swings(bool of_u, double size, double times)
+{
+    static const uint32_t periods[] = {100, 250, 1000, 2000};
+    static const double   ranges[]  = {0.02, 0.5, 4.0};
+    const double          filled    = 2.0 * size * times * (of_u ? 0.4 : 1.0) - 1.0;
+    for (unsigned p = 0; p < 4u; p++)
+    {
+        for (unsigned i = 0; i < 3u; i++)
+        {
+            const double took = seconds_of(of_u, size, times, periods[p], ranges[i]);
+            if (filled <= 0.0)
+            {
+                TEST_ASSERT_TRUE(took > 6.0);
+            }
+            else
+            {
+                TEST_ASSERT_DOUBLE_WITHIN(1.1 / times + 0.1 / filled, 1.0 / filled, took);
+            }
+        }
+    }
+}
+
+static void test_swings_fill_their_level_by_size_at_any_rate_and_range(void)
+{
+    check_swings(false, 1.0, 2.0);
+    check_swings(false, 0.3, 5.0);
+    check_swings(false, 0.1, 20.0);
+    check_swings(false, 0.3, 1.5);
+    check_swings(true, 1.0, 3.0);
+    check_swings(true, 0.25, 15.0);
+    check_swings(true, 0.25, 4.0);
+    TEST_ASSERT_TRUE(seconds_of(false, 0.06, 40.0, 1000, 4.0) > 6.0);
+    TEST_ASSERT_TRUE(seconds_of(false, 0.066, 40.0, 1000, 4.0) < 1.0);
+    TEST_ASSERT_TRUE(seconds_of(true, 0.18, 40.0, 1000, 4.0) > 6.0);
+    TEST_ASSERT_TRUE(seconds_of(true, 0.2, 40.0, 1000, 4.0) < 1.0);
+}
+
 // --- speed ---------------------------------------------------------------------------------------------------------
 
 static void check_speed(int32_t units_a_tick, int32_t begin, bool stops)
@@ -466,6 +713,33 @@ static void test_n_bad_readings_of_m_stop(void)
     }
     config = drive_config_default();
     TEST_ASSERT_EQUAL_UINT(4u, stopped_by(0x10u, false)); // by default one is enough
+}
+
+/// Of readings that the debounce leaves out: `bad` of `of`. The tick of the fault; 5000: none.
+static unsigned stopped_by_some(unsigned bad, unsigned of)
+{
+    power_up();
+    start();
+    run_until(300);
+    for (unsigned i = 0; i < 5000u; i++)
+    {
+        tick_with(i % of < bad ? spike : healthy, true);
+        if (drive.state == DRIVE_FAULT)
+        {
+            TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_SENSOR_RANGE, drive.fault);
+            return i;
+        }
+    }
+    return 5000u;
+}
+
+static void test_readings_that_the_debounce_leaves_out_stop_if_they_are_many(void)
+{
+    config.debounce_n = config.debounce_m = 3;
+    TEST_ASSERT_LESS_THAN_UINT(100u, stopped_by_some(2, 3));
+    TEST_ASSERT_LESS_THAN_UINT(150u, stopped_by_some(1, 3));
+    TEST_ASSERT_LESS_THAN_UINT(2500u, stopped_by_some(1, 8));
+    TEST_ASSERT_EQUAL_UINT(5000u, stopped_by_some(1, 10));
 }
 
 static void test_more_bad_readings_than_ticks_are_refused(void)
@@ -814,12 +1088,13 @@ static void test_the_boot_report_says_what_is_off(void)
     config.command_limit_ms = 0;
     config.stuck_ticks      = 200;
     config.reference_ms     = 0;
+    config.swing_ms         = 0;
     config.over_current_a   = 5.0f;
     config.bus_high_v       = 30.0f;
     drive_report_off(&board.port, &config);
-    TEST_ASSERT_EQUAL_STRING(
-        "off: residual_n command_limit_ms reference_ms ready_ms bus_low_v temperature_max_c speed_max_units_per_s\n",
-        board.log);
+    TEST_ASSERT_EQUAL_STRING("off: residual_n command_limit_ms reference_ms ready_ms bus_low_v temperature_max_c "
+                             "speed_max_units_per_s swing_ms\n",
+                             board.log);
 }
 
 int main(void)
@@ -842,10 +1117,18 @@ int main(void)
     RUN_TEST(test_the_residual_is_between_y_and_what_u_leads_to_and_its_bound_grows_with_y);
     RUN_TEST(test_the_residual_lasts_to_the_tick);
     RUN_TEST(test_a_force_away_from_the_reference_stops_once_it_lasts);
+    RUN_TEST(test_a_loose_contact_stops_within_200_ms);
+    RUN_TEST(test_a_restart_is_no_way_around_a_detector);
+    RUN_TEST(test_after_a_second_at_rest_a_start_begins_anew);
+    RUN_TEST(test_what_a_force_comes_to_at_rest_is_expected);
+    RUN_TEST(test_a_force_that_swings_to_and_fro_stops_within_a_second);
+    RUN_TEST(test_what_r_asks_for_is_no_swing);
+    RUN_TEST(test_swings_fill_their_level_by_size_at_any_rate_and_range);
     RUN_TEST(test_an_arm_that_is_too_fast_stops_in_both_directions_and_where_its_position_wraps);
     RUN_TEST(test_a_jump_of_the_arm_stops_at_once);
     RUN_TEST(test_a_bound_on_speed_needs_a_position);
     RUN_TEST(test_n_bad_readings_of_m_stop);
+    RUN_TEST(test_readings_that_the_debounce_leaves_out_stop_if_they_are_many);
     RUN_TEST(test_more_bad_readings_than_ticks_are_refused);
     RUN_TEST(test_a_command_at_its_limit_stops_at_50_ticks_once_it_lasts);
     RUN_TEST(test_a_command_at_its_limit_may_be_allowed);

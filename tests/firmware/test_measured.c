@@ -78,11 +78,10 @@ static void check(port_measured_t measured, unsigned allowed, drive_fault_t faul
         board.measured             = measured;
         run(allowed);
         TEST_ASSERT_EQUAL_INT(before, drive.state);
-        board.measured = healthy; // a tick of health begins anew
+        board.measured = healthy; // a tick of health does not begin anew
         tick();
-        board.measured = measured;
-        run(allowed);
         TEST_ASSERT_EQUAL_INT(before, drive.state);
+        board.measured = measured;
         tick();
         TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
         TEST_ASSERT_EQUAL_INT(fault, drive.fault);
@@ -129,6 +128,36 @@ static void test_too_high_a_temperature_stops(void)
     check((port_measured_t){0, 24000, 80001, 0}, 100, DRIVE_FAULT_TEMPERATURE);
     check_allowed((port_measured_t){0, 24000, 80000, 0});
     check_allowed((port_measured_t){0, 24000, -20000, 0});
+}
+
+/// Beyond in `bad` of `of` ticks: whether that stops the drive, within 2 s.
+static bool stops(port_measured_t measured, unsigned bad, unsigned of)
+{
+    power_up();
+    start();
+    for (unsigned i = 0; i < 2000u && drive.state == DRIVE_RUN; i++)
+    {
+        board.measured = i % of < bad ? measured : healthy;
+        tick();
+    }
+    return drive.state == DRIVE_FAULT;
+}
+
+static void test_what_comes_and_goes_stops_from_one_in_three_ticks_on(void)
+{
+    static const port_measured_t measured[] = {{3001, 24000, 25000, 0},
+                                               {-9000, 24000, 25000, 0},
+                                               {0, 17999, 25000, 0},
+                                               {0, 30001, 25000, 0},
+                                               {0, 24000, 80001, 0}};
+    for (unsigned i = 0; i < sizeof measured / sizeof measured[0]; i++)
+    {
+        TEST_ASSERT_TRUE(stops(measured[i], 1, 2));
+        TEST_ASSERT_TRUE(stops(measured[i], 4, 10));
+        TEST_ASSERT_TRUE(stops(measured[i], 4, 5));
+        TEST_ASSERT_FALSE(stops(measured[i], 1, 3));
+        TEST_ASSERT_FALSE(stops(measured[i], 1, 10));
+    }
 }
 
 static void test_a_level_of_0_is_off(void)
@@ -186,6 +215,7 @@ int main(void)
     RUN_TEST(test_too_much_current_of_either_sign_stops);
     RUN_TEST(test_a_supply_outside_its_range_stops);
     RUN_TEST(test_too_high_a_temperature_stops);
+    RUN_TEST(test_what_comes_and_goes_stops_from_one_in_three_ticks_on);
     RUN_TEST(test_a_level_of_0_is_off);
     RUN_TEST(test_a_level_of_what_the_board_does_not_measure_is_refused);
     RUN_TEST(test_a_board_that_measures_nothing_is_not_asked);

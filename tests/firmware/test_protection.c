@@ -539,7 +539,7 @@ static void test_params_that_change_by_themselves_stop_the_drive_for_good(void)
 {
     const size_t places[] = {offsetof(params_t, set.drive.residual_n),
                              offsetof(params_t, loop.params.controller.TRIBO_N(u_max)),
-                             offsetof(params_t, drive.bounds.residual_ticks),
+                             offsetof(params_t, drive.bounds.residual_level),
                              sizeof(params_t) - 1u};
     for (size_t i = 0; i < sizeof places / sizeof places[0]; i++)
     {
@@ -690,8 +690,8 @@ static void check_tick(client_t *client)
     const float u_max = scaling_value(after.u_max, after.config.full_scale_n);
     const float u_min = scaling_value(after.u_min, after.config.full_scale_n);
     TEST_ASSERT_TRUE_MESSAGE(u_max <= 3.00001f && u_min >= -3.00001f, "u's limit is beyond the ceiling");
-    TEST_ASSERT_TRUE_MESSAGE(after.bounds.residual > 0 && after.bounds.residual_ticks > 0u, "the residual is off");
-    TEST_ASSERT_TRUE_MESSAGE(after.bounds.command_limit_ticks > 0u && after.bounds.command_limit_ticks <= 1000u,
+    TEST_ASSERT_TRUE_MESSAGE(after.bounds.residual > 0 && after.bounds.residual_level > 0u, "the residual is off");
+    TEST_ASSERT_TRUE_MESSAGE(after.bounds.command_limit_level > 0u && after.bounds.command_limit_level <= 1000u,
                              "the limit of u at its limit is off");
 }
 

@@ -250,7 +250,7 @@ def test_what_is_no_register_is_refused(target):
 
 def test_a_write_over_a_border_writes_nothing(target):
     with Client(target().port) as client:
-        last = ADDRESSES["drive.motion_reversed"]
+        last = ADDRESSES["drive.swing_ms"]
         for address, count in [(last, 4), (last + 1, 2), (last, 1), (last, 3), (ADDRESSES["drive.period_us"] - 2, 4), (0xFFFE, 2),
                                (ADDRESSES["unlock"], 4), (COMMAND, 2), (COMMAND - 1, 2), (0x0000, 2), (0x2000, 2), (0x0200, 2)]:
             before = client.read(last), client.read(ADDRESSES["drive.period_us"]), client.word("unlocked_ticks")

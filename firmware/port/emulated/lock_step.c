@@ -138,6 +138,7 @@ static params_set_t set_of(const tribo_setup_t *setup)
     set.drive.residual_n       = 0.0f;
     set.drive.tracking_n       = 0.0f;
     set.drive.command_limit_ms = 0;
+    set.drive.swing_ms         = 0;
     set.drive.reference_ms     = 0;
     params_take_loop(&set,
                      &setup->loop,

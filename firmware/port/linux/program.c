@@ -177,7 +177,7 @@ typedef struct
     common_scenario_t *scenario;
     board_t            board;
     params_set_t       defaults; ///< of the configuration and its scenario
-    params_ceiling_t   ceilings[40];
+    params_ceiling_t   ceilings[48];
     uint32_t           ceiling_count;
     params_file_t      store;
     registers_t        registers;
@@ -328,6 +328,10 @@ static bool tick(program_t *program, uint64_t number, int64_t due_ns, common_err
     gate_pass(&program->gate);
     registers_tick(&program->registers);
     gate_pass(&program->gate);
+    if (program->bus == NULL)
+    {
+        registers_run(&program->registers); // no background does it: the params' seal
+    }
     board->failed = (board->lines != NULL && !lines_set(board->lines, LINE_PROBE, false)) || board->failed;
     board_pulse(board);
     record(program, t_s, program->ticks_in >= 0 ? 0 : start_ns - due_ns, realtime_now_ns() - start_ns);
@@ -555,6 +559,32 @@ static void take_ceilings_of_scaling(program_t *program)
                 drive->sensor_zero_units + tare_units);
 }
 
+/// What the residual's model believes, within a factor of 2 of the rig's, and the weight within half of the residual's bound: slower, or
+/// with another weight, it would expect whatever a broken sensor shows.
+static void take_ceilings_of_model(program_t *program)
+{
+    static const uint16_t quick[] = {DRIVE_CONFIG_actuator_pole_rad_per_s,
+                                     DRIVE_CONFIG_sensor_pole_rad_per_s,
+                                     PARAMS_STIFFNESS};
+    static const uint16_t slow[]  = {PARAMS_INERTIA, PARAMS_DAMPING};
+    const params_set_t   *set     = &program->defaults;
+    const float           weight  = params_number(set, PARAMS_GRAVITY);
+    const float           room    = 0.5f * set->drive.residual_n;
+    if (set->drive.residual_n == 0.0f)
+    {
+        return;
+    }
+    for (size_t i = 0; i < sizeof quick / sizeof quick[0]; i++)
+    {
+        add_ceiling(program, quick[i], 0.5f * params_number(set, quick[i]), FLT_MAX);
+    }
+    for (size_t i = 0; i < sizeof slow / sizeof slow[0]; i++)
+    {
+        add_ceiling(program, slow[i], 0.0f, 2.0f * params_number(set, slow[i]));
+    }
+    add_ceiling(program, PARAMS_GRAVITY, weight - room, weight + room);
+}
+
 /// A slow ramp without a host is as good as no fault, and its end may only be nearer to 0.
 static void take_ceilings_of_reference(program_t *program)
 {
@@ -579,9 +609,11 @@ static void take_ceilings(program_t *program)
                                       DRIVE_CONFIG_residual_n,
                                       DRIVE_CONFIG_residual_ms,
                                       DRIVE_CONFIG_command_limit_ms,
+                                      DRIVE_CONFIG_swing_ms,
                                       DRIVE_CONFIG_reference_ms,
                                       DRIVE_CONFIG_ready_ms,
                                       DRIVE_CONFIG_current_max_a,
+                                      DRIVE_CONFIG_command_n_per_a,
                                       DRIVE_CONFIG_residual_slope,
                                       DRIVE_CONFIG_tracking_n,
                                       DRIVE_CONFIG_tracking_ms,
@@ -618,6 +650,7 @@ static void take_ceilings(program_t *program)
     }
     take_ceilings_of_scaling(program);
     take_ceilings_of_reference(program);
+    take_ceilings_of_model(program);
 }
 
 static bool open_store(program_t *program, common_error_t *error)

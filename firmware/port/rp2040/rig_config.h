@@ -39,8 +39,17 @@ static const params_ceiling_t rig_ceilings[] = {
     {DRIVE_CONFIG_tracking_ms, 1.0f, 5000.0f},
     {DRIVE_CONFIG_debounce_n, 1.0f, 3.0f},
     {DRIVE_CONFIG_command_limit_ms, 1.0f, 5000.0f},
+    {DRIVE_CONFIG_swing_ms, 1.0f, 2000.0f},
     {DRIVE_CONFIG_tare_max_n, 0.0f, 0.5f},
     {DRIVE_CONFIG_current_max_a, 1e-6f, 2.0f},
+    {DRIVE_CONFIG_command_n_per_a, 1e-6f, 1.0f},
+    // What the residual's model believes: slower than the rig, or with another weight, it would expect whatever a broken sensor shows.
+    {DRIVE_CONFIG_actuator_pole_rad_per_s, 100.0f, 1e6f},
+    {DRIVE_CONFIG_sensor_pole_rad_per_s, 27.5f, 1e6f},
+    {PARAMS_INERTIA, 1e-12f, 2.4e-4f},
+    {PARAMS_DAMPING, 0.0f, 0.0576f},
+    {PARAMS_STIFFNESS, 1.92f, 1e12f},
+    {PARAMS_GRAVITY, -0.1f, 0.1f},
     // A newton must not become more at the motor, nor much more at the sensor; no force stays none to 0.04 N.
     {DRIVE_CONFIG_command_n_per_unit, 2.0f / (float)CONVERT_TOP, 1.0f},
     {DRIVE_CONFIG_command_zero_units, -125.0f, 125.0f},

@@ -58,6 +58,7 @@ __attribute__((weak)) const drive_config_t rig_config = {
     .current_bandwidth_hz    = 1250.0f,
     .bridge_trip_a           = 3.0f,
     .dead_time_ns            = 500,
+    .swing_ms                = 1000,
 };
 
 /// The widest that this board lets anybody be, over the bus or from the store: a check that is not allowed 0 cannot be turned
@@ -76,8 +77,17 @@ static const params_ceiling_t rig_ceilings[] = {
     {DRIVE_CONFIG_tracking_ms, 1.0f, 5000.0f},
     {DRIVE_CONFIG_debounce_n, 1.0f, 3.0f},
     {DRIVE_CONFIG_command_limit_ms, 1.0f, 5000.0f},
+    {DRIVE_CONFIG_swing_ms, 1.0f, 2000.0f},
     {DRIVE_CONFIG_tare_max_n, 0.0f, 0.5f},
     {DRIVE_CONFIG_current_max_a, 1e-6f, 2.0f},
+    {DRIVE_CONFIG_command_n_per_a, 1e-6f, 1.0f},
+    // What the residual's model believes: slower than the rig, or with another weight, it would expect whatever a broken sensor shows.
+    {DRIVE_CONFIG_actuator_pole_rad_per_s, 100.0f, 1e6f},
+    {DRIVE_CONFIG_sensor_pole_rad_per_s, 27.5f, 1e6f},
+    {PARAMS_INERTIA, 1e-12f, 2.4e-4f},
+    {PARAMS_DAMPING, 0.0f, 0.0576f},
+    {PARAMS_STIFFNESS, 1.92f, 1e12f},
+    {PARAMS_GRAVITY, -0.1f, 0.1f},
     // A newton must not become more at the motor, nor much more at the sensor; no current stays none to 0.04 N.
     {DRIVE_CONFIG_command_n_per_unit, STAGE_BRIDGE ? 1.0f : 2.0f / 2048.0f, 1.0f},
     {DRIVE_CONFIG_command_zero_units, STAGE_BRIDGE ? -0.04f : 2007.0f, STAGE_BRIDGE ? 0.04f : 2089.0f},
@@ -86,7 +96,11 @@ static const params_ceiling_t rig_ceilings[] = {
     {DRIVE_CONFIG_reference_ms, 1.0f, 5000.0f},
     {DRIVE_CONFIG_reference_ramp_n_per_s, 0.0f, 0.0f}, // a slow ramp without a host is as good as no fault
 #if STAGE_BRIDGE
+    {DRIVE_CONFIG_ready_ms, 20.0f, 500.0f},
     {DRIVE_CONFIG_over_current_a, 1e-3f, 3.0f},
+    {DRIVE_CONFIG_over_current_ms, 1.0f, 20.0f},
+    {DRIVE_CONFIG_bus_voltage_ms, 1.0f, 100.0f},
+    {DRIVE_CONFIG_temperature_ms, 1.0f, 5000.0f},
     {DRIVE_CONFIG_bus_low_v, 10.0f, 48.0f},
     {DRIVE_CONFIG_bus_high_v, 10.0f, 50.0f},
     {DRIVE_CONFIG_temperature_max_c, 1e-3f, 100.0f},

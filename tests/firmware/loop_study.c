@@ -1,0 +1,818 @@
+// What the drive remembers, in numbers: rigs of other frictions, sizes and sample times than the paper's, with params that a client could
+// write. The plants are those of own_plant.h.
+//
+//     loop_study_f32 loose            worst time until a contact that is loose in between stops the drive
+//     loop_study_f32 restart          likewise of breaks of a drive that is stopped and started every 50 ms: time with the power stage on
+//     loop_study_f32 swing [SEED]     time until a loop that a client's tuning makes swing is stopped, and those that swing on
+//     loop_study_f32 healthy HOURS    false stops of 75 rigs, HOURS in all
+//     loop_study_f32 check            a little of all; fails where a target is missed
+
+#include "app/params.h"
+#include "board.h"
+#include "own_plant.h"
+#include "plant/random.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define RIGS 75u
+
+typedef enum
+{
+    CONTROLLER_PAPER, // for 1 ms alone
+    CONTROLLER_SLOW,  // PI
+    CONTROLLER_QUICK
+} controller_t;
+
+typedef struct
+{
+    own_plant_friction_t friction;
+    double               size; // times the paper's forces
+    uint32_t             period_us;
+    controller_t         controller;
+    uint32_t             method; // PARAMS_METHOD_
+    bool                 guarded;
+    double               factor; // of breakaway to what the drive believes
+    double               noise_n, step_n;
+    uint64_t             seed;
+} kind_t;
+
+/// A plant and its drive.
+typedef struct
+{
+    kind_t        kind;
+    own_plant_t   plant;
+    sim_random_t  random;
+    params_t      params[2];
+    unsigned      used; // of the two
+    loop_memory_t memory;
+    board_t       board;
+    drive_t       drive;
+    uint64_t      tick;
+    double        h_s;
+    bool          loose;     // the sensor shows 0 N
+    bool          renews;    // the reference
+    double        reference; // of the paper's rig, as all forces here
+} rig_t;
+
+static void fail(const char *what)
+{
+    (void)fprintf(stderr, "loop_study: %s\n", what);
+    exit(2);
+}
+
+static double uniform(sim_random_t *random)
+{
+    return (double)(sim_random_bits(random) >> 11) / 9007199254740992.0;
+}
+
+static double gauss(sim_random_t *random)
+{
+    double sum = 0.0;
+    for (int i = 0; i < 12; i++)
+    {
+        sum += uniform(random);
+    }
+    return sum - 6.0;
+}
+
+// --- a rig ---------------------------------------------------------------------------------------------------------
+
+static void put(params_set_t *set, uint32_t word, double value)
+{
+    const float number = (float)value;
+    memcpy((char *)set + 4u * word, &number, sizeof number);
+}
+
+static void times(params_set_t *set, uint32_t word, double factor)
+{
+    put(set, word, (double)params_number(set, word) * factor);
+}
+
+/// (kp + ki / s) with its pole at -0.002 rad/s.
+static void put_pi(params_set_t *set, double kp, double ki, double h_s)
+{
+    const double leak = 0.002 * h_s;
+    const double last = kp * leak + ki * h_s;
+    set->sections[0] =
+        (tribo_biquad_f32_section_t){(float)kp, (float)(kp + last), (float)last, (float)(1.0 + leak), (float)leak};
+    const uint32_t one = 1;
+    memcpy((char *)set + 4u * (uint32_t)PARAMS_SECTION_COUNT, &one, sizeof one);
+}
+
+static params_set_t set_of(const kind_t *kind)
+{
+    static const uint32_t forces[] = {DRIVE_CONFIG_residual_n,
+                                      DRIVE_CONFIG_tracking_n,
+                                      DRIVE_CONFIG_full_scale_n,
+                                      PARAMS_INPUT_MAX,
+                                      PARAMS_U_MIN,
+                                      PARAMS_U_MAX,
+                                      PARAMS_V0,
+                                      PARAMS_BREAKAWAY_OFFSET,
+                                      PARAMS_BREAKAWAY_NEGATIVE_OFFSET,
+                                      PARAMS_INERTIA,
+                                      PARAMS_DAMPING,
+                                      PARAMS_STIFFNESS,
+                                      PARAMS_GUARD_TURN,
+                                      PARAMS_GUARD_STRAY};
+    params_set_t          set      = params_default();
+    const double          h_s      = 1e-6 * kind->period_us;
+    for (size_t i = 0; i < sizeof forces / sizeof forces[0]; i++)
+    {
+        times(&set, forces[i], kind->size);
+    }
+    put(&set, PARAMS_SAMPLE_TIME, h_s);
+    set.drive.period_us = kind->period_us;
+    set.drive.late_us   = kind->period_us / 20u;
+    set.drive.budget_us = kind->period_us / 4u;
+    set.method          = kind->method;
+    set.guard_on        = kind->guarded;
+    if (kind->controller != CONTROLLER_PAPER)
+    {
+        const double ki = kind->controller == CONTROLLER_SLOW ? 12.0 : 30.0;
+        put_pi(&set, ki / 55.0, ki, h_s);
+    }
+    return set;
+}
+
+/// Takes a set over as a client does. False if it is refused.
+static bool apply(rig_t *rig, const params_set_t *set)
+{
+    params_error_t  error;
+    params_t *const next = &rig->params[1u - rig->used];
+    next->set            = *set;
+    if (!params_make(next, &rig->board.port, &error))
+    {
+        return false;
+    }
+    rig->used = 1u - rig->used;
+    return true;
+}
+
+static void open_rig(rig_t *rig, const kind_t *kind)
+{
+    *rig = (rig_t){.kind   = *kind,
+                   .plant  = own_plant(kind->friction, kind->factor),
+                   .h_s    = 1e-6 * kind->period_us,
+                   .renews = true};
+    sim_random_seed(&rig->random, kind->seed);
+    board_init(&rig->board, 0);
+    rig->board.tick_us                = kind->period_us / 50u;
+    const params_set_t set            = set_of(kind);
+    rig->board.port.sensor.full_units = set.drive.full_scale_n;
+    rig->board.port.output.full_units = set.drive.full_scale_n;
+    if (!apply(rig, &set))
+    {
+        fail("the rig's own params are refused");
+    }
+    drive_init(&rig->drive, &rig->board.port, &rig->params[rig->used].drive, DRIVE_FAULT_NONE);
+    loop_forget(&rig->params[rig->used].loop.params, &rig->memory);
+    drive_attach(&rig->drive, &rig->memory);
+    drive_start(&rig->drive);
+}
+
+static loop_force_t force_of(const rig_t *rig, double of_paper)
+{
+    return scaling_number((float)(of_paper * rig->kind.size), rig->drive.setup->config.full_scale_n);
+}
+
+static double of_paper(const rig_t *rig, loop_force_t force)
+{
+    return (double)scaling_value(force, rig->drive.setup->config.full_scale_n) / rig->kind.size;
+}
+
+static double shown(rig_t *rig)
+{
+    const double y = (rig->loose ? 0.0 : rig->plant.filtered_n) +
+                     (rig->kind.noise_n > 0.0 ? rig->kind.noise_n * gauss(&rig->random) : 0.0);
+    return rig->kind.step_n > 0.0 ? rig->kind.step_n * floor(y / rig->kind.step_n + 0.5) : y;
+}
+
+/// False once the drive has stopped.
+static bool advance(rig_t *rig)
+{
+    board_new_tick(&rig->board);
+    rig->board.now_us = (uint32_t)(rig->tick * rig->kind.period_us);
+    rig->board.y      = force_of(rig, shown(rig));
+    if (rig->renews)
+    {
+        drive_reference(&rig->drive, force_of(rig, rig->reference));
+    }
+    drive_tick(&rig->drive);
+    own_plant_step(&rig->plant, of_paper(rig, rig->board.command), rig->h_s);
+    rig->tick++;
+    return rig->drive.state != DRIVE_FAULT;
+}
+
+static bool advance_for(rig_t *rig, double time_s)
+{
+    const uint64_t end = rig->tick + (uint64_t)(time_s / rig->h_s + 0.5);
+    bool           on  = true;
+    while (on && rig->tick < end)
+    {
+        on = advance(rig);
+    }
+    return on;
+}
+
+/// The n-th of many.
+static kind_t kind_of(uint64_t n, uint64_t seed)
+{
+    static const double   sizes[]   = {0.05, 0.3, 1.0, 4.0, 30.0, 250.0};
+    static const uint32_t periods[] = {1000, 2000, 1000, 500, 1000, 250, 1000, 100};
+    static const uint32_t methods[] = {PARAMS_METHOD_FEEDFORWARD, PARAMS_METHOD_PAPER, PARAMS_METHOD_OFF};
+    sim_random_t          random;
+    sim_random_seed(&random, seed + n);
+    kind_t kind     = {.friction  = (own_plant_friction_t)(n % OWN_PLANT_FRICTIONS),
+                       .size      = sizes[n % 6u],
+                       .period_us = periods[n / 3u % 8u],
+                       .method    = methods[n % 3u],
+                       .guarded   = n % 7u != 0u,
+                       .factor    = 0.8 + 0.4 * uniform(&random),
+                       .noise_n   = n % 4u == 0u ? 0.0 : 4e-3 * uniform(&random),
+                       .step_n    = n % 5u < 2u ? 4e-3 * uniform(&random) : 0.0,
+                       .seed      = seed + n};
+    kind.controller = kind.period_us == 1000u && n % 5u != 0u ? CONTROLLER_PAPER
+                      : n % 2u == 0u                          ? CONTROLLER_SLOW
+                                                              : CONTROLLER_QUICK;
+    return kind;
+}
+
+static void print_kind(const rig_t *rig)
+{
+    static const char *const frictions[]   = {"LuGre", "Maxwell slip", "Coulomb", "servo"};
+    static const char *const controllers[] = {"paper", "slow PI", "quick PI"};
+    printf("%s x %.2f, %g N, %lu us, %s, method %lu%s, seed %llu: ",
+           frictions[rig->kind.friction],
+           rig->kind.factor,
+           2.0 * rig->kind.size,
+           (unsigned long)rig->kind.period_us,
+           controllers[rig->kind.controller],
+           (unsigned long)rig->kind.method,
+           rig->kind.guarded ? ", guard" : "",
+           (unsigned long long)rig->kind.seed);
+}
+
+// --- loose ---------------------------------------------------------------------------------------------------------
+
+#define LOOSE_MS 200.0
+#define LAST_S   5.0
+
+typedef struct
+{
+    unsigned cells, missed;
+    double   worst_ms;
+} seen_t;
+
+static void note(seen_t *seen, double ms, double most_ms)
+{
+    seen->cells++;
+    seen->missed += ms > most_ms;
+    seen->worst_ms = fmax(seen->worst_ms, ms);
+}
+
+/// 0 N for `off_ms` of `of_ms`: how long the drive runs on.
+static double loose_ms(rig_t *rig, const kind_t *kind, double reference, double off_ms, double of_ms)
+{
+    open_rig(rig, kind);
+    rig->reference = reference;
+    if (!advance_for(rig, 2.0))
+    {
+        print_kind(rig);
+        printf("%s at rest at %.2f\n", drive_fault_text(rig->drive.fault), reference);
+        return 0.0;
+    }
+    const uint64_t at = rig->tick;
+    while ((double)(rig->tick - at) * rig->h_s < LAST_S)
+    {
+        rig->loose = fmod((double)(rig->tick - at) * rig->h_s * 1e3, of_ms) < off_ms - 1e-6;
+        if (!advance(rig))
+        {
+            break;
+        }
+    }
+    return (double)(rig->tick - at) * rig->h_s * 1e3;
+}
+
+static unsigned study_loose(unsigned rigs, uint64_t seed, bool verbose)
+{
+    static const struct
+    {
+        double off_ms, of_ms;
+    } patterns[]                 = {{30.0, 40.0}, {49.0, 50.0}, {30.0, 60.0}, {20.0, 40.0}, {9.0, 10.0}};
+    static const double levels[] = {0.15, -0.15, 0.3, 0.5, -0.8, 1.0};
+    static rig_t        rig;
+    unsigned            missed = 0;
+    for (size_t p = 0; p < sizeof patterns / sizeof patterns[0]; p++)
+    {
+        seen_t seen = {0};
+        for (unsigned n = 0; n < rigs; n++)
+        {
+            const kind_t kind = kind_of(n, seed);
+            for (size_t i = 0; i < sizeof levels / sizeof levels[0]; i++)
+            {
+                const double ms = loose_ms(&rig, &kind, levels[i], patterns[p].off_ms, patterns[p].of_ms);
+                note(&seen, ms, LOOSE_MS);
+                if (verbose && ms > LOOSE_MS)
+                {
+                    print_kind(&rig);
+                    printf("r %.2f N: %.0f ms\n", levels[i], ms);
+                }
+            }
+        }
+        printf("%s: 0 N for %g of %g ms: %u cells, worst %.0f ms, %u beyond %g ms\n",
+               TRIBO_ARITHMETIC,
+               patterns[p].off_ms,
+               patterns[p].of_ms,
+               seen.cells,
+               seen.worst_ms,
+               seen.missed,
+               LOOSE_MS);
+        missed += p < 3u ? seen.missed : 0u;
+    }
+    return missed;
+}
+
+// --- restart -------------------------------------------------------------------------------------------------------
+
+#define RESTART_MS 500.0
+
+/// Stopped and started every 50 ms, with a sensor that shows 0 N or an arm that has lost its contact.
+static double restart_ms(rig_t *rig, const kind_t *kind, double reference, unsigned what)
+{
+    open_rig(rig, kind);
+    rig->reference = reference;
+    (void)advance_for(rig, 1.0);
+    rig->loose           = what == 0u;
+    rig->plant.stiffness = what == 1u ? 0.0 : rig->plant.stiffness;
+    const uint64_t at    = rig->tick;
+    const uint64_t each  = (uint64_t)(0.05 / rig->h_s + 0.5);
+    while (rig->drive.state != DRIVE_FAULT && (double)(rig->tick - at) * rig->h_s < LAST_S)
+    {
+        if ((rig->tick - at) % each == 0u)
+        {
+            drive_stop(&rig->drive);
+        }
+        if ((rig->tick - at) % each == 1u)
+        {
+            drive_start(&rig->drive);
+        }
+        (void)advance(rig);
+    }
+    return (double)(rig->tick - at) * rig->h_s * 1e3;
+}
+
+/// Nothing is broken: false stops of rigs that are stopped and started five times in 50 ms to 1 s, and again 1.5 s later.
+static unsigned study_healthy_restarts(unsigned rigs, uint64_t seed)
+{
+    static const double each_s[] = {0.01, 0.02, 0.05, 0.1, 0.2};
+    static rig_t        rig;
+    unsigned            stops = 0;
+    for (unsigned n = 0; n < rigs; n++)
+    {
+        const kind_t kind = kind_of(n, seed);
+        open_rig(&rig, &kind);
+        rig.reference = -0.9 + 1.8 * uniform(&rig.random);
+        bool on       = advance_for(&rig, 1.0);
+        for (unsigned i = 0; on && i < 15u; i++)
+        {
+            drive_stop(&rig.drive);
+            on = advance(&rig);
+            drive_start(&rig.drive);
+            on = on && advance_for(&rig, each_s[n % 5u] + (i % 5u == 4u ? 1.5 : 0.0));
+        }
+        if (!on)
+        {
+            print_kind(&rig);
+            printf("%s after restarts every %g s at %.2f N\n",
+                   drive_fault_text(rig.drive.fault),
+                   each_s[n % 5u],
+                   rig.reference);
+        }
+        stops += !on;
+    }
+    printf("%s: %u healthy rigs restarted: %u false stops\n", TRIBO_ARITHMETIC, rigs, stops);
+    return stops;
+}
+
+static unsigned study_restart(unsigned rigs, uint64_t seed, bool verbose)
+{
+    static const char *const names[]  = {"sensor detached", "contact lost"};
+    static const double      levels[] = {0.3, -0.5, 0.8};
+    static rig_t             rig;
+    unsigned                 missed = 0;
+    for (unsigned what = 0; what < 2u; what++)
+    {
+        seen_t seen = {0};
+        for (unsigned n = 0; n < rigs; n++)
+        {
+            const kind_t kind = kind_of(n, seed);
+            for (size_t i = 0; i < sizeof levels / sizeof levels[0]; i++)
+            {
+                const double ms = restart_ms(&rig, &kind, levels[i], what);
+                note(&seen, ms, RESTART_MS);
+                if (verbose && ms > RESTART_MS)
+                {
+                    print_kind(&rig);
+                    printf("r %.2f N: %.0f ms\n", levels[i], ms);
+                }
+            }
+        }
+        printf("%s: started every 50 ms, %s: %u cells, worst %.0f ms, %u beyond %g ms\n",
+               TRIBO_ARITHMETIC,
+               names[what],
+               seen.cells,
+               seen.worst_ms,
+               seen.missed,
+               RESTART_MS);
+        missed += seen.missed;
+    }
+    return missed;
+}
+
+// --- swing ---------------------------------------------------------------------------------------------------------
+
+#define SWING_S 1.0
+
+/// A client's tuning: the n-th.
+static const char *tune(params_set_t *set, unsigned n, double h_s, sim_random_t *random)
+{
+    static char name[96];
+    if (n < 8u)
+    {
+        static const double gains[] = {3.0, 5.0, 8.0, 10.0, 15.0, 30.0, 100.0, 1000.0};
+        set->sections[0].b0 *= (float)gains[n];
+        set->sections[0].b1 *= (float)gains[n];
+        set->sections[0].b2 *= (float)gains[n];
+        (void)snprintf(name, sizeof name, "gain x %g", gains[n]);
+    }
+    else if (n < 16u)
+    {
+        static const double gains[] = {60.0, 100.0, 150.0, 200.0, 400.0, 1000.0, 4000.0, 1e5};
+        put_pi(set, 0.0, gains[n - 8u], h_s);
+        (void)snprintf(name, sizeof name, "integral %g/s", gains[n - 8u]);
+    }
+    else if (n < 24u)
+    {
+        static const double gains[] = {1.5, 3.0, 5.0, 8.0, 12.0, 20.0, 50.0, 500.0};
+        put_pi(set, gains[n - 16u], gains[n - 16u] * 20.0, h_s);
+        (void)snprintf(name, sizeof name, "PI with a gain of %g", gains[n - 16u]);
+    }
+    else if (n < 32u) // a resonance that the loop cannot hold
+    {
+        static const double hz[] = {0.3, 0.7, 1.5, 3.0, 6.0, 12.0, 25.0, 60.0};
+        const double        w    = 6.283185307 * hz[n - 24u] * h_s;
+        put_pi(set, 0.5, 10.0, h_s);
+        set->sections[1]   = (tribo_biquad_f32_section_t){1.0f,
+                                                          (float)(2.0 * w),
+                                                          (float)(30.0 * w * w),
+                                                          (float)(0.02 * w + w * w),
+                                                          (float)(w * w)};
+        const uint32_t two = 2;
+        memcpy((char *)set + 4u * (uint32_t)PARAMS_SECTION_COUNT, &two, sizeof two);
+        (void)snprintf(name, sizeof name, "resonance at %g Hz", hz[n - 24u]);
+    }
+    else
+    {
+        const double kp = exp(log(0.01) + uniform(random) * log(1e4));
+        const double ki = exp(log(1.0) + uniform(random) * log(1e4));
+        put_pi(set, kp, ki, h_s);
+        if (uniform(random) < 0.5) // a lead, or a notch that is none
+        {
+            set->sections[1]   = (tribo_biquad_f32_section_t){(float)(1.0 + 30.0 * uniform(random) * uniform(random)),
+                                                              (float)(2.0 * uniform(random)),
+                                                              (float)uniform(random),
+                                                              (float)(0.3 + uniform(random)),
+                                                              (float)(0.3 * uniform(random))};
+            const uint32_t two = 2;
+            memcpy((char *)set + 4u * (uint32_t)PARAMS_SECTION_COUNT, &two, sizeof two);
+        }
+        put(set, PARAMS_GAIN, 2.0 * uniform(random));
+        put(set, PARAMS_BREAKAWAY_SLOPE, 2.0 * uniform(random));
+        (void)snprintf(name,
+                       sizeof name,
+                       "kp %.3g, ki %.3g, gain %.2f, slope %.2f",
+                       kp,
+                       ki,
+                       (double)params_number(set, PARAMS_GAIN),
+                       (double)params_number(set, PARAMS_BREAKAWAY_SLOPE));
+    }
+    return name;
+}
+
+/// What u and y have done lately: how much of a swing, how often.
+typedef struct
+{
+    double   low, high, turn;
+    bool     falls;
+    unsigned turns;
+} wave_t;
+
+static void watch(wave_t *wave, double x, double least)
+{
+    wave->low  = fmin(wave->low, x);
+    wave->high = fmax(wave->high, x);
+    if (wave->falls ? x < wave->turn : x > wave->turn)
+    {
+        wave->turn = x;
+    }
+    else if (fabs(x - wave->turn) > least)
+    {
+        wave->falls = !wave->falls;
+        wave->turn  = x;
+        wave->turns++;
+    }
+}
+
+static unsigned study_swing(unsigned rigs, unsigned tunings, uint64_t seed, bool verbose)
+{
+    static rig_t rig;
+    seen_t       seen                   = {0};
+    unsigned     of_fault[DRIVE_FAULTS] = {0};
+    unsigned     small                  = 0;
+    for (unsigned n = 0; n < rigs; n++)
+    {
+        for (unsigned t = 0; t < tunings; t++)
+        {
+            kind_t       kind = kind_of(n, seed + t);
+            sim_random_t random;
+            sim_random_seed(&random, seed + 1000u * n + t);
+            open_rig(&rig, &kind);
+            rig.reference = t % 3u == 0u ? 0.0 : t % 3u == 1u ? 0.3 : -0.6;
+            if (!advance_for(&rig, 1.5))
+            {
+                print_kind(&rig);
+                printf("%s before\n", drive_fault_text(rig.drive.fault));
+                continue;
+            }
+            params_set_t      set  = rig.params[rig.used].set;
+            const char *const name = tune(&set, t, rig.h_s, &random);
+            if (!apply(&rig, &set))
+            {
+                continue;
+            }
+            drive_change(&rig.drive, &rig.params[rig.used].drive);
+            const uint64_t at = rig.tick;
+            // Until it has stopped, or is still the same in the end.
+            const double last_s  = 6.0;
+            wave_t       of_u    = {0};
+            wave_t       of_y    = {0};
+            double       onset_s = -1.0, was_s = 0.0;
+            bool         on = true;
+            while (on && (double)(rig.tick - at) * rig.h_s < last_s)
+            {
+                on             = advance(&rig);
+                const double s = (double)(rig.tick - at) * rig.h_s;
+                if (on)
+                {
+                    const unsigned before = of_u.turns + of_y.turns;
+                    watch(&of_u, of_paper(&rig, rig.board.command), 1.0);
+                    watch(&of_y, rig.plant.filtered_n, 0.3);
+                    if (of_u.turns + of_y.turns > before)
+                    {
+                        onset_s = onset_s < 0.0 || s - was_s > 0.4 ? s : onset_s; // since then without a rest
+                        was_s   = s;
+                    }
+                }
+            }
+            const double end_s  = (double)(rig.tick - at) * rig.h_s;
+            const bool   swings = onset_s >= 0.0 && (!on || end_s - was_s < 0.4);
+            const double took_s = swings ? end_s - onset_s : 0.0;
+            if (!on)
+            {
+                of_fault[rig.drive.fault]++;
+            }
+            if (swings)
+            {
+                note(&seen, took_s * 1e3, SWING_S * 1e3);
+                small += on;
+                if (verbose && took_s > SWING_S)
+                {
+                    print_kind(&rig);
+                    printf("%s, r %.1f: %s after %.2f s of swings, u %.2f to %.2f in %u, y %.2f to %.2f in %u turns\n",
+                           name,
+                           rig.reference,
+                           on ? "runs on" : drive_fault_text(rig.drive.fault),
+                           took_s,
+                           of_u.low,
+                           of_u.high,
+                           of_u.turns,
+                           of_y.low,
+                           of_y.high,
+                           of_y.turns);
+                }
+            }
+        }
+    }
+    printf("%s: %u loops that swing, worst %.0f ms, %u beyond %g ms, %u run on\n",
+           TRIBO_ARITHMETIC,
+           seen.cells,
+           seen.worst_ms,
+           seen.missed,
+           SWING_S * 1e3,
+           small);
+    for (unsigned i = 0; i < DRIVE_FAULTS; i++)
+    {
+        if (of_fault[i] > 0u)
+        {
+            printf("    %s: %u\n", drive_fault_text((drive_fault_t)i), of_fault[i]);
+        }
+    }
+    return seen.missed;
+}
+
+// --- healthy -------------------------------------------------------------------------------------------------------
+
+typedef enum
+{
+    STEPS,
+    WIDE_STEPS,
+    FAST_SQUARE,
+    FAST_SMALL_SQUARE,
+    TRIANGLE,
+    SINE,
+    HOLD,
+    PUSHES,
+    SHAPES
+} shape_t;
+
+static const char *const shape_names[] =
+    {"steps", "wide steps", "fast square", "small fast square", "triangle", "sine", "hold", "pushes"};
+
+typedef struct
+{
+    shape_t shape;
+    double  low, high, period_s, push;
+} part_t;
+
+static part_t part_of(sim_random_t *random)
+{
+    part_t part   = {.shape = (shape_t)(uniform(random) * (double)SHAPES)};
+    part.low      = -0.9 + 1.2 * uniform(random);
+    part.high     = fmin(part.low + 0.2 + 0.4 * uniform(random), 0.9);
+    part.period_s = 1.0 + 9.0 * uniform(random);
+    if (part.shape == WIDE_STEPS)
+    {
+        part.low  = -0.8;
+        part.high = 0.8;
+    }
+    if (part.shape == FAST_SQUARE || part.shape == FAST_SMALL_SQUARE)
+    {
+        part.period_s = 0.05 + 0.45 * uniform(random);
+        part.high     = part.shape == FAST_SQUARE ? part.high : part.low + 0.15;
+    }
+    if (part.shape == SINE)
+    {
+        part.period_s = 0.2 + 5.0 * uniform(random);
+    }
+    if (part.shape == HOLD || part.shape == PUSHES)
+    {
+        part.high = part.low;
+        part.push = part.shape == PUSHES ? 0.1 : 0.0;
+    }
+    return part;
+}
+
+static double shape_at(const part_t *part, double t_s)
+{
+    const double phase = fmod(t_s, part->period_s) / part->period_s;
+    const bool   steps = part->shape <= FAST_SMALL_SQUARE;
+    const double rise  = steps                 ? (phase < 0.5 ? 0.0 : 1.0)
+                         : part->shape == SINE ? 0.5 - 0.5 * cos(6.283185307179586 * phase)
+                                               : (phase < 0.5 ? 2.0 * phase : 2.0 - 2.0 * phase);
+    return part->low + (part->high - part->low) * rise;
+}
+
+typedef struct
+{
+    double   hours;
+    unsigned stops;
+    double   residual, tracking, limit, swing_u, swing_y; // largest levels, of 1
+} healthy_t;
+
+static double share(double level, double bound)
+{
+    return bound > 0.0 ? level / bound : 0.0;
+}
+
+static void note_levels(healthy_t *seen, const rig_t *rig, double *of_part)
+{
+    const faults_loop_t   *loop   = &rig->drive.lasting.loop;
+    const faults_bounds_t *bounds = &rig->drive.setup->bounds;
+    const double           now[]  = {share(loop->residual, bounds->residual_level),
+                                     share(loop->tracking, bounds->tracking_level),
+                                     share(loop->command_limit, bounds->command_limit_level),
+                                     share(loop->u.level, bounds->swing_ticks),
+                                     share(loop->y.level, bounds->swing_ticks)};
+    double *const          all[]  = {&seen->residual, &seen->tracking, &seen->limit, &seen->swing_u, &seen->swing_y};
+    for (int i = 0; i < 5; i++)
+    {
+        *all[i]    = fmax(*all[i], now[i]);
+        of_part[i] = fmax(of_part[i], now[i]);
+    }
+}
+
+static double worst[SHAPES][5];
+
+static void play_healthy(healthy_t *seen, const kind_t *kind, double time_s)
+{
+    static rig_t rig;
+    sim_random_t random;
+    sim_random_seed(&random, kind->seed);
+    open_rig(&rig, kind);
+    bool on = true;
+    while (on && (double)rig.tick * rig.h_s < time_s)
+    {
+        const part_t   part    = part_of(&random);
+        const uint64_t at      = rig.tick;
+        double         push_at = 0.0, push_s = 0.1, size = 0.0;
+        while (on && (double)(rig.tick - at) * rig.h_s < 10.0)
+        {
+            const double t_s = (double)(rig.tick - at) * rig.h_s;
+            rig.reference    = shape_at(&part, t_s);
+            if (t_s > push_at + push_s)
+            {
+                push_at = t_s + 0.5 * uniform(&random);
+                push_s  = 0.02 + 0.3 * uniform(&random);
+                size    = part.push * (2.0 * uniform(&random) - 1.0);
+            }
+            rig.plant.hand_n = t_s > push_at ? size * sin(3.14159265 * (t_s - push_at) / push_s) : 0.0;
+            on               = advance(&rig);
+            note_levels(seen, &rig, worst[part.shape]);
+        }
+        if (!on)
+        {
+            print_kind(&rig);
+            printf("%s in %s %.2f to %.2f in %.2f s\n",
+                   drive_fault_text(rig.drive.fault),
+                   shape_names[part.shape],
+                   part.low,
+                   part.high,
+                   part.period_s);
+        }
+    }
+    seen->hours += (double)rig.tick * rig.h_s / 3600.0;
+    seen->stops += !on;
+}
+
+static unsigned study_healthy(double hours, uint64_t seed)
+{
+    healthy_t seen = {0};
+    for (unsigned n = 0; n < RIGS; n++)
+    {
+        const kind_t kind = kind_of(n, seed);
+        play_healthy(&seen, &kind, 3600.0 * hours / RIGS);
+        (void)fflush(stdout);
+    }
+    printf("%s: %u rigs, %.2f hours: %u false stops; largest levels of 1: residual %.2f, tracking %.2f, limit %.2f, "
+           "swings of u %.2f, of y "
+           "%.2f\n",
+           TRIBO_ARITHMETIC,
+           RIGS,
+           seen.hours,
+           seen.stops,
+           seen.residual,
+           seen.tracking,
+           seen.limit,
+           seen.swing_u,
+           seen.swing_y);
+    for (unsigned i = 0; i < SHAPES; i++)
+    {
+        printf("    %s: residual %.2f, tracking %.2f, limit %.2f, swings of u %.2f, of y %.2f\n",
+               shape_names[i],
+               worst[i][0],
+               worst[i][1],
+               worst[i][2],
+               worst[i][3],
+               worst[i][4]);
+    }
+    return seen.stops;
+}
+
+// --- the program ---------------------------------------------------------------------------------------------------
+
+int main(int count, char **arguments)
+{
+    const char *const what   = count > 1 ? arguments[1] : "";
+    const double      amount = count > 2 ? strtod(arguments[2], NULL) : 0.0;
+    if (strcmp(what, "loose") == 0)
+    {
+        return study_loose(24, 1, true) > 0u;
+    }
+    if (strcmp(what, "restart") == 0)
+    {
+        return study_healthy_restarts(RIGS, 1) + study_restart(24, 1, true) > 0u;
+    }
+    if (strcmp(what, "swing") == 0)
+    {
+        return study_swing(24, 48, (uint64_t)amount, true) > 0u;
+    }
+    if (strcmp(what, "healthy") == 0 && amount > 0.0)
+    {
+        return study_healthy(amount, 1) > 0u;
+    }
+    return 2;
+}
