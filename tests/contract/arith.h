@@ -150,6 +150,17 @@ static inline controller_seen_t controller_step(controller_t *x, double e, doubl
 }
 
 /// Takes `x` over to the params of `to`.
+/// c/D of the anti-windup.
+static inline double controller_anti_windup(const controller_t *x)
+{
+#if TRIBO_IS_Q31
+    const int scale = (int)x->params.cascade.input_scale - (int)x->params.cascade.output_scale;
+    return ldexp(x->params.anti_windup, x->params.anti_windup_shift - 32 + scale);
+#else
+    return (double)x->params.anti_windup;
+#endif
+}
+
 static inline void controller_change(controller_t *x, const controller_t *to, double e, double offset)
 {
     TRIBO(controller, change)(&x->params, &to->params, &x->state, to_force(e), to_force(offset));

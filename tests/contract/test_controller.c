@@ -204,6 +204,71 @@ static void test_controller_does_not_wind_up_whatever_its_zeros(void)
     }
 }
 
+/// A notch of `frequency_hz` with zeros on the unit circle, or with `left` of its poles' damping; times `gain`.
+static tribo_biquad_f32_section_t notch(double frequency_hz, double quality, double rate_hz, double left, double gain)
+{
+    const double w  = 2.0 * 3.14159265358979323846 * frequency_hz / rate_hz;
+    const double a  = tan(w / quality / 2.0);
+    const double b0 = gain * (1.0 + left * a) / (1.0 + a);
+    const double at = (2.0 - 2.0 * cos(w)) / (1.0 + a); // the denominator at z = 1
+    return (tribo_biquad_f32_section_t){.b0 = (float)b0,
+                                        .b1 = (float)(2.0 * b0 - 2.0 * gain * cos(w) / (1.0 + a)),
+                                        .b2 = (float)(gain * at),
+                                        .a1 = (float)(2.0 - 2.0 * cos(w) / (1.0 + a)),
+                                        .a2 = (float)at};
+}
+
+/// Taken, and conditioned by c. The spectral radius of the states while u is limited is 1 for c = 1, by numpy, as the zeros are poles
+/// then; for c = -1 it is 0.9979 at 5 kHz and Q = 30.
+static void check_conditioned_by(double c, const tribo_biquad_f32_section_t *sections, uint32_t count)
+{
+    double D = 1.0;
+    for (uint32_t i = 0; i < count; i++)
+    {
+        D *= (double)sections[i].b0;
+    }
+    init(sections, count);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, c, controller_anti_windup(&controller) * D);
+}
+
+static void test_controller_takes_a_mains_notch_at_any_sample_rate(void)
+{
+    static const double rates[] =
+        {500, 1000, 2000, 3000, 4000, 5000, 6000, 8000, 10000, 12000, 15000, 16000, 20000, 25000, 30000, 40000};
+    static const double        qualities[] = {1.0, 3.0, 10.0, 30.0, 100.0};
+    static const double        left[]      = {0.0, 1e-9, 1e-8, 1e-6};
+    const int                  all         = RUNS(16 * 5 * 2 * 4, 16 * 2);
+    tribo_biquad_f32_section_t s[3];
+    for (int k = 0; k < all; k++)
+    {
+        const double rate_hz = rates[k % 16];
+        const double hertz   = k / 16 % 2 == 0 ? 50.0 : 60.0;
+        const double quality = qualities[(k / 32 + 3) % 5];
+        s[0]                 = notch(hertz, quality, rate_hz, left[k / 160], 1.0);
+        s[1]                 = s[0];
+        check_conditioned_by(-1.0, s, 1);
+        check_conditioned_by(-1.0, s, 2);
+        s[0] = notch(hertz, quality, rate_hz, left[k / 160], 1e-3);
+        check_conditioned_by(-1.0, s, 1);
+        s[0] = notch(hertz, quality, rate_hz, left[k / 160], 300.0);
+        check_conditioned_by(-1.0, s, 1);
+        s[2] = (tribo_biquad_f32_section_t){.b0 = 0.5f, .b1 = 0.5f, .b2 = (float)(10.0 / rate_hz), .a1 = 1.0f};
+        s[2].b1 += s[2].b2;
+        check_conditioned_by(0.5, &s[1], 2); // before an integrator
+    }
+}
+
+// Zeros at z = -1, as Tustin's rule makes them, and at z = 1, each off by a last bit to the inside; slow real zeros are no such zeros.
+static void test_controller_is_not_conditioned_by_zeros_that_a_last_bit_puts_inside(void)
+{
+    const tribo_biquad_f32_section_t behind[] = {{1.0f, 3.5f, 2.9999998f, 1.2f, 0.3f}};
+    const tribo_biquad_f32_section_t at_1[]   = {{1.0f, 1.0f, 1e-9f, 1.1f, 0.2f}};
+    const tribo_biquad_f32_section_t slow[]   = {{1.0f, 2e-6f, 1e-12f, 2e-5f, 1e-10f}};
+    check_conditioned_by(0.5, behind, 1);
+    check_conditioned_by(-1.0, at_1, 1);
+    check_conditioned_by(1.0, slow, 1);
+}
+
 static void test_controller_leaves_its_limit_as_soon_as_the_error_turns(void)
 {
     for (int k = 0; k < RUNS(60000, 10000); k++)
@@ -269,6 +334,8 @@ int main(void)
     RUN_TEST(test_controller_is_not_limited_at_its_very_limit);
     RUN_TEST(test_controller_conditions_its_states_on_the_limited_output);
     RUN_TEST(test_controller_does_not_wind_up_whatever_its_zeros);
+    RUN_TEST(test_controller_takes_a_mains_notch_at_any_sample_rate);
+    RUN_TEST(test_controller_is_not_conditioned_by_zeros_that_a_last_bit_puts_inside);
     RUN_TEST(test_controller_leaves_its_limit_as_soon_as_the_error_turns);
     RUN_TEST(test_controller_changes_params_without_a_bump);
     RUN_TEST(test_controller_padded_with_unity_sections_gives_the_same_bits);

@@ -8,6 +8,9 @@ import pytest
 import scipy.io
 import scipy.signal
 from conftest import PAPER
+from tribo_design import importer
+from tribo_design.errors import InputError
+from tribo_design.zpk import Zpk
 
 H = 1e-3
 ZEROS, POLES, GAIN = [-55, -200, -139 + 203j, -139 - 203j], [-0.002, -340.23, -167.14 + 293.43j, -167.14 - 293.43j], 1.48032448
@@ -98,6 +101,30 @@ def test_a_controller_that_does_not_stabilise_is_refused(run, tmp_path):
     code, out, err = run("import", tmp_path / "k.json", "--design", PAPER, "--out", tmp_path / "out")
     assert code == 4 and "not stable" in err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_mains_notch_is_imported(run, tmp_path):
+    """50 Hz, Q = 30 at 5 kHz: zeros on the unit circle."""
+    (tmp_path / "k.json").write_text(json.dumps({"sample_time_s": 0.0002, "sos": [[
+        0.9989538975423421, -1.9939653804297088, 0.9989538975423421, 1.0, -1.9939653804297088, 0.9979077950846842]]}))
+    (tmp_path / "n5k.yaml").write_text("name: n5k\nsample_time_s: 0.0002\nplant: {gain: 1.0, zeros: [], poles: [-50, -200]}\n")
+    code, _, err = run("import", tmp_path / "k.json", "--design", tmp_path / "n5k.yaml", "--out", tmp_path / "out", "--no-plots")
+    assert code == 0, err
+
+
+@pytest.mark.parametrize("low_hz, high_hz, rate_hz", [(0.1, 0.11, 4e4), (0.01, 0.02, 4e4), (5.0, 5.01, 4e4)])
+def test_a_slow_band_pass_is_what_its_sections_say(low_hz, high_hz, rate_hz):
+    """Polynomials in double at z near 1 are off by 1e-6 here: they refused it."""
+    rows = scipy.signal.butter(1, [low_hz, high_hz], "bandpass", fs=rate_hz, output="sos")
+    system, given = importer._sections("k.json", {"sos": rows.tolist()}, True)
+    importer._check_response("k.json", system, given, 1 / rate_hz)
+
+
+def test_poles_on_the_unit_circle_are_refused_whatever_their_last_bit():
+    for hertz in np.linspace(1, 200, 60):
+        pole = np.exp(2j * np.pi * hertz * 1e-3)
+        with pytest.raises(InputError, match="stability boundary"):
+            importer._check("k.json", Zpk([], [pole - 1, np.conj(pole) - 1], 1.0), 1e-3)
 
 
 def test_sections_of_first_order_and_of_both(run, tmp_path):

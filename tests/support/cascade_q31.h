@@ -22,7 +22,7 @@ static inline tribo_status_t cascade_q31_init(tribo_biquad_q31_params_t        *
     tribo_status_t                status = tribo_biquad_f32_init(&f32.cascade, sections, count);
     if (status == TRIBO_OK)
     {
-        status = tribo_headroom_q31_quantize(&made, &f32, NULL, FIXED_Q31_FULL, 0.0f, headroom);
+        status = tribo_headroom_q31_quantize(&made, &f32, NULL, NULL, FIXED_Q31_FULL, 0.0f, headroom);
     }
     if (status == TRIBO_OK)
     {

@@ -112,6 +112,19 @@ static tribo_biquad_f32_section_t random_section(random_t *r)
         TRIBO_BIQUAD_F32(b0, b0 * -2.0 * q * cos(turn), b0 * q * q, -2.0 * p * cos(angle), p * p);
 }
 
+static void test_controller_keeps_a_conditioning_only_while_it_is_stable(void)
+{
+    float c = 0.5f;
+    init(pi, 1); // (1 - c)(z - 1) + c (z - 0.95): its root 1 - 0.05 c
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_f32_prepare(&params, &config, &c));
+    TEST_ASSERT_SAME_FLOAT(0.25f, params.anti_windup);
+    TEST_ASSERT_SAME_FLOAT(0.5f, c);
+    c = -1.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_f32_prepare(&params, &config, &c));
+    TEST_ASSERT_SAME_FLOAT(0.5f, params.anti_windup);
+    TEST_ASSERT_SAME_FLOAT(1.0f, c);
+}
+
 static void test_controller_finds_an_anti_windup_for_any_stable_cascade(void)
 {
     const uint64_t seed   = 23;
@@ -258,6 +271,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_controller_takes_the_largest_stable_conditioning);
+    RUN_TEST(test_controller_keeps_a_conditioning_only_while_it_is_stable);
     RUN_TEST(test_controller_finds_an_anti_windup_for_any_stable_cascade);
     RUN_TEST(test_controller_change_takes_bad_numbers_for_zero);
     RUN_TEST(test_controller_starts_again_when_its_state_is_lost);

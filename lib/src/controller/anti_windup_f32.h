@@ -25,6 +25,12 @@ static inline void controller_f32_pause(const tribo_controller_f32_config_t *con
     }
 }
 
+/// As tribo_controller_f32_init. `conditioned_by` is c of the anti-windup: kept if the cascade is stable with it, else chosen;
+/// 0: chosen.
+tribo_status_t tribo_controller_f32_prepare(tribo_controller_f32_params_t       *params,
+                                            const tribo_controller_f32_config_t *config,
+                                            float                               *conditioned_by);
+
 /// Cascade at rest, counters 0.
 void tribo_controller_f32_reset(tribo_controller_f32_state_t *state);
 

@@ -12,6 +12,8 @@ const tribo_parameter_t tribo_cascade_parameters[] = {TRIBO_CASCADE_PARAMETERS(R
 
 #define INPUT_MAX_N 4.0e6f // above gain * f^ and r - y of an accepted loop
 #define STATES_MAX  (2u * TRIBO_BIQUAD_SECTIONS_MAX)
+#define AT_1        1.0e-8f // distance of a zero from z = 1
+#define ON_CIRCLE   4.0e-6f // twice the distance of a zero from the unit circle elsewhere: float leaves up to 1e-6
 
 /// A square matrix of a cascade's states w1, w2, w1, w2 ...
 typedef struct
@@ -101,35 +103,50 @@ static bool dies_away(const tribo_controller_f32_config_t *config,
     return false;
 }
 
+/// Whether the zeros are inside the unit circle by more than rounding can move them. On the circle, as a notch has them, or as good
+/// as there, the last bit of a coefficient would decide, and states with such poles ring for minutes. Slow real zeros are well inside.
 static bool zeros_inside(const tribo_biquad_f32_params_t *cascade)
 {
     bool inside = true;
     for (uint32_t i = 0; i < cascade->count; i++)
     {
-        const tribo_biquad_f32_section_t *s  = &cascade->section[i];
-        const float                       c1 = s->b1 / s->b0;
-        const float                       c2 = s->b2 / s->b0;
-        inside                               = inside && c2 > 0.0f && biquad_f32_is_inside_or_at_1(c1, c2);
+        const tribo_biquad_f32_section_t *s     = &cascade->section[i];
+        const float                       c1    = s->b1 / s->b0;
+        const float                       c2    = s->b2 / s->b0;
+        const bool                        rings = c1 * c1 < 2.0f * c2; // damped by less than 0.7
+        inside =
+            inside && c2 > AT_1 * c1 && c1 - c2 > (rings ? ON_CIRCLE : 0.0f) && (4.0f - 2.0f * c1) + c2 > ON_CIRCLE;
     }
     return inside;
 }
 
-/// The largest c of 1, -1, 1/2, -1/2 ... for which the conditioned cascade is stable, 0 if there is none.
+/// With c = 1 the poles of the conditioned cascade are its zeros.
+static bool is_conditioned(const tribo_controller_f32_config_t *config,
+                           const tribo_biquad_f32_params_t     *cascade,
+                           float                                c,
+                           float                                D)
+{
+    return c == 1.0f ? zeros_inside(cascade) : dies_away(config, cascade, c / D);
+}
+
+/// `first`, if the conditioned cascade is stable with it, else the largest c of 1, -1, 1/2, -1/2 ... with which it is, 0 if there
+/// is none.
 static float conditioning(const tribo_controller_f32_config_t *config,
                           const tribo_biquad_f32_params_t     *cascade,
+                          float                                first,
                           float                                D)
 {
-    if (zeros_inside(cascade))
+    if (first != 0.0f && is_conditioned(config, cascade, first, D))
     {
-        return 1.0f; // its poles are the zeros
+        return first;
     }
     for (float c = 1.0f; c > 1.0e-6f; c *= 0.5f)
     {
-        if (dies_away(config, cascade, c / D))
+        if (is_conditioned(config, cascade, c, D))
         {
             return c;
         }
-        if (dies_away(config, cascade, -c / D))
+        if (is_conditioned(config, cascade, -c, D))
         {
             return -c;
         }
@@ -154,6 +171,14 @@ static tribo_status_t feedthrough(const tribo_biquad_f32_params_t *cascade, floa
 
 tribo_status_t tribo_controller_f32_init(tribo_controller_f32_params_t       *params,
                                          const tribo_controller_f32_config_t *config)
+{
+    float c = 0.0f;
+    return tribo_controller_f32_prepare(params, config, &c);
+}
+
+tribo_status_t tribo_controller_f32_prepare(tribo_controller_f32_params_t       *params,
+                                            const tribo_controller_f32_config_t *config,
+                                            float                               *conditioned_by)
 {
     if (params == NULL || config == NULL)
     {
@@ -180,12 +205,13 @@ tribo_status_t tribo_controller_f32_init(tribo_controller_f32_params_t       *pa
     {
         return status;
     }
-    const float c = conditioning(config, &made.cascade, D);
+    const float c = conditioning(config, &made.cascade, *conditioned_by, D);
     if (c == 0.0f)
     {
         return TRIBO_ERR_ANTI_WINDUP;
     }
     made.anti_windup = c / D;
+    *conditioned_by  = c;
     *params          = made;
     return TRIBO_OK;
 }

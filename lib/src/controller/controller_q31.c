@@ -2,6 +2,7 @@
 
 #include "../number/fixed_q31.h"
 #include "../number/ranges.h"
+#include "anti_windup_f32.h"
 #include "anti_windup_q31.h"
 #include "headroom_q31.h"
 
@@ -59,14 +60,15 @@ tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *pa
     }
     tribo_controller_q31_params_t made = {.u_min = 0};
     tribo_controller_f32_params_t f32;
-    tribo_status_t                status = tribo_controller_f32_init(&f32, config);
+    float                         c      = 0.0f; // of the design: rounding must not choose another
+    tribo_status_t                status = tribo_controller_f32_prepare(&f32, config, &c);
     status                               = status != TRIBO_OK ? status : check_limits(&f32, full_scale_n);
     if (status != TRIBO_OK)
     {
         return status;
     }
     const float u_peak = larger(-f32.u_min_n, f32.u_max_n) / full_scale_n;
-    status = tribo_headroom_q31_quantize(&made.cascade, &f32, config, FIXED_Q31_FULL, u_peak + 1.0f, headroom);
+    status = tribo_headroom_q31_quantize(&made.cascade, &f32, config, &c, FIXED_Q31_FULL, u_peak + 1.0f, headroom);
     if (status != TRIBO_OK)
     {
         return status;

@@ -492,6 +492,7 @@ static void report(tribo_headroom_q31_t *headroom, const peaks_t *peaks, uint32_
 tribo_status_t tribo_headroom_q31_quantize(tribo_biquad_q31_params_t           *out,
                                            tribo_controller_f32_params_t       *f32,
                                            const tribo_controller_f32_config_t *config,
+                                           float                               *conditioned_by,
                                            float                                e_peak,
                                            float                                s_peak,
                                            tribo_headroom_q31_t                *headroom)
@@ -513,7 +514,7 @@ tribo_status_t tribo_headroom_q31_quantize(tribo_biquad_q31_params_t           *
         {
             tribo_controller_f32_config_t again = *config;
             again.sections                      = really;
-            status                              = tribo_controller_f32_init(f32, &again);
+            status                              = tribo_controller_f32_prepare(f32, &again, conditioned_by);
         }
         else
         {

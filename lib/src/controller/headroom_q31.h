@@ -8,11 +8,12 @@
 
 /// Quantises the cascade in `f32` (headroom_q31.c) for |e| <= `e_peak` and |u - term| <= `s_peak`, both as a fraction of
 /// full scale. The scale of each node comes from its worst-case peak, so that none can overflow. `f32` is then rebuilt from
-/// the quantised numbers (by `config`, or as a bare cascade if that is null), which checks their stability. Both steps run
+/// the quantised numbers (by `config` and its `conditioned_by`, or as a bare cascade if `config` is null), which checks their stability. Both steps run
 /// twice, so that scales and report belong to the final numbers. `headroom` may be null.
 tribo_status_t tribo_headroom_q31_quantize(tribo_biquad_q31_params_t           *out,
                                            tribo_controller_f32_params_t       *f32,
                                            const tribo_controller_f32_config_t *config,
+                                           float                               *conditioned_by,
                                            float                                e_peak,
                                            float                                s_peak,
                                            tribo_headroom_q31_t                *headroom);

@@ -267,7 +267,8 @@ def sampled_steps(result, checker):
         result.quantised = quantise.to_q31(result.f32, fixed.full_scale_n, -fixed.limit_n, fixed.limit_n)
     except DesignError as error:
         outside = [f"{1 + z:.6g}" for z in result.sampled.zeros if abs(1 + z) > 1 - 1e-6]
-        hint = f". K(z) has zeros on or outside the unit circle (z = {', '.join(outside)}), which its anti-windup suffers from: try another limit{', sample time' if result.in_w else ', sample time or discretisation method'}" if outside else ""
+        other = "" if not result.reduced else ", sample time" if result.in_w else ", sample time or discretisation method"
+        hint = f". K(z) has zeros on or outside the unit circle (z = {', '.join(outside)}), which its anti-windup suffers from: try another limit{other}" if outside else ""
         raise DesignError(f"{error}{hint}") from None
     result.q31 = result.quantised.q31
     values = result.q31.values()

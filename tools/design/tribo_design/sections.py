@@ -58,7 +58,7 @@ def make_cascade(system, h):
 
 
 def _check_stable(system):
-    outside = [p for p in system.poles if not abs(1 + p) < 1 and p != 0]
+    outside = [p for p in system.poles if not 2 * p.real + abs(p) ** 2 < 0 and p != 0]  # |1 + p| < 1, to the last bit
     if outside:
         raise DesignError(f"sections: K(z) is unstable: pole z = {1 + outside[0]:.9g} is not inside the unit circle")
     if np.sum(system.poles == 0) > 1:
