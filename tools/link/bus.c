@@ -331,7 +331,8 @@ static bool wait_for_outcome(link_bus_t *bus, uint32_t *outcome)
     const double end_s = common_clock_s() + OUTCOME_S;
     for (;;)
     {
-        uint16_t values[2] = {0, 0};
+        uint16_t   values[2] = {0, 0};
+        const bool is_late   = common_clock_s() >= end_s;
         begin_frame(bus);
         const int got = end_exchange(modbus_read_registers(bus->modbus, link_find("outcome")->address, 2, values));
         if (got < 0 && (is_cut != 0 || is_exception(errno) || (bus->lock < 0 && errno != ETIMEDOUT)))
@@ -343,7 +344,7 @@ static bool wait_for_outcome(link_bus_t *bus, uint32_t *outcome)
         {
             return true;
         }
-        if (common_clock_s() >= end_s)
+        if (is_late)
         {
             return got < 0 ? fail(bus, "waiting for the end of a command")
                            : link_complain("%s: unit %d is busy with the command for more than %g s",
