@@ -2,6 +2,7 @@
 
 #include "keys/document.h"
 #include "keys/suggest.h"
+#include "support/c_locale.h"
 #include "support/number.h"
 
 #include <stdarg.h>
@@ -337,7 +338,9 @@ bool common_read(const common_text_t *text, common_sources_t *sources, common_er
         reader.line = problem.line;
         return complain(&reader, "%s", problem.what);
     }
-    const bool ok = read_document(&reader);
+    const common_c_locale_t scope = common_c_locale_begin();
+    const bool              ok    = read_document(&reader);
+    common_c_locale_end(scope);
     yaml_document_delete(&reader.document);
     return ok;
 }

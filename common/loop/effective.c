@@ -1,6 +1,7 @@
 #include "loop/effective.h"
 
 #include "keys/table.h"
+#include "support/c_locale.h"
 
 #include <yaml.h>
 
@@ -133,7 +134,9 @@ bool common_scenario_write(FILE *stream, const common_scenario_t *scenario, comm
     yaml_emitter_set_width(&writer.emitter, -1);
     emit(&writer, yaml_stream_start_event_initialize(&event, YAML_UTF8_ENCODING), &event);
     emit(&writer, yaml_document_start_event_initialize(&event, NULL, NULL, NULL, 1), &event);
+    const common_c_locale_t scope = common_c_locale_begin();
     emit_mapping(&writer, common_scenario_keys(scenario), common_scenario_values(scenario), 0);
+    common_c_locale_end(scope);
     emit(&writer, yaml_document_end_event_initialize(&event, 1), &event);
     emit(&writer, yaml_stream_end_event_initialize(&event), &event);
     yaml_emitter_delete(&writer.emitter);

@@ -1,5 +1,7 @@
 #include "support/error.h"
 
+#include "support/c_locale.h"
+
 #include <stdio.h>
 
 /// True for C0, DEL, and C1 in UTF-8 (0xc2 and a byte of 0x80 to 0x9f).
@@ -29,7 +31,9 @@ bool common_error_set_list(common_error_t *error, const char *format, va_list ar
     char text[sizeof error->text];
     if (error->text[0] == '\0')
     {
+        const common_c_locale_t scope = common_c_locale_begin();
         (void)vsnprintf(text, sizeof text, format, args);
+        common_c_locale_end(scope);
         copy_printable(error->text, sizeof error->text, text);
     }
     return false;

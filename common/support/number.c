@@ -1,5 +1,7 @@
 #include "support/number.h"
 
+#include "support/c_locale.h"
+
 #include <errno.h>
 #include <float.h>
 #include <math.h>
@@ -20,10 +22,11 @@ static const char *parse(const char *text, double *value)
     {
         return "is not a finite number";
     }
-    // From these characters strtod can only make decimal numbers. Its point is always '.', because the program never calls
-    // setlocale.
-    char *end = NULL;
-    *value    = strtod(text, &end);
+    // From these characters strtod can only make decimal numbers.
+    char                   *end   = NULL;
+    const common_c_locale_t scope = common_c_locale_begin();
+    *value                        = strtod(text, &end);
+    common_c_locale_end(scope);
     if (end == text || *end != '\0' || text[strspn(text, "+-.0123456789eE")] != '\0')
     {
         return "is not a number";

@@ -1,5 +1,7 @@
 #include "support/text.h"
 
+#include "support/c_locale.h"
+
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -10,7 +12,8 @@
 
 char *common_text_format(const char *format, ...)
 {
-    va_list args;
+    va_list                 args;
+    const common_c_locale_t scope = common_c_locale_begin();
     va_start(args, format);
     const int length = vsnprintf(NULL, 0, format, args);
     va_end(args);
@@ -21,6 +24,7 @@ char *common_text_format(const char *format, ...)
         (void)vsnprintf(text, (size_t)length + 1, format, args);
         va_end(args);
     }
+    common_c_locale_end(scope);
     return text;
 }
 

@@ -2,6 +2,7 @@
 
 #include "error.h"
 #include "loop/loop_keys.h"
+#include "scope.h"
 #include "tribo/feedforward_q31.h"
 #include "tribo/force_loop_q31.h"
 
@@ -78,8 +79,10 @@ unsigned native_quantise(const float    *sections,
         given[i]       = (tribo_biquad_f32_section_t){.b0 = s[0], .b1 = s[1], .b2 = s[2], .a1 = s[3], .a2 = s[4]};
         through *= (double)s[0];
     }
-    tribo_status_t status = tribo_controller_f32_init(&f32, &config);
+    const native_scope_t scope  = native_enter();
+    tribo_status_t       status = tribo_controller_f32_init(&f32, &config);
     status = status == TRIBO_OK ? tribo_controller_q31_init(&q31, &config, full_scale_n, &headroom) : status;
+    native_leave(&scope);
     if (status != TRIBO_OK)
     {
         native_error_status(error, status);
@@ -123,6 +126,7 @@ bool native_tune(const float rig[12], float tuned[10], native_error_t *error)
                                                 .input_max_n             = rig[9],
                                                 .noise_n                 = rig[10],
                                                 .sample_time_s           = rig[11]};
+    const native_scope_t              scope  = native_enter();
     tribo_status_t                    status = tribo_compensator_f32_init(&made, &model, rig[11]);
     tribo_feedforward_f32_config_t    fed    = {.trust = 0.0f};
     tribo_guard_f32_config_t          guard  = {.turn_n = 0.0f};
@@ -133,6 +137,7 @@ bool native_tune(const float rig[12], float tuned[10], native_error_t *error)
         status = tribo_feedforward_f32_init(&params, &fed, &model.arm, &made.friction, rig[9], rig[11]);
     }
     status = status == TRIBO_OK ? tribo_guard_f32_init(&guard_params, &guard, rig[11]) : status;
+    native_leave(&scope);
     if (status != TRIBO_OK)
     {
         native_error_status(error, status);

@@ -4,6 +4,7 @@
 #include "loop/loop_check.h"
 #include "loop/loop_config.h"
 #include "scenario.h"
+#include "scope.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -34,7 +35,9 @@ static const native_functions_t *functions_of(const native_part_t *part)
 static tribo_status_t start(native_part_t *part)
 {
     memset(part->outputs, 0, sizeof part->outputs);
+    const native_scope_t scope  = native_enter();
     const tribo_status_t status = sim_loop_init(&part->loop, part->q31, &part->config, part->loop.full_scale_n);
+    native_leave(&scope);
     if (part->kind == NATIVE_LUGRE)
     {
         tribo_lugre_f32_reset(&part->loop.in_f32.state.compensator.friction.lugre);
@@ -110,8 +113,10 @@ const char *native_part_output(const native_part_t *part, unsigned index)
 
 double native_part_step(native_part_t *part, double a, double b, double c, double d)
 {
-    const double in[NATIVE_INPUTS_MAX] = {a, b, c, d};
+    const double         in[NATIVE_INPUTS_MAX] = {a, b, c, d};
+    const native_scope_t scope                 = native_enter();
     functions_of(part)->tick[part->kind](part, in, part->outputs, true);
+    native_leave(&scope);
     return part->outputs[0];
 }
 
@@ -129,6 +134,7 @@ void native_part_play(native_part_t *part, const double *const *inputs, size_t c
     {
         wanted++;
     }
+    const native_scope_t scope = native_enter();
     for (size_t i = 0; i < count; i++)
     {
         for (unsigned k = 0; k < part->inputs; k++)
@@ -141,16 +147,22 @@ void native_part_play(native_part_t *part, const double *const *inputs, size_t c
             outputs[k][i] = part->outputs[k];
         }
     }
+    native_leave(&scope);
 }
 
 double native_feedforward_error(native_part_t *part, double r_n, double y_n)
 {
-    return functions_of(part)->error(part, r_n, y_n);
+    const native_scope_t scope = native_enter();
+    const double         e_n   = functions_of(part)->error(part, r_n, y_n);
+    native_leave(&scope);
+    return e_n;
 }
 
 double native_feedforward_command(native_part_t *part, double v_n)
 {
+    const native_scope_t scope = native_enter();
     functions_of(part)->command(part, v_n, part->outputs);
+    native_leave(&scope);
     return part->outputs[0];
 }
 

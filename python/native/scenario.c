@@ -6,6 +6,7 @@
 #include "scenario/columns.h"
 #include "scenario/keys.h"
 #include "scenario/runner.h"
+#include "scope.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -14,14 +15,15 @@
 
 native_scenario_t *native_scenario_open(const char *path, native_error_t *error)
 {
-    common_error_t     said     = {""};
-    native_scenario_t *scenario = calloc(1, sizeof *scenario);
-    common_scenario_t *inner    = sim_scenario_create();
-    if (scenario == NULL || inner == NULL)
-    {
-        (void)common_error_set(&said, "out of memory");
-    }
-    else if (path == NULL || common_scenario_load(inner, path, &said))
+    common_error_t       said     = {""};
+    const native_scope_t scope    = native_enter();
+    native_scenario_t   *scenario = calloc(1, sizeof *scenario);
+    common_scenario_t   *inner    = sim_scenario_create();
+    const bool           is_there = scenario != NULL && inner != NULL;
+    const bool           ok =
+        is_there ? path == NULL || common_scenario_load(inner, path, &said) : common_error_set(&said, "out of memory");
+    native_leave(&scope);
+    if (ok)
     {
         scenario->scenario = inner;
         return scenario;
@@ -50,8 +52,11 @@ bool native_scenario_has_loop(const native_scenario_t *scenario, common_error_t 
 
 bool native_scenario_set(native_scenario_t *scenario, const char *assignment, native_error_t *error)
 {
-    common_error_t said = {""};
-    if (common_scenario_set(scenario->scenario, assignment, &said))
+    common_error_t       said  = {""};
+    const native_scope_t scope = native_enter();
+    const bool           ok    = common_scenario_set(scenario->scenario, assignment, &said);
+    native_leave(&scope);
+    if (ok)
     {
         return true;
     }
@@ -92,7 +97,7 @@ bool native_scenario_put(native_scenario_t *scenario, const char *key, double va
 typedef struct
 {
     unsigned left;
-    char     found[COMMON_KEY_MAX];
+    char    *key;
     bool     is_found;
 } search_t;
 
@@ -103,16 +108,17 @@ static void search(void *context, const char *path, const common_key_t *key)
     if (!of->is_found && of->left-- == 0)
     {
         of->is_found = true;
-        (void)snprintf(of->found, sizeof of->found, "%s", path);
+        (void)snprintf(of->key, COMMON_KEY_MAX, "%s", path);
     }
 }
 
-const char *native_key(unsigned index)
+_Static_assert(COMMON_KEY_MAX <= 128, "native.h says how long a key is");
+
+bool native_key(unsigned index, char key[128])
 {
-    static search_t of; // called at import, under Python's lock
-    of = (search_t){.left = index};
+    search_t of = {.left = index, .key = key};
     common_key_visit(sim_keys, search, &of);
-    return of.is_found ? of.found : NULL;
+    return of.is_found;
 }
 
 /// The words are the library's if its set-up refuses the loop with them.
@@ -130,13 +136,15 @@ static void say_check(const native_scenario_t *scenario, const common_error_t *s
 
 bool native_scenario_check(native_scenario_t *scenario, native_error_t *error)
 {
-    common_error_t said = {""};
-    if (!sim_scenario_check(scenario->scenario, &said))
+    common_error_t       said  = {""};
+    const native_scope_t scope = native_enter();
+    const bool           ok    = sim_scenario_check(scenario->scenario, &said);
+    if (!ok)
     {
         say_check(scenario, &said, error);
-        return false;
     }
-    return true;
+    native_leave(&scope);
+    return ok;
 }
 
 size_t native_scenario_ticks(const native_scenario_t *scenario)
@@ -196,11 +204,13 @@ char *native_run(const native_scenario_t *scenario, bool q31, double *trace, dou
     const sim_run_options_t options = {.q31 = q31, .both = trace_q31 != NULL};
     common_error_t          said    = {""};
     sim_summary_t           summary;
-    char                   *json = NULL;
+    char                   *json  = NULL;
+    const native_scope_t    scope = native_enter();
     if (sim_run(scenario->scenario, &options, record, &recorder, &summary, &said))
     {
         json = sim_summary_to_json(&summary);
     }
+    native_leave(&scope);
     if (json == NULL)
     {
         native_error_say(error, "", said.text[0] != '\0' ? said.text : "out of memory");

@@ -21,7 +21,8 @@ FOLDER = next(folder for folder in (Path(__file__).with_name("scenarios"), Path(
 
 
 def text(pointer: Any) -> str:
-    return bytes(ffi.string(pointer)).decode()
+    """Words of the C part. What is of a file's name or of its content may be anything."""
+    return bytes(ffi.string(pointer)).decode(errors="backslashreplace")
 
 
 __version__ = text(lib.native_version())
@@ -71,7 +72,8 @@ def _parameters() -> dict[str, Parameter]:
 
 def _keys() -> list[str]:
     found: list[str] = []
-    while (key := lib.native_key(len(found))) != ffi.NULL:
+    key = ffi.new("char[128]")
+    while lib.native_key(len(found), key):
         found.append(text(key))
     return found
 
@@ -157,7 +159,9 @@ class Scenario:
         """As --set does."""
         error = new_error()
         assignment = f"{key}={_yaml(value)}"
-        if not lib.native_scenario_set(self.handle, assignment.encode(), error):
+        if "\0" in assignment:
+            raise ScenarioError(f"{key!r}: holds a zero byte", key)
+        if not lib.native_scenario_set(self.handle, assignment.encode(errors="surrogateescape"), error):
             refused = raised(error)
             raise ScenarioError(str(refused).removeprefix(f"{assignment}: "), refused.field)
 

@@ -21,6 +21,9 @@ try:
 except ImportError as error:
     pytest.skip(f"needs fmpy ({error}): tools/setup fmu", allow_module_level=True)
 
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+import foreign_process  # noqa: E402
+
 SIM, COLUMNS = os.environ["TRIBO_SIM"], os.environ["TRIBO_COLUMNS"]
 TICK_S = 1e-3
 
@@ -441,3 +444,51 @@ def test_another_importer_has_the_same_bits(tmp_path, fmi, part, text, inputs, b
     assert len(seen) == len(run["t_s"]) + 1 and len(seen[0]) > len(inputs)
     for k, (row, after) in enumerate(zip(seen, seen[1:], strict=False)):
         assert after | {name: row[name] for name in before} == {name: run[name][k] for name in after}, k
+
+
+@pytest.fixture(scope="module")
+def locales(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("locales")
+    why = foreign_process.make_locales(folder)
+    if why:
+        pytest.skip(f"no locale with a decimal comma: {why}")
+    return folder
+
+
+@pytest.mark.parametrize("name", foreign_process.COMMA)
+def test_an_importer_with_a_decimal_comma(triangle, locales, name):
+    path, run = triangle
+    plain = play(Instance(path), run, 0, 200)
+    with foreign_process.in_locale(locales, name):
+        loop = Instance(path)
+        assert play(loop, run, 0, 200) == plain
+        with pytest.raises(FMICallException):
+            loop.set(compensator__gain=2.5)
+        assert "compensator.gain: 2.5 is outside 0 to 2" in loop.said[-1]
+        with pytest.raises(FMICallException):
+            loop.fmu.doStep(0.0, 0.0015)
+        assert "0.0015 s is not a multiple of sample_time_s, 0.001 s" in loop.said[-1]
+
+
+@pytest.mark.skipif(foreign_process.UPWARD is None, reason="its number for the direction of rounding is not known")
+def test_an_importer_that_rounds_otherwise(triangle, tmp_path, fmi):
+    path, run = triangle
+    plant = make(tmp_path, scenario_of(tmp_path, "noisy"), "plant", fmi)
+
+    def force():
+        instance = Instance(plant)
+        for _ in range(200):
+            instance.step(u_N=0.3)
+        return instance.seen()
+
+    plain = play(Instance(path), run, 0, 200), force()
+    with foreign_process.rounding_upward():
+        assert (play(Instance(path), run, 0, 200), force()) == plain
+
+
+def test_nothing_is_linked_that_acts_on_the_whole_process(triangle):
+    Instance(triangle[0])
+    library = next(triangle[0].with_suffix("").rglob("*.so"))
+    done = subprocess.run(["nm", "-D", "--undefined-only", library], capture_output=True, text=True, check=True)
+    names = {re.sub(r"@.*|^__|_chk(@.*)?$", "", line.split()[-1]) for line in done.stdout.splitlines()}
+    assert "memcpy" in names and not names & foreign_process.ACTS_ON_THE_PROCESS

@@ -26,6 +26,7 @@ static fmi2Status told(const instance_t *instance, bool ok)
                                     "%s",
                                     fmu_model_error(instance->model));
     }
+    fmu_model_forget_error(instance->model);
     return ok ? fmi2OK : fmi2Error;
 }
 

@@ -24,6 +24,7 @@ static fmi3Status told(const instance_t *instance, bool ok)
     {
         instance->log(instance->environment, fmi3Error, category, fmu_model_error(instance->model));
     }
+    fmu_model_forget_error(instance->model);
     return ok ? fmi3OK : fmi3Error;
 }
 

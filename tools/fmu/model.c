@@ -8,6 +8,7 @@
 #include "scenario/plant_config.h"
 #include "scenario/runner.h"
 
+#include <fenv.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -161,6 +162,11 @@ const char *fmu_model_error(const fmu_model_t *model)
     return model->error.text;
 }
 
+void fmu_model_forget_error(fmu_model_t *model)
+{
+    model->error.text[0] = '\0';
+}
+
 /// A loop at rest, made by the library's set-up.
 static bool make(fmu_model_t *model, unsigned slot)
 {
@@ -215,7 +221,17 @@ static void remember(fmu_model_t *model, const sim_loop_t *old)
     }
 }
 
-bool fmu_model_start(fmu_model_t *model)
+/// With the floating-point environment of a program's start, whatever rounding, flush to zero or traps the importer has: the same bits
+/// in each of them. Locale is of error.c, the only one that writes numbers.
+static fenv_t enter(void)
+{
+    fenv_t before;
+    (void)fegetenv(&before);
+    (void)fesetenv(FE_DFL_ENV);
+    return before;
+}
+
+static bool start(fmu_model_t *model)
 {
     state_t *const now = &model->now;
     if (FMU_PART == PLANT)
@@ -230,6 +246,14 @@ bool fmu_model_start(fmu_model_t *model)
     now->is_started  = make(model, now->slot);
     now->row.learned = FMU_LEARNS ? &now->learned : NULL;
     return now->is_started;
+}
+
+bool fmu_model_start(fmu_model_t *model)
+{
+    const fenv_t before = enter();
+    const bool   ok     = start(model);
+    (void)fesetenv(&before);
+    return ok;
 }
 
 /// Goes on with other values.
@@ -289,7 +313,7 @@ static bool check(fmu_model_t *model, unsigned variable, double value)
            common_error_set(&model->error, "%s: %g is outside %g to %g", name, value, key->min, key->max);
 }
 
-bool fmu_model_set(fmu_model_t *model, const unsigned *variables, size_t count, const double *numbers)
+static bool set(fmu_model_t *model, const unsigned *variables, size_t count, const double *numbers)
 {
     state_t *const now       = &model->now;
     bool           is_change = false;
@@ -329,6 +353,14 @@ bool fmu_model_set(fmu_model_t *model, const unsigned *variables, size_t count, 
         }
     }
     return true;
+}
+
+bool fmu_model_set(fmu_model_t *model, const unsigned *variables, size_t count, const double *numbers)
+{
+    const fenv_t before = enter();
+    const bool   ok     = set(model, variables, count, numbers);
+    (void)fesetenv(&before);
+    return ok;
 }
 
 bool fmu_model_get(fmu_model_t *model, unsigned variable, double *value)
@@ -402,7 +434,7 @@ void fmu_model_set_time(fmu_model_t *model, double t_s)
     model->now.row.t_s = t_s;
 }
 
-bool fmu_model_step(fmu_model_t *model, double t_s, double step_s)
+static bool play(fmu_model_t *model, double t_s, double step_s)
 {
     const double sample_time_s = model->now.config[model->now.slot].loop.sample_time_s;
     const double ticks         = round(step_s / sample_time_s);
@@ -430,6 +462,14 @@ bool fmu_model_step(fmu_model_t *model, double t_s, double step_s)
     }
     fmu_model_set_time(model, t_s + step_s);
     return true;
+}
+
+bool fmu_model_step(fmu_model_t *model, double t_s, double step_s)
+{
+    const fenv_t before = enter();
+    const bool   ok     = play(model, t_s, step_s);
+    (void)fesetenv(&before);
+    return ok;
 }
 
 static size_t line_size(const fmu_model_t *model)

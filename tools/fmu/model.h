@@ -32,6 +32,9 @@ void fmu_model_reset(fmu_model_t *model);
 bool        fmu_model_start(fmu_model_t *model);
 const char *fmu_model_error(const fmu_model_t *model);
 
+/// Once it has been said: the first error since then is kept.
+void fmu_model_forget_error(fmu_model_t *model);
+
 /// Sets values and inputs, all or none. Once started the values are checked as a whole, and the model goes on with them as a drive does.
 bool fmu_model_set(fmu_model_t *model, const unsigned *variables, size_t count, const double *values);
 bool fmu_model_get(fmu_model_t *model, unsigned variable, double *value);

@@ -68,7 +68,7 @@ def scenario(design, plant, f32, source):
     slowest = 3 * full_f / (6 * 2**31 * h)  # v0 of less than a bit a tick
     friction += [] if 2 * slowest <= 0.007 else [f"    v0_N_per_s: {2 * slowest:.9g}"]
     lines = [f'# A force loop with the controller "{design.name}", made by tribo-design of {source}.']
-    rig = {"offset": offset, "input-max": min(full, limit_f), "sample-time": h}
+    rig = {"offset": offset, "input-max": min(full, limit_f), "sample-time": h, "full-scale": full_f}
     if chain is None:
         lines += [f"# The plant and the arm are the paper's, as {why}."]
         arm, parts = None, [f"plant: {{step_s: {h / 10:.9g}}}"]
@@ -79,19 +79,15 @@ def scenario(design, plant, f32, source):
         arm = f"{{inertia_N_s2_per_deg: {chain.inertia:.9g}, damping_N_s_per_deg: {chain.damping:.9g}, stiffness_N_per_deg: {STIFFNESS:.9g}}}"
         parts = [f"plant: {{step_s: {h / 10:.9g}, actuator_pole_rad_per_s: {chain.actuator:.9g}, arm: {arm}}}",
                  f"sensor: {{pole_rad_per_s: {chain.sensor:.9g}" + (f", delay_s: {design.delay_s:.9g}" if design.delay_s else "") + "}"]
-        fastest = min(10 * np.pi / h, 1e6)  # pole that the feed-forward can believe in
-        rig |= {"actuator-pole": min(chain.actuator, fastest), "sensor-pole": min(chain.sensor, fastest),
+        rig |= {"actuator-pole": chain.actuator, "sensor-pole": chain.sensor,
                 "inertia": chain.inertia, "damping": chain.damping, "stiffness": STIFFNESS}
-    tuned = dict(tuning.tuned(rig))
-    for key, bound, within in (("presliding_N", 1.01e-4 * full_f, max), ("forgetting_per_N", 31 / full_f, min)):  # what Q31 can hold
-        tuned[f"feedforward.{key}"] = f"{within(float(tuned[f'feedforward.{key}']), bound):.6g}"
     lines += ["# Its friction is the paper's: copy it, give your rig's under compensator and plant, and put what tribo-design tune makes of it into compensator.",
               "# tribo-sim run plays it, tribo-sim params makes a drive's params of it."]
     return "\n".join([
         *lines, f'description: "a triangle with the controller {design.name}"', f"duration_s: {20 * PERIODS}", f"sample_time_s: {h:.9g}",
         f"reference: {{kind: triangle, low_N: {2 * top / 3:.9g}, high_N: {top:.9g}, period_s: 20}}", *parts,
         "controller:", "  kind: delta", "  sections:", *(f"    - {{{section}}}" for section in sections),
-        *tuning.as_yaml(tuned.items()).splitlines(), *([f"  arm: {arm}"] if arm else []), *(["  friction:", *friction] if friction else []),
+        *tuning.as_yaml(tuning.tuned(rig)).splitlines(), *([f"  arm: {arm}"] if arm else []), *(["  friction:", *friction] if friction else []),
         f"limits: {{u_min_N: {-limit_f:.9g}, u_max_N: {limit_f:.9g}, input_max_N: {full:.9g}, full_scale_N: {full_f:.9g}}}",
         "metrics: {start_s: 20}", ""])
 

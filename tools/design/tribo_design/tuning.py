@@ -23,14 +23,16 @@ RIG = (
     ("noise", 0.0, 0.0, "sensor.noise_N", "standard deviation of the reading, N"),
     ("sample-time", 0.001, 1e-6, "sample_time_s", "s"),
 )
+FULL_SCALE = ("full-scale", None, 1e-6, "limits.full_scale_N", "force that is 2^31 in Q31, N; what Q31 cannot hold is then not printed")
 MOST = 1e9
+FASTEST = 1e6  # rad/s that the feed-forward can believe in. A pole beyond it, or beyond ten Nyquist frequencies, is none within a tick
 TUNED = ("feedforward.actuator_pole_rad_per_s", "feedforward.sensor_pole_rad_per_s", "feedforward.reversal_N", "feedforward.presliding_N", "feedforward.jump_time_s",
          "feedforward.forgetting_per_N", "guard.turn_N", "guard.quick_time_s", "guard.stray_N", "guard.fade_time_s")
 
 
 def add_options(command):
     command.add_argument("loop", nargs="?", metavar="LOOP.yaml", help="a scenario that has them, as tribo-rig or tribo-identify friction writes it; options count more")
-    for name, standard, _, _, text in RIG:
+    for name, standard, _, _, text in (*RIG, FULL_SCALE):
         shown = "" if standard is None else f" ({standard:g})"
         command.add_argument(f"--{name}", type=float, metavar="X", help=text + shown)
 
@@ -39,7 +41,7 @@ def command(options):
     from .reading import read_mapping
 
     given = rig_of(read_mapping(options.loop), options.loop) if options.loop else {}
-    given |= {name: value for name, *_ in RIG if (value := getattr(options, name.replace("-", "_"))) is not None}
+    given |= {name: value for name, *_ in (*RIG, FULL_SCALE) if (value := getattr(options, name.replace("-", "_"))) is not None}
     print(as_yaml(tuned(given)), end="")
     return 0
 
@@ -47,7 +49,7 @@ def command(options):
 def rig_of(loop, path):
     """What a scenario says of the rig, by the names of the options."""
     found = {}
-    for name, _, _, key, _ in RIG:
+    for name, _, _, key, _ in (*RIG, FULL_SCALE):
         value = _at(loop, key)
         if value is not None:
             if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -76,17 +78,24 @@ def tuned(given):
     from tribo._core import new_error, text
     from tribo._native import ffi, lib
 
-    values = {name: standard for name, standard, *_ in RIG} | given
+    values = {name: standard for name, standard, *_ in (*RIG, FULL_SCALE)} | given
     for name in ("offset", "slope"):
         if values[f"negative-{name}"] is None:
             values[f"negative-{name}"] = values[name]
-    for name, _, least, _, _ in RIG:
+    full = values[FULL_SCALE[0]]
+    for name, _, least, _, _ in RIG if full is None else (*RIG, FULL_SCALE):
         if not (math.isfinite(values[name]) and least <= values[name] <= MOST):
             raise InputError(f"--{name}: {values[name]:g}, allowed are {least:g} to {MOST:g}")
+    fastest = min(10 * math.pi / values["sample-time"], FASTEST)
+    for name in ("actuator-pole", "sensor-pole"):
+        values[name] = min(values[name], fastest)
     found, error = ffi.new("float[10]"), new_error()
     if not lib.native_tune([values[name] for name, *_ in RIG], found, error):
         raise DesignError(f"tune: the library refuses this rig: {text(error.text)}")
-    return [(key, f"{value:.6g}") for key, value in zip(TUNED, found)]
+    made = dict(zip(TUNED, found))
+    for key, bound, within in () if full is None else (("presliding_N", 1.01e-4 * full, max), ("forgetting_per_N", 31 / full, min)):
+        made[f"feedforward.{key}"] = within(made[f"feedforward.{key}"], bound)
+    return [(key, f"{value:.6g}") for key, value in made.items()]
 
 
 def compensator(given):
