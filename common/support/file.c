@@ -105,7 +105,7 @@ char *common_file_read(const char *path, size_t max, common_error_t *error)
 
 bool common_file_exists(const char *path)
 {
-    return access(path, F_OK) == 0;
+    return access(path, F_OK) == 0 || (errno != ENOENT && errno != ENOTDIR);
 }
 
 bool common_file_is_same(const char *a, const char *b)

@@ -12,6 +12,7 @@
 /// larger than `max` bytes (reading stops there), or contains a zero byte. A UTF-8 byte order mark at the start is dropped.
 char *common_file_read(const char *path, size_t max, common_error_t *error);
 
+/// Also one that cannot be looked at: only what is surely not there has a substitute.
 bool common_file_exists(const char *path);
 
 /// True if both paths lead to the same existing file.

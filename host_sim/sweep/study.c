@@ -574,12 +574,8 @@ sim_study_t *sim_study_open(const char *path, sim_scenario_finder_t find, common
         // A scenario next to the study takes precedence over the scenarios folder.
         const char *slash  = strrchr(path, '/');
         char       *beside = common_text_format("%.*s%s", slash != NULL ? (int)(slash - path) + 1 : 0, path, name);
-        FILE       *file   = (beside != NULL && name[0] != '/') ? fopen(beside, "rb") : NULL;
-        study->scenario    = file != NULL ? strdup(beside) : find(name);
-        if (file != NULL)
-        {
-            (void)fclose(file);
-        }
+        const bool  is_its = beside != NULL && name[0] != '/' && common_file_exists(beside);
+        study->scenario    = is_its ? strdup(beside) : find(name);
         free(beside);
         ok = study->scenario != NULL && prepare(study, text, error);
     }

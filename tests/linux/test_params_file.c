@@ -32,12 +32,26 @@ static write_t writes[WRITES_MAX];
 static size_t  write_count, syncs, synced[WRITES_MAX + 1u]; ///< writes before a sync
 static bool    notes;
 static int     fails_with; ///< errno
+static bool    is_unreadable;
+static off_t   unreadable_from;
 
 // NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp): names of ld --wrap
+ssize_t __real_pread(int file, void *bytes, size_t size, off_t place);
+ssize_t __wrap_pread(int file, void *bytes, size_t size, off_t place);
 ssize_t __real_pwrite(int file, const void *bytes, size_t size, off_t place);
 ssize_t __wrap_pwrite(int file, const void *bytes, size_t size, off_t place);
 int     __real_fdatasync(int file);
 int     __wrap_fdatasync(int file);
+
+ssize_t __wrap_pread(int file, void *bytes, size_t size, off_t place)
+{
+    if (is_unreadable && place >= unreadable_from)
+    {
+        errno = EIO;
+        return -1;
+    }
+    return __real_pread(file, bytes, size, place);
+}
 
 ssize_t __wrap_pwrite(int file, const void *bytes, size_t size, off_t place)
 {
@@ -384,6 +398,24 @@ static void test_what_is_no_store_is_refused(void)
     }
 }
 
+/// Whichever sector it is: what was saved there is not what was never saved.
+static void test_a_store_that_cannot_be_read_is_not_empty(void)
+{
+    for (unsigned sector = 0; sector < 2u; sector++)
+    {
+        params_file_t  store;
+        common_error_t error = {""};
+        char           message[128];
+        is_unreadable   = true;
+        unreadable_from = (off_t)(sector * FILE_BYTES / 2u);
+        const bool ok   = params_file_open(&store, path, &error);
+        is_unreadable   = false;
+        (void)snprintf(message, sizeof message, "store: %s: Input/output error", path);
+        TEST_ASSERT_FALSE(ok);
+        TEST_ASSERT_EQUAL_STRING(message, error.text);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -394,5 +426,6 @@ int main(void)
     RUN_TEST(test_a_file_that_takes_nothing_keeps_its_set);
     RUN_TEST(test_a_mark_may_rot);
     RUN_TEST(test_what_is_no_store_is_refused);
+    RUN_TEST(test_a_store_that_cannot_be_read_is_not_empty);
     return UNITY_END();
 }

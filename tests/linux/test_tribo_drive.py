@@ -225,6 +225,13 @@ def test_a_scenario_that_comes_with_the_program_goes_by_its_name(drive, name):
     assert drive.ticks(100)[0]["r_N"][0] == pytest.approx(0.4)
 
 
+def test_a_scenario_that_cannot_be_looked_at_has_no_substitute(drive):
+    (drive.folder / "sine.yaml").symlink_to("sine.yaml")
+    drive.write("rig.yaml", RIG.replace("loop.yaml", "sine.yaml"))
+    run = drive.run("rig.yaml", "--check")
+    assert run.returncode == 1 and "sine.yaml: cannot be opened: Too many levels of symbolic links" in run.stderr
+
+
 def test_a_scenario_that_is_nowhere_is_named(drive):
     drive.write("rig.yaml", RIG.replace("loop.yaml", "trapeze"))
     run = drive.run("rig.yaml", "--check")

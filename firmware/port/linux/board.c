@@ -90,6 +90,10 @@ static const char *check_stage(board_t *board, bool is_ready)
     const bool must_fall = board->rig->ready_off_ms > 0u && line_is_used(&board->rig->lines[LINE_READY]);
     board->is_off_long =
         board->is_off_long || (!board->is_on && time_us(board) - board->off_us > 1000u * board->rig->ready_off_ms);
+    if (board->reads_enable && !is_read)
+    {
+        return "lines.enable cannot be read back any more";
+    }
     if (is_read && is_high != board->is_on)
     {
         return is_high ? "lines.enable reads on, though it is off" : "lines.enable reads off, though it is on";

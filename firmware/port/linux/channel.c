@@ -10,11 +10,25 @@
 #include <string.h>
 #include <unistd.h>
 
-/// A number of the channel that a driver may leave out.
-static double attribute(struct iio_channel *found, const char *name, double otherwise)
+/// A number of the channel that a driver may leave out. One that is there and cannot be read is no absence.
+static bool read_attribute(struct iio_channel     *found,
+                           const char             *name,
+                           double                  otherwise,
+                           double                 *value,
+                           const channel_config_t *config,
+                           const char             *key,
+                           common_error_t         *error)
 {
-    double value;
-    return iio_channel_attr_read_double(found, name, &value) == 0 ? value : otherwise;
+    const int status = iio_channel_attr_read_double(found, name, value);
+    *value           = status == -ENOENT ? otherwise : *value;
+    const bool ok    = status == -ENOENT || (status >= 0 && isfinite(*value) && (*value != 0.0 || otherwise == 0.0));
+    return ok || common_error_set(error,
+                                  "%s: %s of %s of '%s' cannot be read: %s",
+                                  key,
+                                  name,
+                                  config->channel,
+                                  config->device,
+                                  status < 0 ? strerror(-status) : "it is 0, or no number");
 }
 
 static bool open_raw(channel_t *channel, const struct iio_device *device, struct iio_channel *found, bool is_output)
@@ -28,9 +42,7 @@ static bool open_raw(channel_t *channel, const struct iio_device *device, struct
         errno = ENOENT;
         return false;
     }
-    channel->scale  = attribute(found, "scale", 1.0);
-    channel->offset = attribute(found, "offset", 0.0);
-    channel->file   = open(path, (is_output ? O_WRONLY : O_RDONLY) | O_CLOEXEC);
+    channel->file = open(path, (is_output ? O_WRONLY : O_RDONLY) | O_CLOEXEC);
     return channel->file >= 0;
 }
 
@@ -56,8 +68,10 @@ static bool open_in(struct iio_context     *context,
                                 is_output ? "output" : "input",
                                 config->channel);
     }
-    return open_raw(channel, device, found, is_output) ||
-           common_error_set(error, "%s: %s of '%s': %s", key, config->channel, config->device, strerror(errno));
+    return read_attribute(found, "scale", 1.0, &channel->scale, config, key, error) &&
+           read_attribute(found, "offset", 0.0, &channel->offset, config, key, error) &&
+           (open_raw(channel, device, found, is_output) ||
+            common_error_set(error, "%s: %s of '%s': %s", key, config->channel, config->device, strerror(errno)));
 }
 
 bool channel_open(channel_t              *channel,

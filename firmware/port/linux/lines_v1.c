@@ -67,7 +67,10 @@ static bool open_line(lines_t             *lines,
     struct gpiod_line *line = find(config);
     if (line == NULL)
     {
-        return common_error_set(error, "%s: there is no such line: %s", text, strerror(errno != 0 ? errno : ENOENT));
+        return common_error_set(error,
+                                "%s: there is no such line, or it cannot be seen: %s",
+                                text,
+                                strerror(errno != 0 ? errno : ENOENT));
     }
     lines->line[number] = line;
     return request(line, number <= LINE_PROBE, config, consumer) ||

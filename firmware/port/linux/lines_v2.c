@@ -45,11 +45,14 @@ static struct gpiod_chip *find(const line_config_t *config, unsigned *offset)
     {
         return gpiod_chip_open(config->chip);
     }
+    int why = ENOENT;
     for (int number = 0; number < CHIPS_MAX; number++)
     {
+        errno                   = ENOENT;
         struct gpiod_chip *chip = open_number(number);
         if (chip == NULL)
         {
+            why = errno == EACCES || errno == EPERM ? errno : why; // the line may be there
             continue;
         }
         const int place =
@@ -65,7 +68,7 @@ static struct gpiod_chip *find(const line_config_t *config, unsigned *offset)
         }
         gpiod_chip_close(chip);
     }
-    errno = ENOENT;
+    errno = why;
     return NULL;
 }
 
@@ -124,7 +127,10 @@ static bool open_line(lines_t             *lines,
     struct gpiod_chip *chip = find(config, &lines->offset[number]);
     if (chip == NULL)
     {
-        return common_error_set(error, "%s: there is no such line: %s", text, strerror(errno != 0 ? errno : ENOENT));
+        return common_error_set(error,
+                                "%s: there is no such line, or it cannot be seen: %s",
+                                text,
+                                strerror(errno != 0 ? errno : ENOENT));
     }
     lines->request[number] = request(chip, lines->offset[number], number <= LINE_PROBE, config, consumer);
     const int kept         = errno;

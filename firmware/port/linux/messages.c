@@ -1,6 +1,7 @@
 #include "messages.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -12,8 +13,14 @@ static bool          is_socket;
 static int           file = STDERR_FILENO;
 static unsigned long dropped;
 
+/// Also where it could not be opened anew.
 static ssize_t write_now(const char *text, size_t size)
 {
+    struct pollfd room = {.fd = file, .events = POLLOUT};
+    if (poll(&room, 1, 0) <= 0)
+    {
+        return -1;
+    }
     return is_socket ? send(file, text, size, MSG_DONTWAIT | MSG_NOSIGNAL) : write(file, text, size);
 }
 

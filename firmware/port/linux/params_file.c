@@ -54,6 +54,18 @@ static bool can_be_mark(uint32_t word)
     return word == ERASED || word == STORE_CURRENT || word == REPLACED;
 }
 
+/// What cannot be read must not be taken for what was never saved.
+static bool can_be_read(const params_file_t *store)
+{
+    uint32_t words[PARAMS_FILE_SECTOR_WORDS];
+    bool     ok = true;
+    for (unsigned sector = 0; ok && sector < STORE_SECTORS; sector++)
+    {
+        ok = pread(store->file, words, sizeof words, place_of(sector, 0)) >= 0;
+    }
+    return ok;
+}
+
 /// Empty, or begins with a mark, of which one word may have rotted.
 static bool is_store(params_file_t *store)
 {
@@ -97,6 +109,10 @@ bool params_file_open(params_file_t *store, const char *path, common_error_t *er
     if (flock(store->file, LOCK_EX | LOCK_NB) != 0)
     {
         return fail(store, path, errno == EWOULDBLOCK ? "another drive has it" : strerror(errno), error);
+    }
+    if (!can_be_read(store))
+    {
+        return fail(store, path, strerror(errno), error);
     }
     if (!is_store(store))
     {

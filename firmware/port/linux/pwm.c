@@ -48,9 +48,10 @@ bool pwm_open(pwm_t *pwm, const pwm_config_t *config, float idle, const char *ke
     (void)snprintf(duty, sizeof duty, "%s/duty_cycle", channel);
     if (stat(chip, &unused) != 0)
     {
-        return common_error_set(error, "%s.chip: there is no %s", key, chip);
+        return errno == ENOENT ? common_error_set(error, "%s.chip: there is no %s", key, chip)
+                               : common_error_set(error, "%s.chip: %s: %s", key, chip, strerror(errno));
     }
-    if (stat(channel, &unused) != 0 && !set(chip, "export", (int64_t)config->channel))
+    if (stat(channel, &unused) != 0 && (errno != ENOENT || !set(chip, "export", (int64_t)config->channel)))
     {
         return common_error_set(error,
                                 "%s.channel: %s does not give channel %" PRIu64 ": %s",

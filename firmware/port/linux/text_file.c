@@ -14,13 +14,16 @@ bool text_file_read(int file, int64_t *number)
     const ssize_t length = pread(file, text, DIGITS_MAX, 0);
     if (length <= 0)
     {
+        errno = length == 0 ? ENODATA : errno;
         return false;
     }
     text[length] = '\0';
     char *end;
-    errno   = 0;
-    *number = strtoll(text, &end, 10);
-    return errno == 0 && end != text;
+    errno            = 0;
+    *number          = strtoll(text, &end, 10);
+    const bool whole = length < DIGITS_MAX && (*end == '\0' || *end == '\n' || *end == ' ');
+    errno            = errno == 0 && (end == text || !whole) ? EINVAL : errno;
+    return errno == 0;
 }
 
 bool text_file_write(int file, int64_t number)

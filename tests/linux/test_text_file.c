@@ -1,0 +1,77 @@
+// Numbers in files of sysfs: a whole one or none.
+
+#include "text_file.h"
+
+#include "unity.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static char path[] = "/tmp/tribo_text_XXXXXX";
+static int  file;
+
+void setUp(void)
+{
+    (void)snprintf(path, sizeof path, "/tmp/tribo_text_XXXXXX");
+    file = mkstemp(path);
+    TEST_ASSERT_TRUE(file >= 0);
+}
+
+void tearDown(void)
+{
+    (void)close(file);
+    (void)unlink(path);
+}
+
+static bool reads(const char *text, int64_t *number)
+{
+    TEST_ASSERT_EQUAL_INT(0, ftruncate(file, 0));
+    TEST_ASSERT_EQUAL_INT((int)strlen(text), (int)pwrite(file, text, strlen(text), 0));
+    errno = 0;
+    return text_file_read(file, number);
+}
+
+static void test_whole_numbers_are_read(void)
+{
+    static const struct
+    {
+        const char *text;
+        int64_t     number;
+    } known[] = {{"13200\n", 13200},
+                 {"0", 0},
+                 {"-8388608\n", -8388608},
+                 {"  7 \n", 7},
+                 {"9223372036854775807\n", INT64_MAX}};
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
+    {
+        int64_t number = 1;
+        TEST_ASSERT_TRUE(reads(known[i].text, &number));
+        TEST_ASSERT_TRUE(number == known[i].number);
+    }
+}
+
+static void test_half_a_number_is_none(void)
+{
+    static const char *const wrong[] =
+        {"", "\n", "x", "1.5\n", "12x", "0x10", "9223372036854775808\n", "000000000000000000000000013200\n"};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++)
+    {
+        int64_t number = 1;
+        TEST_ASSERT_FALSE_MESSAGE(reads(wrong[i], &number), wrong[i]);
+        TEST_ASSERT_TRUE(errno != 0);
+    }
+    int64_t number = 1;
+    TEST_ASSERT_FALSE(text_file_read(-1, &number));
+    TEST_ASSERT_EQUAL_INT(EBADF, errno);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_whole_numbers_are_read);
+    RUN_TEST(test_half_a_number_is_none);
+    return UNITY_END();
+}
