@@ -47,6 +47,14 @@ command_t command_take(command_reader_t *reader, uint8_t byte)
     return COMMAND_NONE;
 }
 
+void command_pause(command_reader_t *reader, uint32_t silent_us)
+{
+    if (silent_us > COMMAND_SILENT_US)
+    {
+        *reader = (command_reader_t){0};
+    }
+}
+
 void command_spoil(command_reader_t *reader)
 {
     reader->spoilt = true;

@@ -33,6 +33,11 @@ typedef struct
 /// Takes a byte; returns the completed command, or COMMAND_NONE. CR and LF both end a line.
 command_t command_take(command_reader_t *reader, uint8_t byte);
 
+#define COMMAND_SILENT_US 10000000u
+
+/// Before a byte that comes `silent_us` after the last one. Half a line is its client's, and is dropped after COMMAND_SILENT_US.
+void command_pause(command_reader_t *reader, uint32_t silent_us);
+
 /// A byte was lost or wrong: ignores its line.
 void command_spoil(command_reader_t *reader);
 

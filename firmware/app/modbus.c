@@ -65,16 +65,32 @@ static bool is_frame(const uint8_t *frame, size_t length)
     return length >= FRAME_MIN && length <= MODBUS_FRAME_MAX && crc16(frame, length) == 0u;
 }
 
-void modbus_serve(modbus_t *modbus, const modbus_line_t *line, const modbus_registers_t *registers)
+/// Bytes between two silences that are no frame.
+static void pass_on(modbus_t *modbus, const modbus_line_t *line, modbus_source_t source)
+{
+    if (source == MODBUS_LATE)
+    {
+        modbus->lost = true;
+    }
+    else if (line->stray != NULL)
+    {
+        line->stray(line->context, modbus->frame, modbus->length);
+    }
+}
+
+void modbus_serve(modbus_t                 *modbus,
+                  const modbus_line_t      *line,
+                  const modbus_registers_t *registers,
+                  modbus_source_t           source)
 {
     if (modbus->complete)
     {
         const uint32_t bad_frames = modbus->bad_frames;
         modbus->answer_length =
-            (uint16_t)modbus_execute(modbus, registers, modbus->frame, modbus->length, modbus->answer);
-        if (line->stray != NULL && modbus->bad_frames != bad_frames)
+            (uint16_t)modbus_execute(modbus, registers, source, modbus->frame, modbus->length, modbus->answer);
+        if (modbus->bad_frames != bad_frames)
         {
-            line->stray(line->context, modbus->frame, modbus->length);
+            pass_on(modbus, line, source);
         }
         modbus->answer_sent = 0;
         modbus->length      = 0;
@@ -173,59 +189,99 @@ static modbus_status_t parse(request_t *request, uint8_t function, const uint8_t
                : MODBUS_ILLEGAL_ADDRESS;
 }
 
-static modbus_status_t write_values(const modbus_registers_t *registers, const request_t *request)
+static modbus_status_t write_values(const modbus_registers_t *registers,
+                                    modbus_source_t           source,
+                                    const request_t          *request)
 {
     uint16_t values[MODBUS_WRITE_MAX];
     for (size_t i = 0; i < request->write_count; i++)
     {
         values[i] = get(request->values + 2u * i);
     }
-    return registers->write(registers->context, request->write_address, request->write_count, values);
+    return (source == MODBUS_MASTER
+                ? registers->write
+                : registers->stop)(registers->context, request->write_address, request->write_count, values);
 }
 
-static modbus_status_t read_values(const modbus_registers_t *registers, const request_t *request, uint16_t *values)
+static modbus_status_t read_values(const modbus_registers_t *registers,
+                                   modbus_source_t           source,
+                                   const request_t          *request,
+                                   uint16_t                 *values)
 {
-    return registers->read(registers->context, request->read_address, request->read_count, values);
+    return source == MODBUS_GUEST
+               ? MODBUS_BUSY
+               : registers->read(registers->context, request->read_address, request->read_count, values);
 }
 
 /// Function 23 writes first. A trial read before it prevents the write if the registers to read do not exist; whether they are
 /// readable may depend on the write.
-static modbus_status_t perform(const modbus_registers_t *registers, const request_t *request, uint16_t *values)
+static modbus_status_t perform(const modbus_registers_t *registers,
+                               modbus_source_t           source,
+                               const request_t          *request,
+                               uint16_t                 *values)
 {
     modbus_status_t status = MODBUS_OK;
     if (request->read_count > 0u)
     {
-        status = read_values(registers, request, values);
+        status = read_values(registers, source, request, values);
     }
     if (status != MODBUS_ILLEGAL_ADDRESS && request->write_count > 0u)
     {
-        status = write_values(registers, request);
+        status = write_values(registers, source, request);
         if (status == MODBUS_OK && request->read_count > 0u)
         {
-            status = read_values(registers, request, values);
+            status = read_values(registers, source, request, values);
         }
     }
     return status;
 }
 
-/// Writes from the function code on; returns the length up to the CRC.
-static size_t write_answer(uint8_t *answer, const uint8_t *frame, const request_t *request, const uint16_t *values)
+/// The size of the answer, without its frame.
+static size_t write_answer(uint8_t *answer, const uint8_t *pdu, const request_t *request, const uint16_t *values)
 {
+    answer[0] = pdu[0];
     if (request->read_count == 0u)
     {
-        memcpy(answer, frame, 6); // address, and value or count
-        return 6;
+        memcpy(answer + 1, pdu + 1, 4); // address, and value or count
+        return 5;
     }
-    answer[2] = (uint8_t)(2u * request->read_count);
+    answer[1] = (uint8_t)(2u * request->read_count);
     for (size_t i = 0; i < request->read_count; i++)
     {
-        put(answer + 3u + 2u * i, values[i]);
+        put(answer + 2u + 2u * i, values[i]);
     }
-    return 3u + 2u * (size_t)request->read_count;
+    return 2u + 2u * (size_t)request->read_count;
+}
+
+size_t modbus_answer(modbus_t                 *modbus,
+                     const modbus_registers_t *registers,
+                     modbus_source_t           source,
+                     const uint8_t            *request,
+                     size_t                    size,
+                     uint8_t                   answer[MODBUS_PDU_MAX])
+{
+    request_t       parsed;
+    uint16_t        values[MODBUS_READ_MAX];
+    modbus_status_t status = parse(&parsed, request[0], request + 1, size - 1u);
+    if (status == MODBUS_OK)
+    {
+        status = perform(registers, source, &parsed, values);
+    }
+    modbus->frames++;
+    modbus->heard += source != MODBUS_GUEST;
+    if (status == MODBUS_OK)
+    {
+        return write_answer(answer, request, &parsed, values);
+    }
+    modbus->exceptions++;
+    answer[0] = (uint8_t)(request[0] | 0x80u);
+    answer[1] = (uint8_t)status;
+    return 2;
 }
 
 size_t modbus_execute(modbus_t                 *modbus,
                       const modbus_registers_t *registers,
+                      modbus_source_t           source,
                       const uint8_t            *frame,
                       size_t                    length,
                       uint8_t                   answer[MODBUS_FRAME_MAX])
@@ -235,39 +291,21 @@ size_t modbus_execute(modbus_t                 *modbus,
         modbus->bad_frames++;
         return 0;
     }
-    const bool    all      = frame[0] == MODBUS_BROADCAST;
-    const uint8_t function = frame[1];
-    if (frame[0] != modbus->unit && !(all && (function == WRITE_REGISTER || function == WRITE_REGISTERS)))
+    const bool all = frame[0] == MODBUS_BROADCAST;
+    if (frame[0] != modbus->unit && !(all && (frame[1] == WRITE_REGISTER || frame[1] == WRITE_REGISTERS)))
     {
         return 0;
     }
 
-    request_t       request;
-    uint16_t        values[MODBUS_READ_MAX];
-    modbus_status_t status = parse(&request, function, frame + 2, length - FRAME_MIN);
-    if (status == MODBUS_OK)
-    {
-        status = perform(registers, &request, values);
-    }
-    modbus->frames++;
+    const uint32_t exceptions = modbus->exceptions;
+    const size_t   pdu        = length - FRAME_MIN + 1u;
+    size_t size = modbus_answer(modbus, registers, all ? MODBUS_GUEST : source, frame + 1, pdu, answer + 1) + 1u;
     if (all)
     {
+        modbus->exceptions = exceptions; // nobody answers
         return 0;
     }
-
-    size_t size = 3;
-    answer[0]   = frame[0];
-    if (status == MODBUS_OK)
-    {
-        answer[1] = function;
-        size      = write_answer(answer, frame, &request, values);
-    }
-    else
-    {
-        modbus->exceptions++;
-        answer[1] = (uint8_t)(function | 0x80u);
-        answer[2] = (uint8_t)status;
-    }
+    answer[0]          = frame[0];
     const uint16_t crc = crc16(answer, size);
     answer[size]       = (uint8_t)crc;
     answer[size + 1u]  = (uint8_t)(crc >> 8);

@@ -439,13 +439,15 @@ static modbus_status_t execute(registers_t *registers, uint16_t command)
         outcome = apply(registers);
         break;
     case REGISTERS_REVERT:
-        registers->staged = registers->active->set;
+        registers->staged    = registers->active->set;
+        registers->is_staged = true;
         break;
     case REGISTERS_DEFAULTS:
-        registers->staged = *registers->board.defaults;
+        registers->staged    = *registers->board.defaults;
+        registers->is_staged = true;
         break;
     case REGISTERS_SAVE:
-        registers->must_save = !is_running(registers) && registers->is_known;
+        registers->must_save = !is_started(registers) && registers->is_known;
         outcome              = registers->must_save  ? REGISTERS_BUSY
                                : registers->is_known ? REGISTERS_WRONG_STATE
                                                      : REGISTERS_NO_PARAMS;
@@ -483,7 +485,7 @@ static void save(registers_t *registers)
     params_t *const      spare = spare_of(registers);
     registers->must_save       = false;
     registers->outcome         = REGISTERS_NOT_SAVED;
-    if (flash == NULL || is_running(registers))
+    if (flash == NULL || is_started(registers))
     {
         return;
     }
@@ -519,17 +521,47 @@ static void allow_saves(registers_t *registers)
     }
 }
 
-void registers_run(registers_t *registers)
+void registers_forget_client(registers_t *registers)
+{
+    registers->is_unlocked = false;
+    if (registers->is_staged)
+    {
+        registers->staged    = registers->active->set;
+        registers->is_staged = false;
+    }
+}
+
+/// On a line nobody says that a client has gone.
+static void look_for_client(registers_t *registers)
+{
+    const uint32_t silence = REGISTERS_CLIENT_S * (1000000u / config_of(registers)->period_us);
+    if (registers->heard != registers->modbus.heard)
+    {
+        registers->heard    = registers->modbus.heard;
+        registers->heard_at = registers->drive.ticks;
+    }
+    if (registers->drive.ticks - registers->heard_at > silence)
+    {
+        registers_forget_client(registers);
+    }
+}
+
+bool registers_run(registers_t *registers)
 {
     registers->is_unlocked = unlocked_ticks(registers) > 0u && !is_started(registers);
     check_seal(registers);
     allow_saves(registers);
     const modbus_registers_t map = registers_map(registers);
-    modbus_serve(&registers->modbus, registers->board.line, &map);
-    if (registers->must_save && is_taken(registers) && registers->modbus.answer_sent == registers->modbus.answer_length)
+    modbus_serve(&registers->modbus, registers->board.line, &map, MODBUS_MASTER);
+    look_for_client(registers);
+    if (!registers->must_save || !is_taken(registers) ||
+        registers->modbus.answer_sent != registers->modbus.answer_length)
     {
-        save(registers);
+        return false;
     }
+    save(registers);
+    modbus_serve(&registers->modbus, registers->board.line, &map, MODBUS_LATE);
+    return true;
 }
 
 // --- reading -------------------------------------------------------------------------------------------------------
@@ -824,6 +856,7 @@ static modbus_status_t write_word(registers_t *registers, const place_t *place, 
     }
     if (!only_check)
     {
+        registers->is_staged = registers->is_staged || words == &registers->staged;
         memcpy((unsigned char *)words + place->word * sizeof word, &word, sizeof word);
     }
     return MODBUS_OK;
@@ -852,12 +885,25 @@ static modbus_status_t write_words(registers_t    *registers,
     return MODBUS_OK;
 }
 
+/// Whose outcome of a command remains that of the client's last one.
+static modbus_status_t stop_drive(void *context, uint16_t address, uint16_t count, const uint16_t *values)
+{
+    registers_t *registers = context;
+    const bool   is_stop   = address == REGISTERS_COMMAND_AT && count == 1u && values[0] == REGISTERS_STOP;
+    if (is_stop)
+    {
+        drive_stop(&registers->drive);
+    }
+    return is_stop ? MODBUS_OK : MODBUS_BUSY;
+}
+
 static modbus_status_t write_registers(void *context, uint16_t address, uint16_t count, const uint16_t *values)
 {
     registers_t *registers = context;
+    registers->heard_at    = registers->drive.ticks;
     if (registers->must_save)
     {
-        return MODBUS_BUSY;
+        return stop_drive(context, address, count, values);
     }
     if (address == REGISTERS_COMMAND_AT && count == 1u)
     {
@@ -869,5 +915,6 @@ static modbus_status_t write_registers(void *context, uint16_t address, uint16_t
 
 modbus_registers_t registers_map(registers_t *registers)
 {
-    return (modbus_registers_t){.context = registers, .read = read_registers, .write = write_registers};
+    return (
+        modbus_registers_t){.context = registers, .read = read_registers, .write = write_registers, .stop = stop_drive};
 }

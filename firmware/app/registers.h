@@ -16,7 +16,8 @@
 ///
 /// Some registers protect: limits, scaling, signs, levels and times of faults. A set that changes one of them, or the sign of
 /// the controller's gain, is applied only out of RUN, and once `unlock` was written with REGISTERS_KEY. That lasts
-/// REGISTERS_UNLOCK_S; a start or another value ends it. No set is wider than the ceilings of the board, whose values are in
+/// REGISTERS_UNLOCK_S; a start or another value ends it. The key and a staged set are their client's and end with it: with its
+/// connection, or after REGISTERS_CLIENT_S without a request. No set is wider than the ceilings of the board, whose values are in
 /// its image, and its clock, signs and levels are the image's. `protection` is a CRC-32 of all that protects, for a host to compare, and each change is counted and kept.
 ///
 /// At power-up the drive runs with what the store holds, or if nothing was ever saved with the defaults of its board. If the
@@ -49,6 +50,7 @@
 
 #define REGISTERS_KEY      0x6c6f6f73u ///< "loos"
 #define REGISTERS_UNLOCK_S 60u
+#define REGISTERS_CLIENT_S 10u   ///< without a request its client has gone
 #define REGISTERS_SAVES    32u   ///< of different sets, and ...
 #define REGISTERS_SAVE_S   3600u ///< ... one more each, so that the flash's 10,000 erasures last for years whoever saves
 #define REGISTERS_CHANGES  16u   ///< that are kept
@@ -270,6 +272,9 @@ typedef struct
     bool                 is_refused;
     bool                 must_save;
     bool                 is_unlocked;
+    bool                 is_staged;   ///< by the client
+    uint32_t             heard;       ///< modbus.heard, ...
+    uint32_t             heard_at;    ///< ... and the tick that it changed in, or that the client last wrote in
     uint32_t             unlocked_at; ///< tick
     uint32_t             saves;       ///< less one for each REGISTERS_SAVE_S
     uint32_t             saves_at;    ///< tick of the last one less
@@ -306,8 +311,12 @@ void registers_start(registers_t *registers, drive_fault_t found);
 /// In the timer's interrupt: a tick of the drive, the traces, and the bytes that have come.
 void registers_tick(registers_t *registers);
 
-/// In the background, again and again: frames, and commands that take long.
-void registers_run(registers_t *registers);
+/// In the background, again and again: frames, and commands that take long. True if nobody could answer meanwhile: what has come
+/// until now is late.
+bool registers_run(registers_t *registers);
+
+/// The client has gone: locks, and forgets what it has staged.
+void registers_forget_client(registers_t *registers);
 
 /// The registers behind registers->modbus.
 modbus_registers_t registers_map(registers_t *registers);

@@ -122,6 +122,19 @@ static void test_a_lost_byte_spoils_its_line_only(void)
     TEST_ASSERT_EQUAL_INT(COMMAND_START, take("start\n"));
 }
 
+static void test_half_a_line_ends_with_its_client(void)
+{
+    (void)take("sta");
+    command_pause(&reader, COMMAND_SILENT_US); // somebody who types slowly
+    TEST_ASSERT_EQUAL_INT(COMMAND_START, take("rt\n"));
+    (void)take("sta");
+    command_pause(&reader, COMMAND_SILENT_US + 1u);
+    TEST_ASSERT_EQUAL_INT(COMMAND_NONE, take("rt\n"));
+    (void)take("noise");
+    command_pause(&reader, COMMAND_SILENT_US + 1u);
+    TEST_ASSERT_EQUAL_INT(COMMAND_START, take("start\n"));
+}
+
 static void test_a_million_random_bytes_do_not_start(void)
 {
     uint32_t random = 1; // xorshift32, seed 1
@@ -140,6 +153,7 @@ int main(void)
     RUN_TEST(test_each_line_is_its_command);
     RUN_TEST(test_a_single_byte_is_a_stop_or_nothing);
     RUN_TEST(test_a_stop_acts_within_a_line_and_spoils_it);
+    RUN_TEST(test_half_a_line_ends_with_its_client);
     RUN_TEST(test_no_line_that_differs_in_a_byte_starts);
     RUN_TEST(test_no_line_with_a_byte_more_or_less_starts);
     RUN_TEST(test_a_zero_byte_does_not_end_a_line);

@@ -14,16 +14,18 @@
 typedef struct
 {
     uint16_t        values[REGISTERS];
-    unsigned        writes;
+    unsigned        writes, stops;
     modbus_status_t refusal; ///< of every write
 } map_t;
 
 static modbus_t modbus;
 static map_t    map;
+static unsigned reads;
 
 static modbus_status_t read_map(void *context, uint16_t address, uint16_t count, uint16_t *values)
 {
     const map_t *from = context;
+    reads++;
     TEST_ASSERT_TRUE((unsigned)address + count <= 0x10000u); // as the server promises
     if ((unsigned)address + count > REGISTERS)
     {
@@ -49,12 +51,22 @@ static modbus_status_t write_map(void *context, uint16_t address, uint16_t count
     return to->refusal;
 }
 
-static const modbus_registers_t registers = {.context = &map, .read = read_map, .write = write_map};
+/// Of those who may only stop: a 2 to register 1.
+static modbus_status_t stop_map(void *context, uint16_t address, uint16_t count, const uint16_t *values)
+{
+    map_t     *to      = context;
+    const bool is_stop = address == 1u && count == 1u && values[0] == 2u;
+    to->stops += is_stop;
+    return is_stop ? MODBUS_OK : MODBUS_BUSY;
+}
+
+static const modbus_registers_t registers = {.context = &map, .read = read_map, .write = write_map, .stop = stop_map};
 
 void setUp(void)
 {
     modbus_init(&modbus, UNIT, 115200, 1000);
-    map = (map_t){.refusal = MODBUS_OK};
+    map   = (map_t){.refusal = MODBUS_OK};
+    reads = 0;
     for (unsigned i = 0; i < REGISTERS; i++)
     {
         map.values[i] = (uint16_t)(0x1000u + i);
@@ -89,17 +101,22 @@ static size_t seal(uint8_t *frame, size_t size)
 }
 
 /// Executes `request` of `size` bytes with its CRC added; the answer without its CRC, which is checked.
-static size_t ask(const uint8_t *request, size_t size, uint8_t *answer)
+static size_t ask_as(modbus_source_t source, const uint8_t *request, size_t size, uint8_t *answer)
 {
     uint8_t frame[MODBUS_FRAME_MAX + 2];
     memcpy(frame, request, size);
-    const size_t length = modbus_execute(&modbus, &registers, frame, seal(frame, size), answer);
+    const size_t length = modbus_execute(&modbus, &registers, source, frame, seal(frame, size), answer);
     if (length == 0)
     {
         return 0;
     }
     TEST_ASSERT_EQUAL_HEX16(slow_crc(answer, length - 2), answer[length - 2] | answer[length - 1] << 8);
     return length - 2;
+}
+
+static size_t ask(const uint8_t *request, size_t size, uint8_t *answer)
+{
+    return ask_as(MODBUS_MASTER, request, size, answer);
 }
 
 #define ASSERT_ANSWER(request, ...)                                                                                    \
@@ -222,18 +239,79 @@ static void test_what_the_registers_refuse_becomes_their_exception(void)
     ASSERT_ANSWER(REQUEST(UNIT, 23, 0, 0, 0, 1, 0, 0, 0, 1, 2, 1, 2), UNIT, 0x97, 6);
 }
 
-static void test_a_broadcast_is_executed_and_not_answered(void)
+static void test_a_broadcast_stops_and_does_nothing_else(void)
 {
     uint8_t answer[MODBUS_FRAME_MAX];
     TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 6, 0, 1, 0, 2), 6, answer));
-    TEST_ASSERT_EQUAL_HEX16(2, map.values[1]);
-    TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 16, 0, 1, 0, 1, 2, 0, 3), 9, answer));
-    TEST_ASSERT_EQUAL_HEX16(3, map.values[1]);
-    TEST_ASSERT_EQUAL_UINT(2, map.writes);
+    TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 16, 0, 1, 0, 1, 2, 0, 2), 9, answer));
+    TEST_ASSERT_EQUAL_UINT(2, map.stops);
+    TEST_ASSERT_EQUAL_UINT32(2, modbus.frames);
+    TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 6, 0, 1, 0, 1), 6, answer)); // a start
+    TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 6, 0, 2, 0, 2), 6, answer));
+    TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 16, 0, 1, 0, 2, 4, 0, 2, 0, 2), 11, answer));
+    TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 16, 0, 1, 0, 1, 4, 0, 2), 9, answer));
+    TEST_ASSERT_EQUAL_UINT32(6, modbus.frames);
     TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 3, 0, 1, 0, 2), 6, answer));
-    TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 23, 0, 0, 0, 1, 0, 0, 0, 1, 2, 1, 2), 13, answer));
-    TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 6, 0, 200, 0, 2), 6, answer)); // nor is a refusal answered
-    TEST_ASSERT_EQUAL_UINT(2, map.writes);
+    TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 23, 0, 0, 0, 1, 0, 1, 0, 1, 2, 0, 2), 13, answer));
+    TEST_ASSERT_EQUAL_size_t(0, ask(REQUEST(0, 8, 0, 0, 0x12, 0x34), 6, answer));
+    TEST_ASSERT_EQUAL_UINT32(6, modbus.frames);
+    TEST_ASSERT_EQUAL_UINT(2, map.stops);
+    TEST_ASSERT_EQUAL_UINT(0, map.writes);
+    TEST_ASSERT_EQUAL_UINT(0, reads);
+    TEST_ASSERT_EQUAL_UINT32(0, modbus.exceptions); // nobody answers
+    TEST_ASSERT_EQUAL_UINT32(0, modbus.heard);
+}
+
+static void test_a_guest_stops_and_does_nothing_else(void)
+{
+    uint8_t answer[MODBUS_FRAME_MAX];
+    TEST_ASSERT_EQUAL_size_t(6, ask_as(MODBUS_GUEST, REQUEST(UNIT, 6, 0, 1, 0, 2), 6, answer));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(REQUEST(UNIT, 6, 0, 1, 0, 2), answer, 6);
+    TEST_ASSERT_EQUAL_size_t(6, ask_as(MODBUS_GUEST, REQUEST(UNIT, 16, 0, 1, 0, 1, 2, 0, 2), 9, answer));
+    TEST_ASSERT_EQUAL_UINT(2, map.stops);
+    TEST_ASSERT_EQUAL_UINT32(0, modbus.exceptions);
+    TEST_ASSERT_EQUAL_size_t(3, ask_as(MODBUS_GUEST, REQUEST(UNIT, 6, 0, 1, 0, 1), 6, answer));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(REQUEST(UNIT, 0x86, MODBUS_BUSY), answer, 3);
+    TEST_ASSERT_EQUAL_size_t(3, ask_as(MODBUS_GUEST, REQUEST(UNIT, 3, 0, 1, 0, 1), 6, answer));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(REQUEST(UNIT, 0x83, MODBUS_BUSY), answer, 3);
+    TEST_ASSERT_EQUAL_size_t(3, ask_as(MODBUS_GUEST, REQUEST(UNIT, 23, 0, 0, 0, 1, 0, 1, 0, 1, 2, 0, 2), 13, answer));
+    TEST_ASSERT_EQUAL_UINT(3, map.stops); // acts, and what it would read is refused
+    TEST_ASSERT_EQUAL_UINT(0, map.writes);
+    TEST_ASSERT_EQUAL_UINT(0, reads);
+    TEST_ASSERT_EQUAL_UINT32(3, modbus.exceptions);
+    TEST_ASSERT_EQUAL_UINT32(0, modbus.heard); // the client that has the drive is another one
+}
+
+static void test_what_is_late_reads_or_stops(void)
+{
+    uint8_t answer[MODBUS_FRAME_MAX];
+    TEST_ASSERT_EQUAL_size_t(3, ask_as(MODBUS_LATE, REQUEST(UNIT, 6, 0, 1, 0, 1), 6, answer));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(REQUEST(UNIT, 0x86, MODBUS_BUSY), answer, 3);
+    TEST_ASSERT_EQUAL_size_t(6, ask_as(MODBUS_LATE, REQUEST(UNIT, 6, 0, 1, 0, 2), 6, answer));
+    TEST_ASSERT_EQUAL_size_t(5, ask_as(MODBUS_LATE, REQUEST(UNIT, 3, 0, 1, 0, 1), 6, answer));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(REQUEST(UNIT, 3, 2, 0x10, 0x01), answer, 5);
+    TEST_ASSERT_EQUAL_UINT(0, map.writes);
+    TEST_ASSERT_EQUAL_UINT(1, map.stops);
+}
+
+/// Of all of them, on a line as without a frame (over TCP).
+static void test_every_other_function_is_illegal(void)
+{
+    uint8_t answer[MODBUS_FRAME_MAX];
+    for (unsigned function = 0; function <= UINT8_MAX; function++)
+    {
+        const uint8_t request[] = {UNIT, (uint8_t)function, 0, 0, 0, 1};
+        const bool    is_known  = function == 3u || function == 6u || function == 16u || function == 23u;
+        for (size_t size = 2; !is_known && size <= sizeof request; size++)
+        {
+            TEST_ASSERT_EQUAL_size_t(3, ask(request, size, answer));
+            TEST_ASSERT_EQUAL_HEX8_ARRAY(REQUEST(UNIT, (uint8_t)(function | 0x80u), 1), answer, 3);
+            TEST_ASSERT_EQUAL_size_t(2,
+                                     modbus_answer(&modbus, &registers, MODBUS_MASTER, request + 1, size - 1u, answer));
+            TEST_ASSERT_EQUAL_HEX8_ARRAY(REQUEST((uint8_t)(function | 0x80u), 1), answer, 2);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, modbus.bad_frames);
 }
 
 static void test_a_frame_for_another_unit_is_not_ours(void)
@@ -303,7 +381,7 @@ static void tick(const uint8_t *bytes, size_t count)
     wire.in_length = count;
     wire.in_taken  = 0;
     modbus_take(&modbus, &line);
-    modbus_serve(&modbus, &line, &registers);
+    modbus_serve(&modbus, &line, &registers, MODBUS_MASTER);
 }
 
 static void silence(unsigned ticks)
@@ -430,7 +508,7 @@ static void test_what_comes_while_a_frame_is_executed_is_not_mixed_into_it(void)
     memcpy(wire.in, other, 8);
     wire.in_taken = 0;
     modbus_take(&modbus, &line);
-    modbus_serve(&modbus, &line, &registers);
+    modbus_serve(&modbus, &line, &registers, MODBUS_MASTER);
     TEST_ASSERT_EQUAL_HEX16(2, map.values[1]);
     silence(2);
     TEST_ASSERT_EQUAL_HEX16(2, map.values[1]);
@@ -476,6 +554,22 @@ static void test_what_is_no_frame_is_passed_on_once_it_is_complete_or_counts_as_
     wire.error  = true;
     tick(NULL, 0);
     TEST_ASSERT_TRUE(modbus.lost);
+}
+
+/// A start in plain text as well, after whatever kept the drive from answering.
+static void test_what_is_late_and_no_frame_counts_as_lost(void)
+{
+    reset_line();
+    memcpy(wire.in, "start\n", 6);
+    wire.in_length = 6;
+    for (int i = 0; i < 3; i++)
+    {
+        modbus_take(&modbus, &line); // the background does not run
+    }
+    modbus_serve(&modbus, &line, &registers, MODBUS_LATE);
+    TEST_ASSERT_TRUE(modbus.lost);
+    TEST_ASSERT_EQUAL_size_t(0, wire.stray_length);
+    TEST_ASSERT_FALSE(modbus.complete);
 }
 
 static void test_an_answer_leaves_as_the_line_takes_it(void)
@@ -559,7 +653,7 @@ static void test_a_million_frames_change_nothing_without_their_crc(void)
         const size_t size   = random_frame(frame);
         const map_t  before = map;
         const bool   valid  = size >= 4 && slow_crc(frame, size - 2) == (frame[size - 2] | frame[size - 1] << 8);
-        const size_t length = modbus_execute(&modbus, &registers, frame, size, answer);
+        const size_t length = modbus_execute(&modbus, &registers, MODBUS_MASTER, frame, size, answer);
         if (!valid || (frame[0] != UNIT && frame[0] != 0))
         {
             TEST_ASSERT_EQUAL_size_t(0, length);
@@ -594,7 +688,10 @@ int main(void)
     RUN_TEST(test_a_frame_of_the_greatest_size_fits);
     RUN_TEST(test_wrong_requests_get_the_specifications_exceptions);
     RUN_TEST(test_what_the_registers_refuse_becomes_their_exception);
-    RUN_TEST(test_a_broadcast_is_executed_and_not_answered);
+    RUN_TEST(test_a_broadcast_stops_and_does_nothing_else);
+    RUN_TEST(test_a_guest_stops_and_does_nothing_else);
+    RUN_TEST(test_what_is_late_reads_or_stops);
+    RUN_TEST(test_every_other_function_is_illegal);
     RUN_TEST(test_a_frame_for_another_unit_is_not_ours);
     RUN_TEST(test_a_silence_of_two_ticks_ends_a_frame);
     RUN_TEST(test_the_silence_is_of_3_5_characters_at_each_rate);
@@ -603,6 +700,7 @@ int main(void)
     RUN_TEST(test_more_bytes_than_a_frame_has_are_ignored_up_to_a_silence);
     RUN_TEST(test_what_comes_while_a_frame_is_executed_is_not_mixed_into_it);
     RUN_TEST(test_what_is_no_frame_is_passed_on_once_it_is_complete_or_counts_as_lost);
+    RUN_TEST(test_what_is_late_and_no_frame_counts_as_lost);
     RUN_TEST(test_an_answer_leaves_as_the_line_takes_it);
     RUN_TEST(test_a_million_frames_change_nothing_without_their_crc);
     return UNITY_END();

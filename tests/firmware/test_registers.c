@@ -1032,7 +1032,7 @@ static void save(void)
 {
     command(REGISTERS_SAVE);
     TEST_ASSERT_EQUAL_UINT32(REGISTERS_BUSY, STATE_OF(outcome));
-    TEST_ASSERT_EQUAL_INT(MODBUS_BUSY, try_command(REGISTERS_STOP));
+    TEST_ASSERT_EQUAL_INT(MODBUS_BUSY, try_command(REGISTERS_START));
     tick();
     TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, STATE_OF(outcome));
 }
@@ -1054,15 +1054,104 @@ static void test_saved_params_are_those_of_the_next_power_up(void)
     start();
 }
 
+/// By a client whose tick has not come yet, or by the board's own line.
 static void test_a_start_just_before_a_save_prevents_it(void)
 {
     tick();
     command(REGISTERS_START);
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_SAVE));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_WRONG_STATE, STATE_OF(outcome));
+    command(REGISTERS_STOP);
+    tick();
     command(REGISTERS_SAVE);
+    drive_start(&registers.drive);
+    registers_run(&registers);
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_NOT_SAVED, STATE_OF(outcome));
     tick();
     TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
-    TEST_ASSERT_EQUAL_UINT32(REGISTERS_NOT_SAVED, STATE_OF(outcome));
     TEST_ASSERT_EQUAL_HEX32(0xffffffff, sectors[0][2]);
+}
+
+/// Which the client need not repeat, and which leaves the outcome to the save.
+static void test_a_stop_acts_while_a_save_waits(void)
+{
+    const uint16_t stop = REGISTERS_STOP;
+    command(REGISTERS_SAVE);
+    const uint32_t stops = registers.drive.stops;
+    TEST_ASSERT_EQUAL_INT(MODBUS_BUSY, try_command(REGISTERS_START));
+    TEST_ASSERT_EQUAL_INT(MODBUS_BUSY, try_word(REQUEST_AT(unlock), REGISTERS_KEY));
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, try_command(REGISTERS_STOP));
+    TEST_ASSERT_EQUAL_UINT32(stops + 1u, registers.drive.stops);
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, map.stop(map.context, REGISTERS_COMMAND_AT, 1, &stop));
+    TEST_ASSERT_EQUAL_UINT32(stops + 2u, registers.drive.stops);
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_BUSY, STATE_OF(outcome));
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, STATE_OF(outcome));
+}
+
+static void test_those_who_may_only_stop_do_nothing_else(void)
+{
+    command(REGISTERS_START);
+    run(10);
+    const uint16_t values[] = {REGISTERS_STOP, REGISTERS_STOP};
+    for (uint32_t address = 0; address < 0x3000u; address++)
+    {
+        const uint16_t at = (uint16_t)address;
+        TEST_ASSERT_EQUAL_INT(MODBUS_BUSY, map.stop(map.context, at, 2, values));
+        TEST_ASSERT_TRUE(map.stop(map.context, at, 1, values) == MODBUS_BUSY || at == REGISTERS_COMMAND_AT);
+    }
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_IDLE, STATE_OF(state));
+    for (uint32_t number = 0; number <= UINT16_MAX; number++)
+    {
+        const uint16_t word = (uint16_t)number;
+        TEST_ASSERT_EQUAL_INT(number == REGISTERS_STOP ? MODBUS_OK : MODBUS_BUSY,
+                              map.stop(map.context, REGISTERS_COMMAND_AT, 1, &word));
+    }
+    tick();
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_IDLE, STATE_OF(state));
+}
+
+#define CLIENT_TICKS (REGISTERS_CLIENT_S * 1000u)
+
+static void test_the_key_and_a_staged_set_end_with_their_client(void)
+{
+    for (int way = 0; way < 2; way++) // it says so, or is silent
+    {
+        write_word(REQUEST_AT(unlock), REGISTERS_KEY);
+        write_number(PARAM_AT(GAIN), 0.5);
+        run(CLIENT_TICKS - 1u);
+        TEST_ASSERT_TRUE(STATE_OF(unlocked_ticks) > 0u);
+        TEST_ASSERT_TRUE(read_number(PARAM_AT(GAIN)) == 0.5);
+        if (way == 0)
+        {
+            registers_forget_client(&registers);
+        }
+        else
+        {
+            run(3);
+        }
+        TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(unlocked_ticks));
+        TEST_ASSERT_TRUE(read_number(PARAM_AT(GAIN)) == read_number(TO_ACTIVE(PARAM_AT(GAIN))));
+    }
+}
+
+static void test_a_client_that_asks_now_and_then_keeps_its_set(void)
+{
+    write_number(PARAM_AT(GAIN), 0.5);
+    for (int i = 0; i < 3; i++)
+    {
+        run(CLIENT_TICKS - 1u);
+        registers.modbus.heard++;
+        tick();
+    }
+    TEST_ASSERT_TRUE(read_number(PARAM_AT(GAIN)) == 0.5);
+    command(REGISTERS_DEFAULTS);
+    write_number(PARAM_AT(GAIN), 0.4f);
+    command(REGISTERS_APPLY);
+    command(REGISTERS_DEFAULTS); // is its set, too
+    run(CLIENT_TICKS + 2u);
+    TEST_ASSERT_TRUE(read_number(PARAM_AT(GAIN)) == (double)0.4f);
 }
 
 static uint32_t outcome_of_save(float gain)
@@ -1431,6 +1520,10 @@ int main(void)
     RUN_TEST(test_commands_act_in_their_states);
     RUN_TEST(test_saved_params_are_those_of_the_next_power_up);
     RUN_TEST(test_a_start_just_before_a_save_prevents_it);
+    RUN_TEST(test_a_stop_acts_while_a_save_waits);
+    RUN_TEST(test_those_who_may_only_stop_do_nothing_else);
+    RUN_TEST(test_the_key_and_a_staged_set_end_with_their_client);
+    RUN_TEST(test_a_client_that_asks_now_and_then_keeps_its_set);
     RUN_TEST(test_a_storm_of_saves_erases_little);
     RUN_TEST(test_a_tare_is_saved);
     RUN_TEST(test_a_damaged_store_is_said_and_waited_for);

@@ -181,8 +181,6 @@ def test_only_frames_with_the_right_crc_do_anything(serve):
     os.write(line, bytes.fromhex("010601000001") + bytes.fromhex("4837"))  # start, with a wrong CRC
     until(lambda: served.value("bad_frames") == bad + 1, "the frame does not come")
     assert served.value("state") == 0
-    os.write(line, bytes.fromhex("0006010000014827"))  # start for all, which nobody answers
-    until(lambda: served.value("state") == 1, "it does not start")
     os.close(line)
     assert served.value("frames") > frames
     # Half a frame, and then a whole one.
@@ -382,18 +380,17 @@ def test_the_start_says_who_reaches_it(listen, bus, where, who):
 
 def test_a_second_client_is_refused_while_the_first_lives(listen):
     messages, port = listen("")
-    with socket.create_connection(("127.0.0.1", port)) as first:
+    busy = bytes.fromhex("0008000000030183" "06")
+    with socket.create_connection(("127.0.0.1", port)) as first, socket.create_connection(("127.0.0.1", port)) as second:
         assert read_state(first).startswith(STATE)
         for trial in range(3):  # told once a second
-            with socket.create_connection(("127.0.0.1", port)) as second:
-                assert second.recv(64) == b""
-                here = second.getsockname()[1]
-                said = f"127.0.0.1 port {here} is refused: 127.0.0.1 port {first.getsockname()[1]} has the drive (1 refused)"
-                until(lambda what=said: trial > 0 or what in messages.read_text(), "it is not told")
+            assert read_state(second) == busy
+            here = second.getsockname()[1]
+            said = f"127.0.0.1 port {here} is refused: 127.0.0.1 port {first.getsockname()[1]} has the drive (1 refused)"
+            until(lambda what=said: trial > 0 or what in messages.read_text(), "it is not told")
             assert read_state(first).startswith(STATE)
-    # Its place is free.
-    with socket.create_connection(("127.0.0.1", port)) as third:
-        assert read_state(third).startswith(STATE)
+        first.close()
+        until(lambda: read_state(second).startswith(STATE), "its place is not free")
 
 
 def test_a_client_that_vanishes_is_no_first_one(listen):
@@ -431,9 +428,7 @@ def test_mbpoll_over_tcp(drive):
 
         assert value(GAIN) == pytest.approx(0.85)
         poll("-t", "4:float", "-B", "-r", GAIN, "--", 0.5)
-        assert value(GAIN + ACTIVE) == pytest.approx(0.85)
-        poll("-t", "4", "-r", COMMAND, "--", 5)
-        assert value(GAIN + ACTIVE) == pytest.approx(0.5)
+        assert value(GAIN) == value(GAIN + ACTIVE) == pytest.approx(0.85)  # what it had staged ended with its connection
         poll("-t", "4", "-r", COMMAND, "--", 1)
         poll("-t", "4:float", "-B", "-r", REFERENCE, "--", 0.3)
         until(lambda: value(0x82) == pytest.approx(0.3, abs=0.02), "F does not come to r")

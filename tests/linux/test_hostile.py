@@ -22,7 +22,7 @@ ADDRESSES = {name: int(address, 16) for name, address in re.findall(r"^\| `([^`]
 KEY = int(re.search(r"write (0x[0-9a-f]{8}) to `unlock`", REGISTERS).group(1), 16)
 START, STOP, ACKNOWLEDGE, APPLY, REVERT, DEFAULTS, SAVE, TRACE, TRACE_STOP = 1, 2, 3, 5, 6, 7, 8, 9, 10
 COMMAND = 0x0100
-ILLEGAL_ADDRESS = 2
+ILLEGAL_ADDRESS, BUSY = 2, 6
 
 
 class Client:
@@ -94,6 +94,7 @@ class Target:
 
     def __init__(self, drive, rig):
         self.port = 40000 + os.getpid() % 20000
+        self.ended = False  # by its test
         drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{port: {self.port}, silent_s: 1}}\n{rig}")
         self.messages = drive.folder / "said.txt"
         with open(self.messages, "w", encoding="utf-8") as said:
@@ -104,12 +105,10 @@ class Target:
         return self.messages.read_text()
 
     def try_state(self):
-        """Of a new client; None if it is refused."""
-        try:
-            with Client(self.port) as client:
-                return client.word("state")
-        except ConnectionError:
-            return None
+        """Of a new client; None if another has the drive."""
+        with Client(self.port) as client:
+            answer = client.read(ADDRESSES["state"])
+            return None if answer == BUSY else answer[0] << 16 | answer[1]
 
 
 @pytest.fixture
@@ -121,7 +120,7 @@ def target(drive):
         return made[-1]
 
     yield start
-    for one in made:
+    for one in (it for it in made if not it.ended):
         assert one.process.poll() is None, one.said()
         one.process.terminate()
         assert one.process.wait(timeout=300) == 0

@@ -112,6 +112,79 @@ static void test_a_disk_that_stalls_costs_rows_not_time(void)
     TEST_ASSERT_TRUE(dropped > 0);
 }
 
+/// It has a reader that has stopped to read. That this returns is the test.
+static void test_a_pipe_that_nobody_empties_holds_up_no_end(void)
+{
+    common_error_t error   = {""};
+    uint64_t       written = 0;
+    uint64_t       dropped = 0;
+    TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
+    const int   end      = open(path, O_RDONLY | O_NONBLOCK);
+    recorder_t *recorder = recorder_start(path, &error);
+    TEST_ASSERT_NOT_NULL(recorder);
+    for (unsigned i = 0; i < RECORDER_ROWS; i++)
+    {
+        add(recorder, i);
+    }
+    TEST_ASSERT_FALSE(recorder_stop(recorder, &written, &dropped, &error));
+    TEST_ASSERT_EQUAL_STRING("--log: Connection timed out", error.text);
+    TEST_ASSERT_EQUAL_UINT64(RECORDER_ROWS, written + dropped);
+    TEST_ASSERT_TRUE(dropped > 0);
+    (void)close(end);
+}
+
+static void *read_slowly(void *context)
+{
+    const int *end = context;
+    char       bytes[4096];
+    size_t     length = 0;
+    ssize_t    count  = 0;
+    while ((count = read(*end, bytes, sizeof bytes)) > 0)
+    {
+        length += (size_t)count;
+        (void)realtime_sleep_until(realtime_now_ns() + INT64_C(200000000));
+    }
+    static unsigned all;
+    all = (unsigned)length;
+    return &all;
+}
+
+/// Slower than any one wait, but it reads on.
+static void test_a_slow_reader_gets_all_of_it(void)
+{
+    common_error_t error   = {""};
+    uint64_t       written = 0;
+    uint64_t       dropped = 0;
+    pthread_t      reader;
+    void          *length = NULL;
+    TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
+    int end = open(path, O_RDONLY | O_NONBLOCK);
+    TEST_ASSERT_EQUAL_INT(0, fcntl(end, F_SETFL, 0));
+    TEST_ASSERT_EQUAL_INT(4096, fcntl(end, F_SETPIPE_SZ, 4096));
+    recorder_t *recorder = recorder_start(path, &error);
+    TEST_ASSERT_NOT_NULL(recorder);
+    TEST_ASSERT_EQUAL_INT(0, pthread_create(&reader, NULL, read_slowly, &end));
+    for (unsigned i = 0; i < 2000u; i++)
+    {
+        add(recorder, i);
+    }
+    TEST_ASSERT_TRUE(recorder_stop(recorder, &written, &dropped, &error));
+    TEST_ASSERT_EQUAL_UINT64(2000, written);
+    TEST_ASSERT_EQUAL_INT(0, pthread_join(reader, &length));
+    TEST_ASSERT_TRUE(*(unsigned *)length > 2000u * 20u);
+    (void)close(end);
+}
+
+static void test_a_pipe_without_a_reader_is_refused(void)
+{
+    common_error_t error = {""};
+    char           message[128];
+    TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
+    TEST_ASSERT_NULL(recorder_start(path, &error));
+    (void)snprintf(message, sizeof message, "--log %s: nobody reads this pipe", path);
+    TEST_ASSERT_EQUAL_STRING(message, error.text);
+}
+
 static void test_a_disk_without_room_for_a_head_is_told(void)
 {
     common_error_t error = {""};
@@ -216,6 +289,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_all_rows_come_in_order);
     RUN_TEST(test_a_disk_that_stalls_costs_rows_not_time);
+    RUN_TEST(test_a_pipe_that_nobody_empties_holds_up_no_end);
+    RUN_TEST(test_a_slow_reader_gets_all_of_it);
+    RUN_TEST(test_a_pipe_without_a_reader_is_refused);
     RUN_TEST(test_a_disk_without_room_for_a_head_is_told);
     RUN_TEST(test_a_full_disk_is_told_when_it_happens_and_when_it_is_over);
     RUN_TEST(test_a_disk_that_stays_full_costs_the_rows_that_it_did_not_take);

@@ -509,7 +509,7 @@ static bool lock_line(const link_bus_t *bus)
     return true;
 }
 
-/// A drive serves one client at a time and drops a second one: waits for its turn.
+/// A drive serves one client at a time and is busy for a second one: waits for its turn.
 static bool connect_network(const link_bus_t *bus)
 {
     const double end_s = common_clock_s() + LOCK_WAIT_S;
@@ -524,11 +524,12 @@ static bool connect_network(const link_bus_t *bus)
         begin_exchange(bus->modbus, RESPONSE_S);
         const int got = end_exchange(modbus_read_registers(bus->modbus, link_find("version")->address, 2, values));
         (void)modbus_set_error_recovery(bus->modbus, MODBUS_ERROR_RECOVERY_PROTOCOL);
-        if (got >= 0 || is_exception(errno))
+        const bool is_busy = got < 0 && errno == EMBXSBUSY;
+        if (got >= 0 || (is_exception(errno) && !is_busy))
         {
             return true;
         }
-        const bool is_foreign = errno > MODBUS_ENOBASE;
+        const bool is_foreign = errno > MODBUS_ENOBASE && !is_busy;
         if (is_foreign || errno == ETIMEDOUT || common_clock_s() >= end_s)
         {
             return link_complain("%s: no answer from unit %d, or it serves another program%s",
@@ -687,7 +688,8 @@ bool link_bus_answers(const char *device, int unit, int baud)
         (void)modbus_set_response_timeout(modbus, 0, ANSWER_US);
         ok = modbus_connect(modbus) == 0;
         begin_exchange(modbus, 2e-6 * ANSWER_US);
-        ok = end_exchange(ok ? modbus_read_registers(modbus, link_find("version")->address, 2, values) : -1) == 2;
+        ok = end_exchange(ok ? modbus_read_registers(modbus, link_find("version")->address, 2, values) : -1) == 2 ||
+             errno == EMBXSBUSY;
         modbus_close(modbus);
     }
     modbus_free(modbus);
@@ -695,6 +697,31 @@ bool link_bus_answers(const char *device, int unit, int baud)
     {
         (void)close(lock);
     }
+    return ok;
+}
+
+int link_bus_stop_beside(const char *device, int unit)
+{
+    uint16_t values[2];
+    if (!is_network(device))
+    {
+        return 0;
+    }
+    modbus_t *modbus = prepare_timer() ? make_modbus(device, unit, 0) : NULL;
+    if (modbus == NULL)
+    {
+        return -1;
+    }
+    bool ok = modbus_connect(modbus) == 0;
+    if (ok)
+    {
+        begin_exchange(modbus, RESPONSE_S);
+        ok = modbus_write_register(modbus, link_command_at, (uint16_t)link_stop) == 1 &&
+             modbus_read_registers(modbus, link_find("version")->address, 2, values) < 0 && errno == EMBXSBUSY;
+        (void)end_exchange(0);
+        modbus_close(modbus);
+    }
+    modbus_free(modbus);
     return ok;
 }
 

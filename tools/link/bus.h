@@ -18,6 +18,10 @@ void        link_bus_close(link_bus_t *bus);
 /// Whether anything answers there as a drive does, at once and without a word.
 bool link_bus_answers(const char *device, int unit, int baud);
 
+/// Stops the drive on a network while another client has it, where all but a stop is refused: 1. 0, without a word, if no other has
+/// it, or nothing answers; negative, after a complaint: there can be no such device.
+int link_bus_stop_beside(const char *device, int unit);
+
 /// The device as it was opened.
 const char *link_bus_name(const link_bus_t *bus);
 

@@ -207,6 +207,7 @@ const uint16_t link_command_at    = REGISTERS_COMMAND_AT;
 const uint16_t link_window_at     = REGISTERS_WINDOW_AT;
 const uint16_t link_active_offset = REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT;
 const unsigned link_apply         = REGISTERS_APPLY;
+const unsigned link_stop          = REGISTERS_STOP;
 const uint32_t link_key           = REGISTERS_KEY;
 const unsigned link_version       = REGISTERS_VERSION;
 
@@ -324,7 +325,8 @@ void link_print_markdown(void)
         "not this "
         "file. Version %u.\n\n"
         "Modbus RTU, 115200 8N1, functions 3, 6, 16 and 23. All registers but the command are of 32 bits: two Modbus "
-        "registers, the high\none first, at the address given and the next; a write must hold both. A subnormal number, "
+        "registers, the high\none first, at the address given and the next; a write must hold both. A subnormal "
+        "number, "
         "as words or bytes in another order most often\nmake one, is exception 3, and -0 is 0. What they do "
         "together is in "
         "[firmware/README.md](../firmware/README.md).\n\n"
@@ -339,7 +341,9 @@ void link_print_markdown(void)
         "`b0`, and of all `b2`. For a\nsection whose `b2` is 0 its `b1` counts, or `b0` if that is 0 as well. No set "
         "is "
         "wider than the ceilings of its board, and\nwhat is wired is as the board's image, or tribo-drive's "
-        "configuration, says.\n\n`protection` is "
+        "configuration, says.\n\nThe staged set and the key are their client's. Both end with its connection, or after "
+        "%u s "
+        "without a request. A frame to\nall units stops the drive, and does nothing else.\n\n`protection` is "
         "the CRC-32 (IEEE 802.3) of the words of all "
         "registers that protect or are wired, in the order of their addresses, the\nzero of the sensor without a tare, "
         "and of these "
@@ -348,7 +352,8 @@ void link_print_markdown(void)
         REGISTERS_VERSION,
         REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT,
         REGISTERS_KEY,
-        REGISTERS_UNLOCK_S);
+        REGISTERS_UNLOCK_S,
+        REGISTERS_CLIENT_S);
     print_group(LINK_PARAM);
     print_words();
     (void)fputs("\n## Requests\n\nRead and written.\n\n| name | address | type | unit | default | what "

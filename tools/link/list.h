@@ -41,7 +41,7 @@ const char *link_nearest(const char *part, bool params_only);
 /// What else of the lists a program needs that includes libmodbus, whose names are those of the drive's own server.
 extern const uint16_t link_command_at, link_window_at;
 extern const uint16_t link_active_offset;              ///< of the set that the drive runs with, from the staged one
-extern const unsigned link_apply;                      ///< the command
+extern const unsigned link_apply, link_stop;           ///< commands
 extern const uint32_t link_key;                        ///< of unlock
 extern const unsigned link_version;                    ///< of the lists
 uint32_t              link_layout(bool feeds_forward); ///< of a drive with or without the feed-forward

@@ -1281,6 +1281,13 @@ int main(int count, char **arguments)
         options.device = link_find_device(found, options.unit, options.baud) ? found : NULL;
     }
     common_output_clean_on_signal();
+    const bool is_stop = options.device != NULL && strcmp(options.words[0], "stop") == 0;
+    const int  beside  = is_stop ? link_bus_stop_beside(options.device, options.unit) : 0;
+    if (beside != 0)
+    {
+        (void)fputs(beside > 0 ? "stopped, beside the program that has the drive\n" : "", stdout);
+        return beside > 0 ? 0 : EXIT_FAILED;
+    }
     link_bus_t *bus    = options.device != NULL ? link_bus_open(options.device, options.unit, options.baud) : NULL;
     const int   status = bus != NULL ? perform(bus, &options) : EXIT_FAILED;
     link_bus_close(bus);

@@ -1,12 +1,15 @@
 #include "background.h"
 
 #include "params_name.h"
+#include "realtime.h"
+#include "signals.h"
 
-#include <signal.h>
 #include <string.h>
 
 #define WAIT_MS 10
 #define TRIALS  1000
+#define END_NS  INT64_C(2000000000) ///< a disk may take long to save params
+#define LOOK_NS 1000000
 
 // NOLINTNEXTLINE(readability-non-const-parameter): a modbus_line_t's
 static int receive_nothing(void *context, uint8_t *bytes, size_t room)
@@ -19,7 +22,7 @@ static int receive_nothing(void *context, uint8_t *bytes, size_t room)
 
 const modbus_line_t background_line = {.receive = receive_nothing};
 
-static unsigned read_registers(void *context, uint16_t address, uint16_t count, uint16_t *values)
+static modbus_status_t read_registers(void *context, uint16_t address, uint16_t count, uint16_t *values)
 {
     background_t            *background = context;
     const modbus_registers_t map        = registers_map(background->registers);
@@ -29,13 +32,13 @@ static unsigned read_registers(void *context, uint16_t address, uint16_t count, 
         const modbus_status_t status = map.read(map.context, address, count, values);
         if (!gate_has_passed(background->gate, ticks))
         {
-            return (unsigned)status;
+            return status;
         }
     }
     return MODBUS_BUSY;
 }
 
-static unsigned write_registers(void *context, uint16_t address, uint16_t count, const uint16_t *values)
+static modbus_status_t write_registers(void *context, uint16_t address, uint16_t count, const uint16_t *values)
 {
     static const uint16_t    stop       = REGISTERS_TRACE_STOP;
     background_t            *background = context;
@@ -45,47 +48,63 @@ static unsigned write_registers(void *context, uint16_t address, uint16_t count,
         (void)map.write(map.context, address, 1, &stop);
         (void)gate_wait(background->gate);
     }
-    return (unsigned)map.write(map.context, address, count, values);
+    return map.write(map.context, address, count, values);
 }
 
-static void count_event(modbus_t *counters, bus_event_t event)
+static modbus_status_t stop_drive(void *context, uint16_t address, uint16_t count, const uint16_t *values)
 {
-    counters->frames += event == BUS_EXECUTED || event == BUS_REFUSED;
-    counters->exceptions += event == BUS_REFUSED;
-    counters->bad_frames += event == BUS_BAD_FRAME;
+    const background_t      *background = context;
+    const modbus_registers_t map        = registers_map(background->registers);
+    return map.stop(map.context, address, count, values);
+}
+
+static void forget_client(void *context)
+{
+    const background_t *background = context;
+    registers_forget_client(background->registers);
 }
 
 static void *work(void *context)
 {
-    background_t         *background = context;
-    registers_t          *registers  = background->registers;
-    const bus_registers_t map        = {.context = background, .read = read_registers, .write = write_registers};
-    params_set_t          told       = registers->active->set;
-    uint32_t              changes    = registers->protection_changes;
+    background_t       *background = context;
+    registers_t        *registers  = background->registers;
+    const bus_service_t service    = {
+           .modbus    = &registers->modbus,
+           .registers = {.context = background, .read = read_registers, .write = write_registers, .stop = stop_drive},
+           .leave     = forget_client};
+    params_set_t told    = registers->active->set;
+    uint32_t     changes = registers->protection_changes;
     while (!atomic_load(&background->stops))
     {
-        count_event(&registers->modbus, bus_serve(background->bus, registers->modbus.unit, &map, WAIT_MS));
-        registers_run(registers);
+        bus_serve(background->bus, &service, WAIT_MS);
+        if (registers_run(registers))
+        {
+            bus_was_away(background->bus);
+        }
         drive_log(&registers->drive);
         params_name_changes(registers, &told, &changes);
     }
+    atomic_store(&background->has_ended, true);
     return NULL;
 }
 
 bool background_start(background_t *background, registers_t *registers, gate_t *gate, bus_t *bus, common_error_t *error)
 {
-    sigset_t all;
     sigset_t before;
     *background = (background_t){.registers = registers, .gate = gate, .bus = bus};
-    (void)sigfillset(&all);
-    (void)pthread_sigmask(SIG_SETMASK, &all, &before); // signals are the loop's
+    signals_block(&before);
     const int status = pthread_create(&background->thread, NULL, work, background);
     (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
     return status == 0 || common_error_set(error, "no thread for the bus: %s", strerror(status));
 }
 
-void background_stop(background_t *background)
+bool background_stop(background_t *background)
 {
+    const int64_t end_ns = realtime_now_ns() + END_NS;
     atomic_store(&background->stops, true);
-    (void)pthread_join(background->thread, NULL);
+    while (!atomic_load(&background->has_ended) && realtime_now_ns() < end_ns)
+    {
+        (void)realtime_sleep_until(realtime_now_ns() + LOOK_NS);
+    }
+    return atomic_load(&background->has_ended) && pthread_join(background->thread, NULL) == 0;
 }

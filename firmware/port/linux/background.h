@@ -19,7 +19,7 @@ typedef struct
     registers_t *registers;
     gate_t      *gate;
     bus_t       *bus;
-    atomic_bool  stops;
+    atomic_bool  stops, has_ended;
     pthread_t    thread;
 } background_t;
 
@@ -33,7 +33,8 @@ bool background_start(background_t   *background,
                       bus_t          *bus,
                       common_error_t *error);
 
-/// Ends the thread once its current request is finished. Only for a drive that has stopped ticking.
-void background_stop(background_t *background);
+/// Ends the thread once its current request is finished. Only for a drive that has stopped ticking. False: a disk holds it up, and
+/// it is left to itself; whatever it had of the store, the store is whole.
+bool background_stop(background_t *background);
 
 #endif

@@ -1,10 +1,13 @@
-/// A Modbus server by libmodbus, on a serial line (RTU) or over TCP for one client at a time: while it asks for something now and
-/// then, a second one is refused with a message on standard error. For a thread that may block, on a line for a request's length;
-/// no client over TCP blocks it for longer than 0.1 s.
+/// A Modbus server on a serial line (RTU) or over TCP. app/modbus.h says what a request does, on each line alike. For a thread that
+/// may wait; no client makes it wait longer than it is told to.
+///
+/// Over TCP the first client has the drive for as long as it asks for something now and then. Others may stop it, and are otherwise
+/// told that it is busy, with a message on standard error. When the first has gone, the next that asks has the drive.
 
 #ifndef LINUX_BUS_H
 #define LINUX_BUS_H
 
+#include "app/modbus.h"
 #include "support/error.h"
 
 #include <stdbool.h>
@@ -25,31 +28,25 @@ typedef struct
 
 bool bus_is_used(const bus_config_t *config);
 
-/// The registers that it serves. Both functions do all or nothing and return 0 or the exception to answer with. `count` is at most
-/// 125, the last address at most 0xffff.
+/// What is behind the server.
 typedef struct
 {
-    void *context;
-    unsigned (*read)(void *context, uint16_t address, uint16_t count, uint16_t *values);
-    unsigned (*write)(void *context, uint16_t address, uint16_t count, const uint16_t *values);
-} bus_registers_t;
-
-typedef enum
-{
-    BUS_NOTHING,  ///< no request for this unit
-    BUS_EXECUTED, ///< a request was carried out
-    BUS_REFUSED,  ///< a request was answered with an exception
-    BUS_BAD_FRAME
-} bus_event_t;
+    modbus_t          *modbus;    ///< unit and counters
+    modbus_registers_t registers; ///< and the context ...
+    void (*leave)(void *context); ///< ... of this, called when the client that has the drive has gone
+} bus_service_t;
 
 typedef struct bus bus_t;
 
-/// Null with the cause in `error`.
+/// Null with the cause in `error`. `config` and `service` must outlive it.
 bus_t *bus_open(const bus_config_t *config, common_error_t *error);
 void   bus_close(bus_t *bus);
 
-/// Waits up to `wait_ms` for a request to `unit` (over TCP to any) and answers it. A line that fails is reported on
-/// standard error and opened again, with one attempt a second.
-bus_event_t bus_serve(bus_t *bus, unsigned unit, const bus_registers_t *registers, int wait_ms);
+/// Waits up to `wait_ms` for requests to the unit (over TCP to any) and answers them. A line that fails is reported on standard
+/// error and opened again, with one attempt a second.
+void bus_serve(bus_t *bus, const bus_service_t *service, int wait_ms);
+
+/// Nobody could answer what has come until now: MODBUS_LATE.
+void bus_was_away(bus_t *bus);
 
 #endif

@@ -9,6 +9,7 @@
 #include "params_file.h"
 #include "params_name.h"
 #include "recorder.h"
+#include "signals.h"
 #include "supervisor.h"
 
 #include "app/registers.h"
@@ -26,7 +27,6 @@
 #include <float.h>
 #include <math.h>
 #include <poll.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,6 +35,7 @@
 #define SETS_MAX    32u
 #define NS_PER_US   1000
 #define NS_PER_MS   1000000
+#define SLEEP_NS    5000000
 #define TRACE_WORDS 65536u ///< 16 s of four signals at 1 kHz
 
 enum
@@ -83,7 +84,7 @@ static const struct argp_option known[] = {
     {.name = "duration",
      .key  = OPTION_DURATION,
      .arg  = "S",
-     .doc  = "ends after that time in s; without it at SIGINT or SIGTERM"},
+     .doc  = "ends after that time in s; without it at a signal, e.g. SIGINT or SIGTERM"},
     {.name = "keys", .key = OPTION_KEYS, .doc = "prints the configuration's keys as a table in Markdown and ends"},
     {.name = "log", .key = OPTION_LOG, .arg = "FILE.csv", .doc = "writes a row a tick, which tribo-sim replay reads"},
     {.name = "reference",
@@ -196,13 +197,6 @@ typedef struct
     uint64_t    overruns, late;
 } program_t;
 
-static volatile sig_atomic_t stops;
-
-static void stop(int signal)
-{
-    stops = signal;
-}
-
 /// True if the loop takes references up to `peak_n`: it coasts at larger ones.
 static bool check_reference(const program_t *program, const char *name, double peak_n, common_error_t *error)
 {
@@ -246,7 +240,7 @@ static bool read_lines(program_t *program, common_error_t *error)
         return true;
     }
     const ssize_t count = read(STDIN_FILENO, bytes, sizeof bytes);
-    program->line_end   = count == 0;
+    program->line_end   = count == 0 || (count < 0 && errno != EINTR && errno != EAGAIN);
     for (ssize_t i = 0; i < count; i++)
     {
         if (bytes[i] == '\n' ? !take_line(program, error) : program->line_length + 1u >= sizeof program->line)
@@ -281,6 +275,15 @@ static bool renew_reference(program_t *program, double t_s, common_error_t *erro
     }
 }
 
+/// Until `due_ns`. In parts, as a signal may come just before one.
+static void sleep_until(int64_t due_ns)
+{
+    for (int64_t now_ns = realtime_now_ns(); now_ns < due_ns && signals_latest() == 0; now_ns = realtime_now_ns())
+    {
+        (void)realtime_sleep_until(due_ns < now_ns + SLEEP_NS ? due_ns : now_ns + SLEEP_NS);
+    }
+}
+
 /// Waits for tick `number`. False if the run is to end.
 static bool wait_for_tick(program_t *program, uint64_t number, int64_t *due_ns)
 {
@@ -289,10 +292,10 @@ static bool wait_for_tick(program_t *program, uint64_t number, int64_t *due_ns)
     board_begin(&program->board, number, *due_ns);
     if (program->ticks_in >= 0)
     {
-        return read(program->ticks_in, &byte, 1) == 1 && stops == 0;
+        return read(program->ticks_in, &byte, 1) == 1 && signals_latest() == 0;
     }
-    (void)realtime_sleep_until(*due_ns); // a signal ends it early, and then the run
-    return stops == 0;
+    sleep_until(*due_ns);
+    return signals_latest() == 0;
 }
 
 static void record(program_t *program, double t_s, int64_t late_ns, int64_t step_ns)
@@ -352,6 +355,13 @@ static bool is_over(const program_t *program, uint64_t number)
     return gives_up || (periods > 0.0 && (double)number >= floor(periods + 0.5));
 }
 
+static bool complain_of_supervisor(const program_t *program, common_error_t *error)
+{
+    return common_error_set(error,
+                            SUPERVISOR_NAME " has not looked for %llu ms, stopped",
+                            (unsigned long long)program->rig->heartbeat_ms);
+}
+
 /// From the start of the drive to its end. The number of ticks.
 static uint64_t run_ticks(program_t *program, heart_t *heart, common_error_t *error)
 {
@@ -363,9 +373,9 @@ static uint64_t run_ticks(program_t *program, heart_t *heart, common_error_t *er
     }
     while (!is_over(program, number) && wait_for_tick(program, number, &due_ns))
     {
-        heart_beat(heart);
-        const bool ok = tick(program, number, due_ns, error);
-        number++;
+        const bool is_watched = heart_beat(heart) || complain_of_supervisor(program, error);
+        const bool ok         = is_watched && tick(program, number, due_ns, error);
+        number += is_watched;
         if (!ok)
         {
             break;
@@ -410,9 +420,6 @@ static int run(void *context, heart_t *heart)
     const realtime_config_t realtime = {.priority = program->rig->priority,
                                         .cpu      = (int64_t)program->rig->cpu,
                                         .required = program->rig->required != 0};
-    const struct sigaction  action   = {.sa_handler = stop};
-    (void)sigaction(SIGINT, &action, NULL);
-    (void)sigaction(SIGTERM, &action, NULL);
     program->recorder = program->options->log != NULL ? recorder_start(program->options->log, &error) : NULL;
     const bool has_bus =
         program->bus != NULL && error.text[0] == '\0' &&
@@ -433,9 +440,11 @@ static int run(void *context, heart_t *heart)
         error.text[0] = '\0';
     }
     const uint64_t ticks = run_ticks(program, heart, &error);
-    if (has_bus)
+    if (has_bus && !background_stop(&program->background) && error.text[0] == '\0')
     {
-        background_stop(&program->background);
+        (void)common_error_set(&error,
+                               "store: %s: its disk takes too long, and is not waited for",
+                               program->rig->store);
     }
     return end(program, ticks, &error);
 }

@@ -1,7 +1,11 @@
 #include "recorder.h"
 
+#include "realtime.h"
+#include "signals.h"
+
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -10,7 +14,10 @@
 #include <time.h>
 #include <unistd.h>
 
-#define WAKE_NS 20000000
+#define WAKE_NS    20000000
+#define WAKE_MS    20
+#define PIPE_NS    INT64_C(1000000000) ///< at the end, for a pipe that takes nothing ...
+#define ABANDON_NS INT64_C(2000000000) ///< ... or a disk, which keeps the thread
 
 #define ROW_BYTES  192u ///< more than a row has
 #define PART_BYTES 16384u
@@ -19,9 +26,10 @@ struct recorder
 {
     recorder_row_t       rows[RECORDER_ROWS];
     atomic_uint_fast64_t added, taken; ///< rows, by the tick and by the thread
-    atomic_bool          stops;
-    uint64_t             dropped; ///< by the tick alone
-    const char          *path;    ///< for messages
+    atomic_bool          stops, has_ended;
+    atomic_int_fast64_t  moved_ns; ///< when the file last took some bytes, or the end began
+    uint64_t             dropped;  ///< by the tick alone
+    const char          *path;     ///< for messages
     int                  file;
     int                  failed;   ///< errno of the first row that was not written
     bool                 is_stuck; ///< the last try failed
@@ -45,16 +53,33 @@ static size_t print_row(char *text, const recorder_row_t *row)
     return length > 0 && length < (int)ROW_BYTES ? (size_t)length : 0u;
 }
 
-/// All of it or, where the disk took a part, nothing: the file ends with a whole row. What takes no truncation is no file.
-static int write_whole(int file, const char *text, size_t length)
+/// False: at the end, and it has taken nothing for too long.
+static bool wait_for_room(recorder_t *recorder)
 {
-    size_t  done = 0;
-    ssize_t part = 0;
-    while (done < length && (part = write(file, text + done, length - done)) >= 0)
+    struct pollfd room = {.fd = recorder->file, .events = POLLOUT};
+    (void)poll(&room, 1, WAKE_MS);
+    return !atomic_load(&recorder->stops) || realtime_now_ns() - atomic_load(&recorder->moved_ns) < PIPE_NS;
+}
+
+/// All of it or, where the disk took a part, nothing: the file ends with a whole row. What takes no truncation is no file.
+static int write_whole(recorder_t *recorder, const char *text, size_t length)
+{
+    const int file   = recorder->file;
+    size_t    done   = 0;
+    int       failed = 0;
+    while (done < length && failed == 0)
     {
-        done += (size_t)part;
+        const ssize_t part = write(file, text + done, length - done);
+        if (part >= 0)
+        {
+            done += (size_t)part;
+            atomic_store(&recorder->moved_ns, realtime_now_ns());
+        }
+        else if (errno != EAGAIN || !wait_for_room(recorder))
+        {
+            failed = errno == EAGAIN ? ETIMEDOUT : errno; // as its reader does not come
+        }
     }
-    const int failed = part < 0 ? errno : 0;
     if (failed != 0 && done > 0u)
     {
         const off_t end = lseek(file, 0, SEEK_CUR);
@@ -92,7 +117,7 @@ static void write_rows(recorder_t *recorder)
         {
             length += print_row(text + length, &recorder->rows[part % RECORDER_ROWS]);
         }
-        failed = write_whole(recorder->file, text, length);
+        failed = write_whole(recorder, text, length);
         report(recorder, failed);
         if (failed == 0)
         {
@@ -112,7 +137,17 @@ static void *work(void *context)
         (void)nanosleep(&pause, NULL);
     }
     write_rows(recorder);
+    atomic_store(&recorder->has_ended, true);
     return NULL;
+}
+
+static int start_thread(recorder_t *recorder)
+{
+    sigset_t before;
+    signals_block(&before);
+    const int status = pthread_create(&recorder->thread, NULL, work, recorder);
+    (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return status;
 }
 
 recorder_t *recorder_start(const char *path, common_error_t *error)
@@ -125,15 +160,16 @@ recorder_t *recorder_start(const char *path, common_error_t *error)
     }
     static const char head[] = "t_s,r_N,F_N,u_N,state,fault,limits,late_us,step_us\n";
     recorder->path           = path;
-    recorder->file           = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    int status               = recorder->file < 0 ? errno : write_whole(recorder->file, head, sizeof head - 1u);
+    recorder->file           = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
+    int status               = recorder->file < 0 ? errno : write_whole(recorder, head, sizeof head - 1u);
     if (status == 0)
     {
-        status = pthread_create(&recorder->thread, NULL, work, recorder);
+        status = start_thread(recorder);
     }
     if (status != 0)
     {
-        (void)common_error_set(error, "--log %s: %s", path, strerror(status));
+        const bool is_pipe = status == ENXIO; // no write to it waits, also not the one that opens it
+        (void)common_error_set(error, "--log %s: %s", path, is_pipe ? "nobody reads this pipe" : strerror(status));
         if (recorder->file >= 0)
         {
             (void)close(recorder->file);
@@ -160,12 +196,27 @@ void recorder_add(recorder_t *recorder, const recorder_row_t *row)
     atomic_store_explicit(&recorder->added, added + 1u, memory_order_release);
 }
 
+/// False: the disk takes nothing, and the thread waits for it.
+static bool wait_for_end(recorder_t *recorder)
+{
+    atomic_store(&recorder->moved_ns, realtime_now_ns());
+    atomic_store(&recorder->stops, true);
+    while (!atomic_load(&recorder->has_ended) && realtime_now_ns() - atomic_load(&recorder->moved_ns) < ABANDON_NS)
+    {
+        (void)realtime_sleep_until(realtime_now_ns() + WAKE_NS / 10);
+    }
+    return atomic_load(&recorder->has_ended) && pthread_join(recorder->thread, NULL) == 0;
+}
+
 bool recorder_stop(recorder_t *recorder, uint64_t *written, uint64_t *dropped, common_error_t *error)
 {
-    atomic_store(&recorder->stops, true);
-    (void)pthread_join(recorder->thread, NULL);
-    *written         = atomic_load(&recorder->taken);
-    *dropped         = recorder->dropped + atomic_load(&recorder->added) - *written;
+    const bool has_ended = wait_for_end(recorder);
+    *written             = atomic_load(&recorder->taken);
+    *dropped             = recorder->dropped + atomic_load(&recorder->added) - *written;
+    if (!has_ended)
+    {
+        return common_error_set(error, "--log: it takes no rows any more"); // the thread still has it all
+    }
     const int closed = close(recorder->file) == 0 ? 0 : errno;
     const int failed = recorder->failed != 0 ? recorder->failed : closed;
     free(recorder);

@@ -1,6 +1,7 @@
 /// The log of a drive: the tick puts one row into a ring, and a thread writes the ring as the CSV that `tribo-sim replay` reads.
 /// The tick never waits: a row for which there is no room is dropped and counted. A disk that refuses rows, e.g. a full one, is
-/// reported on standard error, and so is its recovery. The file always has whole rows.
+/// reported on standard error, and so is its recovery. The file always has whole rows. The end waits for a pipe or a disk only as long
+/// as it takes rows.
 ///
 ///     t_s,r_N,F_N,u_N,state,fault,limits,late_us,step_us        F_N: the sensor's reading
 

@@ -1,6 +1,7 @@
 #include "supervisor.h"
 
 #include "realtime.h"
+#include "signals.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -18,19 +19,36 @@
 
 #define LOOK_NS 2000000 ///< how often the supervisor looks
 
+#define LOOKS_PER_S (1000000000u / LOOK_NS)
+#define PARTS       4 ///< of the time without a look: beats that it takes at least
+
 struct heart
 {
-    atomic_uint_fast32_t beats;
+    atomic_uint_fast32_t beats, looks;
+    atomic_bool          is_over;
+
+    // The loop's.
+    uint_fast32_t looks_seen;
+    int64_t       beat_ns, quiet_ns, quiet_max_ns;
 };
 
-void heart_beat(heart_t *heart)
+/// The time in which the loop itself has not run does not count: the supervisor may have waited for the same processor.
+bool heart_beat(heart_t *heart)
 {
     (void)atomic_fetch_add_explicit(&heart->beats, 1u, memory_order_relaxed);
+    const uint_fast32_t looks = atomic_load_explicit(&heart->looks, memory_order_relaxed);
+    const int64_t       now   = realtime_now_ns();
+    const int64_t       most  = heart->quiet_max_ns / PARTS;
+    const int64_t       since = now - heart->beat_ns < most ? now - heart->beat_ns : most;
+    heart->quiet_ns           = looks != heart->looks_seen ? 0 : heart->quiet_ns + since;
+    heart->looks_seen         = looks;
+    heart->beat_ns            = now;
+    return heart->quiet_ns < heart->quiet_max_ns;
 }
 
 void heart_rest(heart_t *heart)
 {
-    atomic_store_explicit(&heart->beats, 0u, memory_order_relaxed);
+    atomic_store(&heart->is_over, true);
 }
 
 static void tell_watchdog(int watchdog, char what)
@@ -99,46 +117,68 @@ static void take_name(void)
     }
 }
 
-/// Until the loop's process ends or its heart stops. Returns its exit status as supervisor_run does.
-static int watch(const supervisor_config_t *config,
-                 const heart_t             *heart,
-                 pid_t                      loop,
-                 const sigset_t            *signals,
-                 int                        watchdog)
+typedef struct
 {
-    const struct timespec look      = {.tv_nsec = LOOK_NS};
-    const uint64_t        looks     = config->heartbeat_ms * 1000000u / LOOK_NS + 1u;
-    uint_fast32_t         beats     = 0;
-    uint64_t              quiet     = 0; ///< looks without a beat
-    int                   status    = 0;
-    bool                  is_killed = false;
-    while (waitpid(loop, &status, WNOHANG) != loop)
+    pid_t         loop;
+    uint_fast32_t beats;
+    uint64_t      quiet;  ///< looks without a beat
+    uint64_t      ending; ///< looks since it was asked to end, or rests
+    bool          is_asked, is_killed;
+} watch_t;
+
+static void kill_loop(const supervisor_config_t *config, watch_t *watch, const char *why, uint64_t ms)
+{
+    config->off(config->context);
+    (void)fprintf(stderr, "%s: %s for %llu ms, stopped\n", program_invocation_short_name, why, (unsigned long long)ms);
+    (void)kill(watch->loop, SIGKILL);
+    watch->is_killed = true;
+}
+
+/// `timed_out`: no signal has cut the wait short. False: the heart does not beat.
+static bool look(const supervisor_config_t *config, heart_t *heart, watch_t *watch, bool timed_out)
+{
+    const uint64_t      looks   = config->heartbeat_ms * 1000000u / LOOK_NS + 1u;
+    const bool          is_over = atomic_load(&heart->is_over);
+    const uint_fast32_t now     = atomic_load_explicit(&heart->beats, memory_order_relaxed);
+    watch->quiet                = is_over || now == 0u || now != watch->beats ? 0u : watch->quiet + timed_out;
+    watch->beats                = now;
+    watch->ending += (watch->is_asked || is_over) && timed_out;
+    (void)atomic_fetch_add_explicit(&heart->looks, 1u, memory_order_relaxed);
+    if (!watch->is_killed && watch->quiet >= looks)
     {
-        const int signal = sigtimedwait(signals, NULL, &look);
-        if (signal == SIGINT || signal == SIGTERM)
+        kill_loop(config, watch, "no heartbeat", config->heartbeat_ms);
+    }
+    else if (!watch->is_killed && watch->ending >= (uint64_t)SUPERVISOR_END_S * LOOKS_PER_S)
+    {
+        kill_loop(config, watch, "the loop's process does not end", SUPERVISOR_END_S * 1000u);
+    }
+    return watch->quiet < looks;
+}
+
+/// Until the loop's process ends or its heart stops. Returns its exit status as supervisor_run does.
+static int watch_loop(const supervisor_config_t *config, heart_t *heart, pid_t loop, int watchdog)
+{
+    const struct timespec pause  = {.tv_nsec = LOOK_NS};
+    watch_t               watch  = {.loop = loop};
+    int                   status = 0;
+    sigset_t              all;
+    (void)sigfillset(&all);
+    while (waitpid(loop, &status, WNOHANG) == 0)
+    {
+        siginfo_t info;
+        const int signal = sigtimedwait(&all, &info, &pause);
+        if (signal > 0 && signals_stop(signal, &info))
         {
-            (void)kill(loop, signal);
+            watch.is_asked = true;
+            (void)kill(loop, SIGTERM);
         }
-        const uint_fast32_t now = atomic_load_explicit(&heart->beats, memory_order_relaxed);
-        quiet                   = now == 0u || now != beats ? 0u : quiet + (signal < 0);
-        beats                   = now;
-        if (quiet < looks)
+        if (look(config, heart, &watch, signal < 0))
         {
             tell_watchdog(watchdog, '.');
         }
-        else if (!is_killed)
-        {
-            config->off(config->context);
-            (void)fprintf(stderr,
-                          "%s: no heartbeat for %llu ms, stopped\n",
-                          program_invocation_short_name,
-                          (unsigned long long)config->heartbeat_ms);
-            (void)kill(loop, SIGKILL);
-            is_killed = true;
-        }
     }
     config->off(config->context);
-    if (WIFSIGNALED(status) && !is_killed)
+    if (WIFSIGNALED(status) && !watch.is_killed)
     {
         (void)fprintf(stderr,
                       "%s: the loop's process was ended by signal %d, stopped\n",
@@ -148,19 +188,16 @@ static int watch(const supervisor_config_t *config,
     return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
 }
 
-static int run_loop(int (*loop)(void *context, heart_t *heart),
-                    void           *context,
-                    heart_t        *heart,
-                    pid_t           supervisor,
-                    const sigset_t *before)
+static int run_loop(int (*loop)(void *context, heart_t *heart), void *context, heart_t *heart, pid_t supervisor)
 {
+    (void)setsid();
+    signals_take();
     // Without its supervisor the loop stops like for any SIGTERM.
     (void)prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != supervisor)
     {
         return 1;
     }
-    (void)sigprocmask(SIG_SETMASK, before, NULL);
     const int status = loop(context, heart);
     (void)fflush(NULL);
     return status;
@@ -174,19 +211,15 @@ static int run_both(const supervisor_config_t *config,
                     int             watchdog,
                     common_error_t *error)
 {
-    sigset_t signals;
     sigset_t before;
-    (void)sigemptyset(&signals);
-    (void)sigaddset(&signals, SIGCHLD);
-    (void)sigaddset(&signals, SIGINT);
-    (void)sigaddset(&signals, SIGTERM);
-    (void)sigprocmask(SIG_BLOCK, &signals, &before);
-    (void)fflush(NULL); // or both would write what is left
+    signals_block(&before);
+    (void)signal(SIGCHLD, SIG_DFL); // or the kernel would not tell of the loop's end
+    (void)fflush(NULL);             // or both would write what is left
     const pid_t supervisor = getpid();
     const pid_t process    = fork();
     if (process == 0)
     {
-        _exit(run_loop(loop, context, heart, supervisor, &before));
+        _exit(run_loop(loop, context, heart, supervisor));
     }
     int status = -1;
     if (process < 0)
@@ -200,7 +233,7 @@ static int run_both(const supervisor_config_t *config,
         common_error_t          refused   = {""};
         const realtime_config_t real_time = {.priority = config->priority, .cpu = -1};
         (void)realtime_enter(&real_time, &refused);
-        status = watch(config, heart, process, &signals, watchdog);
+        status = watch_loop(config, heart, process, watchdog);
         tell_watchdog(watchdog, 'V');
     }
     (void)sigprocmask(SIG_SETMASK, &before, NULL);
@@ -225,7 +258,7 @@ int supervisor_run(const supervisor_config_t *config,
     }
     else
     {
-        atomic_init(&heart->beats, 0u);
+        *heart = (heart_t){.quiet_max_ns = (int64_t)config->heartbeat_ms * 1000000};
         status = run_both(config, loop, context, heart, watchdog, error);
         (void)munmap(heart, sizeof *heart);
     }

@@ -1,5 +1,6 @@
 /// Two processes: one runs the loop, the other supervises it. The supervisor turns the outputs off when the loop's process ends,
-/// for whatever reason, or misses its heartbeat. Both hold the lines and the output, which are opened before.
+/// for whatever reason, or misses its heartbeat. The loop is told when the supervisor ends or is stopped. Both hold the lines and the
+/// output, which are opened before. The loop has a session of its own: keys of a terminal and signals to a group reach one of them.
 
 #ifndef LINUX_SUPERVISOR_H
 #define LINUX_SUPERVISOR_H
@@ -22,15 +23,20 @@ typedef struct
 /// The supervisor's name in ps, for killall and pidof; the loop's process keeps the program's.
 #define SUPERVISOR_NAME "tribo-safe"
 
-/// With this the loop's process shows that it is alive.
-typedef struct heart heart_t;
-void                 heart_beat(heart_t *heart);
+#define SUPERVISOR_END_S 8u
 
-/// Suspends the heartbeat until the next beat: the loop has turned its outputs off.
+/// With this the loop's process shows that it is alive. False: the supervisor has not looked for heartbeat_ms, in which the loop did
+/// beat.
+typedef struct heart heart_t;
+bool                 heart_beat(heart_t *heart);
+
+/// The loop has turned its outputs off for good, and its process ends soon.
 void heart_rest(heart_t *heart);
 
 /// Runs `loop` in a process of its own and returns its exit status once it has ended and the outputs are off; 128 and more:
-/// the signal that ended it. SIGINT and SIGTERM are passed on to it. -1 with the cause in `error` if the process cannot be started.
+/// the signal that ended it. What asks for a stop (signals.h) is passed on to it as SIGTERM; it is signals_latest() there. A process
+/// that has not ended SUPERVISOR_END_S after that, or after its rest, is killed. -1 with the cause in `error` if the process cannot
+/// be started.
 int supervisor_run(const supervisor_config_t *config,
                    int (*loop)(void *context, heart_t *heart),
                    void           *context,

@@ -130,7 +130,11 @@ static command_reader_t reader;
 /// Bytes that are no frame are commands.
 static void take_text(void *context, const uint8_t *bytes, size_t count)
 {
+    static uint32_t heard_us;
+    const uint32_t  now_us = board_port.time_us(board_port.context);
     (void)context;
+    command_pause(&reader, now_us - heard_us);
+    heard_us = now_us;
     for (size_t i = 0; i < count && is_text(); i++)
     {
         execute(command_take(&reader, bytes[i]));
