@@ -18,11 +18,13 @@ static void trip(bridge_t *bridge, bridge_trip_t cause)
     bridge->state     = BRIDGE_OFF;
 }
 
-/// Counts samples in a row with a condition.
-static bool lasts(uint32_t *samples, bool condition)
+/// A level that a sample with the condition raises by BRIDGE_RISE, and one without lowers by 1.
+static bool lasts(uint32_t *level, bool condition)
 {
-    *samples = condition ? *samples + 1u : 0u;
-    return *samples >= BRIDGE_SAMPLES;
+    const uint32_t most = BRIDGE_SAMPLES * BRIDGE_RISE;
+    const uint32_t was  = *level;
+    *level              = !condition ? was - (was > 0u) : was + BRIDGE_RISE < most ? was + BRIDGE_RISE : most;
+    return *level >= most;
 }
 
 static void begin_calibration(bridge_t *bridge)

@@ -34,7 +34,8 @@
 #define BRIDGE_RAIL           100u  ///< codes: a broken wire reads this close to a rail
 #define BRIDGE_CODES          4096u ///< of the converters
 #define BRIDGE_MIDDLE         2048u ///< of them: 0 A but for the offset
-#define BRIDGE_SAMPLES        2u    ///< in a row beyond a level: a trip
+#define BRIDGE_SAMPLES        2u    ///< in a row beyond a level: a trip ...
+#define BRIDGE_RISE           4u    ///< ... as are more than one in five
 #define BRIDGE_STALE_SAMPLES  60u   ///< without a command, 3 ms: the tick hangs
 #define BRIDGE_DUTY_MOST      0.95f ///< of the bus: leaves the low sides on for the gate drivers' bootstraps
 #define BRIDGE_SIGN_A         0.1f  ///< current from which on its sign is certain

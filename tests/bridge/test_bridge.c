@@ -187,9 +187,15 @@ static void test_two_samples_of_a_bus_beyond_its_level_are_a_trip(void)
     TEST_ASSERT_TRUE(run(100, 0.0f));
     for (unsigned i = 0; i < 100; i++)
     {
-        sample.bus = i % 2u == 0u ? 2300 : BUS;
+        sample.bus = i % 5u == 0u ? 2300 : BUS;
         TEST_ASSERT_TRUE(run(1, 0.0f));
     }
+    for (unsigned i = 0; i < 5; i++)
+    {
+        sample.bus = i % 2u == 0u ? 2300 : BUS;
+        TEST_ASSERT_EQUAL_INT(i < 4, run(1, 0.0f));
+    }
+    check_trip(BRIDGE_TRIP_BUS);
 }
 
 /// The second current's converter has no pin then.
@@ -208,14 +214,29 @@ static void test_a_motor_with_one_winding_has_one_current(void)
     }
 }
 
-static void test_a_single_sample_beyond_the_level_is_none(void)
+/// Beyond in one of `of` samples: those until the trip; 1000: none.
+static unsigned samples_until_trip(unsigned of)
 {
     turn_on();
-    for (unsigned i = 0; i < 100; i++)
+    for (unsigned i = 0; i < 1000u; i++)
     {
-        sample.current[0] = i % 2u == 0u ? MIDDLE + 760u : MIDDLE;
-        TEST_ASSERT_TRUE(run(1, 0.0f));
+        sample.current[0] = i % of == 0u ? MIDDLE + 760u : MIDDLE;
+        if (!run(1, 0.0f))
+        {
+            sample.current[0] = MIDDLE;
+            check_trip(BRIDGE_TRIP_CURRENT);
+            return i + 1u;
+        }
     }
+    return 1000u;
+}
+
+static void test_single_samples_beyond_the_level_are_a_trip_if_they_are_many(void)
+{
+    TEST_ASSERT_EQUAL_UINT(5u, samples_until_trip(2));
+    TEST_ASSERT_EQUAL_UINT(17u, samples_until_trip(4));
+    TEST_ASSERT_EQUAL_UINT(1000u, samples_until_trip(5));
+    TEST_ASSERT_EQUAL_UINT(1000u, samples_until_trip(50));
 }
 
 static void test_a_sensor_at_a_rail_is_a_trip_in_every_state(void)
@@ -378,7 +399,7 @@ int main(void)
     RUN_TEST(test_two_samples_beyond_the_level_are_a_trip_at_whatever_time);
     RUN_TEST(test_two_samples_of_a_bus_beyond_its_level_are_a_trip);
     RUN_TEST(test_a_motor_with_one_winding_has_one_current);
-    RUN_TEST(test_a_single_sample_beyond_the_level_is_none);
+    RUN_TEST(test_single_samples_beyond_the_level_are_a_trip_if_they_are_many);
     RUN_TEST(test_a_sensor_at_a_rail_is_a_trip_in_every_state);
     RUN_TEST(test_a_rail_that_stays_is_told_again_and_again);
     RUN_TEST(test_a_command_that_is_not_renewed_is_a_trip);
