@@ -1,9 +1,9 @@
 // What the drive remembers, in numbers: rigs of other frictions, sizes and sample times than the paper's, with params that a client could
 // write. The plants are those of own_plant.h.
 //
-//     loop_study_f32 loose            worst time until a contact that is loose in between stops the drive
-//     loop_study_f32 restart          likewise of breaks of a drive that is stopped and started every 50 ms: time with the power stage on
-//     loop_study_f32 swing [SEED]     time until a loop that a client's tuning makes swing is stopped, and those that swing on
+//     loop_study_f32 loose RIGS       worst time until a contact that is loose in between stops the drive
+//     loop_study_f32 restart RIGS     of a broken rig that is stopped and started every 50 ms, until that ends; and of healthy ones
+//     loop_study_f32 swing RIGS       time until a loop that a client's tuning makes swing is stopped, and those that swing on
 //     loop_study_f32 healthy HOURS    false stops of 75 rigs, HOURS in all
 //     loop_study_f32 check            a little of all; fails where a target is missed
 
@@ -437,73 +437,85 @@ static unsigned study_restart(unsigned rigs, uint64_t seed, bool verbose)
 
 #define SWING_S 1.0
 
+static void put_sections(params_set_t *set, uint32_t count)
+{
+    memcpy((char *)set + 4u * (uint32_t)PARAMS_SECTION_COUNT, &count, sizeof count);
+}
+
+static void tune_gain(params_set_t *set, double gain)
+{
+    set->sections[0].b0 *= (float)gain;
+    set->sections[0].b1 *= (float)gain;
+    set->sections[0].b2 *= (float)gain;
+}
+
+/// Hardly damped: the loop cannot hold it.
+static void tune_resonance(params_set_t *set, double hz, double h_s)
+{
+    const double w = 6.283185307 * hz * h_s;
+    put_pi(set, 0.5, 10.0, h_s);
+    set->sections[1] = (tribo_biquad_f32_section_t){1.0f,
+                                                    (float)(2.0 * w),
+                                                    (float)(30.0 * w * w),
+                                                    (float)(0.02 * w + w * w),
+                                                    (float)(w * w)};
+    put_sections(set, 2);
+}
+
+/// PI with anything behind it, and any compensation.
+static void tune_at_random(params_set_t *set, double kp, double ki, double h_s, sim_random_t *random)
+{
+    put_pi(set, kp, ki, h_s);
+    if (uniform(random) < 0.5)
+    {
+        const double b0 = 1.0 + 30.0 * uniform(random) * uniform(random);
+        const double b1 = 2.0 * uniform(random);
+        const double b2 = uniform(random);
+        const double a1 = 0.3 + uniform(random);
+        set->sections[1] =
+            (tribo_biquad_f32_section_t){(float)b0, (float)b1, (float)b2, (float)a1, (float)(0.3 * uniform(random))};
+        put_sections(set, 2);
+    }
+    put(set, PARAMS_GAIN, 2.0 * uniform(random));
+    put(set, PARAMS_BREAKAWAY_SLOPE, 2.0 * uniform(random));
+}
+
 /// A client's tuning: the n-th.
 static const char *tune(params_set_t *set, unsigned n, double h_s, sim_random_t *random)
 {
-    static char name[96];
-    if (n < 8u)
+    static const double gains[]     = {3.0, 5.0, 8.0, 10.0, 15.0, 30.0, 100.0, 1000.0};
+    static const double integrals[] = {60.0, 100.0, 150.0, 200.0, 400.0, 1000.0, 4000.0, 1e5};
+    static const double kps[]       = {1.5, 3.0, 5.0, 8.0, 12.0, 20.0, 50.0, 500.0};
+    static const double hz[]        = {0.3, 0.7, 1.5, 3.0, 6.0, 12.0, 25.0, 60.0};
+    static char         name[96];
+    const double        kp = exp(log(0.01) + uniform(random) * log(1e4));
+    const double        ki = exp(log(1.0) + uniform(random) * log(1e4));
+    switch (n / 8u)
     {
-        static const double gains[] = {3.0, 5.0, 8.0, 10.0, 15.0, 30.0, 100.0, 1000.0};
-        set->sections[0].b0 *= (float)gains[n];
-        set->sections[0].b1 *= (float)gains[n];
-        set->sections[0].b2 *= (float)gains[n];
+    case 0:
+        tune_gain(set, gains[n]);
         (void)snprintf(name, sizeof name, "gain x %g", gains[n]);
-    }
-    else if (n < 16u)
-    {
-        static const double gains[] = {60.0, 100.0, 150.0, 200.0, 400.0, 1000.0, 4000.0, 1e5};
-        put_pi(set, 0.0, gains[n - 8u], h_s);
-        (void)snprintf(name, sizeof name, "integral %g/s", gains[n - 8u]);
-    }
-    else if (n < 24u)
-    {
-        static const double gains[] = {1.5, 3.0, 5.0, 8.0, 12.0, 20.0, 50.0, 500.0};
-        put_pi(set, gains[n - 16u], gains[n - 16u] * 20.0, h_s);
-        (void)snprintf(name, sizeof name, "PI with a gain of %g", gains[n - 16u]);
-    }
-    else if (n < 32u) // a resonance that the loop cannot hold
-    {
-        static const double hz[] = {0.3, 0.7, 1.5, 3.0, 6.0, 12.0, 25.0, 60.0};
-        const double        w    = 6.283185307 * hz[n - 24u] * h_s;
-        put_pi(set, 0.5, 10.0, h_s);
-        set->sections[1]   = (tribo_biquad_f32_section_t){1.0f,
-                                                          (float)(2.0 * w),
-                                                          (float)(30.0 * w * w),
-                                                          (float)(0.02 * w + w * w),
-                                                          (float)(w * w)};
-        const uint32_t two = 2;
-        memcpy((char *)set + 4u * (uint32_t)PARAMS_SECTION_COUNT, &two, sizeof two);
+        break;
+    case 1:
+        put_pi(set, 0.0, integrals[n - 8u], h_s);
+        (void)snprintf(name, sizeof name, "integral of %g/s", integrals[n - 8u]);
+        break;
+    case 2:
+        put_pi(set, kps[n - 16u], kps[n - 16u] * 20.0, h_s);
+        (void)snprintf(name, sizeof name, "PI of %g", kps[n - 16u]);
+        break;
+    case 3:
+        tune_resonance(set, hz[n - 24u], h_s);
         (void)snprintf(name, sizeof name, "resonance at %g Hz", hz[n - 24u]);
-    }
-    else
-    {
-        const double kp = exp(log(0.01) + uniform(random) * log(1e4));
-        const double ki = exp(log(1.0) + uniform(random) * log(1e4));
-        put_pi(set, kp, ki, h_s);
-        if (uniform(random) < 0.5) // a lead, or a notch that is none
-        {
-            set->sections[1]   = (tribo_biquad_f32_section_t){(float)(1.0 + 30.0 * uniform(random) * uniform(random)),
-                                                              (float)(2.0 * uniform(random)),
-                                                              (float)uniform(random),
-                                                              (float)(0.3 + uniform(random)),
-                                                              (float)(0.3 * uniform(random))};
-            const uint32_t two = 2;
-            memcpy((char *)set + 4u * (uint32_t)PARAMS_SECTION_COUNT, &two, sizeof two);
-        }
-        put(set, PARAMS_GAIN, 2.0 * uniform(random));
-        put(set, PARAMS_BREAKAWAY_SLOPE, 2.0 * uniform(random));
-        (void)snprintf(name,
-                       sizeof name,
-                       "kp %.3g, ki %.3g, gain %.2f, slope %.2f",
-                       kp,
-                       ki,
-                       (double)params_number(set, PARAMS_GAIN),
-                       (double)params_number(set, PARAMS_BREAKAWAY_SLOPE));
+        break;
+    default:
+        tune_at_random(set, kp, ki, h_s, random);
+        (void)snprintf(name, sizeof name, "kp %.3g, ki %.3g/s and more", kp, ki);
     }
     return name;
 }
 
-/// What u and y have done lately: how much of a swing, how often.
+/// Turns of u by a quarter of its range, and of y by 0.3 N of the paper's 4 N.
 typedef struct
 {
     double   low, high, turn;
@@ -527,101 +539,122 @@ static void watch(wave_t *wave, double x, double least)
     }
 }
 
-static unsigned study_swing(unsigned rigs, unsigned tunings, uint64_t seed, bool verbose)
+#define SWING_END_S  6.0
+#define SWING_REST_S 0.4 // without a turn: it is another swing
+
+typedef struct
+{
+    wave_t of_u, of_y;
+    double onset_s, last_s, end_s; // of the turns
+    bool   on;
+} swing_t;
+
+/// From now on, for SWING_END_S or until the drive stops. `moves`: r is the triangle of the benchmark.
+static swing_t watch_swings(rig_t *rig, bool moves)
+{
+    swing_t        swing = {.onset_s = -1.0, .on = true};
+    const uint64_t at    = rig->tick;
+    while (swing.on && swing.end_s < SWING_END_S)
+    {
+        const unsigned before = swing.of_u.turns + swing.of_y.turns;
+        const double   phase  = fmod(swing.end_s, 20.0) / 10.0;
+        rig->reference        = moves ? 0.4 + 0.2 * phase : rig->reference;
+        swing.on              = advance(rig);
+        swing.end_s           = (double)(rig->tick - at) * rig->h_s;
+        if (swing.on)
+        {
+            watch(&swing.of_u, of_paper(rig, rig->board.command), 1.0);
+            watch(&swing.of_y, rig->plant.filtered_n, 0.3);
+        }
+        if (swing.of_u.turns + swing.of_y.turns > before)
+        {
+            swing.onset_s =
+                swing.onset_s < 0.0 || swing.end_s - swing.last_s > SWING_REST_S ? swing.end_s : swing.onset_s;
+            swing.last_s = swing.end_s;
+        }
+    }
+    return swing;
+}
+
+typedef struct
+{
+    seen_t   seen;
+    unsigned run_on, of_fault[DRIVE_FAULTS];
+} swings_t;
+
+static void play_tuning(swings_t *all, unsigned n, unsigned t, bool verbose)
 {
     static rig_t rig;
-    seen_t       seen                   = {0};
-    unsigned     of_fault[DRIVE_FAULTS] = {0};
-    unsigned     small                  = 0;
+    const kind_t kind = kind_of(n, 1u + t);
+    sim_random_t random;
+    sim_random_seed(&random, 1000u * n + t);
+    open_rig(&rig, &kind);
+    rig.reference = t % 3u == 0u ? 0.0 : t % 3u == 1u ? 0.3 : -0.6;
+    if (!advance_for(&rig, 1.5))
+    {
+        fail("a healthy drive has stopped");
+    }
+    params_set_t      set  = rig.params[rig.used].set;
+    const char *const name = tune(&set, t, rig.h_s, &random);
+    if (!apply(&rig, &set))
+    {
+        return;
+    }
+    drive_change(&rig.drive, &rig.params[rig.used].drive);
+    const swing_t swing = watch_swings(&rig, t % 4u == 3u);
+    const bool    still = swing.onset_s >= 0.0 && (!swing.on || swing.end_s - swing.last_s < SWING_REST_S);
+    const double  took  = swing.end_s - swing.onset_s;
+    all->of_fault[rig.drive.fault] += !swing.on;
+    if (!still)
+    {
+        return;
+    }
+    note(&all->seen, 1e3 * took, 1e3 * SWING_S);
+    all->run_on += swing.on;
+    if (verbose && took > SWING_S)
+    {
+        print_kind(&rig);
+        printf("%s: %s after %.2f s, u %.2f to %.2f in %u turns, y %.2f to %.2f in %u\n",
+               name,
+               swing.on ? "runs on" : drive_fault_text(rig.drive.fault),
+               took,
+               swing.of_u.low,
+               swing.of_u.high,
+               swing.of_u.turns,
+               swing.of_y.low,
+               swing.of_y.high,
+               swing.of_y.turns);
+    }
+}
+
+#define TUNINGS 64u
+
+/// The share of loops that swing for longer than SWING_S.
+static double study_swing(unsigned rigs, unsigned step, bool verbose)
+{
+    static swings_t all;
     for (unsigned n = 0; n < rigs; n++)
     {
-        for (unsigned t = 0; t < tunings; t++)
+        for (unsigned t = n % step; t < TUNINGS; t += step)
         {
-            kind_t       kind = kind_of(n, seed + t);
-            sim_random_t random;
-            sim_random_seed(&random, seed + 1000u * n + t);
-            open_rig(&rig, &kind);
-            rig.reference = t % 3u == 0u ? 0.0 : t % 3u == 1u ? 0.3 : -0.6;
-            if (!advance_for(&rig, 1.5))
-            {
-                print_kind(&rig);
-                printf("%s before\n", drive_fault_text(rig.drive.fault));
-                continue;
-            }
-            params_set_t      set  = rig.params[rig.used].set;
-            const char *const name = tune(&set, t, rig.h_s, &random);
-            if (!apply(&rig, &set))
-            {
-                continue;
-            }
-            drive_change(&rig.drive, &rig.params[rig.used].drive);
-            const uint64_t at = rig.tick;
-            // Until it has stopped, or is still the same in the end.
-            const double last_s  = 6.0;
-            wave_t       of_u    = {0};
-            wave_t       of_y    = {0};
-            double       onset_s = -1.0, was_s = 0.0;
-            bool         on = true;
-            while (on && (double)(rig.tick - at) * rig.h_s < last_s)
-            {
-                on             = advance(&rig);
-                const double s = (double)(rig.tick - at) * rig.h_s;
-                if (on)
-                {
-                    const unsigned before = of_u.turns + of_y.turns;
-                    watch(&of_u, of_paper(&rig, rig.board.command), 1.0);
-                    watch(&of_y, rig.plant.filtered_n, 0.3);
-                    if (of_u.turns + of_y.turns > before)
-                    {
-                        onset_s = onset_s < 0.0 || s - was_s > 0.4 ? s : onset_s; // since then without a rest
-                        was_s   = s;
-                    }
-                }
-            }
-            const double end_s  = (double)(rig.tick - at) * rig.h_s;
-            const bool   swings = onset_s >= 0.0 && (!on || end_s - was_s < 0.4);
-            const double took_s = swings ? end_s - onset_s : 0.0;
-            if (!on)
-            {
-                of_fault[rig.drive.fault]++;
-            }
-            if (swings)
-            {
-                note(&seen, took_s * 1e3, SWING_S * 1e3);
-                small += on;
-                if (verbose && took_s > SWING_S)
-                {
-                    print_kind(&rig);
-                    printf("%s, r %.1f: %s after %.2f s of swings, u %.2f to %.2f in %u, y %.2f to %.2f in %u turns\n",
-                           name,
-                           rig.reference,
-                           on ? "runs on" : drive_fault_text(rig.drive.fault),
-                           took_s,
-                           of_u.low,
-                           of_u.high,
-                           of_u.turns,
-                           of_y.low,
-                           of_y.high,
-                           of_y.turns);
-                }
-            }
+            play_tuning(&all, n, t, verbose);
         }
     }
     printf("%s: %u loops that swing, worst %.0f ms, %u beyond %g ms, %u run on\n",
            TRIBO_ARITHMETIC,
-           seen.cells,
-           seen.worst_ms,
-           seen.missed,
+           all.seen.cells,
+           all.seen.worst_ms,
+           all.seen.missed,
            SWING_S * 1e3,
-           small);
+           all.run_on);
     for (unsigned i = 0; i < DRIVE_FAULTS; i++)
     {
-        if (of_fault[i] > 0u)
+        if (all.of_fault[i] > 0u)
         {
-            printf("    %s: %u\n", drive_fault_text((drive_fault_t)i), of_fault[i]);
+            printf("    %s: %u\n", drive_fault_text((drive_fault_t)i), all.of_fault[i]);
         }
     }
-    return seen.missed;
+    return (double)all.seen.missed / fmax(all.seen.cells, 1.0);
 }
 
 // --- healthy -------------------------------------------------------------------------------------------------------
@@ -686,11 +719,13 @@ static double shape_at(const part_t *part, double t_s)
     return part->low + (part->high - part->low) * rise;
 }
 
+#define LEVELS 5u // residual, tracking, command limit, swings of u and of y
+
 typedef struct
 {
     double   hours;
     unsigned stops;
-    double   residual, tracking, limit, swing_u, swing_y; // largest levels, of 1
+    double   largest[SHAPES][LEVELS]; // of 1
 } healthy_t;
 
 static double share(double level, double bound)
@@ -698,24 +733,54 @@ static double share(double level, double bound)
     return bound > 0.0 ? level / bound : 0.0;
 }
 
-static void note_levels(healthy_t *seen, const rig_t *rig, double *of_part)
+static void note_levels(healthy_t *seen, const rig_t *rig, shape_t shape)
 {
-    const faults_loop_t   *loop   = &rig->drive.lasting.loop;
-    const faults_bounds_t *bounds = &rig->drive.setup->bounds;
-    const double           now[]  = {share(loop->residual, bounds->residual_level),
-                                     share(loop->tracking, bounds->tracking_level),
-                                     share(loop->command_limit, bounds->command_limit_level),
-                                     share(loop->u.level, bounds->swing_ticks),
-                                     share(loop->y.level, bounds->swing_ticks)};
-    double *const          all[]  = {&seen->residual, &seen->tracking, &seen->limit, &seen->swing_u, &seen->swing_y};
-    for (int i = 0; i < 5; i++)
+    const faults_loop_t   *loop        = &rig->drive.lasting.loop;
+    const faults_bounds_t *bounds      = &rig->drive.setup->bounds;
+    const double           now[LEVELS] = {share(loop->residual, bounds->residual_level),
+                                          share(loop->tracking, bounds->tracking_level),
+                                          share(loop->command_limit, bounds->command_limit_level),
+                                          share(loop->u.level, bounds->swing_ticks),
+                                          share(loop->y.level, bounds->swing_ticks)};
+    for (unsigned i = 0; i < LEVELS; i++)
     {
-        *all[i]    = fmax(*all[i], now[i]);
-        of_part[i] = fmax(of_part[i], now[i]);
+        seen->largest[shape][i] = fmax(seen->largest[shape][i], now[i]);
     }
 }
 
-static double worst[SHAPES][5];
+typedef struct
+{
+    double at_s, for_s, size;
+} push_t;
+
+/// Half a sine, again and again.
+static double push_n(push_t *push, const part_t *part, double t_s, sim_random_t *random)
+{
+    if (t_s > push->at_s + push->for_s)
+    {
+        push->at_s  = t_s + 0.5 * uniform(random);
+        push->for_s = 0.02 + 0.3 * uniform(random);
+        push->size  = part->push * (2.0 * uniform(random) - 1.0);
+    }
+    return t_s > push->at_s ? push->size * sin(3.14159265 * (t_s - push->at_s) / push->for_s) : 0.0;
+}
+
+#define PART_S 10.0
+
+static bool play_part(healthy_t *seen, rig_t *rig, const part_t *part, sim_random_t *random)
+{
+    const uint64_t at   = rig->tick;
+    push_t         push = {.for_s = 0.1};
+    bool           on   = true;
+    for (double t_s = 0.0; on && t_s < PART_S; t_s = (double)(rig->tick - at) * rig->h_s)
+    {
+        rig->reference    = shape_at(part, t_s);
+        rig->plant.hand_n = push_n(&push, part, t_s, random);
+        on                = advance(rig);
+        note_levels(seen, rig, part->shape);
+    }
+    return on;
+}
 
 static void play_healthy(healthy_t *seen, const kind_t *kind, double time_s)
 {
@@ -726,23 +791,8 @@ static void play_healthy(healthy_t *seen, const kind_t *kind, double time_s)
     bool on = true;
     while (on && (double)rig.tick * rig.h_s < time_s)
     {
-        const part_t   part    = part_of(&random);
-        const uint64_t at      = rig.tick;
-        double         push_at = 0.0, push_s = 0.1, size = 0.0;
-        while (on && (double)(rig.tick - at) * rig.h_s < 10.0)
-        {
-            const double t_s = (double)(rig.tick - at) * rig.h_s;
-            rig.reference    = shape_at(&part, t_s);
-            if (t_s > push_at + push_s)
-            {
-                push_at = t_s + 0.5 * uniform(&random);
-                push_s  = 0.02 + 0.3 * uniform(&random);
-                size    = part.push * (2.0 * uniform(&random) - 1.0);
-            }
-            rig.plant.hand_n = t_s > push_at ? size * sin(3.14159265 * (t_s - push_at) / push_s) : 0.0;
-            on               = advance(&rig);
-            note_levels(seen, &rig, worst[part.shape]);
-        }
+        const part_t part = part_of(&random);
+        on                = play_part(seen, &rig, &part, &random);
         if (!on)
         {
             print_kind(&rig);
@@ -760,59 +810,71 @@ static void play_healthy(healthy_t *seen, const kind_t *kind, double time_s)
 
 static unsigned study_healthy(double hours, uint64_t seed)
 {
-    healthy_t seen = {0};
+    static healthy_t seen;
     for (unsigned n = 0; n < RIGS; n++)
     {
         const kind_t kind = kind_of(n, seed);
         play_healthy(&seen, &kind, 3600.0 * hours / RIGS);
         (void)fflush(stdout);
     }
-    printf("%s: %u rigs, %.2f hours: %u false stops; largest levels of 1: residual %.2f, tracking %.2f, limit %.2f, "
-           "swings of u %.2f, of y "
-           "%.2f\n",
-           TRIBO_ARITHMETIC,
-           RIGS,
-           seen.hours,
-           seen.stops,
-           seen.residual,
-           seen.tracking,
-           seen.limit,
-           seen.swing_u,
-           seen.swing_y);
+    printf("%s: %u rigs, %.2f hours: %u false stops\n", TRIBO_ARITHMETIC, RIGS, seen.hours, seen.stops);
+    printf("| largest level, of 1 | residual | tracking | command limit | swings of u | swings of y "
+           "|\n|---|---|---|---|---|---|\n");
     for (unsigned i = 0; i < SHAPES; i++)
     {
-        printf("    %s: residual %.2f, tracking %.2f, limit %.2f, swings of u %.2f, of y %.2f\n",
-               shape_names[i],
-               worst[i][0],
-               worst[i][1],
-               worst[i][2],
-               worst[i][3],
-               worst[i][4]);
+        printf("| %s |", shape_names[i]);
+        for (unsigned level = 0; level < LEVELS; level++)
+        {
+            printf(" %.2f |", seen.largest[i][level]);
+        }
+        printf("\n");
     }
     return seen.stops;
 }
 
 // --- the program ---------------------------------------------------------------------------------------------------
 
+#define CHECK_RIGS  6u
+#define CHECK_HOURS 0.1
+#define SLOW_SHARE  0.05 // of loops that swing: slower than 3 Hz, or small
+
+static int check(void)
+{
+    const unsigned missed = study_loose(CHECK_RIGS, 1, true) + study_restart(CHECK_RIGS, 1, true);
+    const double   slow   = study_swing(CHECK_RIGS, 4, true);
+    const unsigned stops  = study_healthy(CHECK_HOURS, 1) + study_healthy_restarts(CHECK_RIGS, 1);
+    printf("%u targets missed, %.0f %% of the loops that swing stop late, %u false stops\n",
+           missed,
+           100.0 * slow,
+           stops);
+    return missed > 0u || slow > SLOW_SHARE || stops > 0u;
+}
+
 int main(int count, char **arguments)
 {
     const char *const what   = count > 1 ? arguments[1] : "";
     const double      amount = count > 2 ? strtod(arguments[2], NULL) : 0.0;
-    if (strcmp(what, "loose") == 0)
+    const unsigned    rigs   = amount >= 1.0 && amount <= 1000.0 ? (unsigned)amount : 0u;
+    if (strcmp(what, "check") == 0)
     {
-        return study_loose(24, 1, true) > 0u;
+        return check();
     }
-    if (strcmp(what, "restart") == 0)
+    if (strcmp(what, "loose") == 0 && rigs > 0u)
     {
-        return study_healthy_restarts(RIGS, 1) + study_restart(24, 1, true) > 0u;
+        return study_loose(rigs, 1, true) > 0u;
     }
-    if (strcmp(what, "swing") == 0)
+    if (strcmp(what, "restart") == 0 && rigs > 0u)
     {
-        return study_swing(24, 48, (uint64_t)amount, true) > 0u;
+        return study_restart(rigs, 1, true) + study_healthy_restarts(rigs, 1) > 0u;
+    }
+    if (strcmp(what, "swing") == 0 && rigs > 0u)
+    {
+        return study_swing(rigs, 1, true) > SLOW_SHARE;
     }
     if (strcmp(what, "healthy") == 0 && amount > 0.0)
     {
         return study_healthy(amount, 1) > 0u;
     }
+    (void)fputs("usage: loop_study_f32|q31 loose RIGS | restart RIGS | swing RIGS | healthy HOURS | check\n", stderr);
     return 2;
 }
