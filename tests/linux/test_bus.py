@@ -271,6 +271,11 @@ def test_nobody_goes_beyond_the_configuration(serve):
     for beyond, allowed in [("command_n_per_unit=0.001", "1 to 3.4"), ("command_zero_units=0.5", "0 to 0"), ("sensor_n_per_unit=0.5", "1 to 3.4")]:
         message = served.link("params", "set", f"drive.{beyond}", status=2)
         assert f"{beyond.replace('=', ' = ')} is refused, the drive goes on as it was: {allowed}" in message
+    for blinds, allowed in [("drive.sensor_pole_rad_per_s=0.001", "27.5 to 3.4"), ("drive.actuator_pole_rad_per_s=0.001", "100 to 3.4"),
+                            ("compensator.arm.inertia_N_s2_per_deg=1", "0 to 0.00024"), ("compensator.arm.damping_N_s_per_deg=10", "0 to 0.0576"),
+                            ("compensator.arm.stiffness_N_per_deg=0.1", "1.92 to 3.4"), ("compensator.friction.gravity_N=-0.5", "-0.055 to 0.055"),
+                            ("drive.swing_ms=0", "1 to 1000"), ("drive.command_n_per_a=2", "1e-06 to 1")]:
+        assert f"{blinds.replace('=', ' = ')} is refused, the drive goes on as it was: {allowed}" in served.link("params", "set", blinds, status=2)
     served.link("params", "save")
     served = serve("store: params.bin\ndrive: {residual_ms: 40}\n")  # narrower than what was saved
     assert "params: the store's drive.residual_ms = 50 is refused: 1 to 40\n" in served.said()

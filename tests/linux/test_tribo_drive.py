@@ -1,5 +1,6 @@
 """tribo-drive, and tribo-desk in its place where a plant is simulated: its command line, its configuration, its log. Ticks come from a file, so no load can disturb them."""
 
+import contextlib
 import csv
 import os
 import pathlib
@@ -7,6 +8,7 @@ import re
 import resource
 import shutil
 import signal
+import struct
 import subprocess
 import time
 
@@ -267,6 +269,39 @@ def test_a_fault_ends_it(drive):
     assert "limit" in said
 
 
+def poke(process, old, new):
+    """Changes a float wherever it is in the memory of the loop's process."""
+    loop = int(pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()[0])
+    found = 0
+    with open(f"/proc/{loop}/mem", "r+b", buffering=0) as memory:
+        for line in pathlib.Path(f"/proc/{loop}/maps").read_text().splitlines():
+            (first, end), rights = (int(x, 16) for x in line.split()[0].split("-")), line.split()[1]
+            if not rights.startswith("rw") or "[v" in line or "/dev" in line:
+                continue
+            memory.seek(first)
+            content = memory.read(end - first)
+            for at in [at for at in range(0, len(content) - 3, 4) if content[at:at + 4] == struct.pack("<f", old)]:
+                memory.seek(first + at)
+                memory.write(struct.pack("<f", new))
+                found += 1
+    return found
+
+
+def test_params_that_change_by_themselves_stop_a_drive_without_a_bus(drive):
+    drive.write("rig.yaml", RIG + "drive: {residual_n: 0.1234567}\n")
+    os.mkfifo(drive.folder / "ticks")
+    (drive.folder / "done").touch()
+    process = drive.start("rig.yaml", "--ticks", "ticks,done")
+    with open(drive.folder / "ticks", "wb", buffering=0) as ticks:
+        ticks.write(b"." * 2000)
+        drive.until(lambda: (drive.folder / "done").stat().st_size == 2000, "no ticks")
+        assert poke(process, 0.1234567, 0.7) > 0
+        with contextlib.suppress(BrokenPipeError):
+            ticks.write(b"." * 2000)
+    _, said = process.communicate(timeout=300)
+    assert process.returncode == 3 and "fault: params changed" in said, said
+
+
 def test_the_feed_forwards_poles_are_the_residuals_unless_the_configuration_names_them(drive):
     wrong = ["--set", "compensator.feedforward.sensor_pole_rad_per_s=2", "--reference", "0.8"]
     assert "sensor and model differ" in drive.ticks(1000, *wrong, status=3)[1]
@@ -308,7 +343,7 @@ def test_a_killed_loop_is_told(drive):
     drive.write("loop.yaml", SLOW)
     with drive.start("rig.yaml", "--log", "log.csv") as run:
         drive.until_rows(2)
-        loop = pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()
+        loop = pathlib.pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()
         os.kill(int(loop[0]), signal.SIGKILL)
         _, said = run.communicate(timeout=300)
     assert run.returncode == 128 + signal.SIGKILL
@@ -320,7 +355,7 @@ def test_late_ticks_are_made_up(drive):
     drive.write("rig.yaml", CLOCK_RIG)
     with drive.start("rig.yaml", "--duration", "10", "--log", "log.csv") as run:
         drive.until_rows(1000)
-        loop = int(pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()[0])
+        loop = int(pathlib.pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()[0])
         os.kill(loop, signal.SIGSTOP)
         time.sleep(0.3)
         os.kill(loop, signal.SIGCONT)
@@ -344,7 +379,7 @@ def test_more_than_the_bound_late_is_a_fault(drive):
     drive.write("rig.yaml", CLOCK_RIG.replace("catch_up_ms: 10000", "catch_up_ms: 1500"))
     with drive.start("rig.yaml", "--duration", "10", "--log", "log.csv") as run:
         drive.until_rows(100)
-        loop = int(pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()[0])
+        loop = int(pathlib.pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()[0])
         os.kill(loop, signal.SIGSTOP)
         time.sleep(1.8)
         os.kill(loop, signal.SIGCONT)
@@ -398,7 +433,7 @@ def test_a_desk_arms_no_watchdog(drive):
 
 def names_of(pid):
     """What killall, pkill and pidof look at."""
-    process = pathlib.Path(f"/proc/{pid}")
+    process = pathlib.pathlib.Path(f"/proc/{pid}")
     return {(process / "comm").read_text().strip(), pathlib.Path((process / "cmdline").read_bytes().split(b"\0")[0].decode()).name}
 
 
@@ -407,7 +442,7 @@ def test_one_killall_does_not_take_both_processes(drive):
     drive.write("loop.yaml", SLOW)
     with drive.start("rig.yaml", "--log", "log.csv") as run:
         drive.until_rows(2)
-        loop = int(pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text())
+        loop = int(pathlib.pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text())
         named = {pid: names_of(pid) for pid in (run.pid, loop)}
         for pid in (pid for pid, names in named.items() if pathlib.Path(drive.program).name in names):
             os.kill(pid, signal.SIGKILL)
