@@ -483,6 +483,11 @@ static bool refuse_loop(params_error_t *error, const params_t *params, const con
     {
         return refuse(error, DRIVE_CONFIG_full_scale_n, full_scale_n, 1e-3f, 1e6f, status);
     }
+    if (status == TRIBO_ERR_PAPER_SAMPLE_TIME)
+    {
+        const float papers_s = TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S;
+        return refuse(error, PARAMS_SAMPLE_TIME, configs->loop.sample_time_s, papers_s, papers_s, status);
+    }
     const tribo_refusal_t refusal  = tribo_loop_refusal(status, &configs->loop, full_scale_n);
     const bool            of_table = status >= TRIBO_ERR_TABLE_FORCE && status <= TRIBO_ERR_TABLE_NEGATIVE;
     word = of_table ? PARAMS_TABLE_AT + 3u * refusal.index : PARAMS_SECTIONS_AT + 5u * refusal.index;

@@ -432,7 +432,7 @@ static bool simulate_and_report(const common_scenario_t *scenario, options_t *op
     {
         remove_folder(options);
     }
-    return ok && is_identical(&summary, error);
+    return ok && is_identical(&summary, error) && sim_run_was_controlled(scenario, &summary, error);
 }
 
 static int run(int count, char **arguments)

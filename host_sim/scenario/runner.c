@@ -7,6 +7,7 @@
 #include "support/clock.h"
 #include "target/target.h"
 
+#include <inttypes.h>
 #include <math.h>
 
 #define DIVERGED 1e15 ///< N, N/s: beyond what any finite parameters make of forces up to 1e6 N
@@ -338,4 +339,23 @@ bool sim_run(const common_scenario_t *scenario,
         tear_down(&runs[i]);
     }
     return ok;
+}
+
+bool sim_run_was_controlled(const common_scenario_t *scenario, const sim_summary_t *summary, common_error_t *error)
+{
+    const common_limits_config_t *limits = &common_scenario_loop(scenario)->limits;
+    const uint64_t                bad    = summary->both && summary->result_q31.bad_inputs > summary->result.bad_inputs
+                                               ? summary->result_q31.bad_inputs
+                                               : summary->result.bad_inputs;
+    return 10u * bad <= 9u * summary->ticks ||
+           common_error_set(error,
+                            "r or y was a bad input in %" PRIu64 " of %" PRIu64
+                            " ticks, beyond limits.input_max_N (%g N; u %g to %g N): the loop coasted. Are all forces "
+                            "in N, and are the "
+                            "limits your rig's?",
+                            bad,
+                            summary->ticks,
+                            limits->input_max_n,
+                            limits->u_min_n,
+                            limits->u_max_n);
 }

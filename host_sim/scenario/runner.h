@@ -49,4 +49,7 @@ bool sim_run(const common_scenario_t *scenario,
              sim_summary_t           *summary,
              common_error_t          *error);
 
+/// False with a reason if more than nine in ten of a run's ticks had a bad input: the loop coasted, and the run's figures say nothing.
+bool sim_run_was_controlled(const common_scenario_t *scenario, const sim_summary_t *summary, common_error_t *error);
+
 #endif

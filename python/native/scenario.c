@@ -206,7 +206,8 @@ char *native_run(const native_scenario_t *scenario, bool q31, double *trace, dou
     sim_summary_t           summary;
     char                   *json  = NULL;
     const native_scope_t    scope = native_enter();
-    if (sim_run(scenario->scenario, &options, record, &recorder, &summary, &said))
+    if (sim_run(scenario->scenario, &options, record, &recorder, &summary, &said) &&
+        sim_run_was_controlled(scenario->scenario, &summary, &said))
     {
         json = sim_summary_to_json(&summary);
     }

@@ -423,6 +423,16 @@ def test_both_arithmetics_coast_beyond_full_scale(sim):
     assert run["bad_inputs"] == run["q31"]["bad_inputs"] == 18000
 
 
+@pytest.mark.parametrize("arith", ["f32", "q31", "both"])
+def test_a_run_whose_inputs_were_nearly_all_bad_ends_with_an_error(sim, arith):
+    """A bigger rig under the paper's limits; the files are there to see it."""
+    words = ("--arith", arith, "--set", "reference.high_N=25", "--set", "reference.low_N=25",
+             "--set", "duration_s=2", "--set", "metrics.start_s=0", "--out", "o")
+    sim.fails("r or y was a bad input in 2000 of 2000 ticks, beyond limits.input_max_N (2 N; u -2 to 2 N): the loop coasted. "
+              "Are all forces in N, and are the limits your rig's?", "run", "step", *words)
+    assert json.loads((sim.folder / "o" / "summary.json").read_text())["bad_inputs"] == 2000
+
+
 def test_metrics_window(sim):
     sim.write("x.yaml", "duration_s: 1\nreference: {kind: step, low_N: 0, high_N: 0.5, start_s: 0.5}\n")
     assert sim.summary("x.yaml", "--set", "metrics.end_s=0.5")["max_error_N"] == 0

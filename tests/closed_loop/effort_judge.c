@@ -211,13 +211,16 @@ typedef struct
 
 static void open_loop(loop_t *x, const case_t *c)
 {
-    const axis_t *a = c->axis;
+    static const tribo_biquad_f32_section_t beside[] = {TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -0.95, 0.0)}; // not run
+    const axis_t                           *a        = c->axis;
     memset(x, 0, sizeof *x);
     x->full_scale                                  = 2.0 * a->u_max;
     tribo_force_loop_f32_config_t  config          = tribo_force_loop_f32_paper();
     tribo_feedforward_f32_config_t method          = tribo_feedforward_f32_default();
     const tribo_breakaway_f32_t    breakaway       = {.offset_n = (float)(c->believed * a->friction)};
     config.sample_time_s                           = (float)a->h_s;
+    config.controller.sections                     = beside;
+    config.controller.section_count                = 1;
     config.input_max_n                             = (float)a->u_max;
     config.controller.u_min_n                      = (float)-a->u_max;
     config.controller.u_max_n                      = (float)a->u_max;

@@ -81,6 +81,9 @@ static inline double from(double number, int q)
 #define NOISE(value)    TRIBO_EITHER((float)(value), (uint32_t)round(ldexp((value) / FULL_SCALE_N, 37)))
 #define OF_NOISE(value) (from((double)(value), 37) * TRIBO_EITHER(1.0, FULL_SCALE_N))
 
+/// A controller that none of these tests runs, for any sample time: the paper's is refused at another than its own.
+static const tribo_biquad_f32_section_t feedforward_beside[] = {TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -0.95, 0.0)};
+
 /// With a full scale `scale` times as large.
 static inline tribo_status_t feedforward_init_scaled(feedforward_t                        *x,
                                                      const tribo_feedforward_f32_config_t *config,
@@ -93,6 +96,8 @@ static inline tribo_status_t feedforward_init_scaled(feedforward_t              
     loop.compensator                   = *model;
     loop.input_max_n                   = (float)input_max;
     loop.sample_time_s                 = (float)h;
+    loop.controller.sections           = feedforward_beside;
+    loop.controller.section_count      = 1;
     *x                                 = (feedforward_t){.full_scale_n = FULL_SCALE_N * scale};
     const tribo_status_t status =
         tribo_init_feedforward(&x->loop, x->table, &x->params, &loop, config, (float)x->full_scale_n);

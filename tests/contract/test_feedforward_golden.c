@@ -265,11 +265,21 @@ static void check(const char                           *name,
     play(name, most_n);
 }
 
+/// The paper's rig, with a controller that is not run, for any sample time.
+static tribo_force_loop_f32_config_t beside_at(double sample_time_s)
+{
+    static const tribo_biquad_f32_section_t beside[] = {TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -0.95, 0.0)};
+    tribo_force_loop_f32_config_t           config   = tribo_force_loop_f32_paper();
+    config.sample_time_s                             = (float)sample_time_s;
+    config.controller.sections                       = beside;
+    config.controller.section_count                  = 1;
+    return config;
+}
+
 static void check_paper(const char *name, double sample_time_s)
 {
-    tribo_force_loop_f32_config_t        config = tribo_force_loop_f32_paper();
+    tribo_force_loop_f32_config_t        config = beside_at(sample_time_s);
     const tribo_feedforward_f32_config_t own    = tribo_feedforward_f32_default();
-    config.sample_time_s                        = (float)sample_time_s;
     check(name, &config, &own, 4.0, 3e-5);
 }
 
@@ -314,7 +324,7 @@ static void test_feedforward_of_another_rig_does_as_its_model(void)
     static const tribo_breakaway_point_f32_t points[] = {{0.0f, 3.0f, 2.0f},
                                                          {40.0f, 8.0f, 9.0f},
                                                          {80.0f, 14.0f, 18.0f}};
-    tribo_force_loop_f32_config_t            config   = tribo_force_loop_f32_paper();
+    tribo_force_loop_f32_config_t            config   = beside_at(5e-4);
     const tribo_feedforward_f32_config_t     own      = {.actuator_pole_rad_per_s = 700.0f,
                                                          .sensor_pole_rad_per_s   = 300.0f,
                                                          .reversal_n              = 0.06f,
@@ -324,7 +334,6 @@ static void test_feedforward_of_another_rig_does_as_its_model(void)
                                                          .trust                   = 0.7f,
                                                          .forgetting_per_n        = 0.002f,
                                                          .still_time_s            = 0.15f};
-    config.sample_time_s                              = 5e-4f;
     config.input_max_n                                = 200.0f;
     config.controller.u_min_n                         = -200.0f;
     config.controller.u_max_n                         = 200.0f;
@@ -339,8 +348,7 @@ static void test_feedforward_of_another_rig_does_as_its_model(void)
 
 static tribo_force_loop_f32_config_t paper_at(double sample_time_s, double input_max_n, float offset_n, float slope)
 {
-    tribo_force_loop_f32_config_t config          = tribo_force_loop_f32_paper();
-    config.sample_time_s                          = (float)sample_time_s;
+    tribo_force_loop_f32_config_t config          = beside_at(sample_time_s);
     config.input_max_n                            = (float)input_max_n;
     config.compensator.friction.positive.offset_n = offset_n;
     config.compensator.friction.positive.slope    = slope;

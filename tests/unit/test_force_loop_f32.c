@@ -1,4 +1,5 @@
 #include "tribo/feedforward_f32.h"
+#include "tribo/paper_controller.h"
 
 #include "same.h"
 #include "unity.h"
@@ -128,6 +129,56 @@ static void check_refused(tribo_status_t status)
     TEST_ASSERT_EQUAL_MEMORY(&untouched, &out, sizeof out);
 }
 
+static void test_loop_init_refuses_the_papers_controller_at_another_sample_time(void)
+{
+    tribo_biquad_f32_section_t    copy[2] = {tribo_paper_controller_f32[0], tribo_paper_controller_f32[1]};
+    const float                   other[] = {50e-6f, 100e-6f, 250e-6f, 500e-6f, 0.99e-3f, 1.01e-3f, 2e-3f, 20e-3f};
+    tribo_force_loop_f32_params_t made;
+    for (size_t i = 0; i < sizeof other / sizeof other[0]; i++)
+    {
+        config.sample_time_s = other[i];
+        check_refused(TRIBO_ERR_PAPER_SAMPLE_TIME);
+        config.controller.sections = copy; // its numbers, wherever they are
+        check_refused(TRIBO_ERR_PAPER_SAMPLE_TIME);
+        config = tribo_force_loop_f32_paper();
+    }
+    copy[1].a2 *= 2.0f; // somebody's own
+    config.controller.sections = copy;
+    config.sample_time_s       = 500e-6f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&made, &config));
+    config.controller.sections      = tribo_paper_controller_f32;
+    config.controller.section_count = 1;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&made, &config));
+}
+
+// Each thing that matters on a rig is asked for, in the order of the checks.
+static void test_a_config_for_a_rig_is_refused_until_what_matters_is_given(void)
+{
+    static const tribo_biquad_f32_section_t own[] = {TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -1.0, 0.0)};
+    tribo_force_loop_f32_params_t           made;
+    config = tribo_force_loop_f32_rig();
+    check_refused(TRIBO_ERR_SAMPLE_TIME);
+    config.sample_time_s = 0.002f;
+    check_refused(TRIBO_ERR_INPUT_MAX);
+    config.input_max_n = 60.0f;
+    check_refused(TRIBO_ERR_SECTION_COUNT);
+    config.controller.sections      = own;
+    config.controller.section_count = 1;
+    check_refused(TRIBO_ERR_U_MAX);
+    config.controller.u_min_n = -50.0f;
+    config.controller.u_max_n = 50.0f;
+    check_refused(TRIBO_ERR_BREAKAWAY_OFFSET);
+    config.compensator.friction.positive = (tribo_breakaway_f32_t){.offset_n = 2.0f, .slope = 0.1f};
+    check_refused(TRIBO_ERR_BREAKAWAY_NEGATIVE_OFFSET);
+    config.compensator.friction.negative = config.compensator.friction.positive;
+    check_refused(TRIBO_ERR_STIFFNESS);
+    config.compensator.arm.stiffness = 1e4f;
+    check_refused(TRIBO_ERR_INERTIA);
+    config.compensator.arm.inertia = 0.5f;
+    config.compensator.arm.damping = 100.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&made, &config));
+}
+
 static void test_loop_init_checks_every_field_and_passes_on_what_its_parts_refuse(void)
 {
     const tribo_force_loop_f32_config_t good      = config;
@@ -188,6 +239,8 @@ int main(void)
     RUN_TEST(test_loop_recovers_from_forces_beyond_its_model);
     RUN_TEST(test_loop_recovers_from_a_corrupt_force_with_and_without_a_change_of_params);
     RUN_TEST(test_loop_takes_inputs_to_the_end_of_their_range_and_denormals);
+    RUN_TEST(test_loop_init_refuses_the_papers_controller_at_another_sample_time);
+    RUN_TEST(test_a_config_for_a_rig_is_refused_until_what_matters_is_given);
     RUN_TEST(test_loop_init_checks_every_field_and_passes_on_what_its_parts_refuse);
     RUN_TEST(test_loop_with_a_feedforward_init_writes_nothing_unless_ok);
     return UNITY_END();

@@ -290,6 +290,7 @@ static void test_quantize_refuses_a_rate_law_finer_than_a_bit_a_tick(void)
     check_taken();
     config.compensator.friction.v0_n_per_s    = 1.0e-6f;
     config.sample_time_s                      = 1.0e-6f;
+    config.controller.section_count           = 1; // of the paper's: no longer its controller
     config.compensator.friction.m             = 100.0f;
     config.compensator.friction.pulse_width_s = 3.0e-6f;
     full_scale                                = 1.0e6f;

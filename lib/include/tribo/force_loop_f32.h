@@ -186,10 +186,18 @@ typedef struct
 
 /// The paper's loop: 1 ms, gain 0.85, friction and arm of Eqs. (7), (9), (10) with displacement in degrees, the H-infinity
 /// controller of Eqs. (13), (14); u within +-2 N, |r| and |y| up to 2 N.
+/// Its controller is for 1 ms alone: another sample_time_s needs sections of its own.
 tribo_force_loop_f32_config_t tribo_force_loop_f32_paper(void);
 
+/// The beginning of a config for a rig of your own. What depends on the rig is 0 and refused until it is given: sample_time_s,
+/// input_max_n, sections and limits of the controller, breakaway in both directions (offset_n and slope), and the arm. The rest is as
+/// in the paper's loop: the gain and the shape of friction, which the paper's method alone reads; its v0_n_per_s is a rate of
+/// 4.5 % of the breakaway per second.
+tribo_force_loop_f32_config_t tribo_force_loop_f32_rig(void);
+
 /// Checks `config` field by field and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL,
-/// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, or a status of tribo_controller_f32_init, then of
+/// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, or a status of tribo_controller_f32_init,
+/// TRIBO_ERR_PAPER_SAMPLE_TIME for the paper's controller at another sample time than its own, or a status of
 /// tribo_compensator_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
                                          const tribo_force_loop_f32_config_t *config);

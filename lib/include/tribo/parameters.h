@@ -135,7 +135,8 @@ extern "C" {
     REFUSAL(HEADROOM, "controller.sections", "controller cascade: worst-case peak below 2^24 full scales at every node") \
     REFUSAL(TABLE_FORCE, "compensator.friction.breakaway.table", "friction table force_n: 0 to 1e6 N, strictly rising; q31: under full_scale_n") \
     REFUSAL(TABLE_POSITIVE, "compensator.friction.breakaway.table", "friction table positive_n: 1e-6 to 1e6 N; q31: 1e-6 to under 1 full_scale_n") \
-    REFUSAL(TABLE_NEGATIVE, "compensator.friction.breakaway.table", "friction table negative_n: 1e-6 to 1e6 N; q31: 1e-6 to under 1 full_scale_n")
+    REFUSAL(TABLE_NEGATIVE, "compensator.friction.breakaway.table", "friction table negative_n: 1e-6 to 1e6 N; q31: 1e-6 to under 1 full_scale_n") \
+    REFUSAL(PAPER_SAMPLE_TIME, "sample_time_s", "sample_time_s: 0.001 s with the sections of the paper's controller, which are made for it; another needs sections of its own")
 
 /// All rows.
 #define TRIBO_PARAMETERS(ROW) \

@@ -20,13 +20,13 @@ tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
                                      const tribo_biquad_f32_section_t *sections,
                                      uint32_t                          count)
 {
+    if (count < 1u || count > TRIBO_BIQUAD_SECTIONS_MAX) // also of a config in which nobody has given any
+    {
+        return TRIBO_ERR_SECTION_COUNT;
+    }
     if (params == NULL || sections == NULL)
     {
         return TRIBO_ERR_NULL;
-    }
-    if (count < 1u || count > TRIBO_BIQUAD_SECTIONS_MAX)
-    {
-        return TRIBO_ERR_SECTION_COUNT;
     }
     for (uint32_t i = 0; i < count; i++)
     {

@@ -29,6 +29,28 @@ tribo_force_loop_f32_config_t tribo_force_loop_f32_paper(void)
     return paper;
 }
 
+tribo_force_loop_f32_config_t tribo_force_loop_f32_rig(void)
+{
+    const tribo_force_loop_f32_config_t rig = {TRIBO_GAIN_PARAMETERS(PARAMETERS_DEFAULT).compensator.friction = {
+                                                   TRIBO_FRICTION_PARAMETERS(PARAMETERS_DEFAULT)}};
+    return rig;
+}
+
+/// Whether the sections are the paper's controller, number by number.
+static bool is_papers(const tribo_controller_f32_config_t *config)
+{
+    const uint32_t each    = sizeof(tribo_biquad_f32_section_t) / sizeof(float);
+    const uint32_t numbers = TRIBO_PAPER_CONTROLLER_SECTION_COUNT * each;
+    const float   *papers  = &tribo_paper_controller_f32[0].b0;
+    const float   *own     = &config->sections[0].b0;
+    bool           same    = config->section_count == TRIBO_PAPER_CONTROLLER_SECTION_COUNT;
+    for (uint32_t i = 0; i < numbers && same; i++)
+    {
+        same = own[i] == papers[i];
+    }
+    return same;
+}
+
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
                                          const tribo_force_loop_f32_config_t *config)
 {
@@ -41,6 +63,11 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     if (status == TRIBO_OK)
     {
         status = tribo_controller_f32_init(&made.controller, &config->controller);
+    }
+    if (status == TRIBO_OK && is_papers(&config->controller) &&
+        magnitude(config->sample_time_s - TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S) > 1.0e-9f)
+    {
+        status = TRIBO_ERR_PAPER_SAMPLE_TIME;
     }
     if (status == TRIBO_OK)
     {
