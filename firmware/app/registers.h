@@ -107,7 +107,7 @@
 // clang-format off: one row a register
 #define REGISTERS_COMPENSATION(REGISTER) \
     REGISTER(warnings, "warnings", uint32_t, "", "until command 11, see below; the drive runs on") \
-    REGISTER(fade, "friction_fade", float, "", "of the compensation that is added to u: 1, or less where it has faded") \
+    REGISTER(fade, "friction_fade", float, "", "of the compensation that is added to u: 1, or less where the guard has faded it; 1 without compensation, too") \
     REGISTER(learned_up, "learned_positive_N", float, "N", "breakaway at the last reference as the feed-forward has learned it; 0 without one") \
     REGISTER(relative_variance_up, "learned_positive_relative_variance", float, "", "variance of it over what it was at first, 0 to 1") \
     REGISTER(travel_up, "learned_positive_travel_N", float, "N", "that it was learned from") \
@@ -128,7 +128,7 @@
     SIGNAL(u, "u_N", "N", applied, "command as applied: 0 unless the drive runs") \
     SIGNAL(e, "e_N", "N", drive.signals.TRIBO_N(e), "error") \
     SIGNAL(v, "controller_N", "N", drive.signals.controller.TRIBO_N(v), "the controller's part of u") \
-    SIGNAL(added, "friction_term_N", "N", drive.signals.TRIBO_N(friction_term), "the compensation's part of u") \
+    SIGNAL(added, "friction_term_N", "N", drive.signals.TRIBO_N(friction_term), "what the method adds to the controller: f^ times the gain, or the whole feed-forward, lin + f + lead - b") \
     SIGNAL(f_hat, "F_hat_N", "N", drive.signals.compensator.TRIBO_N(force), "the arm model's force") \
     SIGNAL(n, "n_N", "N", drive.signals.compensator.friction.TRIBO_N(n), "net force") \
     SIGNAL(l, "L_N", "N", drive.signals.compensator.friction.TRIBO_N(L), "breakaway for the sign of n") \

@@ -433,6 +433,17 @@ def test_a_run_whose_inputs_were_nearly_all_bad_ends_with_an_error(sim, arith):
     assert json.loads((sim.folder / "o" / "summary.json").read_text())["bad_inputs"] == 2000
 
 
+def test_which_error_of_breakaway_costs_more_depends_on_the_method(sim):
+    """As docs/parameters.md has it."""
+
+    def rms_mn(method, factor):
+        breakaway = ("--set", f"compensator.friction.breakaway.offset_N={0.007 * factor}", "--set", f"compensator.friction.breakaway.slope={0.3 * factor}")
+        return 1e3 * sim.summary("triangle", "--set", f"compensator.method={method}", *breakaway)["rms_error_N"]
+
+    assert rms_mn("feedforward", 1.5) < 0.5 * rms_mn("feedforward", 0.7)
+    assert rms_mn("paper", 1.3) > 2 * rms_mn("paper", 0.7)
+
+
 def test_metrics_window(sim):
     sim.write("x.yaml", "duration_s: 1\nreference: {kind: step, low_N: 0, high_N: 0.5, start_s: 0.5}\n")
     assert sim.summary("x.yaml", "--set", "metrics.end_s=0.5")["max_error_N"] == 0

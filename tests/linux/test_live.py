@@ -112,6 +112,19 @@ def test_status_is_short_whole_or_json_on_either_line(demo):
     assert {line.split(":")[0] for line in demo.link("status").splitlines()} == {name for name in found if not name.endswith("_text")}
 
 
+def test_status_says_what_the_method_that_runs_does(demo):
+    try:
+        assert "compensation is in by 100 %" in demo.link()
+        for method in ("off", "paper"):
+            demo.link("params", "set", f"compensator.method={method}")
+            short = demo.link()
+            assert "learned" not in short
+            assert ("friction is not compensated" in short) == (method == "off") != ("compensation is in by 100 %" in short)
+    finally:
+        demo.link("params", "set", "compensator.method=feedforward")
+    assert "learned" in demo.link()
+
+
 def test_watch_is_a_line_a_sample(demo):
     rows = [json.loads(line) for line in demo.link("watch", "--json", "--rate", "50", "--hold", "2").splitlines()]
     assert 2 < len(rows) <= 101

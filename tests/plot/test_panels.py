@@ -23,7 +23,7 @@ def test_a_run_has_force_error_command_friction_and_what_was_learned(runs):
     assert list(shown) == ["Force", "Error r − F", "Command u and its parts", "Breakaway L, learned", "Friction against net force",
                            "Net force less friction, against net force"]
     assert names(shown["Force"]) == ["measured y", "force F", "reference r"]
-    assert names(shown["Command u and its parts"]) == ["friction's part", "controller's part", "command u"]
+    assert names(shown["Command u and its parts"]) == ["the compensation's part", "controller's part", "command u"]
     learned = shown["Breakaway L, learned"].lines[0]
     first, last = learned.high[0] - learned.low[0], learned.high[-1] - learned.low[-1]
     assert first == pytest.approx(0.8 * learned.y[0]) and last < 0.7 * first

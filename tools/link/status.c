@@ -136,7 +136,41 @@ static double value_of(const uint32_t words[WORDS], const char *name)
     return number_of(link_find(name), word_of(words, name));
 }
 
-static void print_short(const link_bus_t *bus, const uint32_t words[WORDS], const char *end)
+/// Of the set that runs; 0 if it cannot be read.
+static uint32_t active_word(link_bus_t *bus, const char *name)
+{
+    uint32_t       word    = 0;
+    const uint32_t address = link_find(name)->address + (REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT);
+    return link_bus_read(bus, (uint16_t)address, &word, 1) ? word : 0u;
+}
+
+/// What a method that learns has learned, and how much of the compensation is added to u.
+static void print_method(link_bus_t *bus, const uint32_t words[WORDS], const char *end)
+{
+    const uint32_t method = active_word(bus, "compensator.method");
+    const bool     is_off = method == PARAMS_METHOD_OFF ||
+                        (method == PARAMS_METHOD_PAPER && !(link_float(active_word(bus, "compensator.gain")) > 0.0f));
+    if (method == PARAMS_METHOD_FEEDFORWARD || method == PARAMS_METHOD_SENSORLESS)
+    {
+        (void)printf("learned  L %8.4f N up (variance %.2f)   %8.4f N down (%.2f)%s",
+                     value_of(words, "learned_positive_N"),
+                     value_of(words, "learned_positive_relative_variance"),
+                     value_of(words, "learned_negative_N"),
+                     value_of(words, "learned_negative_relative_variance"),
+                     end);
+    }
+    (void)printf("warnings %s; ", warning_text(word_of(words, "warnings")));
+    if (is_off)
+    {
+        (void)printf("friction is not compensated%s", end);
+    }
+    else
+    {
+        (void)printf("compensation is in by %.0f %%%s", 100.0 * value_of(words, "friction_fade"), end);
+    }
+}
+
+static void print_short(link_bus_t *bus, const uint32_t words[WORDS], const char *end)
 {
     const uint32_t fault = word_of(words, "fault");
     (void)printf("drive    %s, %s, tick %u%s",
@@ -154,23 +188,14 @@ static void print_short(const link_bus_t *bus, const uint32_t words[WORDS], cons
                  value_of(words, "F_N"),
                  1e3 * (value_of(words, "r_N") - value_of(words, "F_N")),
                  end);
-    (void)printf("command  u %8.4f N   of it friction %8.4f N   at a limit in %u ticks%s",
+    (void)printf("command  u %8.4f N   of it compensation %8.4f N   at a limit in %u ticks%s",
                  value_of(words, "u_N"),
                  value_of(words, "friction_term_N"),
                  word_of(words, "limited_ticks"),
                  end);
     if (link_bus_feeds_forward(bus))
     {
-        (void)printf("learned  L %8.4f N up (variance %.2f)   %8.4f N down (%.2f)%s",
-                     value_of(words, "learned_positive_N"),
-                     value_of(words, "learned_positive_relative_variance"),
-                     value_of(words, "learned_negative_N"),
-                     value_of(words, "learned_negative_relative_variance"),
-                     end);
-        (void)printf("warnings %s; friction is in by %.0f %%%s",
-                     warning_text(word_of(words, "warnings")),
-                     100.0 * value_of(words, "friction_fade"),
-                     end);
+        print_method(bus, words, end);
     }
     if (word_of(words, "max_tick_us") > 0u) // a simulated drive does not measure itself
     {
@@ -334,7 +359,7 @@ static void draw_trail(const trail_t *trail, int count)
     (void)printf("  %.4g to %.4g %s\033[K\n", trail->factor * low, trail->factor * high, trail->unit);
 }
 
-static void draw_view(const link_bus_t *bus, const uint32_t words[WORDS], trail_t trails[3], int *count)
+static void draw_view(link_bus_t *bus, const uint32_t words[WORDS], trail_t trails[3], int *count)
 {
     const double values[3] = {value_of(words, "F_N"),
                               value_of(words, "r_N") - value_of(words, "F_N"),

@@ -13,7 +13,7 @@ SIGNALS = {
     "residual_N": ("n − f", "#D55E00"),
     "u_N": ("command u", "#009E73"),
     "controller_N": ("controller's part", "#E69F00"),
-    "friction_term_N": ("friction's part", "#CC79A7"),
+    "friction_term_N": ("the compensation's part", "#CC79A7"),
     "n_N": ("net force n", "#8C564B"),
     "f_N": ("friction of the plant", "#767676"),
     "f_hat_N": ("friction as believed", "#CC79A7"),
