@@ -307,8 +307,16 @@ def facts(figures, record):
             "the same with the feed-forward, cheapest to worst",
             f"Cortex-M4F: float32 {span(m4f, 'f32')}, Q31 {span(m4f, 'q31')}; Q31 on RV32IMC {span(figures['rv32imc'], 'q31')}",
         ],
-        ["RAM, float32 / Q31", f"{both('ram.axis')} bytes an axis; stack of a tick on the M4F {both('stack.tick')} bytes"],
-        ["flash, float32 / Q31", f"{both('flash.step')} bytes on the M4F at -Os: the loop and its params"],
+        [
+            "RAM and flash of the snippet below, float32",
+            f"{number(m4f['f32.ram.readme'])} bytes of RAM an axis and {number(m4f['f32.flash.readme'])} bytes of flash, its set-up included, on the M4F at"
+            f" -Os; stack of a tick {number(m4f['f32.stack.feedforward'])} bytes",
+        ],
+        [
+            "with params made on the host, float32 / Q31",
+            f"flash {both('flash.fed')} bytes; with the paper's method alone {both('flash.step')} bytes, RAM {both('ram.axis')} bytes an axis and"
+            f" stack of a tick {both('stack.tick')} bytes",
+        ],
         [
             "accuracy against double, float32 / Q31",
             f"friction within {exact('friction.golden')} N, u over the benchmark within {exact('force_loop.u')} N; the same bits on"

@@ -64,6 +64,8 @@ def measure(processor, tree):
             figures |= code(processor, programs / "libtribo_small.a", arithmetic)
         for part in () if processor in boards.PORTS else ("step", "fed", "all"):
             figures[f"{arithmetic}.flash.{part}"] = flash(processor, programs / f"image_{arithmetic}_{part}")
+        if processor not in boards.PORTS and arithmetic == "f32":
+            figures |= {f"f32.{what}.readme": size(processor, programs / "image_f32_readme") for what, size in (("flash", flash), ("ram", ram))}
         if processor in boards.PORTS:
             for name, feedforward in (("drive", 0), ("drive_fed", 1)):
                 image = tree / "firmware" / "port" / processor / f"image_small_{arithmetic}_{feedforward}"
